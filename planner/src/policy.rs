@@ -1,0 +1,67 @@
+//! Every tuned number of the planner, once.
+
+use crate::los::LosGains;
+
+/// How the planner plans: horizon, weights, gains, tolerances.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Policy {
+    /// Lengths of the horizon's intervals, s, in order.
+    pub steps: Vec<f64>,
+    /// Weights of the program's cost.
+    pub weights: Weights,
+    /// Gains of the line-of-sight law: the baseline, the seed of the first pass, and a rung of the ladder.
+    pub los: LosGains,
+    /// Number of convex programs solved for one plan; each takes its directions of travel from the last.
+    pub passes: usize,
+    /// Oldest previous plan that is still followed, s.
+    pub previous_plan_age_max: f64,
+    /// How long the reference may be used when no newer one arrives, s.
+    pub validity: f64,
+}
+
+/// Weights of the cost, each on a squared deviation per second unless said otherwise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weights {
+    /// Distance to the goal, 1/m².
+    pub position: f64,
+    /// Velocity over ground relative to the goal's, 1/(m/s)²: keeps the craft from circling a slow goal.
+    pub velocity: f64,
+    /// Acceleration, 1/(m/s²)².
+    pub acceleration: f64,
+    /// Change of acceleration from one interval to the next, 1/(m/s²)², not per second.
+    pub acceleration_change: f64,
+    /// Distance to the goal at the end of the horizon, 1/m², not per second.
+    pub terminal_position: f64,
+    /// Relative velocity at the end of the horizon, 1/(m/s)², not per second.
+    pub terminal_velocity: f64,
+    /// Linear and quadratic price of breaking a soft row (m/s or m/s²), per stage.
+    pub slack: (f64, f64),
+}
+
+impl Default for Policy {
+    fn default() -> Self {
+        let steps = [[1.0].repeat(6), [2.0].repeat(12), [4.0].repeat(12)].concat();
+        Self {
+            steps,
+            weights: Weights::default(),
+            los: LosGains { look_ahead: 10.0, along_track_gain: 0.15 },
+            passes: 2,
+            previous_plan_age_max: 10.0,
+            validity: 10.0,
+        }
+    }
+}
+
+impl Default for Weights {
+    fn default() -> Self {
+        Self {
+            position: 1.0,
+            velocity: 10.0,
+            acceleration: 100.0,
+            acceleration_change: 10.0,
+            terminal_position: 10.0,
+            terminal_velocity: 100.0,
+            slack: (100.0, 1000.0),
+        }
+    }
+}
