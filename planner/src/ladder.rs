@@ -22,6 +22,10 @@ use crate::{
 /// A slack below this is the solver's tolerance, not a broken limit, m/s or m/s².
 const SLACK_NOTICEABLE: f64 = 1e-3;
 
+/// A goal beyond this multiple of the way that the horizon allows pulls no harder for being farther:
+/// it bounds the cost's gradient, and with it the price at which soft limits hold.
+const GOAL_REACH: f64 = 1.5;
+
 /// How far a slow turn's heading reference leads the craft, rad, starboard.
 const SLOW_TURN_LEAD: f64 = 0.2;
 
@@ -194,7 +198,12 @@ impl Optimiser<'_> {
 
     fn pass(&mut self, directions: &[Vector2<f64>]) -> (Solution, Option<Residuals>, Vec<Stage>) {
         let horizon = self.horizon;
-        let goal: Vec<_> = horizon.goal.iter().map(|motion| motion.position).collect();
+        let reach = GOAL_REACH * self.snapshot.limits.speed_max * self.policy.steps.iter().sum::<f64>();
+        let goal: Vec<_> = horizon
+            .goal
+            .iter()
+            .map(|motion| motion.position.cap_magnitude(reach))
+            .collect();
         let goal_velocity: Vec<_> = horizon
             .goal
             .iter()

@@ -435,3 +435,6 @@ fn mean_direction(directions: &[Vector2<f64>], k: usize) -> Vector2<f64> {
 pub(crate) fn starboard_of(direction: Vector2<f64>) -> Vector2<f64> {
     Vector2::new(-direction.y, direction.x)
 }
+
+#[cfg(test)]
+mod tests;
