@@ -177,10 +177,18 @@ pub struct Workspace {}
 pub fn plan(snapshot: &Snapshot, policy: &Policy, _workspace: &mut Workspace) -> Plan {
     let goal = GoalForecast::new(snapshot);
     let now = goal.at(0.0);
-    let held = snapshot.previous_plan.as_ref().and_then(|previous| previous.goal_course);
+    let held = snapshot
+        .previous_plan
+        .as_ref()
+        .and_then(|previous| previous.goal_course);
     let course = target_course(&now, held);
-    let reference =
-        saturated_los(&AscNow::from(snapshot), &now, course, policy.los, &snapshot.limits);
+    let reference = saturated_los(
+        &AscNow::from(snapshot),
+        &now,
+        course,
+        policy.los,
+        &snapshot.limits,
+    );
     let _ = HoldStyle::Stop;
     let times: Vec<f64> = std::iter::once(0.0)
         .chain(policy.steps.iter().scan(0.0, |t, step| {
@@ -197,7 +205,11 @@ pub fn plan(snapshot: &Snapshot, policy: &Policy, _workspace: &mut Workspace) ->
             heading: reference.heading,
         })
         .collect();
-    let predicted = Predicted { merit: 0.0, rms_error: 0.0, energy: 0.0 };
+    let predicted = Predicted {
+        merit: 0.0,
+        rms_error: 0.0,
+        energy: 0.0,
+    };
     Plan {
         method: Method::SaturatedLos,
         degraded: Some(Degraded::Solver(SolverStatus::Unsolved)),
@@ -217,9 +229,18 @@ pub fn plan(snapshot: &Snapshot, policy: &Policy, _workspace: &mut Workspace) ->
                 }
             })
             .collect(),
-        baseline: Baseline { reference, trajectory: trajectory.clone(), predicted },
+        baseline: Baseline {
+            reference,
+            trajectory: trajectory.clone(),
+            predicted,
+        },
         trajectory,
-        solver: SolverReport { status: SolverStatus::Unsolved, passes: 0, iterations: 0, residuals: None },
+        solver: SolverReport {
+            status: SolverStatus::Unsolved,
+            passes: 0,
+            iterations: 0,
+            residuals: None,
+        },
         predicted,
         violations: vec![],
     }

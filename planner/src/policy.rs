@@ -44,7 +44,10 @@ impl Default for Policy {
         Self {
             steps,
             weights: Weights::default(),
-            los: LosGains { look_ahead: 10.0, along_track_gain: 0.15 },
+            los: LosGains {
+                look_ahead: 10.0,
+                along_track_gain: 0.15,
+            },
             passes: 2,
             previous_plan_age_max: 10.0,
             validity: 10.0,

@@ -215,7 +215,11 @@ impl Observation {
     #[must_use]
     pub fn current(&self) -> Vector2<f64> {
         self.current
-            .or_else(|| self.asc.ground_velocity.map(|ground| ground - self.asc.water_velocity()))
+            .or_else(|| {
+                self.asc
+                    .ground_velocity
+                    .map(|ground| ground - self.asc.water_velocity())
+            })
             .unwrap_or_else(Vector2::zeros)
     }
 
@@ -340,7 +344,11 @@ impl TryFrom<Observation> for Snapshot {
         if let Some(previous) = &observation.previous_plan {
             check.trajectory(&previous.trajectory);
         }
-        if check.invalid.is_empty() { Ok(Self(observation)) } else { Err(InvalidObservation(check.invalid)) }
+        if check.invalid.is_empty() {
+            Ok(Self(observation))
+        } else {
+            Err(InvalidObservation(check.invalid))
+        }
     }
 }
 
@@ -351,7 +359,10 @@ struct Check {
 
 impl Check {
     fn fail(&mut self, field: fmt::Arguments<'_>, reason: InvalidReason) {
-        self.invalid.push(InvalidField { field: field.to_string(), reason });
+        self.invalid.push(InvalidField {
+            field: field.to_string(),
+            reason,
+        });
     }
 
     fn within(&mut self, field: fmt::Arguments<'_>, given: f64, range: RangeInclusive<f64>) {
@@ -369,8 +380,16 @@ impl Check {
     }
 
     fn asc(&mut self, asc: &AscState) {
-        self.within(format_args!("asc/north_m"), asc.position.x, -COORDINATE_MAX..=COORDINATE_MAX);
-        self.within(format_args!("asc/east_m"), asc.position.y, -COORDINATE_MAX..=COORDINATE_MAX);
+        self.within(
+            format_args!("asc/north_m"),
+            asc.position.x,
+            -COORDINATE_MAX..=COORDINATE_MAX,
+        );
+        self.within(
+            format_args!("asc/east_m"),
+            asc.position.y,
+            -COORDINATE_MAX..=COORDINATE_MAX,
+        );
         self.within(format_args!("asc/speed_mps"), asc.surge, -5.0..=20.0);
         self.within(format_args!("asc/sway_mps"), asc.sway, -5.0..=5.0);
         self.within(format_args!("asc/yaw_rate_radps"), asc.yaw_rate, -3.0..=3.0);
@@ -413,7 +432,11 @@ impl Check {
     fn goal(&mut self, goal: &Goal, auvs: &[Auv]) {
         match goal {
             Goal::Track { auv } => self.vehicle(format_args!("goal/auv"), auv, auvs),
-            Goal::Intermittent { auvs: named, dwell, epoch } => {
+            Goal::Intermittent {
+                auvs: named,
+                dwell,
+                epoch,
+            } => {
                 self.vehicles(named, auvs);
                 self.within(format_args!("goal/dwell_s"), *dwell, 1.0..=1.0e6);
                 self.within(format_args!("goal/epoch_s"), *epoch, -TIME_MAX..=TIME_MAX);
@@ -443,11 +466,31 @@ impl Check {
     fn limits(&mut self, limits: &Limits) {
         self.within(format_args!("limits/speed_min_mps"), limits.speed_min, 0.0..=2.0);
         // The least gap keeps the speed cone and the forward half-plane from closing on each other.
-        let least_top_speed = if limits.speed_min.is_finite() { limits.speed_min + 0.05 } else { 0.05 };
-        self.within(format_args!("limits/speed_max_mps"), limits.speed_max, least_top_speed..=20.0);
-        self.within(format_args!("limits/turn_rate_max_radps"), limits.turn_rate_max, 0.01..=3.0);
-        self.within(format_args!("limits/acceleration_max_mps2"), limits.acceleration_max, 0.001..=5.0);
-        self.within(format_args!("limits/deceleration_max_mps2"), limits.deceleration_max, 0.001..=5.0);
+        let least_top_speed = if limits.speed_min.is_finite() {
+            limits.speed_min + 0.05
+        } else {
+            0.05
+        };
+        self.within(
+            format_args!("limits/speed_max_mps"),
+            limits.speed_max,
+            least_top_speed..=20.0,
+        );
+        self.within(
+            format_args!("limits/turn_rate_max_radps"),
+            limits.turn_rate_max,
+            0.01..=3.0,
+        );
+        self.within(
+            format_args!("limits/acceleration_max_mps2"),
+            limits.acceleration_max,
+            0.001..=5.0,
+        );
+        self.within(
+            format_args!("limits/deceleration_max_mps2"),
+            limits.deceleration_max,
+            0.001..=5.0,
+        );
         self.within(format_args!("limits/surge_lag_s"), limits.surge_lag, 0.0..=60.0);
     }
 
@@ -469,7 +512,10 @@ impl Check {
         for (i, pair) in points.windows(2).enumerate() {
             let [before, after] = pair else { continue };
             if after.time <= before.time {
-                let reason = InvalidReason::NotIncreasing { given: after.time, before: before.time };
+                let reason = InvalidReason::NotIncreasing {
+                    given: after.time,
+                    before: before.time,
+                };
                 self.fail(format_args!("{field}/{}/t_s", i + 1), reason);
             }
         }
