@@ -15,6 +15,10 @@ pub struct Policy {
     pub passes: usize,
     /// Oldest previous plan that is still followed, s.
     pub previous_plan_age_max: f64,
+    /// Oldest report of an AUV that the goal may rest on, s.
+    pub report_age_max: f64,
+    /// Widest residual with which an almost solved program still counts.
+    pub certificate_tolerance: f64,
     /// How long the reference may be used when no newer one arrives, s.
     pub validity: f64,
 }
@@ -50,6 +54,8 @@ impl Default for Policy {
             },
             passes: 2,
             previous_plan_age_max: 10.0,
+            report_age_max: 900.0,
+            certificate_tolerance: 1e-4,
             validity: 10.0,
         }
     }
