@@ -49,7 +49,10 @@ impl Guide for LosGuide {
         self.course = Some(course);
         let asc = AscNow::from(snapshot);
         let reference = saturated_los(&asc, &target, course, self.gains, &snapshot.limits);
-        Ok(Guidance { reference, method: Method::SaturatedLos })
+        Ok(Guidance {
+            reference,
+            method: Method::SaturatedLos,
+        })
     }
 }
 
@@ -65,16 +68,32 @@ impl MpcGuide {
     /// The planner under `policy`.
     #[must_use]
     pub fn new(policy: Policy) -> Self {
-        Self { policy, workspace: Workspace::default(), previous: None }
+        Self {
+            policy,
+            workspace: Workspace::default(),
+            previous: None,
+        }
     }
 }
 
 impl Guide for MpcGuide {
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
-        let observation = Observation { previous_plan: self.previous.take(), ..Observation::clone(snapshot) };
-        let plan = plan(&Snapshot::try_from(observation)?, &self.policy, &mut self.workspace);
-        self.previous =
-            Some(PreviousPlan { trajectory: plan.trajectory, goal_course: Some(plan.goal_course) });
-        Ok(Guidance { reference: plan.reference, method: plan.method })
+        let observation = Observation {
+            previous_plan: self.previous.take(),
+            ..Observation::clone(snapshot)
+        };
+        let plan = plan(
+            &Snapshot::try_from(observation)?,
+            &self.policy,
+            &mut self.workspace,
+        );
+        self.previous = Some(PreviousPlan {
+            trajectory: plan.trajectory,
+            goal_course: Some(plan.goal_course),
+        });
+        Ok(Guidance {
+            reference: plan.reference,
+            method: plan.method,
+        })
     }
 }

@@ -25,7 +25,11 @@ pub fn observe(
     Snapshot::try_from(Observation {
         time,
         asc: surface_craft(craft, &world.current),
-        auvs: world.divers.iter().map(|diver| underwater_vehicle(diver, &world.current)).collect(),
+        auvs: world
+            .divers
+            .iter()
+            .map(|diver| underwater_vehicle(diver, &world.current))
+            .collect(),
         goal: setup.goal.clone(),
         current: Some(world.current),
         limits: setup.limits(),
@@ -103,7 +107,10 @@ mod tests {
                 let turned = planner::angle::wrap(after.course.radians() - before.course.radians());
                 let rate = turned / crate::inner_loop::PERIOD;
                 // The mean of both ends: the trapezium's error is of second order in the period.
-                assert!((rate - 0.5 * (before.turn_rate + after.turn_rate)).abs() < 1e-3, "{rate}");
+                assert!(
+                    (rate - 0.5 * (before.turn_rate + after.turn_rate)).abs() < 1e-3,
+                    "{rate}"
+                );
             }
         }
         assert!(turning > 100, "{turning}");

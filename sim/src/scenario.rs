@@ -111,7 +111,13 @@ impl Scenario {
     /// The names of all scenarios.
     #[must_use]
     pub fn names() -> &'static [&'static str] {
-        &["paper-path-following", "paper-tracking", "paper-intermittent", "paper-midpoint", "cross-current"]
+        &[
+            "paper-path-following",
+            "paper-tracking",
+            "paper-intermittent",
+            "paper-midpoint",
+            "cross-current",
+        ]
     }
 
     /// The scenario of that name.
@@ -140,14 +146,24 @@ impl Scenario {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         // Drawn in the scenario's order, so that a seed means the same world on every run.
         let divers = self.divers.iter().map(|setup| diver(setup, &mut rng)).collect();
-        let surface_craft = self.surface_craft.as_ref().map(|setup| surface_craft(setup, &mut rng));
-        World { surface_craft, divers, current: self.current }
+        let surface_craft = self
+            .surface_craft
+            .as_ref()
+            .map(|setup| surface_craft(setup, &mut rng));
+        World {
+            surface_craft,
+            divers,
+            current: self.current,
+        }
     }
 }
 
 fn jitter(rng: &mut ChaCha8Rng) -> (Vector2<f64>, f64) {
     let mut within = |most: f64| rng.random_range(-most..=most);
-    (Vector2::new(within(POSITION_JITTER), within(POSITION_JITTER)), within(HEADING_JITTER))
+    (
+        Vector2::new(within(POSITION_JITTER), within(POSITION_JITTER)),
+        within(HEADING_JITTER),
+    )
 }
 
 fn diver(setup: &DiverSetup, rng: &mut ChaCha8Rng) -> Diver {
@@ -161,7 +177,14 @@ fn diver(setup: &DiverSetup, rng: &mut ChaCha8Rng) -> Diver {
         id: setup.id.clone(),
         hull,
         state: UnderwaterState::from([
-            position.x, position.y, setup.depth, level, heading, DIVER_SPEED, 0.0, 0.0,
+            position.x,
+            position.y,
+            setup.depth,
+            level,
+            heading,
+            DIVER_SPEED,
+            0.0,
+            0.0,
         ]),
         surge: SurgeLoop::settled_at(DIVER_SPEED, DragFeedForward::Off, hull.drag_surge),
         gains: PathFollowingGains::LAB,
@@ -179,7 +202,14 @@ fn surface_craft(setup: &SurfaceCraftSetup, rng: &mut ChaCha8Rng) -> SurfaceCraf
     let position = setup.position + moved;
     SurfaceCraft {
         hull,
-        state: SurfaceState::new(position.x, position.y, setup.heading + turned, setup.speed, 0.0, 0.0),
+        state: SurfaceState::new(
+            position.x,
+            position.y,
+            setup.heading + turned,
+            setup.speed,
+            0.0,
+            0.0,
+        ),
         surge: SurgeLoop::settled_at(setup.speed, setup.feed_forward, hull.drag_surge),
         energy: 0.0,
         heading_travel: 0.0,
@@ -247,7 +277,11 @@ fn tracking() -> Scenario {
 }
 
 fn intermittent() -> Scenario {
-    let goal = Goal::Intermittent { auvs: vec![id(1), id(2)], dwell: 240.0, epoch: 0.0 };
+    let goal = Goal::Intermittent {
+        auvs: vec![id(1), id(2)],
+        dwell: 240.0,
+        epoch: 0.0,
+    };
     Scenario {
         name: "paper-intermittent",
         title: "two AUVs 60 m apart, followed in turn for 240 s each",
@@ -259,7 +293,9 @@ fn intermittent() -> Scenario {
 }
 
 fn midpoint() -> Scenario {
-    let goal = Goal::Midpoint { auvs: vec![id(1), id(2)] };
+    let goal = Goal::Midpoint {
+        auvs: vec![id(1), id(2)],
+    };
     Scenario {
         name: "paper-midpoint",
         title: "the surface craft stays above the midpoint of two AUVs",

@@ -5,9 +5,7 @@ use planner::{los::Reference, snapshot::VehicleId};
 
 use crate::{
     dive::{Dive, Leg},
-    inner_loop::{
-        PERIOD, SurgeLoop, UnderwaterReference, steer_surface_craft, steer_underwater_vehicle,
-    },
+    inner_loop::{PERIOD, SurgeLoop, UnderwaterReference, steer_surface_craft, steer_underwater_vehicle},
     integrate::rk4,
     path::Path,
     path_following::{PathCommand, PathError, PathFollowingGains, follow_path},
@@ -63,7 +61,9 @@ impl SurfaceCraft {
     fn step(&mut self, reference: &Reference, current: &Vector2<f64>) {
         let input = steer_surface_craft(&self.hull, &mut self.surge, &self.state, reference);
         let before = self.state;
-        self.state = rk4(&before, PERIOD, |state| self.hull.derivative(state, input, current));
+        self.state = rk4(&before, PERIOD, |state| {
+            self.hull.derivative(state, input, current)
+        });
         let mean = (before + self.state) * 0.5;
         self.energy += (input.surge_force * mean[3]).abs() * PERIOD;
         self.heading_travel += mean[5].abs() * PERIOD;
@@ -141,15 +141,24 @@ impl Diver {
     fn step(&mut self, current: &Vector2<f64>) {
         self.leg = self.leg.next(self.depth(), &self.dive);
         let curvature = self.path.at(self.gamma).curvature;
-        let PathCommand { point_speed, heading_rate } =
-            follow_path(&self.path_error(), curvature, self.horizontal_speed(), &self.gains);
+        let PathCommand {
+            point_speed,
+            heading_rate,
+        } = follow_path(
+            &self.path_error(),
+            curvature,
+            self.horizontal_speed(),
+            &self.gains,
+        );
         let reference = UnderwaterReference {
             surge: self.speed,
             pitch: self.leg.pitch(&self.dive),
             yaw_rate: heading_rate * self.pitch().cos(),
         };
         let input = steer_underwater_vehicle(&self.hull, &mut self.surge, &self.state, &reference);
-        self.state = rk4(&self.state, PERIOD, |state| self.hull.derivative(state, input, current));
+        self.state = rk4(&self.state, PERIOD, |state| {
+            self.hull.derivative(state, input, current)
+        });
         self.gamma += point_speed * PERIOD;
     }
 }
