@@ -1,1 +1,78 @@
-//! tests
+//! Snapshots that the tests start from.
+
+use nalgebra::Vector2;
+use planner::{
+    angle::{Course, Heading},
+    snapshot::{
+        AscState, Auv, Fallback, ForecastChoice, Goal, HoldStyle, Limits, Observation, Snapshot, VehicleId,
+    },
+};
+
+/// An AUV at (north, east) metres on a course, at the horizontal speed of a 50° sawtooth, 0.193 m/s.
+#[must_use]
+pub fn auv(id: &str, north: f64, east: f64, course: f64) -> Auv {
+    Auv {
+        id: VehicleId(id.into()),
+        position: Vector2::new(north, east),
+        depth: 5.0,
+        course: Course::new(course),
+        speed: 0.193,
+        turn_rate: 0.0,
+        age: 0.4,
+    }
+}
+
+/// The names of the two AUVs of [`observation`].
+#[must_use]
+pub fn both() -> Vec<VehicleId> {
+    vec![VehicleId("auv-1".into()), VehicleId("auv-2".into())]
+}
+
+/// A craft at the datum with two AUVs ahead, on parallel northward lanes 60 m apart.
+#[must_use]
+pub fn observation(goal: Goal) -> Observation {
+    Observation {
+        time: 200.0,
+        asc: AscState {
+            position: Vector2::zeros(),
+            heading: Heading::new(0.3),
+            surge: 0.3,
+            sway: 0.01,
+            yaw_rate: 0.0,
+            ground_velocity: None,
+        },
+        auvs: vec![auv("auv-1", 12.0, -3.0, 0.02), auv("auv-2", 10.0, 57.0, 0.0)],
+        goal,
+        current: Some(Vector2::new(0.02, 0.05)),
+        limits: Limits::MEDUSA,
+        forecast: ForecastChoice::Auto,
+        fallback: Fallback::Ladder,
+        hold: HoldStyle::SlowTurn,
+        previous_plan: None,
+    }
+}
+
+/// The goals that the planner knows, each with the AUVs of [`observation`].
+#[must_use]
+pub fn goals() -> [Goal; 3] {
+    [
+        Goal::Track {
+            auv: VehicleId("auv-1".into()),
+        },
+        Goal::Intermittent {
+            auvs: both(),
+            dwell: 240.0,
+            epoch: 0.0,
+        },
+        Goal::Midpoint { auvs: both() },
+    ]
+}
+
+/// The observation as a snapshot.
+///
+/// # Panics
+/// Where the observation is not a valid one: a test's own mistake.
+#[must_use]
+pub fn snapshot(observation: Observation) -> Snapshot {
+    Snapshot::try_from(observation).expect("the test starts from a valid observation")
+}

@@ -49,7 +49,9 @@ impl AuvForecast {
         let model = match choice {
             ForecastChoice::Model(model) => model,
             ForecastChoice::Auto if auv.speed < SPEED_AT_REST => ForecastModel::Hold,
-            ForecastChoice::Auto if auv.turn_rate.abs() < TURN_RATE_STRAIGHT => ForecastModel::ConstantVelocity,
+            ForecastChoice::Auto if auv.turn_rate.abs() < TURN_RATE_STRAIGHT => {
+                ForecastModel::ConstantVelocity
+            }
             ForecastChoice::Auto => ForecastModel::ConstantTurn,
         };
         let velocity = match model {
@@ -60,7 +62,13 @@ impl AuvForecast {
             ForecastModel::Hold | ForecastModel::ConstantVelocity => 0.0,
             ForecastModel::ConstantTurn => auv.turn_rate,
         };
-        Self { model, position: auv.position, velocity, turn_rate, age: auv.age }
+        Self {
+            model,
+            position: auv.position,
+            velocity,
+            turn_rate,
+            age: auv.age,
+        }
     }
 
     /// Motion `ahead` seconds after the snapshot.
@@ -85,7 +93,11 @@ impl AuvForecast {
 #[must_use]
 pub fn sinc(x: f64) -> f64 {
     // The series' next term, x⁴/120, is below the rounding of 1 here.
-    if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x }
+    if x.abs() < 1e-4 {
+        1.0 - x * x / 6.0
+    } else {
+        x.sin() / x
+    }
 }
 
 #[cfg(test)]
@@ -119,16 +131,24 @@ mod tests {
 
     #[test]
     fn a_constant_turn_closes_its_circle() {
-        let forecast = AuvForecast::new(&auv(0.05, 0.0), ForecastChoice::Model(ForecastModel::ConstantTurn));
+        let forecast = AuvForecast::new(
+            &auv(0.05, 0.0),
+            ForecastChoice::Model(ForecastModel::ConstantTurn),
+        );
         let period = std::f64::consts::TAU / 0.05;
         assert!((forecast.at(period).position - forecast.at(0.0).position).norm() < 1e-12);
     }
 
     #[test]
     fn no_turn_is_the_limit_of_a_slow_turn() {
-        let straight =
-            AuvForecast::new(&auv(0.0, 2.0), ForecastChoice::Model(ForecastModel::ConstantVelocity));
-        let slow = AuvForecast::new(&auv(1e-9, 2.0), ForecastChoice::Model(ForecastModel::ConstantTurn));
+        let straight = AuvForecast::new(
+            &auv(0.0, 2.0),
+            ForecastChoice::Model(ForecastModel::ConstantVelocity),
+        );
+        let slow = AuvForecast::new(
+            &auv(1e-9, 2.0),
+            ForecastChoice::Model(ForecastModel::ConstantTurn),
+        );
         assert!((straight.at(78.0).position - slow.at(78.0).position).norm() < 1e-6);
     }
 
@@ -141,7 +161,10 @@ mod tests {
 
     #[test]
     fn a_slow_auv_is_held() {
-        let slow = Auv { speed: 0.049, ..auv(0.1, 0.0) };
+        let slow = Auv {
+            speed: 0.049,
+            ..auv(0.1, 0.0)
+        };
         let forecast = AuvForecast::new(&slow, ForecastChoice::Auto);
         assert_eq!(forecast.model, ForecastModel::Hold);
         assert_eq!(forecast.at(60.0).position, slow.position);

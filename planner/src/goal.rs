@@ -30,15 +30,26 @@ impl GoalForecast {
     #[must_use]
     pub fn new(snapshot: &Snapshot) -> Self {
         let forecast = |id: &VehicleId| {
-            let auv = snapshot.auv(id).expect("a snapshot's goal names only vehicles that are in it");
+            let auv = snapshot
+                .auv(id)
+                .expect("a snapshot's goal names only vehicles that are in it");
             AuvForecast::new(auv, snapshot.forecast)
         };
         match &snapshot.goal {
-            Goal::Track { auv } => Self { members: vec![forecast(auv)], rule: Rule::Mean },
-            Goal::Midpoint { auvs } => Self { members: auvs.iter().map(forecast).collect(), rule: Rule::Mean },
+            Goal::Track { auv } => Self {
+                members: vec![forecast(auv)],
+                rule: Rule::Mean,
+            },
+            Goal::Midpoint { auvs } => Self {
+                members: auvs.iter().map(forecast).collect(),
+                rule: Rule::Mean,
+            },
             Goal::Intermittent { auvs, dwell, epoch } => Self {
                 members: auvs.iter().map(forecast).collect(),
-                rule: Rule::InTurn { since_epoch: snapshot.time - epoch, dwell: *dwell },
+                rule: Rule::InTurn {
+                    since_epoch: snapshot.time - epoch,
+                    dwell: *dwell,
+                },
             },
         }
     }
@@ -61,11 +72,17 @@ impl GoalForecast {
     fn mean(&self, ahead: f64) -> Motion {
         #[expect(clippy::cast_precision_loss, reason = "a snapshot holds at most 16 AUVs")]
         let share = 1.0 / self.members.len() as f64;
-        let still = Motion { position: Vector2::zeros(), velocity: Vector2::zeros() };
-        self.members.iter().map(|member| member.at(ahead)).fold(still, |sum, motion| Motion {
-            position: sum.position + motion.position * share,
-            velocity: sum.velocity + motion.velocity * share,
-        })
+        let still = Motion {
+            position: Vector2::zeros(),
+            velocity: Vector2::zeros(),
+        };
+        self.members
+            .iter()
+            .map(|member| member.at(ahead))
+            .fold(still, |sum, motion| Motion {
+                position: sum.position + motion.position * share,
+                velocity: sum.velocity + motion.velocity * share,
+            })
     }
 }
 
@@ -86,7 +103,13 @@ mod tests {
 
     #[test]
     fn turns_are_half_open_and_go_on_before_the_epoch() {
-        assert_eq!([-3.0, -2.0, -1.0, 0.0, 1.0, 2.0].map(|turn| index_in_turn(turn, 2)), [1, 0, 1, 0, 1, 0]);
-        assert_eq!([0.0, 1.0, 2.0, 3.0].map(|turn| index_in_turn(turn, 3)), [0, 1, 2, 0]);
+        assert_eq!(
+            [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0].map(|turn| index_in_turn(turn, 2)),
+            [1, 0, 1, 0, 1, 0]
+        );
+        assert_eq!(
+            [0.0, 1.0, 2.0, 3.0].map(|turn| index_in_turn(turn, 3)),
+            [0, 1, 2, 0]
+        );
     }
 }

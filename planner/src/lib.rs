@@ -1,9 +1,34 @@
 //! Pure receding-horizon formation planner: facts in, plan out.
+//!
+//! A surface craft (ASC) accompanies underwater vehicles (AUVs). Given what is known now, [`plan::plan`]
+//! answers with a speed and a heading for the craft's inner loops, from a second-order cone program,
+//! and always beside what the saturated line-of-sight law would do.
+//!
+//! **Frame.** Everything public is in one local north-east-down frame: positions and velocities are
+//! (north, east), depth is positive down, angles are 0 at north and positive clockwise. Heading is
+//! where the bow points, course where the craft goes; speed is through the water or over ground, and
+//! says which. SI units and radians throughout.
+//!
+//! **Pipeline**, and the order to read the modules in: [`snapshot`] (facts, checked once) →
+//! [`forecast`] and [`goal`] (where the AUVs and the goal will be) → [`los`] and [`response`] (the
+//! analytic law, rolled out) → [`program`] (the promises, in standard form) → [`solve`] (Clarabel) →
+//! [`certificate`] (checked again) → [`plan`] (the answer, from the highest rung of the ladder that
+//! holds). [`policy`] is the sole home of tuned numbers.
+//!
+//! **Absent on purpose:** input and output, clocks, randomness, logging, threads, hidden memory. The
+//! [`plan::Workspace`] saves time and changes no answer.
 
 pub mod angle;
+pub mod certificate;
 pub mod forecast;
 pub mod goal;
+mod horizon;
+mod ladder;
 pub mod los;
 pub mod plan;
 pub mod policy;
+pub mod program;
+pub mod response;
 pub mod snapshot;
+pub mod solve;
+pub mod sparse;

@@ -70,8 +70,15 @@ pub fn saturated_los(
 
     let speed = through_water.norm();
     // Where the current alone does the work, no direction is asked for: keep the present one.
-    let heading = if speed < f64::EPSILON { asc.heading } else { Heading::new(angle_of(&through_water)) };
-    Reference { speed: speed.clamp(limits.speed_min, limits.speed_max), heading }
+    let heading = if speed < f64::EPSILON {
+        asc.heading
+    } else {
+        Heading::new(angle_of(&through_water))
+    };
+    Reference {
+        speed: speed.clamp(limits.speed_min, limits.speed_max),
+        heading,
+    }
 }
 
 /// What the law needs to know of the surface craft and its water.

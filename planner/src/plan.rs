@@ -1,15 +1,49 @@
-//! From a snapshot to a plan: forecast, program, and the ladder of answers behind it.
+//! From a snapshot to a plan.
 
 use nalgebra::Vector2;
 
 use crate::{
     angle::Course,
-    forecast::{AuvForecast, Motion},
-    goal::GoalForecast,
-    los::{AscNow, Reference, saturated_los, target_course},
+    certificate::Residuals,
+    forecast::Motion,
+    ladder,
+    los::Reference,
     policy::Policy,
-    snapshot::{ForecastModel, HoldStyle, Snapshot, TrajectoryPoint, VehicleId},
+    program::Program,
+    snapshot::{ForecastModel, Snapshot, TrajectoryPoint, VehicleId},
+    solve::{Solution, SolverStatus, Solvers},
 };
+
+/// Memory that a caller keeps between plans: programs and solvers by problem shape. It saves time and
+/// has no effect on any answer.
+#[derive(Debug, Default)]
+pub struct Workspace {
+    programs: Programs,
+    solvers: Solvers,
+}
+
+/// Programs stated before, one for each number of stages, to be restated in place.
+pub type Programs = Vec<Program>;
+
+/// Plans for `snapshot`.
+///
+/// The answer is always a plan: [`Plan::method`] names the rung of the ladder that gave it.
+#[must_use]
+pub fn plan(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace) -> Plan {
+    let Workspace { programs, solvers } = workspace;
+    plan_with(snapshot, policy, programs, &mut |program| solvers.solve(program))
+}
+
+/// [`plan`] with another solver in Clarabel's place: a peer to compare with, or a failure to force.
+#[must_use]
+pub fn plan_with(
+    snapshot: &Snapshot,
+    policy: &Policy,
+    programs: &mut Programs,
+    solve: &mut dyn FnMut(&Program) -> Solution,
+) -> Plan {
+    ladder::descend(snapshot, policy, programs, solve)
+}
 
 /// The answer to a snapshot.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,35 +92,10 @@ pub enum Method {
 pub enum Degraded {
     /// The solver ended in a status that proves nothing.
     Solver(SolverStatus),
-}
-
-/// How a solve ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SolverStatus {
-    /// Not started.
-    Unsolved,
-    /// Optimal within tolerance.
-    Solved,
-    /// Optimal within a wider tolerance.
-    AlmostSolved,
-    /// No point satisfies the constraints.
-    PrimalInfeasible,
-    /// The cost is unbounded below.
-    DualInfeasible,
-    /// Primal infeasible within a wider tolerance.
-    AlmostPrimalInfeasible,
-    /// Dual infeasible within a wider tolerance.
-    AlmostDualInfeasible,
-    /// Out of iterations.
-    MaxIterations,
-    /// Out of time.
-    MaxTime,
-    /// The arithmetic failed.
-    NumericalError,
-    /// Steps became too short.
-    InsufficientProgress,
-    /// The caller asked it to stop.
-    CallbackTerminated,
+    /// The solver was almost satisfied, the certificate was not.
+    Certificate,
+    /// The goal rests on a report too old to be forecast.
+    StaleReport,
 }
 
 /// Where one AUV is expected at the times of the trajectory.
@@ -135,17 +144,6 @@ pub struct SolverReport {
     pub residuals: Option<Residuals>,
 }
 
-/// How well a solution satisfies the optimality conditions, recomputed from the program's data.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Residuals {
-    /// ‖A x + s − b‖∞ relative to the size of its terms.
-    pub primal: f64,
-    /// ‖P x + q + Aᵀ z‖∞ relative to the size of its terms.
-    pub dual: f64,
-    /// Difference of primal and dual objective relative to their size.
-    pub gap: f64,
-}
-
 /// A soft limit that a plan does not keep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Violation {
@@ -166,61 +164,4 @@ pub enum SoftLimit {
     TurnRate,
     /// Cone around the direction of travel in which the program is a good model, m/s.
     TrustCone,
-}
-
-/// Memory that a caller keeps between plans: solvers by problem shape. Has no effect on any answer.
-#[derive(Debug, Default)]
-pub struct Workspace {}
-
-/// STUB while the program is being written: LOS only.
-#[must_use]
-pub fn plan(snapshot: &Snapshot, policy: &Policy, _workspace: &mut Workspace) -> Plan {
-    let goal = GoalForecast::new(snapshot);
-    let now = goal.at(0.0);
-    let held = snapshot.previous_plan.as_ref().and_then(|previous| previous.goal_course);
-    let course = target_course(&now, held);
-    let reference =
-        saturated_los(&AscNow::from(snapshot), &now, course, policy.los, &snapshot.limits);
-    let _ = HoldStyle::Stop;
-    let times: Vec<f64> = std::iter::once(0.0)
-        .chain(policy.steps.iter().scan(0.0, |t, step| {
-            *t += step;
-            Some(*t)
-        }))
-        .collect();
-    let trajectory: Vec<_> = times
-        .iter()
-        .map(|t| TrajectoryPoint {
-            time: snapshot.time + t,
-            position: snapshot.asc.position,
-            speed: reference.speed,
-            heading: reference.heading,
-        })
-        .collect();
-    let predicted = Predicted { merit: 0.0, rms_error: 0.0, energy: 0.0 };
-    Plan {
-        method: Method::SaturatedLos,
-        degraded: Some(Degraded::Solver(SolverStatus::Unsolved)),
-        reference,
-        valid_until: snapshot.time + policy.validity,
-        goal: times.iter().map(|t| goal.at(*t)).collect(),
-        goal_course: course,
-        targets: snapshot
-            .auvs
-            .iter()
-            .map(|auv| {
-                let forecast = AuvForecast::new(auv, snapshot.forecast);
-                TargetForecast {
-                    id: auv.id.clone(),
-                    model: forecast.model,
-                    positions: times.iter().map(|t| forecast.at(*t).position).collect(),
-                }
-            })
-            .collect(),
-        baseline: Baseline { reference, trajectory: trajectory.clone(), predicted },
-        trajectory,
-        solver: SolverReport { status: SolverStatus::Unsolved, passes: 0, iterations: 0, residuals: None },
-        predicted,
-        violations: vec![],
-    }
 }

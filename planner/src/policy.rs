@@ -15,6 +15,10 @@ pub struct Policy {
     pub passes: usize,
     /// Oldest previous plan that is still followed, s.
     pub previous_plan_age_max: f64,
+    /// Oldest report of an AUV that the goal may rest on, s.
+    pub report_age_max: f64,
+    /// Widest residual with which an almost solved program still counts.
+    pub certificate_tolerance: f64,
     /// How long the reference may be used when no newer one arrives, s.
     pub validity: f64,
 }
@@ -44,9 +48,14 @@ impl Default for Policy {
         Self {
             steps,
             weights: Weights::default(),
-            los: LosGains { look_ahead: 10.0, along_track_gain: 0.15 },
+            los: LosGains {
+                look_ahead: 10.0,
+                along_track_gain: 0.15,
+            },
             passes: 2,
             previous_plan_age_max: 10.0,
+            report_age_max: 900.0,
+            certificate_tolerance: 1e-4,
             validity: 10.0,
         }
     }

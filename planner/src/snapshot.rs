@@ -1,10 +1,17 @@
 //! What is known now, checked once: everything behind [`Snapshot`] may rely on it.
 
-use std::{collections::HashSet, fmt, ops::Deref, ops::RangeInclusive};
+use std::{fmt, ops::Deref};
 
 use nalgebra::Vector2;
 
 use crate::angle::{Course, Heading, ned_from_body};
+
+mod check;
+
+pub use check::{
+    AUVS_MAX, COORDINATE_MAX, ID_LENGTH_MAX, InvalidField, InvalidObservation, InvalidReason, TIME_MAX,
+    TRAJECTORY_POINTS_MAX,
+};
 
 /// The name a client gave to a vehicle; unique within a snapshot.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -215,7 +222,11 @@ impl Observation {
     #[must_use]
     pub fn current(&self) -> Vector2<f64> {
         self.current
-            .or_else(|| self.asc.ground_velocity.map(|ground| ground - self.asc.water_velocity()))
+            .or_else(|| {
+                self.asc
+                    .ground_velocity
+                    .map(|ground| ground - self.asc.water_velocity())
+            })
             .unwrap_or_else(Vector2::zeros)
     }
 
@@ -236,242 +247,5 @@ impl Deref for Snapshot {
 
     fn deref(&self) -> &Observation {
         &self.0
-    }
-}
-
-/// Most AUVs in one snapshot.
-pub const AUVS_MAX: usize = 16;
-/// Most points in a previous plan's trajectory.
-pub const TRAJECTORY_POINTS_MAX: usize = 256;
-/// Largest coordinate, m: one local datum cannot serve a larger area as a plane.
-pub const COORDINATE_MAX: f64 = 1.0e6;
-/// Largest time, s: past the year 5000 on a Unix clock, and far from losing milliseconds.
-pub const TIME_MAX: f64 = 1.0e11;
-/// Longest name of a vehicle, bytes.
-pub const ID_LENGTH_MAX: usize = 64;
-
-/// One reason why an observation is no snapshot.
-#[derive(Clone, Debug, PartialEq)]
-pub struct InvalidField {
-    /// Where, as slash-separated names that carry units: `auvs/0/state/speed_mps`.
-    pub field: String,
-    /// What is wrong.
-    pub reason: InvalidReason,
-}
-
-/// What is wrong with a field.
-#[derive(Clone, Debug, PartialEq)]
-pub enum InvalidReason {
-    /// Not finite, or outside its range.
-    OutOfRange {
-        /// The value.
-        given: f64,
-        /// Least value accepted.
-        least: f64,
-        /// Largest value accepted.
-        most: f64,
-    },
-    /// Too few or too many items or bytes.
-    Length {
-        /// How many there are.
-        given: usize,
-        /// Fewest accepted.
-        least: usize,
-        /// Most accepted.
-        most: usize,
-    },
-    /// A name stands twice.
-    Duplicate {
-        /// The name.
-        given: String,
-    },
-    /// A name that no vehicle has.
-    UnknownVehicle {
-        /// The name.
-        given: String,
-    },
-    /// Times that do not increase.
-    NotIncreasing {
-        /// The time that is not after the one before it, s.
-        given: f64,
-        /// The one before it, s.
-        before: f64,
-    },
-}
-
-impl fmt::Display for InvalidField {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: ", self.field)?;
-        match &self.reason {
-            InvalidReason::OutOfRange { given, least, most } => {
-                write!(f, "{given} is not in [{least}, {most}]")
-            }
-            InvalidReason::Length { given, least, most } => {
-                write!(f, "has {given} items or bytes, {least} to {most} are accepted")
-            }
-            InvalidReason::Duplicate { given } => write!(f, "the name {given:?} stands twice"),
-            InvalidReason::UnknownVehicle { given } => write!(f, "no vehicle is called {given:?}"),
-            InvalidReason::NotIncreasing { given, before } => {
-                write!(f, "{given} s does not come after {before} s")
-            }
-        }
-    }
-}
-
-/// Every reason why an observation is no snapshot, in the order of its fields.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
-pub struct InvalidObservation(pub Vec<InvalidField>);
-
-impl TryFrom<Observation> for Snapshot {
-    type Error = InvalidObservation;
-
-    fn try_from(observation: Observation) -> Result<Self, InvalidObservation> {
-        let mut check = Check::default();
-        check.within(format_args!("t_s"), observation.time, -TIME_MAX..=TIME_MAX);
-        check.asc(&observation.asc);
-        check.auvs(&observation.auvs);
-        check.goal(&observation.goal, &observation.auvs);
-        if let Some(current) = &observation.current {
-            check.within(format_args!("current/north_mps"), current.x, -3.0..=3.0);
-            check.within(format_args!("current/east_mps"), current.y, -3.0..=3.0);
-        }
-        check.limits(&observation.limits);
-        if let Some(previous) = &observation.previous_plan {
-            check.trajectory(&previous.trajectory);
-        }
-        if check.invalid.is_empty() { Ok(Self(observation)) } else { Err(InvalidObservation(check.invalid)) }
-    }
-}
-
-#[derive(Default)]
-struct Check {
-    invalid: Vec<InvalidField>,
-}
-
-impl Check {
-    fn fail(&mut self, field: fmt::Arguments<'_>, reason: InvalidReason) {
-        self.invalid.push(InvalidField { field: field.to_string(), reason });
-    }
-
-    fn within(&mut self, field: fmt::Arguments<'_>, given: f64, range: RangeInclusive<f64>) {
-        if !range.contains(&given) {
-            let (least, most) = range.into_inner();
-            self.fail(field, InvalidReason::OutOfRange { given, least, most });
-        }
-    }
-
-    fn length(&mut self, field: fmt::Arguments<'_>, given: usize, range: RangeInclusive<usize>) {
-        if !range.contains(&given) {
-            let (least, most) = range.into_inner();
-            self.fail(field, InvalidReason::Length { given, least, most });
-        }
-    }
-
-    fn asc(&mut self, asc: &AscState) {
-        self.within(format_args!("asc/north_m"), asc.position.x, -COORDINATE_MAX..=COORDINATE_MAX);
-        self.within(format_args!("asc/east_m"), asc.position.y, -COORDINATE_MAX..=COORDINATE_MAX);
-        self.within(format_args!("asc/speed_mps"), asc.surge, -5.0..=20.0);
-        self.within(format_args!("asc/sway_mps"), asc.sway, -5.0..=5.0);
-        self.within(format_args!("asc/yaw_rate_radps"), asc.yaw_rate, -3.0..=3.0);
-        if let Some(ground) = &asc.ground_velocity {
-            self.within(format_args!("asc/ground_north_mps"), ground.x, -25.0..=25.0);
-            self.within(format_args!("asc/ground_east_mps"), ground.y, -25.0..=25.0);
-        }
-        // Heading wraps whatever finite angle it is given; NaN and ∞ survive the wrap as NaN.
-        self.within(
-            format_args!("asc/heading_rad"),
-            asc.heading.radians(),
-            -std::f64::consts::PI..=std::f64::consts::PI,
-        );
-    }
-
-    fn auvs(&mut self, auvs: &[Auv]) {
-        self.length(format_args!("auvs"), auvs.len(), 1..=AUVS_MAX);
-        let mut seen = HashSet::new();
-        for (i, auv) in auvs.iter().enumerate() {
-            self.length(format_args!("auvs/{i}/id"), auv.id.0.len(), 1..=ID_LENGTH_MAX);
-            if !seen.insert(&auv.id) {
-                let given = auv.id.0.clone();
-                self.fail(format_args!("auvs/{i}/id"), InvalidReason::Duplicate { given });
-            }
-            let angle = -std::f64::consts::PI..=std::f64::consts::PI;
-            for (name, value, range) in [
-                ("north_m", auv.position.x, -COORDINATE_MAX..=COORDINATE_MAX),
-                ("east_m", auv.position.y, -COORDINATE_MAX..=COORDINATE_MAX),
-                ("depth_m", auv.depth, -10.0..=12_000.0),
-                ("course_rad", auv.course.radians(), angle),
-                ("speed_mps", auv.speed, 0.0..=10.0),
-                ("turn_rate_radps", auv.turn_rate, -1.0..=1.0),
-                ("age_s", auv.age, 0.0..=3600.0),
-            ] {
-                self.within(format_args!("auvs/{i}/state/{name}"), value, range);
-            }
-        }
-    }
-
-    fn goal(&mut self, goal: &Goal, auvs: &[Auv]) {
-        match goal {
-            Goal::Track { auv } => self.vehicle(format_args!("goal/auv"), auv, auvs),
-            Goal::Intermittent { auvs: named, dwell, epoch } => {
-                self.vehicles(named, auvs);
-                self.within(format_args!("goal/dwell_s"), *dwell, 1.0..=1.0e6);
-                self.within(format_args!("goal/epoch_s"), *epoch, -TIME_MAX..=TIME_MAX);
-            }
-            Goal::Midpoint { auvs: named } => self.vehicles(named, auvs),
-        }
-    }
-
-    fn vehicles(&mut self, named: &[VehicleId], auvs: &[Auv]) {
-        self.length(format_args!("goal/auvs"), named.len(), 1..=AUVS_MAX);
-        let mut seen = HashSet::new();
-        for (i, id) in named.iter().enumerate() {
-            self.vehicle(format_args!("goal/auvs/{i}"), id, auvs);
-            if !seen.insert(id) {
-                let given = id.0.clone();
-                self.fail(format_args!("goal/auvs/{i}"), InvalidReason::Duplicate { given });
-            }
-        }
-    }
-
-    fn vehicle(&mut self, field: fmt::Arguments<'_>, id: &VehicleId, auvs: &[Auv]) {
-        if !auvs.iter().any(|auv| auv.id == *id) {
-            self.fail(field, InvalidReason::UnknownVehicle { given: id.0.clone() });
-        }
-    }
-
-    fn limits(&mut self, limits: &Limits) {
-        self.within(format_args!("limits/speed_min_mps"), limits.speed_min, 0.0..=2.0);
-        // The least gap keeps the speed cone and the forward half-plane from closing on each other.
-        let least_top_speed = if limits.speed_min.is_finite() { limits.speed_min + 0.05 } else { 0.05 };
-        self.within(format_args!("limits/speed_max_mps"), limits.speed_max, least_top_speed..=20.0);
-        self.within(format_args!("limits/turn_rate_max_radps"), limits.turn_rate_max, 0.01..=3.0);
-        self.within(format_args!("limits/acceleration_max_mps2"), limits.acceleration_max, 0.001..=5.0);
-        self.within(format_args!("limits/deceleration_max_mps2"), limits.deceleration_max, 0.001..=5.0);
-        self.within(format_args!("limits/surge_lag_s"), limits.surge_lag, 0.0..=60.0);
-    }
-
-    fn trajectory(&mut self, points: &[TrajectoryPoint]) {
-        let field = "previous_plan/trajectory";
-        self.length(format_args!("{field}"), points.len(), 0..=TRAJECTORY_POINTS_MAX);
-        for (i, point) in points.iter().enumerate() {
-            let angle = -std::f64::consts::PI..=std::f64::consts::PI;
-            for (name, value, range) in [
-                ("t_s", point.time, -TIME_MAX..=TIME_MAX),
-                ("north_m", point.position.x, -COORDINATE_MAX..=COORDINATE_MAX),
-                ("east_m", point.position.y, -COORDINATE_MAX..=COORDINATE_MAX),
-                ("speed_mps", point.speed, 0.0..=40.0),
-                ("heading_rad", point.heading.radians(), angle),
-            ] {
-                self.within(format_args!("{field}/{i}/{name}"), value, range);
-            }
-        }
-        for (i, pair) in points.windows(2).enumerate() {
-            let [before, after] = pair else { continue };
-            if after.time <= before.time {
-                let reason = InvalidReason::NotIncreasing { given: after.time, before: before.time };
-                self.fail(format_args!("{field}/{}/t_s", i + 1), reason);
-            }
-        }
     }
 }

@@ -1,0 +1,31 @@
+# What CI runs, step by step; `just` alone lists the recipes.
+set shell := ["bash", "-euo", "pipefail", "-c"]
+
+_list:
+    @just --list
+
+# Everything that must be green before a change lands
+check: fmt lint docs test deny
+
+fmt:
+    cargo fmt --all --check
+
+lint:
+    cargo clippy --workspace --all-targets -- -D warnings
+
+docs:
+    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
+
+test:
+    cargo test --workspace
+
+deny:
+    cargo deny check bans licenses sources
+
+# Time of one plan
+bench:
+    cargo bench -p planner
+
+# The service and its page on http://127.0.0.1:8080
+serve:
+    cargo run --release

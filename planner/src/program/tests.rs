@@ -1,0 +1,244 @@
+//! The program against its own words, written down a second time.
+
+use std::collections::HashSet;
+
+use super::*;
+use crate::policy::Policy;
+
+const SLACKS: [Slack; 3] = [Slack::ForwardSpeed, Slack::TurnRate, Slack::TrustCone];
+
+#[test]
+fn every_variable_and_every_row_has_one_place() {
+    let layout = Layout { n_stages: 7 };
+    let mut columns = HashSet::new();
+    let mut rows = HashSet::new();
+    for k in 1..=layout.n_stages {
+        for axis in 0..2 {
+            assert!(columns.insert(layout.deviation(k) + axis));
+            assert!(columns.insert(layout.velocity(k) + axis));
+            for row in [
+                layout.dynamics(k),
+                layout.acceleration(k),
+                layout.turn_rate(k),
+                layout.trust_cone(k),
+            ] {
+                assert!(rows.insert(row + axis));
+            }
+        }
+        assert!(rows.insert(layout.forward_speed(k)));
+        assert!((0..3).all(|i| rows.insert(layout.speed_cone(k) + i)));
+        assert!(SLACKS.iter().all(|slack| columns.insert(layout.slack(k, *slack))));
+        assert!(
+            SLACKS
+                .iter()
+                .all(|slack| rows.insert(layout.slack_sign(k, *slack)))
+        );
+    }
+    assert_eq!(columns, (0..layout.n_variables()).collect());
+    assert_eq!(rows, (0..layout.n_rows()).collect());
+}
+
+/// A scene with nothing aligned or zero, on four stages of three lengths.
+struct Scene {
+    steps: Vec<f64>,
+    goal: Vec<Vector2<f64>>,
+    goal_velocity: Vec<Vector2<f64>>,
+    directions: Vec<Vector2<f64>>,
+    policy: Policy,
+}
+
+impl Scene {
+    fn new() -> Self {
+        let at = |k: i32, a: f64, b: f64| Vector2::new(a + 0.3 * f64::from(k), b * f64::from(k * k));
+        Self {
+            steps: vec![1.0, 2.0, 2.0, 4.0],
+            goal: (0..5).map(|k| at(k, 4.0, -0.7)).collect(),
+            goal_velocity: (0..5).map(|k| at(k, -0.2, 0.05)).collect(),
+            directions: (0..5).map(|k| at(k, 1.0, 0.1).normalize()).collect(),
+            policy: Policy::default(),
+        }
+    }
+
+    fn pass(&self) -> Pass<'_> {
+        Pass {
+            steps: &self.steps,
+            velocity: Vector2::new(0.4, -0.05),
+            current: Vector2::new(0.03, -0.08),
+            goal: &self.goal,
+            goal_velocity: &self.goal_velocity,
+            directions: &self.directions,
+            limits: &Limits::MEDUSA,
+            weights: &self.policy.weights,
+        }
+    }
+}
+
+/// Velocities, and the deviations that the equations of motion make of them, written down
+/// independently of the program's rows.
+fn variables(pass: &Pass<'_>, wiggle: f64) -> (Vec<f64>, Vec<Vector2<f64>>, Vec<Vector2<f64>>) {
+    let layout = Layout {
+        n_stages: pass.steps.len(),
+    };
+    let mut x = vec![0.0; layout.n_variables()];
+    let (mut positions, mut velocities) = (vec![Vector2::zeros()], vec![pass.velocity]);
+    for k in 1..=layout.n_stages {
+        let (dt, before) = (pass.steps[k - 1], velocities[k - 1]);
+        let phase = wiggle * f64::from(u32::try_from(k).unwrap());
+        let velocity = Vector2::new(0.5 + 0.2 * phase.sin(), 0.1 * phase.cos());
+        let acceleration = (velocity - before) / dt;
+        let position = positions[k - 1] + (before + pass.current) * dt + acceleration * (0.5 * dt * dt);
+        for axis in 0..2 {
+            x[layout.deviation(k) + axis] = (position - pass.goal[k])[axis] / LENGTH_UNIT;
+            x[layout.velocity(k) + axis] = velocity[axis];
+        }
+        positions.push(position);
+        velocities.push(velocity);
+    }
+    (x, positions, velocities)
+}
+
+fn entries(matrix: &Sparse) -> impl Iterator<Item = Triplet> + '_ {
+    (0..matrix.n_cols).flat_map(move |column| {
+        (matrix.column_starts[column]..matrix.column_starts[column + 1])
+            .map(move |i| (matrix.row_indices[i], column, matrix.values[i]))
+    })
+}
+
+fn objective(program: &Program, x: &[f64]) -> f64 {
+    let quadratic: f64 = entries(&program.quadratic)
+        .map(|(i, j, value)| {
+            if i == j {
+                0.5 * value * x[i] * x[i]
+            } else {
+                value * x[i] * x[j]
+            }
+        })
+        .sum();
+    quadratic + program.linear.iter().zip(x).map(|(q, x)| q * x).sum::<f64>()
+}
+
+/// The cost as the policy words it, summed over the trajectory.
+fn cost_in_words(pass: &Pass<'_>, positions: &[Vector2<f64>], velocities: &[Vector2<f64>]) -> f64 {
+    let (w, n) = (pass.weights, pass.steps.len());
+    let mut cost = 0.0;
+    let miss = |k: usize| {
+        w.position * (positions[k] - pass.goal[k]).norm_squared()
+            + w.velocity * (velocities[k] - pass.goal_velocity[k]).norm_squared()
+    };
+    let acceleration = |k: usize| (velocities[k + 1] - velocities[k]) / pass.steps[k];
+    for k in 0..n {
+        cost += 0.5 * pass.steps[k] * (miss(k) + miss(k + 1));
+        cost += w.acceleration * pass.steps[k] * acceleration(k).norm_squared();
+        if k > 0 {
+            cost += w.acceleration_change * (acceleration(k) - acceleration(k - 1)).norm_squared();
+        }
+    }
+    cost + w.terminal_position * (positions[n] - pass.goal[n]).norm_squared()
+        + w.terminal_velocity * (velocities[n] - pass.goal_velocity[n]).norm_squared()
+}
+
+#[test]
+fn the_objective_is_the_cost_in_words_up_to_scale_and_a_constant() {
+    let scene = Scene::new();
+    let pass = scene.pass();
+    let program = Program::new(&pass);
+    let difference = |a: f64, b: f64| a - b;
+    let [(x, p, v), (y, q, w)] = [0.7, 2.9].map(|wiggle| variables(&pass, wiggle));
+    let ours = difference(objective(&program, &x), objective(&program, &y)) / cost_scale(&pass);
+    let words = difference(cost_in_words(&pass, &p, &v), cost_in_words(&pass, &q, &w));
+    assert!((ours - words).abs() < 1e-9 * words.abs(), "{ours} is not {words}");
+}
+
+#[test]
+fn every_row_says_what_its_promise_says() {
+    let scene = Scene::new();
+    let pass = scene.pass();
+    let program = Program::new(&pass);
+    let (mut x, _, v) = variables(&pass, 1.3);
+    let layout = program.layout;
+    for k in 1..=layout.n_stages {
+        for (i, slack) in SLACKS.into_iter().enumerate() {
+            x[layout.slack(k, slack)] = 0.01 * f64::from(u32::try_from(i + k).unwrap());
+        }
+    }
+    let mut s = program.bounds.clone();
+    entries(&program.constraints).for_each(|(row, column, value)| s[row] -= value * x[column]);
+    let close = |row: usize, expected: f64, what: &str| {
+        assert!(
+            (s[row] - expected).abs() < 1e-12,
+            "{what}: {} is not {expected}",
+            s[row]
+        );
+    };
+    for k in 1..=layout.n_stages {
+        let xi = |slack| x[layout.slack(k, slack)];
+        let (c, limits) = (pass.directions[k], pass.limits);
+        let n = starboard_of(c);
+        let c_mean = (pass.directions[k - 1] + c).normalize();
+        let n_mean = starboard_of(c_mean);
+        let a = (v[k] - v[k - 1]) / pass.steps[k - 1];
+        close(layout.dynamics(k), 0.0, "equations of motion");
+        close(layout.dynamics(k) + 1, 0.0, "equations of motion");
+        close(
+            layout.acceleration(k),
+            limits.acceleration_max - c_mean.dot(&a),
+            "acceleration",
+        );
+        close(
+            layout.acceleration(k) + 1,
+            limits.deceleration_max + c_mean.dot(&a),
+            "deceleration",
+        );
+        close(
+            layout.forward_speed(k),
+            c.dot(&v[k]) - limits.speed_min + xi(Slack::ForwardSpeed),
+            "forward speed",
+        );
+        let rate = limits.turn_rate_max * c_mean.dot(&(v[k] + v[k - 1])) / 2.0 + xi(Slack::TurnRate);
+        close(layout.turn_rate(k), rate - n_mean.dot(&a), "turn to starboard");
+        close(layout.turn_rate(k) + 1, rate + n_mean.dot(&a), "turn to port");
+        let cone = 3.0_f64.sqrt() * c.dot(&v[k]) + xi(Slack::TrustCone);
+        close(layout.trust_cone(k), cone - n.dot(&v[k]), "trust cone, starboard");
+        close(layout.trust_cone(k) + 1, cone + n.dot(&v[k]), "trust cone, port");
+        close(layout.speed_cone(k), limits.speed_max, "speed limit");
+        close(layout.speed_cone(k) + 1, v[k].x, "speed ahead");
+        close(layout.speed_cone(k) + 2, v[k].y, "speed to starboard");
+    }
+}
+
+#[test]
+fn restating_gives_the_same_program_as_stating_anew() {
+    let scene = Scene::new();
+    let mut other = Scene::new();
+    other.goal.iter_mut().for_each(|r| *r *= -3.0);
+    other.directions.reverse();
+    let mut program = Program::new(&other.pass());
+    program.restate(&scene.pass());
+    assert_eq!(program, Program::new(&scene.pass()));
+}
+
+#[test]
+fn shrinking_a_fast_start_satisfies_every_hard_row() {
+    let scene = Scene::new();
+    let pass = Pass {
+        velocity: Vector2::new(-2.0, 1.5),
+        ..scene.pass()
+    };
+    let program = Program::new(&pass);
+    let ramp = pass.limits.acceleration_max.min(pass.limits.deceleration_max);
+    let mut x = vec![0.0; program.layout.n_variables()];
+    let mut time = 0.0;
+    for k in program.stages() {
+        time += pass.steps[k - 1];
+        let velocity = pass.velocity * (1.0 - ramp * time / pass.velocity.norm());
+        x[program.layout.velocity(k)] = velocity.x;
+        x[program.layout.velocity(k) + 1] = velocity.y;
+    }
+    let mut s = program.bounds.clone();
+    entries(&program.constraints).for_each(|(row, column, value)| s[row] -= value * x[column]);
+    for k in program.stages() {
+        let (acceleration, cone) = (program.layout.acceleration(k), program.layout.speed_cone(k));
+        assert!(s[acceleration] >= -1e-12 && s[acceleration + 1] >= -1e-12);
+        assert!(Vector2::new(s[cone + 1], s[cone + 2]).norm() <= s[cone] + 1e-12);
+    }
+}

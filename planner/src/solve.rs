@@ -1,0 +1,199 @@
+//! The only file that knows Clarabel: a program in, a solution out.
+
+use clarabel::{
+    algebra::CscMatrix,
+    solver::{DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, SupportedConeT},
+};
+
+use crate::{
+    program::{Cone, Layout, Program},
+    sparse::Sparse,
+};
+
+/// Optimality and feasibility tolerance.
+///
+/// Moves the first velocity by less than 1 mm/s against 1e-9, and saves a fifth of the iterations
+/// against the solver's own 1e-8.
+const TOLERANCE: f64 = 1e-6;
+
+/// Most interior-point iterations: six times what the hardest program met in the scenarios took.
+const ITERATIONS_MAX: u32 = 100;
+
+/// How a solve ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SolverStatus {
+    /// Not started.
+    Unsolved,
+    /// Optimal within tolerance.
+    Solved,
+    /// Optimal within a wider tolerance.
+    AlmostSolved,
+    /// No point satisfies the constraints.
+    PrimalInfeasible,
+    /// The cost is unbounded below.
+    DualInfeasible,
+    /// Primal infeasible within a wider tolerance.
+    AlmostPrimalInfeasible,
+    /// Dual infeasible within a wider tolerance.
+    AlmostDualInfeasible,
+    /// Out of iterations.
+    MaxIterations,
+    /// Out of time.
+    MaxTime,
+    /// The arithmetic failed, or the data was not a program.
+    NumericalError,
+    /// Steps became too short.
+    InsufficientProgress,
+    /// The caller asked it to stop.
+    CallbackTerminated,
+}
+
+/// What a solver answers. `primal`, `dual` and `slack` mean nothing unless the status says so.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution {
+    /// How it ended.
+    pub status: SolverStatus,
+    /// Variables x.
+    pub primal: Vec<f64>,
+    /// Multipliers z of the rows.
+    pub dual: Vec<f64>,
+    /// Slacks s of the rows.
+    pub slack: Vec<f64>,
+    /// Interior-point iterations.
+    pub iterations: u32,
+}
+
+impl Solution {
+    /// No solution, and why.
+    #[must_use]
+    pub fn none(status: SolverStatus) -> Self {
+        Self {
+            status,
+            primal: Vec::new(),
+            dual: Vec::new(),
+            slack: Vec::new(),
+            iterations: 0,
+        }
+    }
+}
+
+/// Solvers kept by problem shape: symbolic factorisation and memory are set up once, the numbers are
+/// replaced. Without equilibration a reused solver does exactly what a new one would.
+#[derive(Default)]
+pub struct Solvers {
+    by_shape: Vec<(Layout, DefaultSolver<f64>)>,
+}
+
+impl std::fmt::Debug for Solvers {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_list()
+            .entries(self.by_shape.iter().map(|(layout, _)| layout))
+            .finish()
+    }
+}
+
+impl Solvers {
+    /// Solves `program` from a cold start.
+    pub fn solve(&mut self, program: &Program) -> Solution {
+        let Some(solver) = self.prepared(program) else {
+            return Solution::none(SolverStatus::NumericalError);
+        };
+        // The solver adds up its time over all solves otherwise.
+        solver.timers = Some(clarabel::timers::Timers::default());
+        solver.solve();
+        let answer = &solver.solution;
+        Solution {
+            status: status_of(answer.status),
+            primal: answer.x.clone(),
+            dual: answer.z.clone(),
+            slack: answer.s.clone(),
+            iterations: answer.iterations,
+        }
+    }
+
+    /// The solver for the program's shape, with the program's numbers; `None` where Clarabel refuses
+    /// them, as it does for nothing that [`Program`] can state.
+    fn prepared(&mut self, program: &Program) -> Option<&mut DefaultSolver<f64>> {
+        let known = self
+            .by_shape
+            .iter()
+            .position(|(layout, _)| *layout == program.layout);
+        let index = if let Some(index) = known {
+            let solver = &mut self.by_shape[index].1;
+            solver.update_P(&program.quadratic.values).ok()?;
+            solver.update_q(&program.linear).ok()?;
+            solver.update_A(&program.constraints.values).ok()?;
+            solver.update_b(&program.bounds).ok()?;
+            index
+        } else {
+            self.by_shape.push((program.layout, new_solver(program)?));
+            self.by_shape.len() - 1
+        };
+        Some(&mut self.by_shape[index].1)
+    }
+}
+
+fn new_solver(program: &Program) -> Option<DefaultSolver<f64>> {
+    DefaultSolver::new(
+        &csc(&program.quadratic),
+        &program.linear,
+        &csc(&program.constraints),
+        &program.bounds,
+        &program.cones.iter().map(cone).collect::<Vec<_>>(),
+        settings()?,
+    )
+    .ok()
+}
+
+fn settings() -> Option<DefaultSettings<f64>> {
+    DefaultSettingsBuilder::default()
+        .verbose(false)
+        .max_iter(ITERATIONS_MAX)
+        .tol_gap_abs(TOLERANCE)
+        .tol_gap_rel(TOLERANCE)
+        .tol_feas(TOLERANCE)
+        .max_threads(1)
+        // Updates re-apply the first data's scaling, so a kept solver would depend on its past: the
+        // program scales itself instead.
+        .equilibrate_enable(false)
+        .presolve_enable(false)
+        .input_sparse_dropzeros(false)
+        .build()
+        .ok()
+}
+
+fn csc(matrix: &Sparse) -> CscMatrix<f64> {
+    CscMatrix::new(
+        matrix.n_rows,
+        matrix.n_cols,
+        matrix.column_starts.clone(),
+        matrix.row_indices.clone(),
+        matrix.values.clone(),
+    )
+}
+
+fn cone(cone: &Cone) -> SupportedConeT<f64> {
+    match *cone {
+        Cone::Zero(n) => SupportedConeT::ZeroConeT(n),
+        Cone::Nonnegative(n) => SupportedConeT::NonnegativeConeT(n),
+        Cone::SecondOrder(n) => SupportedConeT::SecondOrderConeT(n),
+    }
+}
+
+fn status_of(status: clarabel::solver::SolverStatus) -> SolverStatus {
+    use clarabel::solver::SolverStatus as Theirs;
+    match status {
+        Theirs::Unsolved => SolverStatus::Unsolved,
+        Theirs::Solved => SolverStatus::Solved,
+        Theirs::AlmostSolved => SolverStatus::AlmostSolved,
+        Theirs::PrimalInfeasible => SolverStatus::PrimalInfeasible,
+        Theirs::DualInfeasible => SolverStatus::DualInfeasible,
+        Theirs::AlmostPrimalInfeasible => SolverStatus::AlmostPrimalInfeasible,
+        Theirs::AlmostDualInfeasible => SolverStatus::AlmostDualInfeasible,
+        Theirs::MaxIterations => SolverStatus::MaxIterations,
+        Theirs::MaxTime => SolverStatus::MaxTime,
+        Theirs::NumericalError => SolverStatus::NumericalError,
+        Theirs::InsufficientProgress => SolverStatus::InsufficientProgress,
+        Theirs::CallbackTerminated => SolverStatus::CallbackTerminated,
+    }
+}

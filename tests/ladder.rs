@@ -1,0 +1,201 @@
+//! Each rung of the decision ladder, reached by forcing what would lead to it.
+
+use planner::{
+    angle::{Course, Heading, wrap},
+    los::{AscNow, saturated_los},
+    plan::{Degraded, Method, Plan, Workspace, plan, plan_with},
+    policy::Policy,
+    program::Program,
+    snapshot::{HoldStyle, Observation, PreviousPlan, Snapshot, TrajectoryPoint},
+    solve::{Solution, SolverStatus, Solvers},
+};
+use tests::{goals, observation, snapshot};
+
+const STATUSES_THAT_PROVE_NOTHING: [SolverStatus; 10] = [
+    SolverStatus::Unsolved,
+    SolverStatus::PrimalInfeasible,
+    SolverStatus::DualInfeasible,
+    SolverStatus::AlmostPrimalInfeasible,
+    SolverStatus::AlmostDualInfeasible,
+    SolverStatus::MaxIterations,
+    SolverStatus::MaxTime,
+    SolverStatus::NumericalError,
+    SolverStatus::InsufficientProgress,
+    SolverStatus::CallbackTerminated,
+];
+
+/// Plans with a solver that solves, and then reports `status` instead of its own.
+fn plan_with_status(snapshot: &Snapshot, status: SolverStatus) -> Plan {
+    let mut solvers = Solvers::default();
+    plan_with(
+        snapshot,
+        &Policy::default(),
+        &mut Vec::new(),
+        &mut |program: &Program| Solution {
+            status,
+            ..solvers.solve(program)
+        },
+    )
+}
+
+fn with_previous(age: f64) -> Observation {
+    let mut observation = observation(goals()[0].clone());
+    let before = snapshot(Observation {
+        time: observation.time - age,
+        ..observation.clone()
+    });
+    let answer = plan(&before, &Policy::default(), &mut Workspace::default());
+    observation.previous_plan = Some(PreviousPlan {
+        trajectory: answer.trajectory,
+        goal_course: Some(answer.goal_course),
+    });
+    observation
+}
+
+#[test]
+fn a_solved_program_answers_on_the_first_rung() {
+    for goal in goals() {
+        let answer = plan_with_status(&snapshot(observation(goal)), SolverStatus::Solved);
+        assert_eq!((answer.method, answer.degraded), (Method::Mpc, None));
+        assert_eq!(answer.solver.passes, 2);
+    }
+}
+
+#[test]
+fn every_status_that_proves_nothing_leads_to_the_previous_plan() {
+    let snapshot = snapshot(with_previous(3.0));
+    let previous = snapshot.previous_plan.clone().unwrap().trajectory;
+    for status in STATUSES_THAT_PROVE_NOTHING {
+        let answer = plan_with_status(&snapshot, status);
+        assert_eq!(
+            (answer.method, answer.degraded),
+            (Method::PreviousPlan, Some(Degraded::Solver(status)))
+        );
+        // The previous grid starts with six intervals of 1 s, so that 3 s on is its fourth point.
+        assert!((answer.trajectory[0].position - previous[3].position).norm() < 1e-9);
+        assert!(wrap(answer.reference.heading.radians() - previous[4].heading.radians()).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn without_a_young_previous_plan_every_such_status_leads_to_line_of_sight() {
+    for observation in [observation(goals()[0].clone()), with_previous(10.5)] {
+        let snapshot = snapshot(observation);
+        let policy = Policy::default();
+        for status in STATUSES_THAT_PROVE_NOTHING {
+            let answer = plan_with_status(&snapshot, status);
+            assert_eq!(
+                (answer.method, answer.degraded),
+                (Method::SaturatedLos, Some(Degraded::Solver(status)))
+            );
+            let target = answer.goal[0];
+            let law = saturated_los(
+                &AscNow::from(&snapshot),
+                &target,
+                Course::of(&target.velocity),
+                policy.los,
+                &snapshot.limits,
+            );
+            assert_eq!(answer.reference, law);
+        }
+    }
+}
+
+#[test]
+fn an_almost_solved_program_counts_if_its_certificate_passes() {
+    let snapshot = snapshot(observation(goals()[0].clone()));
+    let answer = plan_with_status(&snapshot, SolverStatus::AlmostSolved);
+    assert_eq!((answer.method, answer.degraded), (Method::Mpc, None));
+    assert_eq!(answer.solver.status, SolverStatus::AlmostSolved);
+}
+
+#[test]
+fn a_solution_that_fails_its_certificate_is_not_followed_whatever_the_solver_says() {
+    let snapshot = snapshot(observation(goals()[0].clone()));
+    for (spoil, what) in [
+        (0.01, "a primal variable off by 1 %"),
+        (f64::NAN, "not a number"),
+        (f64::INFINITY, "infinite"),
+    ] {
+        let mut solvers = Solvers::default();
+        let answer = plan_with(&snapshot, &Policy::default(), &mut Vec::new(), &mut |program| {
+            let mut solution = solvers.solve(program);
+            solution.primal[7] += spoil;
+            solution
+        });
+        assert_eq!(answer.method, Method::SaturatedLos, "{what}");
+        assert_eq!(answer.degraded, Some(Degraded::Certificate), "{what}");
+    }
+}
+
+#[test]
+fn a_second_pass_that_fails_leaves_the_answer_to_the_first() {
+    let snapshot = snapshot(observation(goals()[0].clone()));
+    let mut solvers = Solvers::default();
+    let mut calls = 0;
+    let answer = plan_with(&snapshot, &Policy::default(), &mut Vec::new(), &mut |program| {
+        calls += 1;
+        if calls == 1 {
+            solvers.solve(program)
+        } else {
+            Solution::none(SolverStatus::MaxIterations)
+        }
+    });
+    let one_pass = Policy {
+        passes: 1,
+        ..Policy::default()
+    };
+    let first = plan(&snapshot, &one_pass, &mut Workspace::default());
+    assert_eq!((answer.method, answer.degraded), (Method::Mpc, None));
+    assert_eq!(answer.reference, first.reference);
+}
+
+#[test]
+fn a_goal_that_rests_on_a_stale_report_is_held_as_the_client_chose() {
+    let mut stale = observation(goals()[0].clone());
+    stale.auvs[0].age = 901.0;
+    for (hold, speed, turn) in [(HoldStyle::Stop, 0.0, 0.0), (HoldStyle::SlowTurn, 0.05, 0.2)] {
+        let answer = plan(
+            &snapshot(Observation {
+                hold,
+                ..stale.clone()
+            }),
+            &Policy::default(),
+            &mut Workspace::default(),
+        );
+        assert_eq!(
+            (answer.method, answer.degraded),
+            (Method::Hold, Some(Degraded::StaleReport))
+        );
+        assert_eq!(answer.reference.speed, speed);
+        assert_eq!(answer.reference.heading, Heading::new(0.3 + turn));
+    }
+}
+
+#[test]
+fn a_stale_report_of_an_auv_outside_the_goal_changes_nothing() {
+    let mut stale = observation(goals()[0].clone());
+    stale.auvs[1].age = 3600.0;
+    assert_eq!(
+        plan_with_status(&snapshot(stale), SolverStatus::Solved).method,
+        Method::Mpc
+    );
+}
+
+#[test]
+fn a_previous_plan_from_the_future_is_not_followed() {
+    let mut odd = with_previous(3.0);
+    let point = |time| TrajectoryPoint {
+        time,
+        ..odd.previous_plan.clone().unwrap().trajectory[0]
+    };
+    let trajectory = vec![point(300.0), point(301.0)];
+    odd.previous_plan = Some(PreviousPlan {
+        trajectory,
+        goal_course: None,
+    });
+    assert_eq!(
+        plan_with_status(&snapshot(odd), SolverStatus::MaxTime).method,
+        Method::SaturatedLos
+    );
+}
