@@ -29,9 +29,14 @@ const REQUEST_ID_LENGTH_MAX: usize = 64;
 const HEADERS: [(HeaderName, HeaderValue); 3] = [
     (
         header::CONTENT_SECURITY_POLICY,
-        HeaderValue::from_static("default-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"),
+        HeaderValue::from_static(
+            "default-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+        ),
     ),
-    (header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff")),
+    (
+        header::X_CONTENT_TYPE_OPTIONS,
+        HeaderValue::from_static("nosniff"),
+    ),
     (header::CACHE_CONTROL, HeaderValue::from_static("no-store")),
 ];
 
@@ -68,13 +73,18 @@ fn write_document(response: &mut Response, problem: &Problem, path: &str, id: &s
     *response.body_mut() = Body::from(document);
     let headers = response.headers_mut();
     headers.remove(header::CONTENT_LENGTH);
-    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
+    headers.insert(
+        header::CONTENT_TYPE,
+        HeaderValue::from_static("application/problem+json"),
+    );
 }
 
 /// What a panicking handler is answered with.
 pub(crate) fn caught_panic(panic: Box<dyn Any + Send>) -> Response {
     let message = panic.downcast_ref::<String>().map(String::as_str);
-    let message = message.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
+    let message = message
+        .or_else(|| panic.downcast_ref::<&str>().copied())
+        .unwrap_or("no message");
     tracing::error!(message, "a handler panicked");
     Problem::Panicked.into_response()
 }
@@ -83,9 +93,14 @@ pub(crate) fn caught_panic(panic: Box<dyn Any + Send>) -> Response {
 fn request_id(headers: &HeaderMap) -> String {
     let plain = |id: &&str| {
         (1..=REQUEST_ID_LENGTH_MAX).contains(&id.len())
-            && id.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-_.:".contains(&byte))
+            && id
+                .bytes()
+                .all(|byte| byte.is_ascii_alphanumeric() || b"-_.:".contains(&byte))
     };
-    let given = headers.get(&REQUEST_ID).and_then(|id| id.to_str().ok()).filter(plain);
+    let given = headers
+        .get(&REQUEST_ID)
+        .and_then(|id| id.to_str().ok())
+        .filter(plain);
     given.map_or_else(fresh_id, str::to_owned)
 }
 

@@ -68,7 +68,9 @@ pub(crate) async fn list() -> Json<ExampleList> {
         name: example.name.to_owned(),
         title: example.title.to_owned(),
     };
-    Json(ExampleList { examples: EXAMPLES.iter().map(entry).collect() })
+    Json(ExampleList {
+        examples: EXAMPLES.iter().map(entry).collect(),
+    })
 }
 
 /// A request that is ready to post.
@@ -83,6 +85,8 @@ pub(crate) async fn one(name: Result<Path<String>, PathRejection>) -> Result<Res
     let example = EXAMPLES
         .iter()
         .find(|example| example.name == wanted)
-        .ok_or_else(|| Problem::NoExample { known: EXAMPLES.iter().map(|example| example.name).collect() })?;
+        .ok_or_else(|| Problem::NoExample {
+            known: EXAMPLES.iter().map(|example| example.name).collect(),
+        })?;
     Ok(([(header::CONTENT_TYPE, "application/json")], example.body).into_response())
 }

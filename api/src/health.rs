@@ -48,7 +48,10 @@ pub(crate) struct Readiness {
 
 impl Readiness {
     pub(crate) fn new(planners: Planners) -> Self {
-        Self { planners, verdict: Arc::default() }
+        Self {
+            planners,
+            verdict: Arc::default(),
+        }
     }
 
     async fn check(&self) -> Result<(), Problem> {
@@ -71,7 +74,9 @@ impl Readiness {
         let plan = self.planners.plan(snapshot).await?.plan;
         match plan.degraded {
             None => Ok(()),
-            Some(why) => Err(Problem::NotReady { reason: format!("a plain snapshot was not solved: {why:?}") }),
+            Some(why) => Err(Problem::NotReady {
+                reason: format!("a plain snapshot was not solved: {why:?}"),
+            }),
         }
     }
 }
@@ -80,7 +85,9 @@ impl Readiness {
 #[utoipa::path(get, path = "/livez", tag = "service",
     responses((status = 200, description = "It is.", body = Health)))]
 pub(crate) async fn livez() -> Json<Health> {
-    Json(Health { status: "live".to_owned() })
+    Json(Health {
+        status: "live".to_owned(),
+    })
 }
 
 /// Can it plan? Solves an example, and believes the result for ten seconds.
@@ -90,7 +97,9 @@ pub(crate) async fn livez() -> Json<Health> {
         content_type = "application/problem+json")))]
 pub(crate) async fn readyz(State(readiness): State<Readiness>) -> Result<Json<Health>, Problem> {
     readiness.check().await?;
-    Ok(Json(Health { status: "ready".to_owned() }))
+    Ok(Json(Health {
+        status: "ready".to_owned(),
+    }))
 }
 
 /// What is it?

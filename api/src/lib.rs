@@ -4,15 +4,13 @@
 //! [`wire`] again; whatever goes wrong becomes a [`problem::Problem`], and only there a status code.
 //! [`app`] is the whole service without a socket.
 
-use std::{
-    num::NonZeroUsize,
-    time::Duration,
-};
+use std::{num::NonZeroUsize, time::Duration};
 
 use axum::{
     Json, Router,
     extract::{DefaultBodyLimit, FromRef},
-    middleware, routing::get,
+    middleware,
+    routing::get,
 };
 use tower_http::catch_panic::CatchPanicLayer;
 use utoipa::OpenApi;
@@ -28,10 +26,10 @@ mod posted;
 pub mod problem;
 pub mod wire;
 
-pub use planners::PlanFn;
-pub use posted::BODY_BYTES_MAX;
 use health::Readiness;
+pub use planners::PlanFn;
 use planners::Planners;
+pub use posted::BODY_BYTES_MAX;
 use problem::Problem;
 
 /// What a service is built with.
@@ -72,7 +70,10 @@ struct Shared {
 #[must_use]
 pub fn app(settings: Settings) -> Router {
     let planners = Planners::new(settings.plan, settings.planners, settings.waiting);
-    let shared = Shared { readiness: Readiness::new(planners.clone()), planners };
+    let shared = Shared {
+        readiness: Readiness::new(planners.clone()),
+        planners,
+    };
     let (router, openapi) = documented().split_for_parts();
     router
         .merge(page::router())

@@ -50,8 +50,13 @@ impl Planners {
 
     /// Plans on a thread of its own. Fails at once when the queue is full.
     pub(crate) async fn plan(&self, snapshot: Snapshot) -> Result<Planned, Problem> {
-        let admitted = Arc::clone(&self.admitted).try_acquire_owned().map_err(|_| Problem::Overloaded)?;
-        let running = Arc::clone(&self.running).acquire_owned().await.expect("is never closed");
+        let admitted = Arc::clone(&self.admitted)
+            .try_acquire_owned()
+            .map_err(|_| Problem::Overloaded)?;
+        let running = Arc::clone(&self.running)
+            .acquire_owned()
+            .await
+            .expect("is never closed");
         let planners = self.clone();
         let task = tokio::task::spawn_blocking(move || {
             // Held by the thread: a client that goes away does not free a planner that still works.
@@ -69,6 +74,10 @@ impl Planners {
         let plan = (self.plan)(&snapshot, &self.policy, &mut workspace);
         let solve_time = start.elapsed();
         idle().push(workspace);
-        Planned { snapshot, plan, solve_time }
+        Planned {
+            snapshot,
+            plan,
+            solve_time,
+        }
     }
 }

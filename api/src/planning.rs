@@ -47,21 +47,36 @@ pub(crate) async fn compare(
 ) -> Result<Json<Comparison>, Problem> {
     let (planned, metadata) = planned(&planners, request).await?;
     let answer = answer(&planned, &metadata);
-    Ok(Json(Comparison { plans: Plans { mpc: answer.planned(), saturated_los: answer.line_of_sight() } }))
+    Ok(Json(Comparison {
+        plans: Plans {
+            mpc: answer.planned(),
+            saturated_los: answer.line_of_sight(),
+        },
+    }))
 }
 
-async fn planned(planners: &Planners, request: PlanRequest) -> Result<(Planned, Map<String, Value>), Problem> {
+async fn planned(
+    planners: &Planners,
+    request: PlanRequest,
+) -> Result<(Planned, Map<String, Value>), Problem> {
     let snapshot = Snapshot::try_from(&request).map_err(Problem::Invalid)?;
     let planned = planners.plan(snapshot).await?;
     if planned.snapshot.fallback == Fallback::None {
         let answer = answer(&planned, &request.metadata).planned();
         if answer.outcome == Outcome::Degraded {
-            return Err(Problem::NoSolution { reason: answer.reason.unwrap_or_default() });
+            return Err(Problem::NoSolution {
+                reason: answer.reason.unwrap_or_default(),
+            });
         }
     }
     Ok((planned, request.metadata))
 }
 
 fn answer<'a>(planned: &'a Planned, metadata: &'a Map<String, Value>) -> Answer<'a> {
-    Answer { snapshot: &planned.snapshot, plan: &planned.plan, solve_time: planned.solve_time, metadata }
+    Answer {
+        snapshot: &planned.snapshot,
+        plan: &planned.plan,
+        solve_time: planned.solve_time,
+        metadata,
+    }
 }

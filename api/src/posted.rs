@@ -2,7 +2,10 @@
 
 use axum::{
     body::Bytes,
-    extract::{FromRequest, Request, rejection::{BytesRejection, FailedToBufferBody}},
+    extract::{
+        FromRequest, Request,
+        rejection::{BytesRejection, FailedToBufferBody},
+    },
     http::{HeaderMap, header},
 };
 use serde::de::DeserializeOwned;
@@ -23,12 +26,16 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for Posted<T> {
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
         require_json(request.headers())?;
-        let body = Bytes::from_request(request, state).await.map_err(|rejection| match rejection {
-            BytesRejection::FailedToBufferBody(FailedToBufferBody::LengthLimitError(_)) => {
-                Problem::TooLarge { limit: BODY_BYTES_MAX }
-            }
-            _ => Problem::BodyUnreadable,
-        })?;
+        let body = Bytes::from_request(request, state)
+            .await
+            .map_err(|rejection| match rejection {
+                BytesRejection::FailedToBufferBody(FailedToBufferBody::LengthLimitError(_)) => {
+                    Problem::TooLarge {
+                        limit: BODY_BYTES_MAX,
+                    }
+                }
+                _ => Problem::BodyUnreadable,
+            })?;
         parse(&body).map(Self)
     }
 }
@@ -38,11 +45,18 @@ fn require_json(headers: &HeaderMap) -> Result<(), Problem> {
         return Err(Problem::NotJson { given: None });
     };
     let given = String::from_utf8_lossy(given.as_bytes());
-    let essence = given.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();
+    let essence = given
+        .split(';')
+        .next()
+        .unwrap_or_default()
+        .trim()
+        .to_ascii_lowercase();
     if essence == "application/json" || (essence.starts_with("application/") && essence.ends_with("+json")) {
         Ok(())
     } else {
-        Err(Problem::NotJson { given: Some(given.into_owned()) })
+        Err(Problem::NotJson {
+            given: Some(given.into_owned()),
+        })
     }
 }
 

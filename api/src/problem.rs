@@ -151,27 +151,53 @@ impl Problem {
         match self {
             Self::Syntax(_) => (StatusCode::BAD_REQUEST, "syntax", "The body is not JSON"),
             Self::BodyUnreadable => (StatusCode::BAD_REQUEST, "body_unreadable", "The body ended early"),
-            Self::Invalid(_) => {
-                (StatusCode::UNPROCESSABLE_ENTITY, "invalid_request", "The request is not valid")
-            }
-            Self::NotJson { .. } => {
-                (StatusCode::UNSUPPORTED_MEDIA_TYPE, "unsupported_media_type", "JSON is the only format")
-            }
-            Self::TooLarge { .. } => {
-                (StatusCode::PAYLOAD_TOO_LARGE, "body_too_large", "The body is too large")
-            }
+            Self::Invalid(_) => (
+                StatusCode::UNPROCESSABLE_ENTITY,
+                "invalid_request",
+                "The request is not valid",
+            ),
+            Self::NotJson { .. } => (
+                StatusCode::UNSUPPORTED_MEDIA_TYPE,
+                "unsupported_media_type",
+                "JSON is the only format",
+            ),
+            Self::TooLarge { .. } => (
+                StatusCode::PAYLOAD_TOO_LARGE,
+                "body_too_large",
+                "The body is too large",
+            ),
             Self::NoRoute => (StatusCode::NOT_FOUND, "no_route", "There is nothing here"),
             Self::NoExample { .. } => (StatusCode::NOT_FOUND, "no_example", "There is no such example"),
-            Self::MethodNotAllowed => {
-                (StatusCode::METHOD_NOT_ALLOWED, "method_not_allowed", "The method is not allowed")
-            }
-            Self::Overloaded => (StatusCode::SERVICE_UNAVAILABLE, "overloaded", "Every planner is busy"),
-            Self::TimedOut => (StatusCode::SERVICE_UNAVAILABLE, "timed_out", "The answer took too long"),
-            Self::NoSolution { .. } => {
-                (StatusCode::SERVICE_UNAVAILABLE, "no_solution", "No program was solved")
-            }
-            Self::NotReady { .. } => (StatusCode::SERVICE_UNAVAILABLE, "not_ready", "The service cannot plan"),
-            Self::Panicked => (StatusCode::INTERNAL_SERVER_ERROR, "internal", "The service has a bug"),
+            Self::MethodNotAllowed => (
+                StatusCode::METHOD_NOT_ALLOWED,
+                "method_not_allowed",
+                "The method is not allowed",
+            ),
+            Self::Overloaded => (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "overloaded",
+                "Every planner is busy",
+            ),
+            Self::TimedOut => (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "timed_out",
+                "The answer took too long",
+            ),
+            Self::NoSolution { .. } => (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "no_solution",
+                "No program was solved",
+            ),
+            Self::NotReady { .. } => (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "not_ready",
+                "The service cannot plan",
+            ),
+            Self::Panicked => (
+                StatusCode::INTERNAL_SERVER_ERROR,
+                "internal",
+                "The service has a bug",
+            ),
         }
     }
 
@@ -182,7 +208,12 @@ impl Problem {
                 [] => "a field is not valid".to_owned(),
                 [only] => format!("{}: {}", place(&only.pointer), only.detail),
                 [first, rest @ ..] => {
-                    format!("{}: {} (and {} more)", place(&first.pointer), first.detail, rest.len())
+                    format!(
+                        "{}: {} (and {} more)",
+                        place(&first.pointer),
+                        first.detail,
+                        rest.len()
+                    )
                 }
             },
             Self::NotJson { given } => match given {

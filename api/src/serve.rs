@@ -55,10 +55,12 @@ pub(crate) fn serve(arguments: &Serve) -> Result<(), ServeError> {
 }
 
 async fn run(address: SocketAddr) -> Result<(), ServeError> {
-    let listener = TcpListener::bind(address).await.map_err(|source| match source.kind() {
-        io::ErrorKind::AddrInUse => ServeError::PortTaken(address.port()),
-        _ => ServeError::Listen { address, source },
-    })?;
+    let listener = TcpListener::bind(address)
+        .await
+        .map_err(|source| match source.kind() {
+            io::ErrorKind::AddrInUse => ServeError::PortTaken(address.port()),
+            _ => ServeError::Listen { address, source },
+        })?;
     // Before the URL is printed: whoever reads it may send the signal at once.
     let signal = Signals::listen()?;
     greet(listener.local_addr()?);
@@ -108,7 +110,10 @@ struct Signals {
 impl Signals {
     fn listen() -> io::Result<Self> {
         use tokio::signal::unix::{SignalKind, signal};
-        Ok(Self { interrupt: signal(SignalKind::interrupt())?, terminate: signal(SignalKind::terminate())? })
+        Ok(Self {
+            interrupt: signal(SignalKind::interrupt())?,
+            terminate: signal(SignalKind::terminate())?,
+        })
     }
 
     async fn any(mut self) {

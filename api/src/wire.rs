@@ -19,7 +19,7 @@ pub use request::{
     Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, Limits, PlanRequest, PreviousPlan,
 };
 pub use response::{
-    Baseline, Comparison, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, Plans, PlannedTarget,
+    Baseline, Comparison, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget, Plans,
     Predicted, Reference, Residuals, Solver, TargetPoint, TrajectoryPoint, Violation, Warning,
 };
 pub use write_answer::Answer;

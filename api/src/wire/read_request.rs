@@ -69,7 +69,10 @@ impl TryFrom<&PlanRequest> for Snapshot {
 
 impl From<&PlanResponse> for PreviousPlan {
     fn from(answer: &PlanResponse) -> Self {
-        Self { trajectory: answer.trajectory.clone(), goal_course_rad: Some(answer.goal_course_rad) }
+        Self {
+            trajectory: answer.trajectory.clone(),
+            goal_course_rad: Some(answer.goal_course_rad),
+        }
     }
 }
 
@@ -91,13 +94,16 @@ impl From<&InvalidField> for FieldError {
                 Self::new(pointer, "duplicate", "this name stands twice").given(given.as_str())
             }
             InvalidReason::UnknownVehicle { given } => {
-                Self::new(pointer, "unknown_vehicle", "no vehicle in `auvs` has this id").given(given.as_str())
+                Self::new(pointer, "unknown_vehicle", "no vehicle in `auvs` has this id")
+                    .given(given.as_str())
             }
-            InvalidReason::NotIncreasing { given, before } => {
-                Self::new(pointer, "not_increasing", format!("must come after {before} s, the time before it"))
-                    .given(*given)
-                    .limit(json!({ "above": before }))
-            }
+            InvalidReason::NotIncreasing { given, before } => Self::new(
+                pointer,
+                "not_increasing",
+                format!("must come after {before} s, the time before it"),
+            )
+            .given(*given)
+            .limit(json!({ "above": before })),
         }
     }
 }
@@ -109,9 +115,13 @@ fn out_of_range(pointer: String, given: f64, least: f64, most: f64) -> FieldErro
 }
 
 fn length(pointer: String, given: usize, least: usize, most: usize) -> FieldError {
-    FieldError::new(pointer, "length", format!("must have {least} to {most} items or bytes"))
-        .given(given)
-        .limit(json!({ "least": least, "most": most }))
+    FieldError::new(
+        pointer,
+        "length",
+        format!("must have {least} to {most} items or bytes"),
+    )
+    .given(given)
+    .limit(json!({ "least": least, "most": most }))
 }
 
 fn bound_lists(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
@@ -125,7 +135,12 @@ fn bound_lists(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
         bound("/goal/auvs", auvs.len(), 1, domain::AUVS_MAX);
     }
     if let Some(previous) = &request.previous_plan {
-        bound("/previous_plan/trajectory", previous.trajectory.len(), 0, domain::TRAJECTORY_POINTS_MAX);
+        bound(
+            "/previous_plan/trajectory",
+            previous.trajectory.len(),
+            0,
+            domain::TRAJECTORY_POINTS_MAX,
+        );
     }
 }
 
@@ -161,7 +176,10 @@ fn check_angles(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
             check("/previous_plan/goal_course_rad".to_owned(), course);
         }
         for (i, point) in previous.trajectory.iter().enumerate() {
-            check(format!("/previous_plan/trajectory/{i}/heading_rad"), point.heading_rad);
+            check(
+                format!("/previous_plan/trajectory/{i}/heading_rad"),
+                point.heading_rad,
+            );
         }
     }
 }
@@ -206,7 +224,13 @@ fn auv(auv: &Auv) -> domain::Auv {
 /// The goal, if every member that its kind needs is there; what is missing or too much goes into
 /// `invalid`.
 fn goal(goal: &Goal, invalid: &mut Vec<FieldError>) -> Option<domain::Goal> {
-    let Goal { kind, auv, auvs, dwell_s, epoch_s } = goal;
+    let Goal {
+        kind,
+        auv,
+        auvs,
+        dwell_s,
+        epoch_s,
+    } = goal;
     let needed: &[&str] = match kind {
         GoalKind::Track => &["auv"],
         GoalKind::Intermittent => &["auvs", "dwell_s", "epoch_s"],
@@ -224,20 +248,28 @@ fn goal(goal: &Goal, invalid: &mut Vec<FieldError>) -> Option<domain::Goal> {
                 invalid.push(FieldError::new(pointer, "missing", "this kind of goal needs it"));
             }
             (false, true) => {
-                invalid.push(FieldError::new(pointer, "unexpected", "this kind of goal has no such member"));
+                invalid.push(FieldError::new(
+                    pointer,
+                    "unexpected",
+                    "this kind of goal has no such member",
+                ));
             }
             (true, true) | (false, false) => {}
         }
     }
     let names = |ids: &[String]| ids.iter().cloned().map(VehicleId).collect();
     Some(match kind {
-        GoalKind::Track => domain::Goal::Track { auv: VehicleId(auv.clone()?) },
+        GoalKind::Track => domain::Goal::Track {
+            auv: VehicleId(auv.clone()?),
+        },
         GoalKind::Intermittent => domain::Goal::Intermittent {
             auvs: names(auvs.as_ref()?),
             dwell: (*dwell_s)?,
             epoch: (*epoch_s)?,
         },
-        GoalKind::Midpoint => domain::Goal::Midpoint { auvs: names(auvs.as_ref()?) },
+        GoalKind::Midpoint => domain::Goal::Midpoint {
+            auvs: names(auvs.as_ref()?),
+        },
     })
 }
 

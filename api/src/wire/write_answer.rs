@@ -4,19 +4,21 @@ use std::time::Duration;
 
 use nalgebra::Vector2;
 use planner::{
+    certificate,
     los::Reference as DomainReference,
     plan as domain,
-    plan::{Plan, SoftLimit, SolverStatus},
+    plan::{Plan, SoftLimit},
     snapshot as facts,
     snapshot::{ForecastModel, Snapshot},
+    solve::SolverStatus,
 };
 use serde_json::{Map, Value};
 
 use super::{
     SCHEMA_VERSION,
     response::{
-        Baseline, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget, Predicted, Reference,
-        Residuals, Solver, TargetPoint, TrajectoryPoint, Violation, Warning,
+        Baseline, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget, Predicted,
+        Reference, Residuals, Solver, TargetPoint, TrajectoryPoint, Violation, Warning,
     },
     write_request::plan_id,
 };
@@ -42,9 +44,19 @@ impl Answer<'_> {
     /// The planner's answer.
     #[must_use]
     pub fn planned(&self) -> PlanResponse {
-        let Plan { reference, trajectory, predicted, solver, .. } = self.plan;
+        let Plan {
+            reference,
+            trajectory,
+            predicted,
+            solver,
+            ..
+        } = self.plan;
         PlanResponse {
-            outcome: if self.plan.degraded.is_some() { Outcome::Degraded } else { Outcome::Ok },
+            outcome: if self.plan.degraded.is_some() {
+                Outcome::Degraded
+            } else {
+                Outcome::Ok
+            },
             method: method(self.plan.method),
             reason: self.plan.degraded.map(degraded_reason),
             solver: Some(Solver {
@@ -52,11 +64,9 @@ impl Answer<'_> {
                 passes: solver.passes,
                 iterations: solver.iterations,
                 solve_time_ms: self.solve_time.as_secs_f64() * 1e3,
-                residuals: solver.residuals.map(|domain::Residuals { primal, dual, gap }| Residuals {
-                    primal,
-                    dual,
-                    gap,
-                }),
+                residuals: solver
+                    .residuals
+                    .map(|certificate::Residuals { primal, dual, gap }| Residuals { primal, dual, gap }),
             }),
             violations: self.plan.violations.iter().map(violation).collect(),
             ..self.along(*reference, trajectory, *predicted)
@@ -66,7 +76,11 @@ impl Answer<'_> {
     /// The line-of-sight law's answer to the same snapshot, in the same shape.
     #[must_use]
     pub fn line_of_sight(&self) -> PlanResponse {
-        let domain::Baseline { reference, trajectory, predicted } = &self.plan.baseline;
+        let domain::Baseline {
+            reference,
+            trajectory,
+            predicted,
+        } = &self.plan.baseline;
         self.along(*reference, trajectory, *predicted)
     }
 
@@ -92,8 +106,15 @@ impl Answer<'_> {
             },
             trajectory: trajectory.iter().map(TrajectoryPoint::from).collect(),
             goal_course_rad: self.plan.goal_course.radians(),
-            goal: GoalTrajectory { trajectory: self.goal() },
-            targets: self.plan.targets.iter().map(|target| self.target(target)).collect(),
+            goal: GoalTrajectory {
+                trajectory: self.goal(),
+            },
+            targets: self
+                .plan
+                .targets
+                .iter()
+                .map(|target| self.target(target))
+                .collect(),
             baseline: Baseline {
                 method: Method::SaturatedLos,
                 speed_mps: baseline.reference.speed,
@@ -158,12 +179,19 @@ impl From<&facts::TrajectoryPoint> for TrajectoryPoint {
 }
 
 fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
-    let stale = snapshot.auvs.iter().enumerate().filter(|(_, auv)| REPORT_AGE_STALE < auv.age);
+    let stale = snapshot
+        .auvs
+        .iter()
+        .enumerate()
+        .filter(|(_, auv)| REPORT_AGE_STALE < auv.age);
     let mut warnings: Vec<_> = stale
         .map(|(i, auv)| Warning {
             code: "stale_report".to_owned(),
             pointer: format!("/auvs/{i}/state/age_s"),
-            detail: format!("{} was last heard of {} s ago; its forecast starts there", auv.id, auv.age),
+            detail: format!(
+                "{} was last heard of {} s ago; its forecast starts there",
+                auv.id, auv.age
+            ),
         })
         .collect();
     if snapshot.current.is_none() && snapshot.asc.ground_velocity.is_none() {
@@ -189,6 +217,8 @@ fn method(method: domain::Method) -> Method {
 fn degraded_reason(degraded: domain::Degraded) -> String {
     match degraded {
         domain::Degraded::Solver(status) => format!("solver_{}", status_name(status)),
+        domain::Degraded::Certificate => "certificate".to_owned(),
+        domain::Degraded::StaleReport => "stale_report".to_owned(),
     }
 }
 

@@ -36,7 +36,10 @@ impl From<&Snapshot> for PlanRequest {
             asc: asc(&snapshot.asc),
             auvs: snapshot.auvs.iter().map(auv).collect(),
             goal: goal(&snapshot.goal),
-            current: snapshot.current.map(|v| Current { north_mps: v.x, east_mps: v.y }),
+            current: snapshot.current.map(|v| Current {
+                north_mps: v.x,
+                east_mps: v.y,
+            }),
             limits: Some(limits(&snapshot.limits)),
             forecast: match snapshot.forecast {
                 ForecastChoice::Auto => Forecast::Auto,
@@ -97,18 +100,28 @@ fn auv(auv: &facts::Auv) -> Auv {
 
 fn goal(goal: &facts::Goal) -> Goal {
     let names = |ids: &[facts::VehicleId]| Some(ids.iter().map(|id| id.0.clone()).collect());
-    let bare = |kind| Goal { kind, auv: None, auvs: None, dwell_s: None, epoch_s: None };
+    let bare = |kind| Goal {
+        kind,
+        auv: None,
+        auvs: None,
+        dwell_s: None,
+        epoch_s: None,
+    };
     match goal {
-        facts::Goal::Track { auv } => {
-            Goal { auv: Some(auv.0.clone()), ..bare(GoalKind::Track) }
-        }
+        facts::Goal::Track { auv } => Goal {
+            auv: Some(auv.0.clone()),
+            ..bare(GoalKind::Track)
+        },
         facts::Goal::Intermittent { auvs, dwell, epoch } => Goal {
             auvs: names(auvs),
             dwell_s: Some(*dwell),
             epoch_s: Some(*epoch),
             ..bare(GoalKind::Intermittent)
         },
-        facts::Goal::Midpoint { auvs } => Goal { auvs: names(auvs), ..bare(GoalKind::Midpoint) },
+        facts::Goal::Midpoint { auvs } => Goal {
+            auvs: names(auvs),
+            ..bare(GoalKind::Midpoint)
+        },
     }
 }
 
@@ -122,4 +135,3 @@ fn limits(limits: &facts::Limits) -> Limits {
         surge_lag_s: Some(limits.surge_lag),
     }
 }
-
