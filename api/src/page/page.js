@@ -1,7 +1,9 @@
 // Draws one snapshot and both answers to it. North is up, east is right, one scale for both axes.
 
-const WIDTH = 900, HEIGHT = 600, MARGIN = 46;
-const CHART = { width: 900, height: 190, left: 54, right: 16, top: 30, bottom: 26 };
+const WIDTH = 900, HEIGHT = 560;
+// Room for names beside the vehicles and for the scale below them.
+const MARGIN = { left: 80, right: 120, top: 44, bottom: 70 };
+const CHART = { width: 900, height: 170, left: 54, right: 16, top: 32, bottom: 26 };
 const INSTANT_EVERY_S = 15;
 // A reference arrow is as long as the craft would travel in this time.
 const ARROW_S = 12;
@@ -37,28 +39,37 @@ function projection(points) {
   const middle = (list) => (Math.min(...list) + Math.max(...list)) / 2;
   const extent = (list) => Math.max(...list) - Math.min(...list);
   const scale = Math.min(
-    (WIDTH - 2 * MARGIN) / Math.max(extent(easts), 20),
-    (HEIGHT - 2 * MARGIN) / Math.max(extent(norths), 20),
+    (WIDTH - MARGIN.left - MARGIN.right) / Math.max(extent(easts), 20),
+    (HEIGHT - MARGIN.top - MARGIN.bottom) / Math.max(extent(norths), 20),
   );
   const [north0, east0] = [middle(norths), middle(easts)];
+  const x0 = (WIDTH + MARGIN.left - MARGIN.right) / 2, y0 = (HEIGHT + MARGIN.top - MARGIN.bottom) / 2;
   return {
     scale,
-    x: (east) => WIDTH / 2 + (east - east0) * scale,
-    y: (north) => HEIGHT / 2 - (north - north0) * scale,
-    north: (y) => north0 + (HEIGHT / 2 - y) / scale,
-    east: (x) => east0 + (x - WIDTH / 2) / scale,
+    x: (east) => x0 + (east - east0) * scale,
+    y: (north) => y0 - (north - north0) * scale,
+    north: (y) => north0 + (y0 - y) / scale,
+    east: (x) => east0 + (x - x0) / scale,
   };
 }
 
-const line = (map, points) =>
-  points.map((p, i) => `${i ? "L" : "M"}${map.x(p.east_m).toFixed(2)} ${map.y(p.north_m).toFixed(2)}`).join("");
+const line = (map, points, starts = (i) => i === 0) =>
+  points.map((p, i) => `${starts(i) ? "M" : "L"}${map.x(p.east_m).toFixed(2)} ${map.y(p.north_m).toFixed(2)}`).join("");
+
+// A goal that changes from one vehicle to the next jumps: no line leads there.
+const jumps = (points) => (i) => {
+  if (i === 0) return true;
+  const [a, b] = [points[i - 1], points[i]];
+  const travelled = Math.hypot(a.north_mps, a.east_mps) * (b.t_s - a.t_s);
+  return Math.hypot(b.north_m - a.north_m, b.east_m - a.east_m) > 2 * travelled + 1;
+};
 
 const pose = (map, p, angle) =>
   `translate(${map.x(p.east_m).toFixed(2)} ${map.y(p.north_m).toFixed(2)}) rotate(${(angle * 180 / Math.PI).toFixed(2)})`;
 
 // Shapes point north; a positive rotation of SVG is clockwise, as headings are.
-const HULL = "M0-15 7-4 7 12-7 12-7-4Z";
-const TORPEDO = "M0-13C4-10 4-6 4-2V9L7 13H-7L-4 9V-2C-4-6-4-10 0-13Z";
+const HULL = "M0-20 9-6 9 16-9 16-9-6Z";
+const TORPEDO = "M0-12C4-9 4-5 4-2V8L6 12H-6L-4 8V-2C-4-5-4-9 0-12Z";
 const GHOST = "M0-10 5-2 5 8-5 8-5-2Z";
 
 function grid(map, svg) {
@@ -112,7 +123,7 @@ function drawMap(request, { mpc, saturated_los: los }) {
   const map = projection([request.asc, ...states, ...mpc.trajectory, ...los.trajectory, ...targets.flat(), ...mpc.goal.trajectory]);
   svg.replaceChildren();
   grid(map, svg);
-  svg.append(node("path", { id: "track-goal", class: "track goal", d: line(map, mpc.goal.trajectory) }));
+  svg.append(node("path", { id: "track-goal", class: "track goal", d: line(map, mpc.goal.trajectory, jumps(mpc.goal.trajectory)) }));
   targets.forEach((points) => svg.append(node("path", { class: "track target", d: line(map, points) })));
   svg.append(node("path", { id: "track-los", class: "track los", d: line(map, los.trajectory) }));
   svg.append(node("path", { id: "track-mpc", class: "track mpc", d: line(map, mpc.trajectory) }));
@@ -125,13 +136,13 @@ function drawMap(request, { mpc, saturated_los: los }) {
       svg.append(dot);
     }
   svg.append(arrow(map, request.asc, los.reference, "los"), arrow(map, request.asc, mpc.reference, "mpc"));
+  svg.append(node("path", { class: "hull", id: "asc", d: HULL, transform: pose(map, request.asc, request.asc.heading_rad) }));
   request.auvs.forEach(({ id, state: auv }) => {
     svg.append(node("path", { class: "auv", d: TORPEDO, transform: pose(map, auv, auv.course_rad) }));
-    svg.append(node("text", { class: "name", x: map.x(auv.east_m) + 15, y: map.y(auv.north_m) + 1 }, id));
-    svg.append(node("text", { class: "name minor", x: map.x(auv.east_m) + 15, y: map.y(auv.north_m) + 15 }, `${auv.depth_m} m deep`));
+    svg.append(node("text", { class: "name", x: map.x(auv.east_m) + 18, y: map.y(auv.north_m) + 1 }, id));
+    svg.append(node("text", { class: "name minor", x: map.x(auv.east_m) + 18, y: map.y(auv.north_m) + 15 }, `${auv.depth_m} m deep`));
   });
-  svg.append(node("path", { class: "hull", id: "asc", d: HULL, transform: pose(map, request.asc, request.asc.heading_rad) }));
-  svg.append(node("text", { class: "name", x: map.x(request.asc.east_m) - 15, y: map.y(request.asc.north_m) + 5, "text-anchor": "end" }, "ASC"));
+  svg.append(node("text", { class: "name", x: map.x(request.asc.east_m) - 20, y: map.y(request.asc.north_m) + 5, "text-anchor": "end" }, "ASC"));
   const ghosts = node("g", { id: "ghosts" });
   svg.append(ghosts);
   furniture(map, svg, request.current);
@@ -204,7 +215,7 @@ function drawNumbers({ mpc, saturated_los: los }) {
 function legend() {
   const swatch = (...content) => { const svg = node("svg", { viewBox: "-15 -7 30 14" }); svg.append(...content); return svg; };
   const stroke = (kind) => swatch(node("path", { class: `track ${kind}`, d: "M-13 0H13" }));
-  const shape = (kind, d) => swatch(node("path", { class: kind, d, transform: "rotate(90) scale(.55)" }));
+  const shape = (kind, d) => swatch(node("path", { class: kind, d, transform: "rotate(90) scale(.6)" }));
   const entries = [
     [shape("hull", HULL), "surface craft"], [shape("auv", TORPEDO), "underwater vehicle"], [stroke("mpc"), "plan"],
     [stroke("los"), "line of sight"], [stroke("target"), "vehicle forecast"], [stroke("goal"), "goal"],
