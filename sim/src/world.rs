@@ -1,0 +1,164 @@
+//! The vehicles and the water, moving in steps of one inner-loop period.
+
+use nalgebra::Vector2;
+use planner::{los::Reference, snapshot::VehicleId};
+
+use crate::{
+    dive::{Dive, Leg},
+    inner_loop::{PERIOD, SurgeLoop, UnderwaterReference, steer_surface_craft, steer_underwater_vehicle},
+    integrate::rk4,
+    path::Path,
+    path_following::{PathCommand, PathError, PathFollowingGains, follow_path},
+    surface_craft::{SurfaceHull, SurfaceState},
+    underwater_vehicle::{UnderwaterHull, UnderwaterState},
+};
+
+/// The truth.
+#[derive(Clone, Debug)]
+pub struct World {
+    /// The surface craft, where the scenario has one.
+    pub surface_craft: Option<SurfaceCraft>,
+    /// The underwater vehicles, in the scenario's order.
+    pub divers: Vec<Diver>,
+    /// Current (north, east), m/s, the same everywhere and always.
+    pub current: Vector2<f64>,
+}
+
+impl World {
+    /// Lets one inner-loop period pass. `reference` is for the surface craft.
+    pub fn step(&mut self, reference: Option<&Reference>) {
+        if let (Some(craft), Some(reference)) = (&mut self.surface_craft, reference) {
+            craft.step(reference, &self.current);
+        }
+        for diver in &mut self.divers {
+            diver.step(&self.current);
+        }
+    }
+}
+
+/// The surface craft with its inner loops.
+#[derive(Clone, Debug)]
+pub struct SurfaceCraft {
+    /// Its hull.
+    pub hull: SurfaceHull,
+    /// Its state.
+    pub state: SurfaceState,
+    /// Its surge loop.
+    pub surge: SurgeLoop,
+    /// Propulsion energy since the start ∫ |τ_u u| dt, J.
+    pub energy: f64,
+    /// Heading travel since the start ∫ |r| dt, rad.
+    pub heading_travel: f64,
+}
+
+impl SurfaceCraft {
+    /// Position (north, east), m.
+    #[must_use]
+    pub fn position(&self) -> Vector2<f64> {
+        self.state.fixed_rows::<2>(0).into_owned()
+    }
+
+    fn step(&mut self, reference: &Reference, current: &Vector2<f64>) {
+        let input = steer_surface_craft(&self.hull, &mut self.surge, &self.state, reference);
+        let before = self.state;
+        self.state = rk4(&before, PERIOD, |state| {
+            self.hull.derivative(state, input, current)
+        });
+        let mean = (before + self.state) * 0.5;
+        self.energy += (input.surge_force * mean[3]).abs() * PERIOD;
+        self.heading_travel += mean[5].abs() * PERIOD;
+    }
+}
+
+/// An underwater vehicle with its inner loops, its path follower and its sawtooth.
+#[derive(Clone, Debug)]
+pub struct Diver {
+    /// Its name.
+    pub id: VehicleId,
+    /// Its hull.
+    pub hull: UnderwaterHull,
+    /// Its state.
+    pub state: UnderwaterState,
+    /// Its surge loop.
+    pub surge: SurgeLoop,
+    /// Gains of its path follower.
+    pub gains: PathFollowingGains,
+    /// The path it follows.
+    pub path: Path,
+    /// Arc length of the point it follows γ, m.
+    pub gamma: f64,
+    /// Speed reference along the body `U_d`, m/s.
+    pub speed: f64,
+    /// Its sawtooth.
+    pub dive: Dive,
+    /// The leg it is on.
+    pub leg: Leg,
+}
+
+impl Diver {
+    /// Horizontal position (north, east), m.
+    #[must_use]
+    pub fn position(&self) -> Vector2<f64> {
+        self.state.fixed_rows::<2>(0).into_owned()
+    }
+
+    /// Depth, m.
+    #[must_use]
+    pub fn depth(&self) -> f64 {
+        self.state[2]
+    }
+
+    /// Pitch θ, rad.
+    #[must_use]
+    pub fn pitch(&self) -> f64 {
+        self.state[3]
+    }
+
+    /// Heading ψ, rad, not wrapped.
+    #[must_use]
+    pub fn heading(&self) -> f64 {
+        self.state[4]
+    }
+
+    /// Horizontal speed through the water u cosθ, m/s.
+    #[must_use]
+    pub fn horizontal_speed(&self) -> f64 {
+        self.state[5] * self.pitch().cos()
+    }
+
+    /// Heading rate ψ̇ = r / cosθ, rad/s.
+    #[must_use]
+    pub fn heading_rate(&self) -> f64 {
+        self.state[7] / self.pitch().cos()
+    }
+
+    /// Deviation from the point it follows.
+    #[must_use]
+    pub fn path_error(&self) -> PathError {
+        PathError::new(&self.position(), self.heading(), &self.path.at(self.gamma))
+    }
+
+    fn step(&mut self, current: &Vector2<f64>) {
+        self.leg = self.leg.next(self.depth(), &self.dive);
+        let curvature = self.path.at(self.gamma).curvature;
+        let PathCommand {
+            point_speed,
+            heading_rate,
+        } = follow_path(
+            &self.path_error(),
+            curvature,
+            self.horizontal_speed(),
+            &self.gains,
+        );
+        let reference = UnderwaterReference {
+            surge: self.speed,
+            pitch: self.leg.pitch(&self.dive),
+            yaw_rate: heading_rate * self.pitch().cos(),
+        };
+        let input = steer_underwater_vehicle(&self.hull, &mut self.surge, &self.state, &reference);
+        self.state = rk4(&self.state, PERIOD, |state| {
+            self.hull.derivative(state, input, current)
+        });
+        self.gamma += point_speed * PERIOD;
+    }
+}
