@@ -16,6 +16,7 @@ use tower_http::catch_panic::CatchPanicLayer;
 use utoipa::OpenApi;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
+pub mod comparison;
 mod edge;
 pub mod examples;
 pub mod health;
@@ -24,6 +25,8 @@ mod planners;
 mod planning;
 mod posted;
 pub mod problem;
+pub mod scores;
+pub mod stopwatch;
 pub mod wire;
 
 use health::Readiness;

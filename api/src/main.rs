@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 mod cli;
+mod missions;
 mod serve;
 
 fn main() -> ExitCode {
