@@ -8,8 +8,8 @@ use axum::{
     },
     http::{HeaderMap, header},
 };
-use serde::de::DeserializeOwned;
-use serde_json::error::Category;
+use serde::{Serialize, de::DeserializeOwned};
+use serde_json::{Value, error::Category};
 use serde_path_to_error::{Path, Segment};
 
 use crate::problem::{FieldError, Problem};
@@ -21,7 +21,7 @@ pub const BODY_BYTES_MAX: usize = 1 << 20;
 #[derive(Debug)]
 pub(crate) struct Posted<T>(pub(crate) T);
 
-impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for Posted<T> {
+impl<T: DeserializeOwned + Serialize, S: Send + Sync> FromRequest<S> for Posted<T> {
     type Rejection = Problem;
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
@@ -60,14 +60,53 @@ fn require_json(headers: &HeaderMap) -> Result<(), Problem> {
     }
 }
 
-fn parse<T: DeserializeOwned>(body: &[u8]) -> Result<T, Problem> {
+/// Reads `body` once, so the first fault on the way is the one reported, be it of syntax or of shape.
+fn parse<T: DeserializeOwned + Serialize>(body: &[u8]) -> Result<T, Problem> {
     let mut json = serde_json::Deserializer::from_slice(body);
     let parsed = serde_path_to_error::deserialize(&mut json).map_err(|error| {
         let pointer = pointer(error.path());
         problem(pointer, error.inner())
     })?;
     json.end().map_err(|error| problem(String::new(), &error))?;
+    forbid_lists_for_objects(body, &parsed)?;
     Ok(parsed)
+}
+
+/// serde takes a list for an object, members by their order. Here that is a mistake: `[1, 2]` says
+/// nothing of north and east.
+fn forbid_lists_for_objects<T: Serialize>(body: &[u8], parsed: &T) -> Result<(), Problem> {
+    let (Ok(given), Ok(meant)) = (serde_json::from_slice(body), serde_json::to_value(parsed)) else {
+        return Ok(());
+    };
+    match list_for_object(&given, &meant) {
+        Some(pointer) => {
+            let error = FieldError::new(pointer, "wrong_type", "invalid type: a list, expected an object");
+            Err(Problem::Invalid(vec![error]))
+        }
+        None => Ok(()),
+    }
+}
+
+/// The first place where `given` is a list and `meant` an object.
+fn list_for_object(given: &Value, meant: &Value) -> Option<String> {
+    let below = |token: &str, given: &Value, meant: &Value| {
+        let rest = list_for_object(given, meant)?;
+        let mut pointer = String::new();
+        push_token(&mut pointer, token);
+        Some(pointer + &rest)
+    };
+    match (given, meant) {
+        (Value::Array(_), Value::Object(_)) => Some(String::new()),
+        (Value::Array(given), Value::Array(meant)) => given
+            .iter()
+            .zip(meant)
+            .enumerate()
+            .find_map(|(i, (given, meant))| below(&i.to_string(), given, meant)),
+        (Value::Object(given), Value::Object(meant)) => meant
+            .iter()
+            .find_map(|(name, meant)| below(name, given.get(name)?, meant)),
+        _ => None,
+    }
 }
 
 fn problem(mut pointer: String, error: &serde_json::Error) -> Problem {
