@@ -37,6 +37,7 @@ fn a_snapshot_survives_the_way_through_json_to_the_bit() {
     rich.previous_plan = Some(domain::PreviousPlan {
         trajectory: vec![point],
         goal_course: Some(Course::new(2.0)),
+        speed_reference: Some(1.1),
     });
     let rich = snapshot(rich);
     assert_eq!(through_json(&rich), rich);

@@ -211,7 +211,7 @@ pub enum Hold {
     Stop,
 }
 
-/// An earlier answer. A whole one is accepted, these two members of it are read.
+/// An earlier answer. A whole one is accepted, these members of it are read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PreviousPlan {
     /// Its trajectory, in order of time, at most 256 points.
@@ -219,4 +219,14 @@ pub struct PreviousPlan {
     /// Course of the goal when it last moved, rad, within ±2π.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub goal_course_rad: Option<f64>,
+    /// The reference that it gave: with what the craft did since, it tells how the surge loop is wound up.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<PreviousReference>,
+}
+
+/// The member of an earlier answer's reference that is read.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PreviousReference {
+    /// Speed through the water, m/s.
+    pub speed_mps: f64,
 }
