@@ -70,7 +70,6 @@ struct Shared {
 /// The whole service.
 ///
 /// Must be called inside a Tokio runtime's reach: plans run on its blocking threads.
-#[must_use]
 pub fn app(settings: Settings) -> Router {
     let planners = Planners::new(settings.plan, settings.planners, settings.waiting);
     let shared = Shared {
