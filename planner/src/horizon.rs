@@ -9,7 +9,7 @@ use crate::{
     los::{LosGains, target_course},
     plan::Predicted,
     policy::{Policy, Weights},
-    response::{LosRollout, Stage},
+    response::{LosRollout, SURGE_BIAS_DECAY, Stage, surge_bias},
     snapshot::{PreviousPlan, Snapshot, TrajectoryPoint},
 };
 
@@ -40,6 +40,8 @@ pub(crate) struct Horizon {
     pub(crate) current: Vector2<f64>,
     /// The craft now, craft frame.
     pub(crate) start: Stage,
+    /// What the surge loop gives unasked at the stages, m/s².
+    pub(crate) surge_bias: Vec<f64>,
 }
 
 impl Horizon {
@@ -54,7 +56,12 @@ impl Horizon {
             .previous_plan
             .as_ref()
             .and_then(|previous| previous.goal_course);
+        let bias = surge_bias(snapshot);
         let mut horizon = Self {
+            surge_bias: times
+                .iter()
+                .map(|time| bias * (-time / SURGE_BIAS_DECAY).exp())
+                .collect(),
             now: snapshot.time,
             origin: snapshot.asc.position,
             ned_from_craft,

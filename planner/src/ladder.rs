@@ -217,6 +217,7 @@ impl Optimiser<'_> {
             goal_velocity: &goal_velocity,
             directions,
             limits: &self.snapshot.limits,
+            surge_bias: &self.horizon.surge_bias,
             weights: &self.policy.weights,
         };
         let program = restated(self.programs, &pass);
@@ -298,17 +299,28 @@ fn vector_at(solution: &Solution, column: usize) -> Vector2<f64> {
 /// References that the inner loops turn into the first interval of `stages`.
 fn reference_of(horizon: &Horizon, stages: &[Stage], snapshot: &Snapshot, policy: &Policy) -> Reference {
     let points = horizon.trajectory(&stages[..2]);
-    invert_response(snapshot.asc.surge, &points[1], policy.steps[0], &snapshot.limits)
+    let bias = horizon.surge_bias[0];
+    invert_response(
+        snapshot.asc.surge,
+        &points[1],
+        policy.steps[0],
+        bias,
+        &snapshot.limits,
+    )
 }
 
 /// The inverse of the inner loops' response over an interval dt: the heading at its end, because the
-/// yaw loop is about one interval late, and the speed at its end led by what the surge lag τ costs.
+/// yaw loop is about one interval late, and the speed that makes a loop of lag τ and bias b, which
+/// answers a = (u_ref − u)/τ + b, accelerate as planned.
 ///
 /// ```text
-/// u_ref = u_1 + (τ − dt/2) (u_1 − u_0) / dt
+/// u_ref = (u_0 + u_1)/2 + τ ((u_1 − u_0)/dt − b)
 /// ```
-fn invert_response(speed_now: f64, next: &TrajectoryPoint, dt: f64, limits: &Limits) -> Reference {
-    let lead = (limits.surge_lag - 0.5 * dt).max(0.0) * (next.speed - speed_now) / dt;
+fn invert_response(speed_now: f64, next: &TrajectoryPoint, dt: f64, bias: f64, limits: &Limits) -> Reference {
+    let acceleration = (next.speed - speed_now) / dt;
+    // A loop faster than the interval is over before it ends: no lead.
+    let lead =
+        limits.surge_lag.max(0.5 * dt) * acceleration - 0.5 * dt * acceleration - limits.surge_lag * bias;
     Reference {
         speed: (next.speed + lead).clamp(limits.speed_min, limits.speed_max),
         heading: next.heading,
@@ -330,7 +342,7 @@ fn previous_plan(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon) -> Opt
         .map(|time| horizon.stage(&point_at(points, snapshot.time + time)));
     Some(Candidate {
         method: Method::PreviousPlan,
-        reference: invert_response(now.speed, &next, dt, &snapshot.limits),
+        reference: invert_response(now.speed, &next, dt, 0.0, &snapshot.limits),
         stages: stages.collect(),
     })
 }

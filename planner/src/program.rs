@@ -137,6 +137,8 @@ pub struct Pass<'a> {
     pub directions: &'a [Vector2<f64>],
     /// What the craft can do.
     pub limits: &'a Limits,
+    /// Acceleration that the surge loop gives unasked at the start of each interval, m/s².
+    pub surge_bias: &'a [f64],
     /// Weights of the cost.
     pub weights: &'a Weights,
 }
@@ -323,7 +325,8 @@ impl Program {
         }
     }
 
-    /// −a_dec ≤ c̄ᵀ a ≤ a_acc along the mean direction of the interval. Hard: keeping on is always allowed.
+    /// b − a_dec ≤ c̄ᵀ a ≤ b + a_acc along the mean direction of the interval, b the surge loop's bias.
+    /// Hard: as |b| is less than both limits, keeping on is always allowed.
     fn accelerate_as_the_surge_loop_can(&mut self, pass: &Pass<'_>) {
         for k in self.stages() {
             let dt = pass.steps[k - 1];
@@ -334,7 +337,7 @@ impl Program {
                 (row + 1, -1.0, pass.limits.deceleration_max),
             ] {
                 self.add_velocity(row, k, c * (sign / dt));
-                self.bounds[row] = most;
+                self.bounds[row] = most + sign * pass.surge_bias[k - 1];
                 if k > 1 {
                     self.add_velocity(row, k - 1, c * (-sign / dt));
                 } else {
@@ -393,10 +396,14 @@ impl Program {
 
     /// ‖v_k‖ ≤ max(u_max, ‖v_0‖ − a t_k): a craft that starts too fast slows down as hard as it can.
     ///
-    /// The ramp uses the weaker of acceleration and deceleration, so that shrinking v_0 satisfies the
+    /// The ramp uses the weakest of acceleration and deceleration that a bias leaves, so that shrinking v_0 satisfies the
     /// acceleration rows whatever the directions are: the hard rows always have a common point.
     fn never_outrun_the_craft(&mut self, pass: &Pass<'_>) {
-        let ramp = pass.limits.acceleration_max.min(pass.limits.deceleration_max);
+        let bias = pass
+            .surge_bias
+            .iter()
+            .fold(0.0, |most: f64, bias| most.max(bias.abs()));
+        let ramp = pass.limits.acceleration_max.min(pass.limits.deceleration_max) - bias;
         let mut time = 0.0;
         for k in self.stages() {
             time += pass.steps[k - 1];

@@ -120,12 +120,12 @@ impl Limits {
     /// The MEDUSA-class craft that the project simulates, drag feed-forward on.
     ///
     /// Source: the simulated loop's measured step responses; acceleration is what the surge loop's
-    /// clamped proportional part (26 N/(m/s) · 0.2 m/s on 50 kg = 0.104 m/s²) leaves with a reserve.
+    /// clamped proportional part (26 N/(m/s) · 0.2 m/s on 50 kg = 0.104 m/s²) leaves, rounded down.
     pub const MEDUSA: Self = Self {
         speed_min: 0.05,
         speed_max: 1.5,
         turn_rate_max: 0.3,
-        acceleration_max: 0.08,
+        acceleration_max: 0.10,
         deceleration_max: 0.10,
         surge_lag: 2.0,
     };
@@ -189,6 +189,9 @@ pub struct PreviousPlan {
     pub trajectory: Vec<TrajectoryPoint>,
     /// The goal's course when it last moved, held while it stands still.
     pub goal_course: Option<Course>,
+    /// The speed reference that it gave, m/s: with what the craft did since, it tells how the surge
+    /// loop is wound up.
+    pub speed_reference: Option<f64>,
 }
 
 /// Everything a client reports, unchecked. Becomes a [`Snapshot`] by [`Snapshot::try_from`].

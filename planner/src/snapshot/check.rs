@@ -104,6 +104,13 @@ impl TryFrom<Observation> for Snapshot {
         check.limits(&observation.limits);
         if let Some(previous) = &observation.previous_plan {
             check.trajectory(&previous.trajectory);
+            if let Some(speed) = previous.speed_reference {
+                check.within(
+                    format_args!("previous_plan/reference/speed_mps"),
+                    speed,
+                    0.0..=40.0,
+                );
+            }
         }
         if check.invalid.is_empty() {
             Ok(Self(observation))
