@@ -17,6 +17,7 @@ mod write_request;
 
 pub use request::{
     Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, Limits, PlanRequest, PreviousPlan,
+    PreviousReference,
 };
 pub use response::{
     Baseline, Comparison, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget, Plans,

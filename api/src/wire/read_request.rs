@@ -14,6 +14,7 @@ use super::{
     METADATA_BYTES_MAX, SCHEMA_VERSION,
     request::{
         Asc, Auv, Current, Fallback, Forecast, Goal, GoalKind, Hold, Limits, PlanRequest, PreviousPlan,
+        PreviousReference,
     },
     response::{PlanResponse, TrajectoryPoint},
 };
@@ -72,6 +73,9 @@ impl From<&PlanResponse> for PreviousPlan {
         Self {
             trajectory: answer.trajectory.clone(),
             goal_course_rad: Some(answer.goal_course_rad),
+            reference: Some(PreviousReference {
+                speed_mps: answer.reference.speed_mps,
+            }),
         }
     }
 }
@@ -306,5 +310,6 @@ fn previous_plan(previous: &PreviousPlan) -> domain::PreviousPlan {
     domain::PreviousPlan {
         trajectory: previous.trajectory.iter().map(point).collect(),
         goal_course: previous.goal_course_rad.map(Course::new),
+        speed_reference: previous.reference.map(|reference| reference.speed_mps),
     }
 }

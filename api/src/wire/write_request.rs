@@ -10,7 +10,7 @@ use super::{
     SCHEMA_VERSION,
     request::{
         Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, Limits, PlanRequest,
-        PreviousPlan,
+        PreviousPlan, PreviousReference,
     },
     response::TrajectoryPoint,
 };
@@ -66,6 +66,9 @@ impl From<&facts::PreviousPlan> for PreviousPlan {
         Self {
             trajectory: previous.trajectory.iter().map(TrajectoryPoint::from).collect(),
             goal_course_rad: previous.goal_course.map(planner::angle::Course::radians),
+            reference: previous
+                .speed_reference
+                .map(|speed_mps| PreviousReference { speed_mps }),
         }
     }
 }
