@@ -64,7 +64,10 @@ impl Readiness {
             Some((reached, result)) if reached.elapsed() < VERDICT_LIFE => result.clone(),
             Some(_) | None => {
                 let result = self.plan_something().await;
-                *verdict = Some((Instant::now(), result.clone()));
+                // Busy is no verdict: it is over in a moment.
+                if result != Err(Problem::Overloaded) {
+                    *verdict = Some((Instant::now(), result.clone()));
+                }
                 result
             }
         }
