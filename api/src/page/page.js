@@ -78,11 +78,13 @@ function grid(map, svg) {
   const step = round(Math.max(110 / map.scale, 1));
   for (let east = Math.ceil(map.east(0) / step) * step; map.x(east) < WIDTH; east += step) {
     svg.append(node("line", { class: "grid", x1: map.x(east), x2: map.x(east), y1: 0, y2: HEIGHT }));
-    svg.append(node("text", { class: "coordinate", x: map.x(east) + 4, y: HEIGHT - 6 }, `${+east.toFixed(3)} m E`));
+    if (65 < map.x(east) && map.x(east) < WIDTH - 50)
+      svg.append(node("text", { class: "coordinate", x: map.x(east) + 4, y: HEIGHT - 6 }, `${+east.toFixed(3)} m E`));
   }
   for (let north = Math.ceil(map.north(HEIGHT) / step) * step; map.y(north) > 0; north += step) {
     svg.append(node("line", { class: "grid", x1: 0, x2: WIDTH, y1: map.y(north), y2: map.y(north) }));
-    svg.append(node("text", { class: "coordinate", x: 5, y: map.y(north) - 4 }, `${+north.toFixed(3)} m N`));
+    if (18 < map.y(north))
+      svg.append(node("text", { class: "coordinate", x: 5, y: map.y(north) - 4 }, `${+north.toFixed(3)} m N`));
   }
 }
 
