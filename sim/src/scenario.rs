@@ -75,17 +75,17 @@ pub struct SurfaceCraftSetup {
 impl SurfaceCraftSetup {
     /// What the craft can do with its loops closed, which the planner is told.
     ///
-    /// Without drag feed-forward the integral part has to find the drag: at speed u a ramp of a m/s²
-    /// lags by 18 u a m/s and the clamp of 0.2 m/s bounds it, so a small acceleration is all that can
-    /// be promised over the whole range of speeds (measured: 0.3 → 1.5 m/s at 0.019 m/s² on average).
+    /// Without drag feed-forward the integral part has to find the drag, 3 N/m · 0.2 m/s at most: over the
+    /// whole range of speeds no more than 0.01 m/s² can be promised before the loop sits on its clamp, and
+    /// up to 0.6 m/s the craft lags by 8 s (measured: `tests/surge_limits.rs`).
     #[must_use]
     pub fn limits(&self) -> Limits {
         match self.feed_forward {
             DragFeedForward::On => Limits::MEDUSA,
             DragFeedForward::Off => Limits {
-                acceleration_max: 0.02,
-                deceleration_max: 0.02,
-                surge_lag: 5.0,
+                acceleration_max: 0.01,
+                deceleration_max: 0.01,
+                surge_lag: 8.0,
                 ..Limits::MEDUSA
             },
         }
