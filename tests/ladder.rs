@@ -45,10 +45,7 @@ fn with_previous(age: f64) -> Observation {
         ..observation.clone()
     });
     let answer = plan(&before, &Policy::default(), &mut Workspace::default());
-    observation.previous_plan = Some(PreviousPlan {
-        trajectory: answer.trajectory,
-        goal_course: Some(answer.goal_course),
-    });
+    observation.previous_plan = Some(PreviousPlan::from(&answer));
     observation
 }
 
@@ -193,6 +190,7 @@ fn a_previous_plan_from_the_future_is_not_followed() {
     odd.previous_plan = Some(PreviousPlan {
         trajectory,
         goal_course: None,
+        speed_reference: None,
     });
     assert_eq!(
         plan_with_status(&snapshot(odd), SolverStatus::MaxTime).method,

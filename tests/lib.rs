@@ -1,4 +1,6 @@
-//! Snapshots that the tests start from.
+//! Snapshots that the tests start from, and the service without a socket.
+
+pub mod client;
 
 use nalgebra::Vector2;
 use planner::{

@@ -1,1 +1,111 @@
-//! api
+//! The planner's outside: JSON, HTTP, the command line, and no control law.
+//!
+//! A request passes [`edge`](self) → [`posted`](self) → [`wire`] → the planner on a thread of its own →
+//! [`wire`] again; whatever goes wrong becomes a [`problem::Problem`], and only there a status code.
+//! [`app`] is the whole service without a socket.
+
+use std::{num::NonZeroUsize, time::Duration};
+
+use axum::{
+    Json, Router,
+    extract::{DefaultBodyLimit, FromRef},
+    middleware,
+    routing::get,
+};
+use tower_http::catch_panic::CatchPanicLayer;
+use utoipa::OpenApi;
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+pub mod comparison;
+mod edge;
+pub mod examples;
+pub mod health;
+mod page;
+mod planners;
+mod planning;
+mod posted;
+pub mod problem;
+pub mod scores;
+pub mod stopwatch;
+pub mod wire;
+
+use health::Readiness;
+pub use planners::PlanFn;
+use planners::Planners;
+pub use posted::BODY_BYTES_MAX;
+use problem::Problem;
+
+/// What a service is built with.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// What makes the plans.
+    pub plan: PlanFn,
+    /// Plans made at once.
+    pub planners: usize,
+    /// Requests that may wait for a planner; more are turned away.
+    pub waiting: usize,
+    /// Longest time for one request.
+    pub time_limit: Duration,
+}
+
+impl Default for Settings {
+    /// One planner for each processor; a queue that empties in well under the time limit; and a limit
+    /// long enough for a slow link, short enough to notice.
+    fn default() -> Self {
+        Self {
+            plan: planner::plan::plan,
+            planners: std::thread::available_parallelism().map_or(1, NonZeroUsize::get),
+            waiting: 64,
+            time_limit: Duration::from_secs(10),
+        }
+    }
+}
+
+#[derive(Clone, FromRef)]
+struct Shared {
+    planners: Planners,
+    readiness: Readiness,
+}
+
+/// The whole service.
+///
+/// Must be called inside a Tokio runtime's reach: plans run on its blocking threads.
+#[must_use]
+pub fn app(settings: Settings) -> Router {
+    let planners = Planners::new(settings.plan, settings.planners, settings.waiting);
+    let shared = Shared {
+        readiness: Readiness::new(planners.clone()),
+        planners,
+    };
+    let (router, openapi) = documented().split_for_parts();
+    router
+        .merge(page::router())
+        .route("/openapi.json", get(async move || Json(openapi)))
+        .fallback(async || Problem::NoRoute)
+        .method_not_allowed_fallback(async || Problem::MethodNotAllowed)
+        .layer(DefaultBodyLimit::max(BODY_BYTES_MAX))
+        .layer(CatchPanicLayer::custom(edge::caught_panic))
+        .layer(middleware::from_fn_with_state(settings.time_limit, edge::pass))
+        .with_state(shared)
+}
+
+/// The routes that the `OpenAPI` document lists.
+fn documented() -> OpenApiRouter<Shared> {
+    #[derive(OpenApi)]
+    #[openapi(info(
+        title = "Pilotfish",
+        description = "Formation planner: snapshots of underwater vehicles in, speed and heading references for \
+            a surface craft out. SI units and radians, named in every field; positions are local north-east-down; \
+            headings and courses are 0 at north, positive clockwise."
+    ))]
+    struct Document;
+
+    OpenApiRouter::with_openapi(Document::openapi())
+        .routes(routes!(planning::plan))
+        .routes(routes!(planning::compare))
+        .routes(routes!(examples::list))
+        .routes(routes!(examples::one))
+        .routes(routes!(health::livez))
+        .routes(routes!(health::readyz))
+        .routes(routes!(health::version))
+}

@@ -10,7 +10,7 @@ use crate::{
     los::Reference,
     policy::Policy,
     program::Program,
-    snapshot::{ForecastModel, Snapshot, TrajectoryPoint, VehicleId},
+    snapshot::{ForecastModel, PreviousPlan, Snapshot, TrajectoryPoint, VehicleId},
     solve::{Solution, SolverStatus, Solvers},
 };
 
@@ -72,6 +72,17 @@ pub struct Plan {
     pub predicted: Predicted,
     /// Soft limits that the plan does not keep.
     pub violations: Vec<Violation>,
+}
+
+impl From<&Plan> for PreviousPlan {
+    /// What the next request has to say of this answer.
+    fn from(plan: &Plan) -> Self {
+        Self {
+            trajectory: plan.trajectory.clone(),
+            goal_course: Some(plan.goal_course),
+            speed_reference: Some(plan.reference.speed),
+        }
+    }
 }
 
 /// A rung of the decision ladder.

@@ -87,10 +87,7 @@ impl Guide for MpcGuide {
             &self.policy,
             &mut self.workspace,
         );
-        self.previous = Some(PreviousPlan {
-            trajectory: plan.trajectory,
-            goal_course: Some(plan.goal_course),
-        });
+        self.previous = Some(PreviousPlan::from(&plan));
         Ok(Guidance {
             reference: plan.reference,
             method: plan.method,

@@ -109,9 +109,9 @@ fn steady_offset(across: f64, u_h: f64, current_in_delta_rate: bool) -> f64 {
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
         if residual(middle) > 0.0 {
-            low = middle
+            low = middle;
         } else {
-            high = middle
+            high = middle;
         }
     }
     low

@@ -139,7 +139,7 @@ fn eqs_44_to_48_each_frame_has_its_own_error_rates() {
     assert!((measured - corrected).norm() < 1e-7);
     assert!((measured - printed).norm() > 0.1);
 
-    // In the tracker's frame, which does not turn here, the printed speeds are nearly right: e's sign is not.
+    // The printed rates are those of the tracker's frame, which does not turn here.
     let tracker = rate(&|_| chi);
     assert!((tracker - Vector2::new(u - U_D * chi_r.cos(), U_D * chi_r.sin())).norm() < 1e-7);
 }

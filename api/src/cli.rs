@@ -1,0 +1,41 @@
+//! The command line.
+
+use std::error::Error;
+
+use clap::{Parser, Subcommand};
+
+use crate::{
+    missions::{Compare, Simulate, compare, simulate},
+    serve::{Serve, serve},
+};
+
+/// Formation planner for a surface craft that accompanies underwater vehicles.
+#[derive(Debug, Parser)]
+#[command(version, args_conflicts_with_subcommands = true)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    serve: Serve,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Answer HTTP requests (the default).
+    Serve(Serve),
+    /// Run one mission with one controller.
+    Simulate(Simulate),
+    /// Run one mission with the planner and with the tuned line-of-sight law.
+    Compare(Compare),
+}
+
+impl Arguments {
+    pub(crate) fn run(self) -> Result<(), Box<dyn Error>> {
+        match self.command.unwrap_or(Command::Serve(self.serve)) {
+            Command::Serve(arguments) => serve(&arguments)?,
+            Command::Simulate(arguments) => simulate(&arguments)?,
+            Command::Compare(arguments) => compare(&arguments)?,
+        }
+        Ok(())
+    }
+}

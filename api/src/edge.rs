@@ -1,0 +1,112 @@
+//! What every request and every answer passes: an id, a time limit, problem documents, headers.
+
+use std::{
+    any::Any,
+    hash::{BuildHasher, RandomState},
+    sync::{
+        LazyLock,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use axum::{
+    body::Body,
+    extract::{Request, State},
+    http::{HeaderMap, HeaderName, HeaderValue, header},
+    middleware::Next,
+    response::{IntoResponse, Response},
+};
+
+use crate::problem::Problem;
+
+static REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+
+/// Longest request id taken over from a client, bytes.
+const REQUEST_ID_LENGTH_MAX: usize = 64;
+
+/// On every answer. Pages load nothing from elsewhere, and nothing is guessed to be a script.
+const HEADERS: [(HeaderName, HeaderValue); 3] = [
+    (
+        header::CONTENT_SECURITY_POLICY,
+        HeaderValue::from_static(
+            "default-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+        ),
+    ),
+    (
+        header::X_CONTENT_TYPE_OPTIONS,
+        HeaderValue::from_static("nosniff"),
+    ),
+    (header::CACHE_CONTROL, HeaderValue::from_static("no-store")),
+];
+
+/// Runs the request inside `time_limit` and finishes whatever comes out.
+pub(crate) async fn pass(State(time_limit): State<Duration>, request: Request, next: Next) -> Response {
+    let start = Instant::now();
+    let id = request_id(request.headers());
+    let (method, path) = (request.method().clone(), request.uri().path().to_owned());
+
+    let mut response = match tokio::time::timeout(time_limit, next.run(request)).await {
+        Ok(response) => response,
+        Err(_) => Problem::TimedOut.into_response(),
+    };
+    if let Some(problem) = response.extensions_mut().remove::<Problem>() {
+        write_document(&mut response, &problem, &path, &id);
+    }
+    let headers = response.headers_mut();
+    headers.extend(HEADERS);
+    if let Ok(id) = HeaderValue::from_str(&id) {
+        headers.insert(REQUEST_ID.clone(), id);
+    }
+
+    let (status, ms) = (response.status().as_u16(), start.elapsed().as_secs_f64() * 1e3);
+    if response.status().is_server_error() {
+        tracing::warn!(%method, path, status, ms, id, "answered");
+    } else {
+        tracing::debug!(%method, path, status, ms, id, "answered");
+    }
+    response
+}
+
+fn write_document(response: &mut Response, problem: &Problem, path: &str, id: &str) {
+    let document = serde_json::to_vec(&problem.document(path, id)).expect("strings, numbers and lists only");
+    *response.body_mut() = Body::from(document);
+    let headers = response.headers_mut();
+    headers.remove(header::CONTENT_LENGTH);
+    headers.insert(
+        header::CONTENT_TYPE,
+        HeaderValue::from_static("application/problem+json"),
+    );
+}
+
+/// What a panicking handler is answered with.
+pub(crate) fn caught_panic(panic: Box<dyn Any + Send>) -> Response {
+    let message = panic.downcast_ref::<String>().map(String::as_str);
+    let message = message
+        .or_else(|| panic.downcast_ref::<&str>().copied())
+        .unwrap_or("no message");
+    tracing::error!(message, "a handler panicked");
+    Problem::Panicked.into_response()
+}
+
+/// The client's own id where it is short and plain, else a fresh one.
+fn request_id(headers: &HeaderMap) -> String {
+    let plain = |id: &&str| {
+        (1..=REQUEST_ID_LENGTH_MAX).contains(&id.len())
+            && id
+                .bytes()
+                .all(|byte| byte.is_ascii_alphanumeric() || b"-_.:".contains(&byte))
+    };
+    let given = headers
+        .get(&REQUEST_ID)
+        .and_then(|id| id.to_str().ok())
+        .filter(plain);
+    given.map_or_else(fresh_id, str::to_owned)
+}
+
+/// Unique in this process, and unlike those of other processes; no secret.
+fn fresh_id() -> String {
+    static PROCESS: LazyLock<RandomState> = LazyLock::new(RandomState::new);
+    static COUNT: AtomicU64 = AtomicU64::new(0);
+    format!("{:016x}", PROCESS.hash_one(COUNT.fetch_add(1, Ordering::Relaxed)))
+}

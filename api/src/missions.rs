@@ -1,0 +1,235 @@
+//! `pilotfish simulate` and `pilotfish compare`: whole missions on the command line.
+
+use std::{
+    fmt::Write as _,
+    fs::File,
+    io::{self, BufWriter, Write as _},
+    path::PathBuf,
+    time::Duration,
+};
+
+use api::{
+    comparison::{Comparison, ComparisonError, Stage},
+    scores::Scores,
+    stopwatch::Stopwatch,
+};
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use planner::{los::LosGains, policy::Policy};
+use sim::{
+    guide::{Guide, GuideError, LosGuide, MpcGuide},
+    metrics::{DiverMetrics, Metrics},
+    mission,
+    record::Record,
+    scenario::Scenario,
+};
+
+#[derive(Debug, Args)]
+pub(crate) struct Simulate {
+    /// Name of a scenario.
+    scenario: String,
+    /// What guides the surface craft.
+    #[arg(long, value_enum, default_value_t = Controller::Mpc)]
+    controller: Controller,
+    /// Seed of the starting positions.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Write the record, a line a second, to this file.
+    #[arg(long, value_name = "FILE.csv")]
+    out: Option<PathBuf>,
+    /// Look-ahead distance of saturated_los, m.
+    #[arg(long, value_name = "M", default_value_t = Policy::default().los.look_ahead)]
+    look_ahead_m: f64,
+    /// Along-track gain of saturated_los, 1/s.
+    #[arg(long, value_name = "GAIN", default_value_t = Policy::default().los.along_track_gain)]
+    along_track_gain_per_s: f64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Compare {
+    /// Name of a scenario.
+    scenario: String,
+    /// How to print the scores.
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    format: Format,
+    /// Seed of the starting positions.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Controller {
+    /// The planner.
+    #[value(name = "mpc")]
+    Mpc,
+    /// The saturated line-of-sight law.
+    #[value(name = "saturated_los")]
+    SaturatedLos,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Format {
+    /// For people.
+    Table,
+    /// For programs.
+    Json,
+}
+
+/// Why a mission gave no result.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum MissionError {
+    #[error("there is no scenario {0:?}; the scenarios are {list}", list = Scenario::names().join(", "))]
+    UnknownScenario(String),
+    #[error("--{name} must be above 0, not {given}")]
+    Gain { name: &'static str, given: f64 },
+    #[error("the mission failed")]
+    Mission(#[source] GuideError),
+    #[error(transparent)]
+    Comparison(#[from] ComparisonError),
+    #[error("cannot write {path}: choose another file with --out")]
+    Out { path: PathBuf, source: io::Error },
+    #[error("cannot print the result")]
+    Print(#[source] io::Error),
+}
+
+fn named(name: &str) -> Result<Scenario, MissionError> {
+    Scenario::named(name).ok_or_else(|| MissionError::UnknownScenario(name.to_owned()))
+}
+
+/// Runs one mission, prints what it is worth, and keeps the record where asked to.
+pub(crate) fn simulate(arguments: &Simulate) -> Result<(), MissionError> {
+    let scenario = named(&arguments.scenario)?;
+    let mut guide: Box<dyn Guide> = match arguments.controller {
+        Controller::Mpc => Box::new(MpcGuide::new(Policy::default())),
+        Controller::SaturatedLos => Box::new(LosGuide::new(gains(arguments)?)),
+    };
+    // Before the mission: a file that cannot be written should not cost one.
+    let out = arguments
+        .out
+        .as_ref()
+        .map(|path| create(path).map(|file| (path, file)))
+        .transpose()?;
+
+    let bar = bar();
+    let mut stopwatch = Stopwatch::new(guide.as_mut());
+    let record = mission::run(&scenario, &mut stopwatch, arguments.seed, &mut |done| {
+        show(&bar, "mission", done)
+    })
+    .map_err(MissionError::Mission)?;
+    bar.finish_and_clear();
+
+    if let Some((path, mut file)) = out {
+        let written = record.write_csv(&mut file).and_then(|()| file.flush());
+        written.map_err(|source| MissionError::Out {
+            path: path.clone(),
+            source,
+        })?;
+    }
+    print(&summary(&record, &stopwatch.times))
+}
+
+fn gains(arguments: &Simulate) -> Result<LosGains, MissionError> {
+    let positive = |name, given: f64| {
+        if given.is_finite() && 0.0 < given {
+            Ok(given)
+        } else {
+            Err(MissionError::Gain { name, given })
+        }
+    };
+    Ok(LosGains {
+        look_ahead: positive("look-ahead-m", arguments.look_ahead_m)?,
+        along_track_gain: positive("along-track-gain-per-s", arguments.along_track_gain_per_s)?,
+    })
+}
+
+fn create(path: &PathBuf) -> Result<BufWriter<File>, MissionError> {
+    let file = File::create(path).map_err(|source| MissionError::Out {
+        path: path.clone(),
+        source,
+    })?;
+    Ok(BufWriter::new(file))
+}
+
+fn summary(record: &Record, times: &[Duration]) -> String {
+    let metrics = Metrics::of(record);
+    let mut text = format!("{}, seed {}\n", record.scenario, record.seed);
+    let mut line = |name: &str, value: String| {
+        writeln!(text, "{name:<34}{value:>14}").expect("a string takes everything");
+    };
+    if let Some(surface_craft) = metrics.surface_craft {
+        for (name, value) in Scores::new(record, surface_craft, times).lines() {
+            line(&name, value);
+        }
+    }
+    for diver in &metrics.divers {
+        for (name, value) in diver_lines(diver) {
+            line(&format!("{}.{name}", diver.id), format!("{value:.3}"));
+        }
+    }
+    text
+}
+
+fn diver_lines(diver: &DiverMetrics) -> [(&'static str, f64); 7] {
+    [
+        ("cross_track_max_m", diver.cross_track_max_m),
+        ("position_error_max_m", diver.position_error_max_m),
+        ("depth_min_m", diver.depth_min_m),
+        ("depth_max_m", diver.depth_max_m),
+        ("pitch_min_rad", diver.pitch_min_rad),
+        ("pitch_max_rad", diver.pitch_max_rad),
+        ("surge_mean_mps", diver.surge_mean_mps),
+    ]
+}
+
+/// Tunes the line-of-sight law, runs both missions, prints both scores.
+pub(crate) fn compare(arguments: &Compare) -> Result<(), MissionError> {
+    let scenario = named(&arguments.scenario)?;
+    let bar = bar();
+    let comparison = Comparison::run(&scenario, arguments.seed, &mut |stage, done| {
+        let stage = match stage {
+            Stage::Tuning => "tuning saturated_los",
+            Stage::LineOfSight => "saturated_los",
+            Stage::Planner => "mpc",
+        };
+        show(&bar, stage, done);
+    })?;
+    bar.finish_and_clear();
+    match arguments.format {
+        Format::Table => print(&comparison.to_string()),
+        Format::Json => {
+            let json = serde_json::to_string_pretty(&comparison).expect("strings, numbers and lists only");
+            print(&(json + "\n"))
+        }
+    }
+}
+
+/// On standard error, and only where that is a terminal.
+fn bar() -> ProgressBar {
+    const TICKS: u64 = 1000;
+    let style = ProgressStyle::with_template("{msg:22} {wide_bar} {percent:>3} % {eta:>4}")
+        .expect("the template is a constant");
+    ProgressBar::new(TICKS).with_style(style)
+}
+
+fn show(bar: &ProgressBar, stage: &'static str, done: f64) {
+    if bar.message() != stage {
+        bar.set_message(stage);
+        bar.reset();
+    }
+    let ticks = bar.length().unwrap_or_default();
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        clippy::cast_precision_loss,
+        reason = "a fraction of a thousand ticks, and the cast saturates"
+    )]
+    bar.set_position((done * ticks as f64) as u64);
+}
+
+fn print(text: &str) -> Result<(), MissionError> {
+    match io::stdout().write_all(text.as_bytes()) {
+        // Whoever read the output has read enough, as `head` does.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        result => result.map_err(MissionError::Print),
+    }
+}

@@ -1,0 +1,82 @@
+//! The calls that plan.
+
+use axum::{Json, extract::State};
+use planner::snapshot::{Fallback, Snapshot};
+use serde_json::{Map, Value};
+
+use crate::{
+    planners::{Planned, Planners},
+    posted::Posted,
+    problem::{Problem, ProblemDocument},
+    wire::{Answer, Comparison, Outcome, PlanRequest, PlanResponse, Plans},
+};
+
+/// Plans: a snapshot in, speed and heading references out.
+#[utoipa::path(post, path = "/v1/plan", tag = "plan", request_body = PlanRequest, responses(
+    (status = 200, description = "A plan; `outcome` says whether it is what was asked for.", body = PlanResponse),
+    (status = 400, description = "Not JSON.", body = ProblemDocument, content_type = "application/problem+json"),
+    (status = 413, description = "Over 1 MiB.", body = ProblemDocument, content_type = "application/problem+json"),
+    (status = 415, description = "Not announced as JSON.", body = ProblemDocument,
+        content_type = "application/problem+json"),
+    (status = 422, description = "Fields at fault, by pointer.", body = ProblemDocument,
+        content_type = "application/problem+json"),
+    (status = 503, description = "Too busy, too late, or no solution and `fallback` is `none`.",
+        body = ProblemDocument, content_type = "application/problem+json")))]
+pub(crate) async fn plan(
+    State(planners): State<Planners>,
+    Posted(request): Posted<PlanRequest>,
+) -> Result<Json<PlanResponse>, Problem> {
+    let (planned, metadata) = planned(&planners, request).await?;
+    Ok(Json(answer(&planned, &metadata).planned()))
+}
+
+/// The same snapshot through the planner and through the line-of-sight law.
+#[utoipa::path(post, path = "/v1/plan/compare", tag = "plan", request_body = PlanRequest, responses(
+    (status = 200, description = "A plan from each.", body = Comparison),
+    (status = 400, description = "Not JSON.", body = ProblemDocument, content_type = "application/problem+json"),
+    (status = 413, description = "Over 1 MiB.", body = ProblemDocument, content_type = "application/problem+json"),
+    (status = 415, description = "Not announced as JSON.", body = ProblemDocument,
+        content_type = "application/problem+json"),
+    (status = 422, description = "Fields at fault, by pointer.", body = ProblemDocument,
+        content_type = "application/problem+json"),
+    (status = 503, description = "Too busy, too late, or no solution and `fallback` is `none`.",
+        body = ProblemDocument, content_type = "application/problem+json")))]
+pub(crate) async fn compare(
+    State(planners): State<Planners>,
+    Posted(request): Posted<PlanRequest>,
+) -> Result<Json<Comparison>, Problem> {
+    let (planned, metadata) = planned(&planners, request).await?;
+    let answer = answer(&planned, &metadata);
+    Ok(Json(Comparison {
+        plans: Plans {
+            mpc: answer.planned(),
+            saturated_los: answer.line_of_sight(),
+        },
+    }))
+}
+
+async fn planned(
+    planners: &Planners,
+    request: PlanRequest,
+) -> Result<(Planned, Map<String, Value>), Problem> {
+    let snapshot = Snapshot::try_from(&request).map_err(Problem::Invalid)?;
+    let planned = planners.plan(snapshot).await?;
+    if planned.snapshot.fallback == Fallback::None {
+        let answer = answer(&planned, &request.metadata).planned();
+        if answer.outcome == Outcome::Degraded {
+            return Err(Problem::NoSolution {
+                reason: answer.reason.unwrap_or_default(),
+            });
+        }
+    }
+    Ok((planned, request.metadata))
+}
+
+fn answer<'a>(planned: &'a Planned, metadata: &'a Map<String, Value>) -> Answer<'a> {
+    Answer {
+        snapshot: &planned.snapshot,
+        plan: &planned.plan,
+        solve_time: planned.solve_time,
+        metadata,
+    }
+}

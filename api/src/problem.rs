@@ -1,0 +1,276 @@
+//! What can go wrong with a request, and how it is said: RFC 9457 problem documents.
+//!
+//! The only place where a status code is chosen. Handlers answer with a [`Problem`]; the document is
+//! written at the service's edge, which knows the request's path and id.
+
+use axum::{
+    http::{HeaderValue, StatusCode, header},
+    response::{IntoResponse, Response},
+};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use utoipa::ToSchema;
+
+/// Most field errors in one document: a client mends the first few and asks again.
+const FIELD_ERRORS_MAX: usize = 64;
+
+/// Longest piece of a request that is repeated in a document, characters.
+const QUOTE_LENGTH_MAX: usize = 200;
+
+/// When to try again after the service was too busy, s: plans take milliseconds, so a queue that is
+/// full now is not full a second later.
+const RETRY_AFTER: HeaderValue = HeaderValue::from_static("1");
+
+/// Why there is no answer.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Problem {
+    /// The body is not JSON.
+    Syntax(FieldError),
+    /// The body is JSON but not a valid request.
+    Invalid(Vec<FieldError>),
+    /// The body is announced as something other than JSON.
+    NotJson {
+        /// The content type given.
+        given: Option<String>,
+    },
+    /// The body is longer than accepted.
+    TooLarge {
+        /// Longest body accepted, bytes.
+        limit: usize,
+    },
+    /// The body ended early.
+    BodyUnreadable,
+    /// No such route.
+    NoRoute,
+    /// No such example.
+    NoExample {
+        /// The examples there are.
+        known: Vec<&'static str>,
+    },
+    /// The route does not know the method.
+    MethodNotAllowed,
+    /// Every planner is busy and the queue is full.
+    Overloaded,
+    /// The answer took too long.
+    TimedOut,
+    /// No program was solved, and the client accepts nothing else.
+    NoSolution {
+        /// What the solver said.
+        reason: String,
+    },
+    /// The service cannot plan.
+    NotReady {
+        /// Why.
+        reason: String,
+    },
+    /// A bug of ours.
+    Panicked,
+}
+
+/// One wrong field of a request.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct FieldError {
+    /// Where, as a JSON pointer (RFC 6901); empty for the whole body.
+    pub pointer: String,
+    /// What is wrong, for programs.
+    pub code: String,
+    /// What is wrong, for people.
+    pub detail: String,
+    /// The value given, where it is a number or a name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Object)]
+    pub given: Option<Value>,
+    /// What would have been accepted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Object)]
+    pub limit: Option<Value>,
+}
+
+/// A problem document, `application/problem+json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ProblemDocument {
+    /// Names the kind of problem.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// The kind of problem, for people.
+    pub title: String,
+    /// The HTTP status code.
+    pub status: u16,
+    /// What happened and what to do about it.
+    pub detail: String,
+    /// Path of the request.
+    pub instance: String,
+    /// The kind of problem, for programs.
+    pub code: String,
+    /// Id of the request, also in the `x-request-id` header and the service's log.
+    pub request_id: String,
+    /// The fields at fault.
+    pub errors: Vec<FieldError>,
+}
+
+impl FieldError {
+    /// An error at `pointer`.
+    pub fn new(pointer: impl Into<String>, code: &str, detail: impl Into<String>) -> Self {
+        Self {
+            pointer: pointer.into(),
+            code: code.to_owned(),
+            detail: shortened(detail.into()),
+            given: None,
+            limit: None,
+        }
+    }
+
+    /// With the value that was given.
+    #[must_use]
+    pub fn given(mut self, given: impl Into<Value>) -> Self {
+        self.given = Some(match given.into() {
+            Value::String(text) => Value::String(shortened(text)),
+            other => other,
+        });
+        self
+    }
+
+    /// With what would have been accepted.
+    #[must_use]
+    pub fn limit(mut self, limit: impl Into<Value>) -> Self {
+        self.limit = Some(limit.into());
+        self
+    }
+}
+
+fn shortened(text: String) -> String {
+    match text.char_indices().nth(QUOTE_LENGTH_MAX) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
+    }
+}
+
+impl Problem {
+    /// Status, code and title.
+    fn kind(&self) -> (StatusCode, &'static str, &'static str) {
+        match self {
+            Self::Syntax(_) => (StatusCode::BAD_REQUEST, "syntax", "The body is not JSON"),
+            Self::BodyUnreadable => (StatusCode::BAD_REQUEST, "body_unreadable", "The body ended early"),
+            Self::Invalid(_) => (
+                StatusCode::UNPROCESSABLE_ENTITY,
+                "invalid_request",
+                "The request is not valid",
+            ),
+            Self::NotJson { .. } => (
+                StatusCode::UNSUPPORTED_MEDIA_TYPE,
+                "unsupported_media_type",
+                "JSON is the only format",
+            ),
+            Self::TooLarge { .. } => (
+                StatusCode::PAYLOAD_TOO_LARGE,
+                "body_too_large",
+                "The body is too large",
+            ),
+            Self::NoRoute => (StatusCode::NOT_FOUND, "no_route", "There is nothing here"),
+            Self::NoExample { .. } => (StatusCode::NOT_FOUND, "no_example", "There is no such example"),
+            Self::MethodNotAllowed => (
+                StatusCode::METHOD_NOT_ALLOWED,
+                "method_not_allowed",
+                "The method is not allowed",
+            ),
+            Self::Overloaded => (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "overloaded",
+                "Every planner is busy",
+            ),
+            Self::TimedOut => (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "timed_out",
+                "The answer took too long",
+            ),
+            Self::NoSolution { .. } => (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "no_solution",
+                "No program was solved",
+            ),
+            Self::NotReady { .. } => (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "not_ready",
+                "The service cannot plan",
+            ),
+            Self::Panicked => (
+                StatusCode::INTERNAL_SERVER_ERROR,
+                "internal",
+                "The service has a bug",
+            ),
+        }
+    }
+
+    fn detail(&self) -> String {
+        match self {
+            Self::Syntax(error) => format!("{}: {}", place(&error.pointer), error.detail),
+            Self::Invalid(errors) => match errors.as_slice() {
+                [] => "a field is not valid".to_owned(),
+                [only] => format!("{}: {}", place(&only.pointer), only.detail),
+                [first, rest @ ..] => {
+                    format!(
+                        "{}: {} (and {} more)",
+                        place(&first.pointer),
+                        first.detail,
+                        rest.len()
+                    )
+                }
+            },
+            Self::NotJson { given } => match given {
+                Some(given) => format!("send content-type: application/json, not {given}"),
+                None => "send content-type: application/json".to_owned(),
+            },
+            Self::TooLarge { limit } => format!("at most {limit} bytes are accepted"),
+            Self::BodyUnreadable => "the connection ended before the body did".to_owned(),
+            Self::NoRoute => "GET /openapi.json lists every route".to_owned(),
+            Self::NoExample { known } => format!("the examples are {}", known.join(", ")),
+            Self::MethodNotAllowed => "the Allow header names the methods of this route".to_owned(),
+            Self::Overloaded => "the queue is full; try again after the time in Retry-After".to_owned(),
+            Self::TimedOut => "the request was given up; try again after the time in Retry-After".to_owned(),
+            Self::NoSolution { reason } => {
+                format!("{reason}; with \"fallback\":\"los\" a lower rung of the ladder would have answered")
+            }
+            Self::NotReady { reason } => reason.clone(),
+            Self::Panicked => "the service logged what happened; quote the request id".to_owned(),
+        }
+    }
+
+    /// The document for a request of `instance`, a path, known as `request_id`.
+    #[must_use]
+    pub fn document(&self, instance: &str, request_id: &str) -> ProblemDocument {
+        let (status, code, title) = self.kind();
+        let mut errors = match self {
+            Self::Syntax(error) => vec![error.clone()],
+            Self::Invalid(errors) => errors.clone(),
+            _ => Vec::new(),
+        };
+        errors.truncate(FIELD_ERRORS_MAX);
+        ProblemDocument {
+            kind: format!("urn:pilotfish:problem:{code}"),
+            title: title.to_owned(),
+            status: status.as_u16(),
+            detail: shortened(self.detail()),
+            instance: shortened(instance.to_owned()),
+            code: code.to_owned(),
+            request_id: request_id.to_owned(),
+            errors,
+        }
+    }
+}
+
+fn place(pointer: &str) -> &str {
+    if pointer.is_empty() { "the body" } else { pointer }
+}
+
+impl IntoResponse for Problem {
+    /// The status and the headers; the edge of the service writes the document.
+    fn into_response(self) -> Response {
+        let (status, ..) = self.kind();
+        let mut response = status.into_response();
+        if status == StatusCode::SERVICE_UNAVAILABLE {
+            response.headers_mut().insert(header::RETRY_AFTER, RETRY_AFTER);
+        }
+        response.extensions_mut().insert(self);
+        response
+    }
+}

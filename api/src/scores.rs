@@ -1,0 +1,151 @@
+//! What a controller achieved on a mission, under the names that leave the program.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use sim::{
+    metrics::{Rungs, SurfaceCraftMetrics, Violations},
+    record::Record,
+};
+
+use crate::stopwatch::quantile_ms;
+
+/// A controller's scores. Distances are true ones, to the goal, over the whole mission.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Scores {
+    /// Root mean square distance, m.
+    pub rms_m: f64,
+    /// Mean distance, m.
+    pub mean_m: f64,
+    /// Distance not exceeded 95 % of the time, m.
+    pub p95_m: f64,
+    /// Largest distance, m.
+    pub max_m: f64,
+    /// Root mean square distance after the scenario's settling time, m.
+    pub settled_rms_m: f64,
+    /// Time within contact range of each underwater vehicle, s.
+    pub time_in_range_s: BTreeMap<String, f64>,
+    /// The craft's true limits, where it did not keep them.
+    pub violations: ViolationScores,
+    /// Propulsion energy, J.
+    pub energy_j: f64,
+    /// Heading travel, rad.
+    pub heading_travel_rad: f64,
+    /// Root mean square second difference of the velocity reference, m/s³.
+    pub reference_jerk: f64,
+    /// Median time of an answer, ms.
+    pub solve_ms_p50: Option<f64>,
+    /// Time of an answer that 99 % do not exceed, ms.
+    pub solve_ms_p99: Option<f64>,
+    /// Answers by the rung of the ladder that gave them.
+    pub rungs: RungScores,
+}
+
+/// Where the craft was beyond its limits.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ViolationScores {
+    /// Episodes.
+    pub count: usize,
+    /// Duration of all episodes, s.
+    pub duration_s: f64,
+    /// Largest yaw rate beyond its limit, rad/s.
+    pub worst_turn_rate_radps: f64,
+    /// Largest speed beyond its limit, m/s.
+    pub worst_speed_mps: f64,
+}
+
+/// Answers by rung.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RungScores {
+    /// The program, solved.
+    pub mpc: usize,
+    /// The previous plan, followed further.
+    pub previous_plan: usize,
+    /// The line-of-sight law.
+    pub saturated_los: usize,
+    /// Hold.
+    pub hold: usize,
+}
+
+impl Scores {
+    /// The scores of a mission with a surface craft, whose guide took `times` to answer.
+    #[must_use]
+    pub fn new(record: &Record, metrics: SurfaceCraftMetrics, times: &[std::time::Duration]) -> Self {
+        let Violations {
+            count,
+            seconds,
+            worst_turn_rate_radps,
+            worst_speed_mps,
+        } = metrics.violations;
+        let Rungs {
+            mpc,
+            previous_plan,
+            saturated_los,
+            hold,
+        } = metrics.rungs;
+        Self {
+            rms_m: metrics.rms_m,
+            mean_m: metrics.mean_m,
+            p95_m: metrics.p95_m,
+            max_m: metrics.max_m,
+            settled_rms_m: metrics.settled_rms_m,
+            time_in_range_s: record
+                .diver_ids
+                .iter()
+                .cloned()
+                .zip(metrics.time_in_range_s)
+                .collect(),
+            violations: ViolationScores {
+                count,
+                duration_s: seconds,
+                worst_turn_rate_radps,
+                worst_speed_mps,
+            },
+            energy_j: metrics.energy_j,
+            heading_travel_rad: metrics.heading_travel_rad,
+            reference_jerk: metrics.reference_jerk,
+            solve_ms_p50: quantile_ms(times, 50),
+            solve_ms_p99: quantile_ms(times, 99),
+            rungs: RungScores {
+                mpc,
+                previous_plan,
+                saturated_los,
+                hold,
+            },
+        }
+    }
+
+    /// The scores as lines of a table: name, and value for people.
+    #[must_use]
+    pub fn lines(&self) -> Vec<(String, String)> {
+        let milliseconds = |time: Option<f64>| time.map_or("-".to_owned(), |ms| format!("{ms:.4}"));
+        let mut lines = vec![
+            ("rms_m", format!("{:.3}", self.rms_m)),
+            ("mean_m", format!("{:.3}", self.mean_m)),
+            ("p95_m", format!("{:.3}", self.p95_m)),
+            ("max_m", format!("{:.3}", self.max_m)),
+            ("settled_rms_m", format!("{:.3}", self.settled_rms_m)),
+            ("energy_j", format!("{:.0}", self.energy_j)),
+            ("heading_travel_rad", format!("{:.2}", self.heading_travel_rad)),
+            ("reference_jerk", format!("{:.4}", self.reference_jerk)),
+            ("violations", self.violations.count.to_string()),
+            (
+                "violations.duration_s",
+                format!("{:.0}", self.violations.duration_s),
+            ),
+            ("solve_ms_p50", milliseconds(self.solve_ms_p50)),
+            ("solve_ms_p99", milliseconds(self.solve_ms_p99)),
+            ("rungs.mpc", self.rungs.mpc.to_string()),
+            ("rungs.previous_plan", self.rungs.previous_plan.to_string()),
+            ("rungs.saturated_los", self.rungs.saturated_los.to_string()),
+            ("rungs.hold", self.rungs.hold.to_string()),
+        ]
+        .into_iter()
+        .map(|(name, value)| (name.to_owned(), value))
+        .collect::<Vec<_>>();
+        let in_range = self.time_in_range_s.iter();
+        lines
+            .extend(in_range.map(|(id, seconds)| (format!("time_in_range_s.{id}"), format!("{seconds:.0}"))));
+        lines
+    }
+}

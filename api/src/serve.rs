@@ -1,0 +1,125 @@
+//! `pilotfish serve`: the service on a socket.
+
+use std::{
+    io,
+    net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr},
+    time::Duration,
+};
+
+use api::{Settings, app, examples::EXAMPLES};
+use clap::Args;
+use tokio::net::TcpListener;
+
+/// How long requests under way may take to finish after the order to stop, s: the time limit of one.
+const DRAIN: Duration = Duration::from_secs(10);
+
+#[derive(Clone, Debug, Args)]
+pub(crate) struct Serve {
+    /// Address to listen on.
+    #[arg(long, env = "PILOTFISH_HOST", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
+    host: IpAddr,
+    /// Port to listen on; 0 takes a free one.
+    #[arg(long, env = "PILOTFISH_PORT", default_value_t = 8080)]
+    port: u16,
+    /// Listen beyond this machine, though anyone who reaches the port may then use it.
+    #[arg(long, env = "PILOTFISH_INSECURE")]
+    insecure: bool,
+}
+
+/// Why the service does not run.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum ServeError {
+    #[error(
+        "{0} can be reached from other machines, and the service knows no passwords: listen on 127.0.0.1, \
+         or add --insecure if the network is trusted"
+    )]
+    Exposed(IpAddr),
+    #[error("port {0} is taken: choose another with --port, or --port 0 for any free one")]
+    PortTaken(u16),
+    #[error("cannot listen on {address}: choose another with --host and --port")]
+    Listen { address: SocketAddr, source: io::Error },
+    #[error("the service stopped")]
+    Stopped(#[from] io::Error),
+}
+
+/// Serves until ctrl-c or SIGTERM, then lets requests under way finish.
+pub(crate) fn serve(arguments: &Serve) -> Result<(), ServeError> {
+    if !arguments.host.is_loopback() && !arguments.insecure {
+        return Err(ServeError::Exposed(arguments.host));
+    }
+    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
+    runtime.block_on(run(SocketAddr::new(arguments.host, arguments.port)))?;
+    // A planner that outlives the drain is not waited for.
+    runtime.shutdown_background();
+    Ok(())
+}
+
+async fn run(address: SocketAddr) -> Result<(), ServeError> {
+    let listener = TcpListener::bind(address)
+        .await
+        .map_err(|source| match source.kind() {
+            io::ErrorKind::AddrInUse => ServeError::PortTaken(address.port()),
+            _ => ServeError::Listen { address, source },
+        })?;
+    // Before the URL is printed: whoever reads it may send the signal at once.
+    let signal = Signals::listen()?;
+    greet(listener.local_addr()?);
+
+    let (stopping, stopped) = tokio::sync::oneshot::channel();
+    let server = axum::serve(listener, app(Settings::default())).with_graceful_shutdown(async move {
+        signal.any().await;
+        tracing::info!("stopping: requests under way may finish");
+        // The receiver is gone only when the server is.
+        let _ = stopping.send(());
+    });
+    let deadline = async {
+        match stopped.await {
+            Ok(()) => tokio::time::sleep(DRAIN).await,
+            Err(_) => std::future::pending().await,
+        }
+    };
+    tokio::select! {
+        result = server => result?,
+        () = deadline => tracing::warn!("gave up on requests that did not finish"),
+    }
+    Ok(())
+}
+
+/// The URL, and a command that shows a plan when pasted into a shell.
+fn greet(mut address: SocketAddr) {
+    if address.ip().is_unspecified() {
+        address.set_ip(match address {
+            SocketAddr::V4(_) => Ipv4Addr::LOCALHOST.into(),
+            SocketAddr::V6(_) => Ipv6Addr::LOCALHOST.into(),
+        });
+    }
+    let example = EXAMPLES[0].name;
+    println!("Pilotfish is listening on http://{address}");
+    println!("Open that in a browser, or ask for a plan:");
+    println!();
+    println!("  curl -s http://{address}/v1/examples/{example} |");
+    println!("    curl -s -H 'content-type: application/json' --data-binary @- http://{address}/v1/plan");
+    println!();
+}
+
+struct Signals {
+    interrupt: tokio::signal::unix::Signal,
+    terminate: tokio::signal::unix::Signal,
+}
+
+impl Signals {
+    fn listen() -> io::Result<Self> {
+        use tokio::signal::unix::{SignalKind, signal};
+        Ok(Self {
+            interrupt: signal(SignalKind::interrupt())?,
+            terminate: signal(SignalKind::terminate())?,
+        })
+    }
+
+    async fn any(mut self) {
+        tokio::select! {
+            _ = self.interrupt.recv() => {}
+            _ = self.terminate.recv() => {}
+        }
+    }
+}

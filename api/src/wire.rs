@@ -1,0 +1,33 @@
+//! The JSON that clients send and receive, and the only place where it meets the planner's types.
+//!
+//! Units: SI and radians, in the names. Positions are local north-east-down, their origin any datum
+//! that all positions of a request share; `depth_m` is positive down. Headings and courses are 0 at
+//! north and positive clockwise. `speed_mps` of the surface craft is surge through the water, that of
+//! an underwater vehicle is horizontal and over ground; in references and trajectories it is the
+//! surface craft's speed through the water.
+//!
+//! Both directions are here: the service reads a [`PlanRequest`] and writes a [`PlanResponse`], a Rust
+//! client does the reverse with the same types.
+
+mod read_request;
+mod request;
+mod response;
+mod write_answer;
+mod write_request;
+
+pub use request::{
+    Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, Limits, PlanRequest, PreviousPlan,
+    PreviousReference,
+};
+pub use response::{
+    Baseline, Comparison, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget, Plans,
+    Predicted, Reference, Residuals, Solver, TargetPoint, TrajectoryPoint, Violation, Warning,
+};
+pub use write_answer::Answer;
+pub use write_request::plan_id;
+
+/// The version of these shapes that requests must name and answers carry.
+pub const SCHEMA_VERSION: &str = "1.0";
+
+/// Largest `metadata`, bytes of compact JSON: enough for identifiers, too little to store things in.
+pub const METADATA_BYTES_MAX: usize = 4096;

@@ -1,0 +1,315 @@
+//! From a client's JSON to a snapshot, and from an answer to what the next request carries.
+
+use std::f64::consts::TAU;
+
+use nalgebra::Vector2;
+use planner::{
+    angle::{Course, Heading},
+    snapshot as domain,
+    snapshot::{InvalidField, InvalidReason, Observation, Snapshot, VehicleId},
+};
+use serde_json::{Value, json};
+
+use super::{
+    METADATA_BYTES_MAX, SCHEMA_VERSION,
+    request::{
+        Asc, Auv, Current, Fallback, Forecast, Goal, GoalKind, Hold, Limits, PlanRequest, PreviousPlan,
+        PreviousReference,
+    },
+    response::{PlanResponse, TrajectoryPoint},
+};
+use crate::problem::FieldError;
+
+impl TryFrom<&PlanRequest> for Snapshot {
+    type Error = Vec<FieldError>;
+
+    /// Checks everything that a JSON schema cannot say. Fails with every field that is wrong.
+    fn try_from(request: &PlanRequest) -> Result<Self, Vec<FieldError>> {
+        let mut invalid = Vec::new();
+        // First and alone: the checks behind compare every name with every other.
+        bound_lists(request, &mut invalid);
+        if !invalid.is_empty() {
+            return Err(invalid);
+        }
+        check_envelope(request, &mut invalid);
+        check_angles(request, &mut invalid);
+        let ground_velocity = ground_velocity(&request.asc, &mut invalid);
+        let goal = goal(&request.goal, &mut invalid);
+
+        let Some(goal) = goal else { return Err(invalid) };
+        let observation = Observation {
+            time: request.t_s,
+            asc: asc(&request.asc, ground_velocity),
+            auvs: request.auvs.iter().map(auv).collect(),
+            goal,
+            current: request
+                .current
+                .map(|Current { north_mps, east_mps }| Vector2::new(north_mps, east_mps)),
+            limits: limits(request.limits.as_ref()),
+            forecast: forecast(request.forecast),
+            fallback: match request.fallback {
+                Fallback::Los => domain::Fallback::Ladder,
+                Fallback::None => domain::Fallback::None,
+            },
+            hold: match request.hold {
+                Hold::SlowTurn => domain::HoldStyle::SlowTurn,
+                Hold::Stop => domain::HoldStyle::Stop,
+            },
+            previous_plan: request.previous_plan.as_ref().map(previous_plan),
+        };
+        match Snapshot::try_from(observation) {
+            Ok(snapshot) if invalid.is_empty() => Ok(snapshot),
+            Ok(_) => Err(invalid),
+            Err(domain::InvalidObservation(fields)) => {
+                invalid.extend(fields.iter().map(FieldError::from));
+                Err(invalid)
+            }
+        }
+    }
+}
+
+impl From<&PlanResponse> for PreviousPlan {
+    fn from(answer: &PlanResponse) -> Self {
+        Self {
+            trajectory: answer.trajectory.clone(),
+            goal_course_rad: Some(answer.goal_course_rad),
+            reference: Some(PreviousReference {
+                speed_mps: answer.reference.speed_mps,
+            }),
+        }
+    }
+}
+
+impl From<&PreviousPlan> for domain::PreviousPlan {
+    /// Angles wrap unchecked: from a request, they have been checked before; from an answer of the
+    /// service, they are in range.
+    fn from(previous: &PreviousPlan) -> Self {
+        previous_plan(previous)
+    }
+}
+
+impl From<&InvalidField> for FieldError {
+    fn from(invalid: &InvalidField) -> Self {
+        let pointer = format!("/{}", invalid.field);
+        match &invalid.reason {
+            InvalidReason::OutOfRange { given, least, most } => out_of_range(pointer, *given, *least, *most),
+            InvalidReason::Length { given, least, most } => length(pointer, *given, *least, *most),
+            InvalidReason::Duplicate { given } => {
+                Self::new(pointer, "duplicate", "this name stands twice").given(given.as_str())
+            }
+            InvalidReason::UnknownVehicle { given } => {
+                Self::new(pointer, "unknown_vehicle", "no vehicle in `auvs` has this id")
+                    .given(given.as_str())
+            }
+            InvalidReason::NotIncreasing { given, before } => Self::new(
+                pointer,
+                "not_increasing",
+                format!("must come after {before} s, the time before it"),
+            )
+            .given(*given)
+            .limit(json!({ "above": before })),
+        }
+    }
+}
+
+fn out_of_range(pointer: String, given: f64, least: f64, most: f64) -> FieldError {
+    FieldError::new(pointer, "out_of_range", format!("must be from {least} to {most}"))
+        .given(given)
+        .limit(json!({ "least": least, "most": most }))
+}
+
+fn length(pointer: String, given: usize, least: usize, most: usize) -> FieldError {
+    FieldError::new(
+        pointer,
+        "length",
+        format!("must have {least} to {most} items or bytes"),
+    )
+    .given(given)
+    .limit(json!({ "least": least, "most": most }))
+}
+
+fn bound_lists(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
+    let mut bound = |pointer: &str, given: usize, least: usize, most: usize| {
+        if given < least || most < given {
+            invalid.push(length(pointer.to_owned(), given, least, most));
+        }
+    };
+    bound("/auvs", request.auvs.len(), 1, domain::AUVS_MAX);
+    if let Some(auvs) = &request.goal.auvs {
+        bound("/goal/auvs", auvs.len(), 1, domain::AUVS_MAX);
+    }
+    if let Some(previous) = &request.previous_plan {
+        bound(
+            "/previous_plan/trajectory",
+            previous.trajectory.len(),
+            0,
+            domain::TRAJECTORY_POINTS_MAX,
+        );
+    }
+}
+
+fn check_envelope(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
+    if request.schema_version != SCHEMA_VERSION {
+        let detail = format!("this service speaks version {SCHEMA_VERSION}");
+        invalid.push(
+            FieldError::new("/schema_version", "unsupported", detail)
+                .given(request.schema_version.as_str())
+                .limit(SCHEMA_VERSION),
+        );
+    }
+    let bytes = Value::Object(request.metadata.clone()).to_string().len();
+    if METADATA_BYTES_MAX < bytes {
+        invalid.push(length("/metadata".to_owned(), bytes, 0, METADATA_BYTES_MAX));
+    }
+}
+
+/// Headings and courses wrap whatever they are given, so a value in degrees would pass unseen behind
+/// this point.
+fn check_angles(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
+    let mut check = |pointer: String, angle: f64| {
+        if !(-TAU..=TAU).contains(&angle) {
+            invalid.push(out_of_range(pointer, angle, -TAU, TAU));
+        }
+    };
+    check("/asc/heading_rad".to_owned(), request.asc.heading_rad);
+    for (i, auv) in request.auvs.iter().enumerate() {
+        check(format!("/auvs/{i}/state/course_rad"), auv.state.course_rad);
+    }
+    if let Some(previous) = &request.previous_plan {
+        if let Some(course) = previous.goal_course_rad {
+            check("/previous_plan/goal_course_rad".to_owned(), course);
+        }
+        for (i, point) in previous.trajectory.iter().enumerate() {
+            check(
+                format!("/previous_plan/trajectory/{i}/heading_rad"),
+                point.heading_rad,
+            );
+        }
+    }
+}
+
+fn ground_velocity(asc: &Asc, invalid: &mut Vec<FieldError>) -> Option<Vector2<f64>> {
+    let mut missing = |name: &str| {
+        let detail = "the two components of the ground velocity come together or not at all";
+        invalid.push(FieldError::new(format!("/asc/{name}"), "missing", detail));
+        None
+    };
+    match (asc.ground_north_mps, asc.ground_east_mps) {
+        (Some(north), Some(east)) => Some(Vector2::new(north, east)),
+        (None, None) => None,
+        (Some(_), None) => missing("ground_east_mps"),
+        (None, Some(_)) => missing("ground_north_mps"),
+    }
+}
+
+fn asc(asc: &Asc, ground_velocity: Option<Vector2<f64>>) -> domain::AscState {
+    domain::AscState {
+        position: Vector2::new(asc.north_m, asc.east_m),
+        heading: Heading::new(asc.heading_rad),
+        surge: asc.speed_mps,
+        sway: asc.sway_mps,
+        yaw_rate: asc.yaw_rate_radps,
+        ground_velocity,
+    }
+}
+
+fn auv(auv: &Auv) -> domain::Auv {
+    domain::Auv {
+        id: VehicleId(auv.id.clone()),
+        position: Vector2::new(auv.state.north_m, auv.state.east_m),
+        depth: auv.state.depth_m,
+        course: Course::new(auv.state.course_rad),
+        speed: auv.state.speed_mps,
+        turn_rate: auv.state.turn_rate_radps,
+        age: auv.state.age_s,
+    }
+}
+
+/// The goal, if every member that its kind needs is there; what is missing or too much goes into
+/// `invalid`.
+fn goal(goal: &Goal, invalid: &mut Vec<FieldError>) -> Option<domain::Goal> {
+    let Goal {
+        kind,
+        auv,
+        auvs,
+        dwell_s,
+        epoch_s,
+    } = goal;
+    let needed: &[&str] = match kind {
+        GoalKind::Track => &["auv"],
+        GoalKind::Intermittent => &["auvs", "dwell_s", "epoch_s"],
+        GoalKind::Midpoint => &["auvs"],
+    };
+    for (name, present) in [
+        ("auv", auv.is_some()),
+        ("auvs", auvs.is_some()),
+        ("dwell_s", dwell_s.is_some()),
+        ("epoch_s", epoch_s.is_some()),
+    ] {
+        let pointer = format!("/goal/{name}");
+        match (needed.contains(&name), present) {
+            (true, false) => {
+                invalid.push(FieldError::new(pointer, "missing", "this kind of goal needs it"));
+            }
+            (false, true) => {
+                invalid.push(FieldError::new(
+                    pointer,
+                    "unexpected",
+                    "this kind of goal has no such member",
+                ));
+            }
+            (true, true) | (false, false) => {}
+        }
+    }
+    let names = |ids: &[String]| ids.iter().cloned().map(VehicleId).collect();
+    Some(match kind {
+        GoalKind::Track => domain::Goal::Track {
+            auv: VehicleId(auv.clone()?),
+        },
+        GoalKind::Intermittent => domain::Goal::Intermittent {
+            auvs: names(auvs.as_ref()?),
+            dwell: (*dwell_s)?,
+            epoch: (*epoch_s)?,
+        },
+        GoalKind::Midpoint => domain::Goal::Midpoint {
+            auvs: names(auvs.as_ref()?),
+        },
+    })
+}
+
+fn limits(given: Option<&Limits>) -> domain::Limits {
+    let default = domain::Limits::MEDUSA;
+    let Some(given) = given else { return default };
+    domain::Limits {
+        speed_min: given.speed_min_mps.unwrap_or(default.speed_min),
+        speed_max: given.speed_max_mps.unwrap_or(default.speed_max),
+        turn_rate_max: given.turn_rate_max_radps.unwrap_or(default.turn_rate_max),
+        acceleration_max: given.acceleration_max_mps2.unwrap_or(default.acceleration_max),
+        deceleration_max: given.deceleration_max_mps2.unwrap_or(default.deceleration_max),
+        surge_lag: given.surge_lag_s.unwrap_or(default.surge_lag),
+    }
+}
+
+fn forecast(choice: Forecast) -> domain::ForecastChoice {
+    use domain::{ForecastChoice, ForecastModel};
+    match choice {
+        Forecast::Auto => ForecastChoice::Auto,
+        Forecast::Hold => ForecastChoice::Model(ForecastModel::Hold),
+        Forecast::ConstantVelocity => ForecastChoice::Model(ForecastModel::ConstantVelocity),
+        Forecast::ConstantTurn => ForecastChoice::Model(ForecastModel::ConstantTurn),
+    }
+}
+
+fn previous_plan(previous: &PreviousPlan) -> domain::PreviousPlan {
+    let point = |point: &TrajectoryPoint| domain::TrajectoryPoint {
+        time: point.t_s,
+        position: Vector2::new(point.north_m, point.east_m),
+        speed: point.speed_mps,
+        heading: Heading::new(point.heading_rad),
+    };
+    domain::PreviousPlan {
+        trajectory: previous.trajectory.iter().map(point).collect(),
+        goal_course: previous.goal_course_rad.map(Course::new),
+        speed_reference: previous.reference.map(|reference| reference.speed_mps),
+    }
+}

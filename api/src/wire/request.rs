@@ -1,0 +1,232 @@
+//! What clients post.
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use utoipa::ToSchema;
+
+use super::response::TrajectoryPoint;
+
+/// A snapshot of what is known now, and what the surface craft is to do.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlanRequest {
+    /// Version of this shape: `"1.0"`.
+    #[schema(example = "1.0")]
+    pub schema_version: String,
+    /// Now, s, on any clock that all times of the request share.
+    pub t_s: f64,
+    /// The surface craft.
+    pub asc: Asc,
+    /// The underwater vehicles, 1 to 16, in any order.
+    pub auvs: Vec<Auv>,
+    /// What to do.
+    pub goal: Goal,
+    /// Current at the surface. Without it, it is taken from the surface craft's ground velocity, and
+    /// without that the water is taken to be still.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub current: Option<Current>,
+    /// What the surface craft can do. Default: a MEDUSA-class craft, as in each member's default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<Limits>,
+    /// How to guess the underwater vehicles' future. Default: `auto`.
+    #[serde(default)]
+    pub forecast: Forecast,
+    /// What to answer when no program was solved. Default: `los`.
+    #[serde(default)]
+    pub fallback: Fallback,
+    /// What the last rung of the ladder does. Default: `slow_turn`.
+    #[serde(default)]
+    pub hold: Hold,
+    /// The last answer, whole: the service itself remembers nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub previous_plan: Option<PreviousPlan>,
+    /// Anything; comes back in the answer. At most 4096 bytes.
+    #[serde(default, skip_serializing_if = "Map::is_empty")]
+    #[schema(value_type = Object)]
+    pub metadata: Map<String, Value>,
+}
+
+/// State of the surface craft.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Asc {
+    /// Position north of the datum, m.
+    pub north_m: f64,
+    /// Position east of the datum, m.
+    pub east_m: f64,
+    /// Heading, rad, within ±2π.
+    pub heading_rad: f64,
+    /// Surge speed through the water, m/s, positive ahead.
+    pub speed_mps: f64,
+    /// Sway speed through the water, m/s, positive to starboard. Default: 0.
+    #[serde(default)]
+    pub sway_mps: f64,
+    /// Yaw rate, rad/s, positive clockwise seen from above. Default: 0.
+    #[serde(default)]
+    pub yaw_rate_radps: f64,
+    /// Northward velocity over ground, m/s; together with `ground_east_mps` or not at all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ground_north_mps: Option<f64>,
+    /// Eastward velocity over ground, m/s; together with `ground_north_mps` or not at all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ground_east_mps: Option<f64>,
+}
+
+/// An underwater vehicle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Auv {
+    /// Its name, unique in the request, 1 to 64 bytes.
+    #[schema(example = "auv-1")]
+    pub id: String,
+    /// Its state as last heard of.
+    pub state: AuvState,
+}
+
+/// State of an underwater vehicle at the time of its last report.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AuvState {
+    /// Position north of the datum, m.
+    pub north_m: f64,
+    /// Position east of the datum, m.
+    pub east_m: f64,
+    /// Depth, m, positive down.
+    pub depth_m: f64,
+    /// Course over ground, rad, within ±2π.
+    pub course_rad: f64,
+    /// Horizontal speed over ground, m/s, never negative.
+    pub speed_mps: f64,
+    /// Rate of turn of the course, rad/s, positive clockwise. Default: 0.
+    #[serde(default)]
+    pub turn_rate_radps: f64,
+    /// Age of the report, s. Default: 0.
+    #[serde(default)]
+    pub age_s: f64,
+}
+
+/// What the surface craft is to do. Which members are needed depends on `kind`.
+///
+/// One flat shape and not one variant per kind: serde's tagged variants forget where in the document
+/// an error happened.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Goal {
+    /// Which goal.
+    pub kind: GoalKind,
+    /// `track`: whom to follow.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub auv: Option<String>,
+    /// `intermittent`: whom to follow, in order. `midpoint`: whose mean to follow.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub auvs: Option<Vec<String>>,
+    /// `intermittent`: time spent with each, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dwell_s: Option<f64>,
+    /// `intermittent`: when the first dwell of the first vehicle began, s on the request's clock.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub epoch_s: Option<f64>,
+}
+
+/// The kinds of goals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum GoalKind {
+    /// Stay above one vehicle: `auv`.
+    Track,
+    /// Follow each vehicle in turn: `auvs`, `dwell_s`, `epoch_s`.
+    Intermittent,
+    /// Stay above the mean of several vehicles: `auvs`.
+    Midpoint,
+}
+
+/// Velocity of the water over ground.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Current {
+    /// Northward, m/s.
+    pub north_mps: f64,
+    /// Eastward, m/s.
+    pub east_mps: f64,
+}
+
+/// What the surface craft can do, its inner loops closed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Limits {
+    /// Slowest speed reference through the water, m/s. Default: 0.05.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_min_mps: Option<f64>,
+    /// Fastest speed reference through the water, m/s. Default: 1.5.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_max_mps: Option<f64>,
+    /// Largest yaw rate, rad/s. Default: 0.3.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turn_rate_max_radps: Option<f64>,
+    /// Largest acceleration ahead, m/s². Default: 0.08.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub acceleration_max_mps2: Option<f64>,
+    /// Largest deceleration, m/s², positive. Default: 0.10.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deceleration_max_mps2: Option<f64>,
+    /// Time constant of the surge loop, s. Default: 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surge_lag_s: Option<f64>,
+}
+
+/// How the underwater vehicles' future is guessed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Forecast {
+    /// The planner chooses for each vehicle.
+    #[default]
+    Auto,
+    /// Each stays where it is.
+    Hold,
+    /// Each keeps its ground velocity.
+    ConstantVelocity,
+    /// Each keeps its speed and its rate of turn.
+    ConstantTurn,
+}
+
+/// What to answer when no program was solved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Fallback {
+    /// Go down the ladder: the previous plan, line of sight, hold. The answer says so.
+    #[default]
+    Los,
+    /// Refuse with 503.
+    None,
+}
+
+/// What the last rung of the ladder does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Hold {
+    /// Circle slowly to starboard at the least speed that steers.
+    #[default]
+    SlowTurn,
+    /// Stop the thrusters.
+    Stop,
+}
+
+/// An earlier answer. A whole one is accepted, these members of it are read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PreviousPlan {
+    /// Its trajectory, in order of time, at most 256 points.
+    pub trajectory: Vec<TrajectoryPoint>,
+    /// Course of the goal when it last moved, rad, within ±2π.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub goal_course_rad: Option<f64>,
+    /// The reference that it gave: with what the craft did since, it tells how the surge loop is wound up.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<PreviousReference>,
+}
+
+/// The member of an earlier answer's reference that is read.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PreviousReference {
+    /// Speed through the water, m/s.
+    pub speed_mps: f64,
+}

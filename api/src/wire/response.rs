@@ -1,0 +1,238 @@
+//! What clients receive.
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use utoipa::ToSchema;
+
+/// A plan for the surface craft.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PlanResponse {
+    /// Version of this shape: `"1.0"`.
+    pub schema_version: String,
+    /// SHA-256 of the request's meaning, hexadecimal: spelling, order of members and metadata apart,
+    /// the same request has the same id.
+    pub plan_id: String,
+    /// Whether this is what was asked for.
+    pub outcome: Outcome,
+    /// The rung of the ladder that answered.
+    pub method: Method,
+    /// Why the outcome is `degraded`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// What to steer now.
+    pub reference: Reference,
+    /// The planned trajectory, from now on, for replay until the next answer.
+    pub trajectory: Vec<TrajectoryPoint>,
+    /// Course of the goal when it last moved, rad, in (−π, π].
+    pub goal_course_rad: f64,
+    /// Where the goal is expected.
+    pub goal: GoalTrajectory,
+    /// Where each underwater vehicle is expected, in the request's order.
+    pub targets: Vec<PlannedTarget>,
+    /// What the line-of-sight law would do.
+    pub baseline: Baseline,
+    /// What the solver did; absent where no program takes part.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub solver: Option<Solver>,
+    /// What the trajectory is predicted to lead to.
+    pub predicted: Predicted,
+    /// Soft limits that the plan does not keep.
+    pub violations: Vec<Violation>,
+    /// What the client should know of its own request.
+    pub warnings: Vec<Warning>,
+    /// The request's metadata.
+    #[serde(default)]
+    #[schema(value_type = Object)]
+    pub metadata: Map<String, Value>,
+}
+
+/// Whether an answer is what was asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// It is.
+    Ok,
+    /// A lower rung of the ladder answered; `reason` says why.
+    Degraded,
+}
+
+/// A rung of the decision ladder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// The convex program.
+    Mpc,
+    /// The previous plan, followed further.
+    PreviousPlan,
+    /// The saturated line-of-sight law.
+    SaturatedLos,
+    /// Slow turn or stop.
+    Hold,
+}
+
+/// What the inner loops are to follow.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Reference {
+    /// Speed through the water, m/s.
+    pub speed_mps: f64,
+    /// Heading, rad, in (−π, π].
+    pub heading_rad: f64,
+    /// The same heading for people, degrees, in [0, 360).
+    pub heading_deg: f64,
+    /// Do not follow it after this time, s on the request's clock.
+    pub valid_until_s: f64,
+}
+
+/// A point of a trajectory of the surface craft.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TrajectoryPoint {
+    /// Time, s on the request's clock.
+    pub t_s: f64,
+    /// Position north of the datum, m.
+    pub north_m: f64,
+    /// Position east of the datum, m.
+    pub east_m: f64,
+    /// Speed through the water, m/s.
+    pub speed_mps: f64,
+    /// Heading, rad, in (−π, π].
+    pub heading_rad: f64,
+}
+
+/// Where the goal is expected.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct GoalTrajectory {
+    /// One point for each of the plan's trajectory.
+    pub trajectory: Vec<GoalPoint>,
+}
+
+/// The goal at one time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct GoalPoint {
+    /// Time, s on the request's clock.
+    pub t_s: f64,
+    /// Position north of the datum, m.
+    pub north_m: f64,
+    /// Position east of the datum, m.
+    pub east_m: f64,
+    /// Northward velocity over ground, m/s.
+    pub north_mps: f64,
+    /// Eastward velocity over ground, m/s.
+    pub east_mps: f64,
+}
+
+/// Where an underwater vehicle is expected.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PlannedTarget {
+    /// The vehicle.
+    pub id: String,
+    /// The forecast model used: `hold`, `constant_velocity` or `constant_turn`.
+    pub forecast: String,
+    /// One point for each of the plan's trajectory.
+    pub trajectory: Vec<TargetPoint>,
+}
+
+/// An underwater vehicle at one time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TargetPoint {
+    /// Time, s on the request's clock.
+    pub t_s: f64,
+    /// Position north of the datum, m.
+    pub north_m: f64,
+    /// Position east of the datum, m.
+    pub east_m: f64,
+}
+
+/// What the line-of-sight law would do with the same request.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Baseline {
+    /// The law.
+    pub method: Method,
+    /// Its speed reference through the water, m/s.
+    pub speed_mps: f64,
+    /// Its heading reference, rad, in (−π, π].
+    pub heading_rad: f64,
+    /// Its predicted merit, to be compared with `predicted.merit`.
+    pub predicted_merit: f64,
+    /// Its predicted root mean square distance to the goal, m.
+    pub predicted_rms_error_m: f64,
+    /// Its predicted propulsion energy over the horizon, J.
+    pub predicted_energy_j: f64,
+}
+
+/// What the solver did.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Solver {
+    /// Status of the last pass, in snake case.
+    pub status: String,
+    /// Programs solved.
+    pub passes: usize,
+    /// Interior-point iterations over all passes.
+    pub iterations: u32,
+    /// Time for the whole plan, ms: the one member that differs between two equal requests.
+    pub solve_time_ms: f64,
+    /// Residuals of the last pass, recomputed outside the solver.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residuals: Option<Residuals>,
+}
+
+/// How well a solution satisfies the optimality conditions, each relative to the size of its terms.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Residuals {
+    /// Of the constraints.
+    pub primal: f64,
+    /// Of the stationarity of the cost.
+    pub dual: f64,
+    /// Between the two objectives.
+    pub gap: f64,
+}
+
+/// What a trajectory is predicted to lead to over the horizon.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Predicted {
+    /// Cost of the trajectory; less is better.
+    pub merit: f64,
+    /// Root mean square distance to the goal, m.
+    pub rms_error_m: f64,
+    /// Propulsion energy, J.
+    pub energy_j: f64,
+}
+
+/// A soft limit that a plan does not keep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Violation {
+    /// Which: `forward_speed`, `turn_rate` or `trust_cone`.
+    pub limit: String,
+    /// When it is worst, s on the request's clock.
+    pub t_s: f64,
+    /// By how much, in `unit`.
+    pub amount: f64,
+    /// Unit of `amount`.
+    pub unit: String,
+}
+
+/// Something that the client should know of its own request.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Warning {
+    /// Which, for programs.
+    pub code: String,
+    /// Where in the request, as a JSON pointer.
+    pub pointer: String,
+    /// Which, for people.
+    pub detail: String,
+}
+
+/// The same snapshot through the planner and through the law it is compared with.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Comparison {
+    /// The plans by controller.
+    pub plans: Plans,
+}
+
+/// Plans by controller.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Plans {
+    /// The planner's answer.
+    pub mpc: PlanResponse,
+    /// The line-of-sight law's.
+    pub saturated_los: PlanResponse,
+}

@@ -1,0 +1,262 @@
+//! From a plan to the answer that clients receive.
+
+use std::time::Duration;
+
+use nalgebra::Vector2;
+use planner::{
+    certificate,
+    los::Reference as DomainReference,
+    plan as domain,
+    plan::{Plan, SoftLimit},
+    snapshot as facts,
+    snapshot::{ForecastModel, Snapshot},
+    solve::SolverStatus,
+};
+use serde_json::{Map, Value};
+
+use super::{
+    SCHEMA_VERSION,
+    response::{
+        Baseline, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget, Predicted,
+        Reference, Residuals, Solver, TargetPoint, TrajectoryPoint, Violation, Warning,
+    },
+    write_request::plan_id,
+};
+
+/// A report older than this is worth a warning, s: three of the ten-second slots in which an acoustic
+/// network usually hears of every vehicle.
+const REPORT_AGE_STALE: f64 = 30.0;
+
+/// A plan with all that its answer is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Answer<'a> {
+    /// The request's snapshot.
+    pub snapshot: &'a Snapshot,
+    /// The planner's answer to it.
+    pub plan: &'a Plan,
+    /// How long the planner took.
+    pub solve_time: Duration,
+    /// The request's metadata.
+    pub metadata: &'a Map<String, Value>,
+}
+
+impl Answer<'_> {
+    /// The planner's answer.
+    #[must_use]
+    pub fn planned(&self) -> PlanResponse {
+        let Plan {
+            reference,
+            trajectory,
+            predicted,
+            solver,
+            ..
+        } = self.plan;
+        PlanResponse {
+            outcome: if self.plan.degraded.is_some() {
+                Outcome::Degraded
+            } else {
+                Outcome::Ok
+            },
+            method: method(self.plan.method),
+            reason: self.plan.degraded.map(degraded_reason),
+            solver: Some(Solver {
+                status: status_name(solver.status).to_owned(),
+                passes: solver.passes,
+                iterations: solver.iterations,
+                solve_time_ms: self.solve_time.as_secs_f64() * 1e3,
+                residuals: solver
+                    .residuals
+                    .map(|certificate::Residuals { primal, dual, gap }| Residuals { primal, dual, gap }),
+            }),
+            violations: self.plan.violations.iter().map(violation).collect(),
+            ..self.along(*reference, trajectory, *predicted)
+        }
+    }
+
+    /// The line-of-sight law's answer to the same snapshot, in the same shape.
+    #[must_use]
+    pub fn line_of_sight(&self) -> PlanResponse {
+        let domain::Baseline {
+            reference,
+            trajectory,
+            predicted,
+        } = &self.plan.baseline;
+        self.along(*reference, trajectory, *predicted)
+    }
+
+    /// What both answers have in common, and line of sight's own outcome.
+    fn along(
+        &self,
+        reference: DomainReference,
+        trajectory: &[facts::TrajectoryPoint],
+        predicted: domain::Predicted,
+    ) -> PlanResponse {
+        let baseline = &self.plan.baseline;
+        PlanResponse {
+            schema_version: SCHEMA_VERSION.to_owned(),
+            plan_id: plan_id(self.snapshot),
+            outcome: Outcome::Ok,
+            method: Method::SaturatedLos,
+            reason: None,
+            reference: Reference {
+                speed_mps: reference.speed,
+                heading_rad: reference.heading.radians(),
+                heading_deg: reference.heading.compass_degrees(),
+                valid_until_s: self.plan.valid_until,
+            },
+            trajectory: trajectory.iter().map(TrajectoryPoint::from).collect(),
+            goal_course_rad: self.plan.goal_course.radians(),
+            goal: GoalTrajectory {
+                trajectory: self.goal(),
+            },
+            targets: self
+                .plan
+                .targets
+                .iter()
+                .map(|target| self.target(target))
+                .collect(),
+            baseline: Baseline {
+                method: Method::SaturatedLos,
+                speed_mps: baseline.reference.speed,
+                heading_rad: baseline.reference.heading.radians(),
+                predicted_merit: baseline.predicted.merit,
+                predicted_rms_error_m: baseline.predicted.rms_error,
+                predicted_energy_j: baseline.predicted.energy,
+            },
+            solver: None,
+            predicted: Predicted {
+                merit: predicted.merit,
+                rms_error_m: predicted.rms_error,
+                energy_j: predicted.energy,
+            },
+            violations: Vec::new(),
+            warnings: warnings(self.snapshot),
+            metadata: self.metadata.clone(),
+        }
+    }
+
+    fn times(&self) -> impl Iterator<Item = f64> {
+        self.plan.trajectory.iter().map(|point| point.time)
+    }
+
+    fn goal(&self) -> Vec<GoalPoint> {
+        self.times()
+            .zip(&self.plan.goal)
+            .map(|(t_s, motion)| GoalPoint {
+                t_s,
+                north_m: motion.position.x,
+                east_m: motion.position.y,
+                north_mps: motion.velocity.x,
+                east_mps: motion.velocity.y,
+            })
+            .collect()
+    }
+
+    fn target(&self, target: &domain::TargetForecast) -> PlannedTarget {
+        let point = |(t_s, position): (f64, &Vector2<f64>)| TargetPoint {
+            t_s,
+            north_m: position.x,
+            east_m: position.y,
+        };
+        PlannedTarget {
+            id: target.id.0.clone(),
+            forecast: model_name(target.model).to_owned(),
+            trajectory: self.times().zip(&target.positions).map(point).collect(),
+        }
+    }
+}
+
+impl From<&facts::TrajectoryPoint> for TrajectoryPoint {
+    fn from(point: &facts::TrajectoryPoint) -> Self {
+        Self {
+            t_s: point.time,
+            north_m: point.position.x,
+            east_m: point.position.y,
+            speed_mps: point.speed,
+            heading_rad: point.heading.radians(),
+        }
+    }
+}
+
+fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
+    let stale = snapshot
+        .auvs
+        .iter()
+        .enumerate()
+        .filter(|(_, auv)| REPORT_AGE_STALE < auv.age);
+    let mut warnings: Vec<_> = stale
+        .map(|(i, auv)| Warning {
+            code: "stale_report".to_owned(),
+            pointer: format!("/auvs/{i}/state/age_s"),
+            detail: format!(
+                "{} was last heard of {} s ago; its forecast starts there",
+                auv.id, auv.age
+            ),
+        })
+        .collect();
+    if snapshot.current.is_none() && snapshot.asc.ground_velocity.is_none() {
+        warnings.push(Warning {
+            code: "current_unknown".to_owned(),
+            pointer: "/current".to_owned(),
+            detail: "neither a current nor a ground velocity is given: still water is assumed".to_owned(),
+        });
+    }
+    warnings
+}
+
+fn method(method: domain::Method) -> Method {
+    match method {
+        domain::Method::Mpc => Method::Mpc,
+        domain::Method::PreviousPlan => Method::PreviousPlan,
+        domain::Method::SaturatedLos => Method::SaturatedLos,
+        domain::Method::Hold => Method::Hold,
+    }
+}
+
+/// Why an answer is degraded, as one word for programs.
+fn degraded_reason(degraded: domain::Degraded) -> String {
+    match degraded {
+        domain::Degraded::Solver(status) => format!("solver_{}", status_name(status)),
+        domain::Degraded::Certificate => "certificate".to_owned(),
+        domain::Degraded::StaleReport => "stale_report".to_owned(),
+    }
+}
+
+fn status_name(status: SolverStatus) -> &'static str {
+    match status {
+        SolverStatus::Unsolved => "unsolved",
+        SolverStatus::Solved => "solved",
+        SolverStatus::AlmostSolved => "almost_solved",
+        SolverStatus::PrimalInfeasible => "primal_infeasible",
+        SolverStatus::DualInfeasible => "dual_infeasible",
+        SolverStatus::AlmostPrimalInfeasible => "almost_primal_infeasible",
+        SolverStatus::AlmostDualInfeasible => "almost_dual_infeasible",
+        SolverStatus::MaxIterations => "max_iterations",
+        SolverStatus::MaxTime => "max_time",
+        SolverStatus::NumericalError => "numerical_error",
+        SolverStatus::InsufficientProgress => "insufficient_progress",
+        SolverStatus::CallbackTerminated => "callback_terminated",
+    }
+}
+
+fn model_name(model: ForecastModel) -> &'static str {
+    match model {
+        ForecastModel::Hold => "hold",
+        ForecastModel::ConstantVelocity => "constant_velocity",
+        ForecastModel::ConstantTurn => "constant_turn",
+    }
+}
+
+fn violation(violation: &domain::Violation) -> Violation {
+    let (limit, unit) = match violation.limit {
+        SoftLimit::ForwardSpeed => ("forward_speed", "m/s"),
+        SoftLimit::TurnRate => ("turn_rate", "m/s²"),
+        SoftLimit::TrustCone => ("trust_cone", "m/s"),
+    };
+    Violation {
+        limit: limit.to_owned(),
+        t_s: violation.time,
+        amount: violation.amount,
+        unit: unit.to_owned(),
+    }
+}

@@ -1,0 +1,140 @@
+//! From a snapshot to the request that means it: what a Rust client posts, and what a plan is named by.
+
+use std::fmt::Write as _;
+
+use planner::snapshot::{self as facts, ForecastChoice, ForecastModel, Snapshot};
+use serde_json::Map;
+use sha2::{Digest, Sha256};
+
+use super::{
+    SCHEMA_VERSION,
+    request::{
+        Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, Limits, PlanRequest,
+        PreviousPlan, PreviousReference,
+    },
+    response::TrajectoryPoint,
+};
+
+/// SHA-256 of the snapshot as this crate writes it, hexadecimal.
+#[must_use]
+pub fn plan_id(snapshot: &Snapshot) -> String {
+    let canonical =
+        serde_json::to_vec(&PlanRequest::from(snapshot)).expect("strings, numbers and lists only");
+    let mut id = String::new();
+    for byte in Sha256::digest(&canonical) {
+        write!(id, "{byte:02x}").expect("a string takes everything");
+    }
+    id
+}
+
+impl From<&Snapshot> for PlanRequest {
+    /// The request that means this snapshot, every default spelled out.
+    fn from(snapshot: &Snapshot) -> Self {
+        Self {
+            schema_version: SCHEMA_VERSION.to_owned(),
+            t_s: snapshot.time,
+            asc: asc(&snapshot.asc),
+            auvs: snapshot.auvs.iter().map(auv).collect(),
+            goal: goal(&snapshot.goal),
+            current: snapshot.current.map(|v| Current {
+                north_mps: v.x,
+                east_mps: v.y,
+            }),
+            limits: Some(limits(&snapshot.limits)),
+            forecast: match snapshot.forecast {
+                ForecastChoice::Auto => Forecast::Auto,
+                ForecastChoice::Model(ForecastModel::Hold) => Forecast::Hold,
+                ForecastChoice::Model(ForecastModel::ConstantVelocity) => Forecast::ConstantVelocity,
+                ForecastChoice::Model(ForecastModel::ConstantTurn) => Forecast::ConstantTurn,
+            },
+            fallback: match snapshot.fallback {
+                facts::Fallback::Ladder => Fallback::Los,
+                facts::Fallback::None => Fallback::None,
+            },
+            hold: match snapshot.hold {
+                facts::HoldStyle::SlowTurn => Hold::SlowTurn,
+                facts::HoldStyle::Stop => Hold::Stop,
+            },
+            previous_plan: snapshot.previous_plan.as_ref().map(PreviousPlan::from),
+            metadata: Map::new(),
+        }
+    }
+}
+
+impl From<&facts::PreviousPlan> for PreviousPlan {
+    fn from(previous: &facts::PreviousPlan) -> Self {
+        Self {
+            trajectory: previous.trajectory.iter().map(TrajectoryPoint::from).collect(),
+            goal_course_rad: previous.goal_course.map(planner::angle::Course::radians),
+            reference: previous
+                .speed_reference
+                .map(|speed_mps| PreviousReference { speed_mps }),
+        }
+    }
+}
+
+fn asc(asc: &facts::AscState) -> Asc {
+    Asc {
+        north_m: asc.position.x,
+        east_m: asc.position.y,
+        heading_rad: asc.heading.radians(),
+        speed_mps: asc.surge,
+        sway_mps: asc.sway,
+        yaw_rate_radps: asc.yaw_rate,
+        ground_north_mps: asc.ground_velocity.map(|v| v.x),
+        ground_east_mps: asc.ground_velocity.map(|v| v.y),
+    }
+}
+
+fn auv(auv: &facts::Auv) -> Auv {
+    Auv {
+        id: auv.id.0.clone(),
+        state: AuvState {
+            north_m: auv.position.x,
+            east_m: auv.position.y,
+            depth_m: auv.depth,
+            course_rad: auv.course.radians(),
+            speed_mps: auv.speed,
+            turn_rate_radps: auv.turn_rate,
+            age_s: auv.age,
+        },
+    }
+}
+
+fn goal(goal: &facts::Goal) -> Goal {
+    let names = |ids: &[facts::VehicleId]| Some(ids.iter().map(|id| id.0.clone()).collect());
+    let bare = |kind| Goal {
+        kind,
+        auv: None,
+        auvs: None,
+        dwell_s: None,
+        epoch_s: None,
+    };
+    match goal {
+        facts::Goal::Track { auv } => Goal {
+            auv: Some(auv.0.clone()),
+            ..bare(GoalKind::Track)
+        },
+        facts::Goal::Intermittent { auvs, dwell, epoch } => Goal {
+            auvs: names(auvs),
+            dwell_s: Some(*dwell),
+            epoch_s: Some(*epoch),
+            ..bare(GoalKind::Intermittent)
+        },
+        facts::Goal::Midpoint { auvs } => Goal {
+            auvs: names(auvs),
+            ..bare(GoalKind::Midpoint)
+        },
+    }
+}
+
+fn limits(limits: &facts::Limits) -> Limits {
+    Limits {
+        speed_min_mps: Some(limits.speed_min),
+        speed_max_mps: Some(limits.speed_max),
+        turn_rate_max_radps: Some(limits.turn_rate_max),
+        acceleration_max_mps2: Some(limits.acceleration_max),
+        deceleration_max_mps2: Some(limits.deceleration_max),
+        surge_lag_s: Some(limits.surge_lag),
+    }
+}

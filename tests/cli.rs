@@ -1,0 +1,315 @@
+//! The program itself: its commands, its exit codes, what it prints, and the server on a real socket.
+
+use std::{
+    fs,
+    io::{BufRead, BufReader, Read, Write},
+    net::TcpStream,
+    process::{Child, ChildStdout, Command, Output, Stdio},
+    time::Duration,
+};
+
+use serde_json::Value;
+
+fn pilotfish() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
+    command
+        .env_remove("RUST_LOG")
+        .env_remove("PILOTFISH_PORT")
+        .env_remove("PILOTFISH_HOST");
+    command
+}
+
+fn run(arguments: &[&str]) -> Output {
+    pilotfish().args(arguments).output().expect("the program starts")
+}
+
+fn stdout(output: &Output) -> &str {
+    std::str::from_utf8(&output.stdout).expect("is text")
+}
+
+fn stderr(output: &Output) -> &str {
+    std::str::from_utf8(&output.stderr).expect("is text")
+}
+
+/// A running server, stopped when dropped.
+struct Server {
+    process: Child,
+    printed: BufReader<ChildStdout>,
+    address: String,
+}
+
+impl Server {
+    /// On a free port, which it prints.
+    fn start(arguments: &[&str]) -> Self {
+        let mut process = pilotfish()
+            .args(arguments)
+            .args(["--port", "0"])
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        let mut printed = BufReader::new(process.stdout.take().expect("is piped"));
+        let mut line = String::new();
+        printed.read_line(&mut line).expect("prints its URL");
+        let address = line
+            .trim()
+            .rsplit("http://")
+            .next()
+            .expect("prints its URL")
+            .to_owned();
+        Self {
+            process,
+            printed,
+            address,
+        }
+    }
+
+    fn ask(&self, request: &str) -> String {
+        let mut socket = TcpStream::connect(&self.address).expect("listens");
+        socket
+            .set_read_timeout(Some(Duration::from_secs(20)))
+            .expect("is a socket");
+        socket.write_all(request.as_bytes()).expect("takes a request");
+        let mut answer = String::new();
+        socket.read_to_string(&mut answer).expect("answers");
+        answer
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        // Already gone in the test that stops it.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+fn get(path: &str) -> String {
+    format!("GET {path} HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n\r\n")
+}
+
+fn body(answer: &str) -> &str {
+    answer.split_once("\r\n\r\n").expect("has a body").1
+}
+
+#[test]
+fn the_server_plans_an_example_that_it_served_itself() {
+    for arguments in [&[][..], &["serve"]] {
+        let server = Server::start(arguments);
+        let example = server.ask(&get("/v1/examples/track"));
+        let example = body(&example);
+        let answer = server.ask(&format!(
+            "POST /v1/plan HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n\
+             content-type: application/json\r\ncontent-length: {}\r\n\r\n{example}",
+            example.len()
+        ));
+        assert!(answer.starts_with("HTTP/1.1 200 OK"), "{answer}");
+        let plan: Value = serde_json::from_str(body(&answer)).expect("is JSON");
+        assert_eq!(plan["method"], "mpc");
+    }
+}
+
+#[test]
+fn the_command_that_the_server_prints_works_when_pasted() {
+    let mut server = Server::start(&[]);
+    let mut command = String::new();
+    while !command.contains("/v1/plan\n") {
+        let mut line = String::new();
+        assert_ne!(
+            server.printed.read_line(&mut line).expect("prints"),
+            0,
+            "{command}"
+        );
+        if line.starts_with("  ") {
+            command += &line;
+        }
+    }
+    let output = Command::new("sh")
+        .args(["-c", &command])
+        .output()
+        .expect("there is a shell");
+    let plan: Value = serde_json::from_slice(&output.stdout).expect("is JSON");
+    assert_eq!(plan["outcome"], "ok", "{command}");
+}
+
+#[cfg(unix)]
+#[test]
+fn the_order_to_stop_ends_the_server_well() {
+    let mut server = Server::start(&[]);
+    let id = server.process.id().to_string();
+    let stop = Command::new("kill")
+        .args(["-TERM", &id])
+        .status()
+        .expect("there is a kill");
+    assert!(stop.success());
+    assert!(server.process.wait().expect("ends").success());
+}
+
+#[test]
+fn a_taken_port_says_how_to_choose_another() {
+    let server = Server::start(&[]);
+    let port = server.address.rsplit(':').next().expect("has a port");
+    let output = run(&["serve", "--port", port]);
+    assert!(!output.status.success());
+    assert!(stderr(&output).contains("--port"), "{}", stderr(&output));
+}
+
+#[test]
+fn other_machines_are_let_in_only_on_purpose() {
+    let output = run(&["serve", "--host", "0.0.0.0", "--port", "0"]);
+    assert!(!output.status.success());
+    assert!(stderr(&output).contains("--insecure"), "{}", stderr(&output));
+    let server = Server::start(&["serve", "--host", "0.0.0.0", "--insecure"]);
+    assert!(server.address.starts_with("127.0.0.1:"), "{}", server.address);
+}
+
+#[test]
+fn an_unknown_scenario_is_answered_with_the_known_ones() {
+    for command in ["simulate", "compare"] {
+        let output = run(&[command, "paper-trackin"]);
+        assert!(!output.status.success());
+        for name in sim::scenario::Scenario::names() {
+            assert!(stderr(&output).contains(name), "{}", stderr(&output));
+        }
+    }
+}
+
+#[test]
+fn a_record_is_the_same_file_for_the_same_seed() {
+    let directory = std::env::temp_dir().join(format!("pilotfish-cli-{}", std::process::id()));
+    fs::create_dir_all(&directory).expect("can be made");
+    let record = |name: &str, seed: &str| {
+        let path = directory.join(name);
+        let path = path.to_str().expect("is text");
+        let output = run(&[
+            "simulate",
+            "paper-tracking",
+            "--controller",
+            "saturated_los",
+            "--seed",
+            seed,
+            "--out",
+            path,
+        ]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        assert_eq!(stderr(&output), "", "no progress bar without a terminal");
+        fs::read_to_string(path).expect("was written")
+    };
+    let first = record("a.csv", "3");
+    assert!(first.starts_with("t_s,asc_north_m,"));
+    assert!(first.lines().count() > 1_000);
+    assert_eq!(record("b.csv", "3"), first);
+    assert_ne!(record("c.csv", "4"), first);
+    fs::remove_dir_all(&directory).expect("can be removed");
+}
+
+#[test]
+fn a_record_that_cannot_be_written_is_refused_before_the_mission() {
+    let output = run(&["simulate", "paper-tracking", "--out", "/nowhere/at/all.csv"]);
+    assert!(!output.status.success());
+    assert!(
+        stderr(&output).contains("/nowhere/at/all.csv"),
+        "{}",
+        stderr(&output)
+    );
+    assert_eq!(stdout(&output), "");
+}
+
+#[test]
+fn gains_that_are_not_positive_are_refused() {
+    let output = run(&[
+        "simulate",
+        "paper-tracking",
+        "--controller",
+        "saturated_los",
+        "--look-ahead-m",
+        "0",
+    ]);
+    assert!(!output.status.success());
+    assert!(stderr(&output).contains("--look-ahead-m"), "{}", stderr(&output));
+}
+
+#[test]
+fn a_scenario_without_a_surface_craft_is_simulated_but_not_compared() {
+    let output = run(&["simulate", "paper-path-following"]);
+    assert!(
+        stdout(&output).contains("auv-1.cross_track_max_m"),
+        "{}",
+        stdout(&output)
+    );
+    assert!(!stdout(&output).contains("rms_m"), "{}", stdout(&output));
+    let output = run(&["compare", "paper-path-following"]);
+    assert!(!output.status.success());
+    assert!(
+        stderr(&output).contains("pilotfish simulate paper-path-following"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn a_comparison_has_every_metric_of_both_controllers_and_what_they_knew() {
+    let output = run(&["compare", "paper-intermittent", "--format", "json", "--seed", "2"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let comparison: Value = serde_json::from_str(stdout(&output)).expect("is JSON");
+    assert_eq!(
+        (&comparison["scenario"], &comparison["seed"]),
+        (&"paper-intermittent".into(), &2.into())
+    );
+    let controllers = &comparison["controllers"];
+    for controller in ["mpc", "saturated_los"] {
+        let scores = &controllers[controller];
+        for metric in [
+            "rms_m",
+            "mean_m",
+            "p95_m",
+            "max_m",
+            "energy_j",
+            "heading_travel_rad",
+            "reference_jerk",
+            "solve_ms_p50",
+            "solve_ms_p99",
+        ] {
+            assert!(
+                scores[metric].as_f64().is_some_and(|value| value > 0.0),
+                "{controller}: {metric} in {scores}"
+            );
+        }
+        assert!(scores["time_in_range_s"]["auv-1"].is_number());
+        assert!(scores["violations"]["count"].is_number());
+        assert_eq!(scores["information"]["current_known"], true);
+        let rungs = scores["rungs"].as_object().expect("is an object");
+        assert_eq!(
+            rungs.values().filter_map(Value::as_u64).sum::<u64>(),
+            1_920,
+            "one answer a second"
+        );
+    }
+    assert!(controllers["mpc"]["rungs"]["mpc"].as_u64() > Some(1_900));
+    let gains = &controllers["saturated_los"]["gains"];
+    assert!(gains["look_ahead_m"].is_number() && gains["along_track_gain_per_s"].is_number());
+    let rms = |controller: &str| controllers[controller]["rms_m"].as_f64().expect("is a number");
+    assert!(
+        rms("mpc") <= 0.5 * rms("saturated_los"),
+        "{} and {}",
+        rms("mpc"),
+        rms("saturated_los")
+    );
+}
+
+#[test]
+fn the_table_shows_both_columns() {
+    let output = run(&["compare", "paper-tracking"]);
+    let text = stdout(&output);
+    let row = text
+        .lines()
+        .find(|line| line.starts_with("rms_m"))
+        .expect("has the row");
+    let values: Vec<f64> = row
+        .split_whitespace()
+        .skip(1)
+        .map(|value| value.parse().expect("a number"))
+        .collect();
+    assert_eq!(values.len(), 2, "{text}");
+    assert!(values[0] <= values[1], "{text}");
+    assert!(text.contains("look-ahead"), "{text}");
+}

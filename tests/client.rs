@@ -1,0 +1,130 @@
+//! Asks the service without a socket.
+
+use api::{Settings, app};
+use axum::{
+    body::{Body, to_bytes},
+    http::{HeaderMap, Request, StatusCode, header},
+};
+use serde_json::Value;
+use tower::ServiceExt;
+
+/// Longest answer read, bytes.
+const ANSWER_BYTES_MAX: usize = 1 << 22;
+
+/// An answer, read to its end.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    /// Status.
+    pub status: StatusCode,
+    /// Headers.
+    pub headers: HeaderMap,
+    /// Body.
+    pub text: String,
+}
+
+impl Answer {
+    /// The body as JSON.
+    ///
+    /// # Panics
+    /// Where it is none: the test's finding.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        serde_json::from_str(&self.text).expect("the answer is JSON")
+    }
+
+    /// The content type.
+    #[must_use]
+    pub fn content_type(&self) -> &str {
+        self.headers
+            .get(header::CONTENT_TYPE)
+            .map_or("", |value| value.to_str().unwrap_or_default())
+    }
+
+    /// The problem document, after checking what every one has.
+    ///
+    /// # Panics
+    /// Where it is none: the test's finding.
+    #[must_use]
+    pub fn problem(&self) -> Value {
+        assert_eq!(self.content_type(), "application/problem+json", "{}", self.text);
+        let document = self.json();
+        for member in ["type", "title", "detail", "instance", "code", "request_id"] {
+            let text = document[member].as_str().unwrap_or_default();
+            assert!(!text.is_empty(), "{member} is empty: {document}");
+        }
+        assert_eq!(document["status"], self.status.as_u16());
+        assert!(document["errors"].is_array());
+        document
+    }
+
+    /// Pointer and code of each field error.
+    #[must_use]
+    pub fn faults(&self) -> Vec<(String, String)> {
+        let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+        let document = self.problem();
+        let errors = document["errors"].as_array().cloned().unwrap_or_default();
+        errors
+            .iter()
+            .map(|error| (text(&error["pointer"]), text(&error["code"])))
+            .collect()
+    }
+}
+
+/// Sends `request` to a service built with `settings`.
+///
+/// # Panics
+/// Where there is no answer at all: the test's finding.
+pub async fn send(settings: Settings, request: Request<Body>) -> Answer {
+    send_to(app(settings), request).await
+}
+
+/// Sends `request` to `service`.
+///
+/// # Panics
+/// Where there is no answer at all: the test's finding.
+pub async fn send_to(service: axum::Router, request: Request<Body>) -> Answer {
+    let response = service.oneshot(request).await.expect("a router always answers");
+    let (parts, body) = response.into_parts();
+    let bytes = to_bytes(body, ANSWER_BYTES_MAX).await.expect("the body ends");
+    let text = String::from_utf8(bytes.to_vec()).expect("answers are UTF-8");
+    Answer {
+        status: parts.status,
+        headers: parts.headers,
+        text,
+    }
+}
+
+/// A GET request.
+///
+/// # Panics
+/// Where `path` is no path: the test's own mistake.
+#[must_use]
+pub fn get(path: &str) -> Request<Body> {
+    Request::get(path)
+        .body(Body::empty())
+        .expect("the test gives a path")
+}
+
+/// A POST request with a JSON body.
+///
+/// # Panics
+/// Where `path` is no path: the test's own mistake.
+#[must_use]
+pub fn post(path: &str, body: impl Into<Body>) -> Request<Body> {
+    Request::post(path)
+        .header(header::CONTENT_TYPE, "application/json")
+        .body(body.into())
+        .expect("the test gives a path")
+}
+
+/// The body of an example.
+///
+/// # Panics
+/// Where there is no such example: the test's own mistake.
+#[must_use]
+pub fn example(name: &str) -> Value {
+    let example = api::examples::EXAMPLES
+        .iter()
+        .find(|example| example.name == name);
+    serde_json::from_str(example.expect("the test names an example").body).expect("examples are JSON")
+}

@@ -1,0 +1,361 @@
+//! Every way to be refused: a problem document, the right status, and the field at fault.
+
+use std::time::Duration;
+
+use api::{Settings, app, examples::EXAMPLES};
+use axum::{
+    body::Body,
+    http::{Method, Request, StatusCode},
+};
+use planner::{
+    plan::{Degraded, Plan, Workspace, plan},
+    policy::Policy,
+    snapshot::Snapshot,
+    solve::SolverStatus,
+};
+use serde_json::{Value, json};
+use tests::client::{Answer, example, get, post, send, send_to};
+
+async fn planned(body: impl Into<Body>) -> Answer {
+    send(Settings::default(), post("/v1/plan", body)).await
+}
+
+/// The faults found in the track example after `change`.
+async fn faults_after(change: impl FnOnce(&mut Value)) -> Vec<(String, String)> {
+    let mut body = example("track");
+    change(&mut body);
+    let answer = planned(body.to_string()).await;
+    assert_eq!(answer.status, StatusCode::UNPROCESSABLE_ENTITY, "{}", answer.text);
+    answer.faults()
+}
+
+fn fault(pointer: &str, code: &str) -> Vec<(String, String)> {
+    vec![(pointer.to_owned(), code.to_owned())]
+}
+
+#[tokio::test]
+async fn what_is_not_json_is_refused_where_it_breaks() {
+    for (body, pointer) in [
+        ("", ""),
+        ("{", ""),
+        ("not json", ""),
+        (r#"{"t_s":NaN}"#, "/t_s"),
+        (r#"{"asc":{"north_m":1e999}}"#, "/asc/north_m"),
+        (r#"{"auvs":[{"id":"a"#, "/auvs/0/id"),
+    ] {
+        let answer = planned(body).await;
+        assert_eq!(answer.status, StatusCode::BAD_REQUEST, "{body}");
+        assert_eq!(answer.faults(), fault(pointer, "syntax"), "{body}");
+    }
+    let answer = planned(format!("{} x", EXAMPLES[0].body)).await;
+    assert_eq!(
+        (answer.status, answer.faults()),
+        (StatusCode::BAD_REQUEST, fault("", "syntax"))
+    );
+}
+
+#[tokio::test]
+async fn an_unknown_member_is_named() {
+    let faults = faults_after(|body| body["auvs"][0]["reports"] = json!([])).await;
+    assert_eq!(faults, fault("/auvs/0/reports", "unknown_field"));
+    let faults = faults_after(|body| body["a/b~c"] = json!(1)).await;
+    assert_eq!(faults, fault("/a~1b~0c", "unknown_field"));
+}
+
+#[tokio::test]
+async fn a_missing_member_is_named() {
+    let faults = faults_after(|body| {
+        body["asc"]
+            .as_object_mut()
+            .expect("an object")
+            .remove("speed_mps");
+    })
+    .await;
+    assert_eq!(faults, fault("/asc/speed_mps", "missing"));
+}
+
+#[tokio::test]
+async fn a_wrong_type_and_an_unknown_variant_are_named() {
+    let faults = faults_after(|body| body["auvs"][0]["state"]["depth_m"] = json!("deep")).await;
+    assert_eq!(faults, fault("/auvs/0/state/depth_m", "wrong_type"));
+    let faults = faults_after(|body| body["goal"]["kind"] = json!("attend")).await;
+    assert_eq!(faults, fault("/goal/kind", "unknown_variant"));
+}
+
+#[tokio::test]
+async fn a_list_is_no_object_whatever_its_order() {
+    let faults = faults_after(|body| body["current"] = json!([0.0, 0.1])).await;
+    assert_eq!(faults, fault("/current", "wrong_type"));
+    let faults = faults_after(|body| body["auvs"][0]["state"] = json!([18, 6, 9.5, 0.35, 0.193, 0, 0])).await;
+    assert_eq!(faults, fault("/auvs/0/state", "wrong_type"));
+}
+
+#[tokio::test]
+async fn a_number_out_of_range_comes_back_with_its_limits() {
+    let mut body = example("track");
+    body["auvs"][0]["state"]["speed_mps"] = json!(-0.1);
+    let answer = planned(body.to_string()).await;
+    assert_eq!(answer.faults(), fault("/auvs/0/state/speed_mps", "out_of_range"));
+    let error = &answer.problem()["errors"][0];
+    assert_eq!(error["given"], -0.1);
+    assert_eq!(error["limit"], json!({ "least": 0.0, "most": 10.0 }));
+}
+
+#[tokio::test]
+async fn an_angle_in_degrees_is_refused_and_not_wrapped() {
+    for pointer in ["/asc/heading_rad", "/auvs/0/state/course_rad"] {
+        let change = |body: &mut Value| *body.pointer_mut(pointer).expect("is there") = json!(45.0);
+        assert_eq!(faults_after(change).await, fault(pointer, "out_of_range"));
+    }
+    let previous = json!({ "trajectory": [
+        { "t_s": 119.0, "north_m": 0, "east_m": 0, "speed_mps": 0.3, "heading_rad": 90.0 }
+    ], "goal_course_rad": 90.0 });
+    let faults = faults_after(|body| body["previous_plan"] = previous).await;
+    let pointers: Vec<_> = faults.iter().map(|(pointer, _)| pointer.as_str()).collect();
+    assert_eq!(
+        pointers,
+        [
+            "/previous_plan/goal_course_rad",
+            "/previous_plan/trajectory/0/heading_rad"
+        ]
+    );
+}
+
+#[tokio::test]
+async fn a_goal_must_have_what_its_kind_needs_and_nothing_else() {
+    let goal = |goal: Value| faults_after(|body: &mut Value| body["goal"] = goal);
+    assert_eq!(
+        goal(json!({ "kind": "track" })).await,
+        fault("/goal/auv", "missing")
+    );
+    let too_much = json!({ "kind": "track", "auv": "auv-1", "dwell_s": 240.0 });
+    assert_eq!(goal(too_much).await, fault("/goal/dwell_s", "unexpected"));
+    let in_turn = json!({ "kind": "intermittent", "auvs": ["auv-1"], "dwell_s": 240.0 });
+    assert_eq!(goal(in_turn).await, fault("/goal/epoch_s", "missing"));
+    let stranger = json!({ "kind": "midpoint", "auvs": ["auv-1", "auv-9"] });
+    assert_eq!(goal(stranger).await, fault("/goal/auvs/1", "unknown_vehicle"));
+    let twice = json!({ "kind": "midpoint", "auvs": ["auv-1", "auv-1"] });
+    assert_eq!(goal(twice).await, fault("/goal/auvs/1", "duplicate"));
+}
+
+#[tokio::test]
+async fn half_a_ground_velocity_is_refused() {
+    let faults = faults_after(|body| body["asc"]["ground_north_mps"] = json!(0.3)).await;
+    assert_eq!(faults, fault("/asc/ground_east_mps", "missing"));
+}
+
+#[tokio::test]
+async fn another_version_and_long_metadata_are_refused_together() {
+    let faults = faults_after(|body| {
+        body["schema_version"] = json!("2.0");
+        body["metadata"] = json!({ "long": "x".repeat(5000) });
+    })
+    .await;
+    assert_eq!(
+        faults,
+        [
+            fault("/schema_version", "unsupported"),
+            fault("/metadata", "length")
+        ]
+        .concat()
+    );
+}
+
+#[tokio::test]
+async fn a_huge_list_is_refused_before_its_items_are_compared() {
+    let names: Vec<_> = (0..50_000).map(|i| i.to_string()).collect();
+    let goal = json!({ "kind": "midpoint", "auvs": names });
+    assert_eq!(
+        faults_after(|body| body["goal"] = goal).await,
+        fault("/goal/auvs", "length")
+    );
+}
+
+#[tokio::test]
+async fn a_long_name_is_not_repeated_in_full() {
+    let mut body = example("track");
+    body["goal"]["auv"] = json!("x".repeat(100_000));
+    let answer = planned(body.to_string()).await;
+    assert_eq!(answer.faults(), fault("/goal/auv", "unknown_vehicle"));
+    assert!(answer.text.len() < 2_000);
+}
+
+#[tokio::test]
+async fn a_body_that_is_not_announced_as_json_is_refused() {
+    for content_type in [
+        None,
+        Some("text/plain"),
+        Some("application/x-www-form-urlencoded"),
+    ] {
+        let mut request = Request::post("/v1/plan");
+        if let Some(content_type) = content_type {
+            request = request.header("content-type", content_type);
+        }
+        let request = request.body(Body::from(EXAMPLES[0].body)).expect("a request");
+        let answer = send(Settings::default(), request).await;
+        assert_eq!(answer.status, StatusCode::UNSUPPORTED_MEDIA_TYPE);
+        assert_eq!(answer.problem()["code"], "unsupported_media_type");
+    }
+}
+
+#[tokio::test]
+async fn a_body_of_over_a_mebibyte_is_refused() {
+    let answer = planned(" ".repeat(api::BODY_BYTES_MAX + 1)).await;
+    assert_eq!(answer.status, StatusCode::PAYLOAD_TOO_LARGE);
+    assert_eq!(answer.problem()["code"], "body_too_large");
+    let full = planned(" ".repeat(api::BODY_BYTES_MAX)).await;
+    assert_eq!(full.status, StatusCode::BAD_REQUEST, "all of a mebibyte is read");
+}
+
+#[tokio::test]
+async fn an_unknown_route_and_an_unknown_example_are_not_found() {
+    let answer = send(Settings::default(), get("/v2/plan")).await;
+    assert_eq!(
+        (answer.status, answer.problem()["code"].clone()),
+        (StatusCode::NOT_FOUND, json!("no_route"))
+    );
+    assert_eq!(answer.problem()["instance"], "/v2/plan");
+    for path in ["/v1/examples/nothing", "/v1/examples/%ff"] {
+        let answer = send(Settings::default(), get(path)).await;
+        assert_eq!(answer.status, StatusCode::NOT_FOUND);
+        assert!(
+            answer.problem()["detail"]
+                .as_str()
+                .expect("text")
+                .contains("track")
+        );
+    }
+}
+
+#[tokio::test]
+async fn a_wrong_method_is_told_the_right_ones() {
+    for (method, path, allowed) in [
+        (Method::GET, "/v1/plan", "POST"),
+        (Method::DELETE, "/v1/examples", "GET,HEAD"),
+        (Method::POST, "/", "GET,HEAD"),
+        (Method::PUT, "/openapi.json", "GET,HEAD"),
+    ] {
+        let request = Request::builder()
+            .method(method)
+            .uri(path)
+            .body(Body::empty())
+            .expect("a request");
+        let answer = send(Settings::default(), request).await;
+        assert_eq!(answer.status, StatusCode::METHOD_NOT_ALLOWED, "{path}");
+        assert_eq!(answer.problem()["code"], "method_not_allowed");
+        assert_eq!(answer.headers["allow"], allowed, "{path}");
+    }
+}
+
+fn assert_try_again(answer: &Answer, code: &str) {
+    assert_eq!(answer.status, StatusCode::SERVICE_UNAVAILABLE, "{}", answer.text);
+    assert_eq!(answer.problem()["code"], code);
+    assert_eq!(answer.headers["retry-after"], "1");
+}
+
+fn slow(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace) -> Plan {
+    std::thread::sleep(Duration::from_millis(300));
+    plan(snapshot, policy, workspace)
+}
+
+#[tokio::test]
+async fn a_request_more_than_the_queue_holds_is_turned_away_and_the_others_are_answered() {
+    let settings = Settings {
+        plan: slow,
+        planners: 1,
+        waiting: 1,
+        ..Settings::default()
+    };
+    let service = app(settings);
+    let asked = (0..3).map(|_| tokio::spawn(send_to(service.clone(), post("/v1/plan", EXAMPLES[0].body))));
+    let mut served = 0;
+    let mut turned_away = Vec::new();
+    for answer in asked.collect::<Vec<_>>() {
+        let answer = answer.await.expect("no panic");
+        if answer.status == StatusCode::OK {
+            served += 1
+        } else {
+            turned_away.push(answer)
+        }
+    }
+    assert_eq!((served, turned_away.len()), (2, 1));
+    assert_try_again(&turned_away[0], "overloaded");
+}
+
+#[tokio::test]
+async fn an_answer_that_takes_too_long_is_given_up() {
+    let settings = Settings {
+        plan: slow,
+        time_limit: Duration::from_millis(20),
+        ..Settings::default()
+    };
+    let answer = send(settings, post("/v1/plan", EXAMPLES[0].body)).await;
+    assert_try_again(&answer, "timed_out");
+}
+
+#[tokio::test]
+async fn a_panic_is_a_problem_document_and_the_next_request_is_served() {
+    fn panics_ahead_of_north(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace) -> Plan {
+        assert!(snapshot.asc.position.x < 1e3, "on purpose");
+        plan(snapshot, policy, workspace)
+    }
+    let service = app(Settings {
+        plan: panics_ahead_of_north,
+        planners: 1,
+        waiting: 0,
+        ..Settings::default()
+    });
+    let mut far = example("track");
+    far["asc"]["north_m"] = json!(2e3);
+    let answer = send_to(service.clone(), post("/v1/plan", far.to_string())).await;
+    assert_eq!(answer.status, StatusCode::INTERNAL_SERVER_ERROR);
+    assert_eq!(answer.problem()["code"], "internal");
+    assert!(!answer.text.contains("on purpose"));
+    let next = send_to(service, post("/v1/plan", EXAMPLES[0].body)).await;
+    assert_eq!(next.status, StatusCode::OK);
+}
+
+/// The planner, with a solver that ran out of iterations.
+fn gives_up(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace) -> Plan {
+    let plan = plan(snapshot, policy, workspace);
+    Plan {
+        degraded: Some(Degraded::Solver(SolverStatus::MaxIterations)),
+        ..plan
+    }
+}
+
+#[tokio::test]
+async fn without_a_solution_the_client_chooses_between_a_lower_rung_and_a_refusal() {
+    let settings = Settings {
+        plan: gives_up,
+        ..Settings::default()
+    };
+    let degraded = send(settings, post("/v1/plan", EXAMPLES[0].body)).await;
+    assert_eq!(degraded.status, StatusCode::OK);
+    assert_eq!(degraded.json()["outcome"], "degraded");
+    assert_eq!(degraded.json()["reason"], "solver_max_iterations");
+
+    let mut strict = example("track");
+    strict["fallback"] = json!("none");
+    let refused = send(settings, post("/v1/plan", strict.to_string())).await;
+    assert_try_again(&refused, "no_solution");
+    assert!(
+        refused.problem()["detail"]
+            .as_str()
+            .expect("text")
+            .contains("solver_max_iterations")
+    );
+}
+
+#[tokio::test]
+async fn a_service_whose_planner_gives_up_is_not_ready() {
+    let answer = send(
+        Settings {
+            plan: gives_up,
+            ..Settings::default()
+        },
+        get("/readyz"),
+    )
+    .await;
+    assert_try_again(&answer, "not_ready");
+}

@@ -1,0 +1,263 @@
+//! What the service answers when all is well.
+
+use api::{Settings, examples::EXAMPLES, wire};
+use axum::http::StatusCode;
+use serde_json::{Value, json};
+use tests::client::{example, get, post, send};
+
+#[tokio::test]
+async fn every_example_is_planned_by_the_program_and_beats_line_of_sight() {
+    for example in EXAMPLES {
+        let answer = send(Settings::default(), post("/v1/plan", example.body)).await;
+        assert_eq!(answer.status, StatusCode::OK, "{}: {}", example.name, answer.text);
+        let plan: wire::PlanResponse = serde_json::from_value(answer.json()).expect("has the shape");
+        assert_eq!(
+            (plan.outcome, plan.method),
+            (wire::Outcome::Ok, wire::Method::Mpc),
+            "{}",
+            example.name
+        );
+        assert!(
+            plan.predicted.merit <= plan.baseline.predicted_merit,
+            "{}",
+            example.name
+        );
+        assert!(plan.solver.expect("a program was solved").solve_time_ms > 0.0);
+        let n = plan.trajectory.len();
+        assert_eq!(plan.goal.trajectory.len(), n);
+        assert!(plan.targets.iter().all(|target| target.trajectory.len() == n));
+        assert!(plan.warnings.is_empty(), "{}: {:?}", example.name, plan.warnings);
+    }
+}
+
+#[tokio::test]
+async fn a_comparison_holds_the_plan_and_the_baseline_that_the_plan_names() {
+    let answer = send(Settings::default(), post("/v1/plan/compare", EXAMPLES[1].body)).await;
+    let plans = serde_json::from_value::<wire::Comparison>(answer.json())
+        .expect("has the shape")
+        .plans;
+    assert_eq!(plans.mpc.method, wire::Method::Mpc);
+    assert_eq!(plans.saturated_los.method, wire::Method::SaturatedLos);
+    let (baseline, los) = (plans.mpc.baseline, &plans.saturated_los);
+    assert_eq!(baseline.speed_mps, los.reference.speed_mps);
+    assert_eq!(baseline.heading_rad, los.reference.heading_rad);
+    assert_eq!(baseline.predicted_rms_error_m, los.predicted.rms_error_m);
+    assert_eq!(los.solver, None);
+    assert_ne!(plans.mpc.trajectory, los.trajectory);
+}
+
+#[tokio::test]
+async fn the_same_request_gets_the_same_answer_but_for_the_time_it_took() {
+    let mut answers = Vec::new();
+    for _ in 0..3 {
+        let mut answer = send(Settings::default(), post("/v1/plan", EXAMPLES[0].body))
+            .await
+            .json();
+        answer["solver"]["solve_time_ms"] = Value::Null;
+        answers.push(answer);
+    }
+    assert_eq!(answers[0], answers[1]);
+    assert_eq!(answers[0], answers[2]);
+}
+
+#[tokio::test]
+async fn a_plan_is_named_by_what_the_request_means_and_not_by_how_it_is_written() {
+    let id = async |body: Value| {
+        let answer = send(Settings::default(), post("/v1/plan", body.to_string())).await;
+        answer.json()["plan_id"].as_str().expect("has an id").to_owned()
+    };
+    let plain = id(example("track")).await;
+    assert_eq!(plain.len(), 64);
+
+    let mut spelled_out = example("track");
+    spelled_out["asc"]["sway_mps"] = json!(0.0);
+    spelled_out["limits"] = json!({ "speed_max_mps": 1.5 });
+    spelled_out["metadata"] = json!({ "note": "no part of the meaning" });
+    assert_eq!(id(spelled_out).await, plain);
+
+    let mut other = example("track");
+    other["asc"]["north_m"] = json!(1e-9);
+    assert_ne!(id(other).await, plain);
+}
+
+#[tokio::test]
+async fn metadata_comes_back_as_it_was() {
+    let metadata = json!({ "run": 7, "nested": { "list": [1, null, "é"] } });
+    let mut body = example("midpoint");
+    body["metadata"] = metadata.clone();
+    let answer = send(Settings::default(), post("/v1/plan", body.to_string())).await;
+    assert_eq!(answer.json()["metadata"], metadata);
+}
+
+#[tokio::test]
+async fn a_whole_answer_is_accepted_as_the_previous_plan() {
+    let first = send(Settings::default(), post("/v1/plan", EXAMPLES[0].body))
+        .await
+        .json();
+    let mut next = example("track");
+    next["t_s"] = json!(121.0);
+    next["previous_plan"] = first;
+    let answer = send(Settings::default(), post("/v1/plan", next.to_string())).await;
+    assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+}
+
+#[tokio::test]
+async fn a_stale_report_and_an_unknown_current_are_warned_of() {
+    let mut body = example("track");
+    body["auvs"][0]["state"]["age_s"] = json!(45.0);
+    body.as_object_mut().expect("an object").remove("current");
+    let answer = send(Settings::default(), post("/v1/plan", body.to_string()))
+        .await
+        .json();
+    let warnings: Vec<_> = answer["warnings"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|warning| &warning["code"])
+        .collect();
+    assert_eq!(warnings, ["stale_report", "current_unknown"]);
+    assert_eq!(answer["warnings"][0]["pointer"], "/auvs/0/state/age_s");
+}
+
+#[tokio::test]
+async fn every_listed_example_is_served_as_the_file_it_is() {
+    let list = send(Settings::default(), get("/v1/examples")).await.json();
+    let listed = list["examples"].as_array().expect("a list");
+    assert_eq!(listed.len(), EXAMPLES.len());
+    for (entry, example) in listed.iter().zip(EXAMPLES) {
+        assert_eq!(entry["name"], example.name);
+        assert_eq!(entry["title"], example.title);
+        let served = send(
+            Settings::default(),
+            get(&format!("/v1/examples/{}", example.name)),
+        )
+        .await;
+        assert_eq!(served.text, example.body);
+        assert_eq!(served.content_type(), "application/json");
+    }
+}
+
+#[tokio::test]
+async fn health_readiness_and_version_say_what_they_should() {
+    for (path, expected) in [
+        ("/livez", json!({ "status": "live" })),
+        ("/readyz", json!({ "status": "ready" })),
+        (
+            "/version",
+            json!({ "name": "pilotfish", "version": "0.1.0", "schema_version": "1.0" }),
+        ),
+    ] {
+        let answer = send(Settings::default(), get(path)).await;
+        assert_eq!((answer.status, answer.json()), (StatusCode::OK, expected));
+    }
+}
+
+#[tokio::test]
+async fn the_page_loads_nothing_from_elsewhere() {
+    for (path, content_type) in [
+        ("/", "text/html; charset=utf-8"),
+        ("/page.js", "text/javascript; charset=utf-8"),
+        ("/page.css", "text/css; charset=utf-8"),
+        ("/icon.svg", "image/svg+xml"),
+    ] {
+        let answer = send(Settings::default(), get(path)).await;
+        assert_eq!(
+            (answer.status, answer.content_type()),
+            (StatusCode::OK, content_type)
+        );
+        let policy = answer.headers["content-security-policy"]
+            .to_str()
+            .expect("is text");
+        assert!(policy.starts_with("default-src 'self';"), "{policy}");
+        let names_a_host = answer
+            .text
+            .replace("http://www.w3.org/2000/svg", "")
+            .contains("://");
+        assert!(!names_a_host, "{path}");
+    }
+}
+
+#[tokio::test]
+async fn the_openapi_document_has_every_route_and_resolves_every_reference() {
+    let document = send(Settings::default(), get("/openapi.json")).await.json();
+    let paths: Vec<_> = document["paths"]
+        .as_object()
+        .expect("an object")
+        .keys()
+        .cloned()
+        .collect();
+    for path in [
+        "/v1/plan",
+        "/v1/plan/compare",
+        "/v1/examples",
+        "/v1/examples/{name}",
+        "/livez",
+        "/readyz",
+        "/version",
+    ] {
+        assert!(
+            paths.iter().any(|listed| listed == path),
+            "{path} is not in {paths:?}"
+        );
+    }
+    let text = document.to_string();
+    let references: Vec<_> = text
+        .split("\"#/")
+        .skip(1)
+        .filter_map(|rest| rest.split('"').next())
+        .collect();
+    assert!(!references.is_empty());
+    for reference in references {
+        assert!(
+            document.pointer(&format!("/{reference}")).is_some(),
+            "{reference} leads nowhere"
+        );
+    }
+}
+
+#[tokio::test]
+async fn the_examples_have_only_members_that_the_openapi_document_knows() {
+    let document = send(Settings::default(), get("/openapi.json")).await.json();
+    for example in EXAMPLES {
+        let body: Value = serde_json::from_str(example.body).expect("examples are JSON");
+        for (shape, members) in [
+            ("PlanRequest", &body),
+            ("Asc", &body["asc"]),
+            ("AuvState", &body["auvs"][0]["state"]),
+            ("Goal", &body["goal"]),
+        ] {
+            let schema = &document["components"]["schemas"][shape];
+            for member in members.as_object().expect("an object").keys() {
+                assert!(
+                    schema["properties"][member].is_object(),
+                    "{}: {shape} has no {member}",
+                    example.name
+                );
+            }
+            for required in schema["required"].as_array().expect("a list") {
+                let required = required.as_str().expect("a name");
+                assert!(
+                    !members[required].is_null(),
+                    "{}: {shape} lacks {required}",
+                    example.name
+                );
+            }
+        }
+    }
+}
+
+#[tokio::test]
+async fn a_plain_request_id_is_kept_and_a_strange_one_replaced() {
+    let with_id = |id: &str| {
+        let mut request = get("/nowhere");
+        request
+            .headers_mut()
+            .insert("x-request-id", id.parse().expect("a header value"));
+        request
+    };
+    let kept = send(Settings::default(), with_id("mission-7.42")).await;
+    assert_eq!(kept.headers["x-request-id"], "mission-7.42");
+    assert_eq!(kept.problem()["request_id"], "mission-7.42");
+    let replaced = send(Settings::default(), with_id("<script>")).await;
+    assert_eq!(replaced.headers["x-request-id"].len(), 16);
+}

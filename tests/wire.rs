@@ -1,0 +1,109 @@
+//! What goes out as JSON comes back as what it was.
+
+use api::wire::{PlanRequest, PlanResponse, PreviousPlan, plan_id};
+use nalgebra::Vector2;
+use planner::{
+    angle::{Course, Heading},
+    snapshot::{self as domain, Fallback, ForecastChoice, ForecastModel, HoldStyle, Limits, Snapshot},
+};
+use tests::{goals, observation, snapshot};
+
+fn through_json(snapshot: &Snapshot) -> Snapshot {
+    let text = serde_json::to_string(&PlanRequest::from(snapshot)).expect("becomes JSON");
+    let request: PlanRequest = serde_json::from_str(&text).expect("is a request");
+    Snapshot::try_from(&request).expect("is valid")
+}
+
+#[test]
+fn a_snapshot_survives_the_way_through_json_to_the_bit() {
+    let mut rich = observation(goals()[1].clone());
+    rich.time = 1_700_000_000.123_456;
+    rich.asc.ground_velocity = Some(Vector2::new(1.0 / 3.0, -0.1));
+    rich.auvs[1].turn_rate = -0.017;
+    rich.limits = Limits {
+        speed_max: 0.7,
+        surge_lag: 4.9,
+        ..Limits::MEDUSA
+    };
+    rich.forecast = ForecastChoice::Model(ForecastModel::ConstantTurn);
+    rich.fallback = Fallback::None;
+    rich.hold = HoldStyle::Stop;
+    let point = domain::TrajectoryPoint {
+        time: 1.0,
+        position: Vector2::new(0.1 + 0.2, -4.0),
+        speed: 0.3,
+        heading: Heading::new(-3.0),
+    };
+    rich.previous_plan = Some(domain::PreviousPlan {
+        trajectory: vec![point],
+        goal_course: Some(Course::new(2.0)),
+        speed_reference: Some(1.1),
+    });
+    let rich = snapshot(rich);
+    assert_eq!(through_json(&rich), rich);
+    assert_eq!(plan_id(&through_json(&rich)), plan_id(&rich));
+
+    for goal in goals() {
+        let plain = snapshot(observation(goal));
+        assert_eq!(through_json(&plain), plain);
+    }
+}
+
+#[test]
+fn every_forecast_has_its_own_name() {
+    let models = [
+        ForecastModel::Hold,
+        ForecastModel::ConstantVelocity,
+        ForecastModel::ConstantTurn,
+    ];
+    let choices = models
+        .map(ForecastChoice::Model)
+        .into_iter()
+        .chain([ForecastChoice::Auto]);
+    for choice in choices {
+        let mut chosen = observation(goals()[0].clone());
+        chosen.forecast = choice;
+        assert_eq!(through_json(&snapshot(chosen)).forecast, choice);
+    }
+}
+
+#[test]
+fn limits_that_a_request_leaves_out_are_those_of_the_default_craft() {
+    let mut request = PlanRequest::from(&snapshot(observation(goals()[0].clone())));
+    request.limits = None;
+    assert_eq!(
+        Snapshot::try_from(&request).expect("is valid").limits,
+        Limits::MEDUSA
+    );
+    let text = r#"{ "speed_max_mps": 0.9 }"#;
+    request.limits = Some(serde_json::from_str(text).expect("has the shape"));
+    let limits = Snapshot::try_from(&request).expect("is valid").limits.clone();
+    assert_eq!(
+        limits,
+        Limits {
+            speed_max: 0.9,
+            ..Limits::MEDUSA
+        }
+    );
+}
+
+#[test]
+fn an_answer_handed_back_is_the_plan_that_was_made() {
+    let snapshot = snapshot(observation(goals()[0].clone()));
+    let plan = planner::plan::plan(
+        &snapshot,
+        &planner::policy::Policy::default(),
+        &mut Default::default(),
+    );
+    let answer = api::wire::Answer {
+        snapshot: &snapshot,
+        plan: &plan,
+        solve_time: std::time::Duration::ZERO,
+        metadata: &serde_json::Map::new(),
+    };
+    let text = serde_json::to_string(&answer.planned()).expect("becomes JSON");
+    let received: PlanResponse = serde_json::from_str(&text).expect("has the shape");
+    let handed_back = domain::PreviousPlan::from(&PreviousPlan::from(&received));
+    assert_eq!(handed_back.trajectory, plan.trajectory);
+    assert_eq!(handed_back.goal_course, Some(plan.goal_course));
+}
