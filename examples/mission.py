@@ -233,7 +233,7 @@ def plot(rows, file):
     axes.plot(rows[:, 4], rows[:, 3], "--", label="AUV")
     axes.plot(rows[:, 2], rows[:, 1], label="surface craft")
     axes.set(xlabel="east, m", ylabel="north, m", aspect="equal")
-    axes.legend()
+    axes.legend(loc="lower left", bbox_to_anchor=(0, 1))  # above: a short mission is a narrow picture
     figure.savefig(file, dpi=150, bbox_inches="tight")
 
 

@@ -6,12 +6,13 @@
 //! cargo run --release -p examples --example mission -- cross-current --duration 300
 //! ```
 
-use std::{error::Error, time::Instant};
+use std::{process::ExitCode, time::Instant};
 
 use clap::Parser;
 use examples::remote_guide::RemoteGuide;
 use indicatif::{ProgressBar, ProgressStyle};
 use sim::{
+    guide::GuideError,
     metrics::{Metrics, SurfaceCraftMetrics},
     mission,
     scenario::Scenario,
@@ -33,10 +34,23 @@ struct Arguments {
     seed: u64,
 }
 
-fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
-    let arguments = Arguments::parse();
-    let named = Scenario::named(&arguments.scenario).filter(Scenario::has_surface_craft);
-    let mut scenario = named.ok_or("no such scenario, or one without a surface craft to guide")?;
+fn main() -> ExitCode {
+    match fly(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn fly(arguments: &Arguments) -> Result<(), GuideError> {
+    let Some(mut scenario) = Scenario::named(&arguments.scenario) else {
+        return Err(format!("the scenarios are {}", Scenario::names().join(", ")).into());
+    };
+    if !scenario.has_surface_craft() {
+        return Err(format!("{} has no surface craft to guide", scenario.name).into());
+    }
     if let Some(duration) = arguments.duration {
         scenario.duration = scenario.duration.min(duration.into());
     }

@@ -6,7 +6,7 @@
 //! cargo run --release -p examples --example post_snapshot -- examples/snapshots/midpoint.json
 //! ```
 
-use std::{error::Error, fs};
+use std::{error::Error, fs, process::ExitCode};
 
 use clap::Parser;
 use serde_json::Value;
@@ -21,9 +21,15 @@ pub(crate) struct Arguments {
     url: String,
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    println!("{}", ask(&Arguments::parse())?);
-    Ok(())
+fn main() -> ExitCode {
+    match ask(&Arguments::parse()) {
+        Ok(reference) => println!("{reference}"),
+        Err(error) => {
+            eprintln!("{error}");
+            return ExitCode::FAILURE;
+        }
+    }
+    ExitCode::SUCCESS
 }
 
 pub(crate) fn ask(arguments: &Arguments) -> Result<String, Box<dyn Error>> {
