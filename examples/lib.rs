@@ -1,1 +1,3 @@
-//! examples
+//! What the Rust examples share with the tests that run them.
+
+pub mod remote_guide;

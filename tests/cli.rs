@@ -2,13 +2,14 @@
 
 use std::{
     fs,
-    io::{BufRead, BufReader, Read, Write},
+    io::{BufRead, Read, Write},
     net::{TcpListener, TcpStream},
-    process::{Child, ChildStdout, Command, Output, Stdio},
+    process::{Command, Output, Stdio},
     time::Duration,
 };
 
 use serde_json::Value;
+use tests::server::Server;
 
 fn pilotfish() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
@@ -31,56 +32,21 @@ fn stderr(output: &Output) -> &str {
     std::str::from_utf8(&output.stderr).expect("is text")
 }
 
-/// A running server, stopped when dropped.
-struct Server {
-    process: Child,
-    printed: Option<BufReader<ChildStdout>>,
-    address: String,
+fn serving(arguments: &[&str]) -> Server {
+    let mut program = pilotfish();
+    program.args(arguments);
+    Server::start(program)
 }
 
-impl Server {
-    /// On a free port, which it prints.
-    fn start(arguments: &[&str]) -> Self {
-        let mut process = pilotfish()
-            .args(arguments)
-            .args(["--port", "0"])
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("the program starts");
-        let mut printed = BufReader::new(process.stdout.take().expect("is piped"));
-        let mut line = String::new();
-        printed.read_line(&mut line).expect("prints its URL");
-        let address = line
-            .trim()
-            .rsplit("http://")
-            .next()
-            .expect("prints its URL")
-            .to_owned();
-        Self {
-            process,
-            printed: Some(printed),
-            address,
-        }
-    }
-
-    fn ask(&self, request: &str) -> String {
-        let mut socket = TcpStream::connect(&self.address).expect("listens");
-        socket
-            .set_read_timeout(Some(Duration::from_secs(20)))
-            .expect("is a socket");
-        socket.write_all(request.as_bytes()).expect("takes a request");
-        let mut answer = String::new();
-        socket.read_to_string(&mut answer).expect("answers");
-        answer
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        // Already gone in the test that stops it.
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
+fn ask(server: &Server, request: &str) -> String {
+    let mut socket = TcpStream::connect(&server.address).expect("listens");
+    socket
+        .set_read_timeout(Some(Duration::from_secs(20)))
+        .expect("is a socket");
+    socket.write_all(request.as_bytes()).expect("takes a request");
+    let mut answer = String::new();
+    socket.read_to_string(&mut answer).expect("answers");
+    answer
 }
 
 fn get(path: &str) -> String {
@@ -94,14 +60,17 @@ fn body(answer: &str) -> &str {
 #[test]
 fn the_server_plans_an_example_that_it_served_itself() {
     for arguments in [&[][..], &["serve"]] {
-        let server = Server::start(arguments);
-        let example = server.ask(&get("/v1/examples/track"));
+        let server = serving(arguments);
+        let example = ask(&server, &get("/v1/examples/track"));
         let example = body(&example);
-        let answer = server.ask(&format!(
-            "POST /v1/plan HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n\
+        let answer = ask(
+            &server,
+            &format!(
+                "POST /v1/plan HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n\
              content-type: application/json\r\ncontent-length: {}\r\n\r\n{example}",
-            example.len()
-        ));
+                example.len()
+            ),
+        );
         assert!(answer.starts_with("HTTP/1.1 200 OK"), "{answer}");
         let plan: Value = serde_json::from_str(body(&answer)).expect("is JSON");
         assert_eq!(plan["method"], "mpc");
@@ -110,7 +79,7 @@ fn the_server_plans_an_example_that_it_served_itself() {
 
 #[test]
 fn the_command_that_the_server_prints_works_when_pasted() {
-    let mut server = Server::start(&[]);
+    let mut server = serving(&[]);
     let mut printed = server.printed.take().expect("has not ended");
     let mut command = String::new();
     while !command.contains("/v1/plan\n") {
@@ -148,13 +117,13 @@ fn a_server_goes_on_when_nobody_reads_what_it_prints() {
         std::thread::sleep(Duration::from_millis(25));
         TcpStream::connect(&server.address).is_ok()
     });
-    assert!(up && server.ask(&get("/livez")).ends_with(r#"{"status":"live"}"#));
+    assert!(up && ask(&server, &get("/livez")).ends_with(r#"{"status":"live"}"#));
 }
 
 #[cfg(unix)]
 #[test]
 fn the_order_to_stop_ends_the_server_well() {
-    let mut server = Server::start(&[]);
+    let mut server = serving(&[]);
     let id = server.process.id().to_string();
     let stop = Command::new("kill")
         .args(["-TERM", &id])
@@ -166,7 +135,7 @@ fn the_order_to_stop_ends_the_server_well() {
 
 #[test]
 fn a_taken_port_says_how_to_choose_another() {
-    let server = Server::start(&[]);
+    let server = serving(&[]);
     let port = server.address.rsplit(':').next().expect("has a port");
     let output = run(&["serve", "--port", port]);
     assert!(!output.status.success());
@@ -178,7 +147,7 @@ fn other_machines_are_let_in_only_on_purpose() {
     let output = run(&["serve", "--host", "0.0.0.0", "--port", "0"]);
     assert!(!output.status.success());
     assert!(stderr(&output).contains("--insecure"), "{}", stderr(&output));
-    let server = Server::start(&["serve", "--host", "0.0.0.0", "--insecure"]);
+    let server = serving(&["serve", "--host", "0.0.0.0", "--insecure"]);
     assert!(server.address.starts_with("127.0.0.1:"), "{}", server.address);
 }
 

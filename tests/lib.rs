@@ -1,6 +1,7 @@
-//! Snapshots that the tests start from, and the service without a socket.
+//! Snapshots that the tests start from, and the service without a socket and with one.
 
 pub mod client;
+pub mod server;
 
 use nalgebra::Vector2;
 use planner::{
