@@ -22,9 +22,9 @@ test:
 deny:
     cargo deny check bans licenses sources
 
-# Time of one plan
+# Time of one plan, in the library and over HTTP
 bench:
-    cargo bench -p planner
+    cargo bench -p tests --bench plan
 
 # The service and its page on http://127.0.0.1:8080
 serve:

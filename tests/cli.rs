@@ -3,8 +3,8 @@
 use std::{
     fs,
     io::{BufRead, Read, Write},
-    net::TcpStream,
-    process::{Command, Output},
+    net::{TcpListener, TcpStream},
+    process::{Command, Output, Stdio},
     time::Duration,
 };
 
@@ -80,14 +80,11 @@ fn the_server_plans_an_example_that_it_served_itself() {
 #[test]
 fn the_command_that_the_server_prints_works_when_pasted() {
     let mut server = serving(&[]);
+    let mut printed = server.printed.take().expect("has not ended");
     let mut command = String::new();
     while !command.contains("/v1/plan\n") {
         let mut line = String::new();
-        assert_ne!(
-            server.printed.read_line(&mut line).expect("prints"),
-            0,
-            "{command}"
-        );
+        assert_ne!(printed.read_line(&mut line).expect("prints"), 0, "{command}");
         if line.starts_with("  ") {
             command += &line;
         }
@@ -98,6 +95,29 @@ fn the_command_that_the_server_prints_works_when_pasted() {
         .expect("there is a shell");
     let plan: Value = serde_json::from_slice(&output.stdout).expect("is JSON");
     assert_eq!(plan["outcome"], "ok", "{command}");
+}
+
+#[test]
+fn a_server_goes_on_when_nobody_reads_what_it_prints() {
+    let free = TcpListener::bind("127.0.0.1:0")
+        .and_then(|listener| listener.local_addr())
+        .expect("is free");
+    let mut process = pilotfish()
+        .args(["--port", &free.port().to_string()])
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("starts");
+    drop(process.stdout.take());
+    let server = Server {
+        process,
+        printed: None,
+        address: free.to_string(),
+    };
+    let up = (0..200).any(|_| {
+        std::thread::sleep(Duration::from_millis(25));
+        TcpStream::connect(&server.address).is_ok()
+    });
+    assert!(up && ask(&server, &get("/livez")).ends_with(r#"{"status":"live"}"#));
 }
 
 #[cfg(unix)]
@@ -263,6 +283,24 @@ fn a_comparison_has_every_metric_of_both_controllers_and_what_they_knew() {
         rms("mpc"),
         rms("saturated_los")
     );
+}
+
+#[test]
+fn in_every_scenario_with_a_surface_craft_the_planner_is_not_behind_the_tuned_law() {
+    for name in sim::scenario::Scenario::names() {
+        let scenario = sim::scenario::Scenario::named(name).expect("is listed");
+        if !scenario.has_surface_craft() {
+            continue;
+        }
+        let output = run(&["compare", name, "--format", "json"]);
+        let comparison: Value = serde_json::from_str(stdout(&output)).expect("is JSON");
+        let controllers = &comparison["controllers"];
+        let rms = |controller: &str| controllers[controller]["rms_m"].as_f64().expect("is a number");
+        println!("{name}: {:.3} m and {:.3} m", rms("mpc"), rms("saturated_los"));
+        assert!(rms("mpc") <= rms("saturated_los"), "{name}: {}", stdout(&output));
+        let known = |controller: &str| &controllers[controller]["information"]["current_known"];
+        assert_eq!(known("mpc"), known("saturated_los"), "{name}");
+    }
 }
 
 #[test]

@@ -3,9 +3,10 @@
 use nalgebra::{Rotation2, Vector2};
 use planner::{
     angle::{Course, Heading, wrap},
-    plan::{Plan, Workspace, plan},
+    plan::{Plan, Workspace, plan, plan_with},
     policy::Policy,
     snapshot::{Goal, Observation, Snapshot},
+    solve::{Solvers, TOLERANCE},
 };
 use proptest::prelude::*;
 use tests::{auv, goals, observation, snapshot};
@@ -94,6 +95,23 @@ fn a_used_workspace_gives_the_same_bits_as_a_fresh_one() {
             plan(&scene, &policy, &mut used),
             plan(&scene, &policy, &mut Workspace::default())
         );
+    }
+}
+
+#[test]
+fn the_production_tolerance_moves_the_first_velocity_by_less_than_a_millimetre_per_second() {
+    for goal in goals() {
+        let scene = snapshot(observation(goal));
+        let first_velocity = |tolerance| {
+            let mut solvers = Solvers::with_tolerance(tolerance);
+            let answer = plan_with(&scene, &Policy::default(), &mut Vec::new(), &mut |program| {
+                solvers.solve(program)
+            });
+            assert_eq!(answer.degraded, None);
+            answer.trajectory[1].heading.unit() * answer.trajectory[1].speed
+        };
+        let moved = (first_velocity(TOLERANCE) - first_velocity(1e-9)).norm();
+        assert!(moved < 1e-3, "moved by {moved} m/s");
     }
 }
 

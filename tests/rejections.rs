@@ -268,17 +268,14 @@ async fn a_request_more_than_the_queue_holds_is_turned_away_and_the_others_are_a
     };
     let service = app(settings);
     let asked = (0..3).map(|_| tokio::spawn(send_to(service.clone(), post("/v1/plan", EXAMPLES[0].body))));
-    let mut served = 0;
-    let mut turned_away = Vec::new();
+    let mut answers = Vec::new();
     for answer in asked.collect::<Vec<_>>() {
-        let answer = answer.await.expect("no panic");
-        if answer.status == StatusCode::OK {
-            served += 1
-        } else {
-            turned_away.push(answer)
-        }
+        answers.push(answer.await.expect("no panic"));
     }
-    assert_eq!((served, turned_away.len()), (2, 1));
+    let (served, turned_away): (Vec<_>, Vec<_>) = answers
+        .into_iter()
+        .partition(|answer| answer.status == StatusCode::OK);
+    assert_eq!((served.len(), turned_away.len()), (2, 1));
     assert_try_again(&turned_away[0], "overloaded");
 }
 

@@ -10,8 +10,8 @@ use std::{
 pub struct Server {
     /// The program.
     pub process: Child,
-    /// What it prints after its first line.
-    pub printed: BufReader<ChildStdout>,
+    /// What it prints after its first line, if anyone reads it.
+    pub printed: Option<BufReader<ChildStdout>>,
     /// Host and port.
     pub address: String,
 }
@@ -39,7 +39,7 @@ impl Server {
             .to_owned();
         Self {
             process,
-            printed,
+            printed: Some(printed),
             address,
         }
     }

@@ -261,3 +261,26 @@ async fn a_plain_request_id_is_kept_and_a_strange_one_replaced() {
     let replaced = send(Settings::default(), with_id("<script>")).await;
     assert_eq!(replaced.headers["x-request-id"].len(), 16);
 }
+
+#[tokio::test]
+async fn the_documented_defaults_of_the_limits_are_the_ones_used() {
+    let document = send(Settings::default(), get("/openapi.json")).await.json();
+    let request = wire::PlanRequest::from(&tests::snapshot(tests::observation(tests::goals()[0].clone())));
+    let used = serde_json::to_value(request.limits).expect("becomes JSON");
+    for (member, schema) in document["components"]["schemas"]["Limits"]["properties"]
+        .as_object()
+        .expect("an object")
+    {
+        let text = schema["description"].as_str().expect("every member is described");
+        let documented = text
+            .rsplit("Default: ")
+            .next()
+            .expect("a default")
+            .trim_end_matches('.');
+        assert_eq!(
+            documented.parse::<f64>().ok(),
+            used[member].as_f64(),
+            "{member}: {text}"
+        );
+    }
+}

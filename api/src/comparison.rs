@@ -115,7 +115,7 @@ impl Comparison {
         let (gains, _) = tune_los(scenario, seed, &mut |done| progress(Stage::Tuning, done))?;
         let mut los = LosGuide::new(gains);
         let (los_scores, told) = scored(scenario, &mut los, seed, &mut |done| {
-            progress(Stage::LineOfSight, done)
+            progress(Stage::LineOfSight, done);
         })?;
         let saturated_los = Controller {
             scores: los_scores,
@@ -127,7 +127,7 @@ impl Comparison {
         };
         let mut mpc = MpcGuide::new(Policy::default());
         let (mpc_scores, told) = scored(scenario, &mut mpc, seed, &mut |done| {
-            progress(Stage::Planner, done)
+            progress(Stage::Planner, done);
         })?;
         let mpc = Controller {
             scores: mpc_scores,

@@ -80,6 +80,7 @@ fn write_document(response: &mut Response, problem: &Problem, path: &str, id: &s
 }
 
 /// What a panicking handler is answered with.
+#[expect(clippy::needless_pass_by_value, reason = "the layer hands the panic over")]
 pub(crate) fn caught_panic(panic: Box<dyn Any + Send>) -> Response {
     let message = panic.downcast_ref::<String>().map(String::as_str);
     let message = message

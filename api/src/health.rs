@@ -39,11 +39,14 @@ pub struct Version {
     pub schema_version: String,
 }
 
-/// The last verdict on readiness, and when it was reached.
+/// Whether the service can plan, and when that was found out.
+type Verdict = (Instant, Result<(), Problem>);
+
+/// The last verdict on readiness.
 #[derive(Clone, Debug)]
 pub(crate) struct Readiness {
     planners: Planners,
-    verdict: Arc<Mutex<Option<(Instant, Result<(), Problem>)>>>,
+    verdict: Arc<Mutex<Option<Verdict>>>,
 }
 
 impl Readiness {
@@ -61,7 +64,10 @@ impl Readiness {
             Some((reached, result)) if reached.elapsed() < VERDICT_LIFE => result.clone(),
             Some(_) | None => {
                 let result = self.plan_something().await;
-                *verdict = Some((Instant::now(), result.clone()));
+                // Busy is no verdict: it is over in a moment.
+                if result != Err(Problem::Overloaded) {
+                    *verdict = Some((Instant::now(), result.clone()));
+                }
                 result
             }
         }

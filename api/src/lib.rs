@@ -1,8 +1,10 @@
 //! The planner's outside: JSON, HTTP, the command line, and no control law.
 //!
-//! A request passes [`edge`](self) → [`posted`](self) → [`wire`] → the planner on a thread of its own →
-//! [`wire`] again; whatever goes wrong becomes a [`problem::Problem`], and only there a status code.
-//! [`app`] is the whole service without a socket.
+//! ```text
+//! edge (id, time limit) → posted (JSON) → wire → planners (a thread each) → wire → edge (problems, headers)
+//! ```
+//! Whatever goes wrong on the way becomes a [`problem::Problem`], and only there a status code. [`app`] is
+//! the whole service without a socket; [`comparison`] is the planner and line of sight on one mission.
 
 use std::{num::NonZeroUsize, time::Duration};
 
@@ -70,7 +72,6 @@ struct Shared {
 /// The whole service.
 ///
 /// Must be called inside a Tokio runtime's reach: plans run on its blocking threads.
-#[must_use]
 pub fn app(settings: Settings) -> Router {
     let planners = Planners::new(settings.plan, settings.planners, settings.waiting);
     let shared = Shared {

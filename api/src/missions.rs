@@ -113,7 +113,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), MissionError> {
     let bar = bar();
     let mut stopwatch = Stopwatch::new(guide.as_mut());
     let record = mission::run(&scenario, &mut stopwatch, arguments.seed, &mut |done| {
-        show(&bar, "mission", done)
+        show(&bar, "mission", done);
     })
     .map_err(MissionError::Mission)?;
     bar.finish_and_clear();

@@ -113,7 +113,7 @@ fn problem(mut pointer: String, error: &serde_json::Error) -> Problem {
     let detail = error.to_string();
     match error.classify() {
         Category::Syntax | Category::Eof | Category::Io => {
-            Problem::Syntax(FieldError::new(pointer, "syntax", detail))
+            Problem::Syntax(Box::new(FieldError::new(pointer, "syntax", detail)))
         }
         // serde has these as prose only; the tests pin the prose.
         Category::Data if detail.starts_with("missing field `") => {

@@ -25,7 +25,7 @@ const RETRY_AFTER: HeaderValue = HeaderValue::from_static("1");
 #[derive(Clone, Debug, PartialEq)]
 pub enum Problem {
     /// The body is not JSON.
-    Syntax(FieldError),
+    Syntax(Box<FieldError>),
     /// The body is JSON but not a valid request.
     Invalid(Vec<FieldError>),
     /// The body is announced as something other than JSON.
@@ -240,7 +240,7 @@ impl Problem {
     pub fn document(&self, instance: &str, request_id: &str) -> ProblemDocument {
         let (status, code, title) = self.kind();
         let mut errors = match self {
-            Self::Syntax(error) => vec![error.clone()],
+            Self::Syntax(error) => vec![FieldError::clone(error)],
             Self::Invalid(errors) => errors.clone(),
             _ => Vec::new(),
         };

@@ -1,12 +1,13 @@
 //! `pilotfish serve`: the service on a socket.
 
 use std::{
-    io,
+    io::{self, Write},
     net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr},
     time::Duration,
 };
 
 use api::{Settings, app, examples::EXAMPLES};
+use axum::serve::ListenerExt;
 use clap::Args;
 use tokio::net::TcpListener;
 
@@ -64,6 +65,12 @@ async fn run(address: SocketAddr) -> Result<(), ServeError> {
     // Before the URL is printed: whoever reads it may send the signal at once.
     let signal = Signals::listen()?;
     greet(listener.local_addr()?);
+    // An answer's last segment should not wait for the client's acknowledgement of the first.
+    let listener = listener.tap_io(|socket| {
+        if let Err(error) = socket.set_nodelay(true) {
+            tracing::debug!(%error, "a connection stays without TCP_NODELAY");
+        }
+    });
 
     let (stopping, stopped) = tokio::sync::oneshot::channel();
     let server = axum::serve(listener, app(Settings::default())).with_graceful_shutdown(async move {
@@ -94,12 +101,16 @@ fn greet(mut address: SocketAddr) {
         });
     }
     let example = EXAMPLES[0].name;
-    println!("Pilotfish is listening on http://{address}");
-    println!("Open that in a browser, or ask for a plan:");
-    println!();
-    println!("  curl -s http://{address}/v1/examples/{example} |");
-    println!("    curl -s -H 'content-type: application/json' --data-binary @- http://{address}/v1/plan");
-    println!();
+    let greeting = format!(
+        "Pilotfish is listening on http://{address}\n\
+         Open that in a browser, or ask for a plan:\n\n  \
+         curl -s http://{address}/v1/examples/{example} |\n    \
+         curl -s -H 'content-type: application/json' --data-binary @- http://{address}/v1/plan\n\n"
+    );
+    // A service goes on when nobody reads what it prints.
+    if let Err(error) = io::stdout().write_all(greeting.as_bytes()) {
+        tracing::debug!(%error, "nobody reads the greeting");
+    }
 }
 
 struct Signals {

@@ -9,6 +9,7 @@
 //! Both directions are here: the service reads a [`PlanRequest`] and writes a [`PlanResponse`], a Rust
 //! client does the reverse with the same types.
 
+mod faults;
 mod read_request;
 mod request;
 mod response;

@@ -70,7 +70,7 @@ impl Default for Weights {
             acceleration_change: 10.0,
             terminal_position: 10.0,
             terminal_velocity: 100.0,
-            slack: (100.0, 1000.0),
+            slack: (1000.0, 1000.0),
         }
     }
 }

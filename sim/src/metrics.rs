@@ -207,7 +207,8 @@ fn time_in_range(record: &Record) -> Vec<f64> {
             row.surface_craft
                 .is_some_and(|craft| (craft.position - diver.position).norm().hypot(diver.depth) <= range)
         });
-        near.map(|_| ROW_INTERVAL).sum()
+        // Not `sum`, which is −0.0 over nothing.
+        near.fold(0.0, |seconds, _| seconds + ROW_INTERVAL)
     };
     (0..record.diver_ids.len()).map(seconds).collect()
 }
@@ -230,9 +231,136 @@ fn mean(values: &[f64]) -> f64 {
         reason = "a mission has thousands of rows, not 2⁵³"
     )]
     let n = values.len().max(1) as f64;
-    values.iter().sum::<f64>() / n
+    values.iter().fold(0.0, |sum, value| sum + value) / n
 }
 
 fn rms(values: &[f64]) -> f64 {
     mean(&values.iter().map(|value| value * value).collect::<Vec<_>>()).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector2;
+    use planner::{angle::Heading, snapshot::Limits};
+
+    use super::*;
+    use crate::record::Row;
+
+    /// A craft `north` metres ahead of a goal at the datum, once a second; one diver 3 m below the datum.
+    fn record(north: &[f64]) -> Record {
+        let row = |(k, north): (u32, &f64)| Row {
+            time: f64::from(k),
+            surface_craft: Some(SurfaceCraftRow {
+                position: Vector2::new(*north, 0.0),
+                heading: 0.0,
+                surge: 0.5,
+                sway: 0.0,
+                yaw_rate: 0.0,
+                reference: Reference {
+                    speed: 0.5,
+                    heading: Heading::new(0.0),
+                },
+                method: Method::Mpc,
+                goal: Vector2::zeros(),
+                energy: f64::from(k),
+                heading_travel: 0.1 * f64::from(k),
+            }),
+            divers: vec![DiverRow {
+                position: Vector2::zeros(),
+                depth: 3.0,
+                pitch: -0.1,
+                heading: 0.0,
+                surge: 0.3,
+                along_track: 3.0,
+                cross_track: -4.0,
+            }],
+        };
+        Record {
+            scenario: "made-by-hand".into(),
+            seed: 0,
+            diver_ids: vec!["auv-1".into()],
+            settled_after: 2.0,
+            contact_range: Some(5.0),
+            limits: Some(Limits::MEDUSA),
+            rows: (0..).zip(north).map(row).collect(),
+        }
+    }
+
+    fn craft(record: &mut Record, k: usize) -> &mut SurfaceCraftRow {
+        record.rows[k].surface_craft.as_mut().expect("made with one")
+    }
+
+    fn surface_craft_metrics(record: &Record) -> SurfaceCraftMetrics {
+        Metrics::of(record).surface_craft.expect("made with one")
+    }
+
+    #[test]
+    fn distances_are_summed_up_as_by_hand() {
+        let metrics = surface_craft_metrics(&record(&[6.0, 8.0, 0.0, 1.0]));
+        assert!((metrics.rms_m - (101.0_f64 / 4.0).sqrt()).abs() < 1e-12);
+        assert!((metrics.mean_m - 15.0 / 4.0).abs() < 1e-12);
+        assert_eq!((metrics.p95_m, metrics.max_m), (8.0, 8.0));
+        assert!(
+            (metrics.settled_rms_m - 0.5_f64.sqrt()).abs() < 1e-12,
+            "rows from 2 s on"
+        );
+        // Slant range 5 m over a depth of 3 m: 4 m and less.
+        assert_eq!(metrics.time_in_range_s, [2.0]);
+        assert!((metrics.energy_j - 3.0).abs() < 1e-12 && (metrics.heading_travel_rad - 0.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn ninety_five_percent_of_the_rows_stay_under_p95() {
+        let north: Vec<f64> = (1..=100).map(f64::from).collect();
+        assert_eq!(surface_craft_metrics(&record(&north)).p95_m, 95.0);
+    }
+
+    #[test]
+    fn separate_excursions_count_separately_and_by_their_worst() {
+        let mut record = record(&[0.0; 6]);
+        assert_eq!(surface_craft_metrics(&record).violations, Violations::default());
+        let most = Limits::MEDUSA.turn_rate_max;
+        craft(&mut record, 1).yaw_rate = most + 0.1;
+        craft(&mut record, 2).yaw_rate = -most - 0.2;
+        craft(&mut record, 4).surge = 1.01 * Limits::MEDUSA.speed_max + 0.3;
+        let violations = surface_craft_metrics(&record).violations;
+        assert_eq!((violations.count, violations.seconds), (2, 3.0));
+        assert!((violations.worst_turn_rate_radps - 0.2).abs() < 1e-12);
+        assert!((violations.worst_speed_mps - 0.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_steady_reference_has_no_jerk_and_a_single_step_has_two_differences() {
+        let mut record = record(&[0.0; 6]);
+        assert_eq!(surface_craft_metrics(&record).reference_jerk, 0.0);
+        for k in 3..6 {
+            craft(&mut record, k).reference.speed += 0.4;
+        }
+        // Second differences 0, 0.4, −0.4, 0.
+        let expected = (2.0 * 0.16_f64 / 4.0).sqrt();
+        assert!((surface_craft_metrics(&record).reference_jerk - expected).abs() < 1e-12);
+    }
+
+    #[test]
+    fn rungs_are_counted() {
+        let mut record = record(&[0.0; 4]);
+        craft(&mut record, 2).method = Method::Hold;
+        let rungs = surface_craft_metrics(&record).rungs;
+        assert_eq!(
+            rungs,
+            Rungs {
+                mpc: 3,
+                hold: 1,
+                ..Rungs::default()
+            }
+        );
+    }
+
+    #[test]
+    fn a_diver_is_measured_against_its_path() {
+        let metrics = Metrics::of(&record(&[0.0; 4]));
+        assert_eq!(metrics.divers[0].cross_track_max_m, 4.0);
+        assert_eq!(metrics.divers[0].position_error_max_m, 5.0);
+        assert_eq!(metrics.divers[0].pitch_max_rad, -0.1);
+    }
 }

@@ -133,7 +133,6 @@ fn goal_position(goal: &Goal, divers: &[Diver], time: f64) -> Vector2<f64> {
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_possible_wrap,
-    clippy::cast_sign_loss,
     reason = "a mission has few dwells, and rem_euclid is never negative"
 )]
 fn in_turn(elapsed: f64, dwell: f64, n: usize) -> usize {
@@ -199,7 +198,7 @@ mod tests {
             along_track_gain: 0.15,
         });
         run(&short("paper-tracking"), &mut guide, 0, &mut |done| {
-            seen.push(done)
+            seen.push(done);
         })
         .expect("runs");
         assert!(seen.is_sorted());

@@ -52,7 +52,7 @@ pub fn tune_los(
     let mut done = 0.0;
     for gains in grid {
         let record = run(scenario, &mut LosGuide::new(gains), seed, &mut |part| {
-            progress(done + part * share)
+            progress(done + part * share);
         })
         .map_err(TuningError::Mission)?;
         done += share;

@@ -2,7 +2,7 @@
 
 const WIDTH = 900, HEIGHT = 560;
 // Room for names beside the vehicles and for the scale below them.
-const MARGIN = { left: 80, right: 120, top: 44, bottom: 70 };
+const MARGIN = { left: 80, right: 120, top: 44, bottom: 84 };
 const CHART = { width: 900, height: 170, left: 54, right: 16, top: 32, bottom: 26 };
 const INSTANT_EVERY_S = 15;
 // A reference arrow is as long as the craft would travel in this time.
@@ -19,14 +19,16 @@ function node(name, attributes = {}, text) {
   return element;
 }
 
-function html(name, text, className) {
+function html(name, text) {
   const element = document.createElement(name);
   if (text !== undefined) element.textContent = text;
-  if (className) element.className = className;
   return element;
 }
 
-const state = (name, text) => { $("status").dataset.state = name; $("status").textContent = text; };
+const state = (name, text) => {
+  document.body.dataset.state = $("status").dataset.state = name;
+  $("status").textContent = text;
+};
 
 // The largest of 1, 2, 5 times a power of ten that is at most `value`.
 function round(value) {
@@ -76,11 +78,13 @@ function grid(map, svg) {
   const step = round(Math.max(110 / map.scale, 1));
   for (let east = Math.ceil(map.east(0) / step) * step; map.x(east) < WIDTH; east += step) {
     svg.append(node("line", { class: "grid", x1: map.x(east), x2: map.x(east), y1: 0, y2: HEIGHT }));
-    svg.append(node("text", { class: "coordinate", x: map.x(east) + 4, y: HEIGHT - 6 }, `${+east.toFixed(3)} m E`));
+    if (65 < map.x(east) && map.x(east) < WIDTH - 50)
+      svg.append(node("text", { class: "coordinate", x: map.x(east) + 4, y: HEIGHT - 6 }, `${+east.toFixed(3)} m E`));
   }
   for (let north = Math.ceil(map.north(HEIGHT) / step) * step; map.y(north) > 0; north += step) {
     svg.append(node("line", { class: "grid", x1: 0, x2: WIDTH, y1: map.y(north), y2: map.y(north) }));
-    svg.append(node("text", { class: "coordinate", x: 5, y: map.y(north) - 4 }, `${+north.toFixed(3)} m N`));
+    if (18 < map.y(north))
+      svg.append(node("text", { class: "coordinate", x: 5, y: map.y(north) - 4 }, `${+north.toFixed(3)} m N`));
   }
 }
 

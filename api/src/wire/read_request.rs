@@ -6,12 +6,13 @@ use nalgebra::Vector2;
 use planner::{
     angle::{Course, Heading},
     snapshot as domain,
-    snapshot::{InvalidField, InvalidReason, Observation, Snapshot, VehicleId},
+    snapshot::{Observation, Snapshot, VehicleId},
 };
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::{
     METADATA_BYTES_MAX, SCHEMA_VERSION,
+    faults::{length, out_of_range},
     request::{
         Asc, Auv, Current, Fallback, Forecast, Goal, GoalKind, Hold, Limits, PlanRequest, PreviousPlan,
         PreviousReference,
@@ -86,46 +87,6 @@ impl From<&PreviousPlan> for domain::PreviousPlan {
     fn from(previous: &PreviousPlan) -> Self {
         previous_plan(previous)
     }
-}
-
-impl From<&InvalidField> for FieldError {
-    fn from(invalid: &InvalidField) -> Self {
-        let pointer = format!("/{}", invalid.field);
-        match &invalid.reason {
-            InvalidReason::OutOfRange { given, least, most } => out_of_range(pointer, *given, *least, *most),
-            InvalidReason::Length { given, least, most } => length(pointer, *given, *least, *most),
-            InvalidReason::Duplicate { given } => {
-                Self::new(pointer, "duplicate", "this name stands twice").given(given.as_str())
-            }
-            InvalidReason::UnknownVehicle { given } => {
-                Self::new(pointer, "unknown_vehicle", "no vehicle in `auvs` has this id")
-                    .given(given.as_str())
-            }
-            InvalidReason::NotIncreasing { given, before } => Self::new(
-                pointer,
-                "not_increasing",
-                format!("must come after {before} s, the time before it"),
-            )
-            .given(*given)
-            .limit(json!({ "above": before })),
-        }
-    }
-}
-
-fn out_of_range(pointer: String, given: f64, least: f64, most: f64) -> FieldError {
-    FieldError::new(pointer, "out_of_range", format!("must be from {least} to {most}"))
-        .given(given)
-        .limit(json!({ "least": least, "most": most }))
-}
-
-fn length(pointer: String, given: usize, least: usize, most: usize) -> FieldError {
-    FieldError::new(
-        pointer,
-        "length",
-        format!("must have {least} to {most} items or bytes"),
-    )
-    .given(given)
-    .limit(json!({ "least": least, "most": most }))
 }
 
 fn bound_lists(request: &PlanRequest, invalid: &mut Vec<FieldError>) {

@@ -163,10 +163,10 @@ pub struct Limits {
     /// Largest yaw rate, rad/s. Default: 0.3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn_rate_max_radps: Option<f64>,
-    /// Largest acceleration ahead, m/s². Default: 0.08.
+    /// Largest acceleration ahead, m/s². Default: 0.1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acceleration_max_mps2: Option<f64>,
-    /// Largest deceleration, m/s², positive. Default: 0.10.
+    /// Largest deceleration, m/s², positive. Default: 0.1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deceleration_max_mps2: Option<f64>,
     /// Time constant of the surge loop, s. Default: 2.
@@ -219,12 +219,12 @@ pub struct PreviousPlan {
     /// Course of the goal when it last moved, rad, within ±2π.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub goal_course_rad: Option<f64>,
-    /// The reference that it gave: with what the craft did since, it tells how the surge loop is wound up.
+    /// What it asked the inner loops to follow: tells how far the surge loop is wound up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<PreviousReference>,
 }
 
-/// The member of an earlier answer's reference that is read.
+/// The reference of an earlier answer, of which this member is read.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PreviousReference {
     /// Speed through the water, m/s.

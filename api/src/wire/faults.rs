@@ -1,0 +1,46 @@
+//! What is wrong with a field, from the planner's words to a problem document's.
+
+use planner::snapshot::{InvalidField, InvalidReason};
+use serde_json::json;
+
+use crate::problem::FieldError;
+
+impl From<&InvalidField> for FieldError {
+    fn from(invalid: &InvalidField) -> Self {
+        let pointer = format!("/{}", invalid.field);
+        match &invalid.reason {
+            InvalidReason::OutOfRange { given, least, most } => out_of_range(pointer, *given, *least, *most),
+            InvalidReason::Length { given, least, most } => length(pointer, *given, *least, *most),
+            InvalidReason::Duplicate { given } => {
+                Self::new(pointer, "duplicate", "this name stands twice").given(given.as_str())
+            }
+            InvalidReason::UnknownVehicle { given } => {
+                Self::new(pointer, "unknown_vehicle", "no vehicle in `auvs` has this id")
+                    .given(given.as_str())
+            }
+            InvalidReason::NotIncreasing { given, before } => Self::new(
+                pointer,
+                "not_increasing",
+                format!("must come after {before} s, the time before it"),
+            )
+            .given(*given)
+            .limit(json!({ "above": before })),
+        }
+    }
+}
+
+pub(super) fn out_of_range(pointer: String, given: f64, least: f64, most: f64) -> FieldError {
+    FieldError::new(pointer, "out_of_range", format!("must be from {least} to {most}"))
+        .given(given)
+        .limit(json!({ "least": least, "most": most }))
+}
+
+pub(super) fn length(pointer: String, given: usize, least: usize, most: usize) -> FieldError {
+    FieldError::new(
+        pointer,
+        "length",
+        format!("must have {least} to {most} items or bytes"),
+    )
+    .given(given)
+    .limit(json!({ "least": least, "most": most }))
+}
