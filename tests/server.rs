@@ -10,7 +10,7 @@ use std::{
 pub struct Server {
     /// The program.
     pub process: Child,
-    /// What it prints after its first line, if anyone reads it.
+    /// What it prints after its first line, until somebody takes it.
     pub printed: Option<BufReader<ChildStdout>>,
     /// Host and port.
     pub address: String,

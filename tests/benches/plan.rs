@@ -35,7 +35,7 @@ fn in_the_library(criterion: &mut Criterion) {
         let snapshot = snapshot(observation(goal));
         let mut workspace = Workspace::default();
         group.bench_function(name, |bencher| {
-            bencher.iter(|| plan(&snapshot, &policy, &mut workspace))
+            bencher.iter(|| plan(&snapshot, &policy, &mut workspace));
         });
     }
     group.finish();
