@@ -28,11 +28,13 @@ function listen(page, server) {
   return complaints;
 }
 
-// The page says that it is busy before it asks, so `ready` after the answer means this answer.
+// The page says that it is busy before it asks, so whatever it says after the answer is about this answer.
 async function answered(page, action, state) {
   const [response] = await Promise.all([page.waitForResponse("**/v1/plan/compare"), action()]);
   await response.finished();
-  await page.waitForSelector(`#status[data-state=${state}]`);
+  const status = page.locator("#status:not([data-state=busy])");
+  const errors = await status.waitFor().then(() => page.locator("#errors").textContent());
+  assert.equal(await status.getAttribute("data-state"), state, errors);
 }
 
 async function checkTracks(page, name, seen) {
