@@ -286,24 +286,6 @@ fn a_comparison_has_every_metric_of_both_controllers_and_what_they_knew() {
 }
 
 #[test]
-fn in_every_scenario_with_a_surface_craft_the_planner_is_not_behind_the_tuned_law() {
-    for name in sim::scenario::Scenario::names() {
-        let scenario = sim::scenario::Scenario::named(name).expect("is listed");
-        if !scenario.has_surface_craft() {
-            continue;
-        }
-        let output = run(&["compare", name, "--format", "json"]);
-        let comparison: Value = serde_json::from_str(stdout(&output)).expect("is JSON");
-        let controllers = &comparison["controllers"];
-        let rms = |controller: &str| controllers[controller]["rms_m"].as_f64().expect("is a number");
-        println!("{name}: {:.3} m and {:.3} m", rms("mpc"), rms("saturated_los"));
-        assert!(rms("mpc") <= rms("saturated_los"), "{name}: {}", stdout(&output));
-        let known = |controller: &str| &controllers[controller]["information"]["current_known"];
-        assert_eq!(known("mpc"), known("saturated_los"), "{name}");
-    }
-}
-
-#[test]
 fn the_table_shows_both_columns() {
     let output = run(&["compare", "paper-tracking"]);
     let text = stdout(&output);

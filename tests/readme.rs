@@ -176,6 +176,97 @@ fn the_two_commands_to_begin_with_stand_alone_on_a_line() {
     }
 }
 
+/// The arguments of every `cargo run --release -- …` in the README, in blocks and in running text.
+fn invocations() -> Vec<Vec<String>> {
+    let text = std::fs::read_to_string(root() + "/README.md").expect("there is a README");
+    let commands = text.split("cargo run --release -- ").skip(1);
+    let until_its_end = |rest: &str| rest.split(['`', '\n', '#']).next().unwrap_or_default().to_owned();
+    commands
+        .map(|rest| {
+            until_its_end(rest)
+                .split_whitespace()
+                .map(str::to_owned)
+                .collect()
+        })
+        .collect()
+}
+
+#[test]
+fn the_missions_that_the_readme_names_run_as_they_stand() {
+    let directory = std::env::temp_dir().join(format!("pilotfish-readme-{}", std::process::id()));
+    std::fs::create_dir_all(&directory).expect("can be made");
+    let invocations = invocations();
+    assert!(invocations.len() >= 2, "{invocations:?}");
+    for arguments in invocations {
+        let output = Command::new(env!("CARGO_BIN_EXE_pilotfish"))
+            .args(&arguments)
+            .current_dir(&directory)
+            .output()
+            .expect("the program starts");
+        assert!(
+            output.status.success(),
+            "{arguments:?}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+    }
+    std::fs::remove_dir_all(&directory).expect("was made above");
+}
+
+#[test]
+fn the_table_of_the_readme_shows_what_compare_prints() {
+    let text = std::fs::read_to_string(root() + "/README.md").expect("there is a README");
+    let cells = |line: &str| {
+        line.split('|')
+            .map(|cell| cell.trim().to_owned())
+            .collect::<Vec<_>>()
+    };
+    let rows: Vec<_> = text
+        .lines()
+        .filter(|line| line.starts_with("| "))
+        .map(cells)
+        .collect();
+    let mut compared = 0;
+    for pair in rows
+        .windows(2)
+        .filter(|pair| pair[0].get(2).is_some_and(|cell| cell == "planner"))
+    {
+        let scenario = pair[0][1].trim_matches('`');
+        let output = Command::new(env!("CARGO_BIN_EXE_pilotfish"))
+            .args(["compare", scenario, "--format", "json"])
+            .output()
+            .expect("the program starts");
+        let comparison: Value = serde_json::from_slice(&output.stdout).expect("prints JSON");
+        for (row, controller) in pair.iter().zip(["mpc", "saturated_los"]) {
+            let metrics = [
+                "rms_m",
+                "settled_rms_m",
+                "max_m",
+                "energy_j",
+                "heading_travel_rad",
+            ];
+            for (cell, metric) in row[3..].iter().zip(metrics) {
+                let printed = comparison["controllers"][controller][metric]
+                    .as_f64()
+                    .expect("a number");
+                let decimals = cell.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+                let shown: f64 = cell.parse().expect("a number");
+                // One unit of the last digit: processors differ in the last bit of a sine.
+                let digit = 0.1_f64.powi(i32::try_from(decimals).expect("a short number"));
+                assert!(
+                    (shown - printed).abs() <= digit,
+                    "{scenario}, {controller}, {metric}: {printed}"
+                );
+                compared += 1;
+            }
+        }
+    }
+    assert_eq!(
+        compared,
+        4 * 2 * 5,
+        "four scenarios, two controllers, five metrics"
+    );
+}
+
 #[test]
 fn a_readme_that_shows_something_else_than_the_answer_is_found_out() {
     let answer: Value = serde_json::from_str(

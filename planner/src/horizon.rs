@@ -4,10 +4,10 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::{
     angle::{Course, Heading, angle_of, ned_from_body},
+    answer::Predicted,
     forecast::Motion,
     goal::GoalForecast,
     los::{LosGains, target_course},
-    plan::Predicted,
     policy::{Policy, Weights},
     response::{LosRollout, SURGE_BIAS_DECAY, Stage, surge_bias},
     snapshot::{PreviousPlan, Snapshot, TrajectoryPoint},

@@ -19,12 +19,14 @@
 //! [`plan::Workspace`] saves time and changes no answer.
 
 pub mod angle;
+mod answer;
 pub mod certificate;
 pub mod forecast;
 pub mod goal;
 mod horizon;
 mod ladder;
 pub mod los;
+mod passes;
 pub mod plan;
 pub mod policy;
 pub mod program;

@@ -1,17 +1,15 @@
 //! From a snapshot to a plan.
 
-use nalgebra::Vector2;
-
+pub use crate::answer::{
+    Baseline, Degraded, Method, Plan, Predicted, SoftLimit, SolverReport, TargetForecast, Violation,
+};
+pub use crate::passes::Programs;
 use crate::{
-    angle::Course,
-    certificate::Residuals,
-    forecast::Motion,
     ladder,
-    los::Reference,
     policy::Policy,
     program::Program,
-    snapshot::{ForecastModel, PreviousPlan, Snapshot, TrajectoryPoint, VehicleId},
-    solve::{Solution, SolverStatus, Solvers},
+    snapshot::Snapshot,
+    solve::{Solution, Solvers},
 };
 
 /// Memory that a caller keeps between plans: programs and solvers by problem shape. It saves time and
@@ -21,9 +19,6 @@ pub struct Workspace {
     programs: Programs,
     solvers: Solvers,
 }
-
-/// Programs stated before, one for each number of stages, to be restated in place.
-pub type Programs = Vec<Program>;
 
 /// Plans for `snapshot`.
 ///
@@ -43,136 +38,4 @@ pub fn plan_with(
     solve: &mut dyn FnMut(&Program) -> Solution,
 ) -> Plan {
     ladder::descend(snapshot, policy, programs, solve)
-}
-
-/// The answer to a snapshot.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
-    /// The rung of the ladder that answered.
-    pub method: Method,
-    /// Why the answer is degraded; `None` when the program was solved.
-    pub degraded: Option<Degraded>,
-    /// Speed and heading for the inner loops, now.
-    pub reference: Reference,
-    /// Until when the reference and the trajectory may be followed without a newer plan, s.
-    pub valid_until: f64,
-    /// The planned trajectory, from now on.
-    pub trajectory: Vec<TrajectoryPoint>,
-    /// The goal at the times of the trajectory.
-    pub goal: Vec<Motion>,
-    /// The goal's course when it last moved; hand it back in the next request.
-    pub goal_course: Course,
-    /// How each AUV was forecast, in the snapshot's order.
-    pub targets: Vec<TargetForecast>,
-    /// What the line-of-sight law would do.
-    pub baseline: Baseline,
-    /// What the solver did.
-    pub solver: SolverReport,
-    /// What the answer is predicted to lead to.
-    pub predicted: Predicted,
-    /// Soft limits that the plan does not keep.
-    pub violations: Vec<Violation>,
-}
-
-impl From<&Plan> for PreviousPlan {
-    /// What the next request has to say of this answer.
-    fn from(plan: &Plan) -> Self {
-        Self {
-            trajectory: plan.trajectory.clone(),
-            goal_course: Some(plan.goal_course),
-            speed_reference: Some(plan.reference.speed),
-        }
-    }
-}
-
-/// A rung of the decision ladder.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
-    /// The convex program, solved.
-    Mpc,
-    /// The previous plan, followed further.
-    PreviousPlan,
-    /// The saturated line-of-sight law.
-    SaturatedLos,
-    /// Slow turn or stop.
-    Hold,
-}
-
-/// Why an answer is degraded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Degraded {
-    /// The solver ended in a status that proves nothing.
-    Solver(SolverStatus),
-    /// The solver was almost satisfied, the certificate was not.
-    Certificate,
-    /// The goal rests on a report too old to be forecast.
-    StaleReport,
-}
-
-/// Where one AUV is expected at the times of the trajectory.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TargetForecast {
-    /// The AUV.
-    pub id: VehicleId,
-    /// The model used.
-    pub model: ForecastModel,
-    /// Positions (north, east) at the times of the trajectory, m.
-    pub positions: Vec<Vector2<f64>>,
-}
-
-/// The line-of-sight law on the same snapshot.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Baseline {
-    /// Its reference.
-    pub reference: Reference,
-    /// Where it leads, rolled out over the horizon.
-    pub trajectory: Vec<TrajectoryPoint>,
-    /// What it is predicted to lead to.
-    pub predicted: Predicted,
-}
-
-/// What a trajectory costs, computed from the trajectory alone.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Predicted {
-    /// Tracking, velocity and acceleration terms of the program's cost.
-    pub merit: f64,
-    /// Root mean square distance to the goal over the horizon, m.
-    pub rms_error: f64,
-    /// Propulsion energy over the horizon, J.
-    pub energy: f64,
-}
-
-/// What the solver did, over all passes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SolverReport {
-    /// Status of the last pass.
-    pub status: SolverStatus,
-    /// Programs solved.
-    pub passes: usize,
-    /// Interior-point iterations, all passes together.
-    pub iterations: u32,
-    /// Residuals of the last pass, recomputed outside the solver.
-    pub residuals: Option<Residuals>,
-}
-
-/// A soft limit that a plan does not keep.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Violation {
-    /// Which.
-    pub limit: SoftLimit,
-    /// Time of the worst, s on the snapshot's clock.
-    pub time: f64,
-    /// By how much at worst, in the limit's own unit (m/s, or m/s² for the turn rate's row).
-    pub amount: f64,
-}
-
-/// Limits that may be broken at a price.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SoftLimit {
-    /// Least forward speed, m/s.
-    ForwardSpeed,
-    /// Turn rate, as lateral acceleration beyond speed × rate, m/s².
-    TurnRate,
-    /// Cone around the direction of travel in which the program is a good model, m/s.
-    TrustCone,
 }

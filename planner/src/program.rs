@@ -19,6 +19,12 @@ use crate::{
     sparse::{Sparse, Triplet},
 };
 
+mod layout;
+
+pub use layout::Layout;
+use layout::N_SLACKS;
+pub(crate) use layout::Slack;
+
 /// Unit of length inside the program, m: errors of a few metres and speeds of a few tenths of a m/s
 /// become numbers of the same size.
 pub const LENGTH_UNIT: f64 = 10.0;
@@ -27,87 +33,6 @@ pub const LENGTH_UNIT: f64 = 10.0;
 ///
 /// Beyond it the forward half-plane and the turn-rate row describe another manoeuvre.
 const TRUST_CONE_TANGENT: f64 = 1.732_050_807_568_877_2;
-
-/// Where each variable and each row stands; depends on the number of stages only.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Layout {
-    /// Number of stages N.
-    pub n_stages: usize,
-}
-
-/// Soft rows of a stage, each with a slack of its own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Slack {
-    ForwardSpeed = 0,
-    TurnRate = 1,
-    TrustCone = 2,
-}
-
-const N_SLACKS: usize = 3;
-const N_STATES: usize = 4;
-
-#[expect(
-    clippy::unused_self,
-    reason = "callers need not know which places depend on the number of stages"
-)]
-impl Layout {
-    /// Number of variables.
-    #[must_use]
-    pub fn n_variables(self) -> usize {
-        (N_STATES + N_SLACKS) * self.n_stages
-    }
-
-    /// Number of rows.
-    #[must_use]
-    pub fn n_rows(self) -> usize {
-        self.speed_cone(self.n_stages + 1)
-    }
-
-    /// First of the two columns of d_k, k = 1 … N.
-    pub(crate) fn deviation(self, k: usize) -> usize {
-        N_STATES * (k - 1)
-    }
-
-    /// First of the two columns of v_k, k = 1 … N.
-    pub(crate) fn velocity(self, k: usize) -> usize {
-        N_STATES * (k - 1) + 2
-    }
-
-    /// Column of a slack of stage k = 1 … N.
-    pub(crate) fn slack(self, k: usize, slack: Slack) -> usize {
-        N_STATES * self.n_stages + N_SLACKS * (k - 1) + slack as usize
-    }
-
-    // Rows, block after block: two of dynamics, two of acceleration, one of forward speed, two of turn
-    // rate, two of the trust cone, three of slacks, three of the speed cone for each stage.
-    fn dynamics(self, k: usize) -> usize {
-        2 * (k - 1)
-    }
-
-    fn acceleration(self, k: usize) -> usize {
-        2 * self.n_stages + 2 * (k - 1)
-    }
-
-    fn forward_speed(self, k: usize) -> usize {
-        4 * self.n_stages + (k - 1)
-    }
-
-    fn turn_rate(self, k: usize) -> usize {
-        5 * self.n_stages + 2 * (k - 1)
-    }
-
-    fn trust_cone(self, k: usize) -> usize {
-        7 * self.n_stages + 2 * (k - 1)
-    }
-
-    fn slack_sign(self, k: usize, slack: Slack) -> usize {
-        9 * self.n_stages + N_SLACKS * (k - 1) + slack as usize
-    }
-
-    fn speed_cone(self, k: usize) -> usize {
-        (9 + N_SLACKS) * self.n_stages + 3 * (k - 1)
-    }
-}
 
 /// A block of consecutive rows and the cone that their slacks s lie in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
