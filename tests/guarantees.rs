@@ -5,7 +5,7 @@ use planner::{
     angle::{Course, Heading, wrap},
     plan::{Plan, Workspace, plan, plan_with},
     policy::Policy,
-    snapshot::{Goal, Observation, Snapshot},
+    snapshot::{Goal, Observation, PreviousPlan, Snapshot},
     solve::{Solvers, TOLERANCE},
 };
 use proptest::prelude::*;
@@ -131,6 +131,46 @@ fn workspaces_serve_horizons_of_several_lengths() {
         assert_eq!(answer.trajectory.len(), n + 1);
         assert_eq!(answer.degraded, None);
     }
+}
+
+#[test]
+fn a_goal_that_changes_under_a_plan_costs_no_more_than_forgetting_the_plan() {
+    let policy = Policy::default();
+    let mut workspace = Workspace::default();
+    let mut rescued = 0;
+    let mut worst: f64 = 0.0;
+    for i in 0..60 {
+        // Headings all round, the second vehicle ahead, abeam and astern of the first.
+        let angle = f64::from(i) * 0.7;
+        let mut scene = observation(goals()[0].clone());
+        scene.asc.heading = Heading::new(angle);
+        scene.asc.surge = 0.2 + 0.02 * f64::from(i);
+        scene.auvs[1].position = turned(Vector2::new(40.0, 0.0), 1.9 * angle);
+        let first = plan(&snapshot(scene.clone()), &policy, &mut workspace);
+        let point = first.trajectory[1];
+        scene.time += 1.0;
+        scene.asc.position = point.position;
+        scene.asc.heading = point.heading;
+        (scene.asc.surge, scene.asc.sway) = (point.speed, 0.0);
+        scene.goal = Goal::Track {
+            auv: scene.auvs[1].id.clone(),
+        };
+        let forgetful = plan(&snapshot(scene.clone()), &policy, &mut workspace);
+        scene.previous_plan = Some(PreviousPlan::from(&first));
+        let answer = plan(&snapshot(scene), &policy, &mut workspace);
+        rescued += usize::from(answer.solver.passes > policy.passes);
+        let least = forgetful.predicted.merit.min(answer.baseline.predicted.merit);
+        // Up to what the estimate of the surge bias, which only one of them has, changes.
+        assert!(
+            answer.predicted.merit <= 1.15 * least,
+            "{i}: {} and {least}",
+            answer.predicted.merit
+        );
+    }
+    println!("{rescued} plans were made anew; at worst {worst:.3} times the least merit");
+    // Not 1: the previous plan also brings an estimate of the surge bias, which moves the limits a little.
+    assert!(worst <= 1.15, "{worst}");
+    assert!(rescued > 0, "no case was hard enough to tell");
 }
 
 /// Asserts that an answer is finite and its reference inside the limits.

@@ -10,7 +10,7 @@ use crate::{
     los::{LosGains, target_course},
     policy::{Policy, Weights},
     response::{LosRollout, SURGE_BIAS_DECAY, Stage, surge_bias},
-    snapshot::{PreviousPlan, Snapshot, TrajectoryPoint},
+    snapshot::{Snapshot, TrajectoryPoint},
 };
 
 /// Slower than this, a velocity has no direction worth following, m/s.
@@ -120,21 +120,14 @@ impl Horizon {
         std::iter::once(ahead).chain(later).collect()
     }
 
-    /// Directions of travel of an earlier plan at this horizon's stages, craft frame; `None` where it
-    /// is older than `age_max` or ends before the first stage.
-    pub(crate) fn directions_of_plan(
-        &self,
-        previous: &PreviousPlan,
-        age_max: f64,
-    ) -> Option<Vec<Vector2<f64>>> {
-        let usable = previous_points(previous, self.now, age_max)?;
+    /// Directions of travel of an earlier plan's points at this horizon's stages, craft frame.
+    pub(crate) fn directions_along(&self, points: &[TrajectoryPoint]) -> Vec<Vector2<f64>> {
         let ahead = Vector2::new(1.0, 0.0);
         let craft_from_ned = self.ned_from_craft.transpose();
-        let later = self.times[1..].iter().map(|time| {
-            let point = point_at(usable, self.now + time);
-            craft_from_ned * point.heading.unit()
-        });
-        Some(std::iter::once(ahead).chain(later).collect())
+        let later = self.times[1..]
+            .iter()
+            .map(|time| craft_from_ned * point_at(points, self.now + time).heading.unit());
+        std::iter::once(ahead).chain(later).collect()
     }
 
     /// Stages as a trajectory in NED.
@@ -216,11 +209,14 @@ impl Horizon {
     }
 }
 
-/// The previous plan's points, where it is young enough and reaches into the future.
-pub(crate) fn previous_points(previous: &PreviousPlan, now: f64, age_max: f64) -> Option<&[TrajectoryPoint]> {
-    let (first, last) = (previous.trajectory.first()?, previous.trajectory.last()?);
-    let usable = first.time <= now && now - first.time < age_max && now < last.time;
-    usable.then_some(previous.trajectory.as_slice())
+/// The previous plan's points, where it is young enough, reaches into the future, and leads through
+/// where the craft is: the plan of another mission does not.
+pub(crate) fn previous_points<'a>(snapshot: &'a Snapshot, policy: &Policy) -> Option<&'a [TrajectoryPoint]> {
+    let points = snapshot.previous_plan.as_ref()?.trajectory.as_slice();
+    let (first, last, now) = (points.first()?, points.last()?, snapshot.time);
+    let young = first.time <= now && now - first.time < policy.previous_plan_age_max && now < last.time;
+    let miss = (point_at(points, now).position - snapshot.asc.position).norm();
+    (young && miss < policy.previous_plan_miss_max).then_some(points)
 }
 
 /// A trajectory at a time between its points, linear in position and speed, along the shorter arc in

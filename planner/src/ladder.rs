@@ -155,8 +155,7 @@ fn invert_response(speed_now: f64, next: &TrajectoryPoint, dt: f64, bias: f64, l
 
 /// The previous plan, followed further: its trajectory from now on, held at its end.
 fn previous_plan(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon) -> Option<Candidate> {
-    let previous = snapshot.previous_plan.as_ref()?;
-    let points = previous_points(previous, snapshot.time, policy.previous_plan_age_max)?;
+    let points = previous_points(snapshot, policy)?;
     let dt = policy.steps[0];
     let (now, next) = (
         point_at(points, snapshot.time),

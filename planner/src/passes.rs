@@ -5,13 +5,16 @@ use nalgebra::Vector2;
 use crate::{
     answer::{Degraded, SoftLimit, SolverReport, Violation},
     certificate::Residuals,
-    horizon::Horizon,
+    horizon::{Horizon, previous_points},
     policy::Policy,
     program::{LENGTH_UNIT, Layout, Pass, Program, Slack},
     response::Stage,
     snapshot::Snapshot,
     solve::{Solution, SolverStatus},
 };
+
+/// A last pass that turned any stage by more than this, as a cosine, was pressed against its cone: 45°.
+const SETTLED_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Programs stated before, one for each number of stages, to be restated in place.
 pub type Programs = Vec<Program>;
@@ -34,6 +37,10 @@ pub(crate) struct Optimiser<'a> {
 
 /// What the passes led to: stages, or the reason why there are none.
 pub(crate) struct Optimum {
+    /// Predicted merit of the stages; infinite where there are none.
+    merit: f64,
+    /// Whether the last pass left the directions that it was given about as they were.
+    settled: bool,
     pub(crate) stages: Option<Vec<Stage>>,
     pub(crate) degraded: Option<Degraded>,
     pub(crate) report: SolverReport,
@@ -43,6 +50,8 @@ pub(crate) struct Optimum {
 impl Optimum {
     pub(crate) fn none(reason: Degraded) -> Self {
         Self {
+            merit: f64::INFINITY,
+            settled: false,
             stages: None,
             degraded: Some(reason),
             report: SolverReport {
@@ -57,17 +66,40 @@ impl Optimum {
 }
 
 impl Optimiser<'_> {
-    /// Solves pass after pass, each around the directions of travel of the one before; the first takes
-    /// them from the previous plan, else from the line-of-sight law. A pass that fails leaves the
-    /// answer to the pass before it.
+    /// Solves from the previous plan's directions of travel where there is one, else from the
+    /// line-of-sight law's; and from the law's as well where the previous plan's led to something worse than
+    /// the law, or the passes still turn: when the goal has changed under a plan, two passes cannot leave a
+    /// cone that points elsewhere.
     pub(crate) fn run(&mut self, los_stages: &[Stage]) -> Optimum {
-        let previous = self.snapshot.previous_plan.as_ref();
-        let mut directions = previous
-            .and_then(|plan| {
-                self.horizon
-                    .directions_of_plan(plan, self.policy.previous_plan_age_max)
-            })
-            .unwrap_or_else(|| Horizon::directions_of(los_stages));
+        let los_directions = Horizon::directions_of(los_stages);
+        let Some(points) = previous_points(self.snapshot, self.policy) else {
+            return self.refine(los_directions);
+        };
+        let los_merit = self.merit(los_stages);
+        let seeded = self.refine(self.horizon.directions_along(points));
+        if seeded.settled && seeded.merit <= los_merit {
+            return seeded;
+        }
+        let anew = self.refine(los_directions);
+        let passes = seeded.report.passes + anew.report.passes;
+        let iterations = seeded.report.iterations + anew.report.iterations;
+        let mut better = if anew.merit < seeded.merit { anew } else { seeded };
+        better.report = SolverReport {
+            passes,
+            iterations,
+            ..better.report
+        };
+        better
+    }
+
+    /// Predicted merit: the same for every candidate, whatever led to it.
+    fn merit(&self, stages: &[Stage]) -> f64 {
+        self.horizon.predict(stages, &self.policy.weights).merit
+    }
+
+    /// Pass after pass, each around the directions of travel of the one before. A pass that fails leaves
+    /// the answer to the pass before it.
+    fn refine(&mut self, mut directions: Vec<Vector2<f64>>) -> Optimum {
         let mut optimum = Optimum::none(Degraded::Solver(SolverStatus::Unsolved));
         for _ in 0..self.policy.passes {
             let (solution, residuals, stages) = self.pass(&directions);
@@ -84,7 +116,14 @@ impl Optimiser<'_> {
             optimum.report.residuals = residuals;
             optimum.degraded = None;
             optimum.violations = self.violations(&solution);
-            directions = Horizon::directions_of(&stages);
+            optimum.merit = self.merit(&stages);
+            let travelled = Horizon::directions_of(&stages);
+            let turned = travelled
+                .iter()
+                .zip(&directions)
+                .map(|(now, before)| now.dot(before));
+            optimum.settled = turned.fold(1.0, f64::min) > SETTLED_COSINE;
+            directions = travelled;
             optimum.stages = Some(stages);
         }
         optimum

@@ -15,6 +15,9 @@ pub struct Policy {
     pub passes: usize,
     /// Oldest previous plan that is still followed, s.
     pub previous_plan_age_max: f64,
+    /// Farthest that a previous plan may lead past the craft and still be its plan, m: what 10 s at full
+    /// speed on a wrong course amount to.
+    pub previous_plan_miss_max: f64,
     /// Oldest report of an AUV that the goal may rest on, s.
     pub report_age_max: f64,
     /// Widest residual with which an almost solved program still counts.
@@ -54,6 +57,7 @@ impl Default for Policy {
             },
             passes: 2,
             previous_plan_age_max: 10.0,
+            previous_plan_miss_max: 15.0,
             report_age_max: 900.0,
             certificate_tolerance: 1e-4,
             validity: 10.0,
