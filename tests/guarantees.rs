@@ -3,9 +3,11 @@
 use nalgebra::{Rotation2, Vector2};
 use planner::{
     angle::{Course, Heading, wrap},
+    forecast::Motion,
     plan::{Plan, Workspace, plan, plan_with},
     policy::Policy,
-    snapshot::{Goal, Observation, PreviousPlan, Snapshot},
+    response::surge_bias,
+    snapshot::{Goal, Observation, PreviousPlan, Snapshot, SurgeMemory, TrajectoryPoint},
     solve::{Solvers, TOLERANCE},
 };
 use proptest::prelude::*;
@@ -160,17 +162,85 @@ fn a_goal_that_changes_under_a_plan_costs_no_more_than_forgetting_the_plan() {
         let answer = plan(&snapshot(scene), &policy, &mut workspace);
         rescued += usize::from(answer.solver.passes > policy.passes);
         let least = forgetful.predicted.merit.min(answer.baseline.predicted.merit);
-        // Up to what the estimate of the surge bias, which only one of them has, changes.
-        assert!(
-            answer.predicted.merit <= 1.15 * least,
-            "{i}: {} and {least}",
-            answer.predicted.merit
-        );
+        worst = worst.max(answer.predicted.merit / least);
     }
     println!("{rescued} plans were made anew; at worst {worst:.3} times the least merit");
     // Not 1: the previous plan also brings an estimate of the surge bias, which moves the limits a little.
-    assert!(worst <= 1.15, "{worst}");
+    assert!(worst <= 1.1, "{worst}");
     assert!(rescued > 0, "no case was hard enough to tell");
+}
+
+#[test]
+fn no_goal_is_far_enough_to_buy_its_way_through_a_soft_limit() {
+    // Abeam, as far as the horizon reaches and beyond; ahead; and astern, where the craft must turn about.
+    for (north, east) in [
+        (0.0, 20.0),
+        (0.0, 60.0),
+        (0.0, -175.0),
+        (0.0, 5.0e3),
+        (200.0, 0.0),
+        (-60.0, 1.0),
+        (-1.0e3, 1.0),
+    ] {
+        let mut scene = observation(goals()[0].clone());
+        scene.asc.heading = Heading::new(0.0);
+        scene.asc.sway = 0.0;
+        scene.auvs[0].position = Vector2::new(north, east);
+        let answer = planned(scene);
+        assert_eq!(answer.violations, [], "goal at {north} m north, {east} m east");
+    }
+}
+
+/// Merit, root mean square error and energy of a trajectory, written down a second time.
+fn scores(scene: &Snapshot, trajectory: &[TrajectoryPoint], goal: &[Motion]) -> [f64; 3] {
+    let w = Policy::default().weights;
+    let velocity = |k: usize| trajectory[k].heading.unit() * trajectory[k].speed;
+    let miss = |k: usize| (trajectory[k].position - goal[k].position).norm_squared();
+    let slip = |k: usize| (velocity(k) + scene.current() - goal[k].velocity).norm_squared();
+    let dt = |k: usize| trajectory[k + 1].time - trajectory[k].time;
+    let change = |k: usize| (velocity(k + 1) - velocity(k)) / dt(k);
+    let last = trajectory.len() - 1;
+    let integral =
+        |of: &dyn Fn(usize) -> f64| (0..last).map(|k| 0.5 * dt(k) * (of(k) + of(k + 1))).sum::<f64>();
+    let merit = integral(&|k| w.position * miss(k) + w.velocity * slip(k))
+        + (0..last)
+            .map(|k| w.acceleration * dt(k) * change(k).norm_squared())
+            .sum::<f64>()
+        + (1..last)
+            .map(|k| w.acceleration_change * (change(k) - change(k - 1)).norm_squared())
+            .sum::<f64>()
+        + w.terminal_position * miss(last)
+        + w.terminal_velocity * slip(last);
+    let duration = trajectory[last].time - trajectory[0].time;
+    [
+        merit,
+        (integral(&miss) / duration).sqrt(),
+        integral(&|k| 27.5 * trajectory[k].speed.powi(3)),
+    ]
+}
+
+#[test]
+fn predicted_scores_are_those_of_the_trajectory_that_is_answered() {
+    for goal in goals() {
+        let mut scene = observation(goal);
+        // Without sway the first velocity is along the bow, which is what the trajectory tells of it.
+        scene.asc.sway = 0.0;
+        let scene = snapshot(scene);
+        let answer = plan(&scene, &Policy::default(), &mut Workspace::default());
+        for (predicted, trajectory) in [
+            (answer.predicted, &answer.trajectory),
+            (answer.baseline.predicted, &answer.baseline.trajectory),
+        ] {
+            let expected = scores(&scene, trajectory, &answer.goal);
+            let told = [predicted.merit, predicted.rms_error, predicted.energy];
+            for (told, expected) in told.into_iter().zip(expected) {
+                assert!(
+                    (told - expected).abs() <= 1e-6 * expected,
+                    "{told} is not {expected}"
+                );
+            }
+        }
+    }
 }
 
 /// Asserts that an answer is finite and its reference inside the limits.
@@ -230,6 +300,44 @@ fn degenerate_scenes_get_usable_answers() {
             &scene,
             &plan(&scene, &Policy::default(), &mut Workspace::default()),
         );
+    }
+}
+
+#[test]
+fn a_course_that_is_no_number_makes_no_snapshot() {
+    let mut scene = observation(goals()[0].clone());
+    scene.previous_plan = Some(PreviousPlan {
+        trajectory: vec![],
+        goal_course: Some(Course::new(f64::NAN)),
+        surge_memory: None,
+    });
+    let refused = Snapshot::try_from(scene).expect_err("NaN is no course");
+    assert_eq!(refused.0[0].field, "previous_plan/goal_course_rad");
+}
+
+/// A craft that answers as the response model says has no bias, whatever its sway and the last rung.
+#[test]
+fn a_craft_that_does_as_modelled_has_no_surge_bias() {
+    for (surge, sway, reference) in [
+        (0.3, 0.3, 0.5),
+        (-0.3, 0.0, 0.2),
+        (1.0, 0.0, 0.05),
+        (0.8, -0.1, 0.8),
+    ] {
+        let mut scene = observation(goals()[0].clone());
+        let first = snapshot(scene.clone());
+        let lag = first.limits.surge_lag;
+        // u' = (u_ref − (u + u')/2)/τ dt + u over one second, within the limits.
+        let free = (reference - surge) / (lag + 0.5);
+        let acceleration = free.clamp(-first.limits.deceleration_max, first.limits.acceleration_max);
+        scene.asc.surge = surge + acceleration;
+        scene.asc.sway = sway;
+        scene.time += 1.0;
+        let mut previous = PreviousPlan::from(&plan(&first, &Policy::default(), &mut Workspace::default()));
+        previous.surge_memory = Some(SurgeMemory { surge, reference });
+        scene.previous_plan = Some(previous);
+        let bias = surge_bias(&snapshot(scene));
+        assert!(bias.abs() < 1e-12, "{bias} at {surge}, {sway}, {reference}");
     }
 }
 

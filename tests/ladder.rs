@@ -126,6 +126,61 @@ fn a_solution_that_fails_its_certificate_is_not_followed_whatever_the_solver_say
 }
 
 #[test]
+fn a_certificate_that_cannot_be_computed_does_not_pass() {
+    let snapshot = snapshot(observation(goals()[0].clone()));
+    for part in 0..3 {
+        let mut solvers = Solvers::default();
+        let answer = plan_with(&snapshot, &Policy::default(), &mut Vec::new(), &mut |program| {
+            let mut solution = solvers.solve(program);
+            match part {
+                0 => solution.primal.fill(f64::NAN),
+                1 => solution.dual.fill(f64::NAN),
+                _ => solution.slack[5] = f64::NAN,
+            }
+            solution
+        });
+        assert_eq!(answer.degraded, Some(Degraded::Certificate), "part {part}");
+    }
+}
+
+#[test]
+fn the_first_program_takes_its_directions_from_the_previous_plan() {
+    let first_program = |observation: Observation| {
+        let mut solvers = Solvers::default();
+        let mut first = None;
+        let _ = plan_with(
+            &snapshot(observation),
+            &Policy::default(),
+            &mut Vec::new(),
+            &mut |program| {
+                first.get_or_insert_with(|| program.constraints.values.clone());
+                solvers.solve(program)
+            },
+        );
+        first.expect("a program was stated")
+    };
+    let with_plan = with_previous(1.0);
+    let mut without = with_plan.clone();
+    without.previous_plan = None;
+    let mut turned_away = with_plan.clone();
+    for point in &mut turned_away.previous_plan.as_mut().expect("it has one").trajectory {
+        point.heading = Heading::new(point.heading.radians() + 1.0);
+    }
+    let mut of_another_mission = with_plan.clone();
+    for point in &mut of_another_mission
+        .previous_plan
+        .as_mut()
+        .expect("it has one")
+        .trajectory
+    {
+        point.position.x += 100.0;
+    }
+    assert_ne!(first_program(with_plan.clone()), first_program(without.clone()));
+    assert_ne!(first_program(with_plan), first_program(turned_away));
+    assert_eq!(first_program(of_another_mission), first_program(without));
+}
+
+#[test]
 fn a_second_pass_that_fails_leaves_the_answer_to_the_first() {
     let snapshot = snapshot(observation(goals()[0].clone()));
     let mut solvers = Solvers::default();
@@ -166,6 +221,9 @@ fn a_goal_that_rests_on_a_stale_report_is_held_as_the_client_chose() {
         );
         assert_eq!(answer.reference.speed, speed);
         assert_eq!(answer.reference.heading, Heading::new(0.3 + turn));
+        // The trajectory does what the reference says, from the speed that the craft has.
+        let last = answer.trajectory.last().expect("a trajectory has points");
+        assert!((last.speed - speed).abs() < 1e-3, "{}", last.speed);
     }
 }
 
@@ -190,7 +248,7 @@ fn a_previous_plan_from_the_future_is_not_followed() {
     odd.previous_plan = Some(PreviousPlan {
         trajectory,
         goal_course: None,
-        speed_reference: None,
+        surge_memory: None,
     });
     assert_eq!(
         plan_with_status(&snapshot(odd), SolverStatus::MaxTime).method,

@@ -37,7 +37,10 @@ fn a_snapshot_survives_the_way_through_json_to_the_bit() {
     rich.previous_plan = Some(domain::PreviousPlan {
         trajectory: vec![point],
         goal_course: Some(Course::new(2.0)),
-        speed_reference: Some(0.7),
+        surge_memory: Some(domain::SurgeMemory {
+            surge: -0.2,
+            reference: 0.7,
+        }),
     });
     let rich = snapshot(rich);
     assert_eq!(through_json(&rich), rich);

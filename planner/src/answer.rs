@@ -7,7 +7,7 @@ use crate::{
     certificate::Residuals,
     forecast::Motion,
     los::Reference,
-    snapshot::{ForecastModel, PreviousPlan, TrajectoryPoint, VehicleId},
+    snapshot::{ForecastModel, PreviousPlan, SurgeMemory, TrajectoryPoint, VehicleId},
     solve::SolverStatus,
 };
 
@@ -18,6 +18,8 @@ pub struct Plan {
     pub method: Method,
     /// Why the answer is degraded; `None` when the program was solved.
     pub degraded: Option<Degraded>,
+    /// Surge speed of the craft in the snapshot, m/s; hand it back in the next request.
+    pub surge: f64,
     /// Speed and heading for the inner loops, now.
     pub reference: Reference,
     /// Until when the reference and the trajectory may be followed without a newer plan, s.
@@ -46,7 +48,10 @@ impl From<&Plan> for PreviousPlan {
         Self {
             trajectory: plan.trajectory.clone(),
             goal_course: Some(plan.goal_course),
-            speed_reference: Some(plan.reference.speed),
+            surge_memory: Some(SurgeMemory {
+                surge: plan.surge,
+                reference: plan.reference.speed,
+            }),
         }
     }
 }
@@ -69,7 +74,7 @@ pub enum Method {
 pub enum Degraded {
     /// The solver ended in a status that proves nothing.
     Solver(SolverStatus),
-    /// The solver was almost satisfied, the certificate was not.
+    /// The solver was satisfied or almost, the certificate was not.
     Certificate,
     /// The goal rests on a report too old to be forecast.
     StaleReport,
@@ -111,13 +116,13 @@ pub struct Predicted {
 /// What the solver did, over all passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverReport {
-    /// Status of the last pass.
+    /// Status of the last pass that led to an answer, else of the one that failed.
     pub status: SolverStatus,
-    /// Programs solved.
+    /// Programs tried, the failed one included.
     pub passes: usize,
     /// Interior-point iterations, all passes together.
     pub iterations: u32,
-    /// Residuals of the last pass, recomputed outside the solver.
+    /// Residuals of the answer, recomputed outside the solver.
     pub residuals: Option<Residuals>,
 }
 

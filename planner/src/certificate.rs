@@ -25,9 +25,22 @@ pub struct Residuals {
 }
 
 impl Residuals {
-    /// Recomputes the residuals of `solution`; NaN where it holds NaN.
+    /// Recomputes the residuals of `solution`; all NaN where it holds a number that is not finite.
     #[must_use]
     pub fn of(program: &Program, solution: &Solution) -> Self {
+        // `f64::max` drops NaN, so what is not finite is told before anything is compared.
+        let mut numbers = solution
+            .primal
+            .iter()
+            .chain(&solution.dual)
+            .chain(&solution.slack);
+        if !numbers.all(|number| number.is_finite()) {
+            return Self {
+                primal: f64::NAN,
+                dual: f64::NAN,
+                gap: f64::NAN,
+            };
+        }
         let x = ColRef::from_slice(&solution.primal);
         let z = ColRef::from_slice(&solution.dual);
         let s = ColRef::from_slice(&solution.slack);

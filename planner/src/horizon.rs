@@ -7,9 +7,9 @@ use crate::{
     answer::Predicted,
     forecast::Motion,
     goal::GoalForecast,
-    los::{LosGains, target_course},
+    los::{AscNow, LosGains, Reference, saturated_los, target_course},
     policy::{Policy, Weights},
-    response::{LosRollout, SURGE_BIAS_DECAY, Stage, surge_bias},
+    response::{Response, SURGE_BIAS_DECAY, Stage, surge_bias},
     snapshot::{Snapshot, TrajectoryPoint},
 };
 
@@ -91,19 +91,26 @@ impl Horizon {
         goal: &GoalForecast,
         gains: LosGains,
     ) -> Vec<Stage> {
-        let held = Course::new(self.goal_course.radians() - self.heading.radians());
-        let rollout = LosRollout {
-            gains,
+        let mut held = Course::new(self.goal_course.radians() - self.heading.radians());
+        self.rollout(snapshot, policy, |time, asc| {
+            let target = self.local(&goal.at(time));
+            held = target_course(&target, Some(held));
+            saturated_los(asc, &target, held, gains, &snapshot.limits)
+        })
+    }
+
+    /// Stages of a law that is asked in the craft's frame, rolled out on the response model.
+    pub(crate) fn rollout(
+        &self,
+        snapshot: &Snapshot,
+        policy: &Policy,
+        law: impl FnMut(f64, &AscNow) -> Reference,
+    ) -> Vec<Stage> {
+        let response = Response {
             limits: &snapshot.limits,
             current: self.current,
-            held_course: Some(held),
         };
-        rollout.stages(
-            self.start,
-            Heading::new(0.0),
-            |time| self.local(&goal.at(time)),
-            &policy.steps,
-        )
+        response.rollout(self.start, Heading::new(0.0), &policy.steps, law)
     }
 
     /// Directions of travel, craft frame: the bow first, then those of `stages`; where these are too
@@ -154,7 +161,8 @@ impl Horizon {
 
     /// What `stages` are predicted to lead to.
     ///
-    /// The merit is the program's own cost without its slacks: the same for every candidate.
+    /// The merit is the program's own cost in natural units, without its slacks, its scale, and its cap on
+    /// far goals: the same for every candidate.
     pub(crate) fn predict(&self, stages: &[Stage], weights: &Weights) -> Predicted {
         let (mut merit, mut square_error, mut energy) = (0.0, 0.0, 0.0);
         let mut acceleration_before: Option<Vector2<f64>> = None;

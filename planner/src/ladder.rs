@@ -2,8 +2,6 @@
 //!
 //! Solved program → previous plan, followed further → saturated line of sight → hold.
 
-use nalgebra::Vector2;
-
 use crate::{
     angle::Heading,
     answer::{Baseline, Degraded, Method, Plan, TargetForecast},
@@ -74,11 +72,12 @@ pub(crate) fn descend(
             reference: reference_of(&horizon, stages, snapshot, policy),
             stages: stages.clone(),
         },
-        (None, Some(Degraded::StaleReport)) => hold(snapshot, &horizon),
+        (None, Some(Degraded::StaleReport)) => hold(snapshot, policy, &horizon),
         (None, _) => previous_plan(snapshot, policy, &horizon).unwrap_or(los),
     };
     Plan {
         method: candidate.method,
+        surge: snapshot.asc.surge,
         degraded: optimum.degraded,
         reference: candidate.reference,
         valid_until: snapshot.time + policy.validity,
@@ -173,22 +172,17 @@ fn previous_plan(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon) -> Opt
 }
 
 /// Nothing to follow: turn slowly on the spot, or stop, as the client chose.
-fn hold(snapshot: &Snapshot, horizon: &Horizon) -> Candidate {
-    let heading = snapshot.asc.heading;
-    let reference = match snapshot.hold {
+fn hold(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon) -> Candidate {
+    let law = |heading: Heading| match snapshot.hold {
         HoldStyle::Stop => Reference { speed: 0.0, heading },
         HoldStyle::SlowTurn => Reference {
             speed: snapshot.limits.speed_min,
             heading: Heading::new(heading.radians() + SLOW_TURN_LEAD),
         },
     };
-    let drifting = horizon.times.iter().map(|time| Stage {
-        position: horizon.current * *time,
-        velocity: Vector2::zeros(),
-    });
     Candidate {
         method: Method::Hold,
-        reference,
-        stages: drifting.collect(),
+        reference: law(snapshot.asc.heading),
+        stages: horizon.rollout(snapshot, policy, |_, asc| law(asc.heading)),
     }
 }

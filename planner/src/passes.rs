@@ -7,7 +7,7 @@ use crate::{
     certificate::Residuals,
     horizon::{Horizon, previous_points},
     policy::Policy,
-    program::{LENGTH_UNIT, Layout, Pass, Program, Slack},
+    program::{LENGTH_UNIT, Layout, Pass, Program, SLACK_UNIT, Slack},
     response::Stage,
     snapshot::Snapshot,
     solve::{Solution, SolverStatus},
@@ -180,7 +180,7 @@ impl Optimiser<'_> {
         ]
         .into_iter()
         .filter_map(|(slack, limit)| {
-            let amount = |k: usize| solution.primal[layout.slack(k, slack)];
+            let amount = |k: usize| solution.primal[layout.slack(k, slack)] * SLACK_UNIT;
             let worst = (1..=layout.n_stages).max_by(|a, b| amount(*a).total_cmp(&amount(*b)))?;
             (amount(worst) > SLACK_NOTICEABLE).then(|| Violation {
                 limit,

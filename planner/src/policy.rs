@@ -20,7 +20,7 @@ pub struct Policy {
     pub previous_plan_miss_max: f64,
     /// Oldest report of an AUV that the goal may rest on, s.
     pub report_age_max: f64,
-    /// Widest residual with which an almost solved program still counts.
+    /// Widest residual with which a solved or almost solved program counts.
     pub certificate_tolerance: f64,
     /// How long the reference may be used when no newer one arrives, s.
     pub validity: f64,
@@ -41,7 +41,8 @@ pub struct Weights {
     pub terminal_position: f64,
     /// Relative velocity at the end of the horizon, 1/(m/s)², not per second.
     pub terminal_velocity: f64,
-    /// Linear and quadratic price of breaking a soft row (m/s or m/s²), per stage.
+    /// Linear and quadratic price of breaking a soft row (m/s or m/s²), per stage. The linear one is above
+    /// what a goal abeam at the edge of the reach bids: measured, 3·10⁴ is enough and 10⁴ is not.
     pub slack: (f64, f64),
 }
 
@@ -74,7 +75,7 @@ impl Default for Weights {
             acceleration_change: 10.0,
             terminal_position: 10.0,
             terminal_velocity: 100.0,
-            slack: (1000.0, 1000.0),
+            slack: (1.0e5, 1.0e3),
         }
     }
 }

@@ -4,13 +4,12 @@
 use nalgebra::Vector2;
 
 use crate::{
-    angle::{Course, Heading, wrap},
-    forecast::Motion,
-    los::{AscNow, LosGains, Reference, saturated_los, target_course},
+    angle::{Heading, wrap},
+    los::{AscNow, Reference},
     snapshot::{Limits, Snapshot},
 };
 
-/// Interval at which the rolled-out law looks again, s: the rate at which plans are asked for.
+/// Longest interval at which a rolled-out law looks again, s: the rate at which plans are asked for.
 const LAW_INTERVAL: f64 = 1.0;
 
 /// Time constant of the yaw loop to a step of its reference, s.
@@ -20,7 +19,7 @@ const YAW_LAG: f64 = 1.0;
 
 /// How fast the bias of the surge loop bleeds away while nothing renews it, s.
 ///
-/// m / (k_i τ) of the MEDUSA-class loop: 50 kg, 3 N/m, τ = 2 s.
+/// m / (k_i τ) of the MEDUSA-class loop, 50 kg, 3 N/m and τ = 2 s, is 8.3 s.
 pub const SURGE_BIAS_DECAY: f64 = 8.0;
 
 /// Largest part of the acceleration limits that a bias may take: the rest keeps the program feasible.
@@ -43,10 +42,10 @@ pub fn surge_bias(snapshot: &Snapshot) -> f64 {
     let limits = &snapshot.limits;
     let estimate = || {
         let previous = snapshot.previous_plan.as_ref()?;
-        let (before, reference) = (previous.trajectory.first()?, previous.speed_reference?);
-        let elapsed = snapshot.time - before.time;
-        let (u, u_before) = (snapshot.asc.surge, before.speed);
-        let asked = (reference - 0.5 * (u + u_before)) / limits.surge_lag.max(0.5 * elapsed);
+        let (memory, then) = (previous.surge_memory?, previous.trajectory.first()?.time);
+        let elapsed = snapshot.time - then;
+        let (u, u_before) = (snapshot.asc.surge, memory.surge);
+        let asked = (memory.reference - 0.5 * (u + u_before)) / limits.surge_lag.max(0.5 * elapsed);
         let explained = asked.clamp(-limits.deceleration_max, limits.acceleration_max);
         SURGE_BIAS_INTERVAL
             .contains(&elapsed)
@@ -65,84 +64,69 @@ pub struct Stage {
     pub velocity: Vector2<f64>,
 }
 
-/// The line-of-sight law followed over the whole horizon on the response model.
+/// A craft that does what a guidance law asks, as far as it can.
 #[derive(Clone, Copy, Debug)]
-pub struct LosRollout<'a> {
-    /// The law's gains.
-    pub gains: LosGains,
+pub struct Response<'a> {
     /// What the craft can do.
     pub limits: &'a Limits,
-    /// Current, m/s.
+    /// Current, m/s, in the frame of the stages.
     pub current: Vector2<f64>,
-    /// The goal's course while it stands still.
-    pub held_course: Option<Course>,
 }
 
-impl LosRollout<'_> {
-    /// Stages 0 … N of the craft that starts at `start` on `heading`, and follows `goal` over `steps`.
+impl Response<'_> {
+    /// Stages 0 … N of the craft that starts at `start` on `heading` and follows `law` over `steps`. The
+    /// law is asked once a second at most; it is told the time since the start, s, and the craft.
     #[must_use]
-    pub fn stages(
+    pub fn rollout(
         &self,
         start: Stage,
         heading: Heading,
-        goal: impl Fn(f64) -> Motion,
         steps: &[f64],
+        mut law: impl FnMut(f64, &AscNow) -> Reference,
     ) -> Vec<Stage> {
-        let mut craft = Craft {
+        let mut asc = AscNow {
             position: start.position,
-            heading: heading.radians(),
-            speed: start.velocity.dot(&heading.unit()),
+            heading,
+            current: self.current,
         };
+        let mut speed = start.velocity.dot(&heading.unit());
         let mut stages = Vec::with_capacity(steps.len() + 1);
         stages.push(start);
-        let (mut time, mut held) = (0.0, self.held_course);
+        let mut time = 0.0;
         for step in steps {
             let n_parts = (step / LAW_INTERVAL).ceil().max(1.0);
             let dt = step / n_parts;
             let end = time + step;
             while time < end - 0.5 * dt {
-                let target = goal(time);
-                held = Some(target_course(&target, held));
-                let asc = AscNow {
-                    position: craft.position,
-                    heading: Heading::new(craft.heading),
-                    current: self.current,
-                };
-                let course = target_course(&target, held);
-                craft.follow(
-                    &saturated_los(&asc, &target, course, self.gains, self.limits),
-                    self,
-                    dt,
-                );
+                let reference = law(time, &asc);
+                (asc, speed) = self.after(dt, &asc, speed, &reference);
                 time += dt;
             }
             time = end;
             stages.push(Stage {
-                position: craft.position,
-                velocity: Heading::new(craft.heading).unit() * craft.speed,
+                position: asc.position,
+                velocity: asc.heading.unit() * speed,
             });
         }
         stages
     }
-}
 
-struct Craft {
-    position: Vector2<f64>,
-    heading: f64,
-    speed: f64,
-}
-
-impl Craft {
-    /// One interval, midpoint in position.
-    fn follow(&mut self, reference: &Reference, world: &LosRollout<'_>, dt: f64) {
-        let limits = world.limits;
-        let speed_gap = (reference.speed - self.speed) / limits.surge_lag.max(dt);
+    /// The craft and its speed an interval later, midpoint in position.
+    fn after(&self, dt: f64, asc: &AscNow, speed: f64, reference: &Reference) -> (AscNow, f64) {
+        let limits = self.limits;
+        let speed_gap = (reference.speed - speed) / limits.surge_lag.max(dt);
         let acceleration = speed_gap.clamp(-limits.deceleration_max, limits.acceleration_max);
-        let heading_gap = wrap(reference.heading.radians() - self.heading) / YAW_LAG.max(dt);
-        let turn_rate = heading_gap.clamp(-limits.turn_rate_max, limits.turn_rate_max);
-        let middle = Heading::new(self.heading + 0.5 * dt * turn_rate).unit();
-        self.position += (middle * (self.speed + 0.5 * dt * acceleration) + world.current) * dt;
-        self.heading = wrap(self.heading + dt * turn_rate);
-        self.speed += dt * acceleration;
+        let (psi, psi_ref) = (asc.heading.radians(), reference.heading.radians());
+        let turn_rate =
+            (wrap(psi_ref - psi) / YAW_LAG.max(dt)).clamp(-limits.turn_rate_max, limits.turn_rate_max);
+        let middle = Heading::new(psi + 0.5 * dt * turn_rate).unit();
+        let velocity = middle * (speed + 0.5 * dt * acceleration) + self.current;
+        let heading = Heading::new(psi + dt * turn_rate);
+        let asc = AscNow {
+            position: asc.position + velocity * dt,
+            heading,
+            ..*asc
+        };
+        (asc, speed + dt * acceleration)
     }
 }

@@ -182,6 +182,16 @@ pub struct TrajectoryPoint {
     pub heading: Heading,
 }
 
+/// How the craft moved when a plan was made, and the speed that the plan told it: with what the craft did
+/// since, it tells how the surge loop is wound up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurgeMemory {
+    /// Surge speed through the water, m/s.
+    pub surge: f64,
+    /// Speed reference, m/s.
+    pub reference: f64,
+}
+
 /// What an earlier answer leaves to the next request: the planner itself remembers nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PreviousPlan {
@@ -189,9 +199,8 @@ pub struct PreviousPlan {
     pub trajectory: Vec<TrajectoryPoint>,
     /// The goal's course when it last moved, held while it stands still.
     pub goal_course: Option<Course>,
-    /// The speed reference that it gave, m/s: with what the craft did since, it tells how the surge
-    /// loop is wound up.
-    pub speed_reference: Option<f64>,
+    /// How the craft moved then, and what it was told.
+    pub surge_memory: Option<SurgeMemory>,
 }
 
 /// Everything a client reports, unchecked. Becomes a [`Snapshot`] by [`Snapshot::try_from`].

@@ -1,5 +1,7 @@
 //! What is wrong with a field, from the planner's words to a problem document's.
 
+use std::ops::RangeInclusive;
+
 use planner::snapshot::{InvalidField, InvalidReason};
 use serde_json::json;
 
@@ -10,7 +12,15 @@ impl From<&InvalidField> for FieldError {
         let pointer = format!("/{}", invalid.field);
         match &invalid.reason {
             InvalidReason::OutOfRange { given, least, most } => out_of_range(pointer, *given, *least, *most),
-            InvalidReason::Length { given, least, most } => length(pointer, *given, *least, *most),
+            InvalidReason::Length { given, least, most } => {
+                // Names are measured in bytes, lists in items.
+                let unit = if pointer.ends_with("/id") {
+                    "bytes"
+                } else {
+                    "items"
+                };
+                length(pointer, *given, *least..=*most, unit)
+            }
             InvalidReason::Duplicate { given } => {
                 Self::new(pointer, "duplicate", "this name stands twice").given(given.as_str())
             }
@@ -35,12 +45,9 @@ pub(super) fn out_of_range(pointer: String, given: f64, least: f64, most: f64) -
         .limit(json!({ "least": least, "most": most }))
 }
 
-pub(super) fn length(pointer: String, given: usize, least: usize, most: usize) -> FieldError {
-    FieldError::new(
-        pointer,
-        "length",
-        format!("must have {least} to {most} items or bytes"),
-    )
-    .given(given)
-    .limit(json!({ "least": least, "most": most }))
+pub(super) fn length(pointer: String, given: usize, range: RangeInclusive<usize>, unit: &str) -> FieldError {
+    let (least, most) = range.into_inner();
+    FieldError::new(pointer, "length", format!("must have {least} to {most} {unit}"))
+        .given(given)
+        .limit(json!({ "least": least, "most": most }))
 }

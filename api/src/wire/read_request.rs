@@ -74,6 +74,7 @@ impl From<&PlanResponse> for PreviousPlan {
         Self {
             trajectory: answer.trajectory.clone(),
             goal_course_rad: Some(answer.goal_course_rad),
+            asc_speed_mps: Some(answer.asc_speed_mps),
             reference: Some(PreviousReference {
                 speed_mps: answer.reference.speed_mps,
             }),
@@ -92,7 +93,7 @@ impl From<&PreviousPlan> for domain::PreviousPlan {
 fn bound_lists(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
     let mut bound = |pointer: &str, given: usize, least: usize, most: usize| {
         if given < least || most < given {
-            invalid.push(length(pointer.to_owned(), given, least, most));
+            invalid.push(length(pointer.to_owned(), given, least..=most, "items"));
         }
     };
     bound("/auvs", request.auvs.len(), 1, domain::AUVS_MAX);
@@ -120,7 +121,12 @@ fn check_envelope(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
     }
     let bytes = Value::Object(request.metadata.clone()).to_string().len();
     if METADATA_BYTES_MAX < bytes {
-        invalid.push(length("/metadata".to_owned(), bytes, 0, METADATA_BYTES_MAX));
+        invalid.push(length(
+            "/metadata".to_owned(),
+            bytes,
+            0..=METADATA_BYTES_MAX,
+            "bytes",
+        ));
     }
 }
 
@@ -271,6 +277,8 @@ fn previous_plan(previous: &PreviousPlan) -> domain::PreviousPlan {
     domain::PreviousPlan {
         trajectory: previous.trajectory.iter().map(point).collect(),
         goal_course: previous.goal_course_rad.map(Course::new),
-        speed_reference: previous.reference.map(|reference| reference.speed_mps),
+        surge_memory: previous.asc_speed_mps.zip(previous.reference).map(|(surge, reference)| {
+            domain::SurgeMemory { surge, reference: reference.speed_mps }
+        }),
     }
 }

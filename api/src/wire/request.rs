@@ -219,7 +219,11 @@ pub struct PreviousPlan {
     /// Course of the goal when it last moved, rad, within ±2π.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub goal_course_rad: Option<f64>,
-    /// What it asked the inner loops to follow: tells how far the surge loop is wound up.
+    /// Surge speed of the craft then, m/s. With the reference and what the craft did since, it tells how the
+    /// surge loop is wound up.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub asc_speed_mps: Option<f64>,
+    /// The reference that it gave.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<PreviousReference>,
 }

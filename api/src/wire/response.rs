@@ -25,6 +25,8 @@ pub struct PlanResponse {
     pub trajectory: Vec<TrajectoryPoint>,
     /// Course of the goal when it last moved, rad, in (−π, π].
     pub goal_course_rad: f64,
+    /// Surge speed of the craft in the request, m/s: the next request's `previous_plan` needs it.
+    pub asc_speed_mps: f64,
     /// Where the goal is expected.
     pub goal: GoalTrajectory,
     /// Where each underwater vehicle is expected, in the request's order.

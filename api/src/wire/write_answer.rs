@@ -106,6 +106,7 @@ impl Answer<'_> {
             },
             trajectory: trajectory.iter().map(TrajectoryPoint::from).collect(),
             goal_course_rad: self.plan.goal_course.radians(),
+            asc_speed_mps: self.plan.surge,
             goal: GoalTrajectory {
                 trajectory: self.goal(),
             },

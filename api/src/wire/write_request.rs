@@ -66,9 +66,10 @@ impl From<&facts::PreviousPlan> for PreviousPlan {
         Self {
             trajectory: previous.trajectory.iter().map(TrajectoryPoint::from).collect(),
             goal_course_rad: previous.goal_course.map(planner::angle::Course::radians),
+            asc_speed_mps: previous.surge_memory.map(|memory| memory.surge),
             reference: previous
-                .speed_reference
-                .map(|speed_mps| PreviousReference { speed_mps }),
+                .surge_memory
+                .map(|memory| PreviousReference { speed_mps: memory.reference }),
         }
     }
 }

@@ -172,7 +172,7 @@ fn every_row_says_what_its_promise_says() {
         );
     };
     for k in 1..=layout.n_stages {
-        let xi = |slack| x[layout.slack(k, slack)];
+        let xi = |slack| x[layout.slack(k, slack)] * SLACK_UNIT;
         let (c, limits) = (pass.directions[k], pass.limits);
         let n = starboard_of(c);
         let c_mean = (pass.directions[k - 1] + c).normalize();

@@ -104,12 +104,22 @@ impl TryFrom<Observation> for Snapshot {
         check.limits(&observation.limits);
         if let Some(previous) = &observation.previous_plan {
             check.trajectory(&previous.trajectory);
-            if let Some(speed) = previous.speed_reference {
+            if let Some(course) = previous.goal_course {
+                let angle = -std::f64::consts::PI..=std::f64::consts::PI;
                 check.within(
-                    format_args!("previous_plan/reference/speed_mps"),
-                    speed,
-                    0.0..=40.0,
+                    format_args!("previous_plan/goal_course_rad"),
+                    course.radians(),
+                    angle,
                 );
+            }
+            if let Some(memory) = previous.surge_memory {
+                check.within(
+                    format_args!("previous_plan/asc_speed_mps"),
+                    memory.surge,
+                    -5.0..=20.0,
+                );
+                let reference = format_args!("previous_plan/reference/speed_mps");
+                check.within(reference, memory.reference, 0.0..=40.0);
             }
         }
         if check.invalid.is_empty() {
