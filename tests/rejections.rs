@@ -1,11 +1,15 @@
 //! Every way to be refused: a problem document, the right status, and the field at fault.
 
-use std::time::Duration;
+use std::{
+    io::{Read, Write},
+    net::TcpStream,
+    time::Duration,
+};
 
 use api::{Settings, app, examples::EXAMPLES};
 use axum::{
     body::Body,
-    http::{Method, Request, StatusCode},
+    http::{HeaderValue, Method, Request, StatusCode},
 };
 use planner::{
     plan::{Degraded, Plan, Workspace, plan},
@@ -15,6 +19,7 @@ use planner::{
 };
 use serde_json::{Value, json};
 use tests::client::{Answer, example, get, post, send, send_to};
+use tokio::net::TcpListener;
 
 async fn planned(body: impl Into<Body>) -> Answer {
     send(Settings::default(), post("/v1/plan", body)).await
@@ -88,6 +93,113 @@ async fn a_list_is_no_object_whatever_its_order() {
     assert_eq!(faults, fault("/current", "wrong_type"));
     let faults = faults_after(|body| body["auvs"][0]["state"] = json!([18, 6, 9.5, 0.35, 0.193, 0, 0])).await;
     assert_eq!(faults, fault("/auvs/0/state", "wrong_type"));
+}
+
+#[tokio::test]
+async fn a_name_of_another_type_is_a_wrong_type_and_not_bad_json() {
+    for pointer in ["/goal/kind", "/forecast", "/fallback", "/hold"] {
+        for wrong in [
+            json!(null),
+            json!(3),
+            json!(true),
+            json!([]),
+            json!({}),
+            json!({ "auto": null, "track": null }),
+            json!({ "hold": null }),
+            json!({ "stop": null }),
+            json!({ "none": null }),
+            json!({ "track": null }),
+        ] {
+            let faults = faults_after(|body| {
+                let (parent, name) = pointer.rsplit_once('/').expect("has a slash");
+                body.pointer_mut(parent).expect("is there")[name] = wrong.clone();
+            })
+            .await;
+            let [(at, code)] = faults.as_slice() else {
+                panic!("{pointer} {wrong}: {faults:?}")
+            };
+            assert!(at.starts_with(pointer), "{pointer} {wrong}: {at}");
+            assert!(
+                code == "wrong_type" || wrong.is_object() && code == "unknown_variant",
+                "{pointer} {wrong}: {code}"
+            );
+        }
+    }
+}
+
+#[tokio::test]
+async fn nothing_hides_a_list_for_an_object_not_even_an_ignored_member() {
+    let deep = format!("{}{}", "[".repeat(500), "]".repeat(500));
+    for junk in ["1e400", deep.as_str()] {
+        let mut body = example("track");
+        body["current"] = json!([0.0, 0.1]);
+        body["previous_plan"] = json!({ "trajectory": [], "ignored": "JUNK" });
+        let answer = planned(body.to_string().replace("\"JUNK\"", junk)).await;
+        assert_eq!(answer.status, StatusCode::BAD_REQUEST, "{}", answer.text);
+        let faults = answer.faults();
+        assert_eq!(faults[0].1, "syntax");
+        assert!(faults[0].0.starts_with("/previous_plan/ignored"), "{faults:?}");
+    }
+}
+
+#[tokio::test]
+async fn a_member_that_stands_twice_is_named() {
+    let body = EXAMPLES[0].body.trim_end();
+    let twice = format!("{},\"t_s\":1}}", &body[..body.len() - 1]);
+    let answer = planned(twice).await;
+    assert_eq!(answer.status, StatusCode::UNPROCESSABLE_ENTITY);
+    assert_eq!(answer.faults(), fault("/t_s", "duplicate_field"));
+    let answer = planned(r#"{"asc":{"north_m":1,"north_m":2}}"#).await;
+    assert_eq!(answer.faults(), fault("/asc/north_m", "duplicate_field"));
+}
+
+#[tokio::test]
+async fn details_are_in_the_words_of_json_and_not_of_the_program() {
+    let detail = async |body: String| {
+        let problem = planned(body).await.problem();
+        problem["errors"][0]["detail"].as_str().expect("text").to_owned()
+    };
+    let changed = |pointer: &str, value: Value| {
+        let mut body = example("track");
+        *body.pointer_mut(pointer).expect("is there") = value;
+        body.to_string()
+    };
+    assert_eq!(detail("[]".into()).await, "must be an object, not a list");
+    assert_eq!(detail("3".into()).await, "must be an object, not a number");
+    assert_eq!(
+        detail(changed("/asc/north_m", json!("far"))).await,
+        "must be a number, not text"
+    );
+    assert_eq!(
+        detail(changed("/auvs/0/id", json!(7))).await,
+        "must be text, not a number"
+    );
+    assert_eq!(
+        detail(changed("/auvs", json!({}))).await,
+        "must be a list, not an object"
+    );
+    assert_eq!(
+        detail(changed("/goal/kind", json!(null))).await,
+        "must be text, not null"
+    );
+    assert_eq!(
+        detail(changed("/goal/kind", json!("attend"))).await,
+        "must be one of `track`, `intermittent`, `midpoint`"
+    );
+    assert_eq!(
+        detail(changed("/auvs/0", json!({ "name": "a" }))).await,
+        "there is no such member, only `id` or `state`"
+    );
+    assert_eq!(
+        detail(changed("/auvs/0/id", json!("é".repeat(65)))).await,
+        "must have 1 to 64 bytes"
+    );
+    assert_eq!(
+        detail(changed("/auvs", json!([]))).await,
+        "must have 1 to 16 items"
+    );
+    let marked = detail(format!("\u{feff}{}", EXAMPLES[0].body)).await;
+    assert!(marked.contains("byte order mark"), "{marked}");
 }
 
 #[tokio::test]
@@ -208,6 +320,73 @@ async fn a_body_of_over_a_mebibyte_is_refused() {
 }
 
 #[tokio::test]
+async fn a_body_announced_as_too_long_is_refused_before_it_is_read() {
+    let mut request = post("/v1/plan", EXAMPLES[0].body);
+    let long = HeaderValue::from(api::BODY_BYTES_MAX + 1);
+    request.headers_mut().insert("content-length", long);
+    let answer = send(Settings::default(), request).await;
+    assert_eq!(answer.status, StatusCode::PAYLOAD_TOO_LARGE, "{}", answer.text);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_body_that_comes_too_slowly_is_given_up_before_the_planner_is_asked() {
+    let listener = TcpListener::bind("127.0.0.1:0").await.expect("is free");
+    let address = listener.local_addr().expect("is bound");
+    let service = app(Settings {
+        body_time_limit: Duration::from_millis(50),
+        ..Settings::default()
+    });
+    tokio::spawn(async { axum::serve(listener, service).await });
+    let mut socket = TcpStream::connect(address).expect("listens");
+    let limit = Some(Duration::from_secs(5));
+    socket.set_read_timeout(limit).expect("is a socket");
+    let half = "POST /v1/plan HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\n\
+        content-length: 100\r\n\r\n{";
+    socket.write_all(half.as_bytes()).expect("takes it");
+    let mut answer = String::new();
+    socket.read_to_string(&mut answer).expect("answers and closes");
+    assert!(answer.starts_with("HTTP/1.1 408 "), "{answer}");
+    assert!(answer.contains("connection: close"), "{answer}");
+    assert!(answer.contains("application/problem+json"), "{answer}");
+    assert!(answer.contains(r#""code":"body_timed_out""#), "{answer}");
+}
+
+#[tokio::test]
+async fn a_body_in_another_coding_or_character_set_is_refused() {
+    for (name, value, said) in [
+        ("content-encoding", "gzip", "gzip"),
+        ("content-encoding", "identity, br", "br"),
+        ("content-type", "application/json; charset=utf-16", "utf-16"),
+        ("content-type", "application/json; Charset=\"latin1\"", "latin1"),
+    ] {
+        let mut request = post("/v1/plan", EXAMPLES[0].body);
+        let value = HeaderValue::from_static(value);
+        request.headers_mut().insert(name, value);
+        let answer = send(Settings::default(), request).await;
+        assert_eq!(answer.status, StatusCode::UNSUPPORTED_MEDIA_TYPE, "{said}");
+        let problem = answer.problem();
+        assert!(
+            problem["detail"].as_str().expect("text").contains(said),
+            "{problem}"
+        );
+    }
+    for (name, value) in [
+        ("content-encoding", "Identity"),
+        ("content-type", "application/json;charset=\"UTF-8\""),
+    ] {
+        let mut request = post("/v1/plan", EXAMPLES[0].body);
+        request
+            .headers_mut()
+            .insert(name, HeaderValue::from_static(value));
+        assert_eq!(
+            send(Settings::default(), request).await.status,
+            StatusCode::OK,
+            "{value}"
+        );
+    }
+}
+
+#[tokio::test]
 async fn an_unknown_route_and_an_unknown_example_are_not_found() {
     let answer = send(Settings::default(), get("/v2/plan")).await;
     assert_eq!(
@@ -247,10 +426,17 @@ async fn a_wrong_method_is_told_the_right_ones() {
     }
 }
 
-fn assert_try_again(answer: &Answer, code: &str) {
-    assert_eq!(answer.status, StatusCode::SERVICE_UNAVAILABLE, "{}", answer.text);
+fn assert_try_again(answer: &Answer, status: StatusCode, code: &str) {
+    assert_eq!(answer.status, status, "{}", answer.text);
     assert_eq!(answer.problem()["code"], code);
     assert_eq!(answer.headers["retry-after"], "1");
+}
+
+/// The same request would get the same answer.
+fn assert_do_not_try_again(answer: &Answer, code: &str) {
+    assert_eq!(answer.status, StatusCode::SERVICE_UNAVAILABLE, "{}", answer.text);
+    assert_eq!(answer.problem()["code"], code);
+    assert!(!answer.headers.contains_key("retry-after"));
 }
 
 fn slow(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace) -> Plan {
@@ -276,7 +462,7 @@ async fn a_request_more_than_the_queue_holds_is_turned_away_and_the_others_are_a
         .into_iter()
         .partition(|answer| answer.status == StatusCode::OK);
     assert_eq!((served.len(), turned_away.len()), (2, 1));
-    assert_try_again(&turned_away[0], "overloaded");
+    assert_try_again(&turned_away[0], StatusCode::SERVICE_UNAVAILABLE, "overloaded");
 }
 
 #[tokio::test]
@@ -287,7 +473,7 @@ async fn an_answer_that_takes_too_long_is_given_up() {
         ..Settings::default()
     };
     let answer = send(settings, post("/v1/plan", EXAMPLES[0].body)).await;
-    assert_try_again(&answer, "timed_out");
+    assert_try_again(&answer, StatusCode::GATEWAY_TIMEOUT, "timed_out");
 }
 
 #[tokio::test]
@@ -335,7 +521,7 @@ async fn without_a_solution_the_client_chooses_between_a_lower_rung_and_a_refusa
     let mut strict = example("track");
     strict["fallback"] = json!("none");
     let refused = send(settings, post("/v1/plan", strict.to_string())).await;
-    assert_try_again(&refused, "no_solution");
+    assert_do_not_try_again(&refused, "no_solution");
     assert!(
         refused.problem()["detail"]
             .as_str()
@@ -354,5 +540,5 @@ async fn a_service_whose_planner_gives_up_is_not_ready() {
         get("/readyz"),
     )
     .await;
-    assert_try_again(&answer, "not_ready");
+    assert_do_not_try_again(&answer, "not_ready");
 }

@@ -216,6 +216,39 @@ async fn the_openapi_document_has_every_route_and_resolves_every_reference() {
 }
 
 #[tokio::test]
+async fn the_openapi_document_lists_every_refusal_of_a_posted_snapshot() {
+    let document = send(Settings::default(), get("/openapi.json")).await.json();
+    for path in ["/v1/plan", "/v1/plan/compare"] {
+        let responses = &document["paths"][path]["post"]["responses"];
+        let listed: Vec<_> = responses.as_object().expect("an object").keys().collect();
+        assert_eq!(
+            listed,
+            ["200", "400", "408", "413", "415", "422", "500", "503", "504"],
+            "{path}"
+        );
+        for status in &listed[1..] {
+            let content = &responses[status.as_str()]["content"]["application/problem+json"];
+            assert!(
+                content["schema"]["$ref"]
+                    .as_str()
+                    .is_some_and(|shape| shape.ends_with("/ProblemDocument")),
+                "{path} {status}: {responses}"
+            );
+        }
+    }
+    for member in ["given", "limit"] {
+        let schema = &document["components"]["schemas"]["FieldError"]["properties"][member];
+        assert!(schema.is_object(), "{member} is not listed");
+        for narrowed in ["type", "oneOf", "$ref"] {
+            assert!(
+                schema.get(narrowed).is_none(),
+                "{member} may be any JSON: {schema}"
+            );
+        }
+    }
+}
+
+#[tokio::test]
 async fn the_examples_have_only_members_that_the_openapi_document_knows() {
     let document = send(Settings::default(), get("/openapi.json")).await.json();
     for example in EXAMPLES {

@@ -1,4 +1,4 @@
-//! What every request and every answer passes: an id, a time limit, problem documents, headers.
+//! What every request and every answer passes: an id, problem documents, headers.
 
 use std::{
     any::Any,
@@ -7,12 +7,12 @@ use std::{
         LazyLock,
         atomic::{AtomicU64, Ordering},
     },
-    time::{Duration, Instant},
+    time::Instant,
 };
 
 use axum::{
     body::Body,
-    extract::{Request, State},
+    extract::Request,
     http::{HeaderMap, HeaderName, HeaderValue, header},
     middleware::Next,
     response::{IntoResponse, Response},
@@ -40,16 +40,13 @@ const HEADERS: [(HeaderName, HeaderValue); 3] = [
     (header::CACHE_CONTROL, HeaderValue::from_static("no-store")),
 ];
 
-/// Runs the request inside `time_limit` and finishes whatever comes out.
-pub(crate) async fn pass(State(time_limit): State<Duration>, request: Request, next: Next) -> Response {
+/// Finishes whatever answer comes out.
+pub(crate) async fn pass(request: Request, next: Next) -> Response {
     let start = Instant::now();
     let id = request_id(request.headers());
     let (method, path) = (request.method().clone(), request.uri().path().to_owned());
 
-    let mut response = match tokio::time::timeout(time_limit, next.run(request)).await {
-        Ok(response) => response,
-        Err(_) => Problem::TimedOut.into_response(),
-    };
+    let mut response = next.run(request).await;
     if let Some(problem) = response.extensions_mut().remove::<Problem>() {
         write_document(&mut response, &problem, &path, &id);
     }

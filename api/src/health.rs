@@ -65,7 +65,7 @@ impl Readiness {
             Some(_) | None => {
                 let result = self.plan_something().await;
                 // Busy is no verdict: it is over in a moment.
-                if result != Err(Problem::Overloaded) {
+                if !matches!(result, Err(Problem::Overloaded | Problem::TimedOut)) {
                     *verdict = Some((Instant::now(), result.clone()));
                 }
                 result
@@ -99,7 +99,9 @@ pub(crate) async fn livez() -> Json<Health> {
 /// Can it plan? Solves an example, and believes the result for ten seconds.
 #[utoipa::path(get, path = "/readyz", tag = "service", responses(
     (status = 200, description = "It can.", body = Health),
-    (status = 503, description = "It cannot.", body = ProblemDocument,
+    (status = 503, description = "It cannot, or every planner is busy.", body = ProblemDocument,
+        content_type = "application/problem+json"),
+    (status = 504, description = "Not in time.", body = ProblemDocument,
         content_type = "application/problem+json")))]
 pub(crate) async fn readyz(State(readiness): State<Readiness>) -> Result<Json<Health>, Problem> {
     readiness.check().await?;

@@ -1,7 +1,7 @@
 //! The planner's outside: JSON, HTTP, the command line, and no control law.
 //!
 //! ```text
-//! edge (id, time limit) → posted (JSON) → wire → planners (a thread each) → wire → edge (problems, headers)
+//! edge (id) → posted (JSON, in time) → wire → planners (a thread each, in time) → wire → edge (problems, headers)
 //! ```
 //! Whatever goes wrong on the way becomes a [`problem::Problem`], and only there a status code. [`app`] is
 //! the whole service without a socket; [`comparison`] is the planner and line of sight on one mission.
@@ -35,6 +35,7 @@ use health::Readiness;
 pub use planners::PlanFn;
 use planners::Planners;
 pub use posted::BODY_BYTES_MAX;
+use posted::BodyTimeLimit;
 use problem::Problem;
 
 /// What a service is built with.
@@ -46,18 +47,21 @@ pub struct Settings {
     pub planners: usize,
     /// Requests that may wait for a planner; more are turned away.
     pub waiting: usize,
-    /// Longest time for one request.
+    /// Longest time for a body to arrive.
+    pub body_time_limit: Duration,
+    /// Longest time for a plan, the wait for a planner included.
     pub time_limit: Duration,
 }
 
 impl Default for Settings {
-    /// One planner for each processor; a queue that empties in well under the time limit; and a limit
-    /// long enough for a slow link, short enough to notice.
+    /// One planner for each processor; a queue that empties in well under its time limit; limits long
+    /// enough for a slow link, short enough to notice.
     fn default() -> Self {
         Self {
             plan: planner::plan::plan,
             planners: std::thread::available_parallelism().map_or(1, NonZeroUsize::get),
             waiting: 64,
+            body_time_limit: Duration::from_secs(10),
             time_limit: Duration::from_secs(10),
         }
     }
@@ -67,16 +71,18 @@ impl Default for Settings {
 struct Shared {
     planners: Planners,
     readiness: Readiness,
+    body_time_limit: BodyTimeLimit,
 }
 
 /// The whole service.
 ///
 /// Must be called inside a Tokio runtime's reach: plans run on its blocking threads.
 pub fn app(settings: Settings) -> Router {
-    let planners = Planners::new(settings.plan, settings.planners, settings.waiting);
+    let planners = Planners::new(&settings);
     let shared = Shared {
         readiness: Readiness::new(planners.clone()),
         planners,
+        body_time_limit: BodyTimeLimit(settings.body_time_limit),
     };
     let (router, openapi) = documented().split_for_parts();
     router
@@ -86,7 +92,7 @@ pub fn app(settings: Settings) -> Router {
         .method_not_allowed_fallback(async || Problem::MethodNotAllowed)
         .layer(DefaultBodyLimit::max(BODY_BYTES_MAX))
         .layer(CatchPanicLayer::custom(edge::caught_panic))
-        .layer(middleware::from_fn_with_state(settings.time_limit, edge::pass))
+        .layer(middleware::from_fn(edge::pass))
         .with_state(shared)
 }
 

@@ -12,7 +12,7 @@ use planner::{
 };
 use tokio::sync::Semaphore;
 
-use crate::problem::Problem;
+use crate::{Settings, problem::Problem};
 
 /// What makes a plan of a snapshot: [`planner::plan::plan`], or in tests something that fails on purpose.
 pub type PlanFn = fn(&Snapshot, &Policy, &mut Workspace) -> Plan;
@@ -26,6 +26,7 @@ pub(crate) struct Planners {
     idle: Arc<Mutex<Vec<Workspace>>>,
     running: Arc<Semaphore>,
     admitted: Arc<Semaphore>,
+    time_limit: Duration,
 }
 
 /// A snapshot's plan, and how long it took.
@@ -37,19 +38,32 @@ pub(crate) struct Planned {
 }
 
 impl Planners {
-    /// `at_once` planners, and room for `waiting` requests more.
-    pub(crate) fn new(plan: PlanFn, at_once: usize, waiting: usize) -> Self {
+    pub(crate) fn new(settings: &Settings) -> Self {
+        let &Settings {
+            plan,
+            planners,
+            waiting,
+            time_limit,
+            ..
+        } = settings;
         Self {
             plan,
             policy: Arc::new(Policy::default()),
             idle: Arc::default(),
-            running: Arc::new(Semaphore::new(at_once)),
-            admitted: Arc::new(Semaphore::new(at_once + waiting)),
+            running: Arc::new(Semaphore::new(planners)),
+            admitted: Arc::new(Semaphore::new(planners + waiting)),
+            time_limit,
         }
     }
 
-    /// Plans on a thread of its own. Fails at once when the queue is full.
+    /// Plans on a thread of its own. Fails at once when the queue is full, and after the time limit.
     pub(crate) async fn plan(&self, snapshot: Snapshot) -> Result<Planned, Problem> {
+        tokio::time::timeout(self.time_limit, self.plan_in_turn(snapshot))
+            .await
+            .unwrap_or(Err(Problem::TimedOut))
+    }
+
+    async fn plan_in_turn(&self, snapshot: Snapshot) -> Result<Planned, Problem> {
         let admitted = Arc::clone(&self.admitted)
             .try_acquire_owned()
             .map_err(|_| Problem::Overloaded)?;

@@ -7,21 +7,14 @@ use serde_json::{Map, Value};
 use crate::{
     planners::{Planned, Planners},
     posted::Posted,
-    problem::{Problem, ProblemDocument},
+    problem::{Problem, Refusals},
     wire::{Answer, Comparison, Outcome, PlanRequest, PlanResponse, Plans},
 };
 
 /// Plans: a snapshot in, speed and heading references out.
 #[utoipa::path(post, path = "/v1/plan", tag = "plan", request_body = PlanRequest, responses(
     (status = 200, description = "A plan; `outcome` says whether it is what was asked for.", body = PlanResponse),
-    (status = 400, description = "Not JSON.", body = ProblemDocument, content_type = "application/problem+json"),
-    (status = 413, description = "Over 1 MiB.", body = ProblemDocument, content_type = "application/problem+json"),
-    (status = 415, description = "Not announced as JSON.", body = ProblemDocument,
-        content_type = "application/problem+json"),
-    (status = 422, description = "Fields at fault, by pointer.", body = ProblemDocument,
-        content_type = "application/problem+json"),
-    (status = 503, description = "Too busy, too late, or no solution and `fallback` is `none`.",
-        body = ProblemDocument, content_type = "application/problem+json")))]
+    Refusals))]
 pub(crate) async fn plan(
     State(planners): State<Planners>,
     Posted(request): Posted<PlanRequest>,
@@ -33,14 +26,7 @@ pub(crate) async fn plan(
 /// The same snapshot through the planner and through the line-of-sight law.
 #[utoipa::path(post, path = "/v1/plan/compare", tag = "plan", request_body = PlanRequest, responses(
     (status = 200, description = "A plan from each.", body = Comparison),
-    (status = 400, description = "Not JSON.", body = ProblemDocument, content_type = "application/problem+json"),
-    (status = 413, description = "Over 1 MiB.", body = ProblemDocument, content_type = "application/problem+json"),
-    (status = 415, description = "Not announced as JSON.", body = ProblemDocument,
-        content_type = "application/problem+json"),
-    (status = 422, description = "Fields at fault, by pointer.", body = ProblemDocument,
-        content_type = "application/problem+json"),
-    (status = 503, description = "Too busy, too late, or no solution and `fallback` is `none`.",
-        body = ProblemDocument, content_type = "application/problem+json")))]
+    Refusals))]
 pub(crate) async fn compare(
     State(planners): State<Planners>,
     Posted(request): Posted<PlanRequest>,

@@ -1,15 +1,17 @@
 //! JSON bodies, every rejection of which is a [`Problem`] that points at the fault.
 
+use std::time::Duration;
+
 use axum::{
     body::Bytes,
     extract::{
-        FromRequest, Request,
+        FromRef, FromRequest, Request,
         rejection::{BytesRejection, FailedToBufferBody},
     },
     http::{HeaderMap, header},
 };
 use serde::{Serialize, de::DeserializeOwned};
-use serde_json::{Value, error::Category};
+use serde_json::Value;
 use serde_path_to_error::{Path, Segment};
 
 use crate::problem::{FieldError, Problem};
@@ -17,17 +19,33 @@ use crate::problem::{FieldError, Problem};
 /// Longest body accepted, bytes.
 pub const BODY_BYTES_MAX: usize = 1 << 20;
 
+/// What UTF-8 text from some editors begins with, and JSON must not (RFC 8259, section 8.1).
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// Longest time for a body to arrive.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BodyTimeLimit(pub(crate) Duration);
+
 /// A body that was JSON of the shape `T`.
 #[derive(Debug)]
 pub(crate) struct Posted<T>(pub(crate) T);
 
-impl<T: DeserializeOwned + Serialize, S: Send + Sync> FromRequest<S> for Posted<T> {
+impl<T, S> FromRequest<S> for Posted<T>
+where
+    T: DeserializeOwned + Serialize,
+    S: Send + Sync,
+    BodyTimeLimit: FromRef<S>,
+{
     type Rejection = Problem;
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
         require_json(request.headers())?;
-        let body = Bytes::from_request(request, state)
+        require_uncoded(request.headers())?;
+        require_short(request.headers())?;
+        let BodyTimeLimit(limit) = BodyTimeLimit::from_ref(state);
+        let body = tokio::time::timeout(limit, Bytes::from_request(request, state))
             .await
+            .map_err(|_| Problem::BodyTimedOut { limit })?
             .map_err(|rejection| match rejection {
                 BytesRejection::FailedToBufferBody(FailedToBufferBody::LengthLimitError(_)) => {
                     Problem::TooLarge {
@@ -45,58 +63,145 @@ fn require_json(headers: &HeaderMap) -> Result<(), Problem> {
         return Err(Problem::NotJson { given: None });
     };
     let given = String::from_utf8_lossy(given.as_bytes());
-    let essence = given
-        .split(';')
-        .next()
-        .unwrap_or_default()
-        .trim()
-        .to_ascii_lowercase();
-    if essence == "application/json" || (essence.starts_with("application/") && essence.ends_with("+json")) {
-        Ok(())
-    } else {
-        Err(Problem::NotJson {
+    let mut parts = given.split(';').map(|part| part.trim().to_ascii_lowercase());
+    let essence = parts.next().unwrap_or_default();
+    if essence != "application/json" && !(essence.starts_with("application/") && essence.ends_with("+json")) {
+        return Err(Problem::NotJson {
             given: Some(given.into_owned()),
-        })
+        });
     }
-}
-
-/// Reads `body` once, so the first fault on the way is the one reported, be it of syntax or of shape.
-fn parse<T: DeserializeOwned + Serialize>(body: &[u8]) -> Result<T, Problem> {
-    let mut json = serde_json::Deserializer::from_slice(body);
-    let parsed = serde_path_to_error::deserialize(&mut json).map_err(|error| {
-        let pointer = pointer(error.path());
-        problem(pointer, error.inner())
-    })?;
-    json.end().map_err(|error| problem(String::new(), &error))?;
-    forbid_lists_for_objects(body, &parsed)?;
-    Ok(parsed)
-}
-
-/// serde takes a list for an object, members by their order. Here that is a mistake: `[1, 2]` says
-/// nothing of north and east.
-fn forbid_lists_for_objects<T: Serialize>(body: &[u8], parsed: &T) -> Result<(), Problem> {
-    let (Ok(given), Ok(meant)) = (serde_json::from_slice(body), serde_json::to_value(parsed)) else {
-        return Ok(());
-    };
-    match list_for_object(&given, &meant) {
-        Some(pointer) => {
-            let error = FieldError::new(pointer, "wrong_type", "invalid type: a list, expected an object");
-            Err(Problem::Invalid(vec![error]))
+    for parameter in parts {
+        let charset = parameter
+            .strip_prefix("charset=")
+            .map(|name| name.trim_matches('"'));
+        if charset.is_some_and(|name| name != "utf-8") {
+            return Err(Problem::NotUtf8 {
+                given: given.into_owned(),
+            });
         }
-        None => Ok(()),
+    }
+    Ok(())
+}
+
+fn require_uncoded(headers: &HeaderMap) -> Result<(), Problem> {
+    for given in headers.get_all(header::CONTENT_ENCODING) {
+        let given = String::from_utf8_lossy(given.as_bytes());
+        if given
+            .split(',')
+            .any(|coding| !coding.trim().eq_ignore_ascii_case("identity"))
+        {
+            return Err(Problem::Coded {
+                given: given.into_owned(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// A length that is no number is refused by hyper, and a body without one while it is read.
+fn require_short(headers: &HeaderMap) -> Result<(), Problem> {
+    let announced = headers.get(header::CONTENT_LENGTH);
+    let announced = announced.and_then(|length| length.to_str().ok()?.parse::<usize>().ok());
+    if announced.is_some_and(|length| BODY_BYTES_MAX < length) {
+        return Err(Problem::TooLarge {
+            limit: BODY_BYTES_MAX,
+        });
+    }
+    Ok(())
+}
+
+/// Reads `body` twice: first whether it is JSON at all, every ignored member of it too, then for what
+/// is meant. What the second reading refuses is therefore never a matter of syntax.
+fn parse<T: DeserializeOwned + Serialize>(body: &[u8]) -> Result<T, Problem> {
+    let given: Value = read(body).map_err(|(pointer, error)| {
+        let detail = if body.starts_with(BYTE_ORDER_MARK) {
+            "starts with a byte order mark: send UTF-8 without one".to_owned()
+        } else {
+            plain_syntax(&error.to_string())
+        };
+        Problem::Syntax(Box::new(FieldError::new(pointer, "syntax", detail)))
+    })?;
+    let parsed =
+        read(body).map_err(|(pointer, error)| Problem::Invalid(vec![misfit(&given, pointer, &error)]))?;
+    let meant = serde_json::to_value(&parsed).expect("shapes have finite numbers and members with names");
+    match misread(&given, &meant) {
+        Some(error) => Err(Problem::Invalid(vec![error])),
+        None => Ok(parsed),
     }
 }
 
-/// The first place where `given` is a list and `meant` an object.
-fn list_for_object(given: &Value, meant: &Value) -> Option<String> {
+fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T, (String, serde_json::Error)> {
+    let mut json = serde_json::Deserializer::from_slice(body);
+    let value = serde_path_to_error::deserialize(&mut json)
+        .map_err(|error| (pointer(error.path()), error.into_inner()))?;
+    json.end().map_err(|error| (String::new(), error))?;
+    Ok(value)
+}
+
+/// serde_json's words where they are about its own reading and not about the text.
+fn plain_syntax(detail: &str) -> String {
+    let (what, place) = detail.split_once(" at line ").unwrap_or((detail, "1"));
+    let what = match what {
+        "expected ident" | "expected value" => "there is no JSON value",
+        "number out of range" => "the number is too large",
+        "recursion limit exceeded" => "nested too deeply",
+        ended if ended.starts_with("EOF") => "the text ends before the value does",
+        other => other,
+    };
+    format!("{what} at line {place}")
+}
+
+/// Why JSON does not have the shape. serde has these as prose only; the tests pin the prose.
+fn misfit(given: &Value, mut pointer: String, error: &serde_json::Error) -> FieldError {
+    let detail = error.to_string();
+    let detail = detail
+        .rsplit_once(" at line ")
+        .map_or(detail.as_str(), |(what, _)| what);
+    let expected = detail.rsplit(", expected ").next().unwrap_or_default();
+    let named = [
+        ("missing field `", "missing", "must be given"),
+        ("duplicate field `", "duplicate_field", "stands twice"),
+    ];
+    for (prefix, code, plain) in named {
+        if let Some(rest) = detail.strip_prefix(prefix) {
+            // The path ends above the member that the text names.
+            push_token(&mut pointer, rest.trim_end_matches('`'));
+            return FieldError::new(pointer, code, plain);
+        }
+    }
+    if detail.starts_with("unknown field `") {
+        let known = expected.trim_start_matches("one of ");
+        return FieldError::new(
+            pointer,
+            "unknown_field",
+            format!("there is no such member, only {known}"),
+        );
+    }
+    if detail.starts_with("unknown variant `") {
+        return FieldError::new(pointer, "unknown_variant", format!("must be {expected}"));
+    }
+    let expected = match expected {
+        "f64" => "a number",
+        "a sequence" => "a list",
+        map if map == "a map" || map.starts_with("struct ") => "an object",
+        // Text, and the names of variants, of which serde_json says only that no value is there.
+        _ => "text",
+    };
+    let given = given.pointer(&pointer).map_or("this", type_name);
+    FieldError::new(pointer, "wrong_type", format!("must be {expected}, not {given}"))
+}
+
+/// The first place that serde took for something else: a list for an object, members by their order,
+/// where `[1, 2]` says nothing of north and east; or `{"track": null}` for the name `track`.
+fn misread(given: &Value, meant: &Value) -> Option<FieldError> {
     let below = |token: &str, given: &Value, meant: &Value| {
-        let rest = list_for_object(given, meant)?;
+        let mut error = misread(given, meant)?;
         let mut pointer = String::new();
         push_token(&mut pointer, token);
-        Some(pointer + &rest)
+        error.pointer.insert_str(0, &pointer);
+        Some(error)
     };
     match (given, meant) {
-        (Value::Array(_), Value::Object(_)) => Some(String::new()),
         (Value::Array(given), Value::Array(meant)) => given
             .iter()
             .zip(meant)
@@ -105,30 +210,22 @@ fn list_for_object(given: &Value, meant: &Value) -> Option<String> {
         (Value::Object(given), Value::Object(meant)) => meant
             .iter()
             .find_map(|(name, meant)| below(name, given.get(name)?, meant)),
+        (Value::Array(_) | Value::Object(_), _) => {
+            let detail = format!("must be {}, not {}", type_name(meant), type_name(given));
+            Some(FieldError::new("", "wrong_type", detail))
+        }
         _ => None,
     }
 }
 
-fn problem(mut pointer: String, error: &serde_json::Error) -> Problem {
-    let detail = error.to_string();
-    match error.classify() {
-        Category::Syntax | Category::Eof | Category::Io => {
-            Problem::Syntax(Box::new(FieldError::new(pointer, "syntax", detail)))
-        }
-        // serde has these as prose only; the tests pin the prose.
-        Category::Data if detail.starts_with("missing field `") => {
-            if let Some(name) = detail.split('`').nth(1) {
-                push_token(&mut pointer, name);
-            }
-            Problem::Invalid(vec![FieldError::new(pointer, "missing", detail)])
-        }
-        Category::Data => {
-            let code = ["unknown field", "unknown variant", "duplicate field"]
-                .into_iter()
-                .find(|prefix| detail.starts_with(prefix))
-                .unwrap_or("wrong type");
-            Problem::Invalid(vec![FieldError::new(pointer, &code.replace(' ', "_"), detail)])
-        }
+fn type_name(value: &Value) -> &'static str {
+    match value {
+        Value::Null => "null",
+        Value::Bool(_) => "true or false",
+        Value::Number(_) => "a number",
+        Value::String(_) => "text",
+        Value::Array(_) => "a list",
+        Value::Object(_) => "an object",
     }
 }
 

@@ -3,13 +3,18 @@
 //! The only place where a status code is chosen. Handlers answer with a [`Problem`]; the document is
 //! written at the service's edge, which knows the request's path and id.
 
+use std::{collections::BTreeMap, time::Duration};
+
 use axum::{
     http::{HeaderValue, StatusCode, header},
     response::{IntoResponse, Response},
 };
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use utoipa::ToSchema;
+use utoipa::{
+    IntoResponses, ToSchema,
+    openapi::{ContentBuilder, Ref, RefOr, Response as Documented, ResponseBuilder},
+};
 
 /// Most field errors in one document: a client mends the first few and asks again.
 const FIELD_ERRORS_MAX: usize = 64;
@@ -33,6 +38,16 @@ pub enum Problem {
         /// The content type given.
         given: Option<String>,
     },
+    /// The body is announced in a character set other than UTF-8.
+    NotUtf8 {
+        /// The content type given.
+        given: String,
+    },
+    /// The body is compressed or coded otherwise.
+    Coded {
+        /// The content encoding given.
+        given: String,
+    },
     /// The body is longer than accepted.
     TooLarge {
         /// Longest body accepted, bytes.
@@ -40,6 +55,11 @@ pub enum Problem {
     },
     /// The body ended early.
     BodyUnreadable,
+    /// The body came too slowly.
+    BodyTimedOut {
+        /// Longest time for a body.
+        limit: Duration,
+    },
     /// No such route.
     NoRoute,
     /// No such example.
@@ -51,7 +71,7 @@ pub enum Problem {
     MethodNotAllowed,
     /// Every planner is busy and the queue is full.
     Overloaded,
-    /// The answer took too long.
+    /// The plan took too long.
     TimedOut,
     /// No program was solved, and the client accepts nothing else.
     NoSolution {
@@ -78,11 +98,11 @@ pub struct FieldError {
     pub detail: String,
     /// The value given, where it is a number or a name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Object)]
+    #[schema(value_type = Value)]
     pub given: Option<Value>,
     /// What would have been accepted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Object)]
+    #[schema(value_type = Value)]
     pub limit: Option<Value>,
 }
 
@@ -161,6 +181,21 @@ impl Problem {
                 "unsupported_media_type",
                 "JSON is the only format",
             ),
+            Self::NotUtf8 { .. } => (
+                StatusCode::UNSUPPORTED_MEDIA_TYPE,
+                "unsupported_charset",
+                "UTF-8 is the only character set",
+            ),
+            Self::Coded { .. } => (
+                StatusCode::UNSUPPORTED_MEDIA_TYPE,
+                "unsupported_content_encoding",
+                "Bodies are not decoded",
+            ),
+            Self::BodyTimedOut { .. } => (
+                StatusCode::REQUEST_TIMEOUT,
+                "body_timed_out",
+                "The body came too slowly",
+            ),
             Self::TooLarge { .. } => (
                 StatusCode::PAYLOAD_TOO_LARGE,
                 "body_too_large",
@@ -178,11 +213,7 @@ impl Problem {
                 "overloaded",
                 "Every planner is busy",
             ),
-            Self::TimedOut => (
-                StatusCode::SERVICE_UNAVAILABLE,
-                "timed_out",
-                "The answer took too long",
-            ),
+            Self::TimedOut => (StatusCode::GATEWAY_TIMEOUT, "timed_out", "The plan took too long"),
             Self::NoSolution { .. } => (
                 StatusCode::SERVICE_UNAVAILABLE,
                 "no_solution",
@@ -220,6 +251,9 @@ impl Problem {
                 Some(given) => format!("send content-type: application/json, not {given}"),
                 None => "send content-type: application/json".to_owned(),
             },
+            Self::NotUtf8 { given } => format!("send UTF-8, as application/json always is, not {given}"),
+            Self::Coded { given } => format!("send the body without content-encoding, not as {given}"),
+            Self::BodyTimedOut { limit } => format!("the whole body must arrive within {limit:?}"),
             Self::TooLarge { limit } => format!("at most {limit} bytes are accepted"),
             Self::BodyUnreadable => "the connection ended before the body did".to_owned(),
             Self::NoRoute => "GET /openapi.json lists every route".to_owned(),
@@ -258,6 +292,42 @@ impl Problem {
     }
 }
 
+/// Every way in which a posted snapshot is refused, for the `OpenAPI` document.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Refusals;
+
+impl IntoResponses for Refusals {
+    fn responses() -> BTreeMap<String, RefOr<Documented>> {
+        let refusal = |(status, description): (StatusCode, &str)| {
+            let shape = Ref::from_schema_name("ProblemDocument");
+            let content = ContentBuilder::new().schema(Some(shape)).build();
+            let response = ResponseBuilder::new()
+                .description(description)
+                .content("application/problem+json", content)
+                .build();
+            (status.as_str().to_owned(), RefOr::T(response))
+        };
+        [
+            (StatusCode::BAD_REQUEST, "Not JSON, or not whole."),
+            (StatusCode::REQUEST_TIMEOUT, "The body came too slowly."),
+            (StatusCode::PAYLOAD_TOO_LARGE, "Over 1 MiB."),
+            (
+                StatusCode::UNSUPPORTED_MEDIA_TYPE,
+                "Not announced as JSON, in UTF-8, without content encoding.",
+            ),
+            (StatusCode::UNPROCESSABLE_ENTITY, "Fields at fault, by pointer."),
+            (StatusCode::INTERNAL_SERVER_ERROR, "A bug of the service."),
+            (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "Every planner is busy, or no solution and `fallback` is `none`.",
+            ),
+            (StatusCode::GATEWAY_TIMEOUT, "The plan took too long."),
+        ]
+        .map(refusal)
+        .into()
+    }
+}
+
 fn place(pointer: &str) -> &str {
     if pointer.is_empty() { "the body" } else { pointer }
 }
@@ -267,8 +337,16 @@ impl IntoResponse for Problem {
     fn into_response(self) -> Response {
         let (status, ..) = self.kind();
         let mut response = status.into_response();
-        if status == StatusCode::SERVICE_UNAVAILABLE {
-            response.headers_mut().insert(header::RETRY_AFTER, RETRY_AFTER);
+        match self {
+            Self::Overloaded | Self::TimedOut => {
+                response.headers_mut().insert(header::RETRY_AFTER, RETRY_AFTER);
+            }
+            // What is still to come of the body is not waited for.
+            Self::BodyTimedOut { .. } => {
+                let close = HeaderValue::from_static("close");
+                response.headers_mut().insert(header::CONNECTION, close);
+            }
+            _ => {}
         }
         response.extensions_mut().insert(self);
         response

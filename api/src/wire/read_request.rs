@@ -277,8 +277,12 @@ fn previous_plan(previous: &PreviousPlan) -> domain::PreviousPlan {
     domain::PreviousPlan {
         trajectory: previous.trajectory.iter().map(point).collect(),
         goal_course: previous.goal_course_rad.map(Course::new),
-        surge_memory: previous.asc_speed_mps.zip(previous.reference).map(|(surge, reference)| {
-            domain::SurgeMemory { surge, reference: reference.speed_mps }
-        }),
+        surge_memory: previous
+            .asc_speed_mps
+            .zip(previous.reference)
+            .map(|(surge, reference)| domain::SurgeMemory {
+                surge,
+                reference: reference.speed_mps,
+            }),
     }
 }
