@@ -15,6 +15,7 @@ fn pilotfish() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
     command
         .env_remove("RUST_LOG")
+        .env_remove("PILOTFISH_INSECURE")
         .env_remove("PILOTFISH_PORT")
         .env_remove("PILOTFISH_HOST");
     command
@@ -204,17 +205,115 @@ fn a_record_that_cannot_be_written_is_refused_before_the_mission() {
 }
 
 #[test]
-fn gains_that_are_not_positive_are_refused() {
+fn a_record_of_before_stays_whole_until_the_mission_has_run() {
+    let directory = std::env::temp_dir().join(format!("pilotfish-kept-{}", std::process::id()));
+    fs::create_dir_all(&directory).expect("can be made");
+    let path = directory.join("record.csv");
+    fs::write(&path, "of before").expect("can be written");
+    let mut mission = pilotfish()
+        .args(["simulate", "paper-tracking", "--out"])
+        .arg(&path)
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("starts");
+    std::thread::sleep(Duration::from_millis(300));
+    let running = mission.try_wait().expect("is ours").is_none();
+    let kept = fs::read_to_string(&path).expect("is there");
+    mission.kill().expect("is ours");
+    mission.wait().expect("is ours");
+    assert!(running, "the mission outlasts the look at its file");
+    assert_eq!(kept, "of before");
+    let names: Vec<_> = fs::read_dir(&directory).expect("is there").collect();
+    assert_eq!(
+        names.len(),
+        1,
+        "a mission that was killed leaves nothing: {names:?}"
+    );
+    fs::remove_dir_all(&directory).expect("can be removed");
+}
+
+#[test]
+fn a_record_may_go_to_what_is_no_regular_file() {
     let output = run(&[
         "simulate",
         "paper-tracking",
         "--controller",
         "saturated_los",
-        "--look-ahead-m",
-        "0",
+        "--out",
+        "/dev/stdout",
     ]);
-    assert!(!output.status.success());
-    assert!(stderr(&output).contains("--look-ahead-m"), "{}", stderr(&output));
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stdout(&output).starts_with("t_s,"), "{}", stdout(&output));
+}
+
+#[test]
+fn gains_that_are_not_positive_are_refused() {
+    for (flag, given) in [
+        ("--look-ahead-m", "0"),
+        ("--look-ahead-m", "-5"),
+        ("--along-track-gain-per-s", "-0.1"),
+    ] {
+        let output = run(&[
+            "simulate",
+            "paper-tracking",
+            "--controller",
+            "saturated_los",
+            flag,
+            given,
+        ]);
+        assert!(!output.status.success());
+        let said = stderr(&output);
+        assert!(
+            said.contains(&format!("{flag} must be above 0, not {given}")),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn gains_of_line_of_sight_are_refused_where_the_planner_guides() {
+    for arguments in [&["--controller", "mpc"][..], &[]] {
+        let mut all = vec!["simulate", "paper-tracking", "--look-ahead-m", "5"];
+        all.extend(arguments);
+        let output = run(&all);
+        assert!(!output.status.success());
+        let said = stderr(&output);
+        assert!(
+            said.contains("--look-ahead-m") && said.contains("--controller saturated_los"),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn the_program_says_its_own_name_and_version() {
+    assert_eq!(stdout(&run(&["--version"])), "pilotfish 0.1.0\n");
+}
+
+#[test]
+fn the_environment_can_let_other_machines_in() {
+    for (value, lets_in) in [
+        ("1", true),
+        ("true", true),
+        ("yes", true),
+        ("0", false),
+        ("false", false),
+    ] {
+        let mut program = pilotfish();
+        program
+            .env("PILOTFISH_INSECURE", value)
+            .env("PILOTFISH_HOST", "0.0.0.0");
+        if lets_in {
+            drop(Server::start(program));
+        } else {
+            let output = program.args(["--port", "0"]).output().expect("starts");
+            assert!(
+                stderr(&output).contains("--insecure"),
+                "{value}: {}",
+                stderr(&output)
+            );
+        }
+    }
 }
 
 #[test]

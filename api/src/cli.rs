@@ -11,7 +11,7 @@ use crate::{
 
 /// Formation planner for a surface craft that accompanies underwater vehicles.
 #[derive(Debug, Parser)]
-#[command(version, args_conflicts_with_subcommands = true)]
+#[command(name = "pilotfish", version, args_conflicts_with_subcommands = true)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,

@@ -6,6 +6,7 @@ use clap::Parser;
 
 mod cli;
 mod missions;
+mod out_file;
 mod serve;
 
 fn main() -> ExitCode {

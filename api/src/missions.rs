@@ -2,8 +2,7 @@
 
 use std::{
     fmt::Write as _,
-    fs::File,
-    io::{self, BufWriter, Write as _},
+    io::{self, Write as _},
     path::PathBuf,
     time::Duration,
 };
@@ -24,6 +23,11 @@ use sim::{
     scenario::Scenario,
 };
 
+use crate::out_file::OutFile;
+
+const LOOK_AHEAD: &str = "look-ahead-m";
+const ALONG_TRACK_GAIN: &str = "along-track-gain-per-s";
+
 #[derive(Debug, Args)]
 pub(crate) struct Simulate {
     /// Name of a scenario.
@@ -37,12 +41,16 @@ pub(crate) struct Simulate {
     /// Write the record, a line a second, to this file.
     #[arg(long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
-    /// Look-ahead distance of saturated_los, m.
-    #[arg(long, value_name = "M", default_value_t = Policy::default().los.look_ahead)]
-    look_ahead_m: f64,
-    /// Along-track gain of saturated_los, 1/s.
-    #[arg(long, value_name = "GAIN", default_value_t = Policy::default().los.along_track_gain)]
-    along_track_gain_per_s: f64,
+    #[arg(
+        long, value_name = "M", allow_negative_numbers = true,
+        help = format!("Look-ahead distance of saturated_los, m [default: {}]", Policy::default().los.look_ahead)
+    )]
+    look_ahead_m: Option<f64>,
+    #[arg(
+        long, value_name = "GAIN", allow_negative_numbers = true,
+        help = format!("Along-track gain of saturated_los, 1/s [default: {}]", Policy::default().los.along_track_gain)
+    )]
+    along_track_gain_per_s: Option<f64>,
 }
 
 #[derive(Debug, Args)]
@@ -82,6 +90,8 @@ pub(crate) enum MissionError {
     UnknownScenario(String),
     #[error("--{name} must be above 0, not {given}")]
     Gain { name: &'static str, given: f64 },
+    #[error("--{0} is a gain of line of sight and the planner has none: add --controller saturated_los")]
+    GainOfAnother(&'static str),
     #[error("the mission failed")]
     Mission(#[source] GuideError),
     #[error(transparent)]
@@ -100,15 +110,22 @@ fn named(name: &str) -> Result<Scenario, MissionError> {
 pub(crate) fn simulate(arguments: &Simulate) -> Result<(), MissionError> {
     let scenario = named(&arguments.scenario)?;
     let mut guide: Box<dyn Guide> = match arguments.controller {
+        Controller::Mpc if arguments.look_ahead_m.is_some() => {
+            return Err(MissionError::GainOfAnother(LOOK_AHEAD));
+        }
+        Controller::Mpc if arguments.along_track_gain_per_s.is_some() => {
+            return Err(MissionError::GainOfAnother(ALONG_TRACK_GAIN));
+        }
         Controller::Mpc => Box::new(MpcGuide::new(Policy::default())),
         Controller::SaturatedLos => Box::new(LosGuide::new(gains(arguments)?)),
     };
+    let refused = |source| MissionError::Out {
+        path: arguments.out.clone().unwrap_or_default(),
+        source,
+    };
     // Before the mission: a file that cannot be written should not cost one.
-    let out = arguments
-        .out
-        .as_ref()
-        .map(|path| create(path).map(|file| (path, file)))
-        .transpose()?;
+    let out = arguments.out.as_deref().map(OutFile::new).transpose();
+    let out = out.map_err(refused)?;
 
     let bar = bar();
     let mut stopwatch = Stopwatch::new(guide.as_mut());
@@ -118,12 +135,8 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), MissionError> {
     .map_err(MissionError::Mission)?;
     bar.finish_and_clear();
 
-    if let Some((path, mut file)) = out {
-        let written = record.write_csv(&mut file).and_then(|()| file.flush());
-        written.map_err(|source| MissionError::Out {
-            path: path.clone(),
-            source,
-        })?;
+    if let Some(out) = out {
+        out.write(&record).map_err(refused)?;
     }
     print(&summary(&record, &stopwatch.times))
 }
@@ -136,18 +149,17 @@ fn gains(arguments: &Simulate) -> Result<LosGains, MissionError> {
             Err(MissionError::Gain { name, given })
         }
     };
+    let LosGains {
+        look_ahead,
+        along_track_gain,
+    } = Policy::default().los;
     Ok(LosGains {
-        look_ahead: positive("look-ahead-m", arguments.look_ahead_m)?,
-        along_track_gain: positive("along-track-gain-per-s", arguments.along_track_gain_per_s)?,
+        look_ahead: positive(LOOK_AHEAD, arguments.look_ahead_m.unwrap_or(look_ahead))?,
+        along_track_gain: positive(
+            ALONG_TRACK_GAIN,
+            arguments.along_track_gain_per_s.unwrap_or(along_track_gain),
+        )?,
     })
-}
-
-fn create(path: &PathBuf) -> Result<BufWriter<File>, MissionError> {
-    let file = File::create(path).map_err(|source| MissionError::Out {
-        path: path.clone(),
-        source,
-    })?;
-    Ok(BufWriter::new(file))
 }
 
 fn summary(record: &Record, times: &[Duration]) -> String {

@@ -8,10 +8,10 @@ use std::{
 
 use api::{Settings, app, examples::EXAMPLES};
 use axum::serve::ListenerExt;
-use clap::Args;
+use clap::{Args, builder::BoolishValueParser};
 use tokio::net::TcpListener;
 
-/// How long requests under way may take to finish after the order to stop, s: the time limit of one.
+/// How long requests under way may take to finish after the order to stop: the time limit of a plan.
 const DRAIN: Duration = Duration::from_secs(10);
 
 #[derive(Clone, Debug, Args)]
@@ -23,7 +23,8 @@ pub(crate) struct Serve {
     #[arg(long, env = "PILOTFISH_PORT", default_value_t = 8080)]
     port: u16,
     /// Listen beyond this machine, though anyone who reaches the port may then use it.
-    #[arg(long, env = "PILOTFISH_INSECURE")]
+    // The environment says 1, true, yes or on.
+    #[arg(long, env = "PILOTFISH_INSECURE", value_parser = BoolishValueParser::new())]
     insecure: bool,
 }
 

@@ -1,0 +1,65 @@
+//! Where a mission's record goes: whole or not at all, and an earlier file stays until then.
+
+use std::{
+    ffi::OsString,
+    fs::{self, File},
+    io::{self, BufWriter, Write as _},
+    path::{Path, PathBuf},
+};
+
+use sim::record::Record;
+
+/// A file that can be written.
+#[derive(Debug)]
+pub(crate) struct OutFile {
+    path: PathBuf,
+    /// Written first, beside `path` so that it can take its name; none for a pipe or a device, which
+    /// keep theirs.
+    partial: Option<PathBuf>,
+}
+
+impl OutFile {
+    /// Fails where [`OutFile::write`] would. Leaves nothing behind, so that a mission can be stopped at
+    /// any time.
+    pub(crate) fn new(path: &Path) -> io::Result<Self> {
+        // A link stays one: what it leads to is replaced.
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let partial = match fs::metadata(&path) {
+            Ok(found) if found.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
+            Ok(found) if !found.is_file() => None,
+            Ok(found) if found.permissions().readonly() => {
+                return Err(io::ErrorKind::PermissionDenied.into());
+            }
+            Ok(_) | Err(_) => Some(beside(&path)),
+        };
+        if let Some(partial) = &partial {
+            File::create(partial)?;
+            fs::remove_file(partial)?;
+        }
+        Ok(Self { path, partial })
+    }
+
+    pub(crate) fn write(&self, record: &Record) -> io::Result<()> {
+        let Some(partial) = &self.partial else {
+            return write(record, &self.path);
+        };
+        let written = write(record, partial).and_then(|()| fs::rename(partial, &self.path));
+        if written.is_err() {
+            // The reason is the one to report.
+            let _ = fs::remove_file(partial);
+        }
+        written
+    }
+}
+
+fn write(record: &Record, path: &Path) -> io::Result<()> {
+    let mut file = BufWriter::new(File::create(path)?);
+    record.write_csv(&mut file)?;
+    file.flush()
+}
+
+fn beside(path: &Path) -> PathBuf {
+    let mut name = path.file_name().map_or_else(OsString::new, OsString::from);
+    name.push(format!(".{}.part", std::process::id()));
+    path.with_file_name(name)
+}
