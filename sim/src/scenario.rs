@@ -64,7 +64,8 @@ pub struct SurfaceCraftSetup {
     pub heading: f64,
     /// Surge speed through the water, m/s.
     pub speed: f64,
-    /// Its surge loop's mode.
+    /// Its surge loop's mode. The scenarios here have it on: without it the craft takes 40 s to reach
+    /// 1.5 m/s and cannot slow down again at will, which drowns what guidance does.
     pub feed_forward: DragFeedForward,
     /// Its task.
     pub goal: Goal,
@@ -76,9 +77,9 @@ impl SurfaceCraftSetup {
     /// What the craft can do with its loops closed, which the planner is told.
     ///
     /// The same with and without drag feed-forward: the limits are what the surge loop adds to what it
-    /// gives unasked, and the planner finds that bias, drag and integrator, by itself. Telling it the
-    /// mean acceleration of the loop without feed-forward instead (0.3 → 1.5 m/s at 0.019 m/s²) cost
-    /// 6 % of RMS in `paper-tracking` and doubled the heading travel there.
+    /// gives unasked, and the planner estimates that from what the craft did. Without feed-forward it is
+    /// an optimistic model, because the integrator that then carries the drag winds and unwinds slowly; a
+    /// test holds the planner to what it still achieves there.
     #[must_use]
     pub fn limits(&self) -> Limits {
         Limits::MEDUSA

@@ -223,7 +223,8 @@ mod tests {
             })
         };
         let difference = run(0.1, 300) - run(0.0125, 2400);
-        // Measured 3e-5 m after 30 s of hard turning; a tenth of a millimetre is no matter for tracking.
+        // Measured 2e-6 over the whole state after 30 s of hard turning; a tenth of a millimetre would be no
+        // matter for tracking.
         assert!(
             difference.fixed_rows::<2>(0).norm() < 1e-4,
             "{}",

@@ -138,27 +138,60 @@ impl Diver {
         PathError::new(&self.position(), self.heading(), &self.path.at(self.gamma))
     }
 
-    fn step(&mut self, current: &Vector2<f64>) {
-        self.leg = self.leg.next(self.depth(), &self.dive);
+    /// What the path-following law asks for.
+    fn path_command(&self) -> PathCommand {
         let curvature = self.path.at(self.gamma).curvature;
-        let PathCommand {
-            point_speed,
-            heading_rate,
-        } = follow_path(
+        follow_path(
             &self.path_error(),
             curvature,
             self.horizontal_speed(),
             &self.gains,
-        );
-        let reference = UnderwaterReference {
+        )
+    }
+
+    /// What the inner loops are told: the law's rate is ψ̇, theirs the body's yaw rate r = cosθ ψ̇.
+    fn reference(&self, command: &PathCommand) -> UnderwaterReference {
+        UnderwaterReference {
             surge: self.speed,
             pitch: self.leg.pitch(&self.dive),
-            yaw_rate: heading_rate * self.pitch().cos(),
-        };
+            yaw_rate: command.heading_rate * self.pitch().cos(),
+        }
+    }
+
+    fn step(&mut self, current: &Vector2<f64>) {
+        self.leg = self.leg.next(self.depth(), &self.dive);
+        let command = self.path_command();
+        let reference = self.reference(&command);
         let input = steer_underwater_vehicle(&self.hull, &mut self.surge, &self.state, &reference);
         self.state = rk4(&self.state, PERIOD, |state| {
             self.hull.derivative(state, input, current)
         });
-        self.gamma += point_speed * PERIOD;
+        self.gamma += command.point_speed * PERIOD;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scenario::Scenario;
+
+    #[test]
+    fn a_pitched_vehicle_told_its_yaw_rate_turns_at_the_rate_that_the_law_asked_for() {
+        let mut diver = Scenario::named("paper-path-following")
+            .expect("exists")
+            .world(1)
+            .divers
+            .remove(0);
+        for pitch_degrees in [0.0_f64, -50.0, 50.0] {
+            diver.state[3] = pitch_degrees.to_radians();
+            let command = diver.path_command();
+            assert!(command.heading_rate.abs() > 0.01, "off its path it must turn");
+            let told = diver.reference(&command).yaw_rate;
+            // A vehicle that obeys at once: the kinematics turn what it was told into ψ̇.
+            diver.state[7] = told;
+            let turned = diver
+                .hull
+                .derivative(&diver.state, Default::default(), &Default::default())[4];
+            assert!((turned - command.heading_rate).abs() < 1e-12, "{turned}");
+        }
     }
 }

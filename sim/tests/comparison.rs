@@ -3,29 +3,25 @@
 use planner::policy::Policy;
 use sim::{
     guide::MpcGuide,
+    inner_loop::DragFeedForward,
     metrics::{Metrics, SurfaceCraftMetrics},
     mission::run,
     scenario::Scenario,
     tuning::tune_los,
 };
 
-const SEED: u64 = 1;
+/// Starts up to 1 m and 0.1 rad apart.
+const SEEDS: [u64; 3] = [1, 2, 3];
 
 /// Tuned line of sight, then the planner.
-fn both(name: &str) -> [SurfaceCraftMetrics; 2] {
-    let scenario = Scenario::named(name).expect("exists");
-    let (gains, los) = tune_los(&scenario, SEED, &mut |_| {}).expect("tunes");
-    let record = run(
-        &scenario,
-        &mut MpcGuide::new(Policy::default()),
-        SEED,
-        &mut |_| {},
-    )
-    .expect("runs");
+fn both(scenario: &Scenario, seed: u64) -> [SurfaceCraftMetrics; 2] {
+    let name = scenario.name;
+    let (gains, los) = tune_los(scenario, seed, &mut |_| {}).expect("tunes");
+    let record = run(scenario, &mut MpcGuide::new(Policy::default()), seed, &mut |_| {}).expect("runs");
     let metrics = [los, Metrics::of(&record)].map(|metrics| metrics.surface_craft.expect("has one"));
     for (method, of) in ["los", "mpc"].into_iter().zip(&metrics) {
         println!(
-            "{name} {method}: rms {:.3} settled {:.3} energy {:.0} travel {:.1} {:?} (los {gains:?})",
+            "{name} {seed} {method}: rms {:.3} settled {:.3} energy {:.0} travel {:.1} {:?} (los {gains:?})",
             of.rms_m, of.settled_rms_m, of.energy_j, of.heading_travel_rad, of.rungs
         );
     }
@@ -35,26 +31,59 @@ fn both(name: &str) -> [SurfaceCraftMetrics; 2] {
 #[test]
 fn the_planner_is_never_worse_than_tuned_line_of_sight() {
     for name in ["paper-tracking", "paper-midpoint", "cross-current"] {
-        let [los, mpc] = both(name);
-        assert!(
-            mpc.rms_m <= los.rms_m,
-            "{name}: {} against {}",
-            mpc.rms_m,
-            los.rms_m
-        );
-        assert!(mpc.settled_rms_m <= los.settled_rms_m, "{name}");
-        assert_eq!(mpc.rungs.mpc, 1800, "{name}: {:?}", mpc.rungs);
+        let scenario = Scenario::named(name).expect("exists");
+        for seed in SEEDS {
+            let [los, mpc] = both(&scenario, seed);
+            assert!(
+                mpc.rms_m <= los.rms_m,
+                "{name}, seed {seed}: {} against {}",
+                mpc.rms_m,
+                los.rms_m
+            );
+            assert!(
+                mpc.settled_rms_m <= 0.5 * los.settled_rms_m,
+                "{name}, seed {seed}"
+            );
+            assert_eq!(mpc.rungs.mpc, 1800, "{name}: {:?}", mpc.rungs);
+        }
     }
 }
 
 #[test]
 fn anticipating_the_hand_over_halves_the_error() {
-    let [los, mpc] = both("paper-intermittent");
-    assert!(
-        mpc.rms_m <= 0.5 * los.rms_m,
-        "{} against {}",
-        mpc.rms_m,
-        los.rms_m
-    );
-    assert_eq!(mpc.rungs.mpc, 1920, "{:?}", mpc.rungs);
+    let scenario = Scenario::named("paper-intermittent").expect("exists");
+    for seed in SEEDS {
+        let [los, mpc] = both(&scenario, seed);
+        assert!(
+            mpc.rms_m <= 0.5 * los.rms_m,
+            "seed {seed}: {} against {}",
+            mpc.rms_m,
+            los.rms_m
+        );
+        assert_eq!(mpc.rungs.mpc, 1920, "{:?}", mpc.rungs);
+    }
+}
+
+/// The loop that winds up: the planner's model of it is optimistic. Its approach is slower than line of
+/// sight's by a few per cent, it keeps closer afterwards and at hand-overs, and pays with energy and with
+/// circles that it turns while the loop slows down.
+#[test]
+fn without_drag_feed_forward_the_approach_is_lost_by_a_little_and_the_rest_won() {
+    for (name, share) in [
+        ("paper-tracking", 1.04),
+        ("paper-midpoint", 1.04),
+        ("cross-current", 1.04),
+        ("paper-intermittent", 0.5),
+    ] {
+        let mut scenario = Scenario::named(name).expect("exists");
+        scenario.surface_craft.as_mut().expect("has one").feed_forward = DragFeedForward::Off;
+        let [los, mpc] = both(&scenario, SEEDS[0]);
+        assert!(
+            mpc.rms_m <= share * los.rms_m,
+            "{name}: {} against {}",
+            mpc.rms_m,
+            los.rms_m
+        );
+        assert!(mpc.settled_rms_m <= 0.5 * los.settled_rms_m, "{name}");
+    }
 }

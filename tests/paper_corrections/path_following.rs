@@ -81,17 +81,17 @@ fn eq_8_and_30_a_speed_profile_belongs_to_the_path_and_its_speed_is_along_the_bo
     let in_time = |t: f64| if t < 100.0 { fast } else { slow };
     let on_path = |gamma: f64| if gamma < entry { fast } else { slow };
     // A following current of 0.1 m/s carries the vehicle along.
-    let entered_at = |speed: &dyn Fn(f64, f64) -> f64| {
+    let speed_past_the_entry = |speed: &dyn Fn(f64, f64) -> f64| {
         let (mut t, mut gamma) = (0.0, 0.0);
         while gamma < entry {
             gamma += (speed(t, gamma) + 0.1) * 0.1;
             t += 0.1;
         }
-        (t, gamma)
+        speed(t, gamma)
     };
-    let (t, gamma) = entered_at(&|t, _| in_time(t));
-    assert_eq!(in_time(t), fast, "as printed it enters the arc too fast");
-    assert_eq!(on_path(gamma), slow);
+    let timed = speed_past_the_entry(&|t, _| in_time(t));
+    assert_eq!(timed, fast, "as printed it enters the arc too fast");
+    assert_eq!(speed_past_the_entry(&|_, gamma| on_path(gamma)), slow);
 
     // And U_d is not the horizontal speed: half way down a leg the project's vehicle keeps U_d along its body.
     let diver = &settled_world(60).divers[0];
