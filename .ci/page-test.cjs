@@ -46,8 +46,61 @@ async function checkTracks(page, name, seen) {
   }
 }
 
+// The first answer comes last, and the page shows the second.
+async function checkHaste(page, first, second) {
+  await answered(page, () => page.locator("#example").selectOption(second), "ready");
+  const wanted = await page.locator("path#track-mpc").getAttribute("d");
+  let held = true;
+  await page.route("**/v1/plan/compare", async (route) => {
+    const late = held;
+    held = false;
+    if (late) await new Promise((resume) => setTimeout(resume, 1000));
+    await route.continue();
+  });
+  const both = [];
+  page.on("response", (response) => { if (response.url().endsWith("/compare")) both.push(response); });
+  const asked = page.waitForRequest("**/v1/plan/compare");
+  await page.locator("#example").selectOption(first);
+  await asked;
+  await page.locator("#example").selectOption(second);
+  while (both.length < 2) await page.waitForTimeout(50);
+  await both[1].finished();
+  await page.waitForTimeout(200);
+  assert.equal(await page.locator("path#track-mpc").getAttribute("d"), wanted, "the answer asked for last is shown");
+  assert.match(await page.locator("#body").inputValue(), /intermittent/);
+  await page.unroute("**/v1/plan/compare");
+}
+
+// All of both pictures at once, every name at its full size, no title cut off.
+async function checkLayout(page) {
+  const chart = await page.locator("#chart").boundingBox();
+  assert.ok(chart.y + chart.height <= page.viewportSize().height, `the chart ends at ${chart.y + chart.height} px`);
+  await page.setViewportSize({ width: 390, height: 844 });
+  const name = page.locator("#map .name").first();
+  await name.waitFor();
+  const scale = await name.evaluate((element) => element.getScreenCTM().a);
+  assert.ok(scale > 0.9, `names are drawn at ${scale} of their size`);
+  const overflow = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  assert.ok(overflow <= 0, `the page is ${overflow} px too wide`);
+  await page.setViewportSize({ width: 1280, height: 800 });
+}
+
+async function checkEstimatedCurrent(page) {
+  const right = await page.locator("#body").inputValue();
+  const request = JSON.parse(right);
+  delete request.current;
+  Object.assign(request.asc, { heading_rad: 0, speed_mps: 0.2, sway_mps: 0, ground_north_mps: 0.2, ground_east_mps: 0.1 });
+  await page.locator("#body").fill(JSON.stringify(request));
+  await answered(page, () => page.locator("#request button").click(), "ready");
+  assert.match(await page.locator("#map").textContent(), /current 0\.10 m\/s, estimated/);
+  assert.match(await page.locator("#current").getAttribute("transform"), /rotate\(90/);
+  await page.locator("#body").fill(right);
+  await answered(page, () => page.locator("#request button").click(), "ready");
+}
+
 async function checkReplay(page) {
   await page.locator("#moment").fill("0.5");
+  assert.match(await page.locator("#moment").getAttribute("aria-valuetext"), /^\d+ seconds from now$/);
   assert.notEqual(await page.locator("#clock").textContent(), "+0 s");
   assert.equal(await page.locator("#ghosts .ghost").count(), 3, "goal, plan and line of sight");
   await page.locator("#moment").fill("0");
@@ -90,7 +143,10 @@ async function main() {
     // By hand what the address did before.
     await answered(page, () => page.locator("#example").selectOption(SCREENSHOT_EXAMPLE), "ready");
     if (screenshot) await page.screenshot({ path: screenshot });
+    await checkLayout(page);
     await checkReplay(page);
+    await checkEstimatedCurrent(page);
+    await checkHaste(page, "track", SCREENSHOT_EXAMPLE);
     assert.deepEqual(complaints, []);
     await checkRefusal(page, complaints);
     assert.deepEqual(complaints, []);

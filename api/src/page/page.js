@@ -1,16 +1,21 @@
 // Draws one snapshot and both answers to it. North is up, east is right, one scale for both axes.
 
-const WIDTH = 900, HEIGHT = 560;
 // Room for names beside the vehicles and for the scale below them.
-const MARGIN = { left: 80, right: 120, top: 44, bottom: 84 };
-const CHART = { width: 900, height: 170, left: 54, right: 16, top: 32, bottom: 26 };
+const MARGIN = { left: 80, right: 120, top: 74, bottom: 84 };
+const NARROW_MARGIN = { left: 98, right: 80, top: 84, bottom: 84 };
+const NARROW_PX = 600;
+// What stands above and below the map where the chart is to be seen without scrolling.
+const BESIDE_MAP_PX = 358;
+const CHART = { height: 140, left: 54, right: 26, top: 30, bottom: 24 };
 const INSTANT_EVERY_S = 15;
-// A reference arrow is as long as the craft would travel in this time.
-const ARROW_S = 12;
+// A reference arrow is as long as the craft would travel in this time, and never hidden by its hull.
+const ARROW_S = 12, ARROW_LEAST_PX = 36;
 const REPLAY_SPEED = 10;
 
 const $ = (id) => document.getElementById(id);
 let shown = null;
+// Only the last thing asked for is shown, whatever is answered last.
+let turn = 0;
 
 function node(name, attributes = {}, text) {
   const element = document.createElementNS("http://www.w3.org/2000/svg", name);
@@ -36,18 +41,26 @@ function round(value) {
   return [5, 2, 1].find((factor) => factor * power <= value) * power;
 }
 
-function projection(points) {
+// A unit of the drawing is a pixel of the screen, so that names keep their size on a small one.
+function sized(svg, height) {
+  const width = Math.max(svg.clientWidth, 280);
+  svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+  return { width, height };
+}
+
+function projection({ width, height }, points) {
+  const margin = width < NARROW_PX ? NARROW_MARGIN : MARGIN;
   const norths = points.map((p) => p.north_m), easts = points.map((p) => p.east_m);
   const middle = (list) => (Math.min(...list) + Math.max(...list)) / 2;
   const extent = (list) => Math.max(...list) - Math.min(...list);
   const scale = Math.min(
-    (WIDTH - MARGIN.left - MARGIN.right) / Math.max(extent(easts), 20),
-    (HEIGHT - MARGIN.top - MARGIN.bottom) / Math.max(extent(norths), 20),
+    (width - margin.left - margin.right) / Math.max(extent(easts), 20),
+    (height - margin.top - margin.bottom) / Math.max(extent(norths), 20),
   );
   const [north0, east0] = [middle(norths), middle(easts)];
-  const x0 = (WIDTH + MARGIN.left - MARGIN.right) / 2, y0 = (HEIGHT + MARGIN.top - MARGIN.bottom) / 2;
+  const x0 = (width + margin.left - margin.right) / 2, y0 = (height + margin.top - margin.bottom) / 2;
   return {
-    scale,
+    width, height, scale,
     x: (east) => x0 + (east - east0) * scale,
     y: (north) => y0 - (north - north0) * scale,
     north: (y) => north0 + (y0 - y) / scale,
@@ -75,35 +88,50 @@ const TORPEDO = "M0-12C4-9 4-5 4-2V8L6 12H-6L-4 8V-2C-4-5-4-9 0-12Z";
 const GHOST = "M0-10 5-2 5 8-5 8-5-2Z";
 
 function grid(map, svg) {
-  const step = round(Math.max(110 / map.scale, 1));
-  for (let east = Math.ceil(map.east(0) / step) * step; map.x(east) < WIDTH; east += step) {
-    svg.append(node("line", { class: "grid", x1: map.x(east), x2: map.x(east), y1: 0, y2: HEIGHT }));
-    if (65 < map.x(east) && map.x(east) < WIDTH - 50)
-      svg.append(node("text", { class: "coordinate", x: map.x(east) + 4, y: HEIGHT - 6 }, `${+east.toFixed(3)} m E`));
+  const { width, height } = map, step = round(Math.max(110 / map.scale, 1));
+  for (let east = Math.ceil(map.east(0) / step) * step; map.x(east) < width; east += step) {
+    svg.append(node("line", { class: "grid", x1: map.x(east), x2: map.x(east), y1: 0, y2: height }));
+    // Neither in the corner of the other axis nor cut off.
+    if (65 < map.x(east) && map.x(east) < width - 58)
+      svg.append(node("text", { class: "coordinate", x: map.x(east) + 4, y: height - 6 }, `${+east.toFixed(3)} m E`));
   }
-  for (let north = Math.ceil(map.north(HEIGHT) / step) * step; map.y(north) > 0; north += step) {
-    svg.append(node("line", { class: "grid", x1: 0, x2: WIDTH, y1: map.y(north), y2: map.y(north) }));
-    if (18 < map.y(north))
+  for (let north = Math.ceil(map.north(height) / step) * step; map.y(north) > 0; north += step) {
+    svg.append(node("line", { class: "grid", x1: 0, x2: width, y1: map.y(north), y2: map.y(north) }));
+    if (18 < map.y(north) && map.y(north) < height - 24)
       svg.append(node("text", { class: "coordinate", x: 5, y: map.y(north) - 4 }, `${+north.toFixed(3)} m N`));
   }
 }
 
+// As the planner has it: the current given, else ground velocity less velocity through the water.
+function knownCurrent({ current, asc }) {
+  if (current) return { ...current, estimated: false };
+  if (typeof asc.ground_north_mps !== "number") return null;
+  const [cos, sin] = [Math.cos(asc.heading_rad), Math.sin(asc.heading_rad)], sway = asc.sway_mps ?? 0;
+  return {
+    north_mps: asc.ground_north_mps - (cos * asc.speed_mps - sin * sway),
+    east_mps: asc.ground_east_mps - (sin * asc.speed_mps + cos * sway),
+    estimated: true,
+  };
+}
+
 function furniture(map, svg, current) {
-  const length = round(150 / map.scale), end = WIDTH - 28, start = end - length * map.scale;
-  svg.append(node("path", { class: "frame", d: `M${start} ${HEIGHT - 40}v8h${end - start}v-8` }));
-  svg.append(node("text", { class: "name", x: (start + end) / 2, y: HEIGHT - 42, "text-anchor": "middle", id: "scale" }, `${length} m`));
-  svg.append(node("path", { class: "frame solid", d: `M${WIDTH - 40} 22l10 30-10-7-10 7Z` }));
-  svg.append(node("text", { class: "name", x: WIDTH - 40, y: 70, "text-anchor": "middle" }, "N"));
+  const { width, height } = map;
+  const length = round(Math.min(150, width / 4) / map.scale), end = width - 28, start = end - length * map.scale;
+  svg.append(node("path", { class: "frame", d: `M${start} ${height - 32}v7h${end - start}v-7` }));
+  svg.append(node("text", { class: "name", x: (start + end) / 2, y: height - 34, "text-anchor": "middle", id: "scale" }, `${length} m`));
+  svg.append(node("path", { class: "frame solid", d: `M${width - 30} 18l10 30-10-7-10 7Z` }));
+  svg.append(node("text", { class: "name", x: width - 30, y: 64, "text-anchor": "middle" }, "N"));
   const speed = current ? Math.hypot(current.north_mps, current.east_mps) : 0;
   if (speed > 0) {
     const angle = Math.atan2(current.east_mps, current.north_mps) * 180 / Math.PI;
-    svg.append(node("path", { class: "frame", d: "M0 18V-18M-6-10 0-18 6-10", transform: `translate(${WIDTH - 110} 37) rotate(${angle})` }));
-    svg.append(node("text", { class: "name minor", x: WIDTH - 110, y: 72, "text-anchor": "middle" }, `current ${speed.toFixed(2)} m/s`));
+    const estimated = current.estimated ? ", estimated" : "";
+    svg.append(node("path", { class: "frame", id: "current", d: "M0 16V-16M-6-8 0-16 6-8", transform: `translate(${width - 120} 30) rotate(${angle})` }));
+    svg.append(node("text", { class: "name minor", x: width - 52, y: 66, "text-anchor": "end" }, `current ${speed.toFixed(2)} m/s${estimated}`));
   }
 }
 
 function arrow(map, from, reference, kind) {
-  const length = Math.max(reference.speed_mps * ARROW_S * map.scale, 26);
+  const length = Math.max(reference.speed_mps * ARROW_S * map.scale, ARROW_LEAST_PX);
   return node("path", {
     class: `reference ${kind}`, id: `reference-${kind}`, transform: pose(map, from, reference.heading_rad),
     d: `M0 0V${-length}M-6 ${9 - length}L0 ${-length}L6 ${9 - length}`,
@@ -124,7 +152,8 @@ function drawMap(request, { mpc, saturated_los: los }) {
   const svg = $("map");
   const targets = mpc.targets.map((target) => target.trajectory);
   const states = request.auvs.map((auv) => auv.state);
-  const map = projection([request.asc, ...states, ...mpc.trajectory, ...los.trajectory, ...targets.flat(), ...mpc.goal.trajectory]);
+  const height = Math.min(Math.max(innerHeight - BESIDE_MAP_PX, 320), 560);
+  const map = projection(sized(svg, height), [request.asc, ...states, ...mpc.trajectory, ...los.trajectory, ...targets.flat(), ...mpc.goal.trajectory]);
   svg.replaceChildren();
   grid(map, svg);
   svg.append(node("path", { id: "track-goal", class: "track goal", d: line(map, mpc.goal.trajectory, jumps(mpc.goal.trajectory)) }));
@@ -149,7 +178,7 @@ function drawMap(request, { mpc, saturated_los: los }) {
   svg.append(node("text", { class: "name", x: map.x(request.asc.east_m) - 20, y: map.y(request.asc.north_m) + 5, "text-anchor": "end" }, "ASC"));
   const ghosts = node("g", { id: "ghosts" });
   svg.append(ghosts);
-  furniture(map, svg, request.current);
+  furniture(map, svg, knownCurrent(request));
   return (t) => {
     ghosts.replaceChildren();
     if (t <= start) return;
@@ -163,7 +192,8 @@ function drawMap(request, { mpc, saturated_los: los }) {
 }
 
 function drawChart({ mpc, saturated_los: los }) {
-  const svg = $("chart"), { width, height, left, right, top, bottom } = CHART;
+  const svg = $("chart"), { left, right, top, bottom } = CHART;
+  const { width, height } = sized(svg, CHART.height);
   const distances = (plan) => plan.trajectory.map((p, i) => {
     const goal = plan.goal.trajectory[i];
     return { t: p.t_s - plan.trajectory[0].t_s, d: Math.hypot(p.north_m - goal.north_m, p.east_m - goal.east_m) };
@@ -173,7 +203,7 @@ function drawChart({ mpc, saturated_los: los }) {
   const tMax = Math.max(...all.map((p) => p.t)), dMax = Math.max(...all.map((p) => p.d), 0.1) * 1.05;
   const x = (t) => left + (width - left - right) * t / tMax, y = (d) => height - bottom - (height - top - bottom) * d / dMax;
   svg.replaceChildren(node("text", { class: "name", x: 14, y: 19 }, "Predicted distance to the goal"));
-  const [dStep, tStep] = [round(dMax / 2), round(tMax / 5)];
+  const [dStep, tStep] = [round(dMax / 2), round(tMax / (width < NARROW_PX ? 3 : 5))];
   for (let d = 0; d <= dMax; d += dStep) {
     svg.append(node("line", { class: "axis", x1: left, x2: width - right, y1: y(d), y2: y(d) }));
     svg.append(node("text", { class: "coordinate", x: left - 7, y: y(d) + 4, "text-anchor": "end" }, `${+d.toFixed(3)} m`));
@@ -208,7 +238,9 @@ function drawNumbers({ mpc, saturated_los: los }) {
     const row = html("tr"), values = [of(mpc), of(los)];
     const cells = values.map((value) => html("td", text(value, digits, unit)));
     if (less && values[0] !== values[1]) cells[values[0] < values[1] ? 0 : 1].className = "better";
-    row.append(html("th", name), ...cells);
+    const header = html("th", name);
+    header.scope = "row";
+    row.append(header, ...cells);
     return row;
   }));
   const notes = mpc.warnings.map((w) => `${w.pointer}: ${w.detail}`);
@@ -228,7 +260,7 @@ function legend() {
     const entry = html("span");
     entry.append(picture, name);
     return entry;
-  }), html("span", `dots every ${INSTANT_EVERY_S} s · arrows: references, ${ARROW_S} s long`));
+  }), html("span", `dots every ${INSTANT_EVERY_S} s · arrows: references, ${ARROW_S} s of travel, at least a hull long`));
 }
 
 function fail(problem) {
@@ -241,33 +273,53 @@ function fail(problem) {
   }));
 }
 
-async function post() {
+function draw({ request, plans }) {
+  const t0 = plans.mpc.trajectory[0].t_s;
+  const [moveMap, moveChart] = [drawMap(request, plans), drawChart(plans)];
+  shown = {
+    request, plans,
+    length: plans.mpc.trajectory.at(-1).t_s - t0,
+    move: (t) => {
+      moveMap(t0 + t);
+      moveChart(t);
+      $("clock").textContent = `+${t.toFixed(0)} s`;
+      $("moment").setAttribute("aria-valuetext", `${t.toFixed(0)} seconds from now`);
+    },
+  };
+  shown.move($("moment").value * shown.length);
+}
+
+async function post(mine) {
   state("busy", "planning");
   $("errors").replaceChildren();
   const body = $("body").value;
   const answer = await fetch("/v1/plan/compare", { method: "POST", headers: { "content-type": "application/json" }, body });
   const content = await answer.json();
+  if (mine !== turn) return;
   if (!answer.ok) return fail(content);
   const { plans } = content;
-  const t0 = plans.mpc.trajectory[0].t_s;
-  const [moveMap, moveChart] = [drawMap(JSON.parse(body), plans), drawChart(plans)];
-  drawNumbers(plans);
-  shown = {
-    length: plans.mpc.trajectory.at(-1).t_s - t0,
-    move: (t) => { moveMap(t0 + t); moveChart(t); $("clock").textContent = `+${t.toFixed(0)} s`; },
-  };
   $("moment").value = 0;
-  shown.move(0);
+  draw({ request: JSON.parse(body), plans });
+  drawNumbers(plans);
   if (plans.mpc.outcome === "ok") state("ready", "planned");
   else state("ready", `degraded: ${plans.mpc.method.replaceAll("_", " ")}`);
 }
 
-const guarded = (action) => (...all) => action(...all).catch((error) =>
-  fail({ title: "no answer", code: "page", detail: String(error), errors: [] }));
+const guarded = (action) => async (...all) => {
+  const mine = ++turn;
+  try {
+    await action(mine, ...all);
+  } catch (error) {
+    if (mine === turn) fail({ title: "no answer", code: "page", detail: String(error), errors: [] });
+  }
+};
 
-async function load(name) {
-  $("body").value = await (await fetch(`/v1/examples/${encodeURIComponent(name)}`)).text();
-  await post();
+async function load(mine) {
+  state("busy", "loading");
+  const text = await (await fetch(`/v1/examples/${encodeURIComponent($("example").value)}`)).text();
+  if (mine !== turn) return;
+  $("body").value = text;
+  await post(mine);
 }
 
 let playing = null;
@@ -287,17 +339,18 @@ function play() {
   playing = requestAnimationFrame(step);
 }
 
-async function start() {
+async function start(mine) {
   legend();
   const { examples } = await (await fetch("/v1/examples")).json();
   $("example").replaceChildren(...examples.map(({ name, title }) => new Option(title, name)));
   const asked = new URLSearchParams(location.search).get("example");
   if (examples.some(({ name }) => name === asked)) $("example").value = asked;
-  $("example").addEventListener("change", guarded(() => load($("example").value)));
-  $("request").addEventListener("submit", guarded(async (event) => { event.preventDefault(); await post(); }));
+  $("example").addEventListener("change", guarded(load));
+  $("request").addEventListener("submit", guarded((mine, event) => { event.preventDefault(); return post(mine); }));
   $("moment").addEventListener("input", () => shown?.move($("moment").value * shown.length));
   $("play").addEventListener("click", play);
-  await load($("example").value);
+  addEventListener("resize", () => shown && draw(shown));
+  await load(mine);
 }
 
 guarded(start)();
