@@ -121,6 +121,43 @@ fn a_server_goes_on_when_nobody_reads_what_it_prints() {
     assert!(up && ask(&server, &get("/livez")).ends_with(r#"{"status":"live"}"#));
 }
 
+#[test]
+fn a_client_that_never_ends_its_header_is_hung_up_on() {
+    let server = serving(&[]);
+    let mut socket = TcpStream::connect(&server.address).expect("listens");
+    socket.write_all(b"GET /livez HTTP/1.1\r\nhost:").expect("takes it");
+    socket
+        .set_read_timeout(Some(Duration::from_secs(20)))
+        .expect("is a socket");
+    let mut answer = String::new();
+    socket.read_to_string(&mut answer).expect("hangs up");
+    assert!(!answer.contains("200 OK"), "{answer}");
+}
+
+#[cfg(unix)]
+#[test]
+fn the_order_to_stop_lets_a_request_under_way_finish() {
+    let mut server = serving(&[]);
+    let mut socket = TcpStream::connect(&server.address).expect("listens");
+    let body = api::examples::EXAMPLES[0].body;
+    let head = format!(
+        "POST /v1/plan HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\n\
+         content-length: {}\r\n\r\n",
+        body.len()
+    );
+    socket.write_all(head.as_bytes()).expect("takes it");
+    std::thread::sleep(Duration::from_millis(300));
+    let id = server.process.id().to_string();
+    let stop = Command::new("kill").args(["-TERM", &id]).status();
+    assert!(stop.expect("there is a kill").success());
+    std::thread::sleep(Duration::from_millis(300));
+    socket.write_all(body.as_bytes()).expect("takes the rest");
+    let mut answer = String::new();
+    socket.read_to_string(&mut answer).expect("answers and hangs up");
+    assert!(answer.starts_with("HTTP/1.1 200 OK"), "{answer}");
+    assert!(server.process.wait().expect("ends").success());
+}
+
 #[cfg(unix)]
 #[test]
 fn the_order_to_stop_ends_the_server_well() {

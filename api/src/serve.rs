@@ -7,12 +7,21 @@ use std::{
 };
 
 use api::{Settings, app, examples::EXAMPLES};
-use axum::serve::ListenerExt;
+use axum::serve::{Listener, ListenerExt};
 use clap::{Args, builder::BoolishValueParser};
+use hyper::server::conn::http1;
+use hyper_util::{
+    rt::{TokioIo, TokioTimer},
+    server::graceful::GracefulShutdown,
+    service::TowerToHyperService,
+};
 use tokio::net::TcpListener;
 
 /// How long requests under way may take to finish after the order to stop: the time limit of a plan.
 const DRAIN: Duration = Duration::from_secs(10);
+
+/// How long a connection may take to say what it wants, the wait for its next request included.
+const HEADER_TIME: Duration = Duration::from_secs(10);
 
 #[derive(Clone, Debug, Args)]
 pub(crate) struct Serve {
@@ -67,28 +76,35 @@ async fn run(address: SocketAddr) -> Result<(), ServeError> {
     let signal = Signals::listen()?;
     greet(listener.local_addr()?);
     // An answer's last segment should not wait for the client's acknowledgement of the first.
-    let listener = listener.tap_io(|socket| {
+    let mut listener = listener.tap_io(|socket| {
         if let Err(error) = socket.set_nodelay(true) {
             tracing::debug!(%error, "a connection stays without TCP_NODELAY");
         }
     });
 
-    let (stopping, stopped) = tokio::sync::oneshot::channel();
-    let server = axum::serve(listener, app(Settings::default())).with_graceful_shutdown(async move {
-        signal.any().await;
-        tracing::info!("stopping: requests under way may finish");
-        // The receiver is gone only when the server is.
-        let _ = stopping.send(());
-    });
-    let deadline = async {
-        match stopped.await {
-            Ok(()) => tokio::time::sleep(DRAIN).await,
-            Err(_) => std::future::pending().await,
-        }
-    };
-    tokio::select! {
-        result = server => result?,
-        () = deadline => tracing::warn!("gave up on requests that did not finish"),
+    // `axum::serve` waits for a header as long as the client likes.
+    let mut http = http1::Builder::new();
+    http.timer(TokioTimer::new()).header_read_timeout(HEADER_TIME);
+    let service = TowerToHyperService::new(app(Settings::default()));
+    let connections = GracefulShutdown::new();
+    let mut stop = std::pin::pin!(signal.any());
+    loop {
+        let socket = tokio::select! {
+            (socket, _) = Listener::accept(&mut listener) => socket,
+            () = &mut stop => break,
+        };
+        let connection = http.serve_connection(TokioIo::new(socket), service.clone());
+        let connection = connections.watch(connection);
+        tokio::spawn(async {
+            if let Err(error) = connection.await {
+                tracing::debug!(%error, "a connection ended early");
+            }
+        });
+    }
+    tracing::info!("stopping: requests under way may finish");
+    drop(listener);
+    if tokio::time::timeout(DRAIN, connections.shutdown()).await.is_err() {
+        tracing::warn!("gave up on requests that did not finish");
     }
     Ok(())
 }
