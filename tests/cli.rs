@@ -125,7 +125,9 @@ fn a_server_goes_on_when_nobody_reads_what_it_prints() {
 fn a_client_that_never_ends_its_header_is_hung_up_on() {
     let server = serving(&[]);
     let mut socket = TcpStream::connect(&server.address).expect("listens");
-    socket.write_all(b"GET /livez HTTP/1.1\r\nhost:").expect("takes it");
+    socket
+        .write_all(b"GET /livez HTTP/1.1\r\nhost:")
+        .expect("takes it");
     socket
         .set_read_timeout(Some(Duration::from_secs(20)))
         .expect("is a socket");

@@ -67,9 +67,9 @@ impl From<&facts::PreviousPlan> for PreviousPlan {
             trajectory: previous.trajectory.iter().map(TrajectoryPoint::from).collect(),
             goal_course_rad: previous.goal_course.map(planner::angle::Course::radians),
             asc_speed_mps: previous.surge_memory.map(|memory| memory.surge),
-            reference: previous
-                .surge_memory
-                .map(|memory| PreviousReference { speed_mps: memory.reference }),
+            reference: previous.surge_memory.map(|memory| PreviousReference {
+                speed_mps: memory.reference,
+            }),
         }
     }
 }
