@@ -172,7 +172,9 @@ impl Diver {
 
 #[cfg(test)]
 mod tests {
-    use crate::scenario::Scenario;
+    use nalgebra::Vector2;
+
+    use crate::{scenario::Scenario, underwater_vehicle::UnderwaterInput};
 
     #[test]
     fn a_pitched_vehicle_told_its_yaw_rate_turns_at_the_rate_that_the_law_asked_for() {
@@ -190,7 +192,7 @@ mod tests {
             diver.state[7] = told;
             let turned = diver
                 .hull
-                .derivative(&diver.state, Default::default(), &Default::default())[4];
+                .derivative(&diver.state, UnderwaterInput::default(), &Vector2::zeros())[4];
             assert!((turned - command.heading_rate).abs() < 1e-12, "{turned}");
         }
     }
