@@ -21,6 +21,7 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 pub mod comparison;
 mod edge;
 pub mod examples;
+pub mod export;
 pub mod health;
 mod page;
 mod planners;

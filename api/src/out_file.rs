@@ -54,7 +54,7 @@ impl OutFile {
 
 fn write(record: &Record, path: &Path) -> io::Result<()> {
     let mut file = BufWriter::new(File::create(path)?);
-    record.write_csv(&mut file)?;
+    api::export::csv::write(record, &mut file)?;
     file.flush()
 }
 

@@ -244,7 +244,7 @@ mod tests {
     use planner::{angle::Heading, snapshot::Limits};
 
     use super::*;
-    use crate::record::Row;
+    use crate::record::{Bounds, DiverReference, KnownSurfaceCraft, Row};
 
     /// A craft `north` metres ahead of a goal at the datum, once a second; one diver 3 m below the datum.
     fn record(north: &[f64]) -> Record {
@@ -256,6 +256,18 @@ mod tests {
                 surge: 0.5,
                 sway: 0.0,
                 yaw_rate: 0.0,
+                thrust_port: 0.0,
+                thrust_starboard: 0.0,
+                current: Vector2::zeros(),
+                known: KnownSurfaceCraft {
+                    time: f64::from(k),
+                    position: Vector2::new(*north, 0.0),
+                    heading: Heading::new(0.0),
+                    surge: 0.5,
+                    current: None,
+                },
+                predicted_rms: None,
+                solve_ms: None,
                 reference: Reference {
                     speed: 0.5,
                     heading: Heading::new(0.0),
@@ -271,13 +283,27 @@ mod tests {
                 pitch: -0.1,
                 heading: 0.0,
                 surge: 0.3,
+                current: Vector2::zeros(),
+                reference: DiverReference {
+                    surge: 0.3,
+                    pitch: -0.1,
+                    heading: 0.0,
+                },
+                path_point: Vector2::zeros(),
+                known: None,
                 along_track: 3.0,
                 cross_track: -4.0,
             }],
         };
         Record {
             scenario: "made-by-hand".into(),
+            title: String::new(),
+            guide: String::new(),
             seed: 0,
+            interval: 1.0,
+            origin: None,
+            bounds: Bounds::default(),
+            paths: vec![],
             diver_ids: vec!["auv-1".into()],
             settled_after: 2.0,
             contact_range: Some(5.0),

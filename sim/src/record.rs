@@ -1,33 +1,76 @@
-//! What happened in a mission, second by second.
-
-use std::io;
+//! What happened in a mission, tick by tick: truth, knowledge, references, outcome.
 
 use nalgebra::Vector2;
-use planner::{los::Reference, plan::Method, snapshot::Limits};
+use planner::{angle::Heading, los::Reference, plan::Method, snapshot::Limits};
 
-/// A mission's record. Holds nothing but what the scenario, the guide and the seed determine.
+mod columns;
+
+pub use columns::{Column, Values};
+
+/// A mission's record. Holds nothing but what scenario, guide and seed determine, solve times excepted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     /// Name of the scenario.
     pub scenario: String,
+    /// What happens in it, in one line.
+    pub title: String,
+    /// What guided the surface craft; empty where there is none.
+    pub guide: String,
     /// The seed.
     pub seed: u64,
-    /// Names of the underwater vehicles, in the order of [`Row::divers`].
-    pub diver_ids: Vec<String>,
+    /// Time from one row to the next, s.
+    pub interval: f64,
+    /// Where the datum lies on Earth, where the scenario says so.
+    pub origin: Option<Origin>,
     /// Start of the settled metrics, s.
     pub settled_after: f64,
     /// Slant range that counts as contact, m, where there is a surface craft.
     pub contact_range: Option<f64>,
     /// What the surface craft was said to be able to do, where there is one.
     pub limits: Option<Limits>,
-    /// One row a second.
+    /// Where the surface craft is meant to stay.
+    pub bounds: Bounds,
+    /// Names of the underwater vehicles, in the order of [`Row::divers`].
+    pub diver_ids: Vec<String>,
+    /// The paths they are to follow, in the same order, as points (north, east) a metre or less apart, m.
+    pub paths: Vec<Vec<Vector2<f64>>>,
+    /// One row a tick, from the start on.
     pub rows: Vec<Row>,
 }
 
-/// The truth at one instant, and the reference followed from then on.
+/// Latitude and longitude (WGS 84) of the datum, rad.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Origin {
+    /// Geodetic latitude, rad, positive north.
+    pub latitude: f64,
+    /// Longitude, rad, positive east.
+    pub longitude: f64,
+}
+
+/// Where the surface craft is meant to stay.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Bounds {
+    /// Discs to stay out of.
+    pub keep_outs: Vec<Disc>,
+    /// Corners (north, east) of the convex area to stay in, m, clockwise or not; empty for no limit.
+    pub area: Vec<Vector2<f64>>,
+    /// Slant range to every underwater vehicle to keep within, m.
+    pub range_max: Option<f64>,
+}
+
+/// A disc.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disc {
+    /// Its centre (north, east), m.
+    pub centre: Vector2<f64>,
+    /// Its radius, m.
+    pub radius: f64,
+}
+
+/// One instant, and the references followed from then on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Time since the start, s.
+    /// True time since the start, s.
     pub time: f64,
     /// The surface craft, where there is one.
     pub surface_craft: Option<SurfaceCraftRow>,
@@ -48,24 +91,51 @@ pub struct SurfaceCraftRow {
     pub sway: f64,
     /// Yaw rate, rad/s, positive to starboard.
     pub yaw_rate: f64,
-    /// The guide's reference.
-    pub reference: Reference,
-    /// How the guide found it.
-    pub method: Method,
+    /// Thrust of the port thruster, N.
+    pub thrust_port: f64,
+    /// Thrust of the starboard thruster, N.
+    pub thrust_starboard: f64,
+    /// Current where it is (north, east), m/s.
+    pub current: Vector2<f64>,
     /// Where the goal is (north, east), m.
     pub goal: Vector2<f64>,
     /// Propulsion energy since the start, J.
     pub energy: f64,
     /// Heading travel since the start, rad.
     pub heading_travel: f64,
+    /// What it knew of itself.
+    pub known: KnownSurfaceCraft,
+    /// The guide's reference.
+    pub reference: Reference,
+    /// How the guide found it.
+    pub method: Method,
+    /// Distance to the goal that the guide predicts over its horizon (root mean square), m, if it does.
+    pub predicted_rms: Option<f64>,
+    /// Time the guide took, ms, where somebody held a clock.
+    pub solve_ms: Option<f64>,
 }
 
 impl SurfaceCraftRow {
-    /// Distance to the goal, m.
+    /// True distance to the goal, m.
     #[must_use]
     pub fn distance(&self) -> f64 {
         (self.position - self.goal).norm()
     }
+}
+
+/// What the surface craft knew of itself when it asked its guide.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KnownSurfaceCraft {
+    /// Time on its clock, s.
+    pub time: f64,
+    /// Position (north, east), m.
+    pub position: Vector2<f64>,
+    /// Heading ψ.
+    pub heading: Heading,
+    /// Surge speed through the water, m/s.
+    pub surge: f64,
+    /// Current (north, east), m/s, where it was told.
+    pub current: Option<Vector2<f64>>,
 }
 
 /// An underwater vehicle at one instant.
@@ -81,109 +151,44 @@ pub struct DiverRow {
     pub heading: f64,
     /// Speed along the body, through the water, m/s.
     pub surge: f64,
-    /// Along-track error s₁, m, positive ahead of the point it follows.
+    /// Current where it is (north, east), m/s.
+    pub current: Vector2<f64>,
+    /// What its inner loops are told.
+    pub reference: DiverReference,
+    /// The point of its path that it follows (north, east), m.
+    pub path_point: Vector2<f64>,
+    /// True along-track error s₁, m, positive ahead of that point.
     pub along_track: f64,
-    /// Cross-track error y₁, m, positive to starboard of the path.
+    /// True cross-track error y₁, m, positive to starboard of the path.
     pub cross_track: f64,
+    /// What the surface craft knew of it; none where there is no surface craft.
+    pub known: Option<KnownDiver>,
 }
 
-const SURFACE_CRAFT_COLUMNS: [&str; 14] = [
-    "asc_north_m",
-    "asc_east_m",
-    "asc_heading_rad",
-    "asc_surge_mps",
-    "asc_sway_mps",
-    "asc_yaw_rate_radps",
-    "reference_speed_mps",
-    "reference_heading_rad",
-    "method",
-    "goal_north_m",
-    "goal_east_m",
-    "goal_distance_m",
-    "energy_j",
-    "heading_travel_rad",
-];
-
-const DIVER_COLUMNS: [&str; 8] = [
-    "north_m",
-    "east_m",
-    "depth_m",
-    "pitch_rad",
-    "heading_rad",
-    "surge_mps",
-    "along_track_m",
-    "cross_track_m",
-];
-
-impl Record {
-    /// Writes one header line and one line a second: numbers with six decimals, units in the names,
-    /// an underwater vehicle's columns behind its name.
-    pub fn write_csv(&self, out: &mut impl io::Write) -> io::Result<()> {
-        let mut header = vec!["t_s".to_owned()];
-        if self.limits.is_some() {
-            header.extend(SURFACE_CRAFT_COLUMNS.map(str::to_owned));
-        }
-        for id in &self.diver_ids {
-            header.extend(DIVER_COLUMNS.map(|column| format!("{}_{column}", id.replace('-', "_"))));
-        }
-        writeln!(out, "{}", header.join(","))?;
-        for row in &self.rows {
-            writeln!(out, "{}", row.cells().join(","))?;
-        }
-        Ok(())
-    }
+/// References of an underwater vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DiverReference {
+    /// Speed along the body, m/s.
+    pub surge: f64,
+    /// Pitch θ, rad.
+    pub pitch: f64,
+    /// Heading that the path-following law approaches ψ_P + δ, rad, in (−π, π].
+    pub heading: f64,
 }
 
-impl Row {
-    fn cells(&self) -> Vec<String> {
-        let mut cells = vec![number(self.time)];
-        if let Some(craft) = &self.surface_craft {
-            cells.extend(
-                [
-                    craft.position.x,
-                    craft.position.y,
-                    craft.heading,
-                    craft.surge,
-                    craft.sway,
-                    craft.yaw_rate,
-                    craft.reference.speed,
-                    craft.reference.heading.radians(),
-                ]
-                .map(number),
-            );
-            cells.push(method_name(craft.method).to_owned());
-            cells.extend(
-                [
-                    craft.goal.x,
-                    craft.goal.y,
-                    craft.distance(),
-                    craft.energy,
-                    craft.heading_travel,
-                ]
-                .map(number),
-            );
-        }
-        for diver in &self.divers {
-            cells.extend(
-                [
-                    diver.position.x,
-                    diver.position.y,
-                    diver.depth,
-                    diver.pitch,
-                    diver.heading,
-                    diver.surge,
-                    diver.along_track,
-                    diver.cross_track,
-                ]
-                .map(number),
-            );
-        }
-        cells
-    }
-}
-
-fn number(value: f64) -> String {
-    format!("{value:.6}")
+/// What the surface craft knew of an underwater vehicle when it asked its guide.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KnownDiver {
+    /// Position (north, east) when it was last heard, m.
+    pub position: Vector2<f64>,
+    /// Depth then, m.
+    pub depth: f64,
+    /// Course over ground then, rad, in (−π, π].
+    pub course: f64,
+    /// Horizontal speed over ground then, m/s.
+    pub speed: f64,
+    /// Time since then, s, by the surface craft's clock.
+    pub age: f64,
 }
 
 /// The rung's name in files.

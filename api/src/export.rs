@@ -1,0 +1,3 @@
+//! Records as files that other programs open.
+
+pub mod csv;
