@@ -10,9 +10,9 @@
 //!
 //! In reading order: [`scenario`] says who is where; [`world`] moves them with [`surface_craft`],
 //! [`underwater_vehicle`], [`inner_loop`], [`integrate`], and along [`path`]s with [`path_following`] and
-//! [`dive`]; [`water`] is what flows and waves around them; [`observe`] is the only gate from truth to knowledge;
-//! a [`guide`] answers; [`mission`] closes the loop; [`record`] and [`metrics`] are what remains; [`tuning`] makes
-//! the compared law a strong one.
+//! [`dive`]; [`water`] is what flows and waves around them; [`observe`] is the only gate from truth to
+//! knowledge; a [`guide`] answers; [`mission`] closes the loop; [`record`] and [`metrics`] are what remains;
+//! [`tuning`] makes the compared law a strong one.
 
 pub mod dive;
 pub mod guide;

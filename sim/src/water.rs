@@ -51,8 +51,8 @@ pub enum MeanCurrent {
     Gridded(Arc<CurrentGrid>),
 }
 
-/// Change of the whole current, mean and fluctuation, with depth: linear from the surface to `depth`, the same
-/// from there down.
+/// Change of the whole current, mean and fluctuation, with depth: linear from the surface to `depth`, the
+/// same from there down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shear {
     /// Depth at which the change is complete, m, in [0.1, 12 000].
@@ -159,8 +159,8 @@ pub struct Water {
 impl Water {
     /// The water at time 0. `setup` has passed [`WaterSetup::check`].
     ///
-    /// Current and waves draw from streams of their own: the same seed gives the same current with and without
-    /// waves, and the same waves with and without a fluctuation.
+    /// Current and waves draw from streams of their own: the same seed gives the same current with and
+    /// without waves, and the same waves with and without a fluctuation.
     #[must_use]
     pub fn new(setup: &WaterSetup, mut rng: ChaCha8Rng) -> Self {
         debug_assert_eq!(setup.check(), Ok(()));

@@ -6,14 +6,14 @@
 //! h(s) = K_w s / (s² + 2 λ ω₀ s + ω₀²),   K_w = 2 σ √(λ ω₀)   (∫ |h(iω)|² dω / 2π over all ω is σ²)
 //! ```
 //!
-//! Source: T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, Wiley 2011, chapter 8, linear
-//! wave-response approximation. The filter itself is not what runs here. Its output is ẋ₁ of the state
-//! ẋ₁ = x₂, ẋ₂ = −ω₀² x₁ − 2 λ ω₀ x₂ + K_w w: the output's rate holds the white noise, so a surge acceleration
-//! would have infinite variance and a heading acceleration more than that, and a stepped approximation of either
-//! would grow with the step rate. So the motion is a sum of sinusoids drawn from |h(iω)|² between half and twice
-//! ω₀, with random phases: every derivative exists, is exact, and is finite; time is an argument, so no step
-//! length enters. The band holds (2/π) atan(3 / (4 λ)) of the filter's power, 92 % at λ = 0.1; the sinusoids
-//! share the whole σ².
+//! Source: T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, Wiley 2011, chapter 8,
+//! linear wave-response approximation. The filter itself is not what runs here. Its output is ẋ₁ of the state
+//! ẋ₁ = x₂, ẋ₂ = −ω₀² x₁ − 2 λ ω₀ x₂ + K_w w: the output's rate holds the white noise, so a surge
+//! acceleration would have infinite variance and a heading acceleration more than that, and a stepped
+//! approximation of either would grow with the step rate. So the motion is a sum of sinusoids drawn from
+//! |h(iω)|² between half and twice ω₀, with random phases: every derivative exists, is exact, and is finite;
+//! time is an argument, so no step length enters. The band holds (2/π) atan(3 / (4 λ)) of the filter's power,
+//! 92 % at λ = 0.1; the sinusoids share the whole σ².
 //!
 //! With ω = ω₀ eˢ, |h(iω)|² depends on |s| only and is a Cauchy density in sinh s; the rest of dω weighs the
 //! two signs of s. So frequencies are drawn exactly, without rejection or tables:
@@ -30,11 +30,11 @@ use std::f64::consts::{LN_2, TAU};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// Sinusoids in each motion: enough for a normal distribution (kurtosis 3 − 3 / 2N = 2.95), few enough to cost
-/// 2 µs for both motions in a test build.
+/// Sinusoids in each motion: enough for a normal distribution (kurtosis 3 − 3 / 2N = 2.95), few enough to
+/// cost 2 µs for both motions in a test build.
 const N_SINUSOIDS: u32 = 32;
-/// Logarithm of the band's upper edge over ω₀; the lower edge is as far below. Assumption: swell and wind waves
-/// that move a small craft lie within an octave of the peak.
+/// Logarithm of the band's upper edge over ω₀; the lower edge is as far below. Assumption: swell and wind
+/// waves that move a small craft lie within an octave of the peak.
 const BAND: f64 = LN_2;
 
 /// Statistics of the motion that waves give a hull left to itself.
@@ -46,12 +46,13 @@ pub struct Waves {
     pub surge_sigma: f64,
     /// Period of the spectrum's peak 2π/ω₀ as met by the craft, s, in [1, 30].
     pub peak_period: f64,
-    /// Relative damping λ: the width of the peak, in [0.01, 0.5]; 0.1 for a narrow sea, 0.26 for a fully developed
-    /// one (same source).
+    /// Relative damping λ: the width of the peak, in [0.01, 0.5]; 0.1 for a narrow sea, 0.26 for a fully
+    /// developed one (same source).
     pub damping: f64,
 }
 
-/// Acceleration that waves alone would give a hull; times its inertia, with added mass, the force and the moment.
+/// Acceleration that waves alone would give a hull; times its inertia, with added mass, the force and the
+/// moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WaveAcceleration {
     /// u̇_w, m/s², ahead.
@@ -209,8 +210,8 @@ mod tests {
 
     #[test]
     fn surge_and_heading_have_the_sigma_asked_for() {
-        // Over 20 000 s sinusoids of neighbouring frequencies decorrelate but for the closest pairs: 0.6 % of σ
-        // at worst was measured.
+        // Over 20 000 s sinusoids of neighbouring frequencies decorrelate but for the closest pairs: 0.6 % of
+        // σ at worst was measured.
         for seed in 0..5 {
             let motion = motion(seed);
             let sigma = |of: &Oscillation| root_mean_square(times(0.5, 40_000).map(|t| value(of, t)));
@@ -308,7 +309,8 @@ mod tests {
             })
             .sum();
         let rate = crossings / (20.0 * f64::from(n) * period);
-        // The mean period differs from the peak's by more than what is allowed here: the test tells them apart.
+        // The mean period differs from the peak's by more than what is allowed here: the test tells them
+        // apart.
         assert!((rate / expected - 1.0).abs() < 0.01, "{rate} for {expected}");
         assert!(expected * SETUP.peak_period > 1.02);
     }
@@ -332,7 +334,8 @@ mod tests {
             let bound = h * h / 12.0 * most * (2.0 * OMEGA_0).powi(4) + rounding;
             assert!((given.yaw - (z - 2.0 * y + x) / (h * h)).abs() < bound);
         }
-        // σ of the accelerations from the spectrum's moments: sampling of N frequencies leaves a few per cent.
+        // σ of the accelerations from the spectrum's moments: sampling of N frequencies leaves a few per
+        // cent.
         let mean_square = |of: fn(&WaveAcceleration) -> f64| {
             let seeds = (0..20).map(|seed| {
                 let motion = self::motion(seed);
