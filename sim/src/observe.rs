@@ -15,6 +15,15 @@ use crate::{
     world::{Diver, SurfaceCraft, World},
 };
 
+mod acoustics;
+mod noise;
+mod sensors;
+mod setup;
+
+pub use acoustics::{Acoustics, AcousticsSetup, Emission, Fix, Tally};
+pub use sensors::{SensorSetup, SurfaceSensors, SurfaceTruth};
+pub use setup::InvalidSetup;
+
 /// What is known at `time` s: every vehicle's state without noise or delay, and the current.
 pub fn observe(
     world: &World,

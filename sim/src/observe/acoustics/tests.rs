@@ -1,0 +1,420 @@
+use rand::SeedableRng;
+
+use super::{super::setup::InvalidSetup, *};
+use crate::inner_loop::PERIOD;
+
+/// Steps of the usual frame of 10 s.
+const FRAME_STEPS: u32 = 100;
+
+/// A channel without error or loss: frame 10 s, latency 2 s, 1500 m/s.
+fn clear(vehicles: usize) -> AcousticsSetup {
+    AcousticsSetup {
+        position_sigma: 0.0,
+        depth_sigma: 0.0,
+        course_sigma: 0.0,
+        speed_sigma: 0.0,
+        loss: 0.0,
+        loss_at_range_max: 0.0,
+        outlier_share: 0.0,
+        ..AcousticsSetup::for_vehicles(vehicles)
+    }
+}
+
+fn channel(setup: &AcousticsSetup, seed: u64) -> Acoustics {
+    setup.check(setup.slots.len()).expect("a valid setup");
+    Acoustics::new(setup, PERIOD, ChaCha8Rng::seed_from_u64(seed))
+}
+
+/// A vehicle `north` m north of the datum at `depth` m.
+fn at(north: f64, depth: f64) -> Emission {
+    Emission {
+        position: Vector2::new(north, 0.0),
+        depth,
+        course: Course::new(0.5),
+        speed: 0.2,
+        turn_rate: 0.01,
+    }
+}
+
+/// Everything heard in `steps` steps with the surface craft at the datum, and what became of the rest.
+/// Collected once a second, and once more when the last message has had its time.
+fn listen(setup: &AcousticsSetup, seed: u64, steps: u32, emissions: &[Emission]) -> (Vec<Fix>, Tally) {
+    let mut channel = channel(setup, seed);
+    let silent = vec![false; emissions.len()];
+    let mut heard = vec![];
+    for step in 0..steps {
+        channel.step(step, &Vector2::zeros(), emissions, &silent);
+        if step % 10 == 0 {
+            channel.receive(f64::from(step) * PERIOD, &mut heard);
+        }
+    }
+    channel.receive(f64::INFINITY, &mut heard);
+    (heard, channel.tally())
+}
+
+/// Four standard deviations of a count of `n` draws with probability `p`.
+fn four_sigma(n: f64, p: f64) -> f64 {
+    4.0 * (n * p * (1.0 - p)).sqrt()
+}
+
+#[expect(clippy::cast_precision_loss, reason = "counts of a test")]
+fn count(n: u64) -> f64 {
+    n as f64
+}
+
+#[test]
+fn each_vehicle_is_heard_once_a_frame_with_the_truth_of_its_slot() {
+    let mut channel = channel(&clear(3), 1);
+    let mut heard = vec![];
+    for step in 0..50 * FRAME_STEPS {
+        // A vehicle that moves 1 m a step tells when it was looked at.
+        let north = f64::from(step % 400);
+        let emissions = [at(north, 5.0), at(north, 6.0), at(north, 7.0)];
+        channel.step(step, &Vector2::zeros(), &emissions, &[false; 3]);
+        channel.receive(f64::from(step) * PERIOD, &mut heard);
+    }
+    channel.receive(f64::INFINITY, &mut heard);
+    for (vehicle, slot) in [(0, 0), (1, 33), (2, 67)] {
+        let fixes: Vec<&Fix> = heard.iter().filter(|fix| fix.vehicle == vehicle).collect();
+        assert_eq!(fixes.len(), 50);
+        for (frame, fix) in (0..).zip(&fixes) {
+            let step = frame * FRAME_STEPS + slot;
+            assert_eq!(fix.sent_at, f64::from(step) * PERIOD);
+            let truth = at(f64::from(step % 400), [5.0, 6.0, 7.0][vehicle]);
+            assert_eq!(fix.position, truth.position);
+            assert_eq!((fix.depth, fix.course), (truth.depth, truth.course));
+            assert_eq!((fix.speed, fix.turn_rate), (truth.speed, truth.turn_rate));
+        }
+    }
+    let all = Tally {
+        sent: 150,
+        delivered: 150,
+        ..Tally::default()
+    };
+    assert_eq!(channel.tally(), all);
+}
+
+#[test]
+fn a_fix_is_known_after_the_travel_time_of_its_slant_range_and_the_latency() {
+    // 3-4-5: 300 m away and 400 m down is 500 m, a third of a second.
+    let mut channel = channel(&clear(1), 1);
+    channel.step(0, &Vector2::zeros(), &[at(300.0, 400.0)], &[false]);
+    let mut heard = vec![];
+    channel.receive(2.333, &mut heard);
+    assert_eq!(heard, []);
+    channel.receive(2.334, &mut heard);
+    assert_eq!(heard.len(), 1);
+    assert!((heard[0].heard_at - (2.0 + 1.0 / 3.0)).abs() < 1e-12);
+    channel.receive(100.0, &mut heard);
+    assert_eq!(heard.len(), 1, "once");
+}
+
+#[test]
+fn fixes_come_in_the_order_of_hearing_not_of_speaking() {
+    // The first speaks 0.6 s before the second, and from 990 m more: 0.66 s. Short messages just pass.
+    let setup = AcousticsSetup {
+        slots: vec![0.0, 0.6],
+        slot_length: 0.05,
+        ..clear(2)
+    };
+    let (heard, tally) = listen(&setup, 1, FRAME_STEPS, &[at(995.0, 0.0), at(5.0, 0.0)]);
+    let order: Vec<usize> = heard.iter().map(|fix| fix.vehicle).collect();
+    assert_eq!((order, tally.delivered), (vec![1, 0], 2));
+    assert!(heard[0].heard_at < heard[1].heard_at);
+}
+
+#[test]
+fn the_share_lost_is_the_one_asked_for_and_grows_linearly_with_slant_range() {
+    let setup = AcousticsSetup {
+        loss: 0.1,
+        loss_at_range_max: 0.7,
+        range_max: 200.0,
+        ..clear(1)
+    };
+    let frames = 10_000;
+    for (emission, expected) in [
+        (at(0.0, 0.0), 0.1),
+        (at(60.0, 80.0), 0.4),
+        (at(0.0, 150.0), 0.55),
+        (at(-200.0, 0.0), 0.7),
+    ] {
+        let (heard, tally) = listen(&setup, 2, frames * FRAME_STEPS, &[emission]);
+        let n = f64::from(frames);
+        assert_eq!(tally.sent, u64::from(frames));
+        assert_eq!(tally.delivered, heard.len() as u64);
+        assert_eq!(tally.lost + tally.delivered, tally.sent);
+        let bound = four_sigma(n, expected);
+        assert!((count(tally.lost) - expected * n).abs() < bound, "{tally:?}");
+    }
+}
+
+#[test]
+fn two_in_one_slot_destroy_each_other_and_two_in_slots_apart_do_not() {
+    let both = [at(50.0, 5.0), at(-60.0, 20.0)];
+    let shared = AcousticsSetup {
+        slots: vec![3.0, 3.0],
+        ..clear(2)
+    };
+    let (heard, tally) = listen(&shared, 1, 20 * FRAME_STEPS, &both);
+    assert_eq!((heard.len(), tally.sent, tally.collided), (0, 40, 40));
+    let (heard, tally) = listen(&clear(2), 1, 20 * FRAME_STEPS, &both);
+    assert_eq!((heard.len(), tally.sent, tally.collided), (40, 40, 0));
+}
+
+#[test]
+fn a_message_too_garbled_to_be_read_still_destroys_another() {
+    // The farther one is always lost by chance, the nearer one never.
+    let shared = AcousticsSetup {
+        slots: vec![3.0, 3.0],
+        range_max: 100.0,
+        loss_at_range_max: 1.0,
+        ..clear(2)
+    };
+    let (heard, tally) = listen(&shared, 1, 20 * FRAME_STEPS, &[at(100.0, 0.0), at(0.0, 0.0)]);
+    assert_eq!((heard.len(), tally.lost, tally.collided), (0, 20, 20));
+}
+
+#[test]
+fn messages_sent_apart_collide_where_the_travel_times_make_up_for_it() {
+    // Slots 0.6 s apart, messages of 0.5 s: they pass each other where the first is not more than 0.1 s,
+    // or 150 m, farther away than the second.
+    let setup = AcousticsSetup {
+        slots: vec![0.0, 0.6],
+        ..clear(2)
+    };
+    let delivered = |farther: f64| {
+        let emissions = [at(10.0 + farther, 0.0), at(10.0, 0.0)];
+        listen(&setup, 1, 5 * FRAME_STEPS, &emissions).1.delivered
+    };
+    assert_eq!(delivered(140.0), 10);
+    assert_eq!(delivered(160.0), 0);
+}
+
+#[test]
+fn a_silent_vehicle_hits_nobody_and_is_not_heard() {
+    let shared = AcousticsSetup {
+        slots: vec![3.0, 3.0],
+        ..clear(2)
+    };
+    let mut channel = channel(&shared, 1);
+    let mut heard = vec![];
+    for step in 0..20 * FRAME_STEPS {
+        channel.step(
+            step,
+            &Vector2::zeros(),
+            &[at(5.0, 5.0), at(6.0, 6.0)],
+            &[true, false],
+        );
+    }
+    channel.receive(f64::INFINITY, &mut heard);
+    assert_eq!(heard.len(), 20);
+    assert!(heard.iter().all(|fix| fix.vehicle == 1));
+    assert_eq!(channel.tally().sent, 20);
+}
+
+#[test]
+fn nothing_is_heard_from_beyond_the_range_and_nothing_from_there_collides() {
+    let shared = AcousticsSetup {
+        slots: vec![3.0, 3.0],
+        range_max: 500.0,
+        ..clear(2)
+    };
+    // 300 and 400.1 m make 500.08 m; 300 and 400 make 500.
+    let emissions = [at(300.0, 400.1), at(300.0, 400.0)];
+    let (heard, tally) = listen(&shared, 1, 30 * FRAME_STEPS, &emissions);
+    assert!(heard.iter().all(|fix| fix.vehicle == 1));
+    assert_eq!(
+        (tally.sent, tally.beyond_range, tally.delivered, tally.collided),
+        (60, 30, 30, 0)
+    );
+}
+
+#[test]
+fn errors_have_the_spread_asked_for_along_every_axis_and_no_mean() {
+    let setup = AcousticsSetup {
+        position_sigma: 1.5,
+        depth_sigma: 0.2,
+        course_sigma: 0.05,
+        speed_sigma: 0.01,
+        ..clear(1)
+    };
+    let truth = at(40.0, 10.0);
+    let frames = 10_000;
+    let (heard, _) = listen(&setup, 3, frames * FRAME_STEPS, &[truth]);
+    let errors = |fix: &Fix| {
+        let off = fix.position - truth.position;
+        [
+            off.x / 1.5,
+            off.y / 1.5,
+            (fix.depth - truth.depth) / 0.2,
+            (fix.course.radians() - truth.course.radians()) / 0.05,
+            (fix.speed - truth.speed) / 0.01,
+        ]
+    };
+    let n = f64::from(frames);
+    for axis in 0..5 {
+        let sum: f64 = heard.iter().map(|fix| errors(fix)[axis]).sum();
+        let squares: f64 = heard.iter().map(|fix| errors(fix)[axis].powi(2)).sum();
+        assert!(sum.abs() < 4.0 * n.sqrt(), "axis {axis}: {sum}");
+        // χ² with n degrees of freedom: mean n, variance 2n.
+        assert!(
+            (squares - n).abs() < 4.0 * (2.0 * n).sqrt(),
+            "axis {axis}: {squares}"
+        );
+    }
+    assert!(heard.iter().all(|fix| fix.sigma == 1.5));
+}
+
+#[test]
+fn the_share_of_outliers_is_the_one_asked_for_and_they_look_like_any_other_fix() {
+    let setup = AcousticsSetup {
+        position_sigma: 0.5,
+        outlier_share: 0.02,
+        outlier_sigma: 500.0,
+        ..clear(1)
+    };
+    let truth = at(40.0, 10.0);
+    let frames = 20_000;
+    let (heard, _) = listen(&setup, 4, frames * FRAME_STEPS, &[truth]);
+    // Rayleigh: farther than 8.6 √2 σ no ordinary fix can be; an outlier is nearer than those 6.1 m with
+    // probability 1 − exp(−(6.1/500)²/2) < 0.0001.
+    let far = heard
+        .iter()
+        .filter(|fix| (fix.position - truth.position).norm() > 6.1);
+    let n = f64::from(frames);
+    let outliers = count(far.clone().count() as u64);
+    assert!((outliers - 0.02 * n).abs() < four_sigma(n, 0.02), "{outliers}");
+    let squares: f64 = far
+        .map(|fix| {
+            assert_eq!((fix.sigma, fix.depth), (0.5, truth.depth));
+            (fix.position - truth.position).norm_squared() / (500.0 * 500.0)
+        })
+        .sum();
+    // χ² with two degrees of freedom for each.
+    assert!((squares - 2.0 * outliers).abs() < 4.0 * (4.0 * outliers).sqrt());
+}
+
+#[test]
+fn luck_is_the_same_wherever_the_surface_craft_is_and_whoever_kept_silent_before() {
+    let setup = AcousticsSetup {
+        loss: 0.3,
+        loss_at_range_max: 0.3,
+        ..AcousticsSetup::for_vehicles(2)
+    };
+    let emissions = [at(50.0, 5.0), at(80.0, 10.0)];
+    let run = |asc: Vector2<f64>, quiet: std::ops::Range<u32>| {
+        let mut channel = channel(&setup, 5);
+        let mut heard = vec![];
+        for step in 0..300 * FRAME_STEPS {
+            let silent = [quiet.contains(&step), false];
+            // A while out of range, too.
+            let away = if quiet.contains(&step) { 5000.0 } else { 0.0 };
+            let asc = asc + Vector2::new(away, 0.0);
+            channel.step(step, &asc, &emissions, &silent);
+            channel.receive(f64::from(step) * PERIOD, &mut heard);
+        }
+        channel.receive(f64::INFINITY, &mut heard);
+        heard
+            .into_iter()
+            .map(|fix| Fix { heard_at: 0.0, ..fix })
+            .collect::<Vec<_>>()
+    };
+    let here = run(Vector2::zeros(), 0..0);
+    assert_eq!(here, run(Vector2::new(-300.0, 200.0), 0..0));
+    let later = |fixes: Vec<Fix>| -> Vec<Fix> {
+        fixes
+            .into_iter()
+            .filter(|fix| fix.sent_at >= 2000.0 - 0.5 * PERIOD)
+            .collect()
+    };
+    let interrupted = later(run(Vector2::zeros(), 5_000..20_000));
+    assert!(interrupted.len() > 100);
+    assert_eq!(interrupted, later(here));
+}
+
+#[test]
+fn a_seed_gives_the_same_fixes_again_and_another_seed_others() {
+    let setup = AcousticsSetup::for_vehicles(2);
+    let emissions = [at(50.0, 5.0), at(80.0, 10.0)];
+    let run = |seed| listen(&setup, seed, 100 * FRAME_STEPS, &emissions);
+    assert_eq!(run(6), run(6));
+    assert_ne!(run(6).0, run(7).0);
+}
+
+#[test]
+fn slots_do_not_drift_over_a_day_nor_depend_on_how_the_period_rounds() {
+    // A day of 0.1 s steps, and 0.7 / 0.1 = 6.999…
+    let setup = AcousticsSetup {
+        slots: vec![0.7],
+        ..clear(1)
+    };
+    let steps = 864_000;
+    let (heard, tally) = listen(&setup, 1, steps, &[at(1.0, 0.0)]);
+    assert_eq!(tally.sent, u64::from(steps / FRAME_STEPS));
+    for (frame, fix) in (0..).zip(&heard) {
+        assert_eq!(fix.sent_at, f64::from(frame * FRAME_STEPS + 7) * PERIOD);
+    }
+}
+
+#[test]
+fn fixes_that_nobody_collects_are_forgotten_oldest_first() {
+    let mut channel = channel(&clear(1), 1);
+    for step in 0..100 * FRAME_STEPS {
+        channel.step(step, &Vector2::zeros(), &[at(5.0, 5.0)], &[false]);
+    }
+    let mut heard = vec![];
+    channel.receive(f64::INFINITY, &mut heard);
+    assert_eq!(heard.len(), QUEUE_PER_VEHICLE);
+    assert_eq!(channel.tally().uncollected, 36);
+    assert_eq!(heard[0].sent_at, 360.0);
+}
+
+#[test]
+fn a_telemetered_speed_is_never_negative() {
+    let setup = AcousticsSetup {
+        speed_sigma: 0.5,
+        ..clear(1)
+    };
+    let (heard, _) = listen(&setup, 8, 100 * FRAME_STEPS, &[at(5.0, 5.0)]);
+    assert!(heard.iter().all(|fix| fix.speed >= 0.0));
+    assert!(heard.iter().any(|fix| fix.speed == 0.0));
+}
+
+#[test]
+fn a_setup_with_a_number_out_of_range_is_refused_by_its_name() {
+    let usual = AcousticsSetup::for_vehicles(2);
+    for vehicles in 1..=16 {
+        assert_eq!(AcousticsSetup::for_vehicles(vehicles).check(vehicles), Ok(()));
+    }
+    let refused = |setup: AcousticsSetup| setup.check(2).expect_err("invalid").to_string();
+    let nan = AcousticsSetup {
+        frame: f64::NAN,
+        ..usual.clone()
+    };
+    assert_eq!(refused(nan), "acoustics/frame_s: NaN is not in [1, 3600]");
+    let late = AcousticsSetup {
+        slots: vec![0.0, 11.0],
+        ..usual.clone()
+    };
+    assert_eq!(refused(late), "acoustics/slots_s/1: 11 is not in [0, 10]");
+    let shrinking = AcousticsSetup {
+        loss: 0.6,
+        ..usual.clone()
+    };
+    assert_eq!(
+        refused(shrinking),
+        "acoustics/loss_at_range_max: 0.5 is not in [0.6, 1]"
+    );
+    let long = AcousticsSetup {
+        slot_length: 2.5,
+        ..usual.clone()
+    };
+    assert_eq!(refused(long), "acoustics/slot_length_s: 2.5 is not in [0.001, 2]");
+    let too_few = usual.check(3);
+    let expected = InvalidSetup::SlotCount {
+        field: "acoustics/slots_s",
+        given: 2,
+        vehicles: 3,
+    };
+    assert_eq!(too_few, Err(expected));
+}

@@ -1,0 +1,234 @@
+//! What the surface craft knows of itself: satellite navigation, compass, speed log, and dead reckoning
+//! while there are no satellites.
+
+use nalgebra::Vector2;
+use planner::{
+    angle::{Heading, ned_from_body},
+    snapshot::AscState,
+};
+use rand_chacha::ChaCha8Rng;
+
+use super::{
+    noise::{disturbed, disturbed_vector, normal_pair},
+    setup::{InvalidSetup, within},
+};
+
+/// Time over which dead reckoning averages the current while there are satellites, s. Assumption: far
+/// longer than the second between two looks, over which the noise is white, and far shorter than the
+/// hours in which a tidal current changes.
+const CURRENT_MEMORY: f64 = 30.0;
+
+/// How well the surface craft knows itself. Every σ is a standard deviation; 0 means without error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorSetup {
+    /// σ of the satellite position along north and along east, m.
+    pub position_sigma: f64,
+    /// Correlation time of the satellite position's error, s: e(t + T) keeps exp(−T/τ) of e(t). 0 is
+    /// white noise.
+    pub position_correlation_time: f64,
+    /// σ of the satellite velocity over ground along north and along east, m/s; white.
+    pub velocity_sigma: f64,
+    /// σ of the heading, rad; white.
+    pub heading_sigma: f64,
+    /// What the compass always reads too much, rad, positive clockwise: deviation and misalignment.
+    pub heading_bias: f64,
+    /// σ of the yaw rate, rad/s; white.
+    pub yaw_rate_sigma: f64,
+    /// σ of surge and of sway through the water as the speed log gives them, m/s; white.
+    pub speed_sigma: f64,
+}
+
+impl SensorSetup {
+    /// Sensors that say the truth, bit for bit.
+    pub const PERFECT: Self = Self {
+        position_sigma: 0.0,
+        position_correlation_time: 0.0,
+        velocity_sigma: 0.0,
+        heading_sigma: 0.0,
+        heading_bias: 0.0,
+        yaw_rate_sigma: 0.0,
+        speed_sigma: 0.0,
+    };
+
+    /// What a small craft carries: an uncorrected satellite receiver, a micro-mechanical compass, a log.
+    pub const SMALL_CRAFT: Self = Self {
+        // Half of all fixes within 2.5 m (data sheet of the u-blox NEO-M8), over √(2 ln 2) = 1.177.
+        position_sigma: 2.1,
+        // Assumption: ionosphere and orbits change over minutes, reflections faster.
+        position_correlation_time: 100.0,
+        // The same data sheet.
+        velocity_sigma: 0.05,
+        // 1° (data sheet of the Xsens MTi-300).
+        heading_sigma: 0.0175,
+        // Assumption: 1° is left after the compass was swung.
+        heading_bias: 0.0175,
+        // Assumption: a rate gyroscope behind a filter of a few hertz.
+        yaw_rate_sigma: 0.003,
+        // Assumption: 1 % of the craft's speed and waves.
+        speed_sigma: 0.02,
+    };
+
+    /// Whether every number is in its range: none below 0 but the bias, none so large that a measured
+    /// speed or rate could leave the range of a snapshot (no error exceeds 8.6 σ).
+    pub fn check(&self) -> Result<(), InvalidSetup> {
+        within("sensors/position_sigma_m", self.position_sigma, 0.0..=1000.0)?;
+        within(
+            "sensors/position_correlation_time_s",
+            self.position_correlation_time,
+            0.0..=1.0e5,
+        )?;
+        within("sensors/velocity_sigma_mps", self.velocity_sigma, 0.0..=0.5)?;
+        within("sensors/heading_sigma_rad", self.heading_sigma, 0.0..=1.0)?;
+        let half_turn = std::f64::consts::PI;
+        within(
+            "sensors/heading_bias_rad",
+            self.heading_bias,
+            -half_turn..=half_turn,
+        )?;
+        within("sensors/yaw_rate_sigma_radps", self.yaw_rate_sigma, 0.0..=0.2)?;
+        within("sensors/speed_sigma_mps", self.speed_sigma, 0.0..=0.4)
+    }
+}
+
+/// The surface craft as it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceTruth {
+    /// Position (north, east), m.
+    pub position: Vector2<f64>,
+    /// Heading ψ, rad, not necessarily wrapped.
+    pub heading: f64,
+    /// Surge speed through the water, m/s.
+    pub surge: f64,
+    /// Sway speed through the water, m/s, positive to starboard.
+    pub sway: f64,
+    /// Yaw rate, rad/s, positive clockwise.
+    pub yaw_rate: f64,
+    /// Velocity over ground (north, east), m/s.
+    pub ground_velocity: Vector2<f64>,
+}
+
+/// The surface craft's sensors, with what they remember.
+#[derive(Clone, Debug)]
+pub struct SurfaceSensors {
+    setup: SensorSetup,
+    rng: ChaCha8Rng,
+    /// Error of the satellite position (north, east), m.
+    position_error: Vector2<f64>,
+    /// What the last look gave; none before the first.
+    track: Option<Track>,
+}
+
+/// What dead reckoning starts from.
+#[derive(Clone, Copy, Debug)]
+struct Track {
+    /// Estimated position (north, east), m.
+    position: Vector2<f64>,
+    /// Current (north, east), m/s, averaged while there were satellites; none before there were any.
+    current: Option<Vector2<f64>>,
+}
+
+/// The white errors of one look, in units of their σ.
+struct Errors {
+    position: Vector2<f64>,
+    velocity: Vector2<f64>,
+    heading: f64,
+    yaw_rate: f64,
+    speed: Vector2<f64>,
+}
+
+impl Errors {
+    fn draw(rng: &mut ChaCha8Rng) -> Self {
+        let (position, velocity) = (normal_pair(rng), normal_pair(rng));
+        let (turning, speed) = (normal_pair(rng), normal_pair(rng));
+        Self {
+            position,
+            velocity,
+            heading: turning.x,
+            yaw_rate: turning.y,
+            speed,
+        }
+    }
+}
+
+impl SurfaceSensors {
+    /// Sensors before their first look, with a satellite error that is already settled.
+    #[must_use]
+    pub fn new(setup: SensorSetup, mut rng: ChaCha8Rng) -> Self {
+        let position_error = normal_pair(&mut rng) * setup.position_sigma;
+        Self {
+            setup,
+            rng,
+            position_error,
+            track: None,
+        }
+    }
+
+    /// One look: what the craft believes now, `period` s after the look before it.
+    ///
+    /// Without satellites there is no ground velocity, and the position is reckoned:
+    /// ```text
+    /// p̂ ← p̂ + (R(ψ_m) [u_m, v_m] + v̂_c) T        v̂_c: mean over 30 s of ground less water velocity
+    /// ```
+    /// with what is measured at this look. When the satellites come back, so does their position, at once.
+    /// A craft leaves with a fix: its first look has a satellite position whatever `gnss_works` says.
+    ///
+    /// Every look takes as many random numbers as every other, so that the errors of two runs from one
+    /// seed are the same whatever happens in them.
+    pub fn measure(&mut self, truth: &SurfaceTruth, gnss_works: bool, period: f64) -> AscState {
+        let setup = self.setup;
+        let errors = Errors::draw(&mut self.rng);
+        self.position_error = self.next_position_error(&errors.position, period);
+        let heading_error = setup.heading_bias + setup.heading_sigma * errors.heading;
+        let mut state = AscState {
+            position: disturbed_vector(&truth.position, &self.position_error),
+            heading: Heading::new(disturbed(truth.heading, heading_error)),
+            surge: disturbed(truth.surge, setup.speed_sigma * errors.speed.x),
+            sway: disturbed(truth.sway, setup.speed_sigma * errors.speed.y),
+            yaw_rate: disturbed(truth.yaw_rate, setup.yaw_rate_sigma * errors.yaw_rate),
+            ground_velocity: gnss_works
+                .then(|| disturbed_vector(&truth.ground_velocity, &(errors.velocity * setup.velocity_sigma))),
+        };
+        self.keep_track(&mut state, period);
+        state
+    }
+
+    /// A first-order Gauss–Markov process sampled at the looks, at its stationary variance throughout.
+    ///
+    /// ```text
+    /// e ← φ e + σ √(1 − φ²) w,   φ = exp(−T/τ)
+    /// ```
+    fn next_position_error(&self, white: &Vector2<f64>, period: f64) -> Vector2<f64> {
+        let (sigma, tau) = (self.setup.position_sigma, self.setup.position_correlation_time);
+        if tau == 0.0 {
+            return white * sigma;
+        }
+        // expm1: over a period far shorter than τ, 1 − φ² would lose its digits.
+        let fresh = (-(-2.0 * period / tau).exp_m1()).sqrt();
+        self.position_error * (-period / tau).exp() + white * (sigma * fresh)
+    }
+
+    /// Reckons `state`'s position where there are no satellites, and averages the current where there are.
+    fn keep_track(&mut self, state: &mut AscState, period: f64) {
+        let through_water = ned_from_body(state.heading.radians()) * Vector2::new(state.surge, state.sway);
+        let mut current = self.track.and_then(|track| track.current);
+        match (state.ground_velocity, self.track) {
+            (Some(ground), _) => {
+                let seen = ground - through_water;
+                let gain = -(-period / CURRENT_MEMORY).exp_m1();
+                current = Some(current.map_or(seen, |mean| mean + (seen - mean) * gain));
+            }
+            (None, Some(track)) => {
+                let drift = current.unwrap_or_else(Vector2::zeros);
+                state.position = track.position + (through_water + drift) * period;
+            }
+            (None, None) => {}
+        }
+        self.track = Some(Track {
+            position: state.position,
+            current,
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests;

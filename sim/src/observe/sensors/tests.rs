@@ -1,0 +1,295 @@
+use std::f64::consts::PI;
+
+use rand::SeedableRng;
+
+use super::*;
+
+/// Time between looks, s.
+const PERIOD: f64 = 1.0;
+
+fn sensors(setup: SensorSetup, seed: u64) -> SurfaceSensors {
+    SurfaceSensors::new(setup, ChaCha8Rng::seed_from_u64(seed))
+}
+
+/// A craft that makes 1 m/s through the water along `heading` in `current`.
+fn under_way(position: Vector2<f64>, heading: f64, current: Vector2<f64>) -> SurfaceTruth {
+    SurfaceTruth {
+        position,
+        heading,
+        surge: 1.0,
+        sway: 0.0,
+        yaw_rate: 0.0,
+        ground_velocity: planner::angle::direction(heading) + current,
+    }
+}
+
+fn at_rest() -> SurfaceTruth {
+    SurfaceTruth {
+        surge: 0.0,
+        ground_velocity: Vector2::zeros(),
+        ..under_way(Vector2::zeros(), 0.0, Vector2::zeros())
+    }
+}
+
+/// Looks once with satellites and then `n` times without while the craft moves straight on with
+/// `current`; how far the reckoned position is off, (north, east).
+fn drift(mut sensors: SurfaceSensors, heading: f64, current: Vector2<f64>, n: u32) -> Vector2<f64> {
+    let mut truth = under_way(Vector2::new(5.0, -3.0), heading, current);
+    sensors.measure(&truth, true, PERIOD);
+    drift_on(&mut sensors, &mut truth, n)
+}
+
+fn drift_on(sensors: &mut SurfaceSensors, truth: &mut SurfaceTruth, n: u32) -> Vector2<f64> {
+    let mut off = Vector2::zeros();
+    for _ in 0..n {
+        truth.position += truth.ground_velocity * PERIOD;
+        let seen = sensors.measure(truth, false, PERIOD);
+        assert_eq!(seen.ground_velocity, None);
+        off = seen.position - truth.position;
+    }
+    off
+}
+
+#[test]
+fn perfect_sensors_say_the_truth_bit_for_bit() {
+    let mut sensors = sensors(SensorSetup::PERFECT, 1);
+    let truth = SurfaceTruth {
+        position: Vector2::new(-0.0, 1.0 / 3.0),
+        heading: -2.0,
+        surge: 0.1 + 0.2,
+        sway: -0.0,
+        yaw_rate: -1e-300,
+        ground_velocity: Vector2::new(-0.0, 7.1),
+    };
+    for _ in 0..3 {
+        let seen = sensors.measure(&truth, true, PERIOD);
+        let ground = seen.ground_velocity.expect("there are satellites");
+        for (measured, true_value) in [
+            (seen.position.x, truth.position.x),
+            (seen.position.y, truth.position.y),
+            (seen.heading.radians(), truth.heading),
+            (seen.surge, truth.surge),
+            (seen.sway, truth.sway),
+            (seen.yaw_rate, truth.yaw_rate),
+            (ground.x, truth.ground_velocity.x),
+            (ground.y, truth.ground_velocity.y),
+        ] {
+            assert_eq!(
+                measured.to_bits(),
+                true_value.to_bits(),
+                "{measured} {true_value}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_satellite_error_keeps_its_variance_and_forgets_at_the_rate_asked_for() {
+    let (sigma, tau, n) = (2.0, 10.0, 200_000_usize);
+    let setup = SensorSetup {
+        position_sigma: sigma,
+        position_correlation_time: tau,
+        ..SensorSetup::PERFECT
+    };
+    let mut sensors = sensors(setup, 4);
+    let errors: Vec<Vector2<f64>> = (0..n)
+        .map(|_| sensors.measure(&at_rest(), true, PERIOD).position / sigma)
+        .collect();
+    // Bartlett: the variance of an estimated autocovariance is at most 2 Σρ²/n = 2τ/(nT) an axis, half of
+    // that for two: a standard deviation of 0.0071, and four of them.
+    let bound = 0.029;
+    for lag in [0_u32, 1, 5, 10, 20] {
+        let shift = lag as usize;
+        let products: f64 = errors.windows(shift + 1).map(|w| 0.5 * w[0].dot(&w[shift])).sum();
+        #[expect(clippy::cast_precision_loss, reason = "far below 2⁵³")]
+        let found = products / (n - shift) as f64;
+        let expected = (-f64::from(lag) * PERIOD / tau).exp();
+        assert!(
+            (found - expected).abs() < bound,
+            "lag {lag}: {found} for {expected}"
+        );
+    }
+}
+
+#[test]
+fn without_a_correlation_time_neighbouring_errors_are_strangers() {
+    let setup = SensorSetup {
+        position_sigma: 1.5,
+        ..SensorSetup::PERFECT
+    };
+    let mut sensors = sensors(setup, 5);
+    let n = 50_000;
+    let (mut square, mut product, mut before) = (0.0, 0.0, Vector2::zeros());
+    for _ in 0..n {
+        let error = sensors.measure(&at_rest(), true, PERIOD).position / 1.5;
+        square += error.norm_squared();
+        product += error.dot(&before);
+        before = error;
+    }
+    // χ² with 2n degrees of freedom: mean 2n, variance 4n; the product's sum has variance 2n.
+    let two_n = 2.0 * f64::from(n);
+    assert!((square - two_n).abs() < 4.0 * (2.0 * two_n).sqrt(), "{square}");
+    assert!(product.abs() < 4.0 * two_n.sqrt(), "{product}");
+}
+
+#[test]
+fn every_white_error_has_its_own_sigma_and_the_compass_its_bias() {
+    let setup = SensorSetup {
+        velocity_sigma: 0.05,
+        heading_sigma: 0.02,
+        heading_bias: -0.1,
+        yaw_rate_sigma: 0.004,
+        speed_sigma: 0.03,
+        ..SensorSetup::PERFECT
+    };
+    let mut sensors = sensors(setup, 6);
+    let n = 40_000;
+    let mut squares = [0.0; 6];
+    let mut heading = 0.0;
+    for _ in 0..n {
+        let seen = sensors.measure(&at_rest(), true, PERIOD);
+        let ground = seen.ground_velocity.expect("there are satellites");
+        let errors = [
+            ground.x / 0.05,
+            ground.y / 0.05,
+            (seen.heading.radians() + 0.1) / 0.02,
+            seen.yaw_rate / 0.004,
+            seen.surge / 0.03,
+            seen.sway / 0.03,
+        ];
+        for (square, error) in squares.iter_mut().zip(errors) {
+            *square += error * error;
+        }
+        heading += errors[2];
+    }
+    let n = f64::from(n);
+    for square in squares {
+        // χ² with n degrees of freedom: mean n, variance 2n.
+        assert!((square - n).abs() < 4.0 * (2.0 * n).sqrt(), "{square}");
+    }
+    assert!(heading.abs() < 4.0 * n.sqrt(), "{heading}");
+}
+
+#[test]
+fn perfect_sensors_reckon_without_drift_in_a_constant_current() {
+    let off = drift(
+        sensors(SensorSetup::PERFECT, 1),
+        0.7,
+        Vector2::new(0.1, -0.2),
+        600,
+    );
+    // Six hundred roundings of a few hundred metres.
+    assert!(off.norm() < 600.0 * 600.0 * f64::EPSILON, "{off}");
+}
+
+#[test]
+fn a_current_that_changes_unseen_carries_the_reckoned_position_away() {
+    let mut sensors = sensors(SensorSetup::PERFECT, 1);
+    let mut truth = under_way(Vector2::zeros(), 0.3, Vector2::new(0.1, 0.0));
+    sensors.measure(&truth, true, PERIOD);
+    let change = Vector2::new(-0.02, 0.05);
+    truth.ground_velocity += change;
+    let off = drift_on(&mut sensors, &mut truth, 120);
+    // The estimate stays where the old current would have taken the craft.
+    assert!((off + change * 120.0).norm() < 1e-9, "{off}");
+}
+
+#[test]
+fn a_compass_bias_shows_only_after_a_turn_and_grows_with_time() {
+    let bias = 0.02;
+    let setup = SensorSetup {
+        heading_bias: bias,
+        ..SensorSetup::PERFECT
+    };
+    let current = Vector2::new(0.1, -0.2);
+    // On the heading on which the current was estimated, the two errors cancel.
+    let straight = drift(sensors(setup, 1), 0.7, current, 60);
+    assert!(straight.norm() < 1e-9, "{straight}");
+    // After half a turn they add: (R(b) − 1)(w₂ − w₁) t with w₂ = −w₁, of length 2 · 2 sin(b/2) · t.
+    let mut sensors = sensors(setup, 1);
+    let mut truth = under_way(Vector2::zeros(), 0.7, current);
+    sensors.measure(&truth, true, PERIOD);
+    truth = under_way(truth.position, 0.7 + PI, current);
+    let turned = drift_on(&mut sensors, &mut truth, 60);
+    let expected = 4.0 * (0.5 * bias).sin() * 60.0;
+    assert!((turned.norm() - expected).abs() < 1e-9, "{turned}");
+}
+
+#[test]
+fn noise_of_the_satellite_velocity_is_averaged_before_it_is_reckoned_with() {
+    let (sigma, looks, outage, runs) = (0.05, 300, 100, 1_000);
+    let setup = SensorSetup {
+        velocity_sigma: sigma,
+        ..SensorSetup::PERFECT
+    };
+    let mut square = 0.0;
+    for seed in 0..runs {
+        let mut sensors = sensors(setup, seed);
+        let mut truth = at_rest();
+        for _ in 0..looks {
+            sensors.measure(&truth, true, PERIOD);
+        }
+        square += drift_on(&mut sensors, &mut truth, outage).norm_squared();
+    }
+    // A running mean of gain α keeps α / (2 − α) of a white variance; 300 looks are ten memories.
+    let gain = 1.0 - (-PERIOD / CURRENT_MEMORY).exp();
+    let variance = sigma * sigma * gain / (2.0 - gain) * f64::from(outage * outage);
+    // χ² with 2 · runs degrees of freedom has variance 4 · runs.
+    #[expect(clippy::cast_precision_loss, reason = "a thousand")]
+    let runs = runs as f64;
+    assert!(
+        (square / variance - 2.0 * runs).abs() < 4.0 * (4.0 * runs).sqrt(),
+        "{}",
+        square / variance
+    );
+}
+
+#[test]
+fn an_outage_changes_nothing_that_is_measured_after_it() {
+    let mut with = sensors(SensorSetup::SMALL_CRAFT, 9);
+    let mut without = sensors(SensorSetup::SMALL_CRAFT, 9);
+    let truth = under_way(Vector2::new(10.0, 20.0), 0.4, Vector2::new(0.0, 0.1));
+    for look in 0..200 {
+        let gnss_works = !(50..120).contains(&look);
+        let (seen, undisturbed) = (
+            with.measure(&truth, gnss_works, PERIOD),
+            without.measure(&truth, true, PERIOD),
+        );
+        if gnss_works {
+            assert_eq!(seen, undisturbed, "look {look}");
+        } else {
+            assert_eq!(seen.heading, undisturbed.heading);
+            assert_eq!(seen.surge, undisturbed.surge);
+            assert_ne!(seen.position, undisturbed.position);
+        }
+    }
+}
+
+#[test]
+fn a_craft_without_satellites_from_the_start_reckons_from_its_first_position() {
+    let mut sensors = sensors(SensorSetup::PERFECT, 1);
+    let mut truth = under_way(Vector2::new(4.0, 2.0), 0.0, Vector2::zeros());
+    let first = sensors.measure(&truth, false, PERIOD);
+    assert_eq!((first.position, first.ground_velocity), (truth.position, None));
+    assert!(drift_on(&mut sensors, &mut truth, 50).norm() < 1e-12);
+}
+
+#[test]
+fn a_setup_with_a_number_out_of_range_is_refused_by_its_name() {
+    assert_eq!(SensorSetup::PERFECT.check(), Ok(()));
+    assert_eq!(SensorSetup::SMALL_CRAFT.check(), Ok(()));
+    let negative = SensorSetup {
+        speed_sigma: -0.1,
+        ..SensorSetup::PERFECT
+    };
+    let refused = negative.check().expect_err("a negative σ");
+    assert_eq!(
+        refused.to_string(),
+        "sensors/speed_sigma_mps: -0.1 is not in [0, 0.4]"
+    );
+    let unknown = SensorSetup {
+        heading_bias: f64::NAN,
+        ..SensorSetup::PERFECT
+    };
+    assert!(unknown.check().is_err());
+}
