@@ -133,41 +133,48 @@ fn without_a_correlation_time_neighbouring_errors_are_strangers() {
 }
 
 #[test]
-fn every_white_error_has_its_own_sigma_and_the_compass_its_bias() {
+fn every_white_error_has_its_own_sigma_and_no_mean_but_the_bias_and_none_knows_of_another() {
     let setup = SensorSetup {
+        position_sigma: 2.0,
+        position_correlation_time: 0.0,
         velocity_sigma: 0.05,
         heading_sigma: 0.02,
         heading_bias: -0.1,
         yaw_rate_sigma: 0.004,
         speed_sigma: 0.03,
-        ..SensorSetup::PERFECT
     };
     let mut sensors = sensors(setup, 6);
-    let n = 40_000;
-    let mut squares = [0.0; 6];
-    let mut heading = 0.0;
-    for _ in 0..n {
+    let looks = 40_000;
+    let mut sum = nalgebra::SVector::<f64, 8>::zeros();
+    let mut products = nalgebra::SMatrix::<f64, 8, 8>::zeros();
+    for _ in 0..looks {
         let seen = sensors.measure(&at_rest(), true, PERIOD);
         let ground = seen.ground_velocity.expect("there are satellites");
-        let errors = [
+        let errors = nalgebra::SVector::from([
+            seen.position.x / 2.0,
+            seen.position.y / 2.0,
             ground.x / 0.05,
             ground.y / 0.05,
             (seen.heading.radians() + 0.1) / 0.02,
             seen.yaw_rate / 0.004,
             seen.surge / 0.03,
             seen.sway / 0.03,
-        ];
-        for (square, error) in squares.iter_mut().zip(errors) {
-            *square += error * error;
+        ]);
+        sum += errors;
+        products += errors * errors.transpose();
+    }
+    // Sums of n unit normals have variance n, of their products n, of their squares 2n about n.
+    let n = f64::from(looks);
+    assert!(sum.amax() < 4.0 * n.sqrt(), "{sum}");
+    for i in 0..8 {
+        assert!(
+            (products[(i, i)] - n).abs() < 4.0 * (2.0 * n).sqrt(),
+            "{products}"
+        );
+        for j in 0..i {
+            assert!(products[(i, j)].abs() < 4.0 * n.sqrt(), "{products}");
         }
-        heading += errors[2];
     }
-    let n = f64::from(n);
-    for square in squares {
-        // χ² with n degrees of freedom: mean n, variance 2n.
-        assert!((square - n).abs() < 4.0 * (2.0 * n).sqrt(), "{square}");
-    }
-    assert!(heading.abs() < 4.0 * n.sqrt(), "{heading}");
 }
 
 #[test]
