@@ -11,9 +11,10 @@
 //! In reading order: [`scenario`] says who is where; [`world`] moves them with [`surface_craft`],
 //! [`underwater_vehicle`], [`inner_loop`], [`integrate`], and along [`path`]s with [`path_following`] and
 //! [`dive`]; [`water`] is what flows and waves around them; [`observe`] is the only gate from truth to
-//! knowledge; a [`guide`] answers; [`mission`] closes the loop; [`record`] and [`metrics`] are what remains;
-//! [`tuning`] makes the compared law a strong one.
+//! knowledge; a [`guide`] answers; [`mission`] closes the loop; [`record`] and [`metrics`] are what remains,
+//! and [`datum`] says where on Earth; [`tuning`] makes the compared law a strong one.
 
+pub mod datum;
 pub mod dive;
 pub mod guide;
 pub mod inner_loop;
