@@ -27,6 +27,7 @@ mod horizon;
 mod ladder;
 pub mod los;
 mod passes;
+pub mod path;
 pub mod plan;
 pub mod policy;
 pub mod program;

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! In reading order: [`scenario`] says who is where; [`world`] moves them with [`surface_craft`],
-//! [`underwater_vehicle`], [`inner_loop`], [`integrate`], and along [`path`]s with [`path_following`] and
+//! [`underwater_vehicle`], [`inner_loop`], [`integrate`], and along [`planner::path`]s with [`path_following`] and
 //! [`dive`]; [`water`] is what flows and waves around them; [`observe`] is the only gate from truth to
 //! knowledge; a [`guide`] answers; [`mission`] closes the loop; [`record`] and [`metrics`] are what remains,
 //! and [`datum`] says where on Earth; [`tuning`] makes the compared law a strong one.
@@ -22,7 +22,6 @@ pub mod integrate;
 pub mod metrics;
 pub mod mission;
 pub mod observe;
-pub mod path;
 pub mod path_following;
 pub mod record;
 pub mod scenario;

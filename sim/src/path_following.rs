@@ -8,9 +8,8 @@ use nalgebra::Vector2;
 use planner::{
     angle::{ned_from_body, wrap},
     forecast::sinc,
+    path::PathPoint,
 };
-
-use crate::path::PathPoint;
 
 /// Gains of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]

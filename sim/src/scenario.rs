@@ -5,6 +5,7 @@ use std::f64::consts::FRAC_PI_4;
 use nalgebra::Vector2;
 use planner::{
     angle::direction,
+    path::Path,
     snapshot::{Goal, Limits, VehicleId},
 };
 use rand::{RngExt, SeedableRng};
@@ -13,7 +14,6 @@ use rand_chacha::ChaCha8Rng;
 use crate::{
     dive::{Dive, Leg},
     inner_loop::{DragFeedForward, SurgeLoop},
-    path::Path,
     path_following::PathFollowingGains,
     surface_craft::{SurfaceHull, SurfaceState},
     underwater_vehicle::{UnderwaterHull, UnderwaterState},

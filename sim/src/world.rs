@@ -1,13 +1,12 @@
 //! The vehicles and the water, moving in steps of one inner-loop period.
 
 use nalgebra::Vector2;
-use planner::{los::Reference, snapshot::VehicleId};
+use planner::{los::Reference, path::Path, snapshot::VehicleId};
 
 use crate::{
     dive::{Dive, Leg},
     inner_loop::{PERIOD, SurgeLoop, UnderwaterReference, steer_surface_craft, steer_underwater_vehicle},
     integrate::rk4,
-    path::Path,
     path_following::{PathCommand, PathError, PathFollowingGains, follow_path},
     surface_craft::{SurfaceHull, SurfaceState},
     underwater_vehicle::{UnderwaterHull, UnderwaterState},

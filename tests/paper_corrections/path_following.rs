@@ -3,11 +3,13 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Vector1, Vector2};
-use planner::angle::{direction, wrap};
+use planner::{
+    angle::{direction, wrap},
+    path::{Path, PathPoint, Side},
+};
 use sim::{
     dive::{Dive, Leg},
     inner_loop::PERIOD,
-    path::{Path, PathPoint, Side},
     path_following::{PathCommand, PathError, PathFollowingGains, follow_path, sine_quotient},
     scenario::Scenario,
     world::World,

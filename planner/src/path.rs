@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
+use crate::{angle::direction, forecast::sinc};
 use nalgebra::Vector2;
-use planner::{angle::direction, forecast::sinc};
 
 /// A piece of constant curvature: a line where the curvature is zero, else an arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
