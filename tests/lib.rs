@@ -22,6 +22,7 @@ pub fn auv(id: &str, north: f64, east: f64, course: f64) -> Auv {
         speed: 0.193,
         turn_rate: 0.0,
         age: 0.4,
+        path: None,
     }
 }
 

@@ -188,7 +188,7 @@ async fn details_are_in_the_words_of_json_and_not_of_the_program() {
     );
     assert_eq!(
         detail(changed("/auvs/0", json!({ "name": "a" }))).await,
-        "there is no such member, only `id` or `state`"
+        "there is no such member, only `id`, `state`, `path`"
     );
     assert_eq!(
         detail(changed("/auvs/0/id", json!("é".repeat(65)))).await,
@@ -248,6 +248,102 @@ async fn a_goal_must_have_what_its_kind_needs_and_nothing_else() {
     assert_eq!(goal(stranger).await, fault("/goal/auvs/1", "unknown_vehicle"));
     let twice = json!({ "kind": "midpoint", "auvs": ["auv-1", "auv-1"] });
     assert_eq!(goal(twice).await, fault("/goal/auvs/1", "duplicate"));
+}
+
+fn lane() -> Value {
+    json!({ "kind": "line", "from": [0.0, 0.0], "to": [50.0, 0.0] })
+}
+
+fn turn() -> Value {
+    json!({ "kind": "arc", "from": [50.0, 0.0], "centre": [50.0, 10.0], "angle_rad": 3.14159 })
+}
+
+/// The first fault of the track example with a path of these segments, and its problem's first error.
+async fn path_fault(segments: Value, speed: f64) -> Value {
+    let mut body = example("track");
+    body["auvs"][0]["path"] = json!({ "segments": segments, "speed_mps": speed });
+    let answer = planned(body.to_string()).await;
+    assert_eq!(answer.status, StatusCode::UNPROCESSABLE_ENTITY, "{}", answer.text);
+    assert_eq!(answer.faults().len(), 1, "{}", answer.text);
+    answer.problem()["errors"][0].clone()
+}
+
+#[tokio::test]
+async fn a_path_that_joins_is_accepted_and_forecast_along() {
+    let mut body = example("track");
+    let back = json!({ "kind": "waypoints", "points": [[50, 20], [0, 20], [0, 60]], "fillet_m": 5 });
+    body["auvs"][0]["path"] = json!({ "segments": [lane(), turn(), back], "speed_mps": 0.193 });
+    body["forecast"] = json!("path");
+    let answer = planned(body.to_string()).await;
+    assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+    let answer: Value = serde_json::from_str(&answer.text).expect("is JSON");
+    assert_eq!(answer["targets"][0]["forecast"], "path");
+}
+
+#[tokio::test]
+async fn a_path_that_is_none_is_told_where() {
+    let at = "/auvs/0/path/segments";
+    let corner =
+        |fillet: f64| json!({ "kind": "waypoints", "points": [[0, 0], [9, 0], [9, 9]], "fillet_m": fillet });
+    let mut gap = turn();
+    gap["from"] = json!([50.5, 0.0]);
+    for (segments, pointer, code) in [
+        (json!([]), at.to_owned(), "length"),
+        (json!([lane(), gap]), format!("{at}/1"), "gap"),
+        (json!([turn(), turn()]), format!("{at}/1"), "gap"),
+        (json!([corner(0.0)]), format!("{at}/0/points/1"), "kink"),
+        (json!([corner(9.1)]), format!("{at}/0/points/1"), "fillet"),
+        (json!([corner(-1.0)]), format!("{at}/0/fillet_m"), "out_of_range"),
+        (
+            json!([{ "kind": "line", "from": [0, 0], "to": [2e6, 0] }]),
+            format!("{at}/0/to/0"),
+            "out_of_range",
+        ),
+        (
+            json!([{ "kind": "line", "from": [0, 0] }]),
+            format!("{at}/0/to"),
+            "missing",
+        ),
+        (
+            json!([{ "kind": "line", "from": [0, 0], "to": [1, 0], "angle_rad": 1 }]),
+            format!("{at}/0/angle_rad"),
+            "unexpected",
+        ),
+        (
+            json!([{ "kind": "waypoints", "points": vec![[0, 0]; 257], "fillet_m": 0 }]),
+            at.to_owned(),
+            "length",
+        ),
+    ] {
+        let error = path_fault(segments, 0.193).await;
+        assert_eq!(
+            (&error["pointer"], &error["code"]),
+            (&json!(pointer), &json!(code))
+        );
+    }
+    let error = path_fault(json!([corner(9.1)]), 0.193).await;
+    assert_eq!(error["given"], 9.1);
+    let most = error["limit"]["most"].as_f64().expect("a number");
+    // One right angle on legs of 9 m.
+    assert!((most - 9.0).abs() < 1e-9);
+    let error = path_fault(json!([lane()]), 0.0).await;
+    assert_eq!(error["pointer"], "/auvs/0/path/speed_mps");
+    assert_eq!(error["limit"], json!({ "least": 0.01, "most": 10.0 }));
+}
+
+#[tokio::test]
+async fn a_point_has_two_numbers() {
+    for (point, code) in [
+        (json!([1.0]), "length"),
+        (json!([1.0, 2.0, 3.0]), "length"),
+        (json!({ "north_m": 1.0 }), "wrong_type"),
+        (json!("here"), "wrong_type"),
+    ] {
+        let error = path_fault(json!([{ "kind": "line", "from": point, "to": [9, 9] }]), 0.193).await;
+        assert_eq!(error["code"], code, "{point}: {error}");
+        let at = error["pointer"].as_str().expect("text");
+        assert!(at.starts_with("/auvs/0/path/segments/0/from"), "{error}");
+    }
 }
 
 #[tokio::test]

@@ -1,10 +1,15 @@
 //! What goes out as JSON comes back as what it was.
 
+use std::sync::Arc;
+
 use api::wire::{PlanRequest, PlanResponse, PreviousPlan, plan_id};
 use nalgebra::Vector2;
 use planner::{
-    angle::{Course, Heading},
-    snapshot::{self as domain, Fallback, ForecastChoice, ForecastModel, HoldStyle, Limits, Snapshot},
+    angle::{Course, Heading, direction},
+    path::{Path, Segment},
+    snapshot::{
+        self as domain, Fallback, ForecastChoice, ForecastModel, HoldStyle, KnownPath, Limits, Snapshot,
+    },
 };
 use tests::{goals, observation, snapshot};
 
@@ -14,12 +19,30 @@ fn through_json(snapshot: &Snapshot) -> Snapshot {
     Snapshot::try_from(&request).expect("is valid")
 }
 
+/// Every kind of segment, with lengths and angles that no decimal fraction is.
+fn known_path() -> KnownPath {
+    let mower = Path::lawn_mower(Vector2::new(0.1, -1.0 / 3.0), 0.7, 50.0 / 3.0, 20.0, 3);
+    let end = mower.at(mower.length());
+    let mut segments = mower.segments().to_vec();
+    segments.push(Segment::Waypoints {
+        points: [(0.0, 0.0), (10.0, 0.0), (30.0, 0.3)]
+            .map(|(length, turn)| end.position + direction(end.tangent + turn) * length)
+            .to_vec(),
+        fillet_radius: 20.0,
+    });
+    KnownPath {
+        path: Arc::new(Path::from_segments(&segments, false).expect("joins")),
+        horizontal_speed: 0.1 + 0.2,
+    }
+}
+
 #[test]
 fn a_snapshot_survives_the_way_through_json_to_the_bit() {
     let mut rich = observation(goals()[1].clone());
     rich.time = 1_700_000_000.123_456;
     rich.asc.ground_velocity = Some(Vector2::new(1.0 / 3.0, -0.1));
     rich.auvs[1].turn_rate = -0.017;
+    rich.auvs[0].path = Some(known_path());
     rich.limits = Limits {
         speed_max: 0.7,
         surge_lag: 4.9,
@@ -58,6 +81,7 @@ fn every_forecast_has_its_own_name() {
         ForecastModel::Hold,
         ForecastModel::ConstantVelocity,
         ForecastModel::ConstantTurn,
+        ForecastModel::Path,
     ];
     let choices = models
         .map(ForecastChoice::Model)

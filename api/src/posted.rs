@@ -180,8 +180,13 @@ fn misfit(given: &Value, mut pointer: String, error: &serde_json::Error) -> Fiel
     if detail.starts_with("unknown variant `") {
         return FieldError::new(pointer, "unknown_variant", format!("must be {expected}"));
     }
+    // A point has two numbers: serde_json counts too few, and takes the third for a mistake in the text.
+    if detail.starts_with("invalid length ") || detail == "trailing characters" {
+        return FieldError::new(pointer, "length", "must have 2 items");
+    }
     let expected = match expected {
         "f64" => "a number",
+        "an array of length 2" => "a list",
         "a sequence" => "a list",
         map if map == "a map" || map.starts_with("struct ") => "an object",
         // Text, and the names of variants, of which serde_json says only that no value is there.

@@ -44,7 +44,7 @@ impl Guide for Stopwatch<'_> {
         self.told.snapshots += 1;
         self.told.with_current += usize::from(snapshot.current.is_some());
         for auv in &snapshot.auvs {
-            let model = AuvForecast::new(auv, snapshot.forecast).model;
+            let model = AuvForecast::new(auv, snapshot.forecast, &snapshot.current()).model;
             if !self.told.forecasts.contains(&model) {
                 self.told.forecasts.push(model);
             }

@@ -10,6 +10,7 @@
 //! client does the reverse with the same types.
 
 mod faults;
+mod read_path;
 mod read_request;
 mod request;
 mod response;
@@ -17,8 +18,8 @@ mod write_answer;
 mod write_request;
 
 pub use request::{
-    Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, Limits, PlanRequest, PreviousPlan,
-    PreviousReference,
+    Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, Limits, Path, PlanRequest,
+    PreviousPlan, PreviousReference, Segment, SegmentKind,
 };
 pub use response::{
     Baseline, Comparison, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget, Plans,

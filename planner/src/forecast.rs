@@ -1,5 +1,10 @@
 //! Where each AUV will be: closed forms of time, so that any grid may sample them.
 
+mod along_path;
+#[cfg(test)]
+mod along_path_tests;
+
+use along_path::AlongPath;
 use nalgebra::Vector2;
 
 use crate::{
@@ -18,6 +23,12 @@ pub const SPEED_AT_REST: f64 = 0.05;
 /// Over the default horizon of 78 s it amounts to 9°.
 const TURN_RATE_STRAIGHT: f64 = 0.002;
 
+/// Farther than this from its path, an AUV is not on it yet, and [`ForecastChoice::Auto`] guesses from its motion
+/// alone, m.
+///
+/// Assumption: ten standard deviations of an acoustic fix (1.5 m); less than any lane is long.
+const OFFSET_FROM_PATH_MAX: f64 = 15.0;
+
 /// Position and velocity over ground at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
@@ -28,58 +39,102 @@ pub struct Motion {
 }
 
 /// The forecast of one AUV.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct AuvForecast {
     /// The model it uses.
     pub model: ForecastModel,
-    /// Position at the time of the report, m.
-    position: Vector2<f64>,
-    /// Velocity over ground at the time of the report, m/s; zero under [`ForecastModel::Hold`].
-    velocity: Vector2<f64>,
-    /// Rate of turn, rad/s; zero unless [`ForecastModel::ConstantTurn`].
-    turn_rate: f64,
     /// Age of the report, s.
     age: f64,
+    way: Way,
+}
+
+/// How it goes on from the report.
+#[derive(Clone, Debug, PartialEq)]
+enum Way {
+    Turning(Turning),
+    AlongPath(AlongPath),
+}
+
+/// At constant speed and rate of turn, either of which may be zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Turning {
+    /// Position at the time of the report, m.
+    position: Vector2<f64>,
+    /// Velocity over ground at the time of the report, m/s.
+    velocity: Vector2<f64>,
+    /// Rate of turn, rad/s.
+    turn_rate: f64,
 }
 
 impl AuvForecast {
-    /// The forecast of `auv` under the model that `choice` gives.
+    /// The forecast of `auv` under the model that `choice` gives, in a `current` (north, east), m/s.
     #[must_use]
-    pub fn new(auv: &Auv, choice: ForecastChoice) -> Self {
-        let model = match choice {
-            ForecastChoice::Model(model) => model,
-            ForecastChoice::Auto if auv.speed < SPEED_AT_REST => ForecastModel::Hold,
-            ForecastChoice::Auto if auv.turn_rate.abs() < TURN_RATE_STRAIGHT => {
-                ForecastModel::ConstantVelocity
+    pub fn new(auv: &Auv, choice: ForecastChoice, current: &Vector2<f64>) -> Self {
+        let along_path = |known| AlongPath::new(auv, known, current);
+        let along = match (choice, &auv.path) {
+            (ForecastChoice::Model(ForecastModel::Path), Some(known)) => Some(along_path(known)),
+            (ForecastChoice::Auto, Some(known)) if SPEED_AT_REST <= auv.speed => {
+                Some(along_path(known)).filter(|along| along.offset().abs() <= OFFSET_FROM_PATH_MAX)
             }
-            ForecastChoice::Auto => ForecastModel::ConstantTurn,
+            _ => None,
         };
-        let velocity = match model {
-            ForecastModel::Hold => Vector2::zeros(),
-            ForecastModel::ConstantVelocity | ForecastModel::ConstantTurn => auv.velocity(),
+        if let Some(along_path) = along {
+            return Self {
+                model: ForecastModel::Path,
+                age: auv.age,
+                way: Way::AlongPath(along_path),
+            };
+        }
+        let model = match choice {
+            ForecastChoice::Auto | ForecastChoice::Model(ForecastModel::Path) => from_motion_alone(auv),
+            ForecastChoice::Model(model) => model,
         };
-        let turn_rate = match model {
-            ForecastModel::Hold | ForecastModel::ConstantVelocity => 0.0,
-            ForecastModel::ConstantTurn => auv.turn_rate,
+        let (velocity, turn_rate) = match model {
+            ForecastModel::Hold => (Vector2::zeros(), 0.0),
+            ForecastModel::ConstantTurn => (auv.velocity(), auv.turn_rate),
+            ForecastModel::ConstantVelocity | ForecastModel::Path => (auv.velocity(), 0.0),
         };
         Self {
             model,
-            position: auv.position,
-            velocity,
-            turn_rate,
             age: auv.age,
+            way: Way::Turning(Turning {
+                position: auv.position,
+                velocity,
+                turn_rate,
+            }),
         }
     }
 
     /// Motion `ahead` seconds after the snapshot.
+    #[must_use]
+    pub fn at(&self, ahead: f64) -> Motion {
+        let elapsed = self.age + ahead;
+        match &self.way {
+            Way::Turning(turning) => turning.at(elapsed),
+            Way::AlongPath(along_path) => along_path.at(elapsed),
+        }
+    }
+}
+
+/// What [`ForecastChoice::Auto`] uses for an AUV whose path is not known.
+fn from_motion_alone(auv: &Auv) -> ForecastModel {
+    if auv.speed < SPEED_AT_REST {
+        ForecastModel::Hold
+    } else if auv.turn_rate.abs() < TURN_RATE_STRAIGHT {
+        ForecastModel::ConstantVelocity
+    } else {
+        ForecastModel::ConstantTurn
+    }
+}
+
+impl Turning {
+    /// Motion `elapsed` seconds after the report.
     ///
     /// ```text
     /// p(t) = p + ‖v‖ t sinc(ω t / 2) [cos(χ + ω t / 2), sin(χ + ω t / 2)]
     /// ```
     /// The chord of an arc: exact, and regular where the rate of turn ω vanishes.
-    #[must_use]
-    pub fn at(&self, ahead: f64) -> Motion {
-        let elapsed = self.age + ahead;
+    fn at(&self, elapsed: f64) -> Motion {
         let (speed, course) = (self.velocity.norm(), angle_of(&self.velocity));
         let half_turn = 0.5 * self.turn_rate * elapsed;
         Motion {
@@ -114,12 +169,13 @@ mod tests {
             speed: 0.193,
             turn_rate,
             age,
+            path: None,
         }
     }
 
     #[test]
     fn a_constant_turn_integrates_its_own_velocity() {
-        let forecast = AuvForecast::new(&auv(0.02, 1.5), ForecastChoice::Auto);
+        let forecast = AuvForecast::new(&auv(0.02, 1.5), ForecastChoice::Auto, &Vector2::zeros());
         assert_eq!(forecast.model, ForecastModel::ConstantTurn);
         for ahead in [0.0, 10.0, 78.0] {
             let h = 1e-3;
@@ -134,6 +190,7 @@ mod tests {
         let forecast = AuvForecast::new(
             &auv(0.05, 0.0),
             ForecastChoice::Model(ForecastModel::ConstantTurn),
+            &Vector2::zeros(),
         );
         let period = std::f64::consts::TAU / 0.05;
         assert!((forecast.at(period).position - forecast.at(0.0).position).norm() < 1e-12);
@@ -144,17 +201,19 @@ mod tests {
         let straight = AuvForecast::new(
             &auv(0.0, 2.0),
             ForecastChoice::Model(ForecastModel::ConstantVelocity),
+            &Vector2::zeros(),
         );
         let slow = AuvForecast::new(
             &auv(1e-9, 2.0),
             ForecastChoice::Model(ForecastModel::ConstantTurn),
+            &Vector2::zeros(),
         );
         assert!((straight.at(78.0).position - slow.at(78.0).position).norm() < 1e-6);
     }
 
     #[test]
     fn an_old_report_is_carried_to_now() {
-        let forecast = AuvForecast::new(&auv(0.0, 10.0), ForecastChoice::Auto);
+        let forecast = AuvForecast::new(&auv(0.0, 10.0), ForecastChoice::Auto, &Vector2::zeros());
         let moved = forecast.at(0.0).position - Vector2::new(3.0, -4.0);
         assert!((moved.norm() - 1.93).abs() < 1e-12);
     }
@@ -165,7 +224,7 @@ mod tests {
             speed: 0.049,
             ..auv(0.1, 0.0)
         };
-        let forecast = AuvForecast::new(&slow, ForecastChoice::Auto);
+        let forecast = AuvForecast::new(&slow, ForecastChoice::Auto, &Vector2::zeros());
         assert_eq!(forecast.model, ForecastModel::Hold);
         assert_eq!(forecast.at(60.0).position, slow.position);
     }

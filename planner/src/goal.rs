@@ -29,11 +29,12 @@ impl GoalForecast {
     /// The goal of `snapshot`, forecast as it asks.
     #[must_use]
     pub fn new(snapshot: &Snapshot) -> Self {
+        let current = snapshot.current();
         let forecast = |id: &VehicleId| {
             let auv = snapshot
                 .auv(id)
                 .expect("a snapshot's goal names only vehicles that are in it");
-            AuvForecast::new(auv, snapshot.forecast)
+            AuvForecast::new(auv, snapshot.forecast, &current)
         };
         match &snapshot.goal {
             Goal::Track { auv } => Self {

@@ -13,7 +13,7 @@ use crate::{
     policy::Policy,
     program::Program,
     response::Stage,
-    snapshot::{Goal, HoldStyle, Limits, Snapshot, TrajectoryPoint},
+    snapshot::{Auv, Goal, HoldStyle, Limits, Snapshot, TrajectoryPoint},
     solve::Solution,
 };
 
@@ -105,20 +105,20 @@ fn goal_is_stale(snapshot: &Snapshot, policy: &Policy) -> bool {
 }
 
 fn targets(snapshot: &Snapshot, horizon: &Horizon) -> Vec<TargetForecast> {
-    let forecast = |auv| AuvForecast::new(auv, snapshot.forecast);
-    snapshot
-        .auvs
-        .iter()
-        .map(|auv| TargetForecast {
+    let current = snapshot.current();
+    let target = |auv: &Auv| {
+        let forecast = AuvForecast::new(auv, snapshot.forecast, &current);
+        TargetForecast {
             id: auv.id.clone(),
-            model: forecast(auv).model,
+            model: forecast.model,
             positions: horizon
                 .times
                 .iter()
-                .map(|time| forecast(auv).at(*time).position)
+                .map(|time| forecast.at(*time).position)
                 .collect(),
-        })
-        .collect()
+        }
+    };
+    snapshot.auvs.iter().map(target).collect()
 }
 
 /// References that the inner loops turn into the first interval of `stages`.

@@ -9,7 +9,7 @@
 //! where the bow points, course where the craft goes; speed is through the water or over ground, and
 //! says which. SI units and radians throughout.
 //!
-//! **Pipeline**, and the order to read the modules in: [`snapshot`] (facts, checked once) →
+//! **Pipeline**, and the order to read the modules in: [`snapshot`] (facts, checked once) and [`path`] →
 //! [`forecast`] and [`goal`] (where the AUVs and the goal will be) → [`los`] and [`response`] (the
 //! analytic law, rolled out) → [`program`] (the promises, in standard form) → [`solve`] (Clarabel) →
 //! [`certificate`] (checked again) → [`plan`] (the answer, from the highest rung of the ladder that
@@ -24,6 +24,7 @@ pub mod certificate;
 pub mod forecast;
 pub mod goal;
 mod horizon;
+mod invalid_field;
 mod ladder;
 pub mod los;
 mod passes;

@@ -1,44 +1,32 @@
 //! Horizontal paths made of lines and arcs, parametrised by arc length.
+//!
+//! A [`Path`] is put together from lengths and angles ([`Path::starting_at`], [`Path::lawn_mower`]), or from
+//! what comes from outside and is checked ([`Path::from_segments`], [`Path::waypoints`], [`Path::circle`]).
+//! A [`SpeedProfile`] says how fast to go along one.
 
-use std::f64::consts::PI;
+mod closest;
+mod piece;
+mod segment;
+mod speed_profile;
+#[cfg(test)]
+mod tests;
 
-use crate::{angle::direction, forecast::sinc};
+use std::f64::consts::{PI, TAU};
+
 use nalgebra::Vector2;
 
-/// A piece of constant curvature: a line where the curvature is zero, else an arc.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Piece {
-    /// Arc length at its beginning, m.
-    from: f64,
-    /// Where it begins (north, east), m.
-    start: Vector2<f64>,
-    /// Tangent angle where it begins, rad, not wrapped.
-    tangent: f64,
-    /// Signed curvature, 1/m, positive to starboard.
-    curvature: f64,
-    /// Its length, m.
-    length: f64,
-}
+pub(crate) use piece::{Piece, starboard};
+pub use segment::{GAP_MAX, InvalidPath, KINK_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX, Segment};
+pub use speed_profile::SpeedProfile;
 
-impl Piece {
-    /// The chord of an arc, regular where the curvature κ vanishes:
-    /// p(ℓ) = p₀ + ℓ sinc(κ ℓ / 2) [cos(ψ + κ ℓ / 2), sin(ψ + κ ℓ / 2)].
-    fn at(&self, length: f64) -> PathPoint {
-        let half_turn = 0.5 * self.curvature * length;
-        PathPoint {
-            position: self.start + direction(self.tangent + half_turn) * (length * sinc(half_turn)),
-            tangent: self.tangent + 2.0 * half_turn,
-            curvature: self.curvature,
-        }
-    }
-}
+use crate::angle::{direction, wrap};
 
 /// A point of a path, and how the path passes through it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathPoint {
     /// Position (north, east), m.
     pub position: Vector2<f64>,
-    /// Tangent angle `ψ_P`, rad, clockwise from north, not wrapped.
+    /// Tangent angle `ψ_P`, rad, clockwise from north, not wrapped: continuous along the path.
     #[doc(alias = "psi_P")]
     pub tangent: f64,
     /// Signed curvature κ, 1/m, positive to starboard.
@@ -46,12 +34,19 @@ pub struct PathPoint {
     pub curvature: f64,
 }
 
-/// A path with a continuous tangent. It goes on straight before its beginning and after its end.
+/// A path with a continuous tangent.
+///
+/// An open path goes on straight before its beginning and after its end. A closed one goes round and round:
+/// positions repeat with its length, while the tangent angle grows on by the path's own turn each time, so
+/// that whoever follows it sees no jump at the seam.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
+    segments: Vec<Segment>,
     pieces: Vec<Piece>,
+    start: PathPoint,
     end: PathPoint,
     length: f64,
+    closed: bool,
 }
 
 /// To which side a path turns, seen in its own direction.
@@ -64,7 +59,7 @@ pub enum Side {
 }
 
 impl Path {
-    /// A path of no length at `start` (north, east), m, that points along `tangent`, rad.
+    /// An open path of no length at `start` (north, east), m, that points along `tangent`, rad.
     #[must_use]
     pub fn starting_at(start: Vector2<f64>, tangent: f64) -> Self {
         let end = PathPoint {
@@ -73,26 +68,37 @@ impl Path {
             curvature: 0.0,
         };
         Self {
+            segments: vec![],
             pieces: vec![],
+            start: end,
             end,
             length: 0.0,
+            closed: false,
         }
     }
 
-    /// Appends a line of `length` metres.
+    /// Appends a line of `length` metres, positive; none where it is 0.
     #[must_use]
-    pub fn line(self, length: f64) -> Self {
-        self.piece(0.0, length)
+    pub fn line(mut self, length: f64) -> Self {
+        if length != 0.0 {
+            let from = self.end.position;
+            let to = from + direction(self.end.tangent) * length;
+            self.push(Segment::Line { from, to });
+        }
+        self
     }
 
     /// Appends an arc of `radius` metres through `angle` radians, both positive.
     #[must_use]
-    pub fn arc(self, side: Side, radius: f64, angle: f64) -> Self {
-        let curvature = match side {
-            Side::Port => -1.0 / radius,
-            Side::Starboard => 1.0 / radius,
+    pub fn arc(mut self, side: Side, radius: f64, angle: f64) -> Self {
+        let from = self.end.position;
+        let to_starboard = starboard(self.end.tangent) * radius;
+        let (centre, angle) = match side {
+            Side::Port => (from - to_starboard, -angle),
+            Side::Starboard => (from + to_starboard, angle),
         };
-        self.piece(curvature, radius * angle)
+        self.push(Segment::Arc { from, centre, angle });
+        self
     }
 
     /// Lanes of `lane_length` metres, `lane_spacing` metres apart, joined by half circles; the first
@@ -116,93 +122,99 @@ impl Path {
         })
     }
 
-    fn piece(mut self, curvature: f64, length: f64) -> Self {
-        let PathPoint {
-            position: start,
-            tangent,
-            ..
-        } = self.end;
-        let piece = Piece {
-            from: self.length,
-            start,
-            tangent,
-            curvature,
-            length,
-        };
-        self.end = PathPoint {
-            curvature: 0.0,
-            ..piece.at(length)
-        };
-        self.pieces.push(piece);
-        self.length += length;
-        self
-    }
-
-    /// Length, m.
+    /// Length, m; of a closed path, once round.
     #[must_use]
     pub fn length(&self) -> f64 {
         self.length
     }
 
-    /// The point at arc length `gamma`, m.
+    /// Whether the path leads from its end to its beginning again.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        self.closed
+    }
+
+    /// What it is made of: [`Path::from_segments`] makes the same path of them, to the bit.
+    #[must_use]
+    pub fn segments(&self) -> &[Segment] {
+        &self.segments
+    }
+
+    /// The point at arc length `gamma`, m, any finite number.
     #[must_use]
     pub fn at(&self, gamma: f64) -> PathPoint {
-        let beyond = |point: PathPoint, length: f64| PathPoint {
-            position: point.position + direction(point.tangent) * length,
-            curvature: 0.0,
-            ..point
-        };
-        match self.pieces.iter().rev().find(|piece| piece.from <= gamma) {
-            Some(piece) if gamma <= piece.from + piece.length => piece.at(gamma - piece.from),
-            Some(_) => beyond(self.end, gamma - self.length),
-            None => beyond(self.pieces.first().map_or(self.end, |first| first.at(0.0)), gamma),
+        let (laps, gamma) = self.lap_of(gamma);
+        if !self.closed && gamma < 0.0 {
+            return beyond(&self.start, gamma);
         }
+        match self.piece_over(gamma) {
+            Some(piece) if self.closed || gamma <= piece.end() => {
+                let point = piece.at(gamma - piece.from);
+                PathPoint {
+                    tangent: point.tangent + laps * self.turn_of_a_lap(),
+                    ..point
+                }
+            }
+            _ => beyond(&self.end, gamma - self.length),
+        }
+    }
+
+    pub(crate) fn pieces(&self) -> &[Piece] {
+        &self.pieces
+    }
+
+    /// How often a closed path was gone round before `gamma`, and how far since then.
+    pub(crate) fn lap_of(&self, gamma: f64) -> (f64, f64) {
+        if self.closed {
+            let laps = (gamma / self.length).floor();
+            (laps, (gamma - laps * self.length).max(0.0).min(self.length))
+        } else {
+            (0.0, gamma)
+        }
+    }
+
+    /// The last piece that begins at or before `gamma`, on the first lap.
+    fn piece_over(&self, gamma: f64) -> Option<&Piece> {
+        let after = self.pieces.partition_point(|piece| piece.from <= gamma);
+        self.pieces[..after].last()
+    }
+
+    /// Whole turns, whatever the rounding: 0 for a figure of eight.
+    fn turn_of_a_lap(&self) -> f64 {
+        TAU * ((self.end.tangent - self.start.tangent) / TAU).round()
+    }
+
+    fn push(&mut self, segment: Segment) {
+        for piece in segment.pieces() {
+            self.append(piece);
+        }
+        self.segments.push(segment);
+    }
+
+    /// Appends a piece where it is, and carries its tangent angle on without a jump of 2π.
+    fn append(&mut self, mut piece: Piece) {
+        if !self.pieces.is_empty() {
+            piece.tangent = self.end.tangent + wrap(piece.tangent - self.end.tangent);
+        }
+        piece.from = self.length;
+        if self.pieces.is_empty() {
+            self.start = PathPoint {
+                curvature: 0.0,
+                ..piece.at(0.0)
+            };
+        }
+        self.end = PathPoint {
+            curvature: 0.0,
+            ..piece.at(piece.length)
+        };
+        self.length += piece.length;
+        self.pieces.push(piece);
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn mower() -> Path {
-        Path::lawn_mower(Vector2::new(3.0, -2.0), 0.4, 50.0, 20.0, 4)
-    }
-
-    #[test]
-    fn arc_length_tangent_and_curvature_agree_with_finite_differences() {
-        let path = mower();
-        let h = 1e-4;
-        // Off the joints, where the curvature jumps.
-        for gamma in [-5.0, 10.0, 55.0, 70.0, 100.0, 140.0, 300.0] {
-            let (before, now, after) = (path.at(gamma - h), path.at(gamma), path.at(gamma + h));
-            let slope = (after.position - before.position) / (2.0 * h);
-            assert!(
-                (slope - direction(now.tangent)).norm() < 1e-7,
-                "tangent at {gamma}"
-            );
-            let turn = (after.tangent - before.tangent) / (2.0 * h);
-            assert!((turn - now.curvature).abs() < 1e-7, "curvature at {gamma}");
-        }
-    }
-
-    #[test]
-    fn the_path_and_its_tangent_have_no_jump() {
-        let path = mower();
-        for piece in &path.pieces {
-            for joint in [piece.from, piece.from + piece.length] {
-                let (before, after) = (path.at(joint - 1e-9), path.at(joint + 1e-9));
-                assert!((before.position - after.position).norm() < 1e-8);
-                assert!((before.tangent - after.tangent).abs() < 1e-8);
-            }
-        }
-    }
-
-    #[test]
-    fn lanes_lie_their_spacing_apart_and_run_back_and_forth() {
-        let path = Path::lawn_mower(Vector2::zeros(), 0.0, 50.0, 20.0, 3);
-        let second = path.at(50.0 + 10.0 * PI);
-        assert!((second.position - Vector2::new(50.0, 20.0)).norm() < 1e-9);
-        assert!((path.at(path.length()).position - Vector2::new(50.0, 40.0)).norm() < 1e-9);
-        assert!((path.length() - (150.0 + 20.0 * PI)).abs() < 1e-9);
+fn beyond(point: &PathPoint, length: f64) -> PathPoint {
+    PathPoint {
+        position: point.position + direction(point.tangent) * length,
+        ..*point
     }
 }

@@ -1,17 +1,21 @@
 //! What is known now, checked once: everything behind [`Snapshot`] may rely on it.
 
-use std::{fmt, ops::Deref};
+use std::{fmt, ops::Deref, sync::Arc};
 
 use nalgebra::Vector2;
 
-use crate::angle::{Course, Heading, ned_from_body};
+use crate::{
+    angle::{Course, Heading, ned_from_body},
+    path::Path,
+};
 
 mod check;
 
 pub use check::{
-    AUVS_MAX, COORDINATE_MAX, ID_LENGTH_MAX, InvalidField, InvalidObservation, InvalidReason, TIME_MAX,
-    TRAJECTORY_POINTS_MAX,
+    AUVS_MAX, COORDINATE_MAX, ID_LENGTH_MAX, InvalidObservation, TIME_MAX, TRAJECTORY_POINTS_MAX,
 };
+
+pub use crate::invalid_field::{InvalidField, InvalidReason};
 
 /// The name a client gave to a vehicle; unique within a snapshot.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -65,6 +69,18 @@ pub struct Auv {
     pub turn_rate: f64,
     /// Age of the report, s.
     pub age: f64,
+    /// The path that it follows, where that is known.
+    pub path: Option<KnownPath>,
+}
+
+/// A path that an AUV is known to follow.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KnownPath {
+    /// The path.
+    pub path: Arc<Path>,
+    /// Horizontal speed through the water `u_h`, m/s.
+    #[doc(alias = "u_h")]
+    pub horizontal_speed: f64,
 }
 
 impl Auv {
@@ -140,6 +156,8 @@ pub enum ForecastModel {
     ConstantVelocity,
     /// It keeps its speed and its rate of turn.
     ConstantTurn,
+    /// It follows its path, at its speed through the water, with the offset that it has.
+    Path,
 }
 
 /// Which forecast the client asks for.
@@ -147,7 +165,8 @@ pub enum ForecastModel {
 pub enum ForecastChoice {
     /// The planner chooses for each AUV.
     Auto,
-    /// The same model for every AUV.
+    /// The same model for every AUV; [`ForecastModel::Path`] for those whose path is known, while the planner
+    /// chooses for the others.
     Model(ForecastModel),
 }
 

@@ -89,6 +89,7 @@ fn underwater_vehicle(diver: &Diver, current: &Vector2<f64>) -> Auv {
         // The snapshot accepts ±1 rad/s; almost at rest over ground the quotient has no bound.
         turn_rate: turn_rate.clamp(-1.0, 1.0),
         age: 0.0,
+        path: None,
     }
 }
 

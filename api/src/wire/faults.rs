@@ -35,8 +35,35 @@ impl From<&InvalidField> for FieldError {
             )
             .given(*given)
             .limit(json!({ "above": before })),
+            InvalidReason::Gap { given, most } => above_most(
+                pointer,
+                "gap",
+                format!("begins {given} m from where the path is"),
+                *given,
+                *most,
+            ),
+            InvalidReason::Kink { given, most } => above_most(
+                pointer,
+                "kink",
+                format!("the path turns by {given} rad at a point; round corners by fillets or arcs"),
+                *given,
+                *most,
+            ),
+            InvalidReason::Fillet { given, most } => above_most(
+                pointer,
+                "fillet",
+                format!("the legs that meet here have room for fillets of {most} m only"),
+                *given,
+                *most,
+            ),
         }
     }
+}
+
+fn above_most(pointer: String, code: &str, detail: String, given: f64, most: f64) -> FieldError {
+    FieldError::new(pointer, code, detail)
+        .given(given)
+        .limit(json!({ "most": most }))
 }
 
 pub(super) fn out_of_range(pointer: String, given: f64, least: f64, most: f64) -> FieldError {

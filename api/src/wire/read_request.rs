@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::Vector2;
 use planner::{
     angle::{Course, Heading},
+    path::SEGMENTS_MAX,
     snapshot as domain,
     snapshot::{Observation, Snapshot, VehicleId},
 };
@@ -13,6 +14,7 @@ use serde_json::Value;
 use super::{
     METADATA_BYTES_MAX, SCHEMA_VERSION,
     faults::{length, out_of_range},
+    read_path,
     request::{
         Asc, Auv, Current, Fallback, Forecast, Goal, GoalKind, Hold, Limits, PlanRequest, PreviousPlan,
         PreviousReference,
@@ -35,13 +37,19 @@ impl TryFrom<&PlanRequest> for Snapshot {
         check_envelope(request, &mut invalid);
         check_angles(request, &mut invalid);
         let ground_velocity = ground_velocity(&request.asc, &mut invalid);
+        let auvs = request
+            .auvs
+            .iter()
+            .enumerate()
+            .map(|(i, given)| auv(i, given, &mut invalid))
+            .collect();
         let goal = goal(&request.goal, &mut invalid);
 
         let Some(goal) = goal else { return Err(invalid) };
         let observation = Observation {
             time: request.t_s,
             asc: asc(&request.asc, ground_velocity),
-            auvs: request.auvs.iter().map(auv).collect(),
+            auvs,
             goal,
             current: request
                 .current
@@ -97,6 +105,16 @@ fn bound_lists(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
         }
     };
     bound("/auvs", request.auvs.len(), 1, domain::AUVS_MAX);
+    for (i, auv) in request.auvs.iter().enumerate() {
+        if let Some(path) = &auv.path {
+            bound(
+                &format!("/auvs/{i}/path/segments"),
+                read_path::count(path),
+                1,
+                SEGMENTS_MAX,
+            );
+        }
+    }
     if let Some(auvs) = &request.goal.auvs {
         bound("/goal/auvs", auvs.len(), 1, domain::AUVS_MAX);
     }
@@ -180,7 +198,7 @@ fn asc(asc: &Asc, ground_velocity: Option<Vector2<f64>>) -> domain::AscState {
     }
 }
 
-fn auv(auv: &Auv) -> domain::Auv {
+fn auv(i: usize, auv: &Auv, invalid: &mut Vec<FieldError>) -> domain::Auv {
     domain::Auv {
         id: VehicleId(auv.id.clone()),
         position: Vector2::new(auv.state.north_m, auv.state.east_m),
@@ -189,6 +207,10 @@ fn auv(auv: &Auv) -> domain::Auv {
         speed: auv.state.speed_mps,
         turn_rate: auv.state.turn_rate_radps,
         age: auv.state.age_s,
+        path: auv
+            .path
+            .as_ref()
+            .and_then(|path| read_path::known_path(&format!("/auvs/{i}/path"), path, invalid)),
     }
 }
 
@@ -264,6 +286,7 @@ fn forecast(choice: Forecast) -> domain::ForecastChoice {
         Forecast::Hold => ForecastChoice::Model(ForecastModel::Hold),
         Forecast::ConstantVelocity => ForecastChoice::Model(ForecastModel::ConstantVelocity),
         Forecast::ConstantTurn => ForecastChoice::Model(ForecastModel::ConstantTurn),
+        Forecast::Path => ForecastChoice::Model(ForecastModel::Path),
     }
 }
 

@@ -81,6 +81,9 @@ pub struct Auv {
     pub id: String,
     /// Its state as last heard of.
     pub state: AuvState,
+    /// The path that it follows, where that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub path: Option<Path>,
 }
 
 /// State of an underwater vehicle at the time of its last report.
@@ -103,6 +106,59 @@ pub struct AuvState {
     /// Age of the report, s. Default: 0.
     #[serde(default)]
     pub age_s: f64,
+}
+
+/// A path that an underwater vehicle is known to follow.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Path {
+    /// Its segments, in order: each begins where and in which direction the one before it ends, to a millimetre
+    /// and a milliradian. At most 256, every way-point counted as one.
+    pub segments: Vec<Segment>,
+    /// Whether the last segment leads to the first again. A closed path of way-points alone returns to its
+    /// first point by itself. An open path goes on straight beyond its ends. Default: no.
+    #[serde(default)]
+    pub closed: bool,
+    /// Horizontal speed of the vehicle through the water, m/s, from 0.01 to 10.
+    pub speed_mps: f64,
+}
+
+/// A segment of a path. Which members are needed depends on `kind`. Points are (north, east), m.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Segment {
+    /// Which segment.
+    pub kind: SegmentKind,
+    /// `line`, `arc`: where it begins.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<[f64; 2]>,
+    /// `line`: where it ends.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub to: Option<[f64; 2]>,
+    /// `arc`: centre of its circle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub centre: Option<[f64; 2]>,
+    /// `arc`: how far it turns, rad, positive to starboard, up to a full circle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub angle_rad: Option<f64>,
+    /// `waypoints`: where its straight legs would meet.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub points: Option<Vec<[f64; 2]>>,
+    /// `waypoints`: radius by which corners are rounded, m; 0 where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fillet_m: Option<f64>,
+}
+
+/// The kinds of segments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SegmentKind {
+    /// A straight line: `from`, `to`.
+    Line,
+    /// Part of a circle: `from`, `centre`, `angle_rad`.
+    Arc,
+    /// Straight legs with rounded corners: `points`, `fillet_m`.
+    Waypoints,
 }
 
 /// What the surface craft is to do. Which members are needed depends on `kind`.
@@ -187,6 +243,9 @@ pub enum Forecast {
     ConstantVelocity,
     /// Each keeps its speed and its rate of turn.
     ConstantTurn,
+    /// Each that has a `path` follows it, with the offset from it that it has; the planner chooses for the
+    /// others. `auto` does so too, save for a vehicle that rests or is more than 15 m from its path.
+    Path,
 }
 
 /// What to answer when no program was solved.

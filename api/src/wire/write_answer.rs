@@ -245,6 +245,7 @@ fn model_name(model: ForecastModel) -> &'static str {
         ForecastModel::Hold => "hold",
         ForecastModel::ConstantVelocity => "constant_velocity",
         ForecastModel::ConstantTurn => "constant_turn",
+        ForecastModel::Path => "path",
     }
 }
 

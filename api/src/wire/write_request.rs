@@ -2,15 +2,19 @@
 
 use std::fmt::Write as _;
 
-use planner::snapshot::{self as facts, ForecastChoice, ForecastModel, Snapshot};
+use nalgebra::Vector2;
+use planner::{
+    path,
+    snapshot::{self as facts, ForecastChoice, ForecastModel, Snapshot},
+};
 use serde_json::Map;
 use sha2::{Digest, Sha256};
 
 use super::{
     SCHEMA_VERSION,
     request::{
-        Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, Limits, PlanRequest,
-        PreviousPlan, PreviousReference,
+        Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, Limits, Path, PlanRequest,
+        PreviousPlan, PreviousReference, Segment, SegmentKind,
     },
     response::TrajectoryPoint,
 };
@@ -46,6 +50,7 @@ impl From<&Snapshot> for PlanRequest {
                 ForecastChoice::Model(ForecastModel::Hold) => Forecast::Hold,
                 ForecastChoice::Model(ForecastModel::ConstantVelocity) => Forecast::ConstantVelocity,
                 ForecastChoice::Model(ForecastModel::ConstantTurn) => Forecast::ConstantTurn,
+                ForecastChoice::Model(ForecastModel::Path) => Forecast::Path,
             },
             fallback: match snapshot.fallback {
                 facts::Fallback::Ladder => Fallback::Los,
@@ -98,6 +103,49 @@ fn auv(auv: &facts::Auv) -> Auv {
             speed_mps: auv.speed,
             turn_rate_radps: auv.turn_rate,
             age_s: auv.age,
+        },
+        path: auv.path.as_ref().map(path),
+    }
+}
+
+fn path(known: &facts::KnownPath) -> Path {
+    Path {
+        segments: known.path.segments().iter().map(segment).collect(),
+        closed: known.path.is_closed(),
+        speed_mps: known.horizontal_speed,
+    }
+}
+
+fn segment(segment: &path::Segment) -> Segment {
+    let pair = |point: &Vector2<f64>| [point.x, point.y];
+    let bare = |kind| Segment {
+        kind,
+        from: None,
+        to: None,
+        centre: None,
+        angle_rad: None,
+        points: None,
+        fillet_m: None,
+    };
+    match segment {
+        path::Segment::Line { from, to } => Segment {
+            from: Some(pair(from)),
+            to: Some(pair(to)),
+            ..bare(SegmentKind::Line)
+        },
+        path::Segment::Arc { from, centre, angle } => Segment {
+            from: Some(pair(from)),
+            centre: Some(pair(centre)),
+            angle_rad: Some(*angle),
+            ..bare(SegmentKind::Arc)
+        },
+        path::Segment::Waypoints {
+            points,
+            fillet_radius,
+        } => Segment {
+            points: Some(points.iter().map(pair).collect()),
+            fillet_m: Some(*fillet_radius),
+            ..bare(SegmentKind::Waypoints)
         },
     }
 }

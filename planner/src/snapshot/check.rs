@@ -2,7 +2,11 @@
 
 use std::{collections::HashSet, fmt, ops::RangeInclusive};
 
-use super::{AscState, Auv, Goal, Limits, Observation, Snapshot, TrajectoryPoint, VehicleId};
+use super::{AscState, Auv, Goal, KnownPath, Limits, Observation, Snapshot, TrajectoryPoint, VehicleId};
+use crate::{
+    invalid_field::{InvalidField, InvalidReason},
+    path::InvalidPath,
+};
 
 /// Most AUVs in one snapshot.
 pub const AUVS_MAX: usize = 16;
@@ -12,76 +16,10 @@ pub const TRAJECTORY_POINTS_MAX: usize = 256;
 pub const COORDINATE_MAX: f64 = 1.0e6;
 /// Largest time, s: past the year 5000 on a Unix clock, and far from losing milliseconds.
 pub const TIME_MAX: f64 = 1.0e11;
+/// Slowest speed along a path, m/s: what is slower does not follow one.
+const PATH_SPEED_MIN: f64 = 0.01;
 /// Longest name of a vehicle, bytes.
 pub const ID_LENGTH_MAX: usize = 64;
-
-/// One reason why an observation is no snapshot.
-#[derive(Clone, Debug, PartialEq)]
-pub struct InvalidField {
-    /// Where, as slash-separated names that carry units: `auvs/0/state/speed_mps`.
-    pub field: String,
-    /// What is wrong.
-    pub reason: InvalidReason,
-}
-
-/// What is wrong with a field.
-#[derive(Clone, Debug, PartialEq)]
-pub enum InvalidReason {
-    /// Not finite, or outside its range.
-    OutOfRange {
-        /// The value.
-        given: f64,
-        /// Least value accepted.
-        least: f64,
-        /// Largest value accepted.
-        most: f64,
-    },
-    /// Too few or too many items or bytes.
-    Length {
-        /// How many there are.
-        given: usize,
-        /// Fewest accepted.
-        least: usize,
-        /// Most accepted.
-        most: usize,
-    },
-    /// A name stands twice.
-    Duplicate {
-        /// The name.
-        given: String,
-    },
-    /// A name that no vehicle has.
-    UnknownVehicle {
-        /// The name.
-        given: String,
-    },
-    /// Times that do not increase.
-    NotIncreasing {
-        /// The time that is not after the one before it, s.
-        given: f64,
-        /// The one before it, s.
-        before: f64,
-    },
-}
-
-impl fmt::Display for InvalidField {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: ", self.field)?;
-        match &self.reason {
-            InvalidReason::OutOfRange { given, least, most } => {
-                write!(f, "{given} is not in [{least}, {most}]")
-            }
-            InvalidReason::Length { given, least, most } => {
-                write!(f, "has {given} items or bytes, {least} to {most} are accepted")
-            }
-            InvalidReason::Duplicate { given } => write!(f, "the name {given:?} stands twice"),
-            InvalidReason::UnknownVehicle { given } => write!(f, "no vehicle is called {given:?}"),
-            InvalidReason::NotIncreasing { given, before } => {
-                write!(f, "{given} s does not come after {before} s")
-            }
-        }
-    }
-}
 
 /// Every reason why an observation is no snapshot, in the order of its fields.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -204,7 +142,19 @@ impl Check {
             ] {
                 self.within(format_args!("auvs/{i}/state/{name}"), value, range);
             }
+            if let Some(known) = &auv.path {
+                self.path(i, known);
+            }
         }
+    }
+
+    /// A path put together from lengths and angles has not been checked before.
+    fn path(&mut self, auv: usize, known: &KnownPath) {
+        if let Err(InvalidPath(InvalidField { field, reason })) = known.path.check() {
+            self.fail(format_args!("auvs/{auv}/path/{field}"), reason);
+        }
+        let speed = format_args!("auvs/{auv}/path/speed_mps");
+        self.within(speed, known.horizontal_speed, PATH_SPEED_MIN..=10.0);
     }
 
     fn goal(&mut self, goal: &Goal, auvs: &[Auv]) {

@@ -1,0 +1,288 @@
+//! Where an AUV will be that follows a path which is known.
+
+use std::sync::Arc;
+
+use nalgebra::Vector2;
+
+use super::{Motion, SPEED_AT_REST};
+use crate::{
+    angle::{direction, ned_from_body},
+    path::{Path, Piece, starboard},
+    snapshot::{Auv, KnownPath},
+};
+
+/// Position doubt in the search for the place on the path, m: two standard deviations of an acoustic fix (1.5 m),
+/// or what a follower is off its path in a current. Within it, the course tells more than the distance.
+const POSITION_DOUBT: f64 = 3.0;
+
+/// By how much a place on the path that leads against the reported course must be closer than one that leads
+/// along it. Assumption: lanes of a lawn-mower are told apart up to four fifths of the way between them.
+const WRONG_WAY: f64 = 4.0;
+
+/// Largest turn over which the speed along an arc is taken to change linearly, rad. At it, in a current half as
+/// fast as the vehicle, the place on an arc of 10 m is right to a centimetre.
+const TURN_OF_A_STRETCH: f64 = 0.1;
+
+/// Most stretches, apart from one for each line and arc: it bounds the work on paths that wind without end.
+const STRETCHES_MAX: f64 = 1000.0;
+
+/// Least part of its speed over ground that the foot of a vehicle is taken to have on a bend of its path.
+///
+/// The foot of one that is far inside a bend is fast, at the centre of the bend infinitely so. At half the radius
+/// it has twice the vehicle's speed, and whoever is farther inside does not follow the bend.
+const FOOT_FACTOR_MIN: f64 = 0.5;
+
+/// A vehicle that goes along a path with the offset that it has.
+///
+/// ```text
+/// p(t) = p_P(γ) + y₁ n(γ)        (1 − κ y₁) γ̇ = v_c∥ + √(u_h² − v_c⊥²)
+/// ```
+/// n is 90° clockwise of the tangent; v_c∥ and v_c⊥ are the current's components along and across the tangent,
+/// the root 0 where the current across is faster than the vehicle. A vehicle that follows a path in a current it
+/// does not know holds a steady offset, so that the offset is kept and not led to zero.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct AlongPath {
+    path: Arc<Path>,
+    /// Cross-track offset y₁, m, positive to starboard.
+    offset: f64,
+    /// In order of time, at least one.
+    stretches: Vec<Stretch>,
+    /// Time and arc length of a whole round of a closed path.
+    lap: Option<(f64, f64)>,
+}
+
+/// A stretch on which γ̇ is linear in γ.
+///
+/// ```text
+/// γ(τ) = γ₀ + γ̇₀ (exp(λ τ) − 1) / λ        γ̇(τ) = γ̇₀ exp(λ τ)
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Stretch {
+    /// When it begins, s after the report.
+    time: f64,
+    /// Arc length where it begins γ₀, m.
+    gamma: f64,
+    /// γ̇₀, m/s, negative for a vehicle that a current carries back.
+    rate: f64,
+    /// λ = dγ̇/dγ, 1/s.
+    growth: f64,
+    /// Curvature κ of the path there, 1/m.
+    curvature: f64,
+}
+
+impl AlongPath {
+    /// The future of `auv` on the path it is known to follow, in a `current` (north, east), m/s.
+    pub(super) fn new(auv: &Auv, known: &KnownPath, current: &Vector2<f64>) -> Self {
+        let KnownPath {
+            path,
+            horizontal_speed,
+        } = known;
+        let ground_speed = |tangent: f64| speed_along(*horizontal_speed, current, tangent);
+        let gamma = path.closest_by(&auv.position, |distance, point| {
+            // Against a strong current the vehicle goes backwards along its path.
+            let way = direction(point.tangent) * ground_speed(point.tangent).signum();
+            let agreement = if auv.speed < SPEED_AT_REST {
+                1.0
+            } else {
+                way.dot(&auv.course.unit())
+            };
+            (distance + POSITION_DOUBT) * (1.0 + (WRONG_WAY - 1.0) * 0.5 * (1.0 - agreement))
+        });
+        let point = path.at(gamma);
+        let offset = (auv.position - point.position).dot(&starboard(point.tangent));
+        let mut schedule = Schedule {
+            path,
+            offset,
+            ground_speed,
+            turn: turn_of_a_stretch(path, current),
+            way: ground_speed(point.tangent).signum(),
+            time: 0.0,
+            stretches: Vec::new(),
+        };
+        let lap = schedule.fill(gamma);
+        Self {
+            path: Arc::clone(path),
+            offset,
+            stretches: schedule.stretches,
+            lap,
+        }
+    }
+
+    /// Cross-track offset y₁, m, positive to starboard.
+    pub(super) fn offset(&self) -> f64 {
+        self.offset
+    }
+
+    /// Motion `elapsed` seconds after the report.
+    pub(super) fn at(&self, elapsed: f64) -> Motion {
+        let (laps_length, elapsed) = match self.lap {
+            Some((time, length)) => {
+                let laps = (elapsed / time).floor();
+                (laps * length, elapsed - laps * time)
+            }
+            None => (0.0, elapsed),
+        };
+        let after = self
+            .stretches
+            .partition_point(|stretch| stretch.time <= elapsed)
+            .max(1);
+        let stretch = &self.stretches[after - 1];
+        let since = elapsed - stretch.time;
+        let gamma = stretch.gamma + stretch.rate * since * exponential_mean(stretch.growth * since);
+        let rate = stretch.rate * (stretch.growth * since).exp();
+        let point = self.path.at(gamma + laps_length);
+        Motion {
+            position: point.position + starboard(point.tangent) * self.offset,
+            velocity: direction(point.tangent) * (rate * (1.0 - stretch.curvature * self.offset)),
+        }
+    }
+}
+
+/// The stretches that are being laid one after the other.
+struct Schedule<'a, F> {
+    path: &'a Path,
+    offset: f64,
+    ground_speed: F,
+    turn: f64,
+    /// 1 for a vehicle that goes forward along its path, −1 for one that is carried back.
+    way: f64,
+    time: f64,
+    stretches: Vec<Stretch>,
+}
+
+impl<F: Fn(f64) -> f64> Schedule<'_, F> {
+    /// Lays stretches from `gamma` on: to where the vehicle stands, else out of the path's end, or once round a
+    /// closed path; of a round, time and signed length.
+    fn fill(&mut self, gamma: f64) -> Option<(f64, f64)> {
+        let length = self.path.length();
+        let (laps, start) = self.path.lap_of(gamma);
+        let before_lap = laps * length;
+        let goes_on = if self.path.is_closed() {
+            self.over_pieces(start, if self.way > 0.0 { length } else { 0.0 }, before_lap)
+                && self.over_pieces(
+                    if self.way > 0.0 { 0.0 } else { length },
+                    start,
+                    before_lap + self.way * length,
+                )
+        } else {
+            let (near, far) = if self.way > 0.0 {
+                (0.0, length)
+            } else {
+                (length, 0.0)
+            };
+            let outside = self.way * (start - near) < 0.0;
+            (!outside || self.over(start, near, 0.0))
+                && self.over_pieces(if outside { near } else { start }, far, 0.0)
+                && self.straight_on(far + self.way * (self.way * (start - far)).max(0.0))
+        };
+        (self.path.is_closed() && goes_on).then(|| (self.time, self.way * length))
+    }
+
+    /// Over the path's pieces between two arc lengths of the first lap, `shift` added to each. Whether the
+    /// vehicle gets there.
+    fn over_pieces(&mut self, start: f64, end: f64, shift: f64) -> bool {
+        let (low, high) = (start.min(end), start.max(end));
+        let path = self.path;
+        let over = |piece: &Piece| low < piece.end() && piece.from < high;
+        let mut lay = |piece: &Piece| {
+            let (from, to) = (piece.from.max(low) + shift, piece.end().min(high) + shift);
+            let (from, to) = if self.way > 0.0 { (from, to) } else { (to, from) };
+            self.over(from, to, piece.curvature)
+        };
+        let mut pieces = path.pieces().iter().filter(|piece| over(piece));
+        if start <= end {
+            pieces.all(&mut lay)
+        } else {
+            pieces.rev().all(&mut lay)
+        }
+    }
+
+    /// Over a piece of constant curvature, in parts of a small turn. Whether the vehicle gets there.
+    fn over(&mut self, start: f64, end: f64, curvature: f64) -> bool {
+        let parts = ((end - start) * curvature / self.turn).abs().ceil().max(1.0);
+        let length = (end - start).abs() / parts;
+        let mut part = 0.0;
+        while part < parts {
+            let from = start + self.way * length * part;
+            if !self.lay(from, length, curvature) {
+                return false;
+            }
+            part += 1.0;
+        }
+        true
+    }
+
+    fn lay(&mut self, gamma: f64, length: f64, curvature: f64) -> bool {
+        if length <= 0.0 {
+            return true;
+        }
+        // The piece's own tangents, whichever piece `at` takes at a joint.
+        let tangent = self.path.at(gamma + 0.5 * self.way * length).tangent;
+        let half_turn = 0.5 * self.way * length * curvature;
+        let before = self.rate(tangent - half_turn, curvature).max(0.0);
+        let after = self.rate(tangent + half_turn, curvature);
+        let change = (after - before) / length;
+        self.stretches.push(Stretch {
+            time: self.time,
+            gamma,
+            rate: self.way * before,
+            growth: if before > 0.0 { change } else { 0.0 },
+            curvature,
+        });
+        // Where the speed falls to nothing within, the vehicle comes ever closer and never there.
+        if before <= 0.0 || after <= 0.0 {
+            return false;
+        }
+        self.time += length / (before * logarithmic_mean_inverse(after / before - 1.0));
+        true
+    }
+
+    fn straight_on(&mut self, gamma: f64) -> bool {
+        let tangent = self.path.at(gamma + self.way).tangent;
+        let rate = self.rate(tangent, 0.0).max(0.0);
+        self.stretches.push(Stretch {
+            time: self.time,
+            gamma,
+            rate: self.way * rate,
+            growth: 0.0,
+            curvature: 0.0,
+        });
+        rate > 0.0
+    }
+
+    /// Speed of the vehicle's foot on the path in its way, m/s.
+    fn rate(&self, tangent: f64, curvature: f64) -> f64 {
+        self.way * (self.ground_speed)(tangent) / (1.0 - curvature * self.offset).max(FOOT_FACTOR_MIN)
+    }
+}
+
+/// Speed over ground along a tangent, m/s, of a vehicle of horizontal speed `u_h` through the water that holds its
+/// course in a `current` (north, east), m/s.
+fn speed_along(u_h: f64, current: &Vector2<f64>, tangent: f64) -> f64 {
+    let in_path_frame = ned_from_body(tangent).transpose() * current;
+    let (along, across) = (in_path_frame.x, in_path_frame.y);
+    along + (u_h * u_h - across * across).max(0.0).sqrt()
+}
+
+/// Largest turn of a stretch, rad; in still water the speed along an arc does not change at all.
+fn turn_of_a_stretch(path: &Path, current: &Vector2<f64>) -> f64 {
+    if *current == Vector2::zeros() {
+        return f64::INFINITY;
+    }
+    let turn: f64 = path
+        .pieces()
+        .iter()
+        .map(|piece| (piece.curvature * piece.length).abs())
+        .sum();
+    TURN_OF_A_STRETCH.max(turn / STRETCHES_MAX)
+}
+
+/// (exp x − 1) / x, and its limit 1 at 0.
+fn exponential_mean(x: f64) -> f64 {
+    if x == 0.0 { 1.0 } else { x.exp_m1() / x }
+}
+
+/// x / ln(1 + x), and its limit 1 at 0.
+fn logarithmic_mean_inverse(x: f64) -> f64 {
+    if x == 0.0 { 1.0 } else { x / x.ln_1p() }
+}
