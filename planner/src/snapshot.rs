@@ -163,7 +163,8 @@ pub enum ForecastModel {
 /// Which forecast the client asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ForecastChoice {
-    /// The planner chooses for each AUV.
+    /// The planner chooses for each AUV: [`ForecastModel::Hold`] for one at rest; else along its path, where that
+    /// is known and no more than 15 m away; else as its rate of turn says.
     Auto,
     /// The same model for every AUV; [`ForecastModel::Path`] for those whose path is known, while the planner
     /// chooses for the others.

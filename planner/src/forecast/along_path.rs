@@ -175,7 +175,7 @@ impl<F: Fn(f64) -> f64> Schedule<'_, F> {
                 && self.over_pieces(if outside { near } else { start }, far, 0.0)
                 && self.straight_on(far + self.way * (self.way * (start - far)).max(0.0))
         };
-        (self.path.is_closed() && goes_on).then(|| (self.time, self.way * length))
+        (self.path.is_closed() && goes_on).then_some((self.time, self.way * length))
     }
 
     /// Over the path's pieces between two arc lengths of the first lap, `shift` added to each. Whether the
