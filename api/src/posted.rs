@@ -180,20 +180,27 @@ fn misfit(given: &Value, mut pointer: String, error: &serde_json::Error) -> Fiel
     if detail.starts_with("unknown variant `") {
         return FieldError::new(pointer, "unknown_variant", format!("must be {expected}"));
     }
-    // A point has two numbers: serde_json counts too few, and takes the third for a mistake in the text.
-    if detail.starts_with("invalid length ") || detail == "trailing characters" {
+    // serde_json counts where there are too few, and takes the third number for a mistake in the text.
+    let miscounted = expected == "an array of length 2" && detail.starts_with("invalid length ");
+    if miscounted || detail == "trailing characters" && is_point(&pointer) {
         return FieldError::new(pointer, "length", "must have 2 items");
     }
     let expected = match expected {
         "f64" => "a number",
-        "an array of length 2" => "a list",
-        "a sequence" => "a list",
+        "a sequence" | "an array of length 2" => "a list",
         map if map == "a map" || map.starts_with("struct ") => "an object",
         // Text, and the names of variants, of which serde_json says only that no value is there.
         _ => "text",
     };
     let given = given.pointer(&pointer).map_or("this", type_name);
     FieldError::new(pointer, "wrong_type", format!("must be {expected}, not {given}"))
+}
+
+/// Whether a point of a path stands there, a list of two numbers.
+fn is_point(pointer: &str) -> bool {
+    let mut tokens = pointer.rsplit('/');
+    let last = tokens.next();
+    matches!(last, Some("from" | "to" | "centre")) || tokens.next() == Some("points")
 }
 
 /// The first place that serde took for something else: a list for an object, members by their order,
