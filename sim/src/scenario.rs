@@ -15,8 +15,8 @@ use crate::{
     dive::{Dive, Leg},
     inner_loop::{DragFeedForward, SurgeLoop},
     path_following::PathFollowingGains,
-    surface_craft::{SurfaceHull, SurfaceState},
-    underwater_vehicle::{UnderwaterHull, UnderwaterState},
+    surface_craft::SurfaceClass,
+    underwater_vehicle::{UnderwaterClass, UnderwaterState},
     world::{Diver, SurfaceCraft, World},
 };
 
@@ -82,7 +82,7 @@ impl SurfaceCraftSetup {
     /// test holds the planner to what it still achieves there.
     #[must_use]
     pub fn limits(&self) -> Limits {
-        Limits::MEDUSA
+        SurfaceClass::Medusa.limits()
     }
 }
 
@@ -162,7 +162,7 @@ fn jitter(rng: &mut ChaCha8Rng) -> (Vector2<f64>, f64) {
 
 fn diver(setup: &DiverSetup, rng: &mut ChaCha8Rng) -> Diver {
     let (moved, turned) = jitter(rng);
-    let hull = UnderwaterHull::MEDUSA;
+    let hull = UnderwaterClass::Medusa.hull();
     let begin = setup.path.at(0.0);
     let position = begin.position + setup.offset + moved;
     let heading = begin.tangent + turned;
@@ -180,6 +180,7 @@ fn diver(setup: &DiverSetup, rng: &mut ChaCha8Rng) -> Diver {
             0.0,
             0.0,
         ]),
+        loops: UnderwaterClass::Medusa.loops(),
         surge: SurgeLoop::settled_at(DIVER_SPEED, DragFeedForward::Off, hull.drag_surge),
         gains: PathFollowingGains::LAB,
         path: setup.path.clone(),
@@ -192,18 +193,11 @@ fn diver(setup: &DiverSetup, rng: &mut ChaCha8Rng) -> Diver {
 
 fn surface_craft(setup: &SurfaceCraftSetup, rng: &mut ChaCha8Rng) -> SurfaceCraft {
     let (moved, turned) = jitter(rng);
-    let hull = SurfaceHull::MEDUSA;
-    let position = setup.position + moved;
+    let hull = SurfaceClass::Medusa.hull();
     SurfaceCraft {
         hull,
-        state: SurfaceState::new(
-            position.x,
-            position.y,
-            setup.heading + turned,
-            setup.speed,
-            0.0,
-            0.0,
-        ),
+        state: hull.cruising(&(setup.position + moved), setup.heading + turned, setup.speed),
+        autopilot: SurfaceClass::Medusa.autopilot(setup.feed_forward),
         surge: SurgeLoop::settled_at(setup.speed, setup.feed_forward, hull.drag_surge),
         energy: 0.0,
         heading_travel: 0.0,

@@ -1,9 +1,97 @@
 //! The underwater vehicle's hull: surge, pitch and yaw.
 
-use nalgebra::{SVector, Vector2, Vector3};
-use planner::angle::direction;
+use nalgebra::{SVector, Vector2};
 
-use crate::surface_craft::Drag;
+use crate::{dive::Dive, inner_loop::UnderwaterLoops, surface_craft::Drag};
+
+/// Largest pitch reference, rad, either way: 80°, beyond which the heading has no meaning.
+pub const PITCH_MAX: f64 = 80.0 / 180.0 * std::f64::consts::PI;
+
+/// Least |cosθ| that heading rates are computed with: cos 85°.
+///
+/// ψ̇ = r / cosθ has a pole where the vehicle stands on its nose. Pitch references end at 80° and the
+/// loops damp, so it is met only by a vehicle thrown there, whose heading then swings by at most 11.5 r.
+const COSINE_MIN: f64 = 0.087;
+
+/// The underwater vehicles that the simulator knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnderwaterClass {
+    /// MEDUSA-class diver.
+    Medusa,
+    /// Slocum-class glider.
+    Slocum,
+}
+
+/// How an underwater vehicle knows where it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Navigation {
+    /// Its own estimate is its true position.
+    Exact,
+    /// A satellite fix while at the surface, dead reckoning by compass and speed through the water
+    /// below: a current carries the estimate away until the next surfacing.
+    GpsAtSurface,
+}
+
+impl UnderwaterClass {
+    /// Its hull and actuators.
+    #[must_use]
+    pub fn hull(self) -> UnderwaterHull {
+        match self {
+            Self::Medusa => UnderwaterHull::MEDUSA,
+            Self::Slocum => UnderwaterHull::SLOCUM,
+        }
+    }
+
+    /// Its inner loops.
+    #[must_use]
+    pub fn loops(self) -> UnderwaterLoops {
+        match self {
+            Self::Medusa => UnderwaterLoops::MEDUSA,
+            Self::Slocum => UnderwaterLoops::SLOCUM,
+        }
+    }
+
+    /// The sawtooth it flies unless told otherwise.
+    ///
+    /// The MEDUSA's is the paper's. The Slocum's is 26° to 30 m, what its shallowest buoyancy engine is
+    /// made for, and up to 0.5 m, where the tail's antenna comes out.
+    #[must_use]
+    pub fn dive(self) -> Dive {
+        match self {
+            Self::Medusa => Dive::paper(),
+            Self::Slocum => Dive {
+                depth_min: 0.5,
+                depth_max: 30.0,
+                pitch: SLOCUM_PITCH,
+            },
+        }
+    }
+
+    /// Its speed along the body, through the water, m/s.
+    ///
+    /// 0.3 m/s of the MEDUSA is Fig. 6 of the paper. The Slocum makes 0.29 m/s over the horizontal.
+    #[must_use]
+    pub fn speed(self) -> f64 {
+        match self {
+            Self::Medusa => 0.3,
+            Self::Slocum => SLOCUM_HORIZONTAL_SPEED / SLOCUM_PITCH.cos(),
+        }
+    }
+
+    /// How it knows where it is.
+    #[must_use]
+    pub fn navigation(self) -> Navigation {
+        match self {
+            Self::Medusa => Navigation::Exact,
+            Self::Slocum => Navigation::GpsAtSurface,
+        }
+    }
+}
+
+/// Pitch of the Slocum's glides, rad: 26°.
+const SLOCUM_PITCH: f64 = 26.0 / 180.0 * std::f64::consts::PI;
+/// Horizontal speed of the Slocum's glides, m/s, a usual one; it makes 0.35 m/s at most.
+const SLOCUM_HORIZONTAL_SPEED: f64 = 0.29;
 
 /// A hull that moves ahead, pitches and yaws; sway, heave and roll are neglected.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,8 +112,10 @@ pub struct UnderwaterHull {
     pub restoring_moment: f64,
     /// Largest surge force, N.
     pub force_max: f64,
-    /// Largest moment in pitch and in yaw, N m.
-    pub moment_max: f64,
+    /// Largest moment in pitch, N m.
+    pub pitch_moment_max: f64,
+    /// Largest moment in yaw, N m.
+    pub yaw_moment_max: f64,
 }
 
 /// State of an underwater vehicle: (north, east, z, θ, ψ, u, q, r) in m, rad, m/s and rad/s.
@@ -68,7 +158,44 @@ impl UnderwaterHull {
         },
         restoring_moment: 30.0 * 9.81 * 0.02,
         force_max: 72.0,
-        moment_max: 10.8,
+        pitch_moment_max: 10.8,
+        yaw_moment_max: 10.8,
+    };
+
+    /// A Slocum-class glider of 50 kg, 1.5 m by 0.22 m, pushed and turned like a propelled vehicle.
+    ///
+    /// The real one sinks and rises, its wings turn that into way ahead, a battery shifts for pitch and a
+    /// rudder steers. Here a force along the body and moments stand for them; the depth follows from pitch
+    /// and speed as for any vehicle, without the angle of attack (a few degrees).
+    ///
+    /// Source: the Slocum model of J. G. Graver (*Underwater Gliders: Dynamics, Control and Design*, Princeton
+    /// 2005): 50 kg, added mass 5 kg in surge, inertias 12 and 11 kg m² in pitch and yaw, drag 2.15 N/(m/s)² at
+    /// no angle of attack, rotational damping 50 N m/(rad/s)/(m/s)². The last is taken at 0.32 m/s: 5.1.
+    /// Quadratic rotational drag is the cross-flow of the hull, ½ρ C_d D L⁴/32 = 20 with C_d = 1.1.
+    ///
+    /// Derived: force, 250 cm³ of ballast pumped, 2.5 N, of which sin 26° along the path, rounded up to
+    /// 1.5 N; pitch moment, 9 kg of battery shifted by 5 cm, 4.4 N m. Assumptions: a centre of gravity 5 mm below that
+    /// of buoyancy; a rudder that turns the vehicle on a radius of 7 m at most.
+    pub const SLOCUM: Self = Self {
+        mass_surge: 55.0,
+        inertia_pitch: 12.0,
+        inertia_yaw: 11.0,
+        drag_surge: Drag {
+            linear: 0.0,
+            quadratic: 2.15,
+        },
+        drag_pitch: Drag {
+            linear: 5.1,
+            quadratic: 20.0,
+        },
+        drag_yaw: Drag {
+            linear: 5.1,
+            quadratic: 20.0,
+        },
+        restoring_moment: 50.0 * 9.81 * 0.005,
+        force_max: 1.5,
+        pitch_moment_max: 4.4,
+        yaw_moment_max: 0.25,
     };
 
     /// Time derivative of `state` in a horizontal current (north, east), m/s.
@@ -79,6 +206,7 @@ impl UnderwaterHull {
     /// ```
     /// Source: eqs. (3) and (6) of the paper with sway left out. (3) is completed (east, depth) and
     /// its ψ̇ = r replaced: a pitched vehicle's yaw axis is not vertical. The restoring term is a moment.
+    /// Within 5° of the vertical ψ̇ is that at 85°: finite states have finite derivatives.
     #[must_use]
     pub fn derivative(
         &self,
@@ -86,23 +214,20 @@ impl UnderwaterHull {
         input: UnderwaterInput,
         current: &Vector2<f64>,
     ) -> UnderwaterState {
-        let (theta, psi, u, q, r) = (state[3], state[4], state[5], state[6], state[7]);
-        let over_ground = direction(psi) * (u * theta.cos()) + current;
-        let acceleration = Vector3::new(
+        let (u, q, r) = (state[5], state[6], state[7]);
+        let (sin_theta, cos_theta) = state[3].sin_cos();
+        let (sin_psi, cos_psi) = state[4].sin_cos();
+        let u_h = u * cos_theta;
+        UnderwaterState::from([
+            u_h * cos_psi + current.x,
+            u_h * sin_psi + current.y,
+            -u * sin_theta,
+            q,
+            r / off_the_pole(cos_theta),
             (input.surge_force - self.drag_surge.resistance(u)) / self.mass_surge,
-            (input.pitch_moment - self.drag_pitch.resistance(q) - self.restoring_moment * theta.sin())
+            (input.pitch_moment - self.drag_pitch.resistance(q) - self.restoring_moment * sin_theta)
                 / self.inertia_pitch,
             (input.yaw_moment - self.drag_yaw.resistance(r)) / self.inertia_yaw,
-        );
-        UnderwaterState::from([
-            over_ground.x,
-            over_ground.y,
-            -u * theta.sin(),
-            q,
-            r / theta.cos(),
-            acceleration.x,
-            acceleration.y,
-            acceleration.z,
         ])
     }
 
@@ -111,15 +236,29 @@ impl UnderwaterHull {
     pub fn saturated(&self, wanted: UnderwaterInput) -> UnderwaterInput {
         UnderwaterInput {
             surge_force: wanted.surge_force.clamp(-self.force_max, self.force_max),
-            pitch_moment: wanted.pitch_moment.clamp(-self.moment_max, self.moment_max),
-            yaw_moment: wanted.yaw_moment.clamp(-self.moment_max, self.moment_max),
+            pitch_moment: wanted
+                .pitch_moment
+                .clamp(-self.pitch_moment_max, self.pitch_moment_max),
+            yaw_moment: wanted.yaw_moment.clamp(-self.yaw_moment_max, self.yaw_moment_max),
         }
     }
 }
 
+/// Heading rate ψ̇ = r / cosθ, rad/s, of a vehicle at that pitch, rad, with that body yaw rate, rad/s; bounded
+/// near the vertical as in [`UnderwaterHull::derivative`].
+#[must_use]
+pub fn heading_rate(pitch: f64, yaw_rate: f64) -> f64 {
+    yaw_rate / off_the_pole(pitch.cos())
+}
+
+/// cosθ, kept away from 0 with its sign.
+fn off_the_pole(cos_theta: f64) -> f64 {
+    cos_theta.abs().max(COSINE_MIN).copysign(cos_theta)
+}
+
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Matrix3, Rotation3};
+    use nalgebra::{Matrix3, Rotation3, Vector3};
 
     use super::*;
 

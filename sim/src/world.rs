@@ -5,11 +5,11 @@ use planner::{los::Reference, path::Path, snapshot::VehicleId};
 
 use crate::{
     dive::{Dive, Leg},
-    inner_loop::{PERIOD, SurgeLoop, UnderwaterReference, steer_surface_craft, steer_underwater_vehicle},
+    inner_loop::{PERIOD, SurfaceAutopilot, SurgeLoop, UnderwaterLoops, UnderwaterReference},
     integrate::rk4,
     path_following::{PathCommand, PathError, PathFollowingGains, follow_path},
-    surface_craft::{SurfaceHull, SurfaceState},
-    underwater_vehicle::{UnderwaterHull, UnderwaterState},
+    surface_craft::{SurfaceHull, SurfaceInput, SurfaceState, ThrusterHealth},
+    underwater_vehicle::{UnderwaterHull, UnderwaterState, heading_rate},
 };
 
 /// The truth.
@@ -42,6 +42,8 @@ pub struct SurfaceCraft {
     pub hull: SurfaceHull,
     /// Its state.
     pub state: SurfaceState,
+    /// Its inner loops.
+    pub autopilot: SurfaceAutopilot,
     /// Its surge loop.
     pub surge: SurgeLoop,
     /// Propulsion energy since the start ∫ |τ_u u| dt, J.
@@ -58,13 +60,17 @@ impl SurfaceCraft {
     }
 
     fn step(&mut self, reference: &Reference, current: &Vector2<f64>) {
-        let input = steer_surface_craft(&self.hull, &mut self.surge, &self.state, reference);
+        let command = self
+            .autopilot
+            .command(&self.hull, &mut self.surge, &self.state, reference);
+        let steady = self.hull.thrusters.steady(command, ThrusterHealth::SOUND);
         let before = self.state;
         self.state = rk4(&before, PERIOD, |state| {
-            self.hull.derivative(state, input, current)
+            self.hull
+                .derivative(state, steady, SurfaceInput::default(), current)
         });
         let mean = (before + self.state) * 0.5;
-        self.energy += (input.surge_force * mean[3]).abs() * PERIOD;
+        self.energy += ((mean[6] + mean[7]) * mean[3]).abs() * PERIOD;
         self.heading_travel += mean[5].abs() * PERIOD;
     }
 }
@@ -78,6 +84,8 @@ pub struct Diver {
     pub hull: UnderwaterHull,
     /// Its state.
     pub state: UnderwaterState,
+    /// Its inner loops.
+    pub loops: UnderwaterLoops,
     /// Its surge loop.
     pub surge: SurgeLoop,
     /// Gains of its path follower.
@@ -128,7 +136,7 @@ impl Diver {
     /// Heading rate ψ̇ = r / cosθ, rad/s.
     #[must_use]
     pub fn heading_rate(&self) -> f64 {
-        self.state[7] / self.pitch().cos()
+        heading_rate(self.pitch(), self.state[7])
     }
 
     /// Deviation from the point it follows.
@@ -161,7 +169,9 @@ impl Diver {
         self.leg = self.leg.next(self.depth(), &self.dive);
         let command = self.path_command();
         let reference = self.reference(&command);
-        let input = steer_underwater_vehicle(&self.hull, &mut self.surge, &self.state, &reference);
+        let input = self
+            .loops
+            .command(&self.hull, &mut self.surge, &self.state, &reference);
         self.state = rk4(&self.state, PERIOD, |state| {
             self.hull.derivative(state, input, current)
         });

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::{Matrix2, Rotation3, Vector2, Vector3};
 use sim::{
     integrate::rk4,
-    surface_craft::{Drag, SurfaceHull, SurfaceInput, SurfaceState},
+    surface_craft::{Drag, SurfaceHull, SurfaceInput, Thrust},
     underwater_vehicle::{UnderwaterHull, UnderwaterInput, UnderwaterState},
 };
 
@@ -23,8 +23,9 @@ fn eq_1_a_craft_that_heads_east_goes_east() {
         "as described, it goes west"
     );
 
-    let state = SurfaceState::new(0.0, 0.0, FRAC_PI_2, 1.0, 0.0, 0.0);
-    let slope = CRAFT.derivative(&state, SurfaceInput::default(), &Vector2::zeros());
+    let calm = Vector2::zeros();
+    let state = CRAFT.cruising(&calm, FRAC_PI_2, 1.0);
+    let slope = CRAFT.derivative(&state, Thrust::default(), SurfaceInput::default(), &calm);
     assert!((slope.fixed_rows::<2>(0) - Vector2::new(0.0, 1.0)).norm() < 1e-12);
 }
 
