@@ -123,8 +123,8 @@ impl SurfaceHull {
     ///
     /// Source: the public parameters of the vehicle's laboratory (IST Lisbon). No public value exists
     /// for the thrusters' dead zone and lag: 0.2 N and 0.1 s are assumptions. Measured on the simulated
-    /// loop, a 90° step of heading at 0.3 m/s settles to ±5 % in 3.0 s with next to no lag (0.02 s) and in 2.9 s
-    /// with 0.1 and 0.2 s; it overshoots by 0.01, 0.01 and 0.02 rad.
+    /// loop, a 90° step of heading at 0.3 m/s settles to ±5 % in 3.0 s with next to no lag (0.02 s) and in
+    /// 2.9 s with 0.1 and 0.2 s; it overshoots by 0.01, 0.01 and 0.02 rad.
     pub const MEDUSA: Self = Self {
         mass_surge: 50.0,
         mass_sway: 60.0,

@@ -168,14 +168,15 @@ impl UnderwaterHull {
     /// rudder steers. Here a force along the body and moments stand for them; the depth follows from pitch
     /// and speed as for any vehicle, without the angle of attack (a few degrees).
     ///
-    /// Source: the Slocum model of J. G. Graver (*Underwater Gliders: Dynamics, Control and Design*, Princeton
-    /// 2005): 50 kg, added mass 5 kg in surge, inertias 12 and 11 kg m² in pitch and yaw, drag 2.15 N/(m/s)² at
-    /// no angle of attack, rotational damping 50 N m/(rad/s)/(m/s)². The last is taken at 0.32 m/s: 5.1.
-    /// Quadratic rotational drag is the cross-flow of the hull, ½ρ C_d D L⁴/32 = 20 with C_d = 1.1.
+    /// Source: the Slocum model of J. G. Graver (*Underwater Gliders: Dynamics, Control and Design*,
+    /// Princeton 2005), as public glider simulators carry its figures: 50 kg, added mass 5 kg in surge,
+    /// inertias 12 and 11 kg m² in pitch and yaw, drag 2.15 N/(m/s)² at no angle of attack, rotational
+    /// damping 50 N m/(rad/s)/(m/s)². The last is taken at 0.32 m/s: 5.1. Quadratic rotational drag is the
+    /// cross-flow of the hull, ½ρ C_d D L⁴/32 = 20 with C_d = 1.1.
     ///
     /// Derived: force, 250 cm³ of ballast pumped, 2.5 N, of which sin 26° along the path, rounded up to
-    /// 1.5 N; pitch moment, 9 kg of battery shifted by 5 cm, 4.4 N m. Assumptions: a centre of gravity 5 mm below that
-    /// of buoyancy; a rudder that turns the vehicle on a radius of 7 m at most.
+    /// 1.5 N; pitch moment, 9 kg of battery shifted by 5 cm, 4.4 N m. Assumptions: a centre of gravity
+    /// 5 mm below that of buoyancy; a rudder that turns the vehicle on a radius of 7 m at most.
     pub const SLOCUM: Self = Self {
         mass_surge: 55.0,
         inertia_pitch: 12.0,
@@ -244,8 +245,8 @@ impl UnderwaterHull {
     }
 }
 
-/// Heading rate ψ̇ = r / cosθ, rad/s, of a vehicle at that pitch, rad, with that body yaw rate, rad/s; bounded
-/// near the vertical as in [`UnderwaterHull::derivative`].
+/// Heading rate ψ̇ = r / cosθ, rad/s, of a vehicle at that pitch, rad, with that body yaw rate, rad/s;
+/// bounded near the vertical as in [`UnderwaterHull::derivative`].
 #[must_use]
 pub fn heading_rate(pitch: f64, yaw_rate: f64) -> f64 {
     yaw_rate / off_the_pole(pitch.cos())

@@ -230,8 +230,8 @@ fn the_limits_told_to_the_planner_are_met() {
                 "{class:?}: {}",
                 end[5]
             );
-            // The turn's Coriolis load c_v v r, 4.7 N on the MEDUSA at full speed, is 0.18 m/s of proportional
-            // error; 20 s integrate half of it away.
+            // The turn's Coriolis load c_v v r, 4.7 N on the MEDUSA at full speed, is 0.18 m/s of
+            // proportional error; 20 s integrate half of it away.
             assert!(end[3] > speed - 0.1, "{class:?} at {speed}: {}", end[3]);
         }
     }
