@@ -254,8 +254,10 @@ fn lane() -> Value {
     json!({ "kind": "line", "from": [0.0, 0.0], "to": [50.0, 0.0] })
 }
 
+/// Half a circle, as exact as a client may write it down.
 fn turn() -> Value {
-    json!({ "kind": "arc", "from": [50.0, 0.0], "centre": [50.0, 10.0], "angle_rad": 3.14159 })
+    let angle = (std::f64::consts::PI * 1e5).round() / 1e5;
+    json!({ "kind": "arc", "from": [50.0, 0.0], "centre": [50.0, 10.0], "angle_rad": angle })
 }
 
 /// The first fault of the track example with a path of these segments, and its problem's first error.
