@@ -1,4 +1,4 @@
-"""A mission of the simulator and the same mission through SciPy, second by second.
+"""Missions of the simulator and the same missions through SciPy, second by second.
 
 PILOTFISH is the path of the release binary.
 """
@@ -12,38 +12,46 @@ import pandas as pd
 import pytest
 
 from integrate import Integrator, adaptive, rk4
-from path_following import Path
-from vehicles import UnderwaterVehicle
+from path_following import Path, wrap
+from vehicles import IDEAL_THRUSTERS, SurfaceCraft, UnderwaterVehicle
 
+THRUSTERS_OF_THE_SIMULATOR = IDEAL_THRUSTERS
 STEPS_PER_ROW = 10  # a row a second, ten periods a second
 
-# Positions in m, angles in rad, speed in m/s. The record has six decimals, so its start and every row are
-# each off by up to 5e-7; with the same method that is all (1.0e-6 measured, in the position, which keeps an error
-# of the start). SciPy integrates each period exactly where the simulator takes one Runge-Kutta step: 8e-6 measured,
-# in the heading during the first turn, 4e-6 m after ten minutes. A leg that switched one period earlier would be
-# 0.02 m of depth.
-TOLERANCE = {rk4: 3e-6, adaptive: 5e-5}
+# Largest differences, m, rad, m/s and rad/s. The record has six decimals. With the same method that is all:
+# start and row are each off by up to 5e-7 (1.0e-6 measured, in the diver's position), and the craft's position
+# adds up the rounding of 1800 references (1e-5 m measured). SciPy integrates each period exactly where the
+# simulator takes one Runge-Kutta step (1.2e-5 m measured for the diver, 2.0e-5 m for the craft). A leg of the
+# sawtooth that began one period late would be 0.02 m of depth.
+DIVER_TOLERANCE = {rk4: 3e-6, adaptive: 5e-5}
+CRAFT_TOLERANCE = {rk4: 5e-5, adaptive: 1e-4}
 
-COLUMNS = ["north_m", "east_m", "depth_m", "pitch_rad", "heading_rad", "surge_mps"]
+DIVER = ["north_m", "east_m", "depth_m", "pitch_rad", "heading_rad", "surge_mps"]
+CRAFT = ["north_m", "east_m", "heading_rad", "surge_mps", "sway_mps", "yaw_rate_radps"]
+REFERENCES = ["reference_speed_mps", "reference_heading_rad"]
 
 
-@pytest.fixture(scope="module")
-def run_of_the_simulator(tmp_path_factory: pytest.TempPathFactory) -> pd.DataFrame:
-    """The record of `paper-path-following`, a row a second."""
+def record(folder: File, *arguments: str) -> pd.DataFrame:
+    """The record of `pilotfish simulate`, a row a second."""
     binary = os.environ.get("PILOTFISH")
     if binary is None:
         pytest.skip("PILOTFISH does not say where the binary is")
-    out: File = tmp_path_factory.mktemp("record") / "run.csv"
+    out = folder / "run.csv"
     subprocess.run(
-        [binary, "simulate", "paper-path-following", "--out", str(out)], check=True, stdout=subprocess.DEVNULL
+        [binary, "simulate", *arguments, "--out", str(out)], check=True, stdout=subprocess.DEVNULL
     )
-    record = pd.read_csv(out)
-    assert np.array_equal(record["t_s"], np.arange(len(record))), "a row a second"
-    return record[[f"auv_1_{name}" for name in COLUMNS]].set_axis(COLUMNS, axis=1)
+    rows = pd.read_csv(out)
+    assert np.array_equal(rows["t_s"], np.arange(len(rows))), "a row a second"
+    return rows
 
 
-def second_run(start: pd.Series, n_rows: int, integrator: Integrator) -> pd.DataFrame:
-    """The same mission from the same start: loops settled, no rotation, leg down."""
+def columns_of(rows: pd.DataFrame, vehicle: str, names: list[str]) -> pd.DataFrame:
+    """One vehicle's columns without its prefix."""
+    return rows[[f"{vehicle}_{name}" for name in names]].set_axis(names, axis=1)
+
+
+def flown_again(start: pd.Series, n_rows: int, integrator: Integrator) -> pd.DataFrame:
+    """The underwater vehicle's mission: loops settled, no rotation, leg down at the start."""
     vehicle = UnderwaterVehicle.under_way(
         path=Path.lawn_mower(np.zeros(2)),
         position=(start["north_m"], start["east_m"]),
@@ -52,28 +60,62 @@ def second_run(start: pd.Series, n_rows: int, integrator: Integrator) -> pd.Data
         speed=start["surge_mps"],
         pitch=start["pitch_rad"],
     )
-    rows = [vehicle.state[:6]]
+    states = [vehicle.state[:6]]
     for _ in range(n_rows - 1):
         for _ in range(STEPS_PER_ROW):
             vehicle.step(integrator=integrator)
-        rows.append(vehicle.state[:6])
-    return pd.DataFrame(rows, columns=COLUMNS)
+        states.append(vehicle.state[:6])
+    return pd.DataFrame(states, columns=DIVER)
 
 
-@pytest.mark.parametrize("integrator", [adaptive, rk4], ids=["scipy", "rk4"])
-def test_the_simulator_and_an_independent_implementation_fly_the_same_mission(
-    run_of_the_simulator: pd.DataFrame, integrator: Integrator
-) -> None:
-    expected = second_run(run_of_the_simulator.iloc[0], len(run_of_the_simulator), integrator)
-    difference = run_of_the_simulator - expected
-    difference["heading_rad"] = (difference["heading_rad"] + np.pi) % (2.0 * np.pi) - np.pi
-    largest = difference.abs().max()
-    moments = difference.abs().idxmax()
-    for name in COLUMNS:
+def steered_again(start: pd.Series, references: pd.DataFrame, integrator: Integrator) -> pd.DataFrame:
+    """The surface craft under the recorded references, each held for a second."""
+    craft = SurfaceCraft.under_way(
+        speed=start["surge_mps"],
+        feed_forward=True,
+        thrusters=THRUSTERS_OF_THE_SIMULATOR,
+        position=(start["north_m"], start["east_m"]),
+        heading=start["heading_rad"],
+    )
+    states = [craft.state[:6]]
+    for speed, heading in references.to_numpy()[:-1]:
+        for _ in range(STEPS_PER_ROW):
+            craft.step(speed, heading, integrator=integrator)
+        states.append(craft.state[:6])
+    return pd.DataFrame(states, columns=CRAFT)
+
+
+def largest_differences(who: str, simulator: pd.DataFrame, expected: pd.DataFrame) -> float:
+    """Prints a line for each column; the largest difference of all."""
+    difference = (simulator - expected).abs()
+    difference["heading_rad"] = wrap(difference["heading_rad"]).abs()
+    for name in difference:
         print(
-            f"{integrator.__name__:9} {name:12} largest difference {largest[name]:.1e} at {moments[name]:3} s "
-            f"(range {np.ptp(expected[name]):.3f})"
+            f"{who:17} {name:14} largest difference {difference[name].max():.1e} "
+            f"at {difference[name].idxmax():4} s (range {np.ptp(expected[name]):.3f})"
         )
+    return difference.to_numpy().max()
+
+
+@pytest.mark.parametrize("integrator", [adaptive, rk4])
+def test_an_independent_underwater_vehicle_flies_the_same_mission(
+    tmp_path: File, integrator: Integrator
+) -> None:
+    simulator = columns_of(record(tmp_path, "paper-path-following"), "auv_1", DIVER)
+    expected = flown_again(simulator.iloc[0], len(simulator), integrator)
+    largest = largest_differences(f"diver, {integrator.__name__}", simulator, expected)
     # Otherwise agreement would say little: two lanes' ends are passed, and both legs of the sawtooth are flown.
     assert np.ptp(expected["east_m"]) > 40.0 and np.ptp(expected["depth_m"]) > 22.0
-    assert largest.max() < TOLERANCE[integrator], largest
+    assert largest < DIVER_TOLERANCE[integrator]
+
+
+@pytest.mark.parametrize("integrator", [adaptive, rk4])
+def test_an_independent_surface_craft_answers_the_same_references_alike(
+    tmp_path: File, integrator: Integrator
+) -> None:
+    rows = record(tmp_path, "paper-tracking", "--controller", "saturated_los")
+    simulator = columns_of(rows, "asc", CRAFT)
+    expected = steered_again(simulator.iloc[0], rows[REFERENCES], integrator)
+    largest = largest_differences(f"craft, {integrator.__name__}", simulator, expected)
+    assert np.ptp(expected["surge_mps"]) > 0.5 and np.ptp(expected["heading_rad"]) > 3.0
+    assert largest < CRAFT_TOLERANCE[integrator]

@@ -78,12 +78,19 @@ class Thrusters:
     lag: float = 0.1  # s, of first order; 0: none
     dead_zone: float = 0.2  # N: a smaller command gives no thrust
 
-    def commands(self, force: float, moment: float) -> Vector:
-        """Thrust (port, starboard), N, within the limits. The moment comes first, the force gets the rest."""
+    def allocate(self, force: float, moment: float) -> tuple[Vector, float]:
+        """Thrusts (port, starboard) to command within the limits, and the force that they make, N.
+
+        The moment comes first, the force gets the rest. The force is not left to a sum of the thrusts: its
+        rounding would look like saturation to the surge loop.
+        """
         differential = np.clip(0.5 * moment / self.arm, -self.thrust_max, self.thrust_max)
         rest = self.thrust_max - np.abs(differential)
         common = np.clip(0.5 * force, -rest, rest)
-        commands = np.array([common + differential, common - differential])
+        return np.array([common + differential, common - differential]), 2.0 * common
+
+    def steady(self, commands: Vector) -> Vector:
+        """Thrust that commands settle at, N: none in the dead zone."""
         return np.where(np.abs(commands) < self.dead_zone, 0.0, commands)
 
 
@@ -117,8 +124,8 @@ class SurfaceCraft:
         state = np.array([*position, heading, speed, 0.0, 0.0, thrust, thrust])
         return cls(state, SurgeLoop.settled_at(speed, feed_forward), thrusters)
 
-    def derivative(self, state: Vector, commands: Vector, current: Vector) -> Vector:
-        """Rates of change under commanded thrusts (port, starboard), N, in a current (north, east), m/s.
+    def derivative(self, state: Vector, steady: Vector, current: Vector) -> Vector:
+        """Rates of change in a current (north, east), m/s, while the thrusts (port, starboard) tend to `steady`, N.
 
             m_u u̇ = τ_u + m_v v r − D_u      m_v v̇ = −m_u u r − D_v      m_r ṙ = τ_r + (m_u − m_v) u v − D_r
         """
@@ -131,7 +138,7 @@ class SurfaceCraft:
             (moment + (MASS_SURGE - MASS_SWAY) * u * v - DRAG_YAW.resistance(r)) / INERTIA,
         ])
         lag = self.thrusters.lag
-        thrust_rate = (commands - thrust) / lag if lag > 0.0 else np.zeros(2)
+        thrust_rate = (steady - thrust) / lag if lag > 0.0 else np.zeros(2)
         return np.concatenate((over_ground, [r], acceleration, thrust_rate))
 
     def step(
@@ -143,11 +150,13 @@ class SurfaceCraft:
         # The hull's linear drag is part of the damping that the loop shall have.
         damping = 2.0 * self.yaw_damping * self.yaw_frequency * INERTIA - DRAG_YAW.linear
         force = self.surge.force(speed, u)
-        commands = self.thrusters.commands(force, stiffness * wrap(heading - psi) - damping * r)
-        self.surge.integrate(speed, u, force - commands.sum())
+        commands, given = self.thrusters.allocate(force, stiffness * wrap(heading - psi) - damping * r)
+        # What the dead zone withholds counts as given: integrating is what leads out of it.
+        self.surge.integrate(speed, u, force - given)
+        steady = self.thrusters.steady(commands)
         if self.thrusters.lag == 0.0:
-            self.state[6:8] = commands
-        self.state = integrator(lambda x: self.derivative(x, commands, current), self.state, PERIOD)
+            self.state[6:8] = steady
+        self.state = integrator(lambda x: self.derivative(x, steady, current), self.state, PERIOD)
 
 
 @dataclass
