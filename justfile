@@ -26,6 +26,10 @@ deny:
 bench:
     cargo bench -p tests --bench plan
 
+# Speed of the simulator and of the same vehicles in Python (needs tests/python/requirements.txt)
+speed:
+    python3 tests/python/speed.py
+
 # The service and its page on http://127.0.0.1:8080
 serve:
     cargo run --release

@@ -66,7 +66,9 @@ class Path:
         return cls([Segment(PathPoint(start, tangent, 0.0), np.inf)])
 
     @classmethod
-    def lawn_mower(cls, start: Vector, length: float = 100.0, spacing: float = 20.0, lanes: int = 4) -> "Path":
+    def lawn_mower(
+        cls, start: Vector, length: float = 100.0, spacing: float = 20.0, lanes: int = 4
+    ) -> "Path":
         """Lanes to the north and back, joined by half circles, the first of them to starboard.
 
         The defaults are the lanes of the simulator's paper-* scenarios.

@@ -25,17 +25,12 @@ RISE = 1.0 - np.exp(-1.0)
 
 
 def first_time(times: Vector, values: Vector, level: float) -> float:
-    """When `values` first cross `level`, by linear interpolation, s."""
-    beyond = (values - level) * np.sign(level - values[0]) >= 0.0
+    """When `values` first come past `level`, by linear interpolation, s."""
+    beyond = (values - level) * (level - values[0]) >= 0.0
+    assert beyond.any(), f"{level} is never reached"
     i = int(np.argmax(beyond))
-    assert beyond[i] and i > 0, f"{level} is never reached"
-    return float(np.interp(level, *sorted_pair(values[i - 1 : i + 1], times[i - 1 : i + 1])))
-
-
-def sorted_pair(x: Vector, y: Vector) -> tuple[Vector, Vector]:
-    """Both, ordered by `x`, as interpolation wants them."""
-    order = np.argsort(x)
-    return x[order], y[order]
+    share = (level - values[i - 1]) / (values[i] - values[i - 1])
+    return float(times[i - 1] + share * (times[i] - times[i - 1]))
 
 
 def last_outside(times: Vector, deviations: Vector, band: float) -> float:
@@ -50,7 +45,7 @@ def history(step: Callable[[], None], state: Callable[[], Vector], duration: flo
     for _ in range(n_steps):
         step()
         states.append(state().copy())
-    return PERIOD * np.arange(n_steps + 1), np.array(states)
+    return np.linspace(0.0, n_steps * PERIOD, n_steps + 1), np.array(states)
 
 
 def surface_response(
@@ -74,7 +69,10 @@ def test_steady_speed_balances_thrust_and_drag(thrust: float, stated: float) -> 
     commands = np.full(2, 0.5 * thrust)
     craft.state[6:8] = commands
     settled = adaptive(lambda x: craft.derivative(x, commands, STILL_WATER), craft.state, 120.0)[3]
-    print(f"steady speed at {thrust:g} N: {balance:.4f} m/s by balance, {settled:.4f} integrated, stated {stated}")
+    print(
+        f"steady speed at {thrust:g} N: {balance:.4f} m/s by balance, {settled:.4f} integrated, "
+        f"stated {stated}"
+    )
     assert settled == pytest.approx(balance, abs=1e-8)
     assert balance == pytest.approx(stated, abs=0.0006), "stated with three decimals"
 
@@ -137,8 +135,7 @@ def test_a_dive_cycle_is_its_straight_legs_and_two_reversals() -> None:
     assert straight == pytest.approx(191.0, abs=0.5)
     assert reversal == pytest.approx(4.0, rel=STATED)
     assert cycle == pytest.approx(straight + 2.0 * reversal, rel=0.03)
-    # A reversal costs time: as far as pitch takes to swing through, no straight leg gains depth.
-    assert cycle > straight
+    assert cycle > straight, "while pitch swings through, no depth is gained"
 
 
 U_H = 0.3 * np.cos(np.radians(50.0))
@@ -148,7 +145,7 @@ CURRENT_ACROSS = 0.1
 def offset_by_balance(knows_current: bool) -> float:
     """Where the heading rate vanishes with the bow held into the current, m.
 
-        0 = −k₁ψ̃ − k₂ y₁ u_h q + δ̇        ψ_e = −asin(v_c⊥/u_h)
+    0 = −k₁ψ̃ − k₂ y₁ u_h q + δ̇        ψ_e = −asin(v_c⊥/u_h)
     """
     gains = Gains()
     psi_e = -np.arcsin(CURRENT_ACROSS / U_H)
@@ -164,7 +161,9 @@ def offset_by_balance(knows_current: bool) -> float:
 
 
 @pytest.mark.parametrize(("knows_current", "stated"), [(True, 0.75), (False, 0.84)])
-def test_a_cross_current_leaves_the_offset_at_which_the_law_balances(knows_current: bool, stated: float) -> None:
+def test_a_cross_current_leaves_the_offset_at_which_the_law_balances(
+    knows_current: bool, stated: float
+) -> None:
     balance = offset_by_balance(knows_current)
     vehicle = UnderwaterVehicle.under_way(
         Path.line(np.zeros(2), 0.0), (0.0, 0.0), 5.0, 0.0, speed=U_H, sawtooth=None
@@ -221,8 +220,8 @@ def test_halving_the_step_divides_the_error_by_sixteen(
         errors.append(np.abs(state - exact).max())
     ratios = [errors[0] / errors[1], errors[1] / errors[2]]
     print(
-        f"RK4, {name}: error after {duration:g} s {errors[0]:.1e} at a step of {coarsest:g} s, {errors[1]:.1e} at "
-        f"half, {errors[2]:.1e} at a quarter; ratios {ratios[0]:.1f}, {ratios[1]:.1f}"
+        f"RK4, {name}: error after {duration:g} s {errors[0]:.1e} at a step of {coarsest:g} s, "
+        f"{errors[1]:.1e} at half, {errors[2]:.1e} at a quarter; ratios {ratios[0]:.1f}, {ratios[1]:.1f}"
     )
     # The error's next term is one order of the step higher: up to 15 % of the first at these steps.
     assert ratios == pytest.approx([16.0, 16.0], rel=0.15)

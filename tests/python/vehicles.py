@@ -125,18 +125,20 @@ class SurfaceCraft:
         return cls(state, SurgeLoop.settled_at(speed, feed_forward), thrusters)
 
     def derivative(self, state: Vector, steady: Vector, current: Vector) -> Vector:
-        """Rates of change in a current (north, east), m/s, while the thrusts (port, starboard) tend to `steady`, N.
+        """Rates of change while the thrusts (port, starboard) tend to `steady`, N, in a current, m/s.
 
-            m_u u̇ = τ_u + m_v v r − D_u      m_v v̇ = −m_u u r − D_v      m_r ṙ = τ_r + (m_u − m_v) u v − D_r
+        m_u u̇ = τ_u + m_v v r − D_u      m_v v̇ = −m_u u r − D_v      m_r ṙ = τ_r + (m_u − m_v) u v − D_r
         """
         psi, (u, v, r), thrust = state[2], state[3:6], state[6:8]
         force, moment = thrust.sum(), self.thrusters.arm * (thrust[0] - thrust[1])
         over_ground = rotation(psi) @ state[3:5] + current
-        acceleration = np.array([
-            (force + MASS_SWAY * v * r - DRAG_SURGE.resistance(u)) / MASS_SURGE,
-            (-MASS_SURGE * u * r - DRAG_SWAY.resistance(v)) / MASS_SWAY,
-            (moment + (MASS_SURGE - MASS_SWAY) * u * v - DRAG_YAW.resistance(r)) / INERTIA,
-        ])
+        acceleration = np.array(
+            [
+                (force + MASS_SWAY * v * r - DRAG_SURGE.resistance(u)) / MASS_SURGE,
+                (-MASS_SURGE * u * r - DRAG_SWAY.resistance(v)) / MASS_SWAY,
+                (moment + (MASS_SURGE - MASS_SWAY) * u * v - DRAG_YAW.resistance(r)) / INERTIA,
+            ]
+        )
         lag = self.thrusters.lag
         thrust_rate = (steady - thrust) / lag if lag > 0.0 else np.zeros(2)
         return np.concatenate((over_ground, [r], acceleration, thrust_rate))
@@ -200,16 +202,18 @@ class UnderwaterVehicle:
     def derivative(self, state: Vector, inputs: Vector, current: Vector) -> Vector:
         """Rates of change under force ahead, N, and moments nose-up and to starboard, N m.
 
-            [ẋ, ẏ] = u cosθ [cosψ, sinψ] + v_c     ż = −u sinθ     θ̇ = q     ψ̇ = r / cosθ
-            m_u u̇ = τ_u − D_u      m_q q̇ = τ_q − D_q − W·BG sinθ      m_r ṙ = τ_r − D_r
+        [ẋ, ẏ] = u cosθ [cosψ, sinψ] + v_c     ż = −u sinθ     θ̇ = q     ψ̇ = r / cosθ
+        m_u u̇ = τ_u − D_u      m_q q̇ = τ_q − D_q − W·BG sinθ      m_r ṙ = τ_r − D_r
         """
         theta, psi, u, q, r = state[3:]
         over_ground = u * np.cos(theta) * np.array([np.cos(psi), np.sin(psi)]) + current
-        resistance = np.array([
-            DRAG_SURGE.resistance(u),
-            DRAG_PITCH.resistance(q) + RESTORING_MOMENT * np.sin(theta),
-            DRAG_YAW.resistance(r),
-        ])
+        resistance = np.array(
+            [
+                DRAG_SURGE.resistance(u),
+                DRAG_PITCH.resistance(q) + RESTORING_MOMENT * np.sin(theta),
+                DRAG_YAW.resistance(r),
+            ]
+        )
         acceleration = (inputs - resistance) / np.array([MASS_SURGE, INERTIA, INERTIA])
         return np.concatenate((over_ground, [-u * np.sin(theta), q, r / np.cos(theta)], acceleration))
 
@@ -234,11 +238,15 @@ class UnderwaterVehicle:
         """
         theta, _, u, q, r = self.state[3:]
         damping = 2.0 * self.pitch_damping * self.pitch_frequency * INERTIA - DRAG_PITCH.linear
-        wanted = np.array([
-            self.surge.force(self.speed, u),
-            INERTIA * self.pitch_frequency**2 * (pitch - theta) - damping * q + RESTORING_MOMENT * np.sin(theta),
-            INERTIA * self.yaw_rate_bandwidth * (yaw_rate - r) + DRAG_YAW.resistance(yaw_rate),
-        ])
+        wanted = np.array(
+            [
+                self.surge.force(self.speed, u),
+                INERTIA * self.pitch_frequency**2 * (pitch - theta)
+                - damping * q
+                + RESTORING_MOMENT * np.sin(theta),
+                INERTIA * self.yaw_rate_bandwidth * (yaw_rate - r) + DRAG_YAW.resistance(yaw_rate),
+            ]
+        )
         most = np.array([self.force_max, self.moment_max, self.moment_max])
         given = np.clip(wanted, -most, most)
         self.surge.integrate(self.speed, u, wanted[0] - given[0])
