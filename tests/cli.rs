@@ -8,6 +8,7 @@ use std::{
     time::Duration,
 };
 
+use api::export::Format;
 use serde_json::Value;
 use tests::server::Server;
 
@@ -241,6 +242,58 @@ fn a_record_that_cannot_be_written_is_refused_before_the_mission() {
         stderr(&output)
     );
     assert_eq!(stdout(&output), "");
+}
+
+#[test]
+fn an_ending_that_names_no_format_is_refused_before_the_mission() {
+    let directory = std::env::temp_dir().join(format!("pilotfish-ending-{}", std::process::id()));
+    fs::create_dir_all(&directory).expect("can be made");
+    for name in ["record.xlsx", "record"] {
+        let good = directory.join("record.csv");
+        let bad = directory.join(name);
+        let output = pilotfish()
+            .args(["simulate", "paper-tracking", "--out"])
+            .arg(&good)
+            .arg("--out")
+            .arg(&bad)
+            .output()
+            .expect("starts");
+        assert!(!output.status.success());
+        let said = stderr(&output);
+        for part in [name, ".csv", ".parquet", ".geojson", ".mcap"] {
+            assert!(said.contains(part), "{said}");
+        }
+        assert_eq!(stdout(&output), "");
+        assert!(!good.exists() && !bad.exists());
+    }
+    fs::remove_dir_all(&directory).expect("can be removed");
+}
+
+#[test]
+fn one_mission_leaves_in_every_format_at_once() {
+    let directory = std::env::temp_dir().join(format!("pilotfish-formats-{}", std::process::id()));
+    fs::create_dir_all(&directory).expect("can be made");
+    let mut mission = pilotfish();
+    mission.args(["simulate", "paper-tracking", "--controller", "saturated_los"]);
+    for format in Format::ALL {
+        mission
+            .arg("--out")
+            .arg(directory.join(format!("record.{format}")));
+    }
+    let output = mission.output().expect("starts");
+    assert!(output.status.success(), "{}", stderr(&output));
+    let read = |format: Format| fs::read(directory.join(format!("record.{format}"))).expect("was written");
+    assert!(read(Format::Csv).starts_with(b"t_s,"));
+    // The marks by which the formats are known, first and last.
+    let parquet = read(Format::Parquet);
+    assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));
+    let mcap = read(Format::Mcap);
+    assert!(mcap.starts_with(b"\x89MCAP0\r\n") && mcap.ends_with(b"\x89MCAP0\r\n"));
+    let map: Value = serde_json::from_slice(&read(Format::Geojson)).expect("is JSON");
+    assert_eq!(map["type"], "FeatureCollection");
+    let names = fs::read_dir(&directory).expect("is there").count();
+    assert_eq!(names, Format::ALL.len(), "nothing else was left there");
+    fs::remove_dir_all(&directory).expect("can be removed");
 }
 
 #[test]

@@ -3,12 +3,13 @@
 use std::{
     fmt::Write as _,
     io::{self, Write as _},
-    path::PathBuf,
+    path::{Path, PathBuf},
     time::Duration,
 };
 
 use api::{
     comparison::{Comparison, ComparisonError, Stage},
+    export::ExportError,
     scores::Scores,
     stopwatch::Stopwatch,
 };
@@ -38,9 +39,11 @@ pub(crate) struct Simulate {
     /// Seed of the starting positions.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Write the record, a line a second, to this file.
-    #[arg(long, value_name = "FILE.csv")]
-    out: Option<PathBuf>,
+    /// Write the record to this file; may be given several times. Its ending says how: .csv and .parquet are
+    /// tables with a row a second, .geojson is a map, .mcap is for Foxglove and Lichtblick. A pipe or a device
+    /// gets CSV.
+    #[arg(long, value_name = "FILE")]
+    out: Vec<PathBuf>,
     #[arg(
         long, value_name = "M", allow_negative_numbers = true,
         help = format!("Look-ahead distance of saturated_los, m [default: {}]", Policy::default().los.look_ahead)
@@ -96,8 +99,8 @@ pub(crate) enum MissionError {
     Mission(#[source] GuideError),
     #[error(transparent)]
     Comparison(#[from] ComparisonError),
-    #[error("cannot write {path}: choose another file with --out")]
-    Out { path: PathBuf, source: io::Error },
+    #[error("cannot write {path}: see --out in `pilotfish simulate --help`")]
+    Out { path: PathBuf, source: ExportError },
     #[error("cannot print the result")]
     Print(#[source] io::Error),
 }
@@ -119,13 +122,17 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), MissionError> {
         Controller::Mpc => Box::new(MpcGuide::new(Policy::default())),
         Controller::SaturatedLos => Box::new(LosGuide::new(gains(arguments)?)),
     };
-    let refused = |source| MissionError::Out {
-        path: arguments.out.clone().unwrap_or_default(),
-        source,
-    };
     // Before the mission: a file that cannot be written should not cost one.
-    let out = arguments.out.as_deref().map(OutFile::new).transpose();
-    let out = out.map_err(refused)?;
+    let files = arguments
+        .out
+        .iter()
+        .map(|path| {
+            Ok((
+                path,
+                OutFile::new(path).map_err(|source| cannot_write(path, source))?,
+            ))
+        })
+        .collect::<Result<Vec<_>, MissionError>>()?;
 
     let bar = bar();
     let mut stopwatch = Stopwatch::new(guide.as_mut());
@@ -135,10 +142,18 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), MissionError> {
     .map_err(MissionError::Mission)?;
     bar.finish_and_clear();
 
-    if let Some(out) = out {
-        out.write(&record).map_err(refused)?;
-    }
+    // The mission is not to be had again: what one file does not take, the others still get.
+    let write =
+        |(path, file): &(&PathBuf, OutFile)| file.write(&record).map_err(|source| cannot_write(path, source));
+    files.iter().map(write).fold(Ok(()), Result::and)?;
     print(&summary(&record, &stopwatch.times))
+}
+
+fn cannot_write(path: &Path, source: ExportError) -> MissionError {
+    MissionError::Out {
+        path: path.to_owned(),
+        source,
+    }
 }
 
 fn gains(arguments: &Simulate) -> Result<LosGains, MissionError> {

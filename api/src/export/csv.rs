@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use sim::record::{Record, Values};
 
 /// Writes `record`: numbers with six decimals, nothing where there was nothing to tell.
-pub fn write(record: &Record, out: &mut impl Write) -> io::Result<()> {
+pub(super) fn write(record: &Record, out: &mut impl Write) -> io::Result<()> {
     let columns = record.columns();
     let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
     writeln!(out, "{}", names.join(","))?;
