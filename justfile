@@ -19,6 +19,10 @@ docs:
 test:
     cargo test --workspace
 
+# Records, opened in pandas, GeoPandas and the MCAP reader; not part of `check`, which needs Rust alone
+python:
+    .ci/python-tests
+
 deny:
     cargo deny check bans licenses sources
 
