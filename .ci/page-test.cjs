@@ -1,7 +1,8 @@
 // Every example is drawn, nothing complains, nothing leaves this machine, a wrong snapshot is explained.
-// PILOTFISH_URL says where the server is.
+// PILOTFISH_URL says where the server is; --report FILE names a page that `pilotfish compare` wrote.
 
 const assert = require("node:assert/strict");
+const { pathToFileURL } = require("node:url");
 const { parseArgs } = require("node:util");
 const { chromium } = require("playwright-core");
 
@@ -106,6 +107,19 @@ async function checkReplay(page) {
   await page.locator("#moment").fill("0");
 }
 
+// A report is one file: it draws from that alone.
+async function checkReport(browser, file) {
+  const address = pathToFileURL(file);
+  const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
+  const complaints = listen(page, address.origin);
+  await page.goto(address.href);
+  await page.locator("#map .scatterlayer .js-line").first().waitFor();
+  assert.ok(await page.locator("#over-time .scatterlayer .js-line").count() >= 8, "two controllers' lines are drawn");
+  assert.equal(await page.locator("thead th").count(), 2, "two controllers' metrics");
+  assert.deepEqual(complaints, []);
+  await page.close();
+}
+
 async function checkRefusal(page, complaints) {
   const right = await page.locator("#body").inputValue();
   const wrong = JSON.parse(right);
@@ -124,7 +138,9 @@ async function checkRefusal(page, complaints) {
 }
 
 async function main() {
-  const { values: { screenshot } } = parseArgs({ options: { screenshot: { type: "string" } } });
+  const { values: { screenshot, report } } = parseArgs({
+    options: { screenshot: { type: "string" }, report: { type: "string" } },
+  });
   const url = process.env.PILOTFISH_URL;
   assert.equal(new URL(url).hostname, "127.0.0.1");
   const browser = await chromium.launch({ executablePath: "/usr/bin/chromium", args: FLAGS });
@@ -150,6 +166,7 @@ async function main() {
     assert.deepEqual(complaints, []);
     await checkRefusal(page, complaints);
     assert.deepEqual(complaints, []);
+    if (report) await checkReport(browser, report);
     console.log(`${examples.length} examples drawn; a wrong snapshot explained; no complaint, no request off loopback`);
   } finally {
     await browser.close();

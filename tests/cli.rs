@@ -493,3 +493,45 @@ fn the_table_shows_both_columns() {
     assert!(values[0] <= values[1], "{text}");
     assert!(text.contains("look-ahead"), "{text}");
 }
+
+#[test]
+fn a_report_needs_nothing_but_itself() {
+    let path = std::env::temp_dir().join(format!("pilotfish-report-{}.html", std::process::id()));
+    let file = path.to_str().expect("is text");
+    let output = run(&["simulate", "paper-path-following", "--report", file]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let page = fs::read_to_string(&path).expect("is written");
+    // The library that draws mentions addresses in its own strings; the browser test sees that none is asked.
+    let markup = page
+        .split("<script")
+        .enumerate()
+        .map(|(i, part)| match part.split_once("</script>") {
+            Some((script, after)) if 0 < i => {
+                let (tag, _) = script.split_once('>').expect("is a tag");
+                format!("<script{tag}>{after}")
+            }
+            _ => part.to_owned(),
+        });
+    let markup: String = markup.collect();
+    for loads in ["src=", "href=", "<link", "@import", "url("] {
+        assert!(!markup.contains(loads), "{loads} in {markup}");
+    }
+    assert!(page.contains("default-src 'none'"));
+    for shown in [
+        "paper-path-following",
+        "seed 1",
+        "auv-1.cross_track_max_m",
+        "depth, m",
+    ] {
+        assert!(page.contains(shown), "{shown}");
+    }
+    fs::remove_file(path).expect("is ours");
+
+    let output = run(&["simulate", "paper-tracking", "--report", "/nowhere/at/all.html"]);
+    assert!(!output.status.success());
+    let said = stderr(&output);
+    assert!(
+        said.contains("/nowhere/at/all.html") && said.contains("--report"),
+        "{said}"
+    );
+}

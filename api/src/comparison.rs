@@ -1,7 +1,7 @@
 //! The planner and the tuned line-of-sight law on the same mission: same scenario, same seed, same
 //! snapshots.
 
-use std::fmt;
+use std::{fmt, time::Duration};
 
 use planner::{los::LosGains, policy::Policy, snapshot::ForecastModel};
 use serde::Serialize;
@@ -9,6 +9,7 @@ use sim::{
     guide::{Guide, GuideError, LosGuide, MpcGuide},
     metrics::Metrics,
     mission,
+    record::Record,
     scenario::Scenario,
     tuning::{TuningError, tune_los},
 };
@@ -49,6 +50,12 @@ pub struct Controller {
     /// The gains it was tuned to, where it has any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gains: Option<Gains>,
+    /// What happened.
+    #[serde(skip)]
+    pub record: Record,
+    /// Time of each of its answers.
+    #[serde(skip)]
+    pub times: Vec<Duration>,
 }
 
 /// What a controller knew.
@@ -114,28 +121,18 @@ impl Comparison {
         }
         let (gains, _) = tune_los(scenario, seed, &mut |done| progress(Stage::Tuning, done))?;
         let mut los = LosGuide::new(gains);
-        let (los_scores, told) = scored(scenario, &mut los, seed, &mut |done| {
+        let mut line_of_sight = flown(scenario, &mut los, seed, &mut |done| {
             progress(Stage::LineOfSight, done);
         })?;
-        let saturated_los = Controller {
-            scores: los_scores,
-            information: Information {
-                forecasts: Vec::new(),
-                current_known: current_known(&told),
-            },
-            gains: Some(Gains::from(gains)),
-        };
+        // It looks at the present only, whatever the snapshots call for.
+        line_of_sight.information.forecasts.clear();
         let mut mpc = MpcGuide::new(Policy::default());
-        let (mpc_scores, told) = scored(scenario, &mut mpc, seed, &mut |done| {
+        let mpc = flown(scenario, &mut mpc, seed, &mut |done| {
             progress(Stage::Planner, done);
         })?;
-        let mpc = Controller {
-            scores: mpc_scores,
-            information: Information {
-                forecasts: told.forecasts.iter().copied().map(model_name).collect(),
-                current_known: current_known(&told),
-            },
-            gains: None,
+        let saturated_los = Controller {
+            gains: Some(Gains::from(gains)),
+            ..line_of_sight
         };
         Ok(Self {
             scenario: scenario.name.to_owned(),
@@ -145,12 +142,12 @@ impl Comparison {
     }
 }
 
-fn scored(
+fn flown(
     scenario: &Scenario,
     guide: &mut dyn Guide,
     seed: u64,
     progress: &mut dyn FnMut(f64),
-) -> Result<(Scores, Told), ComparisonError> {
+) -> Result<Controller, ComparisonError> {
     let mut stopwatch = Stopwatch::new(guide);
     let record = mission::run(scenario, &mut stopwatch, seed, progress).map_err(ComparisonError::Mission)?;
     let metrics = Metrics::of(&record)
@@ -158,7 +155,17 @@ fn scored(
         .ok_or_else(|| ComparisonError::NoSurfaceCraft {
             scenario: scenario.name.to_owned(),
         })?;
-    Ok((Scores::new(&record, metrics, &stopwatch.times), stopwatch.told))
+    let Stopwatch { times, told, .. } = stopwatch;
+    Ok(Controller {
+        scores: Scores::new(&record, metrics, &times),
+        information: Information {
+            forecasts: told.forecasts.iter().copied().map(model_name).collect(),
+            current_known: current_known(&told),
+        },
+        gains: None,
+        record,
+        times,
+    })
 }
 
 fn current_known(told: &Told) -> bool {

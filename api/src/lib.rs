@@ -28,8 +28,10 @@ mod planners;
 mod planning;
 mod posted;
 pub mod problem;
+pub mod report;
 pub mod scores;
 pub mod stopwatch;
+mod unwrap;
 pub mod wire;
 
 use health::Readiness;

@@ -8,9 +8,10 @@ use std::{
 };
 
 use api::{
-    comparison::{Comparison, ComparisonError, Stage},
-    export::ExportError,
-    scores::Scores,
+    comparison::{Comparison, ComparisonError, Controllers, Stage},
+    export::{self, ExportError, Format as RecordFormat},
+    report::{Run, report},
+    scores::{Scores, diver_lines},
     stopwatch::Stopwatch,
 };
 use clap::{Args, ValueEnum};
@@ -18,7 +19,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use planner::{los::LosGains, policy::Policy};
 use sim::{
     guide::{Guide, GuideError, LosGuide, MpcGuide},
-    metrics::{DiverMetrics, Metrics},
+    metrics::Metrics,
     mission,
     record::Record,
     scenario::Scenario,
@@ -44,6 +45,9 @@ pub(crate) struct Simulate {
     /// gets CSV.
     #[arg(long, value_name = "FILE")]
     out: Vec<PathBuf>,
+    /// Write an interactive page about the mission to this file.
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     #[arg(
         long, value_name = "M", allow_negative_numbers = true,
         help = format!("Look-ahead distance of saturated_los, m [default: {}]", Policy::default().los.look_ahead)
@@ -66,6 +70,9 @@ pub(crate) struct Compare {
     /// Seed of the starting positions.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Write an interactive page about both missions to this file.
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -101,6 +108,8 @@ pub(crate) enum MissionError {
     Comparison(#[from] ComparisonError),
     #[error("cannot write {path}: see --out in `pilotfish simulate --help`")]
     Out { path: PathBuf, source: ExportError },
+    #[error("cannot write {path}: choose another file with --report")]
+    Report { path: PathBuf, source: io::Error },
     #[error("cannot print the result")]
     Print(#[source] io::Error),
 }
@@ -123,16 +132,9 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), MissionError> {
         Controller::SaturatedLos => Box::new(LosGuide::new(gains(arguments)?)),
     };
     // Before the mission: a file that cannot be written should not cost one.
-    let files = arguments
-        .out
-        .iter()
-        .map(|path| {
-            Ok((
-                path,
-                OutFile::new(path).map_err(|source| cannot_write(path, source))?,
-            ))
-        })
-        .collect::<Result<Vec<_>, MissionError>>()?;
+    let files = arguments.out.iter().map(|path| record_file(path));
+    let files = files.collect::<Result<Vec<_>, _>>()?;
+    let page = report_file(arguments.report.as_deref())?;
 
     let bar = bar();
     let mut stopwatch = Stopwatch::new(guide.as_mut());
@@ -143,17 +145,65 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), MissionError> {
     bar.finish_and_clear();
 
     // The mission is not to be had again: what one file does not take, the others still get.
-    let write =
-        |(path, file): &(&PathBuf, OutFile)| file.write(&record).map_err(|source| cannot_write(path, source));
-    files.iter().map(write).fold(Ok(()), Result::and)?;
+    let write = |file: &RecordFile| file.write(&record);
+    let written = files.iter().map(write).fold(Ok(()), Result::and);
+    let run = Run {
+        record: &record,
+        times: &stopwatch.times,
+    };
+    write_report(page, &[run]).and(written)?;
     print(&summary(&record, &stopwatch.times))
 }
 
-fn cannot_write(path: &Path, source: ExportError) -> MissionError {
-    MissionError::Out {
+/// A file for the record.
+struct RecordFile {
+    path: PathBuf,
+    file: OutFile,
+    format: RecordFormat,
+}
+
+fn record_file(path: &Path) -> Result<RecordFile, MissionError> {
+    let refused = |source| MissionError::Out {
         path: path.to_owned(),
         source,
+    };
+    let file = OutFile::new(path).map_err(|source| refused(source.into()))?;
+    let format = match RecordFormat::of(path) {
+        // Pipes and devices have no ending as a rule, and CSV reads well in any of them.
+        Err(_) if file.is_stream() && path.extension().is_none() => RecordFormat::Csv,
+        named => named.map_err(refused)?,
+    };
+    Ok(RecordFile {
+        path: path.to_owned(),
+        file,
+        format,
+    })
+}
+
+impl RecordFile {
+    fn write(&self, record: &Record) -> Result<(), MissionError> {
+        let written = self.file.write(|out| export::write(record, self.format, out));
+        written.map_err(|source| MissionError::Out {
+            path: self.path.clone(),
+            source,
+        })
     }
+}
+
+/// A file for the report, where one is asked for.
+fn report_file(path: Option<&Path>) -> Result<Option<(PathBuf, OutFile)>, MissionError> {
+    let Some(path) = path else { return Ok(None) };
+    let path = path.to_owned();
+    match OutFile::new(&path) {
+        Ok(file) => Ok(Some((path, file))),
+        Err(source) => Err(MissionError::Report { path, source }),
+    }
+}
+
+fn write_report(file: Option<(PathBuf, OutFile)>, runs: &[Run]) -> Result<(), MissionError> {
+    let Some((path, file)) = file else { return Ok(()) };
+    let written = file.write(|out| out.write_all(report(runs).as_bytes()));
+    written.map_err(|source| MissionError::Report { path, source })
 }
 
 fn gains(arguments: &Simulate) -> Result<LosGains, MissionError> {
@@ -196,21 +246,10 @@ fn summary(record: &Record, times: &[Duration]) -> String {
     text
 }
 
-fn diver_lines(diver: &DiverMetrics) -> [(&'static str, f64); 7] {
-    [
-        ("cross_track_max_m", diver.cross_track_max_m),
-        ("position_error_max_m", diver.position_error_max_m),
-        ("depth_min_m", diver.depth_min_m),
-        ("depth_max_m", diver.depth_max_m),
-        ("pitch_min_rad", diver.pitch_min_rad),
-        ("pitch_max_rad", diver.pitch_max_rad),
-        ("surge_mean_mps", diver.surge_mean_mps),
-    ]
-}
-
 /// Tunes the line-of-sight law, runs both missions, prints both scores.
 pub(crate) fn compare(arguments: &Compare) -> Result<(), MissionError> {
     let scenario = named(&arguments.scenario)?;
+    let page = report_file(arguments.report.as_deref())?;
     let bar = bar();
     let comparison = Comparison::run(&scenario, arguments.seed, &mut |stage, done| {
         let stage = match stage {
@@ -221,6 +260,12 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), MissionError> {
         show(&bar, stage, done);
     })?;
     bar.finish_and_clear();
+    let Controllers { mpc, saturated_los } = &comparison.controllers;
+    let runs = [mpc, saturated_los].map(|controller| Run {
+        record: &controller.record,
+        times: &controller.times,
+    });
+    write_report(page, &runs)?;
     match arguments.format {
         Format::Table => print(&comparison.to_string()),
         Format::Json => {

@@ -1,14 +1,11 @@
-//! Where a mission's record goes: whole or not at all, and an earlier file stays until then.
+//! Where what a mission leaves goes: whole or not at all, and an earlier file stays until then.
 
 use std::{
     ffi::OsString,
     fs::{self, File},
-    io::{self, BufWriter},
+    io::{self, BufWriter, Write as _},
     path::{Path, PathBuf},
 };
-
-use api::export::{self, ExportError, Format};
-use sim::record::Record;
 
 /// A file that can be written.
 #[derive(Debug)]
@@ -17,61 +14,55 @@ pub(crate) struct OutFile {
     /// Written first, beside `path` so that it can take its name; none for a pipe or a device, which
     /// keep theirs.
     partial: Option<PathBuf>,
-    format: Format,
 }
 
 impl OutFile {
     /// Fails where [`OutFile::write`] would. Leaves nothing behind, so that a mission can be stopped at
     /// any time.
-    pub(crate) fn new(given: &Path) -> Result<Self, ExportError> {
+    pub(crate) fn new(path: &Path) -> io::Result<Self> {
         // A link stays one: what it leads to is replaced.
-        let path = fs::canonicalize(given).unwrap_or_else(|_| given.to_owned());
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let partial = match fs::metadata(&path) {
-            Ok(found) if found.is_dir() => return Err(refusal(io::ErrorKind::IsADirectory)),
+            Ok(found) if found.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
             Ok(found) if !found.is_file() => None,
             Ok(found) if found.permissions().readonly() => {
-                return Err(refusal(io::ErrorKind::PermissionDenied));
+                return Err(io::ErrorKind::PermissionDenied.into());
             }
             Ok(_) | Err(_) => Some(beside(&path)),
-        };
-        let format = match Format::of(given) {
-            // Pipes and devices have no ending as a rule, and CSV reads well in any of them.
-            Err(_) if partial.is_none() && given.extension().is_none() => Format::Csv,
-            named => named?,
         };
         if let Some(partial) = &partial {
             File::create(partial)?;
             fs::remove_file(partial)?;
         }
-        Ok(Self {
-            path,
-            partial,
-            format,
-        })
+        Ok(Self { path, partial })
     }
 
-    pub(crate) fn write(&self, record: &Record) -> Result<(), ExportError> {
+    /// Whether this is a pipe or a device.
+    pub(crate) fn is_stream(&self) -> bool {
+        self.partial.is_none()
+    }
+
+    /// Writes the whole of it with `write`.
+    pub(crate) fn write<E: From<io::Error>>(
+        &self,
+        write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let to = self.partial.as_ref().unwrap_or(&self.path);
+        let written = File::create(to).map_err(E::from).and_then(|file| {
+            let mut file = BufWriter::new(file);
+            write(&mut file)?;
+            Ok(file.flush()?)
+        });
         let Some(partial) = &self.partial else {
-            return self.write_to(&self.path, record);
+            return written;
         };
-        let written = self
-            .write_to(partial, record)
-            .and_then(|()| Ok(fs::rename(partial, &self.path)?));
+        let written = written.and_then(|()| Ok(fs::rename(partial, &self.path)?));
         if written.is_err() {
             // The reason is the one to report.
             let _ = fs::remove_file(partial);
         }
         written
     }
-
-    fn write_to(&self, path: &Path, record: &Record) -> Result<(), ExportError> {
-        let mut file = BufWriter::new(File::create(path)?);
-        export::write(record, self.format, &mut file)
-    }
-}
-
-fn refusal(kind: io::ErrorKind) -> ExportError {
-    ExportError::Write(kind.into())
 }
 
 fn beside(path: &Path) -> PathBuf {

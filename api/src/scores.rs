@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use sim::{
-    metrics::{Rungs, SurfaceCraftMetrics, Violations},
+    metrics::{DiverMetrics, Rungs, SurfaceCraftMetrics, Violations},
     record::Record,
 };
 
@@ -148,4 +148,18 @@ impl Scores {
             .extend(in_range.map(|(id, seconds)| (format!("time_in_range_s.{id}"), format!("{seconds:.0}"))));
         lines
     }
+}
+
+/// How an underwater vehicle kept to its path, as lines of a table: name and value.
+#[must_use]
+pub fn diver_lines(diver: &DiverMetrics) -> [(&'static str, f64); 7] {
+    [
+        ("cross_track_max_m", diver.cross_track_max_m),
+        ("position_error_max_m", diver.position_error_max_m),
+        ("depth_min_m", diver.depth_min_m),
+        ("depth_max_m", diver.depth_max_m),
+        ("pitch_min_rad", diver.pitch_min_rad),
+        ("pitch_max_rad", diver.pitch_max_rad),
+        ("surge_mean_mps", diver.surge_mean_mps),
+    ]
 }
