@@ -495,6 +495,62 @@ fn the_table_shows_both_columns() {
 }
 
 #[test]
+fn the_paper_s_figures_are_nine_pictures_with_axes_and_a_page_that_shows_them() {
+    let directory = std::env::temp_dir().join(format!("pilotfish-figures-{}", std::process::id()));
+    let out = directory.to_str().expect("is text");
+    let output = run(&["figures", "--out", out, "--duration-s", "4", "--seed", "3"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+
+    let index = fs::read_to_string(directory.join("index.html")).expect("is written");
+    let axes = [
+        (3, ["north, m", "east, m"]),
+        (4, ["depth, m", "time, s"]),
+        (5, ["distance, m", "time, s"]),
+        (6, ["surge, m/s", "pitch, °"]),
+        (8, ["north, m", "surface craft"]),
+        (9, ["along-track, m", "cross-track, m"]),
+        (10, ["surge, m/s", "heading, °"]),
+        (14, ["auv-2", "surface craft"]),
+        (15, ["midpoint", "line of sight, tuned"]),
+    ];
+    for (number, labels) in axes {
+        let name = format!("fig-{number:02}.svg");
+        let svg = fs::read_to_string(directory.join(&name)).expect("is written");
+        assert_eq!(svg.matches("<svg").count(), 1, "{name}");
+        assert!(svg.trim_end().ends_with("</svg>"), "{name}");
+        assert_eq!(
+            svg.matches("<text").count(),
+            svg.matches("</text>").count(),
+            "{name}"
+        );
+        assert!(svg.contains("<polyline"), "{name} has no line");
+        for label in labels {
+            assert!(svg.contains(label), "{name} does not say {label}");
+        }
+        assert!(svg.contains("seed 3"), "{name}");
+        assert!(index.contains(&format!("<img src=\"{name}\"")), "{index}");
+        assert!(stdout(&output).contains(&name), "{}", stdout(&output));
+    }
+    assert!(
+        stdout(&output).contains("| 14 | time with each AUV before the next | 240 s |"),
+        "{}",
+        stdout(&output)
+    );
+    let settled = stdout(&output)
+        .lines()
+        .filter(|line| line.contains("settled distance"));
+    assert_eq!(
+        settled
+            .filter(|line| line.contains("planner –, line of sight –"))
+            .count(),
+        3,
+        "nothing has settled after four seconds: {}",
+        stdout(&output)
+    );
+    fs::remove_dir_all(directory).expect("is ours");
+}
+
+#[test]
 fn a_report_needs_nothing_but_itself() {
     let path = std::env::temp_dir().join(format!("pilotfish-report-{}.html", std::process::id()));
     let file = path.to_str().expect("is text");

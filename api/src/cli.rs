@@ -5,7 +5,7 @@ use std::error::Error;
 use clap::{Parser, Subcommand};
 
 use crate::{
-    missions::{Compare, Simulate, compare, simulate},
+    missions::{Compare, Figures, Simulate, compare, figures, simulate},
     serve::{Serve, serve},
 };
 
@@ -27,6 +27,8 @@ enum Command {
     Simulate(Simulate),
     /// Run one mission with the planner and with the tuned line-of-sight law.
     Compare(Compare),
+    /// Draw the source paper's figures from missions flown here.
+    Figures(Figures),
 }
 
 impl Arguments {
@@ -35,6 +37,7 @@ impl Arguments {
             Command::Serve(arguments) => serve(&arguments)?,
             Command::Simulate(arguments) => simulate(&arguments)?,
             Command::Compare(arguments) => compare(&arguments)?,
+            Command::Figures(arguments) => figures(&arguments)?,
         }
         Ok(())
     }

@@ -22,6 +22,7 @@ pub mod comparison;
 mod edge;
 pub mod examples;
 pub mod export;
+pub mod figures;
 pub mod health;
 mod page;
 mod planners;

@@ -1,4 +1,4 @@
-//! `pilotfish simulate` and `pilotfish compare`: whole missions on the command line.
+//! `pilotfish simulate`, `compare` and `figures`: whole missions on the command line.
 
 use std::{
     fmt::Write as _,
@@ -10,6 +10,7 @@ use std::{
 use api::{
     comparison::{Comparison, ComparisonError, Controllers, Stage},
     export::{self, ExportError, Format as RecordFormat},
+    figures::FiguresError,
     report::{Run, report},
     scores::{Scores, diver_lines},
     stopwatch::Stopwatch,
@@ -26,6 +27,10 @@ use sim::{
 };
 
 use crate::out_file::OutFile;
+
+mod figures;
+
+pub(crate) use figures::{Figures, figures};
 
 const LOOK_AHEAD: &str = "look-ahead-m";
 const ALONG_TRACK_GAIN: &str = "along-track-gain-per-s";
@@ -110,6 +115,8 @@ pub(crate) enum MissionError {
     Out { path: PathBuf, source: ExportError },
     #[error("cannot write {path}: choose another file with --report")]
     Report { path: PathBuf, source: io::Error },
+    #[error(transparent)]
+    Figures(#[from] FiguresError),
     #[error("cannot print the result")]
     Print(#[source] io::Error),
 }

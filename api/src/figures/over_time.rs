@@ -1,0 +1,270 @@
+//! Quantities over time.
+
+use nalgebra::Vector2;
+use planner::angle::ned_from_body;
+use sim::record::{DiverRow, Record, SurfaceCraftRow};
+
+use super::{
+    Both,
+    chart::{Axes, BLACK_INK, BLUE, Line, PURPLE, Panel, Sheet, Stroke, VERMILION},
+};
+use crate::unwrap::unwrapped;
+
+/// Height of the only panel of a page, and of one of three, units.
+const ALONE: u32 = 700;
+const ONE_OF_THREE: u32 = 420;
+
+/// Fig. 4: depth.
+pub(super) fn depth(record: &Record) -> Sheet {
+    let lines = (0..record.diver_ids.len())
+        .map(|i| diver_line(record, i, "depth", BLUE, Stroke::Solid, |diver| diver.depth))
+        .collect();
+    column(vec![panel("", "depth, m", Axes::Depth(ALONE), lines)])
+}
+
+/// Fig. 5: distance from the followed point, and the part of it across the path.
+pub(super) fn path_error(record: &Record) -> Sheet {
+    let lines = vec![
+        diver_line(record, 0, "to the point followed", BLUE, Stroke::Solid, |diver| {
+            diver.along_track.hypot(diver.cross_track)
+        }),
+        diver_line(record, 0, "across the path", VERMILION, Stroke::Dashed, |diver| {
+            diver.cross_track.abs()
+        }),
+    ];
+    column(vec![panel("", "distance, m", Axes::Time(ALONE), lines)])
+}
+
+/// Fig. 6: inner loops of an underwater vehicle.
+pub(super) fn inner_loops(record: &Record) -> Sheet {
+    let [surge, pitch, heading] = inner_loop_lines(record);
+    column(vec![
+        panel("surge", "surge, m/s", Axes::Time(ONE_OF_THREE), surge),
+        panel("pitch", "pitch, °", Axes::Time(ONE_OF_THREE), pitch),
+        panel("heading", "heading, °", Axes::Time(ONE_OF_THREE), heading),
+    ])
+}
+
+/// Fig. 9: the surface craft's place in the frame of the underwater vehicle.
+pub(super) fn relative(both: &Both) -> Sheet {
+    let lines = |of: fn(&Offset) -> f64| {
+        let line = |name: &str, colour, stroke, record| Line {
+            name: name.to_owned(),
+            colour,
+            stroke,
+            points: offsets(record)
+                .iter()
+                .map(|offset| (offset.time, of(offset)))
+                .collect(),
+        };
+        vec![
+            line("planner", BLUE, Stroke::Solid, &both.planner),
+            line(
+                "line of sight, tuned",
+                VERMILION,
+                Stroke::Dashed,
+                &both.line_of_sight,
+            ),
+        ]
+    };
+    column(vec![
+        panel(
+            "along the AUV's course, positive ahead of it",
+            "along-track, m",
+            Axes::Time(ONE_OF_THREE),
+            lines(|offset| offset.along),
+        ),
+        panel(
+            "across it, positive to starboard",
+            "cross-track, m",
+            Axes::Time(ONE_OF_THREE),
+            lines(|offset| offset.across),
+        ),
+    ])
+}
+
+/// Fig. 10: references of both craft and what becomes of them, under either controller.
+pub(super) fn both_craft(both: &Both) -> Sheet {
+    let columns = [
+        ("planner", &both.planner),
+        ("line of sight, tuned", &both.line_of_sight),
+    ]
+    .map(|(name, record)| (name, inner_loop_lines(record), surface_craft_lines(record)));
+    let units = ["surge, m/s", "pitch, °", "heading, °"];
+    let mut panels = vec![];
+    for (k, unit) in units.into_iter().enumerate() {
+        for (name, under, above) in &columns {
+            let lines = [above[k].clone(), under[k].clone()].concat();
+            panels.push(panel(name, unit, Axes::Time(ONE_OF_THREE), lines));
+        }
+    }
+    Sheet { columns: 2, panels }
+}
+
+/// Where the surface craft is, seen from an underwater vehicle.
+pub(super) struct Offset {
+    /// Time, s.
+    pub(super) time: f64,
+    /// Along the vehicle's course over ground, m, positive ahead of it.
+    pub(super) along: f64,
+    /// Across it, m, positive to starboard.
+    pub(super) across: f64,
+}
+
+/// The surface craft's place relative to the first underwater vehicle, in the frame of that vehicle's course:
+///
+/// ```text
+/// (s, e) = R(χ)ᵀ (p − p_d)
+/// ```
+/// χ comes from the positions a row before and after, which hold every current and every sideslip; while they
+/// are the same point, the last χ stays.
+pub(super) fn offsets(record: &Record) -> Vec<Offset> {
+    let rows = &record.rows;
+    let position = |k: usize| rows.get(k)?.divers.first().map(|diver| diver.position);
+    let mut course = 0.0;
+    let mut offsets = vec![];
+    for (k, row) in rows.iter().enumerate() {
+        let (Some(craft), Some(diver)) = (&row.surface_craft, position(k)) else {
+            continue;
+        };
+        let before = position(k.saturating_sub(1)).unwrap_or(diver);
+        let moved: Vector2<f64> = position(k + 1).unwrap_or(diver) - before;
+        if moved != Vector2::zeros() {
+            course = moved.y.atan2(moved.x);
+        }
+        let offset = ned_from_body(course).transpose() * (craft.position - diver);
+        offsets.push(Offset {
+            time: row.time,
+            along: offset.x,
+            across: offset.y,
+        });
+    }
+    offsets
+}
+
+/// Surge, pitch and heading of the first underwater vehicle, its references on top.
+fn inner_loop_lines(record: &Record) -> [Vec<Line>; 3] {
+    let told = |of| diver_line(record, 0, "AUV, reference", VERMILION, Stroke::Dashed, of);
+    let does = |of| diver_line(record, 0, "AUV", BLUE, Stroke::Solid, of);
+    let mut heading = [told(|diver| diver.reference.heading), does(|diver| diver.heading)];
+    unwrap(&mut heading);
+    let [heading_told, heading_does] = heading;
+    [
+        vec![does(|diver| diver.surge), told(|diver| diver.reference.surge)],
+        vec![
+            does(|diver| diver.pitch.to_degrees()),
+            told(|diver| diver.reference.pitch.to_degrees()),
+        ],
+        vec![heading_does, heading_told],
+    ]
+}
+
+/// Surge, pitch (of which there is none) and heading of the surface craft, its references on top.
+fn surface_craft_lines(record: &Record) -> [Vec<Line>; 3] {
+    let line = |name: &str, colour, stroke, of: fn(&SurfaceCraftRow) -> f64| Line {
+        name: name.to_owned(),
+        colour,
+        stroke,
+        points: record
+            .rows
+            .iter()
+            .filter_map(|row| Some((row.time, of(row.surface_craft.as_ref()?))))
+            .collect(),
+    };
+    let told = |of| line("surface craft, reference", PURPLE, Stroke::Dashed, of);
+    let does = |of| line("surface craft", BLACK_INK, Stroke::Solid, of);
+    let mut heading = [
+        told(|craft| craft.reference.heading.radians()),
+        does(|craft| craft.heading),
+    ];
+    unwrap(&mut heading);
+    let [heading_told, heading_does] = heading;
+    [
+        vec![does(|craft| craft.surge), told(|craft| craft.reference.speed)],
+        vec![],
+        vec![heading_does, heading_told],
+    ]
+}
+
+/// Of headings in radians: a reference and what becomes of it.
+fn unwrap([reference, actual]: &mut [Line; 2]) {
+    let values = |line: &Line| line.points.iter().map(|point| point.1).collect::<Vec<_>>();
+    let degrees = unwrapped(&values(reference), &values(actual));
+    for (line, degrees) in [reference, actual].into_iter().zip(degrees) {
+        for (point, degrees) in line.points.iter_mut().zip(degrees) {
+            point.1 = degrees;
+        }
+    }
+}
+
+fn diver_line(
+    record: &Record,
+    i: usize,
+    name: &str,
+    colour: plotters::style::RGBColor,
+    stroke: Stroke,
+    of: fn(&DiverRow) -> f64,
+) -> Line {
+    Line {
+        name: name.to_owned(),
+        colour,
+        stroke,
+        points: record
+            .rows
+            .iter()
+            .filter_map(|row| Some((row.time, of(row.divers.get(i)?))))
+            .collect(),
+    }
+}
+
+fn panel(heading: &str, y_label: &'static str, axes: Axes, lines: Vec<Line>) -> Panel {
+    Panel {
+        heading: heading.to_owned(),
+        x_label: "time, s",
+        y_label,
+        axes,
+        lines,
+    }
+}
+
+fn column(panels: Vec<Panel>) -> Sheet {
+    Sheet { columns: 1, panels }
+}
+
+#[cfg(test)]
+mod tests {
+    use planner::policy::Policy;
+    use sim::{guide::LosGuide, mission, scenario::Scenario};
+
+    use super::*;
+
+    #[test]
+    fn a_craft_behind_and_to_starboard_is_so_whichever_way_the_vehicle_goes_and_while_it_rests() {
+        let scenario = Scenario {
+            duration: 4.0,
+            ..Scenario::named("paper-tracking").expect("exists")
+        };
+        let mut guide = LosGuide::new(Policy::default().los);
+        let mut record = mission::run(&scenario, &mut guide, 1, &mut |_| {}).expect("runs");
+        // North, east, south, south-west: ahead and starboard as on a compass rose.
+        let s = std::f64::consts::FRAC_1_SQRT_2;
+        let roses = [
+            ([1.0, 0.0], [0.0, 1.0]),
+            ([0.0, 1.0], [-1.0, 0.0]),
+            ([-1.0, 0.0], [0.0, -1.0]),
+            ([-s, -s], [s, -s]),
+        ];
+        for (ahead, starboard) in roses.map(|(a, b)| (Vector2::from(a), Vector2::from(b))) {
+            for (row, travelled) in record.rows.iter_mut().zip([0.0, 0.2, 0.2, 0.2]) {
+                row.divers[0].position = Vector2::new(7.0, -3.0) + ahead * travelled;
+                row.surface_craft.as_mut().expect("has one").position =
+                    row.divers[0].position - ahead * 3.0 + starboard * 2.0;
+            }
+            let offsets = offsets(&record);
+            assert_eq!(offsets.len(), 4);
+            for Offset { along, across, .. } in offsets {
+                assert!((along + 3.0).abs() < 1e-12 && (across - 2.0).abs() < 1e-12);
+            }
+        }
+    }
+}

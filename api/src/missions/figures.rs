@@ -1,0 +1,53 @@
+//! `pilotfish figures`: the source paper's figures as files.
+
+use std::{fmt::Write as _, fs, path::PathBuf};
+
+use api::figures::{PaperMissions, draw, gallery, stated, table};
+use clap::Args;
+
+use super::{MissionError, bar, print, show};
+use crate::out_file::OutFile;
+
+#[derive(Debug, Args)]
+pub(crate) struct Figures {
+    /// Directory for the pictures and `index.html`, which shows them; made if it is not there.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Seed of the starting positions.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// End every mission after this many seconds, if it is not over before.
+    #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..))]
+    duration_s: Option<u32>,
+}
+
+/// Flies the paper's missions, writes its figures, and prints its numbers beside the measured ones.
+pub(crate) fn figures(arguments: &Figures) -> Result<(), MissionError> {
+    let refused = |path: PathBuf| move |source| MissionError::Out { path, source };
+    // Before the missions: a directory that cannot be written should not cost them.
+    fs::create_dir_all(&arguments.out).map_err(refused(arguments.out.clone()))?;
+    let index = arguments.out.join("index.html");
+    OutFile::new(&index).map_err(refused(index.clone()))?;
+
+    let bar = bar();
+    let duration_max = arguments.duration_s.map_or(f64::INFINITY, f64::from);
+    let missions = PaperMissions::fly(arguments.seed, duration_max, &mut |scenario, done| {
+        show(&bar, scenario, done);
+    })?;
+    bar.finish_and_clear();
+
+    let (figures, rows) = (draw(&missions), stated(&missions));
+    let mut files: Vec<(PathBuf, String)> = figures
+        .iter()
+        .map(|figure| (arguments.out.join(figure.file_name()), figure.svg.clone()))
+        .collect();
+    // Last: whoever finds it finds what it shows.
+    files.push((index, gallery(&figures, &rows)));
+    let mut written = String::new();
+    for (path, text) in files {
+        let file = OutFile::new(&path).map_err(refused(path.clone()))?;
+        file.write_text(&text).map_err(refused(path.clone()))?;
+        writeln!(written, "{}", path.display()).expect("a string takes everything");
+    }
+    print(&format!("{written}\n{}", table(&rows)))
+}
