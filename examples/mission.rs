@@ -52,13 +52,13 @@ fn fly(arguments: &Arguments) -> Result<(), GuideError> {
         return Err(format!("{} has no surface craft to guide", scenario.name).into());
     }
     if let Some(duration) = arguments.duration {
-        scenario.duration = scenario.duration.min(duration.into());
+        scenario = scenario.lasting(duration.into());
     }
 
     // Draws nothing where there is no terminal.
     let bar = ProgressBar::no_length()
         .with_style(ProgressStyle::with_template("{spinner} {pos} s of {msg}")?)
-        .with_message(format!("{} s", scenario.duration));
+        .with_message(format!("{} s", scenario.duration_s.most()));
     let mut guide = RemoteGuide::new(&arguments.url);
     let start = Instant::now();
     let record = mission::run(&scenario, &mut guide, arguments.seed, &mut |_| bar.inc(1))?;

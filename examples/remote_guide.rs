@@ -69,6 +69,10 @@ impl RemoteGuide {
 }
 
 impl Guide for RemoteGuide {
+    fn name(&self) -> &'static str {
+        "server"
+    }
+
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
         let mut request = json!(PlanRequest::from(snapshot));
         request["previous_plan"] = self.previous_plan.take();
@@ -87,6 +91,8 @@ impl Guide for RemoteGuide {
                 Method::SaturatedLos => plan::Method::SaturatedLos,
                 Method::Hold => plan::Method::Hold,
             },
+            predicted_rms: Some(plan.predicted.rms_error_m),
+            solve_time: None,
         })
     }
 }

@@ -23,10 +23,7 @@ fn server() -> Server {
 
 /// The first half minute of a scenario.
 fn short(name: &str) -> Scenario {
-    Scenario {
-        duration: 30.0,
-        ..Scenario::named(name).expect("exists")
-    }
+    Scenario::named(name).expect("exists").lasting(30.0)
 }
 
 fn fly(scenario: &Scenario, guide: &mut dyn Guide) -> Record {

@@ -6,6 +6,7 @@ use clap::{Parser, Subcommand};
 
 use crate::{
     missions::{Compare, Figures, Simulate, compare, figures, simulate},
+    scenarios::{Scenarios, scenarios},
     serve::{Serve, serve},
 };
 
@@ -27,6 +28,8 @@ enum Command {
     Simulate(Simulate),
     /// Run one mission with the planner and with the tuned line-of-sight law.
     Compare(Compare),
+    /// List what there is to simulate; print a scenario's file, or the JSON Schema of scenario files.
+    Scenarios(Scenarios),
     /// Draw the source paper's figures from missions flown here.
     Figures(Figures),
 }
@@ -37,6 +40,7 @@ impl Arguments {
             Command::Serve(arguments) => serve(&arguments)?,
             Command::Simulate(arguments) => simulate(&arguments)?,
             Command::Compare(arguments) => compare(&arguments)?,
+            Command::Scenarios(arguments) => scenarios(&arguments)?,
             Command::Figures(arguments) => figures(&arguments)?,
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! The planner and the tuned line-of-sight law on the same mission: same scenario, same seed, same
 //! snapshots.
 
-use std::{fmt, time::Duration};
+use std::fmt;
 
 use planner::{los::LosGains, policy::Policy, snapshot::ForecastModel};
 use serde::Serialize;
@@ -53,9 +53,6 @@ pub struct Controller {
     /// What happened.
     #[serde(skip)]
     pub record: Record,
-    /// Time of each of its answers.
-    #[serde(skip)]
-    pub times: Vec<Duration>,
 }
 
 /// What a controller knew.
@@ -116,7 +113,7 @@ impl Comparison {
     ) -> Result<Self, ComparisonError> {
         if !scenario.has_surface_craft() {
             return Err(ComparisonError::NoSurfaceCraft {
-                scenario: scenario.name.to_owned(),
+                scenario: scenario.name.clone(),
             });
         }
         let (gains, _) = tune_los(scenario, seed, &mut |done| progress(Stage::Tuning, done))?;
@@ -135,7 +132,7 @@ impl Comparison {
             ..line_of_sight
         };
         Ok(Self {
-            scenario: scenario.name.to_owned(),
+            scenario: scenario.name.clone(),
             seed,
             controllers: Controllers { mpc, saturated_los },
         })
@@ -153,18 +150,17 @@ fn flown(
     let metrics = Metrics::of(&record)
         .surface_craft
         .ok_or_else(|| ComparisonError::NoSurfaceCraft {
-            scenario: scenario.name.to_owned(),
+            scenario: scenario.name.clone(),
         })?;
-    let Stopwatch { times, told, .. } = stopwatch;
+    let told = stopwatch.told;
     Ok(Controller {
-        scores: Scores::new(&record, metrics, &times),
+        scores: Scores::new(&record, metrics),
         information: Information {
             forecasts: told.forecasts.iter().copied().map(model_name).collect(),
             current_known: current_known(&told),
         },
         gains: None,
         record,
-        times,
     })
 }
 
@@ -194,11 +190,11 @@ impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Controllers { mpc, saturated_los } = &self.controllers;
         writeln!(f, "{}, seed {}", self.scenario, self.seed)?;
-        writeln!(f, "{:<24}{:>14}{:>16}", "", "mpc", "saturated_los")?;
+        writeln!(f, "{:<26}{:>20}{:>20}", "", "mpc", "saturated_los")?;
         for ((name, planned), (_, line_of_sight)) in
             mpc.scores.lines().iter().zip(saturated_los.scores.lines())
         {
-            writeln!(f, "{name:<24}{planned:>14}{line_of_sight:>16}")?;
+            writeln!(f, "{name:<26}{planned:>20}{line_of_sight:>20}")?;
         }
         let known = |controller: &Controller| {
             if controller.information.current_known {
@@ -209,7 +205,7 @@ impl fmt::Display for Comparison {
         };
         writeln!(
             f,
-            "{:<24}{:>14}{:>16}",
+            "{:<26}{:>20}{:>20}",
             "current known",
             known(mpc),
             known(saturated_los)

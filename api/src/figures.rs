@@ -114,10 +114,8 @@ impl PaperMissions {
 
 fn scenario(name: &'static str, duration_max: f64) -> Scenario {
     let scenario = Scenario::named(name).expect("the paper's scenarios are built in");
-    Scenario {
-        duration: scenario.duration.min(duration_max),
-        ..scenario
-    }
+    let duration = scenario.duration_s.most().min(duration_max);
+    scenario.lasting(duration)
 }
 
 fn fly_both(

@@ -7,6 +7,7 @@ use clap::Parser;
 mod cli;
 mod missions;
 mod out_file;
+mod scenarios;
 mod serve;
 
 fn main() -> ExitCode {

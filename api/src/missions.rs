@@ -4,14 +4,13 @@ use std::{
     fmt::Write as _,
     io::{self, Write as _},
     path::{Path, PathBuf},
-    time::Duration,
 };
 
 use api::{
     comparison::{Comparison, ComparisonError, Controllers, Stage},
     export::{self, ExportError, Format as RecordFormat},
     figures::FiguresError,
-    report::{Run, report},
+    report::report,
     scores::{Scores, diver_lines},
     stopwatch::Stopwatch,
 };
@@ -26,7 +25,10 @@ use sim::{
     scenario::Scenario,
 };
 
-use crate::out_file::OutFile;
+use crate::{
+    out_file::OutFile,
+    scenarios::{NoScenario, scenario},
+};
 
 mod figures;
 
@@ -37,19 +39,25 @@ const ALONG_TRACK_GAIN: &str = "along-track-gain-per-s";
 
 #[derive(Debug, Args)]
 pub(crate) struct Simulate {
-    /// Name of a scenario.
+    /// Name of a scenario (`pilotfish scenarios` lists them), or the path of a scenario file, as ./my.toml.
     scenario: String,
     /// What guides the surface craft.
     #[arg(long, value_enum, default_value_t = Controller::Mpc)]
     controller: Controller,
-    /// Seed of the starting positions.
+    /// Seed of everything that the scenario leaves to chance.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// End the mission after this many seconds, whatever the scenario says.
+    #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=86_400))]
+    duration_s: Option<u32>,
     /// Write the record to this file; may be given several times. Its ending says how: .csv and .parquet are
     /// tables with a row a second, .geojson is a map, .mcap is for Foxglove and Lichtblick. A pipe or a device
     /// gets CSV.
     #[arg(long, value_name = "FILE")]
     out: Vec<PathBuf>,
+    /// Leave solve times out of record and page, so that the same command writes the same bytes again.
+    #[arg(long)]
+    untimed: bool,
     /// Write an interactive page about the mission to this file.
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
@@ -67,14 +75,17 @@ pub(crate) struct Simulate {
 
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
-    /// Name of a scenario.
+    /// Name of a scenario (`pilotfish scenarios` lists them), or the path of a scenario file, as ./my.toml.
     scenario: String,
     /// How to print the scores.
     #[arg(long, value_enum, default_value_t = Format::Table)]
     format: Format,
-    /// Seed of the starting positions.
+    /// Seed of everything that the scenario leaves to chance.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// End the mission after this many seconds, whatever the scenario says.
+    #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=86_400))]
+    duration_s: Option<u32>,
     /// Write an interactive page about both missions to this file.
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
@@ -101,8 +112,8 @@ enum Format {
 /// Why a mission gave no result.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum MissionError {
-    #[error("there is no scenario {0:?}; the scenarios are {list}", list = Scenario::names().join(", "))]
-    UnknownScenario(String),
+    #[error(transparent)]
+    Scenario(#[from] NoScenario),
     #[error("--{name} must be above 0, not {given}")]
     Gain { name: &'static str, given: f64 },
     #[error("--{0} is a gain of line of sight and the planner has none: add --controller saturated_los")]
@@ -115,19 +126,24 @@ pub(crate) enum MissionError {
     Out { path: PathBuf, source: ExportError },
     #[error("cannot write {path}: choose another file with --report")]
     Report { path: PathBuf, source: io::Error },
+    #[error("cannot write {path}: choose another directory with --out")]
+    Figure { path: PathBuf, source: io::Error },
     #[error(transparent)]
     Figures(#[from] FiguresError),
     #[error("cannot print the result")]
     Print(#[source] io::Error),
 }
 
-fn named(name: &str) -> Result<Scenario, MissionError> {
-    Scenario::named(name).ok_or_else(|| MissionError::UnknownScenario(name.to_owned()))
+fn lasting(scenario: Scenario, duration_s: Option<u32>) -> Scenario {
+    match duration_s {
+        Some(duration) => scenario.lasting(duration.into()),
+        None => scenario,
+    }
 }
 
 /// Runs one mission, prints what it is worth, and keeps the record where asked to.
 pub(crate) fn simulate(arguments: &Simulate) -> Result<(), MissionError> {
-    let scenario = named(&arguments.scenario)?;
+    let scenario = lasting(scenario(&arguments.scenario)?, arguments.duration_s);
     let mut guide: Box<dyn Guide> = match arguments.controller {
         Controller::Mpc if arguments.look_ahead_m.is_some() => {
             return Err(MissionError::GainOfAnother(LOOK_AHEAD));
@@ -139,27 +155,26 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), MissionError> {
         Controller::SaturatedLos => Box::new(LosGuide::new(gains(arguments)?)),
     };
     // Before the mission: a file that cannot be written should not cost one.
-    let files = arguments.out.iter().map(|path| record_file(path));
+    let files = arguments.out.iter().map(|path| record_file(path, &scenario));
     let files = files.collect::<Result<Vec<_>, _>>()?;
     let page = report_file(arguments.report.as_deref())?;
 
     let bar = bar();
-    let mut stopwatch = Stopwatch::new(guide.as_mut());
-    let record = mission::run(&scenario, &mut stopwatch, arguments.seed, &mut |done| {
-        show(&bar, "mission", done);
-    })
-    .map_err(MissionError::Mission)?;
+    let mut progress = |done| show(&bar, "mission", done);
+    let record = if arguments.untimed {
+        mission::run(&scenario, guide.as_mut(), arguments.seed, &mut progress)
+    } else {
+        let mut stopwatch = Stopwatch::new(guide.as_mut());
+        mission::run(&scenario, &mut stopwatch, arguments.seed, &mut progress)
+    };
+    let record = record.map_err(MissionError::Mission)?;
     bar.finish_and_clear();
 
     // The mission is not to be had again: what one file does not take, the others still get.
     let write = |file: &RecordFile| file.write(&record);
     let written = files.iter().map(write).fold(Ok(()), Result::and);
-    let run = Run {
-        record: &record,
-        times: &stopwatch.times,
-    };
-    write_report(page, &[run]).and(written)?;
-    print(&summary(&record, &stopwatch.times))
+    write_report(page, &[&record]).and(written)?;
+    print(&summary(&record))
 }
 
 /// A file for the record.
@@ -169,7 +184,7 @@ struct RecordFile {
     format: RecordFormat,
 }
 
-fn record_file(path: &Path) -> Result<RecordFile, MissionError> {
+fn record_file(path: &Path, scenario: &Scenario) -> Result<RecordFile, MissionError> {
     let refused = |source| MissionError::Out {
         path: path.to_owned(),
         source,
@@ -180,6 +195,9 @@ fn record_file(path: &Path) -> Result<RecordFile, MissionError> {
         Err(_) if file.is_stream() && path.extension().is_none() => RecordFormat::Csv,
         named => named.map_err(refused)?,
     };
+    if format == RecordFormat::Geojson && scenario.origin.is_none() {
+        return Err(refused(ExportError::NoOrigin));
+    }
     Ok(RecordFile {
         path: path.to_owned(),
         file,
@@ -207,7 +225,7 @@ fn report_file(path: Option<&Path>) -> Result<Option<(PathBuf, OutFile)>, Missio
     }
 }
 
-fn write_report(file: Option<(PathBuf, OutFile)>, runs: &[Run]) -> Result<(), MissionError> {
+fn write_report(file: Option<(PathBuf, OutFile)>, runs: &[&Record]) -> Result<(), MissionError> {
     let Some((path, file)) = file else { return Ok(()) };
     let written = file.write(|out| out.write_all(report(runs).as_bytes()));
     written.map_err(|source| MissionError::Report { path, source })
@@ -234,14 +252,14 @@ fn gains(arguments: &Simulate) -> Result<LosGains, MissionError> {
     })
 }
 
-fn summary(record: &Record, times: &[Duration]) -> String {
+fn summary(record: &Record) -> String {
     let metrics = Metrics::of(record);
     let mut text = format!("{}, seed {}\n", record.scenario, record.seed);
     let mut line = |name: &str, value: String| {
-        writeln!(text, "{name:<34}{value:>14}").expect("a string takes everything");
+        writeln!(text, "{name:<34}{value:>20}").expect("a string takes everything");
     };
     if let Some(surface_craft) = metrics.surface_craft {
-        for (name, value) in Scores::new(record, surface_craft, times).lines() {
+        for (name, value) in Scores::new(record, surface_craft).lines() {
             line(&name, value);
         }
     }
@@ -255,7 +273,7 @@ fn summary(record: &Record, times: &[Duration]) -> String {
 
 /// Tunes the line-of-sight law, runs both missions, prints both scores.
 pub(crate) fn compare(arguments: &Compare) -> Result<(), MissionError> {
-    let scenario = named(&arguments.scenario)?;
+    let scenario = lasting(scenario(&arguments.scenario)?, arguments.duration_s);
     let page = report_file(arguments.report.as_deref())?;
     let bar = bar();
     let comparison = Comparison::run(&scenario, arguments.seed, &mut |stage, done| {
@@ -268,10 +286,7 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), MissionError> {
     })?;
     bar.finish_and_clear();
     let Controllers { mpc, saturated_los } = &comparison.controllers;
-    let runs = [mpc, saturated_los].map(|controller| Run {
-        record: &controller.record,
-        times: &controller.times,
-    });
+    let runs = [mpc, saturated_los].map(|controller| &controller.record);
     write_report(page, &runs)?;
     match arguments.format {
         Format::Table => print(&comparison.to_string()),
@@ -305,7 +320,7 @@ fn show(bar: &ProgressBar, stage: &'static str, done: f64) {
     bar.set_position((done * ticks as f64) as u64);
 }
 
-fn print(text: &str) -> Result<(), MissionError> {
+pub(crate) fn print(text: &str) -> Result<(), MissionError> {
     match io::stdout().write_all(text.as_bytes()) {
         // Whoever read the output has read enough, as `head` does.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),

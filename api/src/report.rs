@@ -1,44 +1,20 @@
 //! A mission as one interactive page that needs no network and no other file.
 
-use std::{fmt::Write as _, time::Duration};
+use std::fmt::Write as _;
 
 use plotly::Plot;
-use sim::{
-    metrics::Metrics,
-    record::{Record, method_name},
-};
+use sim::{metrics::Metrics, record::Record};
 
 use crate::scores::{Scores, diver_lines};
 
 mod map;
 mod over_time;
 
-/// A mission that was flown.
-#[derive(Clone, Copy, Debug)]
-pub struct Run<'a> {
-    /// What happened.
-    pub record: &'a Record,
-    /// Time of each of the guide's answers.
-    pub times: &'a [Duration],
-}
-
-impl Run<'_> {
-    /// What steered the surface craft: the guide's name, or else the rung that it answered from first.
-    fn name(&self) -> String {
-        let first = || self.record.rows.first()?.surface_craft.as_ref();
-        match &self.record.guide {
-            guide if !guide.is_empty() => guide.clone(),
-            _ => first().map_or_else(String::new, |craft| method_name(craft.method).to_owned()),
-        }
-    }
-}
-
 /// A page about `runs`, which differ in nothing but what guided them. Shows as much as there is.
 #[must_use]
-pub fn report(runs: &[Run<'_>]) -> String {
+pub fn report(runs: &[&Record]) -> String {
     let (scenario, title, seed) = runs.first().map_or(("", "", 0), |run| {
-        let record = run.record;
-        (record.scenario.as_str(), record.title.as_str(), record.seed)
+        (run.scenario.as_str(), run.title.as_str(), run.seed)
     });
     let (scenario, title) = (escaped(scenario), escaped(title));
     format!(
@@ -74,11 +50,11 @@ const POLICY: &str =
 const STYLE: &str = include_str!("report/report.css");
 const DRAW: &str = include_str!("report/report.js");
 
-fn table(runs: &[Run<'_>]) -> String {
-    let columns: Vec<Vec<(String, String)>> = runs.iter().map(lines).collect();
+fn table(runs: &[&Record]) -> String {
+    let columns: Vec<Vec<(String, String)>> = runs.iter().map(|run| lines(run)).collect();
     let mut text = "<table><thead><tr><td></td>".to_owned();
     for run in runs {
-        write!(text, "<th>{}</th>", escaped(&run.name())).expect("a string takes everything");
+        write!(text, "<th>{}</th>", escaped(&run.guide)).expect("a string takes everything");
     }
     text += "</tr></thead><tbody>";
     for (i, (name, _)) in columns.first().into_iter().flatten().enumerate() {
@@ -92,10 +68,10 @@ fn table(runs: &[Run<'_>]) -> String {
     text + "</tbody></table>"
 }
 
-fn lines(run: &Run<'_>) -> Vec<(String, String)> {
-    let metrics = Metrics::of(run.record);
+fn lines(record: &Record) -> Vec<(String, String)> {
+    let metrics = Metrics::of(record);
     let mut lines = metrics.surface_craft.map_or_else(Vec::new, |surface_craft| {
-        Scores::new(run.record, surface_craft, run.times).lines()
+        Scores::new(record, surface_craft).lines()
     });
     for diver in &metrics.divers {
         let values = diver_lines(diver).into_iter();
@@ -134,10 +110,7 @@ mod tests {
     use super::*;
 
     fn record() -> Record {
-        let scenario = Scenario {
-            duration: 5.0,
-            ..Scenario::named("paper-tracking").expect("exists")
-        };
+        let scenario = Scenario::named("paper-tracking").expect("exists").lasting(5.0);
         let mut guide = LosGuide::new(Policy::default().los);
         mission::run(&scenario, &mut guide, 1, &mut |_| {}).expect("runs")
     }
@@ -152,11 +125,7 @@ mod tests {
             diver_ids: vec![hostile.into()],
             ..record()
         };
-        let run = Run {
-            record: &record,
-            times: &[],
-        };
-        let page = report(&[run, run]);
+        let page = report(&[&record, &record]);
         assert!(!page.contains("<script>alert") && !page.contains("<img src=\"x\">"));
         assert_eq!(
             page.matches("</script>").count(),

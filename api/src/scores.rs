@@ -4,11 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use sim::{
-    metrics::{DiverMetrics, Rungs, SurfaceCraftMetrics, Violations},
+    metrics::{DiverMetrics, Rungs, SurfaceCraftMetrics, Violation, Violations},
     record::Record,
 };
-
-use crate::stopwatch::quantile_ms;
 
 /// A controller's scores. Distances are true ones, to the goal, over the whole mission.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -41,17 +39,68 @@ pub struct Scores {
     pub rungs: RungScores,
 }
 
-/// Where the craft was beyond its limits.
+/// Limits and bounds that the craft did not keep. The unit in a name is that of the worst excess.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ViolationScores {
+    /// Turn rate beyond its limit.
+    pub turn_rate_radps: ViolationScore,
+    /// Speed beyond its limit.
+    pub speed_mps: ViolationScore,
+    /// Inside a disc to keep out of.
+    pub keep_out_m: ViolationScore,
+    /// Outside the area to stay in.
+    pub area_m: ViolationScore,
+    /// Too far from an underwater vehicle.
+    pub range_m: ViolationScore,
+    /// More propulsion energy than there is.
+    pub energy_j: ViolationScore,
+}
+
+/// How one limit was not kept.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ViolationScore {
     /// Episodes.
     pub count: usize,
     /// Duration of all episodes, s.
     pub duration_s: f64,
-    /// Largest yaw rate beyond its limit, rad/s.
-    pub worst_turn_rate_radps: f64,
-    /// Largest speed beyond its limit, m/s.
-    pub worst_speed_mps: f64,
+    /// Largest excess.
+    pub worst: f64,
+}
+
+impl From<Violation> for ViolationScore {
+    fn from(violation: Violation) -> Self {
+        Self {
+            count: violation.count,
+            duration_s: violation.seconds,
+            worst: violation.worst,
+        }
+    }
+}
+
+impl ViolationScores {
+    fn lines(&self) -> [(&'static str, String); 6] {
+        [
+            ("turn_rate_radps", self.turn_rate_radps),
+            ("speed_mps", self.speed_mps),
+            ("keep_out_m", self.keep_out_m),
+            ("area_m", self.area_m),
+            ("range_m", self.range_m),
+            ("energy_j", self.energy_j),
+        ]
+        .map(|(name, score)| {
+            let ViolationScore {
+                count,
+                duration_s,
+                worst,
+            } = score;
+            let text = if count == 0 {
+                "0".to_owned()
+            } else {
+                format!("{count}: {duration_s:.0} s, {worst:.3}")
+            };
+            (name, text)
+        })
+    }
 }
 
 /// Answers by rung.
@@ -68,14 +117,16 @@ pub struct RungScores {
 }
 
 impl Scores {
-    /// The scores of a mission with a surface craft, whose guide took `times` to answer.
+    /// The scores of a mission with a surface craft.
     #[must_use]
-    pub fn new(record: &Record, metrics: SurfaceCraftMetrics, times: &[std::time::Duration]) -> Self {
+    pub fn new(record: &Record, metrics: SurfaceCraftMetrics) -> Self {
         let Violations {
-            count,
-            seconds,
-            worst_turn_rate_radps,
-            worst_speed_mps,
+            turn_rate,
+            speed,
+            keep_out,
+            area,
+            range,
+            energy,
         } = metrics.violations;
         let Rungs {
             mpc,
@@ -96,16 +147,18 @@ impl Scores {
                 .zip(metrics.time_in_range_s)
                 .collect(),
             violations: ViolationScores {
-                count,
-                duration_s: seconds,
-                worst_turn_rate_radps,
-                worst_speed_mps,
+                turn_rate_radps: turn_rate.into(),
+                speed_mps: speed.into(),
+                keep_out_m: keep_out.into(),
+                area_m: area.into(),
+                range_m: range.into(),
+                energy_j: energy.into(),
             },
             energy_j: metrics.energy_j,
             heading_travel_rad: metrics.heading_travel_rad,
             reference_jerk: metrics.reference_jerk,
-            solve_ms_p50: quantile_ms(times, 50),
-            solve_ms_p99: quantile_ms(times, 99),
+            solve_ms_p50: metrics.solve_ms_p50,
+            solve_ms_p99: metrics.solve_ms_p99,
             rungs: RungScores {
                 mpc,
                 previous_plan,
@@ -128,11 +181,6 @@ impl Scores {
             ("energy_j", format!("{:.0}", self.energy_j)),
             ("heading_travel_rad", format!("{:.2}", self.heading_travel_rad)),
             ("reference_jerk", format!("{:.4}", self.reference_jerk)),
-            ("violations", self.violations.count.to_string()),
-            (
-                "violations.duration_s",
-                format!("{:.0}", self.violations.duration_s),
-            ),
             ("solve_ms_p50", milliseconds(self.solve_ms_p50)),
             ("solve_ms_p99", milliseconds(self.solve_ms_p99)),
             ("rungs.mpc", self.rungs.mpc.to_string()),
@@ -143,6 +191,8 @@ impl Scores {
         .into_iter()
         .map(|(name, value)| (name.to_owned(), value))
         .collect::<Vec<_>>();
+        let violations = self.violations.lines();
+        lines.extend(violations.map(|(limit, text)| (format!("violations.{limit}"), text)));
         let in_range = self.time_in_range_s.iter();
         lines
             .extend(in_range.map(|(id, seconds)| (format!("time_in_range_s.{id}"), format!("{seconds:.0}"))));

@@ -1,6 +1,6 @@
 //! Times a guide and notes what it was told: the simulator has no clock.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use planner::{
     forecast::AuvForecast,
@@ -11,8 +11,6 @@ use sim::guide::{Guidance, Guide, GuideError};
 /// A guide with a stopwatch.
 pub struct Stopwatch<'a> {
     guide: &'a mut dyn Guide,
-    /// Time of each answer.
-    pub times: Vec<Duration>,
     /// What the snapshots held.
     pub told: Told,
 }
@@ -33,13 +31,16 @@ impl<'a> Stopwatch<'a> {
     pub fn new(guide: &'a mut dyn Guide) -> Self {
         Self {
             guide,
-            times: Vec::new(),
             told: Told::default(),
         }
     }
 }
 
 impl Guide for Stopwatch<'_> {
+    fn name(&self) -> &'static str {
+        self.guide.name()
+    }
+
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
         self.told.snapshots += 1;
         self.told.with_current += usize::from(snapshot.current.is_some());
@@ -50,32 +51,10 @@ impl Guide for Stopwatch<'_> {
             }
         }
         let start = Instant::now();
-        let guidance = self.guide.guide(snapshot);
-        self.times.push(start.elapsed());
-        guidance
-    }
-}
-
-/// The time that a share `q` in (0, 1] of `times` do not exceed, ms (nearest rank); `None` of none.
-#[must_use]
-pub fn quantile_ms(times: &[Duration], per_cent: usize) -> Option<f64> {
-    let mut sorted = times.to_vec();
-    sorted.sort_unstable();
-    let rank = (sorted.len() * per_cent).div_ceil(100).saturating_sub(1);
-    sorted.get(rank).map(|time| time.as_secs_f64() * 1e3)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_quantile_is_a_time_that_was_measured() {
-        let times: Vec<_> = (1..=200).rev().map(Duration::from_millis).collect();
-        assert_eq!(quantile_ms(&times, 50), Some(100.0));
-        assert_eq!(quantile_ms(&times, 99), Some(198.0));
-        assert_eq!(quantile_ms(&times, 100), Some(200.0));
-        assert_eq!(quantile_ms(&times[..1], 50), Some(200.0));
-        assert_eq!(quantile_ms(&[], 50), None);
+        let guidance = self.guide.guide(snapshot)?;
+        Ok(Guidance {
+            solve_time: Some(start.elapsed()),
+            ..guidance
+        })
     }
 }

@@ -1,5 +1,7 @@
 //! Guidance laws as the mission sees them: a snapshot goes in, a reference comes out.
 
+use std::time::Duration;
+
 use planner::{
     angle::Course,
     goal::GoalForecast,
@@ -19,10 +21,17 @@ pub struct Guidance {
     pub reference: Reference,
     /// How it was found.
     pub method: Method,
+    /// Root mean square distance to the goal that the guide predicts over its horizon, m, if it predicts.
+    pub predicted_rms: Option<f64>,
+    /// How long it took to find, where somebody held a clock; the simulator has none.
+    pub solve_time: Option<Duration>,
 }
 
 /// A guidance law. What it remembers between calls is its own.
 pub trait Guide {
+    /// Its name in records.
+    fn name(&self) -> &'static str;
+
     /// The reference for the next second.
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError>;
 }
@@ -43,6 +52,10 @@ impl LosGuide {
 }
 
 impl Guide for LosGuide {
+    fn name(&self) -> &'static str {
+        "saturated_los"
+    }
+
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
         let target = GoalForecast::new(snapshot).at(0.0);
         let course = target_course(&target, self.course);
@@ -52,6 +65,8 @@ impl Guide for LosGuide {
         Ok(Guidance {
             reference,
             method: Method::SaturatedLos,
+            predicted_rms: None,
+            solve_time: None,
         })
     }
 }
@@ -77,6 +92,10 @@ impl MpcGuide {
 }
 
 impl Guide for MpcGuide {
+    fn name(&self) -> &'static str {
+        "mpc"
+    }
+
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
         let observation = Observation {
             previous_plan: self.previous.take(),
@@ -91,6 +110,8 @@ impl Guide for MpcGuide {
         Ok(Guidance {
             reference: plan.reference,
             method: plan.method,
+            predicted_rms: Some(plan.predicted.rms_error),
+            solve_time: None,
         })
     }
 }

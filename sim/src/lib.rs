@@ -8,14 +8,17 @@
 //! scenario → world → observe → guide → reference → inner loops → hulls → world → … → record → metrics
 //! ```
 //!
-//! In reading order: [`scenario`] says who is where; [`world`] moves them with [`surface_craft`],
-//! [`underwater_vehicle`], [`inner_loop`], [`integrate`], and along [`planner::path`]s with [`path_following`] and
-//! [`dive`]; [`water`] is what flows and waves around them; [`observe`] is the only gate from truth to
-//! knowledge; a [`guide`] answers; [`mission`] closes the loop; [`record`] and [`metrics`] are what remains,
-//! and [`datum`] says where on Earth; [`tuning`] makes the compared law a strong one.
+//! In reading order: a [`scenario`] file says who is where, in which water, with what knowledge; [`world`] moves
+//! the vehicles with [`surface_craft`], [`underwater_vehicle`], [`inner_loop`] and [`integrate`], the [`diver`]s
+//! along their paths with [`path_following`] and [`dive`], in [`water`] that flows, under [`fault`]s; [`observe`]
+//! is the only gate from truth to knowledge; a [`guide`] answers; [`mission`] closes the loop; [`record`] and
+//! [`metrics`] are what remains; [`datum`] says where on Earth that was; [`tuning`] makes the compared law a
+//! strong one.
 
 pub mod datum;
 pub mod dive;
+pub mod diver;
+pub mod fault;
 pub mod guide;
 pub mod inner_loop;
 pub mod integrate;

@@ -1,11 +1,9 @@
 //! What a record is worth, in numbers that can be compared.
 
+use nalgebra::Vector2;
 use planner::{los::Reference, plan::Method};
 
-use crate::record::{DiverRow, Record, SurfaceCraftRow};
-
-/// Interval between two rows, s.
-const ROW_INTERVAL: f64 = 1.0;
+use crate::record::{Disc, DiverRow, Record, Row, SurfaceCraftRow};
 
 /// A mission's metrics.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,22 +38,40 @@ pub struct SurfaceCraftMetrics {
     pub heading_travel_rad: f64,
     /// Root mean square second difference of the velocity reference, per second squared, m/s³.
     pub reference_jerk: f64,
+    /// Time of an answer, median, ms; none where nobody held a clock.
+    pub solve_ms_p50: Option<f64>,
+    /// Time of an answer that 99 % do not exceed, ms.
+    pub solve_ms_p99: Option<f64>,
     /// How many references each rung gave.
     pub rungs: Rungs,
 }
 
-/// Seconds in which the craft was beyond what its limits say: yaw rate above the largest turn rate, or
-/// surge above the largest speed reference by more than a hundredth.
+/// Limits of the craft and bounds of its scenario, as it truly kept them: none is judged by what was known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Violations {
+    /// Yaw rate beyond the largest turn rate, rad/s.
+    pub turn_rate: Violation,
+    /// Surge beyond the largest speed reference by more than a hundredth, m/s: the loop's own overshoot is none.
+    pub speed: Violation,
+    /// Inside a disc to keep out of, m.
+    pub keep_out: Violation,
+    /// Outside the area to stay in, m.
+    pub area: Violation,
+    /// Slant range to an underwater vehicle beyond the one to keep within, m.
+    pub range: Violation,
+    /// Propulsion energy beyond what there is, J.
+    pub energy: Violation,
+}
+
+/// How far and how often one limit was not kept, seen once a row.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Violation {
     /// Separate episodes.
     pub count: usize,
-    /// Seconds, all episodes together.
+    /// All episodes together, s.
     pub seconds: f64,
-    /// Largest yaw rate beyond its limit, rad/s; 0 if none.
-    pub worst_turn_rate_radps: f64,
-    /// Largest surge speed beyond its limit, m/s; 0 if none.
-    pub worst_speed_mps: f64,
+    /// Largest excess, in the limit's unit; 0 if none.
+    pub worst: f64,
 }
 
 /// References by the rung of the planner's ladder that gave them.
@@ -122,17 +138,21 @@ impl SurfaceCraftMetrics {
             .collect();
         let (rms_m, mean_m, settled_rms_m) = (rms(&distances), mean(&distances), rms(&settled));
         distances.sort_by(f64::total_cmp);
+        let mut times: Vec<f64> = rows.iter().filter_map(|row| row.solve_ms).collect();
+        times.sort_by(f64::total_cmp);
         Some(Self {
             rms_m,
             mean_m,
-            p95_m: distances[(distances.len() * 95).div_ceil(100).saturating_sub(1)],
+            p95_m: quantile(&distances, 95)?,
             max_m: distances[distances.len() - 1],
             settled_rms_m,
             time_in_range_s: time_in_range(record),
-            violations: Violations::of(record, &rows),
+            violations: Violations::of(record),
             energy_j: last.energy,
             heading_travel_rad: last.heading_travel,
-            reference_jerk: reference_jerk(&rows),
+            reference_jerk: reference_jerk(&rows, record.interval),
+            solve_ms_p50: quantile(&times, 50),
+            solve_ms_p99: quantile(&times, 99),
             rungs: Rungs::of(&rows),
         })
     }
@@ -163,26 +183,73 @@ impl DiverMetrics {
 }
 
 impl Violations {
-    fn of(record: &Record, rows: &[&SurfaceCraftRow]) -> Self {
+    fn of(record: &Record) -> Self {
         let Some(limits) = &record.limits else {
             return Self::default();
         };
-        let mut violations = Self::default();
+        let bounds = &record.bounds;
+        let craft = |excess: &dyn Fn(&SurfaceCraftRow) -> f64| {
+            Violation::of(record, &|row| row.surface_craft.as_ref().map_or(0.0, excess))
+        };
+        Self {
+            turn_rate: craft(&|craft| craft.yaw_rate.abs() - limits.turn_rate_max),
+            speed: craft(&|craft| craft.surge - 1.01 * limits.speed_max),
+            keep_out: craft(&|craft| {
+                let inside = |disc: &Disc| disc.radius - (craft.position - disc.centre).norm();
+                bounds.keep_outs.iter().map(inside).fold(0.0, f64::max)
+            }),
+            area: craft(&|craft| outside(&bounds.area, &craft.position)),
+            range: Violation::of(record, &|row| {
+                bounds.range_max.map_or(0.0, |range| farthest(row) - range)
+            }),
+            energy: craft(&|craft| bounds.energy_max.map_or(0.0, |energy| craft.energy - energy)),
+        }
+    }
+}
+
+impl Violation {
+    /// Of a limit that a row exceeds by `excess`, where that is positive.
+    fn of(record: &Record, excess: &dyn Fn(&Row) -> f64) -> Self {
+        let mut violation = Self::default();
         let mut inside_episode = false;
-        for row in rows {
-            let turn_rate = row.yaw_rate.abs() - limits.turn_rate_max;
-            let speed = row.surge - 1.01 * limits.speed_max;
-            let beyond = turn_rate > 0.0 || speed > 0.0;
+        for row in &record.rows {
+            let excess = excess(row);
+            let beyond = 0.0 < excess;
             if beyond {
-                violations.seconds += ROW_INTERVAL;
-                violations.worst_turn_rate_radps = violations.worst_turn_rate_radps.max(turn_rate);
-                violations.worst_speed_mps = violations.worst_speed_mps.max(speed);
+                violation.seconds += record.interval;
+                violation.worst = violation.worst.max(excess);
             }
-            violations.count += usize::from(beyond && !inside_episode);
+            violation.count += usize::from(beyond && !inside_episode);
             inside_episode = beyond;
         }
-        violations
+        violation
     }
+}
+
+/// Slant range from the surface craft to the farthest underwater vehicle, m.
+fn farthest(row: &Row) -> f64 {
+    let ranges = row.divers.iter().filter_map(|diver| slant_range(row, diver));
+    ranges.fold(0.0, f64::max)
+}
+
+fn slant_range(row: &Row, diver: &DiverRow) -> Option<f64> {
+    let craft = row.surface_craft.as_ref()?;
+    Some((craft.position - diver.position).norm().hypot(diver.depth))
+}
+
+/// How far outside a convex area `position` is, m, measured across its nearest side's line; negative inside,
+/// and 0 where there is no area.
+fn outside(area: &[Vector2<f64>], position: &Vector2<f64>) -> f64 {
+    let n = area.len();
+    if n < 3 {
+        return 0.0;
+    }
+    let turn = (area[1] - area[0]).perp(&(area[2] - area[1])).signum();
+    let beyond = |i: usize| {
+        let side = (area[(i + 1) % n] - area[i]).normalize();
+        -turn * side.perp(&(position - area[i]))
+    };
+    (0..n).map(beyond).fold(f64::NEG_INFINITY, f64::max)
 }
 
 impl Rungs {
@@ -202,27 +269,32 @@ fn time_in_range(record: &Record) -> Vec<f64> {
         return vec![];
     };
     let seconds = |i: usize| {
-        let near = record.rows.iter().filter(|row| {
-            let diver = &row.divers[i];
-            row.surface_craft
-                .is_some_and(|craft| (craft.position - diver.position).norm().hypot(diver.depth) <= range)
-        });
+        let near = record
+            .rows
+            .iter()
+            .filter(|row| slant_range(row, &row.divers[i]).is_some_and(|distance| distance <= range));
         // Not `sum`, which is −0.0 over nothing.
-        near.fold(0.0, |seconds, _| seconds + ROW_INTERVAL)
+        near.fold(0.0, |seconds, _| seconds + record.interval)
     };
     (0..record.diver_ids.len()).map(seconds).collect()
 }
 
-fn reference_jerk(rows: &[&SurfaceCraftRow]) -> f64 {
+fn reference_jerk(rows: &[&SurfaceCraftRow], interval: f64) -> f64 {
     let velocity = |reference: &Reference| reference.heading.unit() * reference.speed;
     let jerks: Vec<f64> = rows
         .windows(3)
         .map(|three| {
             let [a, b, c] = [0, 1, 2].map(|i| velocity(&three[i].reference));
-            (a - b * 2.0 + c).norm() / (ROW_INTERVAL * ROW_INTERVAL)
+            (a - b * 2.0 + c).norm() / (interval * interval)
         })
         .collect();
     rms(&jerks)
+}
+
+/// The value that `per_cent` % of the `sorted` ones do not exceed (nearest rank); none of none.
+fn quantile(sorted: &[f64], per_cent: usize) -> Option<f64> {
+    let rank = (sorted.len() * per_cent).div_ceil(100).saturating_sub(1);
+    sorted.get(rank).copied()
 }
 
 fn mean(values: &[f64]) -> f64 {
@@ -240,11 +312,10 @@ fn rms(values: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector2;
     use planner::{angle::Heading, snapshot::Limits};
 
     use super::*;
-    use crate::record::{Bounds, DiverReference, KnownSurfaceCraft, Row};
+    use crate::record::{Bounds, DiverReference, KnownSurfaceCraft};
 
     /// A craft `north` metres ahead of a goal at the datum, once a second; one diver 3 m below the datum.
     fn record(north: &[f64]) -> Record {
@@ -336,6 +407,20 @@ mod tests {
     }
 
     #[test]
+    fn a_solve_time_is_one_that_was_measured() {
+        let mut record = record(&[0.0; 200]);
+        assert_eq!(surface_craft_metrics(&record).solve_ms_p50, None);
+        for k in 0..200_u32 {
+            craft(&mut record, k as usize).solve_ms = Some(f64::from(200 - k));
+        }
+        let metrics = surface_craft_metrics(&record);
+        assert_eq!(
+            (metrics.solve_ms_p50, metrics.solve_ms_p99),
+            (Some(100.0), Some(198.0))
+        );
+    }
+
+    #[test]
     fn ninety_five_percent_of_the_rows_stay_under_p95() {
         let north: Vec<f64> = (1..=100).map(f64::from).collect();
         assert_eq!(surface_craft_metrics(&record(&north)).p95_m, 95.0);
@@ -350,9 +435,47 @@ mod tests {
         craft(&mut record, 2).yaw_rate = -most - 0.2;
         craft(&mut record, 4).surge = 1.01 * Limits::MEDUSA.speed_max + 0.3;
         let violations = surface_craft_metrics(&record).violations;
-        assert_eq!((violations.count, violations.seconds), (2, 3.0));
-        assert!((violations.worst_turn_rate_radps - 0.2).abs() < 1e-12);
-        assert!((violations.worst_speed_mps - 0.3).abs() < 1e-12);
+        let Violation {
+            count,
+            seconds,
+            worst,
+        } = violations.turn_rate;
+        assert_eq!((count, seconds), (1, 2.0));
+        assert!((worst - 0.2).abs() < 1e-12);
+        assert_eq!((violations.speed.count, violations.speed.seconds), (1, 1.0));
+        assert!((violations.speed.worst - 0.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn bounds_are_judged_by_where_the_craft_truly_was() {
+        // The craft is 4, 0 and −6 m north of the diver, which is 3 m deep; energy grows by 1 J a row.
+        let mut record = record(&[4.0, 0.0, -6.0]);
+        let square = [(-5.0, -5.0), (-5.0, 5.0), (5.0, 5.0), (5.0, -5.0)];
+        record.bounds = Bounds {
+            keep_outs: vec![Disc {
+                centre: Vector2::new(3.0, 0.0),
+                radius: 1.5,
+            }],
+            area: square.map(|(north, east)| Vector2::new(north, east)).to_vec(),
+            range_max: Some(6.0),
+            energy_max: Some(1.5),
+        };
+        let Violations {
+            keep_out,
+            area,
+            range,
+            energy,
+            ..
+        } = surface_craft_metrics(&record).violations;
+        let worst = [keep_out, area, range, energy].map(|violation| {
+            assert_eq!((violation.count, violation.seconds), (1, 1.0));
+            violation.worst
+        });
+        for (worst, by_hand) in worst.into_iter().zip([0.5, 1.0, 45_f64.sqrt() - 6.0, 0.5]) {
+            assert!((worst - by_hand).abs() < 1e-12, "{worst} and {by_hand}");
+        }
+        record.bounds.area.reverse();
+        assert_eq!(surface_craft_metrics(&record).violations.area, area);
     }
 
     #[test]

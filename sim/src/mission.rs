@@ -1,92 +1,142 @@
 //! A whole mission: observe, ask the guide, hold its reference for a second, and again.
 
+use std::time::Duration;
+
 use nalgebra::Vector2;
 use planner::{
     angle::wrap,
-    snapshot::{Goal, VehicleId},
+    path::Path,
+    snapshot::{Goal, Snapshot, VehicleId},
 };
 
 use crate::{
+    diver::Diver,
     guide::{Guidance, Guide, GuideError},
-    observe::observe,
-    record::{Bounds, DiverReference, DiverRow, KnownSurfaceCraft, Record, Row, SurfaceCraftRow},
-    scenario::{Scenario, SurfaceCraftSetup},
-    world::{Diver, SurfaceCraft, World},
+    inner_loop::PERIOD,
+    record::{DiverReference, DiverRow, KnownDiver, KnownSurfaceCraft, Record, Row, SurfaceCraftRow},
+    scenario::{Scenario, Start},
+    world::{SurfaceCraft, World},
 };
 
 /// Inner-loop periods between two looks at the guide: it plans once a second.
 const PERIODS_PER_PLAN: u32 = 10;
 /// Time between two looks at the guide, s.
-const PLAN_INTERVAL: f64 = 1.0;
+const PLAN_INTERVAL: f64 = 10.0 * PERIOD;
+/// Distance between two points of a path in a record, m.
+const PATH_POINT_INTERVAL: f64 = 1.0;
 
 /// Runs `scenario` from the start that `seed` gives to its end. `progress` is told the fraction done.
 ///
-/// Without a surface craft the guide is never asked. An error is the guide's own, or an observation
-/// that left the range of a snapshot.
+/// Without a surface craft the guide is never asked. An error is the scenario's, the guide's own, or an
+/// observation that left the range of a snapshot.
 pub fn run(
     scenario: &Scenario,
     guide: &mut dyn Guide,
     seed: u64,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Record, GuideError> {
-    let mut world = scenario.world(seed);
-    let n_plans = whole_plans(scenario.duration);
-    let mut rows = Vec::new();
+    let mut start = scenario.start(seed)?;
+    let mut record = empty_record(scenario, &start, guide.name(), seed);
+    let n_plans = whole_plans(start.duration);
+    record.rows.reserve(n_plans as usize);
     for k in 0..n_plans {
-        let time = f64::from(k) * PLAN_INTERVAL;
-        let divers = world
-            .divers
-            .iter()
-            .map(|diver| diver_row(diver, &world.current))
-            .collect();
-        let surface_craft = match (&scenario.surface_craft, &world.surface_craft) {
-            (Some(setup), Some(craft)) => {
-                let guidance = guide.guide(&observe(&world, craft, setup, time)?)?;
-                Some(surface_craft_row(&world, craft, setup, time, guidance))
-            }
-            _ => None,
-        };
+        let row = tick(&mut start, guide)?;
         for _ in 0..PERIODS_PER_PLAN {
-            world.step(surface_craft.as_ref().map(|row| &row.reference));
+            start
+                .world
+                .step(row.surface_craft.as_ref().map(|craft| &craft.reference));
+            if let Some(observer) = &mut start.observer {
+                observer.listen(&start.world);
+            }
         }
-        rows.push(Row {
-            time,
-            surface_craft,
-            divers,
-        });
+        record.rows.push(row);
         progress(f64::from(k + 1) / f64::from(n_plans));
     }
-    Ok(Record {
-        scenario: scenario.name.to_owned(),
-        title: scenario.title.to_owned(),
-        guide: String::new(),
+    Ok(record)
+}
+
+/// What is so, what is known of it, and what the guide makes of that.
+fn tick(start: &mut Start, guide: &mut dyn Guide) -> Result<Row, GuideError> {
+    let world = &start.world;
+    let time = world.time();
+    let (Some(observer), Some(craft), Some(goal)) = (&mut start.observer, &world.surface_craft, &start.goal)
+    else {
+        return Ok(Row {
+            time,
+            surface_craft: None,
+            divers: world.divers.iter().map(|diver| diver_row(world, diver)).collect(),
+        });
+    };
+    let snapshot = observer.look(world, craft, PLAN_INTERVAL)?;
+    let guidance = guide.guide(&snapshot)?;
+    let divers = world
+        .divers
+        .iter()
+        .zip(&snapshot.auvs)
+        .map(|(diver, auv)| DiverRow {
+            known: Some(KnownDiver {
+                position: auv.position,
+                depth: auv.depth,
+                course: auv.course.radians(),
+                speed: auv.speed,
+                age: auv.age,
+            }),
+            ..diver_row(world, diver)
+        });
+    Ok(Row {
+        time,
+        divers: divers.collect(),
+        surface_craft: Some(surface_craft_row(world, craft, goal, &snapshot, guidance)),
+    })
+}
+
+fn empty_record(scenario: &Scenario, start: &Start, guide: &str, seed: u64) -> Record {
+    let divers = &start.world.divers;
+    let guide = if scenario.has_surface_craft() { guide } else { "" };
+    Record {
+        scenario: scenario.name.clone(),
+        title: scenario.title.clone(),
+        guide: guide.to_owned(),
         seed,
         interval: PLAN_INTERVAL,
-        origin: None,
-        bounds: Bounds::default(),
-        paths: vec![],
-        diver_ids: scenario.divers.iter().map(|setup| setup.id.to_string()).collect(),
-        settled_after: scenario.settled_after,
-        contact_range: scenario.surface_craft.as_ref().map(|setup| setup.contact_range),
-        limits: scenario.surface_craft.as_ref().map(SurfaceCraftSetup::limits),
-        rows,
-    })
+        origin: start.origin,
+        settled_after: start.settled_after,
+        contact_range: start.contact_range,
+        limits: start.limits.clone(),
+        bounds: start.bounds.clone(),
+        diver_ids: divers.iter().map(|diver| diver.id.to_string()).collect(),
+        paths: divers.iter().map(|diver| path_points(&diver.path)).collect(),
+        rows: vec![],
+    }
 }
 
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "a scenario lasts hours at most, and the cast saturates"
+    reason = "a scenario lasts a day at most"
 )]
 fn whole_plans(duration: f64) -> u32 {
     (duration / PLAN_INTERVAL) as u32
 }
 
+/// Points of equal distance from the beginning of `path` to its end.
+fn path_points(path: &Path) -> Vec<Vector2<f64>> {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a path is as long as coordinates and lanes allow, far below 2³² m"
+    )]
+    let n = (path.length() / PATH_POINT_INTERVAL).ceil().max(1.0) as u32;
+    (0..=n)
+        .map(|k| path.at(path.length() * f64::from(k) / f64::from(n)).position)
+        .collect()
+}
+
 fn surface_craft_row(
     world: &World,
     craft: &SurfaceCraft,
-    setup: &SurfaceCraftSetup,
-    time: f64,
+    goal: &Goal,
+    snapshot: &Snapshot,
     guidance: Guidance,
 ) -> SurfaceCraftRow {
     SurfaceCraftRow {
@@ -95,44 +145,51 @@ fn surface_craft_row(
         surge: craft.state[3],
         sway: craft.state[4],
         yaw_rate: craft.state[5],
-        thrust_port: 0.0,
-        thrust_starboard: 0.0,
-        current: world.current,
-        known: KnownSurfaceCraft {
-            time,
-            position: craft.position(),
-            heading: planner::angle::Heading::new(craft.state[2]),
-            surge: craft.state[3],
-            current: Some(world.current),
-        },
-        predicted_rms: None,
-        solve_ms: None,
-        reference: guidance.reference,
-        method: guidance.method,
-        goal: goal_position(&setup.goal, &world.divers, time),
+        thrust_port: craft.state[6],
+        thrust_starboard: craft.state[7],
+        current: world.water.current(&craft.position(), 0.0),
+        goal: goal_position(goal, &world.divers, world.time()),
         energy: craft.energy,
         heading_travel: craft.heading_travel,
+        known: KnownSurfaceCraft {
+            time: snapshot.time,
+            position: snapshot.asc.position,
+            heading: snapshot.asc.heading,
+            surge: snapshot.asc.surge,
+            current: snapshot.current,
+        },
+        reference: guidance.reference,
+        method: guidance.method,
+        predicted_rms: guidance.predicted_rms,
+        solve_ms: guidance
+            .solve_time
+            .as_ref()
+            .map(Duration::as_secs_f64)
+            .map(|s| 1e3 * s),
     }
 }
 
-fn diver_row(diver: &Diver, current: &Vector2<f64>) -> DiverRow {
+fn diver_row(world: &World, diver: &Diver) -> DiverRow {
     let error = diver.path_error();
+    let (surge, pitch) = diver
+        .reference()
+        .map_or((0.0, 0.0), |reference| (reference.surge, reference.pitch));
     DiverRow {
         position: diver.position(),
         depth: diver.depth(),
         pitch: diver.pitch(),
         heading: wrap(diver.heading()),
         surge: diver.state[5],
-        current: *current,
+        current: world.water.current(&diver.position(), diver.depth()),
         reference: DiverReference {
-            surge: diver.speed,
-            pitch: diver.leg.pitch(&diver.dive),
-            heading: 0.0,
+            surge,
+            pitch,
+            heading: diver.heading_reference(),
         },
         path_point: diver.path.at(diver.gamma).position,
-        known: None,
         along_track: error.s_1,
         cross_track: error.y_1,
+        known: None,
     }
 }
 
@@ -181,10 +238,7 @@ mod tests {
     }
 
     fn short(name: &str) -> Scenario {
-        Scenario {
-            duration: 60.0,
-            ..Scenario::named(name).expect("exists")
-        }
+        Scenario::named(name).expect("exists").lasting(60.0)
     }
 
     #[test]
@@ -236,6 +290,10 @@ mod tests {
     fn a_guide_that_fails_ends_the_mission_with_its_error() {
         struct Broken;
         impl Guide for Broken {
+            fn name(&self) -> &'static str {
+                "broken"
+            }
+
             fn guide(&mut self, _: &planner::snapshot::Snapshot) -> Result<Guidance, GuideError> {
                 Err("the line is dead".into())
             }

@@ -1,18 +1,20 @@
-//! The only gate from truth to knowledge: what the vehicles report of themselves.
+//! The only gate from truth to knowledge: what the surface craft measures of itself and hears of the others.
 //!
-//! A guidance law sees a [`Snapshot`] and nothing else, and every law sees the same one.
+//! A guidance law sees a [`Snapshot`] and nothing else, and every law sees the same one: the errors of
+//! sensors and messages come from seeds of their own and are drawn in the same number whatever happens.
 
 use nalgebra::Vector2;
 use planner::{
-    angle::{Course, Heading, direction},
+    angle::{Course, direction, ned_from_body},
     snapshot::{
-        AscState, Auv, Fallback, ForecastChoice, HoldStyle, InvalidObservation, Observation, Snapshot,
+        Auv, Fallback, ForecastChoice, Goal, HoldStyle, InvalidObservation, KnownPath, Limits, Observation,
+        Snapshot,
     },
 };
 
 use crate::{
-    scenario::SurfaceCraftSetup,
-    world::{Diver, SurfaceCraft, World},
+    diver::Diver,
+    world::{SurfaceCraft, World},
 };
 
 mod acoustics;
@@ -24,52 +26,189 @@ pub use acoustics::{Acoustics, AcousticsSetup, Emission, Fix, Tally};
 pub use sensors::{SensorSetup, SurfaceSensors, SurfaceTruth};
 pub use setup::InvalidSetup;
 
-/// What is known at `time` s: every vehicle's state without noise or delay, and the current.
-pub fn observe(
-    world: &World,
-    craft: &SurfaceCraft,
-    setup: &SurfaceCraftSetup,
-    time: f64,
-) -> Result<Snapshot, InvalidObservation> {
-    Snapshot::try_from(Observation {
-        time,
-        asc: surface_craft(craft, &world.current),
-        auvs: world
-            .divers
-            .iter()
-            .map(|diver| underwater_vehicle(diver, &world.current))
-            .collect(),
-        goal: setup.goal.clone(),
-        current: Some(world.current),
-        limits: setup.limits(),
-        forecast: ForecastChoice::Auto,
-        fallback: Fallback::Ladder,
-        hold: HoldStyle::SlowTurn,
-        previous_plan: None,
-    })
+/// The oldest age that a snapshot accepts, s. What was heard earlier is said to be this old.
+const AGE_MAX: f64 = 3600.0;
+
+/// What the surface craft is told before it leaves, and does not find out for itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Briefing {
+    /// Its task.
+    pub goal: Goal,
+    /// What it can do with its loops closed.
+    pub limits: Limits,
+    /// Whether it is told the current where it is.
+    pub current: bool,
+    /// Whether it is told the underwater vehicles' paths and speeds.
+    pub paths: bool,
 }
 
-fn surface_craft(craft: &SurfaceCraft, current: &Vector2<f64>) -> AscState {
-    let state = &craft.state;
-    let through_water = planner::angle::ned_from_body(state[2]) * Vector2::new(state[3], state[4]);
-    AscState {
-        position: craft.position(),
-        heading: Heading::new(state[2]),
-        surge: state[3],
-        sway: state[4],
-        yaw_rate: state[5],
-        ground_velocity: Some(through_water + current),
+/// The surface craft's eyes and ears.
+#[derive(Clone, Debug)]
+pub struct Observer {
+    briefing: Briefing,
+    sensors: SurfaceSensors,
+    /// None: every underwater vehicle is known as it is, at every look.
+    acoustics: Option<Acoustics>,
+    /// The last that was heard of every underwater vehicle.
+    heard: Vec<Heard>,
+    /// Where it believed to be at its last look, less where it was (north, east), m: fixes are measured from there.
+    own_error: Vector2<f64>,
+    /// Room for [`Acoustics::step`] and [`Acoustics::receive`], so that listening allocates nothing.
+    emissions: Vec<Emission>,
+    silent: Vec<bool>,
+    fixes: Vec<Fix>,
+}
+
+/// The last that was heard of an underwater vehicle.
+#[derive(Clone, Copy, Debug)]
+struct Heard {
+    sent_at: f64,
+    emission: Emission,
+}
+
+impl Observer {
+    /// Of `world` at its start, when every underwater vehicle was just launched: where each is then is known.
+    #[must_use]
+    pub fn new(
+        world: &World,
+        briefing: Briefing,
+        sensors: SurfaceSensors,
+        acoustics: Option<Acoustics>,
+    ) -> Self {
+        let mut observer = Self {
+            briefing,
+            sensors,
+            acoustics,
+            heard: Vec::with_capacity(world.divers.len()),
+            own_error: Vector2::zeros(),
+            emissions: Vec::with_capacity(world.divers.len()),
+            silent: Vec::with_capacity(world.divers.len()),
+            fixes: Vec::with_capacity(world.divers.len()),
+        };
+        let launched = world.divers.iter().map(|diver| Heard {
+            sent_at: world.time(),
+            emission: emission(diver, world),
+        });
+        observer.heard.extend(launched);
+        observer
+    }
+
+    /// Listens for one inner-loop period.
+    pub fn listen(&mut self, world: &World) {
+        let (Some(acoustics), Some(craft)) = (&mut self.acoustics, &world.surface_craft) else {
+            return;
+        };
+        let time = world.time();
+        self.emissions.clear();
+        self.silent.clear();
+        for (i, diver) in world.divers.iter().enumerate() {
+            self.emissions.push(emission(diver, world));
+            self.silent.push(world.faults.is_silent(i, time));
+        }
+        acoustics.step(world.periods(), &craft.position(), &self.emissions, &self.silent);
+        self.fixes.clear();
+        acoustics.receive(time, &mut self.fixes);
+        for fix in &self.fixes {
+            let heard = &mut self.heard[fix.vehicle];
+            if heard.sent_at <= fix.sent_at {
+                *heard = Heard {
+                    sent_at: fix.sent_at,
+                    emission: Emission {
+                        position: fix.position + self.own_error,
+                        depth: fix.depth,
+                        course: fix.course,
+                        speed: fix.speed,
+                        turn_rate: fix.turn_rate,
+                    },
+                };
+            }
+        }
+    }
+
+    /// What is known now, `interval` s after the look before. `craft` is the world's surface craft.
+    pub fn look(
+        &mut self,
+        world: &World,
+        craft: &SurfaceCraft,
+        interval: f64,
+    ) -> Result<Snapshot, InvalidObservation> {
+        let time = world.time();
+        if self.acoustics.is_none() {
+            self.see_everyone(world);
+        }
+        let current = world.water.current(&craft.position(), 0.0);
+        let truth = SurfaceTruth {
+            position: craft.position(),
+            heading: craft.state[2],
+            surge: craft.state[3],
+            sway: craft.state[4],
+            yaw_rate: craft.state[5],
+            ground_velocity: ned_from_body(craft.state[2]) * Vector2::new(craft.state[3], craft.state[4])
+                + current,
+        };
+        let asc = self
+            .sensors
+            .measure(&truth, world.faults.gnss_works(time), interval);
+        self.own_error = asc.position - craft.position();
+        let clock = time + world.faults.clock_offset(time);
+        let briefing = &self.briefing;
+        let auv = |(heard, diver): (&Heard, &Diver)| Auv {
+            id: diver.id.clone(),
+            position: heard.emission.position,
+            depth: heard.emission.depth,
+            course: heard.emission.course,
+            speed: heard.emission.speed,
+            turn_rate: heard.emission.turn_rate,
+            // A clock that is behind dates a message into the future: it can only be taken for new.
+            age: (clock - heard.sent_at).clamp(0.0, AGE_MAX),
+            path: briefing.paths.then(|| KnownPath {
+                path: diver.path.clone(),
+                horizontal_speed: diver.speed.at(diver.gamma) * diver.dive.pitch.cos(),
+            }),
+        };
+        Snapshot::try_from(Observation {
+            time: clock,
+            asc,
+            auvs: self.heard.iter().zip(&world.divers).map(auv).collect(),
+            goal: briefing.goal.clone(),
+            current: briefing.current.then_some(current),
+            limits: briefing.limits.clone(),
+            forecast: ForecastChoice::Auto,
+            fallback: Fallback::Ladder,
+            hold: HoldStyle::SlowTurn,
+            previous_plan: None,
+        })
+    }
+
+    /// What became of the messages, where they go through the water.
+    #[must_use]
+    pub fn tally(&self) -> Option<Tally> {
+        self.acoustics.as_ref().map(Acoustics::tally)
+    }
+
+    /// Perfect communication, but for vehicles that say nothing.
+    fn see_everyone(&mut self, world: &World) {
+        let time = world.time();
+        for (i, (heard, diver)) in self.heard.iter_mut().zip(&world.divers).enumerate() {
+            if !world.faults.is_silent(i, time) {
+                *heard = Heard {
+                    sent_at: time,
+                    emission: emission(diver, world),
+                };
+            }
+        }
     }
 }
 
-/// A diver's report: ground track as its navigation gives it, and the course's rate of turn.
+/// A diver as it is: its ground track, and the course's rate of turn.
 ///
 /// ```text
 /// g = u_h [cosψ, sinψ] + v_c        χ̇ = ψ̇ u_h (g · [cosψ, sinψ]) / ‖g‖²
 /// ```
 /// The rate is that of a turn at steady speed, from the gyroscope: in a current the course also swings
-/// for a few seconds whenever a pitch reversal changes `u_h`, which is no turn and is not reported as one.
-fn underwater_vehicle(diver: &Diver, current: &Vector2<f64>) -> Auv {
+/// for a few seconds whenever a pitch reversal changes `u_h`, which is no turn and is not told as one.
+fn emission(diver: &Diver, world: &World) -> Emission {
+    let current = world.water.current(&diver.position(), diver.depth());
     let bow = direction(diver.heading());
     let u_h = diver.horizontal_speed();
     let ground = bow * u_h + current;
@@ -80,47 +219,42 @@ fn underwater_vehicle(diver: &Diver, current: &Vector2<f64>) -> Auv {
     } else {
         diver.heading_rate() * u_h * ground.dot(&bow) / (speed * speed)
     };
-    Auv {
-        id: diver.id.clone(),
+    Emission {
         position: diver.position(),
         depth: diver.depth(),
         course: Course::of(&ground),
         speed,
         // The snapshot accepts ±1 rad/s; almost at rest over ground the quotient has no bound.
         turn_rate: turn_rate.clamp(-1.0, 1.0),
-        age: 0.0,
-        path: None,
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::inner_loop::PERIOD;
     use crate::scenario::Scenario;
 
     #[test]
     fn the_reported_course_and_turn_rate_are_those_of_the_ground_track() {
         let scenario = Scenario::named("cross-current").expect("exists");
-        let mut world = scenario.world(1);
+        let mut world = scenario.start(1).expect("valid").world;
         let mut turning = 0;
         for _ in 0..6_000 {
-            let before = underwater_vehicle(&world.divers[0], &world.current);
             let start = world.divers[0].clone();
+            let before = emission(&start, &world);
             world.step(None);
             let diver = &world.divers[0];
-            let moved = (diver.position() - start.position()) / crate::inner_loop::PERIOD;
-            assert!((moved - before.velocity()).norm() < 0.02);
-            let after = underwater_vehicle(diver, &world.current);
+            let moved = (diver.position() - start.position()) / PERIOD;
+            assert!((moved - before.course.unit() * before.speed).norm() < 0.02);
+            let after = emission(diver, &world);
             let steady = (diver.horizontal_speed() - start.horizontal_speed()).abs() < 1e-5;
             if steady && before.turn_rate.abs() > 0.005 {
                 turning += 1;
                 let turned = planner::angle::wrap(after.course.radians() - before.course.radians());
-                let rate = turned / crate::inner_loop::PERIOD;
                 // The mean of both ends: the trapezium's error is of second order in the period.
-                assert!(
-                    (rate - 0.5 * (before.turn_rate + after.turn_rate)).abs() < 1e-3,
-                    "{rate}"
-                );
+                let mean_rate = 0.5 * (before.turn_rate + after.turn_rate);
+                assert!((turned / PERIOD - mean_rate).abs() < 1e-3, "{turned}");
             }
         }
         assert!(turning > 100, "{turning}");

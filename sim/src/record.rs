@@ -56,6 +56,8 @@ pub struct Bounds {
     pub area: Vec<Vector2<f64>>,
     /// Slant range to every underwater vehicle to keep within, m.
     pub range_max: Option<f64>,
+    /// Propulsion energy to do with, J.
+    pub energy_max: Option<f64>,
 }
 
 /// A disc.

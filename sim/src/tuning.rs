@@ -21,7 +21,7 @@ pub enum TuningError {
     #[error("scenario {scenario} has no surface craft to guide")]
     NoSurfaceCraft {
         /// The scenario's name.
-        scenario: &'static str,
+        scenario: String,
     },
     /// A mission failed.
     #[error("a mission of the grid failed")]
@@ -45,7 +45,7 @@ pub fn tune_los(
         })
         .collect();
     let no_surface_craft = || TuningError::NoSurfaceCraft {
-        scenario: scenario.name,
+        scenario: scenario.name.clone(),
     };
     let mut best: Option<(f64, LosGains, Metrics)> = None;
     let share = 1.0 / f64::from(u32::try_from(grid.len()).expect("a grid of sixteen"));
@@ -72,10 +72,7 @@ mod tests {
 
     #[test]
     fn no_gains_of_the_grid_beat_the_tuned_ones() {
-        let scenario = Scenario {
-            duration: 120.0,
-            ..Scenario::named("paper-tracking").expect("exists")
-        };
+        let scenario = Scenario::named("paper-tracking").expect("exists").lasting(120.0);
         let (tuned, metrics) = tune_los(&scenario, 1, &mut |_| {}).expect("tunes");
         let least = metrics.surface_craft.expect("has one").rms_m;
         let mut met = 0;
@@ -96,10 +93,9 @@ mod tests {
 
     #[test]
     fn a_scenario_without_a_surface_craft_is_refused() {
-        let scenario = Scenario {
-            duration: 10.0,
-            ..Scenario::named("paper-path-following").expect("exists")
-        };
+        let scenario = Scenario::named("paper-path-following")
+            .expect("exists")
+            .lasting(10.0);
         let refused = tune_los(&scenario, 0, &mut |_| {});
         assert!(matches!(refused, Err(TuningError::NoSurfaceCraft { .. })));
     }

@@ -1,15 +1,17 @@
 //! Path following and the sawtooth, closed loop.
 
-use nalgebra::Vector2;
-use planner::los::LosGains;
+use std::f64::consts::{PI, TAU};
+
+use planner::{angle::direction, los::LosGains};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use sim::{
     guide::LosGuide,
-    inner_loop::PERIOD,
     metrics::Metrics,
     mission::run,
     path_following::{PathFollowingGains, sine_quotient},
     record::Record,
-    scenario::Scenario,
+    scenario::{CurrentFile, Files, Quantity, Scenario},
     world::World,
 };
 
@@ -43,30 +45,79 @@ fn the_paper_s_path_following_is_reproduced() {
     }
 }
 
+/// One vehicle on `path`, `north`, `east` and `turned` off its beginning.
+fn alone_on(path: &str, [north, east, turned]: [f64; 3]) -> World {
+    let text = format!(
+        r#"
+        schema_version = "1"
+        name = "alone"
+        title = "one vehicle"
+        duration_s = 1
+        settled_after_s = 0
+        [[auvs]]
+        id = "auv-1"
+        north_of_path_m = {north}
+        east_of_path_m = {east}
+        heading_off_path_rad = {turned}
+        path.{path}
+        "#
+    );
+    let scenario = Scenario::parse(&text, "alone.toml", Files::default()).expect("valid");
+    scenario.start(0).expect("valid").world
+}
+
 #[test]
-fn a_vehicle_off_its_path_converges_to_it() {
-    let mut scenario = Scenario::named("paper-path-following").expect("exists");
-    scenario.divers[0].offset = Vector2::new(-10.0, 25.0);
-    let mut world = scenario.world(2);
-    assert!(world.divers[0].path_error().y_1.abs() > 20.0);
-    // A straight approach at θ_a and the slowest horizontal speed: 26 m / (0.193 m/s · sin 0.8) = 188 s.
-    for _ in 0..3000 {
-        world.step(None);
+fn from_wherever_it_starts_the_vehicle_comes_to_its_path_and_stays_on_it() {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    for (name, path) in [
+        (
+            "line",
+            "segments = {segments = [{line = {from = [0, 0], to = [1000, 0]}}]}",
+        ),
+        (
+            "arc to starboard",
+            r#"circle = {centre = [0, 0], radius_m = 25, turn = "starboard"}"#,
+        ),
+        (
+            "arc to port",
+            r#"circle = {centre = [0, 0], radius_m = 25, turn = "port"}"#,
+        ),
+    ] {
+        let (mut slowest, mut farthest): (f64, f64) = (0.0, 0.0);
+        for _ in 0..100 {
+            let (distance, bearing) = (30.0 * rng.random::<f64>().sqrt(), TAU * rng.random::<f64>());
+            let off = direction(bearing) * distance;
+            let mut world = alone_on(path, [off.x, off.y, TAU * rng.random::<f64>() - PI]);
+            let error = |world: &World| {
+                let error = world.divers[0].path_error();
+                error.s_1.hypot(error.y_1)
+            };
+            let mut last_outside = 0.0;
+            while world.time() < 900.0 {
+                world.step(None);
+                if 1.0 <= error(&world) {
+                    last_outside = world.time();
+                }
+            }
+            slowest = slowest.max(last_outside);
+            farthest = farthest.max(error(&world));
+        }
+        println!(
+            "{name}: 100 starts up to 30 m off, last within 1 m after {slowest:.0} s, then {farthest:.4} m"
+        );
+        assert!(slowest < 600.0, "{name}: {slowest} s");
+        assert!(farthest < 0.05, "{name}: {farthest} m");
     }
-    let error = world.divers[0].path_error();
-    assert!(error.s_1.hypot(error.y_1) < 0.05, "{error:?}");
 }
 
 /// Times at which the first vehicle's leg changes, s.
 fn turning_times(world: &mut World, duration: f64) -> Vec<f64> {
     let mut turns = vec![];
-    let mut time = 0.0;
-    while time < duration {
+    while world.time() < duration {
         let leg = world.divers[0].leg;
         world.step(None);
-        time += PERIOD;
         if world.divers[0].leg != leg {
-            turns.push(time);
+            turns.push(world.time());
         }
     }
     turns
@@ -75,7 +126,7 @@ fn turning_times(world: &mut World, duration: f64) -> Vec<f64> {
 #[test]
 fn a_dive_cycle_lasts_its_straight_legs_and_two_reversals() {
     let scenario = Scenario::named("paper-path-following").expect("exists");
-    let turns = turning_times(&mut scenario.world(1), 1000.0);
+    let turns = turning_times(&mut scenario.start(1).expect("valid").world, 1000.0);
     let cycle = turns[3] - turns[1];
     // 22 m down and 22 m up at 0.3 m/s · sin 50°, and two reversals of 4 s.
     let legs = 2.0 * 22.0 / (0.3 * 50_f64.to_radians().sin());
@@ -129,8 +180,11 @@ fn in_a_cross_current_the_vehicle_settles_at_the_predicted_offset() {
     assert!((steady_offset(0.1, u_h, false) - 0.84).abs() < 0.01);
 
     let mut scenario = Scenario::named("paper-path-following").expect("exists");
-    scenario.current = Vector2::new(0.0, 0.1);
-    let mut world = scenario.world(1);
+    scenario.water.current = Some(CurrentFile::Constant {
+        north_mps: Quantity::fixed(0.0),
+        east_mps: Quantity::fixed(0.1),
+    });
+    let mut world = scenario.start(1).expect("valid").world;
     // Straight on the first lane, 85 s into a leg: the reversal's swing has died out.
     let turned = turning_times(&mut world, 290.0);
     let since = 290.0 - turned.last().expect("has turned");

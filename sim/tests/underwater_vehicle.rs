@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Vector2;
+use planner::path::SpeedProfile;
 use sim::{
     dive::Leg,
     inner_loop::{DragFeedForward, PERIOD, SurgeLoop, UnderwaterReference},
@@ -107,10 +108,15 @@ fn the_glider_s_rudder_turns_it_on_seven_metres() {
 #[test]
 fn both_vehicles_follow_a_lawn_mower_in_their_sawtooth() {
     for class in CLASSES {
-        let mut world = Scenario::named("paper-path-following").expect("exists").world(1);
+        let mut world = Scenario::named("paper-path-following")
+            .expect("exists")
+            .start(1)
+            .expect("valid")
+            .world;
         let diver = &mut world.divers[0];
         (diver.hull, diver.loops) = (class.hull(), class.loops());
-        (diver.dive, diver.speed, diver.leg) = (class.dive(), class.speed(), Leg::Down);
+        let speed = SpeedProfile::constant(class.speed()).expect("a speed");
+        (diver.dive, diver.speed, diver.leg) = (class.dive(), speed, Leg::Down);
         diver.state[5] = class.speed();
         diver.surge = SurgeLoop::settled_at(class.speed(), DragFeedForward::Off, diver.hull.drag_surge);
         let (mut deepest, mut furthest): (f64, f64) = (0.0, 0.0);

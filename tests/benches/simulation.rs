@@ -28,10 +28,8 @@ const SIMULATED_SECONDS: u32 = 120;
 const STEPS: u32 = 10 * SIMULATED_SECONDS;
 
 fn scenario(name: &str) -> Scenario {
-    Scenario {
-        duration: f64::from(SIMULATED_SECONDS),
-        ..Scenario::named(name).expect("the scenario exists")
-    }
+    let scenario = Scenario::named(name).expect("the scenario exists");
+    scenario.lasting(f64::from(SIMULATED_SECONDS))
 }
 
 /// Hulls, inner loops, path following and sawtooth; the surface craft holds one speed and heading.
@@ -43,7 +41,7 @@ fn vehicles_alone(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("vehicles_alone");
     group.throughput(Throughput::Elements(SIMULATED_SECONDS.into()));
     for name in [TRACKING, PATH_FOLLOWING] {
-        let start = scenario(name).world(1);
+        let start = scenario(name).start(1).expect("valid").world;
         group.bench_function(BenchmarkId::from_parameter(name), |bencher| {
             bencher.iter_batched_ref(
                 || start.clone(),

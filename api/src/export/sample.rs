@@ -36,6 +36,7 @@ pub(super) fn record() -> Record {
                 Vector2::new(100.0, -50.0),
             ],
             range_max: Some(100.0),
+            energy_max: None,
         },
         diver_ids: vec!["auv-1".to_owned()],
         paths: vec![(0..=20).map(|i| Vector2::new(f64::from(i), 3.0)).collect()],

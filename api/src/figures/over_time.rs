@@ -240,10 +240,7 @@ mod tests {
 
     #[test]
     fn a_craft_behind_and_to_starboard_is_so_whichever_way_the_vehicle_goes_and_while_it_rests() {
-        let scenario = Scenario {
-            duration: 4.0,
-            ..Scenario::named("paper-tracking").expect("exists")
-        };
+        let scenario = Scenario::named("paper-tracking").expect("exists").lasting(4.0);
         let mut guide = LosGuide::new(Policy::default().los);
         let mut record = mission::run(&scenario, &mut guide, 1, &mut |_| {}).expect("runs");
         // North, east, south, south-west: ahead and starboard as on a compass rose.

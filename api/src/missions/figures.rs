@@ -1,6 +1,6 @@
 //! `pilotfish figures`: the source paper's figures as files.
 
-use std::{fmt::Write as _, fs, path::PathBuf};
+use std::{fmt::Write as _, fs, io::Write as _, path::PathBuf};
 
 use api::figures::{PaperMissions, draw, gallery, stated, table};
 use clap::Args;
@@ -23,7 +23,7 @@ pub(crate) struct Figures {
 
 /// Flies the paper's missions, writes its figures, and prints its numbers beside the measured ones.
 pub(crate) fn figures(arguments: &Figures) -> Result<(), MissionError> {
-    let refused = |path: PathBuf| move |source| MissionError::Out { path, source };
+    let refused = |path: PathBuf| move |source| MissionError::Figure { path, source };
     // Before the missions: a directory that cannot be written should not cost them.
     fs::create_dir_all(&arguments.out).map_err(refused(arguments.out.clone()))?;
     let index = arguments.out.join("index.html");
@@ -46,7 +46,8 @@ pub(crate) fn figures(arguments: &Figures) -> Result<(), MissionError> {
     let mut written = String::new();
     for (path, text) in files {
         let file = OutFile::new(&path).map_err(refused(path.clone()))?;
-        file.write_text(&text).map_err(refused(path.clone()))?;
+        file.write(|out| out.write_all(text.as_bytes()))
+            .map_err(refused(path.clone()))?;
         writeln!(written, "{}", path.display()).expect("a string takes everything");
     }
     print(&format!("{written}\n{}", table(&rows)))

@@ -11,7 +11,7 @@ use plotly::{
 };
 use sim::record::{Disc, Record};
 
-use super::{Run, escaped};
+use super::escaped;
 
 /// Colours of the runs' surface craft: those of the service's page.
 pub(super) const CRAFT: [&str; 2] = ["#0b6bb0", "#d4571b"];
@@ -21,7 +21,7 @@ const GOAL: &str = "#7a5bb5";
 const PATH: &str = "#b9c4ce";
 const BAD: &str = "#b3261e";
 
-pub(super) fn plot(runs: &[Run<'_>]) -> Plot {
+pub(super) fn plot(runs: &[&Record]) -> Plot {
     let mut plot = Plot::new();
     plot.set_configuration(configuration());
     plot.set_layout(
@@ -37,7 +37,7 @@ pub(super) fn plot(runs: &[Run<'_>]) -> Plot {
             .x_axis(Axis::new().title("east, m").zero_line(false))
             .y_axis(Axis::new().title("north, m").zero_line(false).scale_anchor("x")),
     );
-    let Some(first) = runs.first().map(|run| run.record) else {
+    let Some(first) = runs.first() else {
         return plot;
     };
     draw_bounds(&mut plot, first);
@@ -57,9 +57,9 @@ pub(super) fn plot(runs: &[Run<'_>]) -> Plot {
         plot.add_trace(track(&points, id, DIVERS[i % DIVERS.len()]));
     }
     for (run, colour) in runs.iter().zip(CRAFT.iter().cycle()) {
-        let points = tracks(run.record, |row| Some(row.surface_craft.as_ref()?.position));
+        let points = tracks(run, |row| Some(row.surface_craft.as_ref()?.position));
         if !points.is_empty() {
-            plot.add_trace(track(&points, &run.name(), colour));
+            plot.add_trace(track(&points, &run.guide, colour));
         }
     }
     plot

@@ -8,7 +8,7 @@ use plotly::{
 use sim::record::{DiverRow, Record, SurfaceCraftRow};
 
 use super::{
-    Run, escaped,
+    escaped,
     map::{CRAFT, DIVERS, configuration, rounded},
 };
 use crate::unwrap::unwrapped;
@@ -31,7 +31,7 @@ struct NamedLine {
     values: Vec<f64>,
 }
 
-pub(super) fn plot(runs: &[Run<'_>]) -> Plot {
+pub(super) fn plot(runs: &[&Record]) -> Plot {
     let panels: Vec<Panel> = [
         distance(runs),
         speed(runs),
@@ -140,12 +140,12 @@ fn up(y_label: &'static str, lines: Vec<NamedLine>) -> Panel {
     }
 }
 
-fn distance(runs: &[Run<'_>]) -> Panel {
-    let line = |(run, colour): (&Run<'_>, _)| craft(run, colour, SurfaceCraftRow::distance);
+fn distance(runs: &[&Record]) -> Panel {
+    let line = |(run, colour)| craft(run, colour, SurfaceCraftRow::distance);
     up("distance to goal, m", coloured(runs).map(line).collect())
 }
 
-fn speed(runs: &[Run<'_>]) -> Panel {
+fn speed(runs: &[&Record]) -> Panel {
     let mut lines = vec![];
     for (run, colour) in coloured(runs) {
         lines.push(craft(run, colour, |craft| craft.surge));
@@ -162,7 +162,7 @@ fn speed(runs: &[Run<'_>]) -> Panel {
     up("speed, m/s", lines)
 }
 
-fn heading(runs: &[Run<'_>]) -> Panel {
+fn heading(runs: &[&Record]) -> Panel {
     let mut pairs = vec![];
     for (run, colour) in coloured(runs) {
         pairs.push([
@@ -182,31 +182,39 @@ fn heading(runs: &[Run<'_>]) -> Panel {
     up("heading, °", lines.collect())
 }
 
-fn under_water(runs: &[Run<'_>], y_label: &'static str, of: fn(&DiverRow) -> f64) -> Panel {
+fn under_water(runs: &[&Record], y_label: &'static str, of: fn(&DiverRow) -> f64) -> Panel {
     up(y_label, divers(runs, of))
 }
 
-fn depth(runs: &[Run<'_>]) -> Panel {
+fn depth(runs: &[&Record]) -> Panel {
     Panel {
         down: true,
         ..under_water(runs, "depth, m", |diver| diver.depth)
     }
 }
 
-fn answer_time(runs: &[Run<'_>]) -> Panel {
-    let line = |(run, colour): (&Run<'_>, _)| NamedLine {
-        values: run.times.iter().map(|time| time.as_secs_f64() * 1e3).collect(),
-        ..craft(run, colour, |_| 0.0)
+fn answer_time(runs: &[&Record]) -> Panel {
+    let line = |(run, colour): (&Record, _)| {
+        let times = run.rows.iter().filter_map(|row| {
+            let craft = row.surface_craft.as_ref()?;
+            Some((row.time, craft.solve_ms?))
+        });
+        let (time, values) = times.unzip();
+        NamedLine {
+            time,
+            values,
+            ..craft(run, colour, |_| 0.0)
+        }
     };
     up("solve time, ms", coloured(runs).map(line).collect())
 }
 
-fn has_surface_craft(runs: &[Run<'_>]) -> bool {
-    runs.iter().any(|run| run.record.limits.is_some())
+fn has_surface_craft(runs: &[&Record]) -> bool {
+    runs.iter().any(|run| run.limits.is_some())
 }
 
-fn coloured<'a>(runs: &'a [Run<'a>]) -> impl Iterator<Item = (&'a Run<'a>, &'static str)> {
-    runs.iter().zip(CRAFT.iter().copied().cycle())
+fn coloured<'a>(runs: &'a [&'a Record]) -> impl Iterator<Item = (&'a Record, &'static str)> {
+    runs.iter().copied().zip(CRAFT.iter().copied().cycle())
 }
 
 fn reference(line: NamedLine) -> NamedLine {
@@ -217,13 +225,13 @@ fn reference(line: NamedLine) -> NamedLine {
     }
 }
 
-fn craft(run: &Run<'_>, colour: &'static str, of: fn(&SurfaceCraftRow) -> f64) -> NamedLine {
-    let rows = run.record.rows.iter();
+fn craft(run: &Record, colour: &'static str, of: fn(&SurfaceCraftRow) -> f64) -> NamedLine {
+    let rows = run.rows.iter();
     let (time, values) = rows
         .filter_map(|row| Some((row.time, of(row.surface_craft.as_ref()?))))
         .unzip();
     NamedLine {
-        name: run.name(),
+        name: run.guide.clone(),
         colour,
         dash: DashType::Solid,
         time,
@@ -232,7 +240,7 @@ fn craft(run: &Run<'_>, colour: &'static str, of: fn(&SurfaceCraftRow) -> f64) -
 }
 
 /// Of the first run: the underwater vehicles do the same in all of them.
-fn divers(runs: &[Run<'_>], of: fn(&DiverRow) -> f64) -> Vec<NamedLine> {
+fn divers(runs: &[&Record], of: fn(&DiverRow) -> f64) -> Vec<NamedLine> {
     let line = |record: &Record, i: usize| {
         let rows = record.rows.iter();
         let (time, values) = rows
@@ -246,7 +254,7 @@ fn divers(runs: &[Run<'_>], of: fn(&DiverRow) -> f64) -> Vec<NamedLine> {
             values,
         }
     };
-    let records = runs.first().map(|run| run.record).into_iter();
+    let records = runs.first().into_iter();
     records
         .flat_map(|record| (0..record.diver_ids.len()).map(move |i| line(record, i)))
         .collect()

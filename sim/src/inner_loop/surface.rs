@@ -77,3 +77,30 @@ impl SurfaceAutopilot {
         command
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use planner::angle::Heading;
+
+    use super::*;
+
+    #[test]
+    fn a_moment_that_leaves_thrust_enough_never_stops_the_surge_loop() {
+        // The moment is split over both thrusters and the force added up again: what rounding leaves of it
+        // is no saturation.
+        let (autopilot, hull) = (SurfaceAutopilot::MEDUSA, SurfaceHull::MEDUSA);
+        for k in 0..1000 {
+            let mut state = SurfaceState::zeros();
+            state[3] = 0.3;
+            state[5] = 0.0007 * f64::from(k);
+            let reference = Reference {
+                speed: 0.3 + 0.0001 * f64::from(k % 7 - 3),
+                heading: Heading::new(0.001 * f64::from(k % 100)),
+            };
+            let settled = SurgeLoop::settled_at(0.3, autopilot.feed_forward, hull.drag_surge);
+            let mut surge = settled;
+            let _ = autopilot.command(&hull, &mut surge, &state, &reference);
+            assert!(reference.speed == 0.3 || surge != settled, "period {k}");
+        }
+    }
+}

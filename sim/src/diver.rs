@@ -1,0 +1,196 @@
+//! An underwater vehicle whole: hull, inner loops, path follower, sawtooth, and what it believes of its place.
+
+use std::sync::Arc;
+
+use nalgebra::Vector2;
+use planner::{
+    angle::{direction, wrap},
+    path::{Path, SpeedProfile},
+    snapshot::VehicleId,
+};
+
+use crate::{
+    dive::{Dive, Leg},
+    fault::Conduct,
+    inner_loop::{PERIOD, SurgeLoop, UnderwaterLoops, UnderwaterReference},
+    integrate::rk4,
+    path_following::{PathCommand, PathError, PathFollowingGains, follow_path},
+    underwater_vehicle::{Navigation, UnderwaterHull, UnderwaterInput, UnderwaterState, heading_rate},
+};
+
+/// Shallower than this, a GNSS antenna on the vehicle's tail sees the sky, m. Assumption: half a vehicle's length.
+const ANTENNA_DEPTH: f64 = 1.0;
+
+/// An underwater vehicle.
+#[derive(Clone, Debug)]
+pub struct Diver {
+    /// Its name.
+    pub id: VehicleId,
+    /// Its hull.
+    pub hull: UnderwaterHull,
+    /// Its true state.
+    pub state: UnderwaterState,
+    /// Gains of its inner loops.
+    pub loops: UnderwaterLoops,
+    /// What its surge loop remembers.
+    pub surge: SurgeLoop,
+    /// How it knows where it is.
+    pub navigation: Navigation,
+    /// Where it believes to be (north, east), m: what its path follower sees.
+    pub believed: Vector2<f64>,
+    /// Gains of its path follower.
+    pub gains: PathFollowingGains,
+    /// The path it follows.
+    pub path: Arc<Path>,
+    /// Arc length of the point it follows γ, m.
+    pub gamma: f64,
+    /// Speed reference along the body `U_d(γ)`.
+    pub speed: SpeedProfile,
+    /// Its sawtooth.
+    pub dive: Dive,
+    /// The leg it is on.
+    pub leg: Leg,
+    /// What it is up to.
+    pub conduct: Conduct,
+}
+
+impl Diver {
+    /// Horizontal position (north, east), m.
+    #[must_use]
+    pub fn position(&self) -> Vector2<f64> {
+        self.state.fixed_rows::<2>(0).into_owned()
+    }
+
+    /// Depth, m.
+    #[must_use]
+    pub fn depth(&self) -> f64 {
+        self.state[2]
+    }
+
+    /// Pitch θ, rad.
+    #[must_use]
+    pub fn pitch(&self) -> f64 {
+        self.state[3]
+    }
+
+    /// Heading ψ, rad, not wrapped.
+    #[must_use]
+    pub fn heading(&self) -> f64 {
+        self.state[4]
+    }
+
+    /// Horizontal speed through the water u cosθ, m/s.
+    #[must_use]
+    pub fn horizontal_speed(&self) -> f64 {
+        self.state[5] * self.pitch().cos()
+    }
+
+    /// Heading rate ψ̇ = r / cosθ, rad/s.
+    #[must_use]
+    pub fn heading_rate(&self) -> f64 {
+        heading_rate(self.pitch(), self.state[7])
+    }
+
+    /// True deviation from the point it follows.
+    #[must_use]
+    pub fn path_error(&self) -> PathError {
+        PathError::new(&self.position(), self.heading(), &self.path.at(self.gamma))
+    }
+
+    /// Heading that it approaches, ψ_P + δ, rad, in (−π, π]; its own while it does not follow its path.
+    #[must_use]
+    pub fn heading_reference(&self) -> f64 {
+        match self.conduct {
+            Conduct::FollowsPath => {
+                let point = self.path.at(self.gamma);
+                let believed = PathError::new(&self.believed, self.heading(), &point);
+                wrap(point.tangent + self.gains.approach_angle(believed.y_1))
+            }
+            Conduct::KeepsHeading | Conduct::WaitsAtTheTop | Conduct::Drifts => wrap(self.heading()),
+        }
+    }
+
+    /// What its inner loops are told; nothing if it has no power.
+    #[must_use]
+    pub fn reference(&self) -> Option<UnderwaterReference> {
+        self.reference_for(&self.command())
+    }
+
+    fn command(&self) -> PathCommand {
+        match self.conduct {
+            Conduct::FollowsPath => self.path_command(),
+            Conduct::KeepsHeading | Conduct::WaitsAtTheTop | Conduct::Drifts => PathCommand {
+                point_speed: 0.0,
+                heading_rate: 0.0,
+            },
+        }
+    }
+
+    fn reference_for(&self, command: &PathCommand) -> Option<UnderwaterReference> {
+        match self.conduct {
+            Conduct::Drifts => None,
+            Conduct::WaitsAtTheTop if self.depth() <= self.dive.depth_min => Some(UnderwaterReference {
+                surge: 0.0,
+                pitch: 0.0,
+                yaw_rate: 0.0,
+            }),
+            Conduct::FollowsPath | Conduct::KeepsHeading | Conduct::WaitsAtTheTop => Some(self.told(command)),
+        }
+    }
+
+    /// What the path-following law asks for, seen from where the vehicle believes to be.
+    fn path_command(&self) -> PathCommand {
+        let point = self.path.at(self.gamma);
+        let error = PathError::new(&self.believed, self.heading(), &point);
+        follow_path(&error, point.curvature, self.horizontal_speed(), &self.gains)
+    }
+
+    /// The law's rate is ψ̇, that of the inner loops the body's yaw rate r = cosθ ψ̇.
+    fn told(&self, command: &PathCommand) -> UnderwaterReference {
+        UnderwaterReference {
+            surge: self.speed.at(self.gamma),
+            pitch: self.leg.pitch(&self.dive),
+            yaw_rate: command.heading_rate * self.pitch().cos(),
+        }
+    }
+
+    /// Lets one inner-loop period pass in a current (north, east), m/s.
+    pub(crate) fn step(&mut self, conduct: Conduct, current: &Vector2<f64>) {
+        if conduct == Conduct::FollowsPath && self.conduct != conduct {
+            // Back from elsewhere: the point it left its path at may be far behind.
+            self.gamma = self.path.closest(&self.believed);
+        }
+        self.conduct = conduct;
+        self.leg = match conduct {
+            Conduct::WaitsAtTheTop => Leg::Up,
+            Conduct::FollowsPath | Conduct::KeepsHeading | Conduct::Drifts => {
+                self.leg.next(self.depth(), &self.dive)
+            }
+        };
+        let command = self.command();
+        let input = match self.reference_for(&command) {
+            Some(reference) => self
+                .loops
+                .command(&self.hull, &mut self.surge, &self.state, &reference),
+            None => UnderwaterInput::default(),
+        };
+        let through_water = direction(self.heading()) * self.horizontal_speed();
+        self.state = rk4(&self.state, PERIOD, |state| {
+            self.hull.derivative(state, input, current)
+        });
+        self.gamma += command.point_speed * PERIOD;
+        // No vehicle flies.
+        self.state[2] = self.state[2].max(0.0);
+        self.navigate(&through_water);
+    }
+
+    /// Dead reckoning knows heading and speed through the water, and nothing of the current.
+    fn navigate(&mut self, through_water: &Vector2<f64>) {
+        self.believed = match self.navigation {
+            Navigation::GpsAtSurface if ANTENNA_DEPTH < self.depth() => {
+                self.believed + through_water * PERIOD
+            }
+            Navigation::Exact | Navigation::GpsAtSurface => self.position(),
+        };
+    }
+}

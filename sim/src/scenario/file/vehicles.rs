@@ -1,0 +1,254 @@
+//! The vehicles of a scenario file: craft, goal, underwater vehicles, paths.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::Point;
+use crate::scenario::quantity::{
+    Acceleration, Angle, ClockTime, Coordinate, Depth, Length, MissionTime, PathSpeed, Pitch, Quantity,
+    Speed, TurnRate,
+};
+
+/// The surface craft at the start, and its task.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SurfaceCraftFile {
+    /// Its hull, thrusters and autopilot.
+    pub class: SurfaceClassFile,
+    /// North of the datum, m.
+    pub north_m: Quantity<Coordinate>,
+    /// East of the datum, m.
+    pub east_m: Quantity<Coordinate>,
+    /// Heading, rad, clockwise from north.
+    pub heading_rad: Quantity<Angle>,
+    /// Surge speed through the water, m/s.
+    pub speed_mps: Quantity<Speed>,
+    /// Whether its surge loop makes up for drag at once. Without, a MEDUSA needs 40 s for 63 % of the way from
+    /// 0.3 to 1.5 m/s and cannot slow down again at will, which drowns what guidance does.
+    #[serde(default = "yes")]
+    pub drag_feed_forward: bool,
+    /// Its task.
+    pub goal: GoalFile,
+    /// Slant range to an underwater vehicle that counts as contact, m.
+    pub contact_range_m: Quantity<Length>,
+    /// What the planner is told that the craft can do, where that differs from its class.
+    #[serde(default)]
+    pub limits: LimitsFile,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// A class of surface craft.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SurfaceClassFile {
+    /// MEDUSA: 30 kg, 1.6 m/s.
+    Medusa,
+    /// Otter: 3 m/s.
+    Otter,
+}
+
+/// What the surface craft is to do.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum GoalFile {
+    /// Stay above one underwater vehicle.
+    Track {
+        /// Which.
+        auv: String,
+    },
+    /// Follow several in turn.
+    Intermittent {
+        /// Which, in order.
+        auvs: Vec<String>,
+        /// Time with each, s.
+        dwell_s: Quantity<MissionTime>,
+        /// When the first turn of the first began, s on the surface craft's clock.
+        epoch_s: Quantity<ClockTime>,
+    },
+    /// Stay above the mean of several.
+    Midpoint {
+        /// Which.
+        auvs: Vec<String>,
+    },
+}
+
+/// Limits other than the class's.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LimitsFile {
+    /// Slowest speed reference, m/s.
+    pub speed_min_mps: Option<Quantity<Speed>>,
+    /// Fastest speed reference, m/s.
+    pub speed_max_mps: Option<Quantity<Speed>>,
+    /// Largest yaw rate, rad/s.
+    pub turn_rate_max_radps: Option<Quantity<TurnRate>>,
+    /// Largest acceleration, m/s².
+    pub acceleration_max_mps2: Option<Quantity<Acceleration>>,
+    /// Largest deceleration, m/s².
+    pub deceleration_max_mps2: Option<Quantity<Acceleration>>,
+}
+
+/// An underwater vehicle: where it starts, relative to the beginning of its path, and what it does.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AuvFile {
+    /// Its name.
+    pub id: String,
+    /// Its hull, loops, navigation, speed and dive.
+    #[serde(default)]
+    pub class: UnderwaterClassFile,
+    /// How far north of the path's beginning it starts, m; 0 if left out.
+    pub north_of_path_m: Option<Quantity<Coordinate>>,
+    /// How far east of it, m; 0 if left out.
+    pub east_of_path_m: Option<Quantity<Coordinate>>,
+    /// Heading relative to the path's, rad, clockwise; 0 if left out.
+    pub heading_off_path_rad: Option<Quantity<Angle>>,
+    /// Depth at the start, m; the least of the dive if left out.
+    pub depth_m: Option<Quantity<Depth>>,
+    /// Leg of the dive at the start; down if left out.
+    #[serde(default)]
+    pub leg: LegFile,
+    /// Speed along its body, m/s; the class's if left out.
+    pub speed_mps: Option<Quantity<PathSpeed>>,
+    /// Speed along its body over arc length, [m, m/s] at each knot, linear between; in place of `speed_mps`.
+    pub speed_profile: Option<Vec<SpeedKnot>>,
+    /// Its sawtooth, where it differs from the class's.
+    pub dive: Option<DiveFile>,
+    /// Its path.
+    pub path: PathFile,
+}
+
+/// A knot of a speed profile.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SpeedKnot {
+    /// Arc length from the beginning of the path, m.
+    pub along_m: Quantity<Coordinate>,
+    /// Speed along the body there, m/s.
+    pub speed_mps: Quantity<PathSpeed>,
+}
+
+/// A class of underwater vehicle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum UnderwaterClassFile {
+    /// MEDUSA: 0.3 m/s, 1 to 23 m at 50°; knows where it is.
+    #[default]
+    Medusa,
+    /// Slocum glider: 0.29 m/s horizontally at 26°; knows where it is at the surface only.
+    Slocum,
+}
+
+/// A leg of a dive.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LegFile {
+    /// Nose down.
+    #[default]
+    Down,
+    /// Nose up.
+    Up,
+}
+
+/// A sawtooth.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DiveFile {
+    /// Depth at which a climb ends, m.
+    pub depth_min_m: Quantity<Depth>,
+    /// Depth at which a dive ends, m.
+    pub depth_max_m: Quantity<Depth>,
+    /// Pitch of both legs, rad, positive.
+    pub pitch_rad: Quantity<Pitch>,
+}
+
+/// A horizontal path.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum PathFile {
+    /// Lanes joined by half circles, the first turn to starboard.
+    LawnMower {
+        /// Beginning of the first lane.
+        from: Point,
+        /// Heading of the first lane, rad.
+        heading_rad: Quantity<Angle>,
+        /// Length of a lane, m.
+        lane_length_m: Quantity<Length>,
+        /// Distance of neighbouring lanes, m.
+        lane_spacing_m: Quantity<Length>,
+        /// How many lanes.
+        #[schemars(range(min = 1, max = 100))]
+        lanes: usize,
+    },
+    /// Straight legs between way-points, corners rounded by arcs.
+    Waypoints {
+        /// The way-points.
+        points: Vec<Point>,
+        /// Radius of the arcs, m.
+        fillet_m: Quantity<Length>,
+        /// Whether the last point leads back to the first.
+        #[serde(default)]
+        closed: bool,
+    },
+    /// A circle, round and round.
+    Circle {
+        /// Its centre.
+        centre: Point,
+        /// Its radius, m.
+        radius_m: Quantity<Length>,
+        /// To which side it turns.
+        turn: SideFile,
+        /// Where on it the path begins: direction from the centre, rad; north if left out.
+        bearing_rad: Option<Quantity<Angle>>,
+    },
+    /// Lines and arcs that join without a kink.
+    Segments {
+        /// In order.
+        segments: Vec<SegmentFile>,
+        /// Whether the last leads back to the first.
+        #[serde(default)]
+        closed: bool,
+    },
+    /// Way-points read from a GeoJSON LineString, beside the scenario file. The scenario needs an origin.
+    Geojson {
+        /// Name of the file.
+        file: String,
+        /// Radius of the arcs at its corners, m.
+        fillet_m: Quantity<Length>,
+    },
+}
+
+/// A side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SideFile {
+    /// Left.
+    Port,
+    /// Right.
+    Starboard,
+}
+
+/// A piece of a path.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum SegmentFile {
+    /// A straight line.
+    Line {
+        /// Its beginning.
+        from: Point,
+        /// Its end.
+        to: Point,
+    },
+    /// An arc.
+    Arc {
+        /// Its beginning.
+        from: Point,
+        /// Its centre.
+        centre: Point,
+        /// The angle it turns through, rad, positive to starboard.
+        angle_rad: Quantity<Angle>,
+    },
+}

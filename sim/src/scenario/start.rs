@@ -1,0 +1,230 @@
+//! From a scenario and a seed to a world that can be stepped and an observer that can look at it.
+
+use std::fmt::Display;
+
+use nalgebra::Vector2;
+use planner::{
+    path::Side,
+    snapshot::{AUVS_MAX, Goal, ID_LENGTH_MAX, Limits},
+};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::{
+    observe::Observer,
+    record::{Bounds, Origin},
+    scenario::{
+        file::{Point, Scenario, SideFile},
+        quantity::{Kind, Quantity},
+    },
+    world::World,
+};
+
+mod surroundings;
+mod vehicles;
+
+use surroundings::bounds;
+
+/// Most discs, corners and faults of a scenario.
+const ITEMS_MAX: usize = 64;
+
+/// What the random numbers of one seed are for. Each has a stream of its own, so that one more draw for one
+/// changes nothing for the others.
+#[derive(Clone, Copy)]
+enum Stream {
+    Scenario,
+    Water,
+    Sensors,
+    Acoustics,
+}
+
+fn stream(seed: u64, of: Stream) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(of as u64);
+    rng
+}
+
+/// A mission about to begin.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// The truth.
+    pub world: World,
+    /// The gate to it; of no use without a surface craft.
+    pub observer: Option<Observer>,
+    /// The surface craft's task, where there is one.
+    pub goal: Option<Goal>,
+    /// What the surface craft can do, where there is one.
+    pub limits: Option<Limits>,
+    /// Slant range that counts as contact, m, where there is a surface craft.
+    pub contact_range: Option<f64>,
+    /// How long the mission lasts, s.
+    pub duration: f64,
+    /// Start of the settled metrics, s.
+    pub settled_after: f64,
+    /// Where the surface craft is meant to stay.
+    pub bounds: Bounds,
+    /// Where the datum lies on Earth.
+    pub origin: Option<Origin>,
+}
+
+/// What is wrong with a scenario beyond single numbers.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{field}: {reason}")]
+pub struct InvalidScenario {
+    /// The member, as `auvs[0].path`.
+    pub field: String,
+    /// What is wrong, with the value and the limit.
+    pub reason: String,
+}
+
+fn invalid(field: impl Into<String>, reason: impl Display) -> InvalidScenario {
+    InvalidScenario {
+        field: field.into(),
+        reason: reason.to_string(),
+    }
+}
+
+/// Draws numbers, always in the same order.
+struct Draw {
+    rng: ChaCha8Rng,
+}
+
+impl Draw {
+    fn take<K: Kind>(&mut self, quantity: &Quantity<K>) -> f64 {
+        quantity.draw(&mut self.rng)
+    }
+
+    fn take_or<K: Kind>(&mut self, quantity: Option<&Quantity<K>>, default: f64) -> f64 {
+        quantity.map_or(default, |quantity| self.take(quantity))
+    }
+
+    fn point(&mut self, point: &Point) -> Vector2<f64> {
+        let north = self.take(&point[0]);
+        Vector2::new(north, self.take(&point[1]))
+    }
+
+    fn points(&mut self, points: &[Point]) -> Vec<Vector2<f64>> {
+        points.iter().map(|point| self.point(point)).collect()
+    }
+}
+
+impl Scenario {
+    /// The mission that `seed` gives. Random numbers are drawn in the file's order; nothing but distributions
+    /// written there differs from seed to seed, noise excepted.
+    pub fn start(&self, seed: u64) -> Result<Start, InvalidScenario> {
+        let mut draw = Draw {
+            rng: stream(seed, Stream::Scenario),
+        };
+        self.check_names()?;
+        let duration = draw.take(&self.duration_s);
+        let settled_after = draw.take(&self.settled_after_s);
+        if duration <= settled_after {
+            return Err(invalid(
+                "settled_after_s",
+                format_args!("{settled_after} s is not before the end at {duration} s"),
+            ));
+        }
+        let origin = self.origin.as_ref().map(|origin| Origin {
+            latitude: draw.take(&origin.lat_deg).to_radians(),
+            longitude: draw.take(&origin.lon_deg).to_radians(),
+        });
+        let craft = match &self.surface_craft {
+            Some(file) => Some(self.surface_craft(file, &mut draw)?),
+            None => None,
+        };
+        let divers = (0..)
+            .zip(&self.auvs)
+            .map(|(i, file)| self.diver(i, file, origin, &mut draw))
+            .collect::<Result<Vec<_>, _>>()?;
+        let water = self.water(&self.water, seed, &mut draw)?;
+        let bounds = bounds(&self.bounds, &mut draw)?;
+        let faults = self.faults(&mut draw)?;
+        let (surface_craft, briefing, contact_range) = match craft {
+            Some((craft, briefing, range)) => (Some(craft), Some(briefing), Some(range)),
+            None => (None, None, None),
+        };
+        let world = World::new(surface_craft, divers, water, faults);
+        let (goal, limits) = (
+            briefing.as_ref().map(|briefing| briefing.goal.clone()),
+            briefing.as_ref().map(|briefing| briefing.limits.clone()),
+        );
+        let observer = match briefing {
+            Some(briefing) => Some(self.observer(&world, briefing, seed, &mut draw)?),
+            None => None,
+        };
+        Ok(Start {
+            world,
+            observer,
+            goal,
+            limits,
+            contact_range,
+            duration,
+            settled_after,
+            bounds,
+            origin,
+        })
+    }
+
+    fn check_names(&self) -> Result<(), InvalidScenario> {
+        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+        if self.name.is_empty() || ID_LENGTH_MAX < self.name.len() || !self.name.chars().all(plain) {
+            return Err(invalid(
+                "name",
+                format_args!(
+                    "{:?} is not 1 to {ID_LENGTH_MAX} lower-case letters, digits and hyphens",
+                    self.name
+                ),
+            ));
+        }
+        if !(1..=AUVS_MAX).contains(&self.auvs.len()) {
+            return Err(invalid(
+                "auvs",
+                format_args!("{} vehicles, and 1 to {AUVS_MAX} are allowed", self.auvs.len()),
+            ));
+        }
+        for (i, auv) in self.auvs.iter().enumerate() {
+            if !(1..=ID_LENGTH_MAX).contains(&auv.id.len()) {
+                return Err(invalid(
+                    format!("auvs[{i}].id"),
+                    format_args!("{:?} is not 1 to {ID_LENGTH_MAX} bytes long", auv.id),
+                ));
+            }
+            if self.auvs[..i].iter().any(|earlier| earlier.id == auv.id) {
+                return Err(invalid(
+                    format!("auvs[{i}].id"),
+                    format_args!("{:?} is the name of two vehicles", auv.id),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// The number of the vehicle called `id`.
+    fn diver_called(&self, field: &str, id: &str) -> Result<usize, InvalidScenario> {
+        self.auvs.iter().position(|auv| auv.id == id).ok_or_else(|| {
+            let known: Vec<&str> = self.auvs.iter().map(|auv| auv.id.as_str()).collect();
+            invalid(
+                field,
+                format_args!("there is no vehicle {id:?}; there are {}", known.join(", ")),
+            )
+        })
+    }
+}
+
+fn side(file: SideFile) -> Side {
+    match file {
+        SideFile::Port => Side::Port,
+        SideFile::Starboard => Side::Starboard,
+    }
+}
+
+fn at_most(field: &str, n: usize) -> Result<(), InvalidScenario> {
+    if n <= ITEMS_MAX {
+        Ok(())
+    } else {
+        Err(invalid(
+            field,
+            format_args!("{n} of them, and {ITEMS_MAX} are allowed"),
+        ))
+    }
+}

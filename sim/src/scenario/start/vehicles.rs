@@ -1,0 +1,315 @@
+//! The vehicles of a start: craft, goal, underwater vehicles, paths.
+
+use std::sync::Arc;
+
+use nalgebra::Vector2;
+use planner::{
+    path::{Path, Segment, SpeedProfile},
+    snapshot::{Goal, Limits, VehicleId},
+};
+
+use super::{Draw, InvalidScenario, invalid, side};
+use crate::{
+    datum::Datum,
+    dive::{Dive, Leg},
+    diver::Diver,
+    fault::Conduct,
+    inner_loop::{DragFeedForward, SurgeLoop},
+    observe::Briefing,
+    path_following::PathFollowingGains,
+    record::Origin,
+    scenario::file::{
+        AuvFile, CurrentKnowledge, GoalFile, LegFile, LimitsFile, PathFile, Scenario, SegmentFile,
+        SurfaceClassFile, SurfaceCraftFile, UnderwaterClassFile,
+    },
+    surface_craft::SurfaceClass,
+    underwater_vehicle::{UnderwaterClass, UnderwaterState},
+    world::SurfaceCraft,
+};
+
+impl Scenario {
+    pub(super) fn surface_craft(
+        &self,
+        file: &SurfaceCraftFile,
+        draw: &mut Draw,
+    ) -> Result<(SurfaceCraft, Briefing, f64), InvalidScenario> {
+        let class = match file.class {
+            SurfaceClassFile::Medusa => SurfaceClass::Medusa,
+            SurfaceClassFile::Otter => SurfaceClass::Otter,
+        };
+        let position = Vector2::new(draw.take(&file.north_m), draw.take(&file.east_m));
+        let (heading, speed) = (draw.take(&file.heading_rad), draw.take(&file.speed_mps));
+        let feed_forward = if file.drag_feed_forward {
+            DragFeedForward::On
+        } else {
+            DragFeedForward::Off
+        };
+        let hull = class.hull();
+        let craft = SurfaceCraft {
+            hull,
+            state: hull.cruising(&position, heading, speed),
+            autopilot: class.autopilot(feed_forward),
+            surge: SurgeLoop::settled_at(speed, feed_forward, hull.drag_surge),
+            energy: 0.0,
+            heading_travel: 0.0,
+        };
+        let briefing = Briefing {
+            goal: self.goal(&file.goal, draw)?,
+            limits: limits(&file.limits, class.limits(), draw)?,
+            current: self.knowledge.current == CurrentKnowledge::Known,
+            paths: self.knowledge.paths,
+        };
+        Ok((craft, briefing, draw.take(&file.contact_range_m)))
+    }
+
+    fn goal(&self, file: &GoalFile, draw: &mut Draw) -> Result<Goal, InvalidScenario> {
+        let called = |field: &str, id: &String| {
+            self.diver_called(field, id)?;
+            Ok(VehicleId(id.clone()))
+        };
+        let all = |kind: &str, ids: &[String]| {
+            if ids.is_empty() {
+                return Err(invalid(
+                    format!("surface_craft.goal.{kind}.auvs"),
+                    "a goal needs at least one vehicle",
+                ));
+            }
+            (0..)
+                .zip(ids)
+                .map(|(i, id)| called(&format!("surface_craft.goal.{kind}.auvs[{i}]"), id))
+                .collect::<Result<Vec<_>, _>>()
+        };
+        Ok(match file {
+            GoalFile::Track { auv } => Goal::Track {
+                auv: called("surface_craft.goal.track.auv", auv)?,
+            },
+            GoalFile::Intermittent {
+                auvs,
+                dwell_s,
+                epoch_s,
+            } => Goal::Intermittent {
+                auvs: all("intermittent", auvs)?,
+                dwell: draw.take(dwell_s),
+                epoch: draw.take(epoch_s),
+            },
+            GoalFile::Midpoint { auvs } => Goal::Midpoint {
+                auvs: all("midpoint", auvs)?,
+            },
+        })
+    }
+
+    pub(super) fn diver(
+        &self,
+        i: usize,
+        file: &AuvFile,
+        origin: Option<Origin>,
+        draw: &mut Draw,
+    ) -> Result<Diver, InvalidScenario> {
+        let class = match file.class {
+            UnderwaterClassFile::Medusa => UnderwaterClass::Medusa,
+            UnderwaterClassFile::Slocum => UnderwaterClass::Slocum,
+        };
+        let path = self.path(&format!("auvs[{i}].path"), &file.path, origin, draw)?;
+        let offset = Vector2::new(
+            draw.take_or(file.north_of_path_m.as_ref(), 0.0),
+            draw.take_or(file.east_of_path_m.as_ref(), 0.0),
+        );
+        let turned = draw.take_or(file.heading_off_path_rad.as_ref(), 0.0);
+        let dive = match &file.dive {
+            None => class.dive(),
+            Some(dive) => Dive {
+                depth_min: draw.take(&dive.depth_min_m),
+                depth_max: draw.take(&dive.depth_max_m),
+                pitch: draw.take(&dive.pitch_rad),
+            },
+        };
+        if dive.depth_max <= dive.depth_min {
+            return Err(invalid(
+                format!("auvs[{i}].dive.depth_max_m"),
+                format_args!(
+                    "{} m is not deeper than the least, {} m",
+                    dive.depth_max, dive.depth_min
+                ),
+            ));
+        }
+        let depth = draw.take_or(file.depth_m.as_ref(), dive.depth_min);
+        let speed = speed_profile(i, file, class, draw)?;
+        let begin = path.at(0.0);
+        let position = begin.position + offset;
+        let hull = class.hull();
+        let state = UnderwaterState::from([
+            position.x,
+            position.y,
+            depth,
+            0.0,
+            begin.tangent + turned,
+            speed.at(0.0),
+            0.0,
+            0.0,
+        ]);
+        Ok(Diver {
+            id: VehicleId(file.id.clone()),
+            hull,
+            state,
+            loops: class.loops(),
+            surge: SurgeLoop::settled_at(speed.at(0.0), DragFeedForward::Off, hull.drag_surge),
+            navigation: class.navigation(),
+            believed: position,
+            gains: PathFollowingGains::LAB,
+            path: Arc::new(path),
+            gamma: 0.0,
+            speed,
+            dive,
+            leg: match file.leg {
+                LegFile::Down => Leg::Down,
+                LegFile::Up => Leg::Up,
+            },
+            conduct: Conduct::FollowsPath,
+        })
+    }
+
+    fn path(
+        &self,
+        field: &str,
+        file: &PathFile,
+        origin: Option<Origin>,
+        draw: &mut Draw,
+    ) -> Result<Path, InvalidScenario> {
+        match file {
+            PathFile::LawnMower {
+                from,
+                heading_rad,
+                lane_length_m,
+                lane_spacing_m,
+                lanes,
+            } => {
+                if !(1..=100).contains(lanes) {
+                    return Err(invalid(
+                        format!("{field}.lawn_mower.lanes"),
+                        format_args!("{lanes} is outside 1 to 100"),
+                    ));
+                }
+                let from = draw.point(from);
+                let heading = draw.take(heading_rad);
+                let (length, spacing) = (draw.take(lane_length_m), draw.take(lane_spacing_m));
+                let path = Path::lawn_mower(from, heading, length, spacing, *lanes);
+                path.check()
+                    .map_err(|error| invalid(format!("{field}.lawn_mower"), error))?;
+                Ok(path)
+            }
+            PathFile::Waypoints {
+                points,
+                fillet_m,
+                closed,
+            } => Path::waypoints(&draw.points(points), draw.take(fillet_m), *closed)
+                .map_err(|error| invalid(format!("{field}.waypoints"), error)),
+            PathFile::Circle {
+                centre,
+                radius_m,
+                turn,
+                bearing_rad,
+            } => {
+                let centre = draw.point(centre);
+                let radius = draw.take(radius_m);
+                let bearing = draw.take_or(bearing_rad.as_ref(), 0.0);
+                Path::circle(centre, radius, side(*turn), bearing)
+                    .map_err(|error| invalid(format!("{field}.circle"), error))
+            }
+            PathFile::Segments { segments, closed } => {
+                let segments: Vec<Segment> = segments.iter().map(|file| segment(file, draw)).collect();
+                Path::from_segments(&segments, *closed)
+                    .map_err(|error| invalid(format!("{field}.segments"), error))
+            }
+            PathFile::Geojson { file, fillet_m } => {
+                let origin = origin.ok_or_else(|| {
+                    invalid(
+                        format!("{field}.geojson"),
+                        "latitudes and longitudes need a datum: add [origin]",
+                    )
+                })?;
+                let line = self
+                    .files
+                    .line(file)
+                    .map_err(|error| invalid(format!("{field}.geojson.file"), error))?;
+                let not_on_earth = |error| invalid(format!("{field}.geojson.file"), error);
+                let datum = Datum::new(&origin).map_err(not_on_earth)?;
+                let points = line.iter().map(|place| datum.to_local(place));
+                let points = points.collect::<Result<Vec<_>, _>>().map_err(not_on_earth)?;
+                Path::waypoints(&points, draw.take(fillet_m), false)
+                    .map_err(|error| invalid(format!("{field}.geojson"), error))
+            }
+        }
+    }
+}
+
+fn limits(file: &LimitsFile, class: Limits, draw: &mut Draw) -> Result<Limits, InvalidScenario> {
+    let limits = Limits {
+        speed_min: draw.take_or(file.speed_min_mps.as_ref(), class.speed_min),
+        speed_max: draw.take_or(file.speed_max_mps.as_ref(), class.speed_max),
+        turn_rate_max: draw.take_or(file.turn_rate_max_radps.as_ref(), class.turn_rate_max),
+        acceleration_max: draw.take_or(file.acceleration_max_mps2.as_ref(), class.acceleration_max),
+        deceleration_max: draw.take_or(file.deceleration_max_mps2.as_ref(), class.deceleration_max),
+        surge_lag: class.surge_lag,
+    };
+    if limits.speed_max <= limits.speed_min {
+        return Err(invalid(
+            "surface_craft.limits.speed_max_mps",
+            format_args!(
+                "{} m/s is not above the slowest, {} m/s",
+                limits.speed_max, limits.speed_min
+            ),
+        ));
+    }
+    Ok(limits)
+}
+
+fn speed_profile(
+    i: usize,
+    file: &AuvFile,
+    class: UnderwaterClass,
+    draw: &mut Draw,
+) -> Result<SpeedProfile, InvalidScenario> {
+    match (&file.speed_mps, &file.speed_profile) {
+        (None, None) => SpeedProfile::constant(class.speed()),
+        (Some(speed), None) => SpeedProfile::constant(draw.take(speed)),
+        (None, Some(knots)) => {
+            let knots = knots.iter().map(|knot| {
+                let along = draw.take(&knot.along_m);
+                (along, draw.take(&knot.speed_mps))
+            });
+            SpeedProfile::new(knots.collect())
+        }
+        (Some(_), Some(_)) => {
+            return Err(invalid(
+                format!("auvs[{i}].speed_profile"),
+                "speed_mps is given too; give one of them",
+            ));
+        }
+    }
+    .map_err(|error| invalid(format!("auvs[{i}].speed_profile"), error))
+}
+
+fn segment(file: &SegmentFile, draw: &mut Draw) -> Segment {
+    match file {
+        SegmentFile::Line { from, to } => {
+            let from = draw.point(from);
+            Segment::Line {
+                from,
+                to: draw.point(to),
+            }
+        }
+        SegmentFile::Arc {
+            from,
+            centre,
+            angle_rad,
+        } => {
+            let from = draw.point(from);
+            let centre = draw.point(centre);
+            Segment::Arc {
+                from,
+                centre,
+                angle: draw.take(angle_rad),
+            }
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! Nothing but `observe` tells a guidance law what is so: no law can read truth, and all read the same.
+
+use planner::{
+    los::LosGains,
+    policy::Policy,
+    snapshot::{Observation, Snapshot},
+};
+use sim::{
+    guide::{Guidance, Guide, GuideError, LosGuide, MpcGuide},
+    mission::run,
+    observe::Observer,
+    scenario::Scenario,
+    world::World,
+};
+
+/// Keeps what a guide was told and what it answered.
+struct Witness<'a> {
+    guide: &'a mut dyn Guide,
+    told: Vec<(Snapshot, Guidance)>,
+}
+
+impl Guide for Witness<'_> {
+    fn name(&self) -> &'static str {
+        self.guide.name()
+    }
+
+    fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
+        let guidance = self.guide.guide(snapshot)?;
+        self.told.push((snapshot.clone(), guidance));
+        Ok(guidance)
+    }
+}
+
+fn los() -> LosGuide {
+    LosGuide::new(LosGains {
+        look_ahead: 10.0,
+        along_track_gain: 0.15,
+    })
+}
+
+fn mpc() -> MpcGuide {
+    MpcGuide::new(Policy::default())
+}
+
+fn told(scenario: &Scenario, guide: &mut dyn Guide) -> Vec<(Snapshot, Guidance)> {
+    let mut witness = Witness { guide, told: vec![] };
+    run(scenario, &mut witness, 1, &mut |_| {}).expect("runs");
+    witness.told
+}
+
+#[test]
+fn what_a_law_answers_depends_on_the_snapshots_alone() {
+    // In the roughest water, truth is far from what is known. A fresh law without any world, given the
+    // snapshots again, must answer the same to the bit.
+    let scenario = Scenario::named("rough-water").expect("exists").lasting(200.0);
+    let laws: [fn() -> Box<dyn Guide>; 2] = [|| Box::new(los()), || Box::new(mpc())];
+    for law in laws {
+        let mut alone = law();
+        for (snapshot, guidance) in told(&scenario, law().as_mut()) {
+            assert_eq!(
+                alone.guide(&snapshot).expect("answers"),
+                guidance,
+                "{}",
+                alone.name()
+            );
+        }
+    }
+}
+
+/// The mission's world and its observer after `seconds`, with a look each, without a reference to follow.
+fn after(scenario: &Scenario, seconds: u32) -> (World, Observer) {
+    let start = scenario.start(1).expect("valid");
+    let (mut world, mut observer) = (start.world, start.observer.expect("has a surface craft"));
+    for _ in 0..seconds {
+        look(&world, &mut observer);
+        for _ in 0..10 {
+            world.step(None);
+            observer.listen(&world);
+        }
+    }
+    (world, observer)
+}
+
+fn look(world: &World, observer: &mut Observer) -> Observation {
+    let craft = world.surface_craft.as_ref().expect("has one");
+    Observation::clone(&observer.look(world, craft, 1.0).expect("inside the limits"))
+}
+
+#[test]
+fn what_is_not_heard_is_not_known() {
+    // "silence" is silent from 510 s to 690 s. Whatever becomes of the vehicle meanwhile changes nothing
+    // that is known of it.
+    let scenario = Scenario::named("silence").expect("exists");
+    let (mut world, mut observer) = after(&scenario, 510);
+    let mut displaced = world.clone();
+    displaced.divers[0].state[0] += 500.0;
+    displaced.divers[0].state[2] += 7.0;
+    let known = look(&world, &mut observer.clone());
+    assert_eq!(known, look(&displaced, &mut observer));
+
+    // Once it can be heard again, the difference shows.
+    for world in [&mut world, &mut displaced] {
+        while world.time() < 691.0 {
+            world.step(None);
+        }
+    }
+    assert_ne!(
+        look(&world, &mut observer.clone()).auvs,
+        look(&displaced, &mut observer).auvs
+    );
+}
+
+#[test]
+fn a_craft_without_satellites_does_not_see_itself_being_moved() {
+    // "faults" has no GNSS from 700 s to 820 s.
+    let scenario = Scenario::named("faults").expect("exists");
+    let (world, mut observer) = after(&scenario, 701);
+    let mut displaced = world.clone();
+    displaced.surface_craft.as_mut().expect("has one").state[1] += 300.0;
+    assert_eq!(
+        look(&world, &mut observer.clone()).asc.position,
+        look(&displaced, &mut observer).asc.position
+    );
+}
+
+#[test]
+fn every_law_is_told_with_the_same_errors() {
+    // Two laws steer differently; the errors of the craft's sensors, what is measured less what is so, and
+    // whatever the vehicles send must be the same for both.
+    let scenario = Scenario::named("rough-water").expect("exists").lasting(300.0);
+    let errors = |guide: &mut dyn Guide| {
+        let record = run(&scenario, guide, 4, &mut |_| {}).expect("runs");
+        let rows = record.rows.into_iter().filter_map(|row| row.surface_craft);
+        let errors = rows.map(|craft| {
+            let position = craft.known.position - craft.position;
+            [
+                position.x,
+                position.y,
+                planner::angle::wrap(craft.known.heading.radians() - craft.heading),
+                craft.known.surge - craft.surge,
+            ]
+        });
+        errors.collect::<Vec<_>>()
+    };
+    for (los, mpc) in errors(&mut los()).into_iter().zip(errors(&mut mpc())) {
+        for (a, b) in los.into_iter().zip(mpc) {
+            // The positions they are added to differ, and so the rounding.
+            assert!((a - b).abs() < 1e-9, "{a} and {b}");
+        }
+    }
+}
