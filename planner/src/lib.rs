@@ -13,7 +13,8 @@
 //! [`forecast`] and [`goal`] (where the AUVs and the goal will be) → [`los`] and [`response`] (the
 //! analytic law, rolled out) → [`program`] (the promises, in standard form) → [`solve`] (Clarabel) →
 //! [`certificate`] (checked again) → [`plan`] (the answer, from the highest rung of the ladder that
-//! holds). [`policy`] is the sole home of tuned numbers.
+//! holds). [`policy`] is the sole home of tuned numbers. Beside the pipeline, [`clairvoyant`] says afterwards
+//! how near to the goal anybody could have stayed.
 //!
 //! **Absent on purpose:** input and output, clocks, randomness, logging, threads, hidden memory. The
 //! [`plan::Workspace`] saves time and changes no answer.
@@ -21,6 +22,7 @@
 pub mod angle;
 mod answer;
 pub mod certificate;
+pub mod clairvoyant;
 pub mod forecast;
 pub mod goal;
 mod horizon;

@@ -76,6 +76,36 @@ impl Solution {
     }
 }
 
+/// A cone program in standard form, the one that [`crate::program`] documents.
+#[derive(Clone, Copy, Debug)]
+pub struct StandardForm<'a> {
+    /// P, upper triangle.
+    pub quadratic: &'a Sparse,
+    /// q.
+    pub linear: &'a [f64],
+    /// A.
+    pub constraints: &'a Sparse,
+    /// b.
+    pub bounds: &'a [f64],
+    /// K, block after block of rows.
+    pub cones: &'a [Cone],
+}
+
+/// Solves a program that nothing like it will follow: memory is set up for it alone, and Clarabel may scale
+/// it as it likes.
+#[must_use]
+pub fn solve_once(program: &StandardForm<'_>, tolerance: f64) -> Solution {
+    let settings = settings(tolerance).map(|settings| DefaultSettings {
+        iterative_refinement_enable: true,
+        equilibrate_enable: true,
+        ..settings
+    });
+    match settings.and_then(|settings| new_solver(program, settings)) {
+        Some(mut solver) => solved(&mut solver),
+        None => Solution::none(SolverStatus::NumericalError),
+    }
+}
+
 /// Solvers kept by problem shape: symbolic factorisation and memory are set up once, the numbers are
 /// replaced. Without equilibration a reused solver does exactly what a new one would.
 pub struct Solvers {
@@ -114,15 +144,7 @@ impl Solvers {
         };
         // The solver adds up its time over all solves otherwise.
         solver.timers = Some(clarabel::timers::Timers::default());
-        solver.solve();
-        let answer = &solver.solution;
-        Solution {
-            status: status_of(answer.status),
-            primal: answer.x.clone(),
-            dual: answer.z.clone(),
-            slack: answer.s.clone(),
-            iterations: answer.iterations,
-        }
+        solved(solver)
     }
 
     /// The solver for the program's shape, with the program's numbers; `None` where Clarabel refuses
@@ -140,22 +162,41 @@ impl Solvers {
             solver.update_b(&program.bounds).ok()?;
             index
         } else {
-            self.by_shape
-                .push((program.layout, new_solver(program, self.tolerance)?));
+            let form = StandardForm {
+                quadratic: &program.quadratic,
+                linear: &program.linear,
+                constraints: &program.constraints,
+                bounds: &program.bounds,
+                cones: &program.cones,
+            };
+            let solver = new_solver(&form, settings(self.tolerance)?)?;
+            self.by_shape.push((program.layout, solver));
             self.by_shape.len() - 1
         };
         Some(&mut self.by_shape[index].1)
     }
 }
 
-fn new_solver(program: &Program, tolerance: f64) -> Option<DefaultSolver<f64>> {
+fn solved(solver: &mut DefaultSolver<f64>) -> Solution {
+    solver.solve();
+    let answer = &solver.solution;
+    Solution {
+        status: status_of(answer.status),
+        primal: answer.x.clone(),
+        dual: answer.z.clone(),
+        slack: answer.s.clone(),
+        iterations: answer.iterations,
+    }
+}
+
+fn new_solver(program: &StandardForm<'_>, settings: DefaultSettings<f64>) -> Option<DefaultSolver<f64>> {
     DefaultSolver::new(
-        &csc(&program.quadratic),
-        &program.linear,
-        &csc(&program.constraints),
-        &program.bounds,
+        &csc(program.quadratic),
+        program.linear,
+        &csc(program.constraints),
+        program.bounds,
         &program.cones.iter().map(cone).collect::<Vec<_>>(),
-        settings(tolerance)?,
+        settings,
     )
     .ok()
 }
