@@ -13,7 +13,7 @@
 //! along their paths with [`path_following`] and [`dive`], in [`water`] that flows, under [`fault`]s; [`observe`]
 //! is the only gate from truth to knowledge; a [`guide`] answers; [`mission`] closes the loop; [`record`] and
 //! [`metrics`] are what remains; [`datum`] says where on Earth that was; [`tuning`] makes the compared law a
-//! strong one.
+//! strong one, and [`regret`] sets any beside the best that its [`plant`] allows.
 
 pub mod datum;
 pub mod dive;
@@ -26,7 +26,9 @@ pub mod metrics;
 pub mod mission;
 pub mod observe;
 pub mod path_following;
+pub mod plant;
 pub mod record;
+pub mod regret;
 pub mod scenario;
 pub mod surface_craft;
 pub mod tuning;

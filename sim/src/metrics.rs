@@ -379,6 +379,7 @@ mod tests {
             settled_after: 2.0,
             contact_range: Some(5.0),
             limits: Some(Limits::MEDUSA),
+            plant: None,
             rows: (0..).zip(north).map(row).collect(),
         }
     }

@@ -13,6 +13,7 @@ use crate::{
     diver::Diver,
     guide::{Guidance, Guide, GuideError},
     inner_loop::PERIOD,
+    plant::{Loads, Plant},
     record::{DiverReference, DiverRow, KnownDiver, KnownSurfaceCraft, Record, Row, SurfaceCraftRow},
     scenario::{Scenario, Start},
     world::{SurfaceCraft, World},
@@ -103,11 +104,19 @@ fn empty_record(scenario: &Scenario, start: &Start, guide: &str, seed: u64) -> R
         settled_after: start.settled_after,
         contact_range: start.contact_range,
         limits: start.limits.clone(),
+        plant: plant(scenario, &start.world),
         bounds: start.bounds.clone(),
         diver_ids: divers.iter().map(|diver| diver.id.to_string()).collect(),
         paths: divers.iter().map(|diver| path_points(&diver.path)).collect(),
         rows: vec![],
     }
+}
+
+/// What the surface craft can physically do. Not known in waves, which push it as hard as its thrusters.
+fn plant(scenario: &Scenario, world: &World) -> Option<Plant> {
+    let calm = scenario.water.waves.is_none();
+    let craft = world.surface_craft.as_ref().filter(|_| calm)?;
+    Some(Plant::of(&Loads::of(&craft.hull)))
 }
 
 #[expect(

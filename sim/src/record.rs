@@ -3,6 +3,8 @@
 use nalgebra::Vector2;
 use planner::{angle::Heading, los::Reference, plan::Method, snapshot::Limits};
 
+use crate::plant::Plant;
+
 mod columns;
 
 pub use columns::{Column, Values};
@@ -28,6 +30,8 @@ pub struct Record {
     pub contact_range: Option<f64>,
     /// What the surface craft was said to be able to do, where there is one.
     pub limits: Option<Limits>,
+    /// What the surface craft can physically do, where that is known.
+    pub plant: Option<Plant>,
     /// Where the surface craft is meant to stay.
     pub bounds: Bounds,
     /// Names of the underwater vehicles, in the order of [`Row::divers`].
