@@ -6,6 +6,7 @@ use serde::Serialize;
 use sim::{
     metrics::{DiverMetrics, Rungs, SurfaceCraftMetrics, Violation, Violations},
     record::Record,
+    regret::regret,
 };
 
 /// A controller's scores. Distances are true ones, to the goal, over the whole mission.
@@ -37,6 +38,9 @@ pub struct Scores {
     pub solve_ms_p99: Option<f64>,
     /// Answers by the rung of the ladder that gave them.
     pub rungs: RungScores,
+    /// How much nearer to the goal any craft of this hull could have stayed that knew the whole future, m
+    /// (root mean square); none in waves, whose push nobody bounds.
+    pub regret_m: Option<f64>,
 }
 
 /// Limits and bounds that the craft did not keep. The unit in a name is that of the worst excess.
@@ -159,6 +163,7 @@ impl Scores {
             reference_jerk: metrics.reference_jerk,
             solve_ms_p50: metrics.solve_ms_p50,
             solve_ms_p99: metrics.solve_ms_p99,
+            regret_m: regret(record).ok().flatten().map(|regret| regret.regret_m),
             rungs: RungScores {
                 mpc,
                 previous_plan,
@@ -178,6 +183,11 @@ impl Scores {
             ("p95_m", format!("{:.3}", self.p95_m)),
             ("max_m", format!("{:.3}", self.max_m)),
             ("settled_rms_m", format!("{:.3}", self.settled_rms_m)),
+            (
+                "regret_m",
+                self.regret_m
+                    .map_or("-".to_owned(), |regret| format!("{regret:.3}")),
+            ),
             ("energy_j", format!("{:.0}", self.energy_j)),
             ("heading_travel_rad", format!("{:.2}", self.heading_travel_rad)),
             ("reference_jerk", format!("{:.4}", self.reference_jerk)),

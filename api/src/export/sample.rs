@@ -23,6 +23,7 @@ pub(super) fn record() -> Record {
         settled_after: 0.0,
         contact_range: Some(10.0),
         limits: Some(Limits::MEDUSA),
+        plant: None,
         bounds: Bounds {
             keep_outs: vec![Disc {
                 centre: Vector2::new(40.0, 30.0),
