@@ -48,15 +48,15 @@ def turn_drag(rate: float) -> float:
 
 
 class PlainSurfaceCraft:
-    """`vehicles.SurfaceCraft` with ideal thrusters and drag feed-forward."""
+    """`vehicles.SurfaceCraft` with the default thrusters and drag feed-forward."""
 
     def __init__(self, craft: SurfaceCraft):
-        self.state: State = tuple(craft.state[:6].tolist())
+        self.state: State = tuple(craft.state.tolist())
         self.integral = float(craft.surge.integral)
 
     def step(self, speed: float, heading: float) -> None:
         """One period towards a speed, m/s, and a heading, rad."""
-        _, _, psi, u, _, r = self.state
+        _, _, psi, u, _, r, _, _ = self.state
         error = clamp(speed - u, 0.2)
         force = 26.0 * error + self.integral + surge_drag(u)
         moment = INERTIA * 2.56 * wrap(heading - psi) - (2.56 * INERTIA - 4.14) * r
@@ -64,18 +64,22 @@ class PlainSurfaceCraft:
         given = 2.0 * clamp(0.5 * force, 36.0 - abs(differential))
         if (force - given) * error <= 0.0:
             self.integral += 3.0 * error * PERIOD
-        moment = 0.3 * differential
+        port, starboard = 0.5 * given + differential, 0.5 * given - differential
+        port = 0.0 if abs(port) < 0.2 else port
+        starboard = 0.0 if abs(starboard) < 0.2 else starboard
 
         def derivative(state: State) -> State:
-            _, _, psi, u, v, r = state
+            _, _, psi, u, v, r, t_port, t_starboard = state
             c, s = cos(psi), sin(psi)
             return (
                 c * u - s * v,
                 s * u + c * v,
                 r,
-                (given + MASS_SWAY * v * r - surge_drag(u)) / MASS_SURGE,
+                (t_port + t_starboard + MASS_SWAY * v * r - surge_drag(u)) / MASS_SURGE,
                 (-MASS_SURGE * u * r - (55.1 + 101.0 * abs(v)) * v) / MASS_SWAY,
-                (moment + (MASS_SURGE - MASS_SWAY) * u * v - turn_drag(r)) / INERTIA,
+                (0.15 * (t_port - t_starboard) + (MASS_SURGE - MASS_SWAY) * u * v - turn_drag(r)) / INERTIA,
+                (port - t_port) / 0.1,
+                (starboard - t_starboard) / 0.1,
             )
 
         self.state = rk4(derivative, self.state, PERIOD)

@@ -21,7 +21,7 @@ import numpy as np
 
 from path_following import Path
 from plain_math import PlainSurfaceCraft, PlainUnderwaterVehicle
-from vehicles import SurfaceCraft, UnderwaterVehicle
+from vehicles import SurfaceCraft, Thrusters, UnderwaterVehicle
 
 ROOT = File(__file__).resolve().parents[2]
 STEPS_PER_SECOND = 10
@@ -40,7 +40,9 @@ RUST_BENCHES = {
 
 def surface_craft() -> SurfaceCraft:
     """The craft of `paper-tracking` at its start."""
-    return SurfaceCraft.under_way(0.3, feed_forward=True, position=(-15.0, -8.0), heading=0.25 * np.pi)
+    return SurfaceCraft.under_way(
+        0.3, feed_forward=True, thrusters=Thrusters(), position=(-15.0, -8.0), heading=0.25 * np.pi
+    )
 
 
 def diver() -> UnderwaterVehicle:

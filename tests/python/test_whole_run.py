@@ -3,8 +3,6 @@
 PILOTFISH is the path of the release binary.
 """
 
-import os
-import subprocess
 from pathlib import Path as File
 
 import numpy as np
@@ -13,31 +11,35 @@ import pytest
 
 from integrate import Integrator, adaptive, rk4
 from path_following import Path, wrap
-from vehicles import IDEAL_THRUSTERS, SurfaceCraft, UnderwaterVehicle
+from program import pilotfish
+from vehicles import SurfaceCraft, Thrusters, UnderwaterVehicle
 
-THRUSTERS_OF_THE_SIMULATOR = IDEAL_THRUSTERS
+THRUSTERS_OF_THE_SIMULATOR = Thrusters()
 STEPS_PER_ROW = 10  # a row a second, ten periods a second
 
-# Largest differences, m, rad, m/s and rad/s. The record has six decimals. With the same method that is all:
-# start and row are each off by up to 5e-7 (1.0e-6 measured, in the diver's position), and the position of
-# the craft adds up the rounding of 1800 references (1e-5 m measured). SciPy integrates each period exactly
-# where the simulator takes one Runge-Kutta step (1.2e-5 m measured for the diver, 2.0e-5 m for the craft).
-# A leg of the sawtooth that began one period late would be 0.02 m of depth.
+# Largest differences, m, rad, m/s and rad/s; of thrusts, N. The record has six decimals. With the same method
+# that is all: start and row are each off by up to 5e-7 (1.0e-6 measured, in the diver's position), and the
+# position of the craft adds up the rounding of 1800 references (1.1e-5 m measured, and 3.7e-5 N). SciPy
+# integrates each period exactly where the simulator takes one Runge-Kutta step: 1.2e-5 m measured for the
+# diver. The craft's thrusters lag by as much as that step, after which the method leaves 0.375 of a thrust's
+# way where e⁻¹ = 0.368 is exact: 2.6e-3 m and 0.028 N measured. Ten Runge-Kutta steps a period come to
+# within 1.2e-7 m and 1.3e-6 N of SciPy. Without the dead zone the craft would be off by 1.4e-2 m and 0.14 N,
+# with a lag of 0.11 s by 7.6e-2 m and 0.38 N. A leg of the sawtooth that began one period late would be
+# 0.02 m of depth.
 DIVER_TOLERANCES = [(rk4, 3e-6), (adaptive, 5e-5)]
-CRAFT_TOLERANCES = [(rk4, 5e-5), (adaptive, 1e-4)]
+CRAFT_TOLERANCES = [(rk4, 5e-5, 1e-4), (adaptive, 5e-3, 0.1)]
 
 DIVER = ["north_m", "east_m", "depth_m", "pitch_rad", "heading_rad", "surge_mps"]
 CRAFT = ["north_m", "east_m", "heading_rad", "surge_mps", "sway_mps", "yaw_rate_radps"]
+THRUSTS = ["thrust_port_n", "thrust_starboard_n"]
 REFERENCES = ["reference_speed_mps", "reference_heading_rad"]
 
 
 def record(folder: File, *arguments: str) -> pd.DataFrame:
     """The record of `pilotfish simulate`, a row a second."""
-    binary = os.environ.get("PILOTFISH")
-    if binary is None:
-        pytest.skip("PILOTFISH does not say where the binary is")
     out = folder / "run.csv"
-    subprocess.run([binary, "simulate", *arguments, "--out", str(out)], check=True, stdout=subprocess.DEVNULL)
+    run = pilotfish("simulate", *arguments, "--out", str(out))
+    assert run.returncode == 0, run.stderr
     rows = pd.read_csv(out)
     assert np.array_equal(rows["t_s"], np.arange(len(rows))), "a row a second"
     return rows
@@ -75,24 +77,24 @@ def steered_again(start: pd.Series, references: pd.DataFrame, integrator: Integr
         position=(start["north_m"], start["east_m"]),
         heading=start["heading_rad"],
     )
-    states = [craft.state[:6]]
+    states = [craft.state]
     for speed, heading in references.to_numpy()[:-1]:
         for _ in range(STEPS_PER_ROW):
             craft.step(speed, heading, integrator=integrator)
-        states.append(craft.state[:6])
-    return pd.DataFrame(states, columns=CRAFT)
+        states.append(craft.state)
+    return pd.DataFrame(states, columns=CRAFT + THRUSTS)
 
 
-def largest_differences(who: str, simulator: pd.DataFrame, expected: pd.DataFrame) -> float:
-    """Prints a line for each column; the largest difference of all."""
+def largest_differences(who: str, simulator: pd.DataFrame, expected: pd.DataFrame) -> pd.Series:
+    """Prints a line for each column; the largest difference in each."""
     difference = (simulator - expected).abs()
     difference["heading_rad"] = difference["heading_rad"].map(wrap).abs()
     for name in difference:
         print(
-            f"{who:17} {name:14} largest difference {difference[name].max():.1e} "
+            f"{who:17} {name:18} largest difference {difference[name].max():.1e} "
             f"at {difference[name].idxmax():4} s (range {np.ptp(expected[name]):.3f})"
         )
-    return float(difference.to_numpy().max())
+    return difference.max()
 
 
 @pytest.mark.parametrize(("integrator", "tolerance"), DIVER_TOLERANCES)
@@ -104,16 +106,27 @@ def test_an_independent_underwater_vehicle_flies_the_same_mission(
     largest = largest_differences(f"diver, {integrator.__name__}", simulator, expected)
     # Otherwise agreement would say little: two lanes' ends are passed, and both legs are flown.
     assert np.ptp(expected["east_m"]) > 40.0 and np.ptp(expected["depth_m"]) > 22.0
-    assert largest < tolerance
+    assert largest.max() < tolerance
 
 
-@pytest.mark.parametrize(("integrator", "tolerance"), CRAFT_TOLERANCES)
+@pytest.mark.parametrize(("integrator", "tolerance", "thrust_tolerance"), CRAFT_TOLERANCES)
 def test_an_independent_surface_craft_answers_the_same_references_alike(
-    tmp_path: File, integrator: Integrator, tolerance: float
+    tmp_path: File, integrator: Integrator, tolerance: float, thrust_tolerance: float
 ) -> None:
     rows = record(tmp_path, "paper-tracking", "--controller", "saturated_los")
-    simulator = columns_of(rows, "asc", CRAFT)
+    simulator = columns_of(rows, "asc", CRAFT + THRUSTS)
     expected = steered_again(simulator.iloc[0], rows[REFERENCES], integrator)
     largest = largest_differences(f"craft, {integrator.__name__}", simulator, expected)
     assert np.ptp(expected["surge_mps"]) > 0.5 and np.ptp(expected["heading_rad"]) > 3.0
-    assert largest < tolerance
+    assert np.ptp(expected["thrust_port_n"]) > 20.0
+    assert largest[CRAFT].max() < tolerance
+    assert largest[THRUSTS].max() < thrust_tolerance
+
+
+def test_the_surface_craft_starts_under_the_thrust_of_steady_cruising(tmp_path: File) -> None:
+    rows = record(tmp_path, "paper-tracking", "--duration-s", "1")
+    start = columns_of(rows, "asc", CRAFT + THRUSTS).iloc[0]
+    # Half the drag each, 27.5 N/(m/s)² at 0.3 m/s, to the record's six decimals.
+    assert start["surge_mps"] == pytest.approx(0.3, abs=6e-7)
+    assert start[THRUSTS].to_numpy() == pytest.approx(0.5 * 27.5 * 0.3**2, abs=6e-7)
+    assert start["sway_mps"] == start["yaw_rate_radps"] == 0.0
