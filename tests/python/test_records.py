@@ -6,7 +6,6 @@ with the CSV.
 
 import json
 import math
-import os
 import subprocess
 
 import geopandas
@@ -18,9 +17,18 @@ import pyarrow.parquet
 import pytest
 from scipy.spatial.transform import Rotation
 
+from program import program
+
 SCENARIO = "paper-tracking"
 SEED = 5
 VEHICLES = {"asc": "asc", "auv-1": "auv_1"}
+
+# The datum of the built-in scenarios, and metres east and north of it by a projection of PROJ's own.
+ORIGIN = "+lat_0=38.41 +lon_0=-9.12"
+LOCAL = f"+proj=aeqd {ORIGIN} +ellps=WGS84 +units=m"
+
+# The map has nine decimals of a degree: 5.6e-5 m is half of the last one, and all that is measured.
+MAP_TOLERANCE_M = 1e-4
 
 # The CSV has six decimals.
 CSV_TOLERANCE = 0.5000001e-6
@@ -31,7 +39,7 @@ def files(tmp_path_factory):
     """The paths of the four files, by format."""
     folder = tmp_path_factory.mktemp("records")
     paths = {kind: folder / f"record.{kind}" for kind in ("csv", "parquet", "geojson", "mcap")}
-    command = [os.environ["PILOTFISH"], "simulate", SCENARIO, "--controller", "saturated_los"]
+    command = [program(), "simulate", SCENARIO, "--controller", "saturated_los"]
     command += ["--seed", str(SEED)]
     for path in paths.values():
         command += ["--out", str(path)]
@@ -89,8 +97,10 @@ def test_parquet_has_the_columns_and_values_of_the_csv(files, table):
 
 
 def test_what_is_never_told_is_null_in_parquet(files):
-    # Nobody holds a clock inside the simulator.
-    assert pd.read_parquet(files["parquet"])["solve_ms"].isna().all()
+    # Line of sight predicts nothing; how long it took is told.
+    parquet = pd.read_parquet(files["parquet"])
+    assert parquet["predicted_rms_m"].isna().all()
+    assert (parquet["solve_ms"] >= 0.0).all()
 
 
 def test_parquet_says_what_it_is_of(files):
@@ -110,8 +120,7 @@ def test_the_map_is_in_wgs_84_with_a_line_for_each_track(places):
         assert kind in kinds[row.geometry.geom_type]
         assert row.geometry.is_valid
         assert (row["scenario"], row["seed"]) == (SCENARIO, SEED)
-    for key in (("asc", "asc"), ("auv", "auv-1"), ("goal", "goal")):
-        assert key in places.index
+    assert set(places.index) == {("asc", "asc"), ("auv", "auv-1"), ("goal", "goal"), ("path", "auv-1")}
     assert places.loc[("auv", "auv-1")].geometry.has_z
     assert not places.loc[("asc", "asc")].geometry.has_z
 
@@ -124,6 +133,13 @@ def test_tracks_on_the_map_are_as_long_as_in_the_table(places, table):
         assert on_map == pytest.approx(length(track(table, vehicle)), rel=1e-3)
 
 
+def test_tracks_on_the_map_are_where_another_projection_puts_the_table(places, table):
+    metres = places.to_crs(LOCAL)
+    for kind, vehicle in (("asc", "asc"), ("auv", "auv-1")):
+        on_map = np.array(metres.loc[(kind, vehicle)].geometry.coords)[:, :2]
+        assert np.abs(on_map - track(table, vehicle)).max() < MAP_TOLERANCE_M
+
+
 def test_each_point_of_a_track_has_its_time_and_its_depth(places, table):
     row = places.loc[("auv", "auv-1")]
     times = np.array(json.loads(row["t_s"]) if isinstance(row["t_s"], str) else row["t_s"])
@@ -131,6 +147,37 @@ def test_each_point_of_a_track_has_its_time_and_its_depth(places, table):
     altitudes = np.array(row.geometry.coords)[:, 2]
     # Altitudes have three decimals.
     assert altitudes == pytest.approx(-table["auv_1_depth_m"].to_numpy(), abs=0.6e-3)
+
+
+def test_paths_discs_and_area_of_a_scenario_are_on_the_map_at_their_size(tmp_path):
+    path = tmp_path / "crowded.geojson"
+    command = [program(), "simulate", "crowded", "--controller", "saturated_los"]
+    subprocess.run(command + ["--out", str(path)], check=True, stdout=subprocess.DEVNULL)
+    places = geopandas.read_file(path).set_index(["kind", "id"])
+    assert places.geometry.is_valid.all()
+    vehicles = {"auv-1", "auv-2"}
+    kinds = {"asc": {"asc"}, "auv": vehicles, "goal": {"goal"}, "path": vehicles}
+    kinds |= {"keep_out": {"keep-out-1"}, "area": {"area"}}
+    assert set(places.index) == {(kind, id) for kind, ids in kinds.items() for id in ids}
+    metres = places.to_crs(LOCAL).geometry
+
+    # Four lanes of 100 m and three half circles of 20 m across, drawn as chords: 1e-4 short of that. Lanes
+    # begin at (0, 0) and, for the second vehicle, 60 m east; the fourth comes back, 60 m further east.
+    for vehicle, east in (("auv-1", 0.0), ("auv-2", 60.0)):
+        line = metres["path", vehicle]
+        assert line.length == pytest.approx(400.0 + 30.0 * math.pi, rel=3e-4)
+        ends = np.array([line.coords[0], line.coords[-1]])
+        assert ends == pytest.approx(np.array([[east, 0.0], [east + 60.0, 0.0]]), abs=MAP_TOLERANCE_M)
+        # The northernmost point is that of a turn.
+        assert line.bounds[3] == pytest.approx(110.0, abs=0.02)
+
+    # A polygon of 64 corners, which is 0.16 % smaller than its circle.
+    disc = metres["keep_out", "keep-out-1"]
+    assert disc.area == pytest.approx(32.0 * 12.0**2 * math.sin(math.tau / 64.0), rel=1e-4)
+    assert [disc.centroid.x, disc.centroid.y] == pytest.approx([45.0, 60.0], abs=MAP_TOLERANCE_M)
+    area = metres["area", "area"]
+    assert area.bounds == pytest.approx((-60.0, -60.0, 180.0, 160.0), abs=MAP_TOLERANCE_M)
+    assert area.area == pytest.approx(240.0 * 220.0, rel=1e-5)
 
 
 def test_every_topic_has_its_schema_and_a_message_a_row(log, table):
@@ -225,14 +272,14 @@ def test_ticks_are_the_rows_of_the_table(log, table):
 
 def test_a_mission_without_a_surface_craft_leaves_in_every_format(tmp_path):
     paths = [tmp_path / f"record.{kind}" for kind in ("csv", "parquet", "geojson", "mcap")]
-    command = [os.environ["PILOTFISH"], "simulate", "paper-path-following"]
+    command = [program(), "simulate", "paper-path-following"]
     for path in paths:
         command += ["--out", str(path)]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     parquet = pd.read_parquet(paths[1])
     assert list(parquet.columns) == list(pd.read_csv(paths[0]).columns)
     assert not any(name.startswith("asc_") for name in parquet.columns)
-    assert set(geopandas.read_file(paths[2])["kind"]) <= {"auv", "path"}
+    assert set(geopandas.read_file(paths[2])["kind"]) == {"auv", "path"}
     with open(paths[3], "rb") as stream:
         summary = mcap.reader.make_reader(stream).get_summary()
     topics = {channel.topic for channel in summary.channels.values()}
