@@ -1,0 +1,94 @@
+"""The same command writes the same bytes: again, beside itself, and without optimisation.
+
+PILOTFISH is the path of the release binary, PILOTFISH_DEBUG that of the debug binary.
+"""
+
+import subprocess
+from pathlib import Path as File
+
+import pandas as pd
+import pytest
+
+from program import NAMES, pilotfish, program
+
+DURATION_S = 120
+FILES = ["record.parquet", "record.csv", "record.geojson", "record.mcap"]
+PAGE = "mission.html"
+
+
+def start(binary: str, scenario: str, folder: File) -> subprocess.Popen[bytes]:
+    """Begins a mission that leaves in every format."""
+    folder.mkdir()
+    command = [binary, "simulate", scenario, "--untimed", "--duration-s", str(DURATION_S), "--report", PAGE]
+    for file in FILES:
+        command += ["--out", file]
+    return subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE)
+
+
+def end(mission: subprocess.Popen[bytes]) -> bytes:
+    """What a mission printed."""
+    printed, _ = mission.communicate()
+    assert mission.returncode == 0
+    return printed
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[File, bytes]]:
+    """Folder and output of a mission of every scenario, one after the other."""
+    folder = tmp_path_factory.mktemp("alone")
+    return {name: (folder / name, end(start(program(), name, folder / name))) for name in NAMES}
+
+
+def assert_same(folder: File, printed: bytes, expected: tuple[File, bytes]) -> None:
+    """Output and every file, byte by byte; says first which columns are not the same."""
+    tables = [pd.read_csv(of / "record.csv") for of in (folder, expected[0])]
+    assert len(tables[1]) == DURATION_S
+    assert list(tables[0].columns) == list(tables[1].columns)
+    assert [name for name in tables[0] if not tables[0][name].equals(tables[1][name])] == []
+    for file in [*FILES, PAGE]:
+        # Compared outside the assertion, whose message would be megabytes.
+        same = (folder / file).read_bytes() == (expected[0] / file).read_bytes()
+        assert same, file
+    assert printed == expected[1]
+
+
+def test_the_program_lists_the_scenarios_of_the_repository() -> None:
+    listed = [line.split()[0] for line in pilotfish("scenarios").stdout.splitlines()]
+    assert sorted(listed) == NAMES
+
+
+@pytest.mark.parametrize("scenario", NAMES)
+def test_a_mission_writes_the_same_bytes_again(
+    tmp_path: File, alone: dict[str, tuple[File, bytes]], scenario: str
+) -> None:
+    again = tmp_path / "again"
+    assert_same(again, end(start(program(), scenario, again)), alone[scenario])
+
+
+@pytest.mark.parametrize("scenario", NAMES)
+def test_two_missions_at_once_write_the_same_bytes_as_one_alone(
+    tmp_path: File, alone: dict[str, tuple[File, bytes]], scenario: str
+) -> None:
+    folders = [tmp_path / "one", tmp_path / "two"]
+    missions = [start(program(), scenario, folder) for folder in folders]
+    for folder, mission in zip(folders, missions):
+        assert_same(folder, end(mission), alone[scenario])
+
+
+@pytest.mark.parametrize("scenario", NAMES)
+def test_without_optimisation_the_program_writes_the_same_bytes(
+    tmp_path: File, alone: dict[str, tuple[File, bytes]], scenario: str
+) -> None:
+    debug = tmp_path / "debug"
+    assert_same(debug, end(start(program("PILOTFISH_DEBUG"), scenario, debug)), alone[scenario])
+
+
+@pytest.mark.parametrize("scenario", NAMES)
+def test_another_seed_makes_another_mission(
+    tmp_path: File, alone: dict[str, tuple[File, bytes]], scenario: str
+) -> None:
+    # Otherwise sameness would say little.
+    out = tmp_path / "other.csv"
+    arguments = ["--untimed", "--duration-s", str(DURATION_S), "--seed", "2", "--out", str(out)]
+    assert pilotfish("simulate", scenario, *arguments).returncode == 0
+    assert out.read_bytes() != (alone[scenario][0] / "record.csv").read_bytes()
