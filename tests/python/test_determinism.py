@@ -4,6 +4,8 @@ PILOTFISH is the path of the release binary, PILOTFISH_DEBUG that of the debug b
 """
 
 import subprocess
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path as File
 
 import pandas as pd
@@ -14,6 +16,7 @@ from program import NAMES, pilotfish, program
 DURATION_S = 120
 FILES = ["record.parquet", "record.csv", "record.geojson", "record.mcap"]
 PAGE = "mission.html"
+Mission = tuple[File, bytes]  # folder of its files, what it printed
 
 
 def start(binary: str, scenario: str, folder: File) -> subprocess.Popen[bytes]:
@@ -33,13 +36,18 @@ def end(mission: subprocess.Popen[bytes]) -> bytes:
 
 
 @pytest.fixture(scope="module")
-def alone(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[File, bytes]]:
-    """Folder and output of a mission of every scenario, one after the other."""
+def alone(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Mission]:
+    """A mission of a scenario without another beside it, flown when first asked for."""
     folder = tmp_path_factory.mktemp("alone")
-    return {name: (folder / name, end(start(program(), name, folder / name))) for name in NAMES}
+
+    @cache
+    def flown(name: str) -> Mission:
+        return folder / name, end(start(program(), name, folder / name))
+
+    return flown
 
 
-def assert_same(folder: File, printed: bytes, expected: tuple[File, bytes]) -> None:
+def assert_same(folder: File, printed: bytes, expected: Mission) -> None:
     """Output and every file, byte by byte; says first which columns are not the same."""
     tables = [pd.read_csv(of / "record.csv") for of in (folder, expected[0])]
     assert len(tables[1]) == DURATION_S
@@ -59,36 +67,37 @@ def test_the_program_lists_the_scenarios_of_the_repository() -> None:
 
 @pytest.mark.parametrize("scenario", NAMES)
 def test_a_mission_writes_the_same_bytes_again(
-    tmp_path: File, alone: dict[str, tuple[File, bytes]], scenario: str
+    tmp_path: File, alone: Callable[[str], Mission], scenario: str
 ) -> None:
     again = tmp_path / "again"
-    assert_same(again, end(start(program(), scenario, again)), alone[scenario])
+    assert_same(again, end(start(program(), scenario, again)), alone(scenario))
 
 
 @pytest.mark.parametrize("scenario", NAMES)
 def test_two_missions_at_once_write_the_same_bytes_as_one_alone(
-    tmp_path: File, alone: dict[str, tuple[File, bytes]], scenario: str
+    tmp_path: File, alone: Callable[[str], Mission], scenario: str
 ) -> None:
+    expected = alone(scenario)
     folders = [tmp_path / "one", tmp_path / "two"]
     missions = [start(program(), scenario, folder) for folder in folders]
     for folder, mission in zip(folders, missions):
-        assert_same(folder, end(mission), alone[scenario])
+        assert_same(folder, end(mission), expected)
 
 
 @pytest.mark.parametrize("scenario", NAMES)
 def test_without_optimisation_the_program_writes_the_same_bytes(
-    tmp_path: File, alone: dict[str, tuple[File, bytes]], scenario: str
+    tmp_path: File, alone: Callable[[str], Mission], scenario: str
 ) -> None:
     debug = tmp_path / "debug"
-    assert_same(debug, end(start(program("PILOTFISH_DEBUG"), scenario, debug)), alone[scenario])
+    assert_same(debug, end(start(program("PILOTFISH_DEBUG"), scenario, debug)), alone(scenario))
 
 
 @pytest.mark.parametrize("scenario", NAMES)
 def test_another_seed_makes_another_mission(
-    tmp_path: File, alone: dict[str, tuple[File, bytes]], scenario: str
+    tmp_path: File, alone: Callable[[str], Mission], scenario: str
 ) -> None:
     # Otherwise sameness would say little.
     out = tmp_path / "other.csv"
     arguments = ["--untimed", "--duration-s", str(DURATION_S), "--seed", "2", "--out", str(out)]
     assert pilotfish("simulate", scenario, *arguments).returncode == 0
-    assert out.read_bytes() != (alone[scenario][0] / "record.csv").read_bytes()
+    assert out.read_bytes() != (alone(scenario)[0] / "record.csv").read_bytes()
