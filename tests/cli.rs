@@ -204,6 +204,47 @@ fn an_unknown_scenario_is_answered_with_the_known_ones() {
 }
 
 #[test]
+fn a_scenario_of_one_s_own_starts_from_a_printed_one() {
+    let listed = run(&["scenarios"]);
+    for name in sim::scenario::Scenario::names() {
+        assert!(stdout(&listed).contains(name), "{name}");
+    }
+    let printed = run(&["scenarios", "paper-tracking"]);
+    let directory = tempfile::tempdir().expect("a folder");
+    let path = directory.path().join("my.toml");
+    let mine = stdout(&printed).replace("name = \"paper-tracking\"", "name = \"mine\"");
+    fs::write(&path, &mine).expect("written");
+    let fly = |file: &str| run(&["simulate", file, "--duration-s", "20"]);
+    let flown = fly(path.to_str().expect("is text"));
+    assert!(flown.status.success(), "{}", stderr(&flown));
+    assert!(stdout(&flown).starts_with("mine, seed 1"), "{}", stdout(&flown));
+
+    let line = 1 + mine
+        .lines()
+        .position(|line| line.starts_with("lane_length_m"))
+        .expect("there");
+    fs::write(&path, mine.replace("lane_length_m = 100", "lane_length_m = -100")).expect("written");
+    let refused = fly(path.to_str().expect("is text"));
+    assert!(!refused.status.success());
+    let says =
+        format!("my.toml:{line}: auvs[0].path.lawn_mower.lane_length_m: -100 is outside 0.01 to 100000 m");
+    assert!(stderr(&refused).contains(&says), "{}", stderr(&refused));
+    let missing = fly("./nowhere.toml");
+    assert!(
+        stderr(&missing).contains("cannot read ./nowhere.toml"),
+        "{}",
+        stderr(&missing)
+    );
+}
+
+#[test]
+fn the_schema_of_scenario_files_is_printed() {
+    let schema: Value = serde_json::from_str(stdout(&run(&["scenarios", "--schema"]))).expect("JSON");
+    assert_eq!(schema["title"], "Scenario");
+    assert!(schema["properties"]["auvs"].is_object());
+}
+
+#[test]
 fn a_record_is_the_same_file_for_the_same_seed() {
     let directory = std::env::temp_dir().join(format!("pilotfish-cli-{}", std::process::id()));
     fs::create_dir_all(&directory).expect("can be made");
@@ -217,6 +258,7 @@ fn a_record_is_the_same_file_for_the_same_seed() {
             "saturated_los",
             "--seed",
             seed,
+            "--untimed",
             "--out",
             path,
         ]);

@@ -21,6 +21,10 @@ use crate::{
 /// Shallower than this, a GNSS antenna on the vehicle's tail sees the sky, m. Assumption: half a vehicle's length.
 const ANTENNA_DEPTH: f64 = 1.0;
 
+/// How much further along its path than it strayed a vehicle looks for the nearest point when it rejoins, m.
+/// Assumption: less than the way into the next lane of any lawn-mower that it can turn on.
+const REJOIN_REACH: f64 = 10.0;
+
 /// An underwater vehicle.
 #[derive(Clone, Debug)]
 pub struct Diver {
@@ -91,6 +95,16 @@ impl Diver {
         heading_rate(self.pitch(), self.state[7])
     }
 
+    /// Speed reference along the body at arc length `gamma`, m/s; on a closed path the same on every lap.
+    #[must_use]
+    pub fn speed_at(&self, gamma: f64) -> f64 {
+        if self.path.is_closed() {
+            self.speed.at(gamma.rem_euclid(self.path.length()))
+        } else {
+            self.speed.at(gamma)
+        }
+    }
+
     /// True deviation from the point it follows.
     #[must_use]
     pub fn path_error(&self) -> PathError {
@@ -148,7 +162,7 @@ impl Diver {
     /// The law's rate is ψ̇, that of the inner loops the body's yaw rate r = cosθ ψ̇.
     fn told(&self, command: &PathCommand) -> UnderwaterReference {
         UnderwaterReference {
-            surge: self.speed.at(self.gamma),
+            surge: self.speed_at(self.gamma),
             pitch: self.leg.pitch(&self.dive),
             yaw_rate: command.heading_rate * self.pitch().cos(),
         }
@@ -157,8 +171,10 @@ impl Diver {
     /// Lets one inner-loop period pass in a current (north, east), m/s.
     pub(crate) fn step(&mut self, conduct: Conduct, current: &Vector2<f64>) {
         if conduct == Conduct::FollowsPath && self.conduct != conduct {
-            // Back from elsewhere: the point it left its path at may be far behind.
-            self.gamma = self.path.closest(&self.believed);
+            // Back from elsewhere, the nearest point of the path, but none that only another lane has.
+            let left_at = self.path.at(self.gamma).position;
+            let reach = (self.believed - left_at).norm() + REJOIN_REACH;
+            self.gamma = self.path.closest_near(&self.believed, self.gamma, reach);
         }
         self.conduct = conduct;
         self.leg = match conduct {

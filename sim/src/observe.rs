@@ -14,6 +14,7 @@ use planner::{
 
 use crate::{
     diver::Diver,
+    underwater_vehicle::Navigation,
     world::{SurfaceCraft, World},
 };
 
@@ -163,7 +164,9 @@ impl Observer {
             age: (clock - heard.sent_at).clamp(0.0, AGE_MAX),
             path: briefing.paths.then(|| KnownPath {
                 path: diver.path.clone(),
-                horizontal_speed: diver.speed.at(diver.gamma) * diver.dive.pitch.cos(),
+                // As planned for where it was heard: where it is now is not known.
+                horizontal_speed: diver.speed_at(diver.path.closest(&heard.emission.position))
+                    * diver.dive.pitch.cos(),
             }),
         };
         Snapshot::try_from(Observation {
@@ -200,7 +203,8 @@ impl Observer {
     }
 }
 
-/// A diver as it is: its ground track, and the course's rate of turn.
+/// A diver as it is: its ground track, and the course's rate of turn. One that does not know its place does not
+/// know the current either: it tells its heading, and its speed and rate of turn through the water.
 ///
 /// ```text
 /// g = u_h [cosψ, sinψ] + v_c        χ̇ = ψ̇ u_h (g · [cosψ, sinψ]) / ‖g‖²
@@ -211,7 +215,10 @@ fn emission(diver: &Diver, world: &World) -> Emission {
     let current = world.water.current(&diver.position(), diver.depth());
     let bow = direction(diver.heading());
     let u_h = diver.horizontal_speed();
-    let ground = bow * u_h + current;
+    let ground = match diver.navigation {
+        Navigation::Exact => bow * u_h + current,
+        Navigation::GpsAtSurface => bow * u_h,
+    };
     let speed = ground.norm();
     // Standing still over ground there is no course to turn.
     let turn_rate = if speed < f64::EPSILON {

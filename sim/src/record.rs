@@ -7,7 +7,7 @@ use crate::plant::Plant;
 
 mod columns;
 
-pub use columns::{Column, Values};
+pub use columns::{Column, Values, column_named_twice};
 
 /// A mission's record. Holds nothing but what scenario, guide and seed determine, solve times excepted.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,7 +36,8 @@ pub struct Record {
     pub bounds: Bounds,
     /// Names of the underwater vehicles, in the order of [`Row::divers`].
     pub diver_ids: Vec<String>,
-    /// The paths they are to follow, in the same order, as points (north, east) a metre or less apart, m.
+    /// The paths they are to follow, in the same order, as points (north, east), m: a metre apart or less, or
+    /// ten thousand where that would be more.
     pub paths: Vec<Vec<Vector2<f64>>>,
     /// One row a tick, from the start on.
     pub rows: Vec<Row>,

@@ -3,7 +3,7 @@
 //! A scenario file is TOML of the shape of [`Scenario`]. Any number in it may be a distribution; a seed makes a
 //! mission of it, with [`Scenario::start`].
 
-use std::{fs, io, path::Path};
+use std::{io, path::Path};
 
 mod file;
 mod files;
@@ -37,6 +37,7 @@ const BUILT_IN: &[(&str, &str)] = built_in![
     "anti-phase",
     "target-stops",
     "silence",
+    "silence-path",
     "noisy-fixes",
     "crowded",
     "rough-water",
@@ -45,11 +46,14 @@ const BUILT_IN: &[(&str, &str)] = built_in![
     "slocum",
 ];
 
+/// Largest scenario file that is read, bytes: hundreds of times the longest that is built in.
+const SCENARIO_BYTES_MAX: u64 = 1_000_000;
+
 /// Why a scenario file is no scenario.
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
     /// It cannot be read.
-    #[error("cannot read {path}: {source}")]
+    #[error("cannot read {path}")]
     Unreadable {
         /// The file.
         path: String,
@@ -92,34 +96,35 @@ impl Scenario {
 
     /// The scenario in the file at `path`, which may name files beside it.
     pub fn read(path: &Path) -> Result<Self, ScenarioError> {
-        let text = fs::read_to_string(path).map_err(|source| ScenarioError::Unreadable {
-            path: path.display().to_string(),
-            source,
-        })?;
+        let file = path.display().to_string();
+        let text = files::read(path, SCENARIO_BYTES_MAX)
+            .and_then(|bytes| String::from_utf8(bytes).map_err(io::Error::other))
+            .map_err(|source| ScenarioError::Unreadable {
+                path: file.clone(),
+                source,
+            })?;
         let beside = path.parent().unwrap_or(Path::new("."));
-        Self::parse(&text, &path.display().to_string(), Files::beside(beside))
+        Self::parse(&text, &file, Files::beside(beside))
     }
 
     /// The scenario in `text`, which came from `file`. What it says is tried with one seed, so that a file
     /// whose numbers do not fit together is refused here.
     pub fn parse(text: &str, file: &str, files: Files) -> Result<Self, ScenarioError> {
-        let at = |line, wrong| ScenarioError::Invalid {
+        let source = Source {
             file: file.to_owned(),
-            line,
-            wrong,
+            text: text.to_owned(),
         };
-        let wrong = |error: &toml::de::Error, field: String| {
-            let line = error.span().map_or(1, |span| line_of(text, span.start));
-            let reason = error.message().to_owned();
-            at(line, InvalidScenario { field, reason })
-        };
-        let document = toml::Deserializer::parse(text).map_err(|error| wrong(&error, "syntax".to_owned()))?;
-        let mut scenario: Self = serde_path_to_error::deserialize(document)
-            .map_err(|error| wrong(error.inner(), error.path().to_string()))?;
+        let document =
+            toml::Deserializer::parse(text).map_err(|error| source.refused(&error, "syntax".to_owned()))?;
+        let mut scenario: Self = serde_path_to_error::deserialize(document).map_err(|error| {
+            let field = error.path().to_string();
+            // The whole file's own path is a dot.
+            let field = if field == "." { "file".to_owned() } else { field };
+            source.refused(error.inner(), field)
+        })?;
         scenario.files = files;
-        if let Err(error) = scenario.start(0) {
-            return Err(at(line_of_field(text, &error.field), error));
-        }
+        scenario.source = source;
+        scenario.start(0)?;
         Ok(scenario)
     }
 
@@ -144,6 +149,25 @@ impl Scenario {
     #[must_use]
     pub fn has_surface_craft(&self) -> bool {
         self.surface_craft.is_some()
+    }
+}
+
+impl Source {
+    fn refused(&self, error: &toml::de::Error, field: String) -> ScenarioError {
+        let reason = error.message().to_owned();
+        ScenarioError::Invalid {
+            file: self.file.clone(),
+            line: error.span().map_or(1, |span| line_of(&self.text, span.start)),
+            wrong: InvalidScenario { field, reason },
+        }
+    }
+
+    fn wrong(&self, wrong: InvalidScenario) -> ScenarioError {
+        ScenarioError::Invalid {
+            file: self.file.clone(),
+            line: line_of_field(&self.text, &wrong.field),
+            wrong,
+        }
     }
 }
 
@@ -211,7 +235,7 @@ mod tests {
             (
                 "settled_after_s = 120",
                 "settled_after_s = 1800",
-                "settled_after_s: 1800 s is not before the end",
+                "settled_after_s: 1800 s is not a second before the end",
             ),
             (
                 "id = \"auv-2\"",

@@ -29,6 +29,9 @@ use waves::WaveMotion;
 /// Largest component of a mean current, north or east, m/s: what the planner accepts as a current.
 pub const CURRENT_MAX: f64 = 3.0;
 
+/// Largest standard deviation of the yaw rate that waves may give, rad/s: a snapshot accepts 3 rad/s, six times that.
+const YAW_RATE_SIGMA_MAX: f64 = 0.5;
+
 /// What the water is like. [`Self::check`] says whether it can be.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WaterSetup {
@@ -119,6 +122,13 @@ impl WaterSetup {
             within("waves/surge_sigma_mps", waves.surge_sigma, 0.0, 1.0)?;
             within("waves/peak_period_s", waves.peak_period, 1.0, 30.0)?;
             within("waves/damping", waves.damping, 0.01, 0.5)?;
+            let heading_sigma_max = YAW_RATE_SIGMA_MAX * waves.peak_period / std::f64::consts::TAU;
+            within(
+                "waves/heading_sigma_rad",
+                waves.heading_sigma,
+                0.0,
+                heading_sigma_max,
+            )?;
         }
         Ok(())
     }
@@ -193,10 +203,11 @@ impl Water {
         if let Some(fluctuation) = &self.fluctuation {
             current += fluctuation.velocity();
         }
-        match &self.shear {
-            Some(shear) => shear.apply(current, depth),
-            None => current,
+        if let Some(shear) = &self.shear {
+            current = shear.apply(current, depth);
         }
+        // No gust is stronger than what a snapshot accepts.
+        current.map(|component| component.clamp(-CURRENT_MAX, CURRENT_MAX))
     }
 
     /// What the waves do to a craft at the surface; zero without waves.

@@ -9,7 +9,7 @@ use sim::{
     guide::{Guidance, Guide, GuideError, LosGuide, MpcGuide},
     mission::run,
     observe::Observer,
-    scenario::Scenario,
+    scenario::{Files, Scenario},
     world::World,
 };
 
@@ -111,8 +111,31 @@ fn what_is_not_heard_is_not_known() {
 }
 
 #[test]
+fn the_plan_of_a_vehicle_is_known_and_not_where_on_it_the_vehicle_is() {
+    // Two plans that differ only beyond 5 m along the path, and a vehicle that is never heard: what its plan says
+    // of where it was last seen stays the same for both.
+    let speeds = |beyond: f64| {
+        let text = Scenario::text("silence").expect("exists").to_owned();
+        let text = text.replace("from_s = 510", "from_s = 0").replace(
+            "leg = \"down\"",
+            &format!(
+                "leg = \"down\"\nspeed_profile = [{{along_m = 5, speed_mps = 0.3}}, {{along_m = 6, speed_mps = {beyond}}}]"
+            ),
+        );
+        let text = text + "\n[knowledge]\npaths = true\n";
+        let scenario = Scenario::parse(&text, "silent.toml", Files::default()).expect("valid");
+        let (world, mut observer) = after(&scenario, 120);
+        let auv = look(&world, &mut observer).auvs.remove(0);
+        (world.divers[0].gamma, auv.path.expect("told").horizontal_speed)
+    };
+    let (slow, fast) = (speeds(0.3), speeds(0.6));
+    assert!(6.0 < slow.0 && slow.0 + 5.0 < fast.0, "{slow:?} {fast:?}");
+    assert_eq!(slow.1, fast.1);
+}
+
+#[test]
 fn a_craft_without_satellites_does_not_see_itself_being_moved() {
-    // "faults" has no GNSS from 700 s to 820 s.
+    // "faults" has no GNSS from 700 s to 880 s.
     let scenario = Scenario::named("faults").expect("exists");
     let (world, mut observer) = after(&scenario, 701);
     let mut displaced = world.clone();
@@ -125,8 +148,8 @@ fn a_craft_without_satellites_does_not_see_itself_being_moved() {
 
 #[test]
 fn every_law_is_told_with_the_same_errors() {
-    // Two laws steer differently; the errors of the craft's sensors, what is measured less what is so, and
-    // whatever the vehicles send must be the same for both.
+    // Two laws steer differently; the errors of the craft's sensors, what is measured less what is so, are the
+    // same for both. (Which messages arrive depends on the range, and so on where a law has gone.)
     let scenario = Scenario::named("rough-water").expect("exists").lasting(300.0);
     let errors = |guide: &mut dyn Guide| {
         let record = run(&scenario, guide, 4, &mut |_| {}).expect("runs");

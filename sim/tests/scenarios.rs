@@ -146,3 +146,124 @@ fn files_beside_a_scenario_are_found_and_what_is_wrong_with_them_is_said() {
         assert!(refused.contains("my.toml:"), "{refused}");
     }
 }
+
+const LINE: &str = "path.segments = {segments = [{line = {from = [0, 0], to = [100, 0]}}]}\n";
+
+/// A surface craft that follows the vehicle of [`ALONE`].
+const CRAFT: &str = r#"
+[surface_craft]
+class = "medusa"
+north_m = 0
+east_m = 0
+heading_rad = 0
+speed_mps = 0.3
+contact_range_m = 30
+goal.midpoint.auvs = ["auv-1"]
+"#;
+
+#[test]
+fn what_a_mission_would_stumble_over_is_refused_before_it() {
+    let whole = format!("{ALONE}{LINE}{CRAFT}[surface_craft.limits]\n[water]\n");
+    Scenario::parse(&whole, "my.toml", Files::default()).expect("valid as it stands");
+    for (right, wrong, says) in [
+        ("id = \"auv-1\"", "id = \"a\\\"b,c\"", "auvs[0].id"),
+        ("id = \"auv-1\"", "id = \"asc\"", "two columns called"),
+        ("[\"auv-1\"]", "[\"auv-1\", \"auv-1\"]", "named twice"),
+        ("speed_mps = 0.3", "speed_mps = 4", "more than the 72 N"),
+        (LINE, &format!("speed_mps = 2.5\n{LINE}"), "more than the 72 N"),
+        (
+            "[surface_craft.limits]",
+            "[surface_craft.limits]\nspeed_max_mps = 0.06",
+            "0.05 m/s above",
+        ),
+        (
+            "[surface_craft.limits]",
+            "[surface_craft.limits]\nspeed_min_mps = 3",
+            "outside 0 to 2 m/s",
+        ),
+        (
+            "settled_after_s = 0",
+            "settled_after_s = 59.5",
+            "not a second before the end",
+        ),
+        (
+            "[water]",
+            "[water]\nwaves = {heading_sigma_rad = 0.4, surge_sigma_mps = 0, peak_period_s = 1, damping = 0.1}",
+            "water.waves.heading_sigma_rad: 0.4 is not in",
+        ),
+        (
+            LINE,
+            "path.lawn_mower = {from = [99000, 0], heading_rad = 0, lane_length_m = 2000, lane_spacing_m = 20, lanes = 2}\n",
+            "of the datum",
+        ),
+        (
+            LINE,
+            "path.waypoints = {points = [[0, 0], [10, 0], [10, 10]], fillet_m = 11}\n",
+            "fillet",
+        ),
+    ] {
+        assert!(whole.contains(right), "{right}");
+        let text = whole.replacen(right, wrong, 1);
+        let refused = Scenario::parse(&text, "my.toml", Files::default())
+            .expect_err(wrong)
+            .to_string();
+        assert!(refused.contains(says), "{refused}");
+    }
+}
+
+#[test]
+fn making_one_number_a_distribution_changes_no_other() {
+    let text = Scenario::text("paper-midpoint").expect("exists");
+    let starts = |text: &str| {
+        let scenario = Scenario::parse(text, "my.toml", Files::default()).expect("valid");
+        let world = scenario.start(9).expect("valid").world;
+        let divers: Vec<_> = world.divers.iter().map(|diver| diver.state).collect();
+        (world.surface_craft.expect("has one").state, divers)
+    };
+    let (craft, divers) = starts(text);
+    let (other_craft, other_divers) =
+        starts(&text.replacen("speed_mps = 0.3", "speed_mps = {uniform = [0.2, 0.4]}", 1));
+    assert_ne!(craft, other_craft);
+    assert_eq!(craft.fixed_rows::<3>(0), other_craft.fixed_rows::<3>(0));
+    assert_eq!(divers, other_divers);
+}
+
+#[test]
+fn a_long_path_burdens_no_record() {
+    let mower = "path.lawn_mower = {from = [0, 0], heading_rad = 0, lane_length_m = 90000, lane_spacing_m = 50, lanes = 100}\n";
+    let text = format!("{ALONE}{mower}").replace("duration_s = 60", "duration_s = 2");
+    let scenario = Scenario::parse(&text, "my.toml", Files::default()).expect("valid");
+    let mut idle = LosGuide::new(LosGains {
+        look_ahead: 10.0,
+        along_track_gain: 0.15,
+    });
+    let record = run(&scenario, &mut idle, 1, &mut |_| {}).expect("runs");
+    assert_eq!(record.paths[0].len(), 10_001);
+}
+
+#[test]
+fn a_vehicle_that_strayed_goes_on_where_it_left_and_not_in_the_next_lane() {
+    // It waits at the surface for 300 s in a current towards the next lane, which is then the nearer one.
+    let text = format!(
+        "{ALONE}path.lawn_mower = {{from = [0, 0], heading_rad = 0, lane_length_m = 100, lane_spacing_m = 20, lanes = 3}}\n\
+         [water.current.constant]\nnorth_mps = 0\neast_mps = 0.1\n\
+         [[faults]]\nfrom_s = 100\nuntil_s = 400\nwhat.auv_stops.auv = \"auv-1\"\n"
+    )
+    .replace("duration_s = 60", "duration_s = 600");
+    let scenario = Scenario::parse(&text, "my.toml", Files::default()).expect("valid");
+    let mut world = scenario.start(1).expect("valid").world;
+    while world.time() < 399.5 {
+        world.step(None);
+    }
+    let diver = &world.divers[0];
+    let (left_at, east) = (diver.gamma, diver.position().y);
+    assert!(15.0 < east, "it drifted to {east} m");
+    while world.time() < 402.0 {
+        world.step(None);
+    }
+    let gamma = world.divers[0].gamma;
+    assert!(
+        (gamma - left_at).abs() < 45.0 && gamma < 100.0,
+        "{left_at} and {gamma}"
+    );
+}

@@ -100,15 +100,33 @@ impl Record {
         }
         for (i, id) in self.diver_ids.iter().enumerate() {
             for (name, value) in DIVER {
-                columns.push(numbers(
-                    format!("{}_{name}", id.replace('-', "_")),
-                    &self.rows,
-                    |row| row.divers.get(i).and_then(value),
-                ));
+                columns.push(numbers(diver_column(id, name), &self.rows, |row| {
+                    row.divers.get(i).and_then(value)
+                }));
             }
         }
         columns
     }
+}
+
+/// A column name that a record of a surface craft and vehicles of these names would have twice, if there is one.
+#[must_use]
+pub fn column_named_twice(diver_ids: &[&str]) -> Option<String> {
+    let craft = SURFACE_CRAFT.iter().map(|(name, _)| (*name).to_owned());
+    let divers = diver_ids
+        .iter()
+        .flat_map(|id| DIVER.map(|(name, _)| diver_column(id, name)));
+    let others = ["t_s", "method"].map(str::to_owned);
+    let mut names: Vec<String> = craft.chain(divers).chain(others).collect();
+    names.sort();
+    names
+        .windows(2)
+        .find(|pair| pair[0] == pair[1])
+        .map(|pair| pair[0].clone())
+}
+
+fn diver_column(id: &str, name: &str) -> String {
+    format!("{}_{name}", id.replace('-', "_"))
 }
 
 fn numbers(name: String, rows: &[Row], value: impl Fn(&Row) -> Option<f64>) -> Column {

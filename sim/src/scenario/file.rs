@@ -2,7 +2,7 @@
 //! that its description names.
 
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer, de::Error as _};
 
 use super::{
     files::Files,
@@ -18,7 +18,20 @@ pub use surroundings::*;
 pub use vehicles::*;
 
 /// A point: [north, east], m.
-pub type Point = [Quantity<Coordinate>; 2];
+#[derive(Clone, Debug, PartialEq, JsonSchema)]
+pub struct Point(#[schemars(length(equal = 2))] pub Vec<Quantity<Coordinate>>);
+
+impl<'de> Deserialize<'de> for Point {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let numbers = Vec::deserialize(deserializer)?;
+        if numbers.len() == 2 {
+            Ok(Self(numbers))
+        } else {
+            let n = numbers.len();
+            Err(D::Error::custom(format!("{n} numbers; a point is [north, east]")))
+        }
+    }
+}
 
 /// A situation to try guidance laws in: who is where, what is to be done, in which water, with what knowledge.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -55,6 +68,18 @@ pub struct Scenario {
     /// The folder of the files it names.
     #[serde(skip)]
     pub files: Files,
+    /// Where it was read from.
+    #[serde(skip)]
+    pub source: Source,
+}
+
+/// Where a scenario was read from: what its mistakes are shown in.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Source {
+    /// Name of the file.
+    pub file: String,
+    /// What it says.
+    pub text: String,
 }
 
 /// A version of the format.

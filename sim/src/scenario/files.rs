@@ -1,8 +1,8 @@
 //! Files that a scenario names: read from the folder it lies in, and nowhere else.
 
 use std::{
-    fs::File,
-    io,
+    fs::{self, File},
+    io::{self, Read as _},
     path::{Component, Path, PathBuf},
     sync::Arc,
 };
@@ -16,6 +16,9 @@ use crate::{
 
 /// Largest GeoJSON file that is read, bytes.
 const GEOJSON_BYTES_MAX: u64 = 10_000_000;
+
+/// Largest grid of currents that is read, bytes: a million nodes of five long numbers.
+const GRID_BYTES_MAX: u64 = 100_000_000;
 
 /// Where a scenario's other files are.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -47,14 +50,6 @@ pub enum UnreadableFile {
         path: String,
         /// What is wrong.
         source: InvalidGrid,
-    },
-    /// Larger than any path.
-    #[error("{path} has {bytes} bytes, and {GEOJSON_BYTES_MAX} are allowed")]
-    TooLarge {
-        /// The file.
-        path: String,
-        /// Its size.
-        bytes: u64,
     },
     /// Not GeoJSON.
     #[error("{path} is not GeoJSON: {source}")]
@@ -93,30 +88,18 @@ impl Files {
 
     /// The grid of currents in the file called `name`.
     pub(super) fn grid(&self, name: &str) -> Result<Arc<CurrentGrid>, UnreadableFile> {
-        let (file, path) = self.open(name)?;
-        let grid = CurrentGrid::read(io::BufReader::new(file));
+        let (bytes, path) = self.bytes(name, GRID_BYTES_MAX)?;
+        let grid = CurrentGrid::read(&bytes[..]);
         grid.map(Arc::new)
             .map_err(|source| UnreadableFile::Grid { path, source })
     }
 
     /// The places on the only LineString of the GeoJSON file called `name`.
     pub(super) fn line(&self, name: &str) -> Result<Vec<Origin>, UnreadableFile> {
-        let (file, path) = self.open(name)?;
-        let bytes = file
-            .metadata()
-            .map_err(|source| UnreadableFile::Unreadable {
-                path: path.clone(),
-                source,
-            })?
-            .len();
-        if GEOJSON_BYTES_MAX < bytes {
-            return Err(UnreadableFile::TooLarge { path, bytes });
-        }
-        let geojson = geojson::GeoJson::from_reader(io::BufReader::new(file)).map_err(|source| {
-            UnreadableFile::NotGeojson {
-                path: path.clone(),
-                source,
-            }
+        let (bytes, path) = self.bytes(name, GEOJSON_BYTES_MAX)?;
+        let geojson = GeoJson::from_reader(&bytes[..]).map_err(|source| UnreadableFile::NotGeojson {
+            path: path.clone(),
+            source,
         })?;
         let mut lines = vec![];
         find_lines(&geojson, &mut lines);
@@ -139,9 +122,16 @@ impl Files {
         line.iter().enumerate().map(place).collect()
     }
 
-    fn open(&self, name: &str) -> Result<(File, String), UnreadableFile> {
+    /// What is in the file called `name`, and its path. Links that lead out of the folder are not followed.
+    fn bytes(&self, name: &str, bytes_max: u64) -> Result<(Vec<u8>, String), UnreadableFile> {
         let Some(folder) = &self.folder else {
             return Err(UnreadableFile::NoFolder(name.to_owned()));
+        };
+        let path = folder.join(name);
+        let shown = path.display().to_string();
+        let unreadable = |source| UnreadableFile::Unreadable {
+            path: shown.clone(),
+            source,
         };
         let inside = Path::new(name)
             .components()
@@ -149,13 +139,33 @@ impl Files {
         if name.is_empty() || !inside {
             return Err(UnreadableFile::Elsewhere(name.to_owned()));
         }
-        let path = folder.join(name);
-        let shown = path.display().to_string();
-        match File::open(&path) {
-            Ok(file) => Ok((file, shown)),
-            Err(source) => Err(UnreadableFile::Unreadable { path: shown, source }),
+        // An empty folder is where the program runs.
+        let folder = if folder.as_os_str().is_empty() {
+            Path::new(".")
+        } else {
+            folder
+        };
+        let (real, home) = (path.canonicalize(), folder.canonicalize());
+        let real = real.map_err(unreadable)?;
+        if !real.starts_with(home.map_err(unreadable)?) {
+            return Err(UnreadableFile::Elsewhere(name.to_owned()));
         }
+        let bytes = read(&real, bytes_max).map_err(unreadable)?;
+        Ok((bytes, shown))
     }
+}
+
+/// What is in the file at `path`: a regular one, whose end is not waited for as a pipe's or a device's would be.
+pub(super) fn read(path: &Path, bytes_max: u64) -> io::Result<Vec<u8>> {
+    if !fs::metadata(path)?.is_file() {
+        return Err(io::Error::other("it is not a regular file"));
+    }
+    let mut bytes = vec![];
+    File::open(path)?.take(bytes_max + 1).read_to_end(&mut bytes)?;
+    if usize::try_from(bytes_max).is_ok_and(|most| most < bytes.len()) {
+        return Err(io::Error::other(format!("it has more than {bytes_max} bytes")));
+    }
+    Ok(bytes)
 }
 
 fn find_lines<'a>(geojson: &'a GeoJson, lines: &mut Vec<&'a [Position]>) {

@@ -125,7 +125,7 @@ impl<'de, K: Kind> Visitor<'de> for QuantityVisitor<K> {
         };
         let law = match name.as_str() {
             "uniform" => {
-                let [least, most] = map.next_value::<[f64; 2]>()?;
+                let [least, most] = two(&map.next_value::<Vec<f64>>()?)?;
                 within::<K, _>(least)?;
                 within::<K, _>(most)?;
                 if most < least {
@@ -136,7 +136,7 @@ impl<'de, K: Kind> Visitor<'de> for QuantityVisitor<K> {
                 Law::Uniform(least, most)
             }
             "normal" => {
-                let [mean, sigma] = map.next_value::<[f64; 2]>()?;
+                let [mean, sigma] = two(&map.next_value::<Vec<f64>>()?)?;
                 within::<K, _>(mean)?;
                 if !(0.0..=K::MOST - K::LEAST).contains(&sigma) {
                     return Err(A::Error::custom(format!(
@@ -166,6 +166,13 @@ impl<'de, K: Kind> Visitor<'de> for QuantityVisitor<K> {
             None => Ok(Quantity::of(law)),
         }
     }
+}
+
+/// Two numbers and no third: an array of two would let more pass unseen.
+fn two<E: Error>(numbers: &[f64]) -> Result<[f64; 2], E> {
+    numbers
+        .try_into()
+        .map_err(|_| E::custom(format!("{} numbers, and two are wanted", numbers.len())))
 }
 
 fn within<K: Kind, E: Error>(value: f64) -> Result<f64, E> {
@@ -229,7 +236,8 @@ macro_rules! kinds {
 }
 
 kinds! {
-    /// North or east of the datum. A tenth of what a snapshot accepts, so that no vehicle can leave that.
+    /// North or east of the datum. A tenth of what a snapshot accepts: in a day at 3 m/s in a current of 3 m/s
+    /// nobody leaves that.
     Coordinate: -1.0e5, 1.0e5, "m";
     /// A length that must not vanish.
     Length: 0.01, 1.0e5, "m";
@@ -242,7 +250,7 @@ kinds! {
     /// Speed through the water.
     Speed: 0.0, 5.0, "m/s";
     /// Speed of an underwater vehicle along its path.
-    PathSpeed: 0.02, 3.0, "m/s";
+    PathSpeed: 0.05, 3.0, "m/s";
     /// A component of the current; what a snapshot accepts.
     CurrentComponent: -3.0, 3.0, "m/s";
     /// How long a mission lasts: up to a day.
@@ -259,18 +267,38 @@ kinds! {
     Factor: 0.0, 2.0, "";
     /// Standard deviation of a position.
     PositionNoise: 0.0, 1000.0, "m";
-    /// Standard deviation of a speed.
-    SpeedNoise: 0.0, 1.0, "m/s";
-    /// Standard deviation or bias of an angle.
-    AngleNoise: -1.0, 1.0, "rad";
+    /// Standard deviation of a measured speed.
+    SpeedNoise: 0.0, 0.4, "m/s";
+    /// Standard deviation of a speed of the water.
+    WaterSpeedNoise: 0.0, 1.0, "m/s";
+    /// Standard deviation of an angle.
+    AngleNoise: 0.0, 0.5, "rad";
+    /// Bias of an angle.
+    AngleBias: -1.0, 1.0, "rad";
     /// Standard deviation of a rate of turn.
-    RateNoise: 0.0, 0.5, "rad/s";
+    RateNoise: 0.0, 0.2, "rad/s";
+    /// Standard deviation of a depth.
+    DepthNoise: 0.0, 1.0, "m";
     /// Damping ratio of a wave spectrum.
     Damping: 0.01, 0.5, "";
     /// Peak period of waves.
     WavePeriod: 1.0, 30.0, "s";
     /// Time after which a process has forgotten itself.
     CorrelationTime: 0.1, 1.0e6, "s";
+    /// Half a turn to either side.
+    HalfTurn: -std::f64::consts::PI, std::f64::consts::PI, "rad";
+    /// Depth down to which a current changes.
+    ShearDepth: 0.1, 2000.0, "m";
+    /// Range of an acoustic modem.
+    AcousticRange: 0.01, 20_000.0, "m";
+    /// Time from one slot to the next.
+    FrameTime: 1.0, 3600.0, "s";
+    /// Length of a message, or of its processing.
+    MessageTime: 0.001, 30.0, "s";
+    /// Lag of a control loop.
+    LoopLag: 0.0, 60.0, "s";
+    /// Least speed of a craft that steers.
+    LeastSpeed: 0.0, 2.0, "m/s";
     /// Speed of sound in water.
     SoundSpeed: 1400.0, 1600.0, "m/s";
     /// Largest rate of turn.
@@ -354,6 +382,7 @@ mod tests {
                 "v = {uniform = [1, 2], normal = [1, 2]}",
                 "a number has one distribution",
             ),
+            ("v = {uniform = [0, 1, 2]}", "3 numbers, and two are wanted"),
             ("v = {}", "one of uniform, normal, choice"),
             ("v = \"fast\"", "expected a number (0 to 5 m/s)"),
         ] {

@@ -12,8 +12,9 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::{
     observe::Observer,
-    record::{Bounds, Origin},
+    record::{self, Bounds, Origin},
     scenario::{
+        ScenarioError,
         file::{Point, Scenario, SideFile},
         quantity::{Kind, Quantity},
     },
@@ -36,6 +37,11 @@ enum Stream {
     Water,
     Sensors,
     Acoustics,
+}
+
+impl Stream {
+    /// How many there are.
+    const COUNT: u64 = 4;
 }
 
 fn stream(seed: u64, of: Stream) -> ChaCha8Rng {
@@ -84,23 +90,32 @@ fn invalid(field: impl Into<String>, reason: impl Display) -> InvalidScenario {
     }
 }
 
-/// Draws numbers, always in the same order.
+/// Draws the numbers of a scenario. Every one has a random stream of its own, numbered in the order in which
+/// they are taken, whether fixed, drawn or left out: making one a distribution changes no other.
 struct Draw {
-    rng: ChaCha8Rng,
+    seed: u64,
+    taken: u64,
 }
 
 impl Draw {
     fn take<K: Kind>(&mut self, quantity: &Quantity<K>) -> f64 {
-        quantity.draw(&mut self.rng)
+        self.taken += 1;
+        let mut rng = stream(self.seed, Stream::Scenario);
+        rng.set_stream(Stream::COUNT + self.taken);
+        quantity.draw(&mut rng)
     }
 
     fn take_or<K: Kind>(&mut self, quantity: Option<&Quantity<K>>, default: f64) -> f64 {
-        quantity.map_or(default, |quantity| self.take(quantity))
+        if let Some(quantity) = quantity {
+            return self.take(quantity);
+        }
+        self.taken += 1;
+        default
     }
 
     fn point(&mut self, point: &Point) -> Vector2<f64> {
-        let north = self.take(&point[0]);
-        Vector2::new(north, self.take(&point[1]))
+        let north = self.take(&point.0[0]);
+        Vector2::new(north, self.take(&point.0[1]))
     }
 
     fn points(&mut self, points: &[Point]) -> Vec<Vector2<f64>> {
@@ -109,19 +124,22 @@ impl Draw {
 }
 
 impl Scenario {
-    /// The mission that `seed` gives. Random numbers are drawn in the file's order; nothing but distributions
-    /// written there differs from seed to seed, noise excepted.
-    pub fn start(&self, seed: u64) -> Result<Start, InvalidScenario> {
-        let mut draw = Draw {
-            rng: stream(seed, Stream::Scenario),
-        };
+    /// The mission that `seed` gives. Nothing but the distributions written in the file differs from seed to
+    /// seed, noise excepted. What one seed draws may not fit together where another's does.
+    pub fn start(&self, seed: u64) -> Result<Start, ScenarioError> {
+        self.begin(seed).map_err(|wrong| self.source.wrong(wrong))
+    }
+
+    fn begin(&self, seed: u64) -> Result<Start, InvalidScenario> {
+        let mut draw = Draw { seed, taken: 0 };
         self.check_names()?;
         let duration = draw.take(&self.duration_s);
         let settled_after = draw.take(&self.settled_after_s);
-        if duration <= settled_after {
+        // The last row of a record is up to a second before the end.
+        if duration.floor() - 1.0 < settled_after {
             return Err(invalid(
                 "settled_after_s",
-                format_args!("{settled_after} s is not before the end at {duration} s"),
+                format_args!("{settled_after} s is not a second before the end at {duration} s"),
             ));
         }
         let origin = self.origin.as_ref().map(|origin| Origin {
@@ -166,16 +184,7 @@ impl Scenario {
     }
 
     fn check_names(&self) -> Result<(), InvalidScenario> {
-        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-        if self.name.is_empty() || ID_LENGTH_MAX < self.name.len() || !self.name.chars().all(plain) {
-            return Err(invalid(
-                "name",
-                format_args!(
-                    "{:?} is not 1 to {ID_LENGTH_MAX} lower-case letters, digits and hyphens",
-                    self.name
-                ),
-            ));
-        }
+        check_name("name", &self.name)?;
         if !(1..=AUVS_MAX).contains(&self.auvs.len()) {
             return Err(invalid(
                 "auvs",
@@ -183,18 +192,20 @@ impl Scenario {
             ));
         }
         for (i, auv) in self.auvs.iter().enumerate() {
-            if !(1..=ID_LENGTH_MAX).contains(&auv.id.len()) {
-                return Err(invalid(
-                    format!("auvs[{i}].id"),
-                    format_args!("{:?} is not 1 to {ID_LENGTH_MAX} bytes long", auv.id),
-                ));
-            }
+            check_name(&format!("auvs[{i}].id"), &auv.id)?;
             if self.auvs[..i].iter().any(|earlier| earlier.id == auv.id) {
                 return Err(invalid(
                     format!("auvs[{i}].id"),
                     format_args!("{:?} is the name of two vehicles", auv.id),
                 ));
             }
+        }
+        let ids: Vec<&str> = self.auvs.iter().map(|auv| auv.id.as_str()).collect();
+        if let Some(twice) = record::column_named_twice(&ids) {
+            return Err(invalid(
+                "auvs",
+                format_args!("their names would give a record two columns called {twice:?}; rename one"),
+            ));
         }
         Ok(())
     }
@@ -225,6 +236,19 @@ fn at_most(field: &str, n: usize) -> Result<(), InvalidScenario> {
         Err(invalid(
             field,
             format_args!("{n} of them, and {ITEMS_MAX} are allowed"),
+        ))
+    }
+}
+
+/// Names end up in files, tables and addresses.
+fn check_name(field: &str, name: &str) -> Result<(), InvalidScenario> {
+    let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    if (1..=ID_LENGTH_MAX).contains(&name.len()) && name.chars().all(plain) {
+        Ok(())
+    } else {
+        Err(invalid(
+            field,
+            format_args!("{name:?} is not 1 to {ID_LENGTH_MAX} lower-case letters, digits and hyphens"),
         ))
     }
 }

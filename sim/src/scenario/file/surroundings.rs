@@ -6,8 +6,9 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::scenario::quantity::{
-    Angle, AngleNoise, CorrelationTime, CurrentComponent, Damping, Depth, Factor, Length, Period,
-    PositionNoise, Quantity, RateNoise, Share, SoundSpeed, SpeedNoise, WavePeriod,
+    AcousticRange, AngleBias, AngleNoise, CorrelationTime, CurrentComponent, Damping, DepthNoise, Factor,
+    FrameTime, HalfTurn, MessageTime, Period, PositionNoise, Quantity, RateNoise, Share, ShearDepth,
+    SoundSpeed, SpeedNoise, WaterSpeedNoise, WavePeriod,
 };
 
 /// The water.
@@ -48,7 +49,7 @@ pub enum CurrentFile {
 #[serde(deny_unknown_fields)]
 pub struct GaussMarkovFile {
     /// Standard deviation of each component, m/s.
-    pub sigma_mps: Quantity<SpeedNoise>,
+    pub sigma_mps: Quantity<WaterSpeedNoise>,
     /// Time after which 1/e of a deviation is left, s.
     pub correlation_s: Quantity<CorrelationTime>,
 }
@@ -58,21 +59,21 @@ pub struct GaussMarkovFile {
 #[serde(deny_unknown_fields)]
 pub struct ShearFile {
     /// The depth, m.
-    pub depth_m: Quantity<Depth>,
+    pub depth_m: Quantity<ShearDepth>,
     /// Factor on the current there.
     pub factor: Quantity<Factor>,
     /// Its turn there, rad, clockwise; 0 if left out.
-    pub turn_rad: Option<Quantity<Angle>>,
+    pub turn_rad: Option<Quantity<HalfTurn>>,
 }
 
-/// Waves: motion that they would give the craft, if it were not steered.
+/// Waves: motion that they would give the craft, if neither drag nor thrust acted on it.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WavesFile {
     /// Standard deviation of the heading, rad.
-    pub heading_sigma_rad: Quantity<RateNoise>,
+    pub heading_sigma_rad: Quantity<AngleNoise>,
     /// Standard deviation of the surge speed, m/s.
-    pub surge_sigma_mps: Quantity<SpeedNoise>,
+    pub surge_sigma_mps: Quantity<WaterSpeedNoise>,
     /// Peak period, s.
     pub peak_period_s: Quantity<WavePeriod>,
     /// Relative damping: how broad the spectrum is.
@@ -118,9 +119,9 @@ pub struct SensorsFile {
     /// Standard deviation of a GNSS velocity along each axis, m/s.
     pub velocity_sigma_mps: Option<Quantity<SpeedNoise>>,
     /// Standard deviation of the heading, rad.
-    pub heading_sigma_rad: Option<Quantity<RateNoise>>,
+    pub heading_sigma_rad: Option<Quantity<AngleNoise>>,
     /// Bias of the heading, rad.
-    pub heading_bias_rad: Option<Quantity<AngleNoise>>,
+    pub heading_bias_rad: Option<Quantity<AngleBias>>,
     /// Standard deviation of the yaw rate, rad/s.
     pub yaw_rate_sigma_radps: Option<Quantity<RateNoise>>,
     /// Standard deviation of the speed through the water, ahead and abeam, m/s.
@@ -132,23 +133,23 @@ pub struct SensorsFile {
 #[serde(deny_unknown_fields)]
 pub struct AcousticsFile {
     /// Time from one slot of a vehicle to its next, s.
-    pub frame_s: Quantity<Period>,
+    pub frame_s: Quantity<FrameTime>,
     /// Length of a message, s.
-    pub slot_length_s: Quantity<Period>,
+    pub slot_length_s: Quantity<MessageTime>,
     /// Start of every vehicle's slot in the frame, s, by the vehicle's name.
     pub slots_s: BTreeMap<String, Quantity<Period>>,
     /// Time from a message's arrival until its fix is known, s.
-    pub latency_s: Quantity<Period>,
+    pub latency_s: Quantity<MessageTime>,
     /// Standard deviation of a fix along each axis, m.
     pub position_sigma_m: Quantity<PositionNoise>,
     /// Standard deviation of the depth that a message tells, m; 0 if left out.
-    pub depth_sigma_m: Option<Quantity<PositionNoise>>,
+    pub depth_sigma_m: Option<Quantity<DepthNoise>>,
     /// Standard deviation of the course that a message tells, rad; 0 if left out.
-    pub course_sigma_rad: Option<Quantity<RateNoise>>,
+    pub course_sigma_rad: Option<Quantity<AngleNoise>>,
     /// Standard deviation of the speed that a message tells, m/s; 0 if left out.
     pub speed_sigma_mps: Option<Quantity<SpeedNoise>>,
     /// Range beyond which nothing is heard, m.
-    pub range_max_m: Quantity<Length>,
+    pub range_max_m: Quantity<AcousticRange>,
     /// Share of messages lost at no range; 0 if left out.
     pub loss: Option<Quantity<Share>>,
     /// Share lost just inside the largest range; that at no range if left out.

@@ -5,8 +5,8 @@ use serde::Deserialize;
 
 use super::Point;
 use crate::scenario::quantity::{
-    Acceleration, Angle, ClockTime, Coordinate, Depth, Length, MissionTime, PathSpeed, Pitch, Quantity,
-    Speed, TurnRate,
+    Acceleration, Angle, ClockTime, Coordinate, Depth, LeastSpeed, Length, LoopLag, MissionTime, PathSpeed,
+    Pitch, Quantity, Speed, TurnRate,
 };
 
 /// The surface craft at the start, and its task.
@@ -23,7 +23,7 @@ pub struct SurfaceCraftFile {
     pub heading_rad: Quantity<Angle>,
     /// Surge speed through the water, m/s.
     pub speed_mps: Quantity<Speed>,
-    /// Whether its surge loop makes up for drag at once. Without, a MEDUSA needs 40 s for 63 % of the way from
+    /// Whether its surge loop makes up for drag at once. Without, a MEDUSA needs 39 s for 63 % of the way from
     /// 0.3 to 1.5 m/s and cannot slow down again at will, which drowns what guidance does.
     #[serde(default = "yes")]
     pub drag_feed_forward: bool,
@@ -80,7 +80,7 @@ pub enum GoalFile {
 #[serde(deny_unknown_fields)]
 pub struct LimitsFile {
     /// Slowest speed reference, m/s.
-    pub speed_min_mps: Option<Quantity<Speed>>,
+    pub speed_min_mps: Option<Quantity<LeastSpeed>>,
     /// Fastest speed reference, m/s.
     pub speed_max_mps: Option<Quantity<Speed>>,
     /// Largest yaw rate, rad/s.
@@ -89,6 +89,8 @@ pub struct LimitsFile {
     pub acceleration_max_mps2: Option<Quantity<Acceleration>>,
     /// Largest deceleration, m/s².
     pub deceleration_max_mps2: Option<Quantity<Acceleration>>,
+    /// Lag of the surge loop, s.
+    pub surge_lag_s: Option<Quantity<LoopLag>>,
 }
 
 /// An underwater vehicle: where it starts, relative to the beginning of its path, and what it does.

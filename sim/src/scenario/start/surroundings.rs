@@ -52,7 +52,13 @@ impl Scenario {
                 damping: draw.take(&file.damping),
             }),
         };
-        setup.check().map_err(|error| invalid("water", error))?;
+        setup.check().map_err(|error| {
+            let field = format!("water.{}", error.field.replace('/', "."));
+            invalid(
+                field,
+                format_args!("{} is not in [{}, {}]", error.given, error.least, error.most),
+            )
+        })?;
         Ok(Water::new(&setup, stream(seed, Stream::Water)))
     }
 

@@ -8,7 +8,7 @@ use planner::{
     snapshot::{Goal, Limits, VehicleId},
 };
 
-use super::{Draw, InvalidScenario, invalid, side};
+use super::{Draw, InvalidScenario, at_most, invalid, side};
 use crate::{
     datum::Datum,
     dive::{Dive, Leg},
@@ -19,9 +19,10 @@ use crate::{
     path_following::PathFollowingGains,
     record::Origin,
     scenario::file::{
-        AuvFile, CurrentKnowledge, GoalFile, LegFile, LimitsFile, PathFile, Scenario, SegmentFile,
+        AuvFile, CurrentKnowledge, GoalFile, LegFile, LimitsFile, PathFile, Scenario, SegmentFile, SpeedKnot,
         SurfaceClassFile, SurfaceCraftFile, UnderwaterClassFile,
     },
+    scenario::quantity::{Coordinate, Kind},
     surface_craft::SurfaceClass,
     underwater_vehicle::{UnderwaterClass, UnderwaterState},
     world::SurfaceCraft,
@@ -45,6 +46,13 @@ impl Scenario {
             DragFeedForward::Off
         };
         let hull = class.hull();
+        let thrust_max = 2.0 * hull.thrusters.ahead_max;
+        if thrust_max < hull.drag_surge.resistance(speed) {
+            return Err(invalid(
+                "surface_craft.speed_mps",
+                format_args!("{speed} m/s take more than the {thrust_max} N that both thrusters have"),
+            ));
+        }
         let craft = SurfaceCraft {
             hull,
             state: hull.cruising(&position, heading, speed),
@@ -74,10 +82,14 @@ impl Scenario {
                     "a goal needs at least one vehicle",
                 ));
             }
-            (0..)
-                .zip(ids)
-                .map(|(i, id)| called(&format!("surface_craft.goal.{kind}.auvs[{i}]"), id))
-                .collect::<Result<Vec<_>, _>>()
+            let each = ids.iter().enumerate().map(|(i, id)| {
+                let field = format!("surface_craft.goal.{kind}.auvs[{i}]");
+                if ids[..i].contains(id) {
+                    return Err(invalid(field, format_args!("{id:?} is named twice")));
+                }
+                called(&field, id)
+            });
+            each.collect::<Result<Vec<_>, _>>()
         };
         Ok(match file {
             GoalFile::Track { auv } => Goal::Track {
@@ -110,6 +122,17 @@ impl Scenario {
             UnderwaterClassFile::Slocum => UnderwaterClass::Slocum,
         };
         let path = self.path(&format!("auvs[{i}].path"), &file.path, origin, draw)?;
+        if let Some(far) = farthest_out(&path) {
+            return Err(invalid(
+                format!("auvs[{i}].path"),
+                format_args!(
+                    "it goes to {:.0} m north, {:.0} m east of the datum, and {} m are allowed",
+                    far.x,
+                    far.y,
+                    Coordinate::MOST
+                ),
+            ));
+        }
         let offset = Vector2::new(
             draw.take_or(file.north_of_path_m.as_ref(), 0.0),
             draw.take_or(file.east_of_path_m.as_ref(), 0.0),
@@ -242,6 +265,16 @@ impl Scenario {
     }
 }
 
+/// A point of `path` beyond the coordinates that a file may name, if there is one.
+fn farthest_out(path: &Path) -> Option<Vector2<f64>> {
+    /// A path has at most a few hundred pieces.
+    const LOOKS: u32 = 2000;
+    let point = |k: u32| path.at(path.length() * f64::from(k) / f64::from(LOOKS)).position;
+    (0..=LOOKS)
+        .map(point)
+        .find(|point| Coordinate::MOST < point.amax())
+}
+
 fn limits(file: &LimitsFile, class: Limits, draw: &mut Draw) -> Result<Limits, InvalidScenario> {
     let limits = Limits {
         speed_min: draw.take_or(file.speed_min_mps.as_ref(), class.speed_min),
@@ -249,13 +282,14 @@ fn limits(file: &LimitsFile, class: Limits, draw: &mut Draw) -> Result<Limits, I
         turn_rate_max: draw.take_or(file.turn_rate_max_radps.as_ref(), class.turn_rate_max),
         acceleration_max: draw.take_or(file.acceleration_max_mps2.as_ref(), class.acceleration_max),
         deceleration_max: draw.take_or(file.deceleration_max_mps2.as_ref(), class.deceleration_max),
-        surge_lag: class.surge_lag,
+        surge_lag: draw.take_or(file.surge_lag_s.as_ref(), class.surge_lag),
     };
-    if limits.speed_max <= limits.speed_min {
+    // The planner's own rule: a snapshot with less is refused.
+    if limits.speed_max < limits.speed_min + 0.05 {
         return Err(invalid(
             "surface_craft.limits.speed_max_mps",
             format_args!(
-                "{} m/s is not above the slowest, {} m/s",
+                "{} m/s is not 0.05 m/s above the slowest, {} m/s",
                 limits.speed_max, limits.speed_min
             ),
         ));
@@ -263,30 +297,36 @@ fn limits(file: &LimitsFile, class: Limits, draw: &mut Draw) -> Result<Limits, I
     Ok(limits)
 }
 
+/// Speed along the path; none that the hull cannot reach.
 fn speed_profile(
     i: usize,
     file: &AuvFile,
     class: UnderwaterClass,
     draw: &mut Draw,
 ) -> Result<SpeedProfile, InvalidScenario> {
-    match (&file.speed_mps, &file.speed_profile) {
-        (None, None) => SpeedProfile::constant(class.speed()),
-        (Some(speed), None) => SpeedProfile::constant(draw.take(speed)),
-        (None, Some(knots)) => {
-            let knots = knots.iter().map(|knot| {
-                let along = draw.take(&knot.along_m);
-                (along, draw.take(&knot.speed_mps))
-            });
-            SpeedProfile::new(knots.collect())
+    let field = format!("auvs[{i}].speed_profile");
+    let mut knots = vec![(0.0, draw.take_or(file.speed_mps.as_ref(), class.speed()))];
+    if let Some(profile) = &file.speed_profile {
+        if file.speed_mps.is_some() {
+            return Err(invalid(field, "speed_mps is given too; give one of them"));
         }
-        (Some(_), Some(_)) => {
+        at_most(&field, profile.len())?;
+        if profile.is_empty() {
+            return Err(invalid(field, "a profile has at least one knot"));
+        }
+        let knot = |knot: &SpeedKnot| (draw.take(&knot.along_m), draw.take(&knot.speed_mps));
+        knots = profile.iter().map(knot).collect();
+    }
+    let hull = class.hull();
+    for (_, speed) in &knots {
+        if hull.force_max < hull.drag_surge.resistance(*speed) {
             return Err(invalid(
-                format!("auvs[{i}].speed_profile"),
-                "speed_mps is given too; give one of them",
+                format!("auvs[{i}].speed_mps"),
+                format_args!("{speed} m/s take more than the {} N that it has", hull.force_max),
             ));
         }
     }
-    .map_err(|error| invalid(format!("auvs[{i}].speed_profile"), error))
+    SpeedProfile::new(knots).map_err(|error| invalid(field, error))
 }
 
 fn segment(file: &SegmentFile, draw: &mut Draw) -> Segment {
