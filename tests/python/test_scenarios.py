@@ -91,12 +91,9 @@ MISSING = [
     Mistake(", radius_m = 12", "", "radius_m"),
 ]
 TOO_LONG = [
-    pytest.param(mistake, marks=pytest.mark.xfail(strict=True, reason="the program reads two and no further"))
-    for mistake in [
-        Mistake("[60, 0], [60, 60]", "[60, 0, 1], [60, 60]", "auvs[0].path.waypoints.points[1]"),
-        Mistake("centre = [0, 40]", 'centre = [0, 40, "m"]', "auvs[1].path.circle.centre"),
-        Mistake("{uniform = [0, 1]}", "{uniform = [0, 1, 2]}", "surface_craft.heading_rad"),
-    ]
+    Mistake("[60, 0], [60, 60]", "[60, 0, 1], [60, 60]", "auvs[0].path.waypoints.points[1]"),
+    Mistake("centre = [0, 40]", 'centre = [0, 40, "m"]', "auvs[1].path.circle.centre"),
+    Mistake("{uniform = [0, 1]}", "{uniform = [0, 1, 2]}", "surface_craft.heading_rad"),
 ]
 MISTAKES = WRONG_TYPES + UNKNOWN_MEMBERS + OUT_OF_RANGE + MISSING + TOO_LONG
 

@@ -109,7 +109,7 @@ fn underwater(record: &Record) -> Vec<Stated> {
             quantity: "surge, settled mean",
             paper: "0.3 m/s",
             measured: of(|auv| speed(auv.surge_mean_mps)),
-            why: "the reference is the paper's and the surge loop has an integrator",
+            why: "the reference is the paper's and the surge loop has an integrator; the paper's surge ripples when the pitch reverses, and in the model here pitch does not act on surge",
         },
         Stated {
             figure: 6,
@@ -150,7 +150,7 @@ fn surface(tracking: &Both) -> Vec<Stated> {
                         .fold(0.0, f64::max),
                 )
             }),
-            why: "the approach comes from behind; a craft that arrives faster than it can slow down runs past",
+            why: "a craft that arrives faster than it can slow down runs past; here the law is tuned, and the planner knows how the craft brakes",
         },
         Stated {
             figure: 10,
