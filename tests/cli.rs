@@ -497,7 +497,8 @@ fn a_comparison_has_every_metric_of_both_controllers_and_what_they_knew() {
             );
         }
         assert!(scores["time_in_range_s"]["auv-1"].is_number());
-        assert!(scores["violations"]["count"].is_number());
+        assert!(scores["violations"]["turn_rate_radps"]["count"].is_number());
+        assert!(scores["regret_m"].as_f64().is_some_and(|value| value > 0.0));
         assert_eq!(scores["information"]["current_known"], true);
         let rungs = scores["rungs"].as_object().expect("is an object");
         assert_eq!(
@@ -576,17 +577,6 @@ fn the_paper_s_figures_are_nine_pictures_with_axes_and_a_page_that_shows_them() 
     assert!(
         stdout(&output).contains("| 14 | time with each AUV before the next | 240 s |"),
         "{}",
-        stdout(&output)
-    );
-    let settled = stdout(&output)
-        .lines()
-        .filter(|line| line.contains("settled distance"));
-    assert_eq!(
-        settled
-            .filter(|line| line.contains("planner –, line of sight –"))
-            .count(),
-        3,
-        "nothing has settled after four seconds: {}",
         stdout(&output)
     );
     fs::remove_dir_all(directory).expect("is ours");

@@ -47,7 +47,8 @@ pub(crate) struct Simulate {
     /// Seed of everything that the scenario leaves to chance.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// End the mission after this many seconds, whatever the scenario says.
+    /// End the mission after this many seconds, whatever the scenario says. Settled metrics that would begin later
+    /// begin at once.
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=86_400))]
     duration_s: Option<u32>,
     /// Write the record to this file; may be given several times. Its ending says how: .csv and .parquet are
@@ -83,7 +84,8 @@ pub(crate) struct Compare {
     /// Seed of everything that the scenario leaves to chance.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// End the mission after this many seconds, whatever the scenario says.
+    /// End the mission after this many seconds, whatever the scenario says. Settled metrics that would begin later
+    /// begin at once.
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=86_400))]
     duration_s: Option<u32>,
     /// Write an interactive page about both missions to this file.

@@ -43,14 +43,12 @@ pub(crate) fn scenarios(arguments: &Scenarios) -> Result<(), MissionError> {
         let json = serde_json::to_string_pretty(&Scenario::schema()).expect("a schema is JSON");
         return print(&(json + "\n"));
     }
-    match &arguments.scenario {
-        Some(name) => print(Scenario::text(name).ok_or_else(|| NoScenario::Unknown(name.clone()))?),
-        None => {
-            let line = |name: &str| {
-                let scenario = Scenario::named(name).expect("listed");
-                format!("{name:<24}{}\n", scenario.title)
-            };
-            print(&Scenario::names().into_iter().map(line).collect::<String>())
-        }
+    if let Some(name) = &arguments.scenario {
+        return print(Scenario::text(name).ok_or_else(|| NoScenario::Unknown(name.clone()))?);
     }
+    let line = |name: &str| {
+        let scenario = Scenario::named(name).expect("listed");
+        format!("{name:<24}{}\n", scenario.title)
+    };
+    print(&Scenario::names().into_iter().map(line).collect::<String>())
 }

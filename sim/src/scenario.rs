@@ -139,7 +139,7 @@ impl Scenario {
     pub fn lasting(mut self, duration: f64) -> Self {
         let duration = duration.clamp(MissionTime::LEAST, MissionTime::MOST);
         self.duration_s = Quantity::fixed(duration);
-        if duration <= self.settled_after_s.most() {
+        if duration.floor() - 1.0 < self.settled_after_s.most() {
             self.settled_after_s = Quantity::fixed(0.0);
         }
         self
@@ -255,7 +255,7 @@ mod tests {
             (
                 "lane_length_m = 100",
                 "lane_length = 100",
-                "unknown field `lane_length`",
+                "unexpected keys in table: lane_length",
             ),
             (
                 "contact_range_m = 30",

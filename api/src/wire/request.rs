@@ -219,13 +219,13 @@ pub struct Limits {
     /// Largest yaw rate, rad/s. Default: 0.3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn_rate_max_radps: Option<f64>,
-    /// Largest acceleration ahead, m/s². Default: 0.1.
+    /// Largest acceleration ahead, m/s². Default: 0.08.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acceleration_max_mps2: Option<f64>,
-    /// Largest deceleration, m/s², positive. Default: 0.1.
+    /// Largest deceleration, m/s², positive. Default: 0.08.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deceleration_max_mps2: Option<f64>,
-    /// Time constant of the surge loop, s. Default: 2.
+    /// Time constant of the surge loop, s. Default: 2.5.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surge_lag_s: Option<f64>,
 }

@@ -63,7 +63,7 @@ impl Scenario {
         };
         let briefing = Briefing {
             goal: self.goal(&file.goal, draw)?,
-            limits: limits(&file.limits, class.limits(), draw)?,
+            limits: limits(&file.limits, &class.limits(), draw)?,
             current: self.knowledge.current == CurrentKnowledge::Known,
             paths: self.knowledge.paths,
         };
@@ -275,7 +275,7 @@ fn farthest_out(path: &Path) -> Option<Vector2<f64>> {
         .find(|point| Coordinate::MOST < point.amax())
 }
 
-fn limits(file: &LimitsFile, class: Limits, draw: &mut Draw) -> Result<Limits, InvalidScenario> {
+fn limits(file: &LimitsFile, class: &Limits, draw: &mut Draw) -> Result<Limits, InvalidScenario> {
     let limits = Limits {
         speed_min: draw.take_or(file.speed_min_mps.as_ref(), class.speed_min),
         speed_max: draw.take_or(file.speed_max_mps.as_ref(), class.speed_max),
