@@ -26,7 +26,7 @@ use sim::{
 };
 
 use crate::{
-    out_file::OutFile,
+    out_file::{OutFile, print},
     scenarios::{NoScenario, scenario},
 };
 
@@ -133,7 +133,7 @@ pub(crate) enum MissionError {
     #[error(transparent)]
     Figures(#[from] FiguresError),
     #[error("cannot print the result")]
-    Print(#[source] io::Error),
+    Print(#[from] io::Error),
 }
 
 fn lasting(scenario: Scenario, duration_s: Option<u32>) -> Scenario {
@@ -176,7 +176,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), MissionError> {
     let write = |file: &RecordFile| file.write(&record);
     let written = files.iter().map(write).fold(Ok(()), Result::and);
     write_report(page, &[&record]).and(written)?;
-    print(&summary(&record))
+    Ok(print(&summary(&record))?)
 }
 
 /// A file for the record.
@@ -291,10 +291,10 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), MissionError> {
     let runs = [mpc, saturated_los].map(|controller| &controller.record);
     write_report(page, &runs)?;
     match arguments.format {
-        Format::Table => print(&comparison.to_string()),
+        Format::Table => Ok(print(&comparison.to_string())?),
         Format::Json => {
             let json = serde_json::to_string_pretty(&comparison).expect("strings, numbers and lists only");
-            print(&(json + "\n"))
+            Ok(print(&(json + "\n"))?)
         }
     }
 }
@@ -320,12 +320,4 @@ fn show(bar: &ProgressBar, stage: &'static str, done: f64) {
         reason = "a fraction of a thousand ticks, and the cast saturates"
     )]
     bar.set_position((done * ticks as f64) as u64);
-}
-
-pub(crate) fn print(text: &str) -> Result<(), MissionError> {
-    match io::stdout().write_all(text.as_bytes()) {
-        // Whoever read the output has read enough, as `head` does.
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        result => result.map_err(MissionError::Print),
-    }
 }

@@ -1,4 +1,5 @@
-//! Where what a mission leaves goes: whole or not at all, and an earlier file stays until then.
+//! Where results go: into files, whole or not at all, an earlier one staying until then; and to whoever reads the
+//! program's output.
 
 use std::{
     ffi::OsString,
@@ -69,4 +70,13 @@ fn beside(path: &Path) -> PathBuf {
     let mut name = path.file_name().map_or_else(OsString::new, OsString::from);
     name.push(format!(".{}.part", std::process::id()));
     path.with_file_name(name)
+}
+
+/// Prints `text`.
+pub(crate) fn print(text: &str) -> io::Result<()> {
+    match io::stdout().write_all(text.as_bytes()) {
+        // Whoever read the output has read enough, as `head` does.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        result => result,
+    }
 }

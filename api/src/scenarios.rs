@@ -1,11 +1,11 @@
 //! `pilotfish scenarios`: what there is to simulate, and how to write one's own.
 
-use std::path::Path;
+use std::{io, path::Path};
 
 use clap::Args;
 use sim::scenario::{Scenario, ScenarioError};
 
-use crate::missions::{MissionError, print};
+use crate::out_file::print;
 
 #[derive(Debug, Args)]
 pub(crate) struct Scenarios {
@@ -16,7 +16,7 @@ pub(crate) struct Scenarios {
     schema: bool,
 }
 
-/// Why there is no such scenario.
+/// Why no scenario was found, or shown.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum NoScenario {
     #[error(
@@ -26,6 +26,8 @@ pub(crate) enum NoScenario {
     Unknown(String),
     #[error(transparent)]
     File(#[from] ScenarioError),
+    #[error("cannot print the result")]
+    Print(#[from] io::Error),
 }
 
 /// The scenario that a command line names: a built-in one, or the file at a path.
@@ -38,17 +40,20 @@ pub(crate) fn scenario(argument: &str) -> Result<Scenario, NoScenario> {
 }
 
 /// Prints the list, a file, or the schema.
-pub(crate) fn scenarios(arguments: &Scenarios) -> Result<(), MissionError> {
+pub(crate) fn scenarios(arguments: &Scenarios) -> Result<(), NoScenario> {
     if arguments.schema {
         let json = serde_json::to_string_pretty(&Scenario::schema()).expect("a schema is JSON");
-        return print(&(json + "\n"));
+        return Ok(print(&(json + "\n"))?);
     }
     if let Some(name) = &arguments.scenario {
-        return print(Scenario::text(name).ok_or_else(|| NoScenario::Unknown(name.clone()))?);
+        let text = Scenario::text(name).ok_or_else(|| NoScenario::Unknown(name.clone()))?;
+        return Ok(print(text)?);
     }
     let line = |name: &str| {
         let scenario = Scenario::named(name).expect("listed");
         format!("{name:<24}{}\n", scenario.title)
     };
-    print(&Scenario::names().into_iter().map(line).collect::<String>())
+    Ok(print(
+        &Scenario::names().into_iter().map(line).collect::<String>(),
+    )?)
 }

@@ -5,8 +5,8 @@ use std::{fmt::Write as _, fs, io::Write as _, path::PathBuf};
 use api::figures::{PaperMissions, draw, gallery, stated, table};
 use clap::Args;
 
-use super::{MissionError, bar, print, show};
-use crate::out_file::OutFile;
+use super::{MissionError, bar, show};
+use crate::out_file::{OutFile, print};
 
 #[derive(Debug, Args)]
 pub(crate) struct Figures {
@@ -50,5 +50,5 @@ pub(crate) fn figures(arguments: &Figures) -> Result<(), MissionError> {
             .map_err(refused(path.clone()))?;
         writeln!(written, "{}", path.display()).expect("a string takes everything");
     }
-    print(&format!("{written}\n{}", table(&rows)))
+    Ok(print(&format!("{written}\n{}", table(&rows)))?)
 }
