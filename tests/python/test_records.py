@@ -173,8 +173,8 @@ def test_paths_discs_and_area_of_a_scenario_are_on_the_map_at_their_size(tmp_pat
 
     # A polygon of 64 corners, which is 0.16 % smaller than its circle.
     disc = metres["keep_out", "keep-out-1"]
-    assert disc.area == pytest.approx(32.0 * 12.0**2 * math.sin(math.tau / 64.0), rel=1e-4)
-    assert [disc.centroid.x, disc.centroid.y] == pytest.approx([45.0, 60.0], abs=MAP_TOLERANCE_M)
+    assert disc.area == pytest.approx(32.0 * 8.0**2 * math.sin(math.tau / 64.0), rel=1e-4)
+    assert [disc.centroid.x, disc.centroid.y] == pytest.approx([50.0, 60.0], abs=MAP_TOLERANCE_M)
     area = metres["area", "area"]
     assert area.bounds == pytest.approx((-60.0, -60.0, 180.0, 160.0), abs=MAP_TOLERANCE_M)
     assert area.area == pytest.approx(240.0 * 220.0, rel=1e-5)
