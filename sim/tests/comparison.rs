@@ -29,13 +29,13 @@ fn both(scenario: &Scenario, seed: u64) -> [SurfaceCraftMetrics; 2] {
 
 /// Most of the whole mission's error is the approach, which the thrusters bound for both.
 #[test]
-fn the_planner_comes_as_fast_as_tuned_line_of_sight_and_then_keeps_closer() {
+fn the_planner_is_never_worse_than_tuned_line_of_sight() {
     for name in ["paper-tracking", "paper-midpoint", "cross-current"] {
         let scenario = Scenario::named(name).expect("exists");
         for seed in SEEDS {
             let [los, mpc] = both(&scenario, seed);
             assert!(
-                mpc.rms_m <= 1.02 * los.rms_m,
+                mpc.rms_m <= los.rms_m,
                 "{name}, seed {seed}: {} against {}",
                 mpc.rms_m,
                 los.rms_m
