@@ -19,7 +19,7 @@ const SPEED_WITHOUT_DIRECTION: f64 = 0.02;
 /// Quadratic surge drag by which propulsion energy is predicted, N/(m/s)²: the MEDUSA class's.
 ///
 /// Source: public parameters of the craft of the Institute for Systems and Robotics, Lisbon.
-const SURGE_DRAG: f64 = 27.5;
+pub(crate) const SURGE_DRAG: f64 = 27.5;
 
 /// Facts of one snapshot in the frame of the craft: origin at its position, first axis along its bow.
 /// A plan made of them cannot depend on where north or the datum is.

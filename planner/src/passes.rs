@@ -102,7 +102,7 @@ impl Optimiser<'_> {
     fn refine(&mut self, mut directions: Vec<Vector2<f64>>) -> Optimum {
         let mut optimum = Optimum::none(Degraded::Solver(SolverStatus::Unsolved));
         for _ in 0..self.policy.passes {
-            let (solution, residuals, stages) = self.pass(&directions);
+            let (layout, solution, residuals, stages) = self.pass(&directions);
             optimum.report.passes += 1;
             optimum.report.iterations += solution.iterations;
             if let Err(reason) = accept(&solution, residuals.as_ref(), self.policy) {
@@ -115,7 +115,7 @@ impl Optimiser<'_> {
             optimum.report.status = solution.status;
             optimum.report.residuals = residuals;
             optimum.degraded = None;
-            optimum.violations = self.violations(&solution);
+            optimum.violations = self.violations(layout, &solution);
             optimum.merit = self.merit(&stages);
             let travelled = Horizon::directions_of(&stages);
             let turned = travelled
@@ -129,7 +129,7 @@ impl Optimiser<'_> {
         optimum
     }
 
-    fn pass(&mut self, directions: &[Vector2<f64>]) -> (Solution, Option<Residuals>, Vec<Stage>) {
+    fn pass(&mut self, directions: &[Vector2<f64>]) -> (Layout, Solution, Option<Residuals>, Vec<Stage>) {
         let horizon = self.horizon;
         let reach = GOAL_REACH * self.snapshot.limits.speed_max * self.policy.steps.iter().sum::<f64>();
         let goal: Vec<_> = horizon
@@ -151,12 +151,16 @@ impl Optimiser<'_> {
             directions,
             limits: &self.snapshot.limits,
             surge_bias: &self.horizon.surge_bias,
+            ranges: &[],
+            discs: &[],
+            edges: &[],
+            worst: &[],
             weights: &self.policy.weights,
         };
         let program = restated(self.programs, &pass);
         let solution = (self.solve)(program);
         if solution.primal.len() != program.layout.n_variables() {
-            return (solution, None, Vec::new());
+            return (program.layout, solution, None, Vec::new());
         }
         let residuals = Residuals::of(program, &solution);
         let layout = program.layout;
@@ -165,30 +169,37 @@ impl Optimiser<'_> {
             position: goal[k] + vector_at(&solution, layout.deviation(k)) * LENGTH_UNIT,
             velocity: vector_at(&solution, layout.velocity(k)),
         }));
-        (solution, Some(residuals), stages)
+        (layout, solution, Some(residuals), stages)
     }
 
-    /// The worst of each soft limit, where it is noticeable.
-    fn violations(&self, solution: &Solution) -> Vec<Violation> {
-        let layout = Layout {
-            n_stages: self.policy.steps.len(),
+    /// The worst of each soft limit of motion, where it is noticeable.
+    fn violations(&self, layout: Layout, solution: &Solution) -> Vec<Violation> {
+        let rows = |limit, k| match limit {
+            SoftLimit::ForwardSpeed => layout.forward_speed(k)..layout.forward_speed(k) + 1,
+            SoftLimit::TurnRate => layout.turn_rate(k)..layout.turn_rate(k) + 2,
+            SoftLimit::TrustCone => layout.trust_cone(k)..layout.trust_cone(k) + 2,
         };
-        [
-            (Slack::ForwardSpeed, SoftLimit::ForwardSpeed),
-            (Slack::TurnRate, SoftLimit::TurnRate),
-            (Slack::TrustCone, SoftLimit::TrustCone),
-        ]
-        .into_iter()
-        .filter_map(|(slack, limit)| {
-            let amount = |k: usize| solution.primal[layout.slack(k, slack)] * SLACK_UNIT;
-            let worst = (1..=layout.n_stages).max_by(|a, b| amount(*a).total_cmp(&amount(*b)))?;
-            (amount(worst) > SLACK_NOTICEABLE).then(|| Violation {
+        let amount = |limit, k| {
+            // s = (what the row leaves) + ξ, so that ξ − s is by how much it is broken.
+            let least = solution.slack[rows(limit, k)]
+                .iter()
+                .copied()
+                .fold(f64::INFINITY, f64::min);
+            solution.primal[layout.slack(k, Slack::Motion)] * SLACK_UNIT - least
+        };
+        let worst = |limit| {
+            let worst =
+                (1..=layout.n_stages).max_by(|a, b| amount(limit, *a).total_cmp(&amount(limit, *b)))?;
+            (amount(limit, worst) > SLACK_NOTICEABLE).then(|| Violation {
                 limit,
                 time: self.snapshot.time + self.horizon.times[worst],
-                amount: amount(worst),
+                amount: amount(limit, worst),
             })
-        })
-        .collect()
+        };
+        [SoftLimit::ForwardSpeed, SoftLimit::TurnRate, SoftLimit::TrustCone]
+            .into_iter()
+            .filter_map(worst)
+            .collect()
     }
 }
 
@@ -214,9 +225,7 @@ fn accept(solution: &Solution, residuals: Option<&Residuals>, policy: &Policy) -
 
 /// The program of the pass's shape, stated anew or restated in place.
 fn restated<'p>(programs: &'p mut Programs, pass: &Pass<'_>) -> &'p Program {
-    let layout = Layout {
-        n_stages: pass.steps.len(),
-    };
+    let layout = pass.layout();
     if let Some(index) = programs.iter().position(|program| program.layout == layout) {
         programs[index].restate(pass);
         return &programs[index];

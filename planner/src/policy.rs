@@ -41,7 +41,15 @@ pub struct Weights {
     pub terminal_position: f64,
     /// Relative velocity at the end of the horizon, 1/(m/s)², not per second.
     pub terminal_velocity: f64,
-    /// Linear and quadratic price of breaking a soft row (m/s or m/s²), per stage. The linear one is above
+    /// Propulsion energy, 1/J; where it is 0, the program has no energy in it.
+    pub energy: f64,
+    /// Linear and quadratic price of being where no acoustic range is, per metre, m² and stage.
+    pub range_slack: (f64, f64),
+    /// Of leaving the area.
+    pub area_slack: (f64, f64),
+    /// Of entering a keep-out disc.
+    pub keep_out_slack: (f64, f64),
+    /// Linear and quadratic price of breaking a soft row of motion (m/s or m/s²), per stage. The linear one is above
     /// what a goal abeam at the edge of the reach bids: measured, 3·10⁴ is enough and 10⁴ is not.
     pub slack: (f64, f64),
 }
@@ -75,6 +83,10 @@ impl Default for Weights {
             acceleration_change: 10.0,
             terminal_position: 10.0,
             terminal_velocity: 100.0,
+            energy: 0.0,
+            range_slack: (1.0e4, 1.0e2),
+            area_slack: (3.0e4, 1.0e2),
+            keep_out_slack: (1.0e5, 1.0e2),
             slack: (1.0e5, 1.0e3),
         }
     }

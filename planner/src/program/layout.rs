@@ -1,82 +1,192 @@
 //! Where each number of a program stands: all index arithmetic, and nothing else.
 
-/// Where each variable and each row stands; depends on the number of stages only.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Shape of a program: what its variables and rows are, and so where each stands. It depends on what is
+/// promised and to how many, never on the data, so that a solver set up once serves every program of its shape.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Layout {
     /// Number of stages N.
     pub n_stages: usize,
+    /// AUVs to stay within acoustic range of.
+    pub n_ranges: usize,
+    /// Discs to stay out of.
+    pub n_discs: usize,
+    /// Edges of the area to stay in.
+    pub n_edges: usize,
+    /// AUVs whose worst range is to be small; none where the goal is a point.
+    pub n_worst: usize,
+    /// Whether propulsion energy has a price.
+    pub energy: bool,
 }
 
-/// Soft rows of a stage, each with a slack of its own.
+/// Soft rows of a stage. Rows of one kind share a slack: it is the worst of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Slack {
-    ForwardSpeed = 0,
-    TurnRate = 1,
-    TrustCone = 2,
+    /// Forward speed, turn rate and trust cone: three in one saves a fifth of the variables.
+    Motion,
+    AcousticRange,
+    Area,
+    KeepOut,
 }
 
-pub(super) const N_SLACKS: usize = 3;
-const N_STATES: usize = 4;
+impl Slack {
+    /// In the order of their columns.
+    const ALL: [Self; 4] = [Self::Motion, Self::AcousticRange, Self::Area, Self::KeepOut];
+}
 
-#[expect(
-    clippy::unused_self,
-    reason = "callers need not know which places depend on the number of stages"
-)]
+const N_STATES: usize = 4;
+/// σ, m and e of a stage.
+const N_ENERGY: usize = 3;
+
 impl Layout {
     /// Number of variables.
     #[must_use]
-    pub fn n_variables(self) -> usize {
-        (N_STATES + N_SLACKS) * self.n_stages
+    pub fn n_variables(&self) -> usize {
+        self.energy(self.n_stages + 1)
     }
 
     /// Number of rows.
     #[must_use]
-    pub fn n_rows(self) -> usize {
-        self.speed_cone(self.n_stages + 1)
+    pub fn n_rows(&self) -> usize {
+        self.energy_cones(self.n_stages + 1)
     }
 
+    /// The slacks that a stage has, in the order of their columns.
+    pub(crate) fn slacks(self) -> impl Iterator<Item = Slack> {
+        Slack::ALL.into_iter().filter(move |slack| self.has(*slack))
+    }
+
+    fn has(&self, slack: Slack) -> bool {
+        match slack {
+            Slack::Motion => true,
+            Slack::AcousticRange => self.n_ranges > 0,
+            Slack::Area => self.n_edges > 0,
+            Slack::KeepOut => self.n_discs > 0,
+        }
+    }
+
+    fn n_slacks(&self) -> usize {
+        self.slacks().count()
+    }
+
+    fn slack_index(&self, slack: Slack) -> usize {
+        debug_assert!(self.has(slack));
+        self.slacks().take_while(|before| *before != slack).count()
+    }
+
+    // Columns: d and v stage by stage, then the slacks stage by stage, the worst ranges, σ, m and e.
+
     /// First of the two columns of d_k, k = 1 … N.
-    pub(crate) fn deviation(self, k: usize) -> usize {
+    #[expect(
+        clippy::unused_self,
+        reason = "callers need not know which places depend on the shape"
+    )]
+    pub(crate) fn deviation(&self, k: usize) -> usize {
         N_STATES * (k - 1)
     }
 
     /// First of the two columns of v_k, k = 1 … N.
-    pub(crate) fn velocity(self, k: usize) -> usize {
+    #[expect(
+        clippy::unused_self,
+        reason = "callers need not know which places depend on the shape"
+    )]
+    pub(crate) fn velocity(&self, k: usize) -> usize {
         N_STATES * (k - 1) + 2
     }
 
     /// Column of a slack of stage k = 1 … N.
-    pub(crate) fn slack(self, k: usize, slack: Slack) -> usize {
-        N_STATES * self.n_stages + N_SLACKS * (k - 1) + slack as usize
+    pub(crate) fn slack(&self, k: usize, slack: Slack) -> usize {
+        N_STATES * self.n_stages + self.n_slacks() * (k - 1) + self.slack_index(slack)
     }
 
-    // Rows, block after block: two of dynamics, two of acceleration, one of forward speed, two of turn
-    // rate, two of the trust cone, three of slacks, three of the speed cone for each stage.
-    pub(super) fn dynamics(self, k: usize) -> usize {
-        2 * (k - 1)
+    fn after_slacks(&self) -> usize {
+        (N_STATES + self.n_slacks()) * self.n_stages
     }
 
-    pub(super) fn acceleration(self, k: usize) -> usize {
+    fn n_worst_columns(&self) -> usize {
+        if self.n_worst == 0 { 0 } else { self.n_stages }
+    }
+
+    /// Column of the worst range of stage k.
+    pub(crate) fn worst(&self, k: usize) -> usize {
+        self.after_slacks() + (k - 1)
+    }
+
+    /// First of the columns σ_k, m_k, e_k.
+    pub(crate) fn energy(&self, k: usize) -> usize {
+        let per_stage = if self.energy { N_ENERGY } else { 0 };
+        self.after_slacks() + self.n_worst_columns() + per_stage * (k - 1)
+    }
+
+    // Rows, block after block: equations, then inequalities, then cones of second order.
+
+    pub(super) fn dynamics(&self, k: usize) -> usize {
+        2 * (k - 1).min(self.n_stages)
+    }
+
+    pub(super) fn acceleration(&self, k: usize) -> usize {
         2 * self.n_stages + 2 * (k - 1)
     }
 
-    pub(super) fn forward_speed(self, k: usize) -> usize {
+    pub(crate) fn forward_speed(&self, k: usize) -> usize {
         4 * self.n_stages + (k - 1)
     }
 
-    pub(super) fn turn_rate(self, k: usize) -> usize {
+    pub(crate) fn turn_rate(&self, k: usize) -> usize {
         5 * self.n_stages + 2 * (k - 1)
     }
 
-    pub(super) fn trust_cone(self, k: usize) -> usize {
+    pub(crate) fn trust_cone(&self, k: usize) -> usize {
         7 * self.n_stages + 2 * (k - 1)
     }
 
-    pub(super) fn slack_sign(self, k: usize, slack: Slack) -> usize {
-        9 * self.n_stages + N_SLACKS * (k - 1) + slack as usize
+    pub(super) fn slack_sign(&self, k: usize, slack: Slack) -> usize {
+        9 * self.n_stages + self.n_slacks() * (k - 1) + self.slack_index(slack)
     }
 
-    pub(super) fn speed_cone(self, k: usize) -> usize {
-        (9 + N_SLACKS) * self.n_stages + 3 * (k - 1)
+    pub(super) fn area(&self, k: usize, edge: usize) -> usize {
+        (9 + self.n_slacks()) * self.n_stages + self.n_edges * (k - 1) + edge
+    }
+
+    /// Row of the end of interval k, from stage k − 1 to k, outside a disc.
+    pub(super) fn disc_at_end(&self, k: usize, disc: usize) -> usize {
+        self.area(self.n_stages + 1, 0) + self.n_discs * (k - 1) + disc
+    }
+
+    /// Row of the start of interval k = 2 … N outside a disc; interval 1 starts where the craft is.
+    pub(super) fn disc_at_start(&self, k: usize, disc: usize) -> usize {
+        self.disc_at_end(self.n_stages + 1, 0) + self.n_discs * (k - 2) + disc
+    }
+
+    /// Row of σ_k below its limit.
+    pub(super) fn top_speed(&self, k: usize) -> usize {
+        let discs = if self.n_stages == 0 {
+            0
+        } else {
+            self.n_discs * (2 * self.n_stages - 1)
+        };
+        let per_stage = usize::from(self.energy);
+        self.area(self.n_stages + 1, 0) + discs + per_stage * (k - 1)
+    }
+
+    pub(super) fn n_inequalities(&self) -> usize {
+        self.speed_cone(1) - 2 * self.n_stages
+    }
+
+    pub(super) fn speed_cone(&self, k: usize) -> usize {
+        self.top_speed(self.n_stages + 1) + 3 * (k - 1)
+    }
+
+    pub(super) fn range_cone(&self, k: usize, auv: usize) -> usize {
+        self.speed_cone(self.n_stages + 1) + 3 * (self.n_ranges * (k - 1) + auv)
+    }
+
+    pub(super) fn worst_cone(&self, k: usize, auv: usize) -> usize {
+        self.range_cone(self.n_stages + 1, 0) + 4 * (self.n_worst * (k - 1) + auv)
+    }
+
+    /// First row of the two cones of stage k that make e_k ≥ σ_k³.
+    pub(super) fn energy_cones(&self, k: usize) -> usize {
+        let per_stage = if self.energy { 6 } else { 0 };
+        self.worst_cone(self.n_stages + 1, 0) + per_stage * (k - 1)
     }
 }

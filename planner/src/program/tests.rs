@@ -5,37 +5,69 @@ use std::collections::HashSet;
 use super::*;
 use crate::policy::Policy;
 
-const SLACKS: [Slack; 3] = [Slack::ForwardSpeed, Slack::TurnRate, Slack::TrustCone];
+use super::cost::cost_scale;
 
 #[test]
 fn every_variable_and_every_row_has_one_place() {
-    let layout = Layout { n_stages: 7 };
-    let mut columns = HashSet::new();
-    let mut rows = HashSet::new();
-    for k in 1..=layout.n_stages {
-        for axis in 0..2 {
-            assert!(columns.insert(layout.deviation(k) + axis));
-            assert!(columns.insert(layout.velocity(k) + axis));
+    for (n_ranges, n_discs, n_edges, n_worst, energy) in [
+        (0, 0, 0, 0, false),
+        (2, 3, 4, 2, true),
+        (1, 0, 5, 0, true),
+        (0, 1, 0, 3, false),
+    ] {
+        let layout = Layout {
+            n_stages: 7,
+            n_ranges,
+            n_discs,
+            n_edges,
+            n_worst,
+            energy,
+        };
+        let (mut columns, mut rows) = (HashSet::new(), HashSet::new());
+        let place = |set: &mut HashSet<usize>, first: usize, n: usize| {
+            assert!(
+                (first..first + n).all(|place| set.insert(place)),
+                "{layout:?}: {first}"
+            );
+        };
+        for k in 1..=layout.n_stages {
+            place(&mut columns, layout.deviation(k), 2);
+            place(&mut columns, layout.velocity(k), 2);
             for row in [
                 layout.dynamics(k),
                 layout.acceleration(k),
                 layout.turn_rate(k),
                 layout.trust_cone(k),
             ] {
-                assert!(rows.insert(row + axis));
+                place(&mut rows, row, 2);
+            }
+            place(&mut rows, layout.forward_speed(k), 1);
+            place(&mut rows, layout.speed_cone(k), 3);
+            for slack in layout.slacks() {
+                place(&mut columns, layout.slack(k, slack), 1);
+                place(&mut rows, layout.slack_sign(k, slack), 1);
+            }
+            (0..n_ranges).for_each(|i| place(&mut rows, layout.range_cone(k, i), 3));
+            (0..n_edges).for_each(|i| place(&mut rows, layout.area(k, i), 1));
+            (0..n_worst).for_each(|i| place(&mut rows, layout.worst_cone(k, i), 4));
+            for i in 0..n_discs {
+                place(&mut rows, layout.disc_at_end(k, i), 1);
+                if k > 1 {
+                    place(&mut rows, layout.disc_at_start(k, i), 1);
+                }
+            }
+            if n_worst > 0 {
+                place(&mut columns, layout.worst(k), 1);
+            }
+            if energy {
+                place(&mut columns, layout.energy(k), 3);
+                place(&mut rows, layout.top_speed(k), 1);
+                place(&mut rows, layout.energy_cones(k), 6);
             }
         }
-        assert!(rows.insert(layout.forward_speed(k)));
-        assert!((0..3).all(|i| rows.insert(layout.speed_cone(k) + i)));
-        assert!(SLACKS.iter().all(|slack| columns.insert(layout.slack(k, *slack))));
-        assert!(
-            SLACKS
-                .iter()
-                .all(|slack| rows.insert(layout.slack_sign(k, *slack)))
-        );
+        assert_eq!(columns, (0..layout.n_variables()).collect());
+        assert_eq!(rows, (0..layout.n_rows()).collect());
     }
-    assert_eq!(columns, (0..layout.n_variables()).collect());
-    assert_eq!(rows, (0..layout.n_rows()).collect());
 }
 
 /// A scene with nothing aligned or zero, on four stages of three lengths.
@@ -44,6 +76,10 @@ struct Scene {
     goal: Vec<Vector2<f64>>,
     goal_velocity: Vec<Vector2<f64>>,
     directions: Vec<Vector2<f64>>,
+    ranges: Vec<Range>,
+    discs: Vec<Disc>,
+    edges: Vec<Edge>,
+    worst: Vec<Member>,
     policy: Policy,
 }
 
@@ -55,8 +91,48 @@ impl Scene {
             goal: (0..5).map(|k| at(k, 4.0, -0.7)).collect(),
             goal_velocity: (0..5).map(|k| at(k, -0.2, 0.05)).collect(),
             directions: (0..5).map(|k| at(k, 1.0, 0.1).normalize()).collect(),
+            ranges: Vec::new(),
+            discs: Vec::new(),
+            edges: Vec::new(),
+            worst: Vec::new(),
             policy: Policy::default(),
         }
+    }
+
+    /// With bounds of every kind, a worst range to keep small and a price of energy.
+    fn bounded() -> Self {
+        let at = |k: i32, a: f64, b: f64| Vector2::new(a + 0.4 * f64::from(k), b - 0.2 * f64::from(k));
+        let way = |a, b| (0..5).map(|k| at(k, a, b)).collect::<Vec<_>>();
+        let numbers = |a: f64| (0..5).map(|k| a + 0.1 * f64::from(k)).collect::<Vec<_>>();
+        let member = |a, b, depth| Member {
+            positions: way(a, b),
+            depths: numbers(depth),
+        };
+        let mut scene = Self::new();
+        scene.policy.weights.energy = 0.7;
+        scene.ranges = vec![
+            Range {
+                centres: way(9.0, 3.0),
+                radii: numbers(12.0),
+            },
+            Range {
+                centres: way(-3.0, 7.0),
+                radii: numbers(8.0),
+            },
+        ];
+        scene.discs = vec![Disc {
+            centres: way(5.0, -2.0),
+            radii: numbers(1.5),
+            normals: way(0.3, 1.0).into_iter().map(|n| n.normalize()).collect(),
+        }];
+        scene.edges = [(0.6, 0.8), (-0.8, 0.6), (0.28, -0.96)]
+            .map(|(north, east)| Edge {
+                normal: Vector2::new(north, east),
+                offset: 17.0,
+            })
+            .to_vec();
+        scene.worst = vec![member(4.0, -9.0, 5.0), member(6.0, 8.0, 11.0)];
+        scene
     }
 
     fn pass(&self) -> Pass<'_> {
@@ -69,6 +145,10 @@ impl Scene {
             directions: &self.directions,
             limits: &Limits::MEDUSA,
             surge_bias: &[0.02, -0.01, 0.03, 0.04],
+            ranges: &self.ranges,
+            discs: &self.discs,
+            edges: &self.edges,
+            worst: &self.worst,
             weights: &self.policy.weights,
         }
     }
@@ -77,9 +157,7 @@ impl Scene {
 /// Velocities, and the deviations that the equations of motion make of them, written down
 /// independently of the program's rows.
 fn variables(pass: &Pass<'_>, wiggle: f64) -> (Vec<f64>, Vec<Vector2<f64>>, Vec<Vector2<f64>>) {
-    let layout = Layout {
-        n_stages: pass.steps.len(),
-    };
+    let layout = pass.layout();
     let mut x = vec![0.0; layout.n_variables()];
     let (mut positions, mut velocities) = (vec![Vector2::zeros()], vec![pass.velocity]);
     for k in 1..=layout.n_stages {
@@ -150,6 +228,13 @@ fn the_objective_is_the_cost_in_words_up_to_scale_and_a_constant() {
     assert!((ours - words).abs() < 1e-9 * words.abs(), "{ours} is not {words}");
 }
 
+/// b − A x.
+fn row_slacks(program: &Program, x: &[f64]) -> Vec<f64> {
+    let mut s = program.bounds.clone();
+    entries(&program.constraints).for_each(|(row, column, value)| s[row] -= value * x[column]);
+    s
+}
+
 #[test]
 fn every_row_says_what_its_promise_says() {
     let scene = Scene::new();
@@ -158,12 +243,9 @@ fn every_row_says_what_its_promise_says() {
     let (mut x, _, v) = variables(&pass, 1.3);
     let layout = program.layout;
     for k in 1..=layout.n_stages {
-        for (i, slack) in SLACKS.into_iter().enumerate() {
-            x[layout.slack(k, slack)] = 0.01 * f64::from(u32::try_from(i + k).unwrap());
-        }
+        x[layout.slack(k, Slack::Motion)] = 0.01 * f64::from(u32::try_from(k).unwrap());
     }
-    let mut s = program.bounds.clone();
-    entries(&program.constraints).for_each(|(row, column, value)| s[row] -= value * x[column]);
+    let s = row_slacks(&program, &x);
     let close = |row: usize, expected: f64, what: &str| {
         assert!(
             (s[row] - expected).abs() < 1e-12,
@@ -172,7 +254,7 @@ fn every_row_says_what_its_promise_says() {
         );
     };
     for k in 1..=layout.n_stages {
-        let xi = |slack| x[layout.slack(k, slack)] * SLACK_UNIT;
+        let xi = x[layout.slack(k, Slack::Motion)] * SLACK_UNIT;
         let (c, limits) = (pass.directions[k], pass.limits);
         let n = starboard_of(c);
         let c_mean = (pass.directions[k - 1] + c).normalize();
@@ -193,13 +275,13 @@ fn every_row_says_what_its_promise_says() {
         );
         close(
             layout.forward_speed(k),
-            c.dot(&v[k]) - limits.speed_min + xi(Slack::ForwardSpeed),
+            c.dot(&v[k]) - limits.speed_min + xi,
             "forward speed",
         );
-        let rate = limits.turn_rate_max * c_mean.dot(&(v[k] + v[k - 1])) / 2.0 + xi(Slack::TurnRate);
+        let rate = limits.turn_rate_max * c_mean.dot(&(v[k] + v[k - 1])) / 2.0 + xi;
         close(layout.turn_rate(k), rate - n_mean.dot(&a), "turn to starboard");
         close(layout.turn_rate(k) + 1, rate + n_mean.dot(&a), "turn to port");
-        let cone = 3.0_f64.sqrt() * c.dot(&v[k]) + xi(Slack::TrustCone);
+        let cone = 3.0_f64.sqrt() * c.dot(&v[k]) + xi;
         close(layout.trust_cone(k), cone - n.dot(&v[k]), "trust cone, starboard");
         close(layout.trust_cone(k) + 1, cone + n.dot(&v[k]), "trust cone, port");
         close(layout.speed_cone(k), limits.speed_max, "speed limit");
@@ -209,9 +291,88 @@ fn every_row_says_what_its_promise_says() {
 }
 
 #[test]
+fn every_bound_says_what_its_promise_says() {
+    let scene = Scene::bounded();
+    let pass = scene.pass();
+    let program = Program::new(&pass);
+    let (mut x, p, v) = variables(&pass, 1.3);
+    let layout = program.layout;
+    for (i, slack) in layout.slacks().enumerate() {
+        (1..=layout.n_stages)
+            .for_each(|k| x[layout.slack(k, slack)] = 0.3 * f64::from(u32::try_from(i + k).unwrap()));
+    }
+    for k in 1..=layout.n_stages {
+        x[layout.worst(k)] = 0.2;
+        let sigma = layout.energy(k);
+        (x[sigma], x[sigma + 1], x[sigma + 2]) = (0.9, 0.85, 0.8);
+    }
+    let s = row_slacks(&program, &x);
+    let close = |given: f64, expected: f64, what: &str| {
+        assert!(
+            (given - expected).abs() < 1e-12,
+            "{what}: {given} is not {expected}"
+        );
+    };
+    let norm =
+        |row: usize, n: usize| s[row + 1..row + n].iter().map(|s| s * s).sum::<f64>().sqrt() * LENGTH_UNIT;
+    for k in 1..=layout.n_stages {
+        let xi = |slack| x[layout.slack(k, slack)] * SLACK_UNIT;
+        for (i, range) in pass.ranges.iter().enumerate() {
+            let row = layout.range_cone(k, i);
+            close(
+                s[row] * LENGTH_UNIT,
+                range.radii[k] + xi(Slack::AcousticRange),
+                "range",
+            );
+            close(norm(row, 3), (p[k] - range.centres[k]).norm(), "distance");
+        }
+        for (g, edge) in pass.edges.iter().enumerate() {
+            let inside = edge.offset - edge.normal.dot(&p[k]) + xi(Slack::Area);
+            close(s[layout.area(k, g)] * LENGTH_UNIT, inside, "area");
+        }
+        for (i, member) in pass.worst.iter().enumerate() {
+            let row = layout.worst_cone(k, i);
+            let range = |p: Vector2<f64>, m: &Member| (p - m.positions[k]).norm().hypot(m.depths[k]);
+            let least = pass
+                .worst
+                .iter()
+                .map(|m| range(pass.goal[k], m))
+                .fold(0.0, f64::max);
+            close(s[row] * LENGTH_UNIT, least + 0.2 * LENGTH_UNIT, "worst range");
+            close(norm(row, 4), range(p[k], member), "slant range");
+        }
+        let (disc, dt, limits) = (&pass.discs[0], pass.steps[k - 1], pass.limits);
+        let hardest = limits
+            .acceleration_max
+            .hypot(limits.turn_rate_max * limits.speed_max);
+        let outside = |row: usize, at: usize| {
+            let clear = disc.normals[k].dot(&(p[at] - disc.centres[at])) - disc.radii[at];
+            let expected = clear - dt * dt * hardest / 8.0 + xi(Slack::KeepOut);
+            close(s[row] * LENGTH_UNIT, expected, "keep-out");
+        };
+        outside(layout.disc_at_end(k, 0), k);
+        if k > 1 {
+            outside(layout.disc_at_start(k, 0), k - 1);
+        }
+        let (speed, top, energy) = (layout.speed_cone(k), layout.top_speed(k), layout.energy_cones(k));
+        close(s[speed], 0.9, "speed bound");
+        close(s[speed + 1], v[k].x, "speed ahead");
+        close(s[top], limits.speed_max - 0.9, "top speed");
+        // A rotated cone a² ≤ b c says b c − a² = s₀² − s₁² − s₂².
+        let product = |row: usize| s[row] * s[row] - s[row + 1] * s[row + 1] - s[row + 2] * s[row + 2];
+        close(product(energy), 0.85 - 0.9 * 0.9, "square of the speed bound");
+        close(
+            product(energy + 3),
+            0.8 * 0.9 - 0.85 * 0.85,
+            "cube of the speed bound",
+        );
+    }
+}
+
+#[test]
 fn restating_gives_the_same_program_as_stating_anew() {
-    let scene = Scene::new();
-    let mut other = Scene::new();
+    let scene = Scene::bounded();
+    let mut other = Scene::bounded();
     other.goal.iter_mut().for_each(|r| *r *= -3.0);
     other.directions.reverse();
     let mut program = Program::new(&other.pass());
@@ -236,8 +397,7 @@ fn shrinking_a_fast_start_satisfies_every_hard_row() {
         x[program.layout.velocity(k)] = velocity.x;
         x[program.layout.velocity(k) + 1] = velocity.y;
     }
-    let mut s = program.bounds.clone();
-    entries(&program.constraints).for_each(|(row, column, value)| s[row] -= value * x[column]);
+    let s = row_slacks(&program, &x);
     for k in program.stages() {
         let (acceleration, cone) = (program.layout.acceleration(k), program.layout.speed_cone(k));
         assert!(s[acceleration] >= -1e-12 && s[acceleration + 1] >= -1e-12);

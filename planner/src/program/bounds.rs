@@ -1,0 +1,83 @@
+//! Where the craft may go.
+
+use nalgebra::Vector2;
+
+use super::{LENGTH_UNIT, Pass, Program, Slack};
+
+impl Program {
+    /// ‖p_k − p_i,k‖ ≤ ρ_i,k + ξ for every AUV i: exact, as depth and doubt are forecast and already in ρ.
+    pub(super) fn stay_in_acoustic_range(&mut self, pass: &Pass<'_>) {
+        for (i, range) in pass.ranges.iter().enumerate() {
+            for k in self.stages() {
+                let row = self.layout.range_cone(k, i);
+                self.bounds[row] = range.radii[k] / LENGTH_UNIT;
+                self.soften(row, k, Slack::AcousticRange, LENGTH_UNIT);
+                let away = (pass.goal[k] - range.centres[k]) / LENGTH_UNIT;
+                for axis in 0..2 {
+                    let d = self.layout.deviation(k) + axis;
+                    self.row_triplets.push((row + 1 + axis, d, -1.0));
+                    self.bounds[row + 1 + axis] = away[axis];
+                }
+            }
+        }
+    }
+
+    /// n_gᵀ p_k ≤ b_g + ξ for every edge g. Convex: between stages it holds as well.
+    pub(super) fn stay_in_the_area(&mut self, pass: &Pass<'_>) {
+        for (g, edge) in pass.edges.iter().enumerate() {
+            for k in self.stages() {
+                let row = self.layout.area(k, g);
+                self.add_deviation(row, k, edge.normal);
+                self.soften(row, k, Slack::Area, LENGTH_UNIT);
+                self.bounds[row] = (edge.offset - edge.normal.dot(&pass.goal[k])) / LENGTH_UNIT;
+            }
+        }
+    }
+
+    /// n_oᵀ (p − c_o) ≥ R_o + Δt² ‖a‖_max / 8 − ξ at both ends of every interval, with one normal for both: the
+    /// chord stays out too, and by the last term the arc that sags from it.
+    pub(super) fn keep_out_of_the_discs(&mut self, pass: &Pass<'_>) {
+        for (o, disc) in pass.discs.iter().enumerate() {
+            for k in self.stages() {
+                let sag = sag(pass, k);
+                let normal = disc.normals[k];
+                let (end, start) = (self.layout.disc_at_end(k, o), k - 1);
+                self.outside(end, k, k, normal, disc.centres[k], disc.radii[k] + sag, pass);
+                if start > 0 {
+                    let row = self.layout.disc_at_start(k, o);
+                    let reach = disc.radii[start] + sag;
+                    self.outside(row, start, k, normal, disc.centres[start], reach, pass);
+                }
+            }
+        }
+    }
+
+    /// normalᵀ (p_at − centre) ≥ reach − ξ_k.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "one row, said in full; a struct for it would say the same twice"
+    )]
+    fn outside(
+        &mut self,
+        row: usize,
+        at: usize,
+        k: usize,
+        normal: Vector2<f64>,
+        centre: Vector2<f64>,
+        reach: f64,
+        pass: &Pass<'_>,
+    ) {
+        self.add_deviation(row, at, -normal);
+        self.soften(row, k, Slack::KeepOut, LENGTH_UNIT);
+        self.bounds[row] = (normal.dot(&(pass.goal[at] - centre)) - reach) / LENGTH_UNIT;
+    }
+}
+
+/// Farthest that the craft's way over interval k is from its chord, m: Δt² ‖a‖ / 8 at constant acceleration, the
+/// hardest turn at full speed.
+fn sag(pass: &Pass<'_>, k: usize) -> f64 {
+    let dt = pass.steps[k - 1];
+    let limits = pass.limits;
+    let ahead = limits.acceleration_max.max(limits.deceleration_max);
+    dt * dt * ahead.hypot(limits.turn_rate_max * limits.speed_max) / 8.0
+}

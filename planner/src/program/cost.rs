@@ -1,0 +1,178 @@
+//! What the program minimises.
+
+use super::{LENGTH_UNIT, Pass, Program, SLACK_UNIT, Slack};
+use crate::{horizon::SURGE_DRAG, policy::Weights};
+
+impl Program {
+    /// Σ w_k ‖d_k‖², trapezoidal in time, with a terminal weight.
+    pub(super) fn stay_with_the_goal(&mut self, pass: &Pass<'_>) {
+        let scale = cost_scale(pass);
+        for k in self.stages() {
+            let weight = scale * position_weight(pass, k) * LENGTH_UNIT * LENGTH_UNIT;
+            for axis in 0..2 {
+                let d = self.layout.deviation(k) + axis;
+                self.cost_triplets.push((d, d, 2.0 * weight));
+            }
+        }
+    }
+
+    /// Σ w_k (ρ_k + τ_k)² less its constant, with ‖(p_k − p_i,k, z_i,k)‖ ≤ ρ_k + τ_k for every AUV i. ρ_k is the
+    /// worst range from the goal, which is the point where it is least, so that the objective is small where the
+    /// goal is met.
+    pub(super) fn keep_the_worst_range_small(&mut self, pass: &Pass<'_>) {
+        let scale = cost_scale(pass);
+        for k in self.stages() {
+            let weight = scale * position_weight(pass, k) * LENGTH_UNIT * LENGTH_UNIT;
+            let distance = |member: &super::Member| {
+                let across = (pass.goal[k] - member.positions[k]).norm();
+                across.hypot(member.depths[k])
+            };
+            let least = pass.worst.iter().map(distance).fold(0.0, f64::max) / LENGTH_UNIT;
+            let tau = self.layout.worst(k);
+            self.cost_triplets.push((tau, tau, 2.0 * weight));
+            self.linear[tau] += 2.0 * weight * least;
+            for (i, member) in pass.worst.iter().enumerate() {
+                let row = self.layout.worst_cone(k, i);
+                self.row_triplets.push((row, tau, -1.0));
+                self.bounds[row] = least;
+                let away = (pass.goal[k] - member.positions[k]) / LENGTH_UNIT;
+                for axis in 0..2 {
+                    let d = self.layout.deviation(k) + axis;
+                    self.row_triplets.push((row + 1 + axis, d, -1.0));
+                    self.bounds[row + 1 + axis] = away[axis];
+                }
+                self.bounds[row + 3] = member.depths[k] / LENGTH_UNIT;
+            }
+        }
+    }
+
+    /// Σ w_k ‖v_k − v_goal,k‖², trapezoidal in time, with a terminal weight.
+    pub(super) fn move_with_the_goal(&mut self, pass: &Pass<'_>) {
+        let scale = cost_scale(pass);
+        for k in self.stages() {
+            let last = k == self.layout.n_stages;
+            let terminal = if last { pass.weights.terminal_velocity } else { 0.0 };
+            let weight = scale * (pass.weights.velocity * duration(pass, k) + terminal);
+            for axis in 0..2 {
+                let v = self.layout.velocity(k) + axis;
+                self.cost_triplets.push((v, v, 2.0 * weight));
+                self.linear[v] -= 2.0 * weight * pass.goal_velocity[k][axis];
+            }
+        }
+    }
+
+    /// Σ Δt_k w_a ‖a_k‖² + w_j Σ ‖a_k − a_{k−1}‖².
+    pub(super) fn spare_the_thrusters(&mut self, pass: &Pass<'_>) {
+        let scale = cost_scale(pass);
+        for k in 0..self.layout.n_stages {
+            let dt = pass.steps[k];
+            // a_k = (v_{k+1} − v_k) / Δt_k
+            self.add_square(
+                pass,
+                scale * pass.weights.acceleration * dt,
+                &[(k + 1, 1.0 / dt), (k, -1.0 / dt)],
+            );
+            if k > 0 {
+                let before = pass.steps[k - 1];
+                let terms = [
+                    (k + 1, 1.0 / dt),
+                    (k, -1.0 / dt - 1.0 / before),
+                    (k - 1, 1.0 / before),
+                ];
+                self.add_square(pass, scale * pass.weights.acceleration_change, &terms);
+            }
+        }
+    }
+
+    /// Adds weight · ‖Σ coefficient · v_k‖² for (k, coefficient) in decreasing k; v_0 is data.
+    fn add_square(&mut self, pass: &Pass<'_>, weight: f64, terms: &[(usize, f64)]) {
+        for axis in 0..2 {
+            for (i, &(k, c_k)) in terms.iter().enumerate() {
+                if k == 0 {
+                    continue;
+                }
+                let column = self.layout.velocity(k) + axis;
+                for &(j, c_j) in &terms[i..] {
+                    if j == 0 {
+                        self.linear[column] += 2.0 * weight * c_k * c_j * pass.velocity[axis];
+                    } else {
+                        // Decreasing k: (j, k) is in the upper triangle.
+                        let row = self.layout.velocity(j) + axis;
+                        self.cost_triplets.push((row, column, 2.0 * weight * c_k * c_j));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Σ w_E D Δt e_k, the work against the surge drag D σ³, with e_k ≥ σ_k³ as two rotated cones:
+    ///
+    /// ```text
+    /// σ² ≤ m       ⇔  ‖(σ, (m − 1)/2)‖ ≤ (m + 1)/2
+    /// m² ≤ e σ     ⇔  ‖(m, (e − σ)/2)‖ ≤ (e + σ)/2
+    /// ```
+    pub(super) fn spare_the_batteries(&mut self, pass: &Pass<'_>) {
+        let scale = cost_scale(pass);
+        for k in self.stages() {
+            let sigma = self.layout.energy(k);
+            let (square, cube) = (sigma + 1, sigma + 2);
+            self.linear[cube] += scale * pass.weights.energy * SURGE_DRAG * duration(pass, k);
+            let first = self.layout.energy_cones(k);
+            self.row_triplets.push((first, square, -0.5));
+            self.bounds[first] = 0.5;
+            self.row_triplets.push((first + 1, sigma, -1.0));
+            self.row_triplets.push((first + 2, square, -0.5));
+            self.bounds[first + 2] = -0.5;
+            let second = first + 3;
+            self.row_triplets.push((second, cube, -0.5));
+            self.row_triplets.push((second, sigma, -0.5));
+            self.row_triplets.push((second + 1, square, -1.0));
+            self.row_triplets.push((second + 2, cube, -0.5));
+            self.row_triplets.push((second + 2, sigma, 0.5));
+        }
+    }
+
+    /// ρ₁ ξ + ρ₂ ξ², ξ ≥ 0.
+    pub(super) fn price_the_slacks(&mut self, pass: &Pass<'_>) {
+        for k in self.stages() {
+            for slack in self.layout.slacks() {
+                let (linear, quadratic) = price(slack, pass.weights);
+                let column = self.layout.slack(k, slack);
+                self.linear[column] += linear * SLACK_UNIT;
+                self.cost_triplets
+                    .push((column, column, 2.0 * quadratic * SLACK_UNIT * SLACK_UNIT));
+                self.row_triplets
+                    .push((self.layout.slack_sign(k, slack), column, -1.0));
+            }
+        }
+    }
+}
+
+/// Linear and quadratic price of a slack.
+fn price(slack: Slack, weights: &Weights) -> (f64, f64) {
+    match slack {
+        Slack::Motion => weights.slack,
+        Slack::AcousticRange => weights.range_slack,
+        Slack::Area => weights.area_slack,
+        Slack::KeepOut => weights.keep_out_slack,
+    }
+}
+
+/// The part of the horizon that stage k stands for, s: half of the intervals on either side.
+fn duration(pass: &Pass<'_>, k: usize) -> f64 {
+    0.5 * (pass.steps[k - 1] + pass.steps.get(k).copied().unwrap_or(0.0))
+}
+
+fn position_weight(pass: &Pass<'_>, k: usize) -> f64 {
+    let last = k == pass.steps.len();
+    let terminal = if last { pass.weights.terminal_position } else { 0.0 };
+    pass.weights.position * duration(pass, k) + terminal
+}
+
+/// Factor on all costs but the slacks' price: the further the goal, the smaller, so that no goal is
+/// far enough to buy its way through a soft row.
+pub(super) fn cost_scale(pass: &Pass<'_>) -> f64 {
+    let farthest = |points: &[nalgebra::Vector2<f64>]| points.iter().map(|p| p.norm()).fold(0.0, f64::max);
+    let members = pass.worst.iter().map(|member| farthest(&member.positions));
+    1.0 / (1.0 + members.fold(farthest(pass.goal), f64::max) / LENGTH_UNIT)
+}

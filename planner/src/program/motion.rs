@@ -1,0 +1,142 @@
+//! How the craft can move.
+
+use nalgebra::Vector2;
+
+use super::{LENGTH_UNIT, Pass, Program, Slack, starboard_of};
+
+/// Half-angle of the trust cone around the direction of travel, as a tangent: 60°.
+///
+/// Beyond it the forward half-plane and the turn-rate row describe another manoeuvre.
+const TRUST_CONE_TANGENT: f64 = 1.732_050_807_568_877_2;
+
+impl Program {
+    /// d_k − d_{k−1} − ½ Δt (v_{k−1} + v_k) = Δt v_c − (r_k − r_{k−1}).
+    pub(super) fn move_as_the_velocity_says(&mut self, pass: &Pass<'_>) {
+        for k in self.stages() {
+            let dt = pass.steps[k - 1];
+            let drift = (pass.current * dt - (pass.goal[k] - pass.goal[k - 1])) / LENGTH_UNIT;
+            let half = 0.5 * dt / LENGTH_UNIT;
+            for axis in 0..2 {
+                let row = self.layout.dynamics(k) + axis;
+                self.row_triplets
+                    .push((row, self.layout.deviation(k) + axis, 1.0));
+                self.row_triplets
+                    .push((row, self.layout.velocity(k) + axis, -half));
+                self.bounds[row] = drift[axis];
+                if k > 1 {
+                    self.row_triplets
+                        .push((row, self.layout.deviation(k - 1) + axis, -1.0));
+                    self.row_triplets
+                        .push((row, self.layout.velocity(k - 1) + axis, -half));
+                } else {
+                    // The craft is the origin: d_0 = −r_0.
+                    self.bounds[row] += half * pass.velocity[axis] - pass.goal[0][axis] / LENGTH_UNIT;
+                }
+            }
+        }
+    }
+
+    /// b − a_dec ≤ c̄ᵀ a ≤ b + a_acc along the mean direction of the interval, b the surge loop's bias.
+    /// Hard: as |b| is less than both limits, keeping on is always allowed.
+    pub(super) fn accelerate_as_the_surge_loop_can(&mut self, pass: &Pass<'_>) {
+        for k in self.stages() {
+            let dt = pass.steps[k - 1];
+            let c = mean_direction(pass.directions, k);
+            let row = self.layout.acceleration(k);
+            for (row, sign, most) in [
+                (row, 1.0, pass.limits.acceleration_max),
+                (row + 1, -1.0, pass.limits.deceleration_max),
+            ] {
+                self.add_velocity(row, k, c * (sign / dt));
+                self.bounds[row] = most + sign * pass.surge_bias[k - 1];
+                if k > 1 {
+                    self.add_velocity(row, k - 1, c * (-sign / dt));
+                } else {
+                    self.bounds[row] += sign * c.dot(&pass.velocity) / dt;
+                }
+            }
+        }
+    }
+
+    /// c_kᵀ v_k ≥ u_min − ξ: the inner half-plane, which implies ‖v_k‖ ≥ u_min.
+    pub(super) fn keep_moving_ahead(&mut self, pass: &Pass<'_>) {
+        for k in self.stages() {
+            let row = self.layout.forward_speed(k);
+            self.add_velocity(row, k, -pass.directions[k]);
+            self.soften(row, k, Slack::Motion, 1.0);
+            self.bounds[row] = -pass.limits.speed_min;
+        }
+    }
+
+    /// |n̄ᵀ a| ≤ r_max c̄ᵀ (v_{k−1} + v_k)/2 + ξ: lateral acceleration is speed times rate.
+    ///
+    /// The mean speed of the interval, not the one at its start, lets a craft at rest begin to turn.
+    pub(super) fn turn_no_faster_than_the_craft_can(&mut self, pass: &Pass<'_>) {
+        for k in self.stages() {
+            let dt = pass.steps[k - 1];
+            let c = mean_direction(pass.directions, k);
+            let n = starboard_of(c);
+            let ahead = c * (0.5 * pass.limits.turn_rate_max);
+            for (i, sign) in [1.0, -1.0].into_iter().enumerate() {
+                let row = self.layout.turn_rate(k) + i;
+                self.add_velocity(row, k, n * (sign / dt) - ahead);
+                self.soften(row, k, Slack::Motion, 1.0);
+                if k > 1 {
+                    self.add_velocity(row, k - 1, n * (-sign / dt) - ahead);
+                } else {
+                    self.bounds[row] = (n * (sign / dt) + ahead).dot(&pass.velocity);
+                }
+            }
+        }
+    }
+
+    /// |n_kᵀ v_k| ≤ tan 60° c_kᵀ v_k + ξ.
+    pub(super) fn stay_near_the_direction_of_travel(&mut self, pass: &Pass<'_>) {
+        for k in self.stages() {
+            let c = pass.directions[k];
+            for (i, sign) in [1.0, -1.0].into_iter().enumerate() {
+                let row = self.layout.trust_cone(k) + i;
+                self.add_velocity(row, k, starboard_of(c) * sign - c * TRUST_CONE_TANGENT);
+                self.soften(row, k, Slack::Motion, 1.0);
+            }
+        }
+    }
+
+    /// ‖v_k‖ ≤ max(u_max, ‖v_0‖ − a t_k): a craft that starts too fast slows down as hard as it can.
+    ///
+    /// The ramp uses the weakest of acceleration and deceleration that a bias leaves, so that shrinking v_0 satisfies the
+    /// acceleration rows whatever the directions are: the hard rows always have a common point.
+    pub(super) fn never_outrun_the_craft(&mut self, pass: &Pass<'_>) {
+        let bias = pass
+            .surge_bias
+            .iter()
+            .fold(0.0, |most: f64, bias| most.max(bias.abs()));
+        let ramp = pass.limits.acceleration_max.min(pass.limits.deceleration_max) - bias;
+        let mut time = 0.0;
+        for k in self.stages() {
+            time += pass.steps[k - 1];
+            let row = self.layout.speed_cone(k);
+            let most = pass.limits.speed_max.max(pass.velocity.norm() - ramp * time);
+            if self.layout.energy {
+                // ‖v_k‖ ≤ σ_k ≤ most
+                let (sigma, top) = (self.layout.energy(k), self.layout.top_speed(k));
+                self.row_triplets.push((row, sigma, -1.0));
+                self.row_triplets.push((top, sigma, 1.0));
+                self.bounds[top] = most;
+            } else {
+                self.bounds[row] = most;
+            }
+            for axis in 0..2 {
+                self.row_triplets
+                    .push((row + 1 + axis, self.layout.velocity(k) + axis, -1.0));
+            }
+        }
+    }
+}
+
+/// Unit vector halfway between the directions at both ends of interval k (from stage k − 1 to k).
+fn mean_direction(directions: &[Vector2<f64>], k: usize) -> Vector2<f64> {
+    let sum = directions[k - 1] + directions[k];
+    // Opposite directions have no mean: the later one is where the craft is to go.
+    sum.try_normalize(1e-3).unwrap_or(directions[k])
+}
