@@ -196,11 +196,11 @@ fn misfit(given: &Value, mut pointer: String, error: &serde_json::Error) -> Fiel
     FieldError::new(pointer, "wrong_type", format!("must be {expected}, not {given}"))
 }
 
-/// Whether a point of a path stands there, a list of two numbers.
+/// Whether a point of a path or an area stands there, a list of two numbers.
 fn is_point(pointer: &str) -> bool {
     let mut tokens = pointer.rsplit('/');
     let last = tokens.next();
-    matches!(last, Some("from" | "to" | "centre")) || tokens.next() == Some("points")
+    matches!(last, Some("from" | "to" | "centre")) || matches!(tokens.next(), Some("points" | "area"))
 }
 
 /// The first place that serde took for something else: a list for an object, members by their order,

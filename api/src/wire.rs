@@ -9,6 +9,7 @@
 //! Both directions are here: the service reads a [`PlanRequest`] and writes a [`PlanResponse`], a Rust
 //! client does the reverse with the same types.
 
+mod bounds;
 mod faults;
 mod read_path;
 mod read_request;
@@ -18,8 +19,8 @@ mod write_answer;
 mod write_request;
 
 pub use request::{
-    Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, Limits, Path, PlanRequest,
-    PreviousPlan, PreviousReference, Segment, SegmentKind,
+    Acoustics, Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, KeepOut, Limits, Path,
+    PlanRequest, PreviousPlan, PreviousReference, Segment, SegmentKind,
 };
 pub use response::{
     Baseline, Comparison, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget, Plans,

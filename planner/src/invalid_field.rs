@@ -70,6 +70,26 @@ pub enum InvalidReason {
         /// Largest radius for which all legs have room, m.
         most: f64,
     },
+    /// A corner that no convex area has: it turns to the other side than the area does, or the corners before it
+    /// have gone round once already.
+    NotConvex {
+        /// By how much it turns, rad, positive to the side to which the area turns.
+        given: f64,
+    },
+    /// A corner on the corner before it, or almost.
+    TooNear {
+        /// How far from it, m.
+        given: f64,
+        /// Least distance accepted, m.
+        least: f64,
+    },
+    /// An area that is hardly more than a line.
+    TooNarrow {
+        /// How wide it is, m.
+        given: f64,
+        /// Least width accepted, m.
+        least: f64,
+    },
 }
 
 impl fmt::Display for InvalidField {
@@ -95,6 +115,18 @@ impl fmt::Display for InvalidField {
             }
             InvalidReason::Fillet { given, most } => {
                 write!(f, "no room for a fillet of {given} m, only {most} m")
+            }
+            InvalidReason::NotConvex { given } => {
+                write!(f, "turns by {given} rad, as no corner of a convex area does")
+            }
+            InvalidReason::TooNear { given, least } => {
+                write!(
+                    f,
+                    "is {given} m from the corner before it, {least} m is the least"
+                )
+            }
+            InvalidReason::TooNarrow { given, least } => {
+                write!(f, "is {given} m wide, {least} m is the least")
             }
         }
     }

@@ -9,8 +9,10 @@ use crate::{
     path::Path,
 };
 
+mod bounds;
 mod check;
 
+pub use bounds::{ACOUSTIC_RANGE, AREA_CORNERS, KEEP_OUT_RADIUS, KEEP_OUTS_MAX, KeepOut, bounds_faults};
 pub use check::{
     AUVS_MAX, COORDINATE_MAX, ID_LENGTH_MAX, InvalidObservation, TIME_MAX, TRAJECTORY_POINTS_MAX,
 };
@@ -241,6 +243,13 @@ pub struct Observation {
     pub current: Option<Vector2<f64>>,
     /// What the surface craft can do.
     pub limits: Limits,
+    /// Discs to keep out of.
+    pub keep_outs: Vec<KeepOut>,
+    /// Corners (north, east) of the convex area to stay in, m, in order either way round; empty for no limit. A
+    /// snapshot's go clockwise seen from above, the first of them as given.
+    pub area: Vec<Vector2<f64>>,
+    /// Slant range to every AUV to keep within, m.
+    pub range_max: Option<f64>,
     /// How to guess the AUVs' future.
     pub forecast: ForecastChoice,
     /// What to do without a solved program.

@@ -1,9 +1,9 @@
 //! What a record is worth, in numbers that can be compared.
 
 use nalgebra::Vector2;
-use planner::{los::Reference, plan::Method};
+use planner::{los::Reference, plan::Method, snapshot::KeepOut};
 
-use crate::record::{Disc, DiverRow, Record, Row, SurfaceCraftRow};
+use crate::record::{DiverRow, Record, Row, SurfaceCraftRow};
 
 /// A mission's metrics.
 #[derive(Clone, Debug, PartialEq)]
@@ -195,7 +195,7 @@ impl Violations {
             turn_rate: craft(&|craft| craft.yaw_rate.abs() - limits.turn_rate_max),
             speed: craft(&|craft| craft.surge - 1.01 * limits.speed_max),
             keep_out: craft(&|craft| {
-                let inside = |disc: &Disc| disc.radius - (craft.position - disc.centre).norm();
+                let inside = |disc: &KeepOut| disc.radius - (craft.position - disc.centre).norm();
                 bounds.keep_outs.iter().map(inside).fold(0.0, f64::max)
             }),
             area: craft(&|craft| outside(&bounds.area, &craft.position)),
@@ -453,7 +453,7 @@ mod tests {
         let mut record = record(&[4.0, 0.0, -6.0]);
         let square = [(-5.0, -5.0), (-5.0, 5.0), (5.0, 5.0), (5.0, -5.0)];
         record.bounds = Bounds {
-            keep_outs: vec![Disc {
+            keep_outs: vec![KeepOut {
                 centre: Vector2::new(3.0, 0.0),
                 radius: 1.5,
             }],

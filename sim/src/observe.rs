@@ -14,6 +14,7 @@ use planner::{
 
 use crate::{
     diver::Diver,
+    record::Bounds,
     underwater_vehicle::Navigation,
     world::{SurfaceCraft, World},
 };
@@ -41,6 +42,8 @@ pub struct Briefing {
     pub current: bool,
     /// Whether it is told the underwater vehicles' paths and speeds.
     pub paths: bool,
+    /// Where it is meant to stay, and how much energy it has; a snapshot has no place for the energy.
+    pub bounds: Bounds,
 }
 
 /// The surface craft's eyes and ears.
@@ -176,6 +179,9 @@ impl Observer {
             goal: briefing.goal.clone(),
             current: briefing.current.then_some(current),
             limits: briefing.limits.clone(),
+            keep_outs: briefing.bounds.keep_outs.clone(),
+            area: briefing.bounds.area.clone(),
+            range_max: briefing.bounds.range_max,
             forecast: ForecastChoice::Auto,
             fallback: Fallback::Ladder,
             hold: HoldStyle::SlowTurn,

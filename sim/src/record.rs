@@ -1,7 +1,12 @@
 //! What happened in a mission, tick by tick: truth, knowledge, references, outcome.
 
 use nalgebra::Vector2;
-use planner::{angle::Heading, los::Reference, plan::Method, snapshot::Limits};
+use planner::{
+    angle::Heading,
+    los::Reference,
+    plan::Method,
+    snapshot::{KeepOut, Limits},
+};
 
 use crate::plant::Plant;
 
@@ -56,22 +61,13 @@ pub struct Origin {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bounds {
     /// Discs to stay out of.
-    pub keep_outs: Vec<Disc>,
+    pub keep_outs: Vec<KeepOut>,
     /// Corners (north, east) of the convex area to stay in, m, clockwise or not; empty for no limit.
     pub area: Vec<Vector2<f64>>,
     /// Slant range to every underwater vehicle to keep within, m.
     pub range_max: Option<f64>,
     /// Propulsion energy to do with, J.
     pub energy_max: Option<f64>,
-}
-
-/// A disc.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Disc {
-    /// Its centre (north, east), m.
-    pub centre: Vector2<f64>,
-    /// Its radius, m.
-    pub radius: f64,
 }
 
 /// One instant, and the references followed from then on.

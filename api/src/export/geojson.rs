@@ -8,11 +8,11 @@ use std::{f64::consts::TAU, io::Write};
 
 use geojson::{Feature, FeatureCollection, Geometry, JsonObject, Position};
 use nalgebra::Vector2;
-use planner::angle::wrap;
+use planner::{angle::wrap, snapshot::KeepOut};
 use serde_json::json;
 use sim::{
     datum::Datum,
-    record::{Disc, Origin, Record},
+    record::{Origin, Record},
 };
 
 use super::ExportError;
@@ -171,7 +171,7 @@ fn is_line<T>(points: &[T]) -> bool {
 }
 
 /// The disc's corners, counter-clockwise seen from above.
-fn corners(disc: &Disc) -> Vec<Vector2<f64>> {
+fn corners(disc: &KeepOut) -> Vec<Vector2<f64>> {
     (0..DISC_CORNERS)
         .map(|k| {
             let angle = -TAU * f64::from(k) / f64::from(DISC_CORNERS);

@@ -1,10 +1,14 @@
 //! A record made by hand, for the tests of the formats.
 
 use nalgebra::Vector2;
-use planner::{angle::Heading, los::Reference, plan::Method, snapshot::Limits};
+use planner::{
+    angle::Heading,
+    los::Reference,
+    plan::Method,
+    snapshot::{KeepOut, Limits},
+};
 use sim::record::{
-    Bounds, Disc, DiverReference, DiverRow, KnownDiver, KnownSurfaceCraft, Origin, Record, Row,
-    SurfaceCraftRow,
+    Bounds, DiverReference, DiverRow, KnownDiver, KnownSurfaceCraft, Origin, Record, Row, SurfaceCraftRow,
 };
 
 /// Three ticks of a surface craft and one vehicle off Sesimbra. Both go north-east; some of what was known
@@ -25,7 +29,7 @@ pub(super) fn record() -> Record {
         limits: Some(Limits::MEDUSA),
         plant: None,
         bounds: Bounds {
-            keep_outs: vec![Disc {
+            keep_outs: vec![KeepOut {
                 centre: Vector2::new(40.0, 30.0),
                 radius: 12.0,
             }],

@@ -3,13 +3,13 @@
 use std::f64::consts::TAU;
 
 use nalgebra::Vector2;
-use planner::angle::direction;
+use planner::{angle::direction, snapshot::KeepOut};
 use plotly::{
     Configuration, Layout, Plot, Scatter,
     common::{DashType, Fill, HoverInfo, Line, Mode},
     layout::{Axis, HoverMode, Legend, Margin},
 };
-use sim::record::{Disc, Record};
+use sim::record::Record;
 
 use super::escaped;
 
@@ -126,7 +126,7 @@ fn draw_bounds(plot: &mut Plot, record: &Record) {
     }
 }
 
-fn circle(disc: &Disc) -> Vec<Vector2<f64>> {
+fn circle(disc: &KeepOut) -> Vec<Vector2<f64>> {
     /// Enough to look round.
     const CORNERS: u32 = 72;
     let corner = |k| disc.centre + direction(f64::from(k) / f64::from(CORNERS) * TAU) * disc.radius;

@@ -56,8 +56,35 @@ impl From<&InvalidField> for FieldError {
                 *given,
                 *most,
             ),
+            InvalidReason::NotConvex { given } => Self::new(
+                pointer,
+                "not_convex",
+                "the corners, in order, must go once round a convex area; this one does not fit",
+            )
+            .given(*given)
+            .limit(json!({ "least": 0.0 })),
+            InvalidReason::TooNear { given, least } => below_least(
+                pointer,
+                "too_near",
+                format!("is {given} m from the corner before it; give every corner once"),
+                *given,
+                *least,
+            ),
+            InvalidReason::TooNarrow { given, least } => below_least(
+                pointer,
+                "too_narrow",
+                format!("the area is only {given} m wide"),
+                *given,
+                *least,
+            ),
         }
     }
+}
+
+fn below_least(pointer: String, code: &str, detail: String, given: f64, least: f64) -> FieldError {
+    FieldError::new(pointer, code, detail)
+        .given(given)
+        .limit(json!({ "least": least }))
 }
 
 fn above_most(pointer: String, code: &str, detail: String, given: f64, most: f64) -> FieldError {

@@ -12,7 +12,7 @@ use planner::{
 use serde_json::Value;
 
 use super::{
-    METADATA_BYTES_MAX, SCHEMA_VERSION,
+    METADATA_BYTES_MAX, SCHEMA_VERSION, bounds,
     faults::{length, out_of_range},
     read_path,
     request::{
@@ -55,6 +55,9 @@ impl TryFrom<&PlanRequest> for Snapshot {
                 .current
                 .map(|Current { north_mps, east_mps }| Vector2::new(north_mps, east_mps)),
             limits: limits(request.limits.as_ref()),
+            keep_outs: request.keep_outs.iter().map(bounds::read_keep_out).collect(),
+            area: request.area.iter().map(|corner| Vector2::from(*corner)).collect(),
+            range_max: request.acoustics.map(|acoustics| acoustics.range_max_m),
             forecast: forecast(request.forecast),
             fallback: match request.fallback {
                 Fallback::Los => domain::Fallback::Ladder,
@@ -117,6 +120,9 @@ fn bound_lists(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
     }
     if let Some(auvs) = &request.goal.auvs {
         bound("/goal/auvs", auvs.len(), 1, domain::AUVS_MAX);
+    }
+    for (pointer, given, least, most) in bounds::lengths(request) {
+        bound(pointer, given, least, most);
     }
     if let Some(previous) = &request.previous_plan {
         bound(

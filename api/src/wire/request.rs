@@ -28,6 +28,17 @@ pub struct PlanRequest {
     /// What the surface craft can do. Default: a MEDUSA-class craft, as in each member's default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<Limits>,
+    /// Discs to keep out of, at most 32. Default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub keep_outs: Vec<KeepOut>,
+    /// Corners [north, east] of a convex area to stay in, m: 3 to 64, in order, either way round, every corner
+    /// once. Default: no limit.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schema(example = json!([[-50.0, -50.0], [200.0, -50.0], [200.0, 150.0], [-50.0, 150.0]]))]
+    pub area: Vec<[f64; 2]>,
+    /// What the acoustic link needs. Default: no limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub acoustics: Option<Acoustics>,
     /// How to guess the underwater vehicles' future. Default: `auto`.
     #[serde(default)]
     pub forecast: Forecast,
@@ -228,6 +239,26 @@ pub struct Limits {
     /// Time constant of the surge loop, s. Default: 2.5.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surge_lag_s: Option<f64>,
+}
+
+/// A disc to keep out of.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct KeepOut {
+    /// Its centre, north of the datum, m.
+    pub north_m: f64,
+    /// Its centre, east of the datum, m.
+    pub east_m: f64,
+    /// Its radius, m, from 0.1 to 10 000.
+    pub radius_m: f64,
+}
+
+/// What the acoustic link needs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Acoustics {
+    /// Slant range to every underwater vehicle to keep within, m, from 1 to 20 000.
+    pub range_max_m: f64,
 }
 
 /// How the underwater vehicles' future is guessed.

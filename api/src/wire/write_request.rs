@@ -11,7 +11,7 @@ use serde_json::Map;
 use sha2::{Digest, Sha256};
 
 use super::{
-    SCHEMA_VERSION,
+    SCHEMA_VERSION, bounds,
     request::{
         Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, Limits, Path, PlanRequest,
         PreviousPlan, PreviousReference, Segment, SegmentKind,
@@ -45,6 +45,9 @@ impl From<&Snapshot> for PlanRequest {
                 east_mps: v.y,
             }),
             limits: Some(limits(&snapshot.limits)),
+            keep_outs: snapshot.keep_outs.iter().map(bounds::write_keep_out).collect(),
+            area: snapshot.area.iter().map(|corner| [corner.x, corner.y]).collect(),
+            acoustics: snapshot.range_max.map(bounds::write_acoustics),
             forecast: match snapshot.forecast {
                 ForecastChoice::Auto => Forecast::Auto,
                 ForecastChoice::Model(ForecastModel::Hold) => Forecast::Hold,

@@ -2,7 +2,10 @@
 
 use std::{collections::HashSet, fmt, ops::RangeInclusive};
 
-use super::{AscState, Auv, Goal, KnownPath, Limits, Observation, Snapshot, TrajectoryPoint, VehicleId};
+use super::{
+    AscState, Auv, Goal, KnownPath, Limits, Observation, Snapshot, TrajectoryPoint, VehicleId,
+    bounds::{bounds_faults, clockwise},
+};
 use crate::{
     invalid_field::{InvalidField, InvalidReason},
     path::InvalidPath,
@@ -40,6 +43,10 @@ impl TryFrom<Observation> for Snapshot {
             check.within(format_args!("current/east_mps"), current.y, -3.0..=3.0);
         }
         check.limits(&observation.limits);
+        let (keep_outs, area) = (&observation.keep_outs, &observation.area);
+        check
+            .invalid
+            .extend(bounds_faults(keep_outs, area, observation.range_max));
         if let Some(previous) = &observation.previous_plan {
             check.trajectory(&previous.trajectory);
             if let Some(course) = previous.goal_course {
@@ -61,7 +68,10 @@ impl TryFrom<Observation> for Snapshot {
             }
         }
         if check.invalid.is_empty() {
-            Ok(Self(observation))
+            Ok(Self(Observation {
+                area: clockwise(observation.area),
+                ..observation
+            }))
         } else {
             Err(InvalidObservation(check.invalid))
         }

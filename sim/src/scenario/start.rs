@@ -11,7 +11,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::{
-    observe::Observer,
+    observe::{Briefing, Observer},
     record::{self, Bounds, Origin},
     scenario::{
         ScenarioError,
@@ -158,7 +158,10 @@ impl Scenario {
         let bounds = bounds(&self.bounds, &mut draw)?;
         let faults = self.faults(&mut draw)?;
         let (surface_craft, briefing, contact_range) = match craft {
-            Some((craft, briefing, range)) => (Some(craft), Some(briefing), Some(range)),
+            Some((craft, briefing, range)) => {
+                let bounds = bounds.clone();
+                (Some(craft), Some(Briefing { bounds, ..briefing }), Some(range))
+            }
             None => (None, None, None),
         };
         let world = World::new(surface_craft, divers, water, faults);

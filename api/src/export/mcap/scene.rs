@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 
 use nalgebra::Vector2;
-use planner::angle::direction;
+use planner::{angle::direction, snapshot::KeepOut};
 use serde_json::{Value, json};
-use sim::record::{Disc, Record};
+use sim::record::Record;
 
 use super::messages::{Time, WORLD, point};
 
@@ -76,7 +76,7 @@ fn line(kind: u8, points: &[Vector2<f64>], [r, g, b, a]: [f64; 4]) -> Value {
     })
 }
 
-fn outline(disc: &Disc) -> Vec<Vector2<f64>> {
+fn outline(disc: &KeepOut) -> Vec<Vector2<f64>> {
     (0..DISC_CORNERS)
         .map(|k| disc.centre + direction(TAU * f64::from(k) / f64::from(DISC_CORNERS)) * disc.radius)
         .collect()

@@ -1,13 +1,14 @@
 //! What surrounds the vehicles at a start: water, bounds, faults, sensors, acoustics.
 
 use nalgebra::Vector2;
+use planner::snapshot::KeepOut;
 
 use super::{Draw, InvalidScenario, Stream, at_most, invalid, side, stream};
 use crate::{
     fault::{Fault, FaultKind, Faults},
     inner_loop::PERIOD,
     observe::{Acoustics, AcousticsSetup, Briefing, InvalidSetup, Observer, SensorSetup, SurfaceSensors},
-    record::{Bounds, Disc},
+    record::Bounds,
     scenario::file::{
         AcousticsFile, BoundsFile, CurrentFile, FaultFile, FaultKindFile, Scenario, SensorsFile, WaterFile,
     },
@@ -154,7 +155,7 @@ impl Scenario {
 pub(super) fn bounds(file: &BoundsFile, draw: &mut Draw) -> Result<Bounds, InvalidScenario> {
     at_most("bounds.keep_outs", file.keep_outs.len())?;
     at_most("bounds.area", file.area.len())?;
-    let keep_outs = file.keep_outs.iter().map(|disc| Disc {
+    let keep_outs = file.keep_outs.iter().map(|disc| KeepOut {
         centre: Vector2::new(draw.take(&disc.north_m), draw.take(&disc.east_m)),
         radius: draw.take(&disc.radius_m),
     });

@@ -17,7 +17,7 @@ use crate::{
     inner_loop::{DragFeedForward, SurgeLoop},
     observe::Briefing,
     path_following::PathFollowingGains,
-    record::Origin,
+    record::{Bounds, Origin},
     scenario::file::{
         AuvFile, CurrentKnowledge, GoalFile, LegFile, LimitsFile, PathFile, Scenario, SegmentFile, SpeedKnot,
         SurfaceClassFile, SurfaceCraftFile, UnderwaterClassFile,
@@ -66,6 +66,7 @@ impl Scenario {
             limits: limits(&file.limits, &class.limits(), draw)?,
             current: self.knowledge.current == CurrentKnowledge::Known,
             paths: self.knowledge.paths,
+            bounds: Bounds::default(),
         };
         Ok((craft, briefing, draw.take(&file.contact_range_m)))
     }
