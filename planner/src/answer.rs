@@ -133,7 +133,7 @@ pub struct Violation {
     pub limit: SoftLimit,
     /// Time of the worst, s on the snapshot's clock.
     pub time: f64,
-    /// By how much at worst, in the limit's own unit (m/s, or m/s² for the turn rate's row).
+    /// By how much at worst, in the limit's own unit (m; m/s; m/s² for the turn rate's row).
     pub amount: f64,
 }
 
@@ -146,4 +146,10 @@ pub enum SoftLimit {
     TurnRate,
     /// Cone around the direction of travel in which the program is a good model, m/s.
     TrustCone,
+    /// Acoustic range, less depth and doubt, m.
+    AcousticRange,
+    /// Area to stay in, m.
+    Area,
+    /// Disc to keep out of, m.
+    KeepOut,
 }

@@ -4,22 +4,17 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::{
     angle::{Course, Heading, angle_of, ned_from_body},
-    answer::Predicted,
     forecast::Motion,
     goal::GoalForecast,
     los::{AscNow, LosGains, Reference, saturated_los, target_course},
-    policy::{Policy, Weights},
-    response::{Response, SURGE_BIAS_DECAY, Stage, surge_bias},
+    policy::Policy,
+    response::{Response, Rollout, SURGE_BIAS_DECAY, Stage, surge_bias},
     snapshot::{Snapshot, TrajectoryPoint},
+    surroundings::Surroundings,
 };
 
 /// Slower than this, a velocity has no direction worth following, m/s.
-const SPEED_WITHOUT_DIRECTION: f64 = 0.02;
-
-/// Quadratic surge drag by which propulsion energy is predicted, N/(m/s)²: the MEDUSA class's.
-///
-/// Source: public parameters of the craft of the Institute for Systems and Robotics, Lisbon.
-pub(crate) const SURGE_DRAG: f64 = 27.5;
+pub(crate) const SPEED_WITHOUT_DIRECTION: f64 = 0.02;
 
 /// Facts of one snapshot in the frame of the craft: origin at its position, first axis along its bow.
 /// A plan made of them cannot depend on where north or the datum is.
@@ -42,6 +37,8 @@ pub(crate) struct Horizon {
     pub(crate) start: Stage,
     /// What the surge loop gives unasked at the stages, m/s².
     pub(crate) surge_bias: Vec<f64>,
+    /// What is around the craft, craft frame.
+    pub(crate) surroundings: Surroundings,
 }
 
 impl Horizon {
@@ -73,6 +70,7 @@ impl Horizon {
                 position: Vector2::zeros(),
                 velocity: Vector2::new(snapshot.asc.surge, snapshot.asc.sway),
             },
+            surroundings: Surroundings::default(),
             times,
         };
         horizon.goal = horizon
@@ -80,32 +78,33 @@ impl Horizon {
             .iter()
             .map(|time| horizon.local(&goal.at(*time)))
             .collect();
+        horizon.surroundings = Surroundings::new(snapshot, policy, &horizon);
         horizon
     }
 
-    /// Stages of the line-of-sight law, rolled out on the response model.
-    pub(crate) fn los_stages(
+    /// The line-of-sight law, rolled out on the response model.
+    pub(crate) fn line_of_sight(
         &self,
         snapshot: &Snapshot,
         policy: &Policy,
         goal: &GoalForecast,
         gains: LosGains,
-    ) -> Vec<Stage> {
-        let mut held = Course::new(self.goal_course.radians() - self.heading.radians());
-        self.rollout(snapshot, policy, |time, asc| {
+    ) -> Rollout {
+        let mut held = self.local_goal_course();
+        self.rollout(snapshot, policy, |time, asc, _| {
             let target = self.local(&goal.at(time));
             held = target_course(&target, Some(held));
             saturated_los(asc, &target, held, gains, &snapshot.limits)
         })
     }
 
-    /// Stages of a law that is asked in the craft's frame, rolled out on the response model.
+    /// A law that is asked in the craft's frame, rolled out on the response model.
     pub(crate) fn rollout(
         &self,
         snapshot: &Snapshot,
         policy: &Policy,
-        law: impl FnMut(f64, &AscNow) -> Reference,
-    ) -> Vec<Stage> {
+        law: impl FnMut(f64, &AscNow, f64) -> Reference,
+    ) -> Rollout {
         let response = Response {
             limits: &snapshot.limits,
             current: self.current,
@@ -127,14 +126,37 @@ impl Horizon {
         std::iter::once(ahead).chain(later).collect()
     }
 
-    /// Directions of travel of an earlier plan's points at this horizon's stages, craft frame.
-    pub(crate) fn directions_along(&self, points: &[TrajectoryPoint]) -> Vec<Vector2<f64>> {
-        let ahead = Vector2::new(1.0, 0.0);
-        let craft_from_ned = self.ned_from_craft.transpose();
+    /// An earlier plan's points at this horizon's stages, craft frame.
+    pub(crate) fn stages_along(&self, points: &[TrajectoryPoint]) -> Vec<Stage> {
         let later = self.times[1..]
             .iter()
-            .map(|time| craft_from_ned * point_at(points, self.now + time).heading.unit());
-        std::iter::once(ahead).chain(later).collect()
+            .map(|time| self.stage(&point_at(points, self.now + time)));
+        std::iter::once(self.start).chain(later).collect()
+    }
+
+    /// The goal's course when it last moved, as an angle from the bow.
+    pub(crate) fn local_goal_course(&self) -> Course {
+        Course::new(self.goal_course.radians() - self.heading.radians())
+    }
+
+    /// `stages` at a time in the interval that begins with stage k, or just beyond it: a linear velocity, and the
+    /// position that it leads to.
+    pub(crate) fn between(&self, stages: &[Stage], k: usize, time: f64) -> Stage {
+        let (from, to) = (&stages[k], &stages[k + 1]);
+        let (dt, since) = (self.times[k + 1] - self.times[k], time - self.times[k]);
+        let share = (since / dt).min(1.0);
+        let acceleration = (to.velocity - from.velocity) / dt;
+        let velocity = from.velocity + acceleration * (share * dt);
+        let mean = (from.velocity + velocity) * 0.5 + self.current;
+        Stage {
+            position: from.position + mean * since,
+            velocity,
+        }
+    }
+
+    /// Time of a stage on the snapshot's clock, s.
+    pub(crate) fn time(&self, stage: usize) -> f64 {
+        self.now + self.times[stage]
     }
 
     /// Stages as a trajectory in NED.
@@ -159,46 +181,6 @@ impl Horizon {
             .collect()
     }
 
-    /// What `stages` are predicted to lead to.
-    ///
-    /// The merit is the program's own cost in natural units, without its slacks, its scale, and its cap on
-    /// far goals: the same for every candidate.
-    pub(crate) fn predict(&self, stages: &[Stage], weights: &Weights) -> Predicted {
-        let (mut merit, mut square_error, mut energy) = (0.0, 0.0, 0.0);
-        let mut acceleration_before: Option<Vector2<f64>> = None;
-        let misses: Vec<_> = stages
-            .iter()
-            .zip(&self.goal)
-            .map(|(stage, goal)| {
-                let error = (stage.position - goal.position).norm_squared();
-                let relative = (stage.velocity + self.current - goal.velocity).norm_squared();
-                (error, relative, SURGE_DRAG * stage.velocity.norm().powi(3))
-            })
-            .collect();
-        for k in 1..stages.len() {
-            let dt = self.times[k] - self.times[k - 1];
-            let (from, to) = (misses[k - 1], misses[k]);
-            square_error += 0.5 * dt * (from.0 + to.0);
-            energy += 0.5 * dt * (from.2 + to.2);
-            merit += 0.5 * dt * weights.velocity * (from.1 + to.1);
-            let acceleration = (stages[k].velocity - stages[k - 1].velocity) / dt;
-            merit += dt * weights.acceleration * acceleration.norm_squared();
-            if let Some(before) = acceleration_before.replace(acceleration) {
-                merit += weights.acceleration_change * (acceleration - before).norm_squared();
-            }
-        }
-        let (last_error, last_relative, _) = misses[misses.len() - 1];
-        merit += weights.position * square_error
-            + weights.terminal_position * last_error
-            + weights.terminal_velocity * last_relative;
-        let duration = self.times[self.times.len() - 1];
-        Predicted {
-            merit,
-            rms_error: (square_error / duration).sqrt(),
-            energy,
-        }
-    }
-
     /// A point of a trajectory as a stage, craft frame.
     pub(crate) fn stage(&self, point: &TrajectoryPoint) -> Stage {
         let craft_from_ned = self.ned_from_craft.transpose();
@@ -208,7 +190,18 @@ impl Horizon {
         }
     }
 
-    fn local(&self, motion: &Motion) -> Motion {
+    /// A position (north, east) in the craft frame, m.
+    pub(crate) fn local_position(&self, position: &Vector2<f64>) -> Vector2<f64> {
+        self.ned_from_craft.transpose() * (position - self.origin)
+    }
+
+    /// A direction (north, east) in the craft frame.
+    pub(crate) fn local_direction(&self, direction: &Vector2<f64>) -> Vector2<f64> {
+        self.ned_from_craft.transpose() * direction
+    }
+
+    /// A motion in the craft frame.
+    pub(crate) fn local(&self, motion: &Motion) -> Motion {
         let craft_from_ned = self.ned_from_craft.transpose();
         Motion {
             position: craft_from_ned * (motion.position - self.origin),

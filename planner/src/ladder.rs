@@ -3,16 +3,17 @@
 //! Solved program → previous plan, followed further → saturated line of sight → hold.
 
 use crate::{
-    angle::Heading,
+    angle::{Heading, angle_of},
     answer::{Baseline, Degraded, Method, Plan, TargetForecast},
     forecast::AuvForecast,
     goal::GoalForecast,
-    horizon::{Horizon, point_at, previous_points},
+    horizon::{Horizon, SPEED_WITHOUT_DIRECTION, point_at, previous_points},
     los::{AscNow, Reference, saturated_los},
-    passes::{Optimiser, Optimum, Programs},
+    merit::predict,
+    passes::{Optimiser, Optimum, Programs, Way},
     policy::Policy,
     program::Program,
-    response::Stage,
+    response::{Rollout, Stage},
     snapshot::{Auv, Goal, HoldStyle, Limits, Snapshot, TrajectoryPoint},
     solve::Solution,
 };
@@ -20,14 +21,23 @@ use crate::{
 /// How far a slow turn's heading reference leads the craft, rad, starboard.
 const SLOW_TURN_LEAD: f64 = 0.2;
 
+/// How far ahead a follower looks on a planned way, s: the yaw loop is about that late.
+pub(crate) const FOLLOW_LEAD: f64 = 1.0;
+
+/// Part of its error that a follower takes back in a second, 1/s.
+pub(crate) const FOLLOW_GAIN: f64 = 0.15;
+
+/// Stages and rollouts reach the same time by different sums, s.
+const HALF_A_MICROSECOND: f64 = 5e-7;
+
 /// What one rung offers.
 struct Candidate {
     method: Method,
     reference: Reference,
-    stages: Vec<Stage>,
+    way: Way,
 }
 
-/// Plans for `snapshot` from the highest rung that holds.
+/// Plans for `snapshot`: of the rungs that hold, the one that is predicted to do best.
 pub(crate) fn descend(
     snapshot: &Snapshot,
     policy: &Policy,
@@ -36,7 +46,8 @@ pub(crate) fn descend(
 ) -> Plan {
     let goal = GoalForecast::new(snapshot);
     let horizon = Horizon::new(snapshot, policy, &goal);
-    let los_stages = horizon.los_stages(snapshot, policy, &goal, policy.los);
+    let rollout = horizon.line_of_sight(snapshot, policy, &goal, policy.los);
+    let (predicted, violations) = predict(&horizon, &rollout, &policy.weights);
     let los = Candidate {
         method: Method::SaturatedLos,
         reference: saturated_los(
@@ -46,49 +57,73 @@ pub(crate) fn descend(
             policy.los,
             &snapshot.limits,
         ),
-        stages: los_stages,
+        way: Way {
+            stages: rollout.stages.clone(),
+            predicted,
+            violations,
+        },
     };
     let baseline = Baseline {
         reference: los.reference,
-        trajectory: horizon.trajectory(&los.stages),
-        predicted: horizon.predict(&los.stages, &policy.weights),
+        trajectory: horizon.trajectory(&los.way.stages),
+        predicted,
     };
 
     let mut optimiser = Optimiser {
         snapshot,
         policy,
         horizon: &horizon,
+        goal: &goal,
         programs,
         solve,
     };
     let optimum = if goal_is_stale(snapshot, policy) {
         Optimum::none(Degraded::StaleReport)
     } else {
-        optimiser.run(&los.stages)
+        optimiser.run(&rollout, predicted.merit)
     };
-    let candidate = match (&optimum.stages, optimum.degraded) {
-        (Some(stages), _) => Candidate {
-            method: Method::Mpc,
-            reference: reference_of(&horizon, stages, snapshot, policy),
-            stages: stages.clone(),
-        },
-        (None, Some(Degraded::StaleReport)) => hold(snapshot, policy, &horizon),
-        (None, _) => previous_plan(snapshot, policy, &horizon).unwrap_or(los),
+    let Optimum {
+        way,
+        degraded,
+        report,
+        violations: broken_by_program,
+        ..
+    } = optimum;
+    let mut candidate = if degraded == Some(Degraded::StaleReport) {
+        hold(snapshot, policy, &horizon)
+    } else {
+        let planned = way.map(|way| planned(&horizon, way, snapshot, policy));
+        // The first of those that are as good.
+        let rungs = [planned, previous_plan(snapshot, policy, &horizon), Some(los)];
+        rungs
+            .into_iter()
+            .flatten()
+            .reduce(|best, next| {
+                if next.way.predicted.merit < best.way.predicted.merit {
+                    next
+                } else {
+                    best
+                }
+            })
+            .unwrap_or_else(|| hold(snapshot, policy, &horizon))
     };
+    if candidate.method == Method::Mpc {
+        candidate.way.violations.extend(broken_by_program);
+    }
     Plan {
         method: candidate.method,
         surge: snapshot.asc.surge,
-        degraded: optimum.degraded,
+        degraded,
         reference: candidate.reference,
         valid_until: snapshot.time + policy.validity,
-        trajectory: horizon.trajectory(&candidate.stages),
+        trajectory: horizon.trajectory(&candidate.way.stages),
         goal: horizon.times.iter().map(|time| goal.at(*time)).collect(),
         goal_course: horizon.goal_course,
         targets: targets(snapshot, &horizon),
         baseline,
-        solver: optimum.report,
-        predicted: horizon.predict(&candidate.stages, &policy.weights),
-        violations: optimum.violations,
+        solver: report,
+        predicted: candidate.way.predicted,
+        violations: candidate.way.violations,
     }
 }
 
@@ -121,17 +156,50 @@ fn targets(snapshot: &Snapshot, horizon: &Horizon) -> Vec<TargetForecast> {
     snapshot.auvs.iter().map(target).collect()
 }
 
-/// References that the inner loops turn into the first interval of `stages`.
-fn reference_of(horizon: &Horizon, stages: &[Stage], snapshot: &Snapshot, policy: &Policy) -> Reference {
-    let points = horizon.trajectory(&stages[..2]);
+/// The program's own rung.
+fn planned(horizon: &Horizon, way: Way, snapshot: &Snapshot, policy: &Policy) -> Candidate {
+    let points = horizon.trajectory(&way.stages[..2]);
     let bias = horizon.surge_bias[0];
-    invert_response(
-        snapshot.asc.surge,
-        &points[1],
-        policy.steps[0],
-        bias,
-        &snapshot.limits,
-    )
+    let surge = snapshot.asc.surge;
+    Candidate {
+        method: Method::Mpc,
+        reference: invert_response(surge, &points[1], policy.steps[0], bias, &snapshot.limits),
+        way,
+    }
+}
+
+/// A craft that follows `stages`, rolled out on the response model: the planned velocity a second ahead, and a part
+/// of what it is off its way.
+///
+/// ```text
+/// v_ref = v(t + 1 s) + k (p(t) − p)
+/// ```
+/// A plan is made anew every second from where the craft is, which the second term stands for: without it, errors
+/// of the first turn would be carried to the end of the horizon.
+pub(crate) fn follow(horizon: &Horizon, stages: &[Stage], snapshot: &Snapshot, policy: &Policy) -> Rollout {
+    let mut k = 0;
+    horizon.rollout(snapshot, policy, |time, asc, speed| {
+        while k + 2 < horizon.times.len() && horizon.times[k + 1] <= time + HALF_A_MICROSECOND {
+            k += 1;
+        }
+        let here = horizon.between(stages, k, time);
+        let ahead = (k..horizon.times.len() - 2)
+            .find(|k| time + FOLLOW_LEAD < horizon.times[k + 1])
+            .unwrap_or(horizon.times.len() - 2);
+        let next = horizon.between(stages, ahead, time + FOLLOW_LEAD);
+        let velocity = next.velocity + (here.position - asc.position) * FOLLOW_GAIN;
+        let point = TrajectoryPoint {
+            time,
+            position: next.position,
+            speed: velocity.norm(),
+            heading: if velocity.norm() < SPEED_WITHOUT_DIRECTION {
+                asc.heading
+            } else {
+                Heading::new(angle_of(&velocity))
+            },
+        };
+        invert_response(speed, &point, FOLLOW_LEAD, 0.0, &snapshot.limits)
+    })
 }
 
 /// The inverse of the inner loops' response over an interval dt: the heading at its end, because the
@@ -164,11 +232,22 @@ fn previous_plan(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon) -> Opt
         .times
         .iter()
         .map(|time| horizon.stage(&point_at(points, snapshot.time + time)));
+    let stages: Vec<_> = stages.collect();
+    let rollout = follow(horizon, &stages, snapshot, policy);
     Some(Candidate {
         method: Method::PreviousPlan,
         reference: invert_response(now.speed, &next, dt, 0.0, &snapshot.limits),
-        stages: stages.collect(),
+        way: rolled_out(horizon, policy, stages, &rollout),
     })
+}
+
+fn rolled_out(horizon: &Horizon, policy: &Policy, stages: Vec<Stage>, rollout: &Rollout) -> Way {
+    let (predicted, violations) = predict(horizon, rollout, &policy.weights);
+    Way {
+        stages,
+        predicted,
+        violations,
+    }
 }
 
 /// Nothing to follow: turn slowly on the spot, or stop, as the client chose.
@@ -180,9 +259,10 @@ fn hold(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon) -> Candidate {
             heading: Heading::new(heading.radians() + SLOW_TURN_LEAD),
         },
     };
+    let rollout = horizon.rollout(snapshot, policy, |_, asc, _| law(asc.heading));
     Candidate {
         method: Method::Hold,
         reference: law(snapshot.asc.heading),
-        stages: horizon.rollout(snapshot, policy, |_, asc| law(asc.heading)),
+        way: rolled_out(horizon, policy, rollout.stages.clone(), &rollout),
     }
 }

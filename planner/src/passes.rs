@@ -3,20 +3,25 @@
 use nalgebra::Vector2;
 
 use crate::{
-    answer::{Degraded, SoftLimit, SolverReport, Violation},
+    answer::{Degraded, Predicted, SoftLimit, SolverReport, Violation},
     certificate::Residuals,
+    goal::GoalForecast,
     horizon::{Horizon, previous_points},
+    ladder::follow,
+    merit::predict,
     policy::Policy,
     program::{LENGTH_UNIT, Layout, Pass, Program, SLACK_UNIT, Slack},
-    response::Stage,
+    response::{Rollout, Stage},
+    seeds::Seeds,
     snapshot::Snapshot,
     solve::{Solution, SolverStatus},
+    surroundings::Surroundings,
 };
 
 /// A last pass that turned any stage by more than this, as a cosine, was pressed against its cone: 45°.
-const SETTLED_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
+const PRESSED_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// Programs stated before, one for each number of stages, to be restated in place.
+/// Programs stated before, one for each shape, to be restated in place.
 pub type Programs = Vec<Program>;
 
 /// A slack below this is the solver's tolerance, not a broken limit, m/s or m/s².
@@ -26,33 +31,45 @@ const SLACK_NOTICEABLE: f64 = 1e-3;
 /// it bounds the cost's gradient, and with it the price at which soft limits hold.
 const GOAL_REACH: f64 = 1.5;
 
+/// By how much the merit of one way must be below that of another to be better: ties go to the first, which is the
+/// one to starboard.
+const TIE: f64 = 1e-6;
+
 /// The passes of the convex program on one snapshot.
 pub(crate) struct Optimiser<'a> {
     pub(crate) snapshot: &'a Snapshot,
     pub(crate) policy: &'a Policy,
     pub(crate) horizon: &'a Horizon,
+    pub(crate) goal: &'a GoalForecast,
     pub(crate) programs: &'a mut Programs,
     pub(crate) solve: &'a mut dyn FnMut(&Program) -> Solution,
 }
 
-/// What the passes led to: stages, or the reason why there are none.
+/// What the passes led to: a way, or the reason why there is none.
 pub(crate) struct Optimum {
-    /// Predicted merit of the stages; infinite where there are none.
-    merit: f64,
+    pub(crate) way: Option<Way>,
     /// Whether the last pass left the directions that it was given about as they were.
     settled: bool,
-    pub(crate) stages: Option<Vec<Stage>>,
     pub(crate) degraded: Option<Degraded>,
     pub(crate) report: SolverReport,
+    /// Limits of motion that the program's own stages do not keep.
+    pub(crate) violations: Vec<Violation>,
+}
+
+/// A planned way, and what following it is predicted to lead to.
+#[derive(Clone, Debug)]
+pub(crate) struct Way {
+    pub(crate) stages: Vec<Stage>,
+    pub(crate) predicted: Predicted,
+    /// Limits of position that the craft breaks on it.
     pub(crate) violations: Vec<Violation>,
 }
 
 impl Optimum {
     pub(crate) fn none(reason: Degraded) -> Self {
         Self {
-            merit: f64::INFINITY,
+            way: None,
             settled: false,
-            stages: None,
             degraded: Some(reason),
             report: SolverReport {
                 status: SolverStatus::Unsolved,
@@ -63,27 +80,22 @@ impl Optimum {
             violations: Vec::new(),
         }
     }
-}
 
-impl Optimiser<'_> {
-    /// Solves from the previous plan's directions of travel where there is one, else from the
-    /// line-of-sight law's; and from the law's as well where the previous plan's led to something worse than
-    /// the law, or the passes still turn: when the goal has changed under a plan, two passes cannot leave a
-    /// cone that points elsewhere.
-    pub(crate) fn run(&mut self, los_stages: &[Stage]) -> Optimum {
-        let los_directions = Horizon::directions_of(los_stages);
-        let Some(points) = previous_points(self.snapshot, self.policy) else {
-            return self.refine(los_directions);
+    fn merit(&self) -> f64 {
+        self.way.as_ref().map_or(f64::INFINITY, |way| way.predicted.merit)
+    }
+
+    /// The better of both, with the work of both.
+    fn or(self, other: Self) -> Self {
+        let passes = self.report.passes + other.report.passes;
+        let iterations = self.report.iterations + other.report.iterations;
+        let (ours, theirs) = (self.merit(), other.merit());
+        // Infinite merits: keep the first, and its reason.
+        let mut better = if theirs < ours - TIE * ours.abs().min(f64::MAX) {
+            other
+        } else {
+            self
         };
-        let los_merit = self.merit(los_stages);
-        let seeded = self.refine(self.horizon.directions_along(points));
-        if seeded.settled && seeded.merit <= los_merit {
-            return seeded;
-        }
-        let anew = self.refine(los_directions);
-        let passes = seeded.report.passes + anew.report.passes;
-        let iterations = seeded.report.iterations + anew.report.iterations;
-        let mut better = if anew.merit < seeded.merit { anew } else { seeded };
         better.report = SolverReport {
             passes,
             iterations,
@@ -91,45 +103,89 @@ impl Optimiser<'_> {
         };
         better
     }
+}
 
-    /// Predicted merit: the same for every candidate, whatever led to it.
-    fn merit(&self, stages: &[Stage]) -> f64 {
-        self.horizon.predict(stages, &self.policy.weights).merit
+impl Optimiser<'_> {
+    /// Solves from the previous plan's way where there is one, else from ways that lead to the goal anew; and from
+    /// these as well where the previous plan's led to something worse than line of sight, or the passes still turn:
+    /// when the goal has changed under a plan, two passes cannot leave a cone that points elsewhere.
+    pub(crate) fn run(&mut self, los: &Rollout, los_merit: f64) -> Optimum {
+        let seeds = Seeds {
+            snapshot: self.snapshot,
+            policy: self.policy,
+            horizon: self.horizon,
+            goal: self.goal,
+        };
+        let Some(points) = previous_points(self.snapshot, self.policy) else {
+            return self.best_of(None, seeds.anew(&los.stages));
+        };
+        let previous = self.horizon.stages_along(points);
+        let seeded = self.refine(&previous);
+        let others = if seeded.settled && seeded.merit() <= los_merit {
+            seeds.beside(&previous)
+        } else {
+            seeds.anew(&los.stages)
+        };
+        self.best_of(Some(seeded), others)
     }
 
-    /// Pass after pass, each around the directions of travel of the one before. A pass that fails leaves
+    fn best_of(&mut self, first: Option<Optimum>, ways: Vec<Vec<Stage>>) -> Optimum {
+        let optima = ways.into_iter().map(|way| self.refine(&way));
+        first
+            .into_iter()
+            .chain(optima)
+            .reduce(Optimum::or)
+            .unwrap_or_else(|| Optimum::none(Degraded::Solver(SolverStatus::Unsolved)))
+    }
+
+    /// Pass after pass, each around the way of the one before, until it changes little. A pass that fails leaves
     /// the answer to the pass before it.
-    fn refine(&mut self, mut directions: Vec<Vector2<f64>>) -> Optimum {
+    fn refine(&mut self, seed: &[Stage]) -> Optimum {
         let mut optimum = Optimum::none(Degraded::Solver(SolverStatus::Unsolved));
+        let mut stages = seed.to_vec();
         for _ in 0..self.policy.passes {
-            let (layout, solution, residuals, stages) = self.pass(&directions);
+            let directions = Horizon::directions_of(&stages);
+            let mut around = self.horizon.surroundings.clone();
+            around.pass_as(&stages);
+            let (layout, solution, residuals, solved) = self.pass(&directions, &around);
             optimum.report.passes += 1;
             optimum.report.iterations += solution.iterations;
             if let Err(reason) = accept(&solution, residuals.as_ref(), self.policy) {
-                if optimum.stages.is_none() {
+                if optimum.way.is_none() {
                     optimum.report.status = solution.status;
                     optimum.degraded = Some(reason);
                 }
                 break;
             }
-            optimum.report.status = solution.status;
-            optimum.report.residuals = residuals;
-            optimum.degraded = None;
-            optimum.violations = self.violations(layout, &solution);
-            optimum.merit = self.merit(&stages);
-            let travelled = Horizon::directions_of(&stages);
-            let turned = travelled
-                .iter()
-                .zip(&directions)
-                .map(|(now, before)| now.dot(before));
-            optimum.settled = turned.fold(1.0, f64::min) > SETTLED_COSINE;
-            directions = travelled;
-            optimum.stages = Some(stages);
+            let rollout = follow(self.horizon, &solved, self.snapshot, self.policy);
+            let (predicted, violations) = predict(self.horizon, &rollout, &self.policy.weights);
+            let turned = cosine_of_turn(&directions, &Horizon::directions_of(&solved));
+            stages.clone_from(&solved);
+            // A later pass may do worse: it is another linearisation, not a step of a descent.
+            if predicted.merit <= optimum.merit() {
+                optimum.report.status = solution.status;
+                optimum.report.residuals = residuals;
+                optimum.degraded = None;
+                optimum.violations = self.violations(layout, &solution);
+                optimum.settled = turned > PRESSED_COSINE;
+                optimum.way = Some(Way {
+                    stages: solved,
+                    predicted,
+                    violations,
+                });
+            }
+            if turned > self.policy.settled_cosine {
+                break;
+            }
         }
         optimum
     }
 
-    fn pass(&mut self, directions: &[Vector2<f64>]) -> (Layout, Solution, Option<Residuals>, Vec<Stage>) {
+    fn pass(
+        &mut self,
+        directions: &[Vector2<f64>],
+        around: &Surroundings,
+    ) -> (Layout, Solution, Option<Residuals>, Vec<Stage>) {
         let horizon = self.horizon;
         let reach = GOAL_REACH * self.snapshot.limits.speed_max * self.policy.steps.iter().sum::<f64>();
         let goal: Vec<_> = horizon
@@ -142,6 +198,7 @@ impl Optimiser<'_> {
             .iter()
             .map(|motion| motion.velocity - horizon.current)
             .collect();
+        let around = around.within(reach, &horizon.goal, &goal);
         let pass = Pass {
             steps: &self.policy.steps,
             velocity: horizon.start.velocity,
@@ -151,10 +208,10 @@ impl Optimiser<'_> {
             directions,
             limits: &self.snapshot.limits,
             surge_bias: &self.horizon.surge_bias,
-            ranges: &[],
-            discs: &[],
-            edges: &[],
-            worst: &[],
+            ranges: &around.ranges,
+            discs: &around.discs,
+            edges: &around.edges,
+            worst: &around.worst,
             weights: &self.policy.weights,
         };
         let program = restated(self.programs, &pass);
@@ -174,33 +231,40 @@ impl Optimiser<'_> {
 
     /// The worst of each soft limit of motion, where it is noticeable.
     fn violations(&self, layout: Layout, solution: &Solution) -> Vec<Violation> {
-        let rows = |limit, k| match limit {
-            SoftLimit::ForwardSpeed => layout.forward_speed(k)..layout.forward_speed(k) + 1,
-            SoftLimit::TurnRate => layout.turn_rate(k)..layout.turn_rate(k) + 2,
-            SoftLimit::TrustCone => layout.trust_cone(k)..layout.trust_cone(k) + 2,
-        };
-        let amount = |limit, k| {
-            // s = (what the row leaves) + ξ, so that ξ − s is by how much it is broken.
-            let least = solution.slack[rows(limit, k)]
-                .iter()
-                .copied()
-                .fold(f64::INFINITY, f64::min);
-            solution.primal[layout.slack(k, Slack::Motion)] * SLACK_UNIT - least
-        };
-        let worst = |limit| {
-            let worst =
-                (1..=layout.n_stages).max_by(|a, b| amount(limit, *a).total_cmp(&amount(limit, *b)))?;
-            (amount(limit, worst) > SLACK_NOTICEABLE).then(|| Violation {
-                limit,
-                time: self.snapshot.time + self.horizon.times[worst],
-                amount: amount(limit, worst),
-            })
-        };
         [SoftLimit::ForwardSpeed, SoftLimit::TurnRate, SoftLimit::TrustCone]
             .into_iter()
-            .filter_map(worst)
+            .filter_map(|limit| {
+                let rows = |k| match limit {
+                    SoftLimit::TurnRate => layout.turn_rate(k)..layout.turn_rate(k) + 2,
+                    SoftLimit::TrustCone => layout.trust_cone(k)..layout.trust_cone(k) + 2,
+                    _ => layout.forward_speed(k)..layout.forward_speed(k) + 1,
+                };
+                let amount = |k: usize| {
+                    // s is what the row leaves, ξ included: ξ − s is by how much it is broken.
+                    let least = solution.slack[rows(k)]
+                        .iter()
+                        .copied()
+                        .fold(f64::INFINITY, f64::min);
+                    solution.primal[layout.slack(k, Slack::Motion)] * SLACK_UNIT - least
+                };
+                let worst = (1..=layout.n_stages).max_by(|a, b| amount(*a).total_cmp(&amount(*b)))?;
+                (amount(worst) > SLACK_NOTICEABLE).then(|| Violation {
+                    limit,
+                    time: self.horizon.time(worst),
+                    amount: amount(worst),
+                })
+            })
             .collect()
     }
+}
+
+/// Cosine of the largest angle between directions before and after a pass.
+fn cosine_of_turn(before: &[Vector2<f64>], after: &[Vector2<f64>]) -> f64 {
+    before
+        .iter()
+        .zip(after)
+        .map(|(before, after)| before.dot(after))
+        .fold(1.0, f64::min)
 }
 
 /// Whether a solution may be followed. Every status by name: a new one must be thought about.

@@ -20,6 +20,12 @@ pub struct Policy {
     pub previous_plan_miss_max: f64,
     /// Oldest report of an AUV that the goal may rest on, s.
     pub report_age_max: f64,
+    /// Standard deviations √(tr P) of an AUV's position by which its acoustic range is taken to be shorter: 95 % of
+    /// a circular doubt are within 2.45 deviations of one axis.
+    pub range_doubt: f64,
+    /// Smallest cosine between what a pass was linearised about and what it answers with which the answer stands,
+    /// and no further pass is worth its time.
+    pub settled_cosine: f64,
     /// Widest residual with which a solved or almost solved program counts.
     pub certificate_tolerance: f64,
     /// How long the reference may be used when no newer one arrives, s.
@@ -68,6 +74,8 @@ impl Default for Policy {
             previous_plan_age_max: 10.0,
             previous_plan_miss_max: 15.0,
             report_age_max: 900.0,
+            range_doubt: 1.73,
+            settled_cosine: 0.94,
             certificate_tolerance: 1e-4,
             validity: 10.0,
         }

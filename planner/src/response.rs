@@ -64,6 +64,26 @@ pub struct Stage {
     pub velocity: Vector2<f64>,
 }
 
+/// Where a law leads.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Rollout {
+    /// The craft at the stages 0 … N.
+    pub stages: Vec<Stage>,
+    /// Where it is after every second at most.
+    pub way: Vec<Waypoint>,
+}
+
+/// A place on the way between two stages.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Waypoint {
+    /// The stage k that the interval ends with.
+    pub stage: usize,
+    /// How much of the interval is over, in (0, 1].
+    pub share: f64,
+    /// Position in the frame of the stages, m.
+    pub position: Vector2<f64>,
+}
+
 /// A craft that does what a guidance law asks, as far as it can.
 #[derive(Clone, Copy, Debug)]
 pub struct Response<'a> {
@@ -74,16 +94,17 @@ pub struct Response<'a> {
 }
 
 impl Response<'_> {
-    /// Stages 0 … N of the craft that starts at `start` on `heading` and follows `law` over `steps`. The
-    /// law is asked once a second at most; it is told the time since the start, s, and the craft.
+    /// Stages 0 … N of the craft that starts at `start` on `heading` and follows `law` over `steps`, and where it
+    /// is in between. The law is asked once a second at most; it is told the time since the start, s, the craft,
+    /// and its speed through the water, m/s.
     #[must_use]
     pub fn rollout(
         &self,
         start: Stage,
         heading: Heading,
         steps: &[f64],
-        mut law: impl FnMut(f64, &AscNow) -> Reference,
-    ) -> Vec<Stage> {
+        mut law: impl FnMut(f64, &AscNow, f64) -> Reference,
+    ) -> Rollout {
         let mut asc = AscNow {
             position: start.position,
             heading,
@@ -92,15 +113,21 @@ impl Response<'_> {
         let mut speed = start.velocity.dot(&heading.unit());
         let mut stages = Vec::with_capacity(steps.len() + 1);
         stages.push(start);
+        let mut way = Vec::with_capacity(steps.iter().map(|step| step.ceil() as usize).sum());
         let mut time = 0.0;
-        for step in steps {
+        for (i, step) in steps.iter().enumerate() {
             let n_parts = (step / LAW_INTERVAL).ceil().max(1.0);
             let dt = step / n_parts;
-            let end = time + step;
+            let (begin, end) = (time, time + step);
             while time < end - 0.5 * dt {
-                let reference = law(time, &asc);
+                let reference = law(time, &asc, speed);
                 (asc, speed) = self.after(dt, &asc, speed, &reference);
                 time += dt;
+                way.push(Waypoint {
+                    stage: i + 1,
+                    share: ((time - begin) / step).min(1.0),
+                    position: asc.position,
+                });
             }
             time = end;
             stages.push(Stage {
@@ -108,14 +135,15 @@ impl Response<'_> {
                 velocity: asc.heading.unit() * speed,
             });
         }
-        stages
+        Rollout { stages, way }
     }
 
     /// The craft and its speed an interval later, midpoint in position.
     fn after(&self, dt: f64, asc: &AscNow, speed: f64, reference: &Reference) -> (AscNow, f64) {
         let limits = self.limits;
-        let speed_gap = (reference.speed - speed) / limits.surge_lag.max(dt);
-        let acceleration = speed_gap.clamp(-limits.deceleration_max, limits.acceleration_max);
+        // (u_ref − (u + u′)/2)/τ with u′ = u + a dt, solved for a.
+        let asked = (reference.speed - speed) / (limits.surge_lag.max(0.5 * dt) + 0.5 * dt);
+        let acceleration = asked.clamp(-limits.deceleration_max, limits.acceleration_max);
         let (psi, psi_ref) = (asc.heading.radians(), reference.heading.radians());
         let turn_rate =
             (wrap(psi_ref - psi) / YAW_LAG.max(dt)).clamp(-limits.turn_rate_max, limits.turn_rate_max);

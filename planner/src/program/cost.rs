@@ -1,7 +1,7 @@
 //! What the program minimises.
 
 use super::{LENGTH_UNIT, Pass, Program, SLACK_UNIT, Slack};
-use crate::{horizon::SURGE_DRAG, policy::Weights};
+use crate::{merit::SURGE_DRAG, policy::Weights};
 
 impl Program {
     /// Σ w_k ‖d_k‖², trapezoidal in time, with a terminal weight.

@@ -1,0 +1,195 @@
+//! Ways to linearise the first pass about: a convex program finds the best way on its side of a disc or of a turn,
+//! and no other.
+
+use nalgebra::Vector2;
+
+use crate::{
+    angle::{Heading, angle_of, wrap},
+    goal::GoalForecast,
+    horizon::Horizon,
+    los::{AscNow, Reference, saturated_los, target_course},
+    policy::Policy,
+    program::{Disc, starboard_of},
+    response::Stage,
+    snapshot::Snapshot,
+    surroundings::nearest_of_chord,
+};
+
+/// Bearing error beyond which it is open to which side to turn, rad: 115°.
+const TURN_TO_EITHER_SIDE: f64 = 2.0;
+
+/// Nearer than this to its goal, a craft steers by its motion and not by its bearing, m: a look-ahead distance.
+const NEAR: f64 = 10.0;
+
+/// Longest time over which a goal's motion is led when it is steered for, s.
+const LEAD_MAX: f64 = 60.0;
+
+/// A turn to the wrong side of less than this is not worth forcing, rad.
+const TURN_WORTH_FORCING: f64 = 0.5;
+
+/// Rate of turn of a loiter, rad/s: a circle of 0.33 m at the least speed of the MEDUSA class, once in 42 s.
+const LOITER_RATE: f64 = 0.15;
+
+/// By how much a way that is pushed out of a disc clears it, m.
+const CLEARANCE: f64 = 1.0;
+
+/// The side of a turn or of a disc.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Side {
+    Starboard,
+    Port,
+}
+
+impl Side {
+    /// Starboard first: of two ways that are as good, it is taken.
+    const BOTH: [Self; 2] = [Self::Starboard, Self::Port];
+
+    fn sign(self) -> f64 {
+        match self {
+            Self::Starboard => 1.0,
+            Self::Port => -1.0,
+        }
+    }
+}
+
+/// What the ways are sought for.
+pub(crate) struct Seeds<'a> {
+    pub(crate) snapshot: &'a Snapshot,
+    pub(crate) policy: &'a Policy,
+    pub(crate) horizon: &'a Horizon,
+    pub(crate) goal: &'a GoalForecast,
+}
+
+impl Seeds<'_> {
+    /// Ways to begin with when nothing is known of an earlier plan, `los` being the line-of-sight law's.
+    pub(crate) fn anew(&self, los: &[Stage]) -> Vec<Vec<Stage>> {
+        let mut ways = if self.turns_to_either_side(los) {
+            Side::BOTH.map(|side| self.turning(side)).to_vec()
+        } else if self.loiters() {
+            Side::BOTH.map(|side| self.loitering(side)).to_vec()
+        } else {
+            Vec::new()
+        };
+        ways.push(los.to_vec());
+        ways.into_iter().flat_map(|way| self.around_discs(way)).collect()
+    }
+
+    /// Ways to try beside an earlier plan's that does not circle, `stages`, when the goal stands still.
+    pub(crate) fn beside(&self, stages: &[Stage]) -> Vec<Vec<Stage>> {
+        let turned: f64 = Horizon::directions_of(stages)
+            .windows(2)
+            .map(|pair| wrap(angle_of(&pair[1]) - angle_of(&pair[0])))
+            .sum();
+        if self.loiters() && turned.abs() < std::f64::consts::FRAC_PI_2 {
+            Side::BOTH.map(|side| self.loitering(side)).to_vec()
+        } else {
+            Vec::new()
+        }
+    }
+
+    fn turns_to_either_side(&self, los: &[Stage]) -> bool {
+        let to_goal = self.horizon.goal[0].position;
+        let bearing_error = if to_goal.norm() > NEAR {
+            angle_of(&to_goal)
+        } else {
+            // Where the law has turned the craft to in the end.
+            angle_of(&los[los.len() - 1].velocity)
+        };
+        TURN_TO_EITHER_SIDE < bearing_error.abs()
+    }
+
+    /// Whether the goal is near and slower through the water than the craft can go.
+    fn loiters(&self) -> bool {
+        let goal = &self.horizon.goal[0];
+        let through_water = goal.velocity - self.horizon.current;
+        goal.position.norm() < NEAR && through_water.norm() < self.snapshot.limits.speed_min
+    }
+
+    /// At full speed for the goal, turning to that side however far it is, then as line of sight says.
+    fn turning(&self, side: Side) -> Vec<Stage> {
+        self.rollout(|target, asc, los| {
+            let to_goal = target.position - asc.position;
+            let speed_max = self.snapshot.limits.speed_max;
+            let reference = if to_goal.norm() < NEAR {
+                los
+            } else {
+                let lead = (to_goal.norm() / speed_max).min(LEAD_MAX);
+                Reference {
+                    speed: speed_max,
+                    heading: Heading::new(angle_of(&(to_goal + target.velocity * lead))),
+                }
+            };
+            let turn = wrap(reference.heading.radians() - asc.heading.radians());
+            if turn * side.sign() < -TURN_WORTH_FORCING {
+                let aside = asc.heading.radians() + side.sign() * std::f64::consts::FRAC_PI_2;
+                return Reference {
+                    heading: Heading::new(aside),
+                    ..reference
+                };
+            }
+            reference
+        })
+    }
+
+    /// Slowly around a goal that stands still.
+    fn loitering(&self, side: Side) -> Vec<Stage> {
+        self.rollout(|_, asc, _| Reference {
+            speed: self.snapshot.limits.speed_min,
+            heading: Heading::new(asc.heading.radians() + side.sign() * LOITER_RATE),
+        })
+    }
+
+    fn rollout(&self, law: impl Fn(&crate::forecast::Motion, &AscNow, Reference) -> Reference) -> Vec<Stage> {
+        let horizon = self.horizon;
+        let mut held = horizon.local_goal_course();
+        let limits = &self.snapshot.limits;
+        let rollout = horizon.rollout(self.snapshot, self.policy, |time, asc, _| {
+            let target = horizon.local(&self.goal.at(time));
+            held = target_course(&target, Some(held));
+            let los = saturated_los(asc, &target, held, self.policy.los, limits);
+            law(&target, asc, los)
+        });
+        rollout.stages
+    }
+
+    /// The way itself, or where it leads through a disc, the ways on either side of the first one.
+    fn around_discs(&self, way: Vec<Stage>) -> Vec<Vec<Stage>> {
+        let blocked = |k: usize, disc: &&Disc| {
+            let nearest = nearest_of_chord(&way[k - 1].position, &way[k].position, &disc.centres[k]);
+            (nearest - disc.centres[k]).norm() < disc.radii[k]
+        };
+        let discs = &self.horizon.surroundings.discs;
+        let first = (1..way.len()).find_map(|k| discs.iter().find(|disc| blocked(k, disc)));
+        match first {
+            Some(disc) => Side::BOTH.map(|side| pushed_out(&way, disc, side)).to_vec(),
+            None => vec![way],
+        }
+    }
+}
+
+/// The way with what is in the disc pushed out of it on that side.
+fn pushed_out(way: &[Stage], disc: &Disc, side: Side) -> Vec<Stage> {
+    let inside = |k: &usize| (way[*k].position - disc.centres[*k]).norm() < disc.radii[*k] + CLEARANCE;
+    let entry = (1..way.len()).find(inside).unwrap_or(1);
+    let exit = (1..way.len()).rev().find(inside).unwrap_or(entry);
+    let along = (way[exit].position - way[entry - 1].position)
+        .try_normalize(1e-6)
+        .unwrap_or(Vector2::new(1.0, 0.0));
+    // Passing on the starboard side of the disc, seen along the way.
+    let out = starboard_of(along) * side.sign();
+    let pushed = |(k, stage): (usize, &Stage)| {
+        let from_centre = stage.position - disc.centres[k];
+        let radius = disc.radii[k] + CLEARANCE;
+        let along_chord = from_centre.dot(&along);
+        if from_centre.norm() < radius {
+            let aside = (radius * radius - along_chord * along_chord).max(0.0).sqrt();
+            Stage {
+                position: disc.centres[k] + along * along_chord + out * aside,
+                ..*stage
+            }
+        } else {
+            *stage
+        }
+    };
+    way.iter().enumerate().map(pushed).collect()
+}
