@@ -349,6 +349,64 @@ async fn a_point_has_two_numbers() {
 }
 
 #[tokio::test]
+async fn bounds_that_are_none_are_told_where() {
+    let disc = |radius: f64| json!({ "north_m": 0.0, "east_m": 0.0, "radius_m": radius });
+    let notched = json!([[0, 0], [9, 0], [5, 2], [9, 9], [0, 9]]);
+    let closed = json!([[0, 0], [9, 0], [9, 9], [0, 0]]);
+    for (name, value, pointer, code) in [
+        (
+            "keep_outs",
+            json!([disc(1.0), disc(0.0)]),
+            "/keep_outs/1/radius_m",
+            "out_of_range",
+        ),
+        ("keep_outs", json!(vec![disc(1.0); 33]), "/keep_outs", "length"),
+        (
+            "keep_outs",
+            json!([{ "north_m": 0, "radius_m": 1 }]),
+            "/keep_outs/0/east_m",
+            "missing",
+        ),
+        ("keep_outs", json!([[0, 0, 1]]), "/keep_outs/0", "wrong_type"),
+        ("area", json!([[0, 0], [9, 0]]), "/area", "length"),
+        ("area", json!(vec![[0, 0]; 65]), "/area", "length"),
+        ("area", json!([[0, 0], [9, 0], [9]]), "/area/2", "length"),
+        ("area", json!([[0, 0], [9, 0], [9, 9, 0]]), "/area/2", "length"),
+        (
+            "area",
+            json!([[0, 0], [9, 0], [9, 2e6]]),
+            "/area/2/1",
+            "out_of_range",
+        ),
+        ("area", notched, "/area/2", "not_convex"),
+        ("area", closed, "/area/0", "too_near"),
+        ("area", json!([[0, 0], [9, 0], [18, 0]]), "/area", "too_narrow"),
+        ("acoustics", json!({}), "/acoustics/range_max_m", "missing"),
+        (
+            "acoustics",
+            json!({ "range_max_m": 0.5 }),
+            "/acoustics/range_max_m",
+            "out_of_range",
+        ),
+        ("acoustics", json!(100.0), "/acoustics", "wrong_type"),
+    ] {
+        let faults = faults_after(|body| body[name] = value.clone()).await;
+        let [(at, found)] = faults.as_slice() else {
+            panic!("{name} {value}: {faults:?}")
+        };
+        assert!(
+            at.starts_with(pointer) && found == code,
+            "{name} {value}: {faults:?}"
+        );
+    }
+    let mut body = example("track");
+    body["acoustics"] = json!({ "range_max_m": 30_000.0 });
+    let error = planned(body.to_string()).await.problem()["errors"][0].clone();
+    assert_eq!(error["given"], 30_000.0);
+    assert_eq!(error["limit"], json!({ "least": 1.0, "most": 20_000.0 }));
+}
+
+#[tokio::test]
 async fn half_a_ground_velocity_is_refused() {
     let faults = faults_after(|body| body["asc"]["ground_north_mps"] = json!(0.3)).await;
     assert_eq!(faults, fault("/asc/ground_east_mps", "missing"));

@@ -48,6 +48,16 @@ fn a_snapshot_survives_the_way_through_json_to_the_bit() {
         surge_lag: 4.9,
         ..Limits::MEDUSA
     };
+    rich.keep_outs = [3.0, 0.1 + 0.2]
+        .map(|radius| domain::KeepOut {
+            centre: Vector2::new(-1.0 / 3.0, 40.0),
+            radius,
+        })
+        .to_vec();
+    rich.area = [[-50.0, -50.0], [200.1, -50.0], [200.1, 1.0 / 3.0 + 150.0]]
+        .map(Vector2::from)
+        .to_vec();
+    rich.range_max = Some(100.0 / 3.0);
     rich.forecast = ForecastChoice::Model(ForecastModel::ConstantTurn);
     rich.fallback = Fallback::None;
     rich.hold = HoldStyle::Stop;
@@ -73,6 +83,17 @@ fn a_snapshot_survives_the_way_through_json_to_the_bit() {
         let plain = snapshot(observation(goal));
         assert_eq!(through_json(&plain), plain);
     }
+}
+
+#[test]
+fn an_area_means_the_same_whichever_way_its_corners_are_listed() {
+    let mut request = PlanRequest::from(&snapshot(observation(goals()[0].clone())));
+    request.area = vec![[0.0, 0.0], [100.0, 0.0], [120.0, 50.0], [0.0, 80.0]];
+    let clockwise = Snapshot::try_from(&request).expect("is valid");
+    request.area[1..].reverse();
+    let counter = Snapshot::try_from(&request).expect("is valid");
+    assert_eq!(clockwise, counter);
+    assert_eq!(plan_id(&clockwise), plan_id(&counter));
 }
 
 #[test]

@@ -36,12 +36,16 @@ macro_rules! example {
 }
 
 /// Every example, the first the one to begin with.
-pub const EXAMPLES: [Example; 5] = [
+pub const EXAMPLES: [Example; 6] = [
     example!("track", "Follow one AUV, from behind and pointing away"),
     example!("intermittent", "Two AUVs in turn, 25 s before the hand-over"),
     example!("midpoint", "The midpoint of two AUVs, one of them turning"),
     example!("cross-current", "Follow one AUV across a known current"),
     example!("about-face", "Ahead of the AUV and facing it"),
+    example!(
+        "crowded",
+        "A hand-over past discs to keep out of, in an area and in acoustic range"
+    ),
 ];
 
 /// The examples there are.

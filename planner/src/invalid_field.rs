@@ -94,8 +94,13 @@ pub enum InvalidReason {
 
 impl fmt::Display for InvalidField {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: ", self.field)?;
-        match &self.reason {
+        write!(f, "{}: {}", self.field, self.reason)
+    }
+}
+
+impl fmt::Display for InvalidReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
             InvalidReason::OutOfRange { given, least, most } => {
                 write!(f, "{given} is not in [{least}, {most}]")
             }

@@ -49,6 +49,20 @@ fn told(scenario: &Scenario, guide: &mut dyn Guide) -> Vec<(Snapshot, Guidance)>
 }
 
 #[test]
+fn the_craft_is_told_the_bounds_that_it_is_judged_by() {
+    let scenario = Scenario::named("crowded").expect("exists").lasting(2.0);
+    let bounds = scenario.start(1).expect("valid").bounds;
+    for (snapshot, _) in told(&scenario, &mut los()) {
+        assert_eq!(snapshot.keep_outs, bounds.keep_outs);
+        assert_eq!(
+            (snapshot.area.as_slice(), snapshot.range_max),
+            (&*bounds.area, bounds.range_max)
+        );
+        assert!(!snapshot.area.is_empty() && snapshot.range_max.is_some());
+    }
+}
+
+#[test]
 fn what_a_law_answers_depends_on_the_snapshots_alone() {
     // In the roughest water, truth is far from what is known. A fresh law without any world, given the
     // snapshots again, must answer the same to the bit.

@@ -87,6 +87,35 @@ id = "auv-1"
 "#;
 
 #[test]
+fn bounds_that_no_snapshot_accepts_are_refused_before_the_craft_leaves() {
+    let crowded = fs::read_to_string(folder().join("crowded.toml")).expect("built in");
+    let area = "area = [[-60, -60], [160, -60], [160, 180], [-60, 180]]";
+    for (text, written, says) in [
+        (
+            area,
+            "area = [[0, 0], [90, 0], [50, 20], [90, 90], [0, 90]]",
+            "bounds.area[2]",
+        ),
+        (area, "area = [[0, 0], [90, 0]]", "bounds.area: has 2"),
+        ("radius_m = 8", "radius_m = 0.01", "0.1"),
+        (
+            "range_max_m = 60",
+            "range_max_m = {choice = [60, 0.5]}",
+            "range_max_m",
+        ),
+    ] {
+        assert_eq!(crowded.matches(text).count(), 1, "{text}");
+        let error = read_beside(&crowded.replace(text, written), "none", "").expect_err(written);
+        assert!(error.contains(says), "{error}");
+    }
+    let many = "{north_m = 0, east_m = 0, radius_m = 1},".repeat(33);
+    let disc = "keep_outs = [";
+    let error =
+        read_beside(&crowded.replace(disc, &format!("{disc}{many}")), "none", "").expect_err("34 discs");
+    assert!(error.contains("bounds.keep_outs: has 34"), "{error}");
+}
+
+#[test]
 fn a_path_is_drawn_on_a_map() {
     // 0.001° of latitude is 111 m here, 0.001° of longitude 87 m: read off the ellipsoid's radii below.
     let text = format!("{ALONE}path.geojson = {{file = \"track.geojson\", fillet_m = 5}}");

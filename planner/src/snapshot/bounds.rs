@@ -101,6 +101,11 @@ fn shape_fault(area: &[Vector2<f64>]) -> Option<InvalidField> {
             );
         }
     }
+    let given = (0..n).map(|i| width_from(area, i)).fold(f64::INFINITY, f64::min);
+    if given < AREA_SIZE_MIN {
+        let least = AREA_SIZE_MIN;
+        return fault("area".to_owned(), InvalidReason::TooNarrow { given, least });
+    }
     let turn = |i: usize| {
         let (before, after) = (side(i + n - 1), side(i));
         before.perp(&after).atan2(before.dot(&after))
@@ -111,15 +116,12 @@ fn shape_fault(area: &[Vector2<f64>]) -> Option<InvalidField> {
         // Measured as a corner of an area turns that goes round it the way that this one does.
         let given = orientation * turn(i);
         turned += given;
-        if given < -STRAIGHT || TAU + 0.5 < turned {
+        // Rounding adds up to far less than the radian that tells one turn from two.
+        if given < -STRAIGHT || TAU + 1.0 < turned {
             return fault(format!("area/{i}"), InvalidReason::NotConvex { given });
         }
     }
-    let given = (0..n).map(|i| width_from(area, i)).fold(f64::INFINITY, f64::min);
-    let least = AREA_SIZE_MIN;
-    (given < least)
-        .then(|| fault("area".to_owned(), InvalidReason::TooNarrow { given, least }))
-        .flatten()
+    None
 }
 
 /// Distance of the farthest corner from the line along side `i`, m.

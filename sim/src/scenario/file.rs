@@ -7,7 +7,8 @@ use serde::{Deserialize, Deserializer, de::Error as _};
 use super::{
     files::Files,
     quantity::{
-        ClockTime, Coordinate, Energy, Instant, Latitude, Length, Longitude, MissionTime, Quantity, Share,
+        ClockTime, Coordinate, Energy, Instant, KeepOutRadius, Latitude, Longitude, MissionTime, Quantity,
+        RangeToKeep, Share,
     },
 };
 
@@ -100,7 +101,7 @@ pub struct OriginFile {
     pub lon_deg: Quantity<Longitude>,
 }
 
-/// Where the surface craft is meant to stay: what its runs are judged by.
+/// Where the surface craft is meant to stay: it is told all but the energy, and its runs are judged by all.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoundsFile {
@@ -111,7 +112,7 @@ pub struct BoundsFile {
     #[serde(default)]
     pub area: Vec<Point>,
     /// Slant range to every underwater vehicle to keep within, m.
-    pub range_max_m: Option<Quantity<Length>>,
+    pub range_max_m: Option<Quantity<RangeToKeep>>,
     /// Propulsion energy to do with, J.
     pub energy_max_j: Option<Quantity<Energy>>,
 }
@@ -125,7 +126,7 @@ pub struct KeepOutFile {
     /// Its centre, east, m.
     pub east_m: Quantity<Coordinate>,
     /// Its radius, m.
-    pub radius_m: Quantity<Length>,
+    pub radius_m: Quantity<KeepOutRadius>,
 }
 
 /// Something that goes wrong for a while.

@@ -289,6 +289,10 @@ kinds! {
     HalfTurn: -std::f64::consts::PI, std::f64::consts::PI, "rad";
     /// Depth down to which a current changes.
     ShearDepth: 0.1, 2000.0, "m";
+    /// Radius of a disc to keep out of; what a snapshot accepts.
+    KeepOutRadius: 0.1, 1.0e4, "m";
+    /// Slant range to keep within; what a snapshot accepts.
+    RangeToKeep: 1.0, 20_000.0, "m";
     /// Range of an acoustic modem.
     AcousticRange: 0.01, 20_000.0, "m";
     /// Time from one slot to the next.

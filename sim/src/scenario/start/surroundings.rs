@@ -1,7 +1,7 @@
 //! What surrounds the vehicles at a start: water, bounds, faults, sensors, acoustics.
 
 use nalgebra::Vector2;
-use planner::snapshot::KeepOut;
+use planner::snapshot::{InvalidField, KeepOut, bounds_faults};
 
 use super::{Draw, InvalidScenario, Stream, at_most, invalid, side, stream};
 use crate::{
@@ -160,33 +160,26 @@ pub(super) fn bounds(file: &BoundsFile, draw: &mut Draw) -> Result<Bounds, Inval
         radius: draw.take(&disc.radius_m),
     });
     let keep_outs = keep_outs.collect();
-    let area = draw.points(&file.area);
-    if !area.is_empty() && !is_convex(&area) {
-        return Err(invalid(
-            "bounds.area",
-            "the corners, in order, are not those of a convex area",
-        ));
-    }
-    Ok(Bounds {
+    let bounds = Bounds {
         keep_outs,
-        area,
+        area: draw.points(&file.area),
         range_max: file.range_max_m.as_ref().map(|range| draw.take(range)),
         energy_max: file.energy_max_j.as_ref().map(|energy| draw.take(energy)),
-    })
+    };
+    // The craft is told them in a snapshot, which must accept them.
+    match bounds_faults(&bounds.keep_outs, &bounds.area, bounds.range_max).first() {
+        None => Ok(bounds),
+        Some(InvalidField { field, reason }) => Err(invalid(in_a_file(field), reason)),
+    }
 }
 
-/// Whether every corner turns to the same side, once round in all.
-fn is_convex(corners: &[Vector2<f64>]) -> bool {
-    let n = corners.len();
-    let turn = |i: usize| {
-        let (a, b, c) = (corners[i], corners[(i + 1) % n], corners[(i + 2) % n]);
-        let (before, after) = (b - a, c - b);
-        before.perp(&after).atan2(before.dot(&after))
-    };
-    let turns: Vec<f64> = (0..n).map(turn).collect();
-    let once_round = (turns.iter().sum::<f64>().abs() - std::f64::consts::TAU).abs() < 1e-6;
-    let one_side = turns.iter().all(|turn| *turn > 0.0) || turns.iter().all(|turn| *turn < 0.0);
-    3 <= n && once_round && one_side
+/// A field of a snapshot's bounds as a scenario file calls it: `area/2` is `bounds.area[2]` there.
+fn in_a_file(field: &str) -> String {
+    let parts = field.split('/').filter(|part| *part != "acoustics");
+    parts.fold("bounds".to_owned(), |name, part| match part.parse::<usize>() {
+        Ok(index) => format!("{name}[{index}]"),
+        Err(_) => format!("{name}.{part}"),
+    })
 }
 
 fn sensors(file: &SensorsFile, draw: &mut Draw) -> SensorSetup {
