@@ -17,7 +17,7 @@ use planner::{
     solve::{Solvers, TOLERANCE},
 };
 use proptest::prelude::*;
-use tests::{auv, goals, observation, snapshot};
+use tests::{auv, goals, observation, snapshot, state};
 
 fn planned(observation: Observation) -> Plan {
     plan(
@@ -39,8 +39,9 @@ fn moved(scene: &Observation, angle: f64, shift: Vector2<f64>, delay: f64) -> Ob
     scene.asc.heading = Heading::new(scene.asc.heading.radians() + angle);
     scene.current = scene.current.map(|current| turned(current, angle));
     for auv in &mut scene.auvs {
-        auv.position = turned(auv.position, angle) + shift;
-        auv.course = Course::new(auv.course.radians() + angle);
+        let state = auv.evidence.state_mut().expect("the test's AUVs have states");
+        state.position = turned(state.position, angle) + shift;
+        state.course = Course::new(state.course.radians() + angle);
         auv.path = auv.path.as_ref().map(|known| KnownPath {
             path: Arc::new(moved_path(&known.path, angle, shift)),
             ..known.clone()
@@ -214,7 +215,7 @@ fn a_goal_that_changes_under_a_plan_costs_no_more_than_forgetting_the_plan() {
         let mut scene = observation(goals()[0].clone());
         scene.asc.heading = Heading::new(angle);
         scene.asc.surge = 0.2 + 0.02 * f64::from(i);
-        scene.auvs[1].position = turned(Vector2::new(40.0, 0.0), 1.9 * angle);
+        state(&mut scene, 1).position = turned(Vector2::new(40.0, 0.0), 1.9 * angle);
         let first = plan(&snapshot(scene.clone()), &policy, &mut workspace);
         let point = first.trajectory[1];
         scene.time += 1.0;
@@ -252,7 +253,7 @@ fn no_goal_is_far_enough_to_buy_its_way_through_a_soft_limit() {
         let mut scene = observation(goals()[0].clone());
         scene.asc.heading = Heading::new(0.0);
         scene.asc.sway = 0.0;
-        scene.auvs[0].position = Vector2::new(north, east);
+        state(&mut scene, 0).position = Vector2::new(north, east);
         let answer = planned(scene);
         assert_eq!(answer.violations, [], "goal at {north} m north, {east} m east");
     }
@@ -344,9 +345,9 @@ fn assert_usable(scene: &Snapshot, answer: &Plan) {
 fn degenerate_scenes_get_usable_answers() {
     let base = observation(goals()[0].clone());
     let mut on_target = base.clone();
-    on_target.asc.position = on_target.auvs[0].position;
+    on_target.asc.position = state(&mut on_target, 0).position;
     let mut at_rest = base.clone();
-    at_rest.auvs[0].speed = 0.0;
+    state(&mut at_rest, 0).speed = 0.0;
     let mut reversed = base.clone();
     reversed.asc.surge = -0.5;
     let mut too_fast = base.clone();
@@ -355,7 +356,7 @@ fn degenerate_scenes_get_usable_answers() {
     let mut coincident = observation(goals()[2].clone());
     coincident.auvs = vec![auv("auv-1", 0.0, 0.0, 0.0), auv("auv-2", 0.0, 0.0, 3.1)];
     let mut far = base.clone();
-    far.auvs[0].position = Vector2::new(9.0e5, -9.0e5);
+    state(&mut far, 0).position = Vector2::new(9.0e5, -9.0e5);
     let mut dead_craft = base.clone();
     dead_craft.asc.surge = 0.0;
     dead_craft.asc.sway = 0.0;
@@ -424,8 +425,9 @@ proptest! {
         scene.asc.position = Vector2::new(north, east);
         scene.asc.heading = Heading::new(heading);
         (scene.asc.surge, scene.asc.sway) = (surge, sway);
-        scene.auvs[0].course = Course::new(course);
-        (scene.auvs[0].speed, scene.auvs[0].turn_rate, scene.auvs[0].age) = (speed, turn_rate, age);
+        state(&mut scene, 0).course = Course::new(course);
+        let auv = state(&mut scene, 0);
+        (auv.speed, auv.turn_rate, auv.age) = (speed, turn_rate, age);
         scene.current = Some(Vector2::new(current_north, current_east));
         scene.limits.speed_min = speed_min;
         scene.limits.speed_max = speed_min + speed_span;

@@ -9,7 +9,7 @@ use planner::{
     snapshot::{HoldStyle, Observation, PreviousPlan, Snapshot, TrajectoryPoint},
     solve::{Solution, SolverStatus, Solvers},
 };
-use tests::{goals, observation, snapshot};
+use tests::{goals, observation, snapshot, state};
 
 const STATUSES_THAT_PROVE_NOTHING: [SolverStatus; 10] = [
     SolverStatus::Unsolved,
@@ -205,7 +205,7 @@ fn a_second_pass_that_fails_leaves_the_answer_to_the_first() {
 #[test]
 fn a_goal_that_rests_on_a_stale_report_is_held_as_the_client_chose() {
     let mut stale = observation(goals()[0].clone());
-    stale.auvs[0].age = 901.0;
+    state(&mut stale, 0).age = 901.0;
     for (hold, speed, turn) in [(HoldStyle::Stop, 0.0, 0.0), (HoldStyle::SlowTurn, 0.05, 0.2)] {
         let answer = plan(
             &snapshot(Observation {
@@ -230,7 +230,7 @@ fn a_goal_that_rests_on_a_stale_report_is_held_as_the_client_chose() {
 #[test]
 fn a_stale_report_of_an_auv_outside_the_goal_changes_nothing() {
     let mut stale = observation(goals()[0].clone());
-    stale.auvs[1].age = 3600.0;
+    state(&mut stale, 1).age = 3600.0;
     assert_eq!(
         plan_with_status(&snapshot(stale), SolverStatus::Solved).method,
         Method::Mpc

@@ -7,7 +7,8 @@ use nalgebra::Vector2;
 use planner::{
     angle::{Course, Heading},
     snapshot::{
-        AscState, Auv, Fallback, ForecastChoice, Goal, HoldStyle, Limits, Observation, Snapshot, VehicleId,
+        AscState, Auv, AuvState, Evidence, Fallback, ForecastChoice, Goal, HoldStyle, Limits, Observation,
+        Snapshot, VehicleId,
     },
 };
 
@@ -16,14 +17,27 @@ use planner::{
 pub fn auv(id: &str, north: f64, east: f64, course: f64) -> Auv {
     Auv {
         id: VehicleId(id.into()),
-        position: Vector2::new(north, east),
-        depth: 5.0,
-        course: Course::new(course),
-        speed: 0.193,
-        turn_rate: 0.0,
-        age: 0.4,
+        evidence: Evidence::State(AuvState {
+            position: Vector2::new(north, east),
+            depth: 5.0,
+            course: Course::new(course),
+            speed: 0.193,
+            turn_rate: 0.0,
+            age: 0.4,
+            covariance: None,
+        }),
         path: None,
     }
+}
+
+/// The state of AUV number `i`, to be changed.
+///
+/// # Panics
+/// Where it is known by reports: a test's own mistake.
+#[must_use]
+pub fn state(observation: &mut Observation, i: usize) -> &mut AuvState {
+    let evidence = &mut observation.auvs[i].evidence;
+    evidence.state_mut().expect("the test's AUVs have states")
 }
 
 /// The names of the two AUVs of [`observation`].

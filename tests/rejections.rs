@@ -61,8 +61,8 @@ async fn what_is_not_json_is_refused_where_it_breaks() {
 
 #[tokio::test]
 async fn an_unknown_member_is_named() {
-    let faults = faults_after(|body| body["auvs"][0]["reports"] = json!([])).await;
-    assert_eq!(faults, fault("/auvs/0/reports", "unknown_field"));
+    let faults = faults_after(|body| body["auvs"][0]["fixes"] = json!([])).await;
+    assert_eq!(faults, fault("/auvs/0/fixes", "unknown_field"));
     let faults = faults_after(|body| body["a/b~c"] = json!(1)).await;
     assert_eq!(faults, fault("/a~1b~0c", "unknown_field"));
 }
@@ -188,7 +188,7 @@ async fn details_are_in_the_words_of_json_and_not_of_the_program() {
     );
     assert_eq!(
         detail(changed("/auvs/0", json!({ "name": "a" }))).await,
-        "there is no such member, only `id`, `state`, `path`"
+        "there is no such member, only `id`, `state`, `reports`, `path`"
     );
     assert_eq!(
         detail(changed("/auvs/0/id", json!("é".repeat(65)))).await,
@@ -211,6 +211,71 @@ async fn a_number_out_of_range_comes_back_with_its_limits() {
     let error = &answer.problem()["errors"][0];
     assert_eq!(error["given"], -0.1);
     assert_eq!(error["limit"], json!({ "least": 0.0, "most": 10.0 }));
+}
+
+#[tokio::test]
+async fn an_auv_has_a_state_or_reports_and_not_both() {
+    let report = json!({ "t_s": 110.0, "north_m": 1, "east_m": 2, "sigma_m": 1.5 });
+    let both = faults_after(|body| body["auvs"][0]["reports"] = json!([report])).await;
+    assert_eq!(both, fault("/auvs/0/reports", "unexpected"));
+    let neither = faults_after(|body| body["auvs"][0] = json!({ "id": "auv-1" })).await;
+    assert_eq!(neither, fault("/auvs/0/state", "missing"));
+}
+
+/// The faults of the track example, which is of 120 s, where its vehicle is known by these reports.
+async fn faults_of_reports(reports: Value) -> Vec<(String, String)> {
+    faults_after(|body| body["auvs"][0] = json!({ "id": "auv-1", "reports": reports })).await
+}
+
+#[tokio::test]
+async fn a_report_that_is_none_is_told_where() {
+    for (member, value, code) in [
+        ("t_s", json!(-3481.0), "out_of_range"),
+        ("t_s", json!(121.1), "out_of_range"),
+        ("north_m", json!(2e6), "out_of_range"),
+        ("sigma_m", json!(0.0), "out_of_range"),
+        ("depth_m", json!(-11.0), "out_of_range"),
+        ("course_rad", json!(45.0), "out_of_range"),
+        ("speed_mps", json!(-0.1), "out_of_range"),
+        ("turn_rate_radps", json!(1.1), "out_of_range"),
+        ("course_rad", json!(null), "missing"),
+        ("speed_mps", json!(null), "missing"),
+        ("height_m", json!(0.0), "unknown_field"),
+    ] {
+        let good = json!({ "t_s": 120.9, "north_m": 1, "east_m": 2, "sigma_m": 1.5, "depth_m": 3, "course_rad": 0.1,
+            "speed_mps": 0.2, "turn_rate_radps": 0 });
+        let mut bad = good.clone();
+        bad[member] = value.clone();
+        let faults = faults_of_reports(json!([good, bad])).await;
+        let expected = fault(&format!("/auvs/0/reports/1/{member}"), code);
+        assert_eq!(faults, expected, "{member}: {value}");
+    }
+    let empty = faults_of_reports(json!([])).await;
+    assert_eq!(empty, fault("/auvs/0/reports", "length"));
+    let report = json!({ "t_s": 110.0, "north_m": 1, "east_m": 2, "sigma_m": 1.5 });
+    let many = faults_of_reports(json!(vec![report; 65])).await;
+    assert_eq!(many, fault("/auvs/0/reports", "length"));
+}
+
+#[tokio::test]
+async fn a_covariance_that_is_none_is_told_why() {
+    let mut body = example("track");
+    for ((row, column), value, pointer, code) in [
+        ((0, 0), 2e10, "/0/0", "out_of_range"),
+        // Not the mirror image of what stands at (0, 3).
+        ((3, 0), 0.1, "/3/0", "out_of_range"),
+        ((2, 2), -1.0, "", "negative_variance"),
+    ] {
+        let mut rows = [[0.0; 4]; 4];
+        (rows[0][0], rows[1][1]) = (2.25, 2.25);
+        body["auvs"][0]["state"]["covariance"] = json!(rows);
+        let answer = planned(body.to_string()).await;
+        assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+        rows[row][column] = value;
+        let faults = faults_after(|body| body["auvs"][0]["state"]["covariance"] = json!(rows)).await;
+        let expected = fault(&format!("/auvs/0/state/covariance{pointer}"), code);
+        assert_eq!(faults, expected);
+    }
 }
 
 #[tokio::test]

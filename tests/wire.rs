@@ -3,15 +3,16 @@
 use std::sync::Arc;
 
 use api::wire::{PlanRequest, PlanResponse, PreviousPlan, plan_id};
-use nalgebra::Vector2;
+use nalgebra::{Matrix4, Vector2};
 use planner::{
     angle::{Course, Heading, direction},
     path::{Path, Segment},
     snapshot::{
-        self as domain, Fallback, ForecastChoice, ForecastModel, HoldStyle, KnownPath, Limits, Snapshot,
+        self as domain, Evidence, Fallback, ForecastChoice, ForecastModel, GroundTrack, HoldStyle, KnownPath,
+        Limits, Report, Snapshot,
     },
 };
-use tests::{goals, observation, snapshot};
+use tests::{goals, observation, snapshot, state};
 
 fn through_json(snapshot: &Snapshot) -> Snapshot {
     let text = serde_json::to_string(&PlanRequest::from(snapshot)).expect("becomes JSON");
@@ -36,12 +37,39 @@ fn known_path() -> KnownPath {
     }
 }
 
+/// One that tells everything, in numbers that no decimal fraction is, and one that tells only what it must.
+fn reports(now: f64) -> Vec<Report> {
+    let bare = Report {
+        time: now - 1.0 / 3.0,
+        position: Vector2::new(12.0 + 1.0 / 3.0, -3.1),
+        sigma: 1.5,
+        depth: None,
+        ground_track: None,
+        turn_rate: None,
+    };
+    let whole = Report {
+        time: now - 10.0 / 3.0,
+        depth: Some(0.1 + 0.2),
+        ground_track: Some(GroundTrack {
+            course: Course::new(-3.0),
+            speed: 0.2 / 3.0,
+        }),
+        turn_rate: Some(0.01 / 3.0),
+        ..bare
+    };
+    vec![bare, whole]
+}
+
 #[test]
 fn a_snapshot_survives_the_way_through_json_to_the_bit() {
     let mut rich = observation(goals()[1].clone());
     rich.time = 1_700_000_000.123_456;
     rich.asc.ground_velocity = Some(Vector2::new(1.0 / 3.0, -0.1));
-    rich.auvs[1].turn_rate = -0.017;
+    state(&mut rich, 1).turn_rate = -0.017;
+    let third = 1.0 / 3.0;
+    let factor = Matrix4::from_fn(|row, column| third * (1.0 + 0.1 * f64::from(u8::from(row == column))));
+    state(&mut rich, 1).covariance = Some(factor * factor.transpose());
+    rich.auvs[0].evidence = Evidence::Reports(reports(rich.time));
     rich.auvs[0].path = Some(known_path());
     rich.limits = Limits {
         speed_max: 0.7,

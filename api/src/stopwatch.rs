@@ -44,8 +44,10 @@ impl Guide for Stopwatch<'_> {
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
         self.told.snapshots += 1;
         self.told.with_current += usize::from(snapshot.current.is_some());
-        for auv in &snapshot.auvs {
-            let model = AuvForecast::new(auv, snapshot.forecast, &snapshot.current()).model;
+        let current = snapshot.current();
+        for (auv, estimate) in snapshot.auvs.iter().zip(snapshot.estimates()) {
+            let path = auv.path.as_ref();
+            let model = AuvForecast::new(&estimate.state, path, snapshot.forecast, &current).model;
             if !self.told.forecasts.contains(&model) {
                 self.told.forecasts.push(model);
             }

@@ -11,6 +11,7 @@
 
 mod bounds;
 mod faults;
+mod read_evidence;
 mod read_path;
 mod read_request;
 mod request;

@@ -5,6 +5,7 @@ use nalgebra::Vector2;
 use crate::{
     angle::Course,
     certificate::Residuals,
+    estimate::Estimate,
     forecast::Motion,
     los::Reference,
     snapshot::{ForecastModel, PreviousPlan, SurgeMemory, TrajectoryPoint, VehicleId},
@@ -85,6 +86,8 @@ pub enum Degraded {
 pub struct TargetForecast {
     /// The AUV.
     pub id: VehicleId,
+    /// Where it was when it was last heard of, from which the forecast starts.
+    pub estimate: Estimate,
     /// The model used.
     pub model: ForecastModel,
     /// Positions (north, east) at the times of the trajectory, m.

@@ -9,7 +9,7 @@ use nalgebra::Vector2;
 
 use crate::{
     angle::{angle_of, direction},
-    snapshot::{Auv, ForecastChoice, ForecastModel},
+    snapshot::{AuvState, ForecastChoice, ForecastModel, KnownPath},
 };
 
 /// Slower than this over ground, an AUV counts as standing still, m/s.
@@ -67,13 +67,19 @@ struct Turning {
 }
 
 impl AuvForecast {
-    /// The forecast of `auv` under the model that `choice` gives, in a `current` (north, east), m/s.
+    /// The forecast of an AUV from its `state`, under the model that `choice` gives, in a `current` (north, east),
+    /// m/s. `path`: the one that it follows, where that is known.
     #[must_use]
-    pub fn new(auv: &Auv, choice: ForecastChoice, current: &Vector2<f64>) -> Self {
-        let along_path = |known| AlongPath::new(auv, known, current);
-        let along = match (choice, &auv.path) {
+    pub fn new(
+        state: &AuvState,
+        path: Option<&KnownPath>,
+        choice: ForecastChoice,
+        current: &Vector2<f64>,
+    ) -> Self {
+        let along_path = |known| AlongPath::new(state, known, current);
+        let along = match (choice, path) {
             (ForecastChoice::Model(ForecastModel::Path), Some(known)) => Some(along_path(known)),
-            (ForecastChoice::Auto, Some(known)) if SPEED_AT_REST <= auv.speed => {
+            (ForecastChoice::Auto, Some(known)) if SPEED_AT_REST <= state.speed => {
                 Some(along_path(known)).filter(|along| along.offset().abs() <= OFFSET_FROM_PATH_MAX)
             }
             _ => None,
@@ -81,24 +87,24 @@ impl AuvForecast {
         if let Some(along_path) = along {
             return Self {
                 model: ForecastModel::Path,
-                age: auv.age,
+                age: state.age,
                 way: Way::AlongPath(along_path),
             };
         }
         let model = match choice {
-            ForecastChoice::Auto | ForecastChoice::Model(ForecastModel::Path) => from_motion_alone(auv),
+            ForecastChoice::Auto | ForecastChoice::Model(ForecastModel::Path) => from_motion_alone(state),
             ForecastChoice::Model(model) => model,
         };
         let (velocity, turn_rate) = match model {
             ForecastModel::Hold => (Vector2::zeros(), 0.0),
-            ForecastModel::ConstantTurn => (auv.velocity(), auv.turn_rate),
-            ForecastModel::ConstantVelocity | ForecastModel::Path => (auv.velocity(), 0.0),
+            ForecastModel::ConstantTurn => (state.velocity(), state.turn_rate),
+            ForecastModel::ConstantVelocity | ForecastModel::Path => (state.velocity(), 0.0),
         };
         Self {
             model,
-            age: auv.age,
+            age: state.age,
             way: Way::Turning(Turning {
-                position: auv.position,
+                position: state.position,
                 velocity,
                 turn_rate,
             }),
@@ -117,10 +123,10 @@ impl AuvForecast {
 }
 
 /// What [`ForecastChoice::Auto`] uses for an AUV whose path is not known.
-fn from_motion_alone(auv: &Auv) -> ForecastModel {
-    if auv.speed < SPEED_AT_REST {
+fn from_motion_alone(state: &AuvState) -> ForecastModel {
+    if state.speed < SPEED_AT_REST {
         ForecastModel::Hold
-    } else if auv.turn_rate.abs() < TURN_RATE_STRAIGHT {
+    } else if state.turn_rate.abs() < TURN_RATE_STRAIGHT {
         ForecastModel::ConstantVelocity
     } else {
         ForecastModel::ConstantTurn
@@ -158,24 +164,27 @@ pub fn sinc(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{angle::Course, snapshot::VehicleId};
+    use crate::angle::Course;
 
-    fn auv(turn_rate: f64, age: f64) -> Auv {
-        Auv {
-            id: VehicleId("a".into()),
+    fn state(turn_rate: f64, age: f64) -> AuvState {
+        AuvState {
             position: Vector2::new(3.0, -4.0),
             depth: 5.0,
             course: Course::new(0.7),
             speed: 0.193,
             turn_rate,
             age,
-            path: None,
+            covariance: None,
         }
+    }
+
+    fn forecast(state: &AuvState, choice: ForecastChoice) -> AuvForecast {
+        AuvForecast::new(state, None, choice, &Vector2::zeros())
     }
 
     #[test]
     fn a_constant_turn_integrates_its_own_velocity() {
-        let forecast = AuvForecast::new(&auv(0.02, 1.5), ForecastChoice::Auto, &Vector2::zeros());
+        let forecast = forecast(&state(0.02, 1.5), ForecastChoice::Auto);
         assert_eq!(forecast.model, ForecastModel::ConstantTurn);
         for ahead in [0.0, 10.0, 78.0] {
             let h = 1e-3;
@@ -187,10 +196,9 @@ mod tests {
 
     #[test]
     fn a_constant_turn_closes_its_circle() {
-        let forecast = AuvForecast::new(
-            &auv(0.05, 0.0),
+        let forecast = forecast(
+            &state(0.05, 0.0),
             ForecastChoice::Model(ForecastModel::ConstantTurn),
-            &Vector2::zeros(),
         );
         let period = std::f64::consts::TAU / 0.05;
         assert!((forecast.at(period).position - forecast.at(0.0).position).norm() < 1e-12);
@@ -198,33 +206,31 @@ mod tests {
 
     #[test]
     fn no_turn_is_the_limit_of_a_slow_turn() {
-        let straight = AuvForecast::new(
-            &auv(0.0, 2.0),
+        let straight = forecast(
+            &state(0.0, 2.0),
             ForecastChoice::Model(ForecastModel::ConstantVelocity),
-            &Vector2::zeros(),
         );
-        let slow = AuvForecast::new(
-            &auv(1e-9, 2.0),
+        let slow = forecast(
+            &state(1e-9, 2.0),
             ForecastChoice::Model(ForecastModel::ConstantTurn),
-            &Vector2::zeros(),
         );
         assert!((straight.at(78.0).position - slow.at(78.0).position).norm() < 1e-6);
     }
 
     #[test]
     fn an_old_report_is_carried_to_now() {
-        let forecast = AuvForecast::new(&auv(0.0, 10.0), ForecastChoice::Auto, &Vector2::zeros());
+        let forecast = forecast(&state(0.0, 10.0), ForecastChoice::Auto);
         let moved = forecast.at(0.0).position - Vector2::new(3.0, -4.0);
         assert!((moved.norm() - 1.93).abs() < 1e-12);
     }
 
     #[test]
     fn a_slow_auv_is_held() {
-        let slow = Auv {
+        let slow = AuvState {
             speed: 0.049,
-            ..auv(0.1, 0.0)
+            ..state(0.1, 0.0)
         };
-        let forecast = AuvForecast::new(&slow, ForecastChoice::Auto, &Vector2::zeros());
+        let forecast = forecast(&slow, ForecastChoice::Auto);
         assert_eq!(forecast.model, ForecastModel::Hold);
         assert_eq!(forecast.at(60.0).position, slow.position);
     }

@@ -31,10 +31,10 @@ impl GoalForecast {
     pub fn new(snapshot: &Snapshot) -> Self {
         let current = snapshot.current();
         let forecast = |id: &VehicleId| {
-            let auv = snapshot
-                .auv(id)
+            let (auv, estimate) = snapshot
+                .auv_and_estimate(id)
                 .expect("a snapshot's goal names only vehicles that are in it");
-            AuvForecast::new(auv, snapshot.forecast, &current)
+            AuvForecast::new(&estimate.state, auv.path.as_ref(), snapshot.forecast, &current)
         };
         match &snapshot.goal {
             Goal::Track { auv } => Self {

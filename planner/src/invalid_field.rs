@@ -49,6 +49,11 @@ pub enum InvalidReason {
         /// The one before it.
         before: f64,
     },
+    /// A covariance by which something would be known better than exactly.
+    NegativeVariance {
+        /// Its least eigenvalue.
+        given: f64,
+    },
     /// A segment that does not begin where the one before it ends.
     Gap {
         /// How far away it begins, m.
@@ -111,6 +116,9 @@ impl fmt::Display for InvalidReason {
             InvalidReason::UnknownVehicle { given } => write!(f, "no vehicle is called {given:?}"),
             InvalidReason::NotIncreasing { given, before } => {
                 write!(f, "{given} does not come after {before}")
+            }
+            InvalidReason::NegativeVariance { given } => {
+                write!(f, "is no covariance: it has the eigenvalue {given}")
             }
             InvalidReason::Gap { given, most } => {
                 write!(f, "begins {given} m from where the path is, {most} m is accepted")

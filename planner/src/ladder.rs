@@ -5,6 +5,7 @@
 use crate::{
     angle::{Heading, angle_of},
     answer::{Baseline, Degraded, Method, Plan, TargetForecast},
+    estimate::Estimate,
     forecast::AuvForecast,
     goal::GoalForecast,
     horizon::{Horizon, SPEED_WITHOUT_DIRECTION, point_at, previous_points},
@@ -135,16 +136,17 @@ fn goal_is_stale(snapshot: &Snapshot, policy: &Policy) -> bool {
     };
     named
         .iter()
-        .filter_map(|id| snapshot.auv(id))
-        .any(|auv| auv.age > policy.report_age_max)
+        .filter_map(|id| snapshot.auv_and_estimate(id))
+        .any(|(_, estimate)| estimate.state.age > policy.report_age_max)
 }
 
 fn targets(snapshot: &Snapshot, horizon: &Horizon) -> Vec<TargetForecast> {
     let current = snapshot.current();
-    let target = |auv: &Auv| {
-        let forecast = AuvForecast::new(auv, snapshot.forecast, &current);
+    let target = |(auv, estimate): (&Auv, &Estimate)| {
+        let forecast = AuvForecast::new(&estimate.state, auv.path.as_ref(), snapshot.forecast, &current);
         TargetForecast {
             id: auv.id.clone(),
+            estimate: estimate.clone(),
             model: forecast.model,
             positions: horizon
                 .times
@@ -153,7 +155,12 @@ fn targets(snapshot: &Snapshot, horizon: &Horizon) -> Vec<TargetForecast> {
                 .collect(),
         }
     };
-    snapshot.auvs.iter().map(target).collect()
+    snapshot
+        .auvs
+        .iter()
+        .zip(snapshot.estimates())
+        .map(target)
+        .collect()
 }
 
 /// The program's own rung.

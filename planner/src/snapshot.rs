@@ -6,16 +6,20 @@ use nalgebra::Vector2;
 
 use crate::{
     angle::{Course, Heading, ned_from_body},
+    estimate::Estimate,
     path::Path,
 };
 
 mod bounds;
 mod check;
+mod evidence;
 
 pub use bounds::{ACOUSTIC_RANGE, AREA_CORNERS, KEEP_OUT_RADIUS, KEEP_OUTS_MAX, KeepOut, bounds_faults};
 pub use check::{
-    AUVS_MAX, COORDINATE_MAX, ID_LENGTH_MAX, InvalidObservation, TIME_MAX, TRAJECTORY_POINTS_MAX,
+    AUVS_MAX, COORDINATE_MAX, ID_LENGTH_MAX, InvalidObservation, REPORT_AGE_MAX, REPORT_AHEAD_MAX,
+    REPORT_SIGMA_MIN, REPORTS_MAX, TIME_MAX, TRAJECTORY_POINTS_MAX,
 };
+pub use evidence::{AuvState, Evidence, GroundTrack, Report};
 
 pub use crate::invalid_field::{InvalidField, InvalidReason};
 
@@ -59,18 +63,8 @@ impl AscState {
 pub struct Auv {
     /// Its name.
     pub id: VehicleId,
-    /// Position (north, east) at the time of the report, m.
-    pub position: Vector2<f64>,
-    /// Depth, m, positive down.
-    pub depth: f64,
-    /// Course over ground χ.
-    pub course: Course,
-    /// Horizontal speed over ground, m/s, never negative.
-    pub speed: f64,
-    /// Rate of turn of the course, rad/s, positive clockwise.
-    pub turn_rate: f64,
-    /// Age of the report, s.
-    pub age: f64,
+    /// What tells where it is.
+    pub evidence: Evidence,
     /// The path that it follows, where that is known.
     pub path: Option<KnownPath>,
 }
@@ -83,14 +77,6 @@ pub struct KnownPath {
     /// Horizontal speed through the water `u_h`, m/s.
     #[doc(alias = "u_h")]
     pub horizontal_speed: f64,
-}
-
-impl Auv {
-    /// Velocity over ground (north, east) at the time of the report, m/s.
-    #[must_use]
-    pub fn velocity(&self) -> Vector2<f64> {
-        self.course.unit() * self.speed
-    }
 }
 
 /// What the surface craft is to do.
@@ -282,14 +268,35 @@ impl Observation {
 }
 
 /// An [`Observation`] whose every number is finite and inside its range, whose names are unique,
-/// and whose goal names vehicles that are there.
+/// and whose goal names vehicles that are there; with the estimates that it leads to.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Snapshot(Observation);
+pub struct Snapshot {
+    observation: Observation,
+    /// In the order of the observation's AUVs.
+    estimates: Vec<Estimate>,
+}
+
+impl Snapshot {
+    /// Where every AUV is taken to be, in the observation's order.
+    #[must_use]
+    pub fn estimates(&self) -> &[Estimate] {
+        &self.estimates
+    }
+
+    /// The AUV called `id`, and where it is taken to be.
+    #[must_use]
+    pub fn auv_and_estimate(&self, id: &VehicleId) -> Option<(&Auv, &Estimate)> {
+        self.auvs
+            .iter()
+            .zip(&self.estimates)
+            .find(|(auv, _)| auv.id == *id)
+    }
+}
 
 impl Deref for Snapshot {
     type Target = Observation;
 
     fn deref(&self) -> &Observation {
-        &self.0
+        &self.observation
     }
 }

@@ -36,15 +36,18 @@ impl Surroundings {
         let mut tracks: Vec<_> = snapshot
             .auvs
             .iter()
-            .map(|auv| {
-                let forecast = AuvForecast::new(auv, snapshot.forecast, &snapshot.current());
+            .zip(snapshot.estimates())
+            .map(|(auv, estimate)| {
+                let state = &estimate.state;
+                let forecast =
+                    AuvForecast::new(state, auv.path.as_ref(), snapshot.forecast, &snapshot.current());
                 let position = |time: &f64| horizon.local_position(&forecast.at(*time).position);
                 Track {
                     counts: matters(&snapshot.goal, &auv.id),
                     doubt: 0.0,
                     member: Member {
                         positions: horizon.times.iter().map(position).collect(),
-                        depths: vec![auv.depth; n],
+                        depths: vec![state.depth; n],
                     },
                 }
             })

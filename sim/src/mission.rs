@@ -5,6 +5,7 @@ use std::time::Duration;
 use nalgebra::Vector2;
 use planner::{
     angle::wrap,
+    estimate::Estimate,
     path::Path,
     snapshot::{Goal, Snapshot, VehicleId},
 };
@@ -75,14 +76,14 @@ fn tick(start: &mut Start, guide: &mut dyn Guide) -> Result<Row, GuideError> {
     let divers = world
         .divers
         .iter()
-        .zip(&snapshot.auvs)
-        .map(|(diver, auv)| DiverRow {
+        .zip(snapshot.estimates())
+        .map(|(diver, Estimate { state, .. })| DiverRow {
             known: Some(KnownDiver {
-                position: auv.position,
-                depth: auv.depth,
-                course: auv.course.radians(),
-                speed: auv.speed,
-                age: auv.age,
+                position: state.position,
+                depth: state.depth,
+                course: state.course.radians(),
+                speed: state.speed,
+                age: state.age,
             }),
             ..diver_row(world, diver)
         });

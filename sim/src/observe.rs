@@ -7,8 +7,8 @@ use nalgebra::Vector2;
 use planner::{
     angle::{Course, direction, ned_from_body},
     snapshot::{
-        Auv, Fallback, ForecastChoice, Goal, HoldStyle, InvalidObservation, KnownPath, Limits, Observation,
-        Snapshot,
+        Auv, AuvState, Evidence, Fallback, ForecastChoice, Goal, HoldStyle, InvalidObservation, KnownPath,
+        Limits, Observation, REPORT_AGE_MAX, Snapshot,
     },
 };
 
@@ -27,9 +27,6 @@ mod setup;
 pub use acoustics::{Acoustics, AcousticsSetup, Emission, Fix, Tally};
 pub use sensors::{SensorSetup, SurfaceSensors, SurfaceTruth};
 pub use setup::InvalidSetup;
-
-/// The oldest age that a snapshot accepts, s. What was heard earlier is said to be this old.
-const AGE_MAX: f64 = 3600.0;
 
 /// What the surface craft is told before it leaves, and does not find out for itself.
 #[derive(Clone, Debug, PartialEq)]
@@ -158,13 +155,16 @@ impl Observer {
         let briefing = &self.briefing;
         let auv = |(heard, diver): (&Heard, &Diver)| Auv {
             id: diver.id.clone(),
-            position: heard.emission.position,
-            depth: heard.emission.depth,
-            course: heard.emission.course,
-            speed: heard.emission.speed,
-            turn_rate: heard.emission.turn_rate,
-            // A clock that is behind dates a message into the future: it can only be taken for new.
-            age: (clock - heard.sent_at).clamp(0.0, AGE_MAX),
+            evidence: Evidence::State(AuvState {
+                position: heard.emission.position,
+                depth: heard.emission.depth,
+                course: heard.emission.course,
+                speed: heard.emission.speed,
+                turn_rate: heard.emission.turn_rate,
+                // A clock that is behind dates a message into the future: it can only be taken for new.
+                age: (clock - heard.sent_at).clamp(0.0, REPORT_AGE_MAX),
+                covariance: None,
+            }),
             path: briefing.paths.then(|| KnownPath {
                 path: diver.path.clone(),
                 // As planned for where it was heard: where it is now is not known.

@@ -151,7 +151,8 @@ function at(points, t) {
 function drawMap(request, { mpc, saturated_los: los }) {
   const svg = $("map");
   const targets = mpc.targets.map((target) => target.trajectory);
-  const states = request.auvs.map((auv) => auv.state);
+  // Where each was when it was last heard of, from its state or from its reports.
+  const states = mpc.targets.map(({ estimate }) => estimate);
   const height = Math.min(Math.max(innerHeight - BESIDE_MAP_PX, 320), 560);
   const map = projection(sized(svg, height), [request.asc, ...states, ...mpc.trajectory, ...los.trajectory, ...targets.flat(), ...mpc.goal.trajectory]);
   svg.replaceChildren();
@@ -170,10 +171,11 @@ function drawMap(request, { mpc, saturated_los: los }) {
     }
   svg.append(arrow(map, request.asc, los.reference, "los"), arrow(map, request.asc, mpc.reference, "mpc"));
   svg.append(node("path", { class: "hull", id: "asc", d: HULL, transform: pose(map, request.asc, request.asc.heading_rad) }));
-  request.auvs.forEach(({ id, state: auv }) => {
-    svg.append(node("path", { class: "auv", d: TORPEDO, transform: pose(map, auv, auv.course_rad) }));
+  mpc.targets.forEach(({ id, estimate: auv }, i) => {
+    const course = request.auvs[i].state?.course_rad ?? Math.atan2(auv.east_mps, auv.north_mps);
+    svg.append(node("path", { class: "auv", d: TORPEDO, transform: pose(map, auv, course) }));
     svg.append(node("text", { class: "name", x: map.x(auv.east_m) + 18, y: map.y(auv.north_m) + 1 }, id));
-    svg.append(node("text", { class: "name minor", x: map.x(auv.east_m) + 18, y: map.y(auv.north_m) + 15 }, `${auv.depth_m} m deep`));
+    svg.append(node("text", { class: "name minor", x: map.x(auv.east_m) + 18, y: map.y(auv.north_m) + 15 }, `${+auv.depth_m.toFixed(1)} m deep`));
   });
   svg.append(node("text", { class: "name", x: map.x(request.asc.east_m) - 20, y: map.y(request.asc.north_m) + 5, "text-anchor": "end" }, "ASC"));
   const ghosts = node("g", { id: "ghosts" });

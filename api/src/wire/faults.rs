@@ -35,6 +35,13 @@ impl From<&InvalidField> for FieldError {
             )
             .given(*given)
             .limit(json!({ "above": before })),
+            InvalidReason::NegativeVariance { given } => Self::new(
+                pointer,
+                "negative_variance",
+                format!("no covariance has the eigenvalue {given}"),
+            )
+            .given(*given)
+            .limit(json!({ "least": 0 })),
             InvalidReason::Gap { given, most } => above_most(
                 pointer,
                 "gap",

@@ -14,7 +14,7 @@ use serde_json::Value;
 use super::{
     METADATA_BYTES_MAX, SCHEMA_VERSION, bounds,
     faults::{length, out_of_range},
-    read_path,
+    read_evidence, read_path,
     request::{
         Asc, Auv, Current, Fallback, Forecast, Goal, GoalKind, Hold, Limits, PlanRequest, PreviousPlan,
         PreviousReference,
@@ -42,10 +42,13 @@ impl TryFrom<&PlanRequest> for Snapshot {
             .iter()
             .enumerate()
             .map(|(i, given)| auv(i, given, &mut invalid))
-            .collect();
+            .collect::<Vec<_>>();
         let goal = goal(&request.goal, &mut invalid);
 
-        let Some(goal) = goal else { return Err(invalid) };
+        // An AUV of which nothing is known, and a goal that is none, have been said to be wrong.
+        let (Some(auvs), Some(goal)) = (auvs.into_iter().collect(), goal) else {
+            return Err(invalid);
+        };
         let observation = Observation {
             time: request.t_s,
             asc: asc(&request.asc, ground_velocity),
@@ -109,6 +112,14 @@ fn bound_lists(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
     };
     bound("/auvs", request.auvs.len(), 1, domain::AUVS_MAX);
     for (i, auv) in request.auvs.iter().enumerate() {
+        if let Some(reports) = &auv.reports {
+            bound(
+                &format!("/auvs/{i}/reports"),
+                reports.len(),
+                1,
+                domain::REPORTS_MAX,
+            );
+        }
         if let Some(path) = &auv.path {
             bound(
                 &format!("/auvs/{i}/path/segments"),
@@ -164,7 +175,14 @@ fn check_angles(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
     };
     check("/asc/heading_rad".to_owned(), request.asc.heading_rad);
     for (i, auv) in request.auvs.iter().enumerate() {
-        check(format!("/auvs/{i}/state/course_rad"), auv.state.course_rad);
+        if let Some(state) = &auv.state {
+            check(format!("/auvs/{i}/state/course_rad"), state.course_rad);
+        }
+        for (j, report) in auv.reports.iter().flatten().enumerate() {
+            if let Some(course) = report.course_rad {
+                check(format!("/auvs/{i}/reports/{j}/course_rad"), course);
+            }
+        }
     }
     if let Some(previous) = &request.previous_plan {
         if let Some(course) = previous.goal_course_rad {
@@ -204,20 +222,17 @@ fn asc(asc: &Asc, ground_velocity: Option<Vector2<f64>>) -> domain::AscState {
     }
 }
 
-fn auv(i: usize, auv: &Auv, invalid: &mut Vec<FieldError>) -> domain::Auv {
-    domain::Auv {
+/// The AUV, if it is known where it is; else what is missing or too much goes into `invalid`.
+fn auv(i: usize, auv: &Auv, invalid: &mut Vec<FieldError>) -> Option<domain::Auv> {
+    let path = auv
+        .path
+        .as_ref()
+        .and_then(|path| read_path::known_path(&format!("/auvs/{i}/path"), path, invalid));
+    Some(domain::Auv {
         id: VehicleId(auv.id.clone()),
-        position: Vector2::new(auv.state.north_m, auv.state.east_m),
-        depth: auv.state.depth_m,
-        course: Course::new(auv.state.course_rad),
-        speed: auv.state.speed_mps,
-        turn_rate: auv.state.turn_rate_radps,
-        age: auv.state.age_s,
-        path: auv
-            .path
-            .as_ref()
-            .and_then(|path| read_path::known_path(&format!("/auvs/{i}/path"), path, invalid)),
-    }
+        evidence: read_evidence::evidence(&format!("/auvs/{i}"), auv, invalid)?,
+        path,
+    })
 }
 
 /// The goal, if every member that its kind needs is there; what is missing or too much goes into

@@ -90,8 +90,12 @@ pub struct Auv {
     /// Its name, unique in the request, 1 to 64 bytes.
     #[schema(example = "auv-1")]
     pub id: String,
-    /// Its state as last heard of.
-    pub state: AuvState,
+    /// Its state as last heard of. Either this or `reports`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub state: Option<AuvState>,
+    /// What was heard of it lately, 1 to 64 reports in any order: the planner filters them. Either this or `state`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reports: Option<Vec<Report>>,
     /// The path that it follows, where that is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub path: Option<Path>,
@@ -117,6 +121,38 @@ pub struct AuvState {
     /// Age of the report, s. Default: 0.
     #[serde(default)]
     pub age_s: f64,
+    /// Covariance of north, east, north velocity and east velocity then, row by row, in m², m²/s and m²/s²:
+    /// symmetric, no eigenvalue negative. Default: not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<[[f64; 4]; 4]>,
+}
+
+/// A measured position of an underwater vehicle, and what the vehicle said of itself then.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Report {
+    /// When it was so, s on the request's clock: when the message was sent, not when it arrived. At most an hour ago,
+    /// and at most 1 s ahead, which counts as now.
+    pub t_s: f64,
+    /// Position north of the datum, m.
+    pub north_m: f64,
+    /// Position east of the datum, m.
+    pub east_m: f64,
+    /// Standard deviation of the position along either axis, m, from 0.01 to 10,000.
+    pub sigma_m: f64,
+    /// Telemetered depth, m, positive down. Default: not told; where no report tells it, 0 is taken.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depth_m: Option<f64>,
+    /// Telemetered course over ground, rad, within ±2π; together with `speed_mps` or not at all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub course_rad: Option<f64>,
+    /// Telemetered horizontal speed over ground, m/s, never negative; together with `course_rad` or not at all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_mps: Option<f64>,
+    /// Telemetered rate of turn of the course, rad/s, positive clockwise. Default: not told. The newest is believed
+    /// for 30 s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turn_rate_radps: Option<f64>,
 }
 
 /// A path that an underwater vehicle is known to follow.

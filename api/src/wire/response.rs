@@ -127,10 +127,41 @@ pub struct GoalPoint {
 pub struct PlannedTarget {
     /// The vehicle.
     pub id: String,
-    /// The forecast model used: `hold`, `constant_velocity` or `constant_turn`.
+    /// Where it was when it was last heard of, from which the forecast starts.
+    pub estimate: Estimate,
+    /// The forecast model used: `hold`, `constant_velocity`, `constant_turn` or `path`.
     pub forecast: String,
     /// One point for each of the plan's trajectory.
     pub trajectory: Vec<TargetPoint>,
+}
+
+/// Where an underwater vehicle was when it was last heard of: the request's `state`, or what its `reports` amount to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Estimate {
+    /// How long ago that was, s: age of the newest report that the estimate rests on.
+    pub age_s: f64,
+    /// Position north of the datum then, m.
+    pub north_m: f64,
+    /// Position east of the datum then, m.
+    pub east_m: f64,
+    /// Depth then, m, positive down.
+    pub depth_m: f64,
+    /// Northward velocity over ground then, m/s.
+    pub north_mps: f64,
+    /// Eastward velocity over ground then, m/s.
+    pub east_mps: f64,
+    /// Rate of turn of the course that the forecast starts with, rad/s, positive clockwise.
+    pub turn_rate_radps: f64,
+    /// Covariance of north, east, north velocity and east velocity then, row by row, in m², m²/s and m²/s². Absent
+    /// where the request gives a state without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<[[f64; 4]; 4]>,
+    /// Root mean square distance between the estimate, carried to now, and the vehicle, m. Absent as `covariance` is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_sigma_m: Option<f64>,
+    /// Which of the `reports` the estimate does not rest on, by their index, ascending: outliers, those before a jump,
+    /// and what was said twice.
+    pub rejected: Vec<usize>,
 }
 
 /// An underwater vehicle at one time.

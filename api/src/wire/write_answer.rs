@@ -9,7 +9,7 @@ use planner::{
     plan as domain,
     plan::{Plan, SoftLimit},
     snapshot as facts,
-    snapshot::{ForecastModel, Snapshot},
+    snapshot::{Evidence, ForecastModel, Snapshot},
     solve::SolverStatus,
 };
 use serde_json::{Map, Value};
@@ -17,10 +17,10 @@ use serde_json::{Map, Value};
 use super::{
     SCHEMA_VERSION,
     response::{
-        Baseline, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget, Predicted,
-        Reference, Residuals, Solver, TargetPoint, TrajectoryPoint, Violation, Warning,
+        Baseline, Estimate, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget,
+        Predicted, Reference, Residuals, Solver, TargetPoint, TrajectoryPoint, Violation, Warning,
     },
-    write_request::plan_id,
+    write_request::{plan_id, rows},
 };
 
 /// A report older than this is worth a warning, s: three of the ten-second slots in which an acoustic
@@ -161,9 +161,27 @@ impl Answer<'_> {
         };
         PlannedTarget {
             id: target.id.0.clone(),
+            estimate: estimate(&target.estimate),
             forecast: model_name(target.model).to_owned(),
             trajectory: self.times().zip(&target.positions).map(point).collect(),
         }
+    }
+}
+
+fn estimate(estimate: &planner::estimate::Estimate) -> Estimate {
+    let state = &estimate.state;
+    let velocity = state.velocity();
+    Estimate {
+        age_s: state.age,
+        north_m: state.position.x,
+        east_m: state.position.y,
+        depth_m: state.depth,
+        north_mps: velocity.x,
+        east_mps: velocity.y,
+        turn_rate_radps: state.turn_rate,
+        covariance: state.covariance.as_ref().map(rows),
+        position_sigma_m: estimate.position_sigma(),
+        rejected: estimate.rejected.clone(),
     }
 }
 
@@ -183,15 +201,19 @@ fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
     let stale = snapshot
         .auvs
         .iter()
+        .zip(snapshot.estimates())
         .enumerate()
-        .filter(|(_, auv)| REPORT_AGE_STALE < auv.age);
+        .filter(|(_, (_, estimate))| REPORT_AGE_STALE < estimate.state.age);
     let mut warnings: Vec<_> = stale
-        .map(|(i, auv)| Warning {
+        .map(|(i, (auv, estimate))| Warning {
             code: "stale_report".to_owned(),
-            pointer: format!("/auvs/{i}/state/age_s"),
+            pointer: match auv.evidence {
+                Evidence::State(_) => format!("/auvs/{i}/state/age_s"),
+                Evidence::Reports(_) => format!("/auvs/{i}/reports"),
+            },
             detail: format!(
                 "{} was last heard of {} s ago; its forecast starts there",
-                auv.id, auv.age
+                auv.id, estimate.state.age
             ),
         })
         .collect();

@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix4, Vector2};
 use planner::{
     path,
-    snapshot::{self as facts, ForecastChoice, ForecastModel, Snapshot},
+    snapshot::{self as facts, Evidence, ForecastChoice, ForecastModel, Snapshot},
 };
 use serde_json::Map;
 use sha2::{Digest, Sha256};
@@ -14,7 +14,7 @@ use super::{
     SCHEMA_VERSION, bounds,
     request::{
         Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, Limits, Path, PlanRequest,
-        PreviousPlan, PreviousReference, Segment, SegmentKind,
+        PreviousPlan, PreviousReference, Report, Segment, SegmentKind,
     },
     response::TrajectoryPoint,
 };
@@ -96,19 +96,47 @@ fn asc(asc: &facts::AscState) -> Asc {
 }
 
 fn auv(auv: &facts::Auv) -> Auv {
+    let (state, reports) = match &auv.evidence {
+        Evidence::State(known) => (Some(state(known)), None),
+        Evidence::Reports(known) => (None, Some(known.iter().map(report).collect())),
+    };
     Auv {
         id: auv.id.0.clone(),
-        state: AuvState {
-            north_m: auv.position.x,
-            east_m: auv.position.y,
-            depth_m: auv.depth,
-            course_rad: auv.course.radians(),
-            speed_mps: auv.speed,
-            turn_rate_radps: auv.turn_rate,
-            age_s: auv.age,
-        },
+        state,
+        reports,
         path: auv.path.as_ref().map(path),
     }
+}
+
+fn state(state: &facts::AuvState) -> AuvState {
+    AuvState {
+        north_m: state.position.x,
+        east_m: state.position.y,
+        depth_m: state.depth,
+        course_rad: state.course.radians(),
+        speed_mps: state.speed,
+        turn_rate_radps: state.turn_rate,
+        age_s: state.age,
+        covariance: state.covariance.as_ref().map(rows),
+    }
+}
+
+fn report(report: &facts::Report) -> Report {
+    Report {
+        t_s: report.time,
+        north_m: report.position.x,
+        east_m: report.position.y,
+        sigma_m: report.sigma,
+        depth_m: report.depth,
+        course_rad: report.ground_track.map(|track| track.course.radians()),
+        speed_mps: report.ground_track.map(|track| track.speed),
+        turn_rate_radps: report.turn_rate,
+    }
+}
+
+/// A matrix as JSON has it.
+pub(super) fn rows(matrix: &Matrix4<f64>) -> [[f64; 4]; 4] {
+    std::array::from_fn(|row| std::array::from_fn(|column| matrix[(row, column)]))
 }
 
 fn path(known: &facts::KnownPath) -> Path {

@@ -8,7 +8,7 @@ use super::{Motion, SPEED_AT_REST};
 use crate::{
     angle::{direction, ned_from_body},
     path::{Path, Piece, starboard},
-    snapshot::{Auv, KnownPath},
+    snapshot::{AuvState, KnownPath},
 };
 
 /// Position doubt in the search for the place on the path, m: two standard deviations of an acoustic fix (1.5 m),
@@ -71,25 +71,25 @@ struct Stretch {
 }
 
 impl AlongPath {
-    /// The future of `auv` on the path it is known to follow, in a `current` (north, east), m/s.
-    pub(super) fn new(auv: &Auv, known: &KnownPath, current: &Vector2<f64>) -> Self {
+    /// The future of an AUV in `state` on the path it is known to follow, in a `current` (north, east), m/s.
+    pub(super) fn new(state: &AuvState, known: &KnownPath, current: &Vector2<f64>) -> Self {
         let KnownPath {
             path,
             horizontal_speed,
         } = known;
         let ground_speed = |tangent: f64| speed_along(*horizontal_speed, current, tangent);
-        let gamma = path.closest_by(&auv.position, |distance, point| {
+        let gamma = path.closest_by(&state.position, |distance, point| {
             // Against a strong current the vehicle goes backwards along its path.
             let way = direction(point.tangent) * ground_speed(point.tangent).signum();
-            let agreement = if auv.speed < SPEED_AT_REST {
+            let agreement = if state.speed < SPEED_AT_REST {
                 1.0
             } else {
-                way.dot(&auv.course.unit())
+                way.dot(&state.course.unit())
             };
             (distance + POSITION_DOUBT) * (1.0 + (WRONG_WAY - 1.0) * 0.5 * (1.0 - agreement))
         });
         let point = path.at(gamma);
-        let offset = (auv.position - point.position).dot(&starboard(point.tangent));
+        let offset = (state.position - point.position).dot(&starboard(point.tangent));
         let mut schedule = Schedule {
             path,
             offset,

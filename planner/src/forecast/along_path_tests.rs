@@ -6,7 +6,7 @@ use super::*;
 use crate::{
     angle::Course,
     path::{Path, Side, starboard},
-    snapshot::{KnownPath, VehicleId},
+    snapshot::KnownPath,
 };
 
 const U_H: f64 = 0.193;
@@ -17,26 +17,39 @@ fn mower() -> Path {
     Path::lawn_mower(Vector2::zeros(), 0.0, 50.0, 20.0, 4)
 }
 
+/// An AUV's state and path.
+#[derive(Clone)]
+struct Follower {
+    state: AuvState,
+    path: KnownPath,
+}
+
 /// An AUV that goes along `path` at `gamma` with an offset to starboard.
-fn follower(path: Path, gamma: f64, offset: f64) -> Auv {
+fn follower(path: Path, gamma: f64, offset: f64) -> Follower {
     let point = path.at(gamma);
-    Auv {
-        id: VehicleId("a".into()),
-        position: point.position + starboard(point.tangent) * offset,
-        depth: 5.0,
-        course: Course::new(point.tangent),
-        speed: U_H,
-        turn_rate: 0.0,
-        age: 0.0,
-        path: Some(KnownPath {
+    Follower {
+        state: AuvState {
+            position: point.position + starboard(point.tangent) * offset,
+            depth: 5.0,
+            course: Course::new(point.tangent),
+            speed: U_H,
+            turn_rate: 0.0,
+            age: 0.0,
+            covariance: None,
+        },
+        path: KnownPath {
             path: Arc::new(path),
             horizontal_speed: U_H,
-        }),
+        },
     }
 }
 
-fn forecast(auv: &Auv, current: Vector2<f64>) -> AuvForecast {
-    let forecast = AuvForecast::new(auv, ForecastChoice::Auto, &current);
+fn chosen(auv: &Follower, choice: ForecastChoice, current: &Vector2<f64>) -> AuvForecast {
+    AuvForecast::new(&auv.state, Some(&auv.path), choice, current)
+}
+
+fn forecast(auv: &Follower, current: Vector2<f64>) -> AuvForecast {
+    let forecast = chosen(auv, ForecastChoice::Auto, &current);
     assert_eq!(forecast.model, ForecastModel::Path);
     forecast
 }
@@ -44,10 +57,8 @@ fn forecast(auv: &Auv, current: Vector2<f64>) -> AuvForecast {
 #[test]
 fn in_still_water_the_arc_length_grows_by_speed_times_time() {
     for gamma in [5.0, 45.0, 60.0, 130.0] {
-        let auv = Auv {
-            age: 3.0,
-            ..follower(mower(), gamma, 0.0)
-        };
+        let mut auv = follower(mower(), gamma, 0.0);
+        auv.state.age = 3.0;
         let forecast = forecast(&auv, STILL);
         for ahead in [0.0, 10.0, 78.0, 600.0, 3_000.0] {
             let expected = mower().at(gamma + U_H * (3.0 + ahead)).position;
@@ -66,7 +77,7 @@ fn position_and_velocity_agree_whatever_the_current_and_the_offset() {
     ] {
         for offset in [-2.0, 0.0, 1.5] {
             let auv = follower(mower(), 46.0, offset);
-            let forecast = AuvForecast::new(&auv, ForecastChoice::Model(ForecastModel::Path), &current);
+            let forecast = chosen(&auv, ForecastChoice::Model(ForecastModel::Path), &current);
             let h = 1e-4;
             for k in 1..400 {
                 let ahead = f64::from(k) * 0.77;
@@ -106,10 +117,8 @@ fn a_current_that_is_faster_than_the_vehicle_leaves_what_is_along_the_path() {
     let velocity = forecast(&auv, Vector2::new(0.1, 0.5)).at(5.0).velocity;
     assert!((velocity - Vector2::new(0.1, 0.0)).norm() < 1e-12);
     // Dead ahead and faster, it carries the vehicle back out of the path's beginning.
-    let carried = Auv {
-        course: Course::new(PI),
-        ..auv
-    };
+    let mut carried = auv;
+    carried.state.course = Course::new(PI);
     let current = Vector2::new(-0.3, 0.0);
     let motion = forecast(&carried, current).at(200.0);
     assert!((motion.position.x - (10.0 - 0.107 * 200.0)).abs() < 1e-9);
@@ -164,11 +173,8 @@ fn the_course_tells_which_of_two_close_lanes_a_vehicle_is_on() {
     let path = Path::lawn_mower(Vector2::zeros(), 0.0, 50.0, 6.0, 4);
     let position = Vector2::new(25.0, 3.2);
     for (course, sign) in [(0.05, 1.0), (PI - 0.05, -1.0)] {
-        let auv = Auv {
-            position,
-            course: Course::new(course),
-            ..follower(path.clone(), 25.0, 0.0)
-        };
+        let mut auv = follower(path.clone(), 25.0, 0.0);
+        (auv.state.position, auv.state.course) = (position, Course::new(course));
         let moved = forecast(&auv, STILL).at(30.0).position - position;
         assert!((moved - Vector2::new(sign * U_H * 30.0, 0.0)).norm() < 1e-9);
     }
@@ -196,24 +202,18 @@ fn a_closed_path_is_gone_round_for_ever() {
 fn a_vehicle_without_a_path_or_off_it_or_at_rest_is_forecast_from_its_motion() {
     let choice = ForecastChoice::Model(ForecastModel::Path);
     let on_path = follower(mower(), 10.0, 0.0);
-    let without = Auv {
-        path: None,
-        ..on_path.clone()
-    };
     assert_eq!(
-        AuvForecast::new(&without, choice, &STILL),
-        AuvForecast::new(&without, ForecastChoice::Auto, &STILL)
+        AuvForecast::new(&on_path.state, None, choice, &STILL),
+        AuvForecast::new(&on_path.state, None, ForecastChoice::Auto, &STILL)
     );
-    let model = |auv: &Auv| AuvForecast::new(auv, ForecastChoice::Auto, &STILL).model;
+    let model = |auv: &Follower| chosen(auv, ForecastChoice::Auto, &STILL).model;
     let off = follower(mower(), 10.0, -15.1);
     assert_eq!(model(&off), ForecastModel::ConstantVelocity);
-    let at_rest = Auv {
-        speed: 0.04,
-        ..on_path
-    };
+    let mut at_rest = on_path;
+    at_rest.state.speed = 0.04;
     assert_eq!(model(&at_rest), ForecastModel::Hold);
     for auv in [off, at_rest] {
-        assert_eq!(AuvForecast::new(&auv, choice, &STILL).model, ForecastModel::Path);
+        assert_eq!(chosen(&auv, choice, &STILL).model, ForecastModel::Path);
     }
 }
 
@@ -228,11 +228,8 @@ fn a_path_that_winds_without_end_is_forecast_with_finite_numbers() {
         for current in [STILL, Vector2::new(3.0, -3.0), Vector2::new(0.01, 0.0)] {
             for offset in [-5.0, 0.0, 5.0] {
                 let mut auv = follower(path.clone(), 0.1, offset);
-                auv.path = auv.path.map(|known| KnownPath {
-                    horizontal_speed: speed,
-                    ..known
-                });
-                let forecast = AuvForecast::new(&auv, ForecastChoice::Model(ForecastModel::Path), &current);
+                auv.path.horizontal_speed = speed;
+                let forecast = chosen(&auv, ForecastChoice::Model(ForecastModel::Path), &current);
                 for ahead in [0.0, 1.0, 78.0, 3_600.0] {
                     let Motion { position, velocity } = forecast.at(ahead);
                     assert!(position.norm().is_finite() && velocity.norm().is_finite());

@@ -7,9 +7,14 @@ use super::{
     bounds::{bounds_faults, clockwise},
 };
 use crate::{
+    estimate::Estimate,
     invalid_field::{InvalidField, InvalidReason},
     path::InvalidPath,
 };
+
+mod evidence;
+
+pub use evidence::{REPORT_AGE_MAX, REPORT_AHEAD_MAX, REPORT_SIGMA_MIN, REPORTS_MAX};
 
 /// Most AUVs in one snapshot.
 pub const AUVS_MAX: usize = 16;
@@ -36,7 +41,7 @@ impl TryFrom<Observation> for Snapshot {
         let mut check = Check::default();
         check.within(format_args!("t_s"), observation.time, -TIME_MAX..=TIME_MAX);
         check.asc(&observation.asc);
-        check.auvs(&observation.auvs);
+        check.auvs(&observation.auvs, observation.time);
         check.goal(&observation.goal, &observation.auvs);
         if let Some(current) = &observation.current {
             check.within(format_args!("current/north_mps"), current.x, -3.0..=3.0);
@@ -68,10 +73,17 @@ impl TryFrom<Observation> for Snapshot {
             }
         }
         if check.invalid.is_empty() {
-            Ok(Self(Observation {
+            let observation = Observation {
                 area: clockwise(observation.area),
                 ..observation
-            }))
+            };
+            let current = observation.current();
+            let estimate = |auv| Estimate::new(auv, observation.time, &current);
+            let estimates = observation.auvs.iter().map(estimate).collect();
+            Ok(Self {
+                observation,
+                estimates,
+            })
         } else {
             Err(InvalidObservation(check.invalid))
         }
@@ -131,7 +143,7 @@ impl Check {
         );
     }
 
-    fn auvs(&mut self, auvs: &[Auv]) {
+    fn auvs(&mut self, auvs: &[Auv], now: f64) {
         self.length(format_args!("auvs"), auvs.len(), 1..=AUVS_MAX);
         let mut seen = HashSet::new();
         for (i, auv) in auvs.iter().enumerate() {
@@ -140,18 +152,7 @@ impl Check {
                 let given = auv.id.0.clone();
                 self.fail(format_args!("auvs/{i}/id"), InvalidReason::Duplicate { given });
             }
-            let angle = -std::f64::consts::PI..=std::f64::consts::PI;
-            for (name, value, range) in [
-                ("north_m", auv.position.x, -COORDINATE_MAX..=COORDINATE_MAX),
-                ("east_m", auv.position.y, -COORDINATE_MAX..=COORDINATE_MAX),
-                ("depth_m", auv.depth, -10.0..=12_000.0),
-                ("course_rad", auv.course.radians(), angle),
-                ("speed_mps", auv.speed, 0.0..=10.0),
-                ("turn_rate_radps", auv.turn_rate, -1.0..=1.0),
-                ("age_s", auv.age, 0.0..=3600.0),
-            ] {
-                self.within(format_args!("auvs/{i}/state/{name}"), value, range);
-            }
+            self.evidence(i, &auv.evidence, now);
             if let Some(known) = &auv.path {
                 self.path(i, known);
             }

@@ -1,0 +1,136 @@
+//! Where an AUV was when it was last heard of: from its reports, or as the client says.
+//!
+//! A pure function of the request. Whoever remembers nothing gives the same answer on every replica; the price, a
+//! filter run again over a few dozen reports, is some microseconds.
+
+mod kalman;
+mod track;
+
+#[cfg(test)]
+mod tests;
+
+use std::cmp::Ordering;
+
+use kalman::Kalman;
+use nalgebra::Vector2;
+use track::Track;
+
+use crate::{
+    angle::Course,
+    snapshot::{Auv, AuvState, Evidence, Report},
+};
+
+/// A telemetered rate of turn older than this is no longer taken for so, s.
+///
+/// Three of the ten-second slots in which an acoustic network usually hears of a vehicle. Taken for so longer, a
+/// vehicle that falls silent in a turn would be forecast to circle.
+const TURN_RATE_AGE_MAX: f64 = 30.0;
+
+/// Fastest that an estimate is, m/s: the fastest that a snapshot lets a vehicle say it is.
+const SPEED_MAX: f64 = 10.0;
+
+/// Where an AUV is taken to have been when it was last heard of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// Its state at the time of the newest report that the estimate rests on. With a covariance where it is made of
+    /// reports.
+    pub state: AuvState,
+    /// The reports that the estimate does not rest on, by their place in the observation, ascending: outliers, those
+    /// before a jump, and what was said twice.
+    pub rejected: Vec<usize>,
+}
+
+impl Estimate {
+    /// Of `auv` by what is known at time `now`, s.
+    pub(crate) fn new(auv: &Auv, now: f64, _current: &Vector2<f64>) -> Self {
+        match &auv.evidence {
+            Evidence::State(state) => Self {
+                state: state.clone(),
+                rejected: Vec::new(),
+            },
+            Evidence::Reports(reports) => from_reports(reports, now),
+        }
+    }
+
+    /// Root mean square distance between estimate and vehicle now, m, if it went straight on since: the square root
+    /// of the trace of the position's covariance. None where the client gave a state without covariance.
+    #[must_use]
+    pub fn position_sigma(&self) -> Option<f64> {
+        let AuvState {
+            position,
+            age,
+            covariance,
+            ..
+        } = &self.state;
+        let now = Kalman::new(0.0, position, &self.state.velocity(), covariance.as_ref()?).at(*age);
+        Some(now.position_variance().max(0.0).sqrt())
+    }
+}
+
+/// Filters `reports`, at least one, in order of time.
+fn from_reports(reports: &[Report], now: f64) -> Estimate {
+    let mut numbered: Vec<_> = reports
+        .iter()
+        .enumerate()
+        .map(|(number, report)| {
+            // What is dated into the future can only be taken for new.
+            let time = report.time.min(now);
+            (number, Report { time, ..*report })
+        })
+        .collect();
+    numbered.sort_by(|(_, a), (_, b)| in_order(a, b));
+    // One message on two ways is no second measurement.
+    numbered.dedup_by(|(_, later), (_, first)| in_order(first, later) == Ordering::Equal);
+
+    let track = Track::through(&numbered);
+    let used = track.used();
+    let mut rejected: Vec<_> = (0..reports.len())
+        .filter(|number| used.iter().all(|(used, _)| used != number))
+        .collect();
+    rejected.sort_unstable();
+    Estimate {
+        state: state_of(track.filter(), used, now),
+        rejected,
+    }
+}
+
+/// By time, then by everything else, so that no order in which reports are given can show.
+fn in_order(a: &Report, b: &Report) -> Ordering {
+    let numbers = |report: &Report| {
+        let or_none = |value: Option<f64>| value.unwrap_or(f64::NEG_INFINITY);
+        [
+            report.time,
+            report.position.x,
+            report.position.y,
+            report.sigma,
+            or_none(report.depth),
+            or_none(report.ground_track.map(|track| track.course.radians())),
+            or_none(report.ground_track.map(|track| track.speed)),
+            or_none(report.turn_rate),
+        ]
+    };
+    let pairs = numbers(a).into_iter().zip(numbers(b));
+    pairs
+        .map(|(a, b)| a.total_cmp(&b))
+        .find(|order| order.is_ne())
+        .unwrap_or(Ordering::Equal)
+}
+
+/// What the filter says, with what the newest of the reports in it say of depth and turn.
+fn state_of(filter: &Kalman, used: &[(usize, Report)], now: f64) -> AuvState {
+    let velocity = filter.velocity();
+    let newest_first = || used.iter().rev().map(|(_, report)| report);
+    let turning = newest_first().find_map(|report| report.turn_rate.map(|rate| (report.time, rate)));
+    AuvState {
+        position: filter.position(),
+        // Whoever never says how deep it is, is taken to be at the surface.
+        depth: newest_first().find_map(|report| report.depth).unwrap_or(0.0),
+        course: Course::of(&velocity),
+        speed: velocity.norm().min(SPEED_MAX),
+        turn_rate: turning
+            .filter(|(time, _)| now - time <= TURN_RATE_AGE_MAX)
+            .map_or(0.0, |(_, rate)| rate),
+        age: (now - filter.time()).max(0.0),
+        covariance: Some(*filter.covariance()),
+    }
+}
