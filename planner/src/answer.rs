@@ -7,7 +7,7 @@ use crate::{
     certificate::Residuals,
     estimate::Estimate,
     forecast::Motion,
-    los::Reference,
+    los::{LosLaw, Reference},
     snapshot::{ForecastModel, PreviousPlan, SurgeMemory, TrajectoryPoint, VehicleId},
     solve::SolverStatus,
 };
@@ -57,7 +57,7 @@ impl From<&Plan> for PreviousPlan {
     }
 }
 
-/// A rung of the decision ladder.
+/// Who answered: a rung of the decision ladder, or a law that is no rung and is only compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     /// The convex program, solved.
@@ -68,6 +68,26 @@ pub enum Method {
     SaturatedLos,
     /// Slow turn or stop.
     Hold,
+    /// Line of sight in the tracker's frame; no rung.
+    SaturatedLosTrackerFrame,
+    /// Integral line of sight; no rung.
+    IntegralLos,
+    /// Way-points round a box; no rung.
+    WaypointBox,
+    /// Line of sight as printed; no rung.
+    PrintedLos,
+}
+
+impl From<LosLaw> for Method {
+    fn from(law: LosLaw) -> Self {
+        match law {
+            LosLaw::SaturatedLos => Self::SaturatedLos,
+            LosLaw::TrackerFrame => Self::SaturatedLosTrackerFrame,
+            LosLaw::Integral => Self::IntegralLos,
+            LosLaw::WaypointBox => Self::WaypointBox,
+            LosLaw::Printed => Self::PrintedLos,
+        }
+    }
 }
 
 /// Why an answer is degraded.
@@ -94,7 +114,7 @@ pub struct TargetForecast {
     pub positions: Vec<Vector2<f64>>,
 }
 
-/// The line-of-sight law on the same snapshot.
+/// A line-of-sight law on the same snapshot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Baseline {
     /// Its reference.

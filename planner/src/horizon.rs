@@ -6,7 +6,7 @@ use crate::{
     angle::{Course, Heading, angle_of, ned_from_body},
     forecast::Motion,
     goal::GoalForecast,
-    los::{AscNow, LosGains, Reference, saturated_los, target_course},
+    los::{AscNow, LosTuning, Reference, TrackingLaw, target_course},
     policy::Policy,
     response::{Response, Rollout, SURGE_BIAS_DECAY, Stage, surge_bias},
     snapshot::{Snapshot, TrajectoryPoint},
@@ -82,19 +82,17 @@ impl Horizon {
         horizon
     }
 
-    /// The line-of-sight law, rolled out on the response model.
+    /// A line-of-sight law from a start without memory, rolled out on the response model.
     pub(crate) fn line_of_sight(
         &self,
         snapshot: &Snapshot,
         policy: &Policy,
         goal: &GoalForecast,
-        gains: LosGains,
+        tuning: LosTuning,
     ) -> Rollout {
-        let mut held = self.local_goal_course();
+        let mut tracking = TrackingLaw::new(tuning, Some(self.local_goal_course()));
         self.rollout(snapshot, policy, |time, asc, _| {
-            let target = self.local(&goal.at(time));
-            held = target_course(&target, Some(held));
-            saturated_los(asc, &target, held, gains, &snapshot.limits)
+            tracking.steer(time, asc, &self.local(&goal.at(time)), &snapshot.limits)
         })
     }
 

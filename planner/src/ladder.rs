@@ -9,7 +9,7 @@ use crate::{
     forecast::AuvForecast,
     goal::GoalForecast,
     horizon::{Horizon, SPEED_WITHOUT_DIRECTION, point_at, previous_points},
-    los::{AscNow, Reference, saturated_los},
+    los::{AscNow, LosLaw, LosTuning, Reference, TrackingLaw, saturated_los},
     merit::predict,
     passes::{Optimiser, Optimum, Programs, Way},
     policy::Policy,
@@ -47,7 +47,7 @@ pub(crate) fn descend(
 ) -> Plan {
     let goal = GoalForecast::new(snapshot);
     let horizon = Horizon::new(snapshot, policy, &goal);
-    let rollout = horizon.line_of_sight(snapshot, policy, &goal, policy.los);
+    let rollout = horizon.line_of_sight(snapshot, policy, &goal, tuning(LosLaw::SaturatedLos, policy));
     let (predicted, violations) = predict(&horizon, &rollout, &policy.weights);
     let los = Candidate {
         method: Method::SaturatedLos,
@@ -125,6 +125,28 @@ pub(crate) fn descend(
         solver: report,
         predicted: candidate.way.predicted,
         violations: candidate.way.violations,
+    }
+}
+
+/// What `law` would do from a start without memory.
+pub(crate) fn baseline(snapshot: &Snapshot, policy: &Policy, law: LosLaw) -> Baseline {
+    let goal = GoalForecast::new(snapshot);
+    let horizon = Horizon::new(snapshot, policy, &goal);
+    let tuning = tuning(law, policy);
+    let rollout = horizon.line_of_sight(snapshot, policy, &goal, tuning);
+    let mut tracking = TrackingLaw::new(tuning, Some(horizon.goal_course));
+    Baseline {
+        reference: tracking.steer(0.0, &AscNow::from(snapshot), &goal.at(0.0), &snapshot.limits),
+        trajectory: horizon.trajectory(&rollout.stages),
+        predicted: predict(&horizon, &rollout, &policy.weights).0,
+    }
+}
+
+fn tuning(law: LosLaw, policy: &Policy) -> LosTuning {
+    LosTuning {
+        law,
+        gains: policy.los,
+        integral_gain: policy.integral_gain,
     }
 }
 

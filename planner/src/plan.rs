@@ -6,6 +6,7 @@ pub use crate::answer::{
 pub use crate::passes::Programs;
 use crate::{
     ladder,
+    los::LosLaw,
     policy::Policy,
     program::Program,
     snapshot::Snapshot,
@@ -27,6 +28,14 @@ pub struct Workspace {
 pub fn plan(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace) -> Plan {
     let Workspace { programs, solvers } = workspace;
     plan_with(snapshot, policy, programs, &mut |program| solvers.solve(program))
+}
+
+/// What a line-of-sight law would do with `snapshot`, at the policy's gains: [`Plan::baseline`] for each law.
+///
+/// The law starts here, whatever was answered before: an integral at zero, a box from one fix.
+#[must_use]
+pub fn baseline(snapshot: &Snapshot, policy: &Policy, law: LosLaw) -> Baseline {
+    ladder::baseline(snapshot, policy, law)
 }
 
 /// [`plan`] with another solver in Clarabel's place: a peer to compare with, or a failure to force.

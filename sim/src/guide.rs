@@ -3,9 +3,8 @@
 use std::time::Duration;
 
 use planner::{
-    angle::Course,
     goal::GoalForecast,
-    los::{AscNow, LosGains, Reference, saturated_los, target_course},
+    los::{AscNow, LosGains, LosLaw, LosTuning, Reference, TrackingLaw},
     plan::{Method, Workspace, plan},
     policy::Policy,
     snapshot::{Observation, PreviousPlan, Snapshot},
@@ -36,35 +35,45 @@ pub trait Guide {
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError>;
 }
 
-/// The saturated line-of-sight law. Remembers the goal's course while the goal stands still.
+/// A line-of-sight law, with its memory: the goal's course while the goal stands still, an integral, a box.
 #[derive(Clone, Debug)]
 pub struct LosGuide {
-    gains: LosGains,
-    course: Option<Course>,
+    tracking: TrackingLaw,
 }
 
 impl LosGuide {
-    /// The law with these gains.
+    /// The saturated law with these gains.
     #[must_use]
     pub fn new(gains: LosGains) -> Self {
-        Self { gains, course: None }
+        Self::tuned(LosTuning {
+            law: LosLaw::SaturatedLos,
+            gains,
+            integral_gain: Policy::default().integral_gain,
+        })
+    }
+
+    /// Any of the laws.
+    #[must_use]
+    pub fn tuned(tuning: LosTuning) -> Self {
+        Self {
+            tracking: TrackingLaw::new(tuning, None),
+        }
     }
 }
 
 impl Guide for LosGuide {
     fn name(&self) -> &'static str {
-        "saturated_los"
+        self.tracking.law().name()
     }
 
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
         let target = GoalForecast::new(snapshot).at(0.0);
-        let course = target_course(&target, self.course);
-        self.course = Some(course);
         let asc = AscNow::from(snapshot);
-        let reference = saturated_los(&asc, &target, course, self.gains, &snapshot.limits);
         Ok(Guidance {
-            reference,
-            method: Method::SaturatedLos,
+            reference: self
+                .tracking
+                .steer(snapshot.time, &asc, &target, &snapshot.limits),
+            method: Method::from(self.tracking.law()),
             predicted_rms: None,
             solve_time: None,
         })

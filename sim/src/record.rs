@@ -194,7 +194,7 @@ pub struct KnownDiver {
     pub age: f64,
 }
 
-/// The rung's name in files.
+/// The name in files of who answered.
 #[must_use]
 pub fn method_name(method: Method) -> &'static str {
     match method {
@@ -202,5 +202,9 @@ pub fn method_name(method: Method) -> &'static str {
         Method::PreviousPlan => "previous_plan",
         Method::SaturatedLos => "saturated_los",
         Method::Hold => "hold",
+        Method::SaturatedLosTrackerFrame => "saturated_los_tracker_frame",
+        Method::IntegralLos => "integral_los",
+        Method::WaypointBox => "waypoint_box",
+        Method::PrintedLos => "printed_los",
     }
 }

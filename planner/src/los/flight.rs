@@ -1,0 +1,81 @@
+//! A craft that has its reference at once, for the tests of the laws.
+
+use nalgebra::Vector2;
+
+use super::{AscNow, LosGains, LosLaw, LosTuning, TrackingLaw};
+use crate::{
+    angle::{Heading, direction, ned_from_body},
+    forecast::Motion,
+    snapshot::Limits,
+};
+
+/// A target on a straight line, and the craft that follows it.
+#[derive(Clone, Copy)]
+pub(super) struct Flight {
+    /// Where the target starts (north, east), m.
+    pub(super) datum: Vector2<f64>,
+    /// The craft's start from there (north, east), m.
+    pub(super) start: Vector2<f64>,
+    /// The target's course, rad.
+    pub(super) course: f64,
+    /// The target's speed, m/s.
+    pub(super) target_speed: f64,
+    /// The current that there is, m/s.
+    pub(super) current: Vector2<f64>,
+    /// The current that the law is told, m/s.
+    pub(super) known: Vector2<f64>,
+}
+
+impl Default for Flight {
+    fn default() -> Self {
+        Self {
+            datum: Vector2::zeros(),
+            start: Vector2::new(-15.0, -8.0),
+            course: 0.0,
+            // Horizontal speed of a 50° sawtooth at 0.3 m/s.
+            target_speed: 0.193,
+            current: Vector2::zeros(),
+            known: Vector2::zeros(),
+        }
+    }
+}
+
+pub(super) fn tuning(law: LosLaw) -> LosTuning {
+    LosTuning {
+        law,
+        gains: LosGains {
+            look_ahead: 5.0,
+            along_track_gain: 0.1,
+        },
+        integral_gain: 0.05,
+    }
+}
+
+/// Where the craft is from its target after `seconds`, ahead and to starboard, m. The law looks once a second.
+pub(super) fn miss_after(seconds: u32, tuning: LosTuning, flight: &Flight) -> Vector2<f64> {
+    /// Parts of a second in which the craft moves.
+    const PARTS: u32 = 10;
+    let velocity = direction(flight.course) * flight.target_speed;
+    let target = |time: f64| Motion {
+        position: flight.datum + velocity * time,
+        velocity,
+    };
+    let held = crate::angle::Course::new(flight.course);
+    let mut tracking = TrackingLaw::new(tuning, Some(held));
+    let mut asc = AscNow {
+        position: flight.datum + flight.start,
+        heading: Heading::new(flight.course),
+        current: flight.known,
+    };
+    for second in 0..seconds {
+        let time = f64::from(second);
+        let reference = tracking.steer(time, &asc, &target(time), &Limits::MEDUSA);
+        asc.heading = reference.heading;
+        for _ in 0..PARTS {
+            let ground = reference.heading.unit() * reference.speed + flight.current;
+            asc.position += ground / f64::from(PARTS);
+        }
+    }
+    let end = target(f64::from(seconds));
+    ned_from_body(flight.course).transpose() * (asc.position - end.position)
+}

@@ -1,0 +1,117 @@
+//! Integral line of sight.
+
+use super::{AscNow, LosTuning, Reference, through_water};
+use crate::{
+    angle::{Course, ned_from_body},
+    forecast::Motion,
+    snapshot::Limits,
+};
+
+/// Longest time between two looks over which the error is integrated, s: twice the interval at which plans are
+/// asked for. What the error was in a longer gap nobody knows.
+const GAP_MAX: f64 = 2.0;
+
+/// The integral of the cross-track error, bounded in its rate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct IntegralState {
+    /// The integral z, s: near the track, of the cross-track error in look-ahead distances.
+    pub integral: f64,
+    /// Time of the last look, s.
+    pub looked_at: Option<f64>,
+}
+
+/// Saturated line of sight in the target's frame with an integral of the cross-track error, by which it finds the
+/// crab angle against a current that it is not told.
+///
+/// ```text
+/// χ = ψ_d − atan((e + σ z) / Δ)                    course, or heading where no current is told
+/// ż = Δ e / ((e + σ z)² + Δ²)                       bounded, so that it does not wind up far away
+/// u = clamp(u_d cos(atan(e / Δ)) − k₃ s, u_min, u_max)
+/// ```
+/// In a constant current across the track v_c it settles at e = 0 with (σ z / Δ) = v_c / √(u² − v_c²). The speed
+/// law has no integral: an untold current leaves s = (u_d − u) / k₃, with u cos β + v_c∥ = u_d.
+///
+/// Source: E. Børhaug, A. Pavlov, K. Y. Pettersen, *Integral LOS control for path following of underactuated marine
+/// surface vessels in the presence of constant ocean currents*, IEEE CDC 2008; T. I. Fossen, *Handbook of Marine
+/// Craft Hydrodynamics and Motion Control*, 2nd ed., chapter 12. Departures: the path is the line through the target
+/// along its course, which turns with it; the speed is that of [`saturated_los`](super::saturated_los), slowed by the
+/// cross-track error alone, because a crab angle is no error; a current that is told is taken off first.
+#[must_use]
+pub fn integral_los(
+    time: f64,
+    asc: &AscNow,
+    target: &Motion,
+    target_course: Course,
+    tuning: &LosTuning,
+    limits: &Limits,
+    state: &mut IntegralState,
+) -> Reference {
+    let (u_d, psi_d) = (target.velocity.norm(), target_course.radians());
+    let (delta, k_3) = (tuning.gains.look_ahead, tuning.gains.along_track_gain);
+    let sigma = tuning.integral_gain;
+    let error = ned_from_body(psi_d).transpose() * (asc.position - target.position);
+    let (s, e) = (error.x, error.y);
+
+    let elapsed = state.looked_at.map_or(0.0, |before| time - before);
+    state.looked_at = Some(time);
+    let shifted = e + sigma * state.integral;
+    // A clock that was set back integrates nothing.
+    state.integral += elapsed.clamp(0.0, GAP_MAX) * delta * e / (shifted * shifted + delta * delta);
+
+    let chi_r = -((e + sigma * state.integral) / delta).atan();
+    let u = (u_d * (e / delta).atan().cos() - k_3 * s).clamp(limits.speed_min, limits.speed_max);
+    through_water(asc, u, Course::new(psi_d + chi_r), limits)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector2;
+
+    use super::super::{
+        LosLaw,
+        flight::{Flight, miss_after, tuning},
+    };
+
+    #[test]
+    fn it_settles_on_a_straight_target_in_still_water() {
+        let miss = miss_after(1800, tuning(LosLaw::Integral), &Flight::default());
+        assert!(miss.norm() < 0.01, "{miss}");
+    }
+
+    #[test]
+    fn it_rejects_an_unknown_cross_current_where_the_same_law_without_integral_does_not() {
+        let flight = Flight {
+            current: Vector2::new(0.0, 0.12),
+            ..Flight::default()
+        };
+        let cross_track = |law| miss_after(1800, tuning(law), &flight).y.abs();
+        let (with, without) = (cross_track(LosLaw::Integral), cross_track(LosLaw::SaturatedLos));
+        // Δ v_c / u_d = 3.1 m.
+        assert!(with < 0.01 && 3.0 < without, "{with} and {without}");
+    }
+
+    #[test]
+    fn an_unknown_current_along_the_track_leaves_an_along_track_error() {
+        let flight = Flight {
+            current: Vector2::new(0.05, 0.0),
+            ..Flight::default()
+        };
+        let tuning = tuning(LosLaw::Integral);
+        let miss = miss_after(1800, tuning, &flight);
+        // u + v_c = u_d and u = u_d − k₃ s: s = v_c / k₃.
+        let s = 0.05 / tuning.gains.along_track_gain;
+        assert!((miss.x - s).abs() < 0.01, "{miss}");
+    }
+
+    #[test]
+    fn a_known_current_is_taken_off_as_by_the_other_laws() {
+        let current = Vector2::new(0.03, 0.12);
+        let flight = Flight {
+            current,
+            known: current,
+            ..Flight::default()
+        };
+        let miss = miss_after(1800, tuning(LosLaw::Integral), &flight);
+        assert!(miss.norm() < 0.01, "{miss}");
+    }
+}

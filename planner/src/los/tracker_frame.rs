@@ -1,0 +1,179 @@
+//! Saturated line of sight in the tracker's frame.
+
+use std::f64::consts::FRAC_PI_2;
+
+use super::{AscNow, LosGains, Reference, through_water};
+use crate::{
+    angle::{Course, ned_from_body},
+    forecast::Motion,
+    snapshot::Limits,
+};
+
+/// Halvings of the quarter turn in which the relative course lies: as many as a double has bits.
+const HALVINGS: u32 = 53;
+
+/// Saturated line of sight in the tracker's frame, current compensated.
+///
+/// The frame lies in the tracker, its first axis along the tracker's course over ground χ. The course is asked
+/// for in the frame that it defines, so it is the root of an equation:
+///
+/// ```text
+/// (s, e) = R(χ)ᵀ (p − p_d)                         errors along and across the tracker's own course
+/// χ      = ψ_d + χ_r,    χ_r = atan(−e(χ_r) / Δ)     course over ground
+/// u      = clamp(u_d cos χ_r − k₃ s, u_min, u_max)   speed over ground
+/// v_w    = u [cos χ, sin χ] − v_c
+/// ```
+/// With (s_d, e_d) = R(ψ_d)ᵀ (p − p_d), the errors in the target's frame, the equation is
+///
+/// ```text
+/// Δ sin χ_r = cos χ_r (s_d sin χ_r − e_d cos χ_r)
+/// ```
+/// and has exactly one root in (−π/2, π/2) whose sign is opposite to e_d's, the one that turns to the track:
+/// from −e_d at 0 to Δ at π/2 the difference is concave or monotonous. Far behind, it aims at the target itself
+/// (tan χ_r → e_d / s_d); close by, at Δ ahead of it. More than Δ ahead on the track it crosses the track to and
+/// fro, which is how it waits.
+///
+/// In this frame ṡ = r e + u − u_d cos χ_r and ė = −r s + u_d sin χ_r, r = χ̇, so that unsaturated and on course
+///
+/// ```text
+/// d/dt ½ (s² + e²) = −k₃ s² − u_d e² / √(e² + Δ²)
+/// ```
+/// The only equilibrium is s = e = 0, and there χ = ψ_d and u = u_d.
+///
+/// Source: D. O. Akanji, *Cooperative Motion Control of Autonomous Marine Vehicles for Ocean Observation*,
+/// eqs. (44)–(49), whose rates are this frame's. Departures: one frame throughout, the sign of k₃ s in (49), and
+/// the current, as in [`saturated_los`](super::saturated_los).
+#[must_use]
+pub fn saturated_los_tracker_frame(
+    asc: &AscNow,
+    target: &Motion,
+    target_course: Course,
+    gains: LosGains,
+    limits: &Limits,
+) -> Reference {
+    let (u_d, psi_d) = (target.velocity.norm(), target_course.radians());
+    let (delta, k_3) = (gains.look_ahead, gains.along_track_gain);
+    let error = ned_from_body(psi_d).transpose() * (asc.position - target.position);
+    let (s_d, e_d) = (error.x, error.y);
+
+    let chi_r = relative_course(s_d, e_d, delta);
+    let s = s_d * chi_r.cos() + e_d * chi_r.sin();
+    let u = (u_d * chi_r.cos() - k_3 * s).clamp(limits.speed_min, limits.speed_max);
+    through_water(asc, u, Course::new(psi_d + chi_r), limits)
+}
+
+/// The root χ_r, by halving the quarter turn on the other side of the track.
+fn relative_course(s_d: f64, e_d: f64, delta: f64) -> f64 {
+    let offset = e_d.abs();
+    // Mirrored to e_d ≥ 0 and χ_r = −t: positive before the root, negative after it.
+    let before = |t: f64| delta * t.sin() < t.cos() * (offset * t.cos() + s_d * t.sin());
+    let (mut low, mut high) = (0.0, FRAC_PI_2);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if before(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    -e_d.signum() * low
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector2;
+
+    use super::{
+        super::{
+            LosLaw,
+            flight::{Flight, miss_after, tuning},
+        },
+        *,
+    };
+
+    const POINTS: [(f64, f64); 8] = [
+        (-40.0, 20.0),
+        (-40.0, -0.1),
+        (-3.0, -8.0),
+        (0.0, 5.0),
+        (1.0, 1.0),
+        (12.0, -7.0),
+        (40.0, 20.0),
+        (0.5, 0.0),
+    ];
+
+    #[test]
+    fn the_course_is_the_look_ahead_course_in_the_frame_that_it_defines() {
+        for delta in [3.0, 20.0] {
+            for (s_d, e_d) in POINTS {
+                let chi_r = relative_course(s_d, e_d, delta);
+                let e = -s_d * chi_r.sin() + e_d * chi_r.cos();
+                assert!(
+                    (chi_r - (-e / delta).atan()).abs() < 1e-9,
+                    "{s_d}, {e_d}: {chi_r}"
+                );
+                assert!(chi_r * e_d <= 0.0, "turned to the track");
+            }
+        }
+    }
+
+    #[test]
+    fn the_distance_shrinks_as_the_proof_says() {
+        let (delta, k_3, u_d) = (10.0, 0.1, 0.193);
+        for (s_d, e_d) in POINTS {
+            let chi_r = relative_course(s_d, e_d, delta);
+            let (s, e) = (
+                s_d * chi_r.cos() + e_d * chi_r.sin(),
+                -s_d * chi_r.sin() + e_d * chi_r.cos(),
+            );
+            // Unsaturated, by the velocities in the target's frame: a second route to the rate of ½ (s² + e²).
+            let u = u_d * chi_r.cos() - k_3 * s;
+            let rate = s_d * (u * chi_r.cos() - u_d) + e_d * u * chi_r.sin();
+            let proved = -k_3 * s * s - u_d * e * e / e.hypot(delta);
+            assert!((rate - proved).abs() < 1e-9, "{s_d}, {e_d}: {rate} and {proved}");
+        }
+    }
+
+    #[test]
+    fn far_behind_it_aims_at_the_target_and_close_by_ahead_of_it() {
+        let bearing = relative_course(-1e6, 5e5, 5.0);
+        assert!((bearing + 0.5_f64.atan()).abs() < 1e-4, "{bearing}");
+        // Abreast by a little: as in the target's frame, where (s, e) differ in second order only.
+        let beside = relative_course(0.0, 1e-3, 5.0);
+        assert!((beside + 1e-3 / 5.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn it_settles_on_a_straight_target_in_a_known_current() {
+        for current in [Vector2::zeros(), Vector2::new(0.03, 0.12)] {
+            for start in [Vector2::new(-20.0, 5.0), Vector2::new(15.0, -9.0)] {
+                let flight = Flight {
+                    current,
+                    known: current,
+                    start,
+                    ..Flight::default()
+                };
+                let miss = miss_after(900, tuning(LosLaw::TrackerFrame), &flight);
+                assert!(miss.norm() < 1e-3, "{miss}");
+            }
+        }
+    }
+
+    #[test]
+    fn at_the_target_it_asks_for_the_target_s_own_motion() {
+        let velocity = Vector2::new(-0.1, 0.15);
+        let target = Motion {
+            position: Vector2::new(7.0, -3.0),
+            velocity,
+        };
+        let asc = AscNow {
+            position: target.position,
+            heading: crate::angle::Heading::new(2.0),
+            current: Vector2::zeros(),
+        };
+        let gains = tuning(LosLaw::TrackerFrame).gains;
+        let reference =
+            saturated_los_tracker_frame(&asc, &target, Course::of(&velocity), gains, &Limits::MEDUSA);
+        assert!((reference.heading.unit() * reference.speed - velocity).norm() < 1e-12);
+    }
+}

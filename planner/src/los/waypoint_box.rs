@@ -1,0 +1,266 @@
+//! Way-points round a box about the target's last fixes.
+
+use nalgebra::Vector2;
+
+use super::{AscNow, LosGains, Reference, saturated_los};
+use crate::{
+    angle::{Course, ned_from_body},
+    forecast::Motion,
+    snapshot::Limits,
+};
+
+/// Time between two boxes, s. Source of this and of the box's size: practice at sea with the craft of the
+/// Institute for Systems and Robotics, Lisbon.
+const BOX_PERIOD: f64 = 360.0;
+/// Half the box along the target's course, m.
+const HALF_LENGTH: f64 = 40.0;
+/// Half the box across it, m.
+const HALF_WIDTH: f64 = 15.0;
+/// Time between two fixes, s: the slot in which an acoustic network hears of a vehicle.
+const FIX_INTERVAL: f64 = 10.0;
+/// A way-point nearer than this along the leg is reached, m. Assumption: two lengths of a MEDUSA and a turn.
+const REACHED_WITHIN: f64 = 5.0;
+/// Fastest speed along the box, m/s: once round in its time. Faster costs energy and comes no nearer to the target.
+const SPEED_ROUND: f64 = 4.0 * (HALF_LENGTH + HALF_WIDTH) / BOX_PERIOD;
+
+/// The box that is being followed, and the fixes for the next.
+///
+/// ```text
+/// every 360 s:  c = mean of the last two fixes,  corners c + R(ψ_d) (±40 m, ±15 m)
+/// on the leg from corner a to corner b:  saturated line of sight to b, at rest, on the course from a to b
+/// ```
+/// Laps go clockwise round the corners, from the nearest. The legs are followed by
+/// [`saturated_los`], at 0.61 m/s at most; near a corner it slows down by k₃ times the distance. A fix is the
+/// target's position as known, taken every 10 s. A target that jumps by more than half the box's length between two
+/// fixes is another one, and gets a box of its own at once.
+///
+/// Source: the practice at sea with such craft, in the form told above; way-point following as in T. I. Fossen,
+/// *Handbook of Marine Craft Hydrodynamics and Motion Control*, 2nd ed., chapter 12. Without a second fix, the
+/// first box is centred on the first.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WaypointBox {
+    fixes: Option<Fixes>,
+    lap: Option<Lap>,
+}
+
+/// The last two fixes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Fixes {
+    last: Vector2<f64>,
+    /// Time of the last, s.
+    taken_at: f64,
+    before: Option<Vector2<f64>>,
+}
+
+/// A box and the way round it.
+#[derive(Clone, Debug, PartialEq)]
+struct Lap {
+    corners: [Vector2<f64>; 4],
+    drawn_at: f64,
+    /// Where the leg begins.
+    from: Vector2<f64>,
+    /// Index of the corner where it ends.
+    to: usize,
+}
+
+impl WaypointBox {
+    /// The reference at `time`, s. Of the target, only its position counts, and its course when a box is drawn.
+    #[must_use]
+    pub fn steer(
+        &mut self,
+        time: f64,
+        asc: &AscNow,
+        target: &Motion,
+        target_course: Course,
+        gains: LosGains,
+        limits: &Limits,
+    ) -> Reference {
+        let jumped = self.take_fix(time, &target.position);
+        let lap = match self.lap.take() {
+            Some(lap) if !jumped && (0.0..BOX_PERIOD).contains(&(time - lap.drawn_at)) => lap,
+            _ => Lap::new(time, asc, &self.centre(&target.position), target_course),
+        };
+        let lap = lap.gone_on(asc);
+        let reference = lap.follow(asc, gains, limits);
+        self.lap = Some(lap);
+        reference
+    }
+
+    /// Whether the target is another one than at the last fix.
+    fn take_fix(&mut self, time: f64, position: &Vector2<f64>) -> bool {
+        let first = Fixes {
+            last: *position,
+            taken_at: time,
+            before: None,
+        };
+        let Some(fixes) = self.fixes else {
+            self.fixes = Some(first);
+            return false;
+        };
+        let jumped = (position - fixes.last).norm() > HALF_LENGTH;
+        if jumped || time < fixes.taken_at {
+            self.fixes = Some(first);
+        } else if FIX_INTERVAL <= time - fixes.taken_at {
+            self.fixes = Some(Fixes {
+                before: Some(fixes.last),
+                ..first
+            });
+        }
+        jumped
+    }
+
+    fn centre(&self, otherwise: &Vector2<f64>) -> Vector2<f64> {
+        let mean = |fixes: &Fixes| 0.5 * (fixes.last + fixes.before.unwrap_or(fixes.last));
+        self.fixes.as_ref().map_or(*otherwise, mean)
+    }
+}
+
+impl Lap {
+    fn new(time: f64, asc: &AscNow, centre: &Vector2<f64>, course: Course) -> Self {
+        let ned_from_target = ned_from_body(course.radians());
+        // Clockwise, seen from above.
+        let corners = [(1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)].map(|(ahead, aside)| {
+            centre + ned_from_target * Vector2::new(ahead * HALF_LENGTH, aside * HALF_WIDTH)
+        });
+        let distance = |i: &usize| (corners[*i] - asc.position).norm();
+        let nearest = (0..corners.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        Self {
+            corners,
+            drawn_at: time,
+            from: asc.position,
+            to: nearest.unwrap_or(0),
+        }
+    }
+
+    /// On the leg that the craft is on: past every corner that it has reached.
+    fn gone_on(mut self, asc: &AscNow) -> Self {
+        for _ in 0..self.corners.len() {
+            let corner = self.corners[self.to];
+            let to_go = (corner - asc.position).dot(&self.leg());
+            if REACHED_WITHIN < to_go {
+                break;
+            }
+            self.from = corner;
+            self.to = (self.to + 1) % self.corners.len();
+        }
+        self
+    }
+
+    /// Direction of the leg.
+    fn leg(&self) -> Vector2<f64> {
+        let leg = self.corners[self.to] - self.from;
+        // A leg of no length ends where it begins, whatever its direction.
+        leg.try_normalize(f64::EPSILON).unwrap_or_else(Vector2::x)
+    }
+
+    fn follow(&self, asc: &AscNow, gains: LosGains, limits: &Limits) -> Reference {
+        let corner = Motion {
+            position: self.corners[self.to],
+            velocity: Vector2::zeros(),
+        };
+        let round = Limits {
+            speed_max: limits.speed_max.min(SPEED_ROUND.max(limits.speed_min)),
+            ..limits.clone()
+        };
+        saturated_los(asc, &corner, Course::of(&self.leg()), gains, &round)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        super::{
+            LosLaw,
+            flight::{Flight, miss_after, tuning},
+        },
+        *,
+    };
+    use crate::angle::Heading;
+
+    fn asc(north: f64, east: f64) -> AscNow {
+        AscNow {
+            position: Vector2::new(north, east),
+            heading: Heading::new(0.0),
+            current: Vector2::zeros(),
+        }
+    }
+
+    fn at(north: f64, east: f64) -> Motion {
+        Motion {
+            position: Vector2::new(north, east),
+            velocity: Vector2::new(0.2, 0.0),
+        }
+    }
+
+    /// The box's corners after a look at each of `looks`, (time, north, east) of a target; the craft at the datum.
+    fn corners(looks: &[(f64, f64, f64)]) -> [Vector2<f64>; 4] {
+        let mut following = WaypointBox::default();
+        let gains = tuning(LosLaw::WaypointBox).gains;
+        for (time, north, east) in looks {
+            let target = at(*north, *east);
+            let _ = following.steer(
+                *time,
+                &asc(0.0, 0.0),
+                &target,
+                Course::new(0.0),
+                gains,
+                &Limits::MEDUSA,
+            );
+        }
+        following.lap.expect("was asked").corners
+    }
+
+    fn centre(corners: &[Vector2<f64>; 4]) -> Vector2<f64> {
+        corners.iter().sum::<Vector2<f64>>() / 4.0
+    }
+
+    #[test]
+    fn the_first_box_lies_about_the_first_fix_and_along_the_target_s_course() {
+        let drawn = corners(&[(0.0, 100.0, 50.0)]);
+        for (corner, (north, east)) in
+            drawn
+                .iter()
+                .zip([(140.0, 35.0), (140.0, 65.0), (60.0, 65.0), (60.0, 35.0)])
+        {
+            assert!((corner - Vector2::new(north, east)).norm() < 1e-9, "{corner}");
+        }
+    }
+
+    #[test]
+    fn it_stays_for_360_s_and_the_next_lies_about_the_mean_of_two_fixes() {
+        let moving = |seconds: u32| {
+            (0..=seconds)
+                .map(|t| (f64::from(t), 0.2 * f64::from(t), 0.0))
+                .collect::<Vec<_>>()
+        };
+        assert!(centre(&corners(&moving(359))).norm() < 1e-9);
+        // Fixes at 350 s and 360 s: 70 m and 72 m.
+        assert!((centre(&corners(&moving(360))) - Vector2::new(71.0, 0.0)).norm() < 1e-9);
+    }
+
+    #[test]
+    fn a_hand_over_gets_a_box_at_once_and_a_wandering_fix_does_not() {
+        let after = |east| centre(&corners(&[(0.0, 0.0, 0.0), (10.0, 2.0, 0.0), (11.0, 2.0, east)]));
+        assert!((after(60.0) - Vector2::new(2.0, 60.0)).norm() < 1e-9);
+        assert!(after(20.0).norm() < 1e-9);
+    }
+
+    #[test]
+    fn a_still_target_is_circled_on_the_box() {
+        let flight = Flight {
+            target_speed: 0.0,
+            start: Vector2::new(-30.0, 5.0),
+            ..Flight::default()
+        };
+        let mut quadrants = [false; 4];
+        for time in (360..720).step_by(5) {
+            let miss = miss_after(time, tuning(LosLaw::WaypointBox), &flight);
+            let (along, across) = (miss.x.abs() / HALF_LENGTH, miss.y.abs() / HALF_WIDTH);
+            // On the box, to within the corners that are cut or overrun.
+            let cut = REACHED_WITHIN / HALF_WIDTH;
+            assert!((along.max(across) - 1.0).abs() < cut, "{time} s: {miss}");
+            quadrants[usize::from(miss.x < 0.0) + 2 * usize::from(miss.y < 0.0)] = true;
+        }
+        assert_eq!(quadrants, [true; 4]);
+    }
+}
