@@ -56,6 +56,11 @@ impl Planners {
         }
     }
 
+    /// What the planners plan by.
+    pub(crate) fn policy(&self) -> &Policy {
+        &self.policy
+    }
+
     /// Plans on a thread of its own. Fails at once when the queue is full, and after the time limit.
     pub(crate) async fn plan(&self, snapshot: Snapshot) -> Result<Planned, Problem> {
         tokio::time::timeout(self.time_limit, self.plan_in_turn(snapshot))

@@ -1,7 +1,10 @@
 //! The calls that plan.
 
 use axum::{Json, extract::State};
-use planner::snapshot::{Fallback, Snapshot};
+use planner::{
+    los::LosLaw,
+    snapshot::{Fallback, Snapshot},
+};
 use serde_json::{Map, Value};
 
 use crate::{
@@ -23,9 +26,9 @@ pub(crate) async fn plan(
     Ok(Json(answer(&planned, &metadata).planned()))
 }
 
-/// The same snapshot through the planner and through the line-of-sight law.
+/// The same snapshot through the planner and through every line-of-sight law, whose gains are the service's own.
 #[utoipa::path(post, path = "/v1/plan/compare", tag = "plan", request_body = PlanRequest, responses(
-    (status = 200, description = "A plan from each.", body = Comparison),
+    (status = 200, description = "A plan from each, by name.", body = Comparison),
     Refusals))]
 pub(crate) async fn compare(
     State(planners): State<Planners>,
@@ -33,10 +36,16 @@ pub(crate) async fn compare(
 ) -> Result<Json<Comparison>, Problem> {
     let (planned, metadata) = planned(&planners, request).await?;
     let answer = answer(&planned, &metadata);
+    // A rollout each: little beside the program, so they run where the answer is written.
+    let law = |law| answer.law(law, planners.policy());
     Ok(Json(Comparison {
         plans: Plans {
             mpc: answer.planned(),
             saturated_los: answer.line_of_sight(),
+            saturated_los_tracker_frame: law(LosLaw::TrackerFrame),
+            integral_los: law(LosLaw::Integral),
+            waypoint_box: law(LosLaw::WaypointBox),
+            printed_los: law(LosLaw::Printed),
         },
     }))
 }

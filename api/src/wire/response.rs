@@ -58,7 +58,7 @@ pub enum Outcome {
     Degraded,
 }
 
-/// A rung of the decision ladder.
+/// Who answered: a rung of the decision ladder, or a law that is only compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
@@ -70,6 +70,14 @@ pub enum Method {
     SaturatedLos,
     /// Slow turn or stop.
     Hold,
+    /// Line of sight in the tracker's frame; in comparisons only.
+    SaturatedLosTrackerFrame,
+    /// Integral line of sight; in comparisons only.
+    IntegralLos,
+    /// Way-points round a box; in comparisons only.
+    WaypointBox,
+    /// Line of sight as its source prints it, which fails; in comparisons only.
+    PrintedLos,
 }
 
 /// What the inner loops are to follow.
@@ -254,7 +262,7 @@ pub struct Warning {
     pub detail: String,
 }
 
-/// The same snapshot through the planner and through the law it is compared with.
+/// The same snapshot through the planner and through the laws that it is compared with.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Comparison {
     /// The plans by controller.
@@ -266,6 +274,14 @@ pub struct Comparison {
 pub struct Plans {
     /// The planner's answer.
     pub mpc: PlanResponse,
-    /// The line-of-sight law's.
+    /// The saturated line-of-sight law's, errors in the target's frame.
     pub saturated_los: PlanResponse,
+    /// The saturated line-of-sight law's, errors in the tracker's frame.
+    pub saturated_los_tracker_frame: PlanResponse,
+    /// Integral line of sight's. Its integral starts at zero in every request: see its warning.
+    pub integral_los: PlanResponse,
+    /// Way-points round a box. The box is drawn about one fix in every request: see its warning.
+    pub waypoint_box: PlanResponse,
+    /// The line-of-sight law's exactly as its source prints it. It runs away from the goal, and is here to show so.
+    pub printed_los: PlanResponse,
 }

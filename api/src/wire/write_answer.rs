@@ -5,9 +5,10 @@ use std::time::Duration;
 use nalgebra::Vector2;
 use planner::{
     certificate,
-    los::Reference as DomainReference,
+    los::{LosLaw, Reference as DomainReference},
     plan as domain,
     plan::{Plan, SoftLimit},
+    policy::Policy,
     snapshot as facts,
     snapshot::{Evidence, ForecastModel, Snapshot},
     solve::SolverStatus,
@@ -84,7 +85,24 @@ impl Answer<'_> {
         self.along(*reference, trajectory, *predicted)
     }
 
-    /// What both answers have in common, and line of sight's own outcome.
+    /// Another law's answer to the same snapshot at the gains of `policy`, in the same shape. What it would remember
+    /// starts from nothing, and a warning says so.
+    #[must_use]
+    pub fn law(&self, law: LosLaw, policy: &Policy) -> PlanResponse {
+        let domain::Baseline {
+            reference,
+            trajectory,
+            predicted,
+        } = domain::baseline(self.snapshot, policy, law);
+        let mut answer = PlanResponse {
+            method: method(law.into()),
+            ..self.along(reference, &trajectory, predicted)
+        };
+        answer.warnings.extend(no_memory(law));
+        answer
+    }
+
+    /// What all answers have in common, and line of sight's own outcome.
     fn along(
         &self,
         reference: DomainReference,
@@ -227,12 +245,32 @@ fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
     warnings
 }
 
+/// What the law would know in a mission and does not know in a request.
+fn no_memory(law: LosLaw) -> Option<Warning> {
+    let detail = match law {
+        LosLaw::Integral => {
+            "the integral of the cross-track error starts at zero: an error that lasts is not yet felt"
+        }
+        LosLaw::WaypointBox => "the box is drawn about one fix, and its 360 s begin with this request",
+        LosLaw::SaturatedLos | LosLaw::TrackerFrame | LosLaw::Printed => return None,
+    };
+    Some(Warning {
+        code: "law_without_memory".to_owned(),
+        pointer: String::new(),
+        detail: format!("{}: {detail}", law.name()),
+    })
+}
+
 fn method(method: domain::Method) -> Method {
     match method {
         domain::Method::Mpc => Method::Mpc,
         domain::Method::PreviousPlan => Method::PreviousPlan,
         domain::Method::SaturatedLos => Method::SaturatedLos,
         domain::Method::Hold => Method::Hold,
+        domain::Method::SaturatedLosTrackerFrame => Method::SaturatedLosTrackerFrame,
+        domain::Method::IntegralLos => Method::IntegralLos,
+        domain::Method::WaypointBox => Method::WaypointBox,
+        domain::Method::PrintedLos => Method::PrintedLos,
     }
 }
 
