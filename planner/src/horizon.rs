@@ -106,6 +106,7 @@ impl Horizon {
         let response = Response {
             limits: &snapshot.limits,
             current: self.current,
+            surge_bias: self.surge_bias[0],
         };
         response.rollout(self.start, Heading::new(0.0), &policy.steps, law)
     }

@@ -14,7 +14,7 @@ use crate::{
     passes::{Optimiser, Optimum, Programs, Way},
     policy::Policy,
     program::Program,
-    response::{Rollout, Stage},
+    response::{Rollout, SURGE_BIAS_DECAY, Stage},
     snapshot::{Auv, Goal, HoldStyle, Limits, Snapshot, TrajectoryPoint},
     solve::Solution,
 };
@@ -227,7 +227,8 @@ pub(crate) fn follow(horizon: &Horizon, stages: &[Stage], snapshot: &Snapshot, p
                 Heading::new(angle_of(&velocity))
             },
         };
-        invert_response(speed, &point, FOLLOW_LEAD, 0.0, &snapshot.limits)
+        let bias = horizon.surge_bias[0] * (-time / SURGE_BIAS_DECAY).exp();
+        invert_response(speed, &point, FOLLOW_LEAD, bias, &snapshot.limits)
     })
 }
 
@@ -253,10 +254,7 @@ fn invert_response(speed_now: f64, next: &TrajectoryPoint, dt: f64, bias: f64, l
 fn previous_plan(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon) -> Option<Candidate> {
     let points = previous_points(snapshot, policy)?;
     let dt = policy.steps[0];
-    let (now, next) = (
-        point_at(points, snapshot.time),
-        point_at(points, snapshot.time + dt),
-    );
+    let next = point_at(points, snapshot.time + dt);
     let stages = horizon
         .times
         .iter()
@@ -265,7 +263,13 @@ fn previous_plan(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon) -> Opt
     let rollout = follow(horizon, &stages, snapshot, policy);
     Some(Candidate {
         method: Method::PreviousPlan,
-        reference: invert_response(now.speed, &next, dt, 0.0, &snapshot.limits),
+        reference: invert_response(
+            snapshot.asc.surge,
+            &next,
+            dt,
+            horizon.surge_bias[0],
+            &snapshot.limits,
+        ),
         way: rolled_out(horizon, policy, stages, &rollout),
     })
 }

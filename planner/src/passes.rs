@@ -35,6 +35,9 @@ const GOAL_REACH: f64 = 1.5;
 /// one to starboard.
 const TIE: f64 = 1e-6;
 
+/// A merit that no craft shows, m² s: a centimetre over a hundred seconds.
+const NEGLIGIBLE_MERIT: f64 = 0.01;
+
 /// The passes of the convex program on one snapshot.
 pub(crate) struct Optimiser<'a> {
     pub(crate) snapshot: &'a Snapshot,
@@ -121,7 +124,7 @@ impl Optimiser<'_> {
         };
         let previous = self.horizon.stages_along(points);
         let seeded = self.refine(&previous);
-        let others = if seeded.settled && seeded.merit() <= los_merit {
+        let others = if seeded.settled && seeded.merit() <= los_merit + NEGLIGIBLE_MERIT {
             seeds.beside(&previous)
         } else {
             seeds.anew(&los.stages)

@@ -99,7 +99,7 @@ impl Default for Weights {
             range_slack: (1.0e4, 1.0e2),
             area_slack: (3.0e4, 1.0e2),
             keep_out_slack: (1.0e5, 1.0e2),
-            slack: (1.0e5, 1.0e3),
+            slack: (3.0e4, 1.0e3),
         }
     }
 }

@@ -91,6 +91,8 @@ pub struct Response<'a> {
     pub limits: &'a Limits,
     /// Current, m/s, in the frame of the stages.
     pub current: Vector2<f64>,
+    /// Acceleration that the surge loop gives unasked at the start, m/s²; it bleeds away with [`SURGE_BIAS_DECAY`].
+    pub surge_bias: f64,
 }
 
 impl Response<'_> {
@@ -121,7 +123,8 @@ impl Response<'_> {
             let (begin, end) = (time, time + step);
             while time < end - 0.5 * dt {
                 let reference = law(time, &asc, speed);
-                (asc, speed) = self.after(dt, &asc, speed, &reference);
+                let bias = self.surge_bias * (-time / SURGE_BIAS_DECAY).exp();
+                (asc, speed) = self.after(dt, &asc, speed, &reference, bias);
                 time += dt;
                 way.push(Waypoint {
                     stage: i + 1,
@@ -139,11 +142,11 @@ impl Response<'_> {
     }
 
     /// The craft and its speed an interval later, midpoint in position.
-    fn after(&self, dt: f64, asc: &AscNow, speed: f64, reference: &Reference) -> (AscNow, f64) {
+    fn after(&self, dt: f64, asc: &AscNow, speed: f64, reference: &Reference, bias: f64) -> (AscNow, f64) {
         let limits = self.limits;
         // (u_ref − (u + u′)/2)/τ with u′ = u + a dt, solved for a.
         let asked = (reference.speed - speed) / (limits.surge_lag.max(0.5 * dt) + 0.5 * dt);
-        let acceleration = asked.clamp(-limits.deceleration_max, limits.acceleration_max);
+        let acceleration = asked.clamp(-limits.deceleration_max, limits.acceleration_max) + bias;
         let (psi, psi_ref) = (asc.heading.radians(), reference.heading.radians());
         let turn_rate =
             (wrap(psi_ref - psi) / YAW_LAG.max(dt)).clamp(-limits.turn_rate_max, limits.turn_rate_max);
