@@ -1,6 +1,7 @@
 //! Snapshots that the tests start from, and the service without a socket and with one.
 
 pub mod client;
+pub mod random;
 pub mod server;
 
 use nalgebra::Vector2;

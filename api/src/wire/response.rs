@@ -241,7 +241,7 @@ pub struct Predicted {
 /// A soft limit that a plan does not keep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Violation {
-    /// Which: `forward_speed`, `turn_rate` or `trust_cone`.
+    /// Which: `forward_speed`, `turn_rate`, `trust_cone`, `acoustic_range`, `area` or `keep_out`.
     pub limit: String,
     /// When it is worst, s on the request's clock.
     pub t_s: f64,

@@ -314,6 +314,9 @@ fn violation(violation: &domain::Violation) -> Violation {
         SoftLimit::ForwardSpeed => ("forward_speed", "m/s"),
         SoftLimit::TurnRate => ("turn_rate", "m/s²"),
         SoftLimit::TrustCone => ("trust_cone", "m/s"),
+        SoftLimit::AcousticRange => ("acoustic_range", "m"),
+        SoftLimit::Area => ("area", "m"),
+        SoftLimit::KeepOut => ("keep_out", "m"),
     };
     Violation {
         limit: limit.to_owned(),

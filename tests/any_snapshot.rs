@@ -1,0 +1,350 @@
+//! Snapshots from all over what is accepted: whatever they say, the answer is finite and inside the limits, and
+//! predicted to be no worse than the line-of-sight law, by a prediction written down here once more.
+//!
+//! `SNAPSHOTS=100000 cargo test --release -p tests --test any_snapshot -- --nocapture` tries that many and tells how
+//! they were answered.
+
+use std::{collections::BTreeMap, f64::consts::PI};
+
+use nalgebra::Vector2;
+use planner::{
+    angle::wrap,
+    forecast::AuvForecast,
+    goal::GoalForecast,
+    los::{LosGains, target_course},
+    plan::{Method, Plan, Workspace, plan},
+    policy::{Policy, Weights},
+    response::surge_bias,
+    snapshot::{Snapshot, TrajectoryPoint},
+};
+use tests::random;
+
+fn n_snapshots() -> u64 {
+    std::env::var("SNAPSHOTS").map_or(400, |n| n.parse().expect("SNAPSHOTS is a number"))
+}
+
+#[test]
+fn whatever_arrives_is_answered_inside_the_limits_and_no_worse_than_by_line_of_sight() {
+    let policy = Policy::default();
+    let mut workspace = Workspace::default();
+    let mut answers: BTreeMap<String, u64> = BTreeMap::new();
+    let mut refused = 0;
+    for seed in 0..n_snapshots() {
+        let Ok(scene) = Snapshot::try_from(random::observation(seed)) else {
+            refused += 1;
+            continue;
+        };
+        let answer = plan(&scene, &policy, &mut workspace);
+        assert_usable(seed, &scene, &answer);
+        let how = format!(
+            "{:?}, {:?}, {:?}",
+            answer.method, answer.degraded, answer.solver.status
+        );
+        if answer.degraded.is_some() {
+            println!("seed {seed}: {how}");
+        }
+        *answers.entry(how).or_default() += 1;
+        assert_no_worse(seed, &scene, &answer, &policy);
+    }
+    println!("{refused} were no snapshots; the others: {answers:#?}");
+    assert!(
+        10 * refused < n_snapshots(),
+        "{refused} refused: the generator is off"
+    );
+}
+
+fn assert_usable(seed: u64, scene: &Snapshot, answer: &Plan) {
+    let (limits, speed) = (&scene.limits, answer.reference.speed);
+    let stopped = answer.method == Method::Hold && speed == 0.0;
+    assert!(
+        limits.speed_min <= speed && speed <= limits.speed_max || stopped,
+        "seed {seed}: speed {speed}"
+    );
+    let heading = answer.reference.heading.radians();
+    assert!(-PI < heading && heading <= PI, "seed {seed}: heading {heading}");
+    let numbers = answer.trajectory.iter().flat_map(|point| {
+        [
+            point.time,
+            point.position.x,
+            point.position.y,
+            point.speed,
+            point.heading.radians(),
+        ]
+    });
+    let scores = [answer.predicted, answer.baseline.predicted]
+        .into_iter()
+        .flat_map(|predicted| [predicted.merit, predicted.rms_error, predicted.energy]);
+    let amounts = answer
+        .violations
+        .iter()
+        .flat_map(|violation| [violation.time, violation.amount]);
+    let goal = answer
+        .goal
+        .iter()
+        .flat_map(|goal| [goal.position.x, goal.position.y, goal.velocity.x, goal.velocity.y]);
+    assert!(
+        numbers
+            .chain(scores)
+            .chain(amounts)
+            .chain(goal)
+            .all(f64::is_finite),
+        "seed {seed}: {answer:?}"
+    );
+}
+
+fn assert_no_worse(seed: u64, scene: &Snapshot, answer: &Plan, policy: &Policy) {
+    if answer.method == Method::Hold {
+        return;
+    }
+    let los = Forward::new(scene, policy).line_of_sight(policy.los);
+    let ours = match answer.method {
+        Method::SaturatedLos => los,
+        _ => Forward::new(scene, policy).following(&answer.trajectory),
+    };
+    // A trajectory tells no direction of what is slower than 0.02 m/s.
+    let slow = answer.trajectory.iter().any(|point| point.speed < 0.02);
+    let tolerance = if slow { 1e-3 } else { 1e-6 };
+    for (told, expected, what) in [
+        (answer.baseline.predicted.merit, los, "line of sight"),
+        (answer.predicted.merit, ours, "the answer"),
+    ] {
+        assert!(
+            (told - expected).abs() <= tolerance * expected.abs().max(1.0),
+            "seed {seed}: {what}: merit {told}, here {expected}"
+        );
+    }
+    assert!(
+        ours <= los + tolerance * los.abs().max(1.0),
+        "seed {seed}: {ours} is worse than {los}"
+    );
+}
+
+/// The craft as it answers references, and what its way costs; in NED, where the planner works in the craft's frame.
+struct Forward<'a> {
+    scene: &'a Snapshot,
+    weights: &'a Weights,
+    goal: GoalForecast,
+    steps: &'a [f64],
+    policy: &'a Policy,
+    position: Vector2<f64>,
+    psi: f64,
+    speed: f64,
+    bias: f64,
+}
+
+/// Tuned constants of the model, as documented.
+const YAW_LAG: f64 = 1.0;
+const BIAS_DECAY: f64 = 8.0;
+const FOLLOW_GAIN: f64 = 0.15;
+const SURGE_DRAG: f64 = 27.5;
+
+fn unit(angle: f64) -> Vector2<f64> {
+    Vector2::new(angle.cos(), angle.sin())
+}
+
+impl<'a> Forward<'a> {
+    fn new(scene: &'a Snapshot, policy: &'a Policy) -> Self {
+        Self {
+            scene,
+            weights: &policy.weights,
+            goal: GoalForecast::new(scene),
+            steps: &policy.steps,
+            policy,
+            position: scene.asc.position,
+            psi: scene.asc.heading.radians(),
+            speed: scene.asc.surge,
+            bias: surge_bias(scene),
+        }
+    }
+
+    /// Merit of the law in the target's frame, equation by equation.
+    fn line_of_sight(self, gains: LosGains) -> f64 {
+        let mut held = self
+            .scene
+            .previous_plan
+            .as_ref()
+            .and_then(|previous| previous.goal_course);
+        self.run(move |this, time| {
+            let goal = this.goal.at(time);
+            let course = target_course(&goal, held);
+            held = Some(course);
+            let (along, abeam) = (unit(course.radians()), unit(course.radians() + PI / 2.0));
+            let off = this.position - goal.position;
+            let (s, e) = (off.dot(&along), off.dot(&abeam));
+            let chi_r = (-e / gains.look_ahead).atan();
+            let limits = &this.scene.limits;
+            let ground_speed = (goal.velocity.norm() * chi_r.cos() - gains.along_track_gain * s)
+                .clamp(limits.speed_min, limits.speed_max);
+            let water = unit(course.radians() + chi_r) * ground_speed - this.scene.current();
+            let psi = if water.norm() < f64::EPSILON {
+                this.psi
+            } else {
+                water.y.atan2(water.x)
+            };
+            (water.norm().clamp(limits.speed_min, limits.speed_max), psi)
+        })
+    }
+
+    /// Merit of following a trajectory.
+    fn following(self, points: &[TrajectoryPoint]) -> f64 {
+        let mut stages: Vec<(f64, Vector2<f64>, Vector2<f64>)> =
+            vec![(0.0, self.scene.asc.position, self.scene.asc.water_velocity())];
+        let mut time = 0.0;
+        for (step, point) in self.steps.iter().zip(&points[1..]) {
+            time += step;
+            stages.push((time, point.position, unit(point.heading.radians()) * point.speed));
+        }
+        let current = self.scene.current();
+        let at = move |k: usize, time: f64| {
+            let ((t0, p0, v0), (t1, _, v1)) = (stages[k], stages[k + 1]);
+            let since = time - t0;
+            let velocity = v0 + (v1 - v0) * (since / (t1 - t0)).min(1.0);
+            (p0 + ((v0 + velocity) / 2.0 + current) * since, velocity)
+        };
+        self.run(move |this, time| {
+            let interval = |time: f64| {
+                let mut end = 0.0;
+                let inside = this.steps.iter().position(|step| {
+                    end += step;
+                    time + 1e-6 < end
+                });
+                inside.unwrap_or(this.steps.len() - 1)
+            };
+            let (here, _) = at(interval(time), time);
+            let (_, next) = at(interval(time + 1.0), time + 1.0);
+            let velocity = next + (here - this.position) * FOLLOW_GAIN;
+            let psi = if velocity.norm() < 0.02 {
+                this.psi
+            } else {
+                velocity.y.atan2(velocity.x)
+            };
+            let bias = this.bias * (-time / BIAS_DECAY).exp();
+            let lag = this.scene.limits.surge_lag;
+            let wanted = velocity.norm() - this.speed;
+            let speed = velocity.norm() + (lag.max(0.5) - 0.5) * wanted - lag * bias;
+            let limits = &this.scene.limits;
+            (speed.clamp(limits.speed_min, limits.speed_max), psi)
+        })
+    }
+
+    /// Flies by `law`, which gives a speed and a heading, and adds up what it costs.
+    fn run(mut self, mut law: impl FnMut(&Self, f64) -> (f64, f64)) -> f64 {
+        let start = self.scene.asc.water_velocity();
+        let mut stages = vec![(self.position, start)];
+        let (mut time, mut broken) = (0.0, 0.0);
+        for step in self.steps {
+            let n = step.ceil();
+            let dt = step / n;
+            let begin = time;
+            let mut worst = [0.0_f64; 3];
+            let mut share: f64 = 0.0;
+            while share < n {
+                let t = begin + share * dt;
+                let (speed, psi) = law(&self, t);
+                self.after(dt, speed, psi, t);
+                share += 1.0;
+                let excess = self.excess(begin, *step, share / n);
+                worst = [0, 1, 2].map(|i| worst[i].max(excess[i]));
+            }
+            time = begin + step;
+            let w = self.weights;
+            for (amount, (linear, quadratic)) in
+                worst
+                    .into_iter()
+                    .zip([w.range_slack, w.area_slack, w.keep_out_slack])
+            {
+                broken += amount * linear + amount * amount * quadratic;
+            }
+            stages.push((self.position, unit(self.psi) * self.speed));
+        }
+        broken + self.cost(&stages)
+    }
+
+    fn after(&mut self, dt: f64, speed: f64, psi: f64, time: f64) {
+        let limits = &self.scene.limits;
+        let lag = limits.surge_lag.max(dt / 2.0) + dt / 2.0;
+        let asked = ((speed - self.speed) / lag).clamp(-limits.deceleration_max, limits.acceleration_max);
+        let gain = (asked + self.bias * (-time / BIAS_DECAY).exp()) * dt;
+        let rate =
+            (wrap(psi - self.psi) / YAW_LAG.max(dt)).clamp(-limits.turn_rate_max, limits.turn_rate_max);
+        let mean = unit(self.psi + rate * dt / 2.0) * (self.speed + gain / 2.0);
+        self.position += (mean + self.scene.current()) * dt;
+        self.psi = wrap(self.psi + rate * dt);
+        self.speed += gain;
+    }
+
+    /// By how much acoustic range, area and discs are broken here, a share of an interval after its beginning.
+    fn excess(&self, begin: f64, step: f64, share: f64) -> [f64; 3] {
+        let scene = self.scene;
+        let most = |amounts: &mut dyn Iterator<Item = f64>| amounts.fold(0.0, f64::max);
+        let range = most(
+            &mut scene
+                .auvs
+                .iter()
+                .zip(scene.estimates())
+                .filter_map(|(auv, estimate)| {
+                    let forecast = AuvForecast::new(
+                        &estimate.state,
+                        auv.path.as_ref(),
+                        scene.forecast,
+                        &scene.current(),
+                    );
+                    let radius = |ahead: f64| {
+                        radius(
+                            scene.range_max?,
+                            &forecast,
+                            ahead,
+                            estimate.state.depth,
+                            self.policy,
+                        )
+                    };
+                    let from = forecast.at(begin).position;
+                    let to = forecast.at(begin + step).position;
+                    let allowed = radius(begin)? * (1.0 - share) + radius(begin + step)? * share;
+                    Some((self.position - (from * (1.0 - share) + to * share)).norm() - allowed)
+                }),
+        );
+        let corners = &scene.area;
+        let area = most(&mut (0..corners.len()).map(|i| {
+            let (from, to) = (corners[i], corners[(i + 1) % corners.len()]);
+            let along = (to - from).normalize();
+            // Clockwise, seen from above: outside is to port.
+            (self.position - from).dot(&Vector2::new(along.y, -along.x))
+        }));
+        let discs = scene.keep_outs.iter();
+        let keep_out = most(&mut discs.map(|disc| disc.radius - (self.position - disc.centre).norm()));
+        [range, area, keep_out]
+    }
+
+    fn cost(&self, stages: &[(Vector2<f64>, Vector2<f64>)]) -> f64 {
+        let w = self.weights;
+        let mut cost = 0.0;
+        let mut time = 0.0;
+        let mut before: Option<Vector2<f64>> = None;
+        let miss = |k: usize, time: f64| {
+            let goal = self.goal.at(time);
+            let (position, water) = stages[k];
+            let off = (position - goal.position).norm_squared();
+            let slip = (water + self.scene.current() - goal.velocity).norm_squared();
+            let power = SURGE_DRAG * water.norm().powi(3);
+            (off, slip, power)
+        };
+        for (k, dt) in self.steps.iter().enumerate() {
+            let (from, to) = (miss(k, time), miss(k + 1, time + dt));
+            time += dt;
+            cost += dt / 2.0 * (w.position * (from.0 + to.0) + w.velocity * (from.1 + to.1));
+            cost += dt / 2.0 * w.energy * (from.2 + to.2);
+            let a = (stages[k + 1].1 - stages[k].1) / *dt;
+            cost += dt * w.acceleration * a.norm_squared();
+            if let Some(before) = before.replace(a) {
+                cost += w.acceleration_change * (a - before).norm_squared();
+            }
+        }
+        let last = miss(self.steps.len(), time);
+        cost + w.terminal_position * last.0 + w.terminal_velocity * last.1
+    }
+}
+
+fn radius(range: f64, _forecast: &AuvForecast, _ahead: f64, depth: f64, _policy: &Policy) -> Option<f64> {
+    Some((range * range - depth * depth).max(0.0).sqrt())
+}
