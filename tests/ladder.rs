@@ -11,7 +11,7 @@ use planner::{
 };
 use tests::{goals, observation, snapshot, state};
 
-const STATUSES_THAT_PROVE_NOTHING: [SolverStatus; 10] = [
+const STATUSES_THAT_PROVE_NOTHING: [SolverStatus; 9] = [
     SolverStatus::Unsolved,
     SolverStatus::PrimalInfeasible,
     SolverStatus::DualInfeasible,
@@ -21,7 +21,6 @@ const STATUSES_THAT_PROVE_NOTHING: [SolverStatus; 10] = [
     SolverStatus::MaxTime,
     SolverStatus::NumericalError,
     SolverStatus::InsufficientProgress,
-    SolverStatus::CallbackTerminated,
 ];
 
 /// Plans with a solver that solves, and then reports `status` instead of its own.

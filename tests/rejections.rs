@@ -12,10 +12,11 @@ use axum::{
     http::{HeaderValue, Method, Request, StatusCode},
 };
 use planner::{
-    plan::{Degraded, Plan, Workspace, plan},
+    plan::{Degraded, Plan, Workspace, plan_until},
     policy::Policy,
     snapshot::Snapshot,
     solve::SolverStatus,
+    stop::Stop,
 };
 use serde_json::{Value, json};
 use tests::client::{Answer, example, get, post, send, send_to};
@@ -660,9 +661,9 @@ fn assert_do_not_try_again(answer: &Answer, code: &str) {
     assert!(!answer.headers.contains_key("retry-after"));
 }
 
-fn slow(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace) -> Plan {
+fn slow(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
     std::thread::sleep(Duration::from_millis(300));
-    plan(snapshot, policy, workspace)
+    plan_until(snapshot, policy, workspace, stop)
 }
 
 #[tokio::test]
@@ -687,21 +688,38 @@ async fn a_request_more_than_the_queue_holds_is_turned_away_and_the_others_are_a
 }
 
 #[tokio::test]
-async fn an_answer_that_takes_too_long_is_given_up() {
+async fn a_deadline_that_no_pass_can_keep_is_refused_if_nothing_else_will_do() {
+    let mut strict = example("track");
+    strict["fallback"] = json!("none");
+    strict["deadline_ms"] = json!(20.0);
     let settings = Settings {
         plan: slow,
-        time_limit: Duration::from_millis(20),
         ..Settings::default()
     };
-    let answer = send(settings, post("/v1/plan", EXAMPLES[0].body)).await;
+    let answer = send(settings, post("/v1/plan", strict.to_string())).await;
     assert_try_again(&answer, StatusCode::GATEWAY_TIMEOUT, "timed_out");
 }
 
 #[tokio::test]
+async fn a_deadline_out_of_range_is_named() {
+    for wrong in [0.0, 0.049, 60_001.0, -1.0] {
+        let faults = faults_after(|body| body["deadline_ms"] = json!(wrong)).await;
+        assert_eq!(faults, fault("/deadline_ms", "out_of_range"), "{wrong}");
+    }
+    let faults = faults_after(|body| body["deadline_ms"] = json!("soon")).await;
+    assert_eq!(faults, fault("/deadline_ms", "wrong_type"));
+}
+
+#[tokio::test]
 async fn a_panic_is_a_problem_document_and_the_next_request_is_served() {
-    fn panics_ahead_of_north(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace) -> Plan {
+    fn panics_ahead_of_north(
+        snapshot: &Snapshot,
+        policy: &Policy,
+        workspace: &mut Workspace,
+        stop: &Stop,
+    ) -> Plan {
         assert!(snapshot.asc.position.x < 1e3, "on purpose");
-        plan(snapshot, policy, workspace)
+        plan_until(snapshot, policy, workspace, stop)
     }
     let service = app(Settings {
         plan: panics_ahead_of_north,
@@ -720,8 +738,8 @@ async fn a_panic_is_a_problem_document_and_the_next_request_is_served() {
 }
 
 /// The planner, with a solver that ran out of iterations.
-fn gives_up(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace) -> Plan {
-    let plan = plan(snapshot, policy, workspace);
+fn gives_up(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
+    let plan = plan_until(snapshot, policy, workspace, stop);
     Plan {
         degraded: Some(Degraded::Solver(SolverStatus::MaxIterations)),
         ..plan

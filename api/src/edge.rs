@@ -18,7 +18,7 @@ use axum::{
     response::{IntoResponse, Response},
 };
 
-use crate::problem::Problem;
+use crate::{deadline::Arrival, problem::Problem};
 
 static REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
@@ -41,8 +41,9 @@ const HEADERS: [(HeaderName, HeaderValue); 3] = [
 ];
 
 /// Finishes whatever answer comes out.
-pub(crate) async fn pass(request: Request, next: Next) -> Response {
+pub(crate) async fn pass(mut request: Request, next: Next) -> Response {
     let start = Instant::now();
+    request.extensions_mut().insert(Arrival(start));
     let id = request_id(request.headers());
     let (method, path) = (request.method().clone(), request.uri().path().to_owned());
 

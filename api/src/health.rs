@@ -6,12 +6,13 @@ use std::{
 };
 
 use axum::{Json, extract::State};
-use planner::snapshot::Snapshot;
+use planner::{plan::Degraded, snapshot::Snapshot};
 use serde::{Deserialize, Serialize};
 use tokio::sync::Mutex;
 use utoipa::ToSchema;
 
 use crate::{
+    deadline::Arrival,
     examples::EXAMPLES,
     planners::Planners,
     problem::{Problem, ProblemDocument},
@@ -77,9 +78,13 @@ impl Readiness {
         let request: PlanRequest =
             serde_json::from_str(EXAMPLES[0].body).expect("the tests post every example");
         let snapshot = Snapshot::try_from(&request).map_err(Problem::Invalid)?;
-        let plan = self.planners.plan(snapshot).await?.plan;
-        match plan.degraded {
+        let planned = self
+            .planners
+            .plan(snapshot, Arrival(Instant::now()), None)
+            .await?;
+        match planned.plan.degraded {
             None => Ok(()),
+            Some(Degraded::Deadline) => Err(Problem::TimedOut),
             Some(why) => Err(Problem::NotReady {
                 reason: format!("a plain snapshot was not solved: {why:?}"),
             }),

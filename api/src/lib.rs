@@ -19,6 +19,7 @@ use utoipa::OpenApi;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 pub mod comparison;
+mod deadline;
 mod edge;
 pub mod examples;
 pub mod export;
@@ -53,20 +54,20 @@ pub struct Settings {
     pub waiting: usize,
     /// Longest time for a body to arrive.
     pub body_time_limit: Duration,
-    /// Longest time for a plan, the wait for a planner included.
-    pub time_limit: Duration,
+    /// Longest time for an answer, from the head of its request on. A request may ask for a shorter one.
+    pub deadline: Duration,
 }
 
 impl Default for Settings {
-    /// One planner for each processor; a queue that empties in well under its time limit; limits long
-    /// enough for a slow link, short enough to notice.
+    /// One planner for each processor; a queue that empties in well under the deadline; time for a body long
+    /// enough for a slow link, short enough to notice; a deadline of the interval at which references are renewed.
     fn default() -> Self {
         Self {
-            plan: planner::plan::plan,
+            plan: planner::plan::plan_until,
             planners: std::thread::available_parallelism().map_or(1, NonZeroUsize::get),
             waiting: 64,
             body_time_limit: Duration::from_secs(10),
-            time_limit: Duration::from_secs(10),
+            deadline: Duration::from_secs(1),
         }
     }
 }

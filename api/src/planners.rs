@@ -1,21 +1,40 @@
-//! The planners behind the service: a few at a time, a short queue, and no answer rather than a late one.
+//! The planners behind the service: a few at a time, a short queue, and every answer in time.
 
 use std::{
     sync::{Arc, Mutex, PoisonError},
+    thread,
     time::{Duration, Instant},
 };
 
 use planner::{
-    plan::{Plan, Workspace},
+    plan::{Plan, Workspace, plan_until},
     policy::Policy,
     snapshot::Snapshot,
+    stop::Stop,
 };
-use tokio::sync::Semaphore;
+use tokio::{
+    sync::{
+        OwnedSemaphorePermit, Semaphore,
+        oneshot::{self, Receiver, error::TryRecvError},
+    },
+    task::spawn_blocking,
+    time::timeout_at,
+};
 
-use crate::{Settings, problem::Problem};
+use crate::{
+    Settings,
+    deadline::{Arrival, Deadline},
+    problem::Problem,
+};
 
-/// What makes a plan of a snapshot: [`planner::plan::plan`], or in tests something that fails on purpose.
-pub type PlanFn = fn(&Snapshot, &Policy, &mut Workspace) -> Plan;
+/// What makes a plan of a snapshot: [`planner::plan::plan_until`], or in tests something that fails on purpose.
+pub type PlanFn = fn(&Snapshot, &Policy, &mut Workspace, &Stop) -> Plan;
+
+/// The coarsest that Tokio's timers are, and the wake-up of a thread: the last stretch before a deadline is
+/// waited for in shorter steps.
+const LAST_STRETCH: Duration = Duration::from_micros(1500);
+/// A step of the last stretch: what the kernel adds to a shorter sleep by itself.
+const STEP: Duration = Duration::from_micros(50);
 
 /// Planners with their memory. Clones share it.
 #[derive(Clone, Debug)]
@@ -26,13 +45,13 @@ pub(crate) struct Planners {
     idle: Arc<Mutex<Vec<Workspace>>>,
     running: Arc<Semaphore>,
     admitted: Arc<Semaphore>,
-    time_limit: Duration,
+    deadline: Duration,
 }
 
 /// A snapshot's plan, and how long it took.
 #[derive(Debug)]
 pub(crate) struct Planned {
-    pub(crate) snapshot: Snapshot,
+    pub(crate) snapshot: Arc<Snapshot>,
     pub(crate) plan: Plan,
     pub(crate) solve_time: Duration,
 }
@@ -43,7 +62,7 @@ impl Planners {
             plan,
             planners,
             waiting,
-            time_limit,
+            deadline,
             ..
         } = settings;
         Self {
@@ -52,7 +71,7 @@ impl Planners {
             idle: Arc::default(),
             running: Arc::new(Semaphore::new(planners)),
             admitted: Arc::new(Semaphore::new(planners + waiting)),
-            time_limit,
+            deadline,
         }
     }
 
@@ -61,42 +80,103 @@ impl Planners {
         &self.policy
     }
 
-    /// Plans on a thread of its own. Fails at once when the queue is full, and after the time limit.
-    pub(crate) async fn plan(&self, snapshot: Snapshot) -> Result<Planned, Problem> {
-        tokio::time::timeout(self.time_limit, self.plan_in_turn(snapshot))
-            .await
-            .unwrap_or(Err(Problem::TimedOut))
-    }
-
-    async fn plan_in_turn(&self, snapshot: Snapshot) -> Result<Planned, Problem> {
+    /// Plans on a thread of its own, until the sooner of the service's deadline and `deadline_ms` after `arrival`.
+    /// When that comes before a planner is free or done, the lower rungs of the ladder answer. Fails at once when
+    /// the queue is full.
+    pub(crate) async fn plan(
+        &self,
+        snapshot: Snapshot,
+        arrival: Arrival,
+        deadline_ms: Option<f64>,
+    ) -> Result<Planned, Problem> {
         let admitted = Arc::clone(&self.admitted)
             .try_acquire_owned()
             .map_err(|_| Problem::Overloaded)?;
-        let running = Arc::clone(&self.running)
-            .acquire_owned()
-            .await
-            .expect("is never closed");
+        let deadline = Deadline::new(arrival, deadline_ms, self.deadline);
+        let last_stretch = deadline.instant().checked_sub(LAST_STRETCH);
+        let last_stretch = last_stretch.unwrap_or(deadline.instant()).into();
+        let snapshot = Arc::new(snapshot);
+
+        let turn = timeout_at(last_stretch, Arc::clone(&self.running).acquire_owned());
+        let Ok(turn) = turn.await else {
+            let planners = self.clone();
+            let lower_rungs = spawn_blocking(move || {
+                let _permit = admitted;
+                planners.lower_rungs(snapshot)
+            });
+            return lower_rungs.await.map_err(|_| Problem::Panicked);
+        };
+        let running = turn.expect("is never closed");
+        let mut planned = self.start(&snapshot, deadline, [admitted, running]);
+        if let Ok(planned) = timeout_at(last_stretch, &mut planned).await {
+            return planned.map_err(|_| Problem::Panicked);
+        }
         let planners = self.clone();
-        let task = tokio::task::spawn_blocking(move || {
-            // Held by the thread: a client that goes away does not free a planner that still works.
-            let _permits = (admitted, running);
-            planners.plan_now(snapshot)
+        let in_time = spawn_blocking(move || match wait(planned, deadline) {
+            Some(planned) => planned,
+            None => Ok(planners.lower_rungs(snapshot)),
         });
-        task.await.map_err(|_| Problem::Panicked)
+        in_time.await.map_err(|_| Problem::Panicked)?
     }
 
-    fn plan_now(&self, snapshot: Snapshot) -> Planned {
+    /// Starts to plan on a thread. The sender of the answer is dropped if the planner panics.
+    fn start(
+        &self,
+        snapshot: &Arc<Snapshot>,
+        deadline: Deadline,
+        permits: [OwnedSemaphorePermit; 2],
+    ) -> Receiver<Planned> {
+        let (sender, receiver) = oneshot::channel();
+        let (planners, snapshot) = (self.clone(), Arc::clone(snapshot));
+        spawn_blocking(move || {
+            // Held by the thread: a client that goes away does not free a planner that still works.
+            let _permits = permits;
+            // Nobody may be waiting any more.
+            let _ = sender.send(planners.plan_now(snapshot, &deadline.stop()));
+        });
+        receiver
+    }
+
+    fn plan_now(&self, snapshot: Arc<Snapshot>, stop: &Stop) -> Planned {
         let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
         // A workspace that was in use when a planner panicked is not put back.
         let mut workspace = idle().pop().unwrap_or_default();
         let start = Instant::now();
-        let plan = (self.plan)(&snapshot, &self.policy, &mut workspace);
+        let plan = (self.plan)(&snapshot, &self.policy, &mut workspace, stop);
         let solve_time = start.elapsed();
         idle().push(workspace);
         Planned {
             snapshot,
             plan,
             solve_time,
+        }
+    }
+
+    /// The answer without a program: well under a millisecond of arithmetic.
+    fn lower_rungs(&self, snapshot: Arc<Snapshot>) -> Planned {
+        let start = Instant::now();
+        let plan = plan_until(
+            &snapshot,
+            &self.policy,
+            &mut Workspace::default(),
+            &Stop::at_once(),
+        );
+        Planned {
+            snapshot,
+            plan,
+            solve_time: start.elapsed(),
+        }
+    }
+}
+
+/// What comes before the deadline; `None` if nothing does.
+fn wait(mut planned: Receiver<Planned>, deadline: Deadline) -> Option<Result<Planned, Problem>> {
+    loop {
+        match planned.try_recv() {
+            Ok(planned) => return Some(Ok(planned)),
+            Err(TryRecvError::Closed) => return Some(Err(Problem::Panicked)),
+            Err(TryRecvError::Empty) if deadline.instant() <= Instant::now() => return None,
+            Err(TryRecvError::Empty) => thread::sleep(STEP),
         }
     }
 }

@@ -1,13 +1,15 @@
 //! The calls that plan.
 
-use axum::{Json, extract::State};
+use axum::{Extension, Json, extract::State};
 use planner::{
     los::LosLaw,
+    plan::Degraded,
     snapshot::{Fallback, Snapshot},
 };
 use serde_json::{Map, Value};
 
 use crate::{
+    deadline::Arrival,
     planners::{Planned, Planners},
     posted::Posted,
     problem::{Problem, Refusals},
@@ -20,9 +22,10 @@ use crate::{
     Refusals))]
 pub(crate) async fn plan(
     State(planners): State<Planners>,
+    Extension(arrival): Extension<Arrival>,
     Posted(request): Posted<PlanRequest>,
 ) -> Result<Json<PlanResponse>, Problem> {
-    let (planned, metadata) = planned(&planners, request).await?;
+    let (planned, metadata) = planned(&planners, arrival, request).await?;
     Ok(Json(answer(&planned, &metadata).planned()))
 }
 
@@ -32,9 +35,10 @@ pub(crate) async fn plan(
     Refusals))]
 pub(crate) async fn compare(
     State(planners): State<Planners>,
+    Extension(arrival): Extension<Arrival>,
     Posted(request): Posted<PlanRequest>,
 ) -> Result<Json<Comparison>, Problem> {
-    let (planned, metadata) = planned(&planners, request).await?;
+    let (planned, metadata) = planned(&planners, arrival, request).await?;
     let answer = answer(&planned, &metadata);
     // A rollout each: little beside the program, so they run where the answer is written.
     let law = |law| answer.law(law, planners.policy());
@@ -52,11 +56,15 @@ pub(crate) async fn compare(
 
 async fn planned(
     planners: &Planners,
+    arrival: Arrival,
     request: PlanRequest,
 ) -> Result<(Planned, Map<String, Value>), Problem> {
     let snapshot = Snapshot::try_from(&request).map_err(Problem::Invalid)?;
-    let planned = planners.plan(snapshot).await?;
+    let planned = planners.plan(snapshot, arrival, request.deadline_ms).await?;
     if planned.snapshot.fallback == Fallback::None {
+        if planned.plan.degraded == Some(Degraded::Deadline) {
+            return Err(Problem::TimedOut);
+        }
         let answer = answer(&planned, &request.metadata).planned();
         if answer.outcome == Outcome::Degraded {
             return Err(Problem::NoSolution {

@@ -260,7 +260,11 @@ impl Problem {
             Self::NoExample { known } => format!("the examples are {}", known.join(", ")),
             Self::MethodNotAllowed => "the Allow header names the methods of this route".to_owned(),
             Self::Overloaded => "the queue is full; try again after the time in Retry-After".to_owned(),
-            Self::TimedOut => "the request was given up; try again after the time in Retry-After".to_owned(),
+            Self::TimedOut => {
+                "no program was solved by the deadline; try again after the time in Retry-After, or \
+                               with \"fallback\":\"los\" for a lower rung of the ladder"
+                    .to_owned()
+            }
             Self::NoSolution { reason } => {
                 format!("{reason}; with \"fallback\":\"los\" a lower rung of the ladder would have answered")
             }
@@ -321,7 +325,10 @@ impl IntoResponses for Refusals {
                 StatusCode::SERVICE_UNAVAILABLE,
                 "Every planner is busy, or no solution and `fallback` is `none`.",
             ),
-            (StatusCode::GATEWAY_TIMEOUT, "The plan took too long."),
+            (
+                StatusCode::GATEWAY_TIMEOUT,
+                "Not in time, and `fallback` is `none`.",
+            ),
         ]
         .map(refusal)
         .into()

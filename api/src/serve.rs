@@ -6,7 +6,7 @@ use std::{
     time::Duration,
 };
 
-use api::{Settings, app, examples::EXAMPLES};
+use api::{Settings, app, examples::EXAMPLES, wire::DEADLINE_MS};
 use axum::serve::{Listener, ListenerExt};
 use clap::{Args, builder::BoolishValueParser};
 use hyper::server::conn::http1;
@@ -17,7 +17,7 @@ use hyper_util::{
 };
 use tokio::net::TcpListener;
 
-/// How long requests under way may take to finish after the order to stop: the time limit of a plan.
+/// How long requests under way may take to finish after the order to stop: as long as a body may take to arrive.
 const DRAIN: Duration = Duration::from_secs(10);
 
 /// How long a connection may take to say what it wants, the wait for its next request included.
@@ -35,6 +35,9 @@ pub(crate) struct Serve {
     // The environment says 1, true, yes or on.
     #[arg(long, env = "PILOTFISH_INSECURE", value_parser = BoolishValueParser::new())]
     insecure: bool,
+    /// Longest time for an answer, ms, from 0.05 to 60000; a request may ask for a shorter one.
+    #[arg(long, env = "PILOTFISH_DEADLINE_MS", default_value_t = 1000.0, value_parser = deadline_ms)]
+    deadline_ms: f64,
 }
 
 /// Why the service does not run.
@@ -59,13 +62,26 @@ pub(crate) fn serve(arguments: &Serve) -> Result<(), ServeError> {
         return Err(ServeError::Exposed(arguments.host));
     }
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
-    runtime.block_on(run(SocketAddr::new(arguments.host, arguments.port)))?;
+    let settings = Settings {
+        deadline: Duration::from_secs_f64(1e-3 * arguments.deadline_ms),
+        ..Settings::default()
+    };
+    runtime.block_on(run(SocketAddr::new(arguments.host, arguments.port), settings))?;
     // A planner that outlives the drain is not waited for.
     runtime.shutdown_background();
     Ok(())
 }
 
-async fn run(address: SocketAddr) -> Result<(), ServeError> {
+fn deadline_ms(text: &str) -> Result<f64, String> {
+    let given: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if DEADLINE_MS.contains(&given) {
+        return Ok(given);
+    }
+    let (least, most) = DEADLINE_MS.into_inner();
+    Err(format!("not from {least} to {most} ms"))
+}
+
+async fn run(address: SocketAddr, settings: Settings) -> Result<(), ServeError> {
     let listener = TcpListener::bind(address)
         .await
         .map_err(|source| match source.kind() {
@@ -85,7 +101,7 @@ async fn run(address: SocketAddr) -> Result<(), ServeError> {
     // `axum::serve` waits for a header as long as the client likes.
     let mut http = http1::Builder::new();
     http.timer(TokioTimer::new()).header_read_timeout(HEADER_TIME);
-    let service = TowerToHyperService::new(app(Settings::default()));
+    let service = TowerToHyperService::new(app(settings));
     let connections = GracefulShutdown::new();
     let mut stop = std::pin::pin!(signal.any());
     loop {

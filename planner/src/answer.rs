@@ -99,6 +99,8 @@ pub enum Degraded {
     Certificate,
     /// The goal rests on a report too old to be forecast.
     StaleReport,
+    /// There was no time to finish a pass.
+    Deadline,
 }
 
 /// Where one AUV is expected at the times of the trajectory.
@@ -147,6 +149,8 @@ pub struct SolverReport {
     pub iterations: u32,
     /// Residuals of the answer, recomputed outside the solver.
     pub residuals: Option<Residuals>,
+    /// Whether the solver was told to stop before it was done: passes that were finished may still have answered.
+    pub deadline_hit: bool,
 }
 
 /// A soft limit that a plan does not keep.

@@ -4,7 +4,7 @@
 
 use crate::{
     angle::{Heading, angle_of},
-    answer::{Baseline, Degraded, Method, Plan, TargetForecast},
+    answer::{Baseline, Degraded, Method, Plan, SolverReport, TargetForecast},
     estimate::Estimate,
     forecast::AuvForecast,
     goal::GoalForecast,
@@ -17,6 +17,7 @@ use crate::{
     response::{Rollout, SURGE_BIAS_DECAY, Stage},
     snapshot::{Auv, Goal, HoldStyle, Limits, Snapshot, TrajectoryPoint},
     solve::Solution,
+    stop::Stop,
 };
 
 /// How far a slow turn's heading reference leads the craft, rad, starboard.
@@ -43,6 +44,7 @@ pub(crate) fn descend(
     snapshot: &Snapshot,
     policy: &Policy,
     programs: &mut Programs,
+    stop: &Stop,
     solve: &mut dyn FnMut(&Program) -> Solution,
 ) -> Plan {
     let goal = GoalForecast::new(snapshot);
@@ -76,6 +78,7 @@ pub(crate) fn descend(
         horizon: &horizon,
         goal: &goal,
         programs,
+        stop,
         solve,
     };
     let optimum = if goal_is_stale(snapshot, policy) {
@@ -122,7 +125,10 @@ pub(crate) fn descend(
         goal_course: horizon.goal_course,
         targets: targets(snapshot, &horizon),
         baseline,
-        solver: report,
+        solver: SolverReport {
+            deadline_hit: stop.was_due(),
+            ..report
+        },
         predicted: candidate.way.predicted,
         violations: candidate.way.violations,
     }

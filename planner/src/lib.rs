@@ -41,4 +41,5 @@ mod seeds;
 pub mod snapshot;
 pub mod solve;
 pub mod sparse;
+pub mod stop;
 mod surroundings;

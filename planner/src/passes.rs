@@ -15,6 +15,7 @@ use crate::{
     seeds::Seeds,
     snapshot::Snapshot,
     solve::{Solution, SolverStatus},
+    stop::Stop,
     surroundings::Surroundings,
 };
 
@@ -45,6 +46,7 @@ pub(crate) struct Optimiser<'a> {
     pub(crate) horizon: &'a Horizon,
     pub(crate) goal: &'a GoalForecast,
     pub(crate) programs: &'a mut Programs,
+    pub(crate) stop: &'a Stop,
     pub(crate) solve: &'a mut dyn FnMut(&Program) -> Solution,
 }
 
@@ -79,6 +81,7 @@ impl Optimum {
                 passes: 0,
                 iterations: 0,
                 residuals: None,
+                deadline_hit: false,
             },
             violations: Vec::new(),
         }
@@ -147,6 +150,12 @@ impl Optimiser<'_> {
         let mut optimum = Optimum::none(Degraded::Solver(SolverStatus::Unsolved));
         let mut stages = seed.to_vec();
         for _ in 0..self.policy.passes {
+            if self.stop.is_due() {
+                if optimum.way.is_none() {
+                    optimum.degraded = Some(Degraded::Deadline);
+                }
+                break;
+            }
             let directions = Horizon::directions_of(&stages);
             let mut around = self.horizon.surroundings.clone();
             around.pass_as(&stages);
@@ -285,8 +294,8 @@ fn accept(solution: &Solution, residuals: Option<&Residuals>, policy: &Policy) -
         | SolverStatus::MaxIterations
         | SolverStatus::MaxTime
         | SolverStatus::NumericalError
-        | SolverStatus::InsufficientProgress
-        | SolverStatus::CallbackTerminated) => Err(Degraded::Solver(status)),
+        | SolverStatus::InsufficientProgress) => Err(Degraded::Solver(status)),
+        SolverStatus::CallbackTerminated => Err(Degraded::Deadline),
     }
 }
 

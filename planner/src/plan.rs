@@ -11,6 +11,7 @@ use crate::{
     program::Program,
     snapshot::Snapshot,
     solve::{Solution, Solvers},
+    stop::Stop,
 };
 
 /// Memory that a caller keeps between plans: programs and solvers by problem shape. It saves time and
@@ -26,8 +27,17 @@ pub struct Workspace {
 /// The answer is always a plan: [`Plan::method`] names the rung of the ladder that gave it.
 #[must_use]
 pub fn plan(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace) -> Plan {
+    plan_until(snapshot, policy, workspace, &Stop::never())
+}
+
+/// [`plan`] that stops when told to: the last pass that was finished answers, or else a lower rung of the ladder.
+/// An answer that was not stopped is the one of [`plan`], to the bit.
+#[must_use]
+pub fn plan_until(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
     let Workspace { programs, solvers } = workspace;
-    plan_with(snapshot, policy, programs, &mut |program| solvers.solve(program))
+    ladder::descend(snapshot, policy, programs, stop, &mut |program| {
+        solvers.solve_until(program, stop)
+    })
 }
 
 /// What a line-of-sight law would do with `snapshot`, at the policy's gains: [`Plan::baseline`] for each law.
@@ -46,5 +56,5 @@ pub fn plan_with(
     programs: &mut Programs,
     solve: &mut dyn FnMut(&Program) -> Solution,
 ) -> Plan {
-    ladder::descend(snapshot, policy, programs, solve)
+    ladder::descend(snapshot, policy, programs, &Stop::never(), solve)
 }

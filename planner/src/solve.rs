@@ -2,12 +2,13 @@
 
 use clarabel::{
     algebra::CscMatrix,
-    solver::{DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, SupportedConeT},
+    solver::{DefaultInfo, DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, SupportedConeT},
 };
 
 use crate::{
     program::{Cone, Layout, Program},
     sparse::Sparse,
+    stop::Stop,
 };
 
 /// Optimality and feasibility tolerance in production: moves the first planned velocity by less than
@@ -139,12 +140,22 @@ impl Solvers {
 
     /// Solves `program` from a cold start.
     pub fn solve(&mut self, program: &Program) -> Solution {
+        self.solve_until(program, &Stop::never())
+    }
+
+    /// [`Solvers::solve`], given up at the first iteration that finds `stop` due.
+    pub fn solve_until(&mut self, program: &Program, stop: &Stop) -> Solution {
         let Some(solver) = self.prepared(program) else {
             return Solution::none(SolverStatus::NumericalError);
         };
         // The solver adds up its time over all solves otherwise.
         solver.timers = Some(clarabel::timers::Timers::default());
-        solved(solver)
+        let stop = stop.clone();
+        solver.set_termination_callback(move |_: &DefaultInfo<f64>| stop.is_due());
+        let solution = solved(solver);
+        // A kept solver must not hold on to what the caller put into the signal.
+        solver.unset_termination_callback();
+        solution
     }
 
     /// The solver for the program's shape, with the program's numbers; `None` where Clarabel refuses

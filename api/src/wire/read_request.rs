@@ -12,7 +12,7 @@ use planner::{
 use serde_json::Value;
 
 use super::{
-    METADATA_BYTES_MAX, SCHEMA_VERSION, bounds,
+    DEADLINE_MS, METADATA_BYTES_MAX, SCHEMA_VERSION, bounds,
     faults::{length, out_of_range},
     read_evidence, read_path,
     request::{
@@ -153,6 +153,12 @@ fn check_envelope(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
                 .given(request.schema_version.as_str())
                 .limit(SCHEMA_VERSION),
         );
+    }
+    if let Some(deadline) = request.deadline_ms {
+        let (least, most) = DEADLINE_MS.into_inner();
+        if !DEADLINE_MS.contains(&deadline) {
+            invalid.push(out_of_range("/deadline_ms".to_owned(), deadline, least, most));
+        }
     }
     let bytes = Value::Object(request.metadata.clone()).to_string().len();
     if METADATA_BYTES_MAX < bytes {

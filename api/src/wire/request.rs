@@ -48,6 +48,11 @@ pub struct PlanRequest {
     /// What the last rung of the ladder does. Default: `slow_turn`.
     #[serde(default)]
     pub hold: Hold,
+    /// Time for the answer, ms, from 0.05 to 60 000, counted from the arrival of the request's head. When it comes
+    /// before the program is solved, the last pass that was finished answers, or else what `fallback` says. Default
+    /// and most: the service's own deadline, 1000 unless it was started with another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deadline_ms: Option<f64>,
     /// The last answer, whole: the service itself remembers nothing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub previous_plan: Option<PreviousPlan>,

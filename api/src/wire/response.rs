@@ -209,6 +209,8 @@ pub struct Solver {
     pub passes: usize,
     /// Interior-point iterations over all passes.
     pub iterations: u32,
+    /// Whether the deadline cut the work short. A pass that was finished may still have answered.
+    pub deadline_hit: bool,
     /// Time for the whole plan, ms: the one member that differs between two equal requests.
     pub solve_time_ms: f64,
     /// Residuals of the last pass, recomputed outside the solver.

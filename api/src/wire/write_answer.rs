@@ -64,6 +64,7 @@ impl Answer<'_> {
                 status: status_name(solver.status).to_owned(),
                 passes: solver.passes,
                 iterations: solver.iterations,
+                deadline_hit: solver.deadline_hit,
                 solve_time_ms: self.solve_time.as_secs_f64() * 1e3,
                 residuals: solver
                     .residuals
@@ -280,6 +281,7 @@ fn degraded_reason(degraded: domain::Degraded) -> String {
         domain::Degraded::Solver(status) => format!("solver_{}", status_name(status)),
         domain::Degraded::Certificate => "certificate".to_owned(),
         domain::Degraded::StaleReport => "stale_report".to_owned(),
+        domain::Degraded::Deadline => "deadline".to_owned(),
     }
 }
 

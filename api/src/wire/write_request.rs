@@ -63,6 +63,7 @@ impl From<&Snapshot> for PlanRequest {
                 facts::HoldStyle::SlowTurn => Hold::SlowTurn,
                 facts::HoldStyle::Stop => Hold::Stop,
             },
+            deadline_ms: None,
             previous_plan: snapshot.previous_plan.as_ref().map(PreviousPlan::from),
             metadata: Map::new(),
         }

@@ -1,0 +1,205 @@
+//! An answer in time, from whatever was finished by then; and the same answer as ever if everything was.
+
+use std::sync::{
+    Arc, Condvar, Mutex,
+    atomic::{AtomicUsize, Ordering},
+};
+
+use api::{Settings, app, examples::EXAMPLES};
+use axum::http::StatusCode;
+use planner::{
+    plan::{Degraded, Method, Plan, SolverReport, Workspace, plan, plan_until},
+    policy::Policy,
+    snapshot::{Observation, PreviousPlan, Snapshot},
+    solve::SolverStatus,
+    stop::Stop,
+};
+use serde_json::json;
+use tests::{
+    client::{Answer, example, post, send_to},
+    goals, observation, snapshot,
+};
+
+/// Due at look number `n`, the first being 0; and how often it was looked at.
+fn due_at(n: usize) -> (Stop, Arc<AtomicUsize>) {
+    let looks = Arc::new(AtomicUsize::new(0));
+    let counted = Arc::clone(&looks);
+    let stop = Stop::when(move || n <= counted.fetch_add(1, Ordering::Relaxed));
+    (stop, looks)
+}
+
+fn stopped_at(n: usize, snapshot: &Snapshot, workspace: &mut Workspace) -> Plan {
+    plan_until(snapshot, &Policy::default(), workspace, &due_at(n).0)
+}
+
+/// The answer without the solver's report, which tells how far it came.
+fn decision(mut plan: Plan) -> Plan {
+    plan.solver = SolverReport {
+        status: SolverStatus::Unsolved,
+        passes: 0,
+        iterations: 0,
+        residuals: None,
+        deadline_hit: false,
+    };
+    plan
+}
+
+#[test]
+fn a_signal_that_is_never_due_changes_no_bit() {
+    for goal in goals() {
+        let snapshot = snapshot(observation(goal));
+        let alone = plan(&snapshot, &Policy::default(), &mut Workspace::default());
+        let (stop, looks) = due_at(usize::MAX);
+        let watched = plan_until(&snapshot, &Policy::default(), &mut Workspace::default(), &stop);
+        assert_eq!(watched, alone);
+        assert!(!watched.solver.deadline_hit);
+        // Once before each pass, and at least once for each iteration.
+        let least = alone.solver.iterations as usize + alone.solver.passes;
+        assert!(least <= looks.load(Ordering::Relaxed));
+    }
+}
+
+#[test]
+fn whenever_the_signal_comes_the_last_finished_pass_answers_and_before_the_first_the_law_does() {
+    let snapshot = snapshot(observation(goals()[1].clone()));
+    let one_pass = Policy {
+        passes: 1,
+        ..Policy::default()
+    };
+    let whole = plan(&snapshot, &Policy::default(), &mut Workspace::default());
+    let first = plan(&snapshot, &one_pass, &mut Workspace::default());
+    let law = decision(stopped_at(0, &snapshot, &mut Workspace::default()));
+    assert_eq!(
+        (law.method, law.degraded),
+        (Method::SaturatedLos, Some(Degraded::Deadline))
+    );
+    assert_eq!(law.reference, law.baseline.reference);
+    let (first, whole) = (decision(first), decision(whole));
+    assert!(first.reference != whole.reference && first.degraded.is_none());
+
+    // One workspace for all: what was cut short leaves no trace in it.
+    let mut workspace = Workspace::default();
+    let mut seen = Vec::new();
+    loop {
+        let (stop, looks) = due_at(seen.len());
+        let answer = plan_until(&snapshot, &Policy::default(), &mut workspace, &stop);
+        let hit = answer.solver.deadline_hit;
+        assert_eq!(hit, seen.len() < looks.load(Ordering::Relaxed));
+        let answer = decision(answer);
+        let rank = [&law, &first, &whole].iter().position(|known| **known == answer);
+        seen.push(rank.expect("one of the three answers"));
+        if !hit {
+            break;
+        }
+    }
+    assert!(seen.is_sorted(), "later signals leave better answers: {seen:?}");
+    for rank in 0..3 {
+        assert!(seen.contains(&rank), "{seen:?}");
+    }
+}
+
+#[test]
+fn without_a_finished_pass_a_previous_plan_is_followed_further() {
+    let mut later = observation(goals()[0].clone());
+    let before = snapshot(Observation {
+        time: later.time - 2.0,
+        ..later.clone()
+    });
+    let previous = plan(&before, &Policy::default(), &mut Workspace::default());
+    later.previous_plan = Some(PreviousPlan::from(&previous));
+    for n in [0, 1, 4] {
+        let answer = stopped_at(n, &snapshot(later.clone()), &mut Workspace::default());
+        assert_eq!(
+            (answer.method, answer.degraded),
+            (Method::PreviousPlan, Some(Degraded::Deadline))
+        );
+        assert!(answer.solver.deadline_hit);
+    }
+}
+
+/// A gate that a planner waits at, whatever it is told.
+struct Gate {
+    open: Mutex<bool>,
+    opened: Condvar,
+}
+
+impl Gate {
+    const fn shut() -> Self {
+        Self {
+            open: Mutex::new(false),
+            opened: Condvar::new(),
+        }
+    }
+
+    fn wait(&self) {
+        let open = self.open.lock().expect("nobody panics with it");
+        drop(
+            self.opened
+                .wait_while(open, |open| !*open)
+                .expect("nobody panics with it"),
+        );
+    }
+
+    fn open(&self) {
+        *self.open.lock().expect("nobody panics with it") = true;
+        self.opened.notify_all();
+    }
+}
+
+fn assert_degraded_by_the_deadline(answer: &Answer) {
+    assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+    let plan = answer.json();
+    assert_eq!(
+        (&plan["outcome"], &plan["reason"], &plan["method"]),
+        (&json!("degraded"), &json!("deadline"), &json!("saturated_los"))
+    );
+    assert_eq!(plan["solver"]["deadline_hit"], true);
+    assert_eq!(plan["reference"]["speed_mps"], plan["baseline"]["speed_mps"]);
+}
+
+#[tokio::test]
+async fn a_planner_that_does_not_stop_holds_up_no_answer_and_no_other_request() {
+    static GATE: Gate = Gate::shut();
+    fn stubborn(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
+        GATE.wait();
+        plan_until(snapshot, policy, workspace, stop)
+    }
+    let service = app(Settings {
+        plan: stubborn,
+        planners: 1,
+        waiting: 1,
+        ..Settings::default()
+    });
+    let mut hasty = example("track");
+    hasty["deadline_ms"] = json!(5.0);
+    // The first is with the planner when its deadline comes, the second waits for it.
+    for _ in 0..2 {
+        let answer = send_to(service.clone(), post("/v1/plan", hasty.to_string())).await;
+        assert_degraded_by_the_deadline(&answer);
+    }
+    GATE.open();
+    let whole = send_to(service, post("/v1/plan", EXAMPLES[0].body)).await.json();
+    assert_eq!(
+        (&whole["method"], &whole["solver"]["deadline_hit"]),
+        (&json!("mpc"), &json!(false))
+    );
+}
+
+#[tokio::test]
+async fn the_sooner_of_both_deadlines_counts() {
+    static GATE: Gate = Gate::shut();
+    fn stubborn(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
+        GATE.wait();
+        plan_until(snapshot, policy, workspace, stop)
+    }
+    let service = app(Settings {
+        plan: stubborn,
+        deadline: std::time::Duration::from_millis(5),
+        ..Settings::default()
+    });
+    let mut patient = example("track");
+    patient["deadline_ms"] = json!(60_000.0);
+    let answer = send_to(service, post("/v1/plan", patient.to_string())).await;
+    assert_degraded_by_the_deadline(&answer);
+    GATE.open();
+}
