@@ -9,6 +9,7 @@ use std::{
 };
 
 use api::export::Format;
+use planner::los::LosLaw;
 use serde_json::Value;
 use tests::server::Server;
 
@@ -469,7 +470,7 @@ fn a_scenario_without_a_surface_craft_is_simulated_but_not_compared() {
 }
 
 #[test]
-fn a_comparison_has_every_metric_of_both_controllers_and_what_they_knew() {
+fn a_comparison_has_every_metric_of_all_controllers_and_what_they_knew() {
     let output = run(&["compare", "paper-intermittent", "--format", "json", "--seed", "2"]);
     assert!(output.status.success(), "{}", stderr(&output));
     let comparison: Value = serde_json::from_str(stdout(&output)).expect("is JSON");
@@ -478,7 +479,10 @@ fn a_comparison_has_every_metric_of_both_controllers_and_what_they_knew() {
         (&"paper-intermittent".into(), &2.into())
     );
     let controllers = &comparison["controllers"];
-    for controller in ["mpc", "saturated_los"] {
+    let laws = LosLaw::ALL.map(LosLaw::name);
+    let named = controllers.as_object().expect("is an object");
+    assert_eq!(named.len(), 1 + laws.len());
+    for controller in ["mpc"].into_iter().chain(laws) {
         let scores = &controllers[controller];
         for metric in [
             "rms_m",
@@ -501,10 +505,19 @@ fn a_comparison_has_every_metric_of_both_controllers_and_what_they_knew() {
         assert!(scores["regret_m"].as_f64().is_some_and(|value| value > 0.0));
         assert_eq!(scores["information"]["current_known"], true);
         let rungs = scores["rungs"].as_object().expect("is an object");
+        let on_a_rung = ["mpc", "saturated_los"].contains(&controller);
         assert_eq!(
             rungs.values().filter_map(Value::as_u64).sum::<u64>(),
-            1_920,
-            "one answer a second"
+            if on_a_rung { 1_920 } else { 0 },
+            "one answer a second, and no law that is only compared with is a rung"
+        );
+        assert_eq!(
+            scores.get("never_a_winner").is_some(),
+            controller == "printed_los"
+        );
+        assert_eq!(
+            scores["gains"].get("integral_gain_mps").is_some(),
+            controller == "integral_los"
         );
     }
     assert!(controllers["mpc"]["rungs"]["mpc"].as_u64() > Some(1_900));
@@ -520,20 +533,23 @@ fn a_comparison_has_every_metric_of_both_controllers_and_what_they_knew() {
 }
 
 #[test]
-fn the_table_shows_both_columns() {
+fn the_table_shows_every_column_and_the_printed_law_never_wins() {
     let output = run(&["compare", "paper-tracking"]);
     let text = stdout(&output);
-    let row = text
+    let values: Vec<f64> = text
         .lines()
-        .find(|line| line.starts_with("rms_m"))
-        .expect("has the row");
-    let values: Vec<f64> = row
-        .split_whitespace()
-        .skip(1)
+        .filter(|line| line.starts_with("rms_m"))
+        .flat_map(|row| row.split_whitespace().skip(1))
         .map(|value| value.parse().expect("a number"))
         .collect();
-    assert_eq!(values.len(), 2, "{text}");
+    assert_eq!(values.len(), 1 + LosLaw::ALL.len(), "{text}");
     assert!(values[0] <= values[1], "{text}");
+    assert!(text.contains("never a winner"), "{text}");
+    let winner = text.lines().find_map(|line| line.strip_prefix("Least rms_m: "));
+    assert!(
+        winner.is_some_and(|name| !name.starts_with("printed_los")),
+        "{text}"
+    );
     assert!(text.contains("look-ahead"), "{text}");
 }
 

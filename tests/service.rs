@@ -2,6 +2,7 @@
 
 use api::{Settings, examples::EXAMPLES, wire};
 use axum::http::StatusCode;
+use planner::los::LosLaw;
 use serde_json::{Value, json};
 use tests::client::{example, get, post, send};
 
@@ -44,6 +45,45 @@ async fn a_comparison_holds_the_plan_and_the_baseline_that_the_plan_names() {
     assert_eq!(baseline.predicted_rms_error_m, los.predicted.rms_error_m);
     assert_eq!(los.solver, None);
     assert_ne!(plans.mpc.trajectory, los.trajectory);
+}
+
+#[tokio::test]
+async fn a_comparison_has_a_whole_answer_of_every_law_and_says_what_each_starts_without() {
+    let answer = send(Settings::default(), post("/v1/plan/compare", EXAMPLES[0].body)).await;
+    let plans = answer.json()["plans"].clone();
+    for law in LosLaw::ALL {
+        let plan =
+            serde_json::from_value::<wire::PlanResponse>(plans[law.name()].clone()).expect("has the shape");
+        assert_eq!(plans[law.name()]["method"], law.name());
+        assert_eq!(plan.outcome, wire::Outcome::Ok);
+        assert_eq!(plan.solver, None);
+        // It starts where the craft is, as the planner's does.
+        let first = &plan.trajectory[0];
+        let starts = [first.t_s, first.north_m, first.east_m].map(|value| json!(value));
+        let mpc = &plans["mpc"]["trajectory"][0];
+        assert_eq!(starts, ["t_s", "north_m", "east_m"].map(|name| mpc[name].clone()));
+        let codes: Vec<_> = plan
+            .warnings
+            .iter()
+            .map(|warning| warning.code.as_str())
+            .collect();
+        let remembers = [LosLaw::Integral, LosLaw::WaypointBox].contains(&law);
+        assert_eq!(
+            codes.contains(&"law_without_memory"),
+            remembers,
+            "{}: {codes:?}",
+            law.name()
+        );
+    }
+    let rms = |law: LosLaw| {
+        plans[law.name()]["predicted"]["rms_error_m"]
+            .as_f64()
+            .expect("a number")
+    };
+    assert!(
+        rms(LosLaw::TrackerFrame) < rms(LosLaw::Printed),
+        "behind, the printed law creeps"
+    );
 }
 
 #[tokio::test]

@@ -1,17 +1,18 @@
-//! The planner and the tuned line-of-sight law on the same mission: same scenario, same seed, same
-//! snapshots.
+//! The planner and every tuned line-of-sight law on the same mission: same scenario, same seed, same snapshots.
 
-use std::fmt;
-
-use planner::{los::LosGains, policy::Policy, snapshot::ForecastModel};
-use serde::Serialize;
+use planner::{
+    los::{LosLaw, LosTuning},
+    policy::Policy,
+    snapshot::ForecastModel,
+};
+use serde::{Serialize, Serializer};
 use sim::{
     guide::{Guide, GuideError, LosGuide, MpcGuide},
     metrics::Metrics,
     mission,
     record::Record,
     scenario::Scenario,
-    tuning::{TuningError, tune_los},
+    tuning::{TuningError, tune},
 };
 
 use crate::{
@@ -19,7 +20,9 @@ use crate::{
     stopwatch::{Stopwatch, Told},
 };
 
-/// Both controllers' scores.
+mod table;
+
+/// The controllers' scores.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// Name of the scenario.
@@ -30,13 +33,39 @@ pub struct Comparison {
     pub controllers: Controllers,
 }
 
-/// The controllers by name.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// The controllers. In JSON an object, by name.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Controllers {
     /// The planner.
     pub mpc: Controller,
-    /// The saturated line-of-sight law, its gains the best of the grid for this scenario and seed.
-    pub saturated_los: Controller,
+    /// The line-of-sight laws in the order of [`LosLaw::ALL`], the gains of each the best of its grid for this
+    /// scenario and seed.
+    pub laws: Vec<(LosLaw, Controller)>,
+}
+
+impl Controllers {
+    /// Every controller with its name, the planner first.
+    pub fn named(&self) -> impl Iterator<Item = (&'static str, &Controller)> {
+        let laws = self.laws.iter().map(|(law, controller)| (law.name(), controller));
+        std::iter::once(("mpc", &self.mpc)).chain(laws)
+    }
+
+    /// The name of the controller with the least root mean square distance. [`LosLaw::Printed`] is never it.
+    #[must_use]
+    pub fn nearest(&self) -> &'static str {
+        let (name, _) = self
+            .named()
+            .filter(|(_, controller)| !controller.never_a_winner)
+            .min_by(|(_, a), (_, b)| a.scores.rms_m.total_cmp(&b.scores.rms_m))
+            .expect("the planner is one of them");
+        name
+    }
+}
+
+impl Serialize for Controllers {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.named())
+    }
 }
 
 /// What one controller knew and achieved.
@@ -50,6 +79,9 @@ pub struct Controller {
     /// The gains it was tuned to, where it has any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gains: Option<Gains>,
+    /// True of a law that is shown because it fails.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub never_a_winner: bool,
     /// What happened.
     #[serde(skip)]
     pub record: Record,
@@ -64,22 +96,25 @@ pub struct Information {
     pub current_known: bool,
 }
 
-/// Gains of the line-of-sight law.
+/// Gains of a line-of-sight law.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Gains {
     /// Look-ahead distance, m.
     pub look_ahead_m: f64,
     /// Along-track gain, 1/s.
     pub along_track_gain_per_s: f64,
+    /// Integral gain, m/s, of the law that has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub integral_gain_mps: Option<f64>,
 }
 
 /// What is being done, for a progress bar.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// The law's gains are searched for.
-    Tuning,
-    /// The law's mission runs.
-    LineOfSight,
+    /// A law's gains are searched for.
+    Tuning(LosLaw),
+    /// A law's mission runs.
+    LineOfSight(LosLaw),
     /// The planner's mission runs.
     Planner,
 }
@@ -100,12 +135,13 @@ pub enum ComparisonError {
     #[error("a mission failed")]
     Mission(#[source] GuideError),
     /// The gains could not be tuned.
-    #[error("the line-of-sight law could not be tuned")]
+    #[error("a line-of-sight law could not be tuned")]
     Tuning(#[from] TuningError),
 }
 
 impl Comparison {
-    /// Tunes the law, then runs both missions. `progress` is told the stage and the fraction of it done.
+    /// Tunes every law and runs its mission, then the planner's. `progress` is told the stage and the fraction of it
+    /// done.
     pub fn run(
         scenario: &Scenario,
         seed: u64,
@@ -116,27 +152,45 @@ impl Comparison {
                 scenario: scenario.name.clone(),
             });
         }
-        let (gains, _) = tune_los(scenario, seed, &mut |done| progress(Stage::Tuning, done))?;
-        let mut los = LosGuide::new(gains);
-        let mut line_of_sight = flown(scenario, &mut los, seed, &mut |done| {
-            progress(Stage::LineOfSight, done);
-        })?;
-        // It looks at the present only, whatever the snapshots call for.
-        line_of_sight.information.forecasts.clear();
+        let mut laws = Vec::with_capacity(LosLaw::ALL.len());
+        for law in LosLaw::ALL {
+            laws.push((law, line_of_sight(law, scenario, seed, progress)?));
+        }
         let mut mpc = MpcGuide::new(Policy::default());
         let mpc = flown(scenario, &mut mpc, seed, &mut |done| {
             progress(Stage::Planner, done);
         })?;
-        let saturated_los = Controller {
-            gains: Some(Gains::from(gains)),
-            ..line_of_sight
-        };
         Ok(Self {
             scenario: scenario.name.clone(),
             seed,
-            controllers: Controllers { mpc, saturated_los },
+            controllers: Controllers { mpc, laws },
         })
     }
+}
+
+fn line_of_sight(
+    law: LosLaw,
+    scenario: &Scenario,
+    seed: u64,
+    progress: &mut dyn FnMut(Stage, f64),
+) -> Result<Controller, ComparisonError> {
+    let (tuning, _) = tune(law, scenario, seed, &mut |done| {
+        progress(Stage::Tuning(law), done);
+    })?;
+    let mut guide = LosGuide::tuned(tuning);
+    let controller = flown(scenario, &mut guide, seed, &mut |done| {
+        progress(Stage::LineOfSight(law), done);
+    })?;
+    Ok(Controller {
+        gains: Some(Gains::from(tuning)),
+        never_a_winner: !law.may_win(),
+        information: Information {
+            // It looks at the present only, whatever the snapshots call for.
+            forecasts: vec![],
+            ..controller.information
+        },
+        ..controller
+    })
 }
 
 fn flown(
@@ -160,6 +214,7 @@ fn flown(
             current_known: current_known(&told),
         },
         gains: None,
+        never_a_winner: false,
         record,
     })
 }
@@ -177,56 +232,12 @@ fn model_name(model: ForecastModel) -> &'static str {
     }
 }
 
-impl From<LosGains> for Gains {
-    fn from(gains: LosGains) -> Self {
+impl From<LosTuning> for Gains {
+    fn from(tuning: LosTuning) -> Self {
         Self {
-            look_ahead_m: gains.look_ahead,
-            along_track_gain_per_s: gains.along_track_gain,
+            look_ahead_m: tuning.gains.look_ahead,
+            along_track_gain_per_s: tuning.gains.along_track_gain,
+            integral_gain_mps: (tuning.law == LosLaw::Integral).then_some(tuning.integral_gain),
         }
-    }
-}
-
-impl fmt::Display for Comparison {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Controllers { mpc, saturated_los } = &self.controllers;
-        writeln!(f, "{}, seed {}", self.scenario, self.seed)?;
-        writeln!(f, "{:<26}{:>20}{:>20}", "", "mpc", "saturated_los")?;
-        for ((name, planned), (_, line_of_sight)) in
-            mpc.scores.lines().iter().zip(saturated_los.scores.lines())
-        {
-            writeln!(f, "{name:<26}{planned:>20}{line_of_sight:>20}")?;
-        }
-        let known = |controller: &Controller| {
-            if controller.information.current_known {
-                "yes"
-            } else {
-                "no"
-            }
-        };
-        writeln!(
-            f,
-            "{:<26}{:>20}{:>20}",
-            "current known",
-            known(mpc),
-            known(saturated_los)
-        )?;
-        writeln!(f)?;
-        writeln!(
-            f,
-            "mpc forecasts with {}.",
-            mpc.information.forecasts.join(" and ")
-        )?;
-        if let Some(Gains {
-            look_ahead_m,
-            along_track_gain_per_s,
-        }) = saturated_los.gains
-        {
-            writeln!(
-                f,
-                "saturated_los sees the goal's present motion; tuned over its grid to a look-ahead of \
-                 {look_ahead_m} m and an along-track gain of {along_track_gain_per_s} 1/s."
-            )?;
-        }
-        Ok(())
     }
 }

@@ -7,7 +7,7 @@ use std::{
 };
 
 use api::{
-    comparison::{Comparison, ComparisonError, Controllers, Stage},
+    comparison::{Comparison, ComparisonError, Stage},
     export::{self, ExportError, Format as RecordFormat},
     figures::FiguresError,
     report::report,
@@ -16,7 +16,10 @@ use api::{
 };
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use planner::{los::LosGains, policy::Policy};
+use planner::{
+    los::{LosGains, LosLaw, LosTuning},
+    policy::Policy,
+};
 use sim::{
     guide::{Guide, GuideError, LosGuide, MpcGuide},
     metrics::Metrics,
@@ -64,12 +67,12 @@ pub(crate) struct Simulate {
     report: Option<PathBuf>,
     #[arg(
         long, value_name = "M", allow_negative_numbers = true,
-        help = format!("Look-ahead distance of saturated_los, m [default: {}]", Policy::default().los.look_ahead)
+        help = format!("Look-ahead distance of the line-of-sight laws, m [default: {}]", Policy::default().los.look_ahead)
     )]
     look_ahead_m: Option<f64>,
     #[arg(
         long, value_name = "GAIN", allow_negative_numbers = true,
-        help = format!("Along-track gain of saturated_los, 1/s [default: {}]", Policy::default().los.along_track_gain)
+        help = format!("Along-track gain of the line-of-sight laws, 1/s [default: {}]", Policy::default().los.along_track_gain)
     )]
     along_track_gain_per_s: Option<f64>,
 }
@@ -88,7 +91,7 @@ pub(crate) struct Compare {
     /// begin at once.
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=86_400))]
     duration_s: Option<u32>,
-    /// Write an interactive page about both missions to this file.
+    /// Write an interactive page about all the missions to this file.
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
 }
@@ -98,9 +101,35 @@ enum Controller {
     /// The planner.
     #[value(name = "mpc")]
     Mpc,
-    /// The saturated line-of-sight law.
+    /// The saturated line-of-sight law, errors in the target's frame.
     #[value(name = "saturated_los")]
     SaturatedLos,
+    /// The saturated line-of-sight law, errors in the tracker's frame.
+    #[value(name = "saturated_los_tracker_frame")]
+    TrackerFrame,
+    /// Integral line of sight.
+    #[value(name = "integral_los")]
+    Integral,
+    /// Way-points round a box, drawn every 360 s.
+    #[value(name = "waypoint_box")]
+    WaypointBox,
+    /// Line of sight exactly as printed, which runs away.
+    #[value(name = "printed_los")]
+    Printed,
+}
+
+impl Controller {
+    /// The law that it is; none for the planner.
+    fn law(self) -> Option<LosLaw> {
+        match self {
+            Self::Mpc => None,
+            Self::SaturatedLos => Some(LosLaw::SaturatedLos),
+            Self::TrackerFrame => Some(LosLaw::TrackerFrame),
+            Self::Integral => Some(LosLaw::Integral),
+            Self::WaypointBox => Some(LosLaw::WaypointBox),
+            Self::Printed => Some(LosLaw::Printed),
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -146,15 +175,19 @@ fn lasting(scenario: Scenario, duration_s: Option<u32>) -> Scenario {
 /// Runs one mission, prints what it is worth, and keeps the record where asked to.
 pub(crate) fn simulate(arguments: &Simulate) -> Result<(), MissionError> {
     let scenario = lasting(scenario(&arguments.scenario)?, arguments.duration_s);
-    let mut guide: Box<dyn Guide> = match arguments.controller {
-        Controller::Mpc if arguments.look_ahead_m.is_some() => {
+    let mut guide: Box<dyn Guide> = match arguments.controller.law() {
+        None if arguments.look_ahead_m.is_some() => {
             return Err(MissionError::GainOfAnother(LOOK_AHEAD));
         }
-        Controller::Mpc if arguments.along_track_gain_per_s.is_some() => {
+        None if arguments.along_track_gain_per_s.is_some() => {
             return Err(MissionError::GainOfAnother(ALONG_TRACK_GAIN));
         }
-        Controller::Mpc => Box::new(MpcGuide::new(Policy::default())),
-        Controller::SaturatedLos => Box::new(LosGuide::new(gains(arguments)?)),
+        None => Box::new(MpcGuide::new(Policy::default())),
+        Some(law) => Box::new(LosGuide::tuned(LosTuning {
+            law,
+            gains: gains(arguments)?,
+            integral_gain: Policy::default().integral_gain,
+        })),
     };
     // Before the mission: a file that cannot be written should not cost one.
     let files = arguments.out.iter().map(|path| record_file(path, &scenario));
@@ -273,22 +306,22 @@ fn summary(record: &Record) -> String {
     text
 }
 
-/// Tunes the line-of-sight law, runs both missions, prints both scores.
+/// Tunes the line-of-sight laws, runs all missions, prints all scores.
 pub(crate) fn compare(arguments: &Compare) -> Result<(), MissionError> {
     let scenario = lasting(scenario(&arguments.scenario)?, arguments.duration_s);
     let page = report_file(arguments.report.as_deref())?;
     let bar = bar();
     let comparison = Comparison::run(&scenario, arguments.seed, &mut |stage, done| {
         let stage = match stage {
-            Stage::Tuning => "tuning saturated_los",
-            Stage::LineOfSight => "saturated_los",
-            Stage::Planner => "mpc",
+            Stage::Tuning(law) => format!("tuning {}", law.name()),
+            Stage::LineOfSight(law) => law.name().to_owned(),
+            Stage::Planner => "mpc".to_owned(),
         };
-        show(&bar, stage, done);
+        show(&bar, &stage, done);
     })?;
     bar.finish_and_clear();
-    let Controllers { mpc, saturated_los } = &comparison.controllers;
-    let runs = [mpc, saturated_los].map(|controller| &controller.record);
+    let controllers = comparison.controllers.named();
+    let runs: Vec<&Record> = controllers.map(|(_, controller)| &controller.record).collect();
     write_report(page, &runs)?;
     match arguments.format {
         Format::Table => Ok(print(&comparison.to_string())?),
@@ -302,14 +335,14 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), MissionError> {
 /// On standard error, and only where that is a terminal.
 fn bar() -> ProgressBar {
     const TICKS: u64 = 1000;
-    let style = ProgressStyle::with_template("{msg:22} {wide_bar} {percent:>3} % {eta:>4}")
+    let style = ProgressStyle::with_template("{msg:34} {wide_bar} {percent:>3} % {eta:>4}")
         .expect("the template is a constant");
     ProgressBar::new(TICKS).with_style(style)
 }
 
-fn show(bar: &ProgressBar, stage: &'static str, done: f64) {
+fn show(bar: &ProgressBar, stage: &str, done: f64) {
     if bar.message() != stage {
-        bar.set_message(stage);
+        bar.set_message(stage.to_owned());
         bar.reset();
     }
     let ticks = bar.length().unwrap_or_default();

@@ -2,13 +2,20 @@
 
 use std::fmt::Write as _;
 
-use plotly::Plot;
+use plotly::{Plot, common::Visible};
 use sim::{metrics::Metrics, record::Record};
 
 use crate::scores::{Scores, diver_lines};
 
 mod map;
 mod over_time;
+
+/// More runs than these leave the table no room beside the map.
+const BESIDE_THE_MAP: usize = 2;
+
+/// A run this many times farther from the goal than the nearest one, by root mean square, is drawn only on a click
+/// into the legend: it would squeeze the others into a line.
+const FAR_OFF: f64 = 10.0;
 
 /// A page about `runs`, which differ in nothing but what guided them. Shows as much as there is.
 #[must_use]
@@ -17,6 +24,7 @@ pub fn report(runs: &[&Record]) -> String {
         (run.scenario.as_str(), run.title.as_str(), run.seed)
     });
     let (scenario, title) = (escaped(scenario), escaped(title));
+    let shown = shown(runs);
     format!(
         r#"<!doctype html>
 <html lang="en">
@@ -26,7 +34,7 @@ pub fn report(runs: &[&Record]) -> String {
 <title>{scenario}, seed {seed}</title>
 <style>{STYLE}</style>
 <header><h1>{scenario}</h1><p>{title}</p><p>seed {seed}</p></header>
-<main>
+<main{many}>
 <section id="map"></section>
 <section class="numbers">{table}</section>
 <section id="over-time"></section>
@@ -37,9 +45,14 @@ pub fn report(runs: &[&Record]) -> String {
 <script>{DRAW}</script>
 </html>
 "#,
+        many = if BESIDE_THE_MAP < runs.len() {
+            r#" class="many""#
+        } else {
+            ""
+        },
         table = table(runs),
-        map = inert(&map::plot(runs)),
-        over_time = inert(&over_time::plot(runs)),
+        map = inert(&map::plot(&shown)),
+        over_time = inert(&over_time::plot(&shown)),
         plotly = plotly_script(),
     )
 }
@@ -49,6 +62,36 @@ const POLICY: &str =
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:";
 const STYLE: &str = include_str!("report/report.css");
 const DRAW: &str = include_str!("report/report.js");
+
+/// A run as the plots show it.
+#[derive(Clone)]
+struct Shown<'a> {
+    record: &'a Record,
+    colour: &'static str,
+    /// Whether it is drawn, or waits in the legend.
+    visible: Visible,
+}
+
+fn shown<'a>(runs: &[&'a Record]) -> Vec<Shown<'a>> {
+    let rms = |record: &Record| Some(Metrics::of(record).surface_craft?.rms_m);
+    let distances: Vec<Option<f64>> = runs.iter().map(|record| rms(record)).collect();
+    let nearest = distances.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+    let far_off = |distance: &Option<f64>| distance.is_some_and(|rms| FAR_OFF * nearest < rms);
+    let colours = map::CRAFT.iter().cycle();
+    runs.iter()
+        .zip(&distances)
+        .zip(colours)
+        .map(|((&record, distance), colour)| Shown {
+            record,
+            colour,
+            visible: if far_off(distance) {
+                Visible::LegendOnly
+            } else {
+                Visible::True
+            },
+        })
+        .collect()
+}
 
 fn table(runs: &[&Record]) -> String {
     let columns: Vec<Vec<(String, String)>> = runs.iter().map(|run| lines(run)).collect();
@@ -132,6 +175,26 @@ mod tests {
             4,
             "two plots, the library, its caller"
         );
+    }
+
+    #[test]
+    fn a_run_far_off_waits_in_the_legend_and_no_two_have_one_colour() {
+        let near = record();
+        let mut far = record();
+        for row in &mut far.rows {
+            row.surface_craft.as_mut().expect("has one").goal.x += 1e3;
+        }
+        let runs = [&near, &near, &near, &near, &near, &far];
+        let shown = shown(&runs);
+        let waits = |run: &Shown| matches!(run.visible, Visible::LegendOnly);
+        assert!(waits(&shown[5]) && !shown[..5].iter().any(waits));
+        let mut colours: Vec<_> = shown.iter().map(|run| run.colour).collect();
+        colours.sort_unstable();
+        colours.dedup();
+        assert_eq!(colours.len(), runs.len());
+        // A pair of runs keeps its table beside the map.
+        assert!(report(&runs).contains("<main class=\"many\">"));
+        assert!(report(&runs[..2]).contains("<main>"));
     }
 
     #[test]

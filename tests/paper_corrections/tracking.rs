@@ -7,7 +7,9 @@ use planner::{
     angle::{Course, Heading, direction, ned_from_body, wrap},
     forecast::Motion,
     goal::GoalForecast,
-    los::{AscNow, LosGains, Reference, saturated_los, target_course},
+    los::{
+        AscNow, LosGains, Reference, printed_los, saturated_los, saturated_los_tracker_frame, target_course,
+    },
     snapshot::{Goal, Limits},
 };
 use tests::{auv, both, observation, snapshot};
@@ -172,6 +174,33 @@ fn eq_45_in_the_target_s_frame_the_printed_speed_lets_the_error_grow() {
     assert!(growth(definite) < 0.0);
     assert!((growth(definite) - (-k_3 * s * s - e * e * (U_D - k_3 * s) / delta)).abs() < 1e-12);
 
+    // In the tracker's frame, turned by the course that the law asks for, the printed speed shrinks it as proved.
+    let (start, target) = (Vector2::new(s, e), target(0.0, 0.0));
+    let asc = AscNow {
+        position: start,
+        heading: Heading::new(0.0),
+        current: Vector2::zeros(),
+    };
+    let gains = LosGains {
+        look_ahead: delta,
+        along_track_gain: k_3,
+    };
+    let reference = saturated_los_tracker_frame(
+        &asc,
+        &target,
+        Course::of(&target.velocity),
+        gains,
+        &Limits::MEDUSA,
+    );
+    let velocity = reference.heading.unit() * reference.speed;
+    let own = in_frame(reference.heading.radians(), start, &target);
+    let proved = -k_3 * own.x * own.x - U_D * own.y * own.y / own.y.hypot(delta);
+    let rate = start.dot(&(velocity - target.velocity));
+    assert!(
+        (rate - proved).abs() < 1e-12 && proved < 0.0,
+        "{rate} and {proved}"
+    );
+
     // The saturated law keeps the printed speed and still converges: only the proof is lost, not the law.
     let law = |position: Vector2<f64>, target: &Motion| projects(position, target, Vector2::zeros());
     assert!(distance_after(300, Vector2::new(s, e), 0.0, Vector2::zeros(), law) < 0.1);
@@ -180,17 +209,12 @@ fn eq_45_in_the_target_s_frame_the_printed_speed_lets_the_error_grow() {
 #[test]
 fn eq_49_the_printed_sign_runs_away() {
     let printed = |position: Vector2<f64>, target: &Motion| {
-        let error = in_frame(0.0, position, target);
-        let chi_r = (-error.y / GAINS.look_ahead).atan();
-        let speed = match U_D * chi_r.cos() + GAINS.along_track_gain * error.x {
-            u if u <= 0.0 => 0.05,
-            u if u > 1.5 => 1.5,
-            u => u,
+        let asc = AscNow {
+            position,
+            heading: Heading::new(0.0),
+            current: Vector2::zeros(),
         };
-        Reference {
-            speed,
-            heading: Heading::new(chi_r),
-        }
+        printed_los(&asc, target, Course::of(&target.velocity), GAINS, &Limits::MEDUSA)
     };
     let corrected = |position: Vector2<f64>, target: &Motion| projects(position, target, Vector2::zeros());
     let calm = Vector2::zeros();

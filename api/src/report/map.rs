@@ -11,17 +11,17 @@ use plotly::{
 };
 use sim::record::Record;
 
-use super::escaped;
+use super::{Shown, escaped};
 
-/// Colours of the runs' surface craft: those of the service's page.
-pub(super) const CRAFT: [&str; 2] = ["#0b6bb0", "#d4571b"];
+/// Colours of the runs' surface craft, the first two those of the service's page.
+pub(super) const CRAFT: [&str; 6] = ["#0b6bb0", "#d4571b", "#10202c", "#b59a00", "#8f9aa5", "#c2185b"];
 /// Colours of the underwater vehicles.
 pub(super) const DIVERS: [&str; 4] = ["#1d7f5f", "#8a5a00", "#56b4e9", "#cc79a7"];
 const GOAL: &str = "#7a5bb5";
 const PATH: &str = "#b9c4ce";
 const BAD: &str = "#b3261e";
 
-pub(super) fn plot(runs: &[&Record]) -> Plot {
+pub(super) fn plot(runs: &[Shown]) -> Plot {
     let mut plot = Plot::new();
     plot.set_configuration(configuration());
     plot.set_layout(
@@ -37,7 +37,7 @@ pub(super) fn plot(runs: &[&Record]) -> Plot {
             .x_axis(Axis::new().title("east, m").zero_line(false))
             .y_axis(Axis::new().title("north, m").zero_line(false).scale_anchor("x")),
     );
-    let Some(first) = runs.first() else {
+    let Some(first) = runs.first().map(|run| run.record) else {
         return plot;
     };
     draw_bounds(&mut plot, first);
@@ -56,10 +56,11 @@ pub(super) fn plot(runs: &[&Record]) -> Plot {
         let points = tracks(first, |row| Some(row.divers.get(i)?.position));
         plot.add_trace(track(&points, id, DIVERS[i % DIVERS.len()]));
     }
-    for (run, colour) in runs.iter().zip(CRAFT.iter().cycle()) {
-        let points = tracks(run, |row| Some(row.surface_craft.as_ref()?.position));
+    for run in runs {
+        let points = tracks(run.record, |row| Some(row.surface_craft.as_ref()?.position));
         if !points.is_empty() {
-            plot.add_trace(track(&points, &run.guide, colour));
+            let trace = track(&points, &run.record.guide, run.colour);
+            plot.add_trace(trace.visible(run.visible.clone()));
         }
     }
     plot

@@ -2,14 +2,14 @@
 
 use plotly::{
     Layout, Plot, Scatter,
-    common::{Anchor, DashType, Line, Mode, Orientation},
+    common::{Anchor, DashType, Line, Mode, Orientation, Visible},
     layout::{Axis, AxisRange, HoverMode, Legend, Margin},
 };
 use sim::record::{DiverRow, Record, SurfaceCraftRow};
 
 use super::{
-    escaped,
-    map::{CRAFT, DIVERS, configuration, rounded},
+    Shown, escaped,
+    map::{DIVERS, configuration, rounded},
 };
 use crate::unwrap::unwrapped;
 
@@ -27,11 +27,12 @@ struct NamedLine {
     name: String,
     colour: &'static str,
     dash: DashType,
+    visible: Visible,
     time: Vec<f64>,
     values: Vec<f64>,
 }
 
-pub(super) fn plot(runs: &[&Record]) -> Plot {
+pub(super) fn plot(runs: &[Shown]) -> Plot {
     let panels: Vec<Panel> = [
         distance(runs),
         speed(runs),
@@ -60,6 +61,7 @@ pub(super) fn plot(runs: &[&Record]) -> Plot {
                 .legend_group(&name)
                 .show_legend(first)
                 .mode(Mode::Lines)
+                .visible(line.visible)
                 .line(style)
                 .x_axis("x")
                 .y_axis(axis_name(i));
@@ -140,16 +142,16 @@ fn up(y_label: &'static str, lines: Vec<NamedLine>) -> Panel {
     }
 }
 
-fn distance(runs: &[&Record]) -> Panel {
-    let line = |(run, colour)| craft(run, colour, SurfaceCraftRow::distance);
-    up("distance to goal, m", coloured(runs).map(line).collect())
+fn distance(runs: &[Shown]) -> Panel {
+    let line = |run| craft(run, SurfaceCraftRow::distance);
+    up("distance to goal, m", runs.iter().map(line).collect())
 }
 
-fn speed(runs: &[&Record]) -> Panel {
+fn speed(runs: &[Shown]) -> Panel {
     let mut lines = vec![];
-    for (run, colour) in coloured(runs) {
-        lines.push(craft(run, colour, |craft| craft.surge));
-        lines.push(reference(craft(run, colour, |craft| craft.reference.speed)));
+    for run in runs {
+        lines.push(craft(run, |craft| craft.surge));
+        lines.push(reference(craft(run, |craft| craft.reference.speed)));
     }
     if !has_surface_craft(runs) {
         lines = divers(runs, |diver| diver.surge);
@@ -162,12 +164,12 @@ fn speed(runs: &[&Record]) -> Panel {
     up("speed, m/s", lines)
 }
 
-fn heading(runs: &[&Record]) -> Panel {
+fn heading(runs: &[Shown]) -> Panel {
     let mut pairs = vec![];
-    for (run, colour) in coloured(runs) {
+    for run in runs {
         pairs.push([
-            craft(run, colour, |craft| craft.reference.heading.radians()),
-            craft(run, colour, |craft| craft.heading),
+            craft(run, |craft| craft.reference.heading.radians()),
+            craft(run, |craft| craft.heading),
         ]);
     }
     if !has_surface_craft(runs) {
@@ -182,20 +184,20 @@ fn heading(runs: &[&Record]) -> Panel {
     up("heading, °", lines.collect())
 }
 
-fn under_water(runs: &[&Record], y_label: &'static str, of: fn(&DiverRow) -> f64) -> Panel {
+fn under_water(runs: &[Shown], y_label: &'static str, of: fn(&DiverRow) -> f64) -> Panel {
     up(y_label, divers(runs, of))
 }
 
-fn depth(runs: &[&Record]) -> Panel {
+fn depth(runs: &[Shown]) -> Panel {
     Panel {
         down: true,
         ..under_water(runs, "depth, m", |diver| diver.depth)
     }
 }
 
-fn answer_time(runs: &[&Record]) -> Panel {
-    let line = |(run, colour): (&Record, _)| {
-        let times = run.rows.iter().filter_map(|row| {
+fn answer_time(runs: &[Shown]) -> Panel {
+    let line = |run: &Shown| {
+        let times = run.record.rows.iter().filter_map(|row| {
             let craft = row.surface_craft.as_ref()?;
             Some((row.time, craft.solve_ms?))
         });
@@ -203,18 +205,14 @@ fn answer_time(runs: &[&Record]) -> Panel {
         NamedLine {
             time,
             values,
-            ..craft(run, colour, |_| 0.0)
+            ..craft(run, |_| 0.0)
         }
     };
-    up("solve time, ms", coloured(runs).map(line).collect())
+    up("solve time, ms", runs.iter().map(line).collect())
 }
 
-fn has_surface_craft(runs: &[&Record]) -> bool {
-    runs.iter().any(|run| run.limits.is_some())
-}
-
-fn coloured<'a>(runs: &'a [&'a Record]) -> impl Iterator<Item = (&'a Record, &'static str)> {
-    runs.iter().copied().zip(CRAFT.iter().copied().cycle())
+fn has_surface_craft(runs: &[Shown]) -> bool {
+    runs.iter().any(|run| run.record.limits.is_some())
 }
 
 fn reference(line: NamedLine) -> NamedLine {
@@ -225,22 +223,23 @@ fn reference(line: NamedLine) -> NamedLine {
     }
 }
 
-fn craft(run: &Record, colour: &'static str, of: fn(&SurfaceCraftRow) -> f64) -> NamedLine {
-    let rows = run.rows.iter();
+fn craft(run: &Shown, of: fn(&SurfaceCraftRow) -> f64) -> NamedLine {
+    let rows = run.record.rows.iter();
     let (time, values) = rows
         .filter_map(|row| Some((row.time, of(row.surface_craft.as_ref()?))))
         .unzip();
     NamedLine {
-        name: run.guide.clone(),
-        colour,
+        name: run.record.guide.clone(),
+        colour: run.colour,
         dash: DashType::Solid,
+        visible: run.visible.clone(),
         time,
         values,
     }
 }
 
 /// Of the first run: the underwater vehicles do the same in all of them.
-fn divers(runs: &[&Record], of: fn(&DiverRow) -> f64) -> Vec<NamedLine> {
+fn divers(runs: &[Shown], of: fn(&DiverRow) -> f64) -> Vec<NamedLine> {
     let line = |record: &Record, i: usize| {
         let rows = record.rows.iter();
         let (time, values) = rows
@@ -250,11 +249,12 @@ fn divers(runs: &[&Record], of: fn(&DiverRow) -> f64) -> Vec<NamedLine> {
             name: record.diver_ids[i].clone(),
             colour: DIVERS[i % DIVERS.len()],
             dash: DashType::Solid,
+            visible: Visible::True,
             time,
             values,
         }
     };
-    let records = runs.first().into_iter();
+    let records = runs.first().map(|run| run.record).into_iter();
     records
         .flat_map(|record| (0..record.diver_ids.len()).map(move |i| line(record, i)))
         .collect()
