@@ -283,21 +283,9 @@ impl<'a> Forward<'a> {
                 .iter()
                 .zip(scene.estimates())
                 .filter_map(|(auv, estimate)| {
-                    let forecast = AuvForecast::new(
-                        &estimate.state,
-                        auv.path.as_ref(),
-                        scene.forecast,
-                        &scene.current(),
-                    );
-                    let radius = |ahead: f64| {
-                        radius(
-                            scene.range_max?,
-                            &forecast,
-                            ahead,
-                            estimate.state.depth,
-                            self.policy,
-                        )
-                    };
+                    let forecast =
+                        AuvForecast::new(&estimate.state, auv.into(), scene.forecast, &scene.current());
+                    let radius = |ahead: f64| Some(radius(scene.range_max?, &forecast, ahead, self.policy));
                     let from = forecast.at(begin).position;
                     let to = forecast.at(begin + step).position;
                     let allowed = radius(begin)? * (1.0 - share) + radius(begin + step)? * share;
@@ -345,6 +333,8 @@ impl<'a> Forward<'a> {
     }
 }
 
-fn radius(range: f64, _forecast: &AuvForecast, _ahead: f64, depth: f64, _policy: &Policy) -> Option<f64> {
-    Some((range * range - depth * depth).max(0.0).sqrt())
+/// Horizontal range that depth and doubt leave.
+fn radius(range: f64, forecast: &AuvForecast, ahead: f64, policy: &Policy) -> f64 {
+    let across = (range.powi(2) - forecast.depth_at(ahead).powi(2)).max(0.0).sqrt();
+    (across - policy.range_doubt * forecast.position_variance(ahead).sqrt()).max(0.0)
 }

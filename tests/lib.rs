@@ -28,6 +28,7 @@ pub fn auv(id: &str, north: f64, east: f64, course: f64) -> Auv {
             covariance: None,
         }),
         path: None,
+        dive: None,
     }
 }
 

@@ -7,7 +7,7 @@ use planner::{
     angle::{Course, Heading},
     path::{Path, Segment},
     snapshot::{
-        AscState, Auv, AuvState, Evidence, Fallback, ForecastChoice, ForecastModel, Goal, GroundTrack,
+        AscState, Auv, AuvState, Dive, Evidence, Fallback, ForecastChoice, ForecastModel, Goal, GroundTrack,
         HoldStyle, KeepOut, KnownPath, Limits, Observation, PreviousPlan, Report, SurgeMemory,
         TrajectoryPoint, VehicleId,
     },
@@ -179,6 +179,7 @@ impl Draw {
             id: VehicleId(format!("auv-{i}")),
             evidence,
             path: self.chance(0.3).then(|| self.path(position, course)),
+            dive: self.chance(0.4).then(|| self.dive()),
         }
     }
 
@@ -224,6 +225,17 @@ impl Draw {
         KnownPath {
             path: Arc::new(Path::from_segments(&[segment], false).expect("corners of a rectangle")),
             horizontal_speed: self.number((0.1, 0.4), (0.01, 10.0)),
+        }
+    }
+
+    fn dive(&mut self) -> Dive {
+        let depth_min = self.number((0.0, 3.0), (0.0, 1.0e4));
+        Dive {
+            depth_min,
+            depth_max: depth_min + self.number((5.0, 30.0), (0.5, 1.0e3)),
+            pitch: self.number((0.3, 0.9), (0.05, 1.4)),
+            reversal: self.number((1.0, 10.0), (0.1, 120.0)),
+            descending: [None, Some(true), Some(false)][self.rng.random_range(0..3)],
         }
     }
 

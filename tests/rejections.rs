@@ -189,7 +189,7 @@ async fn details_are_in_the_words_of_json_and_not_of_the_program() {
     );
     assert_eq!(
         detail(changed("/auvs/0", json!({ "name": "a" }))).await,
-        "there is no such member, only `id`, `state`, `reports`, `path`"
+        "there is no such member, only `id`, `state`, `reports`, `path`, `dive`"
     );
     assert_eq!(
         detail(changed("/auvs/0/id", json!("é".repeat(65)))).await,
@@ -470,6 +470,31 @@ async fn bounds_that_are_none_are_told_where() {
     let error = planned(body.to_string()).await.problem()["errors"][0].clone();
     assert_eq!(error["given"], 30_000.0);
     assert_eq!(error["limit"], json!({ "least": 1.0, "most": 20_000.0 }));
+}
+
+#[tokio::test]
+async fn a_dive_that_is_none_is_told_where() {
+    for (member, given, least, most) in [
+        ("depth_min_m", -0.1, 0.0, 11_999.5),
+        ("depth_max_m", 1.4, 1.5, 12_000.0),
+        ("pitch_rad", 50.0, 0.05, 1.4),
+        ("reversal_s", 0.0, 0.1, 120.0),
+    ] {
+        let mut body = example("track");
+        body["auvs"][0]["dive"] = json!({ "depth_min_m": 1.0, "depth_max_m": 23.0, "pitch_rad": 0.873 });
+        body["auvs"][0]["dive"][member] = json!(given);
+        let answer = planned(body.to_string()).await;
+        let pointer = format!("/auvs/0/dive/{member}");
+        assert_eq!(
+            answer.faults(),
+            fault(&pointer, "out_of_range"),
+            "{}",
+            answer.text
+        );
+        let error = &answer.problem()["errors"][0];
+        assert_eq!(error["given"], given);
+        assert_eq!(error["limit"], json!({ "least": least, "most": most }));
+    }
 }
 
 #[tokio::test]

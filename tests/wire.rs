@@ -8,8 +8,8 @@ use planner::{
     angle::{Course, Heading, direction},
     path::{Path, Segment},
     snapshot::{
-        self as domain, Evidence, Fallback, ForecastChoice, ForecastModel, GroundTrack, HoldStyle, KnownPath,
-        Limits, Report, Snapshot,
+        self as domain, Dive, Evidence, Fallback, ForecastChoice, ForecastModel, GroundTrack, HoldStyle,
+        KnownPath, Limits, Report, Snapshot,
     },
 };
 use tests::{goals, observation, snapshot, state};
@@ -71,6 +71,13 @@ fn a_snapshot_survives_the_way_through_json_to_the_bit() {
     state(&mut rich, 1).covariance = Some(factor * factor.transpose());
     rich.auvs[0].evidence = Evidence::Reports(reports(rich.time));
     rich.auvs[0].path = Some(known_path());
+    rich.auvs[0].dive = Some(Dive {
+        depth_min: 1.0 / 3.0,
+        depth_max: 23.1,
+        pitch: 0.1 + 0.2,
+        reversal: 10.7,
+        descending: Some(false),
+    });
     rich.limits = Limits {
         speed_max: 0.7,
         surge_lag: 4.9,
@@ -141,6 +148,17 @@ fn every_forecast_has_its_own_name() {
         chosen.forecast = choice;
         assert_eq!(through_json(&snapshot(chosen)).forecast, choice);
     }
+}
+
+#[test]
+fn what_a_dive_leaves_out_is_unknown_or_the_default_vehicles() {
+    let text = r#"{ "depth_min_m": 1.0, "depth_max_m": 23.0, "pitch_rad": 0.873 }"#;
+    let mut request = PlanRequest::from(&snapshot(observation(goals()[0].clone())));
+    request.auvs[0].dive = Some(serde_json::from_str(text).expect("has the shape"));
+    let dive = Snapshot::try_from(&request).expect("is valid").auvs[0]
+        .dive
+        .expect("is there");
+    assert_eq!((dive.reversal, dive.descending), (Dive::REVERSAL_MEDUSA, None));
 }
 
 #[test]

@@ -46,8 +46,7 @@ impl Guide for Stopwatch<'_> {
         self.told.with_current += usize::from(snapshot.current.is_some());
         let current = snapshot.current();
         for (auv, estimate) in snapshot.auvs.iter().zip(snapshot.estimates()) {
-            let path = auv.path.as_ref();
-            let model = AuvForecast::new(&estimate.state, path, snapshot.forecast, &current).model;
+            let model = AuvForecast::new(&estimate.state, auv.into(), snapshot.forecast, &current).model;
             if !self.told.forecasts.contains(&model) {
                 self.told.forecasts.push(model);
             }

@@ -114,6 +114,10 @@ pub struct TargetForecast {
     pub model: ForecastModel,
     /// Positions (north, east) at the times of the trajectory, m.
     pub positions: Vec<Vector2<f64>>,
+    /// Depths at the times of the trajectory, m, positive down.
+    pub depths: Vec<f64>,
+    /// Doubt of the positions, m: root mean square of the distance from where the AUV will be.
+    pub position_sigmas: Vec<f64>,
 }
 
 /// A line-of-sight law on the same snapshot.

@@ -3,13 +3,20 @@
 mod along_path;
 #[cfg(test)]
 mod along_path_tests;
+mod dive;
+#[cfg(test)]
+mod dive_tests;
+mod doubt;
+#[cfg(test)]
+mod doubt_tests;
 
 use along_path::AlongPath;
-use nalgebra::Vector2;
+use dive::DepthForecast;
+use nalgebra::{Matrix2, Matrix4, Vector2};
 
 use crate::{
     angle::{angle_of, direction},
-    snapshot::{AuvState, ForecastChoice, ForecastModel, KnownPath},
+    snapshot::{Auv, AuvState, Dive, ForecastChoice, ForecastModel, KnownPath},
 };
 
 /// Slower than this over ground, an AUV counts as standing still, m/s.
@@ -29,6 +36,12 @@ const TURN_RATE_STRAIGHT: f64 = 0.002;
 /// Assumption: ten standard deviations of an acoustic fix (1.5 m); less than any lane is long.
 const OFFSET_FROM_PATH_MAX: f64 = 15.0;
 
+/// An AUV that is no deeper than this is in the way of the surface craft, m.
+///
+/// Assumption: draught of the craft, height of an AUV, error of its depth, half a metre each, and as much again
+/// between them.
+pub const SURFACED_DEPTH: f64 = 2.0;
+
 /// Position and velocity over ground at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
@@ -36,6 +49,24 @@ pub struct Motion {
     pub position: Vector2<f64>,
     /// Velocity over ground (north, east), m/s.
     pub velocity: Vector2<f64>,
+}
+
+/// What is known of an AUV's plans.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Intent<'a> {
+    /// The path that it follows.
+    pub path: Option<&'a KnownPath>,
+    /// The sawtooth in which it dives.
+    pub dive: Option<Dive>,
+}
+
+impl<'a> From<&'a Auv> for Intent<'a> {
+    fn from(auv: &'a Auv) -> Self {
+        Self {
+            path: auv.path.as_ref(),
+            dive: auv.dive,
+        }
+    }
 }
 
 /// The forecast of one AUV.
@@ -46,6 +77,9 @@ pub struct AuvForecast {
     /// Age of the report, s.
     age: f64,
     way: Way,
+    depth: DepthForecast,
+    /// Covariance of (north, east, north velocity, east velocity) at the report.
+    covariance: Matrix4<f64>,
 }
 
 /// How it goes on from the report.
@@ -68,16 +102,11 @@ struct Turning {
 
 impl AuvForecast {
     /// The forecast of an AUV from its `state`, under the model that `choice` gives, in a `current` (north, east),
-    /// m/s. `path`: the one that it follows, where that is known.
+    /// m/s.
     #[must_use]
-    pub fn new(
-        state: &AuvState,
-        path: Option<&KnownPath>,
-        choice: ForecastChoice,
-        current: &Vector2<f64>,
-    ) -> Self {
+    pub fn new(state: &AuvState, intent: Intent<'_>, choice: ForecastChoice, current: &Vector2<f64>) -> Self {
         let along_path = |known| AlongPath::new(state, known, current);
-        let along = match (choice, path) {
+        let along = match (choice, intent.path) {
             (ForecastChoice::Model(ForecastModel::Path), Some(known)) => Some(along_path(known)),
             (ForecastChoice::Auto, Some(known)) if SPEED_AT_REST <= state.speed => {
                 Some(along_path(known)).filter(|along| along.offset().abs() <= OFFSET_FROM_PATH_MAX)
@@ -88,7 +117,9 @@ impl AuvForecast {
             return Self {
                 model: ForecastModel::Path,
                 age: state.age,
+                depth: DepthForecast::at_speed(state.depth, intent.dive, along_path.horizontal_speed()),
                 way: Way::AlongPath(along_path),
+                covariance: state.covariance.unwrap_or_else(doubt::covariance_unless_told),
             };
         }
         let model = match choice {
@@ -108,17 +139,64 @@ impl AuvForecast {
                 velocity,
                 turn_rate,
             }),
+            depth: match model {
+                ForecastModel::Hold => DepthForecast::Held(state.depth),
+                ForecastModel::ConstantVelocity | ForecastModel::ConstantTurn | ForecastModel::Path => {
+                    DepthForecast::from_motion(state, intent.dive, current)
+                }
+            },
+            covariance: state.covariance.unwrap_or_else(doubt::covariance_unless_told),
         }
     }
 
     /// Motion `ahead` seconds after the snapshot.
+    ///
+    /// Along a path, a vehicle that dives is forecast to surge ahead where it goes level between two legs.
     #[must_use]
     pub fn at(&self, ahead: f64) -> Motion {
         let elapsed = self.age + ahead;
         match &self.way {
             Way::Turning(turning) => turning.at(elapsed),
-            Way::AlongPath(along_path) => along_path.at(elapsed),
+            Way::AlongPath(along_path) => along_path.at(elapsed, self.depth.lead(elapsed)),
         }
+    }
+
+    /// Expected depth `ahead` seconds after the snapshot, m, positive down: along its sawtooth, where that is known
+    /// and the vehicle does not rest, else what it was. Where the report does not say whether the vehicle goes
+    /// down or up, the mean of both.
+    #[must_use]
+    pub fn depth_at(&self, ahead: f64) -> f64 {
+        self.depth.at(self.age + ahead)
+    }
+
+    /// Whether the surface craft must keep clear of it `ahead` seconds after the snapshot: whether it may be as
+    /// shallow as [`SURFACED_DEPTH`], going down or up where the report does not say which.
+    #[must_use]
+    pub fn surfaced(&self, ahead: f64) -> bool {
+        self.depth.shallowest(self.age + ahead) <= SURFACED_DEPTH
+    }
+
+    /// Covariance of the position (north, east) `ahead` seconds after the snapshot, m².
+    ///
+    /// Its trace never decreases. Along a path it grows with the doubt of speed along it, and across it only up to
+    /// what a follower strays; else with the doubt of velocity and with accelerations that nobody foresees.
+    #[must_use]
+    pub fn position_covariance(&self, ahead: f64) -> Matrix2<f64> {
+        let elapsed = self.age + ahead;
+        match &self.way {
+            Way::Turning(turning) => doubt::free(&self.covariance, elapsed, turning.turn_rate * elapsed),
+            Way::AlongPath(along_path) => {
+                let on_path = along_path.on_path(elapsed, self.depth.lead(elapsed));
+                doubt::along_path(&self.covariance, elapsed, &on_path)
+            }
+        }
+    }
+
+    /// Trace of [`AuvForecast::position_covariance`], m²: the mean square of the distance between where the vehicle
+    /// is and where it is forecast.
+    #[must_use]
+    pub fn position_variance(&self, ahead: f64) -> f64 {
+        self.position_covariance(ahead).trace()
     }
 }
 
@@ -179,7 +257,7 @@ mod tests {
     }
 
     fn forecast(state: &AuvState, choice: ForecastChoice) -> AuvForecast {
-        AuvForecast::new(state, None, choice, &Vector2::zeros())
+        AuvForecast::new(state, Intent::default(), choice, &Vector2::zeros())
     }
 
     #[test]

@@ -34,7 +34,7 @@ impl GoalForecast {
             let (auv, estimate) = snapshot
                 .auv_and_estimate(id)
                 .expect("a snapshot's goal names only vehicles that are in it");
-            AuvForecast::new(&estimate.state, auv.path.as_ref(), snapshot.forecast, &current)
+            AuvForecast::new(&estimate.state, auv.into(), snapshot.forecast, &current)
         };
         match &snapshot.goal {
             Goal::Track { auv } => Self {

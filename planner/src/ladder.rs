@@ -171,15 +171,16 @@ fn goal_is_stale(snapshot: &Snapshot, policy: &Policy) -> bool {
 fn targets(snapshot: &Snapshot, horizon: &Horizon) -> Vec<TargetForecast> {
     let current = snapshot.current();
     let target = |(auv, estimate): (&Auv, &Estimate)| {
-        let forecast = AuvForecast::new(&estimate.state, auv.path.as_ref(), snapshot.forecast, &current);
+        let forecast = AuvForecast::new(&estimate.state, auv.into(), snapshot.forecast, &current);
+        let times = || horizon.times.iter();
         TargetForecast {
             id: auv.id.clone(),
             estimate: estimate.clone(),
             model: forecast.model,
-            positions: horizon
-                .times
-                .iter()
-                .map(|time| forecast.at(*time).position)
+            positions: times().map(|time| forecast.at(*time).position).collect(),
+            depths: times().map(|time| forecast.depth_at(*time)).collect(),
+            position_sigmas: times()
+                .map(|time| forecast.position_variance(*time).sqrt())
                 .collect(),
         }
     };

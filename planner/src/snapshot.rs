@@ -16,8 +16,8 @@ mod evidence;
 
 pub use bounds::{ACOUSTIC_RANGE, AREA_CORNERS, KEEP_OUT_RADIUS, KEEP_OUTS_MAX, KeepOut, bounds_faults};
 pub use check::{
-    AUVS_MAX, COORDINATE_MAX, ID_LENGTH_MAX, InvalidObservation, REPORT_AGE_MAX, REPORT_AHEAD_MAX,
-    REPORT_SIGMA_MIN, REPORTS_MAX, TIME_MAX, TRAJECTORY_POINTS_MAX,
+    AUVS_MAX, COORDINATE_MAX, ID_LENGTH_MAX, InvalidObservation, LEG_HEIGHT_MIN, REPORT_AGE_MAX,
+    REPORT_AHEAD_MAX, REPORT_SIGMA_MIN, REPORTS_MAX, TIME_MAX, TRAJECTORY_POINTS_MAX,
 };
 pub use evidence::{AuvState, Evidence, GroundTrack, Report};
 
@@ -67,6 +67,8 @@ pub struct Auv {
     pub evidence: Evidence,
     /// The path that it follows, where that is known.
     pub path: Option<KnownPath>,
+    /// The sawtooth in which it dives, where that is known.
+    pub dive: Option<Dive>,
 }
 
 /// A path that an AUV is known to follow.
@@ -77,6 +79,30 @@ pub struct KnownPath {
     /// Horizontal speed through the water `u_h`, m/s.
     #[doc(alias = "u_h")]
     pub horizontal_speed: f64,
+}
+
+/// A sawtooth in which an AUV is known to dive: down until deep enough, up until shallow enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dive {
+    /// Depth at which a climb ends, m, positive down, never negative.
+    pub depth_min: f64,
+    /// Depth at which a dive ends, m, at least half a metre below `depth_min`.
+    pub depth_max: f64,
+    /// Pitch of both legs θ, rad, positive, from 0.05 to 1.4.
+    #[doc(alias = "theta")]
+    pub pitch: f64,
+    /// Time that a reversal takes, s: from passing the depth that ends a leg until passing it again.
+    pub reversal: f64,
+    /// Whether its nose was down and it got deeper at the time of the report, where that is known.
+    pub descending: Option<bool>,
+}
+
+impl Dive {
+    /// Time that a MEDUSA-class vehicle takes to reverse from 50° down to 50° up, or back, s.
+    ///
+    /// Source: the simulated pitch loop. From 23 m on it takes 3.4 s to be back, from 1 m on 3.5 s, and a cycle
+    /// lasts 198.6 s, of which the legs, 22 m each at 0.3 m/s along the body, are 191.5 s.
+    pub const REVERSAL_MEDUSA: f64 = 3.6;
 }
 
 /// What the surface craft is to do.

@@ -39,15 +39,22 @@ impl Surroundings {
             .zip(snapshot.estimates())
             .map(|(auv, estimate)| {
                 let state = &estimate.state;
-                let forecast =
-                    AuvForecast::new(state, auv.path.as_ref(), snapshot.forecast, &snapshot.current());
+                let forecast = AuvForecast::new(state, auv.into(), snapshot.forecast, &snapshot.current());
                 let position = |time: &f64| horizon.local_position(&forecast.at(*time).position);
                 Track {
                     counts: matters(&snapshot.goal, &auv.id),
-                    doubt: 0.0,
+                    doubts: horizon
+                        .times
+                        .iter()
+                        .map(|time| forecast.position_variance(*time).sqrt())
+                        .collect(),
                     member: Member {
                         positions: horizon.times.iter().map(position).collect(),
-                        depths: vec![state.depth; n],
+                        depths: horizon
+                            .times
+                            .iter()
+                            .map(|time| forecast.depth_at(*time))
+                            .collect(),
                     },
                 }
             })
@@ -135,21 +142,21 @@ impl Surroundings {
 struct Track {
     /// Whether its range is what the goal is about.
     counts: bool,
-    /// Standard deviation of its position over both axes, √(tr P), m.
-    doubt: f64,
+    /// Standard deviation of its position over both axes, √(tr P), at the stages, m.
+    doubts: Vec<f64>,
     member: Member,
 }
 
 impl Track {
     /// Horizontal distance to keep within: √(R² − z²) less the doubt.
     fn range(&self, range: f64, policy: &Policy) -> Range {
-        let radius = |depth: &f64| {
+        let radius = |(depth, doubt): (&f64, &f64)| {
             let across = (range * range - depth * depth).max(0.0).sqrt();
-            (across - policy.range_doubt * self.doubt).max(0.0)
+            (across - policy.range_doubt * doubt).max(0.0)
         };
         Range {
             centres: self.member.positions.clone(),
-            radii: self.member.depths.iter().map(radius).collect(),
+            radii: self.member.depths.iter().zip(&self.doubts).map(radius).collect(),
         }
     }
 }

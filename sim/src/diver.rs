@@ -210,3 +210,6 @@ impl Diver {
         };
     }
 }
+
+#[cfg(test)]
+mod forecast_tests;

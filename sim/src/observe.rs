@@ -7,8 +7,8 @@ use nalgebra::Vector2;
 use planner::{
     angle::{Course, direction, ned_from_body},
     snapshot::{
-        Auv, AuvState, Evidence, Fallback, ForecastChoice, Goal, HoldStyle, InvalidObservation, KnownPath,
-        Limits, Observation, REPORT_AGE_MAX, Snapshot,
+        Auv, AuvState, Dive, Evidence, Fallback, ForecastChoice, Goal, HoldStyle, InvalidObservation,
+        KnownPath, LEG_HEIGHT_MIN, Limits, Observation, REPORT_AGE_MAX, Snapshot,
     },
 };
 
@@ -37,7 +37,7 @@ pub struct Briefing {
     pub limits: Limits,
     /// Whether it is told the current where it is.
     pub current: bool,
-    /// Whether it is told the underwater vehicles' paths and speeds.
+    /// Whether it is told the underwater vehicles' paths and speeds, and how they dive.
     pub paths: bool,
     /// Where it is meant to stay, and how much energy it has; a snapshot has no place for the energy.
     pub bounds: Bounds,
@@ -120,6 +120,7 @@ impl Observer {
                         course: fix.course,
                         speed: fix.speed,
                         turn_rate: fix.turn_rate,
+                        descending: fix.descending,
                     },
                 };
             }
@@ -171,6 +172,7 @@ impl Observer {
                 horizontal_speed: diver.speed_at(diver.path.closest(&heard.emission.position))
                     * diver.dive.pitch.cos(),
             }),
+            dive: known_dive(diver, heard.emission.descending).filter(|_| briefing.paths),
         };
         Snapshot::try_from(Observation {
             time: clock,
@@ -239,7 +241,20 @@ fn emission(diver: &Diver, world: &World) -> Emission {
         speed,
         // The snapshot accepts ±1 rad/s; almost at rest over ground the quotient has no bound.
         turn_rate: turn_rate.clamp(-1.0, 1.0),
+        descending: diver.pitch() < 0.0,
     }
+}
+
+/// The sawtooth of a diver, as one may know it who planned the mission; nothing where it is too low for one.
+fn known_dive(diver: &Diver, descending: bool) -> Option<Dive> {
+    let dive = &diver.dive;
+    (dive.depth_min + LEG_HEIGHT_MIN <= dive.depth_max).then(|| Dive {
+        depth_min: dive.depth_min,
+        depth_max: dive.depth_max,
+        pitch: dive.pitch,
+        reversal: diver.loops.reversal_time(),
+        descending: Some(descending),
+    })
 }
 
 #[cfg(test)]

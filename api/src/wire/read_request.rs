@@ -16,7 +16,7 @@ use super::{
     faults::{length, out_of_range},
     read_evidence, read_path,
     request::{
-        Asc, Auv, Current, Fallback, Forecast, Goal, GoalKind, Hold, Limits, PlanRequest, PreviousPlan,
+        Asc, Auv, Current, Dive, Fallback, Forecast, Goal, GoalKind, Hold, Limits, PlanRequest, PreviousPlan,
         PreviousReference,
     },
     response::{PlanResponse, TrajectoryPoint},
@@ -238,7 +238,18 @@ fn auv(i: usize, auv: &Auv, invalid: &mut Vec<FieldError>) -> Option<domain::Auv
         id: VehicleId(auv.id.clone()),
         evidence: read_evidence::evidence(&format!("/auvs/{i}"), auv, invalid)?,
         path,
+        dive: auv.dive.map(dive),
     })
+}
+
+fn dive(given: Dive) -> domain::Dive {
+    domain::Dive {
+        depth_min: given.depth_min_m,
+        depth_max: given.depth_max_m,
+        pitch: given.pitch_rad,
+        reversal: given.reversal_s.unwrap_or(domain::Dive::REVERSAL_MEDUSA),
+        descending: given.descending,
+    }
 }
 
 /// The goal, if every member that its kind needs is there; what is missing or too much goes into

@@ -104,6 +104,9 @@ pub struct Auv {
     /// The path that it follows, where that is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub path: Option<Path>,
+    /// The sawtooth in which it dives, where that is known. Without it, its depth is taken to stay what it was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dive: Option<Dive>,
 }
 
 /// State of an underwater vehicle at the time of its last report.
@@ -173,6 +176,28 @@ pub struct Path {
     pub closed: bool,
     /// Horizontal speed of the vehicle through the water, m/s, from 0.01 to 10.
     pub speed_mps: f64,
+}
+
+/// A sawtooth in which an underwater vehicle is known to dive: down until deep enough, up until shallow enough.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Dive {
+    /// Depth at which a climb ends, m, positive down, from 0.
+    pub depth_min_m: f64,
+    /// Depth at which a dive ends, m, at least 0.5 below `depth_min_m`, to 12000.
+    pub depth_max_m: f64,
+    /// Pitch of both legs, rad, positive, from 0.05 to 1.4. With the horizontal speed through the water it gives
+    /// the speed along the body, which stays the same in the reversals.
+    #[schema(example = 0.873)]
+    pub pitch_rad: f64,
+    /// Time that a reversal takes, s, from passing the depth that ends a leg until passing it again, from 0.1 to
+    /// 120. Default: 3.6.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reversal_s: Option<f64>,
+    /// Whether its nose was down and it got deeper at the time of its `state`. Where that is not known, its depth is
+    /// forecast as the mean of both.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub descending: Option<bool>,
 }
 
 /// A segment of a path. Which members are needed depends on `kind`. Points are (north, east), m.

@@ -141,6 +141,10 @@ pub struct PlannedTarget {
     pub forecast: String,
     /// One point for each of the plan's trajectory.
     pub trajectory: Vec<TargetPoint>,
+    /// Its depth at the times of the trajectory, m, positive down.
+    pub depths_m: Vec<f64>,
+    /// How far from the trajectory it may be at its times, m: root mean square of the horizontal distance.
+    pub position_sigma_m: Vec<f64>,
 }
 
 /// Where an underwater vehicle was when it was last heard of: the request's `state`, or what its `reports` amount to.

@@ -183,6 +183,8 @@ impl Answer<'_> {
             estimate: estimate(&target.estimate),
             forecast: model_name(target.model).to_owned(),
             trajectory: self.times().zip(&target.positions).map(point).collect(),
+            depths_m: target.depths.clone(),
+            position_sigma_m: target.position_sigmas.clone(),
         }
     }
 }

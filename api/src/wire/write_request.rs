@@ -13,8 +13,8 @@ use sha2::{Digest, Sha256};
 use super::{
     SCHEMA_VERSION, bounds,
     request::{
-        Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, Limits, Path, PlanRequest,
-        PreviousPlan, PreviousReference, Report, Segment, SegmentKind,
+        Asc, Auv, AuvState, Current, Dive, Fallback, Forecast, Goal, GoalKind, Hold, Limits, Path,
+        PlanRequest, PreviousPlan, PreviousReference, Report, Segment, SegmentKind,
     },
     response::TrajectoryPoint,
 };
@@ -106,6 +106,17 @@ fn auv(auv: &facts::Auv) -> Auv {
         state,
         reports,
         path: auv.path.as_ref().map(path),
+        dive: auv.dive.map(dive),
+    }
+}
+
+fn dive(known: facts::Dive) -> Dive {
+    Dive {
+        depth_min_m: known.depth_min,
+        depth_max_m: known.depth_max,
+        pitch_rad: known.pitch,
+        reversal_s: Some(known.reversal),
+        descending: known.descending,
     }
 }
 

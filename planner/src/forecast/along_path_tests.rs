@@ -24,6 +24,15 @@ struct Follower {
     path: KnownPath,
 }
 
+impl Follower {
+    fn intent(&self) -> Intent<'_> {
+        Intent {
+            path: Some(&self.path),
+            dive: None,
+        }
+    }
+}
+
 /// An AUV that goes along `path` at `gamma` with an offset to starboard.
 fn follower(path: Path, gamma: f64, offset: f64) -> Follower {
     let point = path.at(gamma);
@@ -45,7 +54,7 @@ fn follower(path: Path, gamma: f64, offset: f64) -> Follower {
 }
 
 fn chosen(auv: &Follower, choice: ForecastChoice, current: &Vector2<f64>) -> AuvForecast {
-    AuvForecast::new(&auv.state, Some(&auv.path), choice, current)
+    AuvForecast::new(&auv.state, auv.intent(), choice, current)
 }
 
 fn forecast(auv: &Follower, current: Vector2<f64>) -> AuvForecast {
@@ -168,6 +177,21 @@ fn the_offset_is_kept_round_the_turn() {
 }
 
 #[test]
+fn an_offset_that_grows_or_shrinks_goes_on_to_and_then_stays() {
+    for (offset, course) in [(0.0, 0.3), (-2.0, 0.4), (3.0, -0.6), (1.0, 0.0)] {
+        let mut auv = follower(mower(), 5.0, offset);
+        auv.state.course = Course::new(course);
+        let forecast = forecast(&auv, STILL);
+        // As it is seen to at first,
+        assert!((forecast.at(0.0).velocity.y - U_H * course.sin()).abs() < 1e-12);
+        let (near, far) = (forecast.at(80.0).position.y, forecast.at(160.0).position.y);
+        // and by no more than the way in which a follower turns in.
+        assert!((near - far).abs() < 1e-3, "{offset} m: {near}, {far}");
+        assert!((near - offset).abs() < 2.0 && (near - offset) * course >= 0.0);
+    }
+}
+
+#[test]
 fn the_course_tells_which_of_two_close_lanes_a_vehicle_is_on() {
     // Lanes 6 m apart; a fix that is nearer to the neighbour by 0.4 m.
     let path = Path::lawn_mower(Vector2::zeros(), 0.0, 50.0, 6.0, 4);
@@ -176,7 +200,8 @@ fn the_course_tells_which_of_two_close_lanes_a_vehicle_is_on() {
         let mut auv = follower(path.clone(), 25.0, 0.0);
         (auv.state.position, auv.state.course) = (position, Course::new(course));
         let moved = forecast(&auv, STILL).at(30.0).position - position;
-        assert!((moved - Vector2::new(sign * U_H * 30.0, 0.0)).norm() < 1e-9);
+        // Abeam, the course of 0.05 rad off the lane goes on for a metre or two.
+        assert!((moved.x - sign * U_H * 30.0).abs() < 1e-9 && moved.y.abs() < 0.1);
     }
 }
 
@@ -203,8 +228,8 @@ fn a_vehicle_without_a_path_or_off_it_or_at_rest_is_forecast_from_its_motion() {
     let choice = ForecastChoice::Model(ForecastModel::Path);
     let on_path = follower(mower(), 10.0, 0.0);
     assert_eq!(
-        AuvForecast::new(&on_path.state, None, choice, &STILL),
-        AuvForecast::new(&on_path.state, None, ForecastChoice::Auto, &STILL)
+        AuvForecast::new(&on_path.state, Intent::default(), choice, &STILL),
+        AuvForecast::new(&on_path.state, Intent::default(), ForecastChoice::Auto, &STILL)
     );
     let model = |auv: &Follower| chosen(auv, ForecastChoice::Auto, &STILL).model;
     let off = follower(mower(), 10.0, -15.1);

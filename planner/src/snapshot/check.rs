@@ -3,7 +3,7 @@
 use std::{collections::HashSet, fmt, ops::RangeInclusive};
 
 use super::{
-    AscState, Auv, Goal, KnownPath, Limits, Observation, Snapshot, TrajectoryPoint, VehicleId,
+    AscState, Auv, Dive, Goal, KnownPath, Limits, Observation, Snapshot, TrajectoryPoint, VehicleId,
     bounds::{bounds_faults, clockwise},
 };
 use crate::{
@@ -26,6 +26,16 @@ pub const COORDINATE_MAX: f64 = 1.0e6;
 pub const TIME_MAX: f64 = 1.0e11;
 /// Slowest speed along a path, m/s: what is slower does not follow one.
 const PATH_SPEED_MIN: f64 = 0.01;
+/// Shallowest depth at which a climb can end, m: no vehicle flies.
+const DEPTH_MIN: f64 = 0.0;
+/// Deepest depth, m: of the oceans.
+const DEPTH_MAX: f64 = 12_000.0;
+/// Least height of a leg of a sawtooth, m. Assumption: below it, a depth gauge and a pitch loop make none.
+pub const LEG_HEIGHT_MIN: f64 = 0.5;
+/// Pitch of the legs of a sawtooth, rad: from what is still no level flight to 80°, where a heading ends.
+const DIVE_PITCH: RangeInclusive<f64> = 0.05..=1.4;
+/// Time that a reversal takes, s. Assumption: from the quickest pitch loop to a large glider's.
+const REVERSAL: RangeInclusive<f64> = 0.1..=120.0;
 /// Longest name of a vehicle, bytes.
 pub const ID_LENGTH_MAX: usize = 64;
 
@@ -156,6 +166,9 @@ impl Check {
             if let Some(known) = &auv.path {
                 self.path(i, known);
             }
+            if let Some(dive) = &auv.dive {
+                self.dive(i, dive);
+            }
         }
     }
 
@@ -166,6 +179,24 @@ impl Check {
         }
         let speed = format_args!("auvs/{auv}/path/speed_mps");
         self.within(speed, known.horizontal_speed, PATH_SPEED_MIN..=10.0);
+    }
+
+    fn dive(&mut self, auv: usize, dive: &Dive) {
+        let depth_min = DEPTH_MIN..=DEPTH_MAX - LEG_HEIGHT_MIN;
+        // Where the other depth is none, this one is still to be told what it may be.
+        let least_depth = if depth_min.contains(&dive.depth_min) {
+            dive.depth_min + LEG_HEIGHT_MIN
+        } else {
+            LEG_HEIGHT_MIN
+        };
+        for (name, value, range) in [
+            ("depth_min_m", dive.depth_min, depth_min),
+            ("depth_max_m", dive.depth_max, least_depth..=DEPTH_MAX),
+            ("pitch_rad", dive.pitch, DIVE_PITCH),
+            ("reversal_s", dive.reversal, REVERSAL),
+        ] {
+            self.within(format_args!("auvs/{auv}/dive/{name}"), value, range);
+        }
     }
 
     fn goal(&mut self, goal: &Goal, auvs: &[Auv]) {

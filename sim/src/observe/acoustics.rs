@@ -6,7 +6,7 @@
 //!               range > range_max: never heard; two at once: both destroyed; chance: lost
 //! ```
 //! The position in a fix is where the vehicle was when it spoke, as the surface craft measured it; depth,
-//! course, speed and rate of turn are what the vehicle says of itself.
+//! course, speed, rate of turn and which way it dives are what the vehicle says of itself.
 
 use nalgebra::Vector2;
 use planner::angle::Course;
@@ -36,6 +36,8 @@ pub struct Emission {
     pub speed: f64,
     /// Rate of turn of the course, rad/s, positive clockwise.
     pub turn_rate: f64,
+    /// Whether its nose is down.
+    pub descending: bool,
 }
 
 /// A message that arrived.
@@ -57,6 +59,8 @@ pub struct Fix {
     pub speed: f64,
     /// Telemetered rate of turn of the course, rad/s: the gyroscope's, without error.
     pub turn_rate: f64,
+    /// Whether it says that its nose is down.
+    pub descending: bool,
     /// What the surface craft takes for the σ of `position` along either axis, m. It does not know outliers.
     pub sigma: f64,
 }
@@ -225,6 +229,7 @@ impl Acoustics {
             )),
             speed: disturbed(emission.speed, setup.speed_sigma * luck.speed).max(0.0),
             turn_rate: emission.turn_rate,
+            descending: emission.descending,
             sigma: setup.position_sigma,
         }
     }

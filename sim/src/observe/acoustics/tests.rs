@@ -33,6 +33,7 @@ fn at(north: f64, depth: f64) -> Emission {
         course: Course::new(0.5),
         speed: 0.2,
         turn_rate: 0.01,
+        descending: true,
     }
 }
 
