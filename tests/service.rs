@@ -27,6 +27,11 @@ async fn every_example_is_planned_by_the_program_and_beats_line_of_sight() {
         let n = plan.trajectory.len();
         assert_eq!(plan.goal.trajectory.len(), n);
         assert!(plan.targets.iter().all(|target| target.trajectory.len() == n));
+        assert!(plan.targets.iter().all(|target| target.depths_m.len() == n));
+        for target in &plan.targets {
+            assert_eq!(target.position_sigma_m.len(), n);
+            assert!(target.position_sigma_m.is_sorted(), "doubt grows with time");
+        }
         assert!(plan.warnings.is_empty(), "{}: {:?}", example.name, plan.warnings);
     }
 }

@@ -87,7 +87,7 @@ pub struct KnowledgeFile {
     /// Whether it is told the current where it is, or left to compare its velocities through water and over ground.
     #[serde(default)]
     pub current: CurrentKnowledge,
-    /// Whether it is told the paths of the underwater vehicles and their speeds.
+    /// Whether it is told the paths of the underwater vehicles and their speeds, and how they dive.
     #[serde(default)]
     pub paths: bool,
     /// Its sensors' errors; none if left out.
