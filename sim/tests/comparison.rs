@@ -1,12 +1,12 @@
 //! The planner against the line-of-sight law tuned for the very mission, on the same observations.
 
-use planner::policy::Policy;
+use planner::{los::LosLaw, policy::Policy};
 use sim::{
     guide::MpcGuide,
     metrics::{Metrics, SurfaceCraftMetrics},
     mission::run,
     scenario::Scenario,
-    tuning::tune_los,
+    tuning::{tune, tune_los},
 };
 
 /// Starts up to 1 m and 0.1 rad apart.
@@ -46,6 +46,26 @@ fn the_planner_is_never_worse_than_tuned_line_of_sight() {
             );
             assert_eq!(mpc.rungs.mpc, 1800, "{name}: {:?}", mpc.rungs);
         }
+    }
+}
+
+/// The strongest of the laws, which the planner does not beat everywhere: measured, its approach is up to 1.8 %
+/// nearer, for more energy.
+#[test]
+fn line_of_sight_in_the_tracker_s_frame_gains_a_little_on_the_approach_and_loses_the_rest() {
+    for name in ["paper-tracking", "paper-midpoint", "cross-current"] {
+        let scenario = Scenario::named(name).expect("exists");
+        let (_, law) = tune(LosLaw::TrackerFrame, &scenario, SEEDS[0], &mut |_| {}).expect("tunes");
+        let law = law.surface_craft.expect("has one");
+        let [_, mpc] = both(&scenario, SEEDS[0]);
+        assert!(
+            mpc.rms_m <= 1.03 * law.rms_m,
+            "{name}: {} against {}",
+            mpc.rms_m,
+            law.rms_m
+        );
+        assert!(mpc.settled_rms_m < law.settled_rms_m, "{name}");
+        assert!(mpc.energy_j < law.energy_j, "{name}");
     }
 }
 

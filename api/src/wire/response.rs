@@ -14,7 +14,7 @@ pub struct PlanResponse {
     pub plan_id: String,
     /// Whether this is what was asked for.
     pub outcome: Outcome,
-    /// The rung of the ladder that answered.
+    /// The rung of the ladder that answered; in a comparison, the law.
     pub method: Method,
     /// Why the outcome is `degraded`.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -33,7 +33,8 @@ const HALVINGS: u32 = 53;
 /// (tan χ_r → e_d / s_d); close by, at Δ ahead of it. More than Δ ahead on the track it crosses the track to and
 /// fro, which is how it waits.
 ///
-/// In this frame ṡ = r e + u − u_d cos χ_r and ė = −r s + u_d sin χ_r, r = χ̇, so that unsaturated and on course
+/// In this frame ṡ = r e + u − u_d cos χ_r and ė = −r s + u_d sin χ_r, r = χ̇, so that unsaturated and on
+/// course
 ///
 /// ```text
 /// d/dt ½ (s² + e²) = −k₃ s² − u_d e² / √(e² + Δ²)

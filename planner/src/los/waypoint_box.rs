@@ -20,7 +20,7 @@ const HALF_WIDTH: f64 = 15.0;
 const FIX_INTERVAL: f64 = 10.0;
 /// A way-point nearer than this along the leg is reached, m. Assumption: two lengths of a MEDUSA and a turn.
 const REACHED_WITHIN: f64 = 5.0;
-/// Fastest speed along the box, m/s: once round in its time. Faster costs energy and comes no nearer to the target.
+/// Fastest speed along the box, m/s: once round in its time. Assumption: faster costs energy and keeps no closer.
 const SPEED_ROUND: f64 = 4.0 * (HALF_LENGTH + HALF_WIDTH) / BOX_PERIOD;
 
 /// The box that is being followed, and the fixes for the next.
