@@ -38,6 +38,7 @@ pub mod policy;
 pub mod program;
 pub mod response;
 mod seeds;
+pub mod smallest_circle;
 pub mod snapshot;
 pub mod solve;
 pub mod sparse;
