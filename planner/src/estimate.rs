@@ -22,9 +22,10 @@ use crate::{
 
 /// A telemetered rate of turn older than this is no longer taken for so, s.
 ///
-/// Three of the ten-second slots in which an acoustic network usually hears of a vehicle. Taken for so longer, a
-/// vehicle that falls silent in a turn would be forecast to circle.
-const TURN_RATE_AGE_MAX: f64 = 30.0;
+/// Six of the ten-second slots in which an acoustic network usually hears of a vehicle, a third of a lawn-mower's
+/// turn. Taken for so longer, a vehicle that falls silent in a turn would be forecast to circle; for half as long, the
+/// forecast's error a minute ahead is 12 % more on simulated lawn-mowers.
+const TURN_RATE_AGE_MAX: f64 = 60.0;
 
 /// Fastest that an estimate is, m/s: the fastest that a snapshot lets a vehicle say it is.
 const SPEED_MAX: f64 = 10.0;
@@ -94,19 +95,20 @@ fn from_reports(reports: &[Report], now: f64) -> Estimate {
     }
 }
 
-/// By time, then by everything else, so that no order in which reports are given can show.
+/// By time, then by everything else, so that no order in which reports are given can show; what depends on where north
+/// is comes last.
 fn in_order(a: &Report, b: &Report) -> Ordering {
     let numbers = |report: &Report| {
         let or_none = |value: Option<f64>| value.unwrap_or(f64::NEG_INFINITY);
         [
             report.time,
-            report.position.x,
-            report.position.y,
             report.sigma,
             or_none(report.depth),
-            or_none(report.ground_track.map(|track| track.course.radians())),
             or_none(report.ground_track.map(|track| track.speed)),
             or_none(report.turn_rate),
+            or_none(report.ground_track.map(|track| track.course.radians())),
+            report.position.x,
+            report.position.y,
         ]
     };
     let pairs = numbers(a).into_iter().zip(numbers(b));

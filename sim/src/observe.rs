@@ -7,8 +7,8 @@ use nalgebra::Vector2;
 use planner::{
     angle::{Course, direction, ned_from_body},
     snapshot::{
-        Auv, AuvState, Dive, Evidence, Fallback, ForecastChoice, Goal, HoldStyle, InvalidObservation,
-        KnownPath, LEG_HEIGHT_MIN, Limits, Observation, REPORT_AGE_MAX, Snapshot,
+        Auv, AuvState, Dive, Evidence, Fallback, ForecastChoice, Goal, GroundTrack, HoldStyle, InvalidObservation,
+        KnownPath, LEG_HEIGHT_MIN, Limits, Observation, REPORT_AGE_MAX, REPORT_SIGMA_MIN, Report, Snapshot,
     },
 };
 
@@ -27,6 +27,13 @@ mod setup;
 pub use acoustics::{Acoustics, AcousticsSetup, Emission, Fix, Tally};
 pub use sensors::{SensorSetup, SurfaceSensors, SurfaceTruth};
 pub use setup::InvalidSetup;
+
+/// Most reports of a vehicle that are kept, the newest: five minutes of one every ten seconds.
+const REPORTS_KEPT: usize = 32;
+/// How much older than the newest a report may be that is kept, s. What a vehicle did before says nothing of now.
+const HISTORY: f64 = 300.0;
+/// Standard deviation of where a vehicle was launched, m, along either axis. Assumption: a satellite receiver's.
+const LAUNCH_SIGMA: f64 = 1.0;
 
 /// What the surface craft is told before it leaves, and does not find out for itself.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,7 +57,7 @@ pub struct Observer {
     sensors: SurfaceSensors,
     /// None: every underwater vehicle is known as it is, at every look.
     acoustics: Option<Acoustics>,
-    /// The last that was heard of every underwater vehicle.
+    /// What was heard of every underwater vehicle, in the world's order.
     heard: Vec<Heard>,
     /// Where it believed to be at its last look, less where it was (north, east), m: fixes are measured from there.
     own_error: Vector2<f64>,
@@ -60,11 +67,20 @@ pub struct Observer {
     fixes: Vec<Fix>,
 }
 
-/// The last that was heard of an underwater vehicle.
-#[derive(Clone, Copy, Debug)]
+/// What was heard of an underwater vehicle: messages in the order in which they were sent, at least one. With perfect
+/// communication one, which is the truth.
+#[derive(Clone, Debug)]
 struct Heard {
+    messages: Vec<Message>,
+}
+
+/// What a vehicle said of itself, and where the surface craft measured it to be.
+#[derive(Clone, Copy, Debug)]
+struct Message {
     sent_at: f64,
     emission: Emission,
+    /// σ of the position along either axis, m.
+    sigma: f64,
 }
 
 impl Observer {
@@ -86,9 +102,14 @@ impl Observer {
             silent: Vec::with_capacity(world.divers.len()),
             fixes: Vec::with_capacity(world.divers.len()),
         };
-        let launched = world.divers.iter().map(|diver| Heard {
-            sent_at: world.time(),
-            emission: emission(diver, world),
+        let launched = world.divers.iter().map(|diver| {
+            let mut messages = Vec::with_capacity(REPORTS_KEPT);
+            messages.push(Message {
+                sent_at: world.time(),
+                emission: emission(diver, world),
+                sigma: LAUNCH_SIGMA,
+            });
+            Heard { messages }
         });
         observer.heard.extend(launched);
         observer
@@ -110,20 +131,19 @@ impl Observer {
         self.fixes.clear();
         acoustics.receive(time, &mut self.fixes);
         for fix in &self.fixes {
-            let heard = &mut self.heard[fix.vehicle];
-            if heard.sent_at <= fix.sent_at {
-                *heard = Heard {
-                    sent_at: fix.sent_at,
-                    emission: Emission {
-                        position: fix.position + self.own_error,
-                        depth: fix.depth,
-                        course: fix.course,
-                        speed: fix.speed,
-                        turn_rate: fix.turn_rate,
-                        descending: fix.descending,
-                    },
-                };
-            }
+            let said = Emission {
+                position: fix.position + self.own_error,
+                depth: fix.depth,
+                course: fix.course,
+                speed: fix.speed,
+                turn_rate: fix.turn_rate,
+                descending: fix.descending,
+            };
+            self.heard[fix.vehicle].keep(Message {
+                sent_at: fix.sent_at,
+                emission: said,
+                sigma: fix.sigma,
+            });
         }
     }
 
@@ -154,25 +174,21 @@ impl Observer {
         self.own_error = asc.position - craft.position();
         let clock = time + world.faults.clock_offset(time);
         let briefing = &self.briefing;
+        let perfect = self.acoustics.is_none();
         let auv = |(heard, diver): (&Heard, &Diver)| Auv {
             id: diver.id.clone(),
-            evidence: Evidence::State(AuvState {
-                position: heard.emission.position,
-                depth: heard.emission.depth,
-                course: heard.emission.course,
-                speed: heard.emission.speed,
-                turn_rate: heard.emission.turn_rate,
-                // A clock that is behind dates a message into the future: it can only be taken for new.
-                age: (clock - heard.sent_at).clamp(0.0, REPORT_AGE_MAX),
-                covariance: None,
-            }),
+            evidence: if perfect {
+                heard.state(clock)
+            } else {
+                heard.reports(clock)
+            },
             path: briefing.paths.then(|| KnownPath {
                 path: diver.path.clone(),
                 // As planned for where it was heard: where it is now is not known.
-                horizontal_speed: diver.speed_at(diver.path.closest(&heard.emission.position))
+                horizontal_speed: diver.speed_at(diver.path.closest(&heard.newest().emission.position))
                     * diver.dive.pitch.cos(),
             }),
-            dive: known_dive(diver, heard.emission.descending).filter(|_| briefing.paths),
+            dive: known_dive(diver, heard.newest().emission.descending).filter(|_| briefing.paths),
         };
         Snapshot::try_from(Observation {
             time: clock,
@@ -202,12 +218,69 @@ impl Observer {
         let time = world.time();
         for (i, (heard, diver)) in self.heard.iter_mut().zip(&world.divers).enumerate() {
             if !world.faults.is_silent(i, time) {
-                *heard = Heard {
+                heard.messages.clear();
+                heard.messages.push(Message {
                     sent_at: time,
                     emission: emission(diver, world),
-                };
+                    sigma: 0.0,
+                });
             }
         }
+    }
+}
+
+impl Heard {
+    fn newest(&self) -> &Message {
+        self.messages
+            .last()
+            .expect("a vehicle is known from its launch on")
+    }
+
+    /// Keeps one more message, and of the others those that still tell something.
+    fn keep(&mut self, message: Message) {
+        let messages = &mut self.messages;
+        if messages.len() == REPORTS_KEPT {
+            messages.remove(0);
+        }
+        let after = messages.partition_point(|earlier| earlier.sent_at <= message.sent_at);
+        messages.insert(after, message);
+        let newest = self.newest().sent_at;
+        self.messages
+            .retain(|message| newest - message.sent_at <= HISTORY);
+    }
+
+    /// The newest, taken for the truth, at time `clock` of the surface craft.
+    fn state(&self, clock: f64) -> Evidence {
+        let Message {
+            sent_at, emission, ..
+        } = self.newest();
+        Evidence::State(AuvState {
+            position: emission.position,
+            depth: emission.depth,
+            course: emission.course,
+            speed: emission.speed,
+            turn_rate: emission.turn_rate,
+            // A clock that is behind dates a message into the future: it can only be taken for new.
+            age: (clock - sent_at).clamp(0.0, REPORT_AGE_MAX),
+            covariance: None,
+        })
+    }
+
+    /// All of it, as a snapshot takes it at time `clock` of the surface craft.
+    fn reports(&self, clock: f64) -> Evidence {
+        let report = |message: &Message| Report {
+            // As above; and what is older than a snapshot accepts is said to be as old as that.
+            time: message.sent_at.clamp(clock - REPORT_AGE_MAX, clock),
+            position: message.emission.position,
+            sigma: message.sigma.max(REPORT_SIGMA_MIN),
+            depth: Some(message.emission.depth),
+            ground_track: Some(GroundTrack {
+                course: message.emission.course,
+                speed: message.emission.speed,
+            }),
+            turn_rate: Some(message.emission.turn_rate),
+        };
+        Evidence::Reports(self.messages.iter().map(report).collect())
     }
 }
 

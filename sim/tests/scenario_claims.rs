@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use planner::{
     angle::{Heading, angle_of, direction, wrap},
     los::{LosGains, Reference},
-    snapshot::Snapshot,
+    snapshot::{Evidence, Report, Snapshot},
 };
 use sim::{
     guide::{Guidance, Guide, GuideError, LosGuide},
@@ -231,25 +231,47 @@ fn silence_hides_a_whole_turn_and_the_path_makes_up_for_it() {
 
 #[test]
 fn noisy_fixes_are_late_lossy_and_wrong_by_as_much_as_the_file_says() {
+    /// Keeps the newest report of every look, and when that was, s.
+    struct Listener {
+        law: LosGuide,
+        heard: Vec<(f64, Report)>,
+    }
+    impl Guide for Listener {
+        fn name(&self) -> &'static str {
+            "listener"
+        }
+        fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
+            let Evidence::Reports(reports) = &snapshot.auvs[0].evidence else {
+                panic!("fixes come as reports");
+            };
+            let newest = reports.last().expect("its launch is known");
+            self.heard.push((snapshot.time, *newest));
+            self.law.guide(snapshot)
+        }
+    }
     let (mut sent, mut components, mut courses) = (0, vec![], vec![]);
     for seed in 1..=3 {
-        let record = flown("noisy-fixes", seed);
+        let mut guide = Listener {
+            law: los(),
+            heard: vec![],
+        };
+        let record = run(&named("noisy-fixes"), &mut guide, seed, &mut |_| {}).expect("runs");
         // Sent at 10, 20, … 1790 s; the last is known 3 s later.
         sent += record.rows.len() / 10 - 1;
         let mut last = 0.0;
-        for row in &record.rows {
-            let known = row.divers[0].known.as_ref().expect("has a surface craft");
-            let sent_at = row.time - known.age;
+        for (now, report) in guide.heard {
+            let (sent_at, age) = (report.time, now - report.time);
             if sent_at > last + 1.0 {
                 last = sent_at;
                 // 2 s of latency and at least 10 ms of travel: known at the third look.
-                assert!(known.age > 2.0 && known.age < 4.0, "{}", known.age);
+                assert!(age > 2.0 && age < 4.0, "{age}");
                 // The vehicle's slot is the first of every frame of 10 s, so there is a row of that time.
                 let then = record.rows.iter().find(|row| (row.time - sent_at).abs() < 1e-6);
                 let then = &then.expect("sent at a whole second").divers[0];
-                components.extend((known.position - then.position).iter().copied());
+                components.extend((report.position - then.position).iter().copied());
                 // Still water: the course is the heading.
-                courses.push(wrap(known.course - then.heading));
+                let course = report.ground_track.expect("is told").course;
+                courses.push(wrap(course.radians() - then.heading));
             }
         }
     }

@@ -158,7 +158,7 @@ pub struct Report {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_mps: Option<f64>,
     /// Telemetered rate of turn of the course, rad/s, positive clockwise. Default: not told. The newest is believed
-    /// for 30 s.
+    /// for 60 s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn_rate_radps: Option<f64>,
 }

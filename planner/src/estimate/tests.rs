@@ -1,1 +1,389 @@
+//! Reports in these tests are drawn from the filter's own model, unless a test says otherwise.
 
+use nalgebra::Vector2;
+use proptest::prelude::*;
+
+use super::{kalman::ACCELERATION_DENSITY, *};
+use crate::{
+    angle::{angle_of, ned_from_body},
+    snapshot::{GroundTrack, VehicleId},
+};
+
+/// σ of a fix and time between two, as acoustic networks have them.
+const SIGMA: f64 = 1.5;
+const INTERVAL: f64 = 10.0;
+/// Standard deviations of a telemetered speed and course: the filter's.
+const SPEED_SIGMA: f64 = 0.03;
+const COURSE_SIGMA: f64 = 0.05;
+
+/// SplitMix64: the planner has no random numbers, and its tests need few.
+/// Source: G. L. Steele, D. Lea, C. H. Flood, "Fast splittable pseudorandom number generators", 2014.
+struct Random(u64);
+
+impl Random {
+    #[expect(clippy::cast_precision_loss, reason = "53 bits fit")]
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Two standard normal numbers, by Box and Muller.
+    fn normal(&mut self) -> Vector2<f64> {
+        let size = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
+        crate::angle::direction(std::f64::consts::TAU * self.uniform()) * size
+    }
+}
+
+/// A vehicle that starts with `velocity`, and goes on as the filter believes: `n` reports of it, and its position and
+/// velocity at the last.
+fn flight(
+    random: &mut Random,
+    n: usize,
+    velocity: Vector2<f64>,
+) -> (Vec<Report>, Vector2<f64>, Vector2<f64>) {
+    let (mut position, mut velocity) = (Vector2::new(40.0, -70.0), velocity);
+    let mut reports = Vec::new();
+    let mut time = 500.0;
+    for k in 0..n {
+        if k > 0 {
+            let t = INTERVAL;
+            time += t;
+            // The two integrals of white noise over t: variances q t and q t³/3, covariance q t²/2.
+            let (first, second) = (random.normal(), random.normal());
+            let scale = (ACCELERATION_DENSITY * t).sqrt();
+            position += velocity * t + (first * 0.5 + second / 12_f64.sqrt()) * (scale * t);
+            velocity += first * scale;
+        }
+        let telemetry = random.normal();
+        // Along the course σ_u; across it σ_u too, and what the course's error makes of the speed.
+        let (speed, course) = (velocity.norm(), angle_of(&velocity));
+        let across = SPEED_SIGMA.hypot(COURSE_SIGMA * speed);
+        let told =
+            ned_from_body(course) * Vector2::new(speed + SPEED_SIGMA * telemetry.x, across * telemetry.y);
+        reports.push(Report {
+            time,
+            position: position + random.normal() * SIGMA,
+            sigma: SIGMA,
+            depth: Some(5.0),
+            ground_track: Some(GroundTrack {
+                course: Course::of(&told),
+                speed: told.norm(),
+            }),
+            turn_rate: Some(0.0),
+        });
+    }
+    (reports, position, velocity)
+}
+
+fn estimate(reports: &[Report], now: f64) -> Estimate {
+    let auv = Auv {
+        id: VehicleId("a".into()),
+        evidence: Evidence::Reports(reports.to_vec()),
+        path: None,
+    };
+    Estimate::new(&auv, now, &Vector2::zeros())
+}
+
+/// The reports without what the vehicle says of itself.
+fn positions_alone(reports: &[Report]) -> Vec<Report> {
+    let bare = |report: &Report| Report {
+        depth: None,
+        ground_track: None,
+        turn_rate: None,
+        ..*report
+    };
+    reports.iter().map(bare).collect()
+}
+
+#[test]
+fn the_error_is_as_large_as_the_covariance_says() {
+    // The normalised error squared, eᵀ P⁻¹ e, is χ² with four degrees of freedom; the sum over 200 seeds with 800, of
+    // which 95 % lie between 723.5 and 880.3 (tabulated quantiles 0.025 and 0.975).
+    let run = |with_telemetry: bool| {
+        let mut sum = 0.0;
+        for seed in 0..200 {
+            let mut random = Random(seed);
+            let start = Vector2::new(1.5, -1.0);
+            let (mut reports, position, velocity) = flight(&mut random, 20, start);
+            if !with_telemetry {
+                reports = positions_alone(&reports);
+            }
+            let state = estimate(&reports, 700.0).state;
+            let (dp, dv) = (state.position - position, state.velocity() - velocity);
+            let error = nalgebra::Vector4::new(dp.x, dp.y, dv.x, dv.y);
+            let covariance = state.covariance.expect("made of reports");
+            let inverse = covariance.try_inverse().expect("positive definite");
+            sum += error.dot(&(inverse * error));
+        }
+        sum
+    };
+    for with_telemetry in [true, false] {
+        let sum = run(with_telemetry);
+        println!(
+            "telemetry {with_telemetry}: mean normalised error squared {:.2} of 4",
+            sum / 200.0
+        );
+        assert!((723.5..=880.3).contains(&sum), "{sum}");
+    }
+}
+
+#[test]
+fn the_gate_pays_where_two_in_a_hundred_are_outliers() {
+    let rms = |gated: bool, with_telemetry: bool| {
+        let (mut sum, mut caught, mut outliers) = (0.0, 0_u32, 0_u32);
+        for seed in 0..200 {
+            let mut random = Random(seed);
+            let (mut reports, position, _) = flight(&mut random, 20, Vector2::new(0.15, 0.12));
+            let mut wild = Vec::new();
+            for (i, report) in reports.iter_mut().enumerate() {
+                let error = random.normal() * 20.0;
+                if random.uniform() < 0.02 {
+                    report.position += error;
+                    wild.push(i);
+                }
+            }
+            if !with_telemetry {
+                reports = positions_alone(&reports);
+            }
+            let found = if gated {
+                let found = estimate(&reports, 690.0);
+                outliers += u32::try_from(wild.len()).expect("few");
+                caught +=
+                    u32::try_from(wild.iter().filter(|i| found.rejected.contains(i)).count()).expect("few");
+                let newest = Kalman::new(
+                    690.0 - found.state.age,
+                    &found.state.position,
+                    &found.state.velocity(),
+                    &found.state.covariance.expect("made of reports"),
+                );
+                newest.at(690.0).position()
+            } else {
+                let (first, later) = reports.split_first().expect("not empty");
+                let mut filter = Kalman::start(first);
+                for report in later {
+                    filter.accept_blindly(report);
+                }
+                filter.position()
+            };
+            sum += (found - position).norm_squared();
+        }
+        println!(
+            "gated {gated}, telemetry {with_telemetry}: {:.2} m, {caught} of {outliers} caught",
+            (sum / 200.0_f64).sqrt()
+        );
+        (sum / 200.0).sqrt()
+    };
+    for with_telemetry in [true, false] {
+        let (with, without) = (rms(true, with_telemetry), rms(false, with_telemetry));
+        assert!(
+            with < 0.8 * without,
+            "{with} m with the gate, {without} m without"
+        );
+    }
+}
+
+#[test]
+fn one_report_alone_is_the_estimate() {
+    let (reports, ..) = flight(&mut Random(1), 1, Vector2::new(0.2, 0.1));
+    let only = estimate(&reports, 503.0);
+    assert_eq!(only.rejected, [] as [usize; 0]);
+    assert_eq!(only.state.position, reports[0].position);
+    assert_eq!((only.state.age, only.state.depth), (3.0, 5.0));
+    // What it says of its velocity outweighs not knowing anything of it, 3 m/s, ten thousand times.
+    let told = reports[0].ground_track.expect("is told").velocity();
+    assert!((only.state.velocity() - told).norm() < 1e-3 * told.norm());
+    let bare = estimate(&positions_alone(&reports), 503.0).state;
+    assert_eq!((bare.speed, bare.depth, bare.turn_rate), (0.0, 0.0, 0.0));
+}
+
+#[test]
+fn two_fixes_at_one_time_are_worth_one_of_half_the_variance() {
+    let (reports, ..) = flight(&mut Random(2), 1, Vector2::new(0.2, 0.1));
+    let first = positions_alone(&reports)[0];
+    let second = Report {
+        position: first.position + Vector2::new(1.0, -0.5),
+        ..first
+    };
+    let both = estimate(&[first, second], 500.0).state;
+    let mean = (first.position + second.position) * 0.5;
+    assert!((both.position - mean).norm() < 1e-12);
+    let variance = both.covariance.expect("made of reports")[(0, 0)];
+    assert!((variance - 0.5 * SIGMA * SIGMA).abs() < 1e-12);
+}
+
+#[test]
+fn what_is_said_twice_counts_once() {
+    let (reports, ..) = flight(&mut Random(3), 8, Vector2::new(0.2, 0.1));
+    let twice: Vec<_> = reports.iter().chain(&reports[2..5]).copied().collect();
+    let (once, twice) = (estimate(&reports, 580.0), estimate(&twice, 580.0));
+    assert_eq!(once.state, twice.state);
+    assert_eq!(twice.rejected.len(), 3);
+}
+
+#[test]
+fn a_vehicle_that_was_moved_is_found_again_by_the_third_report() {
+    let (reports, ..) = flight(&mut Random(4), 12, Vector2::new(0.2, 0.1));
+    let moved = |n: usize| {
+        let mut reports = reports[..n].to_vec();
+        for report in &mut reports[8..] {
+            report.position += Vector2::new(300.0, 0.0);
+        }
+        reports
+    };
+    for n in [9, 10] {
+        let reports = moved(n);
+        let lost = estimate(&reports, 620.0);
+        assert_eq!(lost.rejected, (8..n).collect::<Vec<_>>());
+    }
+    let reports = moved(11);
+    let found = estimate(&reports, 620.0);
+    assert_eq!(found.rejected, (0..8).collect::<Vec<_>>());
+    assert!((found.state.position - reports[10].position).norm() < 3.0 * SIGMA);
+}
+
+#[test]
+fn an_outlier_at_the_beginning_is_not_followed() {
+    let (mut reports, ..) = flight(&mut Random(5), 3, Vector2::new(0.2, 0.1));
+    reports[0].position += Vector2::new(0.0, 60.0);
+    assert_eq!(estimate(&reports, 530.0).rejected, [0]);
+}
+
+#[test]
+fn the_fastest_vehicle_that_tells_no_speed_is_followed() {
+    let (reports, _, velocity) = flight(&mut Random(6), 10, Vector2::new(-7.0, 7.0));
+    let found = estimate(&positions_alone(&reports), 595.0);
+    assert_eq!(found.rejected, [] as [usize; 0]);
+    assert!((found.state.velocity() - velocity).norm() < 1.0);
+}
+
+#[test]
+fn a_velocity_that_cannot_be_is_left_out_and_its_position_is_not() {
+    let (mut reports, ..) = flight(&mut Random(7), 10, Vector2::new(0.2, 0.1));
+    let sane = estimate(&reports, 595.0);
+    let track = reports[9].ground_track.as_mut().expect("is told");
+    track.course = Course::new(track.course.radians() + 3.0);
+    let found = estimate(&reports, 595.0);
+    assert_eq!(found.rejected, [] as [usize; 0]);
+    assert_eq!(found.state.age, 5.0);
+    assert!((found.state.velocity() - sane.state.velocity()).norm() < 0.1);
+}
+
+#[test]
+fn a_turn_that_was_told_a_minute_ago_is_not_believed_any_more() {
+    let (mut reports, ..) = flight(&mut Random(8), 2, Vector2::new(0.2, 0.1));
+    reports[0].turn_rate = Some(0.02);
+    reports[1].turn_rate = None;
+    let turn_rate = |now| estimate(&reports, now).state.turn_rate;
+    assert_eq!((turn_rate(560.0), turn_rate(560.1)), (0.02, 0.0));
+}
+
+#[test]
+fn sigma_now_is_that_of_the_filter_carried_on() {
+    let (reports, ..) = flight(&mut Random(9), 5, Vector2::new(0.2, 0.1));
+    let sigma = |now| estimate(&reports, now).position_sigma().expect("made of reports");
+    let covariance = estimate(&reports, 540.0)
+        .state
+        .covariance
+        .expect("made of reports");
+    let t = 30.0_f64;
+    // p + v t with an error of its own: P_pp + 2 t P_pv + t² P_vv + q t³/3 along either axis.
+    let variance: f64 = (0..2)
+        .map(|i| {
+            covariance[(i, i)]
+                + 2.0 * t * covariance[(i, i + 2)]
+                + t * t * covariance[(i + 2, i + 2)]
+                + ACCELERATION_DENSITY * t.powi(3) / 3.0
+        })
+        .sum();
+    assert!((sigma(570.0) - variance.sqrt()).abs() < 1e-12);
+    assert!(sigma(570.0) > sigma(540.0));
+}
+
+fn report(extent: f64) -> impl Strategy<Value = Report> {
+    let within = -extent..extent;
+    (
+        (400.0..500.5_f64, within.clone(), within, 0.01..100.0_f64),
+        proptest::option::of(-10.0..1000.0_f64),
+        proptest::option::of((-3.1..3.1_f64, 0.0..10.0_f64)),
+        proptest::option::of(-1.0..1.0_f64),
+    )
+        .prop_map(|((time, north, east, sigma), depth, track, turn_rate)| Report {
+            time,
+            position: Vector2::new(north, east),
+            sigma,
+            depth,
+            ground_track: track.map(|(course, speed)| GroundTrack {
+                course: Course::new(course),
+                speed,
+            }),
+            turn_rate,
+        })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_order_of_the_reports_shows(
+        (reports, shuffled) in proptest::collection::vec(report(30.0), 1..20)
+            .prop_flat_map(|reports| (Just(reports.clone()), Just(reports).prop_shuffle())),
+    ) {
+        let (a, b) = (estimate(&reports, 500.0), estimate(&shuffled, 500.0));
+        prop_assert_eq!(&a.state, &b.state);
+        let named = |reports: &[Report], rejected: &[usize]| {
+            let mut named: Vec<_> = rejected.iter().map(|i| reports[*i]).collect();
+            named.sort_by(in_order);
+            named
+        };
+        prop_assert_eq!(named(&reports, &a.rejected), named(&shuffled, &b.rejected));
+    }
+
+    #[test]
+    fn whatever_is_reported_the_estimate_is_finite_and_its_covariance_positive_definite(
+        reports in prop_oneof![
+            proptest::collection::vec(report(30.0), 1..=64),
+            proptest::collection::vec(report(1.0e6), 1..=64),
+        ],
+        late in 0.0..3000.0_f64,
+    ) {
+        let state = estimate(&reports, 500.0 + late).state;
+        let covariance = state.covariance.expect("made of reports");
+        prop_assert_eq!(covariance, covariance.transpose());
+        prop_assert!(covariance.cholesky().is_some(), "{}", covariance);
+        prop_assert!(state.position.norm().is_finite() && (0.0..=10.0).contains(&state.speed));
+        prop_assert!((0.0..=3600.0).contains(&state.age) && state.course.radians().is_finite());
+    }
+
+    #[test]
+    fn turning_and_moving_the_scene_turns_and_moves_the_estimate(
+        reports in proptest::collection::vec(report(30.0), 1..20),
+        angle in -3.1..3.1_f64,
+        (north, east, delay) in (-1.0e3..1.0e3_f64, -1.0e3..1.0e3_f64, -1.0e3..1.0e3_f64),
+    ) {
+        let (turn, shift) = (ned_from_body(angle), Vector2::new(north, east));
+        let moved = |report: &Report| Report {
+            time: report.time + delay,
+            position: turn * report.position + shift,
+            ground_track: report.ground_track.map(|track| GroundTrack {
+                course: Course::new(track.course.radians() + angle),
+                ..track
+            }),
+            ..*report
+        };
+        let here = estimate(&reports, 500.0);
+        let there = estimate(&reports.iter().map(moved).collect::<Vec<_>>(), 500.0 + delay);
+        prop_assert_eq!(&here.rejected, &there.rejected);
+        let (here, there) = (here.state, there.state);
+        // Rounding of coordinates and times of a thousand, magnified by velocities between fixes that are almost
+        // simultaneous.
+        prop_assert!((turn * here.position + shift - there.position).norm() < 1e-6);
+        prop_assert!((turn * here.velocity() - there.velocity()).norm() < 1e-6);
+        let mut four = nalgebra::Matrix4::zeros();
+        four.fixed_view_mut::<2, 2>(0, 0).copy_from(&turn);
+        four.fixed_view_mut::<2, 2>(2, 2).copy_from(&turn);
+        let (p, q) = (here.covariance.expect("is there"), there.covariance.expect("is there"));
+        prop_assert!((four * p * four.transpose() - q).amax() < 1e-6 * p.amax());
+    }
+}
