@@ -4,6 +4,7 @@
 //! filter run again over a few dozen reports, is some microseconds.
 
 mod kalman;
+mod on_path;
 mod track;
 
 #[cfg(test)]
@@ -12,12 +13,14 @@ mod tests;
 use std::cmp::Ordering;
 
 use kalman::Kalman;
-use nalgebra::Vector2;
+use nalgebra::{Matrix4, Vector2};
+use on_path::OnPath;
 use track::Track;
 
 use crate::{
     angle::Course,
-    snapshot::{Auv, AuvState, Evidence, Report},
+    forecast::{OFFSET_FROM_PATH_MAX, SPEED_AT_REST},
+    snapshot::{Auv, AuvState, Evidence, KnownPath, Report},
 };
 
 /// A telemetered rate of turn older than this is no longer taken for so, s.
@@ -42,14 +45,14 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Of `auv` by what is known at time `now`, s.
-    pub(crate) fn new(auv: &Auv, now: f64, _current: &Vector2<f64>) -> Self {
+    /// Of `auv` by what is known at time `now`, s, of a `current` (north, east), m/s, too.
+    pub(crate) fn new(auv: &Auv, now: f64, current: &Vector2<f64>) -> Self {
         match &auv.evidence {
             Evidence::State(state) => Self {
                 state: state.clone(),
                 rejected: Vec::new(),
             },
-            Evidence::Reports(reports) => from_reports(reports, now),
+            Evidence::Reports(reports) => from_reports(reports, auv.path.as_ref(), now, current),
         }
     }
 
@@ -69,7 +72,7 @@ impl Estimate {
 }
 
 /// Filters `reports`, at least one, in order of time.
-fn from_reports(reports: &[Report], now: f64) -> Estimate {
+fn from_reports(reports: &[Report], path: Option<&KnownPath>, now: f64, current: &Vector2<f64>) -> Estimate {
     let mut numbered: Vec<_> = reports
         .iter()
         .enumerate()
@@ -83,16 +86,28 @@ fn from_reports(reports: &[Report], now: f64) -> Estimate {
     // One message on two ways is no second measurement.
     numbered.dedup_by(|(_, later), (_, first)| in_order(first, later) == Ordering::Equal);
 
-    let track = Track::through(&numbered);
-    let used = track.used();
-    let mut rejected: Vec<_> = (0..reports.len())
-        .filter(|number| used.iter().all(|(used, _)| used != number))
-        .collect();
-    rejected.sort_unstable();
+    let free = Track::through(&numbered, Kalman::start);
+    let along = path
+        .map(|known| Track::through(&numbered, |report| OnPath::start(report, known, current)))
+        .filter(|along| is_followed(along, &free));
+    let (filtered, used) = match &along {
+        Some(track) => (Filtered::from(&track.filter), &track.used),
+        None => (Filtered::from(&free.filter), &free.used),
+    };
     Estimate {
-        state: state_of(track.filter(), used, now),
-        rejected,
+        state: filtered.state(used, now),
+        rejected: (0..reports.len())
+            .filter(|number| used.iter().all(|(used, _)| used != number))
+            .collect(),
     }
+}
+
+/// Whether a vehicle that goes freely along `free` follows its path as `along` has it: it moves, is near the path,
+/// and the path explains as many reports, but for two that a free motion may have taken for a turn.
+fn is_followed(along: &Track<OnPath<'_>>, free: &Track<Kalman>) -> bool {
+    free.filter.velocity().norm() >= SPEED_AT_REST
+        && along.filter.offset().abs() <= OFFSET_FROM_PATH_MAX
+        && along.used.len() + 2 >= free.used.len()
 }
 
 /// By time, then by everything else, so that no order in which reports are given can show; what depends on where north
@@ -118,21 +133,52 @@ fn in_order(a: &Report, b: &Report) -> Ordering {
         .unwrap_or(Ordering::Equal)
 }
 
-/// What the filter says, with what the newest of the reports in it say of depth and turn.
-fn state_of(filter: &Kalman, used: &[(usize, Report)], now: f64) -> AuvState {
-    let velocity = filter.velocity();
-    let newest_first = || used.iter().rev().map(|(_, report)| report);
-    let turning = newest_first().find_map(|report| report.turn_rate.map(|rate| (report.time, rate)));
-    AuvState {
-        position: filter.position(),
-        // Whoever never says how deep it is, is taken to be at the surface.
-        depth: newest_first().find_map(|report| report.depth).unwrap_or(0.0),
-        course: Course::of(&velocity),
-        speed: velocity.norm().min(SPEED_MAX),
-        turn_rate: turning
-            .filter(|(time, _)| now - time <= TURN_RATE_AGE_MAX)
-            .map_or(0.0, |(_, rate)| rate),
-        age: (now - filter.time()).max(0.0),
-        covariance: Some(*filter.covariance()),
+/// What a filter holds after its last report.
+struct Filtered {
+    time: f64,
+    position: Vector2<f64>,
+    velocity: Vector2<f64>,
+    covariance: Matrix4<f64>,
+}
+
+impl From<&Kalman> for Filtered {
+    fn from(filter: &Kalman) -> Self {
+        Self {
+            time: filter.time(),
+            position: filter.position(),
+            velocity: filter.velocity(),
+            covariance: *filter.covariance(),
+        }
+    }
+}
+
+impl From<&OnPath<'_>> for Filtered {
+    fn from(filter: &OnPath<'_>) -> Self {
+        Self {
+            time: filter.time(),
+            position: filter.position(),
+            velocity: filter.velocity(),
+            covariance: filter.covariance(),
+        }
+    }
+}
+
+impl Filtered {
+    /// The state, with what the newest of the reports in the filter say of depth and turn.
+    fn state(&self, used: &[(usize, Report)], now: f64) -> AuvState {
+        let newest_first = || used.iter().rev().map(|(_, report)| report);
+        let turning = newest_first().find_map(|report| report.turn_rate.map(|rate| (report.time, rate)));
+        AuvState {
+            position: self.position,
+            // Whoever never says how deep it is, is taken to be at the surface.
+            depth: newest_first().find_map(|report| report.depth).unwrap_or(0.0),
+            course: Course::of(&self.velocity),
+            speed: self.velocity.norm().min(SPEED_MAX),
+            turn_rate: turning
+                .filter(|(time, _)| now - time <= TURN_RATE_AGE_MAX)
+                .map_or(0.0, |(_, rate)| rate),
+            age: (now - self.time).max(0.0),
+            covariance: Some(self.covariance),
+        }
     }
 }

@@ -11,6 +11,7 @@ mod doubt;
 mod doubt_tests;
 
 use along_path::AlongPath;
+pub(crate) use along_path::{place_on_path, speed_along};
 use dive::DepthForecast;
 use nalgebra::{Matrix2, Matrix4, Vector2};
 
@@ -34,7 +35,7 @@ const TURN_RATE_STRAIGHT: f64 = 0.002;
 /// alone, m.
 ///
 /// Assumption: ten standard deviations of an acoustic fix (1.5 m); less than any lane is long.
-const OFFSET_FROM_PATH_MAX: f64 = 15.0;
+pub(crate) const OFFSET_FROM_PATH_MAX: f64 = 15.0;
 
 /// An AUV that is no deeper than this is in the way of the surface craft, m.
 ///

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix2, Matrix2x4, Matrix4, Matrix4x2, Vector2, Vector4};
 
+use super::track::Filter;
 use crate::{
     angle::ned_from_body,
     snapshot::{GroundTrack, Report},
@@ -30,7 +31,7 @@ const COURSE_SIGMA: f64 = 0.05;
 
 /// Largest squared Mahalanobis distance with which a measurement of two numbers is believed: the 99.9 % quantile of χ²
 /// with two degrees of freedom, −2 ln 0.001.
-const GATE: f64 = 13.815_510_557_964_274;
+pub(super) const GATE: f64 = 13.815_510_557_964_274;
 
 /// Mean and covariance of (north, east, north velocity, east velocity) at one time.
 ///
@@ -76,29 +77,6 @@ impl Kalman {
             filter.update(&Measurement::of_velocity(track));
         }
         filter
-    }
-
-    /// Takes `report` in, if its position is inside the gate; whether it was. A velocity outside its own gate is left
-    /// out.
-    ///
-    /// The velocity comes first: it tells where the vehicle went since the last report, and so what position to
-    /// believe. The other way round, an outlier after a long gap would be taken for a fast vehicle, and what the
-    /// vehicle then says of its speed for a mistake.
-    pub(super) fn accept(&mut self, report: &Report) -> bool {
-        let mut then = self.at(report.time);
-        if let Some(track) = &report.ground_track {
-            let velocity = Measurement::of_velocity(track);
-            if then.believes(&velocity) {
-                then.update(&velocity);
-            }
-        }
-        let position = Measurement::of_position(report);
-        let believed = then.believes(&position);
-        if believed {
-            then.update(&position);
-            *self = then;
-        }
-        believed
     }
 
     /// Takes `report` in whatever it says.
@@ -165,6 +143,30 @@ impl Kalman {
         let kept = Matrix4::identity() - gain * h;
         self.mean += gain * (z - h * self.mean);
         self.covariance = symmetric(&(kept * p * kept.transpose() + gain * r * gain.transpose()));
+    }
+}
+
+impl Filter for Kalman {
+    /// A velocity outside its own gate is left out.
+    ///
+    /// The velocity comes first: it tells where the vehicle went since the last report, and so what position to
+    /// believe. The other way round, an outlier after a long gap would be taken for a fast vehicle, and what the
+    /// vehicle then says of its speed for a mistake.
+    fn accept(&mut self, report: &Report) -> bool {
+        let mut then = self.at(report.time);
+        if let Some(track) = &report.ground_track {
+            let velocity = Measurement::of_velocity(track);
+            if then.believes(&velocity) {
+                then.update(&velocity);
+            }
+        }
+        let position = Measurement::of_position(report);
+        let believed = then.believes(&position);
+        if believed {
+            then.update(&position);
+            *self = then;
+        }
+        believed
     }
 }
 

@@ -1,11 +1,14 @@
 //! Reports in these tests are drawn from the filter's own model, unless a test says otherwise.
 
+use std::sync::Arc;
+
 use nalgebra::Vector2;
 use proptest::prelude::*;
 
-use super::{kalman::ACCELERATION_DENSITY, *};
+use super::{kalman::ACCELERATION_DENSITY, track::Filter, *};
 use crate::{
     angle::{angle_of, ned_from_body},
+    path::Path,
     snapshot::{GroundTrack, VehicleId},
 };
 
@@ -301,6 +304,129 @@ fn sigma_now_is_that_of_the_filter_carried_on() {
     assert!(sigma(570.0) > sigma(540.0));
 }
 
+/// Reports of a vehicle that goes along lanes of 60 m at 0.193 m/s, 1 m to starboard of them, and where it is at the last.
+fn lanes(random: &mut Random) -> (KnownPath, Vec<Report>, Vector2<f64>) {
+    let path = Path::lawn_mower(Vector2::new(3.0, -7.0), 0.4, 60.0, 20.0, 4);
+    let place = |time: f64| {
+        let point = path.at(5.0 + 0.193 * time);
+        (
+            point.position + crate::path::starboard(point.tangent) * 1.0,
+            point.tangent,
+        )
+    };
+    let report = |k: u32| {
+        let time = INTERVAL * f64::from(k);
+        let (position, tangent) = place(time);
+        Report {
+            time,
+            position: position + random.normal() * SIGMA,
+            sigma: SIGMA,
+            depth: None,
+            ground_track: Some(GroundTrack {
+                course: Course::new(tangent + COURSE_SIGMA * random.normal().x),
+                speed: 0.193,
+            }),
+            turn_rate: None,
+        }
+    };
+    let reports: Vec<_> = (0..30).map(report).collect();
+    let known = KnownPath {
+        path: Arc::new(path.clone()),
+        horizontal_speed: 0.193,
+    };
+    (known, reports, place(290.0).0)
+}
+
+fn estimate_along(known: &KnownPath, reports: &[Report]) -> Estimate {
+    let auv = Auv {
+        id: VehicleId("a".into()),
+        evidence: Evidence::Reports(reports.to_vec()),
+        path: Some(known.clone()),
+    };
+    Estimate::new(&auv, 290.0, &Vector2::zeros())
+}
+
+#[test]
+fn a_path_that_is_known_and_followed_makes_the_estimate_better() {
+    for (with_telemetry, gain) in [(true, 1.0), (false, 0.7)] {
+        let (mut along, mut free) = (0.0, 0.0);
+        for seed in 0..200 {
+            let (known, mut reports, truth) = lanes(&mut Random(seed));
+            if !with_telemetry {
+                reports = positions_alone(&reports);
+            }
+            along += (estimate_along(&known, &reports).state.position - truth).norm_squared();
+            free += (estimate(&reports, 290.0).state.position - truth).norm_squared();
+        }
+        let [along, free] = [along, free].map(|sum: f64| (sum / 200.0).sqrt());
+        println!("telemetry {with_telemetry}: along the path {along:.2} m, free {free:.2} m");
+        assert!(along < gain * free, "{along} m, {free} m");
+    }
+}
+
+#[test]
+fn along_a_path_the_error_is_no_larger_than_the_covariance_says() {
+    // As above, for the position alone: χ² with 400 degrees of freedom, 97.5 % quantile 457.3. It is less, because this
+    // vehicle goes at exactly its speed and keeps its offset.
+    let squared = (0..200).map(|seed| {
+        let (known, reports, truth) = lanes(&mut Random(seed));
+        let state = estimate_along(&known, &reports).state;
+        let covariance = state.covariance.expect("made of reports");
+        assert!(covariance.cholesky().is_some());
+        let position = covariance.fixed_view::<2, 2>(0, 0).into_owned();
+        let error = state.position - truth;
+        error.dot(&(position.try_inverse().expect("positive definite") * error))
+    });
+    let sum: f64 = squared.sum();
+    assert!((50.0..=457.3).contains(&sum), "{sum}");
+}
+
+#[test]
+fn a_vehicle_that_leaves_its_path_is_estimated_from_its_motion() {
+    let (known, mut reports, _) = lanes(&mut Random(1));
+    // It goes on straight where the path turns, 15 m ahead of it.
+    let start = reports[0].position + crate::angle::direction(0.4) * 40.0;
+    for (k, report) in (0..30).zip(&mut reports) {
+        report.position = start + crate::angle::direction(0.4) * (0.193 * INTERVAL * f64::from(k));
+        report.ground_track = Some(GroundTrack {
+            course: Course::new(0.4),
+            speed: 0.193,
+        });
+    }
+    assert_eq!(estimate_along(&known, &reports), estimate(&reports, 290.0));
+}
+
+#[test]
+fn a_path_and_its_reports_in_another_place_give_the_same_estimate_there() {
+    let (known, reports, _) = lanes(&mut Random(2));
+    let (turn, shift) = (ned_from_body(2.0), Vector2::new(500.0, -300.0));
+    let path = Path::lawn_mower(turn * Vector2::new(3.0, -7.0) + shift, 2.4, 60.0, 20.0, 4);
+    let elsewhere = KnownPath {
+        path: Arc::new(path),
+        ..known.clone()
+    };
+    let moved = |report: &Report| Report {
+        position: turn * report.position + shift,
+        ground_track: report.ground_track.map(|track| GroundTrack {
+            course: Course::new(track.course.radians() + 2.0),
+            ..track
+        }),
+        ..*report
+    };
+    let here = estimate_along(&known, &reports).state;
+    let there = estimate_along(&elsewhere, &reports.iter().map(moved).collect::<Vec<_>>()).state;
+    assert!((turn * here.position + shift - there.position).norm() < 1e-9);
+    assert!((turn * here.velocity() - there.velocity()).norm() < 1e-9);
+    let position = |state: &AuvState| {
+        state
+            .covariance
+            .expect("is there")
+            .fixed_view::<2, 2>(0, 0)
+            .into_owned()
+    };
+    assert!((turn * position(&here) * turn.transpose() - position(&there)).amax() < 1e-9);
+}
+
 fn report(extent: f64) -> impl Strategy<Value = Report> {
     let within = -extent..extent;
     (
@@ -349,6 +475,9 @@ proptest! {
         late in 0.0..3000.0_f64,
     ) {
         let state = estimate(&reports, 500.0 + late).state;
+        let along = estimate_along(&lanes(&mut Random(1)).0, &reports).state;
+        prop_assert!(along.position.norm().is_finite() && along.velocity().norm().is_finite());
+        prop_assert!(along.covariance.is_some_and(|covariance| covariance.cholesky().is_some()));
         let covariance = state.covariance.expect("made of reports");
         prop_assert_eq!(covariance, covariance.transpose());
         prop_assert!(covariance.cholesky().is_some(), "{}", covariance);

@@ -1,6 +1,5 @@
 //! Which reports belong together.
 
-use super::kalman::Kalman;
 use crate::snapshot::Report;
 
 /// So many reports in a row that the track refuses and that agree with each other are a track of their own: the
@@ -9,21 +8,31 @@ use crate::snapshot::Report;
 /// With 2 % of outliers that are spread over 20 m, three that agree by chance come once in a million.
 const AGREEING_TO_TAKE_OVER: usize = 3;
 
-/// A filter, and the reports that are in it, each with its number, in order of time.
-#[derive(Clone, Debug)]
-pub(super) struct Track {
-    filter: Kalman,
-    used: Vec<(usize, Report)>,
+/// What holds a vehicle's motion, and tells which reports fit it.
+pub(super) trait Filter {
+    /// Takes `report`, not older than the one before, in, if its position is inside the gate; whether it was.
+    fn accept(&mut self, report: &Report) -> bool;
 }
 
-impl Track {
-    /// The track through `reports`, at least one, in order of time.
+/// A filter, and the reports that are in it, each with its number, in order of time.
+#[derive(Clone, Debug)]
+pub(super) struct Track<F> {
+    pub(super) filter: F,
+    pub(super) used: Vec<(usize, Report)>,
+}
+
+impl<F: Filter> Track<F> {
+    /// The track through `reports`, at least one, in order of time, with filters that `start` makes of one report.
     ///
     /// What the track refuses may be the beginning of another, which takes over once it holds enough reports with none
     /// in between that the track took, or holds more than the track at the end.
-    pub(super) fn through(reports: &[(usize, Report)]) -> Self {
+    pub(super) fn through(reports: &[(usize, Report)], start: impl Fn(&Report) -> F) -> Self {
+        let start = |numbered: &(usize, Report)| Self {
+            filter: start(&numbered.1),
+            used: vec![*numbered],
+        };
         let (first, later) = reports.split_first().expect("a snapshot's reports are not empty");
-        let mut track = Self::start(first);
+        let mut track = start(first);
         let mut rival: Option<Self> = None;
         for report in later {
             if track.accept(report) {
@@ -32,7 +41,7 @@ impl Track {
             }
             let next = rival
                 .and_then(|mut rival| rival.accept(report).then_some(rival))
-                .unwrap_or_else(|| Self::start(report));
+                .unwrap_or_else(|| start(report));
             if next.used.len() == AGREEING_TO_TAKE_OVER {
                 track = next;
                 rival = None;
@@ -43,21 +52,6 @@ impl Track {
         rival
             .filter(|rival| track.used.len() < rival.used.len())
             .unwrap_or(track)
-    }
-
-    pub(super) fn filter(&self) -> &Kalman {
-        &self.filter
-    }
-
-    pub(super) fn used(&self) -> &[(usize, Report)] {
-        &self.used
-    }
-
-    fn start(report: &(usize, Report)) -> Self {
-        Self {
-            filter: Kalman::start(&report.1),
-            used: vec![*report],
-        }
     }
 
     fn accept(&mut self, report: &(usize, Report)) -> bool {

@@ -106,16 +106,7 @@ impl AlongPath {
             horizontal_speed,
         } = known;
         let ground_speed = |tangent: f64| speed_along(*horizontal_speed, current, tangent);
-        let gamma = path.closest_by(&state.position, |distance, point| {
-            // Against a strong current the vehicle goes backwards along its path.
-            let way = direction(point.tangent) * ground_speed(point.tangent).signum();
-            let agreement = if state.speed < SPEED_AT_REST {
-                1.0
-            } else {
-                way.dot(&state.course.unit())
-            };
-            (distance + POSITION_DOUBT) * (1.0 + (WRONG_WAY - 1.0) * 0.5 * (1.0 - agreement))
-        });
+        let gamma = place_on_path(state, known, current);
         let point = path.at(gamma);
         let offset = (state.position - point.position).dot(&starboard(point.tangent));
         let mut schedule = Schedule {
@@ -205,6 +196,21 @@ impl AlongPath {
         let rate = stretch.rate * (stretch.growth * since).exp();
         (gamma + laps_length, rate)
     }
+}
+
+/// Arc length at which a vehicle in `state` is on the path that it is known to follow: the closest place, but a place
+/// that leads against the vehicle's course counts as farther away.
+pub(crate) fn place_on_path(state: &AuvState, known: &KnownPath, current: &Vector2<f64>) -> f64 {
+    known.path.closest_by(&state.position, |distance, point| {
+        // Against a strong current the vehicle goes backwards along its path.
+        let forward = speed_along(known.horizontal_speed, current, point.tangent).signum();
+        let agreement = if state.speed < SPEED_AT_REST {
+            1.0
+        } else {
+            (direction(point.tangent) * forward).dot(&state.course.unit())
+        };
+        (distance + POSITION_DOUBT) * (1.0 + (WRONG_WAY - 1.0) * 0.5 * (1.0 - agreement))
+    })
 }
 
 /// The stretches that are being laid one after the other.
@@ -325,7 +331,7 @@ impl<F: Fn(f64) -> f64> Schedule<'_, F> {
 
 /// Speed over ground along a tangent, m/s, of a vehicle of horizontal speed `u_h` through the water that holds its
 /// course in a `current` (north, east), m/s.
-fn speed_along(u_h: f64, current: &Vector2<f64>, tangent: f64) -> f64 {
+pub(crate) fn speed_along(u_h: f64, current: &Vector2<f64>, tangent: f64) -> f64 {
     let in_path_frame = ned_from_body(tangent).transpose() * current;
     let (along, across) = (in_path_frame.x, in_path_frame.y);
     along + (u_h * u_h - across * across).max(0.0).sqrt()
