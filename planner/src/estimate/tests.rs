@@ -1,11 +1,16 @@
 //! Reports in these tests are drawn from the filter's own model, unless a test says otherwise.
 
+#![expect(
+    clippy::disallowed_macros,
+    reason = "the planner has no output, its tests print what they measured"
+)]
+
 use std::sync::Arc;
 
 use nalgebra::Vector2;
 use proptest::prelude::*;
 
-use super::{kalman::ACCELERATION_DENSITY, track::Filter, *};
+use super::{kalman::ACCELERATION_DENSITY, *};
 use crate::{
     angle::{angle_of, ned_from_body},
     path::Path,
