@@ -6,6 +6,7 @@ use clap::{Parser, Subcommand};
 
 use crate::{
     missions::{Compare, Figures, Simulate, compare, figures, simulate},
+    plan::{Plan, plan},
     scenarios::{Scenarios, scenarios},
     serve::{Serve, serve},
 };
@@ -24,6 +25,8 @@ pub(crate) struct Arguments {
 enum Command {
     /// Answer HTTP requests (the default).
     Serve(Serve),
+    /// Plan for one snapshot without a server.
+    Plan(Plan),
     /// Run one mission with one controller.
     Simulate(Simulate),
     /// Run one mission with the planner and with the tuned line-of-sight law.
@@ -38,6 +41,7 @@ impl Arguments {
     pub(crate) fn run(self) -> Result<(), Box<dyn Error>> {
         match self.command.unwrap_or(Command::Serve(self.serve)) {
             Command::Serve(arguments) => serve(&arguments)?,
+            Command::Plan(arguments) => plan(&arguments)?,
             Command::Simulate(arguments) => simulate(&arguments)?,
             Command::Compare(arguments) => compare(&arguments)?,
             Command::Scenarios(arguments) => scenarios(&arguments)?,

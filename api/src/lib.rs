@@ -25,6 +25,7 @@ pub mod examples;
 pub mod export;
 pub mod figures;
 pub mod health;
+pub mod offline;
 mod page;
 mod planners;
 mod planning;

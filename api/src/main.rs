@@ -7,6 +7,7 @@ use clap::Parser;
 mod cli;
 mod missions;
 mod out_file;
+mod plan;
 mod scenarios;
 mod serve;
 

@@ -34,8 +34,10 @@ use crate::{
 };
 
 mod figures;
+mod snapshots;
 
 pub(crate) use figures::{Figures, figures};
+use snapshots::{Witness, snapshot_file, write_snapshots};
 
 const LOOK_AHEAD: &str = "look-ahead-m";
 const ALONG_TRACK_GAIN: &str = "along-track-gain-per-s";
@@ -65,6 +67,15 @@ pub(crate) struct Simulate {
     /// Write an interactive page about the mission to this file.
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
+    /// Write every snapshot that the planner was asked to this file, as requests to plan again, one a line.
+    #[arg(long, value_name = "FILE.ndjson")]
+    snapshots: Option<PathBuf>,
+    /// Of the snapshots, write the first and every N-th after it.
+    #[arg(
+        long, value_name = "N", default_value_t = 1, requires = "snapshots",
+        value_parser = clap::value_parser!(u32).range(1..)
+    )]
+    every: u32,
     #[arg(
         long, value_name = "M", allow_negative_numbers = true,
         help = format!("Look-ahead distance of the line-of-sight laws, m [default: {}]", Policy::default().los.look_ahead)
@@ -149,6 +160,10 @@ pub(crate) enum MissionError {
     Gain { name: &'static str, given: f64 },
     #[error("--{0} is a gain of line of sight and the planner has none: add --controller saturated_los")]
     GainOfAnother(&'static str),
+    #[error("only the planner is asked in snapshots: leave --snapshots out, or --controller")]
+    SnapshotsOfAnother,
+    #[error("cannot write {path}: choose another file with --snapshots")]
+    Snapshots { path: PathBuf, source: io::Error },
     #[error("the mission failed")]
     Mission(#[source] GuideError),
     #[error(transparent)]
@@ -175,14 +190,22 @@ fn lasting(scenario: Scenario, duration_s: Option<u32>) -> Scenario {
 /// Runs one mission, prints what it is worth, and keeps the record where asked to.
 pub(crate) fn simulate(arguments: &Simulate) -> Result<(), MissionError> {
     let scenario = lasting(scenario(&arguments.scenario)?, arguments.duration_s);
-    let mut guide: Box<dyn Guide> = match arguments.controller.law() {
+    let mut asked = Vec::new();
+    let mut guide: Box<dyn Guide + '_> = match arguments.controller.law() {
         None if arguments.look_ahead_m.is_some() => {
             return Err(MissionError::GainOfAnother(LOOK_AHEAD));
         }
         None if arguments.along_track_gain_per_s.is_some() => {
             return Err(MissionError::GainOfAnother(ALONG_TRACK_GAIN));
         }
+        None if arguments.snapshots.is_some() => Box::new(Witness {
+            planner: MpcGuide::new(Policy::default()),
+            every: arguments.every as usize,
+            looks: 0,
+            asked: &mut asked,
+        }),
         None => Box::new(MpcGuide::new(Policy::default())),
+        Some(_) if arguments.snapshots.is_some() => return Err(MissionError::SnapshotsOfAnother),
         Some(law) => Box::new(LosGuide::tuned(LosTuning {
             law,
             gains: gains(arguments)?,
@@ -193,6 +216,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), MissionError> {
     let files = arguments.out.iter().map(|path| record_file(path, &scenario));
     let files = files.collect::<Result<Vec<_>, _>>()?;
     let page = report_file(arguments.report.as_deref())?;
+    let requests = snapshot_file(arguments.snapshots.as_deref())?;
 
     let bar = bar();
     let mut progress = |done| show(&bar, "mission", done);
@@ -203,11 +227,13 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), MissionError> {
         mission::run(&scenario, &mut stopwatch, arguments.seed, &mut progress)
     };
     let record = record.map_err(MissionError::Mission)?;
+    drop(guide);
     bar.finish_and_clear();
 
     // The mission is not to be had again: what one file does not take, the others still get.
     let write = |file: &RecordFile| file.write(&record);
     let written = files.iter().map(write).fold(Ok(()), Result::and);
+    let written = write_snapshots(requests, &asked).and(written);
     write_report(page, &[&record]).and(written)?;
     Ok(print(&summary(&record))?)
 }

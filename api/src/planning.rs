@@ -61,21 +61,28 @@ async fn planned(
 ) -> Result<(Planned, Map<String, Value>), Problem> {
     let snapshot = Snapshot::try_from(&request).map_err(Problem::Invalid)?;
     let planned = planners.plan(snapshot, arrival, request.deadline_ms).await?;
-    if planned.snapshot.fallback == Fallback::None {
-        if planned.plan.degraded == Some(Degraded::Deadline) {
-            return Err(Problem::TimedOut);
-        }
-        let answer = answer(&planned, &request.metadata).planned();
-        if answer.outcome == Outcome::Degraded {
-            return Err(Problem::NoSolution {
-                reason: answer.reason.unwrap_or_default(),
-            });
-        }
-    }
+    refuse_a_lower_rung(&planned, &request.metadata)?;
     Ok((planned, request.metadata))
 }
 
-fn answer<'a>(planned: &'a Planned, metadata: &'a Map<String, Value>) -> Answer<'a> {
+/// Where nothing but a solved program will do.
+pub(crate) fn refuse_a_lower_rung(planned: &Planned, metadata: &Map<String, Value>) -> Result<(), Problem> {
+    if planned.snapshot.fallback != Fallback::None {
+        return Ok(());
+    }
+    if planned.plan.degraded == Some(Degraded::Deadline) {
+        return Err(Problem::TimedOut);
+    }
+    let answer = answer(planned, metadata).planned();
+    if answer.outcome == Outcome::Degraded {
+        return Err(Problem::NoSolution {
+            reason: answer.reason.unwrap_or_default(),
+        });
+    }
+    Ok(())
+}
+
+pub(crate) fn answer<'a>(planned: &'a Planned, metadata: &'a Map<String, Value>) -> Answer<'a> {
     Answer {
         snapshot: &planned.snapshot,
         plan: &planned.plan,

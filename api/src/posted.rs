@@ -112,7 +112,7 @@ fn require_short(headers: &HeaderMap) -> Result<(), Problem> {
 
 /// Reads `body` twice: first whether it is JSON at all, every ignored member of it too, then for what
 /// is meant. What the second reading refuses is therefore never a matter of syntax.
-fn parse<T: DeserializeOwned + Serialize>(body: &[u8]) -> Result<T, Problem> {
+pub(crate) fn parse<T: DeserializeOwned + Serialize>(body: &[u8]) -> Result<T, Problem> {
     let given: Value = read(body).map_err(|(pointer, error)| {
         let detail = if body.starts_with(BYTE_ORDER_MARK) {
             "starts with a byte order mark: send UTF-8 without one".to_owned()

@@ -10,6 +10,7 @@
 //! client does the reverse with the same types.
 
 mod bounds;
+mod dump;
 mod faults;
 mod read_evidence;
 mod read_path;
@@ -19,6 +20,7 @@ mod response;
 mod write_answer;
 mod write_request;
 
+pub use dump::{ConeKind, DumpedCone, DumpedMatrix, DumpedSolution, FirstVelocity, ProgramDump};
 pub use request::{
     Acoustics, Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, KeepOut, Limits, Path,
     PlanRequest, PreviousPlan, PreviousReference, Segment, SegmentKind,

@@ -190,6 +190,14 @@ impl Program {
         self.constraints.fill(&self.row_triplets);
     }
 
+    /// The two columns of v_1, ahead and starboard, and what one unit of a variable there is, m/s: all that a reader
+    /// of the bare numbers needs to tell what they steer.
+    #[must_use]
+    pub fn first_velocity(&self) -> ([usize; 2], f64) {
+        let column = self.layout.velocity(1);
+        ([column, column + 1], 1.0)
+    }
+
     fn write(&mut self, pass: &Pass<'_>) {
         debug_assert_eq!(pass.layout(), self.layout);
         self.cost_triplets.clear();

@@ -86,6 +86,7 @@ pub struct MpcGuide {
     policy: Policy,
     workspace: Workspace,
     previous: Option<PreviousPlan>,
+    asked: Option<Snapshot>,
 }
 
 impl MpcGuide {
@@ -96,7 +97,14 @@ impl MpcGuide {
             policy,
             workspace: Workspace::default(),
             previous: None,
+            asked: None,
         }
+    }
+
+    /// The snapshot that the planner was given last, the plan before it included.
+    #[must_use]
+    pub fn asked(&self) -> Option<&Snapshot> {
+        self.asked.as_ref()
     }
 }
 
@@ -110,11 +118,9 @@ impl Guide for MpcGuide {
             previous_plan: self.previous.take(),
             ..Observation::clone(snapshot)
         };
-        let plan = plan(
-            &Snapshot::try_from(observation)?,
-            &self.policy,
-            &mut self.workspace,
-        );
+        let snapshot = Snapshot::try_from(observation)?;
+        let plan = plan(&snapshot, &self.policy, &mut self.workspace);
+        self.asked = Some(snapshot);
         self.previous = Some(PreviousPlan::from(&plan));
         Ok(Guidance {
             reference: plan.reference,

@@ -287,7 +287,7 @@ fn degraded_reason(degraded: domain::Degraded) -> String {
     }
 }
 
-fn status_name(status: SolverStatus) -> &'static str {
+pub(super) fn status_name(status: SolverStatus) -> &'static str {
     match status {
         SolverStatus::Unsolved => "unsolved",
         SolverStatus::Solved => "solved",

@@ -1,0 +1,118 @@
+//! `pilotfish plan`: one snapshot, one answer, no server.
+
+use std::{
+    fs,
+    io::{self, Read as _, Write as _},
+    path::{Path, PathBuf},
+};
+
+use api::{offline, problem::ProblemDocument, wire::ProgramDump};
+use clap::Args;
+use planner::solve::TOLERANCE;
+use serde::Serialize;
+
+use crate::out_file::{OutFile, print};
+
+/// Stands for standard input, as everywhere.
+const STANDARD_INPUT: &str = "-";
+
+#[derive(Debug, Args)]
+pub(crate) struct Plan {
+    /// A snapshot, as `POST /v1/plan` takes it; `-` is standard input.
+    #[arg(default_value = STANDARD_INPUT)]
+    file: PathBuf,
+    /// Print the answer in one line, as the service does.
+    #[arg(long)]
+    compact: bool,
+    /// Write the last program that was solved, and its solution, to this file, as JSON for other solvers.
+    #[arg(long, value_name = "FILE.json")]
+    dump: Option<PathBuf>,
+    /// Tolerance of the solver, from 1e-10 to 1e-3.
+    #[arg(long, default_value_t = TOLERANCE, value_parser = tolerance)]
+    tolerance: f64,
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    let given: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    // Tighter, rounding decides; wider, the certificate refuses.
+    if (1e-10..=1e-3).contains(&given) {
+        Ok(given)
+    } else {
+        Err("not from 1e-10 to 1e-3".to_owned())
+    }
+}
+
+/// Why there is no answer.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum PlanError {
+    #[error("cannot read {path}")]
+    Read { path: PathBuf, source: io::Error },
+    #[error("cannot write {path}: choose another file with --dump")]
+    Dump { path: PathBuf, source: io::Error },
+    #[error("no program was solved, so there is nothing to write to {0}")]
+    NothingToDump(PathBuf),
+    /// The problem document has been printed where the answer would have been.
+    #[error("{}", .0.detail)]
+    Refused(Box<ProblemDocument>),
+    #[error("cannot print the answer")]
+    Print(#[from] io::Error),
+}
+
+/// Prints the answer, or the problem document that the service would have sent.
+pub(crate) fn plan(arguments: &Plan) -> Result<(), PlanError> {
+    let body = read(&arguments.file).map_err(|source| PlanError::Read {
+        path: arguments.file.clone(),
+        source,
+    })?;
+    let dump = arguments.dump.as_deref().map(dump_file).transpose()?;
+    let mut last = None;
+    let answer = offline::plan(&body, arguments.tolerance, &mut |program, solution| {
+        if dump.is_some() {
+            last = Some(ProgramDump::new(program, solution));
+        }
+    });
+    match answer {
+        Ok(answer) => print_json(&answer, arguments.compact)?,
+        Err(problem) => {
+            let document = problem.document(&arguments.file.to_string_lossy(), "pilotfish-plan");
+            print_json(&document, arguments.compact)?;
+            return Err(PlanError::Refused(Box::new(document)));
+        }
+    }
+    match (dump, last) {
+        (None, _) => Ok(()),
+        (Some((path, _)), None) => Err(PlanError::NothingToDump(path)),
+        (Some((path, file)), Some(last)) => file
+            .write(|out| {
+                serde_json::to_writer(&mut *out, &last)?;
+                out.write_all(b"\n")
+            })
+            .map_err(|source| PlanError::Dump { path, source }),
+    }
+}
+
+fn read(path: &Path) -> io::Result<Vec<u8>> {
+    if path != Path::new(STANDARD_INPUT) {
+        return fs::read(path);
+    }
+    let mut body = Vec::new();
+    io::stdin().read_to_end(&mut body)?;
+    Ok(body)
+}
+
+fn dump_file(path: &Path) -> Result<(PathBuf, OutFile), PlanError> {
+    let path = path.to_owned();
+    match OutFile::new(&path) {
+        Ok(file) => Ok((path, file)),
+        Err(source) => Err(PlanError::Dump { path, source }),
+    }
+}
+
+fn print_json(value: &impl Serialize, compact: bool) -> io::Result<()> {
+    let json = if compact {
+        serde_json::to_string(value)
+    } else {
+        serde_json::to_string_pretty(value)
+    };
+    print(&(json.expect("strings, numbers and lists only") + "\n"))
+}
