@@ -18,6 +18,7 @@ fn pilotfish() -> Command {
     command
         .env_remove("RUST_LOG")
         .env_remove("PILOTFISH_INSECURE")
+        .env_remove("PILOTFISH_DEADLINE_MS")
         .env_remove("PILOTFISH_PORT")
         .env_remove("PILOTFISH_HOST");
     command
@@ -637,5 +638,224 @@ fn a_report_needs_nothing_but_itself() {
     assert!(
         said.contains("/nowhere/at/all.html") && said.contains("--report"),
         "{said}"
+    );
+}
+
+/// `pilotfish plan` with `body` on its standard input.
+fn plan_of(body: &str, arguments: &[&str]) -> Output {
+    let mut process = pilotfish()
+        .arg("plan")
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("starts");
+    let mut stdin = process.stdin.take().expect("is piped");
+    stdin.write_all(body.as_bytes()).expect("takes it");
+    drop(stdin);
+    process.wait_with_output().expect("ends")
+}
+
+fn example_body(name: &str) -> &'static str {
+    let mut examples = api::examples::EXAMPLES.into_iter();
+    examples
+        .find(|example| example.name == name)
+        .expect("exists")
+        .body
+}
+
+/// An answer without the one member that two equal requests do not share.
+fn untimed(text: &str) -> Value {
+    let mut answer: Value = serde_json::from_str(text).expect("is JSON");
+    answer["solver"]["solve_time_ms"] = Value::Null;
+    answer
+}
+
+#[test]
+fn a_plan_without_a_server_is_the_answer_of_the_server() {
+    let server = serving(&[]);
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in ["track", "crowded"] {
+        let body_text = example_body(name);
+        let answer = ask(
+            &server,
+            &format!(
+                "POST /v1/plan HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n\
+             content-type: application/json\r\ncontent-length: {}\r\n\r\n{body_text}",
+                body_text.len()
+            ),
+        );
+        let served = untimed(body(&answer));
+        let file = folder.path().join("snapshot.json");
+        fs::write(&file, body_text).expect("written");
+        let path = file.to_str().expect("is text");
+        for output in [
+            plan_of(body_text, &[]),
+            plan_of(body_text, &["-", "--compact"]),
+            run(&["plan", path]),
+        ] {
+            assert!(output.status.success(), "{}", stderr(&output));
+            assert_eq!(untimed(stdout(&output)), served);
+        }
+    }
+    let lines = |arguments: &[&str]| stdout(&plan_of(example_body("track"), arguments)).lines().count();
+    assert_eq!(lines(&["--compact"]), 1);
+    assert!(lines(&[]) > 100);
+}
+
+#[test]
+fn a_snapshot_that_is_none_gets_the_problem_document_and_a_failure() {
+    let wrong = example_body("track").replace("0.193", "-0.193");
+    let mut strict: Value = serde_json::from_str(example_body("track")).expect("is JSON");
+    strict["fallback"] = "none".into();
+    strict["auvs"][0]["state"]["age_s"] = 2000.0.into();
+    for (text, code, pointer) in [
+        ("{", "syntax", Some("")),
+        (&wrong, "invalid_request", Some("/auvs/0/state/speed_mps")),
+        (&strict.to_string(), "no_solution", None),
+    ] {
+        let output = plan_of(text, &[]);
+        assert_eq!(output.status.code(), Some(1), "{text}");
+        let problem: Value = serde_json::from_str(stdout(&output)).expect("is JSON");
+        assert_eq!(problem["code"], code);
+        let found = problem["errors"][0]["pointer"].as_str();
+        assert_eq!(found, pointer, "{problem}");
+        let said = problem["detail"].as_str().expect("text");
+        assert!(stderr(&output).contains(said), "{}", stderr(&output));
+    }
+    let missing = run(&["plan", "no-such-file.json"]);
+    assert_eq!(missing.status.code(), Some(1));
+    assert!(stderr(&missing).contains("no-such-file.json") && stdout(&missing).is_empty());
+}
+
+#[test]
+fn a_dumped_program_is_what_the_answer_was_steered_by() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("program.json");
+    let path = file.to_str().expect("is text");
+    let output = plan_of(example_body("track"), &["--dump", path]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let answer: Value = serde_json::from_str(stdout(&output)).expect("is JSON");
+    let dump: api::wire::ProgramDump =
+        serde_json::from_slice(&fs::read(&file).expect("written")).expect("has the shape");
+    assert_eq!(dump.status, "solved");
+    let solution = dump.solution.expect("was solved");
+
+    // Its columns give the speed of the second point of the trajectory, 1 s from now.
+    let [ahead, starboard] = dump
+        .v1
+        .columns
+        .map(|column| solution.x[column] * dump.v1.unit_mps);
+    let planned = answer["trajectory"][1]["speed_mps"].as_f64().expect("a number");
+    assert!((ahead.hypot(starboard) - planned).abs() < 1e-9, "{planned}");
+
+    // A x + s = b, row by row, and as many rows as the cones have.
+    let mut left = solution.s.clone();
+    let a = &dump.constraints;
+    for column in 0..a.n {
+        for entry in a.colptr[column]..a.colptr[column + 1] {
+            left[a.rowval[entry]] += a.nzval[entry] * solution.x[column];
+        }
+    }
+    let n_rows: usize = dump.cones.iter().map(|cone| cone.dim).sum();
+    assert_eq!(
+        (n_rows, a.m, a.n),
+        (left.len(), dump.bounds.len(), dump.linear.len())
+    );
+    let largest = dump.bounds.iter().fold(1.0_f64, |most, b| most.max(b.abs()));
+    for (left, b) in left.iter().zip(&dump.bounds) {
+        // The solver's own tolerance, relative to the largest bound.
+        assert!((left - b).abs() < 1e-5 * largest, "{left} {b}");
+    }
+    // Lagrange duality: at the optimum ½ xᵀPx + qᵀx = −½ xᵀPx − bᵀz, so 2 obj = qᵀx − bᵀz.
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let doubled = dot(&dump.linear, &solution.x) - dot(&dump.bounds, &solution.z);
+    assert!(
+        (2.0 * solution.obj - doubled).abs() < 1e-4 * solution.obj.abs(),
+        "{}",
+        solution.obj
+    );
+}
+
+#[test]
+fn a_tolerance_and_a_deadline_out_of_range_are_refused_before_anything_is_read() {
+    for (arguments, says) in [
+        (&["plan", "--tolerance", "0"][..], "1e-10"),
+        (&["plan", "--tolerance", "tight"], "not a number"),
+        (&["serve", "--deadline-ms", "0"], "0.05"),
+        (&["serve", "--deadline-ms", "NaN"], "0.05"),
+        (&["--deadline-ms", "70000"], "60000"),
+    ] {
+        let output = run(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(stderr(&output).contains(says), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn snapshots_that_the_planner_was_asked_lead_to_the_same_plans_again() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("asked.ndjson");
+    let path = file.to_str().expect("is text");
+    let record = folder.path().join("record.csv");
+    let mission = |every: &str| {
+        let output = run(&[
+            "simulate",
+            "crowded",
+            "--duration-s",
+            "10",
+            "--untimed",
+            "--out",
+            record.to_str().expect("is text"),
+            "--snapshots",
+            path,
+            "--every",
+            every,
+        ]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        fs::read_to_string(&file).expect("written")
+    };
+    let asked = mission("1");
+    assert_eq!(asked.lines().count(), 10);
+    let table = fs::read_to_string(&record).expect("written");
+    let mut rows = table.lines();
+    let header: Vec<_> = rows.next().expect("has a header").split(',').collect();
+    let column = header
+        .iter()
+        .position(|name| *name == "asc_reference_speed_mps")
+        .unwrap_or_else(|| panic!("{header:?}"));
+    for (line, row) in asked.lines().zip(rows) {
+        let output = plan_of(line, &["--compact"]);
+        let answer: Value = serde_json::from_str(stdout(&output)).expect("is JSON");
+        let flown: f64 = row
+            .split(',')
+            .nth(column)
+            .expect("is there")
+            .parse()
+            .expect("a number");
+        assert_eq!(answer["reference"]["speed_mps"].as_f64(), Some(flown));
+    }
+    let request: Value = serde_json::from_str(asked.lines().nth(1).expect("is there")).expect("is JSON");
+    assert!(request["previous_plan"]["trajectory"].is_array());
+    assert_eq!(request["acoustics"]["range_max_m"], 60.0);
+
+    let fourth: Vec<_> = mission("4").lines().map(str::to_owned).collect();
+    let expected: Vec<_> = asked.lines().step_by(4).collect();
+    assert_eq!(fourth, expected);
+
+    let output = run(&[
+        "simulate",
+        "calm",
+        "--controller",
+        "saturated_los",
+        "--snapshots",
+        path,
+    ]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        stderr(&output).contains("only the planner"),
+        "{}",
+        stderr(&output)
     );
 }
