@@ -823,7 +823,7 @@ fn snapshots_that_the_planner_was_asked_lead_to_the_same_plans_again() {
     let header: Vec<_> = rows.next().expect("has a header").split(',').collect();
     let column = header
         .iter()
-        .position(|name| *name == "asc_reference_speed_mps")
+        .position(|name| *name == "reference_speed_mps")
         .unwrap_or_else(|| panic!("{header:?}"));
     for (line, row) in asked.lines().zip(rows) {
         let output = plan_of(line, &["--compact"]);
