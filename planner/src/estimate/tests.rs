@@ -90,6 +90,7 @@ fn estimate(reports: &[Report], now: f64) -> Estimate {
         id: VehicleId("a".into()),
         evidence: Evidence::Reports(reports.to_vec()),
         path: None,
+        dive: None,
     };
     Estimate::new(&auv, now, &Vector2::zeros())
 }
@@ -347,6 +348,7 @@ fn estimate_along(known: &KnownPath, reports: &[Report]) -> Estimate {
         id: VehicleId("a".into()),
         evidence: Evidence::Reports(reports.to_vec()),
         path: Some(known.clone()),
+        dive: None,
     };
     Estimate::new(&auv, 290.0, &Vector2::zeros())
 }
