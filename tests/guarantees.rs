@@ -11,13 +11,13 @@ use planner::{
     policy::Policy,
     response::surge_bias,
     snapshot::{
-        ForecastChoice, ForecastModel, Goal, KnownPath, Observation, PreviousPlan, Snapshot, SurgeMemory,
-        TrajectoryPoint,
+        ForecastChoice, ForecastModel, Goal, KnownPath, Observation, Offset, PreviousPlan, Snapshot,
+        SurgeMemory, TrajectoryPoint,
     },
     solve::{Solvers, TOLERANCE},
 };
 use proptest::prelude::*;
-use tests::{auv, goals, observation, snapshot, state};
+use tests::{auv, goals, observation, offsets, snapshot, state};
 
 fn planned(observation: Observation) -> Plan {
     plan(
@@ -38,6 +38,9 @@ fn moved(scene: &Observation, angle: f64, shift: Vector2<f64>, delay: f64) -> Ob
     scene.asc.position = turned(scene.asc.position, angle) + shift;
     scene.asc.heading = Heading::new(scene.asc.heading.radians() + angle);
     scene.current = scene.current.map(|current| turned(current, angle));
+    if let Some(Offset::Ned(by)) = &mut scene.offset {
+        *by = turned(*by, angle);
+    }
     for auv in &mut scene.auvs {
         let state = auv.evidence.state_mut().expect("the test's AUVs have states");
         state.position = turned(state.position, angle) + shift;
@@ -88,6 +91,42 @@ fn before_a_turn(goal: Goal) -> Observation {
     scene
 }
 
+/// Every goal with every offset that it may have, the first AUV before its turn.
+fn with_offsets() -> Vec<Observation> {
+    let beside = |offset, goal| Observation {
+        offset: Some(offset),
+        ..before_a_turn(goal)
+    };
+    let along_path = Offset::Path(Vector2::new(-5.0, 15.0));
+    let mut scenes = vec![beside(along_path, goals()[0].clone())];
+    for offset in offsets() {
+        scenes.extend(goals().map(|goal| beside(offset, goal)));
+    }
+    scenes
+}
+
+#[test]
+fn a_craft_beside_a_target_ends_where_its_offset_is() {
+    for scene in with_offsets() {
+        let mut above = scene.clone();
+        above.offset = None;
+        let (beside, above) = (planned(scene.clone()), planned(above));
+        let arm = beside.goal[0].position - above.goal[0].position;
+        // All go northward, and the axes with them.
+        assert!(
+            (arm - Vector2::new(-5.0, 15.0)).norm() < 1.0,
+            "{arm} in {scene:?}"
+        );
+        assert_eq!(beside.degraded, None);
+        let miss = |plan: &Plan| {
+            let last = plan.trajectory.len() - 1;
+            (plan.trajectory[last].position - plan.goal[last].position).norm()
+        };
+        // The lanes are 60 m apart, and 78 s at 1.5 m/s are enough for that.
+        assert!(miss(&beside) < 2.0, "{} m in {scene:?}", miss(&beside));
+    }
+}
+
 #[test]
 fn a_known_path_bends_the_forecast_where_the_auv_turns_and_not_before() {
     let scene = before_a_turn(goals()[0].clone());
@@ -113,7 +152,7 @@ fn a_known_path_bends_the_forecast_where_the_auv_turns_and_not_before() {
 #[test]
 fn a_plan_turns_and_moves_with_the_scene() {
     let scenes = goals().map(observation).into_iter();
-    for scene in scenes.chain(goals().map(before_a_turn)) {
+    for scene in scenes.chain(goals().map(before_a_turn)).chain(with_offsets()) {
         let here = planned(scene.clone());
         for (angle, shift, delay) in [
             (1.0, Vector2::new(0.0, 0.0), 0.0),
@@ -141,13 +180,14 @@ fn the_order_in_which_auvs_are_named_does_not_matter() {
         shuffled.auvs.reverse();
         assert_eq!(planned(scene).reference, planned(shuffled).reference);
     }
-    let [_, _, midpoint] = goals();
-    let mut swapped = midpoint.clone();
-    if let Goal::Midpoint { auvs } = &mut swapped {
-        auvs.reverse();
+    for goal in goals() {
+        let mut swapped = goal.clone();
+        if let Goal::Midpoint { auvs } | Goal::Range { auvs, .. } = &mut swapped {
+            auvs.reverse();
+        }
+        let (a, b) = (planned(observation(goal)), planned(observation(swapped)));
+        assert!((a.reference.speed - b.reference.speed).abs() < 1e-9);
     }
-    let (a, b) = (planned(observation(midpoint)), planned(observation(swapped)));
-    assert!((a.reference.speed - b.reference.speed).abs() < 1e-9);
 }
 
 #[test]
@@ -419,9 +459,13 @@ proptest! {
         (course, speed, turn_rate, age) in (-3.1..3.1, 0.0..3.0, -0.3..0.3, 0.0..300.0),
         (current_north, current_east) in (-1.0..1.0, -1.0..1.0),
         (speed_min, speed_span, acceleration, turn_rate_max) in (0.0..0.5, 0.06..5.0, 0.005..1.0, 0.02..1.0),
-        which in 0_usize..3,
+        (which, offset) in (0_usize..5, prop::option::of((0_usize..2, -1.0e3..1.0e3, -1.0e3..1.0e3))),
     ) {
         let mut scene = observation(goals()[which].clone());
+        scene.offset = offset.map(|(frame, first, second)| {
+            let by = Vector2::new(first, second);
+            [Offset::Ned(by), Offset::Target(by)][frame]
+        });
         scene.asc.position = Vector2::new(north, east);
         scene.asc.heading = Heading::new(heading);
         (scene.asc.surge, scene.asc.sway) = (surge, sway);

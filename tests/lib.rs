@@ -9,7 +9,7 @@ use planner::{
     angle::{Course, Heading},
     snapshot::{
         AscState, Auv, AuvState, Evidence, Fallback, ForecastChoice, Goal, HoldStyle, Limits, Observation,
-        Snapshot, VehicleId,
+        Offset, Snapshot, VehicleId,
     },
 };
 
@@ -63,6 +63,7 @@ pub fn observation(goal: Goal) -> Observation {
         },
         auvs: vec![auv("auv-1", 12.0, -3.0, 0.02), auv("auv-2", 10.0, 57.0, 0.0)],
         goal,
+        offset: None,
         current: Some(Vector2::new(0.02, 0.05)),
         limits: Limits::MEDUSA,
         keep_outs: vec![],
@@ -77,7 +78,7 @@ pub fn observation(goal: Goal) -> Observation {
 
 /// The goals that the planner knows, each with the AUVs of [`observation`].
 #[must_use]
-pub fn goals() -> [Goal; 3] {
+pub fn goals() -> [Goal; 5] {
     [
         Goal::Track {
             auv: VehicleId("auv-1".into()),
@@ -88,7 +89,21 @@ pub fn goals() -> [Goal; 3] {
             epoch: 0.0,
         },
         Goal::Midpoint { auvs: both() },
+        Goal::Weighted {
+            weights: both().into_iter().zip([0.7, 0.3]).collect(),
+        },
+        Goal::Range {
+            auvs: both(),
+            radius: 60.0,
+        },
     ]
+}
+
+/// The offsets that do not need a path, to starboard and a little astern.
+#[must_use]
+pub fn offsets() -> [Offset; 2] {
+    let by = Vector2::new(-5.0, 15.0);
+    [Offset::Ned(by), Offset::Target(by)]
 }
 
 /// The observation as a snapshot.

@@ -8,7 +8,7 @@ use planner::{
     path::{Path, Segment},
     snapshot::{
         AscState, Auv, AuvState, Dive, Evidence, Fallback, ForecastChoice, ForecastModel, Goal, GroundTrack,
-        HoldStyle, KeepOut, KnownPath, Limits, Observation, PreviousPlan, Report, SurgeMemory,
+        HoldStyle, KeepOut, KnownPath, Limits, Observation, Offset, PreviousPlan, Report, SurgeMemory,
         TrajectoryPoint, VehicleId,
     },
 };
@@ -103,9 +103,19 @@ impl Draw {
             vec![]
         };
         let previous_plan = self.chance(0.5).then(|| self.previous_plan(&asc, time));
+        let by = Vector2::new(
+            self.number((-30.0, 30.0), (-1.0e3, 1.0e3)),
+            self.number((-30.0, 30.0), (-1.0e3, 1.0e3)),
+        );
+        let offset = match self.rng.random_range(0..6) {
+            0 => Some(Offset::Ned(by)),
+            1 => Some(Offset::Target(by)),
+            _ => None,
+        };
         Observation {
             time,
             goal,
+            offset,
             current: self.chance(0.6).then(|| {
                 let mut axis = || self.number((-0.3, 0.3), (-3.0, 3.0));
                 Vector2::new(axis(), axis())
@@ -242,7 +252,17 @@ impl Draw {
     fn goal(&mut self, auvs: &[Auv], time: f64) -> Goal {
         let n = 1 + self.rng.random_range(0..auvs.len());
         let named: Vec<_> = auvs.iter().take(n).map(|auv| auv.id.clone()).collect();
-        match self.rng.random_range(0..3) {
+        match self.rng.random_range(0..5) {
+            3 => Goal::Weighted {
+                weights: named
+                    .into_iter()
+                    .map(|id| (id, self.number((0.1, 1.0), (1.0e-6, 1.0e6))))
+                    .collect(),
+            },
+            4 => Goal::Range {
+                auvs: named,
+                radius: self.number((20.0, 200.0), (1.0, 2.0e4)),
+            },
             0 => Goal::Track {
                 auv: named[n - 1].clone(),
             },

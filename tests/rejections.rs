@@ -185,7 +185,7 @@ async fn details_are_in_the_words_of_json_and_not_of_the_program() {
     );
     assert_eq!(
         detail(changed("/goal/kind", json!("attend"))).await,
-        "must be one of `track`, `intermittent`, `midpoint`"
+        "must be one of `track`, `intermittent`, `midpoint`, `weighted`, `range`"
     );
     assert_eq!(
         detail(changed("/auvs/0", json!({ "name": "a" }))).await,
@@ -314,6 +314,119 @@ async fn a_goal_must_have_what_its_kind_needs_and_nothing_else() {
     assert_eq!(goal(stranger).await, fault("/goal/auvs/1", "unknown_vehicle"));
     let twice = json!({ "kind": "midpoint", "auvs": ["auv-1", "auv-1"] });
     assert_eq!(goal(twice).await, fault("/goal/auvs/1", "duplicate"));
+}
+
+#[tokio::test]
+async fn weights_and_a_range_are_checked_one_by_one() {
+    let goal = |goal: Value| faults_after(|body: &mut Value| body["goal"] = goal);
+    let weights = |weights: Value| goal(json!({ "kind": "weighted", "weights": weights }));
+    assert_eq!(
+        goal(json!({ "kind": "weighted" })).await,
+        fault("/goal/weights", "missing")
+    );
+    for (given, pointer, code) in [
+        (json!({}), "/goal/weights", "length"),
+        (json!({ "auv-1": 0.0 }), "/goal/weights", "all_zero"),
+        (json!({ "auv-1": -0.1 }), "/goal/weights/auv-1", "out_of_range"),
+        (json!({ "auv-1": 1.1e6 }), "/goal/weights/auv-1", "out_of_range"),
+        (json!({ "auv-1": "much" }), "/goal/weights/auv-1", "wrong_type"),
+        (json!({ "auv-1": null }), "/goal/weights/auv-1", "wrong_type"),
+        (
+            json!({ "auv-1": 1.0, "a/b~c": 1.0 }),
+            "/goal/weights/a~1b~0c",
+            "unknown_vehicle",
+        ),
+        (json!([0.7, 0.3]), "/goal/weights", "wrong_type"),
+        (json!(0.7), "/goal/weights", "wrong_type"),
+    ] {
+        assert_eq!(weights(given.clone()).await, fault(pointer, code), "{given}");
+    }
+    let crowd: serde_json::Map<_, _> = (0..17).map(|i| (format!("auv-{i}"), json!(1.0))).collect();
+    assert_eq!(weights(json!(crowd)).await, fault("/goal/weights", "length"));
+
+    let twice = example("track").to_string().replace(
+        r#""kind":"track""#,
+        r#""kind":"weighted","weights":{"auv-1":1,"auv-1":2}"#,
+    );
+    let answer = planned(twice).await;
+    assert_eq!(answer.status, StatusCode::UNPROCESSABLE_ENTITY, "{}", answer.text);
+    assert_eq!(answer.faults(), fault("/goal/weights/auv-1", "duplicate_field"));
+
+    let range = |range: Value| goal(json!({ "kind": "range", "auvs": ["auv-1"], "range_m": range }));
+    assert_eq!(range(json!(0.9)).await, fault("/goal/range_m", "out_of_range"));
+    assert_eq!(range(json!(20_001)).await, fault("/goal/range_m", "out_of_range"));
+    assert_eq!(
+        goal(json!({ "kind": "range", "auvs": ["auv-1"] })).await,
+        fault("/goal/range_m", "missing")
+    );
+}
+
+#[tokio::test]
+async fn an_offset_must_have_what_its_frame_needs_and_nothing_else() {
+    let offset = |offset: Value| faults_after(|body: &mut Value| body["goal"]["offset"] = offset);
+    let at = |name: &str| format!("/goal/offset/{name}");
+    for (given, name, code) in [
+        (json!({ "frame": "ned", "north_m": 1.0 }), "east_m", "missing"),
+        (
+            json!({ "frame": "target", "ahead_m": 1.0, "starboard_m": 2.0, "north_m": 0.0 }),
+            "north_m",
+            "unexpected",
+        ),
+        (
+            json!({ "frame": "target", "ahead_m": 1.0, "starboard_m": 1000.1 }),
+            "starboard_m",
+            "out_of_range",
+        ),
+        (
+            json!({ "frame": "ned", "north_m": -1000.1, "east_m": 0.0 }),
+            "north_m",
+            "out_of_range",
+        ),
+        (
+            json!({ "frame": "polar", "range_m": -1.0, "bearing_rad": 0.0 }),
+            "range_m",
+            "out_of_range",
+        ),
+        (
+            json!({ "frame": "polar", "range_m": 1.0, "bearing_rad": 90.0 }),
+            "bearing_rad",
+            "out_of_range",
+        ),
+        (json!({ "frame": "body" }), "frame", "unknown_variant"),
+        (
+            json!({ "frame": "path", "ahead_m": 1.0, "starboard_m": 2.0 }),
+            "frame",
+            "no_path",
+        ),
+    ] {
+        assert_eq!(offset(given.clone()).await, fault(&at(name), code), "{given}");
+    }
+    assert_eq!(
+        offset(json!([1.0, 2.0])).await,
+        fault("/goal/offset", "wrong_type")
+    );
+}
+
+#[tokio::test]
+async fn several_vehicles_have_no_path_in_common() {
+    let mut body = example("midpoint");
+    let path = json!({ "segments": [lane()], "speed_mps": 0.193 });
+    for auv in [0, 1] {
+        body["auvs"][auv]["path"] = path.clone();
+    }
+    let offset = json!({ "frame": "path", "ahead_m": 1.0, "starboard_m": 2.0 });
+    body["goal"]["offset"] = offset.clone();
+    let answer = planned(body.to_string()).await;
+    assert_eq!(answer.faults(), fault("/goal/offset/frame", "no_path"));
+
+    body["goal"] =
+        json!({ "kind": "intermittent", "auvs": ["auv-1", "auv-2"], "dwell_s": 240.0, "epoch_s": 0.0 });
+    body["goal"]["offset"] = offset;
+    assert_eq!(planned(body.to_string()).await.status, StatusCode::OK);
+    body["auvs"][1].as_object_mut().expect("an object").remove("path");
+    let answer = planned(body.to_string()).await;
+    assert_eq!(answer.faults(), fault("/goal/offset/frame", "no_path"));
+    assert_eq!(answer.problem()["errors"][0]["given"], "auv-2");
 }
 
 fn lane() -> Value {

@@ -9,7 +9,7 @@ use planner::{
     path::{Path, Segment},
     snapshot::{
         self as domain, Dive, Evidence, Fallback, ForecastChoice, ForecastModel, GroundTrack, HoldStyle,
-        KnownPath, Limits, Report, Snapshot,
+        KnownPath, Limits, Offset, Report, Snapshot,
     },
 };
 use tests::{goals, observation, snapshot, state};
@@ -129,6 +129,42 @@ fn an_area_means_the_same_whichever_way_its_corners_are_listed() {
     let counter = Snapshot::try_from(&request).expect("is valid");
     assert_eq!(clockwise, counter);
     assert_eq!(plan_id(&clockwise), plan_id(&counter));
+}
+
+#[test]
+fn an_offset_survives_the_way_through_json_to_the_bit() {
+    let by = Vector2::new(-0.1, 1.0 / 3.0);
+    for offset in [Offset::Ned(by), Offset::Target(by), Offset::Path(by)] {
+        let mut beside = observation(goals()[0].clone());
+        beside.auvs[0].path = Some(known_path());
+        beside.offset = Some(offset);
+        let beside = snapshot(beside);
+        assert_eq!(through_json(&beside), beside);
+    }
+}
+
+#[test]
+fn a_range_and_a_bearing_are_another_way_to_say_north_and_east() {
+    let mut request = PlanRequest::from(&snapshot(observation(goals()[0].clone())));
+    let text = r#"{ "frame": "polar", "range_m": 20.0, "bearing_rad": -1.5707963267948966 }"#;
+    request.goal.offset = Some(serde_json::from_str(text).expect("has the shape"));
+    let Some(Offset::Ned(by)) = Snapshot::try_from(&request).expect("is valid").offset else {
+        panic!("{request:?}")
+    };
+    assert!((by - Vector2::new(0.0, -20.0)).norm() < 1e-12, "{by}");
+}
+
+#[test]
+fn weights_mean_the_same_in_any_order() {
+    let read = |text: &str| {
+        let mut request = PlanRequest::from(&snapshot(observation(goals()[0].clone())));
+        request.goal = serde_json::from_str(text).expect("has the shape");
+        Snapshot::try_from(&request).expect("is valid")
+    };
+    let one = read(r#"{ "kind": "weighted", "weights": { "auv-1": 0.7, "auv-2": 0.3 } }"#);
+    let other = read(r#"{ "weights": { "auv-2": 0.3, "auv-1": 0.7 }, "kind": "weighted" }"#);
+    assert_eq!(one, other);
+    assert_eq!(plan_id(&one), plan_id(&other));
 }
 
 #[test]

@@ -36,10 +36,19 @@ macro_rules! example {
 }
 
 /// Every example, the first the one to begin with.
-pub const EXAMPLES: [Example; 6] = [
+pub const EXAMPLES: [Example; 9] = [
     example!("track", "Follow one AUV, from behind and pointing away"),
     example!("intermittent", "Two AUVs in turn, 25 s before the hand-over"),
     example!("midpoint", "The midpoint of two AUVs, one of them turning"),
+    example!("weighted", "A weighted mean of two AUVs"),
+    example!(
+        "range",
+        "In range of three AUVs, as near to the farthest as can be"
+    ),
+    example!(
+        "offset",
+        "To starboard of an AUV that is about to turn to starboard"
+    ),
     example!("cross-current", "Follow one AUV across a known current"),
     example!("about-face", "Ahead of the AUV and facing it"),
     example!(

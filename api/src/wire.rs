@@ -13,6 +13,7 @@ mod bounds;
 mod dump;
 mod faults;
 mod read_evidence;
+mod read_goal;
 mod read_path;
 mod read_request;
 mod request;
@@ -22,8 +23,8 @@ mod write_request;
 
 pub use dump::{ConeKind, DumpedCone, DumpedMatrix, DumpedSolution, FirstVelocity, ProgramDump};
 pub use request::{
-    Acoustics, Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, KeepOut, Limits, Path,
-    PlanRequest, PreviousPlan, PreviousReference, Segment, SegmentKind,
+    Acoustics, Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, KeepOut, Limits,
+    Offset, OffsetFrame, Path, PlanRequest, PreviousPlan, PreviousReference, Segment, SegmentKind,
 };
 pub use response::{
     Baseline, Comparison, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget, Plans,

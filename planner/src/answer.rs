@@ -29,7 +29,7 @@ pub struct Plan {
     pub trajectory: Vec<TrajectoryPoint>,
     /// The goal at the times of the trajectory.
     pub goal: Vec<Motion>,
-    /// The goal's course when it last moved; hand it back in the next request.
+    /// The course of what the goal follows, its offset apart, when that last moved; hand it back in the next request.
     pub goal_course: Course,
     /// How each AUV was forecast, in the snapshot's order.
     pub targets: Vec<TargetForecast>,

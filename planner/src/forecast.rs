@@ -199,6 +199,19 @@ impl AuvForecast {
     pub fn position_variance(&self, ahead: f64) -> f64 {
         self.position_covariance(ahead).trace()
     }
+
+    /// Tangent angle ψ_P of the path, rad, and its rate, rad/s, where the AUV is `ahead` seconds after the
+    /// snapshot; none of one that is not forecast along a path.
+    #[must_use]
+    pub fn tangent(&self, ahead: f64) -> Option<(f64, f64)> {
+        match &self.way {
+            Way::Turning(_) => None,
+            Way::AlongPath(along_path) => Some({
+                let elapsed = self.age + ahead;
+                along_path.tangent(elapsed, self.depth.lead(elapsed))
+            }),
+        }
+    }
 }
 
 /// What [`ForecastChoice::Auto`] uses for an AUV whose path is not known.

@@ -1,116 +1,250 @@
 //! From the AUVs' forecasts to the motion that the surface craft is to match.
 
+mod offset;
+#[cfg(test)]
+mod tests;
+
 use nalgebra::Vector2;
+use offset::{Axes, displaced};
 
 use crate::{
+    angle::Course,
+    estimate::Estimate,
     forecast::{AuvForecast, Motion},
-    snapshot::{Goal, Snapshot, VehicleId},
+    los::target_course,
+    smallest_circle::{Below, nearest_to_all},
+    snapshot::{Auv, Goal, Offset, Snapshot},
 };
 
 /// The goal's motion over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GoalForecast {
-    /// Forecasts of the AUVs that the goal names, in its order.
+    /// Forecasts of the AUVs that the goal depends on, in its order.
     members: Vec<AuvForecast>,
     rule: Rule,
+    offset: Option<Offset>,
+    /// Course of what is followed, when it last moved.
+    course: Course,
+    at_rest: Vec<AtRest>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 enum Rule {
-    Mean,
+    /// Shares of the members, their sum 1.
+    Mean {
+        shares: Vec<f64>,
+    },
     /// Time since the epoch at the snapshot, and the dwell time, s.
     InTurn {
         since_epoch: f64,
         dwell: f64,
     },
+    NearestToAll,
+}
+
+/// Axes of a member whose forecast gives it none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct AtRest {
+    /// The course that it reported.
+    course: Course,
+    /// Tangent angle of its path where that is closest to it now, rad; 0 without a path.
+    tangent: f64,
 }
 
 impl GoalForecast {
-    /// The goal of `snapshot`, forecast as it asks.
+    /// The goal of `snapshot`, forecast as it asks. Where what it follows stands still, its course is the one
+    /// that the previous plan remembers.
     #[must_use]
     pub fn new(snapshot: &Snapshot) -> Self {
+        let previous = snapshot.previous_plan.as_ref();
+        Self::holding(snapshot, previous.and_then(|previous| previous.goal_course))
+    }
+
+    /// The goal of `snapshot`, `held` the course of what it follows when that last moved: an earlier forecast's
+    /// [`GoalForecast::course`].
+    #[must_use]
+    pub fn holding(snapshot: &Snapshot, held: Option<Course>) -> Self {
         let current = snapshot.current();
-        let forecast = |id: &VehicleId| {
-            let (auv, estimate) = snapshot
-                .auv_and_estimate(id)
-                .expect("a snapshot's goal names only vehicles that are in it");
-            AuvForecast::new(&estimate.state, auv.into(), snapshot.forecast, &current)
+        let named: Vec<(&Auv, &Estimate)> = snapshot
+            .goal
+            .vehicles()
+            .map(|id| {
+                let known = snapshot.auv_and_estimate(id);
+                known.expect("a snapshot's goal names only vehicles that are in it")
+            })
+            .collect();
+        let members: Vec<_> = named
+            .iter()
+            .map(|(auv, estimate)| {
+                AuvForecast::new(&estimate.state, (*auv).into(), snapshot.forecast, &current)
+            })
+            .collect();
+        let at_rest = named
+            .iter()
+            .zip(&members)
+            .map(|((auv, estimate), member)| AtRest::of(auv, estimate, member));
+        let mut forecast = Self {
+            at_rest: at_rest.collect(),
+            members,
+            rule: Rule::of(snapshot, &named),
+            offset: snapshot.offset,
+            course: Course::new(0.0),
         };
-        match &snapshot.goal {
-            Goal::Track { auv } => Self {
-                members: vec![forecast(auv)],
-                rule: Rule::Mean,
-            },
-            Goal::Midpoint { auvs } => Self {
-                members: auvs.iter().map(forecast).collect(),
-                rule: Rule::Mean,
-            },
-            Goal::Intermittent { auvs, dwell, epoch } => Self {
-                members: auvs.iter().map(forecast).collect(),
-                rule: Rule::InTurn {
-                    since_epoch: snapshot.time - epoch,
-                    dwell: *dwell,
-                },
-            },
-        }
+        let now = forecast.followed(0.0);
+        let still = now.velocity == Vector2::zeros();
+        let reported = still.then(|| forecast.at_rest[forecast.member_in_turn(0.0).unwrap_or(0)].course);
+        forecast.course = target_course(&now, held.or(reported));
+        forecast
     }
 
     /// The goal's motion `ahead` seconds after the snapshot.
     ///
-    /// A mean moves with the mean of the velocities; headings are never averaged. Intervals of an
-    /// intermittent goal are half-open, [k T, (k+1) T), and go on backwards before the epoch.
+    /// Where an offset turns with what is followed, its velocity has the part ω × r.
     #[must_use]
     pub fn at(&self, ahead: f64) -> Motion {
-        match self.rule {
-            Rule::Mean => self.mean(ahead),
+        let followed = self.followed(ahead);
+        match self.offset {
+            None => followed,
+            Some(Offset::Ned(by)) => displaced(&followed, &by, Axes::NED),
+            Some(Offset::Target(by)) => displaced(&followed, &by, self.target_axes(ahead)),
+            Some(Offset::Path(by)) => displaced(&followed, &by, self.path_axes(ahead)),
+        }
+    }
+
+    /// Motion of what the goal follows, its offset apart, `ahead` seconds after the snapshot.
+    ///
+    /// A mean moves with the mean of the velocities; headings are never averaged. Intervals of an
+    /// intermittent goal are half-open, [k T, (k+1) T), and go on backwards before the epoch. The place
+    /// nearest to all moves with the mean of those that hold it there, by their weights in it: exact where they
+    /// move as one body, never faster than the fastest of them, and continuous while they stay the same.
+    #[must_use]
+    pub fn followed(&self, ahead: f64) -> Motion {
+        self.followed_in_turn(ahead, ahead)
+    }
+
+    /// Course of what the goal follows, its offset apart, when that last moved: to be remembered for when it rests.
+    #[must_use]
+    pub fn course(&self) -> Course {
+        self.course
+    }
+
+    /// Forecasts of the AUVs that the goal depends on, in its order; those of weight 0 left out.
+    #[must_use]
+    pub fn members(&self) -> &[AuvForecast] {
+        &self.members
+    }
+
+    /// Motion `ahead` seconds after the snapshot of what the goal follows at the time `turn`.
+    fn followed_in_turn(&self, turn: f64, ahead: f64) -> Motion {
+        let motions = || -> Vec<Motion> { self.members.iter().map(|member| member.at(ahead)).collect() };
+        match &self.rule {
             Rule::InTurn { since_epoch, dwell } => {
-                let turn = ((since_epoch + ahead) / dwell).floor();
-                self.members[index_in_turn(turn, self.members.len())].at(ahead)
+                let member = in_turn(since_epoch + turn, *dwell, self.members.len());
+                self.members[member].at(ahead)
+            }
+            Rule::Mean { shares } => weighted_mean(&motions(), shares),
+            Rule::NearestToAll => {
+                let motions = motions();
+                let below = motions.iter().zip(&self.members).map(|(motion, member)| Below {
+                    position: motion.position,
+                    depth: member.depth_at(ahead),
+                });
+                let nearest = nearest_to_all(&below.collect::<Vec<_>>());
+                Motion {
+                    position: nearest.position,
+                    velocity: weighted_mean(&motions, &nearest.weights).velocity,
+                }
             }
         }
     }
 
-    fn mean(&self, ahead: f64) -> Motion {
-        #[expect(clippy::cast_precision_loss, reason = "a snapshot holds at most 16 AUVs")]
-        let share = 1.0 / self.members.len() as f64;
-        let still = Motion {
-            position: Vector2::zeros(),
-            velocity: Vector2::zeros(),
+    /// Who is followed `ahead` seconds after the snapshot, where that is one after the other.
+    fn member_in_turn(&self, ahead: f64) -> Option<usize> {
+        match self.rule {
+            Rule::InTurn { since_epoch, dwell } => {
+                Some(in_turn(since_epoch + ahead, dwell, self.members.len()))
+            }
+            Rule::Mean { .. } | Rule::NearestToAll => None,
+        }
+    }
+
+    fn target_axes(&self, ahead: f64) -> Axes {
+        let turn = self.member_in_turn(ahead);
+        let held = match turn {
+            Some(member) if turn != self.member_in_turn(0.0) => self.at_rest[member].course,
+            Some(_) | None => self.course,
         };
-        self.members
-            .iter()
-            .map(|member| member.at(ahead))
-            .fold(still, |sum, motion| Motion {
-                position: sum.position + motion.position * share,
-                velocity: sum.velocity + motion.velocity * share,
-            })
+        let velocity = |time| self.followed_in_turn(ahead, time).velocity;
+        Axes::along_course(velocity, ahead, held)
+    }
+
+    fn path_axes(&self, ahead: f64) -> Axes {
+        // A checked goal with such an offset follows one AUV at a time.
+        let member = self.member_in_turn(ahead).unwrap_or(0);
+        let held = (self.at_rest[member].tangent, 0.0);
+        let (angle, rate) = self.members[member].tangent(ahead).unwrap_or(held);
+        Axes { angle, rate }
     }
 }
 
-/// The member whose turn it is: `turn` modulo `n`, also for negative turns.
+impl Rule {
+    fn of(snapshot: &Snapshot, named: &[(&Auv, &Estimate)]) -> Self {
+        match &snapshot.goal {
+            Goal::Track { .. } | Goal::Midpoint { .. } => Self::Mean {
+                shares: shares(&vec![1.0; named.len()]),
+            },
+            Goal::Weighted { weights } => Self::Mean {
+                shares: shares(&named.iter().map(|(auv, _)| weights[&auv.id]).collect::<Vec<_>>()),
+            },
+            Goal::Intermittent { dwell, epoch, .. } => Self::InTurn {
+                since_epoch: snapshot.time - epoch,
+                dwell: *dwell,
+            },
+            Goal::Range { .. } => Self::NearestToAll,
+        }
+    }
+}
+
+impl AtRest {
+    fn of(auv: &Auv, estimate: &Estimate, member: &AuvForecast) -> Self {
+        let tangent = auv.path.as_ref().map(|known| {
+            let path = &known.path;
+            path.at(path.closest(&member.at(0.0).position)).tangent
+        });
+        Self {
+            course: estimate.state.course,
+            tangent: tangent.unwrap_or(0.0),
+        }
+    }
+}
+
+fn shares(weights: &[f64]) -> Vec<f64> {
+    let sum: f64 = weights.iter().sum();
+    weights.iter().map(|weight| weight / sum).collect()
+}
+
+fn weighted_mean(motions: &[Motion], shares: &[f64]) -> Motion {
+    let still = Motion {
+        position: Vector2::zeros(),
+        velocity: Vector2::zeros(),
+    };
+    motions
+        .iter()
+        .zip(shares)
+        .fold(still, |sum, (motion, share)| Motion {
+            position: sum.position + motion.position * *share,
+            velocity: sum.velocity + motion.velocity * *share,
+        })
+}
+
+/// Which of `n` members has the turn `elapsed` seconds after the epoch, also before it.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     clippy::cast_precision_loss,
     reason = "rem_euclid by n <= 16 is an integer in 0..n"
 )]
-fn index_in_turn(turn: f64, n: usize) -> usize {
+fn in_turn(elapsed: f64, dwell: f64, n: usize) -> usize {
+    let turn = (elapsed / dwell).floor();
     (turn.rem_euclid(n as f64) as usize).min(n - 1)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn turns_are_half_open_and_go_on_before_the_epoch() {
-        assert_eq!(
-            [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0].map(|turn| index_in_turn(turn, 2)),
-            [1, 0, 1, 0, 1, 0]
-        );
-        assert_eq!(
-            [0.0, 1.0, 2.0, 3.0].map(|turn| index_in_turn(turn, 3)),
-            [0, 1, 2, 0]
-        );
-    }
 }

@@ -49,10 +49,6 @@ impl Horizon {
             *time += step;
             Some(*time)
         }));
-        let held = snapshot
-            .previous_plan
-            .as_ref()
-            .and_then(|previous| previous.goal_course);
         let bias = surge_bias(snapshot);
         let mut horizon = Self {
             surge_bias: times
@@ -64,7 +60,7 @@ impl Horizon {
             ned_from_craft,
             heading: snapshot.asc.heading,
             goal: Vec::new(),
-            goal_course: target_course(&goal.at(0.0), held),
+            goal_course: target_course(&goal.at(0.0), Some(goal.course())),
             current: ned_from_craft.transpose() * snapshot.current(),
             start: Stage {
                 position: Vector2::zeros(),

@@ -42,6 +42,13 @@ pub enum InvalidReason {
         /// The name.
         given: String,
     },
+    /// Weights of which none is positive.
+    AllZero,
+    /// A path is needed, and none is known.
+    NoPath {
+        /// Of whom; none where several AUVs are followed together, who have no path in common.
+        given: Option<String>,
+    },
     /// Times that do not increase, s, or arc lengths, m.
     NotIncreasing {
         /// The one that is not after the one before it.
@@ -114,6 +121,9 @@ impl fmt::Display for InvalidReason {
             }
             InvalidReason::Duplicate { given } => write!(f, "the name {given:?} stands twice"),
             InvalidReason::UnknownVehicle { given } => write!(f, "no vehicle is called {given:?}"),
+            InvalidReason::AllZero => f.write_str("every weight is 0"),
+            InvalidReason::NoPath { given: Some(given) } => write!(f, "no path is known of {given:?}"),
+            InvalidReason::NoPath { given: None } => f.write_str("several vehicles have no path in common"),
             InvalidReason::NotIncreasing { given, before } => {
                 write!(f, "{given} does not come after {before}")
             }

@@ -15,7 +15,7 @@ use crate::{
     policy::Policy,
     program::Program,
     response::{Rollout, SURGE_BIAS_DECAY, Stage},
-    snapshot::{Auv, Goal, HoldStyle, Limits, Snapshot, TrajectoryPoint},
+    snapshot::{Auv, HoldStyle, Limits, Snapshot, TrajectoryPoint},
     solve::Solution,
     stop::Stop,
 };
@@ -122,7 +122,7 @@ pub(crate) fn descend(
         valid_until: snapshot.time + policy.validity,
         trajectory: horizon.trajectory(&candidate.way.stages),
         goal: horizon.times.iter().map(|time| goal.at(*time)).collect(),
-        goal_course: horizon.goal_course,
+        goal_course: goal.course(),
         targets: targets(snapshot, &horizon),
         baseline,
         solver: SolverReport {
@@ -158,12 +158,8 @@ fn tuning(law: LosLaw, policy: &Policy) -> LosTuning {
 
 /// Whether the goal rests on a report that is too old to be forecast.
 fn goal_is_stale(snapshot: &Snapshot, policy: &Policy) -> bool {
-    let named = match &snapshot.goal {
-        Goal::Track { auv } => std::slice::from_ref(auv),
-        Goal::Intermittent { auvs, .. } | Goal::Midpoint { auvs } => auvs.as_slice(),
-    };
+    let named = snapshot.goal.vehicles();
     named
-        .iter()
         .filter_map(|id| snapshot.auv_and_estimate(id))
         .any(|(_, estimate)| estimate.state.age > policy.report_age_max)
 }

@@ -10,7 +10,8 @@
 //! says which. SI units and radians throughout.
 //!
 //! **Pipeline**, and the order to read the modules in: [`snapshot`] (facts, checked once) and [`path`] →
-//! [`estimate`] (where each AUV was when it was last heard of) → [`forecast`] and [`goal`] (where the AUVs and the goal will be) → [`los`] and [`response`] (the
+//! [`estimate`] (where each AUV was when it was last heard of) → [`forecast`] and [`goal`] (where the AUVs and the
+//! goal will be; [`smallest_circle`] for a goal between them) → [`los`] and [`response`] (the
 //! analytic law, rolled out) → [`program`] (the promises, in standard form) → [`solve`] (Clarabel) →
 //! [`certificate`] (checked again) → [`plan`] (the answer, from the highest rung of the ladder that
 //! holds). [`policy`] is the sole home of tuned numbers. Beside the pipeline, [`clairvoyant`] says afterwards

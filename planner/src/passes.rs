@@ -28,8 +28,8 @@ pub type Programs = Vec<Program>;
 /// A slack below this is the solver's tolerance, not a broken limit, m/s or m/s².
 const SLACK_NOTICEABLE: f64 = 1e-3;
 
-/// A goal beyond this multiple of the way that the horizon allows pulls no harder for being farther:
-/// it bounds the cost's gradient, and with it the price at which soft limits hold.
+/// A goal beyond this multiple of the way that the horizon allows, or faster than this multiple of the top speed,
+/// pulls no harder for being farther or faster: it bounds the cost's gradient, and with it the price at which soft limits hold.
 const GOAL_REACH: f64 = 1.5;
 
 /// By how much the merit of one way must be below that of another to be better: ties go to the first, which is the
@@ -205,10 +205,11 @@ impl Optimiser<'_> {
             .iter()
             .map(|motion| motion.position.cap_magnitude(reach))
             .collect();
+        let fastest = GOAL_REACH * self.snapshot.limits.speed_max;
         let goal_velocity: Vec<_> = horizon
             .goal
             .iter()
-            .map(|motion| motion.velocity - horizon.current)
+            .map(|motion| (motion.velocity - horizon.current).cap_magnitude(fastest))
             .collect();
         let around = around.within(reach, &horizon.goal, &goal);
         let pass = Pass {

@@ -1,6 +1,6 @@
 //! What is known now, checked once: everything behind [`Snapshot`] may rely on it.
 
-use std::{fmt, ops::Deref, sync::Arc};
+use std::{collections::BTreeMap, fmt, ops::Deref, sync::Arc};
 
 use nalgebra::Vector2;
 
@@ -16,7 +16,7 @@ mod evidence;
 
 pub use bounds::{ACOUSTIC_RANGE, AREA_CORNERS, KEEP_OUT_RADIUS, KEEP_OUTS_MAX, KeepOut, bounds_faults};
 pub use check::{
-    AUVS_MAX, COORDINATE_MAX, ID_LENGTH_MAX, InvalidObservation, LEG_HEIGHT_MIN, REPORT_AGE_MAX,
+    AUVS_MAX, COORDINATE_MAX, ID_LENGTH_MAX, InvalidObservation, LEG_HEIGHT_MIN, OFFSET_MAX, REPORT_AGE_MAX,
     REPORT_AHEAD_MAX, REPORT_SIGMA_MIN, REPORTS_MAX, TIME_MAX, TRAJECTORY_POINTS_MAX,
 };
 pub use evidence::{AuvState, Evidence, GroundTrack, Report};
@@ -127,6 +127,47 @@ pub enum Goal {
         /// Whose mean to follow.
         auvs: Vec<VehicleId>,
     },
+    /// Stay above the weighted mean of several AUVs.
+    Weighted {
+        /// Whose mean to follow, and how much each counts, relative to the others; 0 is not at all.
+        weights: BTreeMap<VehicleId, f64>,
+    },
+    /// Stay within a slant range of every one of several AUVs, and where the worst range is least.
+    Range {
+        /// Whom to stay near.
+        auvs: Vec<VehicleId>,
+        /// The slant range to stay within, m.
+        radius: f64,
+    },
+}
+
+impl Goal {
+    /// The AUVs that the goal depends on, in its order.
+    pub fn vehicles(&self) -> impl Iterator<Item = &VehicleId> {
+        let (listed, weighted) = match self {
+            Self::Track { auv } => (std::slice::from_ref(auv), None),
+            Self::Intermittent { auvs, .. } | Self::Midpoint { auvs } | Self::Range { auvs, .. } => {
+                (auvs.as_slice(), None)
+            }
+            Self::Weighted { weights } => ([].as_slice(), Some(weights)),
+        };
+        let heavy = |(id, weight): (_, &f64)| (0.0 < *weight).then_some(id);
+        listed
+            .iter()
+            .chain(weighted.into_iter().flatten().filter_map(heavy))
+    }
+}
+
+/// Where the surface craft is to be, seen from what its goal follows: the AUV or, of several, their mean or the
+/// place nearest to all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Offset {
+    /// Fixed directions: (north, east), m.
+    Ned(Vector2<f64>),
+    /// Along the course over ground of what is followed, held while that rests: (ahead, starboard), m.
+    Target(Vector2<f64>),
+    /// Along the tangent of the path where the AUV is that is followed: (ahead, starboard), m.
+    Path(Vector2<f64>),
 }
 
 /// What the surface craft can do, with its inner loops closed.
@@ -234,7 +275,7 @@ pub struct SurgeMemory {
 pub struct PreviousPlan {
     /// Its trajectory, in order of time.
     pub trajectory: Vec<TrajectoryPoint>,
-    /// The goal's course when it last moved, held while it stands still.
+    /// The course of what the goal follows, its offset apart, when that last moved; held while it stands still.
     pub goal_course: Option<Course>,
     /// How the craft moved then, and what it was told.
     pub surge_memory: Option<SurgeMemory>,
@@ -251,6 +292,8 @@ pub struct Observation {
     pub auvs: Vec<Auv>,
     /// What to do.
     pub goal: Goal,
+    /// How far from what the goal follows; none is right above it.
+    pub offset: Option<Offset>,
     /// Current at the surface (north, east), m/s, where known.
     pub current: Option<Vector2<f64>>,
     /// What the surface craft can do.

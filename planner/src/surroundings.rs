@@ -8,7 +8,7 @@ use crate::{
     policy::Policy,
     program::{Disc, Edge, Member, Range, starboard_of},
     response::Stage,
-    snapshot::{Goal, Snapshot},
+    snapshot::{Goal, Snapshot, VehicleId},
 };
 
 /// Where a craft may go and where the AUVs that bind it are.
@@ -161,9 +161,9 @@ impl Track {
     }
 }
 
-fn matters(goal: &Goal, id: &crate::snapshot::VehicleId) -> bool {
-    let _ = (goal, id);
-    false
+/// Whether the goal is the worst range, and this AUV's is one of those.
+fn matters(goal: &Goal, id: &VehicleId) -> bool {
+    matches!(goal, Goal::Range { .. }) && goal.vehicles().any(|named| named == id)
 }
 
 /// Edges of an area whose corners go clockwise.

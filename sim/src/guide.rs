@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use planner::{
+    angle::Course,
     goal::GoalForecast,
     los::{AscNow, LosGains, LosLaw, LosTuning, Reference, TrackingLaw},
     plan::{Method, Workspace, plan},
@@ -39,6 +40,8 @@ pub trait Guide {
 #[derive(Clone, Debug)]
 pub struct LosGuide {
     tracking: TrackingLaw,
+    /// Course of what the goal follows, when that last moved.
+    course: Option<Course>,
 }
 
 impl LosGuide {
@@ -57,6 +60,7 @@ impl LosGuide {
     pub fn tuned(tuning: LosTuning) -> Self {
         Self {
             tracking: TrackingLaw::new(tuning, None),
+            course: None,
         }
     }
 }
@@ -67,7 +71,9 @@ impl Guide for LosGuide {
     }
 
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
-        let target = GoalForecast::new(snapshot).at(0.0);
+        let goal = GoalForecast::holding(snapshot, self.course);
+        self.course = Some(goal.course());
+        let target = goal.at(0.0);
         let asc = AscNow::from(snapshot);
         Ok(Guidance {
             reference: self

@@ -19,6 +19,7 @@ pub mod datum;
 pub mod dive;
 pub mod diver;
 pub mod fault;
+mod goal;
 pub mod guide;
 pub mod inner_loop;
 pub mod integrate;

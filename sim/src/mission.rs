@@ -3,15 +3,11 @@
 use std::time::Duration;
 
 use nalgebra::Vector2;
-use planner::{
-    angle::wrap,
-    estimate::Estimate,
-    path::Path,
-    snapshot::{Goal, Snapshot, VehicleId},
-};
+use planner::{angle::wrap, estimate::Estimate, path::Path, snapshot::Snapshot};
 
 use crate::{
     diver::Diver,
+    goal::TrueGoal,
     guide::{Guidance, Guide, GuideError},
     inner_loop::PERIOD,
     plant::{Loads, Plant},
@@ -40,11 +36,12 @@ pub fn run(
     progress: &mut dyn FnMut(f64),
 ) -> Result<Record, GuideError> {
     let mut start = scenario.start(seed)?;
+    let mut goal = start.goal.clone().map(|goal| TrueGoal::new(goal, start.offset));
     let mut record = empty_record(scenario, &start, guide.name(), seed);
     let n_plans = whole_plans(start.duration);
     record.rows.reserve(n_plans as usize);
     for k in 0..n_plans {
-        let row = tick(&mut start, guide)?;
+        let row = tick(&mut start, goal.as_mut(), guide)?;
         for _ in 0..PERIODS_PER_PLAN {
             start
                 .world
@@ -60,11 +57,10 @@ pub fn run(
 }
 
 /// What is so, what is known of it, and what the guide makes of that.
-fn tick(start: &mut Start, guide: &mut dyn Guide) -> Result<Row, GuideError> {
+fn tick(start: &mut Start, goal: Option<&mut TrueGoal>, guide: &mut dyn Guide) -> Result<Row, GuideError> {
     let world = &start.world;
     let time = world.time();
-    let (Some(observer), Some(craft), Some(goal)) = (&mut start.observer, &world.surface_craft, &start.goal)
-    else {
+    let (Some(observer), Some(craft), Some(goal)) = (&mut start.observer, &world.surface_craft, goal) else {
         return Ok(Row {
             time,
             surface_craft: None,
@@ -90,7 +86,13 @@ fn tick(start: &mut Start, guide: &mut dyn Guide) -> Result<Row, GuideError> {
     Ok(Row {
         time,
         divers: divers.collect(),
-        surface_craft: Some(surface_craft_row(world, craft, goal, &snapshot, guidance)),
+        surface_craft: Some(surface_craft_row(
+            world,
+            craft,
+            goal.position(world),
+            &snapshot,
+            guidance,
+        )),
     })
 }
 
@@ -151,7 +153,7 @@ fn path_points(path: &Path) -> Vec<Vector2<f64>> {
 fn surface_craft_row(
     world: &World,
     craft: &SurfaceCraft,
-    goal: &Goal,
+    goal: Vector2<f64>,
     snapshot: &Snapshot,
     guidance: Guidance,
 ) -> SurfaceCraftRow {
@@ -164,7 +166,7 @@ fn surface_craft_row(
         thrust_port: craft.state[6],
         thrust_starboard: craft.state[7],
         current: world.water.current(&craft.position(), 0.0),
-        goal: goal_position(goal, &world.divers, world.time()),
+        goal,
         energy: craft.energy,
         heading_travel: craft.heading_travel,
         known: KnownSurfaceCraft {
@@ -209,39 +211,6 @@ fn diver_row(world: &World, diver: &Diver) -> DiverRow {
     }
 }
 
-/// Where the goal truly is (north, east), m: from positions alone, whatever the guide knows.
-fn goal_position(goal: &Goal, divers: &[Diver], time: f64) -> Vector2<f64> {
-    let position = |id: &VehicleId| {
-        divers
-            .iter()
-            .find(|diver| diver.id == *id)
-            .map(Diver::position)
-            .expect("a scenario's goal names its own vehicles")
-    };
-    match goal {
-        Goal::Track { auv } => position(auv),
-        Goal::Intermittent { auvs, dwell, epoch } => {
-            position(&auvs[in_turn(time - epoch, *dwell, auvs.len())])
-        }
-        Goal::Midpoint { auvs } => {
-            let sum: Vector2<f64> = auvs.iter().map(position).sum();
-            #[expect(clippy::cast_precision_loss, reason = "a handful of vehicles")]
-            let n = auvs.len() as f64;
-            sum / n
-        }
-    }
-}
-
-/// Whose turn it is `elapsed` s after the epoch: half-open intervals [k T, (k + 1) T), in turn.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_possible_wrap,
-    reason = "a mission has few dwells, and rem_euclid is never negative"
-)]
-fn in_turn(elapsed: f64, dwell: f64, n: usize) -> usize {
-    ((elapsed / dwell).floor() as i64).rem_euclid(n as i64) as usize
-}
-
 #[cfg(test)]
 mod tests {
     use planner::los::LosGains;
@@ -251,14 +220,6 @@ mod tests {
 
     fn short(name: &str) -> Scenario {
         Scenario::named(name).expect("exists").lasting(60.0)
-    }
-
-    #[test]
-    fn the_goal_changes_hands_at_the_dwell_and_not_after_it() {
-        assert_eq!(
-            [0.0, 239.9, 240.0, 479.9, 480.0].map(|t| in_turn(t, 240.0, 2)),
-            [0, 0, 1, 1, 0]
-        );
     }
 
     #[test]

@@ -7,8 +7,9 @@ use nalgebra::Vector2;
 use planner::{
     angle::{Course, direction, ned_from_body},
     snapshot::{
-        Auv, AuvState, Dive, Evidence, Fallback, ForecastChoice, Goal, GroundTrack, HoldStyle, InvalidObservation,
-        KnownPath, LEG_HEIGHT_MIN, Limits, Observation, REPORT_AGE_MAX, REPORT_SIGMA_MIN, Report, Snapshot,
+        Auv, AuvState, Dive, Evidence, Fallback, ForecastChoice, Goal, GroundTrack, HoldStyle,
+        InvalidObservation, KnownPath, LEG_HEIGHT_MIN, Limits, Observation, Offset, REPORT_AGE_MAX,
+        REPORT_SIGMA_MIN, Report, Snapshot,
     },
 };
 
@@ -40,6 +41,8 @@ const LAUNCH_SIGMA: f64 = 1.0;
 pub struct Briefing {
     /// Its task.
     pub goal: Goal,
+    /// How far from what the goal follows.
+    pub offset: Option<Offset>,
     /// What it can do with its loops closed.
     pub limits: Limits,
     /// Whether it is told the current where it is.
@@ -195,6 +198,7 @@ impl Observer {
             asc,
             auvs: self.heard.iter().zip(&world.divers).map(auv).collect(),
             goal: briefing.goal.clone(),
+            offset: briefing.offset,
             current: briefing.current.then_some(current),
             limits: briefing.limits.clone(),
             keep_outs: briefing.bounds.keep_outs.clone(),

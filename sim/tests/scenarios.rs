@@ -226,6 +226,31 @@ fn what_a_mission_would_stumble_over_is_refused_before_it() {
             "of the datum",
         ),
         (
+            "goal.midpoint.auvs = [\"auv-1\"]",
+            "goal.weighted.weights = {auv-2 = 1.0}",
+            "there is no vehicle \"auv-2\"",
+        ),
+        (
+            "goal.midpoint.auvs = [\"auv-1\"]",
+            "goal.weighted.weights = {auv-1 = 0}",
+            "weights: at least one of them must be above 0",
+        ),
+        (
+            "goal.midpoint.auvs = [\"auv-1\"]",
+            "goal.range = {auvs = [\"auv-1\"], range_m = 0.5}",
+            "outside 1 to 20000 m",
+        ),
+        (
+            "[surface_craft.limits]",
+            "goal_offset.path = {ahead_m = 0, starboard_m = 9}\n[surface_craft.limits]",
+            "goal_offset.path: only a goal that follows one vehicle at a time has a path",
+        ),
+        (
+            "goal.midpoint.auvs = [\"auv-1\"]",
+            "goal.track.auv = \"auv-1\"\ngoal_offset.path = {ahead_m = 0, starboard_m = 9}",
+            "the surface craft knows no paths",
+        ),
+        (
             LINE,
             "path.waypoints = {points = [[0, 0], [10, 0], [10, 10]], fillet_m = 11}\n",
             "fillet",
@@ -237,6 +262,54 @@ fn what_a_mission_would_stumble_over_is_refused_before_it() {
             .expect_err(wrong)
             .to_string();
         assert!(refused.contains(says), "{refused}");
+    }
+}
+
+#[test]
+fn a_craft_stays_where_every_goal_and_every_offset_put_it() {
+    for (goal, most) in [
+        ("goal.weighted.weights = {auv-1 = 2, auv-2 = 1}", 1.0),
+        ("goal.range = {auvs = [\"auv-1\", \"auv-2\"], range_m = 60}", 4.0),
+        (
+            "goal.midpoint.auvs = [\"auv-1\", \"auv-2\"]\ngoal_offset.ned = {north_m = -5, east_m = 10}",
+            1.0,
+        ),
+        (
+            "goal.track.auv = \"auv-1\"\ngoal_offset.target = {ahead_m = -5, starboard_m = 10}",
+            1.0,
+        ),
+        (
+            "goal.intermittent = {auvs = [\"auv-1\"], dwell_s = 60, epoch_s = 0}\n\
+             goal_offset.path = {ahead_m = 0, starboard_m = 10}",
+            1.0,
+        ),
+    ] {
+        let craft = CRAFT.replace("goal.midpoint.auvs = [\"auv-1\"]", goal);
+        let second = ALONE.split_once("[[auvs]]").expect("has a vehicle").1;
+        // Half a dive apart from the first.
+        let second = second.replace("auv-1", "auv-2") + "leg = \"up\"\ndepth_m = 23\n";
+        let line = |east: f64| {
+            LINE.replace(
+                "[0, 0], to = [100, 0]",
+                &format!("[0, {east}], to = [100, {east}]"),
+            )
+        };
+        let text = format!(
+            "{ALONE}{}[[auvs]]{second}{}{craft}[knowledge]\npaths = true\n",
+            line(0.0),
+            line(40.0)
+        )
+        .replace("duration_s = 60", "duration_s = 600")
+        .replace("settled_after_s = 0", "settled_after_s = 300");
+        let scenario = Scenario::parse(&text, "my.toml", Files::default()).expect("valid");
+        let mut guide = LosGuide::new(LosGains {
+            look_ahead: 10.0,
+            along_track_gain: 0.15,
+        });
+        let record = run(&scenario, &mut guide, 1, &mut |_| {}).expect("runs");
+        let craft = Metrics::of(&record).surface_craft.expect("has one");
+        println!("{goal}: {} m", craft.settled_rms_m);
+        assert!(craft.settled_rms_m < most, "{goal}: {} m", craft.settled_rms_m);
     }
 }
 

@@ -28,6 +28,15 @@ impl From<&InvalidField> for FieldError {
                 Self::new(pointer, "unknown_vehicle", "no vehicle in `auvs` has this id")
                     .given(given.as_str())
             }
+            InvalidReason::AllZero => Self::new(pointer, "all_zero", "at least one of them must be above 0"),
+            InvalidReason::NoPath { given: Some(given) } => {
+                Self::new(pointer, "no_path", "this vehicle has no `path`").given(given.as_str())
+            }
+            InvalidReason::NoPath { given: None } => Self::new(
+                pointer,
+                "no_path",
+                "only a goal that follows one vehicle at a time has a path",
+            ),
             InvalidReason::NotIncreasing { given, before } => Self::new(
                 pointer,
                 "not_increasing",
@@ -111,4 +120,25 @@ pub(super) fn length(pointer: String, given: usize, range: RangeInclusive<usize>
     FieldError::new(pointer, "length", format!("must have {least} to {most} {unit}"))
         .given(given)
         .limit(json!({ "least": least, "most": most }))
+}
+
+/// Notes every one of the `present` members of the `what` at `pointer` that is missing or too much, where its kind
+/// needs those that are `needed`. Whether all is well.
+pub(super) fn members_fit(
+    pointer: &str,
+    what: &str,
+    needed: &[&str],
+    present: &[(&str, bool)],
+    invalid: &mut Vec<FieldError>,
+) -> bool {
+    let before = invalid.len();
+    for (name, present) in present {
+        let (code, detail) = match (needed.contains(name), present) {
+            (true, false) => ("missing", format!("this kind of {what} needs it")),
+            (false, true) => ("unexpected", format!("this kind of {what} has no such member")),
+            (true, true) | (false, false) => continue,
+        };
+        invalid.push(FieldError::new(format!("{pointer}/{name}"), code, detail));
+    }
+    before == invalid.len()
 }

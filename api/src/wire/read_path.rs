@@ -5,7 +5,10 @@ use std::sync::Arc;
 use nalgebra::Vector2;
 use planner::{path, snapshot::KnownPath};
 
-use super::request::{Path, Segment, SegmentKind};
+use super::{
+    faults::members_fit,
+    request::{Path, Segment, SegmentKind},
+};
 use crate::problem::FieldError;
 
 /// How many segments it has, every way-point counted as one, an empty list of them too.
@@ -53,23 +56,15 @@ fn segment(pointer: &str, segment: &Segment, invalid: &mut Vec<FieldError>) -> O
         SegmentKind::Arc => &["from", "centre", "angle_rad"],
         SegmentKind::Waypoints => &["points", "fillet_m"],
     };
-    let before = invalid.len();
-    for (name, present) in [
+    let present = [
         ("from", from.is_some()),
         ("to", to.is_some()),
         ("centre", centre.is_some()),
         ("angle_rad", angle_rad.is_some()),
         ("points", points.is_some()),
         ("fillet_m", fillet_m.is_some()),
-    ] {
-        let (code, detail) = match (needed.contains(&name), present) {
-            (true, false) => ("missing", "this kind of segment needs it"),
-            (false, true) => ("unexpected", "this kind of segment has no such member"),
-            (true, true) | (false, false) => continue,
-        };
-        invalid.push(FieldError::new(format!("{pointer}/{name}"), code, detail));
-    }
-    if before < invalid.len() {
+    ];
+    if !members_fit(pointer, "segment", needed, &present, invalid) {
         return None;
     }
     let vector = |point: &[f64; 2]| Vector2::from(*point);

@@ -14,9 +14,9 @@ use serde_json::Value;
 use super::{
     DEADLINE_MS, METADATA_BYTES_MAX, SCHEMA_VERSION, bounds,
     faults::{length, out_of_range},
-    read_evidence, read_path,
+    read_evidence, read_goal, read_path,
     request::{
-        Asc, Auv, Current, Dive, Fallback, Forecast, Goal, GoalKind, Hold, Limits, PlanRequest, PreviousPlan,
+        Asc, Auv, Current, Dive, Fallback, Forecast, Hold, Limits, PlanRequest, PreviousPlan,
         PreviousReference,
     },
     response::{PlanResponse, TrajectoryPoint},
@@ -43,7 +43,8 @@ impl TryFrom<&PlanRequest> for Snapshot {
             .enumerate()
             .map(|(i, given)| auv(i, given, &mut invalid))
             .collect::<Vec<_>>();
-        let goal = goal(&request.goal, &mut invalid);
+        let goal = read_goal::goal(&request.goal, &mut invalid);
+        let offset = read_goal::offset(&request.goal, &mut invalid);
 
         // An AUV of which nothing is known, and a goal that is none, have been said to be wrong.
         let (Some(auvs), Some(goal)) = (auvs.into_iter().collect(), goal) else {
@@ -54,6 +55,7 @@ impl TryFrom<&PlanRequest> for Snapshot {
             asc: asc(&request.asc, ground_velocity),
             auvs,
             goal,
+            offset,
             current: request
                 .current
                 .map(|Current { north_mps, east_mps }| Vector2::new(north_mps, east_mps)),
@@ -131,6 +133,9 @@ fn bound_lists(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
     }
     if let Some(auvs) = &request.goal.auvs {
         bound("/goal/auvs", auvs.len(), 1, domain::AUVS_MAX);
+    }
+    if let Some(weights) = &request.goal.weights {
+        bound("/goal/weights", weights.len(), 1, domain::AUVS_MAX);
     }
     for (pointer, given, least, most) in bounds::lengths(request) {
         bound(pointer, given, least, most);
@@ -250,58 +255,6 @@ fn dive(given: Dive) -> domain::Dive {
         reversal: given.reversal_s.unwrap_or(domain::Dive::REVERSAL_MEDUSA),
         descending: given.descending,
     }
-}
-
-/// The goal, if every member that its kind needs is there; what is missing or too much goes into
-/// `invalid`.
-fn goal(goal: &Goal, invalid: &mut Vec<FieldError>) -> Option<domain::Goal> {
-    let Goal {
-        kind,
-        auv,
-        auvs,
-        dwell_s,
-        epoch_s,
-    } = goal;
-    let needed: &[&str] = match kind {
-        GoalKind::Track => &["auv"],
-        GoalKind::Intermittent => &["auvs", "dwell_s", "epoch_s"],
-        GoalKind::Midpoint => &["auvs"],
-    };
-    for (name, present) in [
-        ("auv", auv.is_some()),
-        ("auvs", auvs.is_some()),
-        ("dwell_s", dwell_s.is_some()),
-        ("epoch_s", epoch_s.is_some()),
-    ] {
-        let pointer = format!("/goal/{name}");
-        match (needed.contains(&name), present) {
-            (true, false) => {
-                invalid.push(FieldError::new(pointer, "missing", "this kind of goal needs it"));
-            }
-            (false, true) => {
-                invalid.push(FieldError::new(
-                    pointer,
-                    "unexpected",
-                    "this kind of goal has no such member",
-                ));
-            }
-            (true, true) | (false, false) => {}
-        }
-    }
-    let names = |ids: &[String]| ids.iter().cloned().map(VehicleId).collect();
-    Some(match kind {
-        GoalKind::Track => domain::Goal::Track {
-            auv: VehicleId(auv.clone()?),
-        },
-        GoalKind::Intermittent => domain::Goal::Intermittent {
-            auvs: names(auvs.as_ref()?),
-            dwell: (*dwell_s)?,
-            epoch: (*epoch_s)?,
-        },
-        GoalKind::Midpoint => domain::Goal::Midpoint {
-            auvs: names(auvs.as_ref()?),
-        },
-    })
 }
 
 fn limits(given: Option<&Limits>) -> domain::Limits {

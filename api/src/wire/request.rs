@@ -1,10 +1,12 @@
 //! What clients post.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
-use super::response::TrajectoryPoint;
+use super::{read_goal::each_name_once, response::TrajectoryPoint};
 
 /// A snapshot of what is known now, and what the surface craft is to do.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -250,7 +252,7 @@ pub struct Goal {
     /// `track`: whom to follow.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub auv: Option<String>,
-    /// `intermittent`: whom to follow, in order. `midpoint`: whose mean to follow.
+    /// `intermittent`: whom to follow, in order. `midpoint`: whose mean to follow. `range`: whom to stay near.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub auvs: Option<Vec<String>>,
     /// `intermittent`: time spent with each, s.
@@ -259,6 +261,64 @@ pub struct Goal {
     /// `intermittent`: when the first dwell of the first vehicle began, s on the request's clock.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub epoch_s: Option<f64>,
+    /// `weighted`: how much each vehicle counts in the mean, by name, relative to the others: from 0 to 10⁶,
+    /// at least one above 0.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "each_name_once"
+    )]
+    #[schema(example = json!({ "auv-1": 0.7, "auv-2": 0.3 }))]
+    pub weights: Option<BTreeMap<String, f64>>,
+    /// `range`: slant range to stay within of each, m, from 1 to 20,000.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range_m: Option<f64>,
+    /// Any kind: where to be, seen from what the goal follows. Default: right above it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offset: Option<Offset>,
+}
+
+/// Where to be, seen from what the goal follows: a vehicle or, of several, their mean or the place nearest to all.
+/// Which members are needed depends on `frame`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Offset {
+    /// Along which axes.
+    pub frame: OffsetFrame,
+    /// `ned`: how far north, m, within ±1000.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub north_m: Option<f64>,
+    /// `ned`: how far east, m, within ±1000.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub east_m: Option<f64>,
+    /// `target`, `path`: how far ahead, m, within ±1000.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ahead_m: Option<f64>,
+    /// `target`, `path`: how far to starboard, m, within ±1000.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub starboard_m: Option<f64>,
+    /// `polar`: how far, m, from 0 to 1000.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range_m: Option<f64>,
+    /// `polar`: in which direction, rad, clockwise from north, within ±2π.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bearing_rad: Option<f64>,
+}
+
+/// The axes that an offset is told in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum OffsetFrame {
+    /// North and east: `north_m`, `east_m`.
+    Ned,
+    /// Along the course over ground of what the goal follows, held while that rests: `ahead_m`, `starboard_m`. It
+    /// turns with it.
+    Target,
+    /// Along the tangent of the path where the vehicle is on it: `ahead_m`, `starboard_m`. For a goal that follows
+    /// one vehicle at a time, whose `path` is given.
+    Path,
+    /// North and east, told as `range_m` and `bearing_rad`.
+    Polar,
 }
 
 /// The kinds of goals.
@@ -271,6 +331,10 @@ pub enum GoalKind {
     Intermittent,
     /// Stay above the mean of several vehicles: `auvs`.
     Midpoint,
+    /// Stay above the weighted mean of several vehicles: `weights`.
+    Weighted,
+    /// Stay within a slant range of every vehicle, and where the worst is least: `auvs`, `range_m`.
+    Range,
 }
 
 /// Velocity of the water over ground.
@@ -372,7 +436,7 @@ pub enum Hold {
 pub struct PreviousPlan {
     /// Its trajectory, in order of time, at most 256 points.
     pub trajectory: Vec<TrajectoryPoint>,
-    /// Course of the goal when it last moved, rad, within ±2π.
+    /// Course of what the goal follows when that last moved, rad, within ±2π.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub goal_course_rad: Option<f64>,
     /// Surge speed of the craft then, m/s. With the reference and what the craft did since, it tells how the

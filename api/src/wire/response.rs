@@ -23,7 +23,7 @@ pub struct PlanResponse {
     pub reference: Reference,
     /// The planned trajectory, from now on, for replay until the next answer.
     pub trajectory: Vec<TrajectoryPoint>,
-    /// Course of the goal when it last moved, rad, in (−π, π].
+    /// Course of what the goal follows, its offset apart, when that last moved, rad, in (−π, π].
     pub goal_course_rad: f64,
     /// Surge speed of the craft in the request, m/s: the next request's `previous_plan` needs it.
     pub asc_speed_mps: f64,

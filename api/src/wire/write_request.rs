@@ -13,8 +13,8 @@ use sha2::{Digest, Sha256};
 use super::{
     SCHEMA_VERSION, bounds,
     request::{
-        Asc, Auv, AuvState, Current, Dive, Fallback, Forecast, Goal, GoalKind, Hold, Limits, Path,
-        PlanRequest, PreviousPlan, PreviousReference, Report, Segment, SegmentKind,
+        Asc, Auv, AuvState, Current, Dive, Fallback, Forecast, Goal, GoalKind, Hold, Limits, Offset,
+        OffsetFrame, Path, PlanRequest, PreviousPlan, PreviousReference, Report, Segment, SegmentKind,
     },
     response::TrajectoryPoint,
 };
@@ -39,7 +39,10 @@ impl From<&Snapshot> for PlanRequest {
             t_s: snapshot.time,
             asc: asc(&snapshot.asc),
             auvs: snapshot.auvs.iter().map(auv).collect(),
-            goal: goal(&snapshot.goal),
+            goal: Goal {
+                offset: snapshot.offset.as_ref().map(offset),
+                ..goal(&snapshot.goal)
+            },
             current: snapshot.current.map(|v| Current {
                 north_mps: v.x,
                 east_mps: v.y,
@@ -201,6 +204,9 @@ fn goal(goal: &facts::Goal) -> Goal {
         auvs: None,
         dwell_s: None,
         epoch_s: None,
+        weights: None,
+        range_m: None,
+        offset: None,
     };
     match goal {
         facts::Goal::Track { auv } => Goal {
@@ -217,6 +223,38 @@ fn goal(goal: &facts::Goal) -> Goal {
             auvs: names(auvs),
             ..bare(GoalKind::Midpoint)
         },
+        facts::Goal::Weighted { weights } => Goal {
+            weights: Some(
+                weights
+                    .iter()
+                    .map(|(id, weight)| (id.0.clone(), *weight))
+                    .collect(),
+            ),
+            ..bare(GoalKind::Weighted)
+        },
+        facts::Goal::Range { auvs, radius } => Goal {
+            auvs: names(auvs),
+            range_m: Some(*radius),
+            ..bare(GoalKind::Range)
+        },
+    }
+}
+
+fn offset(offset: &facts::Offset) -> Offset {
+    let (frame, by) = match offset {
+        facts::Offset::Ned(by) => (OffsetFrame::Ned, by),
+        facts::Offset::Target(by) => (OffsetFrame::Target, by),
+        facts::Offset::Path(by) => (OffsetFrame::Path, by),
+    };
+    let fixed = frame == OffsetFrame::Ned;
+    Offset {
+        frame,
+        north_m: fixed.then_some(by.x),
+        east_m: fixed.then_some(by.y),
+        ahead_m: (!fixed).then_some(by.x),
+        starboard_m: (!fixed).then_some(by.y),
+        range_m: None,
+        bearing_rad: None,
     }
 }
 

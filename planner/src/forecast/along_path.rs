@@ -162,6 +162,13 @@ impl AlongPath {
         }
     }
 
+    /// Tangent angle of the path beside the vehicle, rad, and its rate, rad/s, `elapsed` seconds after the report.
+    pub(super) fn tangent(&self, elapsed: f64, lead: Lead) -> (f64, f64) {
+        let (gamma, rate) = self.foot(elapsed);
+        let point = self.path.at(gamma + lead.distance);
+        (point.tangent, point.curvature * (rate + lead.speed))
+    }
+
     /// What the doubt of the place depends on, `elapsed` seconds after the report.
     pub(super) fn on_path(&self, elapsed: f64, lead: Lead) -> OnPath {
         OnPath {

@@ -1,9 +1,13 @@
 //! The one place where an observation is checked, field by field, and becomes a snapshot.
 
-use std::{collections::HashSet, fmt, ops::RangeInclusive};
+use std::{
+    collections::{BTreeMap, HashSet},
+    fmt,
+    ops::RangeInclusive,
+};
 
 use super::{
-    AscState, Auv, Dive, Goal, KnownPath, Limits, Observation, Snapshot, TrajectoryPoint, VehicleId,
+    AscState, Auv, Dive, Goal, KnownPath, Limits, Observation, Offset, Snapshot, TrajectoryPoint, VehicleId,
     bounds::{bounds_faults, clockwise},
 };
 use crate::{
@@ -36,6 +40,13 @@ pub const LEG_HEIGHT_MIN: f64 = 0.5;
 const DIVE_PITCH: RangeInclusive<f64> = 0.05..=1.4;
 /// Time that a reversal takes, s. Assumption: from the quickest pitch loop to a large glider's.
 const REVERSAL: RangeInclusive<f64> = 0.1..=120.0;
+/// Largest component of an offset, m: from farther away, a craft accompanies nobody.
+pub const OFFSET_MAX: f64 = 1.0e3;
+/// Shortest and longest slant range to stay within, m: what an acoustic modem may be asked for.
+const RADIUS_MIN: f64 = 1.0;
+const RADIUS_MAX: f64 = 2.0e4;
+/// Largest weight of an AUV in a mean: only ratios count, and the sum must not overflow.
+const WEIGHT_MAX: f64 = 1.0e6;
 /// Longest name of a vehicle, bytes.
 pub const ID_LENGTH_MAX: usize = 64;
 
@@ -53,6 +64,9 @@ impl TryFrom<Observation> for Snapshot {
         check.asc(&observation.asc);
         check.auvs(&observation.auvs, observation.time);
         check.goal(&observation.goal, &observation.auvs);
+        if let Some(offset) = &observation.offset {
+            check.offset(offset, &observation);
+        }
         if let Some(current) = &observation.current {
             check.within(format_args!("current/north_mps"), current.x, -3.0..=3.0);
             check.within(format_args!("current/east_mps"), current.y, -3.0..=3.0);
@@ -212,6 +226,52 @@ impl Check {
                 self.within(format_args!("goal/epoch_s"), *epoch, -TIME_MAX..=TIME_MAX);
             }
             Goal::Midpoint { auvs: named } => self.vehicles(named, auvs),
+            Goal::Weighted { weights } => self.weights(weights, auvs),
+            Goal::Range { auvs: named, radius } => {
+                self.vehicles(named, auvs);
+                self.within(format_args!("goal/range_m"), *radius, RADIUS_MIN..=RADIUS_MAX);
+            }
+        }
+    }
+
+    fn weights(&mut self, weights: &BTreeMap<VehicleId, f64>, auvs: &[Auv]) {
+        self.length(format_args!("goal/weights"), weights.len(), 1..=AUVS_MAX);
+        for (id, weight) in weights {
+            // The field is a JSON pointer (RFC 6901), and a name may hold what separates its parts.
+            let name = id.0.replace('~', "~0").replace('/', "~1");
+            self.vehicle(format_args!("goal/weights/{name}"), id, auvs);
+            self.within(format_args!("goal/weights/{name}"), *weight, 0.0..=WEIGHT_MAX);
+        }
+        if weights.values().all(|weight| *weight == 0.0) {
+            self.fail(format_args!("goal/weights"), InvalidReason::AllZero);
+        }
+    }
+
+    fn offset(&mut self, offset: &Offset, observation: &Observation) {
+        let (names, offset_by) = match offset {
+            Offset::Ned(by) => (["north_m", "east_m"], by),
+            Offset::Target(by) | Offset::Path(by) => (["ahead_m", "starboard_m"], by),
+        };
+        for (name, value) in names.into_iter().zip(offset_by.iter()) {
+            let field = format_args!("goal/offset/{name}");
+            self.within(field, *value, -OFFSET_MAX..=OFFSET_MAX);
+        }
+        if !matches!(offset, Offset::Path(_)) {
+            return;
+        }
+        let field = format_args!("goal/offset/frame");
+        match &observation.goal {
+            Goal::Track { .. } | Goal::Intermittent { .. } => {
+                for auv in observation.goal.vehicles().filter_map(|id| observation.auv(id)) {
+                    if auv.path.is_none() {
+                        let given = Some(auv.id.0.clone());
+                        self.fail(field, InvalidReason::NoPath { given });
+                    }
+                }
+            }
+            Goal::Midpoint { .. } | Goal::Weighted { .. } | Goal::Range { .. } => {
+                self.fail(field, InvalidReason::NoPath { given: None });
+            }
         }
     }
 

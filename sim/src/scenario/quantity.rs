@@ -241,6 +241,12 @@ kinds! {
     Coordinate: -1.0e5, 1.0e5, "m";
     /// A length that must not vanish.
     Length: 0.01, 1.0e5, "m";
+    /// Slant range to stay within; what a snapshot accepts.
+    SlantRange: 1.0, 2.0e4, "m";
+    /// A component of an offset; what a snapshot accepts.
+    OffsetComponent: -1.0e3, 1.0e3, "m";
+    /// Weight of a vehicle in a mean; what a snapshot accepts.
+    Weight: 0.0, 1.0e6, "";
     /// Depth, positive down. Twice the deepest that gliders go, and more than most seas.
     Depth: 0.0, 2000.0, "m";
     /// A heading or a change of one, rad.

@@ -5,7 +5,7 @@ use std::fmt::Display;
 use nalgebra::Vector2;
 use planner::{
     path::Side,
-    snapshot::{AUVS_MAX, Goal, ID_LENGTH_MAX, Limits},
+    snapshot::{AUVS_MAX, Goal, ID_LENGTH_MAX, Limits, Offset},
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -59,6 +59,8 @@ pub struct Start {
     pub observer: Option<Observer>,
     /// The surface craft's task, where there is one.
     pub goal: Option<Goal>,
+    /// How far from what the goal follows.
+    pub offset: Option<Offset>,
     /// What the surface craft can do, where there is one.
     pub limits: Option<Limits>,
     /// Slant range that counts as contact, m, where there is a surface craft.
@@ -165,6 +167,7 @@ impl Scenario {
             None => (None, None, None),
         };
         let world = World::new(surface_craft, divers, water, faults);
+        let offset = briefing.as_ref().and_then(|briefing| briefing.offset);
         let (goal, limits) = (
             briefing.as_ref().map(|briefing| briefing.goal.clone()),
             briefing.as_ref().map(|briefing| briefing.limits.clone()),
@@ -177,6 +180,7 @@ impl Scenario {
             world,
             observer,
             goal,
+            offset,
             limits,
             contact_range,
             duration,

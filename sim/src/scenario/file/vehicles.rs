@@ -1,12 +1,14 @@
 //! The vehicles of a scenario file: craft, goal, underwater vehicles, paths.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Point;
 use crate::scenario::quantity::{
-    Acceleration, Angle, ClockTime, Coordinate, Depth, LeastSpeed, Length, LoopLag, MissionTime, PathSpeed,
-    Pitch, Quantity, Speed, TurnRate,
+    Acceleration, Angle, ClockTime, Coordinate, Depth, LeastSpeed, Length, LoopLag, MissionTime,
+    OffsetComponent, PathSpeed, Pitch, Quantity, SlantRange, Speed, TurnRate, Weight,
 };
 
 /// The surface craft at the start, and its task.
@@ -29,6 +31,9 @@ pub struct SurfaceCraftFile {
     pub drag_feed_forward: bool,
     /// Its task.
     pub goal: GoalFile,
+    /// Where to be, seen from what the goal follows: an underwater vehicle or, of several, their mean or the place
+    /// nearest to all. Right above it if left out.
+    pub goal_offset: Option<OffsetFile>,
     /// Slant range to an underwater vehicle that counts as contact, m.
     pub contact_range_m: Quantity<Length>,
     /// What the planner is told that the craft can do, where that differs from its class.
@@ -72,6 +77,46 @@ pub enum GoalFile {
     Midpoint {
         /// Which.
         auvs: Vec<String>,
+    },
+    /// Stay above the weighted mean of several.
+    Weighted {
+        /// How much each counts, by name, relative to the others.
+        weights: BTreeMap<String, Quantity<Weight>>,
+    },
+    /// Stay within a slant range of every one of several, and where the worst is least.
+    Range {
+        /// Which.
+        auvs: Vec<String>,
+        /// The range, m.
+        range_m: Quantity<SlantRange>,
+    },
+}
+
+/// Where to be, seen from what a goal follows.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum OffsetFile {
+    /// In fixed directions.
+    Ned {
+        /// How far north, m.
+        north_m: Quantity<OffsetComponent>,
+        /// How far east, m.
+        east_m: Quantity<OffsetComponent>,
+    },
+    /// Along the course of what is followed, held while that rests.
+    Target {
+        /// How far ahead, m.
+        ahead_m: Quantity<OffsetComponent>,
+        /// How far to starboard, m.
+        starboard_m: Quantity<OffsetComponent>,
+    },
+    /// Along the tangent of the path where the underwater vehicle is on it that is followed. The surface craft has
+    /// to know the paths.
+    Path {
+        /// How far ahead, m.
+        ahead_m: Quantity<OffsetComponent>,
+        /// How far to starboard, m.
+        starboard_m: Quantity<OffsetComponent>,
     },
 }
 

@@ -1,11 +1,11 @@
 //! The vehicles of a start: craft, goal, underwater vehicles, paths.
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 use nalgebra::Vector2;
 use planner::{
     path::{Path, Segment, SpeedProfile},
-    snapshot::{Goal, Limits, VehicleId},
+    snapshot::{Goal, Limits, Offset, VehicleId},
 };
 
 use super::{Draw, InvalidScenario, at_most, invalid, side};
@@ -19,8 +19,8 @@ use crate::{
     path_following::PathFollowingGains,
     record::{Bounds, Origin},
     scenario::file::{
-        AuvFile, CurrentKnowledge, GoalFile, LegFile, LimitsFile, PathFile, Scenario, SegmentFile, SpeedKnot,
-        SurfaceClassFile, SurfaceCraftFile, UnderwaterClassFile,
+        AuvFile, CurrentKnowledge, GoalFile, LegFile, LimitsFile, OffsetFile, PathFile, Scenario,
+        SegmentFile, SpeedKnot, SurfaceClassFile, SurfaceCraftFile, UnderwaterClassFile,
     },
     scenario::quantity::{Coordinate, Kind},
     surface_craft::SurfaceClass,
@@ -63,6 +63,10 @@ impl Scenario {
         };
         let briefing = Briefing {
             goal: self.goal(&file.goal, draw)?,
+            offset: match &file.goal_offset {
+                Some(offset) => Some(self.offset(offset, &file.goal, draw)?),
+                None => None,
+            },
             limits: limits(&file.limits, &class.limits(), draw)?,
             current: self.knowledge.current == CurrentKnowledge::Known,
             paths: self.knowledge.paths,
@@ -108,6 +112,43 @@ impl Scenario {
             GoalFile::Midpoint { auvs } => Goal::Midpoint {
                 auvs: all("midpoint", auvs)?,
             },
+            GoalFile::Weighted { weights } => {
+                let field = "surface_craft.goal.weighted.weights";
+                let weigh = |(id, weight)| Ok((called(&format!("{field}.{id}"), id)?, draw.take(weight)));
+                let weights: BTreeMap<_, _> = weights.iter().map(weigh).collect::<Result<_, _>>()?;
+                if weights.values().all(|weight| *weight == 0.0) {
+                    return Err(invalid(field, "at least one of them must be above 0"));
+                }
+                Goal::Weighted { weights }
+            }
+            GoalFile::Range { auvs, range_m } => Goal::Range {
+                auvs: all("range", auvs)?,
+                radius: draw.take(range_m),
+            },
+        })
+    }
+
+    fn offset(&self, file: &OffsetFile, goal: &GoalFile, draw: &mut Draw) -> Result<Offset, InvalidScenario> {
+        let mut pair = |first, second| Vector2::new(draw.take(first), draw.take(second));
+        Ok(match file {
+            OffsetFile::Ned { north_m, east_m } => Offset::Ned(pair(north_m, east_m)),
+            OffsetFile::Target { ahead_m, starboard_m } => Offset::Target(pair(ahead_m, starboard_m)),
+            OffsetFile::Path { ahead_m, starboard_m } => {
+                let field = "surface_craft.goal_offset.path";
+                if !matches!(goal, GoalFile::Track { .. } | GoalFile::Intermittent { .. }) {
+                    return Err(invalid(
+                        field,
+                        "only a goal that follows one vehicle at a time has a path",
+                    ));
+                }
+                if !self.knowledge.paths {
+                    return Err(invalid(
+                        field,
+                        "the surface craft knows no paths; set knowledge.paths",
+                    ));
+                }
+                Offset::Path(pair(ahead_m, starboard_m))
+            }
         })
     }
 
