@@ -402,7 +402,7 @@ async fn an_offset_must_have_what_its_frame_needs_and_nothing_else() {
         assert_eq!(offset(given.clone()).await, fault(&at(name), code), "{given}");
     }
     assert_eq!(
-        offset(json!([1.0, 2.0])).await,
+        offset(json!(["ned", 1.0, 2.0])).await,
         fault("/goal/offset", "wrong_type")
     );
 }
