@@ -267,21 +267,23 @@ fn what_a_mission_would_stumble_over_is_refused_before_it() {
 
 #[test]
 fn a_craft_stays_where_every_goal_and_every_offset_put_it() {
+    // Line of sight keeps within 0.07 m of what moves steadily. The place nearest to two AUVs that dive in turn goes
+    // to and fro by 6.6 m, the squares of 23 m and 1 m apart over twice 40 m, with a speed the law is not told.
     for (goal, most) in [
-        ("goal.weighted.weights = {auv-1 = 2, auv-2 = 1}", 1.0),
+        ("goal.weighted.weights = {auv-1 = 2, auv-2 = 1}", 0.1),
         ("goal.range = {auvs = [\"auv-1\", \"auv-2\"], range_m = 60}", 4.0),
         (
             "goal.midpoint.auvs = [\"auv-1\", \"auv-2\"]\ngoal_offset.ned = {north_m = -5, east_m = 10}",
-            1.0,
+            0.1,
         ),
         (
             "goal.track.auv = \"auv-1\"\ngoal_offset.target = {ahead_m = -5, starboard_m = 10}",
-            1.0,
+            0.1,
         ),
         (
             "goal.intermittent = {auvs = [\"auv-1\"], dwell_s = 60, epoch_s = 0}\n\
              goal_offset.path = {ahead_m = 0, starboard_m = 10}",
-            1.0,
+            0.1,
         ),
     ] {
         let craft = CRAFT.replace("goal.midpoint.auvs = [\"auv-1\"]", goal);
