@@ -165,6 +165,30 @@ async fn a_stale_report_and_an_unknown_current_are_warned_of() {
 }
 
 #[tokio::test]
+async fn raw_fixes_are_answered_with_what_they_amount_to() {
+    let answer = send(
+        Settings::default(),
+        post("/v1/plan", example("reports").to_string()),
+    )
+    .await;
+    assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+    let estimate = &answer.json()["targets"][0]["estimate"];
+    // The sixth is 24 m north and 11 m west of where the vehicle was.
+    assert_eq!(estimate["rejected"], json!([5]));
+    assert_eq!(estimate["age_s"], 5.0);
+    // It went at 0.19 m/s on a course of 0.35 rad from (2, -6).
+    let travelled = 0.19 * 115.0;
+    let truth = [
+        2.0 + travelled * 0.35_f64.cos(),
+        -6.0 + travelled * 0.35_f64.sin(),
+    ];
+    let member = |name: &str| estimate[name].as_f64().expect("a number");
+    let miss = (member("north_m") - truth[0]).hypot(member("east_m") - truth[1]);
+    let sigma = member("position_sigma_m");
+    assert!(miss < 2.0 * sigma && sigma < 1.5, "{miss} m, sigma {sigma} m");
+}
+
+#[tokio::test]
 async fn every_listed_example_is_served_as_the_file_it_is() {
     let list = send(Settings::default(), get("/v1/examples")).await.json();
     let listed = list["examples"].as_array().expect("a list");
@@ -298,10 +322,17 @@ async fn the_examples_have_only_members_that_the_openapi_document_knows() {
     let document = send(Settings::default(), get("/openapi.json")).await.json();
     for example in EXAMPLES {
         let body: Value = serde_json::from_str(example.body).expect("examples are JSON");
+        let auv = &body["auvs"][0];
+        let evidence = if auv["state"].is_null() {
+            ("Report", &auv["reports"][0])
+        } else {
+            ("AuvState", &auv["state"])
+        };
         for (shape, members) in [
             ("PlanRequest", &body),
             ("Asc", &body["asc"]),
-            ("AuvState", &body["auvs"][0]["state"]),
+            ("Auv", auv),
+            evidence,
             ("Goal", &body["goal"]),
         ] {
             let schema = &document["components"]["schemas"][shape];

@@ -36,7 +36,7 @@ macro_rules! example {
 }
 
 /// Every example, the first the one to begin with.
-pub const EXAMPLES: [Example; 9] = [
+pub const EXAMPLES: [Example; 10] = [
     example!("track", "Follow one AUV, from behind and pointing away"),
     example!("intermittent", "Two AUVs in turn, 25 s before the hand-over"),
     example!("midpoint", "The midpoint of two AUVs, one of them turning"),
@@ -51,6 +51,10 @@ pub const EXAMPLES: [Example; 9] = [
     ),
     example!("cross-current", "Follow one AUV across a known current"),
     example!("about-face", "Ahead of the AUV and facing it"),
+    example!(
+        "reports",
+        "Follow one AUV that is known by raw fixes, one of them an outlier"
+    ),
     example!(
         "crowded",
         "A hand-over past discs to keep out of, in an area and in acoustic range"
