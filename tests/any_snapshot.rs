@@ -15,7 +15,7 @@ use planner::{
     plan::{Method, Plan, Workspace, plan},
     policy::{Policy, Weights},
     response::surge_bias,
-    snapshot::{Snapshot, TrajectoryPoint},
+    snapshot::{Goal, Snapshot, TrajectoryPoint},
 };
 use tests::random;
 
@@ -304,6 +304,22 @@ impl<'a> Forward<'a> {
         [range, area, keep_out]
     }
 
+    /// Square of what the goal is missed by, m²: of the distance, or where the goal is a worst range, by how much the
+    /// square of that is above the least.
+    fn miss(&self, time: f64, position: Vector2<f64>) -> f64 {
+        let goal = self.goal.at(time).position;
+        let worst = |place: Vector2<f64>| {
+            let range = |member: &AuvForecast| {
+                (member.at(time).position - place).norm_squared() + member.depth_at(time).powi(2)
+            };
+            self.goal.members().iter().map(range).fold(0.0, f64::max)
+        };
+        match self.scene.goal {
+            Goal::Range { .. } if self.scene.offset.is_none() => (worst(position) - worst(goal)).max(0.0),
+            _ => (position - goal).norm_squared(),
+        }
+    }
+
     fn cost(&self, stages: &[(Vector2<f64>, Vector2<f64>)]) -> f64 {
         let w = self.weights;
         let mut cost = 0.0;
@@ -312,7 +328,7 @@ impl<'a> Forward<'a> {
         let miss = |k: usize, time: f64| {
             let goal = self.goal.at(time);
             let (position, water) = stages[k];
-            let off = (position - goal.position).norm_squared();
+            let off = self.miss(time, position);
             let slip = (water + self.scene.current() - goal.velocity).norm_squared();
             let power = SURGE_DRAG * water.norm().powi(3);
             (off, slip, power)

@@ -71,6 +71,7 @@ impl Seeds<'_> {
             Vec::new()
         };
         ways.push(los.to_vec());
+        ways.push(self.direct());
         ways.into_iter().flat_map(|way| self.around_discs(way)).collect()
     }
 
@@ -129,6 +130,30 @@ impl Seeds<'_> {
             }
             reference
         })
+    }
+
+    /// Straight to where the goal is at the end of the horizon, to be there then: what line of sight, which is
+    /// astern of a goal that hands over, never tries.
+    fn direct(&self) -> Vec<Stage> {
+        let horizon = self.horizon;
+        let duration = horizon.times[horizon.times.len() - 1];
+        let end = horizon.goal[horizon.goal.len() - 1].position;
+        let limits = &self.snapshot.limits;
+        let rollout = horizon.rollout(self.snapshot, self.policy, |time, asc, _| {
+            let to_end = end - asc.position;
+            let left = (duration - time).max(1.0);
+            let through_water = to_end / left - horizon.current;
+            let speed = through_water.norm();
+            Reference {
+                speed: speed.clamp(limits.speed_min, limits.speed_max),
+                heading: if speed < f64::EPSILON {
+                    asc.heading
+                } else {
+                    Heading::new(angle_of(&through_water))
+                },
+            }
+        });
+        rollout.stages
     }
 
     /// Slowly around a goal that stands still.

@@ -42,7 +42,7 @@ impl Surroundings {
                 let forecast = AuvForecast::new(state, auv.into(), snapshot.forecast, &snapshot.current());
                 let position = |time: &f64| horizon.local_position(&forecast.at(*time).position);
                 Track {
-                    counts: matters(&snapshot.goal, &auv.id),
+                    counts: matters(snapshot, &auv.id),
                     doubts: horizon
                         .times
                         .iter()
@@ -161,9 +161,13 @@ impl Track {
     }
 }
 
-/// Whether the goal is the worst range, and this AUV's is one of those.
-fn matters(goal: &Goal, id: &VehicleId) -> bool {
-    matches!(goal, Goal::Range { .. }) && goal.vehicles().any(|named| named == id)
+/// Whether the goal is the worst range, and this AUV's is one of those. Beside the place where it is least, the goal
+/// is a place like any other.
+fn matters(snapshot: &Snapshot, id: &VehicleId) -> bool {
+    let Goal::Range { .. } = &snapshot.goal else {
+        return false;
+    };
+    snapshot.offset.is_none() && snapshot.goal.vehicles().any(|named| named == id)
 }
 
 /// Edges of an area whose corners go clockwise.

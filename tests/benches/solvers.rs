@@ -1,0 +1,357 @@
+//! How long the program of one pass takes: the planner's solver, kept and refilled, beside Clarabel as it comes.
+//!
+//! ```text
+//! cargo bench -p tests --bench solvers -- [--rounds N] [--dump DIR]
+//! ```
+//! Both solve every scene in turn, one after the other, so that whatever else runs on the machine slows both.
+//! Timed is all that another pass costs once its program is stated. Of the planner's solver: replacing the
+//! numbers, solving, copying the solution out. Of Clarabel: its own set-up with default settings, and solving.
+//! `--dump` leaves the programs with the solutions, and the times in `times.json`, for other solvers to be
+//! timed on: `tests/python/solvers.py`.
+
+use std::{
+    f64::consts::TAU,
+    fs,
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
+
+use api::wire::ProgramDump;
+use clarabel::{
+    algebra::CscMatrix,
+    solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus as ClarabelStatus, SupportedConeT},
+};
+use nalgebra::Vector2;
+use planner::{
+    policy::Policy,
+    program::{Cone, Pass, Program, Range},
+    snapshot::Limits,
+    solve::{Solution, SolverStatus, Solvers},
+    sparse::Sparse,
+};
+use serde_json::json;
+
+/// Programs of a horizon: enough that none is a special case, few enough that all stay in the cache.
+const N_SCENES: u32 = 40;
+/// Times that every program is solved, unless asked otherwise: the 99th percentile is then that of 1200.
+const ROUNDS: usize = 30;
+/// Interval of the horizons that are all alike, s: the middle one of the default horizon.
+const INTERVAL: f64 = 2.0;
+/// Horizontal acoustic ranges of the two AUVs, m. They are 30 m abeam and the goal up to 3 m to one side, so that
+/// the ranges hold the craft back from about half of the goals.
+const RANGES: [f64; 2] = [33.0, 32.0];
+
+fn main() {
+    let arguments = Arguments::read(std::env::args().skip(1));
+    if let Some(folder) = &arguments.dump {
+        fs::create_dir_all(folder).expect("a folder that can be written");
+    }
+    println!(
+        "median and 99th percentile of {} solves, µs; iterations of the mean solve\n\n\
+         {:>8} {:>4} {:>5} {:>5} {:>9} {:>9} {:>6} {:>9} {:>9} {:>6} {:>7} {:>12}",
+        arguments.rounds * N_SCENES as usize,
+        "horizon",
+        "N",
+        "vars",
+        "rows",
+        "kept",
+        "p99",
+        "iter.",
+        "Clarabel",
+        "p99",
+        "iter.",
+        "ratio",
+        "v_1 apart"
+    );
+    let mut times = serde_json::Map::new();
+    for (name, steps) in horizons() {
+        let scenes: Vec<_> = (0..N_SCENES).map(|i| Scene::new(&steps, i)).collect();
+        let programs: Vec<_> = scenes.iter().map(|scene| Program::new(&scene.pass())).collect();
+        let measured = Measured::over(&programs, arguments.rounds);
+        measured.print(name, &programs[0]);
+        if let Some(folder) = &arguments.dump {
+            measured.dump(folder, name, &programs);
+            times.insert(name.to_owned(), measured.summary(&programs[0]));
+        }
+    }
+    if let Some(folder) = &arguments.dump {
+        fs::write(
+            folder.join("times.json"),
+            format!("{:#}\n", serde_json::Value::from(times)),
+        )
+        .expect("a folder that can be written");
+    }
+}
+
+struct Arguments {
+    rounds: usize,
+    dump: Option<PathBuf>,
+}
+
+impl Arguments {
+    fn read(mut arguments: impl Iterator<Item = String>) -> Self {
+        let mut read = Self {
+            rounds: ROUNDS,
+            dump: None,
+        };
+        while let Some(argument) = arguments.next() {
+            let mut value = || arguments.next().expect("a value after the flag");
+            match argument.as_str() {
+                "--rounds" => read.rounds = value().parse().expect("a number of rounds"),
+                "--dump" => read.dump = Some(value().into()),
+                // Cargo says that it is a benchmark.
+                "--bench" => {}
+                other => panic!("{other} is none of --rounds N, --dump DIR"),
+            }
+        }
+        read
+    }
+}
+
+/// Names of the horizons, and their intervals.
+fn horizons() -> [(&'static str, Vec<f64>); 4] {
+    let alike = |n_stages| vec![INTERVAL; n_stages];
+    [
+        ("10", alike(10)),
+        ("20", alike(20)),
+        ("default", Policy::default().steps),
+        ("60", alike(60)),
+    ]
+}
+
+/// A craft at 0.3 m/s in the midst of two AUVs on parallel courses, some metres from where it should be; all
+/// distances and speeds are assumptions.
+struct Scene {
+    steps: Vec<f64>,
+    velocity: Vector2<f64>,
+    goal: Vec<Vector2<f64>>,
+    goal_velocity: Vec<Vector2<f64>>,
+    directions: Vec<Vector2<f64>>,
+    surge_bias: Vec<f64>,
+    ranges: Vec<Range>,
+    policy: Policy,
+}
+
+impl Scene {
+    /// Scene number `i`: the goal lies elsewhere around the craft, and its way there bends another way.
+    fn new(steps: &[f64], i: u32) -> Self {
+        let angle = f64::from(i) * TAU / f64::from(N_SCENES);
+        let times: Vec<f64> = std::iter::once(0.0)
+            .chain(steps.iter().scan(0.0, |t, step| {
+                *t += step;
+                Some(*t)
+            }))
+            .collect();
+        let end = times[steps.len()];
+        let at = |t: f64, place: Vector2<f64>| place + t * Vector2::new(0.193, 0.02);
+        let range = |abeam: f64, radius: f64| Range {
+            centres: times.iter().map(|&t| at(t, Vector2::new(4.0, abeam))).collect(),
+            radii: vec![radius; times.len()],
+        };
+        Self {
+            steps: steps.to_vec(),
+            velocity: Vector2::new(0.3, 0.02 * angle.sin()),
+            goal: times
+                .iter()
+                .map(|&t| at(t, Vector2::new(4.0 + 6.0 * angle.sin(), -3.0 * angle.cos())))
+                .collect(),
+            goal_velocity: vec![Vector2::new(0.173, -0.03); times.len()],
+            directions: times
+                .iter()
+                .map(|t| planner::angle::direction(0.4 * angle.cos() * t / end))
+                .collect(),
+            surge_bias: vec![0.0; times.len()],
+            ranges: vec![range(30.0, RANGES[0]), range(-30.0, RANGES[1])],
+            policy: Policy::default(),
+        }
+    }
+
+    fn pass(&self) -> Pass<'_> {
+        Pass {
+            steps: &self.steps,
+            velocity: self.velocity,
+            current: Vector2::new(0.02, 0.05),
+            goal: &self.goal,
+            goal_velocity: &self.goal_velocity,
+            directions: &self.directions,
+            limits: &Limits::MEDUSA,
+            surge_bias: &self.surge_bias,
+            ranges: &self.ranges,
+            discs: &[],
+            edges: &[],
+            worst: &[],
+            weights: &self.policy.weights,
+        }
+    }
+}
+
+/// What solving all programs of a horizon took.
+struct Measured {
+    kept: Times,
+    as_it_comes: Times,
+    /// What the kept solver found, program by program.
+    solutions: Vec<Solution>,
+    /// Farthest that the two solvers are apart in the first velocity, m/s.
+    apart: f64,
+}
+
+impl Measured {
+    fn over(programs: &[Program], rounds: usize) -> Self {
+        let mut solvers = Solvers::default();
+        let theirs: Vec<_> = programs.iter().map(AsItComes::new).collect();
+        // Warms up, and says that both do solve.
+        let solutions: Vec<_> = programs.iter().map(|program| solvers.solve(program)).collect();
+        let mut apart = 0.0_f64;
+        for ((program, solution), as_it_comes) in programs.iter().zip(&solutions).zip(&theirs) {
+            assert_eq!(solution.status, SolverStatus::Solved);
+            let other = as_it_comes.solve();
+            assert_eq!(other.solution.status, ClarabelStatus::Solved);
+            let (columns, unit) = program.first_velocity();
+            for column in columns {
+                apart = apart.max(unit * (solution.primal[column] - other.solution.x[column]).abs());
+            }
+        }
+        let (mut kept, mut as_it_comes) = (Times::default(), Times::default());
+        for _ in 0..rounds {
+            for (program, theirs) in programs.iter().zip(&theirs) {
+                kept.add(|| solvers.solve(program).iterations);
+                as_it_comes.add(|| theirs.solve().solution.iterations);
+            }
+        }
+        Self {
+            kept,
+            as_it_comes,
+            solutions,
+            apart,
+        }
+    }
+
+    fn print(&self, name: &str, program: &Program) {
+        let (kept, theirs) = (&self.kept, &self.as_it_comes);
+        println!(
+            "{name:>8} {:>4} {:>5} {:>5} {:>9.1} {:>9.1} {:>6.1} {:>9.1} {:>9.1} {:>6.1} {:>7.3} {:>7.3} mm/s",
+            program.layout.n_stages,
+            program.layout.n_variables(),
+            program.layout.n_rows(),
+            kept.percentile(50),
+            kept.percentile(99),
+            kept.iterations(),
+            theirs.percentile(50),
+            theirs.percentile(99),
+            theirs.iterations(),
+            kept.percentile(50) / theirs.percentile(50),
+            1e3 * self.apart,
+        );
+    }
+
+    fn summary(&self, program: &Program) -> serde_json::Value {
+        json!({
+            "n_stages": program.layout.n_stages,
+            "n_variables": program.layout.n_variables(),
+            "n_rows": program.layout.n_rows(),
+            "kept": self.kept.summary(),
+            "as_it_comes": self.as_it_comes.summary(),
+        })
+    }
+
+    fn dump(&self, folder: &Path, name: &str, programs: &[Program]) {
+        for (i, (program, solution)) in programs.iter().zip(&self.solutions).enumerate() {
+            let dump = ProgramDump::new(program, solution);
+            let text = serde_json::to_string(&dump).expect("numbers and names are JSON");
+            fs::write(folder.join(format!("{name}-{i:02}.json")), text)
+                .expect("a folder that can be written");
+        }
+    }
+}
+
+/// A program as Clarabel takes it, copied beforehand.
+struct AsItComes {
+    quadratic: CscMatrix<f64>,
+    linear: Vec<f64>,
+    constraints: CscMatrix<f64>,
+    bounds: Vec<f64>,
+    cones: Vec<SupportedConeT<f64>>,
+}
+
+impl AsItComes {
+    fn new(program: &Program) -> Self {
+        let cone = |cone: &Cone| match *cone {
+            Cone::Zero(n) => SupportedConeT::ZeroConeT(n),
+            Cone::Nonnegative(n) => SupportedConeT::NonnegativeConeT(n),
+            Cone::SecondOrder(n) => SupportedConeT::SecondOrderConeT(n),
+        };
+        Self {
+            quadratic: csc(&program.quadratic),
+            linear: program.linear.clone(),
+            constraints: csc(&program.constraints),
+            bounds: program.bounds.clone(),
+            cones: program.cones.iter().map(cone).collect(),
+        }
+    }
+
+    fn solve(&self) -> DefaultSolver<f64> {
+        let settings = DefaultSettings {
+            verbose: false,
+            ..DefaultSettings::default()
+        };
+        let mut solver = DefaultSolver::new(
+            &self.quadratic,
+            &self.linear,
+            &self.constraints,
+            &self.bounds,
+            &self.cones,
+            settings,
+        )
+        .expect("a program in standard form");
+        solver.solve();
+        solver
+    }
+}
+
+fn csc(matrix: &Sparse) -> CscMatrix<f64> {
+    CscMatrix::new(
+        matrix.n_rows,
+        matrix.n_cols,
+        matrix.column_starts.clone(),
+        matrix.row_indices.clone(),
+        matrix.values.clone(),
+    )
+}
+
+/// Times of one solver, and its iterations.
+#[derive(Default)]
+struct Times {
+    durations: Vec<Duration>,
+    iterations: Vec<u32>,
+}
+
+impl Times {
+    /// Times one solve, which answers its iterations.
+    fn add(&mut self, solve: impl FnOnce() -> u32) {
+        let start = Instant::now();
+        let iterations = solve();
+        self.durations.push(start.elapsed());
+        self.iterations.push(iterations);
+    }
+
+    /// The time that `percent` of the solves stay below, µs.
+    fn percentile(&self, percent: usize) -> f64 {
+        let mut sorted = self.durations.clone();
+        sorted.sort_unstable();
+        1e6 * sorted[(sorted.len() - 1) * percent / 100].as_secs_f64()
+    }
+
+    /// Iterations of the mean solve.
+    fn iterations(&self) -> f64 {
+        let n = u32::try_from(self.iterations.len()).expect("far fewer solves");
+        f64::from(self.iterations.iter().sum::<u32>()) / f64::from(n)
+    }
+
+    fn summary(&self) -> serde_json::Value {
+        json!({
+            "median_us": self.percentile(50),
+            "p99_us": self.percentile(99),
+            "iterations": self.iterations(),
+        })
+    }
+}
