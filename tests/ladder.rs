@@ -9,7 +9,7 @@ use planner::{
     snapshot::{HoldStyle, Observation, PreviousPlan, Snapshot, TrajectoryPoint},
     solve::{Solution, SolverStatus, Solvers},
 };
-use tests::{goals, observation, snapshot, state};
+use tests::{followed, goals, observation, snapshot, state};
 
 const STATUSES_THAT_PROVE_NOTHING: [SolverStatus; 9] = [
     SolverStatus::Unsolved,
@@ -37,31 +37,6 @@ fn plan_with_status(snapshot: &Snapshot, status: SolverStatus) -> Plan {
     )
 }
 
-/// A craft that has followed the plan made `age` seconds ago, and hands it back.
-fn with_previous(age: f64) -> Observation {
-    let mut observation = observation(goals()[0].clone());
-    let before = snapshot(Observation {
-        time: observation.time - age,
-        ..observation.clone()
-    });
-    let answer = plan(&before, &Policy::default(), &mut Workspace::default());
-    let now = answer
-        .trajectory
-        .iter()
-        .rfind(|point| point.time <= observation.time)
-        .expect("the plan was made before");
-    observation.asc.position = now.position;
-    observation.asc.heading = now.heading;
-    (observation.asc.surge, observation.asc.sway) = (now.speed, 0.0);
-    let moved = state(&mut observation, 0).velocity() * age;
-    state(&mut observation, 0).position += moved;
-    observation.previous_plan = Some(PreviousPlan {
-        surge_memory: None,
-        ..PreviousPlan::from(&answer)
-    });
-    observation
-}
-
 #[test]
 fn a_solved_program_answers_on_the_first_rung() {
     for goal in goals() {
@@ -73,7 +48,7 @@ fn a_solved_program_answers_on_the_first_rung() {
 
 #[test]
 fn every_status_that_proves_nothing_leads_to_the_previous_plan() {
-    let snapshot = snapshot(with_previous(3.0));
+    let snapshot = snapshot(followed(3.0));
     let previous = snapshot.previous_plan.clone().unwrap().trajectory;
     for status in STATUSES_THAT_PROVE_NOTHING {
         let answer = plan_with_status(&snapshot, status);
@@ -89,7 +64,7 @@ fn every_status_that_proves_nothing_leads_to_the_previous_plan() {
 
 #[test]
 fn without_a_young_previous_plan_every_such_status_leads_to_line_of_sight() {
-    for observation in [observation(goals()[0].clone()), with_previous(10.5)] {
+    for observation in [observation(goals()[0].clone()), followed(10.5)] {
         let snapshot = snapshot(observation);
         let policy = Policy::default();
         for status in STATUSES_THAT_PROVE_NOTHING {
@@ -172,7 +147,7 @@ fn the_first_program_takes_its_directions_from_the_previous_plan() {
         );
         first.expect("a program was stated")
     };
-    let with_plan = with_previous(1.0);
+    let with_plan = followed(1.0);
     let mut without = with_plan.clone();
     without.previous_plan = None;
     let mut turned_away = with_plan.clone();
@@ -195,24 +170,26 @@ fn the_first_program_takes_its_directions_from_the_previous_plan() {
 
 #[test]
 fn a_second_pass_that_fails_leaves_the_answer_to_the_first() {
-    let snapshot = snapshot(observation(goals()[0].clone()));
-    let mut solvers = Solvers::default();
-    let mut calls = 0;
-    let answer = plan_with(&snapshot, &Policy::default(), &mut Vec::new(), &mut |program| {
-        calls += 1;
-        if calls == 1 {
-            solvers.solve(program)
-        } else {
-            Solution::none(SolverStatus::MaxIterations)
-        }
-    });
-    let one_pass = Policy {
-        passes: 1,
-        ..Policy::default()
+    let snapshot = snapshot(observation(goals()[2].clone()));
+    let only_the_first_is_solved = |passes| {
+        let mut solvers = Solvers::default();
+        let mut calls = 0;
+        let policy = Policy {
+            passes,
+            ..Policy::default()
+        };
+        plan_with(&snapshot, &policy, &mut Vec::new(), &mut |program| {
+            calls += 1;
+            if calls == 1 {
+                solvers.solve(program)
+            } else {
+                Solution::none(SolverStatus::MaxIterations)
+            }
+        })
     };
-    let first = plan(&snapshot, &one_pass, &mut Workspace::default());
+    let (answer, one_pass) = (only_the_first_is_solved(2), only_the_first_is_solved(1));
     assert_eq!((answer.method, answer.degraded), (Method::Mpc, None));
-    assert_eq!(answer.reference, first.reference);
+    assert_eq!(answer.reference, one_pass.reference);
 }
 
 #[test]
@@ -252,7 +229,7 @@ fn a_stale_report_of_an_auv_outside_the_goal_changes_nothing() {
 
 #[test]
 fn a_previous_plan_from_the_future_is_not_followed() {
-    let mut odd = with_previous(3.0);
+    let mut odd = followed(3.0);
     let point = |time| TrajectoryPoint {
         time,
         ..odd.previous_plan.clone().unwrap().trajectory[0]

@@ -7,9 +7,11 @@ pub mod server;
 use nalgebra::Vector2;
 use planner::{
     angle::{Course, Heading},
+    plan::{Workspace, plan},
+    policy::Policy,
     snapshot::{
         AscState, Auv, AuvState, Evidence, Fallback, ForecastChoice, Goal, HoldStyle, Limits, Observation,
-        Offset, Snapshot, VehicleId,
+        Offset, PreviousPlan, Snapshot, VehicleId,
     },
 };
 
@@ -113,4 +115,33 @@ pub fn offsets() -> [Offset; 2] {
 #[must_use]
 pub fn snapshot(observation: Observation) -> Snapshot {
     Snapshot::try_from(observation).expect("the test starts from a valid observation")
+}
+
+/// The first goal, and a craft that has followed the plan made `age` seconds ago and hands it back.
+///
+/// # Panics
+/// Never: the plan begins before now.
+#[must_use]
+pub fn followed(age: f64) -> Observation {
+    let mut observation = observation(goals()[0].clone());
+    let before = snapshot(Observation {
+        time: observation.time - age,
+        ..observation.clone()
+    });
+    let answer = plan(&before, &Policy::default(), &mut Workspace::default());
+    let now = answer
+        .trajectory
+        .iter()
+        .rfind(|point| point.time <= observation.time)
+        .expect("the plan was made before");
+    observation.asc.position = now.position;
+    observation.asc.heading = now.heading;
+    (observation.asc.surge, observation.asc.sway) = (now.speed, 0.0);
+    let moved = state(&mut observation, 0).velocity() * age;
+    state(&mut observation, 0).position += moved;
+    observation.previous_plan = Some(PreviousPlan {
+        surge_memory: None,
+        ..PreviousPlan::from(&answer)
+    });
+    observation
 }

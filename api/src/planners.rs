@@ -129,10 +129,15 @@ impl Planners {
         let (sender, receiver) = oneshot::channel();
         let (planners, snapshot) = (self.clone(), Arc::clone(snapshot));
         spawn_blocking(move || {
+            // Declared before the permits, and so dropped after them if the planner panics: whoever has an answer may
+            // ask again at once.
+            let sender = sender;
             // Held by the thread: a client that goes away does not free a planner that still works.
-            let _permits = permits;
+            let permits = permits;
+            let planned = planners.plan_now(snapshot, &deadline.stop());
+            drop(permits);
             // Nobody may be waiting any more.
-            let _ = sender.send(planners.plan_now(snapshot, &deadline.stop()));
+            let _ = sender.send(planned);
         });
         receiver
     }
