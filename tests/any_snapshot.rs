@@ -297,7 +297,36 @@ impl<'a> Forward<'a> {
         }));
         let discs = scene.keep_outs.iter();
         let keep_out = most(&mut discs.map(|disc| disc.radius - (self.position - disc.centre).norm()));
-        [range, area, keep_out]
+        [range, area, keep_out.max(self.too_near_a_surfaced_auv(begin, step, share))]
+    }
+
+    /// By how much the craft is nearer to an AUV at the surface than it is to be: over an interval at one end of which
+    /// that is down, the distance to keep goes in a line from or to −1 m.
+    fn too_near_a_surfaced_auv(&self, begin: f64, step: f64, share: f64) -> f64 {
+        let scene = self.scene;
+        let Some(separation) = scene.surfacing_separation else {
+            return 0.0;
+        };
+        let end = begin + step;
+        scene
+            .auvs
+            .iter()
+            .zip(scene.estimates())
+            .map(|(auv, estimate)| {
+                let forecast =
+                    AuvForecast::new(&estimate.state, auv.into(), scene.forecast, &scene.current());
+                let kept = |time: f64| {
+                    if forecast.surfaced(time) {
+                        separation
+                    } else {
+                        -1.0
+                    }
+                };
+                let (from, to) = (forecast.at(begin).position, forecast.at(end).position);
+                let apart = (self.position - (from * (1.0 - share) + to * share)).norm();
+                kept(begin) * (1.0 - share) + kept(end) * share - apart
+            })
+            .fold(0.0, f64::max)
     }
 
     /// Square of what the goal is missed by, m²: of the distance, or where the goal is a worst range, by how much the

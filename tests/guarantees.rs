@@ -365,6 +365,7 @@ fn a_course_that_is_no_number_makes_no_snapshot() {
         trajectory: vec![],
         goal_course: Some(Course::new(f64::NAN)),
         surge_memory: None,
+        current: None,
     });
     let refused = Snapshot::try_from(scene).expect_err("NaN is no course");
     assert_eq!(refused.0[0].field, "previous_plan/goal_course_rad");

@@ -239,6 +239,7 @@ fn a_previous_plan_from_the_future_is_not_followed() {
         trajectory,
         goal_course: None,
         surge_memory: None,
+        current: None,
     });
     assert_eq!(
         plan_with_status(&snapshot(odd), SolverStatus::MaxTime).method,

@@ -71,6 +71,7 @@ pub fn observation(goal: Goal) -> Observation {
         keep_outs: vec![],
         area: vec![],
         range_max: None,
+        surfacing_separation: None,
         forecast: ForecastChoice::Auto,
         fallback: Fallback::Ladder,
         hold: HoldStyle::SlowTurn,

@@ -124,6 +124,7 @@ impl Draw {
             keep_outs,
             area,
             range_max: self.chance(0.4).then(|| self.number((20.0, 200.0), (1.0, 2.0e4))),
+            surfacing_separation: self.chance(0.3).then(|| self.number((2.0, 20.0), (0.5, 100.0))),
             forecast: [
                 ForecastChoice::Auto,
                 ForecastChoice::Auto,
@@ -311,6 +312,10 @@ impl Draw {
             .collect();
         PreviousPlan {
             trajectory,
+            current: self.chance(0.5).then(|| {
+                let mut axis = || self.number((-0.3, 0.3), (-30.0, 30.0));
+                Vector2::new(axis(), axis())
+            }),
             goal_course: self.chance(0.5).then(|| Course::new(self.angle())),
             surge_memory: self.chance(0.7).then(|| SurgeMemory {
                 surge: self.number((0.0, 1.5), (-5.0, 20.0)),

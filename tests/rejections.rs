@@ -568,6 +568,18 @@ async fn bounds_that_are_none_are_told_where() {
             "out_of_range",
         ),
         ("acoustics", json!(100.0), "/acoustics", "wrong_type"),
+        (
+            "surfacing_separation_m",
+            json!(0.4),
+            "/surfacing_separation_m",
+            "out_of_range",
+        ),
+        (
+            "surfacing_separation_m",
+            json!("5 m"),
+            "/surfacing_separation_m",
+            "wrong_type",
+        ),
     ] {
         let faults = faults_after(|body| body[name] = value.clone()).await;
         let [(at, found)] = faults.as_slice() else {

@@ -93,6 +93,7 @@ fn a_snapshot_survives_the_way_through_json_to_the_bit() {
         .map(Vector2::from)
         .to_vec();
     rich.range_max = Some(100.0 / 3.0);
+    rich.surfacing_separation = Some(16.0 / 3.0);
     rich.forecast = ForecastChoice::Model(ForecastModel::ConstantTurn);
     rich.fallback = Fallback::None;
     rich.hold = HoldStyle::Stop;
@@ -105,6 +106,7 @@ fn a_snapshot_survives_the_way_through_json_to_the_bit() {
     rich.previous_plan = Some(domain::PreviousPlan {
         trajectory: vec![point],
         goal_course: Some(Course::new(2.0)),
+        current: Some(Vector2::new(0.1, 1.0 / 3.0)),
         surge_memory: Some(domain::SurgeMemory {
             surge: -0.2,
             reference: 0.7,

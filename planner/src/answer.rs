@@ -37,6 +37,8 @@ pub struct Plan {
     pub baseline: Baseline,
     /// What the solver did.
     pub solver: SolverReport,
+    /// What the current (north, east) was taken for, m/s, where anything told it; hand it back in the next request.
+    pub current: Option<Vector2<f64>>,
     /// What the answer is predicted to lead to.
     pub predicted: Predicted,
     /// Soft limits that the plan does not keep.
@@ -53,6 +55,7 @@ impl From<&Plan> for PreviousPlan {
                 surge: plan.surge,
                 reference: plan.reference.speed,
             }),
+            current: plan.current,
         }
     }
 }

@@ -3,7 +3,7 @@
 //! Solved program → previous plan, followed further → saturated line of sight → hold.
 
 use crate::{
-    angle::{Heading, angle_of},
+    angle::{Heading, angle_of, wrap},
     answer::{Baseline, Degraded, Method, Plan, SolverReport, TargetForecast},
     estimate::Estimate,
     forecast::AuvForecast,
@@ -14,7 +14,7 @@ use crate::{
     passes::{Optimiser, Optimum, Programs, Way},
     policy::Policy,
     program::Program,
-    response::{Rollout, SURGE_BIAS_DECAY, Stage},
+    response::{Rollout, SURGE_BIAS_DECAY, Stage, YAW_LAG},
     snapshot::{Auv, HoldStyle, Limits, Snapshot, TrajectoryPoint},
     solve::Solution,
     stop::Stop,
@@ -117,6 +117,7 @@ pub(crate) fn descend(
     Plan {
         method: candidate.method,
         surge: snapshot.asc.surge,
+        current: snapshot.known_current(),
         degraded,
         reference: candidate.reference,
         valid_until: snapshot.time + policy.validity,
@@ -193,10 +194,23 @@ fn planned(horizon: &Horizon, way: Way, snapshot: &Snapshot, policy: &Policy) ->
     let points = horizon.trajectory(&way.stages[..2]);
     let bias = horizon.surge_bias[0];
     let surge = snapshot.asc.surge;
+    let asked = invert_response(surge, &points[1], policy.steps[0], bias, &snapshot.limits);
     Candidate {
         method: Method::Mpc,
-        reference: invert_response(surge, &points[1], policy.steps[0], bias, &snapshot.limits),
+        reference: within_reach(asked, snapshot),
         way,
+    }
+}
+
+/// The reference with a heading that the craft can turn to within the lag of its yaw loop: a loop that is asked for
+/// more turns faster than the limit, and near rest the direction of a planned velocity is worth little.
+fn within_reach(asked: Reference, snapshot: &Snapshot) -> Reference {
+    let psi = snapshot.asc.heading.radians();
+    let most = snapshot.limits.turn_rate_max * YAW_LAG;
+    let turn = wrap(asked.heading.radians() - psi).clamp(-most, most);
+    Reference {
+        heading: Heading::new(psi + turn),
+        ..asked
     }
 }
 
@@ -256,23 +270,25 @@ fn invert_response(speed_now: f64, next: &TrajectoryPoint, dt: f64, bias: f64, l
 /// The previous plan, followed further: its trajectory from now on, held at its end.
 fn previous_plan(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon) -> Option<Candidate> {
     let points = previous_points(snapshot, policy)?;
-    let dt = policy.steps[0];
-    let next = point_at(points, snapshot.time + dt);
-    let stages = horizon
+    let stages: Vec<_> = horizon
         .times
         .iter()
-        .map(|time| horizon.stage(&point_at(points, snapshot.time + time)));
-    let stages: Vec<_> = stages.collect();
+        .map(|time| horizon.stage(&point_at(points, snapshot.time + time)))
+        .collect();
     let rollout = follow(horizon, &stages, snapshot, policy);
+    // What the follower is told first.
+    let mut next = point_at(points, snapshot.time + FOLLOW_LEAD);
+    let back = point_at(points, snapshot.time).position - snapshot.asc.position;
+    let velocity = next.heading.unit() * next.speed + back * FOLLOW_GAIN;
+    next.speed = velocity.norm();
+    if SPEED_WITHOUT_DIRECTION <= next.speed {
+        next.heading = Heading::new(angle_of(&velocity));
+    }
+    let (surge, bias) = (snapshot.asc.surge, horizon.surge_bias[0]);
+    let asked = invert_response(surge, &next, FOLLOW_LEAD, bias, &snapshot.limits);
     Some(Candidate {
         method: Method::PreviousPlan,
-        reference: invert_response(
-            snapshot.asc.surge,
-            &next,
-            dt,
-            horizon.surge_bias[0],
-            &snapshot.limits,
-        ),
+        reference: within_reach(asked, snapshot),
         way: rolled_out(horizon, policy, stages, &rollout),
     })
 }

@@ -15,7 +15,7 @@ const LAW_INTERVAL: f64 = 1.0;
 /// Time constant of the yaw loop to a step of its reference, s.
 ///
 /// 2 ζ / ωn of the MEDUSA-class loop, ζ = 0.8 and ωn = 1.6 rad/s.
-const YAW_LAG: f64 = 1.0;
+pub(crate) const YAW_LAG: f64 = 1.0;
 
 /// How fast the bias of the surge loop bleeds away while nothing renews it, s.
 ///

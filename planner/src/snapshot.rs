@@ -14,7 +14,9 @@ mod bounds;
 mod check;
 mod evidence;
 
-pub use bounds::{ACOUSTIC_RANGE, AREA_CORNERS, KEEP_OUT_RADIUS, KEEP_OUTS_MAX, KeepOut, bounds_faults};
+pub use bounds::{
+    ACOUSTIC_RANGE, AREA_CORNERS, KEEP_OUT_RADIUS, KEEP_OUTS_MAX, KeepOut, SURFACING_SEPARATION, bounds_faults,
+};
 pub use check::{
     AUVS_MAX, COORDINATE_MAX, ID_LENGTH_MAX, InvalidObservation, LEG_HEIGHT_MIN, OFFSET_MAX, REPORT_AGE_MAX,
     REPORT_AHEAD_MAX, REPORT_SIGMA_MIN, REPORTS_MAX, TIME_MAX, TRAJECTORY_POINTS_MAX,
@@ -22,6 +24,12 @@ pub use check::{
 pub use evidence::{AuvState, Evidence, GroundTrack, Report};
 
 pub use crate::invalid_field::{InvalidField, InvalidReason};
+
+/// How long the current is averaged over, where it is not told, s.
+const CURRENT_MEMORY: f64 = 30.0;
+
+/// Oldest current that is still remembered, s.
+const CURRENT_AGE_MAX: f64 = 60.0;
 
 /// The name a client gave to a vehicle; unique within a snapshot.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -279,6 +287,8 @@ pub struct PreviousPlan {
     pub goal_course: Option<Course>,
     /// How the craft moved then, and what it was told.
     pub surge_memory: Option<SurgeMemory>,
+    /// What the current (north, east) was taken for, m/s, where anything told it.
+    pub current: Option<Vector2<f64>>,
 }
 
 /// Everything a client reports, unchecked. Becomes a [`Snapshot`] by [`Snapshot::try_from`].
@@ -305,6 +315,8 @@ pub struct Observation {
     pub area: Vec<Vector2<f64>>,
     /// Slant range to every AUV to keep within, m.
     pub range_max: Option<f64>,
+    /// Distance to keep from every AUV that may be at the surface, m.
+    pub surfacing_separation: Option<f64>,
     /// How to guess the AUVs' future.
     pub forecast: ForecastChoice,
     /// What to do without a solved program.
@@ -316,17 +328,42 @@ pub struct Observation {
 }
 
 impl Observation {
-    /// Current (north, east), m/s: the one given, else ground velocity less velocity through the
-    /// water, else none.
+    /// Current (north, east), m/s, zero where nothing tells it.
     #[must_use]
     pub fn current(&self) -> Vector2<f64> {
-        self.current
-            .or_else(|| {
-                self.asc
-                    .ground_velocity
-                    .map(|ground| ground - self.asc.water_velocity())
-            })
-            .unwrap_or_else(Vector2::zeros)
+        self.known_current().unwrap_or_else(Vector2::zeros)
+    }
+
+    /// Current (north, east), m/s: the one given, else what ground velocity less velocity through the water tell,
+    /// smoothed with what the previous plan took it for.
+    #[must_use]
+    pub fn known_current(&self) -> Option<Vector2<f64>> {
+        let previous = self.previous_plan.as_ref();
+        self.current_after(previous.and_then(|previous| {
+            let then = previous.trajectory.first()?.time;
+            previous.current.map(|current| (then, current))
+        }))
+    }
+
+    /// [`Observation::known_current`], the memory being a time on the snapshot's clock, s, and the current then.
+    ///
+    /// ```text
+    /// c = c⁻ + (1 − exp(−Δ/τ)) (v_ground − v_water − c⁻)
+    /// ```
+    /// Without the memory, noise of the sensors steers the craft.
+    #[must_use]
+    pub fn current_after(&self, memory: Option<(f64, Vector2<f64>)>) -> Option<Vector2<f64>> {
+        let measured = || Some(self.asc.ground_velocity? - self.asc.water_velocity());
+        let remembered = memory
+            .map(|(then, current)| (self.time - then, current))
+            .filter(|(elapsed, _)| (0.0..=CURRENT_AGE_MAX).contains(elapsed));
+        self.current.or_else(|| match (measured(), remembered) {
+            (Some(measured), Some((elapsed, before))) => {
+                let share = 1.0 - (-elapsed / CURRENT_MEMORY).exp();
+                Some(before + (measured - before) * share)
+            }
+            (measured, remembered) => measured.or(remembered.map(|(_, current)| current)),
+        })
     }
 
     /// The AUV called `id`.

@@ -11,6 +11,10 @@ use crate::{
     snapshot::{Goal, Snapshot, VehicleId},
 };
 
+/// Radius of a disc that is not there, m: with any other number below 0 a disc would come and go at another share of
+/// the interval in which it does.
+const NOT_THERE: f64 = -1.0;
+
 /// Where a craft may go and where the AUVs that bind it are.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Surroundings {
@@ -48,6 +52,11 @@ impl Surroundings {
                         .iter()
                         .map(|time| forecast.position_variance(*time).sqrt())
                         .collect(),
+                    surfaced: horizon
+                        .times
+                        .iter()
+                        .map(|time| forecast.surfaced(*time))
+                        .collect(),
                     member: Member {
                         positions: horizon.times.iter().map(position).collect(),
                         depths: horizon
@@ -61,6 +70,9 @@ impl Surroundings {
             .collect();
         // In geometric order, so that nothing depends on who was named first.
         tracks.sort_by(|a, b| in_order(&a.member.positions[0], &b.member.positions[0]));
+        if let Some(separation) = snapshot.surfacing_separation {
+            discs.extend(tracks.iter().map(|track| track.disc(separation)));
+        }
         Self {
             ranges: snapshot
                 .range_max
@@ -144,6 +156,8 @@ struct Track {
     counts: bool,
     /// Standard deviation of its position over both axes, √(tr P), at the stages, m.
     doubts: Vec<f64>,
+    /// Whether it may be at the surface, at the stages.
+    surfaced: Vec<bool>,
     member: Member,
 }
 
@@ -157,6 +171,16 @@ impl Track {
         Range {
             centres: self.member.positions.clone(),
             radii: self.member.depths.iter().zip(&self.doubts).map(radius).collect(),
+        }
+    }
+
+    /// What to keep out of: a disc that moves with it, and is there while it may be at the surface.
+    fn disc(&self, separation: f64) -> Disc {
+        let radius = |surfaced: &bool| if *surfaced { separation } else { NOT_THERE };
+        Disc {
+            centres: self.member.positions.clone(),
+            radii: self.surfaced.iter().map(radius).collect(),
+            normals: vec![Vector2::new(1.0, 0.0); self.surfaced.len()],
         }
     }
 }

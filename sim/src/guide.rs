@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use nalgebra::Vector2;
 use planner::{
     angle::Course,
     goal::GoalForecast,
@@ -42,6 +43,8 @@ pub struct LosGuide {
     tracking: TrackingLaw,
     /// Course of what the goal follows, when that last moved.
     course: Option<Course>,
+    /// What the current (north, east) was last taken for, m/s, and when, s: as the planner remembers it.
+    current: Option<(f64, Vector2<f64>)>,
 }
 
 impl LosGuide {
@@ -61,6 +64,7 @@ impl LosGuide {
         Self {
             tracking: TrackingLaw::new(tuning, None),
             course: None,
+            current: None,
         }
     }
 }
@@ -74,7 +78,12 @@ impl Guide for LosGuide {
         let goal = GoalForecast::holding(snapshot, self.course);
         self.course = Some(goal.course());
         let target = goal.at(0.0);
-        let asc = AscNow::from(snapshot);
+        let current = snapshot.current_after(self.current);
+        self.current = current.map(|current| (snapshot.time, current));
+        let asc = AscNow {
+            current: current.unwrap_or_else(Vector2::zeros),
+            ..AscNow::from(snapshot)
+        };
         Ok(Guidance {
             reference: self
                 .tracking

@@ -204,6 +204,7 @@ impl Observer {
             keep_outs: briefing.bounds.keep_outs.clone(),
             area: briefing.bounds.area.clone(),
             range_max: briefing.bounds.range_max,
+            surfacing_separation: None,
             forecast: ForecastChoice::Auto,
             fallback: Fallback::Ladder,
             hold: HoldStyle::SlowTurn,

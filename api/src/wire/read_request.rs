@@ -63,6 +63,7 @@ impl TryFrom<&PlanRequest> for Snapshot {
             keep_outs: request.keep_outs.iter().map(bounds::read_keep_out).collect(),
             area: request.area.iter().map(|corner| Vector2::from(*corner)).collect(),
             range_max: request.acoustics.map(|acoustics| acoustics.range_max_m),
+            surfacing_separation: request.surfacing_separation_m,
             forecast: forecast(request.forecast),
             fallback: match request.fallback {
                 Fallback::Los => domain::Fallback::Ladder,
@@ -91,6 +92,7 @@ impl From<&PlanResponse> for PreviousPlan {
             trajectory: answer.trajectory.clone(),
             goal_course_rad: Some(answer.goal_course_rad),
             asc_speed_mps: Some(answer.asc_speed_mps),
+            current: answer.current,
             reference: Some(PreviousReference {
                 speed_mps: answer.reference.speed_mps,
             }),
@@ -291,6 +293,9 @@ fn previous_plan(previous: &PreviousPlan) -> domain::PreviousPlan {
     domain::PreviousPlan {
         trajectory: previous.trajectory.iter().map(point).collect(),
         goal_course: previous.goal_course_rad.map(Course::new),
+        current: previous
+            .current
+            .map(|Current { north_mps, east_mps }| Vector2::new(north_mps, east_mps)),
         surge_memory: previous
             .asc_speed_mps
             .zip(previous.reference)

@@ -41,6 +41,11 @@ pub struct PlanRequest {
     /// What the acoustic link needs. Default: no limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acoustics: Option<Acoustics>,
+    /// Horizontal distance to keep from every underwater vehicle while it may be within 2 m of the surface, m, from
+    /// 0.5 to 100. Default: no limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = 5.0)]
+    pub surfacing_separation_m: Option<f64>,
     /// How to guess the underwater vehicles' future. Default: `auto`.
     #[serde(default)]
     pub forecast: Forecast,
@@ -443,6 +448,9 @@ pub struct PreviousPlan {
     /// surge loop is wound up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub asc_speed_mps: Option<f64>,
+    /// What it took the current for. Where the request does not tell the current, that is averaged over half a minute.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub current: Option<Current>,
     /// The reference that it gave.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<PreviousReference>,

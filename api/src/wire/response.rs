@@ -4,6 +4,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
+use super::request::Current;
+
 /// A plan for the surface craft.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PlanResponse {
@@ -27,6 +29,9 @@ pub struct PlanResponse {
     pub goal_course_rad: f64,
     /// Surge speed of the craft in the request, m/s: the next request's `previous_plan` needs it.
     pub asc_speed_mps: f64,
+    /// What the current was taken for, where anything tells it: the next request's `previous_plan` needs it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub current: Option<Current>,
     /// Where the goal is expected.
     pub goal: GoalTrajectory,
     /// Where each underwater vehicle is expected, in the request's order.

@@ -17,6 +17,7 @@ use serde_json::{Map, Value};
 
 use super::{
     SCHEMA_VERSION,
+    request::Current,
     response::{
         Baseline, Estimate, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget,
         Predicted, Reference, Residuals, Solver, TargetPoint, TrajectoryPoint, Violation, Warning,
@@ -126,6 +127,10 @@ impl Answer<'_> {
             trajectory: trajectory.iter().map(TrajectoryPoint::from).collect(),
             goal_course_rad: self.plan.goal_course.radians(),
             asc_speed_mps: self.plan.surge,
+            current: self.plan.current.map(|current| Current {
+                north_mps: current.x,
+                east_mps: current.y,
+            }),
             goal: GoalTrajectory {
                 trajectory: self.goal(),
             },

@@ -51,6 +51,7 @@ impl From<&Snapshot> for PlanRequest {
             keep_outs: snapshot.keep_outs.iter().map(bounds::write_keep_out).collect(),
             area: snapshot.area.iter().map(|corner| [corner.x, corner.y]).collect(),
             acoustics: snapshot.range_max.map(bounds::write_acoustics),
+            surfacing_separation_m: snapshot.surfacing_separation,
             forecast: match snapshot.forecast {
                 ForecastChoice::Auto => Forecast::Auto,
                 ForecastChoice::Model(ForecastModel::Hold) => Forecast::Hold,
@@ -79,6 +80,10 @@ impl From<&facts::PreviousPlan> for PreviousPlan {
             trajectory: previous.trajectory.iter().map(TrajectoryPoint::from).collect(),
             goal_course_rad: previous.goal_course.map(planner::angle::Course::radians),
             asc_speed_mps: previous.surge_memory.map(|memory| memory.surge),
+            current: previous.current.map(|current| Current {
+                north_mps: current.x,
+                east_mps: current.y,
+            }),
             reference: previous.surge_memory.map(|memory| PreviousReference {
                 speed_mps: memory.reference,
             }),

@@ -35,17 +35,26 @@ impl Program {
     }
 
     /// n_oᵀ (p − c_o) ≥ R_o + Δt² ‖a‖_max / 8 − ξ at both ends of every interval, with one normal for both: the
-    /// chord stays out too, and by the last term the arc that sags from it.
+    /// chord stays out too, and by the last term the arc that sags from it. Where the disc is not there at either
+    /// end (R_o < 0), nothing.
     pub(super) fn keep_out_of_the_discs(&mut self, pass: &Pass<'_>) {
         for (o, disc) in pass.discs.iter().enumerate() {
             for k in self.stages() {
-                let sag = sag(pass, k);
-                let normal = disc.normals[k];
                 let (end, start) = (self.layout.disc_at_end(k, o), k - 1);
-                self.outside(end, k, k, normal, disc.centres[k], disc.radii[k] + sag, pass);
+                // Of a disc that is not there, rows stay that hold everywhere: 0 ≥ −1 − ξ.
+                let there = disc.radii[start].max(disc.radii[k]) >= 0.0;
+                let normal = if there { disc.normals[k] } else { Vector2::zeros() };
+                let reach = |at: usize| {
+                    if there {
+                        disc.radii[at] + sag(pass, k)
+                    } else {
+                        -LENGTH_UNIT
+                    }
+                };
+                self.outside(end, k, k, normal, disc.centres[k], reach(k), pass);
                 if start > 0 {
                     let row = self.layout.disc_at_start(k, o);
-                    let reach = disc.radii[start] + sag;
+                    let reach = reach(start);
                     self.outside(row, start, k, normal, disc.centres[start], reach, pass);
                 }
             }

@@ -1,4 +1,5 @@
-//! Where the craft is meant to stay: discs to keep out of, an area to stay in, an acoustic range to keep.
+//! Where the craft is meant to stay: discs to keep out of, an area to stay in, an acoustic range to keep, and how far
+//! from AUVs at the surface.
 
 use std::{f64::consts::TAU, ops::RangeInclusive};
 
@@ -14,6 +15,9 @@ pub const KEEP_OUT_RADIUS: RangeInclusive<f64> = 0.1..=1.0e4;
 pub const AREA_CORNERS: RangeInclusive<usize> = 3..=64;
 /// Acoustic range, m: nearer than the least no craft stays, farther than the most no modem reaches.
 pub const ACOUSTIC_RANGE: RangeInclusive<f64> = 1.0..=2.0e4;
+/// Distance to keep from an AUV at the surface, m. Assumption: from half the length of a small craft to what a craft
+/// that looks after AUVs may still be asked for.
+pub const SURFACING_SEPARATION: RangeInclusive<f64> = 0.5..=100.0;
 
 /// Shortest side of an area and its least width, m: what is smaller is a mistake.
 const AREA_SIZE_MIN: f64 = 0.1;
@@ -55,6 +59,11 @@ pub fn bounds_faults(
         faults.extend(outside("acoustics/range_max_m".to_owned(), range, ACOUSTIC_RANGE));
     }
     faults
+}
+
+/// What is wrong with the distance to keep from an AUV at the surface.
+pub(super) fn separation_fault(separation: Option<f64>) -> Option<InvalidField> {
+    outside("surfacing_separation_m".to_owned(), separation?, SURFACING_SEPARATION)
 }
 
 /// The corners of a checked area clockwise, seen from above, and the first of them as before.
@@ -269,6 +278,20 @@ mod tests {
             fault(&many),
             Some((_, InvalidReason::Length { given: 65, .. }))
         ));
+    }
+
+    #[test]
+    fn a_separation_that_is_none_is_named_with_its_range() {
+        for given in [0.499, 100.001, -5.0, f64::INFINITY] {
+            let fault = separation_fault(Some(given)).expect("outside");
+            let (least, most) = (0.5, 100.0);
+            assert_eq!(fault.field, "surfacing_separation_m");
+            assert_eq!(fault.reason, InvalidReason::OutOfRange { given, least, most });
+        }
+        assert!(separation_fault(Some(f64::NAN)).is_some());
+        for welcome in [None, Some(0.5), Some(5.0), Some(100.0)] {
+            assert_eq!(separation_fault(welcome), None);
+        }
     }
 
     #[test]

@@ -8,7 +8,7 @@ use std::{
 
 use super::{
     AscState, Auv, Dive, Goal, KnownPath, Limits, Observation, Offset, Snapshot, TrajectoryPoint, VehicleId,
-    bounds::{bounds_faults, clockwise},
+    bounds::{bounds_faults, clockwise, separation_fault},
 };
 use crate::{
     estimate::Estimate,
@@ -47,6 +47,8 @@ const RADIUS_MIN: f64 = 1.0;
 const RADIUS_MAX: f64 = 2.0e4;
 /// Largest weight of an AUV in a mean: only ratios count, and the sum must not overflow.
 const WEIGHT_MAX: f64 = 1.0e6;
+/// Fastest current to be remembered along an axis, m/s: what the fastest ground and surge velocities leave.
+const REMEMBERED_CURRENT_MAX: f64 = 50.0;
 /// Longest name of a vehicle, bytes.
 pub const ID_LENGTH_MAX: usize = 64;
 
@@ -76,6 +78,9 @@ impl TryFrom<Observation> for Snapshot {
         check
             .invalid
             .extend(bounds_faults(keep_outs, area, observation.range_max));
+        check
+            .invalid
+            .extend(separation_fault(observation.surfacing_separation));
         if let Some(previous) = &observation.previous_plan {
             check.trajectory(&previous.trajectory);
             if let Some(course) = previous.goal_course {
@@ -85,6 +90,15 @@ impl TryFrom<Observation> for Snapshot {
                     course.radians(),
                     angle,
                 );
+            }
+            if let Some(current) = previous.current {
+                let reach = -REMEMBERED_CURRENT_MAX..=REMEMBERED_CURRENT_MAX;
+                check.within(
+                    format_args!("previous_plan/current/north_mps"),
+                    current.x,
+                    reach.clone(),
+                );
+                check.within(format_args!("previous_plan/current/east_mps"), current.y, reach);
             }
             if let Some(memory) = previous.surge_memory {
                 check.within(
