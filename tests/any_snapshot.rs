@@ -296,8 +296,9 @@ impl<'a> Forward<'a> {
             (self.position - from).dot(&Vector2::new(along.y, -along.x))
         }));
         let discs = scene.keep_outs.iter();
-        let keep_out = most(&mut discs.map(|disc| disc.radius - (self.position - disc.centre).norm()));
-        [range, area, keep_out.max(self.too_near_a_surfaced_auv(begin, step, share))]
+        let in_a_disc = most(&mut discs.map(|disc| disc.radius - (self.position - disc.centre).norm()));
+        let keep_out = in_a_disc.max(self.too_near_a_surfaced_auv(begin, step, share));
+        [range, area, keep_out]
     }
 
     /// By how much the craft is nearer to an AUV at the surface than it is to be: over an interval at one end of which
@@ -316,11 +317,7 @@ impl<'a> Forward<'a> {
                 let forecast =
                     AuvForecast::new(&estimate.state, auv.into(), scene.forecast, &scene.current());
                 let kept = |time: f64| {
-                    if forecast.surfaced(time) {
-                        separation
-                    } else {
-                        -1.0
-                    }
+                    if forecast.surfaced(time) { separation } else { -1.0 }
                 };
                 let (from, to) = (forecast.at(begin).position, forecast.at(end).position);
                 let apart = (self.position - (from * (1.0 - share) + to * share)).norm();

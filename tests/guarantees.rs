@@ -6,11 +6,11 @@ use nalgebra::{Rotation2, Vector2};
 use planner::{
     angle::{Course, Heading, wrap},
     path::{Path, Segment},
-    plan::{Plan, Workspace, plan, plan_with},
+    plan::{Plan, SoftLimit, Workspace, plan, plan_with},
     policy::Policy,
     response::surge_bias,
     snapshot::{
-        ForecastChoice, ForecastModel, Goal, KnownPath, Observation, Offset, PreviousPlan, Snapshot,
+        Dive, ForecastChoice, ForecastModel, Goal, KnownPath, Observation, Offset, PreviousPlan, Snapshot,
         SurgeMemory,
     },
     solve::{Solvers, TOLERANCE},
@@ -296,6 +296,99 @@ fn no_goal_is_far_enough_to_buy_its_way_through_a_soft_limit() {
         let answer = planned(scene);
         assert_eq!(answer.violations, [], "goal at {north} m north, {east} m east");
     }
+}
+
+/// The craft is to follow an AUV 90 m ahead, and right on its way the other one climbs or stays deep.
+fn with_an_auv_in_the_way(climbs: bool) -> Observation {
+    let mut scene = observation(goals()[0].clone());
+    (scene.asc.heading, scene.asc.sway, scene.current) = (Heading::new(0.0), 0.0, None);
+    (state(&mut scene, 0).position, state(&mut scene, 0).depth) = (Vector2::new(90.0, 0.0), 10.0);
+    state(&mut scene, 1).position = Vector2::new(28.0, 0.3);
+    if climbs {
+        // At 0.23 m/s it is 2 m deep after 13 s, turns 9 s later and is below 2 m again after another 12 s.
+        scene.auvs[1].dive = Some(Dive {
+            depth_min: 0.0,
+            depth_max: 20.0,
+            pitch: 50_f64.to_radians(),
+            reversal: Dive::REVERSAL_MEDUSA,
+            descending: Some(false),
+        });
+    }
+    scene
+}
+
+/// How near the craft is planned to come to the second AUV, m, and the same while that is no deeper than 2 m at both
+/// ends of the interval.
+fn nearest_to_the_second(plan: &Plan) -> (f64, f64) {
+    let them = &plan.targets[1];
+    let (mut nearest, mut nearest_while_up) = (f64::INFINITY, f64::INFINITY);
+    for k in 1..plan.trajectory.len() {
+        for share in 0..=10 {
+            let share = f64::from(share) / 10.0;
+            let us = plan.trajectory[k - 1]
+                .position
+                .lerp(&plan.trajectory[k].position, share);
+            let apart = (us - them.positions[k - 1].lerp(&them.positions[k], share)).norm();
+            nearest = nearest.min(apart);
+            if them.depths[k - 1].max(them.depths[k]) <= 2.0 {
+                nearest_while_up = nearest_while_up.min(apart);
+            }
+        }
+    }
+    (nearest, nearest_while_up)
+}
+
+#[test]
+fn an_auv_that_surfaces_in_the_way_is_passed_at_the_separation() {
+    let separation = 5.0;
+    let scene = with_an_auv_in_the_way(true);
+    let (_, unasked) = nearest_to_the_second(&planned(scene.clone()));
+    assert!(unasked < 1.0, "{unasked} m: it is not in the way");
+    let kept = planned(Observation {
+        surfacing_separation: Some(separation),
+        ..scene
+    });
+    assert_eq!((kept.degraded, kept.violations.as_slice()), (None, [].as_slice()));
+    let (_, nearest) = nearest_to_the_second(&kept);
+    // The craft's way sags from its chords, by less than the 0.9 m that the program leaves for it.
+    assert!(
+        (separation - 0.1..separation + 3.0).contains(&nearest),
+        "{nearest} m"
+    );
+}
+
+#[test]
+fn an_auv_that_stays_deep_is_not_in_the_way() {
+    let scene = with_an_auv_in_the_way(false);
+    let unasked = planned(scene.clone());
+    let kept = planned(Observation {
+        surfacing_separation: Some(5.0),
+        ..scene
+    });
+    let (nearest, _) = nearest_to_the_second(&kept);
+    assert!(nearest < 1.0, "{nearest} m");
+    for (a, b) in unasked.trajectory.iter().zip(&kept.trajectory) {
+        // A program with more rows is solved to the same tolerance on another way: millimetres.
+        assert!((a.position - b.position).norm() < 0.02, "{a:?} and {b:?}");
+    }
+}
+
+#[test]
+fn a_craft_above_a_surfaced_auv_leaves_and_says_that_it_is_too_near() {
+    let mut scene = with_an_auv_in_the_way(false);
+    scene.surfacing_separation = Some(5.0);
+    state(&mut scene, 1).depth = 1.0;
+    state(&mut scene, 1).position = Vector2::new(1.0, 1.0);
+    let answer = planned(scene);
+    let [violation] = answer.violations.as_slice() else {
+        panic!("{:?}", answer.violations)
+    };
+    assert_eq!(violation.limit, SoftLimit::KeepOut);
+    // It goes ahead at 0.3 m/s: at first straight for the AUV.
+    assert!((3.5..5.0).contains(&violation.amount), "{} m", violation.amount);
+    let last = answer.trajectory.len() - 1;
+    let apart = (answer.trajectory[last].position - answer.targets[1].positions[last]).norm();
+    assert!(apart > 5.0, "{apart} m");
 }
 
 /// Asserts that an answer is finite and its reference inside the limits.

@@ -184,6 +184,6 @@ pub enum SoftLimit {
     AcousticRange,
     /// Area to stay in, m.
     Area,
-    /// Disc to keep out of, m.
+    /// Disc to keep out of, or distance to keep from an AUV at the surface, m.
     KeepOut,
 }

@@ -270,20 +270,9 @@ fn invert_response(speed_now: f64, next: &TrajectoryPoint, dt: f64, bias: f64, l
 /// The previous plan, followed further: its trajectory from now on, held at its end.
 fn previous_plan(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon) -> Option<Candidate> {
     let points = previous_points(snapshot, policy)?;
-    let stages: Vec<_> = horizon
-        .times
-        .iter()
-        .map(|time| horizon.stage(&point_at(points, snapshot.time + time)))
-        .collect();
+    let stages = horizon.stages_along(points);
     let rollout = follow(horizon, &stages, snapshot, policy);
-    // What the follower is told first.
-    let mut next = point_at(points, snapshot.time + FOLLOW_LEAD);
-    let back = point_at(points, snapshot.time).position - snapshot.asc.position;
-    let velocity = next.heading.unit() * next.speed + back * FOLLOW_GAIN;
-    next.speed = velocity.norm();
-    if SPEED_WITHOUT_DIRECTION <= next.speed {
-        next.heading = Heading::new(angle_of(&velocity));
-    }
+    let next = point_at(points, snapshot.time + FOLLOW_LEAD);
     let (surge, bias) = (snapshot.asc.surge, horizon.surge_bias[0]);
     let asked = invert_response(surge, &next, FOLLOW_LEAD, bias, &snapshot.limits);
     Some(Candidate {

@@ -15,7 +15,8 @@ mod check;
 mod evidence;
 
 pub use bounds::{
-    ACOUSTIC_RANGE, AREA_CORNERS, KEEP_OUT_RADIUS, KEEP_OUTS_MAX, KeepOut, SURFACING_SEPARATION, bounds_faults,
+    ACOUSTIC_RANGE, AREA_CORNERS, KEEP_OUT_RADIUS, KEEP_OUTS_MAX, KeepOut, SURFACING_SEPARATION,
+    bounds_faults,
 };
 pub use check::{
     AUVS_MAX, COORDINATE_MAX, ID_LENGTH_MAX, InvalidObservation, LEG_HEIGHT_MIN, OFFSET_MAX, REPORT_AGE_MAX,

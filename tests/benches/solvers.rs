@@ -38,7 +38,7 @@ const ROUNDS: usize = 30;
 /// Interval of the horizons that are all alike, s: the middle one of the default horizon.
 const INTERVAL: f64 = 2.0;
 /// Horizontal acoustic ranges of the two AUVs, m. They are 30 m abeam and the goal up to 3 m to one side, so that
-/// the ranges hold the craft back from about half of the goals.
+/// the ranges hold the craft back from a third of the goals.
 const RANGES: [f64; 2] = [33.0, 32.0];
 
 fn main() {
@@ -47,8 +47,8 @@ fn main() {
         fs::create_dir_all(folder).expect("a folder that can be written");
     }
     println!(
-        "median and 99th percentile of {} solves, µs; iterations of the mean solve\n\n\
-         {:>8} {:>4} {:>5} {:>5} {:>9} {:>9} {:>6} {:>9} {:>9} {:>6} {:>7} {:>12}",
+        "median and 99th percentile of {} solves, µs; iterations of the mean solve; share within own tolerance\n\n\
+         {:>8} {:>4} {:>5} {:>5} | {:>7} {:>7} {:>5} {:>6} | {:>8} {:>7} {:>5} {:>6} | {:>5} {:>10}",
         arguments.rounds * N_SCENES as usize,
         "horizon",
         "N",
@@ -57,9 +57,11 @@ fn main() {
         "kept",
         "p99",
         "iter.",
+        "solved",
         "Clarabel",
         "p99",
         "iter.",
+        "solved",
         "ratio",
         "v_1 apart"
     );
@@ -199,13 +201,16 @@ impl Measured {
     fn over(programs: &[Program], rounds: usize) -> Self {
         let mut solvers = Solvers::default();
         let theirs: Vec<_> = programs.iter().map(AsItComes::new).collect();
-        // Warms up, and says that both do solve.
+        // Warms up, too.
         let solutions: Vec<_> = programs.iter().map(|program| solvers.solve(program)).collect();
         let mut apart = 0.0_f64;
         for ((program, solution), as_it_comes) in programs.iter().zip(&solutions).zip(&theirs) {
             assert_eq!(solution.status, SolverStatus::Solved);
             let other = as_it_comes.solve();
-            assert_eq!(other.solution.status, ClarabelStatus::Solved);
+            assert!(matches!(
+                other.solution.status,
+                ClarabelStatus::Solved | ClarabelStatus::AlmostSolved
+            ));
             let (columns, unit) = program.first_velocity();
             for column in columns {
                 apart = apart.max(unit * (solution.primal[column] - other.solution.x[column]).abs());
@@ -214,8 +219,14 @@ impl Measured {
         let (mut kept, mut as_it_comes) = (Times::default(), Times::default());
         for _ in 0..rounds {
             for (program, theirs) in programs.iter().zip(&theirs) {
-                kept.add(|| solvers.solve(program).iterations);
-                as_it_comes.add(|| theirs.solve().solution.iterations);
+                kept.add(|| {
+                    let solution = solvers.solve(program);
+                    (solution.iterations, solution.status == SolverStatus::Solved)
+                });
+                as_it_comes.add(|| {
+                    let solution = theirs.solve().solution;
+                    (solution.iterations, solution.status == ClarabelStatus::Solved)
+                });
             }
         }
         Self {
@@ -229,16 +240,18 @@ impl Measured {
     fn print(&self, name: &str, program: &Program) {
         let (kept, theirs) = (&self.kept, &self.as_it_comes);
         println!(
-            "{name:>8} {:>4} {:>5} {:>5} {:>9.1} {:>9.1} {:>6.1} {:>9.1} {:>9.1} {:>6.1} {:>7.3} {:>7.3} mm/s",
+            "{name:>8} {:>4} {:>5} {:>5} | {:>7.0} {:>7.0} {:>5.1} {:>5.0}% | {:>8.0} {:>7.0} {:>5.1} {:>5.0}% | {:>5.3} {:>5.3} mm/s",
             program.layout.n_stages,
             program.layout.n_variables(),
             program.layout.n_rows(),
             kept.percentile(50),
             kept.percentile(99),
             kept.iterations(),
+            100.0 * kept.solved(),
             theirs.percentile(50),
             theirs.percentile(99),
             theirs.iterations(),
+            100.0 * theirs.solved(),
             kept.percentile(50) / theirs.percentile(50),
             1e3 * self.apart,
         );
@@ -323,15 +336,18 @@ fn csc(matrix: &Sparse) -> CscMatrix<f64> {
 struct Times {
     durations: Vec<Duration>,
     iterations: Vec<u32>,
+    /// How many ended within the solver's own tolerance.
+    n_solved: u32,
 }
 
 impl Times {
-    /// Times one solve, which answers its iterations.
-    fn add(&mut self, solve: impl FnOnce() -> u32) {
+    /// Times one solve, which answers its iterations and whether it ended within tolerance.
+    fn add(&mut self, solve: impl FnOnce() -> (u32, bool)) {
         let start = Instant::now();
-        let iterations = solve();
+        let (iterations, solved) = solve();
         self.durations.push(start.elapsed());
         self.iterations.push(iterations);
+        self.n_solved += u32::from(solved);
     }
 
     /// The time that `percent` of the solves stay below, µs.
@@ -343,8 +359,16 @@ impl Times {
 
     /// Iterations of the mean solve.
     fn iterations(&self) -> f64 {
-        let n = u32::try_from(self.iterations.len()).expect("far fewer solves");
-        f64::from(self.iterations.iter().sum::<u32>()) / f64::from(n)
+        f64::from(self.iterations.iter().sum::<u32>()) / self.n()
+    }
+
+    /// Share of the solves that ended within the solver's own tolerance.
+    fn solved(&self) -> f64 {
+        f64::from(self.n_solved) / self.n()
+    }
+
+    fn n(&self) -> f64 {
+        f64::from(u32::try_from(self.iterations.len()).expect("far fewer solves"))
     }
 
     fn summary(&self) -> serde_json::Value {
@@ -352,6 +376,7 @@ impl Times {
             "median_us": self.percentile(50),
             "p99_us": self.percentile(99),
             "iterations": self.iterations(),
+            "solved": self.solved(),
         })
     }
 }

@@ -370,6 +370,28 @@ fn every_bound_says_what_its_promise_says() {
 }
 
 #[test]
+fn a_disc_that_is_not_there_binds_nothing_and_keeps_the_pattern() {
+    let mut scene = Scene::bounded();
+    let there = Program::new(&scene.pass());
+    // Gone at stages 1 to 3, back at the last.
+    scene.discs[0].radii[1..4].fill(-1.0);
+    let program = Program::new(&scene.pass());
+    assert_eq!(program.constraints.row_indices, there.constraints.row_indices);
+    let (x, ..) = variables(&scene.pass(), 1.3);
+    let far: Vec<_> = x.iter().map(|x| 1e3 * x).collect();
+    let layout = program.layout;
+    for k in [2, 3] {
+        for row in [layout.disc_at_start(k, 0), layout.disc_at_end(k, 0)] {
+            // No slack is used, and wherever the craft is, the row holds by as much.
+            assert!(row_slacks(&program, &x)[row] > 0.0);
+            assert!((row_slacks(&program, &x)[row] - row_slacks(&program, &far)[row]).abs() < 1e-12);
+        }
+    }
+    let row = layout.disc_at_end(4, 0);
+    assert!((row_slacks(&program, &x)[row] - row_slacks(&program, &far)[row]).abs() > 1.0);
+}
+
+#[test]
 fn restating_gives_the_same_program_as_stating_anew() {
     let scene = Scene::bounded();
     let mut other = Scene::bounded();

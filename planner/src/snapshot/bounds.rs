@@ -63,7 +63,11 @@ pub fn bounds_faults(
 
 /// What is wrong with the distance to keep from an AUV at the surface.
 pub(super) fn separation_fault(separation: Option<f64>) -> Option<InvalidField> {
-    outside("surfacing_separation_m".to_owned(), separation?, SURFACING_SEPARATION)
+    outside(
+        "surfacing_separation_m".to_owned(),
+        separation?,
+        SURFACING_SEPARATION,
+    )
 }
 
 /// The corners of a checked area clockwise, seen from above, and the first of them as before.
