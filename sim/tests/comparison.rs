@@ -44,7 +44,10 @@ fn the_planner_is_never_worse_than_tuned_line_of_sight() {
                 mpc.settled_rms_m <= 0.5 * los.settled_rms_m,
                 "{name}, seed {seed}"
             );
-            assert_eq!(mpc.rungs.mpc, 1800, "{name}: {:?}", mpc.rungs);
+            // Two of the midpoint's answers are other rungs, predicted to do better.
+            let others = if name == "paper-midpoint" { 2 } else { 0 };
+            assert_eq!(mpc.rungs.mpc, 1800 - others, "{name}: {:?}", mpc.rungs);
+            assert_eq!(mpc.rungs.hold, 0, "{name}: {:?}", mpc.rungs);
         }
     }
 }
@@ -80,7 +83,9 @@ fn anticipating_the_hand_over_halves_the_error() {
             mpc.rms_m,
             los.rms_m
         );
-        assert_eq!(mpc.rungs.mpc, 1920, "{:?}", mpc.rungs);
+        // Measured: 169 to 173 answers are the previous plan's, predicted to do better than a program solved anew.
+        assert!(1745 <= mpc.rungs.mpc, "{:?}", mpc.rungs);
+        assert_eq!(mpc.rungs.mpc + mpc.rungs.previous_plan, 1920, "{:?}", mpc.rungs);
     }
 }
 
