@@ -34,6 +34,10 @@ bench:
 speed:
     python3 tests/python/speed.py
 
+# Time of one convex program in the planner's solver and in others (needs tests/python/requirements.txt)
+solvers:
+    python3 tests/python/solvers.py
+
 # The service and its page on http://127.0.0.1:8080
 serve:
     cargo run --release

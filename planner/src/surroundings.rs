@@ -126,9 +126,20 @@ impl Surroundings {
         for edge in &mut near.edges {
             edge.offset = edge.offset.clamp(-far, far);
         }
+        // Members that are far apart keep their directions from the goal, which tell where the worst range grows.
+        let spread = self
+            .worst
+            .iter()
+            .flat_map(|member| member.positions.iter().zip(goal));
+        let spread = spread.map(|(position, goal)| (position - goal.position).norm());
+        let deepest = self.worst.iter().flat_map(|member| &member.depths).copied();
+        let shrink = (far / spread.chain(deepest).fold(far, f64::max)).min(1.0);
         for member in &mut near.worst {
             for ((position, goal), near_goal) in member.positions.iter_mut().zip(goal).zip(near_goal) {
-                *position += near_goal - goal.position;
+                *position = near_goal + (*position - goal.position) * shrink;
+            }
+            for depth in &mut member.depths {
+                *depth *= shrink;
             }
         }
         near

@@ -3,7 +3,9 @@
 //! ```text
 //! cargo bench -p tests --bench solvers -- [--rounds N] [--dump DIR]
 //! ```
-//! Both solve every scene in turn, one after the other, so that whatever else runs on the machine slows both.
+//! Both solve every scene in turn, one after the other, so that whatever else runs on the machine slows both. A
+//! machine that is busy all the time still slows the longer solves more: those past the scheduler's time slice,
+//! some milliseconds, are interrupted more often than not. Ratios are to be read on an idle one.
 //! Timed is all that another pass costs once its program is stated. Of the planner's solver: replacing the
 //! numbers, solving, copying the solution out. Of Clarabel: its own set-up with default settings, and solving.
 //! `--dump` leaves the programs with the solutions, and the times in `times.json`, for other solvers to be

@@ -172,7 +172,8 @@ fn position_weight(pass: &Pass<'_>, k: usize) -> f64 {
 /// Factor on all costs but the slacks' price: the further the goal, the smaller, so that no goal is
 /// far enough to buy its way through a soft row.
 pub(super) fn cost_scale(pass: &Pass<'_>) -> f64 {
-    let farthest = |points: &[nalgebra::Vector2<f64>]| points.iter().map(|p| p.norm()).fold(0.0, f64::max);
+    let farthest =
+        |points: &[nalgebra::Vector2<f64>]| points.iter().map(nalgebra::Vector2::norm).fold(0.0, f64::max);
     let members = pass.worst.iter().map(|member| farthest(&member.positions));
     1.0 / (1.0 + members.fold(farthest(pass.goal), f64::max) / LENGTH_UNIT)
 }
