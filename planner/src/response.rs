@@ -115,11 +115,6 @@ impl Response<'_> {
         let mut speed = start.velocity.dot(&heading.unit());
         let mut stages = Vec::with_capacity(steps.len() + 1);
         stages.push(start);
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "lengths of intervals are positive and short"
-        )]
         let mut way = Vec::new();
         let mut time = 0.0;
         for (i, step) in steps.iter().enumerate() {
