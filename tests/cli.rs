@@ -521,7 +521,13 @@ fn a_comparison_has_every_metric_of_all_controllers_and_what_they_knew() {
             controller == "integral_los"
         );
     }
-    assert!(controllers["mpc"]["rungs"]["mpc"].as_u64() > Some(1_900));
+    // Measured: of 1920 answers 171 are the previous plan's, predicted to do better than a program solved anew.
+    let rung = |name: &str| controllers["mpc"]["rungs"][name].as_u64();
+    assert!(rung("mpc") >= Some(1_745));
+    assert_eq!(
+        rung("mpc").zip(rung("previous_plan")).map(|(a, b)| a + b),
+        Some(1_920)
+    );
     let gains = &controllers["saturated_los"]["gains"];
     assert!(gains["look_ahead_m"].is_number() && gains["along_track_gain_per_s"].is_number());
     let rms = |controller: &str| controllers[controller]["rms_m"].as_f64().expect("is a number");
