@@ -33,6 +33,9 @@ const LOITER_RATE: f64 = 0.15;
 /// By how much a way that is pushed out of a disc clears it, m.
 const CLEARANCE: f64 = 1.0;
 
+/// Most ways that are tried anew: each costs two passes.
+const WAYS_MAX: usize = 4;
+
 /// The side of a turn or of a disc.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Side {
@@ -72,7 +75,10 @@ impl Seeds<'_> {
         };
         ways.push(los.to_vec());
         ways.push(self.direct());
-        ways.into_iter().flat_map(|way| self.around_discs(way)).collect()
+        ways.into_iter()
+            .flat_map(|way| self.around_discs(way))
+            .take(WAYS_MAX)
+            .collect()
     }
 
     /// Ways to try beside an earlier plan's that does not circle, `stages`, when the goal stands still.
