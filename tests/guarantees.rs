@@ -10,10 +10,10 @@ use planner::{
     policy::Policy,
     response::surge_bias,
     snapshot::{
-        Dive, ForecastChoice, ForecastModel, Goal, KnownPath, Observation, Offset, PreviousPlan, Snapshot,
-        SurgeMemory,
+        Dive, ForecastChoice, ForecastModel, Goal, KeepOut, KnownPath, Observation, Offset, PreviousPlan,
+        Snapshot, SurgeMemory,
     },
-    solve::{Solvers, TOLERANCE},
+    solve::{SHAPES_MAX, Solvers, TOLERANCE},
 };
 use proptest::prelude::*;
 use tests::{auv, goals, observation, offsets, snapshot, state};
@@ -221,6 +221,32 @@ fn the_production_tolerance_moves_the_first_velocity_by_less_than_a_millimetre_p
         };
         let moved = (first_velocity(TOLERANCE) - first_velocity(1e-9)).norm();
         assert!(moved < 1e-3, "moved by {moved} m/s");
+    }
+}
+
+#[test]
+fn a_workspace_remembers_no_more_shapes_than_it_may_and_forgets_without_a_trace() {
+    let (mut programs, mut solvers) = (Vec::new(), Solvers::default());
+    let with_discs = |n: u8| {
+        let mut scene = observation(goals()[0].clone());
+        scene.keep_outs = (0..n)
+            .map(|i| KeepOut {
+                centre: Vector2::new(-60.0 - 9.0 * f64::from(i), 40.0),
+                radius: 3.0,
+            })
+            .collect();
+        snapshot(scene)
+    };
+    for n in (0..20).chain([0]) {
+        let scene = with_discs(n);
+        let answer = plan_with(&scene, &Policy::default(), &mut programs, &mut |program| {
+            solvers.solve(program)
+        });
+        assert!(programs.len() <= SHAPES_MAX);
+        assert_eq!(
+            answer,
+            plan(&scene, &Policy::default(), &mut Workspace::default())
+        );
     }
 }
 

@@ -14,7 +14,7 @@ use crate::{
     response::{Rollout, Stage},
     seeds::Seeds,
     snapshot::Snapshot,
-    solve::{Solution, SolverStatus},
+    solve::{SHAPES_MAX, Solution, SolverStatus},
     stop::Stop,
     surroundings::Surroundings,
 };
@@ -22,7 +22,7 @@ use crate::{
 /// A last pass that turned any stage by more than this, as a cosine, was pressed against its cone: 45°.
 const PRESSED_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// Programs stated before, one for each shape, to be restated in place.
+/// Programs stated before, one for each of the [`SHAPES_MAX`] shapes used last, to be restated in place.
 pub type Programs = Vec<Program>;
 
 /// A slack below this is the solver's tolerance, not a broken limit, m/s or m/s².
@@ -304,8 +304,13 @@ fn accept(solution: &Solution, residuals: Option<&Residuals>, policy: &Policy) -
 fn restated<'p>(programs: &'p mut Programs, pass: &Pass<'_>) -> &'p Program {
     let layout = pass.layout();
     if let Some(index) = programs.iter().position(|program| program.layout == layout) {
-        programs[index].restate(pass);
-        return &programs[index];
+        programs[index..].rotate_left(1);
+        let last = programs.len() - 1;
+        programs[last].restate(pass);
+        return &programs[last];
+    }
+    if programs.len() == SHAPES_MAX {
+        programs.remove(0);
     }
     programs.push(Program::new(pass));
     &programs[programs.len() - 1]

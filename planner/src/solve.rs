@@ -15,6 +15,10 @@ use crate::{
 /// 1 mm/s against 1e-9 (a test holds it to that).
 pub const TOLERANCE: f64 = 1e-6;
 
+/// Most shapes of programs that a workspace remembers, those used last: whoever posts snapshots chooses their shapes,
+/// and a solver of a large one takes megabytes.
+pub const SHAPES_MAX: usize = 16;
+
 /// Most interior-point iterations of one pass: four times the 23 that the hardest of the scenarios'
 /// programs took (13 is the least).
 const ITERATIONS_MAX: u32 = 100;
@@ -165,13 +169,14 @@ impl Solvers {
             .by_shape
             .iter()
             .position(|(layout, _)| *layout == program.layout);
-        let index = if let Some(index) = known {
-            let solver = &mut self.by_shape[index].1;
+        if let Some(index) = known {
+            self.by_shape[index..].rotate_left(1);
+            let last = self.by_shape.len() - 1;
+            let solver = &mut self.by_shape[last].1;
             solver.update_P(&program.quadratic.values).ok()?;
             solver.update_q(&program.linear).ok()?;
             solver.update_A(&program.constraints.values).ok()?;
             solver.update_b(&program.bounds).ok()?;
-            index
         } else {
             let form = StandardForm {
                 quadratic: &program.quadratic,
@@ -181,10 +186,12 @@ impl Solvers {
                 cones: &program.cones,
             };
             let solver = new_solver(&form, settings(self.tolerance)?)?;
+            if self.by_shape.len() == SHAPES_MAX {
+                self.by_shape.remove(0);
+            }
             self.by_shape.push((program.layout, solver));
-            self.by_shape.len() - 1
-        };
-        Some(&mut self.by_shape[index].1)
+        }
+        self.by_shape.last_mut().map(|(_, solver)| solver)
     }
 }
 
