@@ -37,6 +37,25 @@ async fn every_example_is_planned_by_the_program_and_beats_line_of_sight() {
 }
 
 #[tokio::test]
+async fn a_comparison_says_which_limits_every_law_breaks() {
+    let mut body: serde_json::Value = serde_json::from_str(EXAMPLES[0].body).expect("is JSON");
+    // Between the craft and the AUV that it follows.
+    let target = &body["auvs"][0]["state"];
+    let half = |name: &str| {
+        let of = |value: &serde_json::Value| value.as_f64().expect("is a number");
+        0.5 * (of(&body["asc"][name]) + of(&target[name]))
+    };
+    let disc = json!({ "north_m": half("north_m"), "east_m": half("east_m"), "radius_m": 2.0 });
+    body["keep_outs"] = json!([disc]);
+    let answer = send(Settings::default(), post("/v1/plan/compare", body.to_string())).await;
+    let plans = answer.json()["plans"].clone();
+    let broken = &plans["saturated_los"]["violations"];
+    assert_eq!(broken[0]["limit"], "keep_out", "{broken}");
+    let merit = |name: &str| plans[name]["predicted"]["merit"].as_f64().expect("is a number");
+    assert!(merit("mpc") < merit("saturated_los"));
+}
+
+#[tokio::test]
 async fn a_comparison_holds_the_plan_and_the_baseline_that_the_plan_names() {
     let answer = send(Settings::default(), post("/v1/plan/compare", EXAMPLES[1].body)).await;
     let plans = serde_json::from_value::<wire::Comparison>(answer.json())

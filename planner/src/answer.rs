@@ -132,6 +132,8 @@ pub struct Baseline {
     pub trajectory: Vec<TrajectoryPoint>,
     /// What it is predicted to lead to.
     pub predicted: Predicted,
+    /// Limits of position that it breaks on the way.
+    pub violations: Vec<Violation>,
 }
 
 /// What a trajectory costs, computed from the trajectory alone.

@@ -70,6 +70,7 @@ pub(crate) fn descend(
         reference: los.reference,
         trajectory: horizon.trajectory(&los.way.stages),
         predicted,
+        violations: los.way.violations.clone(),
     };
 
     let mut optimiser = Optimiser {
@@ -141,11 +142,13 @@ pub(crate) fn baseline(snapshot: &Snapshot, policy: &Policy, law: LosLaw) -> Bas
     let horizon = Horizon::new(snapshot, policy, &goal);
     let tuning = tuning(law, policy);
     let rollout = horizon.line_of_sight(snapshot, policy, &goal, tuning);
+    let (predicted, violations) = predict(&horizon, &rollout, &policy.weights);
     let mut tracking = TrackingLaw::new(tuning, Some(horizon.goal_course));
     Baseline {
         reference: tracking.steer(0.0, &AscNow::from(snapshot), &goal.at(0.0), &snapshot.limits),
         trajectory: horizon.trajectory(&rollout.stages),
-        predicted: predict(&horizon, &rollout, &policy.weights).0,
+        predicted,
+        violations,
     }
 }
 

@@ -392,7 +392,9 @@ pub struct KeepOut {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Acoustics {
-    /// Slant range to every underwater vehicle to keep within, m, from 1 to 20 000.
+    /// Slant range to every underwater vehicle to keep within, m, from 1 to 20 000. The horizontal distance that it
+    /// leaves is shortened by 1.73 times the vehicle's `position_sigma_m`, so that it is kept for all but few of the
+    /// places where the vehicle may be.
     pub range_max_m: f64,
 }
 

@@ -252,7 +252,8 @@ pub struct Predicted {
 /// A soft limit that a plan does not keep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Violation {
-    /// Which: `forward_speed`, `turn_rate`, `trust_cone`, `acoustic_range`, `area` or `keep_out`.
+    /// Which: `forward_speed`, `turn_rate`, `trust_cone`, `acoustic_range` (less the doubt of where the vehicle is),
+    /// `area` or `keep_out` (a disc, or an underwater vehicle at the surface).
     pub limit: String,
     /// When it is worst, s on the request's clock.
     pub t_s: f64,

@@ -83,8 +83,12 @@ impl Answer<'_> {
             reference,
             trajectory,
             predicted,
+            violations,
         } = &self.plan.baseline;
-        self.along(*reference, trajectory, *predicted)
+        PlanResponse {
+            violations: violations.iter().map(violation).collect(),
+            ..self.along(*reference, trajectory, *predicted)
+        }
     }
 
     /// Another law's answer to the same snapshot at the gains of `policy`, in the same shape. What it would remember
@@ -95,9 +99,11 @@ impl Answer<'_> {
             reference,
             trajectory,
             predicted,
+            violations,
         } = domain::baseline(self.snapshot, policy, law);
         let mut answer = PlanResponse {
             method: method(law.into()),
+            violations: violations.iter().map(violation).collect(),
             ..self.along(reference, &trajectory, predicted)
         };
         answer.warnings.extend(no_memory(law));
