@@ -114,8 +114,8 @@ async function checkReport(browser, file) {
   const complaints = listen(page, address.origin);
   await page.goto(address.href);
   await page.locator("#map .scatterlayer .js-line").first().waitFor();
-  assert.ok(await page.locator("#over-time .scatterlayer .js-line").count() >= 8, "two controllers' lines are drawn");
-  assert.equal(await page.locator("thead th").count(), 2, "two controllers' metrics");
+  assert.ok(await page.locator("#over-time .scatterlayer .js-line").count() >= 16, "the lines of the planner and the laws near it are drawn");
+  assert.equal(await page.locator("thead th").count(), 6, "metrics of the planner and five laws");
   assert.deepEqual(complaints, []);
   await page.close();
 }

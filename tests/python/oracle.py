@@ -94,7 +94,8 @@ class Program:
         return x[self.velocity_columns] * self.velocity_unit
 
     def solved_by(self, solver: str) -> np.ndarray:
-        """A minimiser, as tight as the solver gets; fails where it is not sure of any."""
+        """A minimiser, as tight as the solver gets. One that it is not sure of counts too: it must agree all the same."""
+        unsure = None
         origin = self.solution if SOLVERS[solver].from_the_solution else np.zeros_like(self.linear)
         x = cp.Variable(len(self.linear))
         slope = self.quadratic @ origin + self.linear
@@ -112,6 +113,10 @@ class Program:
                     continue
             if problem.status == cp.OPTIMAL:
                 return origin + x.value
+            if problem.status == cp.OPTIMAL_INACCURATE and unsure is None:
+                unsure = origin + x.value
+        if unsure is not None:
+            return unsure
         raise RuntimeError(f"{solver} ended with {problem.status}")
 
     def rows(self, x: cp.Variable, bounds: np.ndarray) -> list[cp.Constraint]:
