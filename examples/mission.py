@@ -201,14 +201,15 @@ def ask(session, url, body):
 
 
 def fly(url, duration):
-    """One row a second: time, craft's and AUV's north and east; how often each rung answered."""
+    """One row a second: time, craft's and AUV's north and east; how often each rung answered, and how often degraded."""
     craft = SurfaceCraft(north=-15.0, east=-8.0, heading=np.pi / 4, surge=0.3)
     auv = Auv()
     session = requests.Session()
-    rows, rungs, plan = [], {}, None
+    rows, rungs, degraded, plan = [], {}, 0, None
     for second in range(duration):
         plan = ask(session, url, snapshot(float(second), craft, auv, plan))
         rungs[plan["method"]] = rungs.get(plan["method"], 0) + 1
+        degraded += plan["outcome"] != "ok"
         rows.append([second, *craft.state[:2], *auv.where()[:2]])
         for _ in range(STEPS_PER_PLAN):
             craft.step(plan["reference"]["speed_mps"], plan["reference"]["heading_rad"])
@@ -217,7 +218,7 @@ def fly(url, duration):
             print(f"\r{second + 1} s of {duration} s ", end="", file=sys.stderr, flush=True)
     if sys.stderr.isatty():
         print("\r", end="", file=sys.stderr)
-    return np.array(rows), craft, rungs
+    return np.array(rows), craft, rungs, degraded
 
 
 def plot(rows, file):
@@ -249,7 +250,7 @@ def main():
         parser.error("--duration must be at least 1")
 
     start = time.perf_counter()
-    rows, craft, rungs = fly(arguments.url.rstrip("/"), arguments.duration)
+    rows, craft, rungs, degraded = fly(arguments.url.rstrip("/"), arguments.duration)
     elapsed = time.perf_counter() - start
 
     distance = np.hypot(rows[:, 1] - rows[:, 3], rows[:, 2] - rows[:, 4])
@@ -261,6 +262,7 @@ def main():
     print(f"heading_travel_rad  {craft.heading_travel:10.2f}")
     for method, count in sorted(rungs.items()):
         print(f"{'rungs.' + method:<20}{count:10d}")
+    print(f"degraded            {degraded:10d}")
     print(f"requests_per_s      {len(rows) / elapsed:10.1f}")
     if arguments.plot:
         plot(rows, arguments.plot)
