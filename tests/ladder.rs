@@ -11,15 +11,20 @@ use planner::{
 };
 use tests::{followed, goals, observation, snapshot, state};
 
-const STATUSES_THAT_PROVE_NOTHING: [SolverStatus; 9] = [
+const STATUSES_THAT_PROVE_NOTHING: [SolverStatus; 7] = [
     SolverStatus::Unsolved,
     SolverStatus::PrimalInfeasible,
     SolverStatus::DualInfeasible,
     SolverStatus::AlmostPrimalInfeasible,
     SolverStatus::AlmostDualInfeasible,
-    SolverStatus::MaxIterations,
     SolverStatus::MaxTime,
     SolverStatus::NumericalError,
+];
+
+/// Statuses of a solver that came as far as it could: the certificate tells how far that was.
+const LESSER_STATUSES: [SolverStatus; 3] = [
+    SolverStatus::AlmostSolved,
+    SolverStatus::MaxIterations,
     SolverStatus::InsufficientProgress,
 ];
 
@@ -87,11 +92,29 @@ fn without_a_young_previous_plan_every_such_status_leads_to_line_of_sight() {
 }
 
 #[test]
-fn an_almost_solved_program_counts_if_its_certificate_passes() {
+fn a_program_of_a_lesser_status_counts_if_its_certificate_passes() {
     let snapshot = snapshot(observation(goals()[0].clone()));
-    let answer = plan_with_status(&snapshot, SolverStatus::AlmostSolved);
-    assert_eq!((answer.method, answer.degraded), (Method::Mpc, None));
-    assert_eq!(answer.solver.status, SolverStatus::AlmostSolved);
+    for status in LESSER_STATUSES {
+        let answer = plan_with_status(&snapshot, status);
+        assert_eq!((answer.method, answer.degraded), (Method::Mpc, None));
+        assert_eq!(answer.solver.status, status);
+    }
+}
+
+#[test]
+fn a_program_of_a_lesser_status_does_not_count_if_its_certificate_fails() {
+    let snapshot = snapshot(observation(goals()[0].clone()));
+    for status in LESSER_STATUSES {
+        let mut solvers = Solvers::default();
+        let answer = plan_with(&snapshot, &Policy::default(), &mut Vec::new(), &mut |program| {
+            let mut solution = solvers.solve(program);
+            solution.primal[7] += 0.01;
+            Solution { status, ..solution }
+        });
+        assert_eq!(answer.method, Method::SaturatedLos);
+        assert!(answer.degraded.is_some());
+        assert_ne!(answer.solver.status, SolverStatus::Solved);
+    }
 }
 
 #[test]

@@ -280,13 +280,14 @@ fn cosine_of_turn(before: &[Vector2<f64>], after: &[Vector2<f64>]) -> f64 {
         .fold(1.0, f64::min)
 }
 
-/// Whether a solution may be followed. Every status by name: a new one must be thought about.
+/// Whether a solution may be followed: one that a solver got to, however it names it, if the certificate holds.
+/// Every status by name: a new one must be thought about.
 fn accept(solution: &Solution, residuals: Option<&Residuals>, policy: &Policy) -> Result<(), Degraded> {
+    let certified = residuals.is_some_and(|residuals| residuals.within(policy.certificate_tolerance));
     match solution.status {
-        SolverStatus::Solved | SolverStatus::AlmostSolved => match residuals {
-            Some(residuals) if residuals.within(policy.certificate_tolerance) => Ok(()),
-            Some(_) | None => Err(Degraded::Certificate),
-        },
+        SolverStatus::Solved | SolverStatus::AlmostSolved if certified => Ok(()),
+        SolverStatus::Solved | SolverStatus::AlmostSolved => Err(Degraded::Certificate),
+        SolverStatus::MaxIterations | SolverStatus::InsufficientProgress if certified => Ok(()),
         status @ (SolverStatus::Unsolved
         | SolverStatus::PrimalInfeasible
         | SolverStatus::DualInfeasible

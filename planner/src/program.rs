@@ -11,7 +11,7 @@
 //! acceleration of an interval, a_k = (v_{k+1} − v_k) / Δt_k, is eliminated. The frame is the craft's own:
 //! origin and axes (ahead, starboard) are those of its position and heading now, so that a plan cannot depend on
 //! where north or the datum is. Positions are counted in units of [`LENGTH_UNIT`], slacks in units of
-//! [`SLACK_UNIT`].
+//! [`SLACK_UNIT`], the cost in units of [`COST_UNIT`].
 
 use nalgebra::Vector2;
 
@@ -36,6 +36,12 @@ pub const LENGTH_UNIT: f64 = 10.0;
 /// Unit of a slack inside the program, m/s, m/s² or m: with the price of a slack at 10⁵, measured 26 to 35
 /// iterations in two passes over six scenes near and far, 40 to 49 where slacks count in units of 1.
 pub const SLACK_UNIT: f64 = 0.01;
+
+/// Unit of the cost inside the program: prices of 10⁴ make multipliers that an interior point reaches slowly and
+/// not exactly. Over 1374 programs of closed loops of every scenario, mean iterations and largest error of the first
+/// planned velocity: 12.2 and 1.4 mm/s with a unit of 1 (tolerance 1e-6), 8.4 and 0.3 mm/s with this one (1e-7);
+/// 8.0 and 0.7 mm/s with 100, 8.6 and 0.3 mm/s with 1000.
+pub const COST_UNIT: f64 = 300.0;
 
 /// A block of consecutive rows and the cone that their slacks s lie in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -215,6 +221,10 @@ impl Program {
             self.spare_the_batteries(pass);
         }
         self.price_the_slacks(pass);
+        let quadratic = self.cost_triplets.iter_mut().map(|(_, _, value)| value);
+        for cost in quadratic.chain(&mut self.linear) {
+            *cost /= COST_UNIT;
+        }
         self.move_as_the_velocity_says(pass);
         self.accelerate_as_the_surge_loop_can(pass);
         self.keep_moving_ahead(pass);

@@ -223,7 +223,8 @@ fn the_objective_is_the_cost_in_words_up_to_scale_and_a_constant() {
     let program = Program::new(&pass);
     let difference = |a: f64, b: f64| a - b;
     let [(x, p, v), (y, q, w)] = [0.7, 2.9].map(|wiggle| variables(&pass, wiggle));
-    let ours = difference(objective(&program, &x), objective(&program, &y)) / cost_scale(&pass);
+    let unit = cost_scale(&pass) / COST_UNIT;
+    let ours = difference(objective(&program, &x), objective(&program, &y)) / unit;
     let words = difference(cost_in_words(&pass, &p, &v), cost_in_words(&pass, &q, &w));
     assert!((ours - words).abs() < 1e-9 * words.abs(), "{ours} is not {words}");
 }
