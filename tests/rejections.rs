@@ -279,6 +279,177 @@ async fn a_covariance_that_is_none_is_told_why() {
     }
 }
 
+fn matrix(n_rows: usize, n_columns: usize) -> Value {
+    json!(vec![vec![0.0; n_columns]; n_rows])
+}
+
+#[tokio::test]
+async fn a_covariance_of_another_shape_is_told_what_it_must_be() {
+    let row = "a row of 4 numbers of a symmetric positive semidefinite 4×4 matrix";
+    let whole = "a symmetric positive semidefinite 4×4 matrix, a list of 4 rows";
+    for (given, at, code, detail) in [
+        (
+            matrix(3, 3),
+            "/0",
+            "length",
+            format!("must have 4 items, not 3: {row}"),
+        ),
+        (
+            matrix(4, 5),
+            "/0",
+            "length",
+            format!("must have 4 items, not 5: {row}"),
+        ),
+        (
+            matrix(2, 4),
+            "",
+            "length",
+            format!("must have 4 items, not 2: {whole}"),
+        ),
+        (
+            matrix(5, 4),
+            "",
+            "length",
+            format!("must have 4 items, not 5: {whole}"),
+        ),
+        (
+            json!(vec![0.0; 16]),
+            "/0",
+            "wrong_type",
+            format!("must be {row}, not a number"),
+        ),
+        (
+            json!("diagonal"),
+            "",
+            "wrong_type",
+            format!("must be {whole}, not text"),
+        ),
+        (
+            json!({}),
+            "",
+            "wrong_type",
+            format!("must be {whole}, not an object"),
+        ),
+        (
+            json!([[0, "0", 0, 0]]),
+            "/0/1",
+            "wrong_type",
+            "must be a number, not text".to_owned(),
+        ),
+    ] {
+        let mut body = example("track");
+        body["auvs"][0]["state"]["covariance"] = given.clone();
+        let answer = planned(body.to_string()).await;
+        let pointer = format!("/auvs/0/state/covariance{at}");
+        assert_eq!(answer.faults(), fault(&pointer, code), "{given}");
+        assert_eq!(answer.problem()["errors"][0]["detail"], detail, "{given}");
+    }
+    let mut body = example("track");
+    body["auvs"][0]["state"]["covariance"] = matrix(3, 3);
+    let error = planned(body.to_string()).await.problem()["errors"][0].clone();
+    assert_eq!(
+        (&error["given"], &error["limit"]),
+        (&json!(3), &json!({ "least": 4, "most": 4 }))
+    );
+}
+
+/// The track example with a member of every kind.
+fn with_everything() -> Value {
+    let mut body = example("track");
+    body["asc"]["ground_north_mps"] = json!(0.3);
+    body["asc"]["ground_east_mps"] = json!(0.0);
+    body["auvs"][0]["state"]["covariance"] = matrix(4, 4);
+    let corners = json!({ "kind": "waypoints", "points": [[90, 0], [90, 20], [0, 20]], "fillet_m": 5 });
+    body["auvs"][0]["path"] = json!({ "segments": [lane(), corners], "closed": false, "speed_mps": 0.2 });
+    body["auvs"][0]["dive"] =
+        json!({ "depth_min_m": 1, "depth_max_m": 23, "pitch_rad": 0.8, "descending": true });
+    body["goal"]["offset"] = json!({ "frame": "ned", "north_m": 1, "east_m": 2 });
+    body["goal"]["weights"] = json!({ "auv-1": 1.0 });
+    body["goal"]["auvs"] = json!(["auv-1"]);
+    body["current"] = json!({ "north_mps": 0, "east_mps": 0.1 });
+    body["limits"] = json!({ "speed_max_mps": 1.5 });
+    body["keep_outs"] = json!([{ "north_m": 0, "east_m": 0, "radius_m": 1 }]);
+    body["area"] = json!([[-50, -50], [200, -50], [200, 150]]);
+    body["acoustics"] = json!({ "range_max_m": 100 });
+    body["metadata"] = json!({ "mission": "any" });
+    body["previous_plan"] = json!({
+        "trajectory": [{ "t_s": 119, "north_m": 0, "east_m": 0, "speed_mps": 0.3, "heading_rad": 0 }],
+        "goal_course_rad": 0, "asc_speed_mps": 0.3, "current": { "north_mps": 0, "east_mps": 0 },
+        "reference": { "speed_mps": 0.3 }
+    });
+    body
+}
+
+/// Every place in a document, as pointers; the root is the empty one.
+fn places(value: &Value, at: &str) -> Vec<String> {
+    let below: Vec<_> = match value {
+        Value::Array(items) => items
+            .iter()
+            .enumerate()
+            .map(|(i, item)| (i.to_string(), item))
+            .collect(),
+        Value::Object(members) => members.iter().map(|(name, item)| (name.clone(), item)).collect(),
+        _ => vec![],
+    };
+    let below = below
+        .into_iter()
+        .flat_map(|(token, item)| places(item, &format!("{at}/{token}")));
+    std::iter::once(at.to_owned()).chain(below).collect()
+}
+
+#[tokio::test]
+async fn nothing_is_told_to_be_what_it_is() {
+    let whole = with_everything();
+    let service = app(Settings::default());
+    let mut n_wrong_types = 0;
+    for place in places(&whole, "") {
+        for wrong in [
+            json!(true),
+            json!("text"),
+            json!(-7.5),
+            json!([]),
+            json!([1, 2, 3]),
+            json!(vec![1; 20]),
+            json!({}),
+            json!(null),
+        ] {
+            let mut body = whole.clone();
+            *body.pointer_mut(&place).expect("was just listed") = wrong.clone();
+            let answer = send_to(service.clone(), post("/v1/plan", body.to_string())).await;
+            assert_eq!(
+                answer.status,
+                StatusCode::UNPROCESSABLE_ENTITY,
+                "{place}: {}",
+                answer.text
+            );
+            let error = answer.problem()["errors"][0].clone();
+            if error["code"] != "wrong_type" {
+                continue;
+            }
+            n_wrong_types += 1;
+            let detail = error["detail"].as_str().expect("text");
+            let wanted = detail.strip_prefix("must be ").expect("says what is wanted");
+            let (wanted, given) = wanted.rsplit_once(", not ").expect("says what is given");
+            assert!(
+                given != "this" && !wanted.starts_with(given),
+                "{place}: {wrong}: {detail}"
+            );
+            // What stands there in a whole request is of the type that is asked for.
+            let pointer = error["pointer"].as_str().expect("text");
+            let right = match whole.pointer(pointer) {
+                Some(Value::Bool(_)) => "true or false",
+                Some(Value::Number(_)) => "a number",
+                Some(Value::String(_)) => "text",
+                Some(Value::Object(_)) => "an object",
+                _ => continue,
+            };
+            assert_eq!(wanted, right, "{place}: {wrong}");
+        }
+    }
+    // Of more than a hundred places most have six types that they are not of.
+    assert!(400 < n_wrong_types, "{n_wrong_types}");
+}
+
 #[tokio::test]
 async fn an_angle_in_degrees_is_refused_and_not_wrapped() {
     for pointer in ["/asc/heading_rad", "/auvs/0/state/course_rad"] {

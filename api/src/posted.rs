@@ -11,7 +11,7 @@ use axum::{
     http::{HeaderMap, header},
 };
 use serde::{Serialize, de::DeserializeOwned};
-use serde_json::Value;
+use serde_json::{Value, json};
 use serde_path_to_error::{Path, Segment};
 
 use crate::problem::{FieldError, Problem};
@@ -180,27 +180,49 @@ fn misfit(given: &Value, mut pointer: String, error: &serde_json::Error) -> Fiel
     if detail.starts_with("unknown variant `") {
         return FieldError::new(pointer, "unknown_variant", format!("must be {expected}"));
     }
-    // serde_json counts where there are too few, and takes the third number for a mistake in the text.
-    let miscounted = expected == "an array of length 2" && detail.starts_with("invalid length ");
-    if miscounted || detail == "trailing characters" && is_point(&pointer) {
-        return FieldError::new(pointer, "length", "must have 2 items");
+    // serde_json counts where there are too few, and takes the first too many for a mistake in the text.
+    let too_many = detail == "trailing characters";
+    let list = (too_many || expected.starts_with("an array of length "))
+        .then(|| fixed_list(&pointer))
+        .flatten();
+    let given = given.pointer(&pointer);
+    if let (Some((n_items, what)), Some(Value::Array(items))) = (list, given) {
+        let n_given = items.len();
+        let detail = format!("must have {n_items} items, not {n_given}: {what}");
+        return FieldError::new(pointer, "length", detail)
+            .given(n_given)
+            .limit(json!({ "least": n_items, "most": n_items }));
     }
-    let expected = match expected {
-        "f64" => "a number",
-        "a sequence" | "an array of length 2" => "a list",
-        map if map == "a map" || map.starts_with("struct ") => "an object",
+    let expected = match (list, expected) {
+        (Some((_, what)), _) => what,
+        (None, "f64") => "a number",
+        (None, "a boolean") => "true or false",
+        (None, "a sequence") => "a list",
+        (None, map) if too_many || map == "a map" || map.starts_with("struct ") => "an object",
         // Text, and the names of variants, of which serde_json says only that no value is there.
-        _ => "text",
+        (None, _) => "text",
     };
-    let given = given.pointer(&pointer).map_or("this", type_name);
+    let given = given.map_or("this", type_name);
     FieldError::new(pointer, "wrong_type", format!("must be {expected}, not {given}"))
 }
 
-/// Whether a point of a path or an area stands there, a list of two numbers.
-fn is_point(pointer: &str) -> bool {
+/// How many items the list at `pointer` always has, and what it is: a matrix, a row of one, or a point.
+fn fixed_list(pointer: &str) -> Option<(usize, &'static str)> {
     let mut tokens = pointer.rsplit('/');
-    let last = tokens.next();
-    matches!(last, Some("from" | "to" | "centre")) || matches!(tokens.next(), Some("points" | "area"))
+    match (tokens.next()?, tokens.next()?) {
+        ("covariance", _) => Some((
+            4,
+            "a symmetric positive semidefinite 4×4 matrix, a list of 4 rows",
+        )),
+        (_, "covariance") => Some((
+            4,
+            "a row of 4 numbers of a symmetric positive semidefinite 4×4 matrix",
+        )),
+        ("from" | "to" | "centre", _) | (_, "points" | "area") => {
+            Some((2, "a point, a list of its north and east"))
+        }
+        _ => None,
+    }
 }
 
 /// The first place that serde took for something else: a list for an object, members by their order,
