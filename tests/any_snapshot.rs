@@ -89,6 +89,13 @@ fn tally(seeds: impl Iterator<Item = u64>) -> Tally {
 }
 
 fn assert_usable(seed: u64, scene: &Snapshot, answer: &Plan) {
+    // What any request may say of the current.
+    let slow = |current: Vector2<f64>| current.amax() <= 3.0;
+    assert!(
+        answer.current.is_none_or(slow),
+        "seed {seed}: {:?}",
+        answer.current
+    );
     let (limits, speed) = (&scene.limits, answer.reference.speed);
     let stopped = answer.method == Method::Hold && speed == 0.0;
     assert!(

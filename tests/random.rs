@@ -313,7 +313,7 @@ impl Draw {
         PreviousPlan {
             trajectory,
             current: self.chance(0.5).then(|| {
-                let mut axis = || self.number((-0.3, 0.3), (-30.0, 30.0));
+                let mut axis = || self.number((-0.3, 0.3), (-3.0, 3.0));
                 Vector2::new(axis(), axis())
             }),
             goal_course: self.chance(0.5).then(|| Course::new(self.angle())),

@@ -794,6 +794,22 @@ async fn a_dive_that_is_none_is_told_where() {
 }
 
 #[tokio::test]
+async fn a_current_that_is_handed_back_is_no_faster_than_one_that_is_told() {
+    for pointer in ["/current/north_mps", "/previous_plan/current/east_mps"] {
+        let mut body = example("track");
+        let still = json!({ "north_mps": 0, "east_mps": 0 });
+        body["current"] = still.clone();
+        body["previous_plan"] = json!({ "trajectory": [], "current": still });
+        *body.pointer_mut(pointer).expect("is there") = json!(-3.1);
+        let answer = planned(body.to_string()).await;
+        assert_eq!(answer.faults(), fault(pointer, "out_of_range"));
+        let error = &answer.problem()["errors"][0];
+        assert_eq!(error["given"], -3.1);
+        assert_eq!(error["limit"], json!({ "least": -3.0, "most": 3.0 }));
+    }
+}
+
+#[tokio::test]
 async fn half_a_ground_velocity_is_refused() {
     let faults = faults_after(|body| body["asc"]["ground_north_mps"] = json!(0.3)).await;
     assert_eq!(faults, fault("/asc/ground_east_mps", "missing"));

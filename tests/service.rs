@@ -184,6 +184,46 @@ async fn a_stale_report_and_an_unknown_current_are_warned_of() {
 }
 
 #[tokio::test]
+async fn velocities_that_no_current_explains_are_set_aside_with_a_warning() {
+    let mut body = example("track");
+    body.as_object_mut().expect("an object").remove("current");
+    // Bow north: velocities through the water are those of the axes.
+    body["asc"]["heading_rad"] = json!(0);
+    (body["asc"]["speed_mps"], body["asc"]["sway_mps"]) = (json!(1.5), json!(0));
+    for (north, east, remembered, taken, warned) in [
+        (4.25, -2.75, None, Some([2.75, -2.75]), None),
+        (4.75, 0.0, None, None, Some("/asc/ground_north_mps")),
+        (0.0, -3.25, None, None, Some("/asc/ground_east_mps")),
+        (
+            25.0,
+            0.0,
+            Some([0.5, 0.25]),
+            Some([0.5, 0.25]),
+            Some("/asc/ground_north_mps"),
+        ),
+    ] {
+        body["asc"]["ground_north_mps"] = json!(north);
+        body["asc"]["ground_east_mps"] = json!(east);
+        body["previous_plan"] = remembered.map_or(json!(null), |[north, east]: [f64; 2]| {
+            let point = json!({ "t_s": 119, "north_m": 0, "east_m": 0, "speed_mps": 0.3, "heading_rad": 0 });
+            json!({ "trajectory": [point], "current": { "north_mps": north, "east_mps": east } })
+        });
+        let answer = send(Settings::default(), post("/v1/plan", body.to_string()))
+            .await
+            .json();
+        let taken = taken.map_or(
+            json!(null),
+            |[north, east]: [f64; 2]| json!({ "north_mps": north, "east_mps": east }),
+        );
+        assert_eq!(answer["current"], taken, "{north}, {east}");
+        let warning = &answer["warnings"][0];
+        let (code, pointer) = (&warning["code"], warning["pointer"].as_str());
+        assert_eq!(pointer, warned, "{north}, {east}: {warning}");
+        assert!(code.is_null() || code == "velocities_contradict", "{warning}");
+    }
+}
+
+#[tokio::test]
 async fn raw_fixes_are_answered_with_what_they_amount_to() {
     let answer = send(
         Settings::default(),

@@ -19,8 +19,8 @@ pub use bounds::{
     bounds_faults,
 };
 pub use check::{
-    AUVS_MAX, COORDINATE_MAX, ID_LENGTH_MAX, InvalidObservation, LEG_HEIGHT_MIN, OFFSET_MAX, REPORT_AGE_MAX,
-    REPORT_AHEAD_MAX, REPORT_SIGMA_MIN, REPORTS_MAX, TIME_MAX, TRAJECTORY_POINTS_MAX,
+    AUVS_MAX, COORDINATE_MAX, CURRENT_MAX, ID_LENGTH_MAX, InvalidObservation, LEG_HEIGHT_MIN, OFFSET_MAX,
+    REPORT_AGE_MAX, REPORT_AHEAD_MAX, REPORT_SIGMA_MIN, REPORTS_MAX, TIME_MAX, TRAJECTORY_POINTS_MAX,
 };
 pub use evidence::{AuvState, Evidence, GroundTrack, Report};
 
@@ -64,6 +64,13 @@ impl AscState {
     #[must_use]
     pub fn water_velocity(&self) -> Vector2<f64> {
         ned_from_body(self.heading.radians()) * Vector2::new(self.surge, self.sway)
+    }
+
+    /// Current (north, east), m/s, that velocity over ground less velocity through the water leaves, be it possible
+    /// or not.
+    #[must_use]
+    pub fn apparent_current(&self) -> Option<Vector2<f64>> {
+        Some(self.ground_velocity? - self.water_velocity())
     }
 }
 
@@ -352,9 +359,16 @@ impl Observation {
     /// c = c⁻ + (1 − exp(−Δ/τ)) (v_ground − v_water − c⁻)
     /// ```
     /// Without the memory, noise of the sensors steers the craft.
+    ///
+    /// Velocities that leave more than [`CURRENT_MAX`] along an axis contradict each other and tell nothing: a speed
+    /// log that has not locked on yet, or a compass that has not settled, must cost the craft neither its plan nor,
+    /// clamped and remembered, a minute's worth of wrong ones.
     #[must_use]
     pub fn current_after(&self, memory: Option<(f64, Vector2<f64>)>) -> Option<Vector2<f64>> {
-        let measured = || Some(self.asc.ground_velocity? - self.asc.water_velocity());
+        let measured = || {
+            let apparent = self.asc.apparent_current();
+            apparent.filter(|current| current.amax() <= CURRENT_MAX)
+        };
         let remembered = memory
             .map(|(then, current)| (self.time - then, current))
             .filter(|(elapsed, _)| (0.0..=CURRENT_AGE_MAX).contains(elapsed));

@@ -24,7 +24,8 @@ pub struct PlanRequest {
     /// What to do.
     pub goal: Goal,
     /// Current at the surface. Without it, it is taken from the surface craft's ground velocity, and
-    /// without that the water is taken to be still.
+    /// without that the water is taken to be still. A ground velocity that would leave a current of more than 3 m/s
+    /// along an axis is set aside, with the warning `velocities_contradict`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
     /// What the surface craft can do. Default: a MEDUSA-class craft, as in each member's default.
@@ -346,9 +347,9 @@ pub enum GoalKind {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Current {
-    /// Northward, m/s.
+    /// Northward, m/s, within ±3.
     pub north_mps: f64,
-    /// Eastward, m/s.
+    /// Eastward, m/s, within ±3.
     pub east_mps: f64,
 }
 

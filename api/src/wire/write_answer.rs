@@ -10,7 +10,7 @@ use planner::{
     plan::{Plan, SoftLimit},
     policy::Policy,
     snapshot as facts,
-    snapshot::{Evidence, ForecastModel, Snapshot},
+    snapshot::{CURRENT_MAX, Evidence, ForecastModel, Snapshot},
     solve::SolverStatus,
 };
 use serde_json::{Map, Value};
@@ -249,14 +249,37 @@ fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
             ),
         })
         .collect();
-    if snapshot.current.is_none() && snapshot.asc.ground_velocity.is_none() {
-        warnings.push(Warning {
+    warnings.extend(no_current(snapshot));
+    warnings
+}
+
+/// Why this request does not tell the current, where it does not.
+fn no_current(snapshot: &Snapshot) -> Option<Warning> {
+    if snapshot.current.is_some() {
+        return None;
+    }
+    let instead = if snapshot.known_current().is_some() {
+        "the previous plan's current is taken"
+    } else {
+        "still water is assumed"
+    };
+    let Some(apparent) = snapshot.asc.apparent_current() else {
+        return Some(Warning {
             code: "current_unknown".to_owned(),
             pointer: "/current".to_owned(),
-            detail: "neither a current nor a ground velocity is given: still water is assumed".to_owned(),
+            detail: format!("neither a current nor a ground velocity is given: {instead}"),
         });
-    }
-    warnings
+    };
+    let axes = [("north", apparent.x), ("east", apparent.y)];
+    let (axis, speed) = axes.into_iter().find(|(_, speed)| CURRENT_MAX < speed.abs())?;
+    Some(Warning {
+        code: "velocities_contradict".to_owned(),
+        pointer: format!("/asc/ground_{axis}_mps"),
+        detail: format!(
+            "less the velocity through the water it leaves a current of {speed:.2} m/s, and more than {CURRENT_MAX} \
+             m/s is not believed: {instead}"
+        ),
+    })
 }
 
 /// What the law would know in a mission and does not know in a request.

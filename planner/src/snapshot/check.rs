@@ -6,6 +6,8 @@ use std::{
     ops::RangeInclusive,
 };
 
+use nalgebra::Vector2;
+
 use super::{
     AscState, Auv, Dive, Goal, KnownPath, Limits, Observation, Offset, Snapshot, TrajectoryPoint, VehicleId,
     bounds::{bounds_faults, clockwise, separation_fault},
@@ -47,8 +49,8 @@ const RADIUS_MIN: f64 = 1.0;
 const RADIUS_MAX: f64 = 2.0e4;
 /// Largest weight of an AUV in a mean: only ratios count, and the sum must not overflow.
 const WEIGHT_MAX: f64 = 1.0e6;
-/// Fastest current to be remembered along an axis, m/s: what the fastest ground and surge velocities leave.
-const REMEMBERED_CURRENT_MAX: f64 = 50.0;
+/// Fastest current along an axis, m/s. Assumption: beyond it are a few tidal races, and no formation of AUVs.
+pub const CURRENT_MAX: f64 = 3.0;
 /// Longest name of a vehicle, bytes.
 pub const ID_LENGTH_MAX: usize = 64;
 
@@ -70,8 +72,7 @@ impl TryFrom<Observation> for Snapshot {
             check.offset(offset, &observation);
         }
         if let Some(current) = &observation.current {
-            check.within(format_args!("current/north_mps"), current.x, -3.0..=3.0);
-            check.within(format_args!("current/east_mps"), current.y, -3.0..=3.0);
+            check.current("current", current);
         }
         check.limits(&observation.limits);
         let (keep_outs, area) = (&observation.keep_outs, &observation.area);
@@ -91,14 +92,8 @@ impl TryFrom<Observation> for Snapshot {
                     angle,
                 );
             }
-            if let Some(current) = previous.current {
-                let reach = -REMEMBERED_CURRENT_MAX..=REMEMBERED_CURRENT_MAX;
-                check.within(
-                    format_args!("previous_plan/current/north_mps"),
-                    current.x,
-                    reach.clone(),
-                );
-                check.within(format_args!("previous_plan/current/east_mps"), current.y, reach);
+            if let Some(current) = &previous.current {
+                check.current("previous_plan/current", current);
             }
             if let Some(memory) = previous.surge_memory {
                 check.within(
@@ -304,6 +299,12 @@ impl Check {
     fn vehicle(&mut self, field: fmt::Arguments<'_>, id: &VehicleId, auvs: &[Auv]) {
         if !auvs.iter().any(|auv| auv.id == *id) {
             self.fail(field, InvalidReason::UnknownVehicle { given: id.0.clone() });
+        }
+    }
+
+    fn current(&mut self, field: &str, current: &Vector2<f64>) {
+        for (axis, speed) in [("north_mps", current.x), ("east_mps", current.y)] {
+            self.within(format_args!("{field}/{axis}"), speed, -CURRENT_MAX..=CURRENT_MAX);
         }
     }
 
