@@ -78,6 +78,9 @@ fn whenever_the_signal_comes_the_last_finished_pass_answers_and_before_the_first
         let answer = plan_until(&snapshot, &Policy::default(), &mut workspace, &stop);
         let hit = answer.solver.deadline_hit;
         assert_eq!(hit, answers.len() < looks.load(Ordering::Relaxed));
+        // A certificate stands behind an answer that is not degraded, whichever rung gave it.
+        let unproved = answer.solver.residuals.is_none();
+        assert_eq!(answer.degraded, unproved.then_some(Degraded::Deadline));
         answers.push(decision(answer));
         if !hit {
             break;

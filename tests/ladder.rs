@@ -28,6 +28,13 @@ const LESSER_STATUSES: [SolverStatus; 3] = [
     SolverStatus::InsufficientProgress,
 ];
 
+/// Both AUVs astern, so that it is open to which side to turn.
+fn astern() -> Observation {
+    let mut observation = observation(goals()[0].clone());
+    observation.asc.heading = Heading::new(std::f64::consts::PI);
+    observation
+}
+
 /// Plans with a solver that solves, and then reports `status` instead of its own.
 fn plan_with_status(snapshot: &Snapshot, status: SolverStatus) -> Plan {
     let mut solvers = Solvers::default();
@@ -213,6 +220,30 @@ fn a_second_pass_that_fails_leaves_the_answer_to_the_first() {
     let (answer, one_pass) = (only_the_first_is_solved(2), only_the_first_is_solved(1));
     assert_eq!((answer.method, answer.degraded), (Method::Mpc, None));
     assert_eq!(answer.reference, one_pass.reference);
+}
+
+#[test]
+fn a_deadline_before_any_program_was_solved_is_the_reason_whatever_failed_before_it() {
+    let snapshot = snapshot(astern());
+    for failure in STATUSES_THAT_PROVE_NOTHING {
+        for n_failed in [0, 1] {
+            let mut calls = 0;
+            let answer = plan_with(&snapshot, &Policy::default(), &mut Vec::new(), &mut |_| {
+                calls += 1;
+                Solution::none(if calls <= n_failed {
+                    failure
+                } else {
+                    SolverStatus::CallbackTerminated
+                })
+            });
+            assert!(n_failed < calls, "a second way was begun");
+            assert_eq!(
+                (answer.method, answer.degraded),
+                (Method::SaturatedLos, Some(Degraded::Deadline)),
+                "{n_failed} failed: {failure:?}"
+            );
+        }
+    }
 }
 
 #[test]

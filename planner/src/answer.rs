@@ -17,7 +17,7 @@ use crate::{
 pub struct Plan {
     /// The rung of the ladder that answered.
     pub method: Method,
-    /// Why the answer is degraded; `None` when the program was solved.
+    /// Why the answer is degraded; `None` when a program was solved, whichever rung then answered.
     pub degraded: Option<Degraded>,
     /// Surge speed of the craft in the snapshot, m/s; hand it back in the next request.
     pub surge: f64,
@@ -102,7 +102,7 @@ pub enum Degraded {
     Certificate,
     /// The goal rests on a report too old to be forecast.
     StaleReport,
-    /// There was no time to finish a pass.
+    /// The deadline came before any program was solved, whatever failed before it.
     Deadline,
 }
 

@@ -13,8 +13,8 @@
 //! [`estimate`] (where each AUV was when it was last heard of) → [`forecast`] and [`goal`] (where the AUVs and the
 //! goal will be; [`smallest_circle`] for a goal between them) → [`los`] and [`response`] (the
 //! analytic law, rolled out) → [`program`] (the promises, in standard form) → [`solve`] (Clarabel) →
-//! [`certificate`] (checked again) → [`plan`] (the answer, from the highest rung of the ladder that
-//! holds). [`policy`] is the sole home of tuned numbers. Beside the pipeline, [`clairvoyant`] says afterwards
+//! [`certificate`] (checked again) → [`plan`] (the answer, from the rung of the ladder that is predicted to do
+//! best). [`policy`] is the sole home of tuned numbers. Beside the pipeline, [`clairvoyant`] says afterwards
 //! how near to the goal anybody could have stayed.
 //!
 //! **Absent on purpose:** input and output, clocks, randomness, logging, threads, hidden memory. The

@@ -96,12 +96,17 @@ impl Optimum {
         let passes = self.report.passes + other.report.passes;
         let iterations = self.report.iterations + other.report.iterations;
         let (ours, theirs) = (self.merit(), other.merit());
+        // Nobody knows what a way that there was no time for would have led to.
+        let stopped = [self.degraded, other.degraded].contains(&Some(Degraded::Deadline));
         // Infinite merits: keep the first, and its reason.
         let mut better = if theirs < ours - TIE * ours.abs().min(f64::MAX) {
             other
         } else {
             self
         };
+        if better.way.is_none() && stopped {
+            better.degraded = Some(Degraded::Deadline);
+        }
         better.report = SolverReport {
             passes,
             iterations,

@@ -245,10 +245,11 @@ pub enum ForecastChoice {
     Model(ForecastModel),
 }
 
-/// What to answer when no program was solved.
+/// What to do when no program was solved, and for a goal that rests on a report too old to be forecast. Where one was
+/// solved, whichever rung is predicted to do best answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fallback {
-    /// Go down the ladder: shifted previous plan, line of sight, hold.
+    /// The better of the previous plan followed further and line of sight answers; hold, where the report is too old.
     Ladder,
     /// Nothing but a solved program will do.
     None,

@@ -50,15 +50,15 @@ pub struct PlanRequest {
     /// How to guess the underwater vehicles' future. Default: `auto`.
     #[serde(default)]
     pub forecast: Forecast,
-    /// What to answer when no program was solved. Default: `los`.
+    /// What to do when no program was solved, and for a goal of which the last report is too old. Default: `los`.
     #[serde(default)]
     pub fallback: Fallback,
     /// What the last rung of the ladder does. Default: `slow_turn`.
     #[serde(default)]
     pub hold: Hold,
     /// Time for the answer, ms, from 0.05 to 60 000, counted from the arrival of the request's head. When it comes
-    /// before the program is solved, the last pass that was finished answers, or else what `fallback` says. Default
-    /// and most: the service's own deadline, 1000 unless it was started with another.
+    /// before all programs are solved, those that are compete for the answer, or else what `fallback` says counts.
+    /// Default and most: the service's own deadline, 1000 unless it was started with another.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deadline_ms: Option<f64>,
     /// The last answer, whole: the service itself remembers nothing.
@@ -417,14 +417,18 @@ pub enum Forecast {
     Path,
 }
 
-/// What to answer when no program was solved.
+/// What to do when no program was solved, and for a goal of which the last report is too old.
+///
+/// It does not choose who answers otherwise: a previous plan that is followed further, or line of sight, answers with
+/// the outcome `ok` where it is predicted to do better than the solved program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Fallback {
-    /// Go down the ladder: the previous plan, line of sight, hold. The answer says so.
+    /// The better of the previous plan and line of sight answers, or `hold` for a report that is too old. The outcome
+    /// is `degraded`.
     #[default]
     Los,
-    /// Refuse with 503.
+    /// Refuse with 503, or with 504 where the deadline was the reason.
     None,
 }
 

@@ -18,7 +18,8 @@ pub struct PlanResponse {
     pub outcome: Outcome,
     /// The rung of the ladder that answered; in a comparison, the law.
     pub method: Method,
-    /// Why the outcome is `degraded`.
+    /// Why the outcome is `degraded`: `deadline` (it came before any program was solved), `solver_` and the status,
+    /// `certificate`, or `stale_report`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// What to steer now.
@@ -57,9 +58,9 @@ pub struct PlanResponse {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// It is.
+    /// It is: a program was solved, and whoever is predicted to do best answered, be it the program or not.
     Ok,
-    /// A lower rung of the ladder answered; `reason` says why.
+    /// No program was solved, or the goal rests on a report that is too old; `reason` says why.
     Degraded,
 }
 
@@ -218,7 +219,8 @@ pub struct Solver {
     pub passes: usize,
     /// Interior-point iterations over all passes.
     pub iterations: u32,
-    /// Whether the deadline cut the work short. A pass that was finished may still have answered.
+    /// Whether the deadline cut the work short. With the outcome `ok`, a program had been solved by then, and further
+    /// ones were not tried or not finished: the best of what there was answered, whatever its `method`.
     pub deadline_hit: bool,
     /// Time for the whole plan, ms: the one member that differs between two equal requests.
     pub solve_time_ms: f64,
