@@ -7,7 +7,7 @@
 use nalgebra::Vector2;
 
 use crate::{
-    angle::{Course, Heading, angle_of},
+    angle::{Course, Heading, angle_of, ned_from_body},
     forecast::{Motion, SPEED_AT_REST},
     snapshot::{Limits, Snapshot},
 };
@@ -131,6 +131,17 @@ pub fn target_course(target: &Motion, held: Option<Course>) -> Course {
         Some(course) if target.velocity.norm() < SPEED_AT_REST => course,
         Some(_) | None => Course::of(&target.velocity),
     }
+}
+
+/// Along-track and cross-track error, m: where the craft is, seen from the target along and across its course,
+/// positive ahead and to starboard.
+///
+/// ```text
+/// (s, e) = R(ψ_d)ᵀ (p − p_d)
+/// ```
+fn errors_in_target_frame(asc: &AscNow, target: &Motion, target_course: Course) -> [f64; 2] {
+    let ned_from_target = ned_from_body(target_course.radians());
+    (ned_from_target.transpose() * (asc.position - target.position)).into()
 }
 
 /// The reference that moves the craft over ground at speed `u` on `course`, current compensated.

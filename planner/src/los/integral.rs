@@ -1,11 +1,7 @@
 //! Integral line of sight.
 
-use super::{AscNow, LosTuning, Reference, through_water};
-use crate::{
-    angle::{Course, ned_from_body},
-    forecast::Motion,
-    snapshot::Limits,
-};
+use super::{AscNow, LosTuning, Reference, errors_in_target_frame, through_water};
+use crate::{angle::Course, forecast::Motion, snapshot::Limits};
 
 /// Longest time between two looks over which the error is integrated, s: twice the interval at which plans are
 /// asked for. What the error was in a longer gap nobody knows.
@@ -49,8 +45,7 @@ pub fn integral_los(
     let (u_d, psi_d) = (target.velocity.norm(), target_course.radians());
     let (delta, k_3) = (tuning.gains.look_ahead, tuning.gains.along_track_gain);
     let sigma = tuning.integral_gain;
-    let error = ned_from_body(psi_d).transpose() * (asc.position - target.position);
-    let (s, e) = (error.x, error.y);
+    let [s, e] = errors_in_target_frame(asc, target, target_course);
 
     let elapsed = state.looked_at.map_or(0.0, |before| time - before);
     state.looked_at = Some(time);

@@ -1,8 +1,8 @@
 //! The tracker exactly as its source prints it, to show that it fails.
 
-use super::{AscNow, LosGains, Reference};
+use super::{AscNow, LosGains, Reference, errors_in_target_frame};
 use crate::{
-    angle::{Course, Heading, ned_from_body},
+    angle::{Course, Heading},
     forecast::Motion,
     snapshot::Limits,
 };
@@ -28,8 +28,7 @@ pub fn printed_los(
 ) -> Reference {
     let (u_d, psi_d) = (target.velocity.norm(), target_course.radians());
     let (delta, k_3) = (gains.look_ahead, gains.along_track_gain);
-    let error = ned_from_body(psi_d).transpose() * (asc.position - target.position);
-    let (s, e) = (error.x, error.y);
+    let [s, e] = errors_in_target_frame(asc, target, target_course);
 
     let chi_r = (-e / delta).atan();
     let unlimited = u_d * chi_r.cos() + k_3 * s;

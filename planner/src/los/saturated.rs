@@ -1,8 +1,8 @@
 //! Saturated line of sight in the target's frame.
 
-use super::{AscNow, LosGains, Reference, through_water};
+use super::{AscNow, LosGains, Reference, errors_in_target_frame, through_water};
 use crate::{
-    angle::{Course, ned_from_body, wrap},
+    angle::{Course, wrap},
     forecast::Motion,
     snapshot::Limits,
 };
@@ -29,8 +29,7 @@ pub fn saturated_los(
 ) -> Reference {
     let (u_d, psi_d) = (target.velocity.norm(), target_course.radians());
     let (delta, k_3) = (gains.look_ahead, gains.along_track_gain);
-    let error = ned_from_body(psi_d).transpose() * (asc.position - target.position);
-    let (s, e) = (error.x, error.y);
+    let [s, e] = errors_in_target_frame(asc, target, target_course);
 
     let chi_r = (-e / delta).atan();
     let chi = wrap(psi_d + chi_r);

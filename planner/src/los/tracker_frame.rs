@@ -2,12 +2,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::{AscNow, LosGains, Reference, through_water};
-use crate::{
-    angle::{Course, ned_from_body},
-    forecast::Motion,
-    snapshot::Limits,
-};
+use super::{AscNow, LosGains, Reference, errors_in_target_frame, through_water};
+use crate::{angle::Course, forecast::Motion, snapshot::Limits};
 
 /// Halvings of the quarter turn in which the relative course lies: as many as a double has bits.
 const HALVINGS: u32 = 53;
@@ -54,8 +50,7 @@ pub fn saturated_los_tracker_frame(
 ) -> Reference {
     let (u_d, psi_d) = (target.velocity.norm(), target_course.radians());
     let (delta, k_3) = (gains.look_ahead, gains.along_track_gain);
-    let error = ned_from_body(psi_d).transpose() * (asc.position - target.position);
-    let (s_d, e_d) = (error.x, error.y);
+    let [s_d, e_d] = errors_in_target_frame(asc, target, target_course);
 
     let chi_r = relative_course(s_d, e_d, delta);
     let s = s_d * chi_r.cos() + e_d * chi_r.sin();
