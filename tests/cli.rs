@@ -521,13 +521,12 @@ fn a_comparison_has_every_metric_of_all_controllers_and_what_they_knew() {
             controller == "integral_los"
         );
     }
-    // Measured: of 1920 answers 171 are the previous plan's, predicted to do better than a program solved anew.
-    let rung = |name: &str| controllers["mpc"]["rungs"][name].as_u64();
-    assert!(rung("mpc") >= Some(1_745));
-    assert_eq!(
-        rung("mpc").zip(rung("previous_plan")).map(|(a, b)| a + b),
-        Some(1_920)
-    );
+    // In 98 s of 240 a hand-over is inside the horizon or just past, and a plan made before it may be as good as a new
+    // one; else the program answers. Measured: 1749 of 1920 answers, and the previous plan the others.
+    let rung = |name: &str| controllers["mpc"]["rungs"][name].as_u64().expect("is a count");
+    let by_program = rung("mpc");
+    assert!(1_920 * (240 - 98) / 240 <= by_program, "{by_program}");
+    assert_eq!((rung("saturated_los"), rung("hold")), (0, 0));
     let gains = &controllers["saturated_los"]["gains"];
     assert!(gains["look_ahead_m"].is_number() && gains["along_track_gain_per_s"].is_number());
     let rms = |controller: &str| controllers[controller]["rms_m"].as_f64().expect("is a number");

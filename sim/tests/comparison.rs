@@ -1,10 +1,11 @@
 //! The planner against the line-of-sight law tuned for the very mission, on the same observations.
 
-use planner::{los::LosLaw, policy::Policy};
+use planner::{los::LosLaw, plan::Method, policy::Policy};
 use sim::{
     guide::MpcGuide,
     metrics::{Metrics, SurfaceCraftMetrics},
     mission::run,
+    record::Record,
     scenario::Scenario,
     tuning::{tune, tune_los},
 };
@@ -12,8 +13,18 @@ use sim::{
 /// Starts up to 1 m and 0.1 rad apart.
 const SEEDS: [u64; 3] = [1, 2, 3];
 
-/// Tuned line of sight, then the planner.
-fn both(scenario: &Scenario, seed: u64) -> [SurfaceCraftMetrics; 2] {
+/// Where nothing comes up that the plan before did not foresee, a program solved anew is predicted to do best but for
+/// near ties: another rung answers once in so many times at most.
+const ONE_IN: usize = 100;
+
+/// Time from one hand-over to the next in paper-intermittent, s.
+const DWELL: f64 = 240.0;
+
+/// How long after a hand-over the plan made before it may still be as good as a new one, s. Measured: 13 s.
+const JUST_HANDED_OVER: f64 = 20.0;
+
+/// Tuned line of sight, then the planner, and the planner's record.
+fn both(scenario: &Scenario, seed: u64) -> ([SurfaceCraftMetrics; 2], Record) {
     let name = &scenario.name;
     let (gains, los) = tune_los(scenario, seed, &mut |_| {}).expect("tunes");
     let record = run(scenario, &mut MpcGuide::new(Policy::default()), seed, &mut |_| {}).expect("runs");
@@ -24,7 +35,21 @@ fn both(scenario: &Scenario, seed: u64) -> [SurfaceCraftMetrics; 2] {
             of.rms_m, of.settled_rms_m, of.energy_j, of.heading_travel_rad, of.rungs
         );
     }
-    metrics
+    (metrics, record)
+}
+
+/// Asserts that a program gave nearly every answer at the times, s, that are `counted`.
+fn assert_by_the_program(record: &Record, counted: impl Fn(f64) -> bool) {
+    let rows = record.rows.iter().filter(|row| counted(row.time));
+    let methods: Vec<_> = rows
+        .filter_map(|row| Some(row.surface_craft.as_ref()?.method))
+        .collect();
+    let others = methods.iter().filter(|method| **method != Method::Mpc).count();
+    let (name, seed, n) = (&record.scenario, record.seed, methods.len());
+    assert!(
+        0 < n && others * ONE_IN <= n,
+        "{name}, seed {seed}: {others} of {n}"
+    );
 }
 
 /// Most of the whole mission's error is the approach, which the thrusters bound for both.
@@ -33,7 +58,7 @@ fn the_planner_is_never_worse_than_tuned_line_of_sight() {
     for name in ["paper-tracking", "paper-midpoint", "cross-current"] {
         let scenario = Scenario::named(name).expect("exists");
         for seed in SEEDS {
-            let [los, mpc] = both(&scenario, seed);
+            let ([los, mpc], record) = both(&scenario, seed);
             assert!(
                 mpc.rms_m <= los.rms_m,
                 "{name}, seed {seed}: {} against {}",
@@ -44,10 +69,8 @@ fn the_planner_is_never_worse_than_tuned_line_of_sight() {
                 mpc.settled_rms_m <= 0.5 * los.settled_rms_m,
                 "{name}, seed {seed}"
             );
-            // Two of the midpoint's answers are other rungs, predicted to do better.
-            let others = if name == "paper-midpoint" { 2 } else { 0 };
-            assert_eq!(mpc.rungs.mpc, 1800 - others, "{name}: {:?}", mpc.rungs);
-            assert_eq!(mpc.rungs.hold, 0, "{name}: {:?}", mpc.rungs);
+            // Measured: all, but for the approach in paper-midpoint, where two are other rungs'.
+            assert_by_the_program(&record, |_| true);
         }
     }
 }
@@ -60,7 +83,7 @@ fn line_of_sight_in_the_tracker_s_frame_gains_a_little_on_the_approach_and_loses
         let scenario = Scenario::named(name).expect("exists");
         let (_, law) = tune(LosLaw::TrackerFrame, &scenario, SEEDS[0], &mut |_| {}).expect("tunes");
         let law = law.surface_craft.expect("has one");
-        let [_, mpc] = both(&scenario, SEEDS[0]);
+        let ([_, mpc], _) = both(&scenario, SEEDS[0]);
         assert!(
             mpc.rms_m <= 1.03 * law.rms_m,
             "{name}: {} against {}",
@@ -76,16 +99,25 @@ fn line_of_sight_in_the_tracker_s_frame_gains_a_little_on_the_approach_and_loses
 fn anticipating_the_hand_over_halves_the_error() {
     let scenario = Scenario::named("paper-intermittent").expect("exists");
     for seed in SEEDS {
-        let [los, mpc] = both(&scenario, seed);
+        let ([los, mpc], record) = both(&scenario, seed);
         assert!(
             mpc.rms_m <= 0.5 * los.rms_m,
             "seed {seed}: {} against {}",
             mpc.rms_m,
             los.rms_m
         );
-        // Measured: 169 to 173 answers are the previous plan's, predicted to do better than a program solved anew.
-        assert!(1745 <= mpc.rungs.mpc, "{:?}", mpc.rungs);
-        assert_eq!(mpc.rungs.mpc + mpc.rungs.previous_plan, 1920, "{:?}", mpc.rungs);
+        // While a hand-over comes into sight, and just after it, the plan before may be as good: measured, in a fifth of
+        // the answers then. Line of sight does not foresee it and is never better.
+        let horizon: f64 = Policy::default().steps.iter().sum();
+        let far_from_hand_overs =
+            |time: f64| (JUST_HANDED_OVER..DWELL - horizon).contains(&time.rem_euclid(DWELL));
+        assert_by_the_program(&record, far_from_hand_overs);
+        let rungs = mpc.rungs;
+        assert_eq!(
+            (rungs.saturated_los, rungs.hold),
+            (0, 0),
+            "seed {seed}: {rungs:?}"
+        );
     }
 }
 
@@ -106,7 +138,7 @@ fn without_drag_feed_forward_the_approach_is_lost_by_a_little_and_the_rest_won()
             .as_mut()
             .expect("has one")
             .drag_feed_forward = false;
-        let [los, mpc] = both(&scenario, SEEDS[0]);
+        let ([los, mpc], _) = both(&scenario, SEEDS[0]);
         assert!(
             mpc.rms_m <= share * los.rms_m,
             "{name}: {} against {}",
