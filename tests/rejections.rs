@@ -910,6 +910,38 @@ async fn a_body_that_comes_too_slowly_is_given_up_before_the_planner_is_asked() 
     assert!(answer.contains(r#""code":"body_timed_out""#), "{answer}");
 }
 
+#[tokio::test(flavor = "multi_thread")]
+async fn what_http_itself_refuses_has_a_status_and_no_body() {
+    let listener = TcpListener::bind("127.0.0.1:0").await.expect("is free");
+    let address = listener.local_addr().expect("is bound");
+    tokio::spawn(async { axum::serve(listener, app(Settings::default())).await });
+    for (head, status) in [
+        ("this is no HTTP\r\n\r\n".to_owned(), 400),
+        (
+            "GET /livez HTTP/1.1\r\nhost: a\r\ncontent-length: none\r\n\r\n".to_owned(),
+            400,
+        ),
+        (
+            format!("GET /{} HTTP/1.1\r\nhost: a\r\n\r\n", "x".repeat(1 << 16)),
+            414,
+        ),
+        (
+            format!("GET /livez HTTP/1.1\r\n{}\r\n", "a: b\r\n".repeat(101)),
+            431,
+        ),
+    ] {
+        let mut socket = TcpStream::connect(address).expect("listens");
+        let limit = Some(Duration::from_secs(5));
+        socket.set_read_timeout(limit).expect("is a socket");
+        socket.write_all(head.as_bytes()).expect("takes it");
+        let mut answer = String::new();
+        socket.read_to_string(&mut answer).expect("answers and closes");
+        assert!(answer.starts_with(&format!("HTTP/1.1 {status} ")), "{answer}");
+        let (_, body) = answer.split_once("\r\n\r\n").expect("has a head");
+        assert_eq!(body, "", "{status}");
+    }
+}
+
 #[tokio::test]
 async fn a_body_in_another_coding_or_character_set_is_refused() {
     for (name, value, said) in [

@@ -109,7 +109,9 @@ fn documented() -> OpenApiRouter<Shared> {
         title = "Pilotfish",
         description = "Formation planner: snapshots of underwater vehicles in, speed and heading references for \
             a surface craft out. SI units and radians, named in every field; positions are local north-east-down; \
-            headings and courses are 0 at north, positive clockwise."
+            headings and courses are 0 at north, positive clockwise. Every refusal is a problem document, but for \
+            what the HTTP library refuses before the service sees it, with no body: malformed HTTP (400), a path over \
+            64 KiB (414), and a head that is too long or has over 100 headers (431)."
     ))]
     struct Document;
 
