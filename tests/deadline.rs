@@ -135,6 +135,20 @@ impl Gate {
     }
 }
 
+/// One for each test that needs one.
+static GATES: [Gate; 2] = [Gate::shut(), Gate::shut()];
+
+/// A planner that does not begin before gate number `GATE` is open.
+fn stubborn<const GATE: usize>(
+    snapshot: &Snapshot,
+    policy: &Policy,
+    workspace: &mut Workspace,
+    stop: &Stop,
+) -> Plan {
+    GATES[GATE].wait();
+    plan_until(snapshot, policy, workspace, stop)
+}
+
 fn assert_degraded_by_the_deadline(answer: &Answer) {
     assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
     let plan = answer.json();
@@ -148,13 +162,8 @@ fn assert_degraded_by_the_deadline(answer: &Answer) {
 
 #[tokio::test]
 async fn a_planner_that_does_not_stop_holds_up_no_answer_and_no_other_request() {
-    static GATE: Gate = Gate::shut();
-    fn stubborn(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
-        GATE.wait();
-        plan_until(snapshot, policy, workspace, stop)
-    }
     let service = app(Settings {
-        plan: stubborn,
+        plan: stubborn::<0>,
         planners: 1,
         waiting: 1,
         ..Settings::default()
@@ -166,7 +175,7 @@ async fn a_planner_that_does_not_stop_holds_up_no_answer_and_no_other_request() 
         let answer = send_to(service.clone(), post("/v1/plan", hasty.to_string())).await;
         assert_degraded_by_the_deadline(&answer);
     }
-    GATE.open();
+    GATES[0].open();
     let whole = send_to(service, post("/v1/plan", EXAMPLES[0].body)).await.json();
     assert_eq!(
         (&whole["method"], &whole["solver"]["deadline_hit"]),
@@ -176,13 +185,8 @@ async fn a_planner_that_does_not_stop_holds_up_no_answer_and_no_other_request() 
 
 #[tokio::test]
 async fn the_sooner_of_both_deadlines_counts() {
-    static GATE: Gate = Gate::shut();
-    fn stubborn(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
-        GATE.wait();
-        plan_until(snapshot, policy, workspace, stop)
-    }
     let service = app(Settings {
-        plan: stubborn,
+        plan: stubborn::<1>,
         deadline: std::time::Duration::from_millis(5),
         ..Settings::default()
     });
@@ -190,5 +194,5 @@ async fn the_sooner_of_both_deadlines_counts() {
     patient["deadline_ms"] = json!(60_000.0);
     let answer = send_to(service, post("/v1/plan", patient.to_string())).await;
     assert_degraded_by_the_deadline(&answer);
-    GATE.open();
+    GATES[1].open();
 }

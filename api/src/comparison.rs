@@ -210,7 +210,7 @@ fn flown(
     Ok(Controller {
         scores: Scores::new(&record, metrics),
         information: Information {
-            forecasts: told.forecasts.iter().copied().map(model_name).collect(),
+            forecasts: told.forecasts.iter().copied().map(ForecastModel::name).collect(),
             current_known: current_known(&told),
         },
         gains: None,
@@ -221,15 +221,6 @@ fn flown(
 
 fn current_known(told: &Told) -> bool {
     told.with_current == told.snapshots
-}
-
-fn model_name(model: ForecastModel) -> &'static str {
-    match model {
-        ForecastModel::Hold => "hold",
-        ForecastModel::ConstantVelocity => "constant_velocity",
-        ForecastModel::ConstantTurn => "constant_turn",
-        ForecastModel::Path => "path",
-    }
 }
 
 impl From<LosTuning> for Gains {

@@ -234,6 +234,19 @@ pub enum ForecastModel {
     Path,
 }
 
+impl ForecastModel {
+    /// Its name wherever it leaves the program.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Hold => "hold",
+            Self::ConstantVelocity => "constant_velocity",
+            Self::ConstantTurn => "constant_turn",
+            Self::Path => "path",
+        }
+    }
+}
+
 /// Which forecast the client asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ForecastChoice {

@@ -213,7 +213,7 @@ fn diver_row(world: &World, diver: &Diver) -> DiverRow {
 
 #[cfg(test)]
 mod tests {
-    use planner::los::LosGains;
+    use planner::policy::Policy;
 
     use super::*;
     use crate::guide::LosGuide;
@@ -225,10 +225,7 @@ mod tests {
     #[test]
     fn progress_ends_at_one_and_never_falls() {
         let mut seen = vec![];
-        let mut guide = LosGuide::new(LosGains {
-            look_ahead: 10.0,
-            along_track_gain: 0.15,
-        });
+        let mut guide = LosGuide::new(Policy::default().los);
         run(&short("paper-tracking"), &mut guide, 0, &mut |done| {
             seen.push(done);
         })

@@ -54,7 +54,7 @@ pub fn regret(record: &Record) -> Result<Option<Regret>, ClairvoyantError> {
 
 #[cfg(test)]
 mod tests {
-    use planner::{los::LosGains, policy::Policy};
+    use planner::policy::Policy;
 
     use super::*;
     use crate::{
@@ -68,10 +68,7 @@ mod tests {
     }
 
     fn los() -> LosGuide {
-        LosGuide::new(LosGains {
-            look_ahead: 10.0,
-            along_track_gain: 0.15,
-        })
+        LosGuide::new(Policy::default().los)
     }
 
     fn short(name: &str) -> Scenario {

@@ -2,7 +2,7 @@
 
 use std::thread;
 
-use planner::{los::LosGains, policy::Policy};
+use planner::policy::Policy;
 use sim::{
     guide::{Guide, LosGuide, MpcGuide},
     mission::run,
@@ -16,10 +16,7 @@ fn mission(name: &str, guide: &mut dyn Guide, seed: u64) -> Record {
 }
 
 fn los() -> LosGuide {
-    LosGuide::new(LosGains {
-        look_ahead: 10.0,
-        along_track_gain: 0.15,
-    })
+    LosGuide::new(Policy::default().los)
 }
 
 fn mpc() -> MpcGuide {

@@ -1,7 +1,6 @@
 //! Nothing but `observe` tells a guidance law what is so: no law can read truth, and all read the same.
 
 use planner::{
-    los::LosGains,
     policy::Policy,
     snapshot::{Observation, Snapshot},
 };
@@ -32,10 +31,7 @@ impl Guide for Witness<'_> {
 }
 
 fn los() -> LosGuide {
-    LosGuide::new(LosGains {
-        look_ahead: 10.0,
-        along_track_gain: 0.15,
-    })
+    LosGuide::new(Policy::default().los)
 }
 
 fn mpc() -> MpcGuide {

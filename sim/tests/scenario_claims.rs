@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use nalgebra::Vector2;
 use planner::{
     angle::{Heading, angle_of, direction, wrap},
-    los::{LosGains, Reference},
+    los::Reference,
+    policy::Policy,
     snapshot::{Evidence, Report, Snapshot},
 };
 use sim::{
@@ -16,10 +17,7 @@ use sim::{
 };
 
 fn los() -> LosGuide {
-    LosGuide::new(LosGains {
-        look_ahead: 10.0,
-        along_track_gain: 0.15,
-    })
+    LosGuide::new(Policy::default().los)
 }
 
 fn named(name: &str) -> Scenario {

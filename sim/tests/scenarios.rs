@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use planner::los::LosGains;
+use planner::policy::Policy;
 use sim::{
     guide::LosGuide,
     metrics::Metrics,
@@ -42,10 +42,7 @@ fn every_file_of_the_folder_is_built_in() {
 fn every_scenario_runs_and_what_it_records_is_finite() {
     for name in Scenario::names() {
         let scenario = Scenario::named(name).expect("exists").lasting(120.0);
-        let mut guide = LosGuide::new(LosGains {
-            look_ahead: 10.0,
-            along_track_gain: 0.15,
-        });
+        let mut guide = LosGuide::new(Policy::default().los);
         for seed in 0..3 {
             let record = run(&scenario, &mut guide, seed, &mut |_| {}).expect("runs");
             assert_eq!(record.rows.len(), 120, "{name}");
@@ -304,10 +301,7 @@ fn a_craft_stays_where_every_goal_and_every_offset_put_it() {
         .replace("duration_s = 60", "duration_s = 600")
         .replace("settled_after_s = 0", "settled_after_s = 300");
         let scenario = Scenario::parse(&text, "my.toml", Files::default()).expect("valid");
-        let mut guide = LosGuide::new(LosGains {
-            look_ahead: 10.0,
-            along_track_gain: 0.15,
-        });
+        let mut guide = LosGuide::new(Policy::default().los);
         let record = run(&scenario, &mut guide, 1, &mut |_| {}).expect("runs");
         let craft = Metrics::of(&record).surface_craft.expect("has one");
         println!("{goal}: {} m", craft.settled_rms_m);
@@ -337,10 +331,7 @@ fn a_long_path_burdens_no_record() {
     let mower = "path.lawn_mower = {from = [0, 0], heading_rad = 0, lane_length_m = 90000, lane_spacing_m = 50, lanes = 100}\n";
     let text = format!("{ALONE}{mower}").replace("duration_s = 60", "duration_s = 2");
     let scenario = Scenario::parse(&text, "my.toml", Files::default()).expect("valid");
-    let mut idle = LosGuide::new(LosGains {
-        look_ahead: 10.0,
-        along_track_gain: 0.15,
-    });
+    let mut idle = LosGuide::new(Policy::default().los);
     let record = run(&scenario, &mut idle, 1, &mut |_| {}).expect("runs");
     assert_eq!(record.paths[0].len(), 10_001);
 }

@@ -7,11 +7,7 @@
 use std::{f64::consts::FRAC_PI_4, time::Duration};
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use planner::{
-    angle::Heading,
-    los::{LosGains, Reference},
-    policy::Policy,
-};
+use planner::{angle::Heading, los::Reference, policy::Policy};
 use sim::{
     guide::{Guide, LosGuide, MpcGuide},
     mission::run,
@@ -70,12 +66,7 @@ fn guided<G: Guide>(criterion: &mut Criterion, group: &str, guide: impl Fn() -> 
 }
 
 fn with_los(criterion: &mut Criterion) {
-    guided(criterion, "with_los", || {
-        LosGuide::new(LosGains {
-            look_ahead: 10.0,
-            along_track_gain: 0.15,
-        })
-    });
+    guided(criterion, "with_los", || LosGuide::new(Policy::default().los));
 }
 
 fn with_mpc(criterion: &mut Criterion) {

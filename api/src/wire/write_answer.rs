@@ -10,7 +10,7 @@ use planner::{
     plan::{Plan, SoftLimit},
     policy::Policy,
     snapshot as facts,
-    snapshot::{CURRENT_MAX, Evidence, ForecastModel, Snapshot},
+    snapshot::{CURRENT_MAX, Evidence, Snapshot},
     solve::SolverStatus,
 };
 use serde_json::{Map, Value};
@@ -192,7 +192,7 @@ impl Answer<'_> {
         PlannedTarget {
             id: target.id.0.clone(),
             estimate: estimate(&target.estimate),
-            forecast: model_name(target.model).to_owned(),
+            forecast: target.model.name().to_owned(),
             trajectory: self.times().zip(&target.positions).map(point).collect(),
             depths_m: target.depths.clone(),
             position_sigma_m: target.position_sigmas.clone(),
@@ -335,15 +335,6 @@ pub(super) fn status_name(status: SolverStatus) -> &'static str {
         SolverStatus::NumericalError => "numerical_error",
         SolverStatus::InsufficientProgress => "insufficient_progress",
         SolverStatus::CallbackTerminated => "callback_terminated",
-    }
-}
-
-fn model_name(model: ForecastModel) -> &'static str {
-    match model {
-        ForecastModel::Hold => "hold",
-        ForecastModel::ConstantVelocity => "constant_velocity",
-        ForecastModel::ConstantTurn => "constant_turn",
-        ForecastModel::Path => "path",
     }
 }
 

@@ -12,15 +12,19 @@ fn square(fillet_radius: f64) -> Result<Path, InvalidPath> {
     Path::waypoints(&corners, fillet_radius, true)
 }
 
-fn zigzag() -> Path {
-    let points = [
+fn corners_of_zigzag() -> [Vector2<f64>; 5] {
+    [
         (0.0, 0.0),
         (30.0, 5.0),
         (35.0, -20.0),
         (70.0, -20.0),
         (80.0, 15.0),
-    ];
-    Path::waypoints(&points.map(|(n, e)| Vector2::new(n, e)), 4.0, false).expect("fits")
+    ]
+    .map(|(n, e)| Vector2::new(n, e))
+}
+
+fn zigzag() -> Path {
+    Path::waypoints(&corners_of_zigzag(), 4.0, false).expect("fits")
 }
 
 fn several() -> [Path; 4] {
@@ -105,14 +109,7 @@ fn lanes_lie_their_spacing_apart_and_run_back_and_forth() {
 #[test]
 fn a_fillet_shortens_each_corner_by_two_tangents_less_an_arc() {
     // L = Σ legs − Σ 2 r tan(θ/2) + Σ r θ, with the corners' angles by the law of cosines.
-    let points = [
-        (0.0, 0.0),
-        (30.0, 5.0),
-        (35.0, -20.0),
-        (70.0, -20.0),
-        (80.0, 15.0),
-    ];
-    let points = points.map(|(n, e)| Vector2::new(n, e));
+    let points = corners_of_zigzag();
     let legs: f64 = points.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum();
     let rounding: f64 = points
         .windows(3)
