@@ -19,8 +19,8 @@ pub const TOLERANCE: f64 = 1e-7;
 /// and a solver of a large one takes megabytes.
 pub const SHAPES_MAX: usize = 16;
 
-/// Most interior-point iterations of one pass: four times the 23 that the hardest of the scenarios'
-/// programs took (13 is the least).
+/// Most interior-point iterations of one pass: twice the 39 that the hardest of 1374 programs of closed loops took
+/// (6 is the least).
 const ITERATIONS_MAX: u32 = 100;
 
 /// How a solve ended.
