@@ -375,7 +375,7 @@ impl<'a> Forward<'a> {
             let range = |member: &AuvForecast| {
                 (member.at(time).position - place).norm_squared() + member.depth_at(time).powi(2)
             };
-            self.goal.members().iter().map(range).fold(0.0, f64::max)
+            self.goal.members().map(range).fold(0.0, f64::max)
         };
         match self.scene.goal {
             Goal::Range { .. } if self.scene.offset.is_none() => (worst(position) - worst(goal)).max(0.0),

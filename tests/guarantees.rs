@@ -6,7 +6,7 @@ use nalgebra::{Rotation2, Vector2};
 use planner::{
     angle::{Course, Heading, wrap},
     path::{Path, Segment},
-    plan::{Plan, SoftLimit, Violation, Workspace, plan, plan_with},
+    plan::{Drafts, Plan, SoftLimit, Violation, Workspace, plan, plan_with},
     policy::Policy,
     response::surge_bias,
     snapshot::{
@@ -213,9 +213,12 @@ fn the_production_tolerance_moves_the_first_velocity_by_less_than_a_millimetre_p
         let scene = snapshot(observation(goal));
         let first_velocity = |tolerance| {
             let mut solvers = Solvers::with_tolerance(tolerance);
-            let answer = plan_with(&scene, &Policy::default(), &mut Vec::new(), &mut |program| {
-                solvers.solve(program)
-            });
+            let answer = plan_with(
+                &scene,
+                &Policy::default(),
+                &mut Drafts::default(),
+                &mut |program| solvers.solve(program),
+            );
             assert_eq!(answer.degraded, None);
             answer.trajectory[1].heading.unit() * answer.trajectory[1].speed
         };
@@ -226,7 +229,7 @@ fn the_production_tolerance_moves_the_first_velocity_by_less_than_a_millimetre_p
 
 #[test]
 fn a_workspace_remembers_no_more_shapes_than_it_may_and_forgets_without_a_trace() {
-    let (mut programs, mut solvers) = (Vec::new(), Solvers::default());
+    let (mut drafts, mut solvers) = (Drafts::default(), Solvers::default());
     let with_discs = |n: u8| {
         let mut scene = observation(goals()[0].clone());
         scene.keep_outs = (0..n)
@@ -239,10 +242,10 @@ fn a_workspace_remembers_no_more_shapes_than_it_may_and_forgets_without_a_trace(
     };
     for n in (0..20).chain([0]) {
         let scene = with_discs(n);
-        let answer = plan_with(&scene, &Policy::default(), &mut programs, &mut |program| {
+        let answer = plan_with(&scene, &Policy::default(), &mut drafts, &mut |program| {
             solvers.solve(program)
         });
-        assert!(programs.len() <= SHAPES_MAX);
+        assert!(drafts.n_programs() <= SHAPES_MAX);
         assert_eq!(
             answer,
             plan(&scene, &Policy::default(), &mut Workspace::default())

@@ -3,7 +3,7 @@
 use planner::{
     angle::{Course, Heading, wrap},
     los::{AscNow, saturated_los},
-    plan::{Degraded, Method, Plan, Workspace, plan, plan_with},
+    plan::{Degraded, Drafts, Method, Plan, Workspace, plan, plan_with},
     policy::Policy,
     program::Program,
     snapshot::{HoldStyle, Observation, PreviousPlan, Snapshot, TrajectoryPoint},
@@ -41,7 +41,7 @@ fn plan_with_status(snapshot: &Snapshot, status: SolverStatus) -> Plan {
     plan_with(
         snapshot,
         &Policy::default(),
-        &mut Vec::new(),
+        &mut Drafts::default(),
         &mut |program: &Program| Solution {
             status,
             ..solvers.solve(program)
@@ -133,11 +133,16 @@ fn a_solution_that_fails_its_certificate_is_not_followed_whatever_the_solver_say
         (f64::INFINITY, "infinite"),
     ] {
         let mut solvers = Solvers::default();
-        let answer = plan_with(&snapshot, &Policy::default(), &mut Vec::new(), &mut |program| {
-            let mut solution = solvers.solve(program);
-            solution.primal[7] += spoil;
-            solution
-        });
+        let answer = plan_with(
+            &snapshot,
+            &Policy::default(),
+            &mut Drafts::default(),
+            &mut |program| {
+                let mut solution = solvers.solve(program);
+                solution.primal[7] += spoil;
+                solution
+            },
+        );
         assert_eq!(answer.method, Method::SaturatedLos, "{what}");
         assert_eq!(answer.degraded, Some(Degraded::Certificate), "{what}");
     }
@@ -148,15 +153,20 @@ fn a_certificate_that_cannot_be_computed_does_not_pass() {
     let snapshot = snapshot(observation(goals()[0].clone()));
     for part in 0..3 {
         let mut solvers = Solvers::default();
-        let answer = plan_with(&snapshot, &Policy::default(), &mut Vec::new(), &mut |program| {
-            let mut solution = solvers.solve(program);
-            match part {
-                0 => solution.primal.fill(f64::NAN),
-                1 => solution.dual.fill(f64::NAN),
-                _ => solution.slack[5] = f64::NAN,
-            }
-            solution
-        });
+        let answer = plan_with(
+            &snapshot,
+            &Policy::default(),
+            &mut Drafts::default(),
+            &mut |program| {
+                let mut solution = solvers.solve(program);
+                match part {
+                    0 => solution.primal.fill(f64::NAN),
+                    1 => solution.dual.fill(f64::NAN),
+                    _ => solution.slack[5] = f64::NAN,
+                }
+                solution
+            },
+        );
         assert_eq!(answer.degraded, Some(Degraded::Certificate), "part {part}");
     }
 }
@@ -169,7 +179,7 @@ fn the_first_program_takes_its_directions_from_the_previous_plan() {
         let _ = plan_with(
             &snapshot(observation),
             &Policy::default(),
-            &mut Vec::new(),
+            &mut Drafts::default(),
             &mut |program| {
                 first.get_or_insert_with(|| program.constraints.values.clone());
                 solvers.solve(program)
@@ -208,7 +218,7 @@ fn a_second_pass_that_fails_leaves_the_answer_to_the_first() {
             passes,
             ..Policy::default()
         };
-        plan_with(&snapshot, &policy, &mut Vec::new(), &mut |program| {
+        plan_with(&snapshot, &policy, &mut Drafts::default(), &mut |program| {
             calls += 1;
             if calls == 1 {
                 solvers.solve(program)

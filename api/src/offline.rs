@@ -6,7 +6,7 @@ use std::{
 };
 
 use planner::{
-    plan::plan_with,
+    plan::{Drafts, plan_with},
     policy::Policy,
     program::Program,
     snapshot::Snapshot,
@@ -45,14 +45,19 @@ pub fn plan(
     };
     let mut solvers = Solvers::with_tolerance(tolerance);
     let start = Instant::now();
-    let mut plan = plan_with(&snapshot, &Policy::default(), &mut Vec::new(), &mut |program| {
-        if stop.is_due() {
-            return Solution::none(SolverStatus::CallbackTerminated);
-        }
-        let solution = solvers.solve_until(program, &stop);
-        watch(program, &solution);
-        solution
-    });
+    let mut plan = plan_with(
+        &snapshot,
+        &Policy::default(),
+        &mut Drafts::default(),
+        &mut |program| {
+            if stop.is_due() {
+                return Solution::none(SolverStatus::CallbackTerminated);
+            }
+            let solution = solvers.solve_until(program, &stop);
+            watch(program, &solution);
+            solution
+        },
+    );
     plan.solver.deadline_hit = stop.was_due();
     let planned = Planned {
         solve_time: start.elapsed(),

@@ -3,12 +3,12 @@
 use nalgebra::Vector2;
 
 use crate::{
-    angle::Course,
+    angle::{Course, Heading},
     certificate::Residuals,
     estimate::Estimate,
     forecast::Motion,
     los::{LosLaw, Reference},
-    snapshot::{ForecastModel, PreviousPlan, SurgeMemory, TrajectoryPoint, VehicleId},
+    snapshot::{Auv, ForecastModel, PreviousPlan, SurgeMemory, TrajectoryPoint, VehicleId},
     solve::SolverStatus,
 };
 
@@ -43,6 +43,42 @@ pub struct Plan {
     pub predicted: Predicted,
     /// Soft limits that the plan does not keep.
     pub violations: Vec<Violation>,
+}
+
+impl Plan {
+    /// What a first plan is made in place of: it says nothing and holds no memory.
+    pub(crate) fn empty() -> Self {
+        let reference = Reference {
+            speed: 0.0,
+            heading: Heading::new(0.0),
+        };
+        let predicted = Predicted {
+            merit: 0.0,
+            rms_error: 0.0,
+            energy: 0.0,
+        };
+        Self {
+            method: Method::Hold,
+            degraded: None,
+            surge: 0.0,
+            reference,
+            valid_until: 0.0,
+            trajectory: Vec::new(),
+            goal: Vec::new(),
+            goal_course: Course::new(0.0),
+            targets: Vec::new(),
+            baseline: Baseline {
+                reference,
+                trajectory: Vec::new(),
+                predicted,
+                violations: Vec::new(),
+            },
+            solver: SolverReport::nothing_done(),
+            current: None,
+            predicted,
+            violations: Vec::new(),
+        }
+    }
 }
 
 impl From<&Plan> for PreviousPlan {
@@ -123,6 +159,20 @@ pub struct TargetForecast {
     pub position_sigmas: Vec<f64>,
 }
 
+impl TargetForecast {
+    /// The AUV without a forecast.
+    pub(crate) fn of(auv: &Auv, estimate: &Estimate) -> Self {
+        Self {
+            id: auv.id.clone(),
+            estimate: estimate.clone(),
+            model: ForecastModel::Hold,
+            positions: Vec::new(),
+            depths: Vec::new(),
+            position_sigmas: Vec::new(),
+        }
+    }
+}
+
 /// A line-of-sight law on the same snapshot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Baseline {
@@ -160,6 +210,19 @@ pub struct SolverReport {
     pub residuals: Option<Residuals>,
     /// Whether the solver was told to stop before it was done: passes that were finished may still have answered.
     pub deadline_hit: bool,
+}
+
+impl SolverReport {
+    /// No program was tried.
+    pub(crate) fn nothing_done() -> Self {
+        Self {
+            status: SolverStatus::Unsolved,
+            passes: 0,
+            iterations: 0,
+            residuals: None,
+            deadline_hit: false,
+        }
+    }
 }
 
 /// A soft limit that a plan does not keep.

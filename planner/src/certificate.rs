@@ -1,7 +1,7 @@
 //! A solution checked against its program by arithmetic that is not the solver's.
 
 use faer::{
-    Accum, Col, ColRef, Par,
+    Accum, ColMut, ColRef, Par,
     sparse::{SparseColMatRef, SymbolicSparseColMatRef, linalg::matmul::sparse_dense_matmul},
 };
 
@@ -24,10 +24,18 @@ pub struct Residuals {
     pub gap: f64,
 }
 
+/// The products that residuals are made of, in memory that serves the next solution too.
+#[derive(Clone, Debug, Default)]
+pub struct Products {
+    a_x: Vec<f64>,
+    at_z: Vec<f64>,
+    p_x: Vec<f64>,
+}
+
 impl Residuals {
     /// Recomputes the residuals of `solution`; all NaN where it holds a number that is not finite.
     #[must_use]
-    pub fn of(program: &Program, solution: &Solution) -> Self {
+    pub fn of(program: &Program, solution: &Solution, products: &mut Products) -> Self {
         // `f64::max` drops NaN, so what is not finite is told before anything is compared.
         let mut numbers = solution
             .primal
@@ -47,27 +55,37 @@ impl Residuals {
         let q = ColRef::from_slice(&program.linear);
         let b = ColRef::from_slice(&program.bounds);
 
+        let Products { a_x, at_z, p_x } = products;
         let a = view(&program.constraints);
-        let a_x = product(a.nrows(), a, x);
-        let mut at_z = Col::zeros(a.ncols());
+        a_x.resize(a.nrows(), 0.0);
+        multiply(a, x, a_x);
+        at_z.resize(a.ncols(), 0.0);
         sparse_dense_matmul(
-            at_z.as_mat_mut(),
+            ColMut::from_slice_mut(at_z).as_mat_mut(),
             Accum::Replace,
             a.transpose(),
             z.as_mat(),
             1.0,
             Par::Seq,
         );
-        let p_x = symmetric_product(&program.quadratic, x);
+        p_x.resize(a.ncols(), 0.0);
+        multiply_symmetric(&program.quadratic, x, p_x);
 
-        let (cost, linear) = (x.transpose() * &p_x, q.transpose() * x);
+        let (cost, linear) = (x.transpose() * ColRef::from_slice(p_x), q.transpose() * x);
         let bound = b.transpose() * z;
         let largest = |terms: &[f64]| terms.iter().copied().fold(1.0, f64::max);
+        let primal_terms = [norm(a_x), s.norm_max(), b.norm_max()];
+        let dual_terms = [norm(p_x), q.norm_max(), norm(at_z)];
+        // From here on the products hold what is left of them.
+        for ((left, s), b) in a_x.iter_mut().zip(&solution.slack).zip(&program.bounds) {
+            *left = *left + s - b;
+        }
+        for ((left, q), at_z) in p_x.iter_mut().zip(&program.linear).zip(&*at_z) {
+            *left = *left + q + at_z;
+        }
         Self {
-            primal: (norm(&(&a_x + s - b)) / largest(&[norm(&a_x), s.norm_max(), b.norm_max()]))
-                .max(outside(&program.cones, &solution.slack, false)),
-            dual: (norm(&(&p_x + q + &at_z)) / largest(&[norm(&p_x), q.norm_max(), norm(&at_z)]))
-                .max(outside(&program.cones, &solution.dual, true)),
+            primal: (norm(a_x) / largest(&primal_terms)).max(outside(&program.cones, &solution.slack, false)),
+            dual: (norm(p_x) / largest(&dual_terms)).max(outside(&program.cones, &solution.dual, true)),
             gap: (cost + linear + bound).abs()
                 / largest(&[(0.5 * cost + linear).abs(), (0.5 * cost + bound).abs()]),
         }
@@ -93,25 +111,23 @@ fn view(matrix: &Sparse) -> SparseColMatRef<'_, usize, f64> {
     SparseColMatRef::new(symbolic, &matrix.values)
 }
 
-fn product(n_rows: usize, matrix: SparseColMatRef<'_, usize, f64>, x: ColRef<'_, f64>) -> Col<f64> {
-    let mut result = Col::zeros(n_rows);
+fn multiply(matrix: SparseColMatRef<'_, usize, f64>, x: ColRef<'_, f64>, result: &mut [f64]) {
     sparse_dense_matmul(
-        result.as_mat_mut(),
+        ColMut::from_slice_mut(result).as_mat_mut(),
         Accum::Replace,
         matrix,
         x.as_mat(),
         1.0,
         Par::Seq,
     );
-    result
 }
 
 /// P x from the upper triangle: U x + Uᵀ x − diag(U) x.
-fn symmetric_product(upper: &Sparse, x: ColRef<'_, f64>) -> Col<f64> {
+fn multiply_symmetric(upper: &Sparse, x: ColRef<'_, f64>, result: &mut [f64]) {
     let u = view(upper);
-    let mut result = product(upper.n_rows, u, x);
+    multiply(u, x, result);
     sparse_dense_matmul(
-        result.as_mat_mut(),
+        ColMut::from_slice_mut(result).as_mat_mut(),
         Accum::Add,
         u.transpose(),
         x.as_mat(),
@@ -125,11 +141,10 @@ fn symmetric_product(upper: &Sparse, x: ColRef<'_, f64>) -> Col<f64> {
             }
         }
     }
-    result
 }
 
-fn norm(column: &Col<f64>) -> f64 {
-    column.norm_max()
+fn norm(column: &[f64]) -> f64 {
+    ColRef::from_slice(column).norm_max()
 }
 
 /// Largest distance of a block of `v` outside its cone, relative to the block or 1. All cones here

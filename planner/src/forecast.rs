@@ -10,7 +10,7 @@ mod doubt;
 #[cfg(test)]
 mod doubt_tests;
 
-use along_path::AlongPath;
+use along_path::{AlongPath, Stretch};
 pub(crate) use along_path::{place_on_path, speed_along};
 use dive::DepthForecast;
 use nalgebra::{Matrix2, Matrix4, Vector2};
@@ -78,6 +78,8 @@ pub struct AuvForecast {
     /// Age of the report, s.
     age: f64,
     way: Way,
+    /// Along its path, in order of time; none of a vehicle that is forecast by its motion alone.
+    stretches: Vec<Stretch>,
     depth: DepthForecast,
     /// Covariance of (north, east, north velocity, east velocity) at the report.
     covariance: Matrix4<f64>,
@@ -106,7 +108,29 @@ impl AuvForecast {
     /// m/s.
     #[must_use]
     pub fn new(state: &AuvState, intent: Intent<'_>, choice: ForecastChoice, current: &Vector2<f64>) -> Self {
-        let along_path = |known| AlongPath::new(state, known, current);
+        Self::in_memory(Vec::new(), state, intent, choice, current)
+    }
+
+    /// Forecasts anew, in the memory of the forecast before.
+    pub(crate) fn update(
+        &mut self,
+        state: &AuvState,
+        intent: Intent<'_>,
+        choice: ForecastChoice,
+        current: &Vector2<f64>,
+    ) {
+        let memory = std::mem::take(&mut self.stretches);
+        *self = Self::in_memory(memory, state, intent, choice, current);
+    }
+
+    fn in_memory(
+        mut stretches: Vec<Stretch>,
+        state: &AuvState,
+        intent: Intent<'_>,
+        choice: ForecastChoice,
+        current: &Vector2<f64>,
+    ) -> Self {
+        let mut along_path = |known| AlongPath::new(state, known, current, &mut stretches);
         let along = match (choice, intent.path) {
             (ForecastChoice::Model(ForecastModel::Path), Some(known)) => Some(along_path(known)),
             (ForecastChoice::Auto, Some(known)) if SPEED_AT_REST <= state.speed => {
@@ -120,9 +144,11 @@ impl AuvForecast {
                 age: state.age,
                 depth: DepthForecast::at_speed(state.depth, intent.dive, along_path.horizontal_speed()),
                 way: Way::AlongPath(along_path),
+                stretches,
                 covariance: state.covariance.unwrap_or_else(doubt::covariance_unless_told),
             };
         }
+        stretches.clear();
         let model = match choice {
             ForecastChoice::Auto | ForecastChoice::Model(ForecastModel::Path) => from_motion_alone(state),
             ForecastChoice::Model(model) => model,
@@ -140,6 +166,7 @@ impl AuvForecast {
                 velocity,
                 turn_rate,
             }),
+            stretches,
             depth: match model {
                 ForecastModel::Hold => DepthForecast::Held(state.depth),
                 ForecastModel::ConstantVelocity | ForecastModel::ConstantTurn | ForecastModel::Path => {
@@ -158,7 +185,7 @@ impl AuvForecast {
         let elapsed = self.age + ahead;
         match &self.way {
             Way::Turning(turning) => turning.at(elapsed),
-            Way::AlongPath(along_path) => along_path.at(elapsed, self.depth.lead(elapsed)),
+            Way::AlongPath(along_path) => along_path.at(elapsed, self.depth.lead(elapsed), &self.stretches),
         }
     }
 
@@ -187,7 +214,7 @@ impl AuvForecast {
         match &self.way {
             Way::Turning(turning) => doubt::free(&self.covariance, elapsed, turning.turn_rate * elapsed),
             Way::AlongPath(along_path) => {
-                let on_path = along_path.on_path(elapsed, self.depth.lead(elapsed));
+                let on_path = along_path.on_path(elapsed, self.depth.lead(elapsed), &self.stretches);
                 doubt::along_path(&self.covariance, elapsed, &on_path)
             }
         }
@@ -208,7 +235,7 @@ impl AuvForecast {
             Way::Turning(_) => None,
             Way::AlongPath(along_path) => Some({
                 let elapsed = self.age + ahead;
-                along_path.tangent(elapsed, self.depth.lead(elapsed))
+                along_path.tangent(elapsed, self.depth.lead(elapsed), &self.stretches)
             }),
         }
     }

@@ -6,6 +6,7 @@ mod tests;
 
 use nalgebra::Vector2;
 use offset::{Axes, displaced};
+use smallvec::SmallVec;
 
 use crate::{
     angle::Course,
@@ -13,27 +14,35 @@ use crate::{
     forecast::{AuvForecast, Motion},
     los::target_course,
     smallest_circle::{Below, nearest_to_all},
-    snapshot::{Auv, Goal, Offset, Snapshot},
+    snapshot::{AUVS_MAX, Auv, Goal, Offset, Snapshot},
 };
 
-/// The goal's motion over time.
+/// The goal's motion over time, and that of every AUV.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GoalForecast {
-    /// Forecasts of the AUVs that the goal depends on, in its order.
-    members: Vec<AuvForecast>,
+    /// Forecasts of all AUVs, in the snapshot's order.
+    auvs: Vec<AuvForecast>,
+    /// The AUVs that the goal depends on, in its order.
+    members: Vec<Member>,
     rule: Rule,
     offset: Option<Offset>,
     /// Course of what is followed, when it last moved.
     course: Course,
-    at_rest: Vec<AtRest>,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+/// An AUV that the goal depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Member {
+    /// Its place among the snapshot's AUVs.
+    auv: usize,
+    /// How much it counts in a mean; the sum over all members is 1.
+    share: f64,
+    at_rest: AtRest,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Rule {
-    /// Shares of the members, their sum 1.
-    Mean {
-        shares: Vec<f64>,
-    },
+    Mean,
     /// Time since the epoch at the snapshot, and the dwell time, s.
     InTurn {
         since_epoch: f64,
@@ -56,43 +65,38 @@ impl GoalForecast {
     /// that the previous plan remembers.
     #[must_use]
     pub fn new(snapshot: &Snapshot) -> Self {
+        Self::in_memory(None, snapshot)
+    }
+
+    /// [`GoalForecast::new`] in the memory of an earlier forecast.
+    pub(crate) fn in_memory(memory: Option<Self>, snapshot: &Snapshot) -> Self {
         let previous = snapshot.previous_plan.as_ref();
-        Self::holding(snapshot, previous.and_then(|previous| previous.goal_course))
+        let held = previous.and_then(|previous| previous.goal_course);
+        Self::holding_in_memory(memory, snapshot, held)
     }
 
     /// The goal of `snapshot`, `held` the course of what it follows when that last moved: an earlier forecast's
     /// [`GoalForecast::course`].
     #[must_use]
     pub fn holding(snapshot: &Snapshot, held: Option<Course>) -> Self {
-        let current = snapshot.current();
-        let named: Vec<(&Auv, &Estimate)> = snapshot
-            .goal
-            .vehicles()
-            .map(|id| {
-                let known = snapshot.auv_and_estimate(id);
-                known.expect("a snapshot's goal names only vehicles that are in it")
-            })
-            .collect();
-        let members: Vec<_> = named
-            .iter()
-            .map(|(auv, estimate)| {
-                AuvForecast::new(&estimate.state, (*auv).into(), snapshot.forecast, &current)
-            })
-            .collect();
-        let at_rest = named
-            .iter()
-            .zip(&members)
-            .map(|((auv, estimate), member)| AtRest::of(auv, estimate, member));
+        Self::holding_in_memory(None, snapshot, held)
+    }
+
+    fn holding_in_memory(memory: Option<Self>, snapshot: &Snapshot, held: Option<Course>) -> Self {
+        let (mut auvs, mut members) = memory.map_or_else(Default::default, |old| (old.auvs, old.members));
+        forecast_all(snapshot, &mut auvs);
+        find_members(snapshot, &auvs, &mut members);
         let mut forecast = Self {
-            at_rest: at_rest.collect(),
+            auvs,
             members,
-            rule: Rule::of(snapshot, &named),
+            rule: Rule::of(snapshot),
             offset: snapshot.offset,
             course: Course::new(0.0),
         };
         let now = forecast.followed(0.0);
         let still = now.velocity == Vector2::zeros();
-        let reported = still.then(|| forecast.at_rest[forecast.member_in_turn(0.0).unwrap_or(0)].course);
+        let first = forecast.member_in_turn(0.0).unwrap_or(0);
+        let reported = still.then(|| forecast.members[first].at_rest.course);
         forecast.course = target_course(&now, held.or(reported));
         forecast
     }
@@ -130,29 +134,38 @@ impl GoalForecast {
 
     /// Forecasts of the AUVs that the goal depends on, in its order; those of weight 0 left out.
     #[must_use]
-    pub fn members(&self) -> &[AuvForecast] {
-        &self.members
+    pub fn members(&self) -> impl ExactSizeIterator<Item = &AuvForecast> {
+        self.members.iter().map(|member| &self.auvs[member.auv])
+    }
+
+    /// Forecasts of all AUVs, in the snapshot's order.
+    #[must_use]
+    pub fn auvs(&self) -> &[AuvForecast] {
+        &self.auvs
     }
 
     /// Motion `ahead` seconds after the snapshot of what the goal follows at the time `turn`.
     fn followed_in_turn(&self, turn: f64, ahead: f64) -> Motion {
-        let motions = || -> Vec<Motion> { self.members.iter().map(|member| member.at(ahead)).collect() };
-        match &self.rule {
+        match self.rule {
             Rule::InTurn { since_epoch, dwell } => {
-                let member = in_turn(since_epoch + turn, *dwell, self.members.len());
-                self.members[member].at(ahead)
+                let member = in_turn(since_epoch + turn, dwell, self.members.len());
+                self.auvs[self.members[member].auv].at(ahead)
             }
-            Rule::Mean { shares } => weighted_mean(&motions(), shares),
+            Rule::Mean => {
+                let shares = self.members.iter().map(|member| member.share);
+                weighted_mean(self.members().map(|member| member.at(ahead)).zip(shares))
+            }
             Rule::NearestToAll => {
-                let motions = motions();
-                let below = motions.iter().zip(&self.members).map(|(motion, member)| Below {
+                let motions: SmallVec<[Motion; AUVS_MAX]> =
+                    self.members().map(|member| member.at(ahead)).collect();
+                let below = motions.iter().zip(self.members()).map(|(motion, member)| Below {
                     position: motion.position,
                     depth: member.depth_at(ahead),
                 });
-                let nearest = nearest_to_all(&below.collect::<Vec<_>>());
+                let nearest = nearest_to_all(&below.collect::<SmallVec<[_; AUVS_MAX]>>());
                 Motion {
                     position: nearest.position,
-                    velocity: weighted_mean(&motions, &nearest.weights).velocity,
+                    velocity: weighted_mean(motions.into_iter().zip(nearest.weights)).velocity,
                 }
             }
         }
@@ -164,14 +177,14 @@ impl GoalForecast {
             Rule::InTurn { since_epoch, dwell } => {
                 Some(in_turn(since_epoch + ahead, dwell, self.members.len()))
             }
-            Rule::Mean { .. } | Rule::NearestToAll => None,
+            Rule::Mean | Rule::NearestToAll => None,
         }
     }
 
     fn target_axes(&self, ahead: f64) -> Axes {
         let turn = self.member_in_turn(ahead);
         let held = match turn {
-            Some(member) if turn != self.member_in_turn(0.0) => self.at_rest[member].course,
+            Some(member) if turn != self.member_in_turn(0.0) => self.members[member].at_rest.course,
             Some(_) | None => self.course,
         };
         let velocity = |time| self.followed_in_turn(ahead, time).velocity;
@@ -180,22 +193,53 @@ impl GoalForecast {
 
     fn path_axes(&self, ahead: f64) -> Axes {
         // A checked goal with such an offset follows one AUV at a time.
-        let member = self.member_in_turn(ahead).unwrap_or(0);
-        let held = (self.at_rest[member].tangent, 0.0);
-        let (angle, rate) = self.members[member].tangent(ahead).unwrap_or(held);
+        let member = &self.members[self.member_in_turn(ahead).unwrap_or(0)];
+        let held = (member.at_rest.tangent, 0.0);
+        let (angle, rate) = self.auvs[member.auv].tangent(ahead).unwrap_or(held);
         Axes { angle, rate }
     }
 }
 
+/// Forecasts every AUV of `snapshot`, in the memory of earlier forecasts.
+fn forecast_all(snapshot: &Snapshot, forecasts: &mut Vec<AuvForecast>) {
+    let current = snapshot.current();
+    forecasts.truncate(snapshot.auvs.len());
+    for (i, (auv, estimate)) in snapshot.auvs.iter().zip(snapshot.estimates()).enumerate() {
+        let state = &estimate.state;
+        match forecasts.get_mut(i) {
+            Some(forecast) => forecast.update(state, auv.into(), snapshot.forecast, &current),
+            None => forecasts.push(AuvForecast::new(state, auv.into(), snapshot.forecast, &current)),
+        }
+    }
+}
+
+fn find_members(snapshot: &Snapshot, forecasts: &[AuvForecast], members: &mut Vec<Member>) {
+    members.clear();
+    members.extend(snapshot.goal.vehicles().map(|id| {
+        let place = snapshot.auvs.iter().position(|auv| auv.id == *id);
+        let auv = place.expect("a snapshot's goal names only vehicles that are in it");
+        let weight = match &snapshot.goal {
+            Goal::Weighted { weights } => weights[id],
+            Goal::Track { .. } | Goal::Midpoint { .. } | Goal::Intermittent { .. } | Goal::Range { .. } => {
+                1.0
+            }
+        };
+        Member {
+            auv,
+            share: weight,
+            at_rest: AtRest::of(&snapshot.auvs[auv], &snapshot.estimates()[auv], &forecasts[auv]),
+        }
+    }));
+    let sum: f64 = members.iter().map(|member| member.share).sum();
+    for member in members {
+        member.share /= sum;
+    }
+}
+
 impl Rule {
-    fn of(snapshot: &Snapshot, named: &[(&Auv, &Estimate)]) -> Self {
+    fn of(snapshot: &Snapshot) -> Self {
         match &snapshot.goal {
-            Goal::Track { .. } | Goal::Midpoint { .. } => Self::Mean {
-                shares: shares(&vec![1.0; named.len()]),
-            },
-            Goal::Weighted { weights } => Self::Mean {
-                shares: shares(&named.iter().map(|(auv, _)| weights[&auv.id]).collect::<Vec<_>>()),
-            },
+            Goal::Track { .. } | Goal::Midpoint { .. } | Goal::Weighted { .. } => Self::Mean,
             Goal::Intermittent { dwell, epoch, .. } => Self::InTurn {
                 since_epoch: snapshot.time - epoch,
                 dwell: *dwell,
@@ -218,23 +262,15 @@ impl AtRest {
     }
 }
 
-fn shares(weights: &[f64]) -> Vec<f64> {
-    let sum: f64 = weights.iter().sum();
-    weights.iter().map(|weight| weight / sum).collect()
-}
-
-fn weighted_mean(motions: &[Motion], shares: &[f64]) -> Motion {
+fn weighted_mean(motions_and_shares: impl Iterator<Item = (Motion, f64)>) -> Motion {
     let still = Motion {
         position: Vector2::zeros(),
         velocity: Vector2::zeros(),
     };
-    motions
-        .iter()
-        .zip(shares)
-        .fold(still, |sum, (motion, share)| Motion {
-            position: sum.position + motion.position * *share,
-            velocity: sum.velocity + motion.velocity * *share,
-        })
+    motions_and_shares.fold(still, |sum, (motion, share)| Motion {
+        position: sum.position + motion.position * share,
+        velocity: sum.velocity + motion.velocity * share,
+    })
 }
 
 /// Which of `n` members has the turn `elapsed` seconds after the epoch, also before it.

@@ -4,10 +4,11 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::{
     angle::{Course, Heading, angle_of, ned_from_body},
-    forecast::Motion,
+    forecast::{AuvForecast, Motion},
     goal::GoalForecast,
     los::{AscNow, LosTuning, Reference, TrackingLaw, target_course},
     policy::Policy,
+    refilled::refilled,
     response::{Response, Rollout, SURGE_BIAS_DECAY, Stage, surge_bias},
     snapshot::{Snapshot, TrajectoryPoint},
     surroundings::Surroundings,
@@ -42,19 +43,26 @@ pub(crate) struct Horizon {
 }
 
 impl Horizon {
-    pub(crate) fn new(snapshot: &Snapshot, policy: &Policy, goal: &GoalForecast) -> Self {
+    /// The horizon of `snapshot`, in the memory of an earlier one.
+    pub(crate) fn in_memory(
+        memory: Option<Self>,
+        snapshot: &Snapshot,
+        policy: &Policy,
+        goal: &GoalForecast,
+    ) -> Self {
+        let (times, motions, biases, mut surroundings) = memory.map_or_else(Default::default, |old| {
+            (old.times, old.goal, old.surge_bias, old.surroundings)
+        });
         let ned_from_craft = ned_from_body(snapshot.asc.heading.radians());
-        let mut times = vec![0.0];
-        times.extend(policy.steps.iter().scan(0.0, |time, step| {
+        let later = policy.steps.iter().scan(0.0, |time, step| {
             *time += step;
             Some(*time)
-        }));
+        });
+        let times = refilled(times, std::iter::once(0.0).chain(later));
         let bias = surge_bias(snapshot);
+        let bias_at = |time: &f64| bias * (-time / SURGE_BIAS_DECAY).exp();
         let mut horizon = Self {
-            surge_bias: times
-                .iter()
-                .map(|time| bias * (-time / SURGE_BIAS_DECAY).exp())
-                .collect(),
+            surge_bias: refilled(biases, times.iter().map(bias_at)),
             now: snapshot.time,
             origin: snapshot.asc.position,
             ned_from_craft,
@@ -69,12 +77,10 @@ impl Horizon {
             surroundings: Surroundings::default(),
             times,
         };
-        horizon.goal = horizon
-            .times
-            .iter()
-            .map(|time| horizon.local(&goal.at(*time)))
-            .collect();
-        horizon.surroundings = Surroundings::new(snapshot, policy, &horizon);
+        let local_goal = |time: &f64| horizon.local(&goal.at(*time));
+        horizon.goal = refilled(motions, horizon.times.iter().map(local_goal));
+        surroundings.restate(snapshot, policy, &horizon, goal.auvs());
+        horizon.surroundings = surroundings;
         horizon
     }
 
@@ -85,31 +91,32 @@ impl Horizon {
         policy: &Policy,
         goal: &GoalForecast,
         tuning: LosTuning,
-    ) -> Rollout {
+        rollout: &mut Rollout,
+    ) {
         let mut tracking = TrackingLaw::new(tuning, Some(self.local_goal_course()));
-        self.rollout(snapshot, policy, |time, asc, _| {
-            tracking.steer(time, asc, &self.local(&goal.at(time)), &snapshot.limits)
-        })
+        let law = |time, asc: &_, _| tracking.steer(time, asc, &self.local(&goal.at(time)), &snapshot.limits);
+        self.roll_out(snapshot, policy, law, rollout);
     }
 
     /// A law that is asked in the craft's frame, rolled out on the response model.
-    pub(crate) fn rollout(
+    pub(crate) fn roll_out(
         &self,
         snapshot: &Snapshot,
         policy: &Policy,
         law: impl FnMut(f64, &AscNow, f64) -> Reference,
-    ) -> Rollout {
+        rollout: &mut Rollout,
+    ) {
         let response = Response {
             limits: &snapshot.limits,
             current: self.current,
             surge_bias: self.surge_bias[0],
         };
-        response.rollout(self.start, Heading::new(0.0), &policy.steps, law)
+        response.roll_out(self.start, Heading::new(0.0), &policy.steps, law, rollout);
     }
 
     /// Directions of travel, craft frame: the bow first, then those of `stages`; where these are too
     /// slow to have one, the direction before.
-    pub(crate) fn directions_of(stages: &[Stage]) -> Vec<Vector2<f64>> {
+    pub(crate) fn directions_of(stages: &[Stage]) -> impl Iterator<Item = Vector2<f64>> {
         let ahead = Vector2::new(1.0, 0.0);
         let later = stages[1..].iter().scan(ahead, |last, stage| {
             *last = stage
@@ -118,15 +125,15 @@ impl Horizon {
                 .unwrap_or(*last);
             Some(*last)
         });
-        std::iter::once(ahead).chain(later).collect()
+        std::iter::once(ahead).chain(later)
     }
 
     /// An earlier plan's points at this horizon's stages, craft frame.
-    pub(crate) fn stages_along(&self, points: &[TrajectoryPoint]) -> Vec<Stage> {
+    pub(crate) fn stages_along(&self, points: &[TrajectoryPoint]) -> impl Iterator<Item = Stage> {
         let later = self.times[1..]
             .iter()
             .map(|time| self.stage(&point_at(points, self.now + time)));
-        std::iter::once(self.start).chain(later).collect()
+        std::iter::once(self.start).chain(later)
     }
 
     /// The goal's course when it last moved, as an angle from the bow.
@@ -155,13 +162,13 @@ impl Horizon {
     }
 
     /// Stages as a trajectory in NED.
-    pub(crate) fn trajectory(&self, stages: &[Stage]) -> Vec<TrajectoryPoint> {
+    pub(crate) fn trajectory(&self, stages: &[Stage]) -> impl Iterator<Item = TrajectoryPoint> {
         let mut heading = self.heading;
         stages
             .iter()
             .zip(&self.times)
             .enumerate()
-            .map(|(k, (stage, time))| {
+            .map(move |(k, (stage, time))| {
                 let velocity = self.ned_from_craft * stage.velocity;
                 if k > 0 && velocity.norm() >= SPEED_WITHOUT_DIRECTION {
                     heading = Heading::new(angle_of(&velocity));
@@ -173,7 +180,6 @@ impl Horizon {
                     heading,
                 }
             })
-            .collect()
     }
 
     /// A point of a trajectory as a stage, craft frame.
@@ -188,6 +194,12 @@ impl Horizon {
     /// A position (north, east) in the craft frame, m.
     pub(crate) fn local_position(&self, position: &Vector2<f64>) -> Vector2<f64> {
         self.ned_from_craft.transpose() * (position - self.origin)
+    }
+
+    /// Where an AUV is forecast at the stages, craft frame.
+    pub(crate) fn positions_of(&self, auv: &AuvForecast) -> impl Iterator<Item = Vector2<f64>> {
+        let position = |time: &f64| self.local_position(&auv.at(*time).position);
+        self.times.iter().map(position)
     }
 
     /// A direction (north, east) in the craft frame.

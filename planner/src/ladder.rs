@@ -5,19 +5,20 @@
 use crate::{
     angle::{Heading, angle_of, wrap},
     answer::{Baseline, Degraded, Method, Plan, SolverReport, TargetForecast},
-    estimate::Estimate,
     forecast::AuvForecast,
     goal::GoalForecast,
     horizon::{Horizon, SPEED_WITHOUT_DIRECTION, point_at, previous_points},
     los::{AscNow, LosLaw, LosTuning, Reference, TrackingLaw, saturated_los},
     merit::predict,
-    passes::{Optimiser, Optimum, Programs, Way},
+    passes::{self, Optimiser, Optimum, Way},
     policy::Policy,
     program::Program,
+    refilled::{refill, refilled},
     response::{Rollout, SURGE_BIAS_DECAY, Stage, YAW_LAG},
-    snapshot::{Auv, HoldStyle, Limits, Snapshot, TrajectoryPoint},
+    snapshot::{HoldStyle, Limits, Snapshot, TrajectoryPoint},
     solve::Solution,
     stop::Stop,
+    ways::Ways,
 };
 
 /// How far a slow turn's heading reference leads the craft, rad, starboard.
@@ -33,24 +34,44 @@ pub(crate) const FOLLOW_GAIN: f64 = 0.15;
 const HALF_A_MICROSECOND: f64 = 5e-7;
 
 /// What one rung offers.
+#[derive(Clone, Copy)]
 struct Candidate {
     method: Method,
     reference: Reference,
     way: Way,
 }
 
-/// Plans for `snapshot`: of the rungs that hold, the one that is predicted to do best.
+/// What the rungs are worked out on; it serves the next snapshot too.
+#[derive(Debug, Default)]
+pub(crate) struct Sheets {
+    goal: Option<GoalForecast>,
+    horizon: Option<Horizon>,
+    /// Where line of sight leads.
+    los: Rollout,
+    pub(crate) passes: passes::Sheets,
+}
+
+/// Plans for `snapshot`, in the memory of an earlier plan: of the rungs that hold, the one that is predicted to do
+/// best.
 pub(crate) fn descend(
     snapshot: &Snapshot,
     policy: &Policy,
-    programs: &mut Programs,
+    sheets: &mut Sheets,
     stop: &Stop,
-    solve: &mut dyn FnMut(&Program) -> Solution,
+    solve: &mut dyn FnMut(&Program, &mut Solution),
+    memory: Plan,
 ) -> Plan {
-    let goal = GoalForecast::new(snapshot);
-    let horizon = Horizon::new(snapshot, policy, &goal);
-    let rollout = horizon.line_of_sight(snapshot, policy, &goal, tuning(LosLaw::SaturatedLos, policy));
-    let (predicted, violations) = predict(&horizon, &rollout, &policy.weights);
+    let goal = GoalForecast::in_memory(sheets.goal.take(), snapshot);
+    let horizon = Horizon::in_memory(sheets.horizon.take(), snapshot, policy, &goal);
+    let los_rollout = &mut sheets.los;
+    sheets.passes.ways.begin(horizon.times.len());
+    horizon.line_of_sight(
+        snapshot,
+        policy,
+        &goal,
+        tuning(LosLaw::SaturatedLos, policy),
+        los_rollout,
+    );
     let los = Candidate {
         method: Method::SaturatedLos,
         reference: saturated_los(
@@ -60,95 +81,121 @@ pub(crate) fn descend(
             policy.los,
             &snapshot.limits,
         ),
-        way: Way {
-            stages: rollout.stages.clone(),
-            predicted,
-            violations,
-        },
-    };
-    let baseline = Baseline {
-        reference: los.reference,
-        trajectory: horizon.trajectory(&los.way.stages),
-        predicted,
-        violations: los.way.violations.clone(),
+        way: rolled_out(
+            &horizon,
+            policy,
+            sheets.passes.ways.add(los_rollout.stages.iter().copied()),
+            los_rollout,
+        ),
     };
 
-    let mut optimiser = Optimiser {
-        snapshot,
-        policy,
-        horizon: &horizon,
-        goal: &goal,
-        programs,
-        stop,
-        solve,
-    };
     let optimum = if goal_is_stale(snapshot, policy) {
         Optimum::none(Degraded::StaleReport)
     } else {
-        optimiser.run(&rollout, predicted.merit)
+        let mut optimiser = Optimiser {
+            snapshot,
+            policy,
+            horizon: &horizon,
+            goal: &goal,
+            stop,
+            solve,
+            sheets: &mut sheets.passes,
+        };
+        optimiser.run(los_rollout, los.way.predicted.merit)
     };
-    let Optimum {
-        way,
-        degraded,
-        report,
-        violations: broken_by_program,
-        ..
-    } = optimum;
-    let mut candidate = if degraded == Some(Degraded::StaleReport) {
-        hold(snapshot, policy, &horizon)
-    } else {
-        let planned = way.map(|way| planned(&horizon, way, snapshot, policy));
-        // The first of those that are as good.
-        let rungs = [planned, previous_plan(snapshot, policy, &horizon), Some(los)];
-        rungs
-            .into_iter()
-            .flatten()
-            .reduce(|best, next| {
-                if next.way.predicted.merit < best.way.predicted.merit {
-                    next
-                } else {
-                    best
-                }
-            })
-            .unwrap_or_else(|| hold(snapshot, policy, &horizon))
-    };
-    if candidate.method == Method::Mpc {
-        candidate.way.violations.extend(broken_by_program);
-    }
-    Plan {
-        method: candidate.method,
+    let passes = &mut sheets.passes;
+    let best = best_rung(snapshot, policy, &horizon, &optimum, los, passes);
+    let broken_by_program = (best.method == Method::Mpc).then_some(optimum.violations);
+    let ways = &passes.ways;
+    let answer = Plan {
+        method: best.method,
         surge: snapshot.asc.surge,
         current: snapshot.known_current(),
-        degraded,
-        reference: candidate.reference,
+        degraded: optimum.degraded,
+        reference: best.reference,
         valid_until: snapshot.time + policy.validity,
-        trajectory: horizon.trajectory(&candidate.way.stages),
-        goal: horizon.times.iter().map(|time| goal.at(*time)).collect(),
+        trajectory: refilled(memory.trajectory, horizon.trajectory(&ways[best.way.number])),
+        goal: refilled(memory.goal, horizon.times.iter().map(|time| goal.at(*time))),
         goal_course: goal.course(),
-        targets: targets(snapshot, &horizon),
-        baseline,
+        targets: targets(snapshot, &horizon, goal.auvs(), memory.targets),
+        baseline: Baseline {
+            reference: los.reference,
+            trajectory: refilled(
+                memory.baseline.trajectory,
+                horizon.trajectory(&ways[los.way.number]),
+            ),
+            predicted: los.way.predicted,
+            violations: refilled(
+                memory.baseline.violations,
+                los.way.violations.into_iter().flatten(),
+            ),
+        },
         solver: SolverReport {
             deadline_hit: stop.was_due(),
-            ..report
+            ..optimum.report
         },
-        predicted: candidate.way.predicted,
-        violations: candidate.way.violations,
+        predicted: best.way.predicted,
+        violations: refilled(
+            memory.violations,
+            best.way
+                .violations
+                .into_iter()
+                .chain(broken_by_program.into_iter().flatten())
+                .flatten(),
+        ),
+    };
+    sheets.goal = Some(goal);
+    sheets.horizon = Some(horizon);
+    answer
+}
+
+/// The rung that answers: of those that are as good, the first.
+fn best_rung(
+    snapshot: &Snapshot,
+    policy: &Policy,
+    horizon: &Horizon,
+    optimum: &Optimum,
+    los: Candidate,
+    sheets: &mut passes::Sheets,
+) -> Candidate {
+    if optimum.degraded == Some(Degraded::StaleReport) {
+        return hold(snapshot, policy, horizon, sheets);
     }
+    let planned = optimum
+        .way
+        .map(|way| planned(horizon, way, snapshot, policy, &sheets.ways));
+    let rungs = [
+        planned,
+        previous_plan(snapshot, policy, horizon, sheets),
+        Some(los),
+    ];
+    rungs
+        .into_iter()
+        .flatten()
+        .reduce(|best, next| {
+            if next.way.predicted.merit < best.way.predicted.merit {
+                next
+            } else {
+                best
+            }
+        })
+        .unwrap_or(los)
 }
 
 /// What `law` would do from a start without memory.
 pub(crate) fn baseline(snapshot: &Snapshot, policy: &Policy, law: LosLaw) -> Baseline {
     let goal = GoalForecast::new(snapshot);
-    let horizon = Horizon::new(snapshot, policy, &goal);
+    let horizon = Horizon::in_memory(None, snapshot, policy, &goal);
     let tuning = tuning(law, policy);
-    let rollout = horizon.line_of_sight(snapshot, policy, &goal, tuning);
+    let mut rollout = Rollout::default();
+    horizon.line_of_sight(snapshot, policy, &goal, tuning, &mut rollout);
     let (predicted, violations) = predict(&horizon, &rollout, &policy.weights);
     let mut tracking = TrackingLaw::new(tuning, Some(horizon.goal_course));
     Baseline {
         reference: tracking.steer(0.0, &AscNow::from(snapshot), &goal.at(0.0), &snapshot.limits),
-        trajectory: horizon.trajectory(&rollout.stages),
+        trajectory: horizon.trajectory(&rollout.stages).collect(),
         predicted,
-        violations,
+        violations: violations.into_iter().flatten().collect(),
     }
 }
 
@@ -168,36 +215,40 @@ fn goal_is_stale(snapshot: &Snapshot, policy: &Policy) -> bool {
         .any(|(_, estimate)| estimate.state.age > policy.report_age_max)
 }
 
-fn targets(snapshot: &Snapshot, horizon: &Horizon) -> Vec<TargetForecast> {
-    let current = snapshot.current();
-    let target = |(auv, estimate): (&Auv, &Estimate)| {
-        let forecast = AuvForecast::new(&estimate.state, auv.into(), snapshot.forecast, &current);
-        let times = || horizon.times.iter();
-        TargetForecast {
-            id: auv.id.clone(),
-            estimate: estimate.clone(),
-            model: forecast.model,
-            positions: times().map(|time| forecast.at(*time).position).collect(),
-            depths: times().map(|time| forecast.depth_at(*time)).collect(),
-            position_sigmas: times()
-                .map(|time| forecast.position_variance(*time).sqrt())
-                .collect(),
+fn targets(
+    snapshot: &Snapshot,
+    horizon: &Horizon,
+    forecasts: &[AuvForecast],
+    mut memory: Vec<TargetForecast>,
+) -> Vec<TargetForecast> {
+    memory.truncate(snapshot.auvs.len());
+    let known = snapshot.auvs.iter().zip(snapshot.estimates()).zip(forecasts);
+    for (i, ((auv, estimate), forecast)) in known.enumerate() {
+        if memory.len() == i {
+            memory.push(TargetForecast::of(auv, estimate));
         }
-    };
-    snapshot
-        .auvs
-        .iter()
-        .zip(snapshot.estimates())
-        .map(target)
-        .collect()
+        let target = &mut memory[i];
+        target.id.0.clone_from(&auv.id.0);
+        target.estimate.state.clone_from(&estimate.state);
+        target.estimate.rejected.clone_from(&estimate.rejected);
+        target.model = forecast.model;
+        let motions = horizon.times.iter().map(|time| forecast.at(*time));
+        refill(&mut target.positions, motions.map(|motion| motion.position));
+        let depths = horizon.times.iter().map(|time| forecast.depth_at(*time));
+        refill(&mut target.depths, depths);
+        let variances = horizon.times.iter().map(|time| forecast.position_variance(*time));
+        refill(&mut target.position_sigmas, variances.map(f64::sqrt));
+    }
+    memory
 }
 
 /// The program's own rung.
-fn planned(horizon: &Horizon, way: Way, snapshot: &Snapshot, policy: &Policy) -> Candidate {
-    let points = horizon.trajectory(&way.stages[..2]);
+fn planned(horizon: &Horizon, way: Way, snapshot: &Snapshot, policy: &Policy, ways: &Ways) -> Candidate {
+    let next = horizon.trajectory(&ways[way.number]).nth(1);
+    let next = next.expect("a horizon has an interval");
     let bias = horizon.surge_bias[0];
     let surge = snapshot.asc.surge;
-    let asked = invert_response(surge, &points[1], policy.steps[0], bias, &snapshot.limits);
+    let asked = invert_response(surge, &next, policy.steps[0], bias, &snapshot.limits);
     Candidate {
         method: Method::Mpc,
         reference: within_reach(asked, snapshot),
@@ -225,9 +276,15 @@ fn within_reach(asked: Reference, snapshot: &Snapshot) -> Reference {
 /// ```
 /// A plan is made anew every second from where the craft is, which the second term stands for: without it, errors
 /// of the first turn would be carried to the end of the horizon.
-pub(crate) fn follow(horizon: &Horizon, stages: &[Stage], snapshot: &Snapshot, policy: &Policy) -> Rollout {
+pub(crate) fn follow(
+    horizon: &Horizon,
+    stages: &[Stage],
+    snapshot: &Snapshot,
+    policy: &Policy,
+    rollout: &mut Rollout,
+) {
     let mut k = 0;
-    horizon.rollout(snapshot, policy, |time, asc, speed| {
+    let law = |time, asc: &AscNow, speed| {
         while k + 2 < horizon.times.len() && horizon.times[k + 1] <= time + HALF_A_MICROSECOND {
             k += 1;
         }
@@ -249,7 +306,8 @@ pub(crate) fn follow(horizon: &Horizon, stages: &[Stage], snapshot: &Snapshot, p
         };
         let bias = horizon.surge_bias[0] * (-time / SURGE_BIAS_DECAY).exp();
         invert_response(speed, &point, FOLLOW_LEAD, bias, &snapshot.limits)
-    })
+    };
+    horizon.roll_out(snapshot, policy, law, rollout);
 }
 
 /// The inverse of the inner loops' response over an interval dt: the heading at its end, because the
@@ -271,31 +329,38 @@ fn invert_response(speed_now: f64, next: &TrajectoryPoint, dt: f64, bias: f64, l
 }
 
 /// The previous plan, followed further: its trajectory from now on, held at its end.
-fn previous_plan(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon) -> Option<Candidate> {
+fn previous_plan(
+    snapshot: &Snapshot,
+    policy: &Policy,
+    horizon: &Horizon,
+    sheets: &mut passes::Sheets,
+) -> Option<Candidate> {
     let points = previous_points(snapshot, policy)?;
-    let stages = horizon.stages_along(points);
-    let rollout = follow(horizon, &stages, snapshot, policy);
+    let passes::Sheets { ways, rollout, .. } = sheets;
+    let way = ways.add(horizon.stages_along(points));
+    follow(horizon, &ways[way], snapshot, policy, rollout);
     let next = point_at(points, snapshot.time + FOLLOW_LEAD);
     let (surge, bias) = (snapshot.asc.surge, horizon.surge_bias[0]);
     let asked = invert_response(surge, &next, FOLLOW_LEAD, bias, &snapshot.limits);
     Some(Candidate {
         method: Method::PreviousPlan,
         reference: within_reach(asked, snapshot),
-        way: rolled_out(horizon, policy, stages, &rollout),
+        way: rolled_out(horizon, policy, way, rollout),
     })
 }
 
-fn rolled_out(horizon: &Horizon, policy: &Policy, stages: Vec<Stage>, rollout: &Rollout) -> Way {
+/// The way of that number, `rollout` being what following it leads to.
+fn rolled_out(horizon: &Horizon, policy: &Policy, number: usize, rollout: &Rollout) -> Way {
     let (predicted, violations) = predict(horizon, rollout, &policy.weights);
     Way {
-        stages,
+        number,
         predicted,
         violations,
     }
 }
 
 /// Nothing to follow: turn slowly on the spot, or stop, as the client chose.
-fn hold(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon) -> Candidate {
+fn hold(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon, sheets: &mut passes::Sheets) -> Candidate {
     let law = |heading: Heading| match snapshot.hold {
         HoldStyle::Stop => Reference { speed: 0.0, heading },
         HoldStyle::SlowTurn => Reference {
@@ -303,10 +368,12 @@ fn hold(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon) -> Candidate {
             heading: Heading::new(heading.radians() + SLOW_TURN_LEAD),
         },
     };
-    let rollout = horizon.rollout(snapshot, policy, |_, asc, _| law(asc.heading));
+    let passes::Sheets { ways, rollout, .. } = sheets;
+    horizon.roll_out(snapshot, policy, |_, asc, _| law(asc.heading), rollout);
+    let way = ways.add(rollout.stages.iter().copied());
     Candidate {
         method: Method::Hold,
         reference: law(snapshot.asc.heading),
-        way: rolled_out(horizon, policy, rollout.stages.clone(), &rollout),
+        way: rolled_out(horizon, policy, way, rollout),
     }
 }

@@ -17,23 +17,22 @@ pub(crate) const SURGE_DRAG: f64 = 27.5;
 /// A violation below this is rounding, m.
 const NOTICEABLE: f64 = 1e-3;
 
+/// The worst of each of three soft limits, where it is noticeably broken.
+pub(crate) type Broken = [Option<Violation>; 3];
+
 /// What `rollout` is predicted to lead to, and the limits of position that it breaks.
 ///
 /// The merit is the program's own cost in natural units, without its scale and its cap on far goals, and the
 /// program's price of every limit of position that is broken, by the worst of each interval on the way, not at the
 /// stages alone. What the craft cannot do, a rollout does not do, so that nothing else can be broken.
-pub(crate) fn predict(
-    horizon: &Horizon,
-    rollout: &Rollout,
-    weights: &Weights,
-) -> (Predicted, Vec<Violation>) {
+pub(crate) fn predict(horizon: &Horizon, rollout: &Rollout, weights: &Weights) -> (Predicted, Broken) {
     let mut predicted = track(horizon, &rollout.stages, weights);
-    let mut violations = Vec::new();
-    for (limit, (linear, quadratic)) in [
+    let violations = [
         (SoftLimit::AcousticRange, weights.range_slack),
         (SoftLimit::Area, weights.area_slack),
         (SoftLimit::KeepOut, weights.keep_out_slack),
-    ] {
+    ]
+    .map(|(limit, (linear, quadratic))| {
         let mut worst: Option<Violation> = None;
         for interval in rollout.way.chunk_by(|a, b| a.stage == b.stage) {
             let (amount, stage) = interval
@@ -49,8 +48,8 @@ pub(crate) fn predict(
                 });
             }
         }
-        violations.extend(worst);
-    }
+        worst
+    });
     (predicted, violations)
 }
 
@@ -88,23 +87,21 @@ fn excess(horizon: &Horizon, limit: SoftLimit, place: &Waypoint) -> f64 {
 fn track(horizon: &Horizon, stages: &[Stage], weights: &Weights) -> Predicted {
     let (mut merit, mut square_error, mut square_miss, mut energy) = (0.0, 0.0, 0.0, 0.0);
     let mut acceleration_before: Option<Vector2<f64>> = None;
-    let misses: Vec<_> = stages
-        .iter()
-        .zip(&horizon.goal)
-        .enumerate()
-        .map(|(k, (stage, goal))| {
-            let error = (stage.position - goal.position).norm_squared();
-            let relative = (stage.velocity + horizon.current - goal.velocity).norm_squared();
-            let cost = horizon
-                .surroundings
-                .excess_of_worst_range(k, &stage.position, &goal.position);
-            let power = SURGE_DRAG * stage.velocity.norm().powi(3);
-            (error, cost.unwrap_or(error), relative, power)
-        })
-        .collect();
+    let miss = |k: usize| {
+        let (stage, goal) = (&stages[k], &horizon.goal[k]);
+        let error = (stage.position - goal.position).norm_squared();
+        let relative = (stage.velocity + horizon.current - goal.velocity).norm_squared();
+        let cost = horizon
+            .surroundings
+            .excess_of_worst_range(k, &stage.position, &goal.position);
+        let power = SURGE_DRAG * stage.velocity.norm().powi(3);
+        (error, cost.unwrap_or(error), relative, power)
+    };
+    let mut last = miss(0);
     for k in 1..stages.len() {
         let dt = horizon.times[k] - horizon.times[k - 1];
-        let (from, to) = (misses[k - 1], misses[k]);
+        let (from, to) = (last, miss(k));
+        last = to;
         square_error += 0.5 * dt * (from.0 + to.0);
         square_miss += 0.5 * dt * (from.1 + to.1);
         merit += 0.5 * dt * weights.velocity * (from.2 + to.2);
@@ -115,7 +112,7 @@ fn track(horizon: &Horizon, stages: &[Stage], weights: &Weights) -> Predicted {
             merit += weights.acceleration_change * (acceleration - before).norm_squared();
         }
     }
-    let (_, last_miss, last_relative, _) = misses[misses.len() - 1];
+    let (_, last_miss, last_relative, _) = last;
     merit += weights.position * square_miss
         + weights.terminal_position * last_miss
         + weights.terminal_velocity * last_relative

@@ -1,29 +1,31 @@
 //! The passes of the convex program: each around the directions of travel of the one before.
 
+use std::ops::Range;
+
 use nalgebra::Vector2;
 
 use crate::{
     answer::{Degraded, Predicted, SoftLimit, SolverReport, Violation},
-    certificate::Residuals,
+    certificate::{Products, Residuals},
+    forecast::Motion,
     goal::GoalForecast,
     horizon::{Horizon, previous_points},
     ladder::follow,
-    merit::predict,
+    merit::{Broken, predict},
     policy::Policy,
     program::{LENGTH_UNIT, Layout, Pass, Program, SLACK_UNIT, Slack},
+    refilled::refill,
     response::{Rollout, Stage},
     seeds::Seeds,
     snapshot::Snapshot,
     solve::{SHAPES_MAX, Solution, SolverStatus},
     stop::Stop,
     surroundings::Surroundings,
+    ways::Ways,
 };
 
 /// A last pass that turned any stage by more than this, as a cosine, was pressed against its cone: 45°.
 const PRESSED_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
-
-/// Programs stated before, one for each of the [`SHAPES_MAX`] shapes used last, to be restated in place.
-pub type Programs = Vec<Program>;
 
 /// A slack below this is the solver's tolerance, not a broken limit, m/s or m/s².
 const SLACK_NOTICEABLE: f64 = 1e-3;
@@ -45,9 +47,35 @@ pub(crate) struct Optimiser<'a> {
     pub(crate) policy: &'a Policy,
     pub(crate) horizon: &'a Horizon,
     pub(crate) goal: &'a GoalForecast,
-    pub(crate) programs: &'a mut Programs,
     pub(crate) stop: &'a Stop,
-    pub(crate) solve: &'a mut dyn FnMut(&Program) -> Solution,
+    pub(crate) solve: &'a mut dyn FnMut(&Program, &mut Solution),
+    pub(crate) sheets: &'a mut Sheets,
+}
+
+/// What passes are worked out on; it serves the next snapshot too.
+#[derive(Debug, Default)]
+pub(crate) struct Sheets {
+    /// Programs stated before, one for each of the [`SHAPES_MAX`] shapes used last, to be restated in place.
+    pub(crate) programs: Vec<Program>,
+    /// All ways that are looked at for the snapshot.
+    pub(crate) ways: Ways,
+    /// The way that is being rolled out.
+    pub(crate) rollout: Rollout,
+    given: Given,
+    solution: Solution,
+    products: Products,
+}
+
+/// What a pass is told, craft frame.
+#[derive(Debug, Default)]
+struct Given {
+    /// Directions of travel.
+    directions: Vec<Vector2<f64>>,
+    /// The goal, within reach.
+    goal: Vec<Vector2<f64>>,
+    /// Velocity through the water that matches the goal's, m/s.
+    goal_velocity: Vec<Vector2<f64>>,
+    around: Surroundings,
 }
 
 /// What the passes led to: a way, or the reason why there is none.
@@ -58,16 +86,17 @@ pub(crate) struct Optimum {
     pub(crate) degraded: Option<Degraded>,
     pub(crate) report: SolverReport,
     /// Limits of motion that the program's own stages do not keep.
-    pub(crate) violations: Vec<Violation>,
+    pub(crate) violations: Broken,
 }
 
 /// A planned way, and what following it is predicted to lead to.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Way {
-    pub(crate) stages: Vec<Stage>,
+    /// Its number among all [`Ways`].
+    pub(crate) number: usize,
     pub(crate) predicted: Predicted,
     /// Limits of position that the craft breaks on it.
-    pub(crate) violations: Vec<Violation>,
+    pub(crate) violations: Broken,
 }
 
 impl Optimum {
@@ -76,14 +105,8 @@ impl Optimum {
             way: None,
             settled: false,
             degraded: Some(reason),
-            report: SolverReport {
-                status: SolverStatus::Unsolved,
-                passes: 0,
-                iterations: 0,
-                residuals: None,
-                deadline_hit: false,
-            },
-            violations: Vec::new(),
+            report: SolverReport::nothing_done(),
+            violations: [None; 3],
         }
     }
 
@@ -121,27 +144,33 @@ impl Optimiser<'_> {
     /// these as well where the previous plan's led to something worse than line of sight, or the passes still turn:
     /// when the goal has changed under a plan, two passes cannot leave a cone that points elsewhere.
     pub(crate) fn run(&mut self, los: &Rollout, los_merit: f64) -> Optimum {
-        let seeds = Seeds {
-            snapshot: self.snapshot,
-            policy: self.policy,
-            horizon: self.horizon,
-            goal: self.goal,
-        };
         let Some(points) = previous_points(self.snapshot, self.policy) else {
-            return self.best_of(None, seeds.anew(&los.stages));
+            let ways = self.seeds().anew(&los.stages);
+            return self.best_of(None, ways);
         };
-        let previous = self.horizon.stages_along(points);
-        let seeded = self.refine(&previous);
+        let previous = self.sheets.ways.add(self.horizon.stages_along(points));
+        let seeded = self.refine(previous);
         let others = if seeded.settled && seeded.merit() <= los_merit + NEGLIGIBLE_MERIT {
-            seeds.beside(&previous)
+            self.seeds().beside(previous)
         } else {
-            seeds.anew(&los.stages)
+            self.seeds().anew(&los.stages)
         };
         self.best_of(Some(seeded), others)
     }
 
-    fn best_of(&mut self, first: Option<Optimum>, ways: Vec<Vec<Stage>>) -> Optimum {
-        let optima = ways.into_iter().map(|way| self.refine(&way));
+    fn seeds(&mut self) -> Seeds<'_> {
+        Seeds {
+            snapshot: self.snapshot,
+            policy: self.policy,
+            horizon: self.horizon,
+            goal: self.goal,
+            ways: &mut self.sheets.ways,
+            rollout: &mut self.sheets.rollout,
+        }
+    }
+
+    fn best_of(&mut self, first: Option<Optimum>, ways: Range<usize>) -> Optimum {
+        let optima = ways.map(|way| self.refine(way));
         first
             .into_iter()
             .chain(optima)
@@ -151,9 +180,9 @@ impl Optimiser<'_> {
 
     /// Pass after pass, each around the way of the one before, until it changes little. A pass that fails leaves
     /// the answer to the pass before it.
-    fn refine(&mut self, seed: &[Stage]) -> Optimum {
+    fn refine(&mut self, seed: usize) -> Optimum {
         let mut optimum = Optimum::none(Degraded::Solver(SolverStatus::Unsolved));
-        let mut stages = seed.to_vec();
+        let mut way = seed;
         for _ in 0..self.policy.passes {
             if self.stop.is_due() {
                 if optimum.way.is_none() {
@@ -161,32 +190,30 @@ impl Optimiser<'_> {
                 }
                 break;
             }
-            let directions = Horizon::directions_of(&stages);
-            let mut around = self.horizon.surroundings.clone();
-            around.pass_as(&stages);
-            let (layout, solution, residuals, solved) = self.pass(&directions, &around);
+            let (layout, residuals) = self.pass(way);
+            let solution = &self.sheets.solution;
             optimum.report.passes += 1;
             optimum.report.iterations += solution.iterations;
-            if let Err(reason) = accept(&solution, residuals.as_ref(), self.policy) {
+            if let Err(reason) = accept(solution, residuals.as_ref(), self.policy) {
                 if optimum.way.is_none() {
                     optimum.report.status = solution.status;
                     optimum.degraded = Some(reason);
                 }
                 break;
             }
-            let rollout = follow(self.horizon, &solved, self.snapshot, self.policy);
-            let (predicted, violations) = predict(self.horizon, &rollout, &self.policy.weights);
-            let turned = cosine_of_turn(&directions, &Horizon::directions_of(&solved));
-            stages.clone_from(&solved);
+            let solved = self.add_solved(layout);
+            let turned = cosine_of_turn(&self.sheets.ways[way], &self.sheets.ways[solved]);
+            way = solved;
+            let (predicted, violations) = self.follow(way);
             // A later pass may do worse: it is another linearisation, not a step of a descent.
             if predicted.merit <= optimum.merit() {
-                optimum.report.status = solution.status;
+                optimum.report.status = self.sheets.solution.status;
                 optimum.report.residuals = residuals;
                 optimum.degraded = None;
-                optimum.violations = self.violations(layout, &solution);
+                optimum.violations = self.violations(layout);
                 optimum.settled = turned > PRESSED_COSINE;
                 optimum.way = Some(Way {
-                    stages: solved,
+                    number: way,
                     predicted,
                     violations,
                 });
@@ -198,90 +225,110 @@ impl Optimiser<'_> {
         optimum
     }
 
-    fn pass(
-        &mut self,
-        directions: &[Vector2<f64>],
-        around: &Surroundings,
-    ) -> (Layout, Solution, Option<Residuals>, Vec<Stage>) {
-        let horizon = self.horizon;
-        let reach = GOAL_REACH * self.snapshot.limits.speed_max * self.policy.steps.iter().sum::<f64>();
-        let goal: Vec<_> = horizon
-            .goal
-            .iter()
-            .map(|motion| motion.position.cap_magnitude(reach))
-            .collect();
-        let fastest = GOAL_REACH * self.snapshot.limits.speed_max;
-        let goal_velocity: Vec<_> = horizon
-            .goal
-            .iter()
-            .map(|motion| (motion.velocity - horizon.current).cap_magnitude(fastest))
-            .collect();
-        let around = around.within(reach, &horizon.goal, &goal);
+    /// Solves the program around a way: its shape, and how good the solution is, where there is one.
+    fn pass(&mut self, way: usize) -> (Layout, Option<Residuals>) {
+        let (horizon, snapshot, policy) = (self.horizon, self.snapshot, self.policy);
+        let Sheets {
+            programs,
+            ways,
+            given,
+            solution,
+            products,
+            ..
+        } = &mut *self.sheets;
+        given.state(horizon, snapshot, policy, &ways[way]);
         let pass = Pass {
-            steps: &self.policy.steps,
+            steps: &policy.steps,
             velocity: horizon.start.velocity,
             current: horizon.current,
-            goal: &goal,
-            goal_velocity: &goal_velocity,
-            directions,
-            limits: &self.snapshot.limits,
-            surge_bias: &self.horizon.surge_bias,
-            ranges: &around.ranges,
-            discs: &around.discs,
-            edges: &around.edges,
-            worst: &around.worst,
-            weights: &self.policy.weights,
+            goal: &given.goal,
+            goal_velocity: &given.goal_velocity,
+            directions: &given.directions,
+            limits: &snapshot.limits,
+            surge_bias: &horizon.surge_bias,
+            ranges: &given.around.ranges,
+            discs: &given.around.discs,
+            edges: &given.around.edges,
+            worst: &given.around.worst,
+            weights: &policy.weights,
         };
-        let program = restated(self.programs, &pass);
-        let solution = (self.solve)(program);
-        if solution.primal.len() != program.layout.n_variables() {
-            return (program.layout, solution, None, Vec::new());
-        }
-        let residuals = Residuals::of(program, &solution);
-        let layout = program.layout;
-        let mut stages = vec![horizon.start];
-        stages.extend((1..=layout.n_stages).map(|k| Stage {
-            position: goal[k] + vector_at(&solution, layout.deviation(k)) * LENGTH_UNIT,
-            velocity: vector_at(&solution, layout.velocity(k)),
-        }));
-        (layout, solution, Some(residuals), stages)
+        let program = restated(programs, &pass);
+        (self.solve)(program, solution);
+        let is_whole = solution.primal.len() == program.layout.n_variables();
+        let residuals = is_whole.then(|| Residuals::of(program, solution, products));
+        (program.layout, residuals)
+    }
+
+    /// Adds the way that the solution says.
+    fn add_solved(&mut self, layout: Layout) -> usize {
+        let Sheets {
+            ways,
+            given,
+            solution,
+            ..
+        } = &mut *self.sheets;
+        let later = (1..=layout.n_stages).map(|k| Stage {
+            position: given.goal[k] + vector_at(solution, layout.deviation(k)) * LENGTH_UNIT,
+            velocity: vector_at(solution, layout.velocity(k)),
+        });
+        ways.add(std::iter::once(self.horizon.start).chain(later))
+    }
+
+    /// What following a way is predicted to lead to.
+    fn follow(&mut self, way: usize) -> (Predicted, Broken) {
+        let Sheets { ways, rollout, .. } = &mut *self.sheets;
+        follow(self.horizon, &ways[way], self.snapshot, self.policy, rollout);
+        predict(self.horizon, rollout, &self.policy.weights)
     }
 
     /// The worst of each soft limit of motion, where it is noticeable.
-    fn violations(&self, layout: Layout, solution: &Solution) -> Vec<Violation> {
-        [SoftLimit::ForwardSpeed, SoftLimit::TurnRate, SoftLimit::TrustCone]
-            .into_iter()
-            .filter_map(|limit| {
-                let rows = |k| match limit {
-                    SoftLimit::TurnRate => layout.turn_rate(k)..layout.turn_rate(k) + 2,
-                    SoftLimit::TrustCone => layout.trust_cone(k)..layout.trust_cone(k) + 2,
-                    _ => layout.forward_speed(k)..layout.forward_speed(k) + 1,
-                };
-                let amount = |k: usize| {
-                    // s is what the row leaves, ξ included: ξ − s is by how much it is broken.
-                    let least = solution.slack[rows(k)]
-                        .iter()
-                        .copied()
-                        .fold(f64::INFINITY, f64::min);
-                    solution.primal[layout.slack(k, Slack::Motion)] * SLACK_UNIT - least
-                };
-                let worst = (1..=layout.n_stages).max_by(|a, b| amount(*a).total_cmp(&amount(*b)))?;
-                (amount(worst) > SLACK_NOTICEABLE).then(|| Violation {
-                    limit,
-                    time: self.horizon.time(worst),
-                    amount: amount(worst),
-                })
+    fn violations(&self, layout: Layout) -> Broken {
+        let solution = &self.sheets.solution;
+        [SoftLimit::ForwardSpeed, SoftLimit::TurnRate, SoftLimit::TrustCone].map(|limit| {
+            let rows = |k| match limit {
+                SoftLimit::TurnRate => layout.turn_rate(k)..layout.turn_rate(k) + 2,
+                SoftLimit::TrustCone => layout.trust_cone(k)..layout.trust_cone(k) + 2,
+                _ => layout.forward_speed(k)..layout.forward_speed(k) + 1,
+            };
+            let amount = |k: usize| {
+                // s is what the row leaves, ξ included: ξ − s is by how much it is broken.
+                let least = solution.slack[rows(k)]
+                    .iter()
+                    .copied()
+                    .fold(f64::INFINITY, f64::min);
+                solution.primal[layout.slack(k, Slack::Motion)] * SLACK_UNIT - least
+            };
+            let worst = (1..=layout.n_stages).max_by(|a, b| amount(*a).total_cmp(&amount(*b)))?;
+            (amount(worst) > SLACK_NOTICEABLE).then(|| Violation {
+                limit,
+                time: self.horizon.time(worst),
+                amount: amount(worst),
             })
-            .collect()
+        })
+    }
+}
+
+impl Given {
+    /// The facts of `horizon` for a pass around `stages`.
+    fn state(&mut self, horizon: &Horizon, snapshot: &Snapshot, policy: &Policy, stages: &[Stage]) {
+        refill(&mut self.directions, Horizon::directions_of(stages));
+        let reach = GOAL_REACH * snapshot.limits.speed_max * policy.steps.iter().sum::<f64>();
+        let near = |motion: &Motion| motion.position.cap_magnitude(reach);
+        refill(&mut self.goal, horizon.goal.iter().map(near));
+        let fastest = GOAL_REACH * snapshot.limits.speed_max;
+        let slow = |motion: &Motion| (motion.velocity - horizon.current).cap_magnitude(fastest);
+        refill(&mut self.goal_velocity, horizon.goal.iter().map(slow));
+        self.around.copy_from(&horizon.surroundings);
+        self.around.pass_as(stages);
+        self.around.bring_within(reach, &horizon.goal, &self.goal);
     }
 }
 
 /// Cosine of the largest angle between directions before and after a pass.
-fn cosine_of_turn(before: &[Vector2<f64>], after: &[Vector2<f64>]) -> f64 {
-    before
-        .iter()
-        .zip(after)
-        .map(|(before, after)| before.dot(after))
+fn cosine_of_turn(before: &[Stage], after: &[Stage]) -> f64 {
+    Horizon::directions_of(before)
+        .zip(Horizon::directions_of(after))
+        .map(|(before, after)| before.dot(&after))
         .fold(1.0, f64::min)
 }
 
@@ -307,7 +354,7 @@ fn accept(solution: &Solution, residuals: Option<&Residuals>, policy: &Policy) -
 }
 
 /// The program of the pass's shape, stated anew or restated in place.
-fn restated<'p>(programs: &'p mut Programs, pass: &Pass<'_>) -> &'p Program {
+fn restated<'p>(programs: &'p mut Vec<Program>, pass: &Pass<'_>) -> &'p Program {
     let layout = pass.layout();
     if let Some(index) = programs.iter().position(|program| program.layout == layout) {
         programs[index..].rotate_left(1);

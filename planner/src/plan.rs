@@ -3,9 +3,8 @@
 pub use crate::answer::{
     Baseline, Degraded, Method, Plan, Predicted, SoftLimit, SolverReport, TargetForecast, Violation,
 };
-pub use crate::passes::Programs;
 use crate::{
-    ladder,
+    ladder::{self, Sheets},
     los::LosLaw,
     policy::Policy,
     program::Program,
@@ -14,12 +13,27 @@ use crate::{
     stop::Stop,
 };
 
-/// Memory that a caller keeps between plans: programs and solvers by problem shape. It saves time and
-/// has no effect on any answer.
+/// Memory that a caller keeps between plans: programs and solvers by problem shape, and room to work in. It saves time
+/// and has no effect on any answer.
 #[derive(Debug, Default)]
 pub struct Workspace {
-    programs: Programs,
+    drafts: Drafts,
     solvers: Solvers,
+}
+
+/// The part of a [`Workspace`] that is no solver's.
+#[derive(Debug, Default)]
+pub struct Drafts {
+    sheets: Sheets,
+}
+
+impl Drafts {
+    /// How many programs are remembered: one for each of the shapes used last, no more than
+    /// [`SHAPES_MAX`](crate::solve::SHAPES_MAX).
+    #[must_use]
+    pub fn n_programs(&self) -> usize {
+        self.sheets.passes.programs.len()
+    }
 }
 
 /// Plans for `snapshot`.
@@ -34,10 +48,24 @@ pub fn plan(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace) -> 
 /// An answer that was not stopped is the one of [`plan`], to the bit.
 #[must_use]
 pub fn plan_until(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
-    let Workspace { programs, solvers } = workspace;
-    ladder::descend(snapshot, policy, programs, stop, &mut |program| {
-        solvers.solve_until(program, stop)
-    })
+    let mut answer = Plan::empty();
+    plan_into(snapshot, policy, workspace, stop, &mut answer);
+    answer
+}
+
+/// [`plan_until`] in the memory of an earlier answer, which is lost. Of snapshots like those that the workspace and the
+/// answer have seen, nothing is allocated but by the solver.
+pub fn plan_into(
+    snapshot: &Snapshot,
+    policy: &Policy,
+    workspace: &mut Workspace,
+    stop: &Stop,
+    answer: &mut Plan,
+) {
+    let Workspace { drafts, solvers } = workspace;
+    let memory = std::mem::replace(answer, Plan::empty());
+    let solve = &mut |program: &Program, solution: &mut Solution| solvers.solve_into(program, stop, solution);
+    *answer = ladder::descend(snapshot, policy, &mut drafts.sheets, stop, solve, memory);
 }
 
 /// What a line-of-sight law would do with `snapshot`, at the policy's gains: [`Plan::baseline`] for each law.
@@ -53,8 +81,36 @@ pub fn baseline(snapshot: &Snapshot, policy: &Policy, law: LosLaw) -> Baseline {
 pub fn plan_with(
     snapshot: &Snapshot,
     policy: &Policy,
-    programs: &mut Programs,
+    drafts: &mut Drafts,
     solve: &mut dyn FnMut(&Program) -> Solution,
 ) -> Plan {
-    ladder::descend(snapshot, policy, programs, &Stop::never(), solve)
+    let mut answer = Plan::empty();
+    plan_into_with(
+        snapshot,
+        policy,
+        drafts,
+        &mut |program, solution| *solution = solve(program),
+        &mut answer,
+    );
+    answer
+}
+
+/// [`plan_into`] with another solver in Clarabel's place, or with Clarabel watched. It is given its last solution, to
+/// write the next in its memory.
+pub fn plan_into_with(
+    snapshot: &Snapshot,
+    policy: &Policy,
+    drafts: &mut Drafts,
+    solve: &mut dyn FnMut(&Program, &mut Solution),
+    answer: &mut Plan,
+) {
+    let memory = std::mem::replace(answer, Plan::empty());
+    *answer = ladder::descend(
+        snapshot,
+        policy,
+        &mut drafts.sheets,
+        &Stop::never(),
+        solve,
+        memory,
+    );
 }

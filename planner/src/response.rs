@@ -97,25 +97,26 @@ pub struct Response<'a> {
 
 impl Response<'_> {
     /// Stages 0 … N of the craft that starts at `start` on `heading` and follows `law` over `steps`, and where it
-    /// is in between. The law is asked once a second at most; it is told the time since the start, s, the craft,
-    /// and its speed through the water, m/s.
-    #[must_use]
-    pub fn rollout(
+    /// is in between, in place of what `rollout` held. The law is asked once a second at most; it is told the time
+    /// since the start, s, the craft, and its speed through the water, m/s.
+    pub fn roll_out(
         &self,
         start: Stage,
         heading: Heading,
         steps: &[f64],
         mut law: impl FnMut(f64, &AscNow, f64) -> Reference,
-    ) -> Rollout {
+        rollout: &mut Rollout,
+    ) {
         let mut asc = AscNow {
             position: start.position,
             heading,
             current: self.current,
         };
         let mut speed = start.velocity.dot(&heading.unit());
-        let mut stages = Vec::with_capacity(steps.len() + 1);
+        let Rollout { stages, way } = rollout;
+        stages.clear();
         stages.push(start);
-        let mut way = Vec::new();
+        way.clear();
         let mut time = 0.0;
         for (i, step) in steps.iter().enumerate() {
             let n_parts = (step / LAW_INTERVAL).ceil().max(1.0);
@@ -138,7 +139,6 @@ impl Response<'_> {
                 velocity: asc.heading.unit() * speed,
             });
         }
-        Rollout { stages, way }
     }
 
     /// The craft and its speed an interval later, midpoint in position.

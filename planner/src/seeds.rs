@@ -1,18 +1,22 @@
 //! Ways to linearise the first pass about: a convex program finds the best way on its side of a disc or of a turn,
 //! and no other.
 
+use std::ops::Range;
+
 use nalgebra::Vector2;
 
 use crate::{
     angle::{Heading, angle_of, wrap},
+    forecast::Motion,
     goal::GoalForecast,
     horizon::Horizon,
     los::{AscNow, Reference, saturated_los, target_course},
     policy::Policy,
     program::{Disc, starboard_of},
-    response::Stage,
+    response::{Rollout, Stage},
     snapshot::Snapshot,
     surroundings::nearest_of_chord,
+    ways::Ways,
 };
 
 /// Bearing error beyond which it is open to which side to turn, rad: 115°.
@@ -55,43 +59,54 @@ impl Side {
     }
 }
 
-/// What the ways are sought for.
+/// What the ways are sought for, and where they are written.
 pub(crate) struct Seeds<'a> {
     pub(crate) snapshot: &'a Snapshot,
     pub(crate) policy: &'a Policy,
     pub(crate) horizon: &'a Horizon,
     pub(crate) goal: &'a GoalForecast,
+    pub(crate) ways: &'a mut Ways,
+    /// What a way is rolled out in.
+    pub(crate) rollout: &'a mut Rollout,
 }
 
 impl Seeds<'_> {
     /// Ways to begin with when nothing is known of an earlier plan, `los` being the line-of-sight law's.
-    pub(crate) fn anew(&self, los: &[Stage]) -> Vec<Vec<Stage>> {
-        let mut ways = if self.turns_to_either_side(los) {
-            Side::BOTH.map(|side| self.turning(side)).to_vec()
+    pub(crate) fn anew(&mut self, los: &[Stage]) -> Range<usize> {
+        let first = self.ways.count();
+        let discs = &self.horizon.surroundings.discs;
+        if self.turns_to_either_side(los) {
+            for side in Side::BOTH {
+                self.turning(side);
+                add_around_discs(discs, &self.rollout.stages, self.ways);
+            }
         } else if self.loiters() {
-            Side::BOTH.map(|side| self.loitering(side)).to_vec()
-        } else {
-            Vec::new()
-        };
-        ways.push(los.to_vec());
-        ways.push(self.direct());
-        ways.into_iter()
-            .flat_map(|way| self.around_discs(way))
-            .take(WAYS_MAX)
-            .collect()
+            for side in Side::BOTH {
+                self.loitering(side);
+                add_around_discs(discs, &self.rollout.stages, self.ways);
+            }
+        }
+        add_around_discs(discs, los, self.ways);
+        self.direct();
+        add_around_discs(discs, &self.rollout.stages, self.ways);
+        self.ways.at_most(WAYS_MAX, first)
     }
 
-    /// Ways to try beside an earlier plan's that does not circle, `stages`, when the goal stands still.
-    pub(crate) fn beside(&self, stages: &[Stage]) -> Vec<Vec<Stage>> {
-        let turned: f64 = Horizon::directions_of(stages)
-            .windows(2)
-            .map(|pair| wrap(angle_of(&pair[1]) - angle_of(&pair[0])))
+    /// Ways to try beside an earlier plan's that does not circle, when the goal stands still.
+    pub(crate) fn beside(&mut self, earlier: usize) -> Range<usize> {
+        let first = self.ways.count();
+        let directions = || Horizon::directions_of(&self.ways[earlier]);
+        let turned: f64 = directions()
+            .zip(directions().skip(1))
+            .map(|(from, to)| wrap(angle_of(&to) - angle_of(&from)))
             .sum();
         if self.loiters() && turned.abs() < std::f64::consts::FRAC_PI_2 {
-            Side::BOTH.map(|side| self.loitering(side)).to_vec()
-        } else {
-            Vec::new()
+            for side in Side::BOTH {
+                self.loitering(side);
+                self.ways.add(self.rollout.stages.iter().copied());
+            }
         }
+        first..self.ways.count()
     }
 
     fn turns_to_either_side(&self, los: &[Stage]) -> bool {
@@ -113,10 +128,10 @@ impl Seeds<'_> {
     }
 
     /// At full speed for the goal, turning to that side however far it is, then as line of sight says.
-    fn turning(&self, side: Side) -> Vec<Stage> {
-        self.rollout(|target, asc, los| {
+    fn turning(&mut self, side: Side) {
+        let speed_max = self.snapshot.limits.speed_max;
+        self.roll_out(|target, asc, los| {
             let to_goal = target.position - asc.position;
-            let speed_max = self.snapshot.limits.speed_max;
             let reference = if to_goal.norm() < NEAR {
                 los
             } else {
@@ -135,17 +150,17 @@ impl Seeds<'_> {
                 };
             }
             reference
-        })
+        });
     }
 
     /// Straight to where the goal is at the end of the horizon, to be there then: what line of sight, which is
     /// astern of a goal that hands over, never tries.
-    fn direct(&self) -> Vec<Stage> {
+    fn direct(&mut self) {
         let horizon = self.horizon;
         let duration = horizon.times[horizon.times.len() - 1];
         let end = horizon.goal[horizon.goal.len() - 1].position;
         let limits = &self.snapshot.limits;
-        let rollout = horizon.rollout(self.snapshot, self.policy, |time, asc, _| {
+        let law = |time: f64, asc: &AscNow, _: f64| {
             let to_end = end - asc.position;
             let left = (duration - time).max(1.0);
             let through_water = to_end / left - horizon.current;
@@ -158,48 +173,54 @@ impl Seeds<'_> {
                     Heading::new(angle_of(&through_water))
                 },
             }
-        });
-        rollout.stages
+        };
+        horizon.roll_out(self.snapshot, self.policy, law, self.rollout);
     }
 
     /// Slowly around a goal that stands still.
-    fn loitering(&self, side: Side) -> Vec<Stage> {
-        self.rollout(|_, asc, _| Reference {
-            speed: self.snapshot.limits.speed_min,
+    fn loitering(&mut self, side: Side) {
+        let speed_min = self.snapshot.limits.speed_min;
+        self.roll_out(|_, asc, _| Reference {
+            speed: speed_min,
             heading: Heading::new(asc.heading.radians() + side.sign() * LOITER_RATE),
-        })
+        });
     }
 
-    fn rollout(&self, law: impl Fn(&crate::forecast::Motion, &AscNow, Reference) -> Reference) -> Vec<Stage> {
+    fn roll_out(&mut self, law: impl Fn(&Motion, &AscNow, Reference) -> Reference) {
         let horizon = self.horizon;
         let mut held = horizon.local_goal_course();
         let limits = &self.snapshot.limits;
-        let rollout = horizon.rollout(self.snapshot, self.policy, |time, asc, _| {
+        let law = |time: f64, asc: &AscNow, _: f64| {
             let target = horizon.local(&self.goal.at(time));
             held = target_course(&target, Some(held));
             let los = saturated_los(asc, &target, held, self.policy.los, limits);
             law(&target, asc, los)
-        });
-        rollout.stages
-    }
-
-    /// The way itself, or where it leads through a disc, the ways on either side of the first one.
-    fn around_discs(&self, way: Vec<Stage>) -> Vec<Vec<Stage>> {
-        let blocked = |k: usize, disc: &&Disc| {
-            let nearest = nearest_of_chord(&way[k - 1].position, &way[k].position, &disc.centres[k]);
-            (nearest - disc.centres[k]).norm() < disc.radii[k]
         };
-        let discs = &self.horizon.surroundings.discs;
-        let first = (1..way.len()).find_map(|k| discs.iter().find(|disc| blocked(k, disc)));
-        match first {
-            Some(disc) => Side::BOTH.map(|side| pushed_out(&way, disc, side)).to_vec(),
-            None => vec![way],
+        horizon.roll_out(self.snapshot, self.policy, law, self.rollout);
+    }
+}
+
+/// Adds the way itself, or where it leads through a disc, the ways on either side of the first one.
+fn add_around_discs(discs: &[Disc], way: &[Stage], ways: &mut Ways) {
+    let blocked = |k: usize, disc: &&Disc| {
+        let nearest = nearest_of_chord(&way[k - 1].position, &way[k].position, &disc.centres[k]);
+        (nearest - disc.centres[k]).norm() < disc.radii[k]
+    };
+    let first = (1..way.len()).find_map(|k| discs.iter().find(|disc| blocked(k, disc)));
+    match first {
+        Some(disc) => {
+            for side in Side::BOTH {
+                ways.add(pushed_out(way, disc, side));
+            }
+        }
+        None => {
+            ways.add(way.iter().copied());
         }
     }
 }
 
 /// The way with what is in the disc pushed out of it on that side.
-fn pushed_out(way: &[Stage], disc: &Disc, side: Side) -> Vec<Stage> {
+fn pushed_out(way: &[Stage], disc: &Disc, side: Side) -> impl Iterator<Item = Stage> {
     let inside = |k: &usize| (way[*k].position - disc.centres[*k]).norm() < disc.radii[*k] + CLEARANCE;
     let entry = (1..way.len()).find(inside).unwrap_or(1);
     let exit = (1..way.len()).rev().find(inside).unwrap_or(entry);
@@ -208,7 +229,7 @@ fn pushed_out(way: &[Stage], disc: &Disc, side: Side) -> Vec<Stage> {
         .unwrap_or(Vector2::new(1.0, 0.0));
     // Passing on the starboard side of the disc, seen along the way.
     let out = starboard_of(along) * side.sign();
-    let pushed = |(k, stage): (usize, &Stage)| {
+    let pushed = move |(k, stage): (usize, &Stage)| {
         let from_centre = stage.position - disc.centres[k];
         let radius = disc.radii[k] + CLEARANCE;
         let along_chord = from_centre.dot(&along);
@@ -222,5 +243,5 @@ fn pushed_out(way: &[Stage], disc: &Disc, side: Side) -> Vec<Stage> {
             *stage
         }
     };
-    way.iter().enumerate().map(pushed).collect()
+    way.iter().enumerate().map(pushed)
 }

@@ -1,6 +1,9 @@
 //! The place at the surface from which the farthest of several vehicles is nearest.
 
 use nalgebra::Vector2;
+use smallvec::{SmallVec, smallvec};
+
+use crate::snapshot::AUVS_MAX;
 
 /// By how much a squared distance may exceed the largest, relative to it, and still count as equal: some
 /// fifty roundings. The place is then right to the root of it, 10⁻⁷ of the distance, in the worst case.
@@ -25,7 +28,7 @@ pub struct Nearest {
     pub position: Vector2<f64>,
     /// Its weights: the place is the mean of the vehicles' positions by these, none negative, their sum 1. At
     /// most three are positive, those of vehicles that are all equally far, and none is farther.
-    pub weights: Vec<f64>,
+    pub weights: SmallVec<[f64; AUVS_MAX]>,
 }
 
 /// The place that is nearest to its farthest vehicle, in slant range.
@@ -46,7 +49,7 @@ pub struct Nearest {
 pub fn nearest_to_all(vehicles: &[Below]) -> Nearest {
     // Differences to the first: coordinates of 10⁶ m leave few digits to squares.
     let origin = vehicles[0].position;
-    let points: Vec<Lifted> = vehicles
+    let points: SmallVec<[Lifted; AUVS_MAX]> = vehicles
         .iter()
         .map(|vehicle| Lifted {
             position: vehicle.position - origin,
@@ -83,14 +86,14 @@ impl Lifted {
 #[derive(Clone, Debug)]
 struct Place {
     position: Vector2<f64>,
-    support: Vec<usize>,
+    support: SmallVec<[usize; 3]>,
 }
 
 impl Place {
     fn above(points: &[Lifted], i: usize) -> Self {
         Self {
             position: points[i].position,
-            support: vec![i],
+            support: smallvec![i],
         }
     }
 
@@ -101,9 +104,9 @@ impl Place {
     }
 
     /// Barycentric coordinates of the place in its support.
-    fn weights(&self, points: &[Lifted]) -> Vec<f64> {
+    fn weights(&self, points: &[Lifted]) -> SmallVec<[f64; AUVS_MAX]> {
         let p = |i: usize| points[i].position;
-        let mut weights = vec![0.0; points.len()];
+        let mut weights: SmallVec<[f64; AUVS_MAX]> = smallvec![0.0; points.len()];
         match *self.support.as_slice() {
             [i, j] => {
                 let side = p(j) - p(i);
@@ -226,8 +229,8 @@ mod tests {
     fn one_vehicle_is_best_seen_from_above() {
         let found = nearest_to_all(&[below(3.0, -4.0, 9.0)]);
         assert_eq!(
-            (found.position, found.weights),
-            (Vector2::new(3.0, -4.0), vec![1.0])
+            (found.position, found.weights.as_slice()),
+            (Vector2::new(3.0, -4.0), [1.0].as_slice())
         );
     }
 
@@ -235,7 +238,7 @@ mod tests {
     fn the_circle_around_an_obtuse_triangle_is_that_of_its_longest_side() {
         let found = nearest_to_all(&[below(0.0, 0.0, 2.0), below(10.0, 1.0, 2.0), below(20.0, 0.0, 2.0)]);
         assert!((found.position - Vector2::new(10.0, 0.0)).norm() < 1e-12);
-        assert_eq!(found.weights, [0.5, 0.0, 0.5]);
+        assert_eq!(found.weights.as_slice(), [0.5, 0.0, 0.5]);
     }
 
     #[test]
@@ -264,7 +267,10 @@ mod tests {
         assert!((found.position.x - 60.0 * share(depth)).abs() < 1e-12);
         assert!((found.weights[1] - share(depth)).abs() < 1e-12);
         let found = nearest_to_all(&[below(0.0, 0.0, 0.0), below(60.0, 0.0, 60.5)]);
-        assert_eq!((found.position.x, found.weights), (60.0, vec![0.0, 1.0]));
+        assert_eq!(
+            (found.position.x, found.weights.as_slice()),
+            (60.0, [0.0, 1.0].as_slice())
+        );
     }
 
     #[test]

@@ -67,6 +67,13 @@ pub struct Solution {
     pub iterations: u32,
 }
 
+impl Default for Solution {
+    /// Not started.
+    fn default() -> Self {
+        Self::none(SolverStatus::Unsolved)
+    }
+}
+
 impl Solution {
     /// No solution, and why.
     #[must_use]
@@ -106,7 +113,11 @@ pub fn solve_once(program: &StandardForm<'_>, tolerance: f64) -> Solution {
         ..settings
     });
     match settings.and_then(|settings| new_solver(program, settings)) {
-        Some(mut solver) => solved(&mut solver),
+        Some(mut solver) => {
+            let mut solution = Solution::default();
+            solve_and_copy(&mut solver, &mut solution);
+            solution
+        }
         None => Solution::none(SolverStatus::NumericalError),
     }
 }
@@ -149,17 +160,24 @@ impl Solvers {
 
     /// [`Solvers::solve`], given up at the first iteration that finds `stop` due.
     pub fn solve_until(&mut self, program: &Program, stop: &Stop) -> Solution {
+        let mut solution = Solution::default();
+        self.solve_into(program, stop, &mut solution);
+        solution
+    }
+
+    /// [`Solvers::solve_until`] in the memory of an earlier `solution`.
+    pub fn solve_into(&mut self, program: &Program, stop: &Stop, solution: &mut Solution) {
         let Some(solver) = self.prepared(program) else {
-            return Solution::none(SolverStatus::NumericalError);
+            *solution = Solution::none(SolverStatus::NumericalError);
+            return;
         };
         // The solver adds up its time over all solves otherwise.
         solver.timers = Some(clarabel::timers::Timers::default());
         let stop = stop.clone();
         solver.set_termination_callback(move |_: &DefaultInfo<f64>| stop.is_due());
-        let solution = solved(solver);
+        solve_and_copy(solver, solution);
         // A kept solver must not hold on to what the caller put into the signal.
         solver.unset_termination_callback();
-        solution
     }
 
     /// The solver for the program's shape, with the program's numbers; `None` where Clarabel refuses
@@ -195,16 +213,14 @@ impl Solvers {
     }
 }
 
-fn solved(solver: &mut DefaultSolver<f64>) -> Solution {
+fn solve_and_copy(solver: &mut DefaultSolver<f64>, solution: &mut Solution) {
     solver.solve();
     let answer = &solver.solution;
-    Solution {
-        status: status_of(answer.status),
-        primal: answer.x.clone(),
-        dual: answer.z.clone(),
-        slack: answer.s.clone(),
-        iterations: answer.iterations,
-    }
+    solution.status = status_of(answer.status);
+    solution.primal.clone_from(&answer.x);
+    solution.dual.clone_from(&answer.z);
+    solution.slack.clone_from(&answer.s);
+    solution.iterations = answer.iterations;
 }
 
 fn new_solver(program: &StandardForm<'_>, settings: DefaultSettings<f64>) -> Option<DefaultSolver<f64>> {

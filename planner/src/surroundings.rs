@@ -1,14 +1,18 @@
 //! What is around the craft at the stages of a horizon, in its own frame: AUVs to stay in range of, discs, edges.
 
+use std::iter::repeat_n;
+
 use nalgebra::Vector2;
+use smallvec::SmallVec;
 
 use crate::{
     forecast::{AuvForecast, Motion},
     horizon::Horizon,
     policy::Policy,
     program::{Disc, Edge, Member, Range, starboard_of},
+    refilled::refill,
     response::Stage,
-    snapshot::{Goal, Snapshot, VehicleId},
+    snapshot::{Goal, KEEP_OUTS_MAX, Snapshot, VehicleId},
 };
 
 /// Radius of a disc that is not there, m: with any other number below 0 a disc would come and go at another share of
@@ -22,70 +26,102 @@ pub(crate) struct Surroundings {
     pub(crate) discs: Vec<Disc>,
     pub(crate) edges: Vec<Edge>,
     pub(crate) worst: Vec<Member>,
+    /// The keep-outs by their place in the snapshot, in the order of the discs, of which they are the first.
+    keep_outs: Vec<usize>,
+    /// The AUVs by their place in the snapshot, in the order of their ranges and of the discs after the keep-outs.
+    auvs: Vec<usize>,
 }
 
 impl Surroundings {
-    pub(crate) fn new(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon) -> Self {
-        let n = horizon.times.len();
-        let mut discs: Vec<_> = snapshot
-            .keep_outs
-            .iter()
-            .map(|disc| Disc {
-                centres: vec![horizon.local_position(&disc.centre); n],
-                radii: vec![disc.radius; n],
-                normals: vec![Vector2::new(1.0, 0.0); n],
-            })
-            .collect();
-        discs.sort_by(|a, b| in_order(&a.centres[0], &b.centres[0]));
-        let mut tracks: Vec<_> = snapshot
-            .auvs
-            .iter()
-            .zip(snapshot.estimates())
-            .map(|(auv, estimate)| {
-                let state = &estimate.state;
-                let forecast = AuvForecast::new(state, auv.into(), snapshot.forecast, &snapshot.current());
-                let position = |time: &f64| horizon.local_position(&forecast.at(*time).position);
-                Track {
-                    counts: matters(snapshot, &auv.id),
-                    doubts: horizon
-                        .times
-                        .iter()
-                        .map(|time| forecast.position_variance(*time).sqrt())
-                        .collect(),
-                    surfaced: horizon
-                        .times
-                        .iter()
-                        .map(|time| forecast.surfaced(*time))
-                        .collect(),
-                    member: Member {
-                        positions: horizon.times.iter().map(position).collect(),
-                        depths: horizon
-                            .times
-                            .iter()
-                            .map(|time| forecast.depth_at(*time))
-                            .collect(),
-                    },
-                }
-            })
-            .collect();
+    /// What is around the craft over `horizon`, in place of what was; `forecasts` of all AUVs, in the snapshot's order.
+    pub(crate) fn restate(
+        &mut self,
+        snapshot: &Snapshot,
+        policy: &Policy,
+        horizon: &Horizon,
+        forecasts: &[AuvForecast],
+    ) {
         // In geometric order, so that nothing depends on who was named first.
-        tracks.sort_by(|a, b| in_order(&a.member.positions[0], &b.member.positions[0]));
-        if let Some(separation) = snapshot.surfacing_separation {
-            discs.extend(tracks.iter().map(|track| track.disc(separation)));
+        let centres = snapshot.keep_outs.iter().map(|disc| disc.centre);
+        sort(&mut self.keep_outs, centres, horizon);
+        let positions = forecasts.iter().map(|forecast| forecast.at(0.0).position);
+        sort(&mut self.auvs, positions, horizon);
+
+        self.restate_discs(snapshot, horizon, forecasts);
+        let n_ranges = snapshot.range_max.map_or(0, |_| self.auvs.len());
+        self.ranges.resize_with(n_ranges, Range::default);
+        if let Some(range_max) = snapshot.range_max {
+            for (range, auv) in self.ranges.iter_mut().zip(&self.auvs) {
+                stay_near(range, &forecasts[*auv], horizon, range_max, policy.range_doubt);
+            }
         }
-        Self {
-            ranges: snapshot
-                .range_max
-                .map(|range| tracks.iter().map(|track| track.range(range, policy)).collect())
-                .unwrap_or_default(),
-            discs,
-            edges: edges(&snapshot.area, horizon),
-            worst: tracks
-                .into_iter()
-                .filter(|track| track.counts)
-                .map(|track| track.member)
-                .collect(),
+        refill(&mut self.edges, edges(&snapshot.area, horizon));
+        let counting = || {
+            self.auvs
+                .iter()
+                .filter(|auv| matters(snapshot, &snapshot.auvs[**auv].id))
+        };
+        self.worst.resize_with(counting().count(), Member::default);
+        for (member, auv) in self.worst.iter_mut().zip(counting()) {
+            let forecast = &forecasts[*auv];
+            refill(&mut member.positions, horizon.positions_of(forecast));
+            let depths = horizon.times.iter().map(|time| forecast.depth_at(*time));
+            refill(&mut member.depths, depths);
         }
+    }
+
+    /// Keep-outs first, then the AUVs that may be at the surface.
+    fn restate_discs(&mut self, snapshot: &Snapshot, horizon: &Horizon, forecasts: &[AuvForecast]) {
+        let (n, n_fixed) = (horizon.times.len(), self.keep_outs.len());
+        let n_moving = snapshot.surfacing_separation.map_or(0, |_| self.auvs.len());
+        self.discs.resize_with(n_fixed + n_moving, Disc::default);
+        let (fixed, moving) = self.discs.split_at_mut(n_fixed);
+        for (disc, place) in fixed.iter_mut().zip(&self.keep_outs) {
+            let keep_out = &snapshot.keep_outs[*place];
+            refill(
+                &mut disc.centres,
+                repeat_n(horizon.local_position(&keep_out.centre), n),
+            );
+            refill(&mut disc.radii, repeat_n(keep_out.radius, n));
+        }
+        let Some(separation) = snapshot.surfacing_separation else {
+            return;
+        };
+        for (disc, auv) in moving.iter_mut().zip(&self.auvs) {
+            let forecast = &forecasts[*auv];
+            let radius = |time: &f64| {
+                if forecast.surfaced(*time) {
+                    separation
+                } else {
+                    NOT_THERE
+                }
+            };
+            refill(&mut disc.centres, horizon.positions_of(forecast));
+            refill(&mut disc.radii, horizon.times.iter().map(radius));
+        }
+    }
+
+    /// The same as `other`, in this one's memory.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.ranges.resize_with(other.ranges.len(), Range::default);
+        for (range, other) in self.ranges.iter_mut().zip(&other.ranges) {
+            range.centres.clone_from(&other.centres);
+            range.radii.clone_from(&other.radii);
+        }
+        self.discs.resize_with(other.discs.len(), Disc::default);
+        for (disc, other) in self.discs.iter_mut().zip(&other.discs) {
+            disc.centres.clone_from(&other.centres);
+            disc.radii.clone_from(&other.radii);
+            disc.normals.clone_from(&other.normals);
+        }
+        self.edges.clone_from(&other.edges);
+        self.worst.resize_with(other.worst.len(), Member::default);
+        for (member, other) in self.worst.iter_mut().zip(&other.worst) {
+            member.positions.clone_from(&other.positions);
+            member.depths.clone_from(&other.depths);
+        }
+        self.keep_outs.clone_from(&other.keep_outs);
+        self.auvs.clone_from(&other.auvs);
     }
 
     /// Where the goal is a worst range: its square at stage k less the least possible, m².
@@ -104,11 +140,11 @@ impl Surroundings {
         (!self.worst.is_empty()).then(|| (worst(position) - worst(goal)).max(0.0))
     }
 
-    /// The same as a program may be told it, for a craft that gets no farther than `reach` and a goal that is brought
+    /// Makes it what a program may be told, for a craft that gets no farther than `reach` and a goal that is brought
     /// nearer: what is out of reach stays there, but is not so far that rounding counts.
-    pub(crate) fn within(&self, reach: f64, goal: &[Motion], near_goal: &[Vector2<f64>]) -> Self {
+    pub(crate) fn bring_within(&mut self, reach: f64, goal: &[Motion], near_goal: &[Vector2<f64>]) {
         let far = 2.0 * reach;
-        let mut near = self.clone();
+        let near = self;
         for range in &mut near.ranges {
             for (centre, radius) in range.centres.iter_mut().zip(&mut range.radii) {
                 let beyond = (centre.norm() - far).max(0.0);
@@ -127,12 +163,12 @@ impl Surroundings {
             edge.offset = edge.offset.clamp(-far, far);
         }
         // Members that are far apart keep their directions from the goal, which tell where the worst range grows.
-        let spread = self
+        let spread = near
             .worst
             .iter()
             .flat_map(|member| member.positions.iter().zip(goal));
         let spread = spread.map(|(position, goal)| (position - goal.position).norm());
-        let deepest = self.worst.iter().flat_map(|member| &member.depths).copied();
+        let deepest = near.worst.iter().flat_map(|member| &member.depths).copied();
         let shrink = (far / spread.chain(deepest).fold(far, f64::max)).min(1.0);
         for member in &mut near.worst {
             for ((position, goal), near_goal) in member.positions.iter_mut().zip(goal).zip(near_goal) {
@@ -142,12 +178,13 @@ impl Surroundings {
                 *depth *= shrink;
             }
         }
-        near
     }
 
     /// Turns the discs' normals to the side on which `stages` pass each of them.
     pub(crate) fn pass_as(&mut self, stages: &[Stage]) {
         for disc in &mut self.discs {
+            // The first is of no interval.
+            disc.normals.resize(stages.len(), Vector2::new(1.0, 0.0));
             for k in 1..stages.len() {
                 let (from, to) = (stages[k - 1].position, stages[k].position);
                 let nearest = nearest_of_chord(&from, &to, &disc.centres[k]);
@@ -161,39 +198,29 @@ impl Surroundings {
     }
 }
 
-/// An AUV over the horizon.
-struct Track {
-    /// Whether its range is what the goal is about.
-    counts: bool,
-    /// Standard deviation of its position over both axes, √(tr P), at the stages, m.
-    doubts: Vec<f64>,
-    /// Whether it may be at the surface, at the stages.
-    surfaced: Vec<bool>,
-    member: Member,
+/// Places in the snapshot, sorted by where what is there is in the craft frame.
+fn sort(places: &mut Vec<usize>, positions: impl Iterator<Item = Vector2<f64>>, horizon: &Horizon) {
+    let local = positions.map(|position| horizon.local_position(&position));
+    let mut order: SmallVec<[(usize, Vector2<f64>); KEEP_OUTS_MAX]> = local.enumerate().collect();
+    order.sort_by(|(_, a), (_, b)| in_order(a, b));
+    refill(places, order.into_iter().map(|(place, _)| place));
 }
 
-impl Track {
-    /// Horizontal distance to keep within: √(R² − z²) less the doubt.
-    fn range(&self, range: f64, policy: &Policy) -> Range {
-        let radius = |(depth, doubt): (&f64, &f64)| {
-            let across = (range * range - depth * depth).max(0.0).sqrt();
-            (across - policy.range_doubt * doubt).max(0.0)
-        };
-        Range {
-            centres: self.member.positions.clone(),
-            radii: self.member.depths.iter().zip(&self.doubts).map(radius).collect(),
-        }
-    }
-
-    /// What to keep out of: a disc that moves with it, and is there while it may be at the surface.
-    fn disc(&self, separation: f64) -> Disc {
-        let radius = |surfaced: &bool| if *surfaced { separation } else { NOT_THERE };
-        Disc {
-            centres: self.member.positions.clone(),
-            radii: self.surfaced.iter().map(radius).collect(),
-            normals: vec![Vector2::new(1.0, 0.0); self.surfaced.len()],
-        }
-    }
+/// Horizontal distance to keep within of an AUV: √(R² − z²) less the doubt, √(tr P) over both axes.
+fn stay_near(
+    range: &mut Range,
+    forecast: &AuvForecast,
+    horizon: &Horizon,
+    range_max: f64,
+    doubt_weight: f64,
+) {
+    let radius = |time: &f64| {
+        let (depth, doubt) = (forecast.depth_at(*time), forecast.position_variance(*time).sqrt());
+        let across = (range_max * range_max - depth * depth).max(0.0).sqrt();
+        (across - doubt_weight * doubt).max(0.0)
+    };
+    refill(&mut range.centres, horizon.positions_of(forecast));
+    refill(&mut range.radii, horizon.times.iter().map(radius));
 }
 
 /// Whether the goal is the worst range, and this AUV's is one of those. Beside the place where it is least, the goal
@@ -206,21 +233,17 @@ fn matters(snapshot: &Snapshot, id: &VehicleId) -> bool {
 }
 
 /// Edges of an area whose corners go clockwise.
-fn edges(corners: &[Vector2<f64>], horizon: &Horizon) -> Vec<Edge> {
+fn edges(corners: &[Vector2<f64>], horizon: &Horizon) -> impl Iterator<Item = Edge> {
     let after = corners.iter().cycle().skip(1);
-    corners
-        .iter()
-        .zip(after)
-        .map(|(from, to)| {
-            // Clockwise seen from above, the area is to starboard of its edge.
-            let along = (to - from).normalize();
-            let normal = horizon.local_direction(&-starboard_of(along));
-            Edge {
-                normal,
-                offset: normal.dot(&horizon.local_position(from)),
-            }
-        })
-        .collect()
+    corners.iter().zip(after).map(|(from, to)| {
+        // Clockwise seen from above, the area is to starboard of its edge.
+        let along = (to - from).normalize();
+        let normal = horizon.local_direction(&-starboard_of(along));
+        Edge {
+            normal,
+            offset: normal.dot(&horizon.local_position(from)),
+        }
+    })
 }
 
 fn in_order(a: &Vector2<f64>, b: &Vector2<f64>) -> std::cmp::Ordering {

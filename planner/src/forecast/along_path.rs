@@ -75,8 +75,6 @@ pub(super) struct AlongPath {
     approach_rate: f64,
     /// Tangent angle of the path at the report, rad.
     reported_tangent: f64,
-    /// In order of time, at least one.
-    stretches: Vec<Stretch>,
     /// Time and arc length of a whole round of a closed path.
     lap: Option<(f64, f64)>,
 }
@@ -87,7 +85,7 @@ pub(super) struct AlongPath {
 /// γ(τ) = γ₀ + γ̇₀ (exp(λ τ) − 1) / λ        γ̇(τ) = γ̇₀ exp(λ τ)
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Stretch {
+pub(super) struct Stretch {
     /// When it begins, s after the report.
     time: f64,
     /// Arc length where it begins γ₀, m.
@@ -99,8 +97,15 @@ struct Stretch {
 }
 
 impl AlongPath {
-    /// The future of an AUV in `state` on the path it is known to follow, in a `current` (north, east), m/s.
-    pub(super) fn new(state: &AuvState, known: &KnownPath, current: &Vector2<f64>) -> Self {
+    /// The future of an AUV in `state` on the path it is known to follow, in a `current` (north, east), m/s. Its
+    /// stretches, in order of time and at least one, replace what `stretches` held.
+    pub(super) fn new(
+        state: &AuvState,
+        known: &KnownPath,
+        current: &Vector2<f64>,
+        stretches: &mut Vec<Stretch>,
+    ) -> Self {
+        stretches.clear();
         let KnownPath {
             path,
             horizontal_speed,
@@ -116,7 +121,7 @@ impl AlongPath {
             turn: turn_of_a_stretch(path, current),
             way: ground_speed(point.tangent).signum(),
             time: 0.0,
-            stretches: Vec::new(),
+            stretches,
         };
         let lap = schedule.fill(gamma);
         let cross_course = if state.speed < SPEED_AT_REST {
@@ -131,7 +136,6 @@ impl AlongPath {
             approach: APPROACH_LENGTH * cross_course,
             approach_rate: state.speed.max(SPEED_AT_REST) / APPROACH_LENGTH,
             reported_tangent: point.tangent,
-            stretches: schedule.stretches,
             lap,
         }
     }
@@ -149,8 +153,8 @@ impl AlongPath {
     /// Motion `elapsed` seconds after the report, of a vehicle that leads by so much over its horizontal speed.
     ///
     /// The lead counts along the path: what a current across takes of it is left out (a sixth, at 0.1 m/s).
-    pub(super) fn at(&self, elapsed: f64, lead: Lead) -> Motion {
-        let (gamma, rate) = self.foot(elapsed);
+    pub(super) fn at(&self, elapsed: f64, lead: Lead, stretches: &[Stretch]) -> Motion {
+        let (gamma, rate) = self.foot(elapsed, stretches);
         let point = self.path.at(gamma + lead.distance);
         let left = self.left_to_approach(elapsed);
         let offset = self.offset + self.approach * (1.0 - left);
@@ -163,17 +167,20 @@ impl AlongPath {
     }
 
     /// Tangent angle of the path beside the vehicle, rad, and its rate, rad/s, `elapsed` seconds after the report.
-    pub(super) fn tangent(&self, elapsed: f64, lead: Lead) -> (f64, f64) {
-        let (gamma, rate) = self.foot(elapsed);
+    pub(super) fn tangent(&self, elapsed: f64, lead: Lead, stretches: &[Stretch]) -> (f64, f64) {
+        let (gamma, rate) = self.foot(elapsed, stretches);
         let point = self.path.at(gamma + lead.distance);
         (point.tangent, point.curvature * (rate + lead.speed))
     }
 
     /// What the doubt of the place depends on, `elapsed` seconds after the report.
-    pub(super) fn on_path(&self, elapsed: f64, lead: Lead) -> OnPath {
+    pub(super) fn on_path(&self, elapsed: f64, lead: Lead, stretches: &[Stretch]) -> OnPath {
         OnPath {
             reported: self.reported_tangent,
-            tangent: self.path.at(self.foot(elapsed).0 + lead.distance).tangent,
+            tangent: self
+                .path
+                .at(self.foot(elapsed, stretches).0 + lead.distance)
+                .tangent,
             speed: self.horizontal_speed,
             approached: 1.0 - self.left_to_approach(elapsed),
         }
@@ -185,7 +192,7 @@ impl AlongPath {
     }
 
     /// Arc length of the point abeam of the vehicle, m, and its rate, m/s.
-    fn foot(&self, elapsed: f64) -> (f64, f64) {
+    fn foot(&self, elapsed: f64, stretches: &[Stretch]) -> (f64, f64) {
         let (laps_length, elapsed) = match self.lap {
             Some((time, length)) => {
                 let laps = (elapsed / time).floor();
@@ -193,11 +200,10 @@ impl AlongPath {
             }
             None => (0.0, elapsed),
         };
-        let after = self
-            .stretches
+        let after = stretches
             .partition_point(|stretch| stretch.time <= elapsed)
             .max(1);
-        let stretch = &self.stretches[after - 1];
+        let stretch = &stretches[after - 1];
         let since = elapsed - stretch.time;
         let gamma = stretch.gamma + stretch.rate * since * exponential_mean(stretch.growth * since);
         let rate = stretch.rate * (stretch.growth * since).exp();
@@ -229,7 +235,7 @@ struct Schedule<'a, F> {
     /// 1 for a vehicle that goes forward along its path, −1 for one that is carried back.
     way: f64,
     time: f64,
-    stretches: Vec<Stretch>,
+    stretches: &'a mut Vec<Stretch>,
 }
 
 impl<F: Fn(f64) -> f64> Schedule<'_, F> {
