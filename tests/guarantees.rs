@@ -419,6 +419,38 @@ fn a_craft_above_a_surfaced_auv_leaves_and_says_that_it_is_too_near() {
     assert!(apart > 5.0, "{apart} m");
 }
 
+#[test]
+fn a_wall_of_discs_that_overlap_is_gone_around() {
+    for shift in [-6.0, -1.0, 0.0, 1.0, 9.0] {
+        let mut scene = with_an_auv_in_the_way(false);
+        scene.keep_outs = [-15.0, -5.0, 5.0, 15.0]
+            .map(|east| KeepOut {
+                centre: Vector2::new(25.0, east + shift),
+                radius: 7.0,
+            })
+            .to_vec();
+        let answer = planned(scene.clone());
+        // What follows a way cuts its corners by a little.
+        let worst = answer
+            .violations
+            .iter()
+            .map(|broken| broken.amount)
+            .fold(0.0, f64::max);
+        assert!(worst < 0.3, "wall moved by {shift} m: {worst} m");
+        // Line of sight drives through.
+        assert!(
+            answer
+                .baseline
+                .violations
+                .iter()
+                .any(|broken| 1.0 < broken.amount)
+        );
+        // A craft of 0.9 m/s is past the wall, 32 m ahead and 22 m wide on one side, within the 78 s ahead.
+        let last = answer.trajectory[answer.trajectory.len() - 1].position;
+        assert!(25.0 < last.x, "wall moved by {shift} m: ends at {last}");
+    }
+}
+
 /// Asserts that an answer is finite and its reference inside the limits.
 fn assert_usable(scene: &Snapshot, answer: &Plan) {
     let (limits, speed) = (&scene.limits, answer.reference.speed);

@@ -1,9 +1,11 @@
 //! Ways to linearise the first pass about: a convex program finds the best way on its side of a disc or of a turn,
 //! and no other.
 
+mod around;
+
 use std::ops::Range;
 
-use nalgebra::Vector2;
+use around::Wall;
 
 use crate::{
     angle::{Heading, angle_of, wrap},
@@ -12,10 +14,8 @@ use crate::{
     horizon::Horizon,
     los::{AscNow, Reference, saturated_los, target_course},
     policy::Policy,
-    program::{Disc, starboard_of},
     response::{Rollout, Stage},
     snapshot::Snapshot,
-    surroundings::nearest_of_chord,
     ways::Ways,
 };
 
@@ -33,9 +33,6 @@ const TURN_WORTH_FORCING: f64 = 0.5;
 
 /// Rate of turn of a loiter, rad/s: a circle of 0.33 m at the least speed of the MEDUSA class, once in 42 s.
 const LOITER_RATE: f64 = 0.15;
-
-/// By how much a way that is pushed out of a disc clears it, m.
-const CLEARANCE: f64 = 1.0;
 
 /// Most ways that are tried anew: each costs two passes.
 const WAYS_MAX: usize = 4;
@@ -75,20 +72,26 @@ impl Seeds<'_> {
     pub(crate) fn anew(&mut self, los: &[Stage]) -> Range<usize> {
         let first = self.ways.count();
         let discs = &self.horizon.surroundings.discs;
+        if let Some(wall) = Wall::across(discs, los) {
+            for side in Side::BOTH {
+                self.around(&wall, side);
+                self.ways.add(self.rollout.stages.iter().copied());
+            }
+        }
         if self.turns_to_either_side(los) {
             for side in Side::BOTH {
                 self.turning(side);
-                add_around_discs(discs, &self.rollout.stages, self.ways);
+                around::add(discs, &self.rollout.stages, self.ways);
             }
         } else if self.loiters() {
             for side in Side::BOTH {
                 self.loitering(side);
-                add_around_discs(discs, &self.rollout.stages, self.ways);
+                around::add(discs, &self.rollout.stages, self.ways);
             }
         }
-        add_around_discs(discs, los, self.ways);
+        around::add(discs, los, self.ways);
         self.direct();
-        add_around_discs(discs, &self.rollout.stages, self.ways);
+        around::add(discs, &self.rollout.stages, self.ways);
         self.ways.at_most(WAYS_MAX, first)
     }
 
@@ -130,7 +133,7 @@ impl Seeds<'_> {
     /// At full speed for the goal, turning to that side however far it is, then as line of sight says.
     fn turning(&mut self, side: Side) {
         let speed_max = self.snapshot.limits.speed_max;
-        self.roll_out(|target, asc, los| {
+        self.roll_out(|_, target, asc, los| {
             let to_goal = target.position - asc.position;
             let reference = if to_goal.norm() < NEAR {
                 los
@@ -150,6 +153,22 @@ impl Seeds<'_> {
                 };
             }
             reference
+        });
+    }
+
+    /// At full speed along the wall's outline while it hides the goal, then as line of sight says.
+    fn around(&mut self, wall: &Wall, side: Side) {
+        let (horizon, speed_max) = (self.horizon, self.snapshot.limits.speed_max);
+        self.roll_out(|time, target, asc, los| {
+            let stage = horizon.times.partition_point(|begun| *begun <= time) - 1;
+            let discs = wall.discs(&horizon.surroundings.discs);
+            match around::clear_course(discs, stage, &asc.position, &target.position, side) {
+                None => los,
+                Some(course) => Reference {
+                    speed: speed_max,
+                    heading: Heading::new(course),
+                },
+            }
         });
     }
 
@@ -180,13 +199,13 @@ impl Seeds<'_> {
     /// Slowly around a goal that stands still.
     fn loitering(&mut self, side: Side) {
         let speed_min = self.snapshot.limits.speed_min;
-        self.roll_out(|_, asc, _| Reference {
+        self.roll_out(|_, _, asc, _| Reference {
             speed: speed_min,
             heading: Heading::new(asc.heading.radians() + side.sign() * LOITER_RATE),
         });
     }
 
-    fn roll_out(&mut self, law: impl Fn(&Motion, &AscNow, Reference) -> Reference) {
+    fn roll_out(&mut self, law: impl Fn(f64, &Motion, &AscNow, Reference) -> Reference) {
         let horizon = self.horizon;
         let mut held = horizon.local_goal_course();
         let limits = &self.snapshot.limits;
@@ -194,54 +213,8 @@ impl Seeds<'_> {
             let target = horizon.local(&self.goal.at(time));
             held = target_course(&target, Some(held));
             let los = saturated_los(asc, &target, held, self.policy.los, limits);
-            law(&target, asc, los)
+            law(time, &target, asc, los)
         };
         horizon.roll_out(self.snapshot, self.policy, law, self.rollout);
     }
-}
-
-/// Adds the way itself, or where it leads through a disc, the ways on either side of the first one.
-fn add_around_discs(discs: &[Disc], way: &[Stage], ways: &mut Ways) {
-    let blocked = |k: usize, disc: &&Disc| {
-        let nearest = nearest_of_chord(&way[k - 1].position, &way[k].position, &disc.centres[k]);
-        (nearest - disc.centres[k]).norm() < disc.radii[k]
-    };
-    let first = (1..way.len()).find_map(|k| discs.iter().find(|disc| blocked(k, disc)));
-    match first {
-        Some(disc) => {
-            for side in Side::BOTH {
-                ways.add(pushed_out(way, disc, side));
-            }
-        }
-        None => {
-            ways.add(way.iter().copied());
-        }
-    }
-}
-
-/// The way with what is in the disc pushed out of it on that side.
-fn pushed_out(way: &[Stage], disc: &Disc, side: Side) -> impl Iterator<Item = Stage> {
-    let inside = |k: &usize| (way[*k].position - disc.centres[*k]).norm() < disc.radii[*k] + CLEARANCE;
-    let entry = (1..way.len()).find(inside).unwrap_or(1);
-    let exit = (1..way.len()).rev().find(inside).unwrap_or(entry);
-    let along = (way[exit].position - way[entry - 1].position)
-        .try_normalize(1e-6)
-        .unwrap_or(Vector2::new(1.0, 0.0));
-    // Passing on the starboard side of the disc, seen along the way.
-    let out = starboard_of(along) * side.sign();
-    let pushed = move |(k, stage): (usize, &Stage)| {
-        let from_centre = stage.position - disc.centres[k];
-        let radius = disc.radii[k] + CLEARANCE;
-        let along_chord = from_centre.dot(&along);
-        if from_centre.norm() < radius {
-            let aside = (radius * radius - along_chord * along_chord).max(0.0).sqrt();
-            Stage {
-                position: disc.centres[k] + along * along_chord + out * aside,
-                ..*stage
-            }
-        } else {
-            *stage
-        }
-    };
-    way.iter().enumerate().map(pushed)
 }

@@ -1,0 +1,131 @@
+//! Ways around what is in the way: on either side of one disc, or of a whole wall of them.
+
+use nalgebra::Vector2;
+
+use super::Side;
+use crate::{
+    angle::{angle_of, wrap},
+    program::{Disc, starboard_of},
+    response::Stage,
+    surroundings::nearest_of_chord,
+    ways::Ways,
+};
+
+/// By how much a way that is led around a disc clears it, m.
+const CLEARANCE: f64 = 1.0;
+
+/// Farthest that a way around a wall turns from its goal, rad: beyond, the wall is all around.
+const DETOUR_MAX: f64 = 2.8;
+
+/// Discs that overlap, so that no way leads between them: each alone has a side to be passed on, and together they
+/// need not be on the same one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Wall {
+    /// A bit for each disc that belongs to it.
+    members: u64,
+}
+
+impl Wall {
+    /// The wall that `way` is first stopped by, if it is stopped by more than one disc.
+    pub(super) fn across(discs: &[Disc], way: &[Stage]) -> Option<Self> {
+        let stage = (1..way.len()).find(|k| discs.iter().any(|disc| blocks(disc, way, *k)))?;
+        let first = discs.iter().position(|disc| blocks(disc, way, stage))?;
+        let mut wall = Self { members: 1 << first };
+        loop {
+            let before = wall;
+            for (i, disc) in discs.iter().enumerate() {
+                let touches = before.discs(discs).any(|member| {
+                    let apart = (member.centres[stage] - disc.centres[stage]).norm();
+                    0.0 < disc.radii[stage]
+                        && apart < member.radii[stage] + disc.radii[stage] + 2.0 * CLEARANCE
+                });
+                wall.members |= u64::from(touches) << i;
+            }
+            if wall == before {
+                return (wall.members.count_ones() > 1).then_some(wall);
+            }
+        }
+    }
+
+    pub(super) fn discs(self, discs: &[Disc]) -> impl Iterator<Item = &Disc> {
+        let belongs = move |i: &usize| self.members >> i & 1 == 1;
+        discs
+            .iter()
+            .enumerate()
+            .filter(move |(i, _)| belongs(i))
+            .map(|(_, disc)| disc)
+    }
+}
+
+/// The course from `from` that clears `discs` on that side on the way to `to`; none where they leave the way free.
+///
+/// ```text
+/// γ = side · max over discs of side · (β_i − β) + asin(R_i / |c_i − p|)
+/// ```
+/// β the bearing of the goal, β_i that of a disc's centre.
+pub(super) fn clear_course<'a>(
+    discs: impl Iterator<Item = &'a Disc>,
+    stage: usize,
+    from: &Vector2<f64>,
+    to: &Vector2<f64>,
+    side: Side,
+) -> Option<f64> {
+    let bearing = angle_of(&(to - from));
+    let (mut hidden, mut detour) = (false, 0.0_f64);
+    for disc in discs {
+        let (centre, radius) = (disc.centres[stage], disc.radii[stage] + CLEARANCE);
+        let distance = (centre - from).norm();
+        let half_angle = (radius / distance.max(radius)).asin();
+        let aside = side.sign() * wrap(angle_of(&(centre - from)) - bearing);
+        hidden |= (nearest_of_chord(from, to, &centre) - centre).norm() < radius;
+        detour = detour.max(aside + half_angle);
+    }
+    hidden.then(|| bearing + side.sign() * detour.min(DETOUR_MAX))
+}
+
+fn blocks(disc: &Disc, way: &[Stage], k: usize) -> bool {
+    let nearest = nearest_of_chord(&way[k - 1].position, &way[k].position, &disc.centres[k]);
+    (nearest - disc.centres[k]).norm() < disc.radii[k]
+}
+
+/// Adds the way itself, or where it leads through a disc, the ways on either side of the first one.
+pub(super) fn add(discs: &[Disc], way: &[Stage], ways: &mut Ways) {
+    let first = (1..way.len()).find_map(|k| discs.iter().find(|disc| blocks(disc, way, k)));
+    match first {
+        Some(disc) => {
+            for side in Side::BOTH {
+                ways.add(pushed_out(way, disc, side));
+            }
+        }
+        None => {
+            ways.add(way.iter().copied());
+        }
+    }
+}
+
+/// The way with what is in the disc pushed out of it on that side.
+fn pushed_out(way: &[Stage], disc: &Disc, side: Side) -> impl Iterator<Item = Stage> {
+    let inside = |k: &usize| (way[*k].position - disc.centres[*k]).norm() < disc.radii[*k] + CLEARANCE;
+    let entry = (1..way.len()).find(inside).unwrap_or(1);
+    let exit = (1..way.len()).rev().find(inside).unwrap_or(entry);
+    let along = (way[exit].position - way[entry - 1].position)
+        .try_normalize(1e-6)
+        .unwrap_or(Vector2::new(1.0, 0.0));
+    // Passing on the starboard side of the disc, seen along the way.
+    let out = starboard_of(along) * side.sign();
+    let pushed = move |(k, stage): (usize, &Stage)| {
+        let from_centre = stage.position - disc.centres[k];
+        let radius = disc.radii[k] + CLEARANCE;
+        let along_chord = from_centre.dot(&along);
+        if from_centre.norm() < radius {
+            let aside = (radius * radius - along_chord * along_chord).max(0.0).sqrt();
+            Stage {
+                position: disc.centres[k] + along * along_chord + out * aside,
+                ..*stage
+            }
+        } else {
+            *stage
+        }
+    };
+    way.iter().enumerate().map(pushed)
+}
