@@ -6,7 +6,7 @@ use nalgebra::{Rotation2, Vector2};
 use planner::{
     angle::{Course, Heading, wrap},
     path::{Path, Segment},
-    plan::{Drafts, Plan, SoftLimit, Violation, Workspace, plan, plan_with},
+    plan::{Drafts, Plan, SoftLimit, Violation, Workspace, plan, plan_into, plan_with},
     policy::Policy,
     response::surge_bias,
     snapshot::{
@@ -14,6 +14,7 @@ use planner::{
         Snapshot, SurgeMemory,
     },
     solve::{SHAPES_MAX, Solvers, TOLERANCE},
+    stop::Stop,
 };
 use proptest::prelude::*;
 use tests::{auv, goals, observation, offsets, snapshot, state};
@@ -204,6 +205,29 @@ fn a_used_workspace_gives_the_same_bits_as_a_fresh_one() {
             plan(&scene, &policy, &mut used),
             plan(&scene, &policy, &mut Workspace::default())
         );
+    }
+}
+
+#[test]
+fn an_answer_in_the_memory_of_another_is_the_same_to_the_bit() {
+    let policy = Policy::default();
+    let mut workspace = Workspace::default();
+    let mut answer = plan(
+        &snapshot(observation(goals()[4].clone())),
+        &policy,
+        &mut Workspace::default(),
+    );
+    // One vehicle and two, discs and none, with and without limits of range, to and fro.
+    for i in [0, 1, 2, 3, 4, 3, 1, 0] {
+        let mut scene = observation(goals()[i].clone());
+        if i == 0 {
+            scene.auvs.truncate(1);
+        }
+        scene.surfacing_separation = (i % 2 == 1).then_some(8.0);
+        scene.range_max = (i >= 3).then_some(70.0);
+        let scene = snapshot(scene);
+        plan_into(&scene, &policy, &mut workspace, &Stop::never(), &mut answer);
+        assert_eq!(answer, plan(&scene, &policy, &mut Workspace::default()));
     }
 }
 

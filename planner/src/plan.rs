@@ -63,9 +63,8 @@ pub fn plan_into(
     answer: &mut Plan,
 ) {
     let Workspace { drafts, solvers } = workspace;
-    let memory = std::mem::replace(answer, Plan::empty());
     let solve = &mut |program: &Program, solution: &mut Solution| solvers.solve_into(program, stop, solution);
-    *answer = ladder::descend(snapshot, policy, &mut drafts.sheets, stop, solve, memory);
+    plan_into_with(snapshot, policy, drafts, stop, solve, answer);
 }
 
 /// What a line-of-sight law would do with `snapshot`, at the policy's gains: [`Plan::baseline`] for each law.
@@ -85,13 +84,8 @@ pub fn plan_with(
     solve: &mut dyn FnMut(&Program) -> Solution,
 ) -> Plan {
     let mut answer = Plan::empty();
-    plan_into_with(
-        snapshot,
-        policy,
-        drafts,
-        &mut |program, solution| *solution = solve(program),
-        &mut answer,
-    );
+    let solve = &mut |program: &Program, solution: &mut Solution| *solution = solve(program);
+    plan_into_with(snapshot, policy, drafts, &Stop::never(), solve, &mut answer);
     answer
 }
 
@@ -101,16 +95,10 @@ pub fn plan_into_with(
     snapshot: &Snapshot,
     policy: &Policy,
     drafts: &mut Drafts,
+    stop: &Stop,
     solve: &mut dyn FnMut(&Program, &mut Solution),
     answer: &mut Plan,
 ) {
     let memory = std::mem::replace(answer, Plan::empty());
-    *answer = ladder::descend(
-        snapshot,
-        policy,
-        &mut drafts.sheets,
-        &Stop::never(),
-        solve,
-        memory,
-    );
+    *answer = ladder::descend(snapshot, policy, &mut drafts.sheets, stop, solve, memory);
 }
