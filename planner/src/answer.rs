@@ -6,9 +6,10 @@ use crate::{
     angle::{Course, Heading},
     certificate::Residuals,
     estimate::Estimate,
-    forecast::Motion,
+    forecast::{AuvForecast, Motion},
     los::{LosLaw, Reference},
-    snapshot::{Auv, ForecastModel, PreviousPlan, SurgeMemory, TrajectoryPoint, VehicleId},
+    refilled::refill,
+    snapshot::{Auv, ForecastModel, PreviousPlan, Snapshot, SurgeMemory, TrajectoryPoint, VehicleId},
     solve::SolverStatus,
 };
 
@@ -160,8 +161,25 @@ pub struct TargetForecast {
 }
 
 impl TargetForecast {
-    /// The AUV without a forecast.
-    pub(crate) fn of(auv: &Auv, estimate: &Estimate) -> Self {
+    /// All AUVs at `times` after the snapshot, s, in the memory of earlier ones.
+    pub(crate) fn of_all(
+        snapshot: &Snapshot,
+        times: &[f64],
+        forecasts: &[AuvForecast],
+        mut memory: Vec<Self>,
+    ) -> Vec<Self> {
+        memory.truncate(snapshot.auvs.len());
+        let known = snapshot.auvs.iter().zip(snapshot.estimates()).zip(forecasts);
+        for (i, ((auv, estimate), forecast)) in known.enumerate() {
+            if memory.len() == i {
+                memory.push(Self::without_times(auv, estimate));
+            }
+            memory[i].update(auv, estimate, forecast, times);
+        }
+        memory
+    }
+
+    fn without_times(auv: &Auv, estimate: &Estimate) -> Self {
         Self {
             id: auv.id.clone(),
             estimate: estimate.clone(),
@@ -170,6 +188,19 @@ impl TargetForecast {
             depths: Vec::new(),
             position_sigmas: Vec::new(),
         }
+    }
+
+    fn update(&mut self, auv: &Auv, estimate: &Estimate, forecast: &AuvForecast, times: &[f64]) {
+        self.id.0.clone_from(&auv.id.0);
+        self.estimate.state.clone_from(&estimate.state);
+        self.estimate.rejected.clone_from(&estimate.rejected);
+        self.model = forecast.model;
+        let position = |time: &f64| forecast.at(*time).position;
+        refill(&mut self.positions, times.iter().map(position));
+        let depth = |time: &f64| forecast.depth_at(*time);
+        refill(&mut self.depths, times.iter().map(depth));
+        let sigma = |time: &f64| forecast.position_variance(*time).sqrt();
+        refill(&mut self.position_sigmas, times.iter().map(sigma));
     }
 }
 

@@ -5,15 +5,15 @@
 use crate::{
     angle::{Heading, angle_of, wrap},
     answer::{Baseline, Degraded, Method, Plan, SolverReport, TargetForecast},
-    forecast::AuvForecast,
     goal::GoalForecast,
     horizon::{Horizon, SPEED_WITHOUT_DIRECTION, point_at, previous_points},
     los::{AscNow, LosLaw, LosTuning, Reference, TrackingLaw, saturated_los},
     merit::predict,
-    passes::{self, Optimiser, Optimum, Way},
+    optimum::{Optimum, Way},
+    passes::{self, Optimiser},
     policy::Policy,
     program::Program,
-    refilled::{refill, refilled},
+    refilled::refilled,
     response::{Rollout, SURGE_BIAS_DECAY, Stage, YAW_LAG},
     snapshot::{HoldStyle, Limits, Snapshot, TrajectoryPoint},
     solve::Solution,
@@ -117,7 +117,7 @@ pub(crate) fn descend(
         trajectory: refilled(memory.trajectory, horizon.trajectory(&ways[best.way.number])),
         goal: refilled(memory.goal, horizon.times.iter().map(|time| goal.at(*time))),
         goal_course: goal.course(),
-        targets: targets(snapshot, &horizon, goal.auvs(), memory.targets),
+        targets: TargetForecast::of_all(snapshot, &horizon.times, goal.auvs(), memory.targets),
         baseline: Baseline {
             reference: los.reference,
             trajectory: refilled(
@@ -213,33 +213,6 @@ fn goal_is_stale(snapshot: &Snapshot, policy: &Policy) -> bool {
     named
         .filter_map(|id| snapshot.auv_and_estimate(id))
         .any(|(_, estimate)| estimate.state.age > policy.report_age_max)
-}
-
-fn targets(
-    snapshot: &Snapshot,
-    horizon: &Horizon,
-    forecasts: &[AuvForecast],
-    mut memory: Vec<TargetForecast>,
-) -> Vec<TargetForecast> {
-    memory.truncate(snapshot.auvs.len());
-    let known = snapshot.auvs.iter().zip(snapshot.estimates()).zip(forecasts);
-    for (i, ((auv, estimate), forecast)) in known.enumerate() {
-        if memory.len() == i {
-            memory.push(TargetForecast::of(auv, estimate));
-        }
-        let target = &mut memory[i];
-        target.id.0.clone_from(&auv.id.0);
-        target.estimate.state.clone_from(&estimate.state);
-        target.estimate.rejected.clone_from(&estimate.rejected);
-        target.model = forecast.model;
-        let motions = horizon.times.iter().map(|time| forecast.at(*time));
-        refill(&mut target.positions, motions.map(|motion| motion.position));
-        let depths = horizon.times.iter().map(|time| forecast.depth_at(*time));
-        refill(&mut target.depths, depths);
-        let variances = horizon.times.iter().map(|time| forecast.position_variance(*time));
-        refill(&mut target.position_sigmas, variances.map(f64::sqrt));
-    }
-    memory
 }
 
 /// The program's own rung.

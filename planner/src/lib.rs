@@ -32,6 +32,7 @@ mod invalid_field;
 mod ladder;
 pub mod los;
 mod merit;
+mod optimum;
 mod passes;
 pub mod path;
 pub mod plan;

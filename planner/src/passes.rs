@@ -5,13 +5,14 @@ use std::ops::Range;
 use nalgebra::Vector2;
 
 use crate::{
-    answer::{Degraded, Predicted, SoftLimit, SolverReport, Violation},
+    answer::{Degraded, Predicted, SoftLimit, Violation},
     certificate::{Products, Residuals},
     forecast::Motion,
     goal::GoalForecast,
     horizon::{Horizon, previous_points},
     ladder::follow,
     merit::{Broken, predict},
+    optimum::{Optimum, Way},
     policy::Policy,
     program::{LENGTH_UNIT, Layout, Pass, Program, SLACK_UNIT, Slack},
     refilled::refill,
@@ -33,10 +34,6 @@ const SLACK_NOTICEABLE: f64 = 1e-3;
 /// A goal beyond this multiple of the way that the horizon allows, or faster than this multiple of the top speed,
 /// pulls no harder for being farther or faster: it bounds the cost's gradient, and with it the price at which soft limits hold.
 const GOAL_REACH: f64 = 1.5;
-
-/// By how much the merit of one way must be below that of another to be better: ties go to the first, which is the
-/// one to starboard.
-const TIE: f64 = 1e-6;
 
 /// A merit that no craft shows, m² s: a centimetre over a hundred seconds.
 const NEGLIGIBLE_MERIT: f64 = 0.01;
@@ -76,67 +73,6 @@ struct Given {
     /// Velocity through the water that matches the goal's, m/s.
     goal_velocity: Vec<Vector2<f64>>,
     around: Surroundings,
-}
-
-/// What the passes led to: a way, or the reason why there is none.
-pub(crate) struct Optimum {
-    pub(crate) way: Option<Way>,
-    /// Whether the last pass left the directions that it was given about as they were.
-    settled: bool,
-    pub(crate) degraded: Option<Degraded>,
-    pub(crate) report: SolverReport,
-    /// Limits of motion that the program's own stages do not keep.
-    pub(crate) violations: Broken,
-}
-
-/// A planned way, and what following it is predicted to lead to.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Way {
-    /// Its number among all [`Ways`].
-    pub(crate) number: usize,
-    pub(crate) predicted: Predicted,
-    /// Limits of position that the craft breaks on it.
-    pub(crate) violations: Broken,
-}
-
-impl Optimum {
-    pub(crate) fn none(reason: Degraded) -> Self {
-        Self {
-            way: None,
-            settled: false,
-            degraded: Some(reason),
-            report: SolverReport::nothing_done(),
-            violations: [None; 3],
-        }
-    }
-
-    fn merit(&self) -> f64 {
-        self.way.as_ref().map_or(f64::INFINITY, |way| way.predicted.merit)
-    }
-
-    /// The better of both, with the work of both.
-    fn or(self, other: Self) -> Self {
-        let passes = self.report.passes + other.report.passes;
-        let iterations = self.report.iterations + other.report.iterations;
-        let (ours, theirs) = (self.merit(), other.merit());
-        // Nobody knows what a way that there was no time for would have led to.
-        let stopped = [self.degraded, other.degraded].contains(&Some(Degraded::Deadline));
-        // Infinite merits: keep the first, and its reason.
-        let mut better = if theirs < ours - TIE * ours.abs().min(f64::MAX) {
-            other
-        } else {
-            self
-        };
-        if better.way.is_none() && stopped {
-            better.degraded = Some(Degraded::Deadline);
-        }
-        better.report = SolverReport {
-            passes,
-            iterations,
-            ..better.report
-        };
-        better
-    }
 }
 
 impl Optimiser<'_> {
