@@ -35,8 +35,11 @@ const SCENARIOS: [&str; 8] = [
     "otter",
 ];
 
-/// What a situation makes of the snapshots of a mission.
-const SITUATIONS: [(&str, fn(&mut Observation)); 6] = [
+/// What a situation makes of a snapshot.
+type Change = fn(&mut Observation);
+
+/// Situations, by name.
+const SITUATIONS: [(&str, Change); 6] = [
     ("as it is", |_| {}),
     ("keep-outs and vehicles at the surface", among_discs),
     ("nearest to all, in an area, in acoustic range", near_all),
@@ -115,7 +118,7 @@ fn mission_of(name: &str) -> Vec<Observation> {
     watched.seen
 }
 
-fn changed(mission: &[Observation], change: fn(&mut Observation)) -> Vec<Snapshot> {
+fn changed(mission: &[Observation], change: Change) -> Vec<Snapshot> {
     let snapshots = mission.iter().step_by(EVERY).cloned().map(|mut seen| {
         change(&mut seen);
         Snapshot::try_from(seen).expect("the change keeps it valid")
