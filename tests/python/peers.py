@@ -20,7 +20,7 @@ from scipy import sparse
 
 from oracle import matrix
 
-TOLERANCE = 1e-6  # the planner's own
+TOLERANCE = 1e-6  # that of the planner for feasibility; for optimality its is tighter
 FIRST_ORDER_TOLERANCE = 1e-4
 FIRST_ORDER_ITERATIONS = 20_000
 N_STATES = 4  # columns of a stage ahead of its slacks
