@@ -6,7 +6,7 @@ use nalgebra::{Rotation2, Vector2};
 use planner::{
     angle::{Course, Heading, wrap},
     path::{Path, Segment},
-    plan::{Drafts, Plan, SoftLimit, Violation, Workspace, plan, plan_into, plan_with},
+    plan::{Drafts, Plan, SoftLimit, Subject, Violation, Workspace, plan, plan_into, plan_with},
     policy::Policy,
     response::surge_bias,
     snapshot::{
@@ -433,8 +433,9 @@ fn a_craft_above_a_surfaced_auv_leaves_and_says_that_it_is_too_near() {
     state(&mut scene, 1).depth = 1.0;
     state(&mut scene, 1).position = Vector2::new(1.0, 1.0);
     let answer = planned(scene);
-    let too_near = |violation: &&Violation| violation.limit == SoftLimit::KeepOut;
+    let too_near = |violation: &&Violation| violation.limit == SoftLimit::SurfacingSeparation;
     let violation = answer.violations.iter().find(too_near).expect("1.4 m are told");
+    assert_eq!(violation.about, Some(Subject::Auv(1)));
     // After the first second, in which neither goes farther than 0.4 m.
     let amount = 5.0 - f64::sqrt(2.0);
     assert!((violation.amount - amount).abs() < 0.6, "{violation:?}");

@@ -51,6 +51,7 @@ async fn a_comparison_says_which_limits_every_law_breaks() {
     let plans = answer.json()["plans"].clone();
     let broken = &plans["saturated_los"]["violations"];
     assert_eq!(broken[0]["limit"], "keep_out", "{broken}");
+    assert_eq!(broken[0]["pointer"], "/keep_outs/0", "{broken}");
     let merit = |name: &str| plans[name]["predicted"]["merit"].as_f64().expect("is a number");
     assert!(merit("mpc") < merit("saturated_los"));
 }

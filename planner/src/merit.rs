@@ -3,9 +3,10 @@
 use nalgebra::Vector2;
 
 use crate::{
-    answer::{Predicted, SoftLimit, Violation},
+    answer::{Predicted, SoftLimit, Subject, Violation},
     horizon::Horizon,
     policy::Weights,
+    program::Disc,
     response::{Rollout, Stage, Waypoint},
 };
 
@@ -17,70 +18,97 @@ pub(crate) const SURGE_DRAG: f64 = 27.5;
 /// A violation below this is rounding, m.
 const NOTICEABLE: f64 = 1e-3;
 
-/// The worst of each of three soft limits, where it is noticeably broken.
-pub(crate) type Broken = [Option<Violation>; 3];
+/// The worst of each of several soft limits, where it is noticeably broken.
+pub(crate) type Broken<const N: usize> = [Option<Violation>; N];
+
+/// By how much a limit of position is broken, m, and by what.
+type Excess = (f64, Option<Subject>);
 
 /// What `rollout` is predicted to lead to, and the limits of position that it breaks.
 ///
 /// The merit is the program's own cost in natural units, without its scale and its cap on far goals, and the
 /// program's price of every limit of position that is broken, by the worst of each interval on the way, not at the
 /// stages alone. What the craft cannot do, a rollout does not do, so that nothing else can be broken.
-pub(crate) fn predict(horizon: &Horizon, rollout: &Rollout, weights: &Weights) -> (Predicted, Broken) {
+pub(crate) fn predict(horizon: &Horizon, rollout: &Rollout, weights: &Weights) -> (Predicted, Broken<4>) {
     let mut predicted = track(horizon, &rollout.stages, weights);
-    let violations = [
-        (SoftLimit::AcousticRange, weights.range_slack),
-        (SoftLimit::Area, weights.area_slack),
-        (SoftLimit::KeepOut, weights.keep_out_slack),
-    ]
-    .map(|(limit, (linear, quadratic))| {
-        let mut worst: Option<Violation> = None;
-        for interval in rollout.way.chunk_by(|a, b| a.stage == b.stage) {
-            let (amount, stage) = interval
-                .iter()
-                .map(|place| (excess(horizon, limit, place), place.stage))
-                .fold((0.0, 0), |most, next| if next.0 > most.0 { next } else { most });
-            predicted.merit += amount * (linear + quadratic * amount);
-            if NOTICEABLE < amount && worst.as_ref().is_none_or(|worst| worst.amount < amount) {
-                worst = Some(Violation {
-                    limit,
-                    time: horizon.time(stage),
-                    amount,
-                });
-            }
-        }
-        worst
-    });
-    (predicted, violations)
+    let mut pricing = Pricing {
+        horizon,
+        rollout,
+        merit: &mut predicted.merit,
+    };
+    let [range] = pricing.add([SoftLimit::AcousticRange], weights.range_slack);
+    let [area] = pricing.add([SoftLimit::Area], weights.area_slack);
+    let around_discs = [SoftLimit::KeepOut, SoftLimit::SurfacingSeparation];
+    let [keep_out, separation] = pricing.add(around_discs, weights.keep_out_slack);
+    (predicted, [range, area, keep_out, separation])
 }
 
-/// By how much a limit of position is broken at a place, m; not positive where it is kept.
-fn excess(horizon: &Horizon, limit: SoftLimit, place: &Waypoint) -> f64 {
+/// Adds the price of broken limits to a merit.
+struct Pricing<'a> {
+    horizon: &'a Horizon,
+    rollout: &'a Rollout,
+    merit: &'a mut f64,
+}
+
+impl Pricing<'_> {
+    /// Adds the price of `limits`, and answers the worst of each. They share a slack, so that only the one of them
+    /// that is broken most has its price.
+    fn add<const N: usize>(&mut self, limits: [SoftLimit; N], slack_price: (f64, f64)) -> Broken<N> {
+        let (linear, quadratic) = slack_price;
+        let mut broken: Broken<N> = [None; N];
+        for interval in self.rollout.way.chunk_by(|a, b| a.stage == b.stage) {
+            let mut slack: f64 = 0.0;
+            for (limit, worst) in limits.into_iter().zip(&mut broken) {
+                let excesses = interval.iter().map(|place| excess(self.horizon, limit, place));
+                let (amount, about) = most(excesses);
+                slack = slack.max(amount);
+                if NOTICEABLE < amount && worst.is_none_or(|worst| worst.amount < amount) {
+                    *worst = Some(Violation {
+                        limit,
+                        about,
+                        time: self.horizon.time(interval[0].stage),
+                        amount,
+                    });
+                }
+            }
+            *self.merit += slack * (linear + quadratic * slack);
+        }
+        broken
+    }
+}
+
+/// By how much a limit of position is broken at a place; 0 where it is kept.
+fn excess(horizon: &Horizon, limit: SoftLimit, place: &Waypoint) -> Excess {
     let around = &horizon.surroundings;
     let (k, share) = (place.stage, place.share);
-    let between = |points: &[Vector2<f64>]| points[k - 1].lerp(&points[k], share);
     let number = |numbers: &[f64]| numbers[k - 1] + share * (numbers[k] - numbers[k - 1]);
-    let most = |amounts: &mut dyn Iterator<Item = f64>| amounts.fold(0.0, f64::max);
+    let distance =
+        |centres: &[Vector2<f64>]| (place.position - centres[k - 1].lerp(&centres[k], share)).norm();
+    let too_near = |(subject, disc): (Subject, &Disc)| {
+        let amount = number(&disc.radii) - distance(&disc.centres);
+        (amount, Some(subject))
+    };
     match limit {
-        SoftLimit::AcousticRange => most(
-            &mut around
-                .ranges
-                .iter()
-                .map(|range| (place.position - between(&range.centres)).norm() - number(&range.radii)),
-        ),
-        SoftLimit::Area => most(
-            &mut around
-                .edges
-                .iter()
-                .map(|edge| edge.normal.dot(&place.position) - edge.offset),
-        ),
-        SoftLimit::KeepOut => most(
-            &mut around
-                .discs
-                .iter()
-                .map(|disc| number(&disc.radii) - (place.position - between(&disc.centres)).norm()),
-        ),
-        SoftLimit::ForwardSpeed | SoftLimit::TurnRate | SoftLimit::TrustCone => 0.0,
+        SoftLimit::AcousticRange => most(around.ranges().map(|(subject, range)| {
+            let amount = distance(&range.centres) - number(&range.radii);
+            (amount, Some(subject))
+        })),
+        SoftLimit::Area => most(around.edges.iter().map(|edge| {
+            let amount = edge.normal.dot(&place.position) - edge.offset;
+            (amount, None)
+        })),
+        SoftLimit::KeepOut => most(around.keep_outs().map(too_near)),
+        SoftLimit::SurfacingSeparation => most(around.separations().map(too_near)),
+        SoftLimit::ForwardSpeed | SoftLimit::TurnRate | SoftLimit::TrustCone => (0.0, None),
     }
+}
+
+/// The first of the largest above 0.
+fn most(excesses: impl Iterator<Item = Excess>) -> Excess {
+    excesses.fold(
+        (0.0, None),
+        |most, next| if most.0 < next.0 { next } else { most },
+    )
 }
 
 /// Cost of the stages, without limits.

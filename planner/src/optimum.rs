@@ -17,7 +17,7 @@ pub(crate) struct Optimum {
     pub(crate) degraded: Option<Degraded>,
     pub(crate) report: SolverReport,
     /// Limits of motion that the program's own stages do not keep.
-    pub(crate) violations: Broken,
+    pub(crate) violations: Broken<3>,
 }
 
 /// A planned way, and what following it is predicted to lead to.
@@ -27,7 +27,7 @@ pub(crate) struct Way {
     pub(crate) number: usize,
     pub(crate) predicted: Predicted,
     /// Limits of position that the craft breaks on it.
-    pub(crate) violations: Broken,
+    pub(crate) violations: Broken<4>,
 }
 
 impl Optimum {

@@ -211,14 +211,14 @@ impl Optimiser<'_> {
     }
 
     /// What following a way is predicted to lead to.
-    fn follow(&mut self, way: usize) -> (Predicted, Broken) {
+    fn follow(&mut self, way: usize) -> (Predicted, Broken<4>) {
         let Sheets { ways, rollout, .. } = &mut *self.sheets;
         follow(self.horizon, &ways[way], self.snapshot, self.policy, rollout);
         predict(self.horizon, rollout, &self.policy.weights)
     }
 
     /// The worst of each soft limit of motion, where it is noticeable.
-    fn violations(&self, layout: Layout) -> Broken {
+    fn violations(&self, layout: Layout) -> Broken<3> {
         let solution = &self.sheets.solution;
         [SoftLimit::ForwardSpeed, SoftLimit::TurnRate, SoftLimit::TrustCone].map(|limit| {
             let rows = |k| match limit {
@@ -237,6 +237,7 @@ impl Optimiser<'_> {
             let worst = (1..=layout.n_stages).max_by(|a, b| amount(*a).total_cmp(&amount(*b)))?;
             (amount(worst) > SLACK_NOTICEABLE).then(|| Violation {
                 limit,
+                about: None,
                 time: self.horizon.time(worst),
                 amount: amount(worst),
             })

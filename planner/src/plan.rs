@@ -1,7 +1,7 @@
 //! From a snapshot to a plan.
 
 pub use crate::answer::{
-    Baseline, Degraded, Method, Plan, Predicted, SoftLimit, SolverReport, TargetForecast, Violation,
+    Baseline, Degraded, Method, Plan, Predicted, SoftLimit, SolverReport, Subject, TargetForecast, Violation,
 };
 use crate::{
     ladder::{self, Sheets},

@@ -6,6 +6,7 @@ use nalgebra::Vector2;
 use smallvec::SmallVec;
 
 use crate::{
+    answer::Subject,
     forecast::{AuvForecast, Motion},
     horizon::Horizon,
     policy::Policy,
@@ -122,6 +123,23 @@ impl Surroundings {
         }
         self.keep_outs.clone_from(&other.keep_outs);
         self.auvs.clone_from(&other.auvs);
+    }
+
+    /// The AUVs to stay in range of.
+    pub(crate) fn ranges(&self) -> impl Iterator<Item = (Subject, &Range)> {
+        self.auvs.iter().copied().map(Subject::Auv).zip(&self.ranges)
+    }
+
+    /// The discs that a snapshot names.
+    pub(crate) fn keep_outs(&self) -> impl Iterator<Item = (Subject, &Disc)> {
+        let keep_outs = self.keep_outs.iter().copied();
+        keep_outs.map(Subject::KeepOut).zip(&self.discs)
+    }
+
+    /// The discs about the AUVs that may be at the surface, where a distance is to be kept from them.
+    pub(crate) fn separations(&self) -> impl Iterator<Item = (Subject, &Disc)> {
+        let moving = self.discs.iter().skip(self.keep_outs.len());
+        self.auvs.iter().copied().map(Subject::Auv).zip(moving)
     }
 
     /// Where the goal is a worst range: its square at stage k less the least possible, m².

@@ -255,8 +255,12 @@ pub struct Predicted {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Violation {
     /// Which: `forward_speed`, `turn_rate`, `trust_cone`, `acoustic_range` (less the doubt of where the vehicle is),
-    /// `area` or `keep_out` (a disc, or an underwater vehicle at the surface).
+    /// `area`, `keep_out` (a disc) or `surfacing_separation` (an underwater vehicle at the surface).
     pub limit: String,
+    /// What breaks it worst, as a JSON pointer into the request: the disc (`/keep_outs/0`), the underwater vehicle
+    /// (`/auvs/1`) or the `/area`. Absent for what the craft's own motion breaks.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pointer: Option<String>,
     /// When it is worst, s on the request's clock.
     pub t_s: f64,
     /// By how much, in `unit`.

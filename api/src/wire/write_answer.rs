@@ -7,7 +7,7 @@ use planner::{
     certificate,
     los::{LosLaw, Reference as DomainReference},
     plan as domain,
-    plan::{Plan, SoftLimit},
+    plan::{Plan, SoftLimit, Subject},
     policy::Policy,
     snapshot as facts,
     snapshot::{CURRENT_MAX, Evidence, Snapshot},
@@ -346,9 +346,17 @@ fn violation(violation: &domain::Violation) -> Violation {
         SoftLimit::AcousticRange => ("acoustic_range", "m"),
         SoftLimit::Area => ("area", "m"),
         SoftLimit::KeepOut => ("keep_out", "m"),
+        SoftLimit::SurfacingSeparation => ("surfacing_separation", "m"),
+    };
+    let pointer = match (violation.about, violation.limit) {
+        (Some(Subject::KeepOut(i)), _) => Some(format!("/keep_outs/{i}")),
+        (Some(Subject::Auv(i)), _) => Some(format!("/auvs/{i}")),
+        (None, SoftLimit::Area) => Some("/area".to_owned()),
+        (None, _) => None,
     };
     Violation {
         limit: limit.to_owned(),
+        pointer,
         t_s: violation.time,
         amount: violation.amount,
         unit: unit.to_owned(),
