@@ -113,11 +113,16 @@ fn a_program_of_a_lesser_status_does_not_count_if_its_certificate_fails() {
     let snapshot = snapshot(observation(goals()[0].clone()));
     for status in LESSER_STATUSES {
         let mut solvers = Solvers::default();
-        let answer = plan_with(&snapshot, &Policy::default(), &mut Vec::new(), &mut |program| {
-            let mut solution = solvers.solve(program);
-            solution.primal[7] += 0.01;
-            Solution { status, ..solution }
-        });
+        let answer = plan_with(
+            &snapshot,
+            &Policy::default(),
+            &mut Drafts::default(),
+            &mut |program| {
+                let mut solution = solvers.solve(program);
+                solution.primal[7] += 0.01;
+                Solution { status, ..solution }
+            },
+        );
         assert_eq!(answer.method, Method::SaturatedLos);
         assert!(answer.degraded.is_some());
         assert_ne!(answer.solver.status, SolverStatus::Solved);
@@ -238,7 +243,7 @@ fn a_deadline_before_any_program_was_solved_is_the_reason_whatever_failed_before
     for failure in STATUSES_THAT_PROVE_NOTHING {
         for n_failed in [0, 1] {
             let mut calls = 0;
-            let answer = plan_with(&snapshot, &Policy::default(), &mut Vec::new(), &mut |_| {
+            let answer = plan_with(&snapshot, &Policy::default(), &mut Drafts::default(), &mut |_| {
                 calls += 1;
                 Solution::none(if calls <= n_failed {
                     failure

@@ -274,9 +274,15 @@ fn cosine_of_turn(before: &[Stage], after: &[Stage]) -> f64 {
 fn accept(solution: &Solution, residuals: Option<&Residuals>, policy: &Policy) -> Result<(), Degraded> {
     let certified = residuals.is_some_and(|residuals| residuals.within(policy.certificate_tolerance));
     match solution.status {
-        SolverStatus::Solved | SolverStatus::AlmostSolved if certified => Ok(()),
+        SolverStatus::Solved
+        | SolverStatus::AlmostSolved
+        | SolverStatus::MaxIterations
+        | SolverStatus::InsufficientProgress
+            if certified =>
+        {
+            Ok(())
+        }
         SolverStatus::Solved | SolverStatus::AlmostSolved => Err(Degraded::Certificate),
-        SolverStatus::MaxIterations | SolverStatus::InsufficientProgress if certified => Ok(()),
         status @ (SolverStatus::Unsolved
         | SolverStatus::PrimalInfeasible
         | SolverStatus::DualInfeasible

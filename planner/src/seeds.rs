@@ -74,7 +74,7 @@ impl Seeds<'_> {
         let discs = &self.horizon.surroundings.discs;
         if let Some(wall) = Wall::across(discs, los) {
             for side in Side::BOTH {
-                self.around(&wall, side);
+                self.around(wall, side);
                 self.ways.add(self.rollout.stages.iter().copied());
             }
         }
@@ -157,7 +157,7 @@ impl Seeds<'_> {
     }
 
     /// At full speed along the wall's outline while it hides the goal, then as line of sight says.
-    fn around(&mut self, wall: &Wall, side: Side) {
+    fn around(&mut self, wall: Wall, side: Side) {
         let (horizon, speed_max) = (self.horizon, self.snapshot.limits.speed_max);
         self.roll_out(|time, target, asc, los| {
             let stage = horizon.times.partition_point(|begun| *begun <= time) - 1;
