@@ -209,7 +209,7 @@ impl Violations {
 
 impl Violation {
     /// Of a limit that a row exceeds by `excess`, where that is positive.
-    fn of(record: &Record, excess: &dyn Fn(&Row) -> f64) -> Self {
+    pub(crate) fn of(record: &Record, excess: &dyn Fn(&Row) -> f64) -> Self {
         let mut violation = Self::default();
         let mut inside_episode = false;
         for row in &record.rows {

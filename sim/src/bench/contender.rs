@@ -1,0 +1,227 @@
+//! Who is on the board: what each is told, and what steers.
+
+use planner::{
+    los::{LosLaw, LosTuning},
+    policy::Policy,
+    snapshot::{ForecastChoice, ForecastModel, Observation, Offset, Snapshot},
+};
+
+use crate::{
+    guide::{Guidance, Guide, GuideError, LosGuide, MpcGuide},
+    scenario::Scenario,
+};
+
+/// A controller with what it is told.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contender {
+    /// Its name, unique on a board.
+    pub name: String,
+    /// What it is told of paths.
+    pub paths: Paths,
+    /// What steers.
+    pub pilot: Pilot,
+}
+
+/// What a contender is told of the underwater vehicles' paths, speeds and dives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Paths {
+    /// What the scenario tells.
+    AsScenario,
+    /// Nothing, unless its very goal is given along a path.
+    Untold,
+    /// Everything, whatever the scenario says.
+    Told,
+}
+
+/// What steers.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Pilot {
+    /// A line-of-sight law, at the best gains of its grid.
+    Law(LosLaw),
+    /// The planner.
+    Planner {
+        /// Its numbers.
+        policy: Policy,
+        /// The forecast model that it has to use; none leaves it the choice.
+        forecast: Option<ForecastModel>,
+    },
+}
+
+impl Contender {
+    /// A law, told what the scenario tells.
+    #[must_use]
+    pub fn law(law: LosLaw) -> Self {
+        Self {
+            name: law.name().to_owned(),
+            paths: Paths::AsScenario,
+            pilot: Pilot::Law(law),
+        }
+    }
+
+    /// The planner under its default policy.
+    #[must_use]
+    pub fn planner(name: &str, paths: Paths, forecast: Option<ForecastModel>) -> Self {
+        Self {
+            name: name.to_owned(),
+            paths,
+            pilot: Pilot::Planner {
+                policy: Policy::default(),
+                forecast,
+            },
+        }
+    }
+
+    /// The board's usual ones: every law, every law that may win told the paths, and the planner with the forecast
+    /// `constant_velocity`, with `auto` and with `path`.
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        let told = LosLaw::ALL
+            .into_iter()
+            .filter(|law| law.may_win())
+            .map(|law| Self {
+                name: format!("{} + paths", law.name()),
+                paths: Paths::Told,
+                pilot: Pilot::Law(law),
+            });
+        let planners = [
+            Self::planner(
+                CONSTANT_VELOCITY,
+                Paths::Untold,
+                Some(ForecastModel::ConstantVelocity),
+            ),
+            Self::planner(AUTO, Paths::AsScenario, None),
+            Self::planner(PATH, Paths::Told, Some(ForecastModel::Path)),
+        ];
+        LosLaw::ALL
+            .map(Self::law)
+            .into_iter()
+            .chain(told)
+            .chain(planners)
+            .collect()
+    }
+
+    /// Whether it takes part in `scenario`. Of laws only the present counts, so that one told the paths differs from
+    /// itself only where the present is guessed from old or noisy reports.
+    #[must_use]
+    pub fn takes_part(&self, scenario: &Scenario) -> bool {
+        match self.pilot {
+            Pilot::Law(_) => {
+                let already_told = scenario.knowledge.paths;
+                self.paths != Paths::Told || !already_told && scenario.leaves_the_present_unsure()
+            }
+            Pilot::Planner { .. } => true,
+        }
+    }
+
+    /// Whether it may win. [`LosLaw::Printed`] may not, nor whoever is told more than the scenario tells.
+    #[must_use]
+    pub fn may_win(&self) -> bool {
+        let lawful = match self.pilot {
+            Pilot::Law(law) => law.may_win(),
+            Pilot::Planner { .. } => true,
+        };
+        lawful && self.paths != Paths::Told
+    }
+
+    /// Whether it is a line-of-sight law that is to be beaten.
+    #[must_use]
+    pub fn is_baseline(&self) -> bool {
+        matches!(self.pilot, Pilot::Law(law) if law.may_win())
+    }
+
+    /// What it knows, for people.
+    #[must_use]
+    pub fn information(&self) -> String {
+        let of_paths = match self.paths {
+            Paths::AsScenario => "what the scenario tells",
+            Paths::Untold => "what the scenario tells, but no path",
+            Paths::Told => "what the scenario tells, and all paths, speeds and dives",
+        };
+        let uses = match &self.pilot {
+            Pilot::Law(_) => "looks at the present only",
+            Pilot::Planner { forecast: None, .. } => "forecasts along paths where told, else by rate of turn",
+            Pilot::Planner {
+                forecast: Some(model),
+                ..
+            } => match model {
+                ForecastModel::Hold => "forecasts that all stay where they are",
+                ForecastModel::ConstantVelocity => "forecasts that all keep their velocity",
+                ForecastModel::ConstantTurn => "forecasts that all keep their rate of turn",
+                ForecastModel::Path => "forecasts along the paths",
+            },
+        };
+        format!("{of_paths}; {uses}")
+    }
+
+    /// The scenario that it flies.
+    #[must_use]
+    pub(super) fn scenario(&self, scenario: &Scenario) -> Scenario {
+        let mut scenario = scenario.clone();
+        scenario.knowledge.paths |= self.paths == Paths::Told;
+        scenario
+    }
+
+    /// What steers, without memory. `tuning` is a law's.
+    pub(super) fn guide(&self, tuning: Option<LosTuning>) -> Box<dyn Guide> {
+        let told = |guide| Told {
+            guide,
+            without_paths: self.paths == Paths::Untold,
+            forecast: None,
+        };
+        match (&self.pilot, tuning) {
+            (Pilot::Law(_), Some(tuning)) => Box::new(told(LosGuide::tuned(tuning))),
+            (Pilot::Law(law), None) => Box::new(told(LosGuide::tuned(crate::tuning::grid(*law)[0]))),
+            (Pilot::Planner { policy, forecast }, _) => Box::new(Told {
+                guide: MpcGuide::new(policy.clone()),
+                without_paths: self.paths == Paths::Untold,
+                forecast: *forecast,
+            }),
+        }
+    }
+}
+
+/// Name of the planner that forecasts constant velocities.
+pub const CONSTANT_VELOCITY: &str = "mpc constant_velocity";
+/// Name of the planner that chooses its forecasts.
+pub const AUTO: &str = "mpc auto";
+/// Name of the planner that is told all paths.
+pub const PATH: &str = "mpc path";
+
+impl Scenario {
+    /// Whether reports come late, noisy or not at all.
+    fn leaves_the_present_unsure(&self) -> bool {
+        use crate::scenario::FaultKindFile::{AuvDies, Silence};
+        let silent =
+            |fault: &crate::scenario::FaultFile| matches!(fault.what, Silence { .. } | AuvDies { .. });
+        self.knowledge.acoustics.is_some() || self.faults.iter().any(silent)
+    }
+}
+
+/// A guide that is told something else than what was observed.
+struct Told<G> {
+    guide: G,
+    without_paths: bool,
+    forecast: Option<ForecastModel>,
+}
+
+impl<G: Guide> Guide for Told<G> {
+    fn name(&self) -> &'static str {
+        self.guide.name()
+    }
+
+    fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
+        if !self.without_paths && self.forecast.is_none() {
+            return self.guide.guide(snapshot);
+        }
+        let mut observation = Observation::clone(snapshot);
+        if let Some(model) = self.forecast {
+            observation.forecast = ForecastChoice::Model(model);
+        }
+        if self.without_paths && !matches!(observation.offset, Some(Offset::Path(_))) {
+            for auv in &mut observation.auvs {
+                (auv.path, auv.dive) = (None, None);
+            }
+        }
+        self.guide.guide(&Snapshot::try_from(observation)?)
+    }
+}
