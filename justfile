@@ -30,6 +30,12 @@ deny:
 bench:
     cargo bench -p tests --bench plan
 
+# The scoreboard of every controller in every scenario; most of an hour on two cores, unless told fewer seeds
+benchmark seeds="30" *more="":
+    cargo run --release -- bench --seeds {{seeds}} {{more}} --out target/benchmark \
+        --commit "$(git describe --always --dirty --abbrev=12)"
+    cp target/benchmark/benchmark.md docs/benchmark.md
+
 # Speed of the simulator and of the same vehicles in Python (needs tests/python/requirements.txt)
 speed:
     python3 tests/python/speed.py

@@ -11,6 +11,7 @@ use std::{
 use api::export::Format;
 use planner::los::LosLaw;
 use serde_json::Value;
+use sim::{bench::Contender, scenario::Scenario};
 use tests::server::Server;
 
 fn pilotfish() -> Command {
@@ -602,6 +603,84 @@ fn the_paper_s_figures_are_nine_pictures_with_axes_and_a_page_that_shows_them() 
         stdout(&output)
     );
     fs::remove_dir_all(directory).expect("is ours");
+}
+
+#[test]
+fn a_benchmark_leaves_a_page_in_two_forms_and_every_run_and_says_how_far_it_is() {
+    let directory = std::env::temp_dir().join(format!("pilotfish-bench-{}", std::process::id()));
+    let out = directory.to_str().expect("is text");
+    let scope = ["--scenario", "calm", "--duration-s", "20"];
+    let effort = ["--seeds", "1", "--tuning-seeds", "1", "--commit", "0123abc"];
+    let output = run(&[["bench", "--out", out].as_slice(), &scope, &effort].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stderr(&output).contains(": 100 %"), "{}", stderr(&output));
+
+    let parquet = fs::read(directory.join("runs.parquet")).expect("is written");
+    assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));
+    for name in ["benchmark.md", "benchmark.html"] {
+        let text = fs::read_to_string(directory.join(name)).expect("is written");
+        for said in [
+            "0123abc",
+            "calm",
+            "mpc constant_velocity",
+            "printed_los",
+            "clairvoyant",
+            "--seeds 1",
+        ] {
+            assert!(text.contains(said), "{name} does not say {said}");
+        }
+        assert!(stdout(&output).contains(name), "{}", stdout(&output));
+    }
+    fs::remove_dir_all(&directory).expect("is there");
+}
+
+#[test]
+fn a_benchmark_of_nobody_or_of_no_seeds_is_refused() {
+    let directory = std::env::temp_dir();
+    let out = directory.to_str().expect("is text");
+    for (arguments, says) in [
+        (["--scenario", "paper-path-following"], "no surface craft"),
+        (["--scenario", "nowhere"], "there is no scenario"),
+        (["--seeds", "0"], "0 is not in"),
+        // They would be scored on what their gains were found on.
+        (["--seeds", "1001"], "1001 is not in"),
+    ] {
+        let output = run(&["bench", "--out", out, arguments[0], arguments[1]]);
+        assert!(!output.status.success());
+        assert!(stderr(&output).contains(says), "{}", stderr(&output));
+    }
+}
+
+/// Rows of the Markdown tables of `text` that begin with one of `names`.
+fn rows_of<'a>(text: &'a str, name: &str) -> Vec<&'a str> {
+    let start = format!("| {name} |");
+    text.lines().filter(|line| line.starts_with(&start)).collect()
+}
+
+#[test]
+fn the_checked_in_benchmark_has_every_scenario_and_every_controller() {
+    let text = include_str!("../docs/benchmark.md");
+    assert!(text.contains("from commit `"));
+    let scenarios = Scenario::names().into_iter().filter_map(Scenario::named);
+    let scenarios: Vec<_> = scenarios.filter(Scenario::has_surface_craft).collect();
+    for scenario in &scenarios {
+        assert!(
+            text.contains(&format!("\n### {}\n", scenario.name)),
+            "{}",
+            scenario.name
+        );
+        assert!(
+            !rows_of(text, &scenario.name).is_empty(),
+            "{} has no winners",
+            scenario.name
+        );
+    }
+    for contender in Contender::all() {
+        let rows = rows_of(text, &format!("`{}`", contender.name));
+        let taking_part = scenarios.iter().filter(|scenario| contender.takes_part(scenario));
+        // One that says what it is told, and one in each scenario.
+        assert_eq!(rows.len(), 1 + taking_part.count(), "{}", contender.name);
+    }
 }
 
 #[test]

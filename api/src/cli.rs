@@ -5,7 +5,7 @@ use std::error::Error;
 use clap::{Parser, Subcommand};
 
 use crate::{
-    missions::{Compare, Figures, Simulate, compare, figures, simulate},
+    missions::{Bench, Compare, Figures, Simulate, bench, compare, figures, simulate},
     plan::{Plan, plan},
     scenarios::{Scenarios, scenarios},
     serve::{Serve, serve},
@@ -35,6 +35,8 @@ enum Command {
     Scenarios(Scenarios),
     /// Draw the source paper's figures from missions flown here.
     Figures(Figures),
+    /// Score every controller in every scenario over many seeds.
+    Bench(Bench),
 }
 
 impl Arguments {
@@ -46,6 +48,7 @@ impl Arguments {
             Command::Compare(arguments) => compare(&arguments)?,
             Command::Scenarios(arguments) => scenarios(&arguments)?,
             Command::Figures(arguments) => figures(&arguments)?,
+            Command::Bench(arguments) => bench(&arguments)?,
         }
         Ok(())
     }

@@ -11,7 +11,7 @@ use sim::{datum::NotOnEarth, record::Record};
 mod csv;
 mod geojson;
 mod mcap;
-mod parquet;
+pub(crate) mod parquet;
 #[cfg(test)]
 mod sample;
 

@@ -18,6 +18,7 @@ use tower_http::catch_panic::CatchPanicLayer;
 use utoipa::OpenApi;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
+pub mod bench;
 pub mod comparison;
 mod deadline;
 mod edge;

@@ -1,4 +1,4 @@
-//! `pilotfish simulate`, `compare` and `figures`: whole missions on the command line.
+//! `pilotfish simulate`, `compare`, `figures` and `bench`: whole missions on the command line.
 
 use std::{
     fmt::Write as _,
@@ -21,6 +21,7 @@ use planner::{
     policy::Policy,
 };
 use sim::{
+    bench::BenchError,
     guide::{Guide, GuideError, LosGuide, MpcGuide},
     metrics::Metrics,
     mission,
@@ -33,9 +34,11 @@ use crate::{
     scenarios::{NoScenario, scenario},
 };
 
+mod bench;
 mod figures;
 mod snapshots;
 
+pub(crate) use bench::{Bench, bench};
 pub(crate) use figures::{Figures, figures};
 use snapshots::{Witness, snapshot_file, write_snapshots};
 
@@ -176,6 +179,8 @@ pub(crate) enum MissionError {
     Figure { path: PathBuf, source: io::Error },
     #[error(transparent)]
     Figures(#[from] FiguresError),
+    #[error("the benchmark could not be run")]
+    Bench(#[from] BenchError),
     #[error("cannot print the result")]
     Print(#[from] io::Error),
 }

@@ -62,6 +62,8 @@ pub struct Match {
     pub scenario: String,
     /// What happens in it.
     pub title: String,
+    /// Whether everyone is told the paths.
+    pub paths_told: bool,
     /// Those that took part, in the order of [`Bench::contenders`].
     pub entries: Vec<Entry>,
     /// Root mean square distance below which no craft could have stayed, m, seed by seed; none where nobody knows.
@@ -336,6 +338,7 @@ impl Bench {
             Match {
                 scenario: scenario.name.clone(),
                 title: scenario.title.clone(),
+                paths_told: scenario.knowledge.paths,
                 entries: entries.collect(),
                 bound_rms_m: bounds.collect(),
             }

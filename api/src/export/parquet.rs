@@ -2,6 +2,7 @@
 //! tell, and what the record is of in the file's key-value metadata.
 
 use std::{
+    borrow::Cow,
     io::{self, Write},
     sync::Arc,
 };
@@ -26,7 +27,30 @@ const NULL: i16 = 0;
 const VALUE: i16 = 1;
 
 pub(super) fn write(record: &Record, out: &mut (impl Write + Send)) -> Result<(), ExportError> {
-    write_in_groups(record, DEFAULT_MAX_ROW_GROUP_ROW_COUNT, out).map_err(|error| {
+    write_table(&table(record), out)
+}
+
+/// Columns of equal length, as a file.
+pub(crate) struct Table {
+    /// The schema's name.
+    pub(crate) name: &'static str,
+    /// The columns, at least one.
+    pub(crate) columns: Vec<Column>,
+    /// What the file says of itself.
+    pub(crate) about: Vec<(&'static str, String)>,
+}
+
+fn table(record: &Record) -> Table {
+    Table {
+        name: "record",
+        columns: record.columns(),
+        about: about(record).into(),
+    }
+}
+
+/// Writes `table`. Equal tables give equal bytes.
+pub(crate) fn write_table(table: &Table, out: &mut (impl Write + Send)) -> Result<(), ExportError> {
+    write_in_groups(table, DEFAULT_MAX_ROW_GROUP_ROW_COUNT, out).map_err(|error| {
         ExportError::Write(match error {
             ParquetError::External(source) => match source.downcast::<io::Error>() {
                 Ok(error) => *error,
@@ -39,19 +63,22 @@ pub(super) fn write(record: &Record, out: &mut (impl Write + Send)) -> Result<()
 
 /// Readers hold a row group at a time: one, unless the mission is of millions of ticks.
 fn write_in_groups(
-    record: &Record,
+    table: &Table,
     rows_per_group: usize,
     out: &mut (impl Write + Send),
 ) -> Result<(), ParquetError> {
-    let columns = record.columns();
-    let mut file = SerializedFileWriter::new(out, Arc::new(schema(&columns)?), Arc::new(properties(record)))?;
-    for start in (0..record.rows.len()).step_by(rows_per_group) {
-        let rows = start..record.rows.len().min(start + rows_per_group);
+    let n_rows = table.columns.first().map_or(0, |column| match &column.values {
+        Values::Numbers(numbers) => numbers.len(),
+        Values::Words(words) => words.len(),
+    });
+    let mut file = SerializedFileWriter::new(out, Arc::new(schema(table)?), Arc::new(properties(table)))?;
+    for start in (0..n_rows).step_by(rows_per_group) {
+        let rows = start..n_rows.min(start + rows_per_group);
         let mut group = file.next_row_group()?;
-        for column in &columns {
+        for column in &table.columns {
             let cells = group
                 .next_column()?
-                .expect("the schema has as many columns as the record");
+                .expect("the schema has as many columns as the table");
             match &column.values {
                 Values::Numbers(numbers) => write_numbers(&numbers[rows.clone()], cells)?,
                 Values::Words(words) => write_words(&words[rows.clone()], cells)?,
@@ -63,8 +90,9 @@ fn write_in_groups(
     Ok(())
 }
 
-fn schema(columns: &[Column]) -> Result<Type, ParquetError> {
-    let fields = columns
+fn schema(table: &Table) -> Result<Type, ParquetError> {
+    let fields = table
+        .columns
         .iter()
         .map(|column| {
             let (physical, logical) = match column.values {
@@ -78,13 +106,14 @@ fn schema(columns: &[Column]) -> Result<Type, ParquetError> {
                 .map(Arc::new)
         })
         .collect::<Result<_, _>>()?;
-    Type::group_type_builder("record").with_fields(fields).build()
+    Type::group_type_builder(table.name).with_fields(fields).build()
 }
 
-fn properties(record: &Record) -> WriterProperties {
-    let pairs = about(record).map(|(key, value)| KeyValue::new(key.to_owned(), value));
+fn properties(table: &Table) -> WriterProperties {
+    let pairs = table.about.iter();
+    let pairs = pairs.map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone()));
     WriterProperties::builder()
-        .set_key_value_metadata(Some(pairs.into()))
+        .set_key_value_metadata(Some(pairs.collect()))
         .build()
 }
 
@@ -100,8 +129,11 @@ fn write_numbers(numbers: &[Option<f64>], mut cells: SerializedColumnWriter<'_>)
     cells.close()
 }
 
-fn write_words(words: &[&'static str], mut cells: SerializedColumnWriter<'_>) -> Result<(), ParquetError> {
-    let values: Vec<ByteArray> = words.iter().map(|word| ByteArray::from(*word)).collect();
+fn write_words(
+    words: &[Cow<'static, str>],
+    mut cells: SerializedColumnWriter<'_>,
+) -> Result<(), ParquetError> {
+    let values: Vec<ByteArray> = words.iter().map(|word| ByteArray::from(word.as_ref())).collect();
     let levels = vec![VALUE; words.len()];
     cells
         .typed::<ByteArrayType>()
@@ -122,7 +154,7 @@ mod tests {
 
     fn read(rows_per_group: usize) -> SerializedFileReader<Bytes> {
         let mut bytes = vec![];
-        write_in_groups(&sample::record(), rows_per_group, &mut bytes).expect("can be written");
+        write_in_groups(&table(&sample::record()), rows_per_group, &mut bytes).expect("can be written");
         SerializedFileReader::new(Bytes::from(bytes)).expect("is a Parquet file")
     }
 
@@ -141,7 +173,7 @@ mod tests {
                     assert_eq!(name, &column.name);
                     let expected = match &column.values {
                         Values::Numbers(numbers) => numbers[i].map_or(Field::Null, Field::Double),
-                        Values::Words(words) => Field::Str(words[i].to_owned()),
+                        Values::Words(words) => Field::Str(words[i].to_string()),
                     };
                     assert_eq!(field, &expected, "{name} of row {i}");
                 }

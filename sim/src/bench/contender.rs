@@ -6,6 +6,7 @@ use planner::{
     snapshot::{ForecastChoice, ForecastModel, Observation, Offset, Snapshot},
 };
 
+use super::Match;
 use crate::{
     guide::{Guidance, Guide, GuideError, LosGuide, MpcGuide},
     scenario::Scenario,
@@ -41,7 +42,7 @@ pub enum Pilot {
     /// The planner.
     Planner {
         /// Its numbers.
-        policy: Policy,
+        policy: Box<Policy>,
         /// The forecast model that it has to use; none leaves it the choice.
         forecast: Option<ForecastModel>,
     },
@@ -65,7 +66,7 @@ impl Contender {
             name: name.to_owned(),
             paths,
             pilot: Pilot::Planner {
-                policy: Policy::default(),
+                policy: Box::default(),
                 forecast,
             },
         }
@@ -129,6 +130,12 @@ impl Contender {
         matches!(self.pilot, Pilot::Law(law) if law.may_win())
     }
 
+    /// Whether others are told more than it: beside them it proves nothing.
+    #[must_use]
+    pub fn is_told_less(&self, found: &Match) -> bool {
+        found.paths_told && self.paths == Paths::Untold
+    }
+
     /// What it knows, for people.
     #[must_use]
     pub fn information(&self) -> String {
@@ -172,7 +179,7 @@ impl Contender {
             (Pilot::Law(_), Some(tuning)) => Box::new(told(LosGuide::tuned(tuning))),
             (Pilot::Law(law), None) => Box::new(told(LosGuide::tuned(crate::tuning::grid(*law)[0]))),
             (Pilot::Planner { policy, forecast }, _) => Box::new(Told {
-                guide: MpcGuide::new(policy.clone()),
+                guide: MpcGuide::new(Policy::clone(policy)),
                 without_paths: self.paths == Paths::Untold,
                 forecast: *forecast,
             }),

@@ -1,5 +1,7 @@
 //! The record as a table: one definition of every column for every format that is a table.
 
+use std::borrow::Cow;
+
 use super::{DiverRow, Record, Row, SurfaceCraftRow, method_name};
 
 /// A column: its name, with the unit, and one value a row.
@@ -17,7 +19,7 @@ pub enum Values {
     /// Numbers, in the unit that the name says; `None` where there was nothing to tell.
     Numbers(Vec<Option<f64>>),
     /// Words.
-    Words(Vec<&'static str>),
+    Words(Vec<Cow<'static, str>>),
 }
 
 type Number<T> = (&'static str, fn(&T) -> Option<f64>);
@@ -95,7 +97,7 @@ impl Record {
             }
             columns.push(Column {
                 name: "method".to_owned(),
-                values: Values::Words(self.rows.iter().map(method).collect()),
+                values: Values::Words(self.rows.iter().map(|row| Cow::Borrowed(method(row))).collect()),
             });
         }
         for (i, id) in self.diver_ids.iter().enumerate() {

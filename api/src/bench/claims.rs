@@ -1,0 +1,289 @@
+//! What the planner is claimed to do beside the laws, and whether it does.
+
+use sim::bench::{
+    AUTO, Board, CONSTANT_VELOCITY, Contender, Entry, Family, Match, Metric, PATH, Paths, Score,
+    statistics::{Interval, mean, median, paired_ratio},
+};
+
+use super::{number, ratio};
+
+/// Scenarios in which foresight is everything.
+const FORESIGHT: [&str; 4] = ["switching", "switching-opposed", "anti-phase", "target-stops"];
+
+/// Scenarios in which the goal moves steadily, so that effort can be compared.
+const STEADY: [&str; 7] = [
+    "calm",
+    "paper-tracking",
+    "paper-midpoint",
+    "cross-current",
+    "cross-current-unknown",
+    "cross-current-sheared",
+    "slocum",
+];
+
+/// A claim about one controller in one scenario, or in all.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// What is claimed.
+    pub claim: &'static str,
+    /// Where; "all" where it is about all scenarios together.
+    pub scenario: String,
+    /// Of whom.
+    pub controller: String,
+    /// Beside whom; empty where it is beside nobody.
+    pub beside: String,
+    /// What was measured.
+    pub measured: String,
+    /// What is claimed of it.
+    pub limit: String,
+    /// Whether that is so.
+    pub holds: bool,
+}
+
+/// Every claim that the board's scenarios and controllers can decide.
+#[must_use]
+pub fn verdicts(board: &Board) -> Vec<Verdict> {
+    let mut verdicts = vec![];
+    for found in &board.matches {
+        for name in [CONSTANT_VELOCITY, AUTO] {
+            verdicts.extend(nearness(found, name));
+        }
+        verdicts.extend(with_paths(found));
+        for name in [CONSTANT_VELOCITY, AUTO] {
+            verdicts.extend(effort(found, name));
+        }
+    }
+    for name in [CONSTANT_VELOCITY, AUTO, PATH] {
+        verdicts.extend(calm_steering(board, name));
+        verdicts.extend(limits_kept(board, name));
+    }
+    verdicts.extend(regrets(board));
+    verdicts
+}
+
+/// The nearest law that is told what the scenario tells.
+pub(super) fn nearest_baseline(found: &Match) -> Option<&Entry> {
+    let untold = |contender: &Contender| contender.is_baseline() && contender.paths == Paths::AsScenario;
+    found.least(Metric::Rms, untold)
+}
+
+fn nearest_told(found: &Match) -> Option<&Entry> {
+    let told = |contender: &Contender| contender.is_baseline() && contender.paths == Paths::Told;
+    found.least(Metric::Rms, told)
+}
+
+/// The ratio of a metric to a law's at its gains for nearness.
+fn beside(ours: &Entry, theirs: &Entry, metric: Metric) -> Option<Interval> {
+    let values = |entry: &Entry| entry.values_at(metric, Family::Nearness);
+    paired_ratio(&values(ours), &values(theirs))
+}
+
+#[derive(Clone, Copy)]
+enum Bound {
+    /// The estimate is to be no more.
+    Centre(f64),
+    /// The upper end of its interval is to be no more.
+    Upper(f64),
+}
+
+impl Bound {
+    fn verdict(
+        self,
+        claim: &'static str,
+        found: &Match,
+        ours: &Entry,
+        theirs: &Entry,
+        measured: &Interval,
+    ) -> Verdict {
+        let (limit, holds) = match self {
+            Self::Centre(most) => (format!("≤ {most}"), measured.centre <= most),
+            Self::Upper(most) => (format!("upper end ≤ {most}"), measured.upper() <= most),
+        };
+        Verdict {
+            claim,
+            scenario: found.scenario.clone(),
+            controller: ours.contender.name.clone(),
+            beside: theirs.contender.name.clone(),
+            measured: ratio(measured),
+            limit,
+            holds,
+        }
+    }
+}
+
+fn nearness(found: &Match, name: &str) -> Vec<Verdict> {
+    let (Some(ours), Some(theirs)) = (found.entry(name), nearest_baseline(found)) else {
+        return vec![];
+    };
+    if ours.contender.is_told_less(found) {
+        return vec![];
+    }
+    let rms = "RMS distance beside the nearest law";
+    let claims = match found.scenario.as_str() {
+        foresight if FORESIGHT.contains(&foresight) => vec![(rms, Metric::Rms, Bound::Centre(0.5))],
+        "about-face" => vec![
+            (rms, Metric::Rms, Bound::Centre(0.6)),
+            (
+                "time to within 3 m beside the nearest law",
+                Metric::TimeToNear,
+                Bound::Centre(0.3),
+            ),
+        ],
+        "cross-current" => vec![(rms, Metric::Rms, Bound::Centre(1.0))],
+        // The hull is another and the policy the same.
+        "otter" => vec![(rms, Metric::Rms, Bound::Centre(0.6))],
+        _ => vec![(rms, Metric::Rms, Bound::Upper(1.02))],
+    };
+    let decided = claims.into_iter().filter_map(|(claim, metric, bound)| {
+        let measured = beside(ours, theirs, metric)?;
+        Some(bound.verdict(claim, found, ours, theirs, &measured))
+    });
+    decided.collect()
+}
+
+fn with_paths(found: &Match) -> Vec<Verdict> {
+    let Some(ours) = found.entry(PATH) else {
+        return vec![];
+    };
+    let mut verdicts = vec![];
+    let mut claim = |claim, theirs: Option<&Entry>, most| {
+        let Some(theirs) = theirs else { return };
+        let Some(measured) = beside(ours, theirs, Metric::Rms) else {
+            return;
+        };
+        verdicts.push(Bound::Centre(most).verdict(claim, found, ours, theirs, &measured));
+    };
+    if ["silence", "noisy-fixes"].contains(&found.scenario.as_str()) {
+        claim(
+            "RMS distance, told the paths, beside the nearest law that is not",
+            nearest_baseline(found),
+            0.25,
+        );
+    }
+    if found.scenario == "noisy-fixes" {
+        claim(
+            "RMS distance, told the paths, beside the nearest law that is told too",
+            nearest_told(found),
+            1.0,
+        );
+    }
+    verdicts
+}
+
+fn effort(found: &Match, name: &str) -> Vec<Verdict> {
+    let (Some(ours), Some(theirs)) = (found.entry(name), nearest_baseline(found)) else {
+        return vec![];
+    };
+    if !STEADY.contains(&found.scenario.as_str()) {
+        return vec![];
+    }
+    let claims = [
+        ("energy beside the nearest law", Metric::Energy),
+        ("heading travel beside the nearest law", Metric::HeadingTravel),
+    ];
+    let decided = claims.into_iter().filter_map(|(claim, metric)| {
+        let measured = beside(ours, theirs, metric)?;
+        Some(Bound::Centre(1.1).verdict(claim, found, ours, theirs, &measured))
+    });
+    decided.collect()
+}
+
+/// Of a controller in every scenario: those where a `value` is above `most` are named with theirs.
+fn everywhere(
+    board: &Board,
+    name: &str,
+    claim: &'static str,
+    (most, unit): (f64, &str),
+    value: impl Fn(&Entry) -> f64,
+) -> Option<Verdict> {
+    let values: Vec<(&str, f64)> = board
+        .matches
+        .iter()
+        .filter_map(|found| Some((found.scenario.as_str(), value(found.entry(name)?))))
+        .collect();
+    let worst = values.iter().map(|(_, value)| *value).reduce(f64::max)?;
+    let above = values.iter().filter(|(_, value)| most < *value);
+    let named: Vec<String> = above
+        .map(|(scenario, value)| format!("{scenario} {}{unit}", number(*value)))
+        .collect();
+    Some(Verdict {
+        claim,
+        scenario: "all".to_owned(),
+        controller: name.to_owned(),
+        beside: String::new(),
+        measured: if named.is_empty() {
+            format!("{}{unit} at most", number(worst))
+        } else {
+            named.join(", ")
+        },
+        limit: format!("≤ {most}{unit}"),
+        holds: named.is_empty(),
+    })
+}
+
+fn calm_steering(board: &Board, name: &str) -> Option<Verdict> {
+    let claim = "heading references that step by more than 10°/s";
+    let share = |entry: &Entry| mean(&entry.values(Metric::SteepShare)).centre;
+    everywhere(board, name, claim, (1.0, " %"), share)
+}
+
+fn limits_kept(board: &Board, name: &str) -> Vec<Verdict> {
+    type Counted = fn(&Score) -> usize;
+    let claims: [(&str, Counted); 3] = [
+        (
+            "speed references outside their limits, episodes per run",
+            |score| score.reference.count,
+        ),
+        (
+            "speed beyond its limit by a hundredth, episodes per run",
+            |score| score.metrics.violations.speed.count,
+        ),
+        ("inside a keep-out disc, episodes per run", |score| {
+            score.metrics.violations.keep_out.count
+        }),
+    ];
+    let decided = claims.into_iter().filter_map(|(claim, counted)| {
+        #[expect(clippy::cast_precision_loss, reason = "thousands of episodes, not 2⁵³")]
+        let episodes = |entry: &Entry| {
+            let scores = &entry.of(Family::Nearness).scores;
+            mean(
+                &scores
+                    .iter()
+                    .map(|score| counted(score) as f64)
+                    .collect::<Vec<_>>(),
+            )
+            .centre
+        };
+        everywhere(board, name, claim, (0.0, ""), episodes)
+    });
+    decided.collect()
+}
+
+/// The middle over scenarios of RMS over what is claimed of it.
+fn regrets(board: &Board) -> Vec<Verdict> {
+    /// Beside the bound, m.
+    const SPARE: f64 = 0.1;
+    let claims = [(PATH, 1.25), (CONSTANT_VELOCITY, 2.0)];
+    let decided = claims.into_iter().filter_map(|(name, factor)| {
+        let ratios: Vec<f64> = board
+            .matches
+            .iter()
+            .filter_map(|found| {
+                let (ours, bounds) = (found.entry(name)?, found.bound_rms_m.as_ref()?);
+                let allowed: Vec<f64> = bounds.iter().map(|bound| factor * bound + SPARE).collect();
+                Some(paired_ratio(&ours.values(Metric::Rms), &allowed)?.centre)
+            })
+            .collect();
+        let middle = median(&ratios)?;
+        Some(Verdict {
+            claim: "RMS distance over what the clairvoyant's bound allows, median over scenarios",
+            scenario: "all".to_owned(),
+            controller: name.to_owned(),
+            beside: "clairvoyant".to_owned(),
+            measured: number(middle),
+            limit: format!("≤ 1 of {factor} × bound + {SPARE} m"),
+            holds: middle <= 1.0,
+        })
+    });
+    decided.collect()
+}

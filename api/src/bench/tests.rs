@@ -1,0 +1,137 @@
+use std::sync::LazyLock;
+
+use parquet::file::reader::{FileReader as _, SerializedFileReader};
+use sim::{
+    bench::{AUTO, Bench, PATH},
+    scenario::Scenario,
+};
+
+use super::*;
+
+/// Two scenarios for a minute, two seeds.
+static BOARD: LazyLock<Board> = LazyLock::new(|| {
+    let short = |name| Scenario::named(name).expect("exists").lasting(60.0);
+    let bench = Bench {
+        scenarios: ["noisy-fixes", "calm"].map(short).into(),
+        contenders: Contender::all(),
+        seeds: 2,
+        tuning_seeds: 1,
+        threads: threads(),
+    };
+    bench.run(&mut |_| {}).expect("runs")
+});
+
+fn provenance() -> Provenance {
+    Provenance {
+        command: "pilotfish bench".to_owned(),
+        commit: Some("abc1234".to_owned()),
+        tuning_seeds: 1,
+    }
+}
+
+/// Of whoever takes part in calm, each at so many times its own metric.
+fn scaled(factors: &[(&str, f64)]) -> Board {
+    let mut board = BOARD.clone();
+    for found in &mut board.matches {
+        for entry in &mut found.entries {
+            let named = factors.iter().find(|(name, _)| *name == entry.contender.name);
+            let rms = named.map_or(10.0, |(_, factor)| *factor);
+            for flown in &mut entry.flown {
+                for (score, seed) in flown.scores.iter_mut().zip([1.0, 2.0]) {
+                    score.metrics.rms_m = rms * seed;
+                }
+            }
+        }
+    }
+    board
+}
+
+#[test]
+fn the_page_names_every_controller_its_knowledge_and_the_commit_in_both_forms() {
+    let document = document(&BOARD, &provenance());
+    for text in [document.markdown(), document.html()] {
+        assert!(text.contains("abc1234"));
+        for name in [
+            "saturated_los",
+            "integral_los + paths",
+            "printed_los",
+            AUTO,
+            PATH,
+            CLAIRVOYANT,
+        ] {
+            assert!(text.contains(name), "{name}");
+        }
+        for found in &BOARD.matches {
+            assert!(text.contains(&found.title));
+        }
+    }
+}
+
+#[test]
+fn every_table_is_rectangular() {
+    for block in document(&BOARD, &provenance()).0 {
+        if let Block::Table(Table { columns, rows, .. }) = block {
+            assert!(!rows.is_empty());
+            assert!(rows.iter().all(|row| row.len() == columns.len()));
+        }
+    }
+}
+
+#[test]
+fn who_is_told_more_or_is_there_to_fail_never_wins() {
+    let board = scaled(&[
+        (PATH, 0.1),
+        ("printed_los", 0.1),
+        ("integral_los + paths", 0.1),
+        (AUTO, 2.0),
+    ]);
+    for found in &board.matches {
+        assert_eq!(winner(found, Metric::Rms), AUTO);
+    }
+}
+
+#[test]
+fn a_loss_is_shown_as_one_and_a_win_as_one() {
+    let verdict_of = |auto: f64| {
+        let board = scaled(&[(AUTO, auto), ("saturated_los", 1.0)]);
+        let verdicts = claims::verdicts(&board).into_iter();
+        let rms = "RMS distance beside the nearest law";
+        let mut about =
+            verdicts.filter(|verdict| (verdict.claim, verdict.controller.as_str()) == (rms, AUTO));
+        about.next().expect("is decided")
+    };
+    let (won, lost) = (verdict_of(0.9), verdict_of(1.1));
+    assert_eq!((won.holds, won.beside.as_str()), (true, "saturated_los"));
+    assert!(won.measured.starts_with("0.900 ["), "{}", won.measured);
+    assert!(
+        !lost.holds && lost.measured.starts_with("1.100 ["),
+        "{}",
+        lost.measured
+    );
+}
+
+#[test]
+fn equals_are_named_together() {
+    let board = scaled(&[(AUTO, 1.0), ("saturated_los", 1.0)]);
+    assert_eq!(
+        winner(&board.matches[1], Metric::Rms),
+        format!("saturated_los = {AUTO}")
+    );
+}
+
+#[test]
+fn the_file_of_runs_has_a_row_for_every_run_and_every_bound() {
+    let mut bytes = vec![];
+    write_runs(&BOARD, &provenance(), &mut bytes).expect("can be written");
+    let file = SerializedFileReader::new(axum::body::Bytes::from(bytes)).expect("is a Parquet file");
+    let distinct = |entry: &Entry| {
+        let tunings: Vec<_> = entry.flown.iter().map(|flown| flown.tuning).collect();
+        (0..3).filter(|i| !tunings[..*i].contains(&tunings[*i])).count()
+    };
+    let entries = BOARD.matches.iter().flat_map(|found| &found.entries);
+    let expected = 2 * (entries.map(distinct).sum::<usize>() + BOARD.matches.len());
+    assert_eq!(
+        usize::try_from(file.metadata().file_metadata().num_rows()),
+        Ok(expected)
+    );
+}

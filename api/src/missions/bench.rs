@@ -1,0 +1,145 @@
+//! `pilotfish bench`: the scoreboard as files.
+
+use std::{
+    fmt::Write as _,
+    fs,
+    io::{self, IsTerminal as _, Write as _},
+    num::NonZeroUsize,
+    path::PathBuf,
+};
+
+use api::bench::{Provenance, document, threads, write_runs};
+use clap::Args;
+use sim::{
+    bench::{Board, Contender, TUNING_SEED},
+    scenario::Scenario,
+};
+
+use super::{MissionError, bar, lasting, show};
+use crate::{
+    out_file::{OutFile, print},
+    scenarios::scenario,
+};
+
+#[derive(Debug, Args)]
+pub(crate) struct Bench {
+    /// Directory for `benchmark.md`, `benchmark.html` and `runs.parquet`; made if it is not there.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Name or file of a scenario with a surface craft; may be given several times. All built-in ones if left out.
+    #[arg(long, value_name = "SCENARIO")]
+    scenario: Vec<String>,
+    /// Score the seeds 1 to N.
+    #[arg(
+        long, value_name = "N", default_value_t = 30,
+        value_parser = clap::value_parser!(u64).range(1..TUNING_SEED)
+    )]
+    seeds: u64,
+    /// Find the gains of the line-of-sight laws on so many other seeds.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1_000))]
+    tuning_seeds: u64,
+    /// End every mission after this many seconds, if it is not over before.
+    #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=86_400))]
+    duration_s: Option<u32>,
+    /// Runs at once [default: the number of processors]. It changes no result.
+    #[arg(long, value_name = "N")]
+    threads: Option<NonZeroUsize>,
+    /// The commit that the program was built from, to be named in what is written.
+    #[arg(long, value_name = "HASH")]
+    commit: Option<String>,
+}
+
+/// Runs everything, writes the board, and prints where it is.
+pub(crate) fn bench(arguments: &Bench) -> Result<(), MissionError> {
+    let refused = |path: PathBuf| move |source| MissionError::Figure { path, source };
+    let scenarios = scenarios(arguments)?;
+    // Before the missions: a directory that cannot be written should not cost them.
+    fs::create_dir_all(&arguments.out).map_err(refused(arguments.out.clone()))?;
+    let file = |name: &str| {
+        let path = arguments.out.join(name);
+        match OutFile::new(&path) {
+            Ok(file) => Ok((path, file)),
+            Err(source) => Err(MissionError::Figure { path, source }),
+        }
+    };
+    let (markdown, html, parquet) = (
+        file("benchmark.md")?,
+        file("benchmark.html")?,
+        file("runs.parquet")?,
+    );
+
+    let bench = sim::bench::Bench {
+        scenarios,
+        contenders: Contender::all(),
+        seeds: arguments.seeds,
+        tuning_seeds: arguments.tuning_seeds,
+        threads: arguments.threads.unwrap_or_else(threads),
+    };
+    let board = watched("every controller, every scenario", &bench)?;
+
+    let provenance = Provenance {
+        command: command(arguments),
+        commit: arguments.commit.clone(),
+        tuning_seeds: arguments.tuning_seeds,
+    };
+    let document = document(&board, &provenance);
+    let written = parquet.1.write(|out| write_runs(&board, &provenance, out));
+    written.map_err(|source| MissionError::Out {
+        path: parquet.0.clone(),
+        source,
+    })?;
+    let mut names = format!("{}\n", parquet.0.display());
+    for ((path, file), text) in [(html, document.html()), (markdown, document.markdown())] {
+        let written = file.write(|out| out.write_all(text.as_bytes()));
+        written.map_err(refused(path.clone()))?;
+        writeln!(names, "{}", path.display()).expect("a string takes everything");
+    }
+    Ok(print(&names)?)
+}
+
+/// Runs `bench`; how far it is shows on standard error, as a bar or, where that is no terminal, in lines.
+fn watched(stage: &str, bench: &sim::bench::Bench) -> Result<Board, MissionError> {
+    /// Lines of a whole run.
+    const LINES: f64 = 20.0;
+    let bar = bar();
+    let in_lines = !io::stderr().is_terminal();
+    let mut lines = 0.0;
+    let board = bench.run(&mut |done| {
+        show(&bar, stage, done);
+        if in_lines && lines + 1.0 <= done * LINES {
+            lines = (done * LINES).floor();
+            eprintln!("{stage}: {:.0} %", 100.0 * done);
+        }
+    })?;
+    bar.finish_and_clear();
+    Ok(board)
+}
+
+fn scenarios(arguments: &Bench) -> Result<Vec<Scenario>, MissionError> {
+    let chosen = if arguments.scenario.is_empty() {
+        let built_in = Scenario::names().into_iter().filter_map(Scenario::named);
+        built_in.filter(Scenario::has_surface_craft).collect()
+    } else {
+        let named = arguments.scenario.iter().map(|name| scenario(name));
+        named.collect::<Result<Vec<_>, _>>()?
+    };
+    Ok(chosen
+        .into_iter()
+        .map(|scenario| lasting(scenario, arguments.duration_s))
+        .collect())
+}
+
+/// What makes the same board again, but for where it is written to.
+fn command(arguments: &Bench) -> String {
+    let mut text = format!(
+        "pilotfish bench --seeds {} --tuning-seeds {}",
+        arguments.seeds, arguments.tuning_seeds
+    );
+    for name in &arguments.scenario {
+        write!(text, " --scenario {name}").expect("a string takes everything");
+    }
+    if let Some(duration) = arguments.duration_s {
+        write!(text, " --duration-s {duration}").expect("a string takes everything");
+    }
+    text + " --out DIR"
+}
