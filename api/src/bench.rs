@@ -13,6 +13,7 @@ mod document;
 mod runs;
 #[cfg(test)]
 mod tests;
+mod variations;
 
 use claims::{nearest_baseline, verdicts};
 pub use document::{Block, Document, Table};
@@ -32,9 +33,21 @@ pub struct Provenance {
     pub tuning_seeds: u64,
 }
 
-/// The whole board as a document.
+/// All that was run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Results {
+    /// Every controller in every scenario.
+    pub board: Board,
+    /// The planner without its parts, if asked for.
+    pub ablations: Option<Board>,
+    /// The planner under other circumstances, if asked for.
+    pub sensitivity: Option<Board>,
+}
+
+/// All of it as a document.
 #[must_use]
-pub fn document(board: &Board, provenance: &Provenance) -> Document {
+pub fn document(results: &Results, provenance: &Provenance) -> Document {
+    let board = &results.board;
     let mut blocks = vec![
         Block::Heading(1, "Benchmark".to_owned()),
         Block::Paragraph(introduction(board, provenance)),
@@ -46,9 +59,11 @@ pub fn document(board: &Board, provenance: &Provenance) -> Document {
         Block::Heading(2, "Winners".to_owned()),
         Block::Paragraph(WINNERS.to_owned()),
         Block::Table(winners(board)),
-        Block::Heading(2, "Scenarios".to_owned()),
-        Block::Paragraph(SCENARIOS.to_owned()),
     ];
+    blocks.extend(results.ablations.iter().flat_map(variations::ablations));
+    blocks.extend(results.sensitivity.iter().flat_map(variations::sensitivity));
+    blocks.push(Block::Heading(2, "Scenarios".to_owned()));
+    blocks.push(Block::Paragraph(SCENARIOS.to_owned()));
     for found in &board.matches {
         blocks.push(Block::Heading(3, found.scenario.clone()));
         blocks.push(Block::Paragraph(format!("{}.", found.title)));

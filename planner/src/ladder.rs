@@ -173,7 +173,7 @@ fn best_rung(
         .into_iter()
         .flatten()
         .reduce(|best, next| {
-            if next.way.predicted.merit < best.way.predicted.merit {
+            if policy.merit_decides && next.way.predicted.merit < best.way.predicted.merit {
                 next
             } else {
                 best

@@ -187,6 +187,7 @@ impl Optimiser<'_> {
             edges: &given.around.edges,
             worst: &given.around.worst,
             weights: &policy.weights,
+            trust_cone_tangent: policy.trust_cone_tangent,
         };
         let program = restated(programs, &pass);
         (self.solve)(program, solution);

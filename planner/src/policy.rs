@@ -28,6 +28,12 @@ pub struct Policy {
     /// Smallest cosine between what a pass was linearised about and what it answers with which the answer stands,
     /// and no further pass is worth its time.
     pub settled_cosine: f64,
+    /// Half-angle of the trust cone around the direction of travel, as a tangent. Beyond it the forward half-plane and
+    /// the turn-rate row describe another manoeuvre.
+    pub trust_cone_tangent: f64,
+    /// Whether the rung with the least merit answers; else the first that holds. Otherwise only to see what that choice
+    /// is worth.
+    pub merit_decides: bool,
     /// Widest residual with which a solved or almost solved program counts.
     pub certificate_tolerance: f64,
     /// How long the reference may be used when no newer one arrives, s.
@@ -80,6 +86,9 @@ impl Default for Policy {
             report_age_max: 900.0,
             range_doubt: 1.73,
             settled_cosine: 0.94,
+            // 60°.
+            trust_cone_tangent: 1.732_050_807_568_877_2,
+            merit_decides: true,
             certificate_tolerance: 1e-4,
             validity: 10.0,
         }

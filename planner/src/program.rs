@@ -83,6 +83,8 @@ pub struct Pass<'a> {
     pub worst: &'a [Member],
     /// Weights of the cost.
     pub weights: &'a Weights,
+    /// Half-angle of the trust cone, as a tangent.
+    pub trust_cone_tangent: f64,
 }
 
 /// Horizontal distance to keep within of an AUV, at stages 0 … N.

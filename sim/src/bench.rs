@@ -16,13 +16,15 @@ mod score;
 pub mod statistics;
 #[cfg(test)]
 mod tests;
+mod variation;
 
 pub use contender::{AUTO, CONSTANT_VELOCITY, Contender, PATH, Paths, Pilot};
 use queue::in_parallel;
 pub use score::{Family, Metric, NEAR, STEEP, Score};
+pub use variation::{Twist, ablations, sensitivity};
 
 use crate::{
-    guide::GuideError, mission::run, record::Record, regret::regret, scenario::Scenario, tuning::grid,
+    guide::GuideError, mission::run_from, record::Record, regret::regret, scenario::Scenario, tuning::grid,
 };
 
 /// The first seed that gains are found on: far from those that are scored.
@@ -358,13 +360,18 @@ pub fn fly(
     seed: u64,
 ) -> Result<Record, BenchError> {
     let mut guide = contender.guide(tuning);
-    let told = contender.scenario(scenario);
-    run(&told, guide.as_mut(), seed, &mut |_| {}).map_err(|source| BenchError::Mission {
+    let twisted = contender.scenario(scenario);
+    let failed = |source| BenchError::Mission {
         scenario: scenario.name.clone(),
         contender: contender.name.clone(),
         seed,
         source,
-    })
+    };
+    let mut start = twisted.start(seed).map_err(|error| failed(error.into()))?;
+    if let Some(twist) = contender.twist {
+        twist.twist_start(&mut start);
+    }
+    run_from(start, &twisted, guide.as_mut(), seed, &mut |_| {}).map_err(failed)
 }
 
 fn scored(record: &Record) -> Score {

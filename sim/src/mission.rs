@@ -35,7 +35,17 @@ pub fn run(
     seed: u64,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Record, GuideError> {
-    let mut start = scenario.start(seed)?;
+    run_from(scenario.start(seed)?, scenario, guide, seed, progress)
+}
+
+/// [`run`] from `start`, whatever became of it since `scenario` and `seed` gave it.
+pub(crate) fn run_from(
+    mut start: Start,
+    scenario: &Scenario,
+    guide: &mut dyn Guide,
+    seed: u64,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Record, GuideError> {
     let mut goal = start.goal.clone().map(|goal| TrueGoal::new(goal, start.offset));
     let mut record = empty_record(scenario, &start, guide.name(), seed);
     let n_plans = whole_plans(start.duration);

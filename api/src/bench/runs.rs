@@ -8,7 +8,7 @@ use sim::{
     record::{Column, Values},
 };
 
-use super::{CLAIRVOYANT, Provenance};
+use super::{CLAIRVOYANT, Provenance, Results};
 use crate::export::{
     ExportError,
     parquet::{Table, write_table},
@@ -16,6 +16,7 @@ use crate::export::{
 
 /// A run, and what it is of.
 struct Run<'a> {
+    board: &'static str,
     scenario: &'a str,
     controller: &'a str,
     information: String,
@@ -28,13 +29,26 @@ struct Run<'a> {
     bound_rms_m: Option<f64>,
 }
 
-/// Writes a row for every run, and one for every bound.
+/// Writes a row for every run, and one for every bound. Runs of ablations and of circumstances have theirs in the
+/// column `board`.
 pub fn write_runs(
-    board: &Board,
+    results: &Results,
     provenance: &Provenance,
     out: &mut (impl Write + Send),
 ) -> Result<(), ExportError> {
-    let runs = runs(board);
+    let mut all = runs("contenders", &results.board);
+    all.extend(
+        results
+            .ablations
+            .iter()
+            .flat_map(|board| runs("ablations", board)),
+    );
+    all.extend(
+        results
+            .sensitivity
+            .iter()
+            .flat_map(|board| runs("sensitivity", board)),
+    );
     let about = vec![
         ("schema_version", "1".to_owned()),
         ("command", provenance.command.clone()),
@@ -43,14 +57,14 @@ pub fn write_runs(
     write_table(
         &Table {
             name: "runs",
-            columns: columns(&runs),
+            columns: columns(&all),
             about,
         },
         out,
     )
 }
 
-fn runs(board: &Board) -> Vec<Run<'_>> {
+fn runs<'a>(name: &'static str, board: &'a Board) -> Vec<Run<'a>> {
     let mut runs = vec![];
     for found in &board.matches {
         let bound = |k: usize| found.bound_rms_m.as_ref().map(|bounds| bounds[k]);
@@ -66,6 +80,7 @@ fn runs(board: &Board) -> Vec<Run<'_>> {
                     .map(|(family, _)| family.name())
                     .collect();
                 runs.extend(scores.iter().enumerate().map(|(k, score)| Run {
+                    board: name,
                     scenario: &found.scenario,
                     controller: &entry.contender.name,
                     information: entry.contender.information(),
@@ -79,6 +94,7 @@ fn runs(board: &Board) -> Vec<Run<'_>> {
         }
         for (k, seed) in board.seeds.iter().enumerate() {
             runs.extend(bound(k).map(|bound| Run {
+                board: name,
                 scenario: &found.scenario,
                 controller: CLAIRVOYANT,
                 information: "the truth and the whole future".to_owned(),
@@ -103,6 +119,7 @@ fn columns(runs: &[Run<'_>]) -> Vec<Column> {
         values: Values::Numbers(runs.iter().map(of).collect()),
     };
     let mut columns = vec![
+        words("board", &|run| run.board.to_owned()),
         words("scenario", &|run| run.scenario.to_owned()),
         words("controller", &|run| run.controller.to_owned()),
         words("information", &|run| run.information.clone()),

@@ -21,6 +21,24 @@ static BOARD: LazyLock<Board> = LazyLock::new(|| {
     bench.run(&mut |_| {}).expect("runs")
 });
 
+fn results() -> Results {
+    let of = |contenders| {
+        let bench = Bench {
+            scenarios: vec![Scenario::named("switching").expect("exists").lasting(10.0)],
+            contenders,
+            seeds: 2,
+            tuning_seeds: 1,
+            threads: threads(),
+        };
+        Some(bench.run(&mut |_| {}).expect("runs"))
+    };
+    Results {
+        board: BOARD.clone(),
+        ablations: of(sim::bench::ablations()),
+        sensitivity: of(sim::bench::sensitivity()),
+    }
+}
+
 fn provenance() -> Provenance {
     Provenance {
         command: "pilotfish bench".to_owned(),
@@ -48,7 +66,7 @@ fn scaled(factors: &[(&str, f64)]) -> Board {
 
 #[test]
 fn the_page_names_every_controller_its_knowledge_and_the_commit_in_both_forms() {
-    let document = document(&BOARD, &provenance());
+    let document = document(&results(), &provenance());
     for text in [document.markdown(), document.html()] {
         assert!(text.contains("abc1234"));
         for name in [
@@ -69,12 +87,29 @@ fn the_page_names_every_controller_its_knowledge_and_the_commit_in_both_forms() 
 
 #[test]
 fn every_table_is_rectangular() {
-    for block in document(&BOARD, &provenance()).0 {
+    for block in document(&results(), &provenance()).0 {
         if let Block::Table(Table { columns, rows, .. }) = block {
             assert!(!rows.is_empty());
             assert!(rows.iter().all(|row| row.len() == columns.len()));
         }
     }
+}
+
+#[test]
+fn a_part_that_takes_no_part_has_a_dash_and_others_a_ratio() {
+    let results = results();
+    let ablations = results.ablations.as_ref().expect("asked for");
+    let Block::Table(table) = &variations::ablations(ablations)[3] else {
+        panic!("a table follows its heading");
+    };
+    let cell = |name: &str| {
+        let column = table.columns.iter().position(|column| column == name);
+        table.rows[0][column.expect("is a column")].as_str()
+    };
+    // Nothing bounds the range in this scenario; it does hand over.
+    assert!(!table.columns.iter().any(|name| name == "no range doubt"));
+    assert!(cell("no preview of hand-overs").contains('['), "{table:?}");
+    assert!(cell("one pass").contains('['), "{table:?}");
 }
 
 #[test]
@@ -122,7 +157,12 @@ fn equals_are_named_together() {
 #[test]
 fn the_file_of_runs_has_a_row_for_every_run_and_every_bound() {
     let mut bytes = vec![];
-    write_runs(&BOARD, &provenance(), &mut bytes).expect("can be written");
+    let results = Results {
+        board: BOARD.clone(),
+        ablations: None,
+        sensitivity: None,
+    };
+    write_runs(&results, &provenance(), &mut bytes).expect("can be written");
     let file = SerializedFileReader::new(axum::body::Bytes::from(bytes)).expect("is a Parquet file");
     let distinct = |entry: &Entry| {
         let tunings: Vec<_> = entry.flown.iter().map(|flown| flown.tuning).collect();

@@ -8,10 +8,10 @@ use std::{
     path::PathBuf,
 };
 
-use api::bench::{Provenance, document, threads, write_runs};
+use api::bench::{Provenance, Results, document, threads, write_runs};
 use clap::Args;
 use sim::{
-    bench::{Board, Contender, TUNING_SEED},
+    bench::{Board, Contender, TUNING_SEED, ablations, sensitivity},
     scenario::Scenario,
 };
 
@@ -41,6 +41,14 @@ pub(crate) struct Bench {
     /// End every mission after this many seconds, if it is not over before.
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=86_400))]
     duration_s: Option<u32>,
+    /// Then fly the planner without each of its parts over the seeds 1 to N [5 if N is left out].
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "5",
+        value_parser = clap::value_parser!(u64).range(1..TUNING_SEED))]
+    ablations: Option<u64>,
+    /// Then fly it under circumstances that it was not tuned for [seeds as above].
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "5",
+        value_parser = clap::value_parser!(u64).range(1..TUNING_SEED))]
+    sensitivity: Option<u64>,
     /// Runs at once [default: the number of processors]. It changes no result.
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
@@ -75,15 +83,28 @@ pub(crate) fn bench(arguments: &Bench) -> Result<(), MissionError> {
         tuning_seeds: arguments.tuning_seeds,
         threads: arguments.threads.unwrap_or_else(threads),
     };
-    let board = watched("every controller, every scenario", &bench)?;
+    let variations = |stage: &str, contenders: Vec<Contender>, seeds: Option<u64>| {
+        let Some(seeds) = seeds else { return Ok(None) };
+        let bench = sim::bench::Bench {
+            contenders,
+            seeds,
+            ..bench.clone()
+        };
+        watched(stage, &bench).map(Some)
+    };
+    let results = Results {
+        board: watched("every controller, every scenario", &bench)?,
+        ablations: variations("ablations", ablations(), arguments.ablations)?,
+        sensitivity: variations("sensitivity", sensitivity(), arguments.sensitivity)?,
+    };
 
     let provenance = Provenance {
         command: command(arguments),
         commit: arguments.commit.clone(),
         tuning_seeds: arguments.tuning_seeds,
     };
-    let document = document(&board, &provenance);
-    let written = parquet.1.write(|out| write_runs(&board, &provenance, out));
+    let document = document(&results, &provenance);
+    let written = parquet.1.write(|out| write_runs(&results, &provenance, out));
     written.map_err(|source| MissionError::Out {
         path: parquet.0.clone(),
         source,
@@ -135,6 +156,14 @@ fn command(arguments: &Bench) -> String {
         "pilotfish bench --seeds {} --tuning-seeds {}",
         arguments.seeds, arguments.tuning_seeds
     );
+    for (name, seeds) in [
+        ("ablations", arguments.ablations),
+        ("sensitivity", arguments.sensitivity),
+    ] {
+        if let Some(seeds) = seeds {
+            write!(text, " --{name} {seeds}").expect("a string takes everything");
+        }
+    }
     for name in &arguments.scenario {
         write!(text, " --scenario {name}").expect("a string takes everything");
     }

@@ -4,11 +4,6 @@ use nalgebra::Vector2;
 
 use super::{LENGTH_UNIT, Pass, Program, Slack, starboard_of};
 
-/// Half-angle of the trust cone around the direction of travel, as a tangent: 60°.
-///
-/// Beyond it the forward half-plane and the turn-rate row describe another manoeuvre.
-const TRUST_CONE_TANGENT: f64 = 1.732_050_807_568_877_2;
-
 impl Program {
     /// d_k − d_{k−1} − ½ Δt (v_{k−1} + v_k) = Δt v_c − (r_k − r_{k−1}).
     pub(super) fn move_as_the_velocity_says(&mut self, pass: &Pass<'_>) {
@@ -90,13 +85,13 @@ impl Program {
         }
     }
 
-    /// |n_kᵀ v_k| ≤ tan 60° c_kᵀ v_k + ξ.
+    /// |n_kᵀ v_k| ≤ tan(α) c_kᵀ v_k + ξ, α the half-angle of the trust cone.
     pub(super) fn stay_near_the_direction_of_travel(&mut self, pass: &Pass<'_>) {
         for k in self.stages() {
             let c = pass.directions[k];
             for (i, sign) in [1.0, -1.0].into_iter().enumerate() {
                 let row = self.layout.trust_cone(k) + i;
-                self.add_velocity(row, k, starboard_of(c) * sign - c * TRUST_CONE_TANGENT);
+                self.add_velocity(row, k, starboard_of(c) * sign - c * pass.trust_cone_tangent);
                 self.soften(row, k, Slack::Motion, 1.0);
             }
         }

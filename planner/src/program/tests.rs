@@ -150,6 +150,7 @@ impl Scene {
             edges: &self.edges,
             worst: &self.worst,
             weights: &self.policy.weights,
+            trust_cone_tangent: self.policy.trust_cone_tangent,
         }
     }
 }

@@ -6,7 +6,7 @@ use planner::{
     snapshot::{ForecastChoice, ForecastModel, Observation, Offset, Snapshot},
 };
 
-use super::Match;
+use super::{Match, variation::Twist};
 use crate::{
     guide::{Guidance, Guide, GuideError, LosGuide, MpcGuide},
     scenario::Scenario,
@@ -21,6 +21,8 @@ pub struct Contender {
     pub paths: Paths,
     /// What steers.
     pub pilot: Pilot,
+    /// What is other than usual.
+    pub twist: Option<Twist>,
 }
 
 /// What a contender is told of the underwater vehicles' paths, speeds and dives.
@@ -56,6 +58,7 @@ impl Contender {
             name: law.name().to_owned(),
             paths: Paths::AsScenario,
             pilot: Pilot::Law(law),
+            twist: None,
         }
     }
 
@@ -69,6 +72,7 @@ impl Contender {
                 policy: Box::default(),
                 forecast,
             },
+            twist: None,
         }
     }
 
@@ -82,7 +86,7 @@ impl Contender {
             .map(|law| Self {
                 name: format!("{} + paths", law.name()),
                 paths: Paths::Told,
-                pilot: Pilot::Law(law),
+                ..Self::law(law)
             });
         let planners = [
             Self::planner(
@@ -105,12 +109,19 @@ impl Contender {
     /// itself only where the present is guessed from old or noisy reports.
     #[must_use]
     pub fn takes_part(&self, scenario: &Scenario) -> bool {
+        if self.twist.is_some_and(|twist| !twist.applies(scenario)) {
+            return false;
+        }
         match self.pilot {
             Pilot::Law(_) => {
                 let already_told = scenario.knowledge.paths;
                 self.paths != Paths::Told || !already_told && scenario.leaves_the_present_unsure()
             }
-            Pilot::Planner { .. } => true,
+            // Doubt about ranges makes no difference where none is to be kept.
+            Pilot::Planner { ref policy, .. } => {
+                let doubts = policy.range_doubt == Policy::default().range_doubt;
+                doubts || scenario.bounds.range_max_m.is_some()
+            }
         }
     }
 
@@ -165,6 +176,9 @@ impl Contender {
     pub(super) fn scenario(&self, scenario: &Scenario) -> Scenario {
         let mut scenario = scenario.clone();
         scenario.knowledge.paths |= self.paths == Paths::Told;
+        if let Some(twist) = self.twist {
+            twist.twist_scenario(&mut scenario);
+        }
         scenario
     }
 
@@ -175,7 +189,7 @@ impl Contender {
             without_paths: self.paths == Paths::Untold,
             forecast: None,
         };
-        match (&self.pilot, tuning) {
+        let guide: Box<dyn Guide> = match (&self.pilot, tuning) {
             (Pilot::Law(_), Some(tuning)) => Box::new(told(LosGuide::tuned(tuning))),
             (Pilot::Law(law), None) => Box::new(told(LosGuide::tuned(crate::tuning::grid(*law)[0]))),
             (Pilot::Planner { policy, forecast }, _) => Box::new(Told {
@@ -183,6 +197,10 @@ impl Contender {
                 without_paths: self.paths == Paths::Untold,
                 forecast: *forecast,
             }),
+        };
+        match self.twist {
+            Some(twist) => twist.around(guide),
+            None => guide,
         }
     }
 }
