@@ -30,7 +30,8 @@ deny:
 bench:
     cargo bench -p tests --bench plan
 
-# The scoreboard of every controller in every scenario; most of an hour on two cores, unless told fewer seeds
+# The scoreboard of every controller in every scenario: about half an hour on two cores, and with
+# `just benchmark 30 --ablations --sensitivity --worst` more than an hour
 benchmark seeds="30" *more="":
     cargo run --release -- bench --seeds {{seeds}} {{more}} --out target/benchmark \
         --commit "$(git describe --always --dirty --abbrev=12)"

@@ -610,7 +610,15 @@ fn a_benchmark_leaves_a_page_in_two_forms_and_every_run_and_says_how_far_it_is()
     let directory = std::env::temp_dir().join(format!("pilotfish-bench-{}", std::process::id()));
     let out = directory.to_str().expect("is text");
     let scope = ["--scenario", "calm", "--duration-s", "20"];
-    let effort = ["--seeds", "1", "--tuning-seeds", "1", "--commit", "0123abc"];
+    let effort = [
+        "--seeds",
+        "1",
+        "--tuning-seeds",
+        "1",
+        "--commit",
+        "0123abc",
+        "--worst",
+    ];
     let output = run(&[["bench", "--out", out].as_slice(), &scope, &effort].concat());
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(stderr(&output).contains(": 100 %"), "{}", stderr(&output));
@@ -631,6 +639,8 @@ fn a_benchmark_leaves_a_page_in_two_forms_and_every_run_and_says_how_far_it_is()
         }
         assert!(stdout(&output).contains(name), "{}", stdout(&output));
     }
+    let worst = fs::read_to_string(directory.join("worst.html")).expect("is written");
+    assert!(worst.contains("worst-calm-1.svg") && directory.join("worst-calm-1.svg").exists());
     fs::remove_dir_all(&directory).expect("is there");
 }
 

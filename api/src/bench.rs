@@ -14,10 +14,12 @@ mod runs;
 #[cfg(test)]
 mod tests;
 mod variations;
+mod worst;
 
 use claims::{nearest_baseline, verdicts};
 pub use document::{Block, Document, Table};
 pub use runs::write_runs;
+pub use worst::{WorstRun, worst_document, worst_runs};
 
 /// Name of the clairvoyant in tables.
 const CLAIRVOYANT: &str = "clairvoyant";

@@ -20,6 +20,7 @@ mod tracks;
 
 pub use gallery::gallery;
 pub use stated::{Stated, stated, table};
+pub use tracks::run_map;
 
 /// The missions behind the figures.
 #[derive(Clone, Debug, PartialEq)]

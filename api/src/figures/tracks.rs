@@ -8,6 +8,9 @@ use super::{
     chart::{Axes, BLACK_INK, BLUE, GREEN, GREY, Line, PURPLE, Panel, Sheet, Stroke, VERMILION},
 };
 
+/// Height of the panel of [`run_map`] that shows distances, units.
+const DISTANCE_HEIGHT: u32 = 560;
+
 /// Fig. 3: underwater vehicles and their paths.
 pub(super) fn alone(record: &Record) -> Sheet {
     sheet(vec![map(record.title.clone(), under_water(record))])
@@ -43,6 +46,36 @@ pub(super) fn both_with_goal(both: &Both) -> Sheet {
             })
             .into(),
     )
+}
+
+/// One mission with its goal, and how far the surface craft is from it over time, as SVG.
+#[must_use]
+pub fn run_map(record: &Record, title: &str) -> String {
+    let mut lines = under_water(record);
+    lines.push(Line {
+        name: "goal".into(),
+        colour: PURPLE,
+        stroke: Stroke::Wide,
+        points: craft_points(record, |craft| craft.goal),
+    });
+    lines.push(surface_craft(record));
+    let distances = record.rows.iter().filter_map(|row| {
+        let craft = row.surface_craft.as_ref()?;
+        Some((row.time, craft.distance()))
+    });
+    let over_time = Panel {
+        heading: "distance to the goal".to_owned(),
+        x_label: "time, s",
+        y_label: "distance, m",
+        axes: Axes::Time(DISTANCE_HEIGHT),
+        lines: vec![Line {
+            name: "surface craft".into(),
+            colour: BLACK_INK,
+            stroke: Stroke::Solid,
+            points: distances.collect(),
+        }],
+    };
+    sheet(vec![map(record.title.clone(), lines), over_time]).svg(title)
 }
 
 fn sides(both: &Both) -> [(&'static str, &Record); 2] {

@@ -8,7 +8,7 @@ use std::{
     path::PathBuf,
 };
 
-use api::bench::{Provenance, Results, document, threads, write_runs};
+use api::bench::{Provenance, Results, document, threads, worst_document, worst_runs, write_runs};
 use clap::Args;
 use sim::{
     bench::{Board, Contender, TUNING_SEED, ablations, sensitivity},
@@ -49,6 +49,10 @@ pub(crate) struct Bench {
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "5",
         value_parser = clap::value_parser!(u64).range(1..TUNING_SEED))]
     sensitivity: Option<u64>,
+    /// Fly the planner's ten worst runs of each scenario again, and show them with a sentence each: `worst.html` and
+    /// its pictures.
+    #[arg(long)]
+    worst: bool,
     /// Runs at once [default: the number of processors]. It changes no result.
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
@@ -115,7 +119,35 @@ pub(crate) fn bench(arguments: &Bench) -> Result<(), MissionError> {
         written.map_err(refused(path.clone()))?;
         writeln!(names, "{}", path.display()).expect("a string takes everything");
     }
+    if arguments.worst {
+        let path = worst(arguments, &results.board, &bench.scenarios)?;
+        writeln!(names, "{}", path.display()).expect("a string takes everything");
+    }
     Ok(print(&names)?)
+}
+
+/// Writes the page about the worst runs, its pictures first.
+fn worst(arguments: &Bench, board: &Board, scenarios: &[Scenario]) -> Result<PathBuf, MissionError> {
+    let bar = bar();
+    let runs = worst_runs(board, scenarios, &mut |done| show(&bar, "worst runs", done))?;
+    bar.finish_and_clear();
+    let page = arguments.out.join("worst.html");
+    let mut files: Vec<(PathBuf, String)> = vec![];
+    files.extend(
+        runs.iter()
+            .map(|run| (arguments.out.join(&run.file_name), run.svg.clone())),
+    );
+    files.push((page.clone(), worst_document(&runs).html()));
+    for (path, text) in files {
+        let refused = |source| MissionError::Figure {
+            path: path.clone(),
+            source,
+        };
+        let file = OutFile::new(&path).map_err(refused)?;
+        file.write(|out| out.write_all(text.as_bytes()))
+            .map_err(refused)?;
+    }
+    Ok(page)
 }
 
 /// Runs `bench`; how far it is shows on standard error, as a bar or, where that is no terminal, in lines.
