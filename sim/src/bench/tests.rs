@@ -1,6 +1,7 @@
 use planner::los::LosLaw;
 
 use super::*;
+use crate::tuning::grid;
 
 fn bench(threads: usize) -> Bench {
     let short = |name| Scenario::named(name).expect("exists").lasting(60.0);

@@ -1,13 +1,8 @@
-//! The planner without one of its parts, or under circumstances that it was not tuned for.
+//! What a guide does not see, and what is other than a scenario says.
 
 use nalgebra::Vector2;
-use planner::{
-    los::LosLaw,
-    policy::Policy,
-    snapshot::{Goal, Observation, Snapshot, VehicleId},
-};
+use planner::snapshot::{Goal, Observation, Snapshot, VehicleId};
 
-use super::contender::{AUTO, Contender, Paths, Pilot};
 use crate::{
     guide::{Guidance, Guide, GuideError},
     scenario::{
@@ -176,115 +171,15 @@ impl Guide for Twisted {
     }
 }
 
-/// The planner as it is, and without each of its parts in turn.
-#[must_use]
-pub fn ablations() -> Vec<Contender> {
-    let whole = Policy::default();
-    let mut contenders = vec![planner(AUTO, &whole, None)];
-    for (name, twist) in [
-        ("no surge lag", Twist::NoSurgeLag),
-        ("no turn-rate row", Twist::NoTurnRate),
-        ("no preview of hand-overs", Twist::NoPreview),
-    ] {
-        contenders.push(planner(name, &whole, Some(twist)));
-    }
-    let mut without = |name: &str, change: &dyn Fn(&mut Policy)| {
-        let mut policy = whole.clone();
-        change(&mut policy);
-        if policy != whole {
-            contenders.push(planner(name, &policy, None));
-        }
-    };
-    without("no Δa penalty", &|policy| {
-        policy.weights.acceleration_change = 0.0;
-    });
-    without("no trust cone", &|policy| policy.trust_cone_tangent = NO_CONE);
-    without("one pass", &|policy| policy.passes = 1);
-    without("no range doubt", &|policy| policy.range_doubt = 0.0);
-    without("no choice by merit", &|policy| policy.merit_decides = false);
-    without("no energy term", &|policy| policy.weights.energy = 0.0);
-    for weight in ENERGY_WEIGHTS {
-        without(&format!("energy at {weight}/J"), &|policy| {
-            policy.weights.energy = weight;
-        });
-    }
-    contenders
-}
-
-/// A tangent that leaves a cone of 89°.
-const NO_CONE: f64 = 57.0;
-
-/// Prices of propulsion energy, 1/J: over the default horizon of 78 s, 0.2 m/s take 17 J and a distance of 1 m
-/// costs 78.
-const ENERGY_WEIGHTS: [f64; 3] = [0.1, 1.0, 10.0];
-
-/// The planner and the two nearest laws under each circumstance; the planner with other horizons, grids and
-/// intervals.
-#[must_use]
-pub fn sensitivity() -> Vec<Contender> {
-    let policy = Policy::default();
-    let mut contenders = vec![planner(AUTO, &policy, None)];
-    contenders.extend(LAWS.map(Contender::law));
-    for (name, twist) in [
-        ("hull × 0.7", Twist::Hull(0.7)),
-        ("hull × 1.3", Twist::Hull(1.3)),
-        ("Otter", Twist::Otter),
-        ("current wrong by 0.1 m/s north", Twist::WrongCurrent(0.1, 0.0)),
-        ("current wrong by 0.1 m/s east", Twist::WrongCurrent(0.0, 0.1)),
-        ("clock 5 s ahead", Twist::ClockAhead(5.0)),
-        ("fixes 5 s later", Twist::LateReports(5.0)),
-    ] {
-        contenders.push(planner(name, &policy, Some(twist)));
-        contenders.extend(LAWS.map(|law| Contender {
-            name: format!("{}, {name}", law.name()),
-            twist: Some(twist),
-            ..Contender::law(law)
-        }));
-    }
-    contenders.push(planner("asked every 2 s", &policy, Some(Twist::Seldom(2))));
-    contenders.push(planner("asked every 5 s", &policy, Some(Twist::Seldom(5))));
-    for (name, parts) in GRIDS {
-        let steps = parts.iter().flat_map(|(n, step)| vec![*step; *n]).collect();
-        contenders.push(planner(
-            name,
-            &Policy {
-                steps,
-                ..policy.clone()
-            },
-            None,
-        ));
-    }
-    contenders
-}
-
-/// The laws beside which the planner is set under circumstances.
-const LAWS: [LosLaw; 2] = [LosLaw::SaturatedLos, LosLaw::TrackerFrame];
-
-type Grid = (&'static str, &'static [(usize, f64)]);
-
-/// Intervals: how many, and of how many seconds. The default is 6 of 1 s, 12 of 2 s and 12 of 4 s.
-const GRIDS: [Grid; 4] = [
-    ("horizon 42 s", &[(6, 1.0), (12, 2.0), (3, 4.0)]),
-    ("horizon 126 s", &[(6, 1.0), (12, 2.0), (24, 4.0)]),
-    ("grid half as fine", &[(3, 2.0), (6, 4.0), (6, 8.0)]),
-    ("grid twice as fine", &[(12, 0.5), (24, 1.0), (24, 2.0)]),
-];
-
-fn planner(name: &str, policy: &Policy, twist: Option<Twist>) -> Contender {
-    Contender {
-        pilot: Pilot::Planner {
-            policy: Box::new(policy.clone()),
-            forecast: None,
-        },
-        twist,
-        ..Contender::planner(name, Paths::AsScenario, None)
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use planner::los::LosLaw;
+
     use super::*;
-    use crate::{bench::fly, record::Record};
+    use crate::{
+        bench::{Contender, fly},
+        record::Record,
+    };
 
     fn short(name: &str) -> Scenario {
         Scenario::named(name).expect("exists").lasting(60.0)
@@ -300,23 +195,6 @@ mod tests {
 
     fn plain(scenario: &Scenario) -> Record {
         fly(&Contender::law(LosLaw::SaturatedLos), None, scenario, 1).expect("runs")
-    }
-
-    #[test]
-    fn names_are_unique_and_each_part_is_left_out_of_one_contender_only() {
-        for contenders in [ablations(), sensitivity()] {
-            for (i, contender) in contenders.iter().enumerate() {
-                let before = &contenders[..i];
-                assert!(
-                    before.iter().all(|other| other.name != contender.name),
-                    "{}",
-                    contender.name
-                );
-                let same =
-                    |other: &Contender| other.pilot == contender.pilot && other.twist == contender.twist;
-                assert!(!before.iter().any(same), "{} differs from none", contender.name);
-            }
-        }
     }
 
     #[test]
