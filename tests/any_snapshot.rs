@@ -14,7 +14,7 @@ use planner::{
     los::{LosGains, target_course},
     plan::{Degraded, Method, Plan, Workspace, plan},
     policy::{Policy, Weights},
-    response::surge_bias,
+    response::{believed_velocity, surge_bias},
     snapshot::{Goal, Snapshot, TrajectoryPoint},
     solve::SolverStatus,
 };
@@ -170,7 +170,8 @@ fn assert_no_worse(seed: u64, scene: &Snapshot, answer: &Plan, policy: &Policy) 
 /// The craft as it answers references, and what its way costs; in NED, where the planner works in the craft's frame.
 struct Forward<'a> {
     scene: &'a Snapshot,
-    weights: &'a Weights,
+    weights: Weights,
+    start: Vector2<f64>,
     goal: GoalForecast,
     auvs: Vec<AuvForecast>,
     steps: &'a [f64],
@@ -193,10 +194,14 @@ fn unit(angle: f64) -> Vector2<f64> {
 
 impl<'a> Forward<'a> {
     fn new(scene: &'a Snapshot, policy: &'a Policy) -> Self {
+        let goal = GoalForecast::new(scene);
+        let believed = believed_velocity(scene, policy);
+        let psi = scene.asc.heading.radians();
         Self {
             scene,
-            weights: &policy.weights,
-            goal: GoalForecast::new(scene),
+            weights: policy.weights_for(scene, &goal),
+            start: unit(psi) * believed.x + unit(psi + PI / 2.0) * believed.y,
+            goal,
             auvs: scene
                 .auvs
                 .iter()
@@ -209,7 +214,7 @@ impl<'a> Forward<'a> {
             policy,
             position: scene.asc.position,
             psi: scene.asc.heading.radians(),
-            speed: scene.asc.surge,
+            speed: believed.x,
             bias: surge_bias(scene),
         }
     }
@@ -241,7 +246,7 @@ impl<'a> Forward<'a> {
     /// Merit of following a trajectory.
     fn following(self, points: &[TrajectoryPoint]) -> f64 {
         let mut stages: Vec<(f64, Vector2<f64>, Vector2<f64>)> =
-            vec![(0.0, self.scene.asc.position, self.scene.asc.water_velocity())];
+            vec![(0.0, self.scene.asc.position, self.start)];
         let mut time = 0.0;
         for (step, point) in self.steps.iter().zip(&points[1..]) {
             time += step;
@@ -282,8 +287,7 @@ impl<'a> Forward<'a> {
 
     /// Flies by `law`, which gives a speed and a heading, and adds up what it costs.
     fn run(mut self, mut law: impl FnMut(&Self, f64) -> (f64, f64)) -> f64 {
-        let start = self.scene.asc.water_velocity();
-        let mut stages = vec![(self.position, start)];
+        let mut stages = vec![(self.position, self.start)];
         let (mut time, mut broken) = (0.0, 0.0);
         for step in self.steps {
             let n = step.ceil();
@@ -300,7 +304,7 @@ impl<'a> Forward<'a> {
                 worst = [0, 1, 2].map(|i| worst[i].max(excess[i]));
             }
             time = begin + step;
-            let w = self.weights;
+            let w = &self.weights;
             for (amount, (linear, quadratic)) in
                 worst
                     .into_iter()
@@ -388,7 +392,7 @@ impl<'a> Forward<'a> {
     }
 
     fn cost(&self, stages: &[(Vector2<f64>, Vector2<f64>)]) -> f64 {
-        let w = self.weights;
+        let w = &self.weights;
         let mut cost = 0.0;
         let mut time = 0.0;
         let mut before: Option<Vector2<f64>> = None;

@@ -8,7 +8,7 @@ use planner::{
     path::{Path, Segment},
     plan::{Drafts, Plan, SoftLimit, Subject, Violation, Workspace, plan, plan_into, plan_with},
     policy::Policy,
-    response::surge_bias,
+    response::{believed_velocity, surge_bias},
     snapshot::{
         Dive, ForecastChoice, ForecastModel, Goal, KeepOut, KnownPath, Observation, Offset, PreviousPlan,
         Snapshot, SurgeMemory,
@@ -572,6 +572,42 @@ fn a_craft_that_does_as_modelled_has_no_surge_bias() {
         scene.previous_plan = Some(previous);
         let bias = surge_bias(&snapshot(scene));
         assert!(bias.abs() < 1e-12, "{bias} at {surge}, {sway}, {reference}");
+    }
+}
+
+/// The craft's velocity is what its log says, but for what the plan before foresaw.
+#[test]
+fn half_of_what_the_plan_before_did_not_foresee_is_believed() {
+    let policy = Policy::default();
+    for (after, ahead, abeam) in [(1.0, 0.1, -0.05), (2.0, -0.08, 0.02), (0.2, 0.0, 0.0)] {
+        let mut scene = observation(goals()[0].clone());
+        scene.asc.heading = Heading::new(0.7);
+        let first = plan(&snapshot(scene.clone()), &policy, &mut Workspace::default());
+        scene.previous_plan = Some(PreviousPlan::from(&first));
+        scene.time += after;
+        // Between stages of a second a plan is linear in speed, and it is asked with its own heading.
+        let (from, to) = match after {
+            2.0 => (first.trajectory[2], first.trajectory[2]),
+            _ => (first.trajectory[0], first.trajectory[1]),
+        };
+        let share = if after > 1.5 { 0.0 } else { after };
+        let speed = from.speed + share * (to.speed - from.speed);
+        let turn = planner::angle::wrap(to.heading.radians() - from.heading.radians());
+        scene.asc.heading = Heading::new(from.heading.radians() + share * turn);
+        (scene.asc.surge, scene.asc.sway) = (speed + ahead, abeam);
+        let believed = believed_velocity(&snapshot(scene.clone()), &policy);
+        let expected = Vector2::new(speed + 0.5 * ahead, 0.5 * abeam);
+        assert!((believed - expected).norm() < 1e-9, "{believed} {expected}");
+        // A velocity that no noise explains is taken as it is; and so is one without a plan, or long after it.
+        scene.asc.surge = speed + 0.31;
+        let measured = Vector2::new(scene.asc.surge, scene.asc.sway);
+        assert_eq!(believed_velocity(&snapshot(scene.clone()), &policy), measured);
+        scene.asc.surge = speed + ahead;
+        let measured = Vector2::new(scene.asc.surge, scene.asc.sway);
+        scene.time += 3.0;
+        assert_eq!(believed_velocity(&snapshot(scene.clone()), &policy), measured);
+        scene.previous_plan = None;
+        assert_eq!(believed_velocity(&snapshot(scene), &policy), measured);
     }
 }
 

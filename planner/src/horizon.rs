@@ -7,9 +7,9 @@ use crate::{
     forecast::{AuvForecast, Motion},
     goal::GoalForecast,
     los::{AscNow, LosTuning, Reference, TrackingLaw, target_course},
-    policy::Policy,
+    policy::{Policy, Weights},
     refilled::refilled,
-    response::{Response, Rollout, SURGE_BIAS_DECAY, Stage, surge_bias},
+    response::{Response, Rollout, SURGE_BIAS_DECAY, Stage, believed_velocity, surge_bias},
     snapshot::{Snapshot, TrajectoryPoint},
     surroundings::Surroundings,
 };
@@ -38,6 +38,8 @@ pub(crate) struct Horizon {
     pub(crate) start: Stage,
     /// What the surge loop gives unasked at the stages, m/s².
     pub(crate) surge_bias: Vec<f64>,
+    /// Weights of the cost, as the goal is known.
+    pub(crate) weights: Weights,
     /// What is around the craft, craft frame.
     pub(crate) surroundings: Surroundings,
 }
@@ -72,8 +74,9 @@ impl Horizon {
             current: ned_from_craft.transpose() * snapshot.current(),
             start: Stage {
                 position: Vector2::zeros(),
-                velocity: Vector2::new(snapshot.asc.surge, snapshot.asc.sway),
+                velocity: believed_velocity(snapshot, policy),
             },
+            weights: policy.weights_for(snapshot, goal),
             surroundings: Surroundings::default(),
             times,
         };

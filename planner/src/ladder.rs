@@ -14,7 +14,7 @@ use crate::{
     policy::Policy,
     program::Program,
     refilled::refilled,
-    response::{Rollout, SURGE_BIAS_DECAY, Stage, YAW_LAG},
+    response::{COURSE_LAG, HEADING_LAG, Rollout, SURGE_BIAS_DECAY, Stage},
     snapshot::{HoldStyle, Limits, Snapshot, TrajectoryPoint},
     solve::Solution,
     stop::Stop,
@@ -83,7 +83,6 @@ pub(crate) fn descend(
         ),
         way: rolled_out(
             &horizon,
-            policy,
             sheets.passes.ways.add(los_rollout.stages.iter().copied()),
             los_rollout,
         ),
@@ -189,7 +188,7 @@ pub(crate) fn baseline(snapshot: &Snapshot, policy: &Policy, law: LosLaw) -> Bas
     let tuning = tuning(law, policy);
     let mut rollout = Rollout::default();
     horizon.line_of_sight(snapshot, policy, &goal, tuning, &mut rollout);
-    let (predicted, violations) = predict(&horizon, &rollout, &policy.weights);
+    let (predicted, violations) = predict(&horizon, &rollout, &horizon.weights);
     let mut tracking = TrackingLaw::new(tuning, Some(horizon.goal_course));
     Baseline {
         reference: tracking.steer(0.0, &AscNow::from(snapshot), &goal.at(0.0), &snapshot.limits),
@@ -220,7 +219,16 @@ fn planned(horizon: &Horizon, way: Way, snapshot: &Snapshot, policy: &Policy, wa
     let next = horizon.trajectory(&ways[way.number]).nth(1);
     let next = next.expect("a horizon has an interval");
     let bias = horizon.surge_bias[0];
-    let surge = snapshot.asc.surge;
+    let surge = horizon.start.velocity.x;
+    let later = stage_at(horizon, &ways[way.number], 0, COURSE_LAG).velocity;
+    let next = TrajectoryPoint {
+        heading: if later.norm() < SPEED_WITHOUT_DIRECTION {
+            next.heading
+        } else {
+            Heading::new(snapshot.asc.heading.radians() + angle_of(&later))
+        },
+        ..next
+    };
     let asked = invert_response(surge, &next, policy.steps[0], bias, &snapshot.limits);
     Candidate {
         method: Method::Mpc,
@@ -233,7 +241,7 @@ fn planned(horizon: &Horizon, way: Way, snapshot: &Snapshot, policy: &Policy, wa
 /// more turns faster than the limit, and near rest the direction of a planned velocity is worth little.
 fn within_reach(asked: Reference, snapshot: &Snapshot) -> Reference {
     let psi = snapshot.asc.heading.radians();
-    let most = snapshot.limits.turn_rate_max * YAW_LAG;
+    let most = snapshot.limits.turn_rate_max * HEADING_LAG;
     let turn = wrap(asked.heading.radians() - psi).clamp(-most, most);
     Reference {
         heading: Heading::new(psi + turn),
@@ -262,10 +270,7 @@ pub(crate) fn follow(
             k += 1;
         }
         let here = horizon.between(stages, k, time);
-        let ahead = (k..horizon.times.len() - 2)
-            .find(|k| time + FOLLOW_LEAD < horizon.times[k + 1])
-            .unwrap_or(horizon.times.len() - 2);
-        let next = horizon.between(stages, ahead, time + FOLLOW_LEAD);
+        let next = stage_at(horizon, stages, k, time + FOLLOW_LEAD);
         let velocity = next.velocity + (here.position - asc.position) * FOLLOW_GAIN;
         let point = TrajectoryPoint {
             time,
@@ -283,8 +288,16 @@ pub(crate) fn follow(
     horizon.roll_out(snapshot, policy, law, rollout);
 }
 
-/// The inverse of the inner loops' response over an interval dt: the heading at its end, because the
-/// yaw loop is about one interval late, and the speed that makes a loop of lag τ and bias b, which
+/// `stages` at a time in the interval that begins with stage k or in a later one.
+fn stage_at(horizon: &Horizon, stages: &[Stage], k: usize, time: f64) -> Stage {
+    let k = (k..horizon.times.len() - 2)
+        .find(|k| time < horizon.times[k + 1])
+        .unwrap_or(horizon.times.len() - 2);
+    horizon.between(stages, k, time)
+}
+
+/// The inverse of the inner loops' response over an interval dt: the heading, which leads already, and the speed at the
+/// interval's end that makes a loop of lag τ and bias b, which
 /// answers a = (u_ref − u)/τ + b, accelerate as planned.
 ///
 /// ```text
@@ -312,19 +325,22 @@ fn previous_plan(
     let passes::Sheets { ways, rollout, .. } = sheets;
     let way = ways.add(horizon.stages_along(points));
     follow(horizon, &ways[way], snapshot, policy, rollout);
-    let next = point_at(points, snapshot.time + FOLLOW_LEAD);
-    let (surge, bias) = (snapshot.asc.surge, horizon.surge_bias[0]);
+    let next = TrajectoryPoint {
+        heading: point_at(points, snapshot.time + COURSE_LAG).heading,
+        ..point_at(points, snapshot.time + FOLLOW_LEAD)
+    };
+    let (surge, bias) = (horizon.start.velocity.x, horizon.surge_bias[0]);
     let asked = invert_response(surge, &next, FOLLOW_LEAD, bias, &snapshot.limits);
     Some(Candidate {
         method: Method::PreviousPlan,
         reference: within_reach(asked, snapshot),
-        way: rolled_out(horizon, policy, way, rollout),
+        way: rolled_out(horizon, way, rollout),
     })
 }
 
 /// The way of that number, `rollout` being what following it leads to.
-fn rolled_out(horizon: &Horizon, policy: &Policy, number: usize, rollout: &Rollout) -> Way {
-    let (predicted, violations) = predict(horizon, rollout, &policy.weights);
+fn rolled_out(horizon: &Horizon, number: usize, rollout: &Rollout) -> Way {
+    let (predicted, violations) = predict(horizon, rollout, &horizon.weights);
     Way {
         number,
         predicted,
@@ -347,6 +363,6 @@ fn hold(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon, sheets: &mut pa
     Candidate {
         method: Method::Hold,
         reference: law(snapshot.asc.heading),
-        way: rolled_out(horizon, policy, way, rollout),
+        way: rolled_out(horizon, way, rollout),
     }
 }

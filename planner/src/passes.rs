@@ -17,7 +17,7 @@ use crate::{
     program::{LENGTH_UNIT, Layout, Pass, Program, SLACK_UNIT, Slack},
     refilled::refill,
     response::{Rollout, Stage},
-    seeds::Seeds,
+    seeds::{Seeds, loiters},
     snapshot::Snapshot,
     solve::{SHAPES_MAX, Solution, SolverStatus},
     stop::Stop,
@@ -34,6 +34,11 @@ const SLACK_NOTICEABLE: f64 = 1e-3;
 /// A goal beyond this multiple of the way that the horizon allows, or faster than this multiple of the top speed,
 /// pulls no harder for being farther or faster: it bounds the cost's gradient, and with it the price at which soft limits hold.
 const GOAL_REACH: f64 = 1.5;
+
+/// Fastest turn that is planned round a goal that is slower than the craft can go, rad/s: a heading reference that
+/// steps by 10° a second and no more. The circle is 0.3 m in radius at the least speed of the MEDUSA class; at the
+/// craft's own limit it is half as wide, and half as much again is turned.
+const LOITER_RATE_MAX: f64 = 0.17;
 
 /// A merit that no craft shows, m² s: a centimetre over a hundred seconds.
 const NEGLIGIBLE_MERIT: f64 = 0.01;
@@ -173,6 +178,10 @@ impl Optimiser<'_> {
             ..
         } = &mut *self.sheets;
         given.state(horizon, snapshot, policy, &ways[way]);
+        let mut limits = snapshot.limits.clone();
+        if loiters(horizon, &limits) {
+            limits.turn_rate_max = limits.turn_rate_max.min(LOITER_RATE_MAX);
+        }
         let pass = Pass {
             steps: &policy.steps,
             velocity: horizon.start.velocity,
@@ -180,13 +189,13 @@ impl Optimiser<'_> {
             goal: &given.goal,
             goal_velocity: &given.goal_velocity,
             directions: &given.directions,
-            limits: &snapshot.limits,
+            limits: &limits,
             surge_bias: &horizon.surge_bias,
             ranges: &given.around.ranges,
             discs: &given.around.discs,
             edges: &given.around.edges,
             worst: &given.around.worst,
-            weights: &policy.weights,
+            weights: &horizon.weights,
             trust_cone_tangent: policy.trust_cone_tangent,
         };
         let program = restated(programs, &pass);
@@ -215,7 +224,7 @@ impl Optimiser<'_> {
     fn follow(&mut self, way: usize) -> (Predicted, Broken<4>) {
         let Sheets { ways, rollout, .. } = &mut *self.sheets;
         follow(self.horizon, &ways[way], self.snapshot, self.policy, rollout);
-        predict(self.horizon, rollout, &self.policy.weights)
+        predict(self.horizon, rollout, &self.horizon.weights)
     }
 
     /// The worst of each soft limit of motion, where it is noticeable.

@@ -15,7 +15,7 @@ use crate::{
     los::{AscNow, Reference, saturated_los, target_course},
     policy::Policy,
     response::{Rollout, Stage},
-    snapshot::Snapshot,
+    snapshot::{Limits, Snapshot},
     ways::Ways,
 };
 
@@ -123,11 +123,8 @@ impl Seeds<'_> {
         TURN_TO_EITHER_SIDE < bearing_error.abs()
     }
 
-    /// Whether the goal is near and slower through the water than the craft can go.
     fn loiters(&self) -> bool {
-        let goal = &self.horizon.goal[0];
-        let through_water = goal.velocity - self.horizon.current;
-        goal.position.norm() < NEAR && through_water.norm() < self.snapshot.limits.speed_min
+        loiters(self.horizon, &self.snapshot.limits)
     }
 
     /// At full speed for the goal, turning to that side however far it is, then as line of sight says.
@@ -217,4 +214,11 @@ impl Seeds<'_> {
         };
         horizon.roll_out(self.snapshot, self.policy, law, self.rollout);
     }
+}
+
+/// Whether the goal is near and slower through the water than the craft can go.
+pub(crate) fn loiters(horizon: &Horizon, limits: &Limits) -> bool {
+    let goal = &horizon.goal[0];
+    let through_water = goal.velocity - horizon.current;
+    goal.position.norm() < NEAR && through_water.norm() < limits.speed_min
 }
