@@ -13,7 +13,7 @@
 //! along their paths with [`path_following`] and [`dive`], in [`water`] that flows, under [`fault`]s; [`observe`]
 //! is the only gate from truth to knowledge; a [`guide`] answers; [`mission`] closes the loop; [`record`] and
 //! [`metrics`] are what remains; [`datum`] says where on Earth that was; [`tuning`] makes the compared law a
-//! strong one, [`regret`] sets any beside the best that its [`plant`] allows, and [`bench`] all beside each other.
+//! strong one, [`regret`] sets any beside the best that its [`plant`] allows, and [`mod@bench`] all beside each other.
 
 pub mod bench;
 pub mod datum;
