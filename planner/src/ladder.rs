@@ -3,8 +3,9 @@
 //! Solved program → previous plan, followed further → saturated line of sight → hold.
 
 use crate::{
-    angle::{Heading, angle_of, wrap},
+    angle::{Heading, angle_of},
     answer::{Baseline, Degraded, Method, Plan, SolverReport, TargetForecast},
+    follower::{FOLLOW_LEAD, follow, invert_response, stage_at, within_reach},
     goal::GoalForecast,
     horizon::{Horizon, SPEED_WITHOUT_DIRECTION, point_at, previous_points},
     los::{AscNow, LosLaw, LosTuning, Reference, TrackingLaw, saturated_los},
@@ -14,8 +15,8 @@ use crate::{
     policy::Policy,
     program::Program,
     refilled::refilled,
-    response::{COURSE_LAG, HEADING_LAG, Rollout, SURGE_BIAS_DECAY, Stage},
-    snapshot::{HoldStyle, Limits, Snapshot, TrajectoryPoint},
+    response::{COURSE_LAG, Rollout},
+    snapshot::{HoldStyle, Snapshot, TrajectoryPoint},
     solve::Solution,
     stop::Stop,
     ways::Ways,
@@ -23,15 +24,6 @@ use crate::{
 
 /// How far a slow turn's heading reference leads the craft, rad, starboard.
 const SLOW_TURN_LEAD: f64 = 0.2;
-
-/// How far ahead a follower looks on a planned way, s: the yaw loop is about that late.
-pub(crate) const FOLLOW_LEAD: f64 = 1.0;
-
-/// Part of its error that a follower takes back in a second, 1/s.
-pub(crate) const FOLLOW_GAIN: f64 = 0.15;
-
-/// Stages and rollouts reach the same time by different sums, s.
-const HALF_A_MICROSECOND: f64 = 5e-7;
 
 /// What one rung offers.
 #[derive(Clone, Copy)]
@@ -234,83 +226,6 @@ fn planned(horizon: &Horizon, way: Way, snapshot: &Snapshot, policy: &Policy, wa
         method: Method::Mpc,
         reference: within_reach(asked, snapshot),
         way,
-    }
-}
-
-/// The reference with a heading that the craft can turn to within the lag of its yaw loop: a loop that is asked for
-/// more turns faster than the limit, and near rest the direction of a planned velocity is worth little.
-fn within_reach(asked: Reference, snapshot: &Snapshot) -> Reference {
-    let psi = snapshot.asc.heading.radians();
-    let most = snapshot.limits.turn_rate_max * HEADING_LAG;
-    let turn = wrap(asked.heading.radians() - psi).clamp(-most, most);
-    Reference {
-        heading: Heading::new(psi + turn),
-        ..asked
-    }
-}
-
-/// A craft that follows `stages`, rolled out on the response model: the planned velocity a second ahead, and a part
-/// of what it is off its way.
-///
-/// ```text
-/// v_ref = v(t + 1 s) + k (p(t) − p)
-/// ```
-/// A plan is made anew every second from where the craft is, which the second term stands for: without it, errors
-/// of the first turn would be carried to the end of the horizon.
-pub(crate) fn follow(
-    horizon: &Horizon,
-    stages: &[Stage],
-    snapshot: &Snapshot,
-    policy: &Policy,
-    rollout: &mut Rollout,
-) {
-    let mut k = 0;
-    let law = |time, asc: &AscNow, speed| {
-        while k + 2 < horizon.times.len() && horizon.times[k + 1] <= time + HALF_A_MICROSECOND {
-            k += 1;
-        }
-        let here = horizon.between(stages, k, time);
-        let next = stage_at(horizon, stages, k, time + FOLLOW_LEAD);
-        let velocity = next.velocity + (here.position - asc.position) * FOLLOW_GAIN;
-        let point = TrajectoryPoint {
-            time,
-            position: next.position,
-            speed: velocity.norm(),
-            heading: if velocity.norm() < SPEED_WITHOUT_DIRECTION {
-                asc.heading
-            } else {
-                Heading::new(angle_of(&velocity))
-            },
-        };
-        let bias = horizon.surge_bias[0] * (-time / SURGE_BIAS_DECAY).exp();
-        invert_response(speed, &point, FOLLOW_LEAD, bias, &snapshot.limits)
-    };
-    horizon.roll_out(snapshot, policy, law, rollout);
-}
-
-/// `stages` at a time in the interval that begins with stage k or in a later one.
-fn stage_at(horizon: &Horizon, stages: &[Stage], k: usize, time: f64) -> Stage {
-    let k = (k..horizon.times.len() - 2)
-        .find(|k| time < horizon.times[k + 1])
-        .unwrap_or(horizon.times.len() - 2);
-    horizon.between(stages, k, time)
-}
-
-/// The inverse of the inner loops' response over an interval dt: the heading, which leads already, and the speed at the
-/// interval's end that makes a loop of lag τ and bias b, which
-/// answers a = (u_ref − u)/τ + b, accelerate as planned.
-///
-/// ```text
-/// u_ref = (u_0 + u_1)/2 + τ ((u_1 − u_0)/dt − b)
-/// ```
-fn invert_response(speed_now: f64, next: &TrajectoryPoint, dt: f64, bias: f64, limits: &Limits) -> Reference {
-    let acceleration = (next.speed - speed_now) / dt;
-    // A loop faster than the interval is over before it ends: no lead.
-    let lead =
-        limits.surge_lag.max(0.5 * dt) * acceleration - 0.5 * dt * acceleration - limits.surge_lag * bias;
-    Reference {
-        speed: (next.speed + lead).clamp(limits.speed_min, limits.speed_max),
-        heading: next.heading,
     }
 }
 

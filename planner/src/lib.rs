@@ -25,6 +25,7 @@ mod answer;
 pub mod certificate;
 pub mod clairvoyant;
 pub mod estimate;
+mod follower;
 pub mod forecast;
 pub mod goal;
 mod horizon;

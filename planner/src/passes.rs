@@ -7,10 +7,10 @@ use nalgebra::Vector2;
 use crate::{
     answer::{Degraded, Predicted, SoftLimit, Violation},
     certificate::{Products, Residuals},
+    follower::follow,
     forecast::Motion,
     goal::GoalForecast,
     horizon::{Horizon, previous_points},
-    ladder::follow,
     merit::{Broken, predict},
     optimum::{Optimum, Way},
     policy::Policy,
