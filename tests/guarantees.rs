@@ -476,6 +476,30 @@ fn a_wall_of_discs_that_overlap_is_gone_around() {
     }
 }
 
+#[test]
+fn a_wall_between_the_craft_and_a_goal_astern_is_gone_around() {
+    for radius in [2.0, 2.4, 3.0] {
+        let mut scene = with_an_auv_in_the_way(false);
+        (state(&mut scene, 0).position, state(&mut scene, 0).speed) = (Vector2::new(-60.0, 0.0), 0.0);
+        state(&mut scene, 1).position = Vector2::new(-90.0, 80.0);
+        scene.keep_outs = (-4..=4)
+            .map(|i| KeepOut {
+                centre: Vector2::new(-20.0, 3.0 * f64::from(i)),
+                radius,
+            })
+            .collect();
+        let answer = planned(scene);
+        let worst = answer
+            .violations
+            .iter()
+            .map(|broken| broken.amount)
+            .fold(0.0, f64::max);
+        assert!(worst < 0.3, "radius {radius}: {worst} m");
+        let last = answer.trajectory[answer.trajectory.len() - 1].position;
+        assert!(last.x < -20.0, "radius {radius}: ends at {last}");
+    }
+}
+
 /// Asserts that an answer is finite and its reference inside the limits.
 fn assert_usable(scene: &Snapshot, answer: &Plan) {
     let (limits, speed) = (&scene.limits, answer.reference.speed);

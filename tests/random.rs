@@ -87,13 +87,15 @@ impl Draw {
             surge_lag: self.number((0.5, 5.0), (0.0, 60.0)),
         };
         let n_discs = if self.chance(0.4) {
-            self.rng.random_range(1..4)
+            let most = if self.ugly && self.chance(0.2) { 33 } else { 4 };
+            self.rng.random_range(1..most)
         } else {
             0
         };
+        let in_one_place = self.chance(0.1);
         let keep_outs = (0..n_discs)
             .map(|_| KeepOut {
-                centre: self.place(asc.position, 60.0),
+                centre: self.place(asc.position, if in_one_place { 0.0 } else { 60.0 }),
                 radius: self.number((2.0, 20.0), (0.1, 1.0e4)),
             })
             .collect();

@@ -18,6 +18,7 @@ use nalgebra::Vector2;
 use crate::{
     policy::Weights,
     snapshot::Limits,
+    solve::StandardForm,
     sparse::{Sparse, Triplet},
 };
 
@@ -189,6 +190,18 @@ impl Program {
         program.quadratic = Sparse::new(n, n, &program.cost_triplets);
         program.constraints = Sparse::new(layout.n_rows(), n, &program.row_triplets);
         program
+    }
+
+    /// The same in the form that a solver takes.
+    #[must_use]
+    pub fn standard_form(&self) -> StandardForm<'_> {
+        StandardForm {
+            quadratic: &self.quadratic,
+            linear: &self.linear,
+            constraints: &self.constraints,
+            bounds: &self.bounds,
+            cones: &self.cones,
+        }
     }
 
     /// Rewrites the numbers for another pass of the same shape; allocates nothing.

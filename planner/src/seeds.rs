@@ -72,9 +72,10 @@ impl Seeds<'_> {
     pub(crate) fn anew(&mut self, los: &[Stage]) -> Range<usize> {
         let first = self.ways.count();
         let discs = &self.horizon.surroundings.discs;
-        if let Some(wall) = Wall::across(discs, los) {
+        self.direct();
+        if Wall::is_across(discs, los) || Wall::is_across(discs, &self.rollout.stages) {
             for side in Side::BOTH {
-                self.around(wall, side);
+                self.around_walls(side);
                 self.ways.add(self.rollout.stages.iter().copied());
             }
         }
@@ -131,16 +132,7 @@ impl Seeds<'_> {
     fn turning(&mut self, side: Side) {
         let speed_max = self.snapshot.limits.speed_max;
         self.roll_out(|_, target, asc, los| {
-            let to_goal = target.position - asc.position;
-            let reference = if to_goal.norm() < NEAR {
-                los
-            } else {
-                let lead = (to_goal.norm() / speed_max).min(LEAD_MAX);
-                Reference {
-                    speed: speed_max,
-                    heading: Heading::new(angle_of(&(to_goal + target.velocity * lead))),
-                }
-            };
+            let reference = for_the_goal(target, asc, los, speed_max);
             let turn = wrap(reference.heading.radians() - asc.heading.radians());
             if turn * side.sign() < -TURN_WORTH_FORCING {
                 let aside = asc.heading.radians() + side.sign() * std::f64::consts::FRAC_PI_2;
@@ -153,14 +145,14 @@ impl Seeds<'_> {
         });
     }
 
-    /// At full speed along the wall's outline while it hides the goal, then as line of sight says.
-    fn around(&mut self, wall: Wall, side: Side) {
+    /// At full speed along the outline of whatever wall hides the goal, then for the goal.
+    fn around_walls(&mut self, side: Side) {
         let (horizon, speed_max) = (self.horizon, self.snapshot.limits.speed_max);
+        let discs = &horizon.surroundings.discs;
         self.roll_out(|time, target, asc, los| {
             let stage = horizon.times.partition_point(|begun| *begun <= time) - 1;
-            let discs = wall.discs(&horizon.surroundings.discs);
             match around::clear_course(discs, stage, &asc.position, &target.position, side) {
-                None => los,
+                None => for_the_goal(target, asc, los, speed_max),
                 Some(course) => Reference {
                     speed: speed_max,
                     heading: Heading::new(course),
@@ -213,6 +205,19 @@ impl Seeds<'_> {
             law(time, &target, asc, los)
         };
         horizon.roll_out(self.snapshot, self.policy, law, self.rollout);
+    }
+}
+
+/// At full speed to where the goal will be; near it, as line of sight says.
+fn for_the_goal(goal: &Motion, asc: &AscNow, los: Reference, speed_max: f64) -> Reference {
+    let to_goal = goal.position - asc.position;
+    if to_goal.norm() < NEAR {
+        return los;
+    }
+    let lead = (to_goal.norm() / speed_max).min(LEAD_MAX);
+    Reference {
+        speed: speed_max,
+        heading: Heading::new(angle_of(&(to_goal + goal.velocity * lead))),
     }
 }
 

@@ -26,11 +26,19 @@ pub(super) struct Wall {
 }
 
 impl Wall {
-    /// The wall that `way` is first stopped by, if it is stopped by more than one disc.
-    pub(super) fn across(discs: &[Disc], way: &[Stage]) -> Option<Self> {
-        let stage = (1..way.len()).find(|k| discs.iter().any(|disc| blocks(disc, way, *k)))?;
-        let first = discs.iter().position(|disc| blocks(disc, way, stage))?;
-        let mut wall = Self { members: 1 << first };
+    /// Whether `way` is stopped by more than one disc at once.
+    pub(super) fn is_across(discs: &[Disc], way: &[Stage]) -> bool {
+        let stopped = |k: &usize| discs.iter().any(|disc| blocks(disc, way, *k));
+        let first = (1..way.len()).find(stopped);
+        first.is_some_and(|k| {
+            let wall = discs.iter().position(|disc| blocks(disc, way, k));
+            wall.is_some_and(|disc| Self::of(discs, k, disc).members.count_ones() > 1)
+        })
+    }
+
+    /// The wall that a disc belongs to.
+    fn of(discs: &[Disc], stage: usize, disc: usize) -> Self {
+        let mut wall = Self { members: 1 << disc };
         loop {
             let before = wall;
             for (i, disc) in discs.iter().enumerate() {
@@ -42,12 +50,12 @@ impl Wall {
                 wall.members |= u64::from(touches) << i;
             }
             if wall == before {
-                return (wall.members.count_ones() > 1).then_some(wall);
+                return wall;
             }
         }
     }
 
-    pub(super) fn discs(self, discs: &[Disc]) -> impl Iterator<Item = &Disc> {
+    fn discs(self, discs: &[Disc]) -> impl Iterator<Item = &Disc> {
         let belongs = move |i: &usize| self.members >> i & 1 == 1;
         discs
             .iter()
@@ -57,30 +65,35 @@ impl Wall {
     }
 }
 
-/// The course from `from` that clears `discs` on that side on the way to `to`; none where they leave the way free.
+/// The course from `from` that clears the nearest wall on that side on the way to `to`; none where the way is free.
 ///
 /// ```text
 /// γ = side · max over discs of side · (β_i − β) + asin(R_i / |c_i − p|)
 /// ```
 /// β the bearing of the goal, β_i that of a disc's centre.
-pub(super) fn clear_course<'a>(
-    discs: impl Iterator<Item = &'a Disc>,
+pub(super) fn clear_course(
+    discs: &[Disc],
     stage: usize,
     from: &Vector2<f64>,
     to: &Vector2<f64>,
     side: Side,
 ) -> Option<f64> {
+    let radius = |disc: &Disc| disc.radii[stage] + CLEARANCE;
+    let hides = |disc: &Disc| {
+        let centre = disc.centres[stage];
+        0.0 < disc.radii[stage] && (nearest_of_chord(from, to, &centre) - centre).norm() < radius(disc)
+    };
+    let gap = |disc: &Disc| (disc.centres[stage] - from).norm() - radius(disc);
+    let nearest = (0..discs.len())
+        .filter(|i| hides(&discs[*i]))
+        .min_by(|a, b| gap(&discs[*a]).total_cmp(&gap(&discs[*b])))?;
     let bearing = angle_of(&(to - from));
-    let (mut hidden, mut detour) = (false, 0.0_f64);
-    for disc in discs {
-        let (centre, radius) = (disc.centres[stage], disc.radii[stage] + CLEARANCE);
-        let distance = (centre - from).norm();
-        let half_angle = (radius / distance.max(radius)).asin();
-        let aside = side.sign() * wrap(angle_of(&(centre - from)) - bearing);
-        hidden |= (nearest_of_chord(from, to, &centre) - centre).norm() < radius;
-        detour = detour.max(aside + half_angle);
-    }
-    hidden.then(|| bearing + side.sign() * detour.min(DETOUR_MAX))
+    let detours = Wall::of(discs, stage, nearest).discs(discs).map(|disc| {
+        let away = disc.centres[stage] - from;
+        let half_angle = (radius(disc) / away.norm().max(radius(disc))).asin();
+        side.sign() * wrap(angle_of(&away) - bearing) + half_angle
+    });
+    Some(bearing + side.sign() * detours.fold(0.0, f64::max).min(DETOUR_MAX))
 }
 
 fn blocks(disc: &Disc, way: &[Stage], k: usize) -> bool {
