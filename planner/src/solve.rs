@@ -187,9 +187,11 @@ impl Solvers {
             solution.status,
             SolverStatus::MaxIterations | SolverStatus::InsufficientProgress | SolverStatus::NumericalError
         );
-        let settings = settings(self.tolerance, FEASIBILITY * self.tolerance);
-        if let Some(settings) = settings.filter(|_| gave_up) {
-            // Of 100,000 random snapshots in some ten, whose numbers lie far apart.
+        if !gave_up {
+            return;
+        }
+        // Of 100,000 random snapshots in some ten, whose numbers lie far apart.
+        if let Some(settings) = settings(self.tolerance, FEASIBILITY * self.tolerance) {
             let careful = solve_with_care(&program.standard_form(), settings, stop);
             let iterations = solution.iterations + careful.iterations;
             *solution = Solution {
