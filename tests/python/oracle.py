@@ -44,7 +44,9 @@ SOLVERS = {
 TOLERANCES = [1e-10, 1e-9, 3e-9, 1e-8]
 ITERATIONS_MAX = 500
 
-#: Promised at the planner's own tolerance: difference of the objective over max(1, |p*|), and of the first
+#: What 1 of the cost as weighed is in a program, whose unit of cost is 300 (`planner::program::COST_UNIT`).
+LEAST = 1.0 / 300.0
+#: Promised at the planner's own tolerance: difference of the objective over max(1/300, |p*|), and of the first
 #: velocity, m/s.
 OBJECTIVE_IN_PRODUCTION = 1e-5
 VELOCITY_IN_PRODUCTION = 1e-3
@@ -151,7 +153,7 @@ class Difference:
 
     dump: str
     solver: str
-    #: Over max(1, |p*|).
+    #: Over max(1/300, |p*|).
     objective: float
     #: m/s.
     velocity: float
@@ -170,7 +172,7 @@ def differences(file: File) -> list[Difference]:
             Difference(
                 file.name,
                 solver,
-                abs(program.objective(program.solution) - best) / max(1.0, abs(best)),
+                abs(program.objective(program.solution) - best) / max(LEAST, abs(best)),
                 float(np.linalg.norm(program.velocity(program.solution) - program.velocity(other))),
             )
         )
@@ -220,7 +222,7 @@ def worst(found: list[Difference]) -> str:
     """A table: for each solver, the largest differences and where."""
     lines = []
     for solver in SOLVERS:
-        for measure, unit in [("objective", "of max(1, |p*|)"), ("velocity", "m/s")]:
+        for measure, unit in [("objective", "of max(1/300, |p*|)"), ("velocity", "m/s")]:
             of_solver = [difference for difference in found if difference.solver == solver]
             largest = max(of_solver, key=lambda difference: getattr(difference, measure))
             value = getattr(largest, measure)
@@ -262,7 +264,7 @@ def main() -> int:
         kept = kept and not beyond
         print(f"{len(of_kind)} programs at {'1e-9' if tight else 'the tolerance of the planner'}, worst:")
         print(worst(found))
-        print(f"  {len(beyond)} beyond {objective:.0e} of max(1, |p*|) or {velocity:.0e} m/s")
+        print(f"  {len(beyond)} beyond {objective:.0e} of max(1/300, |p*|) or {velocity:.0e} m/s")
     return 0 if kept and results else 1
 
 

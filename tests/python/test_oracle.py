@@ -5,6 +5,7 @@ from pathlib import Path as File
 import numpy as np
 import pytest
 from oracle import (
+    LEAST,
     OBJECTIVE_IN_PRODUCTION,
     OBJECTIVE_WHEN_TIGHT,
     SOLVERS,
@@ -53,5 +54,5 @@ def test_an_error_in_the_solution_does_not_go_unseen(tmp_path: File) -> None:
     whole = Program.read(file)
     x = 1.01 * whole.solution
     best = whole.objective(whole.solution)
-    assert abs(whole.objective(x) - best) > OBJECTIVE_IN_PRODUCTION * max(1.0, abs(best))
+    assert abs(whole.objective(x) - best) > OBJECTIVE_IN_PRODUCTION * max(LEAST, abs(best))
     assert np.linalg.norm(whole.velocity(x) - whole.velocity(whole.solution)) > VELOCITY_IN_PRODUCTION
