@@ -184,7 +184,6 @@ struct Forward<'a> {
 
 /// Tuned constants of the model, as documented.
 const YAW_LAG: f64 = 1.0;
-const BIAS_DECAY: f64 = 8.0;
 const FOLLOW_GAIN: f64 = 0.15;
 const SURGE_DRAG: f64 = 27.5;
 
@@ -276,12 +275,12 @@ impl<'a> Forward<'a> {
             } else {
                 velocity.y.atan2(velocity.x)
             };
-            let bias = this.bias * (-time / BIAS_DECAY).exp();
             let lag = this.scene.limits.surge_lag;
             let wanted = velocity.norm() - this.speed;
-            let speed = velocity.norm() + (lag.max(0.5) - 0.5) * wanted - lag * bias;
+            let speed = velocity.norm() + (lag.max(0.5) - 0.5) * wanted - lag * this.bias;
             let limits = &this.scene.limits;
-            (speed.clamp(limits.speed_min, limits.speed_max), psi)
+            let most = (0.98 * limits.speed_max).max(limits.speed_min);
+            (speed.clamp(limits.speed_min, most), psi)
         })
     }
 
@@ -298,7 +297,7 @@ impl<'a> Forward<'a> {
             while share < n {
                 let t = begin + share * dt;
                 let (speed, psi) = law(&self, t);
-                self.after(dt, speed, psi, t);
+                self.after(dt, speed, psi);
                 share += 1.0;
                 let excess = self.excess(begin, *step, share / n);
                 worst = [0, 1, 2].map(|i| worst[i].max(excess[i]));
@@ -317,11 +316,13 @@ impl<'a> Forward<'a> {
         broken + self.cost(&stages)
     }
 
-    fn after(&mut self, dt: f64, speed: f64, psi: f64, time: f64) {
+    fn after(&mut self, dt: f64, speed: f64, psi: f64) {
         let limits = &self.scene.limits;
         let lag = limits.surge_lag.max(dt / 2.0) + dt / 2.0;
         let asked = ((speed - self.speed) / lag).clamp(-limits.deceleration_max, limits.acceleration_max);
-        let gain = (asked + self.bias * (-time / BIAS_DECAY).exp()) * dt;
+        let gain = (asked + self.bias) * dt;
+        let most = 1.5 * limits.acceleration_max.min(limits.deceleration_max);
+        self.bias = (self.bias + asked * (1.0 - (-dt * 3.0 / 26.0).exp())).clamp(-most, most);
         let rate =
             (wrap(psi - self.psi) / YAW_LAG.max(dt)).clamp(-limits.turn_rate_max, limits.turn_rate_max);
         let mean = unit(self.psi + rate * dt / 2.0) * (self.speed + gain / 2.0);

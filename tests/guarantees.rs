@@ -396,7 +396,7 @@ fn an_auv_that_surfaces_in_the_way_is_passed_at_the_separation() {
     let separation = 5.0;
     let scene = with_an_auv_in_the_way(true);
     let (_, unasked) = nearest_to_the_second(&planned(scene.clone()));
-    assert!(unasked < 1.0, "{unasked} m: it is not in the way");
+    assert!(unasked < 2.0, "{unasked} m: it is not in the way");
     let kept = planned(Observation {
         surfacing_separation: Some(separation),
         ..scene
@@ -419,7 +419,7 @@ fn an_auv_that_stays_deep_is_not_in_the_way() {
         ..scene
     });
     let (nearest, _) = nearest_to_the_second(&kept);
-    assert!(nearest < 1.0, "{nearest} m");
+    assert!(nearest < 2.0, "{nearest} m");
     for (a, b) in unasked.trajectory.iter().zip(&kept.trajectory) {
         // A program with more rows is solved to the same tolerance on another way: millimetres.
         assert!((a.position - b.position).norm() < 0.02, "{a:?} and {b:?}");
@@ -567,6 +567,7 @@ fn a_course_that_is_no_number_makes_no_snapshot() {
         trajectory: vec![],
         goal_course: Some(Course::new(f64::NAN)),
         surge_memory: None,
+        heading_reference: None,
         current: None,
     });
     let refused = Snapshot::try_from(scene).expect_err("NaN is no course");
@@ -592,7 +593,11 @@ fn a_craft_that_does_as_modelled_has_no_surge_bias() {
         scene.asc.sway = sway;
         scene.time += 1.0;
         let mut previous = PreviousPlan::from(&plan(&first, &Policy::default(), &mut Workspace::default()));
-        previous.surge_memory = Some(SurgeMemory { surge, reference });
+        previous.surge_memory = Some(SurgeMemory {
+            surge,
+            reference,
+            bias: None,
+        });
         scene.previous_plan = Some(previous);
         let bias = surge_bias(&snapshot(scene));
         assert!(bias.abs() < 1e-12, "{bias} at {surge}, {sway}, {reference}");
@@ -601,7 +606,7 @@ fn a_craft_that_does_as_modelled_has_no_surge_bias() {
 
 /// The craft's velocity is what its log says, but for what the plan before foresaw.
 #[test]
-fn half_of_what_the_plan_before_did_not_foresee_is_believed() {
+fn a_fifth_of_what_the_plan_before_did_not_foresee_is_believed() {
     let policy = Policy::default();
     for (after, ahead, abeam) in [(1.0, 0.1, -0.05), (2.0, -0.08, 0.02), (0.2, 0.0, 0.0)] {
         let mut scene = observation(goals()[0].clone());
@@ -620,7 +625,7 @@ fn half_of_what_the_plan_before_did_not_foresee_is_believed() {
         scene.asc.heading = Heading::new(from.heading.radians() + share * turn);
         (scene.asc.surge, scene.asc.sway) = (speed + ahead, abeam);
         let believed = believed_velocity(&snapshot(scene.clone()), &policy);
-        let expected = Vector2::new(speed + 0.5 * ahead, 0.5 * abeam);
+        let expected = Vector2::new(speed + 0.2 * ahead, 0.2 * abeam);
         assert!((believed - expected).norm() < 1e-9, "{believed} {expected}");
         // A velocity that no noise explains is taken as it is; and so is one without a plan, or long after it.
         scene.asc.surge = speed + 0.31;

@@ -142,6 +142,7 @@ pub fn followed(age: f64) -> Observation {
     state(&mut observation, 0).position += moved;
     observation.previous_plan = Some(PreviousPlan {
         surge_memory: None,
+        heading_reference: None,
         ..PreviousPlan::from(&answer)
     });
     observation

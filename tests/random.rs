@@ -322,7 +322,11 @@ impl Draw {
             surge_memory: self.chance(0.7).then(|| SurgeMemory {
                 surge: self.number((0.0, 1.5), (-5.0, 20.0)),
                 reference: self.number((0.0, 1.5), (0.0, 40.0)),
+                bias: self.chance(0.7).then(|| self.number((-0.1, 0.1), (-10.0, 10.0))),
             }),
+            heading_reference: self
+                .chance(0.7)
+                .then(|| Heading::new(self.number((-3.0, 3.0), (-3.1, 3.1)))),
         }
     }
 }

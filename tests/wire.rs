@@ -110,7 +110,9 @@ fn a_snapshot_survives_the_way_through_json_to_the_bit() {
         surge_memory: Some(domain::SurgeMemory {
             surge: -0.2,
             reference: 0.7,
+            bias: Some(-0.03),
         }),
+        heading_reference: Some(Heading::new(2.5)),
     });
     let rich = snapshot(rich);
     assert_eq!(through_json(&rich), rich);

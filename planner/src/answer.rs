@@ -22,6 +22,8 @@ pub struct Plan {
     pub degraded: Option<Degraded>,
     /// Surge speed of the craft in the snapshot, m/s; hand it back in the next request.
     pub surge: f64,
+    /// Acceleration that the surge loop was taken to give unasked, m/s²; hand it back in the next request.
+    pub surge_bias: f64,
     /// Speed and heading for the inner loops, now.
     pub reference: Reference,
     /// Until when the reference and the trajectory may be followed without a newer plan, s.
@@ -62,6 +64,7 @@ impl Plan {
             method: Method::Hold,
             degraded: None,
             surge: 0.0,
+            surge_bias: 0.0,
             reference,
             valid_until: 0.0,
             trajectory: Vec::new(),
@@ -91,7 +94,9 @@ impl From<&Plan> for PreviousPlan {
             surge_memory: Some(SurgeMemory {
                 surge: plan.surge,
                 reference: plan.reference.speed,
+                bias: Some(plan.surge_bias),
             }),
+            heading_reference: Some(plan.reference.heading),
             current: plan.current,
         }
     }

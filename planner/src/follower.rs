@@ -2,15 +2,20 @@
 
 use crate::{
     angle::{Heading, angle_of, wrap},
-    horizon::{Horizon, SPEED_WITHOUT_DIRECTION},
+    horizon::{Horizon, SPEED_WITHOUT_DIRECTION, previous_points},
     los::{AscNow, Reference},
     policy::Policy,
-    response::{HEADING_LAG, Rollout, SURGE_BIAS_DECAY, Stage},
+    response::{HEADING_LAG, Rollout, Stage, Surge},
     snapshot::{Limits, Snapshot, TrajectoryPoint},
 };
 
 /// How far ahead a follower looks on a planned way, s: the yaw loop is about that late.
 pub(crate) const FOLLOW_LEAD: f64 = 1.0;
+
+/// A keep-out that is nearer than this on a heading is worth a hard turn, s: half a turn at 17° a second. Measured with
+/// half a metre of margin, where a disc is passed ten times an hour: with 3 s the craft is inside in every run, with
+/// 6 s in two of five, with 10 s in none, and 0.7 % of the headings step by more than 10°.
+const KEEP_OUT_FORESIGHT: f64 = 10.0;
 
 /// Part of its error that a follower takes back in a second, 1/s.
 const FOLLOW_GAIN: f64 = 0.15;
@@ -34,7 +39,8 @@ pub(crate) fn follow(
     rollout: &mut Rollout,
 ) {
     let mut k = 0;
-    let law = |time, asc: &AscNow, speed| {
+    let limits = policy.planned_limits(&snapshot.limits);
+    let law = |time, asc: &AscNow, surge: Surge| {
         while k + 2 < horizon.times.len() && horizon.times[k + 1] <= time + HALF_A_MICROSECOND {
             k += 1;
         }
@@ -51,8 +57,7 @@ pub(crate) fn follow(
                 Heading::new(angle_of(&velocity))
             },
         };
-        let bias = horizon.surge_bias[0] * (-time / SURGE_BIAS_DECAY).exp();
-        invert_response(speed, &point, FOLLOW_LEAD, bias, &snapshot.limits)
+        invert_response(surge.speed, &point, FOLLOW_LEAD, surge.bias, &limits)
     };
     horizon.roll_out(snapshot, policy, law, rollout);
 }
@@ -98,4 +103,38 @@ pub(crate) fn within_reach(asked: Reference, snapshot: &Snapshot) -> Reference {
         heading: Heading::new(psi + turn),
         ..asked
     }
+}
+
+/// The reference with a heading that turns no faster than the policy wants, unless that leads into a keep-out. Plans made
+/// anew every second may want another turn every second.
+pub(crate) fn calmed(asked: Reference, snapshot: &Snapshot, policy: &Policy) -> Reference {
+    match calm_heading(&asked, snapshot, policy) {
+        Some(heading) if !leads_into_a_keep_out(heading, asked.speed, snapshot) => {
+            Reference { heading, ..asked }
+        }
+        Some(_) | None => asked,
+    }
+}
+
+/// The heading of a reference, no farther from that of the plan before than the policy's rate allows; none where there
+/// is no such plan.
+fn calm_heading(reference: &Reference, snapshot: &Snapshot, policy: &Policy) -> Option<Heading> {
+    let points = previous_points(snapshot, policy)?;
+    let before = snapshot.previous_plan.as_ref()?.heading_reference?.radians();
+    let most = policy.heading_rate_max * (snapshot.time - points[0].time);
+    let step = wrap(reference.heading.radians() - before);
+    Some(Heading::new(before + step.clamp(-most, most)))
+}
+
+/// Whether a craft on `heading` would be in a disc within [`KEEP_OUT_FORESIGHT`].
+fn leads_into_a_keep_out(heading: Heading, speed: f64, snapshot: &Snapshot) -> bool {
+    let speed = speed.max(snapshot.asc.surge);
+    snapshot.keep_outs.iter().any(|disc| {
+        let outward = snapshot.asc.position - disc.centre;
+        let gap = outward.norm() - disc.radius;
+        let closing = outward
+            .try_normalize(f64::EPSILON)
+            .map_or(0.0, |outward| -speed * heading.unit().dot(&outward));
+        gap < closing * KEEP_OUT_FORESIGHT
+    })
 }

@@ -9,7 +9,7 @@ use crate::{
     los::{AscNow, LosTuning, Reference, TrackingLaw, target_course},
     policy::{Policy, Weights},
     refilled::refilled,
-    response::{Response, Rollout, SURGE_BIAS_DECAY, Stage, believed_velocity, surge_bias},
+    response::{Response, Rollout, Stage, Surge, believed_velocity, surge_bias},
     snapshot::{Snapshot, TrajectoryPoint},
     surroundings::Surroundings,
 };
@@ -36,8 +36,8 @@ pub(crate) struct Horizon {
     pub(crate) current: Vector2<f64>,
     /// The craft now, craft frame.
     pub(crate) start: Stage,
-    /// What the surge loop gives unasked at the stages, m/s².
-    pub(crate) surge_bias: Vec<f64>,
+    /// What the surge loop gives unasked now, m/s².
+    pub(crate) surge_bias: f64,
     /// Weights of the cost, as the goal is known.
     pub(crate) weights: Weights,
     /// What is around the craft, craft frame.
@@ -52,19 +52,16 @@ impl Horizon {
         policy: &Policy,
         goal: &GoalForecast,
     ) -> Self {
-        let (times, motions, biases, mut surroundings) = memory.map_or_else(Default::default, |old| {
-            (old.times, old.goal, old.surge_bias, old.surroundings)
-        });
+        let (times, motions, mut surroundings) =
+            memory.map_or_else(Default::default, |old| (old.times, old.goal, old.surroundings));
         let ned_from_craft = ned_from_body(snapshot.asc.heading.radians());
         let later = policy.steps.iter().scan(0.0, |time, step| {
             *time += step;
             Some(*time)
         });
         let times = refilled(times, std::iter::once(0.0).chain(later));
-        let bias = surge_bias(snapshot);
-        let bias_at = |time: &f64| bias * (-time / SURGE_BIAS_DECAY).exp();
         let mut horizon = Self {
-            surge_bias: refilled(biases, times.iter().map(bias_at)),
+            surge_bias: surge_bias(snapshot),
             now: snapshot.time,
             origin: snapshot.asc.position,
             ned_from_craft,
@@ -106,13 +103,13 @@ impl Horizon {
         &self,
         snapshot: &Snapshot,
         policy: &Policy,
-        law: impl FnMut(f64, &AscNow, f64) -> Reference,
+        law: impl FnMut(f64, &AscNow, Surge) -> Reference,
         rollout: &mut Rollout,
     ) {
         let response = Response {
             limits: &snapshot.limits,
             current: self.current,
-            surge_bias: self.surge_bias[0],
+            surge_bias: self.surge_bias,
         };
         response.roll_out(self.start, Heading::new(0.0), &policy.steps, law, rollout);
     }

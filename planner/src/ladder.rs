@@ -5,13 +5,13 @@
 use crate::{
     angle::{Heading, angle_of},
     answer::{Baseline, Degraded, Method, Plan, SolverReport, TargetForecast},
-    follower::{FOLLOW_LEAD, follow, invert_response, stage_at, within_reach},
+    follower::{FOLLOW_LEAD, calmed, follow, invert_response, stage_at, within_reach},
     goal::GoalForecast,
     horizon::{Horizon, SPEED_WITHOUT_DIRECTION, point_at, previous_points},
     los::{AscNow, LosLaw, LosTuning, Reference, TrackingLaw, saturated_los},
     merit::predict,
     optimum::{Optimum, Way},
-    passes::{self, Optimiser},
+    passes::{self, NEGLIGIBLE_MERIT, Optimiser},
     policy::Policy,
     program::Program,
     refilled::refilled,
@@ -64,15 +64,16 @@ pub(crate) fn descend(
         tuning(LosLaw::SaturatedLos, policy),
         los_rollout,
     );
+    let law = saturated_los(
+        &AscNow::from(snapshot),
+        &goal.at(0.0),
+        horizon.goal_course,
+        policy.los,
+        &snapshot.limits,
+    );
     let los = Candidate {
         method: Method::SaturatedLos,
-        reference: saturated_los(
-            &AscNow::from(snapshot),
-            &goal.at(0.0),
-            horizon.goal_course,
-            policy.los,
-            &snapshot.limits,
-        ),
+        reference: law,
         way: rolled_out(
             &horizon,
             sheets.passes.ways.add(los_rollout.stages.iter().copied()),
@@ -101,6 +102,7 @@ pub(crate) fn descend(
     let answer = Plan {
         method: best.method,
         surge: snapshot.asc.surge,
+        surge_bias: horizon.surge_bias,
         current: snapshot.known_current(),
         degraded: optimum.degraded,
         reference: best.reference,
@@ -110,7 +112,7 @@ pub(crate) fn descend(
         goal_course: goal.course(),
         targets: TargetForecast::of_all(snapshot, &horizon.times, goal.auvs(), memory.targets),
         baseline: Baseline {
-            reference: los.reference,
+            reference: law,
             trajectory: refilled(
                 memory.baseline.trajectory,
                 horizon.trajectory(&ways[los.way.number]),
@@ -140,7 +142,8 @@ pub(crate) fn descend(
     answer
 }
 
-/// The rung that answers: of those that are as good, the first.
+/// The rung that answers: of those that are as good, the first, and the previous plan only where a craft would show that
+/// it is better.
 fn best_rung(
     snapshot: &Snapshot,
     policy: &Policy,
@@ -164,7 +167,11 @@ fn best_rung(
         .into_iter()
         .flatten()
         .reduce(|best, next| {
-            if policy.merit_decides && next.way.predicted.merit < best.way.predicted.merit {
+            let ahead = match next.method {
+                Method::PreviousPlan => NEGLIGIBLE_MERIT,
+                _ => 0.0,
+            };
+            if policy.merit_decides && next.way.predicted.merit + ahead < best.way.predicted.merit {
                 next
             } else {
                 best
@@ -210,7 +217,7 @@ fn goal_is_stale(snapshot: &Snapshot, policy: &Policy) -> bool {
 fn planned(horizon: &Horizon, way: Way, snapshot: &Snapshot, policy: &Policy, ways: &Ways) -> Candidate {
     let next = horizon.trajectory(&ways[way.number]).nth(1);
     let next = next.expect("a horizon has an interval");
-    let bias = horizon.surge_bias[0];
+    let bias = horizon.surge_bias;
     let surge = horizon.start.velocity.x;
     let later = stage_at(horizon, &ways[way.number], 0, COURSE_LAG).velocity;
     let next = TrajectoryPoint {
@@ -221,10 +228,11 @@ fn planned(horizon: &Horizon, way: Way, snapshot: &Snapshot, policy: &Policy, wa
         },
         ..next
     };
-    let asked = invert_response(surge, &next, policy.steps[0], bias, &snapshot.limits);
+    let limits = policy.planned_limits(&snapshot.limits);
+    let asked = invert_response(surge, &next, policy.steps[0], bias, &limits);
     Candidate {
         method: Method::Mpc,
-        reference: within_reach(asked, snapshot),
+        reference: calmed(within_reach(asked, snapshot), snapshot, policy),
         way,
     }
 }
@@ -244,11 +252,12 @@ fn previous_plan(
         heading: point_at(points, snapshot.time + COURSE_LAG).heading,
         ..point_at(points, snapshot.time + FOLLOW_LEAD)
     };
-    let (surge, bias) = (horizon.start.velocity.x, horizon.surge_bias[0]);
-    let asked = invert_response(surge, &next, FOLLOW_LEAD, bias, &snapshot.limits);
+    let (surge, bias) = (horizon.start.velocity.x, horizon.surge_bias);
+    let limits = policy.planned_limits(&snapshot.limits);
+    let asked = invert_response(surge, &next, FOLLOW_LEAD, bias, &limits);
     Some(Candidate {
         method: Method::PreviousPlan,
-        reference: within_reach(asked, snapshot),
+        reference: calmed(within_reach(asked, snapshot), snapshot, policy),
         way: rolled_out(horizon, way, rollout),
     })
 }

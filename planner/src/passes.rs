@@ -16,8 +16,8 @@ use crate::{
     policy::Policy,
     program::{LENGTH_UNIT, Layout, Pass, Program, SLACK_UNIT, Slack},
     refilled::refill,
-    response::{Rollout, Stage},
-    seeds::{Seeds, loiters},
+    response::{Rollout, Stage, surge_biases},
+    seeds::Seeds,
     snapshot::Snapshot,
     solve::{SHAPES_MAX, Solution, SolverStatus},
     stop::Stop,
@@ -35,13 +35,8 @@ const SLACK_NOTICEABLE: f64 = 1e-3;
 /// pulls no harder for being farther or faster: it bounds the cost's gradient, and with it the price at which soft limits hold.
 const GOAL_REACH: f64 = 1.5;
 
-/// Fastest turn that is planned round a goal that is slower than the craft can go, rad/s: a heading reference that
-/// steps by 10° a second and no more. The circle is 0.3 m in radius at the least speed of the MEDUSA class; at the
-/// craft's own limit it is half as wide, and half as much again is turned.
-const LOITER_RATE_MAX: f64 = 0.17;
-
 /// A merit that no craft shows, m² s: a centimetre over a hundred seconds.
-const NEGLIGIBLE_MERIT: f64 = 0.01;
+pub(crate) const NEGLIGIBLE_MERIT: f64 = 0.01;
 
 /// The passes of the convex program on one snapshot.
 pub(crate) struct Optimiser<'a> {
@@ -77,6 +72,8 @@ struct Given {
     goal: Vec<Vector2<f64>>,
     /// Velocity through the water that matches the goal's, m/s.
     goal_velocity: Vec<Vector2<f64>>,
+    /// What the surge loop gives unasked, m/s².
+    surge_bias: Vec<f64>,
     around: Surroundings,
 }
 
@@ -178,10 +175,7 @@ impl Optimiser<'_> {
             ..
         } = &mut *self.sheets;
         given.state(horizon, snapshot, policy, &ways[way]);
-        let mut limits = snapshot.limits.clone();
-        if loiters(horizon, &limits) {
-            limits.turn_rate_max = limits.turn_rate_max.min(LOITER_RATE_MAX);
-        }
+        let limits = policy.planned_limits(&snapshot.limits);
         let pass = Pass {
             steps: &policy.steps,
             velocity: horizon.start.velocity,
@@ -190,7 +184,7 @@ impl Optimiser<'_> {
             goal_velocity: &given.goal_velocity,
             directions: &given.directions,
             limits: &limits,
-            surge_bias: &horizon.surge_bias,
+            surge_bias: &given.surge_bias,
             ranges: &given.around.ranges,
             discs: &given.around.discs,
             edges: &given.around.edges,
@@ -265,7 +259,10 @@ impl Given {
         let fastest = GOAL_REACH * snapshot.limits.speed_max;
         let slow = |motion: &Motion| (motion.velocity - horizon.current).cap_magnitude(fastest);
         refill(&mut self.goal_velocity, horizon.goal.iter().map(slow));
+        let biases = surge_biases(horizon.surge_bias, stages, &policy.steps, &snapshot.limits);
+        refill(&mut self.surge_bias, biases);
         self.around.copy_from(&horizon.surroundings);
+        self.around.keep_clear(policy.keep_out_margin);
         self.around.pass_as(stages);
         self.around.bring_within(reach, &horizon.goal, &self.goal);
     }

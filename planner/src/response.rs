@@ -34,16 +34,21 @@ pub(crate) const HEADING_LAG: f64 = YAW_LAG + 0.5;
 /// from the AUV is 1.6 to 2.3 times as large.
 pub(crate) const COURSE_LAG: f64 = HEADING_LAG + 0.9;
 
-/// How fast the bias of the surge loop bleeds away while nothing renews it, s.
+/// Time constant with which what the surge loop gives unasked follows what the craft does, s.
 ///
-/// m / (k_i τ) of the MEDUSA-class loop, 50 kg, 3 N/m and τ = 2 s, is 8.3 s.
-pub const SURGE_BIAS_DECAY: f64 = 8.0;
+/// k_p / k_i of the MEDUSA-class loop, 26 N/(m/s) and 3 N/m; the Otter-class loop has the same.
+pub const SURGE_BIAS_TIME: f64 = 26.0 / 3.0;
 
-/// Largest part of the acceleration limits that a bias may take: the rest keeps the program feasible.
-const SURGE_BIAS_SHARE: f64 = 0.8;
+/// Largest bias, as a multiple of the weaker acceleration limit: beyond it an estimate is taken for an error.
+const SURGE_BIAS_MOST: f64 = 1.5;
+
+/// Part of what a measured bias differs from the expected one that is believed. Waves and a log's noise make
+/// accelerations that are no bias: measured in rough water and with an unknown current, the craft spends a tenth and a
+/// quarter less energy than with the whole.
+const SURGE_BIAS_TRUST: f64 = 0.1;
 
 /// Part of the velocity that the plan before foresaw in the one that is believed.
-const PLANNED_SHARE: f64 = 0.5;
+const PLANNED_SHARE: f64 = 0.8;
 
 /// A velocity farther than this from the planned one is no noise, m/s: three standard deviations of waves and log
 /// together, 0.1 m/s in a rough sea.
@@ -53,11 +58,12 @@ const UNFORESEEN_MAX: f64 = 0.3;
 const SURGE_BIAS_INTERVAL: std::ops::RangeInclusive<f64> = 0.2..=2.0;
 
 /// Acceleration that the surge loop gives unasked, m/s²: its integrator less the drag. It is what the
-/// craft did since the previous plan beyond what that plan's speed reference explains; 0 where there
-/// is no such plan.
+/// craft did since the previous plan beyond what that plan's speed reference explains, averaged with what that plan
+/// makes expect; 0 where there is no such plan.
 ///
 /// ```text
-/// b = (u − u⁻)/Δ − clamp((u_ref⁻ − (u + u⁻)/2)/τ, −a_dec, a_acc)
+/// b  = b⁺ + 0.1 (b_m − b⁺),      b⁺ after b⁻ as in `bias_after`, with the measured acceleration
+/// b_m = (u − u⁻)/Δ − clamp((u_ref⁻ − (u + u⁻)/2)/τ, −a_dec, a_acc)
 /// ```
 /// Without it a loop that has wound up over a long acceleration overshoots: measured on the MEDUSA
 /// class with drag feed-forward, a catch-up over 14 m passed its target by 6.6 m.
@@ -68,23 +74,62 @@ pub fn surge_bias(snapshot: &Snapshot) -> f64 {
         let previous = snapshot.previous_plan.as_ref()?;
         let (memory, then) = (previous.surge_memory?, previous.trajectory.first()?.time);
         let elapsed = snapshot.time - then;
+        if !SURGE_BIAS_INTERVAL.contains(&elapsed) {
+            return None;
+        }
         let (u, u_before) = (snapshot.asc.surge, memory.surge);
         let asked = (memory.reference - 0.5 * (u + u_before)) / limits.surge_lag.max(0.5 * elapsed);
         let explained = asked.clamp(-limits.deceleration_max, limits.acceleration_max);
-        SURGE_BIAS_INTERVAL
-            .contains(&elapsed)
-            .then(|| (u - u_before) / elapsed - explained)
+        let acceleration = (u - u_before) / elapsed;
+        let measured = acceleration - explained;
+        let expected = |bias| bias_after(elapsed, within(bias, limits), acceleration, limits);
+        Some(memory.bias.map_or(measured, |bias| {
+            let expected = expected(bias);
+            expected + SURGE_BIAS_TRUST * (measured - expected)
+        }))
     };
-    let most = SURGE_BIAS_SHARE * limits.acceleration_max.min(limits.deceleration_max);
-    estimate().unwrap_or(0.0).clamp(-most, most)
+    within(estimate().unwrap_or(0.0), limits)
 }
 
-/// Velocity through the water (ahead, starboard) that a plan starts from, m/s: halfway between what the craft measures
+/// The bias an interval later, m/s²: the loop's integral part gathers what its proportional part, `acceleration − bias`,
+/// asks for.
+///
+/// ```text
+/// ḃ = (a − b) / T
+/// ```
+fn bias_after(dt: f64, bias: f64, acceleration: f64, limits: &Limits) -> f64 {
+    let asked = (acceleration - bias).clamp(-limits.deceleration_max, limits.acceleration_max);
+    within(bias + asked * (1.0 - (-dt / SURGE_BIAS_TIME).exp()), limits)
+}
+
+/// A bias that a loop may have.
+fn within(bias: f64, limits: &Limits) -> f64 {
+    let most = SURGE_BIAS_MOST * limits.acceleration_max.min(limits.deceleration_max);
+    bias.clamp(-most, most)
+}
+
+/// The bias at the stages of a way, m/s²: `bias` first, then what the way's own accelerations make of it.
+pub(crate) fn surge_biases(
+    bias: f64,
+    stages: &[Stage],
+    steps: &[f64],
+    limits: &Limits,
+) -> impl Iterator<Item = f64> {
+    let later = stages.windows(2).zip(steps).scan(bias, |bias, (pair, dt)| {
+        let acceleration = (pair[1].velocity.norm() - pair[0].velocity.norm()) / dt;
+        *bias = bias_after(*dt, *bias, acceleration, limits);
+        Some(*bias)
+    });
+    std::iter::once(bias).chain(later)
+}
+
+/// Velocity through the water (ahead, starboard) that a plan starts from, m/s: between what the craft measures
 /// and what the plan before has it at now, where that plan is a second old and the two are not far apart.
 ///
 /// Waves, a log's noise and the swing of the bow in them are over before a plan could answer them; what a plan made of
-/// them asks for is noise. What the plan before did not foresee is believed by half, and by three quarters a second later.
-/// Measured with an unknown current and noisy sensors, the heading travels 0.65 times as far.
+/// them asks for is noise. What the plan before did not foresee is believed by a fifth, and by two thirds 5 s later.
+/// Measured with an unknown current and noisy sensors, the heading travels 0.65 times as far with a half, and 0.85 times
+/// as far again with a fifth.
 #[must_use]
 pub fn believed_velocity(snapshot: &Snapshot, policy: &Policy) -> Vector2<f64> {
     let measured = Vector2::new(snapshot.asc.surge, snapshot.asc.sway);
@@ -133,6 +178,15 @@ pub struct Waypoint {
     pub position: Vector2<f64>,
 }
 
+/// A craft's surge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surge {
+    /// Speed through the water, m/s.
+    pub speed: f64,
+    /// Acceleration that the surge loop gives unasked, m/s².
+    pub bias: f64,
+}
+
 /// A craft that does what a guidance law asks, as far as it can.
 #[derive(Clone, Copy, Debug)]
 pub struct Response<'a> {
@@ -140,20 +194,20 @@ pub struct Response<'a> {
     pub limits: &'a Limits,
     /// Current, m/s, in the frame of the stages.
     pub current: Vector2<f64>,
-    /// Acceleration that the surge loop gives unasked at the start, m/s²; it bleeds away with [`SURGE_BIAS_DECAY`].
+    /// Acceleration that the surge loop gives unasked at the start, m/s².
     pub surge_bias: f64,
 }
 
 impl Response<'_> {
     /// Stages 0 … N of the craft that starts at `start` on `heading` and follows `law` over `steps`, and where it
     /// is in between, in place of what `rollout` held. The law is asked once a second at most; it is told the time
-    /// since the start, s, the craft, and its speed through the water, m/s.
+    /// since the start, s, the craft, and its surge.
     pub fn roll_out(
         &self,
         start: Stage,
         heading: Heading,
         steps: &[f64],
-        mut law: impl FnMut(f64, &AscNow, f64) -> Reference,
+        mut law: impl FnMut(f64, &AscNow, Surge) -> Reference,
         rollout: &mut Rollout,
     ) {
         let mut asc = AscNow {
@@ -161,7 +215,10 @@ impl Response<'_> {
             heading,
             current: self.current,
         };
-        let mut speed = start.velocity.dot(&heading.unit());
+        let mut surge = Surge {
+            speed: start.velocity.dot(&heading.unit()),
+            bias: self.surge_bias,
+        };
         let Rollout { stages, way } = rollout;
         stages.clear();
         stages.push(start);
@@ -172,9 +229,8 @@ impl Response<'_> {
             let dt = step / n_parts;
             let (begin, end) = (time, time + step);
             while time < end - 0.5 * dt {
-                let reference = law(time, &asc, speed);
-                let bias = self.surge_bias * (-time / SURGE_BIAS_DECAY).exp();
-                (asc, speed) = self.after(dt, &asc, speed, &reference, bias);
+                let reference = law(time, &asc, surge);
+                (asc, surge) = self.after(dt, &asc, surge, &reference);
                 time += dt;
                 way.push(Waypoint {
                     stage: i + 1,
@@ -185,14 +241,15 @@ impl Response<'_> {
             time = end;
             stages.push(Stage {
                 position: asc.position,
-                velocity: asc.heading.unit() * speed,
+                velocity: asc.heading.unit() * surge.speed,
             });
         }
     }
 
     /// The craft and its speed an interval later, midpoint in position.
-    fn after(&self, dt: f64, asc: &AscNow, speed: f64, reference: &Reference, bias: f64) -> (AscNow, f64) {
+    fn after(&self, dt: f64, asc: &AscNow, surge: Surge, reference: &Reference) -> (AscNow, Surge) {
         let limits = self.limits;
+        let Surge { speed, bias } = surge;
         // (u_ref − (u + u′)/2)/τ with u′ = u + a dt, solved for a.
         let asked = (reference.speed - speed) / (limits.surge_lag.max(0.5 * dt) + 0.5 * dt);
         let acceleration = asked.clamp(-limits.deceleration_max, limits.acceleration_max) + bias;
@@ -207,6 +264,10 @@ impl Response<'_> {
             heading,
             ..*asc
         };
-        (asc, speed + dt * acceleration)
+        let surge = Surge {
+            speed: speed + dt * acceleration,
+            bias: bias_after(dt, bias, acceleration, limits),
+        };
+        (asc, surge)
     }
 }

@@ -14,7 +14,7 @@ use crate::{
     horizon::Horizon,
     los::{AscNow, Reference, saturated_los, target_course},
     policy::Policy,
-    response::{Rollout, Stage},
+    response::{Rollout, Stage, Surge},
     snapshot::{Limits, Snapshot},
     ways::Ways,
 };
@@ -168,7 +168,7 @@ impl Seeds<'_> {
         let duration = horizon.times[horizon.times.len() - 1];
         let end = horizon.goal[horizon.goal.len() - 1].position;
         let limits = &self.snapshot.limits;
-        let law = |time: f64, asc: &AscNow, _: f64| {
+        let law = |time: f64, asc: &AscNow, _: Surge| {
             let to_end = end - asc.position;
             let left = (duration - time).max(1.0);
             let through_water = to_end / left - horizon.current;
@@ -198,7 +198,7 @@ impl Seeds<'_> {
         let horizon = self.horizon;
         let mut held = horizon.local_goal_course();
         let limits = &self.snapshot.limits;
-        let law = |time: f64, asc: &AscNow, _: f64| {
+        let law = |time: f64, asc: &AscNow, _: Surge| {
             let target = horizon.local(&self.goal.at(time));
             held = target_course(&target, Some(held));
             let los = saturated_los(asc, &target, held, self.policy.los, limits);

@@ -198,6 +198,14 @@ impl Surroundings {
         }
     }
 
+    /// Makes the keep-outs wider by `margin`, m.
+    pub(crate) fn keep_clear(&mut self, margin: f64) {
+        let keep_outs = self.discs.iter_mut().take(self.keep_outs.len());
+        for radius in keep_outs.flat_map(|disc| &mut disc.radii) {
+            *radius += margin;
+        }
+    }
+
     /// Turns the discs' normals to the side on which `stages` pass each of them.
     pub(crate) fn pass_as(&mut self, stages: &[Stage]) {
         for disc in &mut self.discs {

@@ -92,9 +92,11 @@ impl From<&PlanResponse> for PreviousPlan {
             trajectory: answer.trajectory.clone(),
             goal_course_rad: Some(answer.goal_course_rad),
             asc_speed_mps: Some(answer.asc_speed_mps),
+            surge_bias_mps2: Some(answer.surge_bias_mps2),
             current: answer.current,
             reference: Some(PreviousReference {
                 speed_mps: answer.reference.speed_mps,
+                heading_rad: Some(answer.reference.heading_rad),
             }),
         }
     }
@@ -201,6 +203,9 @@ fn check_angles(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
         if let Some(course) = previous.goal_course_rad {
             check("/previous_plan/goal_course_rad".to_owned(), course);
         }
+        if let Some(heading) = previous.reference.and_then(|reference| reference.heading_rad) {
+            check("/previous_plan/reference/heading_rad".to_owned(), heading);
+        }
         for (i, point) in previous.trajectory.iter().enumerate() {
             check(
                 format!("/previous_plan/trajectory/{i}/heading_rad"),
@@ -302,6 +307,11 @@ fn previous_plan(previous: &PreviousPlan) -> domain::PreviousPlan {
             .map(|(surge, reference)| domain::SurgeMemory {
                 surge,
                 reference: reference.speed_mps,
+                bias: previous.surge_bias_mps2,
             }),
+        heading_reference: previous
+            .reference
+            .and_then(|reference| reference.heading_rad)
+            .map(Heading::new),
     }
 }

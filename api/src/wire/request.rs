@@ -366,10 +366,10 @@ pub struct Limits {
     /// Largest yaw rate, rad/s. Default: 0.3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn_rate_max_radps: Option<f64>,
-    /// Largest acceleration ahead, m/s². Default: 0.08.
+    /// Largest acceleration ahead, m/s². Default: 0.09.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acceleration_max_mps2: Option<f64>,
-    /// Largest deceleration, m/s², positive. Default: 0.08.
+    /// Largest deceleration, m/s², positive. Default: 0.09.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deceleration_max_mps2: Option<f64>,
     /// Time constant of the surge loop, s. Default: 2.5.
@@ -455,6 +455,9 @@ pub struct PreviousPlan {
     /// surge loop is wound up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub asc_speed_mps: Option<f64>,
+    /// Acceleration that the surge loop was taken to give unasked, m/s².
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surge_bias_mps2: Option<f64>,
     /// What it took the current for. Where the request does not tell the current, that is averaged over half a minute.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
@@ -463,9 +466,12 @@ pub struct PreviousPlan {
     pub reference: Option<PreviousReference>,
 }
 
-/// The reference of an earlier answer, of which this member is read.
+/// The reference of an earlier answer, of which these members are read.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PreviousReference {
     /// Speed through the water, m/s.
     pub speed_mps: f64,
+    /// Heading, rad, within ±2π: the next one differs from it by no more than 9.7° a second, unless a keep-out is near.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heading_rad: Option<f64>,
 }

@@ -30,6 +30,8 @@ pub struct PlanResponse {
     pub goal_course_rad: f64,
     /// Surge speed of the craft in the request, m/s: the next request's `previous_plan` needs it.
     pub asc_speed_mps: f64,
+    /// Acceleration that the surge loop was taken to give unasked, m/s²: the next request's `previous_plan` needs it.
+    pub surge_bias_mps2: f64,
     /// What the current was taken for, where anything tells it: the next request's `previous_plan` needs it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,

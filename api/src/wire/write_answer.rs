@@ -133,6 +133,7 @@ impl Answer<'_> {
             trajectory: trajectory.iter().map(TrajectoryPoint::from).collect(),
             goal_course_rad: self.plan.goal_course.radians(),
             asc_speed_mps: self.plan.surge,
+            surge_bias_mps2: self.plan.surge_bias,
             current: self.plan.current.map(|current| Current {
                 north_mps: current.x,
                 east_mps: current.y,

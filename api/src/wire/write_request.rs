@@ -84,8 +84,10 @@ impl From<&facts::PreviousPlan> for PreviousPlan {
                 north_mps: current.x,
                 east_mps: current.y,
             }),
+            surge_bias_mps2: previous.surge_memory.and_then(|memory| memory.bias),
             reference: previous.surge_memory.map(|memory| PreviousReference {
                 speed_mps: memory.reference,
+                heading_rad: previous.heading_reference.map(planner::angle::Heading::radians),
             }),
         }
     }

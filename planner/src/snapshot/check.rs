@@ -103,6 +103,17 @@ impl TryFrom<Observation> for Snapshot {
                 );
                 let reference = format_args!("previous_plan/reference/speed_mps");
                 check.within(reference, memory.reference, 0.0..=40.0);
+                if let Some(bias) = memory.bias {
+                    let field = format_args!("previous_plan/surge_bias_mps2");
+                    check.within(field, bias, -10.0..=10.0);
+                }
+            }
+            if let Some(heading) = previous.heading_reference {
+                check.within(
+                    format_args!("previous_plan/reference/heading_rad"),
+                    heading.radians(),
+                    -std::f64::consts::PI..=std::f64::consts::PI,
+                );
             }
         }
         if check.invalid.is_empty() {

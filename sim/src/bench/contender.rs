@@ -77,7 +77,8 @@ impl Contender {
     }
 
     /// The board's usual ones: every law, every law that may win told the paths, and the planner with the forecast
-    /// `constant_velocity`, with `auto` and with `path`.
+    /// `constant_velocity`, with `auto`, and with `auto` told the paths, which takes `path` but for a vehicle that does not
+    /// follow its own.
     #[must_use]
     pub fn all() -> Vec<Self> {
         let told = LosLaw::ALL
@@ -95,7 +96,7 @@ impl Contender {
                 Some(ForecastModel::ConstantVelocity),
             ),
             Self::planner(AUTO, Paths::AsScenario, None),
-            Self::planner(PATH, Paths::Told, Some(ForecastModel::Path)),
+            Self::planner(PATH, Paths::Told, None),
         ];
         LosLaw::ALL
             .map(Self::law)
