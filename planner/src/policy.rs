@@ -81,7 +81,7 @@ pub struct Weights {
     /// Of entering a keep-out disc.
     pub keep_out_slack: (f64, f64),
     /// Linear and quadratic price of breaking a soft row of motion (m/s or m/s²), per stage. The linear one is above
-    /// what a goal abeam at the edge of the reach bids: measured, 3·10⁴ is enough and 10⁴ is not.
+    /// what a way around a surfacing AUV bids at the planned rate of turn: measured, 10⁵ is enough and 3·10⁴ is not.
     pub slack: (f64, f64),
 }
 
@@ -185,7 +185,7 @@ impl Default for Weights {
             range_slack: (1.0e4, 1.0e2),
             area_slack: (3.0e4, 1.0e2),
             keep_out_slack: (1.0e5, 1.0e2),
-            slack: (3.0e4, 1.0e3),
+            slack: (1.0e5, 1.0e3),
         }
     }
 }
