@@ -44,7 +44,7 @@ const SURGE_BIAS_MOST: f64 = 1.5;
 
 /// Part of what a measured bias differs from the expected one that is believed. Waves and a log's noise make
 /// accelerations that are no bias: measured in rough water and with an unknown current, the craft spends a tenth and a
-/// quarter less energy than with the whole.
+/// fifth less energy than with the whole.
 const SURGE_BIAS_TRUST: f64 = 0.1;
 
 /// Part of the velocity that the plan before foresaw in the one that is believed.
@@ -128,7 +128,7 @@ pub(crate) fn surge_biases(
 ///
 /// Waves, a log's noise and the swing of the bow in them are over before a plan could answer them; what a plan made of
 /// them asks for is noise. What the plan before did not foresee is believed by a fifth, and by two thirds 5 s later.
-/// Measured with an unknown current and noisy sensors, the heading travels 0.65 times as far with a half, and 0.85 times
+/// Measured with an unknown current and noisy sensors, the heading travels 0.65 times as far with a half, and 0.87 times
 /// as far again with a fifth.
 #[must_use]
 pub fn believed_velocity(snapshot: &Snapshot, policy: &Policy) -> Vector2<f64> {
