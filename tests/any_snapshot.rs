@@ -279,7 +279,7 @@ impl<'a> Forward<'a> {
             let wanted = velocity.norm() - this.speed;
             let speed = velocity.norm() + (lag.max(0.5) - 0.5) * wanted - lag * this.bias;
             let limits = &this.scene.limits;
-            let most = (0.98 * limits.speed_max).max(limits.speed_min);
+            let most = (0.98 * limits.speed_max).max(limits.speed_max.min(limits.speed_min + 0.05));
             (speed.clamp(limits.speed_min, most), psi)
         })
     }

@@ -604,6 +604,45 @@ fn a_craft_that_does_as_modelled_has_no_surge_bias() {
     }
 }
 
+/// A heading reference turns by 0.17 rad a second at most, from where the craft can turn to, unless a disc is ahead.
+#[test]
+fn a_heading_reference_steps_no_farther_than_the_policy_allows() {
+    let policy = Policy::default();
+    let mut scene = observation(goals()[0].clone());
+    (scene.asc.heading, scene.asc.sway, scene.current) = (Heading::new(0.0), 0.0, None);
+    (scene.asc.surge, scene.asc.yaw_rate) = (0.8, 0.0);
+    state(&mut scene, 0).position = Vector2::new(40.0, 0.0);
+    let mut previous = PreviousPlan::from(&planned(scene.clone()));
+    scene.time += 1.0;
+    scene.asc.position = previous.trajectory[1].position;
+    state(&mut scene, 0).position = Vector2::new(0.0, 40.0);
+    let answer = |before: Option<f64>, previous: &mut PreviousPlan, scene: &Observation| {
+        previous.heading_reference = before.map(Heading::new);
+        let mut scene = scene.clone();
+        scene.previous_plan = Some(previous.clone());
+        let answer = planned(scene);
+        assert_eq!(answer.method, planner::plan::Method::Mpc);
+        answer.reference.heading.radians()
+    };
+    // The AUV is suddenly abeam to starboard.
+    let free = answer(None, &mut previous, &scene);
+    assert!(0.3 < free, "{free}");
+    for (before, expected) in [(0.0, 0.17), (-0.1, 0.07), (0.4, free)] {
+        let calm = answer(Some(before), &mut previous, &scene);
+        assert!((calm - expected).abs() < 1e-9, "{before}: {calm}");
+    }
+    // From beyond what the craft turns to within its lag, 0.45 rad, as if from there.
+    let calm = answer(Some(-3.0), &mut previous, &scene);
+    assert!((calm - (0.17 - 0.3 * 1.5)).abs() < 1e-9, "{calm}");
+    // A disc ahead is worth a hard turn.
+    scene.keep_outs = vec![KeepOut {
+        centre: Vector2::new(12.0, -4.0),
+        radius: 6.0,
+    }];
+    let hard = answer(Some(0.0), &mut previous, &scene);
+    assert!(0.3 < hard, "{hard}");
+}
+
 /// The craft's velocity is what its log says, but for what the plan before foresaw.
 #[test]
 fn a_fifth_of_what_the_plan_before_did_not_foresee_is_believed() {

@@ -96,13 +96,16 @@ pub(crate) fn invert_response(
 /// The reference with a heading that the craft can turn to within the lag of its yaw loop: a loop that is asked for
 /// more turns faster than the limit, and near rest the direction of a planned velocity is worth little.
 pub(crate) fn within_reach(asked: Reference, snapshot: &Snapshot) -> Reference {
-    let psi = snapshot.asc.heading.radians();
-    let most = snapshot.limits.turn_rate_max * HEADING_LAG;
-    let turn = wrap(asked.heading.radians() - psi).clamp(-most, most);
     Reference {
-        heading: Heading::new(psi + turn),
+        heading: reachable_heading(asked.heading, snapshot),
         ..asked
     }
+}
+
+fn reachable_heading(heading: Heading, snapshot: &Snapshot) -> Heading {
+    let psi = snapshot.asc.heading.radians();
+    let most = snapshot.limits.turn_rate_max * HEADING_LAG;
+    Heading::new(psi + wrap(heading.radians() - psi).clamp(-most, most))
 }
 
 /// The reference with a heading that turns no faster than the policy wants, unless that leads into a keep-out. Plans made
@@ -120,21 +123,23 @@ pub(crate) fn calmed(asked: Reference, snapshot: &Snapshot, policy: &Policy) -> 
 /// is no such plan.
 fn calm_heading(reference: &Reference, snapshot: &Snapshot, policy: &Policy) -> Option<Heading> {
     let points = previous_points(snapshot, policy)?;
-    let before = snapshot.previous_plan.as_ref()?.heading_reference?.radians();
+    let before = snapshot.previous_plan.as_ref()?.heading_reference?;
+    // A law may have asked for more than the craft can turn to: from there, the shorter way may be the wrong one.
+    let before = reachable_heading(before, snapshot).radians();
     let most = policy.heading_rate_max * (snapshot.time - points[0].time);
     let step = wrap(reference.heading.radians() - before);
     Some(Heading::new(before + step.clamp(-most, most)))
 }
 
-/// Whether a craft on `heading` would be in a disc within [`KEEP_OUT_FORESIGHT`].
+/// Whether a craft on `heading` would be in a keep-out within [`KEEP_OUT_FORESIGHT`].
 fn leads_into_a_keep_out(heading: Heading, speed: f64, snapshot: &Snapshot) -> bool {
-    let speed = speed.max(snapshot.asc.surge);
+    let velocity = heading.unit() * speed.max(snapshot.asc.surge) + snapshot.current();
     snapshot.keep_outs.iter().any(|disc| {
         let outward = snapshot.asc.position - disc.centre;
         let gap = outward.norm() - disc.radius;
         let closing = outward
             .try_normalize(f64::EPSILON)
-            .map_or(0.0, |outward| -speed * heading.unit().dot(&outward));
+            .map_or(0.0, |outward| -velocity.dot(&outward));
         gap < closing * KEEP_OUT_FORESIGHT
     })
 }

@@ -11,7 +11,7 @@ use crate::{
     los::{AscNow, LosLaw, LosTuning, Reference, TrackingLaw, saturated_los},
     merit::predict,
     optimum::{Optimum, Way},
-    passes::{self, NEGLIGIBLE_MERIT, Optimiser},
+    passes::{self, Optimiser},
     policy::Policy,
     program::Program,
     refilled::refilled,
@@ -21,6 +21,10 @@ use crate::{
     stop::Stop,
     ways::Ways,
 };
+
+/// Merits that differ by less are as good, m² s: right above its goal a craft's is what the solver's tolerance leaves,
+/// 10⁻¹² m² s.
+const MERIT_TIE: f64 = 1e-6;
 
 /// How far a slow turn's heading reference leads the craft, rad, starboard.
 const SLOW_TURN_LEAD: f64 = 0.2;
@@ -142,8 +146,7 @@ pub(crate) fn descend(
     answer
 }
 
-/// The rung that answers: of those that are as good, the first, and the previous plan only where a craft would show that
-/// it is better.
+/// The rung that answers: of those that are as good, the first.
 fn best_rung(
     snapshot: &Snapshot,
     policy: &Policy,
@@ -167,11 +170,7 @@ fn best_rung(
         .into_iter()
         .flatten()
         .reduce(|best, next| {
-            let ahead = match next.method {
-                Method::PreviousPlan => NEGLIGIBLE_MERIT,
-                _ => 0.0,
-            };
-            if policy.merit_decides && next.way.predicted.merit + ahead < best.way.predicted.merit {
+            if policy.merit_decides && next.way.predicted.merit + MERIT_TIE < best.way.predicted.merit {
                 next
             } else {
                 best

@@ -36,7 +36,7 @@ const SLACK_NOTICEABLE: f64 = 1e-3;
 const GOAL_REACH: f64 = 1.5;
 
 /// A merit that no craft shows, m² s: a centimetre over a hundred seconds.
-pub(crate) const NEGLIGIBLE_MERIT: f64 = 0.01;
+const NEGLIGIBLE_MERIT: f64 = 0.01;
 
 /// The passes of the convex program on one snapshot.
 pub(crate) struct Optimiser<'a> {

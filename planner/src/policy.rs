@@ -13,6 +13,9 @@ const DOUBT_DEVIATIONS: f64 = 2.0;
 /// then takes 39 s over what it takes 4 s over when it is sure, √(velocity / position).
 const DOUBTFUL_SHARE: f64 = 0.01;
 
+/// Least gap between the least and the largest speed, m/s.
+const SPEED_GAP: f64 = 0.05;
+
 /// How the planner plans: horizon, weights, gains, tolerances.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Policy {
@@ -39,7 +42,7 @@ pub struct Policy {
     /// Smallest cosine between what a pass was linearised about and what it answers with which the answer stands,
     /// and no further pass is worth its time.
     pub settled_cosine: f64,
-    /// Fastest that a heading reference turns, rad/s, and a way is planned to, where the craft could turn faster.
+    /// Fastest that a heading reference of the program or the previous plan turns, rad/s, and a way is planned to, where the craft could turn faster.
     pub heading_rate_max: f64,
     /// Share of the largest speed reference that is planned with and asked for.
     pub speed_share: f64,
@@ -90,7 +93,9 @@ impl Policy {
     #[must_use]
     pub fn planned_limits(&self, limits: &Limits) -> Limits {
         Limits {
-            speed_max: (self.speed_share * limits.speed_max).max(limits.speed_min),
+            // The least gap that a request may leave stays.
+            speed_max: (self.speed_share * limits.speed_max)
+                .max(limits.speed_max.min(limits.speed_min + SPEED_GAP)),
             turn_rate_max: limits.turn_rate_max.min(self.heading_rate_max),
             ..limits.clone()
         }

@@ -36,7 +36,7 @@ pub(crate) const COURSE_LAG: f64 = HEADING_LAG + 0.9;
 
 /// Time constant with which what the surge loop gives unasked follows what the craft does, s.
 ///
-/// k_p / k_i of the MEDUSA-class loop, 26 N/(m/s) and 3 N/m; the Otter-class loop has the same.
+/// k_p / k_i of the MEDUSA-class loop, 26 N/(m/s) and 3 N/m; the Otter-class loop has nearly the same.
 pub const SURGE_BIAS_TIME: f64 = 26.0 / 3.0;
 
 /// Largest bias, as a multiple of the weaker acceleration limit: beyond it an estimate is taken for an error.
@@ -74,8 +74,9 @@ pub fn surge_bias(snapshot: &Snapshot) -> f64 {
         let previous = snapshot.previous_plan.as_ref()?;
         let (memory, then) = (previous.surge_memory?, previous.trajectory.first()?.time);
         let elapsed = snapshot.time - then;
-        if !SURGE_BIAS_INTERVAL.contains(&elapsed) {
-            return None;
+        let (least, most) = SURGE_BIAS_INTERVAL.into_inner();
+        if elapsed < least {
+            return memory.bias.filter(|_| 0.0 <= elapsed);
         }
         let (u, u_before) = (snapshot.asc.surge, memory.surge);
         let asked = (memory.reference - 0.5 * (u + u_before)) / limits.surge_lag.max(0.5 * elapsed);
@@ -83,10 +84,12 @@ pub fn surge_bias(snapshot: &Snapshot) -> f64 {
         let acceleration = (u - u_before) / elapsed;
         let measured = acceleration - explained;
         let expected = |bias| bias_after(elapsed, within(bias, limits), acceleration, limits);
-        Some(memory.bias.map_or(measured, |bias| {
-            let expected = expected(bias);
-            expected + SURGE_BIAS_TRUST * (measured - expected)
-        }))
+        match memory.bias.map(expected) {
+            // One speed reference explains no more than a second or two.
+            Some(expected) if most < elapsed => (elapsed < SURGE_BIAS_TIME).then_some(expected),
+            Some(expected) => Some(expected + SURGE_BIAS_TRUST * (measured - expected)),
+            None => (elapsed <= most).then_some(measured),
+        }
     };
     within(estimate().unwrap_or(0.0), limits)
 }
@@ -127,7 +130,7 @@ pub(crate) fn surge_biases(
 /// and what the plan before has it at now, where that plan is a second old and the two are not far apart.
 ///
 /// Waves, a log's noise and the swing of the bow in them are over before a plan could answer them; what a plan made of
-/// them asks for is noise. What the plan before did not foresee is believed by a fifth, and by two thirds 5 s later.
+/// them asks for is noise. What the plan before did not foresee is believed by a fifth, and by two thirds 4 s later.
 /// Measured with an unknown current and noisy sensors, the heading travels 0.65 times as far with a half, and 0.87 times
 /// as far again with a fifth.
 #[must_use]

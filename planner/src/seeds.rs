@@ -222,7 +222,7 @@ fn for_the_goal(goal: &Motion, asc: &AscNow, los: Reference, speed_max: f64) -> 
 }
 
 /// Whether the goal is near and slower through the water than the craft can go.
-pub(crate) fn loiters(horizon: &Horizon, limits: &Limits) -> bool {
+fn loiters(horizon: &Horizon, limits: &Limits) -> bool {
     let goal = &horizon.goal[0];
     let through_water = goal.velocity - horizon.current;
     goal.position.norm() < NEAR && through_water.norm() < limits.speed_min

@@ -310,7 +310,8 @@ fn previous_plan(previous: &PreviousPlan) -> domain::PreviousPlan {
                 bias: previous.surge_bias_mps2,
             }),
         heading_reference: previous
-            .reference
+            .asc_speed_mps
+            .and(previous.reference)
             .and_then(|reference| reference.heading_rad)
             .map(Heading::new),
     }

@@ -471,7 +471,8 @@ pub struct PreviousPlan {
 pub struct PreviousReference {
     /// Speed through the water, m/s.
     pub speed_mps: f64,
-    /// Heading, rad, within ±2π: the next one differs from it by no more than 9.7° a second, unless a keep-out is near.
+    /// Heading, rad, within ±2π: the next one of `mpc` or `previous_plan` differs from it by no more than 9.7° a second,
+    /// unless a keep-out is ahead. Read beside `asc_speed_mps`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heading_rad: Option<f64>,
 }

@@ -32,7 +32,7 @@ impl Program {
     }
 
     /// b − a_dec ≤ c̄ᵀ a ≤ b + a_acc along the mean direction of the interval, b the surge loop's bias.
-    /// Hard: as |b| is less than both limits, keeping on is always allowed.
+    /// Hard: [`Self::never_outrun_the_craft`] leaves room for what a bias beyond the limits forces.
     pub(super) fn accelerate_as_the_surge_loop_can(&mut self, pass: &Pass<'_>) {
         for k in self.stages() {
             let dt = pass.steps[k - 1];
@@ -97,21 +97,19 @@ impl Program {
         }
     }
 
-    /// ‖v_k‖ ≤ max(u_max, ‖v_0‖ − a t_k): a craft that starts too fast slows down as hard as it can.
+    /// ‖v_k‖ ≤ max(u_max, w_k), w_0 = ‖v_0‖, w_k = max(0, w_{k−1} − (a − |b|) Δt_k): a craft that starts too fast slows
+    /// down as hard as it can.
     ///
-    /// The ramp uses the weakest of acceleration and deceleration that a bias leaves, so that shrinking v_0 satisfies the
-    /// acceleration rows whatever the directions are: the hard rows always have a common point.
+    /// a is the weaker of acceleration and deceleration, so that v_k = v_{k−1} shortened by as much satisfies the
+    /// acceleration rows whatever the directions are; and so does v_{k−1} + sgn(b) c̄ (|b| − a) Δt_k where the bias b of
+    /// the interval is beyond them. The hard rows always have a common point.
     pub(super) fn never_outrun_the_craft(&mut self, pass: &Pass<'_>) {
-        let bias = pass
-            .surge_bias
-            .iter()
-            .fold(0.0, |most: f64, bias| most.max(bias.abs()));
-        let ramp = pass.limits.acceleration_max.min(pass.limits.deceleration_max) - bias;
-        let mut time = 0.0;
+        let weaker = pass.limits.acceleration_max.min(pass.limits.deceleration_max);
+        let mut slowed = pass.velocity.norm();
         for k in self.stages() {
-            time += pass.steps[k - 1];
+            slowed = (slowed - (weaker - pass.surge_bias[k - 1].abs()) * pass.steps[k - 1]).max(0.0);
             let row = self.layout.speed_cone(k);
-            let most = pass.limits.speed_max.max(pass.velocity.norm() - ramp * time);
+            let most = pass.limits.speed_max.max(slowed);
             if self.layout.energy {
                 // ‖v_k‖ ≤ σ_k ≤ most
                 let (sigma, top) = (self.layout.energy(k), self.layout.top_speed(k));

@@ -404,27 +404,44 @@ fn restating_gives_the_same_program_as_stating_anew() {
     assert_eq!(program, Program::new(&scene.pass()));
 }
 
+/// Slowed down where the bias leaves room for it, and pushed where it is beyond the limits.
 #[test]
-fn shrinking_a_fast_start_satisfies_every_hard_row() {
-    let scene = Scene::new();
-    let pass = Pass {
-        velocity: Vector2::new(-2.0, 1.5),
-        ..scene.pass()
-    };
-    let program = Program::new(&pass);
-    let ramp = pass.limits.acceleration_max.min(pass.limits.deceleration_max) - 0.04;
-    let mut x = vec![0.0; program.layout.n_variables()];
-    let mut time = 0.0;
-    for k in program.stages() {
-        time += pass.steps[k - 1];
-        let velocity = pass.velocity * (1.0 - ramp * time / pass.velocity.norm());
-        x[program.layout.velocity(k)] = velocity.x;
-        x[program.layout.velocity(k) + 1] = velocity.y;
-    }
-    let s = row_slacks(&program, &x);
-    for k in program.stages() {
-        let (acceleration, cone) = (program.layout.acceleration(k), program.layout.speed_cone(k));
-        assert!(s[acceleration] >= -1e-12 && s[acceleration + 1] >= -1e-12);
-        assert!(Vector2::new(s[cone + 1], s[cone + 2]).norm() <= s[cone] + 1e-12);
+fn the_hard_rows_have_a_common_point_whatever_the_bias() {
+    for beyond in [0.0, 0.07, 0.14, -0.13] {
+        let scene = Scene::new();
+        let biases: Vec<f64> = scene.pass().surge_bias.iter().map(|bias| bias + beyond).collect();
+        let pass = Pass {
+            velocity: Vector2::new(-2.0, 1.5),
+            surge_bias: &biases,
+            ..scene.pass()
+        };
+        let program = Program::new(&pass);
+        let weaker = pass.limits.acceleration_max.min(pass.limits.deceleration_max);
+        let mut x = vec![0.0; program.layout.n_variables()];
+        let mut velocity = pass.velocity;
+        for k in program.stages() {
+            let (bias, dt) = (pass.surge_bias[k - 1], pass.steps[k - 1]);
+            let room = (weaker - bias.abs()) * dt;
+            velocity = if room >= 0.0 {
+                velocity * (1.0 - room / velocity.norm())
+            } else {
+                let mean = (pass.directions[k - 1] + pass.directions[k]).normalize();
+                velocity - mean * (room * bias.signum())
+            };
+            x[program.layout.velocity(k)] = velocity.x;
+            x[program.layout.velocity(k) + 1] = velocity.y;
+        }
+        let s = row_slacks(&program, &x);
+        for k in program.stages() {
+            let (acceleration, cone) = (program.layout.acceleration(k), program.layout.speed_cone(k));
+            assert!(
+                s[acceleration] >= -1e-12 && s[acceleration + 1] >= -1e-12,
+                "{beyond}"
+            );
+            assert!(
+                Vector2::new(s[cone + 1], s[cone + 2]).norm() <= s[cone] + 1e-12,
+                "{beyond}"
+            );
+        }
     }
 }

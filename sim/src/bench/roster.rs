@@ -14,11 +14,15 @@ pub fn ablations() -> Vec<Contender> {
     let mut contenders = vec![planner(AUTO, &whole, None)];
     for (name, twist) in [
         ("no surge lag", Twist::NoSurgeLag),
-        ("no turn-rate row", Twist::NoTurnRate),
         ("no preview of hand-overs", Twist::NoPreview),
     ] {
         contenders.push(planner(name, &whole, Some(twist)));
     }
+    let unhurried = Policy {
+        heading_rate_max: 10.0,
+        ..whole.clone()
+    };
+    contenders.push(planner("no turn-rate row", &unhurried, Some(Twist::NoTurnRate)));
     let mut without = |name: &str, change: &dyn Fn(&mut Policy)| {
         let mut policy = whole.clone();
         change(&mut policy);
