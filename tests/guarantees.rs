@@ -607,7 +607,6 @@ fn a_craft_that_does_as_modelled_has_no_surge_bias() {
 /// A heading reference turns by 0.17 rad a second at most, from where the craft can turn to, unless a disc is ahead.
 #[test]
 fn a_heading_reference_steps_no_farther_than_the_policy_allows() {
-    let policy = Policy::default();
     let mut scene = observation(goals()[0].clone());
     (scene.asc.heading, scene.asc.sway, scene.current) = (Heading::new(0.0), 0.0, None);
     (scene.asc.surge, scene.asc.yaw_rate) = (0.8, 0.0);
