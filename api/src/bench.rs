@@ -10,6 +10,7 @@ use sim::bench::{
 
 pub mod claims;
 mod document;
+mod front;
 mod runs;
 #[cfg(test)]
 mod tests;
@@ -18,6 +19,7 @@ mod worst;
 
 use claims::{nearest_baseline, verdicts};
 pub use document::{Block, Document, Table};
+pub use front::PICTURE as FRONT_PICTURE;
 pub use runs::write_runs;
 pub use worst::{WorstRun, worst_document, worst_runs};
 
@@ -40,6 +42,10 @@ pub struct Provenance {
 pub struct Results {
     /// Every controller in every scenario.
     pub board: Board,
+    /// The planner at several prices of energy beside every gain of every law, if asked for.
+    pub front: Option<Board>,
+    /// Every law and the planner on another plant, if asked for.
+    pub other_plant: Option<Board>,
     /// The planner without its parts, if asked for.
     pub ablations: Option<Board>,
     /// The planner under other circumstances, if asked for.
@@ -57,11 +63,12 @@ pub fn document(results: &Results, provenance: &Provenance) -> Document {
         Block::Table(information(board)),
         Block::Heading(2, "Claims".to_owned()),
         Block::Paragraph(CLAIMS.to_owned()),
-        Block::Table(claims_table(board)),
+        Block::Table(claims_table(results)),
         Block::Heading(2, "Winners".to_owned()),
         Block::Paragraph(WINNERS.to_owned()),
         Block::Table(winners(board)),
     ];
+    blocks.extend(results.front.iter().flat_map(front::front));
     blocks.extend(results.ablations.iter().flat_map(variations::ablations));
     blocks.extend(results.sensitivity.iter().flat_map(variations::sensitivity));
     blocks.push(Block::Heading(2, "Scenarios".to_owned()));
@@ -102,6 +109,11 @@ fn introduction(board: &Board, provenance: &Provenance) -> String {
     )
 }
 
+/// `text`, and on which seeds.
+fn seeded(text: &str, board: &Board) -> String {
+    format!("{text} Seeds 1 to {}.", board.seeds.len())
+}
+
 fn information(board: &Board) -> Table {
     let mut table = Table::new(2, &["controller", "is told; and does with it"]);
     let mut named: Vec<&Contender> = vec![];
@@ -126,7 +138,7 @@ fn information(board: &Board) -> Table {
     table
 }
 
-fn claims_table(board: &Board) -> Table {
+fn claims_table(results: &Results) -> Table {
     let mut table = Table::new(
         4,
         &[
@@ -139,7 +151,7 @@ fn claims_table(board: &Board) -> Table {
             "holds",
         ],
     );
-    let mut verdicts = verdicts(board);
+    let mut verdicts = verdicts(results);
     // Stable: within a claim the order of the scenarios stays.
     verdicts.sort_by_key(|verdict| verdict.claim);
     for verdict in verdicts {

@@ -13,11 +13,13 @@ use sim::{
 };
 
 mod chart;
+mod front;
 mod gallery;
 mod over_time;
 mod stated;
 mod tracks;
 
+pub use front::front_chart;
 pub use gallery::gallery;
 pub use stated::{Stated, stated, table};
 pub use tracks::run_map;

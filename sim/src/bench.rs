@@ -21,7 +21,7 @@ mod tests;
 mod variation;
 
 pub use contender::{AUTO, CONSTANT_VELOCITY, Contender, PATH, Paths, Pilot};
-pub use roster::{ablations, sensitivity};
+pub use roster::{TRANSIENTS, ablations, front, other_plant, sensitivity};
 pub use score::{Family, Metric, NEAR, STEEP, Score};
 pub use variation::Twist;
 

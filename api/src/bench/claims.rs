@@ -5,7 +5,7 @@ use sim::bench::{
     statistics::{Interval, mean, median, paired_ratio},
 };
 
-use super::{number, ratio};
+use super::{Results, front, number, ratio};
 
 /// Scenarios in which foresight is everything.
 const FORESIGHT: [&str; 4] = ["switching", "switching-opposed", "anti-phase", "target-stops"];
@@ -40,9 +40,10 @@ pub struct Verdict {
     pub holds: bool,
 }
 
-/// Every claim that the board's scenarios and controllers can decide.
+/// Every claim that the boards' scenarios and controllers can decide.
 #[must_use]
-pub fn verdicts(board: &Board) -> Vec<Verdict> {
+pub fn verdicts(results: &Results) -> Vec<Verdict> {
+    let board = &results.board;
     let mut verdicts = vec![];
     for found in &board.matches {
         for name in [CONSTANT_VELOCITY, AUTO] {
@@ -58,6 +59,9 @@ pub fn verdicts(board: &Board) -> Vec<Verdict> {
         verdicts.extend(limits_kept(board, name));
     }
     verdicts.extend(regrets(board));
+    let other_plant = results.other_plant.iter().flat_map(|board| &board.matches);
+    verdicts.extend(other_plant.filter_map(on_another_plant));
+    verdicts.extend(results.front.iter().flat_map(front::undominated));
     verdicts
 }
 
@@ -139,6 +143,17 @@ fn nearness(found: &Match, name: &str) -> Vec<Verdict> {
         Some(bound.verdict(claim, found, ours, theirs, &measured))
     });
     decided.collect()
+}
+
+fn on_another_plant(found: &Match) -> Option<Verdict> {
+    let (ours, theirs) = (found.entry(AUTO)?, nearest_baseline(found)?);
+    let bound = match found.scenario.as_str() {
+        "switching" => Bound::Centre(0.6),
+        _ => Bound::Upper(1.05),
+    };
+    let measured = beside(ours, theirs, Metric::Rms)?;
+    let claim = "RMS distance on an Otter beside the law that is nearest there";
+    Some(bound.verdict(claim, found, ours, theirs, &measured))
 }
 
 fn with_paths(found: &Match) -> Vec<Verdict> {

@@ -29,26 +29,21 @@ struct Run<'a> {
     bound_rms_m: Option<f64>,
 }
 
-/// Writes a row for every run, and one for every bound. Runs of ablations and of circumstances have theirs in the
-/// column `board`.
+/// Writes a row for every run, and one for every bound; the column `board` says of which of [`Results`].
 pub fn write_runs(
     results: &Results,
     provenance: &Provenance,
     out: &mut (impl Write + Send),
 ) -> Result<(), ExportError> {
     let mut all = runs("contenders", &results.board);
-    all.extend(
-        results
-            .ablations
-            .iter()
-            .flat_map(|board| runs("ablations", board)),
-    );
-    all.extend(
-        results
-            .sensitivity
-            .iter()
-            .flat_map(|board| runs("sensitivity", board)),
-    );
+    for (name, board) in [
+        ("front", &results.front),
+        ("other_plant", &results.other_plant),
+        ("ablations", &results.ablations),
+        ("sensitivity", &results.sensitivity),
+    ] {
+        all.extend(board.iter().flat_map(|board| runs(name, board)));
+    }
     let about = vec![
         ("schema_version", "1".to_owned()),
         ("command", provenance.command.clone()),

@@ -21,7 +21,8 @@ static BOARD: LazyLock<Board> = LazyLock::new(|| {
     bench.run(&mut |_| {}).expect("runs")
 });
 
-fn results() -> Results {
+/// The same with all that may be asked for, of one scenario for ten seconds.
+static RESULTS: LazyLock<Results> = LazyLock::new(|| {
     let of = |contenders| {
         let bench = Bench {
             scenarios: vec![Scenario::named("switching").expect("exists").lasting(10.0)],
@@ -34,8 +35,21 @@ fn results() -> Results {
     };
     Results {
         board: BOARD.clone(),
+        front: of(sim::bench::front()),
+        other_plant: of(sim::bench::other_plant()),
         ablations: of(sim::bench::ablations()),
         sensitivity: of(sim::bench::sensitivity()),
+    }
+});
+
+/// A board and no other.
+fn alone(board: Board) -> Results {
+    Results {
+        board,
+        front: None,
+        other_plant: None,
+        ablations: None,
+        sensitivity: None,
     }
 }
 
@@ -66,7 +80,7 @@ fn scaled(factors: &[(&str, f64)]) -> Board {
 
 #[test]
 fn the_page_names_every_controller_its_knowledge_and_the_commit_in_both_forms() {
-    let document = document(&results(), &provenance());
+    let document = document(&RESULTS, &provenance());
     for text in [document.markdown(), document.html()] {
         assert!(text.contains("abc1234"));
         for name in [
@@ -87,7 +101,7 @@ fn the_page_names_every_controller_its_knowledge_and_the_commit_in_both_forms() 
 
 #[test]
 fn every_table_is_rectangular() {
-    for block in document(&results(), &provenance()).0 {
+    for block in document(&RESULTS, &provenance()).0 {
         if let Block::Table(Table { columns, rows, .. }) = block {
             assert!(!rows.is_empty());
             assert!(rows.iter().all(|row| row.len() == columns.len()));
@@ -97,8 +111,7 @@ fn every_table_is_rectangular() {
 
 #[test]
 fn a_part_that_takes_no_part_has_a_dash_and_others_a_ratio() {
-    let results = results();
-    let ablations = results.ablations.as_ref().expect("asked for");
+    let ablations = RESULTS.ablations.as_ref().expect("asked for");
     let Block::Table(table) = &variations::ablations(ablations)[3] else {
         panic!("a table follows its heading");
     };
@@ -129,7 +142,7 @@ fn who_is_told_more_or_is_there_to_fail_never_wins() {
 fn a_loss_is_shown_as_one_and_a_win_as_one() {
     let verdict_of = |auto: f64| {
         let board = scaled(&[(AUTO, auto), ("saturated_los", 1.0)]);
-        let verdicts = claims::verdicts(&board).into_iter();
+        let verdicts = claims::verdicts(&alone(board)).into_iter();
         let rms = "RMS distance beside the nearest law";
         let mut about =
             verdicts.filter(|verdict| (verdict.claim, verdict.controller.as_str()) == (rms, AUTO));
@@ -146,6 +159,48 @@ fn a_loss_is_shown_as_one_and_a_win_as_one() {
 }
 
 #[test]
+fn a_law_that_is_nearer_and_cheaper_breaks_the_front_and_one_that_is_only_nearer_does_not() {
+    let with_law_at = |rms: f64, energy: f64| {
+        let mut results = RESULTS.clone();
+        let front = results.front.as_mut().expect("asked for");
+        for entry in &mut front.matches[0].entries {
+            let (near, cheap) = match entry.contender.law_flown() {
+                None => (2.0, 2.0),
+                Some(_) => (rms, energy),
+            };
+            for score in entry.flown.iter_mut().flat_map(|flown| &mut flown.scores) {
+                (score.metrics.rms_m, score.metrics.energy_j) = (near, cheap);
+            }
+        }
+        let front = claims::verdicts(&results).into_iter();
+        let mut front = front.filter(|verdict| verdict.claim.starts_with("points of laws"));
+        front.next().expect("is decided").holds
+    };
+    assert!(!with_law_at(1.0, 1.0));
+    assert!(with_law_at(1.0, 2.0) && with_law_at(2.0, 1.0));
+}
+
+#[test]
+fn on_another_plant_the_nearest_law_is_sought_among_those_that_fly_it() {
+    let mut results = RESULTS.clone();
+    let slow = |entry: &Entry| entry.contender.law_flown().is_some();
+    let other_plant = results.other_plant.as_mut().expect("asked for");
+    for entry in &mut other_plant.matches[0].entries {
+        let rms = if slow(entry) { 2.0 } else { 1.0 };
+        for score in entry.flown.iter_mut().flat_map(|flown| &mut flown.scores) {
+            score.metrics.rms_m = rms;
+        }
+    }
+    let verdicts = claims::verdicts(&results).into_iter();
+    let mut on_an_otter = verdicts.filter(|verdict| verdict.claim.contains("on an Otter"));
+    let verdict = on_an_otter.next().expect("is decided");
+    assert!(
+        verdict.holds && verdict.measured.starts_with("0.500"),
+        "{verdict:?}"
+    );
+}
+
+#[test]
 fn equals_are_named_together() {
     let board = scaled(&[(AUTO, 1.0), ("saturated_los", 1.0)]);
     assert_eq!(
@@ -157,11 +212,7 @@ fn equals_are_named_together() {
 #[test]
 fn the_file_of_runs_has_a_row_for_every_run_and_every_bound() {
     let mut bytes = vec![];
-    let results = Results {
-        board: BOARD.clone(),
-        ablations: None,
-        sensitivity: None,
-    };
+    let results = alone(BOARD.clone());
     write_runs(&results, &provenance(), &mut bytes).expect("can be written");
     let file = SerializedFileReader::new(axum::body::Bytes::from(bytes)).expect("is a Parquet file");
     let distinct = |entry: &Entry| {

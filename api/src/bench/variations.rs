@@ -5,11 +5,11 @@ use sim::bench::{
     statistics::{mean, paired_ratio},
 };
 
-use super::{Block, Table, ratio, with_half_width};
+use super::{Block, Table, ratio, seeded, with_half_width};
 
-const ABLATIONS: &str = "The planner of `mpc auto` without each of its parts in turn, and with a price on energy: values \
-    beside those of the whole planner, paired by seed, with 95 % intervals. Above 1 the part earns its place. A dash \
-    stands where a part does not take part.";
+const ABLATIONS: &str = "The planner of `mpc auto` without each of its parts in turn: values beside those of the whole \
+    planner, paired by seed, with 95 % intervals. Above 1 the part earns its place. A dash stands where a part does not \
+    take part.";
 
 const SENSITIVITY: &str = "The planner of `mpc auto` under circumstances that its policy was not tuned for, and with other \
     horizons, grids and intervals: RMS distance beside that of the undisturbed planner, then beside the nearer of two \
@@ -41,10 +41,6 @@ pub(super) fn sensitivity(board: &Board) -> Vec<Block> {
         Block::Heading(3, "Beside the nearer law".to_owned()),
         Block::Table(beside_the_law(board)),
     ]
-}
-
-fn seeded(text: &str, board: &Board) -> String {
-    format!("{text} Seeds 1 to {}.", board.seeds.len())
 }
 
 /// The planners on the board but the whole one, in order.

@@ -82,13 +82,15 @@ pub(super) enum Stroke {
     Dashed,
     /// Solid, with a dot where it begins.
     Track,
+    /// No line, a dot at each point.
+    Dots,
 }
 
 impl Stroke {
     fn width(self) -> u32 {
         match self {
             Self::Wide => 8 * FINE,
-            Self::Solid | Self::Track => 3 * FINE,
+            Self::Solid | Self::Track | Self::Dots => 3 * FINE,
             Self::Dashed => 2 * FINE,
         }
     }
@@ -192,6 +194,7 @@ impl Entry<'_> {
         match self.line.stroke {
             Stroke::Dashed => head.draw(&DashedPathElement::new(sample, DASH.0, DASH.1, style)),
             Stroke::Wide | Stroke::Solid | Stroke::Track => head.draw(&PathElement::new(sample, style)),
+            Stroke::Dots => head.draw(&self.line.dot((i32::midpoint(from, to), y))),
         }
         .expect(IN_MEMORY);
         let style = font(FONT).pos(Pos::new(HPos::Left, VPos::Center));
@@ -285,22 +288,24 @@ impl Panel {
             let points = line.finite().map(|(x, y)| (x, up * y));
             match line.stroke {
                 Stroke::Dashed => {
-                    let dashes = DashedLineSeries::new(points, DASH.0, DASH.1, style);
+                    let dashes = DashedLineSeries::new(points.clone(), DASH.0, DASH.1, style);
                     chart.draw_series(dashes).expect(IN_MEMORY);
                 }
                 Stroke::Wide | Stroke::Solid | Stroke::Track => {
                     chart
-                        .draw_series(LineSeries::new(points, style))
+                        .draw_series(LineSeries::new(points.clone(), style))
                         .expect(IN_MEMORY);
                 }
+                Stroke::Dots => {}
             }
-            if line.stroke == Stroke::Track {
-                let dot = line
-                    .finite()
-                    .next()
-                    .map(|at| Circle::new(at, DOT_RADIUS, line.colour.filled()));
-                chart.draw_series(dot).expect(IN_MEMORY);
-            }
+            let dots = match line.stroke {
+                Stroke::Dots => usize::MAX,
+                Stroke::Track => 1,
+                Stroke::Wide | Stroke::Solid | Stroke::Dashed => 0,
+            };
+            chart
+                .draw_series(points.take(dots).map(|at| line.dot(at)))
+                .expect(IN_MEMORY);
         }
     }
 
@@ -322,6 +327,10 @@ impl Panel {
 }
 
 impl Line {
+    fn dot<Coordinates>(&self, at: Coordinates) -> Circle<Coordinates, u32> {
+        Circle::new(at, DOT_RADIUS, self.colour.filled())
+    }
+
     fn finite(&self) -> impl Iterator<Item = (f64, f64)> + Clone {
         let finite = |point: &(f64, f64)| point.0.is_finite() && point.1.is_finite();
         self.points.iter().copied().filter(finite)

@@ -5,13 +5,16 @@ use std::{
     fs,
     io::{self, IsTerminal as _, Write as _},
     num::NonZeroUsize,
-    path::PathBuf,
+    path::{Path, PathBuf},
 };
 
-use api::bench::{Provenance, Results, document, threads, worst_document, worst_runs, write_runs};
+use api::{
+    bench::{FRONT_PICTURE, Provenance, Results, document, threads, worst_document, worst_runs, write_runs},
+    figures::front_chart,
+};
 use clap::Args;
 use sim::{
-    bench::{Board, Contender, TUNING_SEED, ablations, sensitivity},
+    bench::{Board, Contender, TRANSIENTS, TUNING_SEED, ablations, front, other_plant, sensitivity},
     scenario::Scenario,
 };
 
@@ -41,7 +44,16 @@ pub(crate) struct Bench {
     /// End every mission after this many seconds, if it is not over before.
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=86_400))]
     duration_s: Option<u32>,
-    /// Then fly the planner without each of its parts over the seeds 1 to N [5 if N is left out].
+    /// Then fly the planner at several prices of energy, and every law at every gain, where nearness has a price, over the
+    /// seeds 1 to N [5 if N is left out].
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "5",
+        value_parser = clap::value_parser!(u64).range(1..TUNING_SEED))]
+    front: Option<u64>,
+    /// Then fly the planner and the laws on an Otter in place of a MEDUSA [seeds as above].
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "5",
+        value_parser = clap::value_parser!(u64).range(1..TUNING_SEED))]
+    other_plant: Option<u64>,
+    /// Then fly the planner without each of its parts [seeds as above].
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "5",
         value_parser = clap::value_parser!(u64).range(1..TUNING_SEED))]
     ablations: Option<u64>,
@@ -87,19 +99,25 @@ pub(crate) fn bench(arguments: &Bench) -> Result<(), MissionError> {
         tuning_seeds: arguments.tuning_seeds,
         threads: arguments.threads.unwrap_or_else(threads),
     };
-    let variations = |stage: &str, contenders: Vec<Contender>, seeds: Option<u64>| {
+    let more = |stage: &str, flyers: Vec<Contender>, seeds: Option<u64>, scenarios: &[Scenario]| {
         let Some(seeds) = seeds else { return Ok(None) };
-        let bench = sim::bench::Bench {
-            contenders,
+        let more = sim::bench::Bench {
+            contenders: flyers,
             seeds,
+            scenarios: scenarios.to_vec(),
             ..bench.clone()
         };
-        watched(stage, &bench).map(Some)
+        watched(stage, &more).map(Some)
     };
+    let all = &bench.scenarios;
+    let transient = |scenario: &&Scenario| TRANSIENTS.contains(&scenario.name.as_str());
+    let transients: Vec<Scenario> = all.iter().filter(transient).cloned().collect();
     let results = Results {
         board: watched("every controller, every scenario", &bench)?,
-        ablations: variations("ablations", ablations(), arguments.ablations)?,
-        sensitivity: variations("sensitivity", sensitivity(), arguments.sensitivity)?,
+        front: more("nearness and energy", front(), arguments.front, &transients)?,
+        other_plant: more("on an Otter", other_plant(), arguments.other_plant, all)?,
+        ablations: more("ablations", ablations(), arguments.ablations, all)?,
+        sensitivity: more("sensitivity", sensitivity(), arguments.sensitivity, all)?,
     };
 
     let provenance = Provenance {
@@ -119,6 +137,11 @@ pub(crate) fn bench(arguments: &Bench) -> Result<(), MissionError> {
         written.map_err(refused(path.clone()))?;
         writeln!(names, "{}", path.display()).expect("a string takes everything");
     }
+    if let Some(board) = &results.front {
+        let path = arguments.out.join(FRONT_PICTURE);
+        write_text(&path, &front_chart(board, "Nearness and energy"))?;
+        writeln!(names, "{}", path.display()).expect("a string takes everything");
+    }
     if arguments.worst {
         let path = worst(arguments, &results.board, &bench.scenarios)?;
         writeln!(names, "{}", path.display()).expect("a string takes everything");
@@ -132,22 +155,20 @@ fn worst(arguments: &Bench, board: &Board, scenarios: &[Scenario]) -> Result<Pat
     let runs = worst_runs(board, scenarios, &mut |done| show(&bar, "worst runs", done))?;
     bar.finish_and_clear();
     let page = arguments.out.join("worst.html");
-    let mut files: Vec<(PathBuf, String)> = vec![];
-    files.extend(
-        runs.iter()
-            .map(|run| (arguments.out.join(&run.file_name), run.svg.clone())),
-    );
-    files.push((page.clone(), worst_document(&runs).html()));
-    for (path, text) in files {
-        let refused = |source| MissionError::Figure {
-            path: path.clone(),
-            source,
-        };
-        let file = OutFile::new(&path).map_err(refused)?;
-        file.write(|out| out.write_all(text.as_bytes()))
-            .map_err(refused)?;
+    for run in &runs {
+        write_text(&arguments.out.join(&run.file_name), &run.svg)?;
     }
+    write_text(&page, &worst_document(&runs).html())?;
     Ok(page)
+}
+
+fn write_text(path: &Path, text: &str) -> Result<(), MissionError> {
+    let refused = |source| MissionError::Figure {
+        path: path.to_owned(),
+        source,
+    };
+    let file = OutFile::new(path).map_err(refused)?;
+    file.write(|out| out.write_all(text.as_bytes())).map_err(refused)
 }
 
 /// Runs `bench`; how far it is shows on standard error, as a bar or, where that is no terminal, in lines.
@@ -189,6 +210,8 @@ fn command(arguments: &Bench) -> String {
         arguments.seeds, arguments.tuning_seeds
     );
     for (name, seeds) in [
+        ("front", arguments.front),
+        ("other-plant", arguments.other_plant),
         ("ablations", arguments.ablations),
         ("sensitivity", arguments.sensitivity),
     ] {

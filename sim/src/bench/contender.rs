@@ -41,6 +41,8 @@ pub enum Paths {
 pub enum Pilot {
     /// A line-of-sight law, at the best gains of its grid.
     Law(LosLaw),
+    /// A line-of-sight law at these gains.
+    Tuned(LosTuning),
     /// The planner.
     Planner {
         /// Its numbers.
@@ -114,7 +116,7 @@ impl Contender {
             return false;
         }
         match self.pilot {
-            Pilot::Law(_) => {
+            Pilot::Law(_) | Pilot::Tuned(_) => {
                 let already_told = scenario.knowledge.paths;
                 self.paths != Paths::Told || !already_told && scenario.leaves_the_present_unsure()
             }
@@ -129,17 +131,23 @@ impl Contender {
     /// Whether it may win. [`LosLaw::Printed`] may not, nor whoever is told more than the scenario tells.
     #[must_use]
     pub fn may_win(&self) -> bool {
-        let lawful = match self.pilot {
-            Pilot::Law(law) => law.may_win(),
-            Pilot::Planner { .. } => true,
-        };
-        lawful && self.paths != Paths::Told
+        self.law_flown().is_none_or(LosLaw::may_win) && self.paths != Paths::Told
     }
 
     /// Whether it is a line-of-sight law that is to be beaten.
     #[must_use]
     pub fn is_baseline(&self) -> bool {
-        matches!(self.pilot, Pilot::Law(law) if law.may_win())
+        self.law_flown().is_some_and(LosLaw::may_win)
+    }
+
+    /// The law that steers; none where the planner does.
+    #[must_use]
+    pub fn law_flown(&self) -> Option<LosLaw> {
+        match self.pilot {
+            Pilot::Law(law) => Some(law),
+            Pilot::Tuned(tuning) => Some(tuning.law),
+            Pilot::Planner { .. } => None,
+        }
     }
 
     /// Whether others are told more than it: beside them it proves nothing.
@@ -157,7 +165,7 @@ impl Contender {
             Paths::Told => "what the scenario tells, and all paths, speeds and dives",
         };
         let uses = match &self.pilot {
-            Pilot::Law(_) => "looks at the present only",
+            Pilot::Law(_) | Pilot::Tuned(_) => "looks at the present only",
             Pilot::Planner { forecast: None, .. } => "forecasts along paths where told, else by rate of turn",
             Pilot::Planner {
                 forecast: Some(model),
@@ -191,6 +199,7 @@ impl Contender {
             forecast: None,
         };
         let guide: Box<dyn Guide> = match (&self.pilot, tuning) {
+            (Pilot::Tuned(tuning), _) => Box::new(told(LosGuide::tuned(*tuning))),
             (Pilot::Law(_), Some(tuning)) => Box::new(told(LosGuide::tuned(tuning))),
             (Pilot::Law(law), None) => Box::new(told(LosGuide::tuned(crate::tuning::grid(*law)[0]))),
             (Pilot::Planner { policy, forecast }, _) => Box::new(Told {

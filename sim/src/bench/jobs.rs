@@ -118,7 +118,7 @@ impl Bench {
         match job.kind {
             JobKind::Tune { .. } => self.tuning_seeds as f64,
             JobKind::Fly { contender, .. } => match self.contenders[contender].pilot {
-                Pilot::Law(_) => 1.0,
+                Pilot::Law(_) | Pilot::Tuned(_) => 1.0,
                 Pilot::Planner { .. } => PLANNER_COST,
             },
             JobKind::Bound { .. } => BOUND_COST,

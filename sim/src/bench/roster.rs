@@ -1,4 +1,5 @@
-//! Who flies for ablations and for sensitivity.
+//! Who flies beside the board's usual contenders: for the front of nearness and energy, on another plant, for ablations
+//! and for sensitivity.
 
 use planner::{los::LosLaw, policy::Policy};
 
@@ -6,8 +7,59 @@ use super::{
     contender::{AUTO, Contender, Paths, Pilot},
     variation::Twist,
 };
+use crate::tuning::grid;
 
-/// The planner as it is, and without each of its parts in turn.
+/// Scenarios in which the goal jumps, turns about or stops, so that nearness has a price in energy.
+pub const TRANSIENTS: [&str; 5] = [
+    "switching",
+    "about-face",
+    "anti-phase",
+    "target-stops",
+    "paper-intermittent",
+];
+
+/// The planner at several prices of energy, and every law that may win at all gains of its grid.
+#[must_use]
+pub fn front() -> Vec<Contender> {
+    let whole = Policy::default();
+    let mut contenders = vec![planner(AUTO, &whole, None)];
+    for weight in ENERGY_WEIGHTS {
+        let mut policy = whole.clone();
+        policy.weights.energy = weight;
+        contenders.push(planner(&format!("energy at {weight}/J"), &policy, None));
+    }
+    let laws = LosLaw::ALL.into_iter().filter(|law| law.may_win());
+    contenders.extend(laws.flat_map(grid).map(|tuning| Contender {
+        name: format!(
+            "{} {} / {} / {}",
+            tuning.law.name(),
+            tuning.gains.look_ahead,
+            tuning.gains.along_track_gain,
+            tuning.integral_gain
+        ),
+        pilot: Pilot::Tuned(tuning),
+        ..Contender::law(tuning.law)
+    }));
+    contenders
+}
+
+/// The planner and the laws that may win, all on an Otter in place of a MEDUSA: the planner under its default policy,
+/// the laws at gains that are found on the Otter.
+#[must_use]
+pub fn other_plant() -> Vec<Contender> {
+    let laws = LosLaw::ALL.into_iter().filter(|law| law.may_win());
+    let flyers = laws
+        .map(Contender::law)
+        .chain([planner(AUTO, &Policy::default(), None)]);
+    let on_an_otter = |contender| Contender {
+        twist: Some(Twist::Otter),
+        ..contender
+    };
+    flyers.map(on_an_otter).collect()
+}
+
+/// The planner as it is, and without each of its parts in turn. The energy term, whose price is 0 unless asked for, is
+/// [`front`]'s.
 #[must_use]
 pub fn ablations() -> Vec<Contender> {
     let whole = Policy::default();
@@ -37,12 +89,6 @@ pub fn ablations() -> Vec<Contender> {
     without("one pass", &|policy| policy.passes = 1);
     without("no range doubt", &|policy| policy.range_doubt = 0.0);
     without("no choice by merit", &|policy| policy.merit_decides = false);
-    without("no energy term", &|policy| policy.weights.energy = 0.0);
-    for weight in ENERGY_WEIGHTS {
-        without(&format!("energy at {weight}/J"), &|policy| {
-            policy.weights.energy = weight;
-        });
-    }
     contenders
 }
 
@@ -54,7 +100,7 @@ const NO_CONE: f64 = 57.0;
 const ENERGY_WEIGHTS: [f64; 3] = [0.1, 1.0, 10.0];
 
 /// The planner and the two nearest laws under each circumstance; the planner with other horizons, grids and
-/// intervals.
+/// intervals. Another plant is [`other_plant`]'s.
 #[must_use]
 pub fn sensitivity() -> Vec<Contender> {
     let policy = Policy::default();
@@ -63,7 +109,6 @@ pub fn sensitivity() -> Vec<Contender> {
     for (name, twist) in [
         ("hull × 0.7", Twist::Hull(0.7)),
         ("hull × 1.3", Twist::Hull(1.3)),
-        ("Otter", Twist::Otter),
         ("current wrong by 0.1 m/s north", Twist::WrongCurrent(0.1, 0.0)),
         ("current wrong by 0.1 m/s east", Twist::WrongCurrent(0.0, 0.1)),
         ("clock 5 s ahead", Twist::ClockAhead(5.0)),
@@ -122,7 +167,7 @@ mod tests {
 
     #[test]
     fn names_are_unique_and_each_part_is_left_out_of_one_contender_only() {
-        for contenders in [ablations(), sensitivity()] {
+        for contenders in [front(), other_plant(), ablations(), sensitivity()] {
             for (i, contender) in contenders.iter().enumerate() {
                 let before = &contenders[..i];
                 assert!(

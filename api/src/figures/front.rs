@@ -1,0 +1,65 @@
+//! Nearness against energy.
+
+use planner::los::LosLaw;
+use sim::bench::{Board, Entry, Match, Metric, statistics::mean};
+
+use super::chart::{Axes, BLACK_INK, BLUE, GREEN, Line, PURPLE, Panel, Sheet, Stroke, VERMILION};
+
+/// Height of a panel, units.
+const HEIGHT: u32 = 620;
+const COLUMNS: usize = 2;
+
+/// Mean energy over mean root mean square distance, a panel a scenario, as SVG: every gain of every law a dot, the
+/// planner's prices of energy joined by a line in their order.
+#[must_use]
+pub fn front_chart(board: &Board, title: &str) -> String {
+    let sheet = Sheet {
+        columns: COLUMNS,
+        panels: board.matches.iter().map(panel).collect(),
+    };
+    sheet.svg(title)
+}
+
+fn panel(found: &Match) -> Panel {
+    let points = |law: Option<LosLaw>| -> Vec<(f64, f64)> {
+        let entries = found.entries.iter();
+        entries
+            .filter(|entry| entry.contender.law_flown() == law)
+            .map(|entry| (centre(entry, Metric::Rms), centre(entry, Metric::Energy)))
+            .collect()
+    };
+    let laws = [
+        (LosLaw::SaturatedLos, BLUE),
+        (LosLaw::TrackerFrame, GREEN),
+        (LosLaw::Integral, VERMILION),
+        (LosLaw::WaypointBox, PURPLE),
+    ];
+    let mut lines: Vec<Line> = laws
+        .into_iter()
+        .map(|(law, colour)| Line {
+            name: law.name().to_owned(),
+            colour,
+            stroke: Stroke::Dots,
+            points: points(Some(law)),
+        })
+        .collect();
+    for stroke in [Stroke::Solid, Stroke::Dots] {
+        lines.push(Line {
+            name: "planner, at prices of energy from 0 on".to_owned(),
+            colour: BLACK_INK,
+            stroke,
+            points: points(None),
+        });
+    }
+    Panel {
+        heading: found.scenario.clone(),
+        x_label: "root mean square distance, m",
+        y_label: "energy, J",
+        axes: Axes::Time(HEIGHT),
+        lines,
+    }
+}
+
+fn centre(entry: &Entry, metric: Metric) -> f64 {
+    mean(&entry.values(metric)).centre
+}
