@@ -396,7 +396,6 @@ impl<'a> Forward<'a> {
         let w = &self.weights;
         let mut cost = 0.0;
         let mut time = 0.0;
-        let mut before: Option<Vector2<f64>> = None;
         let miss = |k: usize, time: f64| {
             let goal = self.goal.at(time);
             let (position, water) = stages[k];
@@ -412,9 +411,6 @@ impl<'a> Forward<'a> {
             cost += dt / 2.0 * w.energy * (from.2 + to.2);
             let a = (stages[k + 1].1 - stages[k].1) / *dt;
             cost += dt * w.acceleration * a.norm_squared();
-            if let Some(before) = before.replace(a) {
-                cost += w.acceleration_change * (a - before).norm_squared();
-            }
         }
         let last = miss(self.steps.len(), time);
         cost + w.terminal_position * last.0 + w.terminal_velocity * last.1

@@ -170,7 +170,13 @@ fn best_rung(
         .into_iter()
         .flatten()
         .reduce(|best, next| {
-            if policy.merit_decides && next.way.predicted.merit + MERIT_TIE < best.way.predicted.merit {
+            let margin = if next.method == Method::SaturatedLos {
+                policy.law_margin
+            } else {
+                0.0
+            };
+            let most = (1.0 - margin) * best.way.predicted.merit - MERIT_TIE;
+            if policy.merit_decides && next.way.predicted.merit < most {
                 next
             } else {
                 best

@@ -114,7 +114,6 @@ fn most(excesses: impl Iterator<Item = Excess>) -> Excess {
 /// Cost of the stages, without limits.
 fn track(horizon: &Horizon, stages: &[Stage], weights: &Weights) -> Predicted {
     let (mut merit, mut square_error, mut square_miss, mut energy) = (0.0, 0.0, 0.0, 0.0);
-    let mut acceleration_before: Option<Vector2<f64>> = None;
     let miss = |k: usize| {
         let (stage, goal) = (&stages[k], &horizon.goal[k]);
         let error = (stage.position - goal.position).norm_squared();
@@ -136,9 +135,6 @@ fn track(horizon: &Horizon, stages: &[Stage], weights: &Weights) -> Predicted {
         energy += 0.5 * dt * (from.3 + to.3);
         let acceleration = (stages[k].velocity - stages[k - 1].velocity) / dt;
         merit += dt * weights.acceleration * acceleration.norm_squared();
-        if let Some(before) = acceleration_before.replace(acceleration) {
-            merit += weights.acceleration_change * (acceleration - before).norm_squared();
-        }
     }
     let (_, last_miss, last_relative, _) = last;
     merit += weights.position * square_miss

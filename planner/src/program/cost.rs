@@ -61,45 +61,20 @@ impl Program {
         }
     }
 
-    /// Σ Δt_k w_a ‖a_k‖² + w_j Σ ‖a_k − a_{k−1}‖².
+    /// Σ Δt_k w_a ‖a_k‖², a_k = (v_{k+1} − v_k) / Δt_k; v_0 is data.
     pub(super) fn spare_the_thrusters(&mut self, pass: &Pass<'_>) {
         let scale = cost_scale(pass);
         for k in 0..self.layout.n_stages {
-            let dt = pass.steps[k];
-            // a_k = (v_{k+1} − v_k) / Δt_k
-            self.add_square(
-                pass,
-                scale * pass.weights.acceleration * dt,
-                &[(k + 1, 1.0 / dt), (k, -1.0 / dt)],
-            );
-            if k > 0 {
-                let before = pass.steps[k - 1];
-                let terms = [
-                    (k + 1, 1.0 / dt),
-                    (k, -1.0 / dt - 1.0 / before),
-                    (k - 1, 1.0 / before),
-                ];
-                self.add_square(pass, scale * pass.weights.acceleration_change, &terms);
-            }
-        }
-    }
-
-    /// Adds weight · ‖Σ coefficient · v_k‖² for (k, coefficient) in decreasing k; v_0 is data.
-    fn add_square(&mut self, pass: &Pass<'_>, weight: f64, terms: &[(usize, f64)]) {
-        for axis in 0..2 {
-            for (i, &(k, c_k)) in terms.iter().enumerate() {
+            let weight = scale * pass.weights.acceleration / pass.steps[k];
+            for axis in 0..2 {
+                let end = self.layout.velocity(k + 1) + axis;
+                self.cost_triplets.push((end, end, 2.0 * weight));
                 if k == 0 {
-                    continue;
-                }
-                let column = self.layout.velocity(k) + axis;
-                for &(j, c_j) in &terms[i..] {
-                    if j == 0 {
-                        self.linear[column] += 2.0 * weight * c_k * c_j * pass.velocity[axis];
-                    } else {
-                        // Decreasing k: (j, k) is in the upper triangle.
-                        let row = self.layout.velocity(j) + axis;
-                        self.cost_triplets.push((row, column, 2.0 * weight * c_k * c_j));
-                    }
+                    self.linear[end] -= 2.0 * weight * pass.velocity[axis];
+                } else {
+                    let start = self.layout.velocity(k) + axis;
+                    self.cost_triplets.push((start, start, 2.0 * weight));
+                    self.cost_triplets.push((start, end, -2.0 * weight));
                 }
             }
         }

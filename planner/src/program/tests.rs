@@ -209,9 +209,6 @@ fn cost_in_words(pass: &Pass<'_>, positions: &[Vector2<f64>], velocities: &[Vect
     for k in 0..n {
         cost += 0.5 * pass.steps[k] * (miss(k) + miss(k + 1));
         cost += w.acceleration * pass.steps[k] * acceleration(k).norm_squared();
-        if k > 0 {
-            cost += w.acceleration_change * (acceleration(k) - acceleration(k - 1)).norm_squared();
-        }
     }
     cost + w.terminal_position * (positions[n] - pass.goal[n]).norm_squared()
         + w.terminal_velocity * (velocities[n] - pass.goal_velocity[n]).norm_squared()

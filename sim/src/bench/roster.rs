@@ -82,12 +82,11 @@ pub fn ablations() -> Vec<Contender> {
             contenders.push(planner(name, &policy, None));
         }
     };
-    without("no Δa penalty", &|policy| {
-        policy.weights.acceleration_change = 0.0;
-    });
     without("no trust cone", &|policy| policy.trust_cone_tangent = NO_CONE);
     without("one pass", &|policy| policy.passes = 1);
     without("no range doubt", &|policy| policy.range_doubt = 0.0);
+    without("no doubt of the goal", &|policy| policy.doubtful_share = 1.0);
+    without("no margin of the law", &|policy| policy.law_margin = 0.0);
     without("no choice by merit", &|policy| policy.merit_decides = false);
     contenders
 }
