@@ -116,7 +116,7 @@ fn the_pointer_of_a_violation_leads_to_what_it_is_about_in_the_request() {
         assert_eq!(about("keep_out")["radius_m"], json!(6.0));
         assert_eq!(about("surfacing_separation")["id"], "auv-2");
         for broken in &received.violations {
-            let of_motion = ["forward_speed", "turn_rate", "trust_cone"].contains(&broken.limit.as_str());
+            let of_motion = ["forward_speed", "turn_rate"].contains(&broken.limit.as_str());
             assert_eq!(broken.pointer.is_none(), of_motion, "{broken:?}");
         }
     }

@@ -290,8 +290,6 @@ pub enum SoftLimit {
     ForwardSpeed,
     /// Turn rate, as lateral acceleration beyond speed × rate, m/s².
     TurnRate,
-    /// Cone around the direction of travel in which the program is a good model, m/s.
-    TrustCone,
     /// Acoustic range, less depth and doubt, m.
     AcousticRange,
     /// Area to stay in, m.

@@ -99,7 +99,7 @@ fn excess(horizon: &Horizon, limit: SoftLimit, place: &Waypoint) -> Excess {
         })),
         SoftLimit::KeepOut => most(around.keep_outs().map(too_near)),
         SoftLimit::SurfacingSeparation => most(around.separations().map(too_near)),
-        SoftLimit::ForwardSpeed | SoftLimit::TurnRate | SoftLimit::TrustCone => (0.0, None),
+        SoftLimit::ForwardSpeed | SoftLimit::TurnRate => (0.0, None),
     }
 }
 

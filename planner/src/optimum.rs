@@ -17,7 +17,7 @@ pub(crate) struct Optimum {
     pub(crate) degraded: Option<Degraded>,
     pub(crate) report: SolverReport,
     /// Limits of motion that the program's own stages do not keep.
-    pub(crate) violations: Broken<3>,
+    pub(crate) violations: Broken<2>,
 }
 
 /// A planned way, and what following it is predicted to lead to.
@@ -37,7 +37,7 @@ impl Optimum {
             settled: false,
             degraded: Some(reason),
             report: SolverReport::nothing_done(),
-            violations: [None; 3],
+            violations: [None; 2],
         }
     }
 

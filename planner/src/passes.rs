@@ -190,7 +190,6 @@ impl Optimiser<'_> {
             edges: &given.around.edges,
             worst: &given.around.worst,
             weights: &horizon.weights,
-            trust_cone_tangent: policy.trust_cone_tangent,
         };
         let program = restated(programs, &pass);
         (self.solve)(program, solution);
@@ -222,12 +221,11 @@ impl Optimiser<'_> {
     }
 
     /// The worst of each soft limit of motion, where it is noticeable.
-    fn violations(&self, layout: Layout) -> Broken<3> {
+    fn violations(&self, layout: Layout) -> Broken<2> {
         let solution = &self.sheets.solution;
-        [SoftLimit::ForwardSpeed, SoftLimit::TurnRate, SoftLimit::TrustCone].map(|limit| {
+        [SoftLimit::ForwardSpeed, SoftLimit::TurnRate].map(|limit| {
             let rows = |k| match limit {
                 SoftLimit::TurnRate => layout.turn_rate(k)..layout.turn_rate(k) + 2,
-                SoftLimit::TrustCone => layout.trust_cone(k)..layout.trust_cone(k) + 2,
                 _ => layout.forward_speed(k)..layout.forward_speed(k) + 1,
             };
             let amount = |k: usize| {

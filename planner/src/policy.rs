@@ -50,9 +50,6 @@ pub struct Policy {
     /// By how much less than that of the rungs above it, as a share, the predicted merit of a line-of-sight law has to be
     /// for it to answer.
     pub law_margin: f64,
-    /// Half-angle of the trust cone around the direction of travel, as a tangent. Beyond it the forward half-plane and
-    /// the turn-rate row describe another manoeuvre.
-    pub trust_cone_tangent: f64,
     /// Whether the rung with the least merit answers; else the first that holds. Otherwise only to see what that choice
     /// is worth.
     pub merit_decides: bool,
@@ -176,8 +173,6 @@ impl Default for Policy {
             // Measured in `silence`, six seeds, beside no margin: 0.82 times the heading travel, and no overshoot of
             // the largest speed where there were 2.5 a run.
             law_margin: 0.03,
-            // 60°.
-            trust_cone_tangent: 1.732_050_807_568_877_2,
             merit_decides: true,
             certificate_tolerance: 1e-4,
             validity: 10.0,

@@ -84,8 +84,6 @@ pub struct Pass<'a> {
     pub worst: &'a [Member],
     /// Weights of the cost.
     pub weights: &'a Weights,
-    /// Half-angle of the trust cone, as a tangent.
-    pub trust_cone_tangent: f64,
 }
 
 /// Horizontal distance to keep within of an AUV, at stages 0 … N.
@@ -244,7 +242,6 @@ impl Program {
         self.accelerate_as_the_surge_loop_can(pass);
         self.keep_moving_ahead(pass);
         self.turn_no_faster_than_the_craft_can(pass);
-        self.stay_near_the_direction_of_travel(pass);
         self.never_outrun_the_craft(pass);
         self.stay_in_acoustic_range(pass);
         self.stay_in_the_area(pass);

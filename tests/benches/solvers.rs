@@ -185,7 +185,6 @@ impl Scene {
             edges: &[],
             worst: &[],
             weights: &self.policy.weights,
-            trust_cone_tangent: self.policy.trust_cone_tangent,
         }
     }
 }

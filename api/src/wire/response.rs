@@ -256,7 +256,7 @@ pub struct Predicted {
 /// A soft limit that a plan does not keep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Violation {
-    /// Which: `forward_speed`, `turn_rate`, `trust_cone`, `acoustic_range` (less the doubt of where the vehicle is),
+    /// Which: `forward_speed`, `turn_rate`, `acoustic_range` (less the doubt of where the vehicle is),
     /// `area`, `keep_out` (a disc) or `surfacing_separation` (an underwater vehicle at the surface).
     pub limit: String,
     /// What breaks it worst, as a JSON pointer into the request: the disc (`/keep_outs/0`), the underwater vehicle

@@ -343,7 +343,6 @@ fn violation(violation: &domain::Violation) -> Violation {
     let (limit, unit) = match violation.limit {
         SoftLimit::ForwardSpeed => ("forward_speed", "m/s"),
         SoftLimit::TurnRate => ("turn_rate", "m/s²"),
-        SoftLimit::TrustCone => ("trust_cone", "m/s"),
         SoftLimit::AcousticRange => ("acoustic_range", "m"),
         SoftLimit::Area => ("area", "m"),
         SoftLimit::KeepOut => ("keep_out", "m"),

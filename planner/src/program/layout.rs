@@ -21,7 +21,7 @@ pub struct Layout {
 /// Soft rows of a stage. Rows of one kind share a slack: it is the worst of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Slack {
-    /// Forward speed, turn rate and trust cone: three in one saves a fifth of the variables.
+    /// Forward speed and turn rate: two in one saves a sixth of the variables.
     Motion,
     AcousticRange,
     Area,
@@ -135,16 +135,12 @@ impl Layout {
         5 * self.n_stages + 2 * (k - 1)
     }
 
-    pub(crate) fn trust_cone(&self, k: usize) -> usize {
-        7 * self.n_stages + 2 * (k - 1)
-    }
-
     pub(super) fn slack_sign(&self, k: usize, slack: Slack) -> usize {
-        9 * self.n_stages + self.n_slacks() * (k - 1) + self.slack_index(slack)
+        7 * self.n_stages + self.n_slacks() * (k - 1) + self.slack_index(slack)
     }
 
     pub(super) fn area(&self, k: usize, edge: usize) -> usize {
-        (9 + self.n_slacks()) * self.n_stages + self.n_edges * (k - 1) + edge
+        (7 + self.n_slacks()) * self.n_stages + self.n_edges * (k - 1) + edge
     }
 
     /// Row of the end of interval k, from stage k − 1 to k, outside a disc.

@@ -85,18 +85,6 @@ impl Program {
         }
     }
 
-    /// |n_kᵀ v_k| ≤ tan(α) c_kᵀ v_k + ξ, α the half-angle of the trust cone.
-    pub(super) fn stay_near_the_direction_of_travel(&mut self, pass: &Pass<'_>) {
-        for k in self.stages() {
-            let c = pass.directions[k];
-            for (i, sign) in [1.0, -1.0].into_iter().enumerate() {
-                let row = self.layout.trust_cone(k) + i;
-                self.add_velocity(row, k, starboard_of(c) * sign - c * pass.trust_cone_tangent);
-                self.soften(row, k, Slack::Motion, 1.0);
-            }
-        }
-    }
-
     /// ‖v_k‖ ≤ max(u_max, w_k), w_0 = ‖v_0‖, w_k = max(0, w_{k−1} − (a − |b|) Δt_k): a craft that starts too fast slows
     /// down as hard as it can.
     ///

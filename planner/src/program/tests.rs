@@ -33,12 +33,7 @@ fn every_variable_and_every_row_has_one_place() {
         for k in 1..=layout.n_stages {
             place(&mut columns, layout.deviation(k), 2);
             place(&mut columns, layout.velocity(k), 2);
-            for row in [
-                layout.dynamics(k),
-                layout.acceleration(k),
-                layout.turn_rate(k),
-                layout.trust_cone(k),
-            ] {
+            for row in [layout.dynamics(k), layout.acceleration(k), layout.turn_rate(k)] {
                 place(&mut rows, row, 2);
             }
             place(&mut rows, layout.forward_speed(k), 1);
@@ -150,7 +145,6 @@ impl Scene {
             edges: &self.edges,
             worst: &self.worst,
             weights: &self.policy.weights,
-            trust_cone_tangent: self.policy.trust_cone_tangent,
         }
     }
 }
@@ -255,7 +249,6 @@ fn every_row_says_what_its_promise_says() {
     for k in 1..=layout.n_stages {
         let xi = x[layout.slack(k, Slack::Motion)] * SLACK_UNIT;
         let (c, limits) = (pass.directions[k], pass.limits);
-        let n = starboard_of(c);
         let c_mean = (pass.directions[k - 1] + c).normalize();
         let n_mean = starboard_of(c_mean);
         let a = (v[k] - v[k - 1]) / pass.steps[k - 1];
@@ -280,9 +273,6 @@ fn every_row_says_what_its_promise_says() {
         let rate = limits.turn_rate_max * c_mean.dot(&(v[k] + v[k - 1])) / 2.0 + xi;
         close(layout.turn_rate(k), rate - n_mean.dot(&a), "turn to starboard");
         close(layout.turn_rate(k) + 1, rate + n_mean.dot(&a), "turn to port");
-        let cone = 3.0_f64.sqrt() * c.dot(&v[k]) + xi;
-        close(layout.trust_cone(k), cone - n.dot(&v[k]), "trust cone, starboard");
-        close(layout.trust_cone(k) + 1, cone + n.dot(&v[k]), "trust cone, port");
         close(layout.speed_cone(k), limits.speed_max, "speed limit");
         close(layout.speed_cone(k) + 1, v[k].x, "speed ahead");
         close(layout.speed_cone(k) + 2, v[k].y, "speed to starboard");

@@ -82,7 +82,6 @@ pub fn ablations() -> Vec<Contender> {
             contenders.push(planner(name, &policy, None));
         }
     };
-    without("no trust cone", &|policy| policy.trust_cone_tangent = NO_CONE);
     without("one pass", &|policy| policy.passes = 1);
     without("no range doubt", &|policy| policy.range_doubt = 0.0);
     without("no doubt of the goal", &|policy| policy.doubtful_share = 1.0);
@@ -90,9 +89,6 @@ pub fn ablations() -> Vec<Contender> {
     without("no choice by merit", &|policy| policy.merit_decides = false);
     contenders
 }
-
-/// A tangent that leaves a cone of 89°.
-const NO_CONE: f64 = 57.0;
 
 /// Prices of propulsion energy, 1/J: over the default horizon of 78 s, 0.2 m/s take 17 J and a distance of 1 m
 /// costs 78.
