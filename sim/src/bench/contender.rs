@@ -120,10 +120,12 @@ impl Contender {
                 let already_told = scenario.knowledge.paths;
                 self.paths != Paths::Told || !already_told && scenario.leaves_the_present_unsure()
             }
-            // Doubt about ranges makes no difference where none is to be kept.
+            // Doubt about ranges makes no difference where none is to be kept, and doubt about the goal none where it is
+            // known.
             Pilot::Planner { ref policy, .. } => {
-                let doubts = policy.range_doubt == Policy::default().range_doubt;
-                doubts || scenario.bounds.range_max_m.is_some()
+                let usual = Policy::default();
+                (policy.range_doubt == usual.range_doubt || scenario.bounds.range_max_m.is_some())
+                    && (policy.doubtful_share == usual.doubtful_share || scenario.leaves_the_present_unsure())
             }
         }
     }

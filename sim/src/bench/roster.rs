@@ -85,7 +85,7 @@ pub fn ablations() -> Vec<Contender> {
     without("one pass", &|policy| policy.passes = 1);
     without("no range doubt", &|policy| policy.range_doubt = 0.0);
     without("no doubt of the goal", &|policy| policy.doubtful_share = 1.0);
-    without("no margin of the law", &|policy| policy.law_margin = 0.0);
+    without("a law in haste", &|policy| policy.hard_turn_share = 10.0);
     without("no choice by merit", &|policy| policy.merit_decides = false);
     contenders
 }
