@@ -31,11 +31,12 @@ bench:
     cargo bench -p tests --bench plan
 
 # The scoreboard of every controller in every scenario: about half an hour on two cores, and with
-# `just benchmark 30 --ablations --sensitivity --worst` more than an hour
+# `just benchmark 30 --front 5 --other-plant 10 --ablations 3 --sensitivity 3 --worst` about an hour
 benchmark seeds="30" *more="":
     cargo run --release -- bench --seeds {{seeds}} {{more}} --out target/benchmark \
         --commit "$(git describe --always --dirty --abbrev=12)"
     cp target/benchmark/benchmark.md docs/benchmark.md
+    if [ -e target/benchmark/front.svg ]; then cp target/benchmark/front.svg docs/front.svg; fi
 
 # Speed of the simulator and of the same vehicles in Python (needs tests/python/requirements.txt)
 speed:

@@ -645,6 +645,33 @@ fn a_benchmark_leaves_a_page_in_two_forms_and_every_run_and_says_how_far_it_is()
 }
 
 #[test]
+fn a_benchmark_draws_the_front_where_nearness_has_a_price_and_flies_another_plant() {
+    let directory = std::env::temp_dir().join(format!("pilotfish-front-{}", std::process::id()));
+    let out = directory.to_str().expect("is text");
+    let effort = ["--duration-s", "10", "--seeds", "1", "--tuning-seeds", "1"];
+    for (scenario, drawn) in [("calm", false), ("about-face", true)] {
+        let more = ["--scenario", scenario, "--front", "1", "--other-plant", "1"];
+        let output = run(&[["bench", "--out", out].as_slice(), &more, &effort].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        let text = fs::read_to_string(directory.join("benchmark.md")).expect("is written");
+        assert!(text.contains(&format!("### {scenario} on an Otter")), "{text}");
+        assert_eq!(text.contains("](front.svg)"), drawn);
+        assert_eq!(directory.join("front.svg").exists(), drawn);
+        assert_eq!(text.contains("| points of laws that beat"), drawn);
+    }
+    let picture = fs::read_to_string(directory.join("front.svg")).expect("is drawn");
+    for name in [
+        "about-face",
+        "saturated_los_tracker_frame",
+        "planner, at prices",
+        "<circle",
+    ] {
+        assert!(picture.contains(name), "{name}");
+    }
+    fs::remove_dir_all(&directory).expect("is there");
+}
+
+#[test]
 fn a_benchmark_of_nobody_or_of_no_seeds_is_refused() {
     let directory = std::env::temp_dir();
     let out = directory.to_str().expect("is text");

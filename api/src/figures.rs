@@ -1,4 +1,4 @@
-//! The source paper's figures, drawn from missions that are flown here.
+//! The source paper's figures, drawn from missions that are flown here, and other charts.
 //!
 //! Where the paper shows its line-of-sight law, a figure shows the planner beside it, on the same scenario and
 //! seed. [`PaperMissions`] flies, [`draw`] draws, [`stated()`] sets the paper's numbers beside the measured ones.

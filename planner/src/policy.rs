@@ -41,13 +41,15 @@ pub struct Policy {
     /// Smallest cosine between what a pass was linearised about and what it answers with which the answer stands,
     /// and no further pass is worth its time.
     pub settled_cosine: f64,
-    /// Fastest that a heading reference of the program or the previous plan turns, rad/s, and a way is planned to, where the craft could turn faster.
+    /// Fastest that a heading reference of the program or the previous plan turns, and a way is planned to, where the craft
+    /// could turn faster, rad/s. A law at speed that is preferred to those turns no faster either.
     pub heading_rate_max: f64,
     /// Share of the largest speed reference that is planned with and asked for.
     pub speed_share: f64,
     /// How much farther than asked the program stays from a keep-out, m.
     pub keep_out_margin: f64,
-    /// Share of the largest speed above which a line-of-sight law is followed as calmly as a plan.
+    /// Share of the largest planned speed above which a line-of-sight law that is preferred to a plan is followed as calmly
+    /// as one, and no faster.
     pub hard_turn_share: f64,
     /// Whether the rung with the least merit answers; else the first that holds. Otherwise only to see what that choice
     /// is worth.

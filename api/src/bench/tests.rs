@@ -159,7 +159,7 @@ fn a_loss_is_shown_as_one_and_a_win_as_one() {
 }
 
 #[test]
-fn a_law_that_is_nearer_and_cheaper_breaks_the_front_and_one_that_is_only_nearer_does_not() {
+fn a_law_that_is_nearer_and_no_dearer_breaks_the_front_and_one_that_trades_does_not() {
     let with_law_at = |rms: f64, energy: f64| {
         let mut results = RESULTS.clone();
         let front = results.front.as_mut().expect("asked for");
@@ -177,7 +177,8 @@ fn a_law_that_is_nearer_and_cheaper_breaks_the_front_and_one_that_is_only_nearer
         front.next().expect("is decided").holds
     };
     assert!(!with_law_at(1.0, 1.0));
-    assert!(with_law_at(1.0, 2.0) && with_law_at(2.0, 1.0));
+    assert!(!with_law_at(1.0, 2.0) && !with_law_at(2.0, 1.0));
+    assert!(with_law_at(1.0, 2.1) && with_law_at(2.1, 1.0) && with_law_at(2.0, 2.0));
 }
 
 #[test]

@@ -5,11 +5,13 @@ use sim::bench::{
     statistics::{mean, paired_ratio},
 };
 
-use super::{Block, Table, ratio, seeded, with_half_width};
+use super::{Block, Table, beyond, ratio, seeded, with_half_width};
 
 const ABLATIONS: &str = "The planner of `mpc auto` without each of its parts in turn: values beside those of the whole \
-    planner, paired by seed, with 95 % intervals. Above 1 the part earns its place. A dash stands where a part does not \
-    take part.";
+    planner, paired by seed, with 95 % intervals. Above 1 the part earns its place, and where it keeps limits that \
+    would be broken without it. A dash stands where a part does not take part.";
+
+const LIMITS: &str = "Episodes per run beyond a limit, where there were any.";
 
 const SENSITIVITY: &str = "The planner of `mpc auto` under circumstances that its policy was not tuned for, and with other \
     horizons, grids and intervals: RMS distance beside that of the undisturbed planner, then beside the nearer of two \
@@ -28,7 +30,31 @@ pub(super) fn ablations(board: &Board) -> Vec<Block> {
         ));
         blocks.push(Block::Table(beside_the_whole(board, metric)));
     }
+    blocks.push(Block::Heading(3, "Limits without each part".to_owned()));
+    blocks.push(Block::Paragraph(LIMITS.to_owned()));
+    blocks.push(Block::Table(limits(board)));
     blocks
+}
+
+/// What each breaks, the whole planner first.
+fn limits(board: &Board) -> Table {
+    let varied = varied(board);
+    let names: Vec<&str> = varied.iter().map(|contender| contender.name.as_str()).collect();
+    let columns = [["scenario", AUTO].as_slice(), &names].concat();
+    let mut table = Table::new(columns.len(), &columns);
+    for found in &board.matches {
+        let broken = columns[1..]
+            .iter()
+            .map(|name| found.entry(name).map_or_else(missing, beyond));
+        let row: Vec<String> = [found.scenario.clone()].into_iter().chain(broken).collect();
+        if row[1..]
+            .iter()
+            .any(|broken| !broken.is_empty() && *broken != missing())
+        {
+            table.rows.push(row);
+        }
+    }
+    table
 }
 
 /// Tables of [`sim::bench::sensitivity`].

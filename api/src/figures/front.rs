@@ -9,6 +9,9 @@ use super::chart::{Axes, BLACK_INK, BLUE, GREEN, Line, PURPLE, Panel, Sheet, Str
 const HEIGHT: u32 = 620;
 const COLUMNS: usize = 2;
 
+/// Laws farther off than so many times the nearest of them are left out, so that the others can be told apart.
+const SHOWN: f64 = 2.0;
+
 /// Mean energy over mean root mean square distance, a panel a scenario, as SVG: every gain of every law a dot, the
 /// planner's prices of energy joined by a line in their order.
 #[must_use]
@@ -28,19 +31,19 @@ fn panel(found: &Match) -> Panel {
             .map(|entry| (centre(entry, Metric::Rms), centre(entry, Metric::Energy)))
             .collect()
     };
-    let laws = [
-        (LosLaw::SaturatedLos, BLUE),
-        (LosLaw::TrackerFrame, GREEN),
-        (LosLaw::Integral, VERMILION),
-        (LosLaw::WaypointBox, PURPLE),
-    ];
+    let laws = LosLaw::ALL.into_iter().filter(|law| law.may_win());
+    let nearest = laws.clone().flat_map(|law| points(Some(law))).map(|(rms, _)| rms);
+    let farthest = SHOWN * nearest.fold(f64::INFINITY, f64::min);
     let mut lines: Vec<Line> = laws
-        .into_iter()
+        .zip([BLUE, GREEN, VERMILION, PURPLE])
         .map(|(law, colour)| Line {
             name: law.name().to_owned(),
             colour,
             stroke: Stroke::Dots,
-            points: points(Some(law)),
+            points: points(Some(law))
+                .into_iter()
+                .filter(|(rms, _)| *rms <= farthest)
+                .collect(),
         })
         .collect();
     for stroke in [Stroke::Solid, Stroke::Dots] {

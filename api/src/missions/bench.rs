@@ -26,7 +26,7 @@ use crate::{
 
 #[derive(Debug, Args)]
 pub(crate) struct Bench {
-    /// Directory for `benchmark.md`, `benchmark.html` and `runs.parquet`; made if it is not there.
+    /// Directory for `benchmark.md`, `benchmark.html`, `runs.parquet` and what they show; made if it is not there.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Name or file of a scenario with a surface craft; may be given several times. All built-in ones if left out.
@@ -100,7 +100,9 @@ pub(crate) fn bench(arguments: &Bench) -> Result<(), MissionError> {
         threads: arguments.threads.unwrap_or_else(threads),
     };
     let more = |stage: &str, flyers: Vec<Contender>, seeds: Option<u64>, scenarios: &[Scenario]| {
-        let Some(seeds) = seeds else { return Ok(None) };
+        let Some(seeds) = seeds.filter(|_| !scenarios.is_empty()) else {
+            return Ok(None);
+        };
         let more = sim::bench::Bench {
             contenders: flyers,
             seeds,

@@ -120,12 +120,13 @@ impl Contender {
                 let already_told = scenario.knowledge.paths;
                 self.paths != Paths::Told || !already_told && scenario.leaves_the_present_unsure()
             }
-            // Doubt about ranges makes no difference where none is to be kept, and doubt about the goal none where it is
-            // known.
+            // Doubt about ranges makes no difference where none is to be kept, and doubt about the goal none where nothing
+            // but states is told, which bring no covariance.
             Pilot::Planner { ref policy, .. } => {
                 let usual = Policy::default();
                 (policy.range_doubt == usual.range_doubt || scenario.bounds.range_max_m.is_some())
-                    && (policy.doubtful_share == usual.doubtful_share || scenario.leaves_the_present_unsure())
+                    && (policy.doubtful_share == usual.doubtful_share
+                        || scenario.knowledge.acoustics.is_some())
             }
         }
     }

@@ -70,6 +70,14 @@ impl Bench {
         contenders.filter(move |(_, contender)| contender.takes_part(&self.scenarios[scenario]))
     }
 
+    /// Whoever takes part in `scenario`, if all fly the same plant in the same world; none where some do not.
+    fn anyone(&self, scenario: usize) -> Option<&Contender> {
+        let mut all = self.takes_part(scenario).map(|(_, contender)| contender);
+        let first = all.next()?;
+        all.all(|contender| contender.twist == first.twist)
+            .then_some(first)
+    }
+
     fn tuning_jobs(&self) -> Vec<Job> {
         let mut jobs = vec![];
         for scenario in 0..self.scenarios.len() {
@@ -101,10 +109,12 @@ impl Bench {
                         });
                     }
                 }
-                jobs.push(Job {
-                    scenario,
-                    kind: JobKind::Bound { seed },
-                });
+                if self.anyone(scenario).is_some() {
+                    jobs.push(Job {
+                        scenario,
+                        kind: JobKind::Bound { seed },
+                    });
+                }
             }
         }
         // Stable: the same order each time.
@@ -154,8 +164,11 @@ impl Bench {
                 Ok(Answer::Score(Box::new(scored(&record))))
             }
             JobKind::Bound { seed } => {
-                // Where the goal went, and in which current, is the same whoever steered.
-                let anyone = Contender::law(LosLaw::SaturatedLos);
+                // Where the goal went, in which current and on which plant, is the same whoever steered.
+                let anyone = Contender {
+                    twist: self.anyone(job.scenario).and_then(|contender| contender.twist),
+                    ..Contender::law(LosLaw::SaturatedLos)
+                };
                 let record = fly(&anyone, None, scenario, seed)?;
                 let bound = regret(&record).ok().flatten().map(|regret| regret.bound_rms_m);
                 Ok(Answer::Bound(bound))
@@ -193,12 +206,13 @@ impl Bench {
                 Answer::Bound(bound) => Some(*bound),
                 Answer::Objectives(_) | Answer::Score(_) => None,
             });
+            let bounds: Option<Vec<f64>> = bounds.collect();
             Match {
                 scenario: scenario.name.clone(),
                 title: scenario.title.clone(),
                 paths_told: scenario.knowledge.paths,
                 entries: entries.collect(),
-                bound_rms_m: bounds.collect(),
+                bound_rms_m: bounds.filter(|bounds| !bounds.is_empty()),
             }
         });
         Board {

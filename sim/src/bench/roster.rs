@@ -9,9 +9,10 @@ use super::{
 };
 use crate::tuning::grid;
 
-/// Scenarios in which the goal jumps, turns about or stops, so that nearness has a price in energy.
-pub const TRANSIENTS: [&str; 5] = [
+/// Scenarios in which the goal is known and jumps, turns about or stops, so that nearness has a price in energy.
+pub const TRANSIENTS: [&str; 6] = [
     "switching",
+    "switching-opposed",
     "about-face",
     "anti-phase",
     "target-stops",
@@ -78,9 +79,7 @@ pub fn ablations() -> Vec<Contender> {
     let mut without = |name: &str, change: &dyn Fn(&mut Policy)| {
         let mut policy = whole.clone();
         change(&mut policy);
-        if policy != whole {
-            contenders.push(planner(name, &policy, None));
-        }
+        contenders.push(planner(name, &policy, None));
     };
     without("one pass", &|policy| policy.passes = 1);
     without("no range doubt", &|policy| policy.range_doubt = 0.0);
@@ -159,6 +158,19 @@ fn planner(name: &str, policy: &Policy, twist: Option<Twist>) -> Contender {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn on_another_plant_all_fly_that_and_whoever_may_win_flies() {
+        let contenders = other_plant();
+        assert!(
+            contenders
+                .iter()
+                .all(|contender| contender.twist == Some(Twist::Otter))
+        );
+        assert!(contenders.iter().all(Contender::may_win));
+        let laws = LosLaw::ALL.into_iter().filter(|law| law.may_win()).count();
+        assert_eq!(contenders.len(), laws + 1);
+    }
 
     #[test]
     fn names_are_unique_and_each_part_is_left_out_of_one_contender_only() {

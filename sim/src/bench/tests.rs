@@ -86,6 +86,27 @@ fn nobody_is_nearer_than_the_bound() {
 }
 
 #[test]
+fn the_bound_is_that_of_the_plant_that_is_flown() {
+    let short = |contenders| Bench {
+        contenders,
+        seeds: 1,
+        scenarios: vec![Scenario::named("about-face").expect("exists").lasting(60.0)],
+        ..bench(2)
+    };
+    let bound = |bench: &Bench| {
+        bench.run(&mut |_| {}).expect("runs").matches[0]
+            .bound_rms_m
+            .clone()
+    };
+    let medusa = bound(&short(vec![Contender::law(LosLaw::SaturatedLos)])).expect("calm water");
+    let otter = bound(&short(other_plant())).expect("calm water");
+    // An Otter is faster.
+    assert!(otter[0] < medusa[0], "{otter:?} {medusa:?}");
+    // Of whom some fly another hull than others, nothing is bounded.
+    assert_eq!(bound(&short(sensitivity())), None);
+}
+
+#[test]
 fn a_planner_without_paths_forecasts_as_if_there_were_none() {
     let scenario = Scenario::named("silence-path").expect("exists").lasting(60.0);
     let blind = Scenario::named("silence").expect("exists").lasting(60.0);
