@@ -17,6 +17,8 @@ const SHOWN: usize = 10;
 const JUMP_MEMORY: f64 = 120.0;
 /// A goal that moves further in a second has changed hands or stopped, m: no vehicle goes so fast.
 const JUMP: f64 = 5.0;
+/// How long after a silence a distance is still put down to it, s: as far as it led, 43 m, in a minute.
+const SILENCE_MEMORY: f64 = 60.0;
 /// An underwater vehicle that was heard longer ago than this is silent, s: two slots of ten seconds and a late one.
 const SILENT: f64 = 25.0;
 /// A distance that an error of this size explains, m, as a share of it.
@@ -89,23 +91,28 @@ pub fn worst_document(runs: &[WorstRun]) -> Document {
     Document(blocks)
 }
 
-/// When the craft was farthest from its goal, and what the record has to explain that with.
+/// When the craft was farthest from its goal, on the whole and once it had arrived, and what the record has to explain
+/// that with.
 fn explanation(record: &Record) -> String {
-    let rows = || {
-        record
-            .rows
-            .iter()
-            .filter_map(|row| Some((row, row.surface_craft.as_ref()?)))
+    let farthest = |from: f64| {
+        let rows = record.rows.iter().filter(|row| from <= row.time);
+        let crafts = rows.filter_map(|row| Some((row, row.surface_craft.as_ref()?)));
+        crafts.max_by(|a, b| a.1.distance().total_cmp(&b.1.distance()))
     };
-    let Some((row, craft)) = rows().max_by(|a, b| a.1.distance().total_cmp(&b.1.distance())) else {
+    let told = |(row, craft): (&Row, &SurfaceCraftRow)| {
+        let (distance, cause) = (number(craft.distance()), cause(record, row, craft));
+        format!("{distance} m, at {:.0} s, {cause}", row.time)
+    };
+    let Some(whole) = farthest(0.0) else {
         return "nothing was recorded".to_owned();
     };
-    format!(
-        "farthest off, {} m, at {:.0} s, {}",
-        number(craft.distance()),
-        row.time,
-        cause(record, row, craft)
-    )
+    let text = format!("farthest off, {}", told(whole));
+    match farthest(record.settled_after) {
+        Some(later) if whole.0.time < record.settled_after => {
+            format!("{text}; later at most {}", told(later))
+        }
+        _ => text,
+    }
 }
 
 /// The first of the known causes that holds at `row`.
@@ -118,9 +125,21 @@ fn cause(record: &Record, row: &Row, craft: &SurfaceCraftRow) -> String {
         let since = row.time - time;
         return format!("{since:.0} s after its goal jumped by {} m", number(jump));
     }
-    let silent = row.divers.iter().zip(&record.diver_ids).find_map(|(diver, id)| {
-        let age = diver.known?.age;
-        (SILENT < age).then(|| format!("{id} not heard for {age:.0} s"))
+    let recent = record
+        .rows
+        .iter()
+        .rev()
+        .filter(|before| before.time <= row.time && row.time - before.time <= SILENCE_MEMORY);
+    let silent = recent.into_iter().find_map(|before| {
+        let mut divers = before.divers.iter().zip(&record.diver_ids);
+        divers.find_map(|(diver, id)| {
+            let age = diver.known?.age;
+            let words = match row.time - before.time {
+                0.0 => String::new(),
+                since => format!(" until {since:.0} s before"),
+            };
+            (SILENT < age).then(|| format!("{id} not heard for {age:.0} s{words}"))
+        })
     });
     if let Some(silent) = silent {
         return silent;
@@ -199,6 +218,32 @@ mod tests {
             "{}",
             explanation(&record)
         );
+        let last = record.rows.last_mut().expect("has rows");
+        for diver in &mut last.divers {
+            diver.known.as_mut().expect("is known").age = 0.0;
+        }
+        let heard_again = explanation(&record);
+        assert!(
+            heard_again.ends_with("auv-1 not heard for 40 s until 1 s before"),
+            "{heard_again}"
+        );
+    }
+
+    #[test]
+    fn a_start_far_off_does_not_hide_what_came_later() {
+        let mut record = record("paper-tracking", 60.0);
+        record.settled_after = 40.0;
+        let text = explanation(&record);
+        let (start, later) = text.split_once("; later at most ").expect("tells both");
+        assert!(start.ends_with("where it started"), "{text}");
+        // The craft has all but arrived.
+        let distance: f64 = later
+            .split(' ')
+            .next()
+            .expect("a number")
+            .parse()
+            .expect("a number");
+        assert!(distance < 3.0, "{text}");
     }
 
     #[test]
