@@ -128,6 +128,12 @@ impl Entry {
         self.values_at(metric, metric.family())
     }
 
+    /// The mean of [`Self::values`].
+    #[must_use]
+    pub fn mean(&self, metric: Metric) -> f64 {
+        statistics::mean(&self.values(metric)).centre
+    }
+
     /// A metric's values, seed by seed, from the runs at the gains for `family`.
     #[must_use]
     pub fn values_at(&self, metric: Metric, family: Family) -> Vec<f64> {
@@ -149,9 +155,8 @@ impl Match {
     /// Of the entries that `may`, the one with the least mean of `metric`; of equals the first.
     #[must_use]
     pub fn least(&self, metric: Metric, may: impl Fn(&Contender) -> bool) -> Option<&Entry> {
-        let mean = |entry: &Entry| statistics::mean(&entry.values(metric)).centre;
         let eligible = self.entries.iter().filter(|entry| may(&entry.contender));
-        eligible.min_by(|a, b| mean(a).total_cmp(&mean(b)))
+        eligible.min_by(|a, b| a.mean(metric).total_cmp(&b.mean(metric)))
     }
 }
 

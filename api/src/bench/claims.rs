@@ -238,7 +238,7 @@ fn everywhere(
 
 fn calm_steering(board: &Board, name: &str) -> Option<Verdict> {
     let claim = "heading references that step by more than 10°/s";
-    let share = |entry: &Entry| mean(&entry.values(Metric::SteepShare)).centre;
+    let share = |entry: &Entry| entry.mean(Metric::SteepShare);
     everywhere(board, name, claim, (1.0, " %"), share)
 }
 

@@ -76,8 +76,7 @@ fn laws(found: &Match) -> Vec<&Entry> {
 
 /// How many of `others` are in the mean no farther, no dearer, and better in one of both.
 fn count_better(entry: &Entry, others: &[&Entry]) -> usize {
-    let point =
-        |entry: &Entry| [Metric::Rms, Metric::Energy].map(|metric| mean(&entry.values(metric)).centre);
+    let point = |entry: &Entry| [Metric::Rms, Metric::Energy].map(|metric| entry.mean(metric));
     let [rms, energy] = point(entry);
     let better = |other: &&&Entry| {
         let [other_rms, other_energy] = point(other);

@@ -1,7 +1,7 @@
 //! Nearness against energy.
 
 use planner::los::LosLaw;
-use sim::bench::{Board, Entry, Match, Metric, statistics::mean};
+use sim::bench::{Board, Match, Metric};
 
 use super::chart::{Axes, BLACK_INK, BLUE, GREEN, Line, PURPLE, Panel, Sheet, Stroke, VERMILION};
 
@@ -28,7 +28,7 @@ fn panel(found: &Match) -> Panel {
         let entries = found.entries.iter();
         entries
             .filter(|entry| entry.contender.law_flown() == law)
-            .map(|entry| (centre(entry, Metric::Rms), centre(entry, Metric::Energy)))
+            .map(|entry| (entry.mean(Metric::Rms), entry.mean(Metric::Energy)))
             .collect()
     };
     let laws = LosLaw::ALL.into_iter().filter(|law| law.may_win());
@@ -61,8 +61,4 @@ fn panel(found: &Match) -> Panel {
         axes: Axes::Time(HEIGHT),
         lines,
     }
-}
-
-fn centre(entry: &Entry, metric: Metric) -> f64 {
-    mean(&entry.values(metric)).centre
 }
