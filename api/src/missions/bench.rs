@@ -12,7 +12,7 @@ use api::{
     bench::{FRONT_PICTURE, Provenance, Results, document, threads, worst_document, worst_runs, write_runs},
     figures::front_chart,
 };
-use clap::Args;
+use clap::{Args, builder::RangedU64ValueParser};
 use sim::{
     bench::{Board, Contender, TRANSIENTS, TUNING_SEED, ablations, front, other_plant, sensitivity},
     scenario::Scenario,
@@ -35,7 +35,7 @@ pub(crate) struct Bench {
     /// Score the seeds 1 to N.
     #[arg(
         long, value_name = "N", default_value_t = 30,
-        value_parser = clap::value_parser!(u64).range(1..TUNING_SEED)
+        value_parser = scored_seeds()
     )]
     seeds: u64,
     /// Find the gains of the line-of-sight laws on so many other seeds.
@@ -47,19 +47,19 @@ pub(crate) struct Bench {
     /// Then fly the planner at several prices of energy, and every law at every gain, where nearness has a price, over the
     /// seeds 1 to N [5 if N is left out].
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "5",
-        value_parser = clap::value_parser!(u64).range(1..TUNING_SEED))]
+        value_parser = scored_seeds())]
     front: Option<u64>,
     /// Then fly the planner and the laws on an Otter in place of a MEDUSA [seeds as above].
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "5",
-        value_parser = clap::value_parser!(u64).range(1..TUNING_SEED))]
+        value_parser = scored_seeds())]
     other_plant: Option<u64>,
     /// Then fly the planner without each of its parts [seeds as above].
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "5",
-        value_parser = clap::value_parser!(u64).range(1..TUNING_SEED))]
+        value_parser = scored_seeds())]
     ablations: Option<u64>,
     /// Then fly it under circumstances that it was not tuned for [seeds as above].
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "5",
-        value_parser = clap::value_parser!(u64).range(1..TUNING_SEED))]
+        value_parser = scored_seeds())]
     sensitivity: Option<u64>,
     /// Fly the planner's ten worst runs of each scenario again, and show them with a sentence each: `worst.html` and
     /// its pictures.
@@ -71,6 +71,11 @@ pub(crate) struct Bench {
     /// The commit that the program was built from, to be named in what is written.
     #[arg(long, value_name = "HASH")]
     commit: Option<String>,
+}
+
+/// How many seeds may be scored: gains are found on those from [`TUNING_SEED`] on.
+fn scored_seeds() -> RangedU64ValueParser {
+    clap::value_parser!(u64).range(1..TUNING_SEED)
 }
 
 /// Runs everything, writes the board, and prints where it is.
