@@ -199,18 +199,21 @@ impl Default for Weights {
 mod tests {
     use super::*;
 
+    /// Share that a weight keeps at least.
+    const LEAST: f64 = 0.01;
+
     #[test]
     fn a_goal_that_is_known_is_worth_its_whole_weight() {
         let weights = Weights::default();
         for distance in [0.0, 1e-3, 1e6] {
-            assert_eq!(weights.in_doubt(distance, 0.0, 0.01), weights);
+            assert_eq!(weights.in_doubt(distance, 0.0, LEAST), weights);
         }
     }
 
     #[test]
     fn the_nearer_and_the_more_doubtful_the_less_an_error_weighs() {
         let weights = Weights::default();
-        let share = |distance, doubt| weights.in_doubt(distance, doubt, 0.01).position / weights.position;
+        let share = |distance, doubt| weights.in_doubt(distance, doubt, LEAST).position / weights.position;
         // As far as two deviations: as likely the one as the other.
         assert!((share(2.0, 1.0) - 0.5).abs() < 1e-12);
         let distances = [0.0, 0.5, 1.0, 2.0, 5.0, 50.0];
@@ -219,13 +222,13 @@ mod tests {
         // Far from a doubtful goal it is the goal's error no more: 1 − (2/50)⁴.
         assert!(share(50.0, 1.0) > 0.999);
         for (distance, doubt) in [(0.0, 1e6), (1e6, 1e6), (1e6, 1e-6)] {
-            assert!((0.01..=1.0).contains(&share(distance, doubt)));
+            assert!((LEAST..=1.0).contains(&share(distance, doubt)));
         }
     }
 
     #[test]
     fn doubt_of_the_place_takes_nothing_from_velocity_acceleration_or_limits() {
-        let (weights, doubted) = (Weights::default(), Weights::default().in_doubt(1.0, 1.0, 0.01));
+        let (weights, doubted) = (Weights::default(), Weights::default().in_doubt(1.0, 1.0, LEAST));
         let restored = Weights {
             position: weights.position,
             terminal_position: weights.terminal_position,

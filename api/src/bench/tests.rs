@@ -184,10 +184,9 @@ fn a_law_that_is_nearer_and_no_dearer_breaks_the_front_and_one_that_trades_does_
 #[test]
 fn on_another_plant_the_nearest_law_is_sought_among_those_that_fly_it() {
     let mut results = RESULTS.clone();
-    let slow = |entry: &Entry| entry.contender.law_flown().is_some();
     let other_plant = results.other_plant.as_mut().expect("asked for");
     for entry in &mut other_plant.matches[0].entries {
-        let rms = if slow(entry) { 2.0 } else { 1.0 };
+        let rms = if entry.contender.is_baseline() { 2.0 } else { 1.0 };
         for score in entry.flown.iter_mut().flat_map(|flown| &mut flown.scores) {
             score.metrics.rms_m = rms;
         }

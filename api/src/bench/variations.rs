@@ -30,9 +30,12 @@ pub(super) fn ablations(board: &Board) -> Vec<Block> {
         ));
         blocks.push(Block::Table(beside_the_whole(board, metric)));
     }
-    blocks.push(Block::Heading(3, "Limits without each part".to_owned()));
-    blocks.push(Block::Paragraph(LIMITS.to_owned()));
-    blocks.push(Block::Table(limits(board)));
+    let limits = limits(board);
+    if !limits.rows.is_empty() {
+        blocks.push(Block::Heading(3, "Limits without each part".to_owned()));
+        blocks.push(Block::Paragraph(LIMITS.to_owned()));
+        blocks.push(Block::Table(limits));
+    }
     blocks
 }
 
