@@ -13,9 +13,9 @@ use crate::{
 };
 
 /// Look-ahead distances tried, m.
-pub const LOOK_AHEADS: [f64; 4] = [3.0, 5.0, 10.0, 20.0];
+pub const LOOK_AHEADS: [f64; 5] = [1.0, 3.0, 5.0, 10.0, 20.0];
 /// Along-track gains tried, 1/s.
-pub const ALONG_TRACK_GAINS: [f64; 4] = [0.05, 0.1, 0.15, 0.3];
+pub const ALONG_TRACK_GAINS: [f64; 5] = [0.05, 0.1, 0.15, 0.3, 0.6];
 /// Integral gains tried, m/s: behind an AUV at 0.193 m/s they damp the cross-track error by 2.2, 1.3 and 0.7.
 pub const INTEGRAL_GAINS: [f64; 3] = [0.01, 0.03, 0.1];
 
