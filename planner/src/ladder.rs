@@ -179,24 +179,19 @@ fn best_rung(
         .unwrap_or(los)
 }
 
-/// A rung as it is steered by where another holds: the law, at speed, turns as calmly as a plan, and asks for no more
-/// speed than one. What it is predicted to lead to stays that of the law itself, as a plan's leaves out that it is calmed.
+/// A rung as it is steered by where another holds: the law, at speed, turns as calmly as a plan. What it is predicted to
+/// lead to stays that of the law itself, as a plan's leaves out that it is calmed.
 ///
 /// Asked for a hard turn at full speed, thrusters at their limits give neither, and the heading swings for 10 s.
 /// Measured in `silence`, six seeds: 0.88 times the heading travel, and no overshoot of the largest speed beside 2.3 a
 /// run; a law that turns calmly from rest too is 6 % farther off.
 fn steered(rung: Candidate, snapshot: &Snapshot, policy: &Policy) -> Candidate {
-    let limits = policy.planned_limits(&snapshot.limits);
-    if rung.method != Method::SaturatedLos || snapshot.asc.surge <= policy.hard_turn_share * limits.speed_max
-    {
+    let at_speed = policy.hard_turn_share * policy.planned_limits(&snapshot.limits).speed_max;
+    if rung.method != Method::SaturatedLos || snapshot.asc.surge <= at_speed {
         return rung;
     }
-    let calm = calmed(within_reach(rung.reference, snapshot), snapshot, policy);
     Candidate {
-        reference: Reference {
-            speed: calm.speed.min(limits.speed_max),
-            ..calm
-        },
+        reference: calmed(within_reach(rung.reference, snapshot), snapshot, policy),
         ..rung
     }
 }

@@ -49,7 +49,7 @@ pub struct Policy {
     /// How much farther than asked the program stays from a keep-out, m.
     pub keep_out_margin: f64,
     /// Share of the largest planned speed above which a line-of-sight law that is preferred to a plan is followed as calmly
-    /// as one, and no faster.
+    /// as one.
     pub hard_turn_share: f64,
     /// Whether the rung with the least merit answers; else the first that holds. Otherwise only to see what that choice
     /// is worth.
