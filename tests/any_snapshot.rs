@@ -200,15 +200,8 @@ impl<'a> Forward<'a> {
             scene,
             weights: policy.weights_for(scene, &goal),
             start: unit(psi) * believed.x + unit(psi + PI / 2.0) * believed.y,
+            auvs: goal.auvs().to_vec(),
             goal,
-            auvs: scene
-                .auvs
-                .iter()
-                .zip(scene.estimates())
-                .map(|(auv, estimate)| {
-                    AuvForecast::new(&estimate.state, auv.into(), scene.forecast, &scene.current())
-                })
-                .collect(),
             steps: &policy.steps,
             policy,
             position: scene.asc.position,

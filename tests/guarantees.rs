@@ -569,6 +569,7 @@ fn a_course_that_is_no_number_makes_no_snapshot() {
         surge_memory: None,
         heading_reference: None,
         current: None,
+        targets: vec![],
     });
     let refused = Snapshot::try_from(scene).expect_err("NaN is no course");
     assert_eq!(refused.0[0].field, "previous_plan/goal_course_rad");

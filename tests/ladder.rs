@@ -225,7 +225,14 @@ fn the_first_program_takes_its_directions_from_the_previous_plan() {
         );
         first.expect("a program was stated")
     };
-    let with_plan = followed(1.0);
+    let mut with_plan = followed(1.0);
+    // Of the directions alone: where the AUVs were expected counts as well.
+    with_plan
+        .previous_plan
+        .as_mut()
+        .expect("it has one")
+        .targets
+        .clear();
     let mut without = with_plan.clone();
     without.previous_plan = None;
     let mut turned_away = with_plan.clone();
@@ -343,6 +350,7 @@ fn a_previous_plan_from_the_future_is_not_followed() {
         surge_memory: None,
         heading_reference: None,
         current: None,
+        targets: vec![],
     });
     assert_eq!(
         plan_with_status(&snapshot(odd), SolverStatus::MaxTime).method,

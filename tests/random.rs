@@ -8,8 +8,8 @@ use planner::{
     path::{Path, Segment},
     snapshot::{
         AscState, Auv, AuvState, Dive, Evidence, Fallback, ForecastChoice, ForecastModel, Goal, GroundTrack,
-        HoldStyle, KeepOut, KnownPath, Limits, Observation, Offset, PreviousPlan, Report, SurgeMemory,
-        TrajectoryPoint, VehicleId,
+        HoldStyle, KeepOut, KnownPath, Limits, Observation, Offset, PreviousPlan, PreviousTarget, Report,
+        SurgeMemory, TrajectoryPoint, VehicleId,
     },
 };
 use rand::{RngExt, SeedableRng};
@@ -104,7 +104,7 @@ impl Draw {
         } else {
             vec![]
         };
-        let previous_plan = self.chance(0.5).then(|| self.previous_plan(&asc, time));
+        let previous_plan = self.chance(0.5).then(|| self.previous_plan(&asc, &auvs, time));
         let by = Vector2::new(
             self.number((-30.0, 30.0), (-1.0e3, 1.0e3)),
             self.number((-30.0, 30.0), (-1.0e3, 1.0e3)),
@@ -292,7 +292,7 @@ impl Draw {
     }
 
     /// A plan made a moment ago, by and large from where the craft is; or anybody's.
-    fn previous_plan(&mut self, asc: &AscState, time: f64) -> PreviousPlan {
+    fn previous_plan(&mut self, asc: &AscState, auvs: &[Auv], time: f64) -> PreviousPlan {
         let began = time - self.number((0.5, 2.0), (0.0, 20.0));
         let (mut place, mut heading) = (asc.position, asc.heading.radians() + 0.2 * self.angle());
         if self.chance(0.2) {
@@ -327,6 +327,27 @@ impl Draw {
             heading_reference: self
                 .chance(0.7)
                 .then(|| Heading::new(self.number((-3.0, 3.0), (-3.1, 3.1)))),
+            targets: auvs
+                .iter()
+                .map(|auv| self.previous_target(auv, asc, began))
+                .collect(),
+        }
+    }
+
+    /// Where a plan made when it `began` expected an AUV: somewhere near the craft, or anywhere.
+    fn previous_target(&mut self, auv: &Auv, asc: &AscState, began: f64) -> PreviousTarget {
+        let place = self.place(asc.position, 100.0);
+        let mut axis = || self.number((-0.1, 0.1), (-3.0, 3.0));
+        let (velocity, drift) = (Vector2::new(axis(), axis()), Vector2::new(axis(), axis()));
+        let position = |k: i32| (place + velocity * f64::from(k)).map(|axis| axis.clamp(-1.0e6, 1.0e6));
+        PreviousTarget {
+            id: auv.id.clone(),
+            report_age: self.number((0.0, 30.0), (0.0, 900.0)),
+            drift,
+            // Half of them expect nothing.
+            positions: (0..self.rng.random_range(-40..40).max(0))
+                .map(|k| (began + f64::from(k), position(k)))
+                .collect(),
         }
     }
 }

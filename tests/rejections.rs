@@ -810,6 +810,35 @@ async fn a_current_that_is_handed_back_is_no_faster_than_one_that_is_told() {
 }
 
 #[tokio::test]
+async fn where_a_vehicle_was_expected_is_checked_like_a_trajectory() {
+    let point = |t_s: f64| json!({ "t_s": t_s, "north_m": 0, "east_m": 0 });
+    let target = json!({
+        "id": "a",
+        "estimate": { "age_s": 2.0 },
+        "drift": { "north_mps": 0.0, "east_mps": 0.1 },
+        "trajectory": [point(119.0), point(120.0)],
+    });
+    let after = async |pointer: &str, wrong: Value| {
+        let mut body = example("track");
+        body["previous_plan"] = json!({ "trajectory": [], "targets": [target] });
+        *body.pointer_mut(pointer).expect("is there") = wrong;
+        planned(body.to_string()).await.faults()
+    };
+    let of = "/previous_plan/targets";
+    for (place, wrong, code) in [
+        ("/0/estimate/age_s", json!(-1.0), "out_of_range"),
+        ("/0/drift/east_mps", json!(3.1), "out_of_range"),
+        ("/0/trajectory/1/north_m", json!(2.1e6), "out_of_range"),
+        ("/0/trajectory/1/t_s", json!(119.0), "not_increasing"),
+        ("/0/trajectory", json!(vec![point(1.0); 257]), "length"),
+        ("", json!(vec![target.clone(); 17]), "length"),
+    ] {
+        let pointer = format!("{of}{place}");
+        assert_eq!(after(&pointer, wrong).await, fault(&pointer, code));
+    }
+}
+
+#[tokio::test]
 async fn half_a_ground_velocity_is_refused() {
     let faults = faults_after(|body| body["asc"]["ground_north_mps"] = json!(0.3)).await;
     assert_eq!(faults, fault("/asc/ground_east_mps", "missing"));

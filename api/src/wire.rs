@@ -24,11 +24,12 @@ mod write_request;
 pub use dump::{ConeKind, DumpedCone, DumpedMatrix, DumpedSolution, FirstVelocity, ProgramDump};
 pub use request::{
     Acoustics, Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, KeepOut, Limits,
-    Offset, OffsetFrame, Path, PlanRequest, PreviousPlan, PreviousReference, Segment, SegmentKind,
+    Offset, OffsetFrame, Path, PlanRequest, PreviousEstimate, PreviousPlan, PreviousReference,
+    PreviousTarget, Segment, SegmentKind,
 };
 pub use response::{
-    Baseline, Comparison, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget, Plans,
-    Predicted, Reference, Residuals, Solver, TargetPoint, TrajectoryPoint, Violation, Warning,
+    Baseline, Comparison, Drift, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget,
+    Plans, Predicted, Reference, Residuals, Solver, TargetPoint, TrajectoryPoint, Violation, Warning,
 };
 pub use write_answer::Answer;
 pub use write_request::plan_id;

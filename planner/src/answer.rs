@@ -9,7 +9,9 @@ use crate::{
     forecast::{AuvForecast, Motion},
     los::{LosLaw, Reference},
     refilled::refill,
-    snapshot::{Auv, ForecastModel, PreviousPlan, Snapshot, SurgeMemory, TrajectoryPoint, VehicleId},
+    snapshot::{
+        Auv, ForecastModel, PreviousPlan, PreviousTarget, Snapshot, SurgeMemory, TrajectoryPoint, VehicleId,
+    },
     solve::SolverStatus,
 };
 
@@ -98,6 +100,11 @@ impl From<&Plan> for PreviousPlan {
             }),
             heading_reference: Some(plan.reference.heading),
             current: plan.current,
+            targets: plan
+                .targets
+                .iter()
+                .map(|target| target.remembered(&plan.trajectory))
+                .collect(),
         }
     }
 }
@@ -157,6 +164,9 @@ pub struct TargetForecast {
     pub estimate: Estimate,
     /// The model used.
     pub model: ForecastModel,
+    /// Velocity over ground (north, east) beyond what the model and the report explain, m/s; hand it back in the next
+    /// request.
+    pub drift: Vector2<f64>,
     /// Positions (north, east) at the times of the trajectory, m.
     pub positions: Vec<Vector2<f64>>,
     /// Depths at the times of the trajectory, m, positive down.
@@ -189,9 +199,21 @@ impl TargetForecast {
             id: auv.id.clone(),
             estimate: estimate.clone(),
             model: ForecastModel::Hold,
+            drift: Vector2::zeros(),
             positions: Vec::new(),
             depths: Vec::new(),
             position_sigmas: Vec::new(),
+        }
+    }
+
+    /// What the next request has to say of it, `trajectory` being the plan's.
+    fn remembered(&self, trajectory: &[TrajectoryPoint]) -> PreviousTarget {
+        let times = trajectory.iter().map(|point| point.time);
+        PreviousTarget {
+            id: self.id.clone(),
+            report_age: self.estimate.state.age,
+            drift: self.drift,
+            positions: times.zip(self.positions.iter().copied()).collect(),
         }
     }
 
@@ -200,6 +222,7 @@ impl TargetForecast {
         self.estimate.state.clone_from(&estimate.state);
         self.estimate.rejected.clone_from(&estimate.rejected);
         self.model = forecast.model;
+        self.drift = forecast.drift();
         let position = |time: &f64| forecast.at(*time).position;
         refill(&mut self.positions, times.iter().map(position));
         let depth = |time: &f64| forecast.depth_at(*time);

@@ -9,6 +9,9 @@ mod dive_tests;
 mod doubt;
 #[cfg(test)]
 mod doubt_tests;
+mod drift;
+#[cfg(test)]
+mod drift_tests;
 
 use along_path::{AlongPath, Stretch};
 pub(crate) use along_path::{place_on_path, speed_along};
@@ -83,6 +86,8 @@ pub struct AuvForecast {
     depth: DepthForecast,
     /// Covariance of (north, east, north velocity, east velocity) at the report.
     covariance: Matrix4<f64>,
+    /// Velocity (north, east) beyond what its model explains, m/s.
+    drift: Vector2<f64>,
 }
 
 /// How it goes on from the report.
@@ -146,6 +151,7 @@ impl AuvForecast {
                 way: Way::AlongPath(along_path),
                 stretches,
                 covariance: state.covariance.unwrap_or_else(doubt::covariance_unless_told),
+                drift: Vector2::zeros(),
             };
         }
         stretches.clear();
@@ -174,6 +180,7 @@ impl AuvForecast {
                 }
             },
             covariance: state.covariance.unwrap_or_else(doubt::covariance_unless_told),
+            drift: Vector2::zeros(),
         }
     }
 
@@ -184,8 +191,11 @@ impl AuvForecast {
     pub fn at(&self, ahead: f64) -> Motion {
         let elapsed = self.age + ahead;
         match &self.way {
-            Way::Turning(turning) => turning.at(elapsed),
-            Way::AlongPath(along_path) => along_path.at(elapsed, self.depth.lead(elapsed), &self.stretches),
+            Way::Turning(turning) => drift::for_ever(self.drift, elapsed).beyond(turning.at(elapsed)),
+            Way::AlongPath(along_path) => {
+                let lead = self.depth.lead(elapsed);
+                drift::fading(self.drift, elapsed).beyond(along_path.at(elapsed, lead, &self.stretches))
+            }
         }
     }
 

@@ -14,7 +14,7 @@ use crate::{
     forecast::{AuvForecast, Motion},
     los::target_course,
     smallest_circle::{Below, nearest_to_all},
-    snapshot::{AUVS_MAX, Auv, Goal, Offset, Snapshot},
+    snapshot::{AUVS_MAX, Auv, Evidence, Goal, Offset, Snapshot},
 };
 
 /// The goal's motion over time, and that of every AUV.
@@ -209,6 +209,9 @@ fn forecast_all(snapshot: &Snapshot, forecasts: &mut Vec<AuvForecast>) {
         match forecasts.get_mut(i) {
             Some(forecast) => forecast.update(state, auv.into(), snapshot.forecast, &current),
             None => forecasts.push(AuvForecast::new(state, auv.into(), snapshot.forecast, &current)),
+        }
+        if let (Evidence::State(_), Some(earlier)) = (&auv.evidence, snapshot.earlier_forecast(&auv.id)) {
+            forecasts[i].take_up(earlier, snapshot.time);
         }
     }
 }

@@ -315,6 +315,31 @@ pub struct PreviousPlan {
     pub heading_reference: Option<Heading>,
     /// What the current (north, east) was taken for, m/s, where anything told it.
     pub current: Option<Vector2<f64>>,
+    /// Where it expected the AUVs.
+    pub targets: Vec<PreviousTarget>,
+}
+
+/// Where an earlier answer expected an AUV.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PreviousTarget {
+    /// The AUV.
+    pub id: VehicleId,
+    /// Age of the report then that the forecast started from, s.
+    pub report_age: f64,
+    /// Velocity over ground (north, east) beyond what its model explained, m/s.
+    pub drift: Vector2<f64>,
+    /// Times, s on the snapshot's clock, in order, and the positions (north, east) expected then, m.
+    pub positions: Vec<(f64, Vector2<f64>)>,
+}
+
+impl PreviousTarget {
+    /// Position (north, east) expected at `time`, s on the snapshot's clock, m; none outside of what is told.
+    pub(crate) fn position_at(&self, time: f64) -> Option<Vector2<f64>> {
+        let after = self.positions.partition_point(|(t, _)| *t <= time);
+        let (t1, p1) = *self.positions.get(after)?;
+        let (t0, p0) = *self.positions.get(after.checked_sub(1)?)?;
+        Some(p0 + (p1 - p0) * ((time - t0) / (t1 - t0)))
+    }
 }
 
 /// Everything a client reports, unchecked. Becomes a [`Snapshot`] by [`Snapshot::try_from`].
@@ -397,6 +422,12 @@ impl Observation {
             }
             (measured, remembered) => measured.or(remembered.map(|(_, current)| current)),
         })
+    }
+
+    /// Where the previous plan expected the AUV called `id`.
+    pub(crate) fn earlier_forecast(&self, id: &VehicleId) -> Option<&PreviousTarget> {
+        let previous = self.previous_plan.as_ref()?;
+        previous.targets.iter().find(|target| target.id == *id)
     }
 
     /// The AUV called `id`.

@@ -96,6 +96,24 @@ fn line_of_sight_in_the_tracker_s_frame_gains_a_little_on_the_approach_and_loses
     }
 }
 
+/// The gliders of `slocum` tell their velocity through the water, 0.05 m/s of current short. Taken for a velocity over
+/// ground, it leaves the craft 0.37 m behind.
+#[test]
+fn a_current_that_the_vehicles_do_not_know_of_is_found_out() {
+    let scenario = Scenario::named("slocum").expect("exists").lasting(400.0);
+    let record = run(
+        &scenario,
+        &mut MpcGuide::new(Policy::default()),
+        SEEDS[0],
+        &mut |_| {},
+    )
+    .expect("runs");
+    let craft = record.rows.iter().filter(|row| 300.0 <= row.time);
+    let distances = craft.filter_map(|row| Some(row.surface_craft.as_ref()?.distance()));
+    let farthest = distances.fold(0.0, f64::max);
+    assert!(0.0 < farthest && farthest < 0.05, "{farthest}");
+}
+
 #[test]
 fn anticipating_the_hand_over_halves_the_error() {
     let scenario = Scenario::named("paper-intermittent").expect("exists");

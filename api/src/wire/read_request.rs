@@ -16,10 +16,10 @@ use super::{
     faults::{length, out_of_range},
     read_evidence, read_goal, read_path,
     request::{
-        Asc, Auv, Current, Dive, Fallback, Forecast, Hold, Limits, PlanRequest, PreviousPlan,
-        PreviousReference,
+        Asc, Auv, Current, Dive, Fallback, Forecast, Hold, Limits, PlanRequest, PreviousEstimate,
+        PreviousPlan, PreviousReference, PreviousTarget,
     },
-    response::{PlanResponse, TrajectoryPoint},
+    response::{PlanResponse, PlannedTarget, TargetPoint, TrajectoryPoint},
 };
 use crate::problem::FieldError;
 
@@ -98,6 +98,20 @@ impl From<&PlanResponse> for PreviousPlan {
                 speed_mps: answer.reference.speed_mps,
                 heading_rad: Some(answer.reference.heading_rad),
             }),
+            targets: answer.targets.iter().map(PreviousTarget::from).collect(),
+        }
+    }
+}
+
+impl From<&PlannedTarget> for PreviousTarget {
+    fn from(target: &PlannedTarget) -> Self {
+        Self {
+            id: target.id.clone(),
+            estimate: PreviousEstimate {
+                age_s: target.estimate.age_s,
+            },
+            drift: target.drift,
+            trajectory: target.trajectory.clone(),
         }
     }
 }
@@ -151,6 +165,20 @@ fn bound_lists(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
             0,
             domain::TRAJECTORY_POINTS_MAX,
         );
+        bound(
+            "/previous_plan/targets",
+            previous.targets.len(),
+            0,
+            domain::AUVS_MAX,
+        );
+        for (i, target) in previous.targets.iter().enumerate() {
+            bound(
+                &format!("/previous_plan/targets/{i}/trajectory"),
+                target.trajectory.len(),
+                0,
+                domain::TRAJECTORY_POINTS_MAX,
+            );
+        }
     }
 }
 
@@ -314,5 +342,16 @@ fn previous_plan(previous: &PreviousPlan) -> domain::PreviousPlan {
             .and(previous.reference)
             .and_then(|reference| reference.heading_rad)
             .map(Heading::new),
+        targets: previous.targets.iter().map(previous_target).collect(),
+    }
+}
+
+fn previous_target(target: &PreviousTarget) -> domain::PreviousTarget {
+    let point = |point: &TargetPoint| (point.t_s, Vector2::new(point.north_m, point.east_m));
+    domain::PreviousTarget {
+        id: VehicleId(target.id.clone()),
+        report_age: target.estimate.age_s,
+        drift: Vector2::new(target.drift.north_mps, target.drift.east_mps),
+        positions: target.trajectory.iter().map(point).collect(),
     }
 }

@@ -6,7 +6,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
-use super::{read_goal::each_name_once, response::TrajectoryPoint};
+use super::{
+    read_goal::each_name_once,
+    response::{Drift, TargetPoint, TrajectoryPoint},
+};
 
 /// A snapshot of what is known now, and what the surface craft is to do.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -464,6 +467,30 @@ pub struct PreviousPlan {
     /// The reference that it gave.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<PreviousReference>,
+    /// Where it expected the underwater vehicles, at most 16: with where they turned out to be, it tells how they drift.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub targets: Vec<PreviousTarget>,
+}
+
+/// Where an earlier answer expected an underwater vehicle; these members of it are read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PreviousTarget {
+    /// The vehicle.
+    pub id: String,
+    /// What it was expected from.
+    pub estimate: PreviousEstimate,
+    /// How it drifted.
+    #[serde(default)]
+    pub drift: Drift,
+    /// Where it was expected, in order of time, at most 256 points.
+    pub trajectory: Vec<TargetPoint>,
+}
+
+/// What an earlier answer knew of an underwater vehicle; this member of it is read.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PreviousEstimate {
+    /// How long ago it had been heard of, s.
+    pub age_s: f64,
 }
 
 /// The reference of an earlier answer, of which these members are read.

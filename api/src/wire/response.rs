@@ -147,6 +147,9 @@ pub struct PlannedTarget {
     pub estimate: Estimate,
     /// The forecast model used: `hold`, `constant_velocity`, `constant_turn` or `path`.
     pub forecast: String,
+    /// How it moves beyond what its reports and the model explain, as past answers found out: the next request's
+    /// `previous_plan` needs it.
+    pub drift: Drift,
     /// One point for each of the plan's trajectory.
     pub trajectory: Vec<TargetPoint>,
     /// Its depth at the times of the trajectory, m, positive down.
@@ -182,6 +185,15 @@ pub struct Estimate {
     /// Which of the `reports` the estimate does not rest on, by their index, ascending: outliers, those before a jump,
     /// and what was said twice.
     pub rejected: Vec<usize>,
+}
+
+/// A velocity over ground that a vehicle does not know of, such as a current's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Drift {
+    /// Northward, m/s.
+    pub north_mps: f64,
+    /// Eastward, m/s.
+    pub east_mps: f64,
 }
 
 /// An underwater vehicle at one time.

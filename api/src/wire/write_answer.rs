@@ -19,7 +19,7 @@ use super::{
     SCHEMA_VERSION,
     request::Current,
     response::{
-        Baseline, Estimate, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget,
+        Baseline, Drift, Estimate, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget,
         Predicted, Reference, Residuals, Solver, TargetPoint, TrajectoryPoint, Violation, Warning,
     },
     write_request::{plan_id, rows},
@@ -194,9 +194,19 @@ impl Answer<'_> {
             id: target.id.0.clone(),
             estimate: estimate(&target.estimate),
             forecast: target.model.name().to_owned(),
+            drift: Drift::from(&target.drift),
             trajectory: self.times().zip(&target.positions).map(point).collect(),
             depths_m: target.depths.clone(),
             position_sigma_m: target.position_sigmas.clone(),
+        }
+    }
+}
+
+impl From<&Vector2<f64>> for Drift {
+    fn from(drift: &Vector2<f64>) -> Self {
+        Self {
+            north_mps: drift.x,
+            east_mps: drift.y,
         }
     }
 }

@@ -14,9 +14,10 @@ use super::{
     SCHEMA_VERSION, bounds,
     request::{
         Asc, Auv, AuvState, Current, Dive, Fallback, Forecast, Goal, GoalKind, Hold, Limits, Offset,
-        OffsetFrame, Path, PlanRequest, PreviousPlan, PreviousReference, Report, Segment, SegmentKind,
+        OffsetFrame, Path, PlanRequest, PreviousEstimate, PreviousPlan, PreviousReference, PreviousTarget,
+        Report, Segment, SegmentKind,
     },
-    response::TrajectoryPoint,
+    response::{Drift, TargetPoint, TrajectoryPoint},
 };
 
 /// SHA-256 of the snapshot as this crate writes it, hexadecimal.
@@ -89,6 +90,25 @@ impl From<&facts::PreviousPlan> for PreviousPlan {
                 speed_mps: memory.reference,
                 heading_rad: previous.heading_reference.map(planner::angle::Heading::radians),
             }),
+            targets: previous.targets.iter().map(PreviousTarget::from).collect(),
+        }
+    }
+}
+
+impl From<&facts::PreviousTarget> for PreviousTarget {
+    fn from(target: &facts::PreviousTarget) -> Self {
+        let point = |(t_s, position): &(f64, Vector2<f64>)| TargetPoint {
+            t_s: *t_s,
+            north_m: position.x,
+            east_m: position.y,
+        };
+        Self {
+            id: target.id.0.clone(),
+            estimate: PreviousEstimate {
+                age_s: target.report_age,
+            },
+            drift: Drift::from(&target.drift),
+            trajectory: target.positions.iter().map(point).collect(),
         }
     }
 }

@@ -270,6 +270,7 @@ fn at_rest_the_axes_stay_as_they_are_remembered_or_else_reported() {
         surge_memory: None,
         heading_reference: None,
         current: None,
+        targets: vec![],
     });
     assert!((forecast(&seen).at(40.0).position - direction(-2.0) * 10.0).norm() < 1e-12);
     assert_eq!(forecast(&seen).course(), Course::new(-2.0));
