@@ -119,7 +119,8 @@ fn introduction(board: &Board, provenance: &Provenance) -> String {
     format!(
         "Made by `{}`{commit}: {} scenarios, seeds 1 to {}; gains of the laws found on {} others, from {TUNING_SEED} on, by \
          grid search for each scenario, law and family of metrics (nearness by RMS distance, economy by energy, \
-         steering by heading travel). Distances are true ones, over the whole mission, from its very start. The same \
+         steering by heading travel). The planner's own numbers are the same everywhere; they were chosen on these \
+         scenarios, on seeds from 1 on. Distances are true ones, over the whole mission, from its very start. The same \
          command gives the same numbers on any number of threads.",
         provenance.command,
         board.matches.len(),

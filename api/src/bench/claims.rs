@@ -1,5 +1,6 @@
 //! What the planner is claimed to do beside the laws, and whether it does.
 
+use planner::los::LosLaw;
 use sim::bench::{
     AUTO, Board, CONSTANT_VELOCITY, Contender, Entry, Family, Match, Metric, PATH, Paths, Score,
     statistics::{Interval, mean, median, paired_ratio},
@@ -48,6 +49,7 @@ pub fn verdicts(results: &Results) -> Vec<Verdict> {
     for found in &board.matches {
         for name in [CONSTANT_VELOCITY, AUTO] {
             verdicts.extend(nearness(found, name));
+            verdicts.extend(without_the_current(found, name));
         }
         verdicts.extend(with_paths(found));
         for name in [CONSTANT_VELOCITY, AUTO] {
@@ -143,6 +145,17 @@ fn nearness(found: &Match, name: &str) -> Vec<Verdict> {
         Some(bound.verdict(claim, found, ours, theirs, &measured))
     });
     decided.collect()
+}
+
+/// Beside the law that takes its heading for χ − β.
+fn without_the_current(found: &Match, name: &str) -> Option<Verdict> {
+    if found.scenario != "cross-current-unknown" {
+        return None;
+    }
+    let (ours, theirs) = (found.entry(name)?, found.entry(LosLaw::SaturatedLos.name())?);
+    let measured = beside(ours, theirs, Metric::Rms)?;
+    let claim = "RMS distance beside the law of the paper, the current unknown";
+    Some(Bound::Centre(0.5).verdict(claim, found, ours, theirs, &measured))
 }
 
 fn on_another_plant(found: &Match) -> Option<Verdict> {
