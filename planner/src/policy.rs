@@ -157,7 +157,7 @@ impl Default for Policy {
             previous_plan_age_max: 10.0,
             previous_plan_miss_max: 15.0,
             report_age_max: 900.0,
-            // The craft then takes 35 s over what it takes 3.5 s over when it is sure, √(velocity / position).
+            // The craft then takes 39 s over what it takes 4 s over when it is sure, √(velocity / position).
             doubtful_share: 0.01,
             range_doubt: 1.73,
             settled_cosine: 0.94,
@@ -182,7 +182,7 @@ impl Default for Weights {
     fn default() -> Self {
         Self {
             position: 1.0,
-            velocity: 12.0,
+            velocity: 15.0,
             acceleration: 100.0,
             terminal_position: 10.0,
             terminal_velocity: 150.0,
