@@ -327,27 +327,28 @@ impl Draw {
             heading_reference: self
                 .chance(0.7)
                 .then(|| Heading::new(self.number((-3.0, 3.0), (-3.1, 3.1)))),
-            targets: auvs
-                .iter()
-                .map(|auv| self.previous_target(auv, asc, began))
-                .collect(),
+            targets: auvs.iter().map(|auv| self.previous_target(auv, asc)).collect(),
         }
     }
 
-    /// Where a plan made when it `began` expected an AUV: somewhere near the craft, or anywhere.
-    fn previous_target(&mut self, auv: &Auv, asc: &AscState, began: f64) -> PreviousTarget {
-        let place = self.place(asc.position, 100.0);
-        let mut axis = || self.number((-0.1, 0.1), (-3.0, 3.0));
-        let (velocity, drift) = (Vector2::new(axis(), axis()), Vector2::new(axis(), axis()));
-        let position = |k: i32| (place + velocity * f64::from(k)).map(|axis| axis.clamp(-1.0e6, 1.0e6));
+    /// What a plan knew of an AUV: somewhere near the craft, or anywhere.
+    fn previous_target(&mut self, auv: &Auv, asc: &AscState) -> PreviousTarget {
+        let position = self.place(asc.position, 100.0);
+        let mut axis = |usual: f64, most: f64| self.number((-usual, usual), (-most, most));
         PreviousTarget {
             id: auv.id.clone(),
-            report_age: self.number((0.0, 30.0), (0.0, 900.0)),
-            drift,
-            // Half of them expect nothing.
-            positions: (0..self.rng.random_range(-40..40).max(0))
-                .map(|k| (began + f64::from(k), position(k)))
-                .collect(),
+            velocity: Vector2::new(axis(0.3, 20.0), axis(0.3, 20.0)),
+            drift: Vector2::new(axis(0.1, 3.0), axis(0.1, 3.0)),
+            position,
+            depth: self.number((0.0, 30.0), (-10.0, 12_000.0)),
+            turn_rate: self.number((-0.02, 0.02), (-1.0, 1.0)),
+            report_age: self.number((0.0, 30.0), (0.0, 3600.0)),
+            model: [
+                ForecastModel::ConstantVelocity,
+                ForecastModel::ConstantTurn,
+                ForecastModel::Path,
+                ForecastModel::Hold,
+            ][self.rng.random_range(0..4)],
         }
     }
 }

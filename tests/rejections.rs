@@ -809,32 +809,56 @@ async fn a_current_that_is_handed_back_is_no_faster_than_one_that_is_told() {
     }
 }
 
-#[tokio::test]
-async fn where_a_vehicle_was_expected_is_checked_like_a_trajectory() {
-    let point = |t_s: f64| json!({ "t_s": t_s, "north_m": 0, "east_m": 0 });
-    let target = json!({
+/// What an earlier answer knew of a vehicle, as it is handed back.
+fn previous_target() -> Value {
+    json!({
         "id": "a",
-        "estimate": { "age_s": 2.0 },
+        "estimate": {
+            "age_s": 2.0, "north_m": 0, "east_m": 0, "depth_m": 5, "north_mps": 0.2, "east_mps": 0,
+            "turn_rate_radps": 0,
+        },
+        "forecast": "constant_velocity",
         "drift": { "north_mps": 0.0, "east_mps": 0.1 },
-        "trajectory": [point(119.0), point(120.0)],
-    });
-    let after = async |pointer: &str, wrong: Value| {
-        let mut body = example("track");
-        body["previous_plan"] = json!({ "trajectory": [], "targets": [target] });
-        *body.pointer_mut(pointer).expect("is there") = wrong;
-        planned(body.to_string()).await.faults()
-    };
+    })
+}
+
+#[tokio::test]
+async fn what_was_known_of_a_vehicle_is_checked() {
     let of = "/previous_plan/targets";
     for (place, wrong, code) in [
         ("/0/estimate/age_s", json!(-1.0), "out_of_range"),
+        ("/0/estimate/north_m", json!(2.1e6), "out_of_range"),
+        ("/0/estimate/depth_m", json!(-11), "out_of_range"),
+        ("/0/estimate/east_mps", json!(21), "out_of_range"),
+        ("/0/estimate/turn_rate_radps", json!(1.1), "out_of_range"),
         ("/0/drift/east_mps", json!(3.1), "out_of_range"),
-        ("/0/trajectory/1/north_m", json!(2.1e6), "out_of_range"),
-        ("/0/trajectory/1/t_s", json!(119.0), "not_increasing"),
-        ("/0/trajectory", json!(vec![point(1.0); 257]), "length"),
-        ("", json!(vec![target.clone(); 17]), "length"),
+        ("/0/forecast", json!("straight"), "unknown_variant"),
+        ("", json!(vec![previous_target(); 17]), "length"),
     ] {
         let pointer = format!("{of}{place}");
-        assert_eq!(after(&pointer, wrong).await, fault(&pointer, code));
+        let change = |body: &mut Value| {
+            body["previous_plan"] = json!({ "trajectory": [], "targets": [previous_target()] });
+            *body.pointer_mut(&pointer).expect("is there") = wrong;
+        };
+        assert_eq!(faults_after(change).await, fault(&pointer, code));
+    }
+}
+
+#[tokio::test]
+async fn what_is_not_handed_back_whole_starts_anew() {
+    let mut body = example("track");
+    for targets in [
+        json!(null),
+        json!([]),
+        json!([{ "id": "a" }]),
+        json!([previous_target()]),
+    ] {
+        body["previous_plan"] = json!({ "trajectory": [], "targets": targets });
+        assert_eq!(
+            planned(body.to_string()).await.status,
+            StatusCode::OK,
+            "{targets}"
+        );
     }
 }
 

@@ -115,9 +115,13 @@ fn a_snapshot_survives_the_way_through_json_to_the_bit() {
         heading_reference: Some(Heading::new(2.5)),
         targets: vec![domain::PreviousTarget {
             id: domain::VehicleId("a".to_owned()),
+            model: ForecastModel::Path,
             report_age: 1.0 / 3.0,
+            position: Vector2::new(2.0 / 3.0, 7.0),
+            depth: 5.1,
+            velocity: Vector2::new(0.1, 0.7 / 3.0),
+            turn_rate: -0.01,
             drift: Vector2::new(-0.1, 0.2 / 3.0),
-            positions: vec![(1.0, Vector2::new(2.0 / 3.0, 7.0)), (2.0, Vector2::new(0.7, 7.1))],
         }],
     });
     let rich = snapshot(rich);

@@ -100,11 +100,7 @@ impl From<&Plan> for PreviousPlan {
             }),
             heading_reference: Some(plan.reference.heading),
             current: plan.current,
-            targets: plan
-                .targets
-                .iter()
-                .map(|target| target.remembered(&plan.trajectory))
-                .collect(),
+            targets: plan.targets.iter().map(PreviousTarget::from).collect(),
         }
     }
 }
@@ -206,17 +202,6 @@ impl TargetForecast {
         }
     }
 
-    /// What the next request has to say of it, `trajectory` being the plan's.
-    fn remembered(&self, trajectory: &[TrajectoryPoint]) -> PreviousTarget {
-        let times = trajectory.iter().map(|point| point.time);
-        PreviousTarget {
-            id: self.id.clone(),
-            report_age: self.estimate.state.age,
-            drift: self.drift,
-            positions: times.zip(self.positions.iter().copied()).collect(),
-        }
-    }
-
     fn update(&mut self, auv: &Auv, estimate: &Estimate, forecast: &AuvForecast, times: &[f64]) {
         self.id.0.clone_from(&auv.id.0);
         self.estimate.state.clone_from(&estimate.state);
@@ -229,6 +214,23 @@ impl TargetForecast {
         refill(&mut self.depths, times.iter().map(depth));
         let sigma = |time: &f64| forecast.position_variance(*time).sqrt();
         refill(&mut self.position_sigmas, times.iter().map(sigma));
+    }
+}
+
+impl From<&TargetForecast> for PreviousTarget {
+    /// What the next request has to say of it.
+    fn from(target: &TargetForecast) -> Self {
+        let state = &target.estimate.state;
+        Self {
+            id: target.id.clone(),
+            model: target.model,
+            report_age: state.age,
+            position: state.position,
+            depth: state.depth,
+            velocity: state.velocity(),
+            turn_rate: state.turn_rate,
+            drift: target.drift,
+        }
     }
 }
 

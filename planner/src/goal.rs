@@ -11,10 +11,10 @@ use smallvec::SmallVec;
 use crate::{
     angle::Course,
     estimate::Estimate,
-    forecast::{AuvForecast, Motion},
+    forecast::{AuvForecast, Intent, Motion},
     los::target_course,
     smallest_circle::{Below, nearest_to_all},
-    snapshot::{AUVS_MAX, Auv, Evidence, Goal, Offset, Snapshot},
+    snapshot::{AUVS_MAX, Auv, AuvState, Evidence, Goal, Offset, Snapshot},
 };
 
 /// The goal's motion over time, and that of every AUV.
@@ -206,12 +206,17 @@ fn forecast_all(snapshot: &Snapshot, forecasts: &mut Vec<AuvForecast>) {
     forecasts.truncate(snapshot.auvs.len());
     for (i, (auv, estimate)) in snapshot.auvs.iter().zip(snapshot.estimates()).enumerate() {
         let state = &estimate.state;
-        match forecasts.get_mut(i) {
-            Some(forecast) => forecast.update(state, auv.into(), snapshot.forecast, &current),
-            None => forecasts.push(AuvForecast::new(state, auv.into(), snapshot.forecast, &current)),
+        let (intent, choice) = (Intent::from(auv), snapshot.forecast);
+        if forecasts.len() == i {
+            forecasts.push(AuvForecast::new(state, intent, choice, &current));
         }
-        if let (Evidence::State(_), Some(earlier)) = (&auv.evidence, snapshot.earlier_forecast(&auv.id)) {
-            forecasts[i].take_up(earlier, snapshot.time);
+        match (&auv.evidence, snapshot.remembered(&auv.id)) {
+            // Whoever tells a doubt has a filter, whose velocity is that of its positions already.
+            (Evidence::State(AuvState { covariance: None, .. }), Some((earlier, reported))) => {
+                let between = snapshot.time - state.age - reported;
+                forecasts[i].update_after(earlier, between, state, (intent, choice, &current));
+            }
+            _ => forecasts[i].update(state, intent, choice, &current),
         }
     }
 }

@@ -44,7 +44,7 @@ pub struct Policy {
     /// Fastest that a heading reference of the program or the previous plan turns, and a way is planned to, where the craft
     /// could turn faster, rad/s. A law at speed that is preferred to those turns no faster either.
     pub heading_rate_max: f64,
-    /// Share of the largest speed reference that is planned with and asked for.
+    /// Share of the largest speed reference that is planned with, and asked for by all but a law that answers.
     pub speed_share: f64,
     /// How much farther than asked the program stays from a keep-out, m.
     pub keep_out_margin: f64,

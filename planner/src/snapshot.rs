@@ -29,8 +29,8 @@ pub use crate::invalid_field::{InvalidField, InvalidReason};
 /// How long the current is averaged over, where it is not told, s.
 const CURRENT_MEMORY: f64 = 30.0;
 
-/// Oldest current that is still remembered, s.
-const CURRENT_AGE_MAX: f64 = 60.0;
+/// Age of a previous plan up to which its current and the drift of its AUVs are remembered, s.
+const REMEMBERED_AGE_MAX: f64 = 60.0;
 
 /// The name a client gave to a vehicle; unique within a snapshot.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -226,11 +226,12 @@ impl Limits {
 pub enum ForecastModel {
     /// It stays where it is.
     Hold,
-    /// It keeps its ground velocity.
+    /// It keeps its ground velocity, and its drift.
     ConstantVelocity,
-    /// It keeps its speed and its rate of turn.
+    /// It keeps its speed and its rate of turn, and its drift.
     ConstantTurn,
-    /// It follows its path, at its speed through the water, with the offset that it has.
+    /// It follows its path, at its speed through the water, with the offset that it has, which its drift changes for
+    /// half a minute.
     Path,
 }
 
@@ -315,31 +316,30 @@ pub struct PreviousPlan {
     pub heading_reference: Option<Heading>,
     /// What the current (north, east) was taken for, m/s, where anything told it.
     pub current: Option<Vector2<f64>>,
-    /// Where it expected the AUVs.
+    /// What it knew of the AUVs.
     pub targets: Vec<PreviousTarget>,
 }
 
-/// Where an earlier answer expected an AUV.
+/// What an earlier answer knew of an AUV, and how it had found it to drift.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PreviousTarget {
     /// The AUV.
     pub id: VehicleId,
-    /// Age of the report then that the forecast started from, s.
+    /// The model that it was forecast by.
+    pub model: ForecastModel,
+    /// Age of the report then, s.
     pub report_age: f64,
-    /// Velocity over ground (north, east) beyond what its model explained, m/s.
+    /// Position (north, east) at the report, m.
+    pub position: Vector2<f64>,
+    /// Depth at the report, m, positive down.
+    pub depth: f64,
+    /// Velocity over ground (north, east) at the report, as it was told, m/s.
+    pub velocity: Vector2<f64>,
+    /// Rate of turn of the course at the report, rad/s, positive clockwise.
+    pub turn_rate: f64,
+    /// Velocity over ground (north, east) beyond what the model and the report explained, m/s, within 0.5 m/s along
+    /// either axis; what is faster counts as that fast.
     pub drift: Vector2<f64>,
-    /// Times, s on the snapshot's clock, in order, and the positions (north, east) expected then, m.
-    pub positions: Vec<(f64, Vector2<f64>)>,
-}
-
-impl PreviousTarget {
-    /// Position (north, east) expected at `time`, s on the snapshot's clock, m; none outside of what is told.
-    pub(crate) fn position_at(&self, time: f64) -> Option<Vector2<f64>> {
-        let after = self.positions.partition_point(|(t, _)| *t <= time);
-        let (t1, p1) = *self.positions.get(after)?;
-        let (t0, p0) = *self.positions.get(after.checked_sub(1)?)?;
-        Some(p0 + (p1 - p0) * ((time - t0) / (t1 - t0)))
-    }
 }
 
 /// Everything a client reports, unchecked. Becomes a [`Snapshot`] by [`Snapshot::try_from`].
@@ -414,7 +414,7 @@ impl Observation {
         };
         let remembered = memory
             .map(|(then, current)| (self.time - then, current))
-            .filter(|(elapsed, _)| (0.0..=CURRENT_AGE_MAX).contains(elapsed));
+            .filter(|(elapsed, _)| (0.0..=REMEMBERED_AGE_MAX).contains(elapsed));
         self.current.or_else(|| match (measured(), remembered) {
             (Some(measured), Some((elapsed, before))) => {
                 let share = 1.0 - (-elapsed / CURRENT_MEMORY).exp();
@@ -424,10 +424,14 @@ impl Observation {
         })
     }
 
-    /// Where the previous plan expected the AUV called `id`.
-    pub(crate) fn earlier_forecast(&self, id: &VehicleId) -> Option<&PreviousTarget> {
+    /// What the previous plan knew of the AUV called `id`, and the time of the report that it knew it from, s on the
+    /// snapshot's clock.
+    pub(crate) fn remembered(&self, id: &VehicleId) -> Option<(&PreviousTarget, f64)> {
         let previous = self.previous_plan.as_ref()?;
-        previous.targets.iter().find(|target| target.id == *id)
+        let then = previous.trajectory.first()?.time;
+        let target = previous.targets.iter().find(|target| target.id == *id)?;
+        let young = (0.0..=REMEMBERED_AGE_MAX).contains(&(self.time - then));
+        young.then_some((target, then - target.report_age))
     }
 
     /// The AUV called `id`.

@@ -147,14 +147,14 @@ fn nearness(found: &Match, name: &str) -> Vec<Verdict> {
     decided.collect()
 }
 
-/// Beside the law that takes its heading for χ − β.
+/// Beside the saturated law alone, nearest or not.
 fn without_the_current(found: &Match, name: &str) -> Option<Verdict> {
     if found.scenario != "cross-current-unknown" {
         return None;
     }
     let (ours, theirs) = (found.entry(name)?, found.entry(LosLaw::SaturatedLos.name())?);
     let measured = beside(ours, theirs, Metric::Rms)?;
-    let claim = "RMS distance beside the law of the paper, the current unknown";
+    let claim = "RMS distance beside the saturated law, where nobody tells the current";
     Some(Bound::Centre(0.5).verdict(claim, found, ours, theirs, &measured))
 }
 

@@ -19,7 +19,7 @@ use super::{
         Asc, Auv, Current, Dive, Fallback, Forecast, Hold, Limits, PlanRequest, PreviousEstimate,
         PreviousPlan, PreviousReference, PreviousTarget,
     },
-    response::{PlanResponse, PlannedTarget, TargetPoint, TrajectoryPoint},
+    response::{PlanResponse, PlannedTarget, TrajectoryPoint},
 };
 use crate::problem::FieldError;
 
@@ -98,20 +98,27 @@ impl From<&PlanResponse> for PreviousPlan {
                 speed_mps: answer.reference.speed_mps,
                 heading_rad: Some(answer.reference.heading_rad),
             }),
-            targets: answer.targets.iter().map(PreviousTarget::from).collect(),
+            targets: Some(answer.targets.iter().map(PreviousTarget::from).collect()),
         }
     }
 }
 
 impl From<&PlannedTarget> for PreviousTarget {
     fn from(target: &PlannedTarget) -> Self {
+        let estimate = &target.estimate;
         Self {
             id: target.id.clone(),
-            estimate: PreviousEstimate {
-                age_s: target.estimate.age_s,
-            },
-            drift: target.drift,
-            trajectory: target.trajectory.clone(),
+            estimate: Some(PreviousEstimate {
+                age_s: estimate.age_s,
+                north_m: estimate.north_m,
+                east_m: estimate.east_m,
+                depth_m: estimate.depth_m,
+                north_mps: estimate.north_mps,
+                east_mps: estimate.east_mps,
+                turn_rate_radps: estimate.turn_rate_radps,
+            }),
+            forecast: Some(target.forecast),
+            drift: Some(target.drift),
         }
     }
 }
@@ -167,18 +174,10 @@ fn bound_lists(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
         );
         bound(
             "/previous_plan/targets",
-            previous.targets.len(),
+            previous.targets.as_ref().map_or(0, Vec::len),
             0,
             domain::AUVS_MAX,
         );
-        for (i, target) in previous.targets.iter().enumerate() {
-            bound(
-                &format!("/previous_plan/targets/{i}/trajectory"),
-                target.trajectory.len(),
-                0,
-                domain::TRAJECTORY_POINTS_MAX,
-            );
-        }
     }
 }
 
@@ -342,16 +341,29 @@ fn previous_plan(previous: &PreviousPlan) -> domain::PreviousPlan {
             .and(previous.reference)
             .and_then(|reference| reference.heading_rad)
             .map(Heading::new),
-        targets: previous.targets.iter().map(previous_target).collect(),
+        targets: previous
+            .targets
+            .iter()
+            .flatten()
+            .filter_map(previous_target)
+            .collect(),
     }
 }
 
-fn previous_target(target: &PreviousTarget) -> domain::PreviousTarget {
-    let point = |point: &TargetPoint| (point.t_s, Vector2::new(point.north_m, point.east_m));
-    domain::PreviousTarget {
+/// None of one that is not whole.
+fn previous_target(target: &PreviousTarget) -> Option<domain::PreviousTarget> {
+    let (estimate, drift) = (target.estimate?, target.drift?);
+    let domain::ForecastChoice::Model(model) = forecast(target.forecast?) else {
+        return None;
+    };
+    Some(domain::PreviousTarget {
         id: VehicleId(target.id.clone()),
-        report_age: target.estimate.age_s,
-        drift: Vector2::new(target.drift.north_mps, target.drift.east_mps),
-        positions: target.trajectory.iter().map(point).collect(),
-    }
+        model,
+        report_age: estimate.age_s,
+        position: Vector2::new(estimate.north_m, estimate.east_m),
+        depth: estimate.depth_m,
+        velocity: Vector2::new(estimate.north_mps, estimate.east_mps),
+        turn_rate: estimate.turn_rate_radps,
+        drift: Vector2::new(drift.north_mps, drift.east_mps),
+    })
 }

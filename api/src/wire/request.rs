@@ -8,7 +8,7 @@ use utoipa::ToSchema;
 
 use super::{
     read_goal::each_name_once,
-    response::{Drift, TargetPoint, TrajectoryPoint},
+    response::{Drift, TrajectoryPoint},
 };
 
 /// A snapshot of what is known now, and what the surface craft is to do.
@@ -467,30 +467,45 @@ pub struct PreviousPlan {
     /// The reference that it gave.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<PreviousReference>,
-    /// Where it expected the underwater vehicles, at most 16: with where they turned out to be, it tells how they drift.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub targets: Vec<PreviousTarget>,
+    /// What it knew of the underwater vehicles, at most 16.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub targets: Option<Vec<PreviousTarget>>,
 }
 
-/// Where an earlier answer expected an underwater vehicle; these members of it are read.
+/// What an earlier answer knew of an underwater vehicle, of which these members are read: with where the vehicle turned
+/// out to be, they tell how it drifts. Without one of them it starts anew.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PreviousTarget {
     /// The vehicle.
     pub id: String,
-    /// What it was expected from.
-    pub estimate: PreviousEstimate,
-    /// How it drifted.
-    #[serde(default)]
-    pub drift: Drift,
-    /// Where it was expected, in order of time, at most 256 points.
-    pub trajectory: Vec<TargetPoint>,
+    /// What it was forecast from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub estimate: Option<PreviousEstimate>,
+    /// The forecast model used, never `auto`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub forecast: Option<Forecast>,
+    /// How it drifted. Beyond 0.5 m/s along either axis it counts as that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drift: Option<Drift>,
 }
 
-/// What an earlier answer knew of an underwater vehicle; this member of it is read.
+/// What an earlier answer forecast an underwater vehicle from, of which these members are read.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PreviousEstimate {
-    /// How long ago it had been heard of, s.
+    /// How long ago that was then, s.
     pub age_s: f64,
+    /// Position north of the datum, m.
+    pub north_m: f64,
+    /// Position east of the datum, m.
+    pub east_m: f64,
+    /// Depth, m, positive down.
+    pub depth_m: f64,
+    /// Northward velocity over ground, as it was told, m/s.
+    pub north_mps: f64,
+    /// Eastward velocity over ground, as it was told, m/s.
+    pub east_mps: f64,
+    /// Rate of turn of the course, rad/s, positive clockwise.
+    pub turn_rate_radps: f64,
 }
 
 /// The reference of an earlier answer, of which these members are read.

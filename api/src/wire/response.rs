@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
-use super::request::Current;
+use super::request::{Current, Forecast};
 
 /// A plan for the surface craft.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -145,10 +145,11 @@ pub struct PlannedTarget {
     pub id: String,
     /// Where it was when it was last heard of, from which the forecast starts.
     pub estimate: Estimate,
-    /// The forecast model used: `hold`, `constant_velocity`, `constant_turn` or `path`.
-    pub forecast: String,
-    /// How it moves beyond what its reports and the model explain, as past answers found out: the next request's
-    /// `previous_plan` needs it.
+    /// The forecast model used, never `auto`.
+    pub forecast: Forecast,
+    /// How it moves beyond what its reports and the model explain, as past answers found out from one `state` without a
+    /// covariance to the next: a glider's velocity through the water, for one. Zero where nothing tells it. The next
+    /// request's `previous_plan` needs it.
     pub drift: Drift,
     /// One point for each of the plan's trajectory.
     pub trajectory: Vec<TargetPoint>,

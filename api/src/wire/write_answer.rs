@@ -17,7 +17,7 @@ use serde_json::{Map, Value};
 
 use super::{
     SCHEMA_VERSION,
-    request::Current,
+    request::{Current, Forecast},
     response::{
         Baseline, Drift, Estimate, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget,
         Predicted, Reference, Residuals, Solver, TargetPoint, TrajectoryPoint, Violation, Warning,
@@ -193,7 +193,7 @@ impl Answer<'_> {
         PlannedTarget {
             id: target.id.0.clone(),
             estimate: estimate(&target.estimate),
-            forecast: target.model.name().to_owned(),
+            forecast: Forecast::from(target.model),
             drift: Drift::from(&target.drift),
             trajectory: self.times().zip(&target.positions).map(point).collect(),
             depths_m: target.depths.clone(),

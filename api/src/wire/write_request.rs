@@ -17,7 +17,7 @@ use super::{
         OffsetFrame, Path, PlanRequest, PreviousEstimate, PreviousPlan, PreviousReference, PreviousTarget,
         Report, Segment, SegmentKind,
     },
-    response::{Drift, TargetPoint, TrajectoryPoint},
+    response::{Drift, TrajectoryPoint},
 };
 
 /// SHA-256 of the snapshot as this crate writes it, hexadecimal.
@@ -55,10 +55,7 @@ impl From<&Snapshot> for PlanRequest {
             surfacing_separation_m: snapshot.surfacing_separation,
             forecast: match snapshot.forecast {
                 ForecastChoice::Auto => Forecast::Auto,
-                ForecastChoice::Model(ForecastModel::Hold) => Forecast::Hold,
-                ForecastChoice::Model(ForecastModel::ConstantVelocity) => Forecast::ConstantVelocity,
-                ForecastChoice::Model(ForecastModel::ConstantTurn) => Forecast::ConstantTurn,
-                ForecastChoice::Model(ForecastModel::Path) => Forecast::Path,
+                ForecastChoice::Model(model) => Forecast::from(model),
             },
             fallback: match snapshot.fallback {
                 facts::Fallback::Ladder => Fallback::Los,
@@ -90,25 +87,37 @@ impl From<&facts::PreviousPlan> for PreviousPlan {
                 speed_mps: memory.reference,
                 heading_rad: previous.heading_reference.map(planner::angle::Heading::radians),
             }),
-            targets: previous.targets.iter().map(PreviousTarget::from).collect(),
+            targets: Some(previous.targets.iter().map(PreviousTarget::from).collect()),
+        }
+    }
+}
+
+impl From<ForecastModel> for Forecast {
+    fn from(model: ForecastModel) -> Self {
+        match model {
+            ForecastModel::Hold => Self::Hold,
+            ForecastModel::ConstantVelocity => Self::ConstantVelocity,
+            ForecastModel::ConstantTurn => Self::ConstantTurn,
+            ForecastModel::Path => Self::Path,
         }
     }
 }
 
 impl From<&facts::PreviousTarget> for PreviousTarget {
     fn from(target: &facts::PreviousTarget) -> Self {
-        let point = |(t_s, position): &(f64, Vector2<f64>)| TargetPoint {
-            t_s: *t_s,
-            north_m: position.x,
-            east_m: position.y,
-        };
         Self {
             id: target.id.0.clone(),
-            estimate: PreviousEstimate {
+            estimate: Some(PreviousEstimate {
                 age_s: target.report_age,
-            },
-            drift: Drift::from(&target.drift),
-            trajectory: target.positions.iter().map(point).collect(),
+                north_m: target.position.x,
+                east_m: target.position.y,
+                depth_m: target.depth,
+                north_mps: target.velocity.x,
+                east_mps: target.velocity.y,
+                turn_rate_radps: target.turn_rate,
+            }),
+            forecast: Some(Forecast::from(target.model)),
+            drift: Some(Drift::from(&target.drift)),
         }
     }
 }

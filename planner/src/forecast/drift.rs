@@ -2,20 +2,31 @@
 
 use nalgebra::Vector2;
 
-use super::{AuvForecast, Motion};
-use crate::snapshot::{ForecastModel, PreviousTarget};
+use super::{AuvForecast, Intent, Motion};
+use crate::{
+    angle::Course,
+    snapshot::{AuvState, ForecastChoice, ForecastModel, PreviousTarget},
+};
 
-/// How long drift is averaged over, s.
+/// How long drift is averaged over, s: as long as the current is.
 const MEMORY: f64 = 30.0;
 
-/// Oldest forecast that drift is told by, s.
-const FORECAST_AGE_MAX: f64 = 60.0;
+/// Longest time between two reports that drift is told by, s. Over longer ones a vehicle turns.
+const BETWEEN_MAX: f64 = 60.0;
 
-/// A vehicle farther from where it was expected has jumped, m: it surfaced and found out where it is, or was mistaken
-/// for another. That tells nothing of how it goes on.
+/// Reports nearer in time than this are one, s: their times come about by different sums.
+const BETWEEN_MIN: f64 = 1e-3;
+
+/// A vehicle farther than this from where it was expected has jumped, m, unless the time between the reports explains
+/// it: it surfaced and found out where it is, or was mistaken for another. That tells nothing of how it goes on.
+///
+/// Assumption: two standard deviations of an acoustic fix (1.5 m).
 const JUMP: f64 = 3.0;
 
-/// Fastest drift along an axis, m/s.
+/// Drift that explains a distance, m/s. Assumption: a strong current where AUVs work.
+const USUAL: f64 = 0.3;
+
+/// Fastest drift along an axis, m/s. Assumption: an AUV that stands more of it does not get home.
 const DRIFT_MAX: f64 = 0.5;
 
 /// How far a vehicle is carried, m, and how fast, m/s (north, east).
@@ -62,31 +73,53 @@ impl AuvForecast {
         self.drift
     }
 
-    /// Takes up what an earlier answer tells: how fast the AUV was drifting, and where it was expected `now`, s.
+    /// Forecasts anew from `state`, in the memory of the forecast before, and takes up what an earlier answer knew from a
+    /// report `between` seconds before: how fast the AUV was drifting, and where from.
     ///
     /// ```text
-    /// d = d⁻ + (p − p⁻) / max(τ, Δ)
+    /// d = d⁻ + (p − p⁻) / max(τ, Δ)          τ = 30 s
     /// ```
-    /// with p⁻ the place now that the earlier answer expected, p the one that a forecast with the same drift from the
-    /// newest report expects, and Δ the time between the reports. Noise of the positions cancels from report to
-    /// report; one that was not renewed changes nothing.
+    /// with p the position of the newest report, p⁻ the one forecast for its time from the report before, with the drift
+    /// d⁻, and Δ the time between the two; as it was, where the newest report is no newer, Δ is above a minute, or p − p⁻
+    /// is a jump. Noise of the positions mostly cancels from report to report.
     ///
     /// Measured in `slocum`, whose gliders tell their velocity through the water: 0.95 times as far off, and 0.01 m once
     /// settled in place of 0.37 m. Along paths a drift that did not fade would do harm: 1.5 times as far off in `faults`,
     /// where one vehicle strays and another dies.
-    pub(crate) fn take_up(&mut self, earlier: &PreviousTarget, now: f64) {
-        let (Some((then, _)), Some(expected)) = (earlier.positions.first(), earlier.position_at(now)) else {
-            return;
-        };
-        if self.model == ForecastModel::Hold || FORECAST_AGE_MAX < now - then {
+    pub(crate) fn update_after(
+        &mut self,
+        earlier: &PreviousTarget,
+        between: f64,
+        state: &AuvState,
+        (intent, choice, current): (Intent<'_>, ForecastChoice, &Vector2<f64>),
+    ) {
+        let drift = earlier.drift.map(|along| along.clamp(-DRIFT_MAX, DRIFT_MAX));
+        let tells = earlier.model != ForecastModel::Hold && (BETWEEN_MIN..=BETWEEN_MAX).contains(&between);
+        let expected = tells.then(|| {
+            let before = AuvState {
+                position: earlier.position,
+                depth: earlier.depth,
+                course: Course::of(&earlier.velocity),
+                speed: earlier.velocity.norm(),
+                turn_rate: earlier.turn_rate,
+                age: 0.0,
+                covariance: None,
+            };
+            self.update(&before, intent, ForecastChoice::Model(earlier.model), current);
+            self.drift = drift;
+            self.at(between).position
+        });
+        self.update(state, intent, choice, current);
+        // What a path does not explain says nothing of motion, nor the other way round.
+        let along_path = |model| model == ForecastModel::Path;
+        if self.model == ForecastModel::Hold || along_path(self.model) != along_path(earlier.model) {
             return;
         }
-        self.drift = earlier.drift;
-        let off = self.at(0.0).position - expected;
-        if off.norm() <= JUMP {
-            let between = (now - self.age) - (then - earlier.report_age);
-            self.drift += off / between.max(MEMORY);
+        self.drift = drift;
+        let off = expected.map_or_else(Vector2::zeros, |expected| state.position - expected);
+        if off.norm() <= JUMP.max(USUAL * between) {
+            let drift = drift + off / between.max(MEMORY);
+            self.drift = drift.map(|along| along.clamp(-DRIFT_MAX, DRIFT_MAX));
         }
-        self.drift = self.drift.map(|along| along.clamp(-DRIFT_MAX, DRIFT_MAX));
     }
 }

@@ -29,8 +29,8 @@ pub const AUVS_MAX: usize = 16;
 pub const TRAJECTORY_POINTS_MAX: usize = 256;
 /// Largest coordinate, m: one local datum cannot serve a larger area as a plane.
 pub const COORDINATE_MAX: f64 = 1.0e6;
-/// Largest coordinate of where an AUV was expected, m: at the end of a horizon, after an old report.
-const FORECAST_MAX: f64 = 2.0 * COORDINATE_MAX;
+/// Largest coordinate of where an AUV was taken to be, m: a filter may have led out of what is accepted.
+const ESTIMATE_MAX: f64 = 2.0 * COORDINATE_MAX;
 /// Largest time, s: past the year 5000 on a Unix clock, and far from losing milliseconds.
 pub const TIME_MAX: f64 = 1.0e11;
 /// Slowest speed along a path, m/s: what is slower does not follow one.
@@ -369,38 +369,34 @@ impl Check {
                 self.within(format_args!("{field}/{i}/{name}"), value, range);
             }
         }
-        self.increasing(format_args!("{field}"), points.iter().map(|point| point.time));
+        for (i, pair) in points.windows(2).enumerate() {
+            let [before, after] = pair else { continue };
+            if after.time <= before.time {
+                let reason = InvalidReason::NotIncreasing {
+                    given: after.time,
+                    before: before.time,
+                };
+                self.fail(format_args!("{field}/{}/t_s", i + 1), reason);
+            }
+        }
     }
 
     fn previous_targets(&mut self, targets: &[PreviousTarget]) {
         let field = "previous_plan/targets";
         self.length(format_args!("{field}"), targets.len(), 0..=AUVS_MAX);
         for (i, target) in targets.iter().enumerate() {
-            let age = format_args!("{field}/{i}/estimate/age_s");
-            self.within(age, target.report_age, 0.0..=REPORT_AGE_MAX);
+            for (name, value, range) in [
+                ("age_s", target.report_age, 0.0..=REPORT_AGE_MAX),
+                ("north_m", target.position.x, -ESTIMATE_MAX..=ESTIMATE_MAX),
+                ("east_m", target.position.y, -ESTIMATE_MAX..=ESTIMATE_MAX),
+                ("depth_m", target.depth, -10.0..=DEPTH_MAX),
+                ("north_mps", target.velocity.x, -20.0..=20.0),
+                ("east_mps", target.velocity.y, -20.0..=20.0),
+                ("turn_rate_radps", target.turn_rate, -1.0..=1.0),
+            ] {
+                self.within(format_args!("{field}/{i}/estimate/{name}"), value, range);
+            }
             self.current(&format!("{field}/{i}/drift"), &target.drift);
-            let field = format_args!("{field}/{i}/trajectory");
-            self.length(field, target.positions.len(), 0..=TRAJECTORY_POINTS_MAX);
-            for (j, (time, position)) in target.positions.iter().enumerate() {
-                for (name, value, most) in [
-                    ("t_s", *time, TIME_MAX),
-                    ("north_m", position.x, FORECAST_MAX),
-                    ("east_m", position.y, FORECAST_MAX),
-                ] {
-                    self.within(format_args!("{field}/{j}/{name}"), value, -most..=most);
-                }
-            }
-            self.increasing(field, target.positions.iter().map(|(time, _)| *time));
-        }
-    }
-
-    /// Times of a trajectory.
-    fn increasing(&mut self, field: fmt::Arguments<'_>, times: impl Iterator<Item = f64> + Clone) {
-        for (i, (before, given)) in times.clone().zip(times.skip(1)).enumerate() {
-            if given <= before {
-                let reason = InvalidReason::NotIncreasing { given, before };
-                self.fail(format_args!("{field}/{}/t_s", i + 1), reason);
-            }
         }
     }
 }

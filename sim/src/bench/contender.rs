@@ -169,13 +169,17 @@ impl Contender {
         };
         let uses = match &self.pilot {
             Pilot::Law(_) | Pilot::Tuned(_) => "looks at the present only",
-            Pilot::Planner { forecast: None, .. } => "forecasts along paths where told, else by rate of turn",
+            Pilot::Planner { forecast: None, .. } => {
+                "forecasts along paths where told, else by rate of turn, and with the drift that it found out"
+            }
             Pilot::Planner {
                 forecast: Some(model),
                 ..
             } => match model {
                 ForecastModel::Hold => "forecasts that all stay where they are",
-                ForecastModel::ConstantVelocity => "forecasts that all keep their velocity",
+                ForecastModel::ConstantVelocity => {
+                    "forecasts that all keep their velocity, and the drift that it found out"
+                }
                 ForecastModel::ConstantTurn => "forecasts that all keep their rate of turn",
                 ForecastModel::Path => "forecasts along the paths",
             },
