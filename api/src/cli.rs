@@ -4,7 +4,13 @@ use std::error::Error;
 
 use clap::{Parser, Subcommand};
 
-use crate::{
+mod missions;
+mod out_file;
+mod plan;
+mod scenarios;
+mod serve;
+
+use self::{
     missions::{Bench, Compare, Figures, Simulate, bench, compare, figures, simulate},
     plan::{Plan, plan},
     scenarios::{Scenarios, scenarios},

@@ -5,11 +5,6 @@ use std::process::ExitCode;
 use clap::Parser;
 
 mod cli;
-mod missions;
-mod out_file;
-mod plan;
-mod scenarios;
-mod serve;
 
 fn main() -> ExitCode {
     let filter = tracing_subscriber::EnvFilter::try_from_default_env()

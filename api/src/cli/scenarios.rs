@@ -5,7 +5,7 @@ use std::{io, path::Path};
 use clap::Args;
 use sim::scenario::{Scenario, ScenarioError};
 
-use crate::out_file::print;
+use crate::cli::out_file::print;
 
 #[derive(Debug, Args)]
 pub(crate) struct Scenarios {

@@ -11,7 +11,7 @@ use clap::Args;
 use planner::solve::TOLERANCE;
 use serde::Serialize;
 
-use crate::out_file::{OutFile, print};
+use crate::cli::out_file::{OutFile, print};
 
 /// Stands for standard input, as everywhere.
 const STANDARD_INPUT: &str = "-";

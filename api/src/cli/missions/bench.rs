@@ -19,7 +19,7 @@ use sim::{
 };
 
 use super::{MissionError, bar, lasting, show};
-use crate::{
+use crate::cli::{
     out_file::{OutFile, print},
     scenarios::scenario,
 };

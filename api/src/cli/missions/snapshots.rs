@@ -10,7 +10,7 @@ use planner::snapshot::Snapshot;
 use sim::guide::{Guidance, Guide, GuideError, MpcGuide};
 
 use super::MissionError;
-use crate::out_file::OutFile;
+use crate::cli::out_file::OutFile;
 
 /// The planner, and where the first and every `every`-th further snapshot is kept that it is asked. They are
 /// written after the mission, so that writing does not count as planning.

@@ -29,7 +29,7 @@ use sim::{
     scenario::Scenario,
 };
 
-use crate::{
+use crate::cli::{
     out_file::{OutFile, print},
     scenarios::{NoScenario, scenario},
 };

@@ -6,7 +6,7 @@ use api::figures::{PaperMissions, draw, gallery, stated, table};
 use clap::Args;
 
 use super::{MissionError, bar, show};
-use crate::out_file::{OutFile, print};
+use crate::cli::out_file::{OutFile, print};
 
 #[derive(Debug, Args)]
 pub(crate) struct Figures {
