@@ -40,49 +40,125 @@ pub fn run(
 
 /// [`run`] from `start`, whatever became of it since `scenario` and `seed` gave it.
 pub(crate) fn run_from(
-    mut start: Start,
+    start: Start,
     scenario: &Scenario,
     guide: &mut dyn Guide,
     seed: u64,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Record, GuideError> {
-    let mut goal = start.goal.clone().map(|goal| TrueGoal::new(goal, start.offset));
-    let mut record = empty_record(scenario, &start, guide.name(), seed);
-    let n_plans = whole_plans(start.duration);
-    record.rows.reserve(n_plans as usize);
-    for k in 0..n_plans {
-        let row = tick(&mut start, goal.as_mut(), guide)?;
-        for _ in 0..PERIODS_PER_PLAN {
-            start
-                .world
-                .step(row.surface_craft.as_ref().map(|craft| &craft.reference));
-            if let Some(observer) = &mut start.observer {
-                observer.listen(&start.world);
-            }
-        }
-        record.rows.push(row);
-        progress(f64::from(k + 1) / f64::from(n_plans));
+    let mut mission = Mission::from_start(start, scenario, guide.name(), seed);
+    while !mission.is_over() {
+        let snapshot = mission.look()?;
+        let asked = snapshot
+            .as_ref()
+            .map(|snapshot| guide.guide(snapshot))
+            .transpose()?;
+        mission.go_on(snapshot.as_ref().zip(asked));
+        progress(f64::from(mission.ticks) / f64::from(mission.ticks_max));
     }
-    Ok(record)
+    Ok(mission.record)
 }
 
-/// What is so, what is known of it, and what the guide makes of that.
-fn tick(start: &mut Start, goal: Option<&mut TrueGoal>, guide: &mut dyn Guide) -> Result<Row, GuideError> {
-    let world = &start.world;
-    let time = world.time();
-    let (Some(observer), Some(craft), Some(goal)) = (&mut start.observer, &world.surface_craft, goal) else {
-        return Ok(Row {
-            time,
-            surface_craft: None,
-            divers: world.divers.iter().map(|diver| diver_row(world, diver)).collect(),
-        });
-    };
-    let snapshot = observer.look(world, craft, PLAN_INTERVAL)?;
-    let guidance = guide.guide(&snapshot)?;
-    let divers = world
-        .divers
-        .iter()
-        .zip(snapshot.estimates())
+/// A mission under way, a tick at a time, for whoever has a guide elsewhere.
+#[derive(Debug)]
+pub struct Mission {
+    start: Start,
+    goal: Option<TrueGoal>,
+    record: Record,
+    ticks: u32,
+    ticks_max: u32,
+}
+
+impl Mission {
+    /// The mission of `scenario` from the start that `seed` gives. `guide` is the name for its record.
+    pub fn new(scenario: &Scenario, guide: &str, seed: u64) -> Result<Self, GuideError> {
+        Ok(Self::from_start(scenario.start(seed)?, scenario, guide, seed))
+    }
+
+    fn from_start(start: Start, scenario: &Scenario, guide: &str, seed: u64) -> Self {
+        let mut record = empty_record(scenario, &start, guide, seed);
+        let ticks_max = whole_plans(start.duration);
+        record.rows.reserve(ticks_max as usize);
+        Self {
+            goal: start.goal.clone().map(|goal| TrueGoal::new(goal, start.offset)),
+            start,
+            record,
+            ticks: 0,
+            ticks_max,
+        }
+    }
+
+    /// Whether its time is over.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.ticks_max <= self.ticks
+    }
+
+    /// Mission time, s.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.start.world.time()
+    }
+
+    /// What is known now; none without a surface craft. To be called once a tick: sensors err anew at each look.
+    pub fn look(&mut self) -> Result<Option<Snapshot>, GuideError> {
+        let world = &self.start.world;
+        let (Some(observer), Some(craft)) = (&mut self.start.observer, &world.surface_craft) else {
+            return Ok(None);
+        };
+        Ok(Some(observer.look(world, craft, PLAN_INTERVAL)?))
+    }
+
+    /// Holds the guide's answer to the snapshot of [`Self::look`] for a tick.
+    pub fn go_on(&mut self, guided: Option<(&Snapshot, Guidance)>) {
+        let world = &self.start.world;
+        let time = world.time();
+        let row = match (guided, &world.surface_craft, &mut self.goal) {
+            (Some((snapshot, guidance)), Some(craft), Some(goal)) => Row {
+                time,
+                divers: known_divers(world, snapshot),
+                surface_craft: Some(surface_craft_row(
+                    world,
+                    craft,
+                    goal.position(world),
+                    snapshot,
+                    guidance,
+                )),
+            },
+            _ => Row {
+                time,
+                surface_craft: None,
+                divers: world.divers.iter().map(|diver| diver_row(world, diver)).collect(),
+            },
+        };
+        for _ in 0..PERIODS_PER_PLAN {
+            self.start
+                .world
+                .step(row.surface_craft.as_ref().map(|craft| &craft.reference));
+            if let Some(observer) = &mut self.start.observer {
+                observer.listen(&self.start.world);
+            }
+        }
+        self.record.rows.push(row);
+        self.ticks += 1;
+    }
+
+    /// What was recorded so far.
+    #[must_use]
+    pub fn record(&self) -> &Record {
+        &self.record
+    }
+
+    /// Takes the rows so far out of the record, for whoever keeps them elsewhere.
+    pub fn take_rows(&mut self) -> Vec<Row> {
+        std::mem::take(&mut self.record.rows)
+    }
+}
+
+/// The underwater vehicles, and what `snapshot` takes them for.
+fn known_divers(world: &World, snapshot: &Snapshot) -> Vec<DiverRow> {
+    let estimated = world.divers.iter().zip(snapshot.estimates());
+    estimated
         .map(|(diver, Estimate { state, .. })| DiverRow {
             known: Some(KnownDiver {
                 position: state.position,
@@ -92,18 +168,8 @@ fn tick(start: &mut Start, goal: Option<&mut TrueGoal>, guide: &mut dyn Guide) -
                 age: state.age,
             }),
             ..diver_row(world, diver)
-        });
-    Ok(Row {
-        time,
-        divers: divers.collect(),
-        surface_craft: Some(surface_craft_row(
-            world,
-            craft,
-            goal.position(world),
-            &snapshot,
-            guidance,
-        )),
-    })
+        })
+        .collect()
 }
 
 fn empty_record(scenario: &Scenario, start: &Start, guide: &str, seed: u64) -> Record {
