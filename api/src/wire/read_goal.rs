@@ -1,15 +1,11 @@
 //! From a goal in a client's JSON to what the surface craft is to do, and where, seen from there.
 
-use std::{collections::BTreeMap, f64::consts::TAU, fmt};
+use std::f64::consts::TAU;
 
 use nalgebra::Vector2;
 use planner::{
     angle::direction,
     snapshot::{self as domain, OFFSET_MAX, VehicleId},
-};
-use serde::{
-    Deserialize, Deserializer,
-    de::{Error, MapAccess, Visitor},
 };
 
 use super::{
@@ -121,43 +117,4 @@ fn polar(range: f64, bearing: f64, invalid: &mut Vec<FieldError>) -> Vector2<f64
         }
     }
     direction(bearing) * range.clamp(0.0, OFFSET_MAX)
-}
-
-/// Numbers by name, none of them twice: of two, a map would keep the last.
-pub(super) fn each_name_once<'de, D: Deserializer<'de>>(
-    deserializer: D,
-) -> Result<Option<BTreeMap<String, f64>>, D::Error> {
-    let map = Option::<EachNameOnce>::deserialize(deserializer)?;
-    Ok(map.map(|EachNameOnce(map)| map))
-}
-
-struct EachNameOnce(BTreeMap<String, f64>);
-
-impl<'de> Deserialize<'de> for EachNameOnce {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_map(EachNameOnceVisitor)
-    }
-}
-
-struct EachNameOnceVisitor;
-
-impl<'de> Visitor<'de> for EachNameOnceVisitor {
-    type Value = EachNameOnce;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a map")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut given: A) -> Result<EachNameOnce, A::Error> {
-        let mut map = BTreeMap::new();
-        while let Some(name) = given.next_key::<String>()? {
-            if map.contains_key(&name) {
-                // The words of serde's own shapes, by which the problem document finds the member.
-                return Err(A::Error::custom(format_args!("duplicate field `{name}`")));
-            }
-            let value = given.next_value()?;
-            map.insert(name, value);
-        }
-        Ok(EachNameOnce(map))
-    }
 }

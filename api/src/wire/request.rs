@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
 use super::{
-    read_goal::each_name_once,
+    each_name_once::if_any_each_name_once,
     response::{Drift, TrajectoryPoint},
 };
 
@@ -232,7 +232,7 @@ pub struct Segment {
     /// `waypoints`: where its straight legs would meet.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub points: Option<Vec<[f64; 2]>>,
-    /// `waypoints`: radius by which corners are rounded, m; 0 where there is none.
+    /// `waypoints`: radius by which corners are rounded, m; 0 only where no leg turns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fillet_m: Option<f64>,
 }
@@ -275,7 +275,7 @@ pub struct Goal {
     #[serde(
         default,
         skip_serializing_if = "Option::is_none",
-        deserialize_with = "each_name_once"
+        deserialize_with = "if_any_each_name_once"
     )]
     #[schema(example = json!({ "auv-1": 0.7, "auv-2": 0.3 }))]
     pub weights: Option<BTreeMap<String, f64>>,
