@@ -9,8 +9,8 @@ use std::{
 use sim::{datum::NotOnEarth, record::Record};
 
 mod csv;
-mod geojson;
-mod mcap;
+pub(crate) mod geojson;
+pub(crate) mod mcap;
 pub(crate) mod parquet;
 #[cfg(test)]
 mod sample;

@@ -11,7 +11,7 @@ use nalgebra::Vector2;
 use planner::{angle::wrap, snapshot::KeepOut};
 use serde_json::json;
 use sim::{
-    datum::Datum,
+    datum::{Datum, NotOnEarth},
     record::{Origin, Record},
 };
 
@@ -28,8 +28,7 @@ pub(super) fn write(record: &Record, out: &mut impl Write) -> Result<(), ExportE
     let origin = record.origin.ok_or(ExportError::NoOrigin)?;
     let chart = Chart {
         record,
-        origin,
-        datum: Datum::new(&origin)?,
+        frame: Frame::new(origin)?,
     };
     let mut features = vec![];
     features.extend(chart.surface_craft());
@@ -45,8 +44,33 @@ pub(super) fn write(record: &Record, out: &mut impl Write) -> Result<(), ExportE
 
 struct Chart<'a> {
     record: &'a Record,
+    frame: Frame,
+}
+
+/// The local frame's place on Earth, for positions.
+pub(crate) struct Frame {
     origin: Origin,
     datum: Datum,
+}
+
+impl Frame {
+    pub(crate) fn new(origin: Origin) -> Result<Self, NotOnEarth> {
+        let datum = Datum::new(&origin)?;
+        Ok(Self { origin, datum })
+    }
+
+    /// Longitude and latitude of (north, east), degrees.
+    pub(crate) fn degrees(&self, point: &Vector2<f64>) -> [f64; 2] {
+        let place = self.datum.from_local(point);
+        // On the datum's side of the antimeridian, so that lines are continuous.
+        let longitude = self.origin.longitude + wrap(place.longitude - self.origin.longitude);
+        [longitude, place.latitude].map(|angle| rounded(angle.to_degrees(), DEGREE_DECIMALS))
+    }
+}
+
+/// Altitude at a depth, m.
+pub(crate) fn altitude(depth: f64) -> f64 {
+    rounded(-depth, METRE_DECIMALS)
 }
 
 /// What a feature is of.
@@ -74,9 +98,9 @@ impl Chart<'_> {
         self.record.diver_ids.iter().enumerate().filter_map(|(i, id)| {
             let points = self.record.rows.iter().filter_map(|row| {
                 let diver = row.divers.get(i)?;
-                let [longitude, latitude] = self.degrees(&diver.position);
-                let altitude = rounded(-diver.depth, METRE_DECIMALS);
-                Some((row.time, Position::from([longitude, latitude, altitude])))
+                let [longitude, latitude] = self.frame.degrees(&diver.position);
+                let position = [longitude, latitude, altitude(diver.depth)];
+                Some((row.time, Position::from(position)))
             });
             self.track(&Label { kind: "auv", id }, points)
         })
@@ -155,14 +179,7 @@ impl Chart<'_> {
     }
 
     fn position(&self, point: &Vector2<f64>) -> Position {
-        Position::from(self.degrees(point))
-    }
-
-    fn degrees(&self, point: &Vector2<f64>) -> [f64; 2] {
-        let place = self.datum.from_local(point);
-        // On the datum's side of the antimeridian, so that lines are continuous.
-        let longitude = self.origin.longitude + wrap(place.longitude - self.origin.longitude);
-        [longitude, place.latitude].map(|angle| rounded(angle.to_degrees(), DEGREE_DECIMALS))
+        Position::from(self.frame.degrees(point))
     }
 }
 

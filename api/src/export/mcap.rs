@@ -31,20 +31,23 @@ use sim::{
 use super::{ExportError, about};
 use messages::{Time, Vehicle};
 
-mod messages;
+pub(crate) mod messages;
 mod scene;
-mod schemas;
+pub(crate) mod schemas;
 
 const SURFACE_CRAFT: &str = "asc";
 
 pub(super) fn write(record: &Record, out: &mut impl Write) -> Result<(), ExportError> {
     let datum = record.origin.as_ref().map(Datum::new).transpose()?;
-    log(record, datum.as_ref(), out).map_err(|error| {
-        ExportError::Write(match error {
-            McapError::Io(error) => error,
-            error => io::Error::other(error),
-        })
-    })
+    log(record, datum.as_ref(), out).map_err(|error| ExportError::Write(not_written(error)))
+}
+
+/// What a file refused with, where it was the file.
+pub(crate) fn not_written(error: McapError) -> io::Error {
+    match error {
+        McapError::Io(error) => error,
+        error => io::Error::other(error),
+    }
 }
 
 fn log(record: &Record, datum: Option<&Datum>, out: &mut impl Write) -> McapResult<()> {
@@ -64,7 +67,7 @@ fn log(record: &Record, datum: Option<&Datum>, out: &mut impl Write) -> McapResu
             fixes.insert(id, log.channel(&format!("/{id}/fix"), &schemas::location_fix())?);
         }
     }
-    log.metadata(record)?;
+    log.metadata(&about(record))?;
 
     for (i, row) in record.rows.iter().enumerate() {
         let time = Time::of_seconds(row.time);
@@ -115,7 +118,7 @@ fn cells(columns: &[Column], row: usize) -> Value {
 }
 
 /// An MCAP file being written.
-struct Log<W: Write> {
+pub(crate) struct Log<W: Write> {
     file: Writer<NoSeek<W>>,
     /// Messages of each channel.
     written: BTreeMap<u16, u32>,
@@ -124,7 +127,7 @@ struct Log<W: Write> {
 impl<W: Write> Log<W> {
     /// Never seeks, so that a pipe will do. Chunks, indexes, statistics and the summary are on by default,
     /// compression is not: it would bring C code.
-    fn new(out: W) -> McapResult<Self> {
+    pub(crate) fn new(out: W) -> McapResult<Self> {
         let file = WriteOptions::new()
             .library(concat!("pilotfish ", env!("CARGO_PKG_VERSION")))
             .disable_seeking(true)
@@ -136,7 +139,7 @@ impl<W: Write> Log<W> {
     }
 
     /// A channel for messages of `schema`, which is named by its title.
-    fn channel(&mut self, topic: &str, schema: &Value) -> McapResult<u16> {
+    pub(crate) fn channel(&mut self, topic: &str, schema: &Value) -> McapResult<u16> {
         let name = schema["title"].as_str().unwrap_or_default();
         let schema = self
             .file
@@ -144,30 +147,47 @@ impl<W: Write> Log<W> {
         self.file.add_channel(schema, topic, "json", &BTreeMap::new())
     }
 
-    fn metadata(&mut self, record: &Record) -> McapResult<()> {
-        let metadata = about(record).map(|(key, value)| (key.to_owned(), value));
+    /// What the file says of itself.
+    pub(crate) fn metadata(&mut self, about: &[(&'static str, String)]) -> McapResult<()> {
+        let metadata = about
+            .iter()
+            .map(|(key, value)| ((*key).to_owned(), value.clone()));
         self.file.write_metadata(&Metadata {
             name: "pilotfish".to_owned(),
-            metadata: metadata.into(),
+            metadata: metadata.collect(),
         })
     }
 
-    fn message(&mut self, channel_id: u16, time: Time, message: &Value) -> McapResult<()> {
+    pub(crate) fn message(&mut self, channel_id: u16, time: Time, message: &Value) -> McapResult<()> {
+        self.late_message(channel_id, [time, time], message.to_string().as_bytes())
+    }
+
+    /// A message, in JSON, of what was so at one time and known at another.
+    pub(crate) fn late_message(
+        &mut self,
+        channel_id: u16,
+        [published, logged]: [Time; 2],
+        message: &[u8],
+    ) -> McapResult<()> {
         let written = self.written.entry(channel_id).or_default();
         let header = MessageHeader {
             channel_id,
             sequence: *written,
-            log_time: time.nanoseconds(),
-            publish_time: time.nanoseconds(),
+            log_time: logged.nanoseconds(),
+            publish_time: published.nanoseconds(),
         };
         *written += 1;
-        self.file
-            .write_to_known_channel(&header, message.to_string().as_bytes())
+        self.file.write_to_known_channel(&header, message)
     }
 
-    fn finish(mut self) -> McapResult<()> {
+    pub(crate) fn finish(mut self) -> McapResult<()> {
         self.file.finish()?;
         Ok(())
+    }
+
+    /// Leaves the file without its end, which dropping it would write: nobody takes it for whole.
+    pub(crate) fn break_off(self) {
+        self.file.into_inner();
     }
 }
 

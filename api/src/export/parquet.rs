@@ -2,14 +2,13 @@
 //! tell, and what the record is of in the file's key-value metadata.
 
 use std::{
-    borrow::Cow,
     io::{self, Write},
     sync::Arc,
 };
 
 use parquet::{
     basic::{LogicalType, Repetition, Type as PhysicalType},
-    data_type::{ByteArray, ByteArrayType, DoubleType},
+    data_type::{ByteArrayType, DataType, DoubleType},
     errors::ParquetError,
     file::{
         metadata::KeyValue,
@@ -50,15 +49,19 @@ fn table(record: &Record) -> Table {
 
 /// Writes `table`. Equal tables give equal bytes.
 pub(crate) fn write_table(table: &Table, out: &mut (impl Write + Send)) -> Result<(), ExportError> {
-    write_in_groups(table, DEFAULT_MAX_ROW_GROUP_ROW_COUNT, out).map_err(|error| {
-        ExportError::Write(match error {
-            ParquetError::External(source) => match source.downcast::<io::Error>() {
-                Ok(error) => *error,
-                Err(source) => io::Error::other(source),
-            },
-            error => io::Error::other(error),
-        })
-    })
+    write_in_groups(table, DEFAULT_MAX_ROW_GROUP_ROW_COUNT, out)
+        .map_err(|error| ExportError::Write(not_written(error)))
+}
+
+/// What a file refused with, where it was the file.
+pub(crate) fn not_written(error: ParquetError) -> io::Error {
+    match error {
+        ParquetError::External(source) => match source.downcast::<io::Error>() {
+            Ok(error) => *error,
+            Err(source) => io::Error::other(source),
+        },
+        error => io::Error::other(error),
+    }
 }
 
 /// Readers hold a row group at a time: one, unless the mission is of millions of ticks.
@@ -71,7 +74,8 @@ fn write_in_groups(
         Values::Numbers(numbers) => numbers.len(),
         Values::Words(words) => words.len(),
     });
-    let mut file = SerializedFileWriter::new(out, Arc::new(schema(table)?), Arc::new(properties(table)))?;
+    let mut file =
+        SerializedFileWriter::new(out, Arc::new(schema(table)?), Arc::new(properties(&table.about)))?;
     for start in (0..n_rows).step_by(rows_per_group) {
         let rows = start..n_rows.min(start + rows_per_group);
         let mut group = file.next_row_group()?;
@@ -80,8 +84,13 @@ fn write_in_groups(
                 .next_column()?
                 .expect("the schema has as many columns as the table");
             match &column.values {
-                Values::Numbers(numbers) => write_numbers(&numbers[rows.clone()], cells)?,
-                Values::Words(words) => write_words(&words[rows.clone()], cells)?,
+                Values::Numbers(numbers) => {
+                    write_cells::<DoubleType>(numbers[rows.clone()].iter().copied(), cells)?;
+                }
+                Values::Words(words) => {
+                    let words = words[rows.clone()].iter();
+                    write_cells::<ByteArrayType>(words.map(|word| Some(word.as_ref().into())), cells)?;
+                }
             }
         }
         group.close()?;
@@ -91,54 +100,56 @@ fn write_in_groups(
 }
 
 fn schema(table: &Table) -> Result<Type, ParquetError> {
-    let fields = table
-        .columns
-        .iter()
-        .map(|column| {
-            let (physical, logical) = match column.values {
-                Values::Numbers(_) => (PhysicalType::DOUBLE, None),
-                Values::Words(_) => (PhysicalType::BYTE_ARRAY, Some(LogicalType::String)),
-            };
-            Type::primitive_type_builder(&column.name, physical)
-                .with_logical_type(logical)
+    let columns = table.columns.iter().map(|column| {
+        let physical = match column.values {
+            Values::Numbers(_) => PhysicalType::DOUBLE,
+            Values::Words(_) => PhysicalType::BYTE_ARRAY,
+        };
+        (column.name.as_str(), physical)
+    });
+    schema_of(table.name, columns)
+}
+
+/// A table of columns whose cells may be null. Bytes are words.
+pub(crate) fn schema_of<'a>(
+    name: &str,
+    columns: impl Iterator<Item = (&'a str, PhysicalType)>,
+) -> Result<Type, ParquetError> {
+    let fields = columns
+        .map(|(name, physical)| {
+            let is_word = physical == PhysicalType::BYTE_ARRAY;
+            Type::primitive_type_builder(name, physical)
+                .with_logical_type(is_word.then_some(LogicalType::String))
                 .with_repetition(Repetition::OPTIONAL)
                 .build()
                 .map(Arc::new)
         })
         .collect::<Result<_, _>>()?;
-    Type::group_type_builder(table.name).with_fields(fields).build()
+    Type::group_type_builder(name).with_fields(fields).build()
 }
 
-fn properties(table: &Table) -> WriterProperties {
-    let pairs = table.about.iter();
-    let pairs = pairs.map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone()));
+/// What the file says of itself.
+pub(crate) fn properties(about: &[(&'static str, String)]) -> WriterProperties {
+    let pairs = about
+        .iter()
+        .map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone()));
     WriterProperties::builder()
         .set_key_value_metadata(Some(pairs.collect()))
         .build()
 }
 
-fn write_numbers(numbers: &[Option<f64>], mut cells: SerializedColumnWriter<'_>) -> Result<(), ParquetError> {
-    let levels: Vec<i16> = numbers
-        .iter()
-        .map(|number| if number.is_some() { VALUE } else { NULL })
-        .collect();
-    let values: Vec<f64> = numbers.iter().copied().flatten().collect();
-    cells
-        .typed::<DoubleType>()
-        .write_batch(&values, Some(&levels), None)?;
-    cells.close()
-}
-
-fn write_words(
-    words: &[Cow<'static, str>],
-    mut cells: SerializedColumnWriter<'_>,
+/// Writes the cells of a column.
+pub(crate) fn write_cells<D: DataType>(
+    cells: impl Iterator<Item = Option<D::T>>,
+    mut column: SerializedColumnWriter<'_>,
 ) -> Result<(), ParquetError> {
-    let values: Vec<ByteArray> = words.iter().map(|word| ByteArray::from(word.as_ref())).collect();
-    let levels = vec![VALUE; words.len()];
-    cells
-        .typed::<ByteArrayType>()
-        .write_batch(&values, Some(&levels), None)?;
-    cells.close()
+    let (mut values, mut levels) = (vec![], vec![]);
+    for cell in cells {
+        levels.push(if cell.is_some() { VALUE } else { NULL });
+        values.extend(cell);
+    }
+    column.typed::<D>().write_batch(&values, Some(&levels), None)?;
+    column.close()
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ const COVARIANCE: [f64; 9] = [0.0; 9];
 
 /// A time since the mission's start.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Time(u64);
+pub(crate) struct Time(u64);
 
 impl Time {
     const PER_SECOND: u64 = 1_000_000_000;
@@ -30,11 +30,11 @@ impl Time {
         clippy::cast_precision_loss,
         reason = "missions last days, not the 584 years that fit, and the cast saturates"
     )]
-    pub(super) fn of_seconds(seconds: f64) -> Self {
+    pub(crate) fn of_seconds(seconds: f64) -> Self {
         Self((seconds * Self::PER_SECOND as f64).round() as u64)
     }
 
-    pub(super) fn nanoseconds(self) -> u64 {
+    pub(crate) fn nanoseconds(self) -> u64 {
         self.0
     }
 
@@ -45,11 +45,15 @@ impl Time {
 
 /// Where a vehicle is and how it lies, north-east-down.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Vehicle {
-    position: Vector2<f64>,
-    depth: f64,
-    heading: f64,
-    pitch: f64,
+pub(crate) struct Vehicle {
+    /// (north, east), m.
+    pub(crate) position: Vector2<f64>,
+    /// m, positive down.
+    pub(crate) depth: f64,
+    /// rad.
+    pub(crate) heading: f64,
+    /// rad, positive bow up.
+    pub(crate) pitch: f64,
 }
 
 impl From<&SurfaceCraftRow> for Vehicle {
@@ -104,7 +108,7 @@ pub(super) fn point(position: &Vector2<f64>, depth: f64) -> Value {
     json!({"x": position.y, "y": position.x, "z": 0.0 - depth})
 }
 
-pub(super) fn frame_transforms(vehicles: &[(&str, Vehicle)], time: Time) -> Value {
+pub(crate) fn frame_transforms(vehicles: &[(&str, Vehicle)], time: Time) -> Value {
     let transforms: Vec<Value> = vehicles
         .iter()
         .map(|(id, vehicle)| {
@@ -120,7 +124,7 @@ pub(super) fn frame_transforms(vehicles: &[(&str, Vehicle)], time: Time) -> Valu
     json!({"transforms": transforms})
 }
 
-pub(super) fn pose_in_frame(vehicle: &Vehicle, time: Time) -> Value {
+pub(crate) fn pose_in_frame(vehicle: &Vehicle, time: Time) -> Value {
     json!({
         "timestamp": time.json(),
         "frame_id": WORLD,
@@ -128,7 +132,7 @@ pub(super) fn pose_in_frame(vehicle: &Vehicle, time: Time) -> Value {
     })
 }
 
-pub(super) fn location_fix(id: &str, vehicle: &Vehicle, datum: &Datum, time: Time) -> Value {
+pub(crate) fn location_fix(id: &str, vehicle: &Vehicle, datum: &Datum, time: Time) -> Value {
     let place = datum.from_local(&vehicle.position);
     json!({
         "timestamp": time.json(),

@@ -6,7 +6,7 @@
 use serde_json::{Map, Value, json};
 use sim::record::{Column, Values};
 
-pub(super) fn frame_transforms() -> Value {
+pub(crate) fn frame_transforms() -> Value {
     let transform = object(
         "foxglove.FrameTransform",
         [
@@ -20,14 +20,14 @@ pub(super) fn frame_transforms() -> Value {
     object("foxglove.FrameTransforms", [("transforms", list(transform))])
 }
 
-pub(super) fn pose_in_frame() -> Value {
+pub(crate) fn pose_in_frame() -> Value {
     object(
         "foxglove.PoseInFrame",
         [("timestamp", time()), ("frame_id", string()), ("pose", pose())],
     )
 }
 
-pub(super) fn location_fix() -> Value {
+pub(crate) fn location_fix() -> Value {
     const COVARIANCE_ENTRIES: usize = 9;
     let mut covariance = list(number());
     covariance["minItems"] = json!(COVARIANCE_ENTRIES);
