@@ -7,12 +7,14 @@ use clap::{Parser, Subcommand};
 mod missions;
 mod out_file;
 mod plan;
+mod replay;
 mod scenarios;
 mod serve;
 
 use self::{
     missions::{Bench, Compare, Figures, Simulate, bench, compare, figures, simulate},
     plan::{Plan, plan},
+    replay::{Replay, replay},
     scenarios::{Scenarios, scenarios},
     serve::{Serve, serve},
 };
@@ -41,6 +43,8 @@ enum Command {
     Scenarios(Scenarios),
     /// Draw the source paper's figures from missions flown here.
     Figures(Figures),
+    /// Make every plan of a stored mission again and compare.
+    Replay(Replay),
     /// Score every controller in every scenario over many seeds.
     Bench(Bench),
 }
@@ -54,6 +58,7 @@ impl Arguments {
             Command::Compare(arguments) => compare(&arguments)?,
             Command::Scenarios(arguments) => scenarios(&arguments)?,
             Command::Figures(arguments) => figures(&arguments)?,
+            Command::Replay(arguments) => replay(&arguments)?,
             Command::Bench(arguments) => bench(&arguments)?,
         }
         Ok(())

@@ -104,7 +104,7 @@ fn request_id(headers: &HeaderMap) -> String {
 }
 
 /// Unique in this process, and unlike those of other processes; no secret.
-fn fresh_id() -> String {
+pub(crate) fn fresh_id() -> String {
     static PROCESS: LazyLock<RandomState> = LazyLock::new(RandomState::new);
     static COUNT: AtomicU64 = AtomicU64::new(0);
     format!("{:016x}", PROCESS.hash_one(COUNT.fetch_add(1, Ordering::Relaxed)))

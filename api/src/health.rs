@@ -14,6 +14,7 @@ use utoipa::ToSchema;
 use crate::{
     deadline::Arrival,
     examples::EXAMPLES,
+    missions::{Missions, log::LogError},
     planners::Planners,
     problem::{Problem, ProblemDocument},
     wire::{PlanRequest, SCHEMA_VERSION},
@@ -21,6 +22,9 @@ use crate::{
 
 /// How long a verdict on readiness is believed, s: probes come every few seconds and should cost nothing.
 const VERDICT_LIFE: Duration = Duration::from_secs(10);
+
+/// How long the disk may take to store next to nothing.
+const PROBE_TIME: Duration = Duration::from_secs(5);
 
 /// The service answers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -47,13 +51,15 @@ type Verdict = (Instant, Result<(), Problem>);
 #[derive(Clone, Debug)]
 pub(crate) struct Readiness {
     planners: Planners,
+    missions: Option<Missions>,
     verdict: Arc<Mutex<Option<Verdict>>>,
 }
 
 impl Readiness {
-    pub(crate) fn new(planners: Planners) -> Self {
+    pub(crate) fn new(planners: Planners, missions: Option<Missions>) -> Self {
         Self {
             planners,
+            missions,
             verdict: Arc::default(),
         }
     }
@@ -64,14 +70,27 @@ impl Readiness {
         match &*verdict {
             Some((reached, result)) if reached.elapsed() < VERDICT_LIFE => result.clone(),
             Some(_) | None => {
-                let result = self.plan_something().await;
+                let result = self.try_everything().await;
                 // Busy is no verdict: it is over in a moment.
-                if !matches!(result, Err(Problem::Overloaded | Problem::TimedOut)) {
+                let busy = matches!(
+                    result,
+                    Err(Problem::Overloaded | Problem::TimedOut | Problem::Log(LogError::Busy))
+                );
+                if !busy {
                     *verdict = Some((Instant::now(), result.clone()));
                 }
                 result
             }
         }
+    }
+
+    async fn try_everything(&self) -> Result<(), Problem> {
+        self.plan_something().await?;
+        if let Some(missions) = &self.missions {
+            let probe = tokio::time::timeout(PROBE_TIME, missions.probe());
+            probe.await.map_err(|_| Problem::Log(LogError::Busy))??;
+        }
+        Ok(())
     }
 
     async fn plan_something(&self) -> Result<(), Problem> {
@@ -101,10 +120,10 @@ pub(crate) async fn livez() -> Json<Health> {
     })
 }
 
-/// Can it plan? Solves an example, and believes the result for ten seconds.
+/// Can it plan, and store what missions hear? Tries both, and believes the result for ten seconds.
 #[utoipa::path(get, path = "/readyz", tag = "service", responses(
     (status = 200, description = "It can.", body = Health),
-    (status = 503, description = "It cannot, or every planner is busy.", body = ProblemDocument,
+    (status = 503, description = "It cannot, every planner is busy, or the mission log is damaged or cannot be written.", body = ProblemDocument,
         content_type = "application/problem+json"),
     (status = 504, description = "Not in time.", body = ProblemDocument,
         content_type = "application/problem+json")))]

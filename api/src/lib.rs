@@ -26,6 +26,7 @@ pub mod examples;
 pub mod export;
 pub mod figures;
 pub mod health;
+pub mod missions;
 pub mod offline;
 mod page;
 mod planners;
@@ -39,6 +40,10 @@ mod unwrap;
 pub mod wire;
 
 use health::Readiness;
+use missions::{
+    Missions,
+    log::{Log, LogError},
+};
 pub use planners::PlanFn;
 use planners::Planners;
 pub use posted::BODY_BYTES_MAX;
@@ -77,18 +82,30 @@ impl Default for Settings {
 #[derive(Clone, FromRef)]
 struct Shared {
     planners: Planners,
+    missions: Option<Missions>,
     readiness: Readiness,
     body_time_limit: BodyTimeLimit,
 }
 
-/// The whole service.
+/// The whole service, but for missions.
 ///
 /// Must be called inside a Tokio runtime's reach: plans run on its blocking threads.
 pub fn app(settings: Settings) -> Router {
+    routed(settings, Planners::new(&settings), None)
+}
+
+/// The whole service, with the missions of `log`: those that were running go on.
+pub async fn service(settings: Settings, log: Log) -> Result<(Router, Missions), LogError> {
     let planners = Planners::new(&settings);
+    let missions = Missions::resume(log, planners.clone()).await?;
+    Ok((routed(settings, planners, Some(missions.clone())), missions))
+}
+
+fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) -> Router {
     let shared = Shared {
-        readiness: Readiness::new(planners.clone()),
+        readiness: Readiness::new(planners.clone(), missions.clone()),
         planners,
+        missions,
         body_time_limit: BodyTimeLimit(settings.body_time_limit),
     };
     let (router, openapi) = documented().split_for_parts();
@@ -121,6 +138,16 @@ fn documented() -> OpenApiRouter<Shared> {
         .routes(routes!(planning::compare))
         .routes(routes!(examples::list))
         .routes(routes!(examples::one))
+        .routes(routes!(missions::routes::create, missions::routes::list))
+        .routes(routes!(missions::routes::one, missions::routes::delete))
+        .routes(routes!(missions::routes::run))
+        .routes(routes!(missions::routes::pause))
+        .routes(routes!(missions::routes::finish))
+        .routes(routes!(missions::routes::step))
+        .routes(routes!(missions::routes::reports))
+        .routes(routes!(missions::routes::reference))
+        .routes(routes!(missions::routes::events))
+        .routes(routes!(missions::routes::record))
         .routes(routes!(health::livez))
         .routes(routes!(health::readyz))
         .routes(routes!(health::version))

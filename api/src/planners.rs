@@ -45,6 +45,8 @@ pub(crate) struct Planners {
     idle: Arc<Mutex<Vec<Workspace>>>,
     running: Arc<Semaphore>,
     admitted: Arc<Semaphore>,
+    /// Simulations take half of the processors, so that whoever waits for a plan does not wait for them.
+    simulating: Arc<Semaphore>,
     deadline: Duration,
 }
 
@@ -71,6 +73,7 @@ impl Planners {
             idle: Arc::default(),
             running: Arc::new(Semaphore::new(planners)),
             admitted: Arc::new(Semaphore::new(planners + waiting)),
+            simulating: Arc::new(Semaphore::new((planners / 2).max(1))),
             deadline,
         }
     }
@@ -93,6 +96,33 @@ impl Planners {
             .try_acquire_owned()
             .map_err(|_| Problem::Overloaded)?;
         let deadline = Deadline::new(arrival, deadline_ms, self.deadline);
+        self.plan_by(snapshot, deadline, Some(admitted)).await
+    }
+
+    /// Plans for a mission, of which there are not more than the service took on, until `limit` after `due`. Waits for
+    /// its turn behind everybody who came before.
+    pub(crate) async fn plan_in_turn(
+        &self,
+        snapshot: Snapshot,
+        due: Arrival,
+        limit: Duration,
+    ) -> Result<Planned, Problem> {
+        self.plan_by(snapshot, Deadline::new(due, None, limit), None)
+            .await
+    }
+
+    /// Waits for one of the processors that simulations have.
+    pub(crate) async fn simulation(&self) -> OwnedSemaphorePermit {
+        let turn = Arc::clone(&self.simulating).acquire_owned().await;
+        turn.expect("is never closed")
+    }
+
+    async fn plan_by(
+        &self,
+        snapshot: Snapshot,
+        deadline: Deadline,
+        admitted: Option<OwnedSemaphorePermit>,
+    ) -> Result<Planned, Problem> {
         let last_stretch = deadline.instant().checked_sub(LAST_STRETCH);
         let last_stretch = last_stretch.unwrap_or(deadline.instant()).into();
         let snapshot = Arc::new(snapshot);
@@ -107,7 +137,7 @@ impl Planners {
             return lower_rungs.await.map_err(|_| Problem::Panicked);
         };
         let running = turn.expect("is never closed");
-        let mut planned = self.start(&snapshot, deadline, [admitted, running]);
+        let mut planned = self.start(&snapshot, deadline, (admitted, running));
         if let Ok(planned) = timeout_at(last_stretch, &mut planned).await {
             return planned.map_err(|_| Problem::Panicked);
         }
@@ -124,7 +154,7 @@ impl Planners {
         &self,
         snapshot: &Arc<Snapshot>,
         deadline: Deadline,
-        permits: [OwnedSemaphorePermit; 2],
+        permits: (Option<OwnedSemaphorePermit>, OwnedSemaphorePermit),
     ) -> Receiver<Planned> {
         let (sender, receiver) = oneshot::channel();
         let (planners, snapshot) = (self.clone(), Arc::clone(snapshot));

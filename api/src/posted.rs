@@ -10,6 +10,7 @@ use axum::{
     },
     http::{HeaderMap, header},
 };
+use http_body::Body as _;
 use serde::{Serialize, de::DeserializeOwned};
 use serde_json::{Value, json};
 use serde_path_to_error::{Path, Segment};
@@ -55,6 +56,27 @@ where
                 _ => Problem::BodyUnreadable,
             })?;
         parse(&body).map(Self)
+    }
+}
+
+/// A body of the shape `T`, or none, which means its default.
+#[derive(Debug)]
+pub(crate) struct PostedOrNothing<T>(pub(crate) T);
+
+impl<T, S> FromRequest<S> for PostedOrNothing<T>
+where
+    T: DeserializeOwned + Serialize + Default,
+    S: Send + Sync,
+    BodyTimeLimit: FromRef<S>,
+{
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
+        if request.body().is_end_stream() {
+            return Ok(Self(T::default()));
+        }
+        let Posted(posted) = Posted::from_request(request, state).await?;
+        Ok(Self(posted))
     }
 }
 

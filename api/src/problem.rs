@@ -16,6 +16,8 @@ use utoipa::{
     openapi::{ContentBuilder, Ref, RefOr, Response as Documented, ResponseBuilder},
 };
 
+use crate::missions::log::LogError;
+
 /// Most field errors in one document: a client mends the first few and asks again.
 const FIELD_ERRORS_MAX: usize = 64;
 
@@ -83,8 +85,43 @@ pub enum Problem {
         /// Why.
         reason: String,
     },
+    /// No such mission.
+    NoMission,
+    /// The mission is not such that this could be done.
+    Conflict {
+        /// Why.
+        why: String,
+    },
+    /// There is no plan yet.
+    NoPlanYet {
+        /// Of whom nothing is known.
+        waits_for: Vec<String>,
+    },
+    /// The client's key was answered before, when it asked for something else.
+    KeyTaken,
+    /// The mission has more to do than it gets done.
+    Behind,
+    /// The mission has not answered.
+    Unanswered,
+    /// As many missions, streams or records are under way as the service takes on.
+    Crowded {
+        /// What there are too many of.
+        what: &'static str,
+        /// How many it takes on.
+        limit: usize,
+    },
+    /// The service was started without a place for missions.
+    NoMissions,
+    /// The mission log does not do what it should.
+    Log(LogError),
     /// A bug of ours.
     Panicked,
+}
+
+impl From<LogError> for Problem {
+    fn from(error: LogError) -> Self {
+        Self::Log(error)
+    }
 }
 
 /// One wrong field of a request.
@@ -166,6 +203,10 @@ fn shortened(text: String) -> String {
 }
 
 impl Problem {
+    pub(crate) fn conflict(why: &str) -> Self {
+        Self::Conflict { why: why.to_owned() }
+    }
+
     /// Status, code and title.
     fn kind(&self) -> (StatusCode, &'static str, &'static str) {
         match self {
@@ -224,6 +265,40 @@ impl Problem {
                 "not_ready",
                 "The service cannot plan",
             ),
+            Self::NoMission => (StatusCode::NOT_FOUND, "no_mission", "There is no such mission"),
+            Self::Behind => (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "mission_behind",
+                "The mission has too much to do",
+            ),
+            Self::Conflict { .. } => (StatusCode::CONFLICT, "conflict", "The mission is not such"),
+            Self::NoPlanYet { .. } => (StatusCode::CONFLICT, "no_plan_yet", "There is no plan yet"),
+            Self::KeyTaken => (
+                StatusCode::UNPROCESSABLE_ENTITY,
+                "idempotency_key_taken",
+                "The Idempotency-Key stands for another request",
+            ),
+            Self::Unanswered => (
+                StatusCode::GATEWAY_TIMEOUT,
+                "mission_unanswered",
+                "The mission has not answered in time",
+            ),
+            Self::Crowded { .. } => (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "crowded",
+                "The service has taken on all it can",
+            ),
+            Self::NoMissions => (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "no_missions",
+                "There is no place for missions",
+            ),
+            Self::Log(LogError::Full) => (StatusCode::INSUFFICIENT_STORAGE, "disk_full", "The disk is full"),
+            Self::Log(_) => (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "not_stored",
+                "Nothing can be stored",
+            ),
             Self::Panicked => (
                 StatusCode::INTERNAL_SERVER_ERROR,
                 "internal",
@@ -269,6 +344,30 @@ impl Problem {
                 format!("{reason}; with \"fallback\":\"los\" a lower rung of the ladder would have answered")
             }
             Self::NotReady { reason } => reason.clone(),
+            Self::NoMission => "GET /v1/missions lists them".to_owned(),
+            Self::Behind => "its mailbox is full; try again after the time in Retry-After".to_owned(),
+            Self::Unanswered => {
+                "it may still be carried out: send it again with the same Idempotency-Key, or look before you do".to_owned()
+            }
+            Self::Conflict { why } => why.clone(),
+            Self::NoPlanYet { waits_for } if waits_for.is_empty() => {
+                "the mission has not been planned for; run it, and ask with ?wait_s= for the next plan"
+                    .to_owned()
+            }
+            Self::NoPlanYet { waits_for } => {
+                format!(
+                    "nothing recent is known of {}: POST reports",
+                    waits_for.join(", ")
+                )
+            }
+            Self::KeyTaken => {
+                "choose a new key for each new request, and an old one for an old request only".to_owned()
+            }
+            Self::Crowded { what, limit } => {
+                format!("it takes on {limit} {what} at once; try again after the time in Retry-After")
+            }
+            Self::NoMissions => "start it with --data DIRECTORY".to_owned(),
+            Self::Log(error) => error.to_string(),
             Self::Panicked => "the service logged what happened; quote the request id".to_owned(),
         }
     }
@@ -345,7 +444,12 @@ impl IntoResponse for Problem {
         let (status, ..) = self.kind();
         let mut response = status.into_response();
         match self {
-            Self::Overloaded | Self::TimedOut => {
+            Self::Overloaded
+            | Self::TimedOut
+            | Self::Behind
+            | Self::Unanswered
+            | Self::Crowded { .. }
+            | Self::Log(LogError::Busy) => {
                 response.headers_mut().insert(header::RETRY_AFTER, RETRY_AFTER);
             }
             // What is still to come of the body is not waited for.

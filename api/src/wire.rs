@@ -11,7 +11,9 @@
 
 mod bounds;
 mod dump;
+mod each_name_once;
 mod faults;
+pub mod mission;
 mod read_evidence;
 mod read_goal;
 mod read_path;
@@ -25,7 +27,7 @@ pub use dump::{ConeKind, DumpedCone, DumpedMatrix, DumpedSolution, FirstVelocity
 pub use request::{
     Acoustics, Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, KeepOut, Limits,
     Offset, OffsetFrame, Path, PlanRequest, PreviousEstimate, PreviousPlan, PreviousReference,
-    PreviousTarget, Segment, SegmentKind,
+    PreviousTarget, Report, Segment, SegmentKind,
 };
 pub use response::{
     Baseline, Comparison, Drift, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget,

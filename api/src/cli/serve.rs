@@ -3,10 +3,17 @@
 use std::{
     io::{self, Write},
     net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr},
+    path::{Path, PathBuf},
     time::Duration,
 };
 
-use api::{Settings, app, examples::EXAMPLES, wire::DEADLINE_MS};
+use api::{
+    Settings,
+    examples::EXAMPLES,
+    missions::log::{Log, LogError},
+    service,
+    wire::DEADLINE_MS,
+};
 use axum::serve::{Listener, ListenerExt};
 use clap::{Args, builder::BoolishValueParser};
 use hyper::server::conn::http1;
@@ -38,6 +45,9 @@ pub(crate) struct Serve {
     /// Longest time for an answer, ms, from 0.05 to 60000; a request may ask for a shorter one.
     #[arg(long, env = "PILOTFISH_DEADLINE_MS", default_value_t = 1000.0, value_parser = deadline_ms)]
     deadline_ms: f64,
+    /// Directory for the log of missions, made if it is not there.
+    #[arg(long, env = "PILOTFISH_DATA", default_value = "pilotfish-data")]
+    data: PathBuf,
 }
 
 /// Why the service does not run.
@@ -52,6 +62,8 @@ pub(crate) enum ServeError {
     PortTaken(u16),
     #[error("cannot listen on {address}: choose another with --host and --port")]
     Listen { address: SocketAddr, source: io::Error },
+    #[error("missions have no place: choose another directory with --data")]
+    Log(#[from] LogError),
     #[error("the service stopped")]
     Stopped(#[from] io::Error),
 }
@@ -66,7 +78,8 @@ pub(crate) fn serve(arguments: &Serve) -> Result<(), ServeError> {
         deadline: Duration::from_secs_f64(1e-3 * arguments.deadline_ms),
         ..Settings::default()
     };
-    runtime.block_on(run(SocketAddr::new(arguments.host, arguments.port), settings))?;
+    let address = SocketAddr::new(arguments.host, arguments.port);
+    runtime.block_on(run(address, settings, &arguments.data))?;
     // A planner that outlives the drain is not waited for.
     runtime.shutdown_background();
     Ok(())
@@ -81,13 +94,14 @@ fn deadline_ms(text: &str) -> Result<f64, String> {
     Err(format!("not from {least} to {most} ms"))
 }
 
-async fn run(address: SocketAddr, settings: Settings) -> Result<(), ServeError> {
+async fn run(address: SocketAddr, settings: Settings, data: &Path) -> Result<(), ServeError> {
     let listener = TcpListener::bind(address)
         .await
         .map_err(|source| match source.kind() {
             io::ErrorKind::AddrInUse => ServeError::PortTaken(address.port()),
             _ => ServeError::Listen { address, source },
         })?;
+    let (router, missions) = service(settings, Log::open(data)?).await?;
     // Before the URL is printed: whoever reads it may send the signal at once.
     let signal = Signals::listen()?;
     greet(listener.local_addr()?);
@@ -101,7 +115,7 @@ async fn run(address: SocketAddr, settings: Settings) -> Result<(), ServeError> 
     // `axum::serve` waits for a header as long as the client likes.
     let mut http = http1::Builder::new();
     http.timer(TokioTimer::new()).header_read_timeout(HEADER_TIME);
-    let service = TowerToHyperService::new(app(settings));
+    let router = TowerToHyperService::new(router);
     let connections = GracefulShutdown::new();
     let mut stop = std::pin::pin!(signal.any());
     loop {
@@ -109,7 +123,7 @@ async fn run(address: SocketAddr, settings: Settings) -> Result<(), ServeError> 
             (socket, _) = Listener::accept(&mut listener) => socket,
             () = &mut stop => break,
         };
-        let connection = http.serve_connection(TokioIo::new(socket), service.clone());
+        let connection = http.serve_connection(TokioIo::new(socket), router.clone());
         let connection = connections.watch(connection);
         tokio::spawn(async {
             if let Err(error) = connection.await {
@@ -119,6 +133,8 @@ async fn run(address: SocketAddr, settings: Settings) -> Result<(), ServeError> 
     }
     tracing::info!("stopping: requests under way may finish");
     drop(listener);
+    // Streams would go on for as long as their missions.
+    missions.close();
     if tokio::time::timeout(DRAIN, connections.shutdown()).await.is_err() {
         tracing::warn!("gave up on requests that did not finish");
     }

@@ -1,0 +1,73 @@
+//! `pilotfish replay`: every plan of a stored mission made again from what was known, and compared to the byte.
+
+use std::{io, path::PathBuf};
+
+use api::missions::{
+    log::{LogError, Reader},
+    replay::{self, Replayed},
+};
+use clap::Args;
+use indicatif::ProgressBar;
+
+use crate::cli::out_file::print;
+
+#[derive(Debug, Args)]
+pub(crate) struct Replay {
+    /// The mission's id.
+    mission: String,
+    /// Directory of the log of missions. The service may be running.
+    #[arg(long, env = "PILOTFISH_DATA", default_value = "pilotfish-data")]
+    data: PathBuf,
+}
+
+/// Why nothing was compared, or what came of it is not the same.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum NotReplayed {
+    #[error("there is no mission {0}; GET /v1/missions lists them")]
+    Unknown(String),
+    #[error("{n_different} of {n_plans} plans are not what was answered then, the first in event {first}")]
+    Different {
+        n_different: usize,
+        n_plans: u64,
+        first: u64,
+    },
+    #[error(transparent)]
+    Log(#[from] LogError),
+    #[error("cannot print the result")]
+    Print(#[from] io::Error),
+}
+
+/// Prints how many plans came out the same.
+pub(crate) fn replay(arguments: &Replay) -> Result<(), NotReplayed> {
+    let reader = Reader::of(&arguments.data)?;
+    let bar = ProgressBar::new(0);
+    let replayed = replay::replay(&reader, &arguments.mission, &mut |at, of| {
+        bar.set_length(of);
+        bar.set_position(at);
+    })?;
+    bar.finish_and_clear();
+    let Some(replayed) = replayed else {
+        return Err(NotReplayed::Unknown(arguments.mission.clone()));
+    };
+    let Replayed {
+        events,
+        equal,
+        cut_short,
+        different,
+    } = replayed;
+    let n_plans = equal + cut_short + different.len() as u64;
+    print(&format!(
+        "{}: {events} events, {n_plans} plans: {equal} equal to the byte, {} different, {cut_short} cut short by their \
+         deadline and not compared\n",
+        arguments.mission,
+        different.len()
+    ))?;
+    match different.first() {
+        None => Ok(()),
+        Some(&first) => Err(NotReplayed::Different {
+            n_different: different.len(),
+            n_plans,
+            first,
+        }),
+    }
+}

@@ -1,0 +1,211 @@
+//! A mission of the simulator: each result goes back to the planner, as fast as it was asked for.
+
+use std::{
+    collections::BTreeMap,
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+use tokio::{sync::mpsc::error::TryRecvError, task::spawn_blocking, time::sleep_until};
+
+use super::{Desk, Letter, Order, Plan, Snapshot, Stored, json, tell};
+use crate::{
+    missions::{
+        clock::unix_now,
+        event::Event,
+        log::LogError,
+        simulation::{Simulation, Tick},
+    },
+    problem::Problem,
+    wire::mission::{self, Status},
+};
+
+/// Plans that are stored together where nobody waits for each: some tens of milliseconds of work.
+const TICKS_AT_ONCE: u32 = 16;
+
+/// When to try again what the disk did not take.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// After failures in a row, at the latest: each time everything may have to be simulated again.
+const PATIENCE_MAX: Duration = Duration::from_mins(1);
+
+pub(in crate::missions) struct Simulated {
+    desk: Desk,
+    config: mission::Simulated,
+    /// None until it is needed: it is simulated again up to where the log is.
+    simulation: Option<Box<Simulation>>,
+    due: Instant,
+    patience: Duration,
+}
+
+impl Simulated {
+    pub(in crate::missions) fn new(desk: Desk, config: mission::Simulated) -> Self {
+        Self {
+            desk,
+            config,
+            simulation: None,
+            due: Instant::now(),
+            patience: PATIENCE,
+        }
+    }
+
+    pub(in crate::missions) async fn run(mut self) {
+        while !self.desk.book.overtaken {
+            match self.desk.mailbox.try_recv() {
+                Ok(letter) => self.read(letter).await,
+                Err(TryRecvError::Empty) => {}
+                Err(TryRecvError::Disconnected) => return,
+            }
+            let running = self.desk.book.mission.status == Status::Running;
+            if running && self.due <= Instant::now() {
+                self.go_on().await;
+                continue;
+            }
+            tokio::select! {
+                letter = self.desk.letter() => match letter {
+                    Some(letter) => self.read(letter).await,
+                    None => return,
+                },
+                () = sleep_until(self.due.into()), if running => {}
+            }
+        }
+    }
+
+    async fn read(&mut self, Letter { order, key, told }: Letter) {
+        let at_s = unix_now();
+        let status = self.desk.book.mission.status;
+        let key = match self.desk.book.known(&order, key).await {
+            Ok(key) => key,
+            Err(answer) => return tell(told, answer),
+        };
+        let refused = match order {
+            Order::Finish if status == Status::Finished => {
+                return tell(told, self.desk.book.unchanged(key).await);
+            }
+            _ if status.is_over() => Some("the mission is over"),
+            Order::Hear(_) => Some("a simulated mission hears its own vehicles; reports are for live ones"),
+            Order::Step(_) if status == Status::Running => Some("the mission is running: pause it first"),
+            _ => None,
+        };
+        if let Some(why) = refused {
+            return tell(told, Err(Problem::conflict(why)));
+        }
+        let event = match order {
+            Order::Step(ticks) => {
+                let stepped = self.step(ticks, key).await;
+                return tell(told, stepped.map(Stored::answer));
+            }
+            Order::Pause if status != Status::Running => {
+                return tell(told, self.desk.book.unchanged(key).await);
+            }
+            Order::Run(speed_factor) => {
+                self.due = Instant::now();
+                Event::Ran { at_s, speed_factor }
+            }
+            Order::Pause | Order::Hear(_) => Event::Paused { at_s },
+            Order::Finish => Event::Finished { at_s },
+        };
+        let stored = self.desk.book.store(vec![event], key, None).await;
+        tell(told, stored.map(Stored::answer));
+    }
+
+    /// A plan, or some where there is no clock to wait for.
+    async fn go_on(&mut self) {
+        let ticks = match self.desk.book.mission.speed_factor {
+            Some(factor) => {
+                // What is late stays late: nothing is made up for in a hurry.
+                self.due = Instant::now().max(self.due + Duration::from_secs_f64(1.0 / factor));
+                1
+            }
+            None => TICKS_AT_ONCE,
+        };
+        if let Err(problem) = self.step(ticks, None).await {
+            tracing::warn!(mission = self.desk.book.mission.id, ?problem, "did not go on");
+            self.due = Instant::now() + self.patience;
+            self.patience = PATIENCE_MAX.min(2 * self.patience);
+        } else {
+            self.patience = PATIENCE;
+        }
+    }
+
+    /// Goes on for `ticks` plans, or to the end. What the disk does not take has not happened.
+    async fn step(&mut self, ticks: u32, key: Option<super::Key>) -> Result<Stored, Problem> {
+        let simulation = match self.simulation.take() {
+            Some(simulation) => simulation,
+            None => self.again().await?,
+        };
+        let turn = self.desk.planners.simulation().await;
+        let worked = spawn_blocking(move || {
+            let _turn = turn;
+            work(simulation, ticks)
+        });
+        let (simulation, ticked, end) = worked.await.map_err(|_| Problem::Panicked)?;
+        let n_plans = ticked.len() as u64;
+        let plan = ticked.last().map(|tick| {
+            Arc::new(Plan {
+                sequence: self.desk.book.mission.sequence + n_plans,
+                time: tick.planned.t_s,
+                late: 0.0,
+                answer: tick.answer.clone(),
+                heard: BTreeMap::new(),
+            })
+        });
+        let kept = Snapshot { known: None, plan };
+        let mut events: Vec<Event> = ticked
+            .into_iter()
+            .map(|tick| Event::Planned(Box::new(tick.planned)))
+            .collect();
+        events.extend(end);
+        let snapshot = kept.plan.is_some().then(|| json(&kept));
+        let stored = self.desk.book.store(events, key, snapshot).await?;
+        if let Stored::Now(_) = stored {
+            self.simulation = Some(simulation);
+            if kept.plan.is_some() {
+                self.desk.book.show(kept.plan);
+            }
+        }
+        Ok(stored)
+    }
+
+    /// The simulation as far as the log goes.
+    async fn again(&self) -> Result<Box<Simulation>, Problem> {
+        let (log, config) = (self.desk.book.log.clone(), self.config.clone());
+        let (number, sequence) = (self.desk.book.number, self.desk.book.mission.sequence);
+        let turn = self.desk.planners.simulation().await;
+        let again = spawn_blocking(move || {
+            let _turn = turn;
+            let mut simulation = Simulation::new(&config).map_err(LogError::Damaged)?;
+            log.reader()?.each(number, 0, sequence, &mut |stored| {
+                if let Event::Planned(planned) = Event::read(stored)? {
+                    let ticked = simulation.tick(Some(&planned));
+                    ticked.map_err(|error| LogError::Damaged(error.to_string()))?;
+                }
+                Ok(())
+            })?;
+            Ok::<_, LogError>(Box::new(simulation))
+        });
+        Ok(again.await.map_err(|_| Problem::Panicked)??)
+    }
+}
+
+/// Some plans, and the event of the end where that came.
+fn work(mut simulation: Box<Simulation>, ticks: u32) -> (Box<Simulation>, Vec<Tick>, Option<Event>) {
+    let mut ticked = vec![];
+    let mut end = None;
+    for _ in 0..ticks {
+        match simulation.tick(None) {
+            Ok(tick) => ticked.push(tick),
+            Err(error) => {
+                end = Some(Event::Failed {
+                    at_s: unix_now(),
+                    reason: error.to_string(),
+                });
+                break;
+            }
+        }
+        if simulation.is_over() {
+            end = Some(Event::Finished { at_s: unix_now() });
+            break;
+        }
+    }
+    (simulation, ticked, end)
+}

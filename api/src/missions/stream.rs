@@ -1,0 +1,255 @@
+//! Answers that take as long as the client reads: events as they happen, and records of any length.
+
+use std::{
+    io::{self, Write},
+    time::Duration,
+};
+
+use axum::{
+    body::{Body, Bytes},
+    http::{HeaderValue, StatusCode, header},
+    response::{
+        IntoResponse, Response,
+        sse::{Event as Sent, KeepAlive, Sse},
+    },
+};
+use futures_util::stream::{self, Stream};
+use serde_json::json;
+use tokio::{
+    runtime,
+    sync::{
+        OwnedSemaphorePermit,
+        broadcast::{Receiver, error::RecvError},
+        mpsc,
+    },
+    task::spawn_blocking,
+    time::timeout,
+};
+
+use super::{
+    Missions,
+    actor::Told,
+    log,
+    record::{self, RecordError, RecordFormat},
+};
+use crate::{problem::Problem, wire::mission::Status};
+
+/// Between two signs of life where nothing happens.
+const HEARTBEAT: Duration = Duration::from_secs(15);
+
+/// When an `EventSource` should come again.
+const RETRY: Duration = Duration::from_secs(1);
+
+/// Events that are read from the log at once, for a reader who was away: each may be over 100 kB.
+const PAGE: usize = 16;
+
+/// Pieces of a record on their way: with the size of one, what a slow reader costs.
+const PIECES: usize = 4;
+/// Size of a piece, bytes.
+const PIECE: usize = 64 << 10;
+
+/// How long a reader of a record may leave a piece lying.
+const PATIENCE: Duration = Duration::from_mins(1);
+
+/// A reader of a mission's events.
+struct Reader {
+    missions: Missions,
+    number: u64,
+    /// The last event that was sent.
+    sent: u64,
+    /// Read from the log, and not yet sent.
+    page: std::vec::IntoIter<log::Event>,
+    /// Whether the log may have more than was read.
+    behind: bool,
+    stream: Receiver<Told>,
+    /// Comes after a gap.
+    kept: Option<Told>,
+    _place: OwnedSemaphorePermit,
+}
+
+/// The events of the mission called `id` after the one numbered `after`, or from now on.
+pub(super) async fn events(missions: Missions, id: &str, after: Option<u64>) -> Result<Response, Problem> {
+    let place = missions.streams.take()?;
+    let handle = missions.handle(id).await?;
+    // Before the log is read, so that nothing is between the two.
+    let stream = handle.stream.upgrade().ok_or(Problem::NoMission)?.subscribe();
+    drop(handle);
+    let (number, mission) = missions.find(id).await?;
+    let sent = after.unwrap_or(mission.sequence).min(mission.sequence);
+    let over = matches!(mission.status, Status::Finished | Status::Failed);
+    if over && mission.sequence <= sent {
+        return Ok(StatusCode::NO_CONTENT.into_response());
+    }
+    let reader = Reader {
+        missions,
+        number,
+        sent,
+        page: vec![].into_iter(),
+        behind: true,
+        stream,
+        kept: None,
+        _place: place,
+    };
+    let alive = KeepAlive::new().interval(HEARTBEAT);
+    Ok(Sse::new(sent_events(reader)).keep_alive(alive).into_response())
+}
+
+/// What is sent. It is asked for the next event only when the connection has room for it.
+fn sent_events(reader: Reader) -> impl Stream<Item = io::Result<Sent>> {
+    stream::unfold(Some(reader), async |reader| {
+        let mut reader = reader?;
+        match reader.next().await {
+            Ok(Some((event, last))) => Some((Ok(event), (!last).then_some(reader))),
+            Ok(None) => None,
+            // The answer has begun: all that is left is to break off.
+            Err(problem) => {
+                tracing::warn!(?problem, "an event stream broke off");
+                Some((Err(io::ErrorKind::Other.into()), None))
+            }
+        }
+    })
+}
+
+impl Reader {
+    /// The next event, and whether it is the last one of the mission.
+    async fn next(&mut self) -> Result<Option<(Sent, bool)>, Problem> {
+        if let Some(told) = self.kept.take() {
+            return Ok(Some(self.send(told.sequence, told.kind, &told.body)));
+        }
+        loop {
+            if let Some(event) = self.page.next() {
+                return Ok(Some(self.send(event.sequence, &event.kind, &event.body)));
+            }
+            if self.behind {
+                let (number, sent) = (self.number, self.sent);
+                let page = self
+                    .missions
+                    .read(move |log| log.events(number, sent, PAGE))
+                    .await?;
+                self.behind = page.len() == PAGE;
+                self.page = page.into_iter();
+                continue;
+            }
+            match self.stream.recv().await {
+                Ok(told) if told.sequence <= self.sent => {}
+                Ok(told) if told.sequence == self.sent + 1 => {
+                    return Ok(Some(self.send(told.sequence, told.kind, &told.body)));
+                }
+                Ok(told) => {
+                    let gap = json!({ "kind": "gap", "from": self.sent + 1, "to": told.sequence - 1 });
+                    self.kept = Some(told);
+                    // Without an id, so that a reader that comes again gets what it missed.
+                    let event = Sent::default().event("gap").data(gap.to_string());
+                    return Ok(Some((event, false)));
+                }
+                // What was missed shows in the number of the next one.
+                Err(RecvError::Lagged(_)) => {}
+                Err(RecvError::Closed) => return Ok(None),
+            }
+        }
+    }
+
+    fn send(&mut self, sequence: u64, kind: &str, body: &[u8]) -> (Sent, bool) {
+        self.sent = sequence;
+        let event = Sent::default()
+            .id(sequence.to_string())
+            .event(kind)
+            .retry(RETRY)
+            .data(String::from_utf8_lossy(body));
+        (event, matches!(kind, "finished" | "failed"))
+    }
+}
+
+/// The record of the mission called `id`.
+pub(super) async fn record(missions: Missions, id: &str, format: RecordFormat) -> Result<Response, Problem> {
+    let place = missions.records.take()?;
+    let (number, _) = missions.find(id).await?;
+    let (pieces, mut written) = mpsc::channel(PIECES);
+    let runtime = runtime::Handle::current();
+    spawn_blocking(move || {
+        let _place = place;
+        let mut out = Pieces {
+            reader: pieces,
+            runtime,
+            piece: Vec::with_capacity(PIECE),
+        };
+        let done = missions
+            .reader()
+            .map_err(RecordError::from)
+            .and_then(|reader| record::write(&reader, number, format, &mut out));
+        if let Err(error) = done.and_then(|()| Ok(out.flush()?)) {
+            out.fail(error);
+        }
+    });
+    // What can be wrong with the whole shows before the first piece, and is answered as a problem.
+    let first = match written.recv().await {
+        Some(Err(RecordError::NoOrigin)) => {
+            return Err(Problem::conflict(&RecordError::NoOrigin.to_string()));
+        }
+        Some(Err(RecordError::Log(error))) => return Err(error.into()),
+        Some(Err(error)) => {
+            tracing::error!(%error, "no record");
+            return Err(Problem::Panicked);
+        }
+        first => first,
+    };
+    let pieces = stream::unfold((first, written), async |(first, mut written)| {
+        let piece = match first {
+            Some(piece) => piece,
+            None => written.recv().await?,
+        };
+        Some((piece, (None, written)))
+    });
+    let name = format!("attachment; filename=\"{id}.{}\"", format.extension());
+    let headers = [
+        (
+            header::CONTENT_TYPE,
+            HeaderValue::from_static(format.media_type()),
+        ),
+        (
+            header::CONTENT_DISPOSITION,
+            HeaderValue::from_str(&name).map_err(|_| Problem::NoMission)?,
+        ),
+    ];
+    Ok((headers, Body::from_stream(pieces)).into_response())
+}
+
+/// Where a record is written to: pieces, which wait for the client to take them.
+struct Pieces {
+    reader: mpsc::Sender<Result<Bytes, RecordError>>,
+    runtime: runtime::Handle,
+    piece: Vec<u8>,
+}
+
+impl Pieces {
+    /// Breaks the answer off, so that nobody takes it for whole.
+    fn fail(&mut self, error: RecordError) {
+        tracing::debug!(%error, "a record ended early");
+        // The client may have gone.
+        let _ = self.reader.blocking_send(Err(error));
+    }
+}
+
+impl Write for Pieces {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let taken = bytes.len().min(PIECE - self.piece.len());
+        self.piece.extend_from_slice(&bytes[..taken]);
+        if self.piece.len() == PIECE {
+            self.flush()?;
+        }
+        Ok(taken)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        if self.piece.is_empty() {
+            return Ok(());
+        }
+        let piece = std::mem::replace(&mut self.piece, Vec::with_capacity(PIECE));
+        let sent = timeout(PATIENCE, self.reader.send(Ok(piece.into())));
+        match self.runtime.block_on(sent) {
+            Ok(Ok(())) => Ok(()),
+            Ok(Err(_)) => Err(io::ErrorKind::BrokenPipe.into()),
+            Err(_) => Err(io::ErrorKind::TimedOut.into()),
+        }
+    }
+}
