@@ -1,0 +1,768 @@
+//! Missions, simulated and live, through the API: what is stored is what happened, and a restart changes nothing.
+
+use std::{
+    path::Path,
+    time::{Duration, SystemTime, UNIX_EPOCH},
+};
+
+use api::{
+    Settings,
+    missions::{
+        Missions,
+        log::{Log, LogError, Reader},
+        replay::replay,
+    },
+};
+use axum::{
+    Router,
+    body::Body,
+    http::{HeaderValue, Request, StatusCode},
+};
+use futures_util::StreamExt as _;
+use planner::policy::Policy;
+use serde_json::{Value, json};
+use sim::{guide::MpcGuide, mission, scenario::Scenario};
+use tests::client::{Answer, get, post, send_to};
+use tokio::time::{Instant, sleep, timeout};
+use tower::ServiceExt as _;
+
+struct Service {
+    router: Router,
+    missions: Missions,
+}
+
+impl Service {
+    /// On the log in `data`, as soon as nobody else has it.
+    async fn start(data: &Path) -> Self {
+        let log = loop {
+            match Log::open(data) {
+                Err(LogError::InUse { .. }) => sleep(Duration::from_millis(5)).await,
+                opened => break opened.expect("opens"),
+            }
+        };
+        let (router, missions) = api::service(Settings::default(), log).await.expect("starts");
+        Self { router, missions }
+    }
+
+    async fn restart(self, data: &Path) -> Self {
+        self.missions.close();
+        drop(self);
+        Self::start(data).await
+    }
+
+    async fn get(&self, path: &str) -> Answer {
+        send_to(self.router.clone(), get(path)).await
+    }
+
+    async fn post(&self, path: &str, body: &Value) -> Answer {
+        send_to(self.router.clone(), post(path, body.to_string())).await
+    }
+
+    async fn post_keyed(&self, path: &str, body: &Value, key: &'static str) -> Answer {
+        let mut request = post(path, body.to_string());
+        request
+            .headers_mut()
+            .insert("idempotency-key", HeaderValue::from_static(key));
+        send_to(self.router.clone(), request).await
+    }
+
+    /// Makes a mission, and answers with its path.
+    async fn create(&self, body: &Value) -> String {
+        let made = self.post("/v1/missions", body).await;
+        assert_eq!(made.status, StatusCode::CREATED, "{}", made.text);
+        let path = made.headers["location"].to_str().expect("is text").to_owned();
+        assert!(path.ends_with(made.json()["id"].as_str().expect("has a name")));
+        path
+    }
+
+    async fn ask(&self, path: &str) -> Value {
+        let answer = self.get(path).await;
+        assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+        answer.json()
+    }
+
+    async fn order(&self, path: &str, body: Value) -> Value {
+        let answer = self.post(path, &body).await;
+        assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+        answer.json()
+    }
+
+    async fn until(&self, mission: &str, status: &str) -> Value {
+        let end = Instant::now() + Duration::from_mins(1);
+        loop {
+            let seen = self.ask(mission).await;
+            if seen["status"] == status {
+                return seen;
+            }
+            assert!(Instant::now() < end, "is not {status}: {seen}");
+            sleep(Duration::from_millis(20)).await;
+        }
+    }
+
+    /// Every event of the mission.
+    async fn record(&self, mission: &str) -> Vec<Value> {
+        let answer = self.get(&format!("{mission}/record?format=ndjson")).await;
+        assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+        let lines = answer
+            .text
+            .lines()
+            .map(|line| serde_json::from_str(line).expect("is JSON"));
+        lines.collect()
+    }
+}
+
+fn simulated(scenario: &str) -> Value {
+    json!({ "schema_version": "1.0", "simulated": { "scenario": scenario, "seed": 1 } })
+}
+
+/// A scenario of a minute, as a client sends a whole one.
+fn short_scenario() -> Value {
+    let text = Scenario::text("paper-tracking").expect("exists");
+    let duration = text
+        .lines()
+        .find(|line| line.starts_with("duration_s"))
+        .expect("is there");
+    let text = text.replace(duration, "duration_s = 60.0");
+    let settled = text.lines().find(|line| line.starts_with("settled_after_s"));
+    let text = settled.map_or(text.clone(), |line| text.replace(line, "settled_after_s = 0.0"));
+    json!({ "schema_version": "1.0", "simulated": { "scenario_file": text, "seed": 3 } })
+}
+
+fn live() -> Value {
+    json!({ "schema_version": "1.0", "title": "two AUVs", "metadata": { "boat": 7 }, "live": {
+        "auvs": [{ "id": "auv-1" }, { "id": "auv-2" }],
+        "goal": { "kind": "midpoint", "auvs": ["auv-1", "auv-2"] },
+        "period_s": 1.0, "clock_rate": 10.0,
+    } })
+}
+
+fn unix_now() -> f64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    since.expect("is after 1970").as_secs_f64()
+}
+
+/// Time on the clock of a rehearsal ten times as fast as life.
+fn mission_now(mission: &Value) -> f64 {
+    let created = mission["created_s"].as_f64().expect("has a time");
+    created + 10.0 * (unix_now() - created)
+}
+
+fn fix(t_s: f64, north_m: f64, east_m: f64) -> Value {
+    json!({ "t_s": t_s, "north_m": north_m, "east_m": east_m, "sigma_m": 1.0 })
+}
+
+fn asc(t_s: f64) -> Value {
+    json!([{ "t_s": t_s, "state": { "north_m": 0.0, "east_m": 0.0, "heading_rad": 0.0, "speed_mps": 0.2,
+        "sway_mps": 0.0, "yaw_rate_radps": 0.0 } }])
+}
+
+/// Both AUVs a few seconds ago, and the surface craft now.
+fn heard(now: f64) -> Value {
+    json!({ "received_s": now, "auvs": {
+        "auv-1": [fix(now - 4.0, 10.0, -20.0)],
+        "auv-2": [fix(now - 2.0, 10.0, 20.0)],
+    }, "asc": asc(now) })
+}
+
+fn n_equal(data: &Path, mission: &str) -> u64 {
+    let id = mission.rsplit('/').next().expect("has a name");
+    let reader = Reader::of(data).expect("opens");
+    let replayed = replay(&reader, id, &mut |_, _| {})
+        .expect("is whole")
+        .expect("is there");
+    assert_eq!(replayed.different, [] as [u64; 0]);
+    replayed.equal
+}
+
+fn directory() -> tempfile::TempDir {
+    tempfile::tempdir().expect("is made")
+}
+
+#[tokio::test]
+async fn a_simulated_mission_is_the_one_that_the_simulator_flies_by_itself() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let mission = service.create(&simulated("paper-intermittent")).await;
+    assert_eq!(service.ask(&mission).await["status"], "created");
+    let stepped = service
+        .order(&format!("{mission}/step"), json!({ "ticks": 5 }))
+        .await;
+    assert_eq!(stepped["sequence"], 6);
+    let running = service
+        .order(&format!("{mission}/run"), json!({ "speed_factor": 100.0 }))
+        .await;
+    assert_eq!(
+        (running["status"].as_str(), &running["speed_factor"]),
+        (Some("running"), &json!(100.0))
+    );
+    sleep(Duration::from_millis(300)).await;
+    let paused = service.order(&format!("{mission}/pause"), json!({})).await;
+    assert_eq!(paused["status"], "paused");
+    let at = paused["t_s"].as_f64().expect("has a time");
+    assert!((10.0..60.0).contains(&at), "0.3 s at a hundred times life: {at}");
+    sleep(Duration::from_millis(100)).await;
+    assert_eq!(service.ask(&mission).await["t_s"], paused["t_s"]);
+
+    // A restart in the middle.
+    let service = service.restart(data.path()).await;
+    service.order(&format!("{mission}/run"), json!({})).await;
+    let finished = service.until(&mission, "finished").await;
+    for time in ["created_s", "started_s", "finished_s"] {
+        assert!(finished[time].as_f64().is_some(), "{time}: {finished}");
+    }
+
+    let scenario = Scenario::named("paper-intermittent").expect("exists");
+    let flown = mission::run(&scenario, &mut MpcGuide::new(Policy::default()), 1, &mut |_| {});
+    let flown = flown.expect("flies");
+    let record = service.record(&mission).await;
+    let planned: Vec<&Value> = record.iter().filter(|event| event["kind"] == "planned").collect();
+    assert_eq!(planned.len(), flown.rows.len());
+    for (event, row) in planned.iter().zip(&flown.rows) {
+        let craft = row.surface_craft.as_ref().expect("is there");
+        let truth = &event["truth"];
+        assert_eq!(event["t_s"], row.time);
+        assert_eq!(truth["asc"]["north_m"], craft.position.x);
+        assert_eq!(truth["asc"]["east_m"], craft.position.y);
+        assert_eq!(truth["distance_m"], craft.distance());
+        assert_eq!(event["reference"]["speed_mps"], craft.reference.speed);
+    }
+    assert_eq!(n_equal(data.path(), &mission), 1920);
+}
+
+#[tokio::test]
+async fn a_whole_scenario_may_be_sent_and_what_is_wrong_with_one_is_named() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let mission = service.create(&short_scenario()).await;
+    service.order(&format!("{mission}/run"), json!({})).await;
+    let finished = service.until(&mission, "finished").await;
+    assert_eq!(finished["t_s"], 59.0);
+
+    let refused = |body: Value, pointer: &'static str, said: &'static str| {
+        let service = &service;
+        async move {
+            let answer = service.post("/v1/missions", &body).await;
+            assert_eq!(answer.status, StatusCode::UNPROCESSABLE_ENTITY, "{}", answer.text);
+            assert_eq!(answer.faults()[0].0, pointer, "{}", answer.text);
+            assert!(answer.text.contains(said), "{}", answer.text);
+        }
+    };
+    let with = |body: Value, pointer: &str, value: Value| {
+        let mut body = body;
+        *body.pointer_mut(pointer).expect("is there") = value;
+        body
+    };
+    refused(simulated("nowhere"), "/simulated/scenario", "paper-tracking").await;
+    let broken = with(short_scenario(), "/simulated/scenario_file", json!("title = 1"));
+    refused(broken, "/simulated/scenario_file", "scenario_file:1").await;
+    refused(json!({ "schema_version": "1.0" }), "", "either simulated or live").await;
+    refused(
+        with(live(), "/schema_version", json!("9")),
+        "/schema_version",
+        "1.0",
+    )
+    .await;
+    refused(with(live(), "/title", json!("x".repeat(201))), "/title", "200").await;
+    refused(
+        with(live(), "/live/period_s", json!(0.1)),
+        "/live/period_s",
+        "0.5",
+    )
+    .await;
+    refused(
+        with(live(), "/live/clock_rate", json!(100.0)),
+        "/live/clock_rate",
+        "60",
+    )
+    .await;
+    refused(with(live(), "/live/auvs/0/id", json!("")), "/live/auvs/0/id", "").await;
+    refused(
+        with(live(), "/live/auvs/0/id", json!("asc")),
+        "/live/auvs/0/id",
+        "surface craft",
+    )
+    .await;
+    refused(
+        with(live(), "/live/goal/auvs", json!(["x"])),
+        "/live/goal/auvs/0",
+        "",
+    )
+    .await;
+}
+
+#[tokio::test]
+async fn a_live_mission_plans_every_period_degrades_with_age_and_says_whom_it_waits_for() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let mission = service.create(&live()).await;
+    let made = service.ask(&mission).await;
+    assert_eq!(
+        (&made["title"], &made["metadata"]["boat"]),
+        (&json!("two AUVs"), &json!(7))
+    );
+    service.order(&format!("{mission}/run"), json!({})).await;
+    let reference = format!("{mission}/reference");
+    let unknown = service.get(&reference).await;
+    assert_eq!(unknown.status, StatusCode::CONFLICT);
+    assert_eq!(unknown.problem()["code"], "no_plan_yet");
+    assert!(unknown.text.contains("asc, auv-1, auv-2"), "{}", unknown.text);
+
+    let reports = format!("{mission}/reports");
+    let now = mission_now(&made);
+    let accepted = service.order(&reports, heard(now)).await;
+    let first = service.ask(&format!("{reference}?wait_s=10")).await;
+    assert!(accepted["sequence"].as_u64() < first["sequence"].as_u64());
+    assert_eq!(
+        (&first["outcome"], &first["method"]),
+        (&json!("ok"), &json!("mpc"))
+    );
+    assert_eq!(
+        first["heard_s"],
+        json!({ "asc": now, "auv-1": now - 4.0, "auv-2": now - 2.0 })
+    );
+    // Periods of 1 s on a clock ten times as fast.
+    let after = first["sequence"].as_u64().expect("is a number");
+    let second = service.ask(&format!("{reference}?wait_s=10&after={after}")).await;
+    let apart = second["t_s"].as_f64().expect("is one") - first["t_s"].as_f64().expect("is one");
+    assert!((0.5..1.9).contains(&apart), "{apart}");
+    // A fix from before all others, one twice, and one out of turn.
+    let late = json!({ "auvs": { "auv-1": [fix(now - 1.0, 10.6, -20.0), fix(now - 60.0, 0.0, -20.0),
+        fix(now - 1.0, 10.6, -20.0)] } });
+    service.order(&reports, late).await;
+
+    // Nobody says anything more: ten seconds on, nobody knows where the surface craft is.
+    let end = Instant::now() + Duration::from_secs(20);
+    let silent = loop {
+        let seen = service.ask(&reference).await;
+        if seen["waits_for"] == json!(["asc"]) {
+            break seen;
+        }
+        assert!(Instant::now() < end, "{seen}");
+        sleep(Duration::from_millis(20)).await;
+    };
+    let carried = silent["t_s"].as_f64().expect("is one") - now;
+    assert!((8.0..=10.0).contains(&carried), "{carried}");
+    assert_eq!(silent["heard_s"]["auv-1"], now - 1.0);
+
+    assert_eq!(silent["missed"], 0);
+    let plans = n_equal(data.path(), &mission);
+    assert!((8..=12).contains(&plans), "{plans}");
+}
+
+#[tokio::test]
+async fn who_was_heard_too_long_ago_is_not_followed_and_the_answer_says_so() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let mission = service.create(&live()).await;
+    let made = service.ask(&mission).await;
+    let now = mission_now(&made);
+    let age = Policy::default().report_age_max;
+    let mut old = heard(now);
+    old["auvs"]["auv-1"][0]["t_s"] = json!(now - age - 1.0);
+    service.order(&format!("{mission}/reports"), old).await;
+    service.order(&format!("{mission}/run"), json!({})).await;
+    let held = service
+        .ask(&format!("{mission}/reference?wait_s=5&after=0"))
+        .await;
+    assert_eq!(
+        (&held["outcome"], &held["method"]),
+        (&json!("degraded"), &json!("hold"))
+    );
+    assert_eq!(held["plan"]["reason"], "stale_report");
+    assert_eq!(held["heard_s"]["auv-1"], now - age - 1.0);
+}
+
+#[tokio::test]
+async fn a_restart_goes_on_with_what_was_known_and_plans_as_if_nothing_had_been() {
+    let data = directory();
+    let mut service = Service::start(data.path()).await;
+    let mission = service.create(&live()).await;
+    let made = service.ask(&mission).await;
+    service.order(&format!("{mission}/run"), json!({})).await;
+    for _ in 0..3 {
+        let now = mission_now(&made);
+        service.order(&format!("{mission}/reports"), heard(now)).await;
+        service.ask(&format!("{mission}/reference?wait_s=5")).await;
+        // Heard after the last snapshot.
+        let more = json!({ "auvs": { "auv-2": [fix(now - 1.0, 11.0, 20.0)] } });
+        let heard = service.order(&format!("{mission}/reports"), more).await;
+        let after = heard["sequence"].as_u64().expect("is a number");
+        service = service.restart(data.path()).await;
+        // The plan from before is there until the next, which comes by itself.
+        let kept = service.ask(&format!("{mission}/reference")).await;
+        assert_eq!(kept["plan"]["outcome"], "ok");
+        let next = format!("{mission}/reference?wait_s=5&after={after}");
+        let planned = service.ask(&next).await;
+        assert_eq!(planned["heard_s"]["auv-2"], now - 1.0);
+    }
+    let last = service.ask(&format!("{mission}/reference")).await;
+    for _ in 0..2 {
+        let finished = service.order(&format!("{mission}/finish"), json!({})).await;
+        assert_eq!(finished["status"], "finished");
+    }
+    // The last plan is there though nothing more comes, and nobody waits for what does not.
+    let service = service.restart(data.path()).await;
+    let waiting = format!("{mission}/reference?wait_s=60");
+    let kept = timeout(Duration::from_secs(5), service.ask(&waiting));
+    let kept = kept.await.expect("does not wait");
+    assert!(last["sequence"].as_u64() <= kept["sequence"].as_u64());
+    assert_eq!(
+        (&kept["status"], &kept["plan"]["schema_version"]),
+        (&json!("finished"), &json!("1.0"))
+    );
+    assert!(3 < n_equal(data.path(), &mission));
+    let record = service.record(&mission).await;
+    let sequences: Vec<u64> = record
+        .iter()
+        .filter_map(|event| event["sequence"].as_u64())
+        .collect();
+    assert!(
+        sequences.iter().copied().eq(1..=record.len() as u64),
+        "{sequences:?}"
+    );
+    assert_eq!(record.last().expect("is there")["kind"], "finished");
+}
+
+#[tokio::test]
+async fn a_request_sent_again_with_its_key_is_carried_out_once() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let made = service.post_keyed("/v1/missions", &live(), "make").await;
+    assert_eq!(made.status, StatusCode::CREATED);
+    let again = service.post_keyed("/v1/missions", &live(), "make").await;
+    assert_eq!((again.status, again.json()), (StatusCode::CREATED, made.json()));
+    let other = service
+        .post_keyed("/v1/missions", &simulated("paper-tracking"), "make")
+        .await;
+    assert_eq!(other.problem()["code"], "idempotency_key_taken");
+
+    let mission = format!("/v1/missions/{}", made.json()["id"].as_str().expect("has a name"));
+    let reports = format!("{mission}/reports");
+    let body = heard(mission_now(&made.json()));
+    let first = service.post_keyed(&reports, &body, "first").await;
+    assert_eq!(first.json(), json!({ "sequence": 2 }));
+    service.post_keyed(&reports, &body, "second").await;
+    service
+        .post_keyed(&format!("{mission}/finish"), &json!({}), "end")
+        .await;
+    let service = service.restart(data.path()).await;
+    // Whoever lost the answer gets it, though the mission is over and takes nothing new.
+    assert_eq!(
+        service.post_keyed(&reports, &body, "first").await.json(),
+        json!({ "sequence": 2 })
+    );
+    let ended = service
+        .post_keyed(&format!("{mission}/finish"), &json!({}), "end")
+        .await;
+    assert_eq!(ended.json()["status"], "finished");
+    let new = service.post_keyed(&reports, &body, "third").await;
+    assert_eq!(
+        (new.status, new.problem()["code"].as_str()),
+        (StatusCode::CONFLICT, Some("conflict"))
+    );
+    assert_eq!(service.ask(&mission).await["sequence"], 4);
+    for key in ["", "ä"] {
+        let mut request = post(&reports, body.to_string());
+        let value = HeaderValue::from_bytes(key.as_bytes()).expect("is one");
+        request.headers_mut().insert("idempotency-key", value);
+        let refused = send_to(service.router.clone(), request).await;
+        assert_eq!(refused.faults()[0].1, "idempotency_key");
+    }
+}
+
+#[tokio::test]
+async fn reports_that_cannot_be_are_refused_whole_with_the_place_of_each_fault() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let mission = service.create(&live()).await;
+    let now = mission_now(&service.ask(&mission).await);
+    let mut body = heard(now);
+    body["auvs"]["auv-1"][0]["north_m"] = json!(1e9);
+    body["auvs"]["auv-2"][0]["sigma_m"] = json!(-1.0);
+    body["auvs"]["a/b"] = json!([fix(now, 0.0, 0.0)]);
+    body["asc"][0]["state"]["speed_mps"] = json!(1e6);
+    body["asc"][0]["t_s"] = json!(5.0);
+    let refused = service.post(&format!("{mission}/reports"), &body).await;
+    let mut pointers: Vec<String> = refused.faults().into_iter().map(|(pointer, _)| pointer).collect();
+    pointers.sort();
+    assert_eq!(
+        pointers,
+        [
+            "/asc/0/state/speed_mps",
+            "/asc/0/t_s",
+            "/auvs/auv-1/0/north_m",
+            "/auvs/auv-2/0/sigma_m",
+            "/auvs/a~1b"
+        ]
+    );
+    let ahead = json!({ "auvs": { "auv-1": [fix(now + 1000.0, 0.0, 0.0)] } });
+    let refused = service.post(&format!("{mission}/reports"), &ahead).await;
+    assert_eq!(
+        refused.faults(),
+        [("/auvs/auv-1/0/t_s".to_owned(), "out_of_range".to_owned())]
+    );
+    for nothing in [json!({}), json!({ "received_s": now })] {
+        let refused = service.post(&format!("{mission}/reports"), &nothing).await;
+        assert_eq!(refused.faults()[0].1, "missing");
+    }
+    let many = json!({ "auvs": { "auv-1": vec![fix(now, 0.0, 0.0); 65] } });
+    let refused = service.post(&format!("{mission}/reports"), &many).await;
+    assert_eq!(refused.faults()[0].1, "too_long");
+    // Of two with one name, a map would keep one.
+    let twice = format!(
+        r#"{{"auvs":{{"auv-1":[{0}],"auv-1":[{0}]}}}}"#,
+        fix(now, 0.0, 0.0)
+    );
+    let refused = send_to(service.router.clone(), post(&format!("{mission}/reports"), twice)).await;
+    assert_eq!(
+        refused.faults(),
+        [("/auvs/auv-1".to_owned(), "duplicate_field".to_owned())]
+    );
+    let others: serde_json::Map<String, Value> = (0..1000).map(|k| (k.to_string(), json!([]))).collect();
+    let refused = service
+        .post(&format!("{mission}/reports"), &json!({ "auvs": others }))
+        .await;
+    assert_eq!(refused.faults(), [("/auvs".to_owned(), "too_long".to_owned())]);
+    assert_eq!(service.ask(&mission).await["sequence"], 1);
+}
+
+#[tokio::test]
+async fn what_a_mission_is_not_made_for_is_a_conflict() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let real = service.create(&live()).await;
+    let unreal = service.create(&simulated("paper-tracking")).await;
+    let now = unix_now();
+    for (path, body) in [
+        (format!("{real}/step"), json!({})),
+        (format!("{real}/run"), json!({ "speed_factor": 2.0 })),
+        (format!("{unreal}/reports"), heard(now)),
+        (format!("{unreal}/reference"), json!(null)),
+        (format!("{unreal}/record?format=geojson"), json!(null)),
+    ] {
+        let refused = match body {
+            Value::Null => service.get(&path).await,
+            body => service.post(&path, &body).await,
+        };
+        let expected = if path.contains("geojson") {
+            StatusCode::OK
+        } else {
+            StatusCode::CONFLICT
+        };
+        assert!(
+            [expected, StatusCode::CONFLICT].contains(&refused.status),
+            "{path}: {}",
+            refused.text
+        );
+    }
+    service
+        .order(&format!("{unreal}/run"), json!({ "speed_factor": 0.5 }))
+        .await;
+    let refused = service.post(&format!("{unreal}/step"), &json!({})).await;
+    assert!(refused.text.contains("pause it first"), "{}", refused.text);
+    for (path, body) in [
+        ("run", json!({ "speed_factor": 0.0 })),
+        ("step", json!({ "ticks": 0 })),
+    ] {
+        let refused = service.post(&format!("{unreal}/{path}"), &body).await;
+        assert_eq!(refused.faults()[0].1, "out_of_range");
+    }
+    for nobody in ["%ff", "deleted%201", "a%2Fb"] {
+        let unknown = service.get(&format!("/v1/missions/{nobody}")).await;
+        assert_eq!(unknown.problem()["code"], "no_mission", "{nobody}");
+    }
+    let unknown = service.get("/v1/missions/nobody").await;
+    assert_eq!(
+        (unknown.status, unknown.problem()["code"].as_str()),
+        (StatusCode::NOT_FOUND, Some("no_mission"))
+    );
+    for query in ["?format=xlsx", "", "?format=csv&x=1"] {
+        let refused = service.get(&format!("{real}/record{query}")).await;
+        assert_eq!(refused.faults()[0].1, "query", "{query}");
+    }
+}
+
+#[tokio::test]
+async fn missions_are_listed_in_order_page_by_page_and_a_deleted_one_is_gone() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let mut made = vec![];
+    for _ in 0..5 {
+        made.push(service.create(&simulated("paper-tracking")).await);
+    }
+    let ids = |list: &Value| -> Vec<String> {
+        let missions = list["missions"].as_array().expect("is a list");
+        missions
+            .iter()
+            .map(|mission| format!("/v1/missions/{}", mission["id"].as_str().expect("is text")))
+            .collect()
+    };
+    let (mut after, mut listed) = (0, vec![]);
+    loop {
+        let page = service.ask(&format!("/v1/missions?after={after}&limit=2")).await;
+        listed.extend(ids(&page));
+        match page["next"].as_u64() {
+            Some(next) => after = next,
+            None => break,
+        }
+    }
+    assert_eq!(listed, made);
+    let delete = |path: &str| Request::delete(path).body(Body::empty()).expect("is a path");
+    let gone = send_to(service.router.clone(), delete(&made[2])).await;
+    assert_eq!(gone.status, StatusCode::NO_CONTENT);
+    assert_eq!(service.get(&made[2]).await.status, StatusCode::NOT_FOUND);
+    let gone = send_to(service.router.clone(), delete(&made[2])).await;
+    assert_eq!(gone.status, StatusCode::NOT_FOUND);
+    made.remove(2);
+    assert_eq!(ids(&service.ask("/v1/missions").await), made);
+    for query in ["limit=0", "limit=1001", "limit=x", "page=2"] {
+        let refused = service.get(&format!("/v1/missions?{query}")).await;
+        assert_eq!(refused.status, StatusCode::UNPROCESSABLE_ENTITY, "{query}");
+    }
+}
+
+/// Text of a stream of events until `enough` of it has come, or its end.
+async fn read(router: &Router, request: Request<Body>, enough: impl Fn(&str) -> bool) -> String {
+    let answer = router.clone().oneshot(request).await.expect("answers");
+    assert_eq!(answer.status(), StatusCode::OK);
+    let mut pieces = answer.into_body().into_data_stream();
+    let mut text = String::new();
+    while !enough(&text) {
+        let piece = timeout(Duration::from_secs(30), pieces.next())
+            .await
+            .expect("goes on");
+        let Some(piece) = piece else { break };
+        text.push_str(std::str::from_utf8(&piece.expect("is whole")).expect("is text"));
+    }
+    text
+}
+
+fn ids(text: &str) -> Vec<u64> {
+    let ids = text.lines().filter_map(|line| line.strip_prefix("id: "));
+    ids.map(|id| id.parse().expect("is a number")).collect()
+}
+
+#[tokio::test]
+async fn a_stream_tells_every_event_once_from_where_the_reader_was_to_the_end() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let mission = service.create(&short_scenario()).await;
+    service
+        .order(&format!("{mission}/step"), json!({ "ticks": 20 }))
+        .await;
+    let events = format!("{mission}/events");
+    let from_the_start = read(&service.router, get(&format!("{events}?after=0")), |text| {
+        ids(text).len() == 21
+    });
+    assert_eq!(ids(&from_the_start.await), (1..=21).collect::<Vec<_>>());
+
+    let mut resumed = get(&events);
+    resumed
+        .headers_mut()
+        .insert("last-event-id", HeaderValue::from_static("7"));
+    let router = service.router.clone();
+    let reader = tokio::spawn(async move { read(&router, resumed, |_| false).await });
+    service.order(&format!("{mission}/run"), json!({})).await;
+    let finished = service.until(&mission, "finished").await;
+    let last = finished["sequence"].as_u64().expect("is a number");
+    let text = reader.await.expect("does not panic");
+    assert_eq!(ids(&text), (8..=last).collect::<Vec<_>>());
+    assert!(text.contains("event: finished"));
+    // There is nothing more to come, which keeps a browser from asking for it for ever.
+    for after in [last, u64::MAX] {
+        let over = service.get(&format!("{events}?after={after}")).await;
+        assert_eq!(over.status, StatusCode::NO_CONTENT);
+    }
+    let mut wrong = get(&events);
+    wrong
+        .headers_mut()
+        .insert("last-event-id", HeaderValue::from_static("x"));
+    let refused = send_to(service.router.clone(), wrong).await;
+    assert_eq!(refused.faults()[0].1, "last_event_id");
+}
+
+#[tokio::test]
+async fn a_reader_that_is_too_slow_is_told_which_events_it_missed() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let mission = service.create(&live()).await;
+    let answer = service
+        .router
+        .clone()
+        .oneshot(get(&format!("{mission}/events")))
+        .await;
+    let mut pieces = answer.expect("answers").into_body().into_data_stream();
+    let made = service.ask(&mission).await;
+    let post = async || {
+        service
+            .order(&format!("{mission}/reports"), heard(mission_now(&made)))
+            .await
+    };
+    post().await;
+    let mut text = String::new();
+    let mut take = async |text: &mut String, last: u64| {
+        while !text.contains(&format!("id: {last}\n")) {
+            let piece = timeout(Duration::from_secs(30), pieces.next())
+                .await
+                .expect("goes on");
+            text.push_str(std::str::from_utf8(&piece.expect("goes on").expect("is whole")).expect("is text"));
+        }
+    };
+    take(&mut text, 2).await;
+    for _ in 0..100 {
+        post().await;
+    }
+    take(&mut text, 102).await;
+    assert_eq!(text.matches("event: gap").count(), 1);
+    // The last 64 are kept for whoever is behind.
+    let gap = text
+        .lines()
+        .find_map(|line| line.strip_prefix("data: {\"from\""))
+        .expect("is there");
+    assert_eq!(gap, ":3,\"kind\":\"gap\",\"to\":38}");
+    assert_eq!(ids(&text), [2].into_iter().chain(39..=102).collect::<Vec<_>>());
+}
+
+#[tokio::test]
+async fn a_mission_with_too_much_to_do_says_when_to_come_again_and_its_neighbour_feels_nothing() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let flooded = service.create(&live()).await;
+    let neighbour = service.create(&live()).await;
+    let made = service.ask(&neighbour).await;
+    let body = heard(mission_now(&made)).to_string();
+    let letters = (0..200).map(|_| {
+        send_to(
+            service.router.clone(),
+            post(&format!("{flooded}/reports"), body.clone()),
+        )
+    });
+    let flood = futures_util::future::join_all(letters);
+    let reports = format!("{neighbour}/reports");
+    let calm = heard(mission_now(&made));
+    let beside = service.post(&reports, &calm);
+    let (answers, beside) = tokio::join!(flood, beside);
+    assert_eq!(beside.status, StatusCode::OK, "{}", beside.text);
+    let accepted = answers
+        .iter()
+        .filter(|answer| answer.status == StatusCode::OK)
+        .count();
+    let refused: Vec<&Answer> = answers
+        .iter()
+        .filter(|answer| answer.status != StatusCode::OK)
+        .collect();
+    assert!(!refused.is_empty() && 32 <= accepted, "{accepted}");
+    for answer in refused {
+        assert_eq!(answer.problem()["code"], "mission_behind");
+        assert_eq!(answer.headers["retry-after"], "1");
+    }
+    // Nothing that was refused was stored, and nothing that was acknowledged was not.
+    assert_eq!(service.ask(&flooded).await["sequence"], accepted + 1);
+}
+
+#[tokio::test]
+async fn a_service_without_a_place_for_missions_says_how_to_get_one() {
+    let answer = tests::client::send(Settings::default(), get("/v1/missions")).await;
+    assert_eq!(answer.status, StatusCode::SERVICE_UNAVAILABLE);
+    assert!(answer.text.contains("--data"), "{}", answer.text);
+}
