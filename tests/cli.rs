@@ -107,8 +107,10 @@ fn a_server_goes_on_when_nobody_reads_what_it_prints() {
     let free = TcpListener::bind("127.0.0.1:0")
         .and_then(|listener| listener.local_addr())
         .expect("is free");
+    let data = tempfile::tempdir().expect("there is room");
     let mut process = pilotfish()
         .args(["--port", &free.port().to_string()])
+        .env("PILOTFISH_DATA", data.path())
         .stdout(Stdio::piped())
         .spawn()
         .expect("starts");
@@ -117,6 +119,7 @@ fn a_server_goes_on_when_nobody_reads_what_it_prints() {
         process,
         printed: None,
         address: free.to_string(),
+        data: Some(data),
     };
     let up = (0..200).any(|_| {
         std::thread::sleep(Duration::from_millis(25));

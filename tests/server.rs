@@ -5,6 +5,8 @@ use std::{
     process::{Child, ChildStdout, Command, Stdio},
 };
 
+use tempfile::TempDir;
+
 /// A running server, stopped when dropped.
 #[derive(Debug)]
 pub struct Server {
@@ -14,17 +16,34 @@ pub struct Server {
     pub printed: Option<BufReader<ChildStdout>>,
     /// Host and port.
     pub address: String,
+    /// Its missions, where it has a directory of its own.
+    pub data: Option<TempDir>,
 }
 
 impl Server {
-    /// Starts `program`, which must be `pilotfish` with or without `serve`, on a free port.
+    /// Starts `program`, which must be `pilotfish` with or without `serve`, on a free port and with no missions.
     ///
     /// # Panics
     /// Where it does not start or prints no URL: the test's finding.
     #[must_use]
     pub fn start(mut program: Command) -> Self {
+        let data = tempfile::tempdir().expect("there is room");
+        program.env("PILOTFISH_DATA", data.path());
+        Self::start_in(Some(data), program, 0)
+    }
+
+    /// Starts `program` on `port`, such as that of another server before it, whose `--data` it may go on with.
+    ///
+    /// # Panics
+    /// Where it does not start or prints no URL: the test's finding.
+    #[must_use]
+    pub fn start_on(program: Command, port: u16) -> Self {
+        Self::start_in(None, program, port)
+    }
+
+    fn start_in(data: Option<TempDir>, mut program: Command, port: u16) -> Self {
         let mut process = program
-            .args(["--port", "0"])
+            .args(["--port", &port.to_string()])
             .stdout(Stdio::piped())
             .spawn()
             .expect("the program starts");
@@ -41,7 +60,18 @@ impl Server {
             process,
             printed: Some(printed),
             address,
+            data,
         }
+    }
+
+    /// The port on which it listens.
+    ///
+    /// # Panics
+    /// Where it printed none: the test's finding.
+    #[must_use]
+    pub fn port(&self) -> u16 {
+        let port = self.address.rsplit_once(':').map(|(_, port)| port.parse());
+        port.expect("an address has a port").expect("a port is a number")
     }
 
     /// Where it listens, such as `http://127.0.0.1:40123`.
