@@ -38,6 +38,22 @@ benchmark seeds="30" *more="":
     cp target/benchmark/benchmark.md docs/benchmark.md
     if [ -e target/benchmark/front.svg ]; then cp target/benchmark/front.svg docs/front.svg; fi
 
+# Hundreds of live missions on a service of their own, in release: ten minutes, or what the arguments say, such as
+# `just load --step 50` (until it has too much to do) or `just load --readers 100` (event streams)
+load *more:
+    #!/usr/bin/env bash
+    set -euo pipefail
+    cargo build --release -p api -p tests --bins
+    # Not in /tmp, which on some machines is no disk: a commit costs what it costs there.
+    target="${CARGO_TARGET_DIR:-target}/release"
+    data=$(mktemp -d -p "$target")
+    "$target/pilotfish" serve --port 0 --data "$data/missions" > "$data/said" &
+    service=$!
+    trap 'kill $service && wait $service; rm -r "$data"' EXIT
+    until grep -q "http://" "$data/said"; do sleep 0.1; kill -0 $service; done
+    url=$(grep -o -m 1 "http://[^ ]*" "$data/said")
+    "$target/load" --url "$url" --pid $service {{more}}
+
 # Speed of the simulator and of the same vehicles in Python (needs tests/python/requirements.txt)
 speed:
     python3 tests/python/speed.py

@@ -1,0 +1,487 @@
+//! A service that is killed at any moment loses nothing that it acknowledged, takes nothing up twice, and goes on by
+//! itself where it was; one that is told to stop does not wait for those who only listen.
+//!
+//! `PILOTFISH_KILLS=200 cargo test -p api --test kill -- --nocapture` kills it more often than the usual run.
+
+use std::{
+    collections::HashMap,
+    env,
+    io::{BufRead, BufReader, Read, Write},
+    net::{Ipv4Addr, TcpListener, TcpStream},
+    ops::RangeInclusive,
+    path::PathBuf,
+    process::{Command, ExitStatus},
+    sync::atomic::{AtomicBool, Ordering},
+    thread,
+    time::{Duration, Instant, SystemTime, UNIX_EPOCH},
+};
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::{Value, json};
+use tempfile::TempDir;
+use tests::server::Server;
+use ureq::Agent;
+
+/// Kills in one run, unless `PILOTFISH_KILLS` says otherwise.
+const KILLS: usize = 5;
+/// From the moment when the service is ready to the kill, ms: from before its first commit to after its first plan.
+const LIFE_MS: RangeInclusive<u64> = 20..=600;
+/// Of the lives, the share that lasts until a plan was made, so that it shows that plans go on: one in three.
+const PLANS_IN_ONE_OF: usize = 3;
+/// Clients, each with an AUV of its own.
+const CLIENTS: usize = 2;
+/// Between two plans, s: the shortest period there is.
+const PERIOD_S: f64 = 0.5;
+/// Between two tries of a client that got no answer.
+const PAUSE: Duration = Duration::from_millis(3);
+/// Whoever waits for longer than this fails instead of waiting for ever.
+const PATIENCE: Duration = Duration::from_secs(30);
+/// What the service gives requests under way when it is told to stop.
+const DRAIN: Duration = Duration::from_secs(10);
+/// Longest record read, bytes: that of an hour of kills.
+const RECORD_BYTES_MAX: u64 = 1 << 30;
+/// Ports below those that the system gives to outgoing connections: one of the latter, asked for while nobody listens,
+/// can become a connection with itself, and then the service finds its own port taken.
+const PORTS: RangeInclusive<u16> = 20_000..=29_999;
+
+/// A place where a service lives, dies and lives again.
+struct Home {
+    folder: TempDir,
+    port: u16,
+}
+
+impl Home {
+    fn new() -> Self {
+        let free = |port: &u16| TcpListener::bind((Ipv4Addr::LOCALHOST, *port)).is_ok();
+        // Tests that run at the same time begin their search at different places.
+        let seed = unix_now().to_bits() ^ u64::from(std::process::id());
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut ports = std::iter::repeat_with(|| random.random_range(PORTS));
+        Self {
+            folder: tempfile::tempdir().expect("a folder"),
+            port: ports.find(free).expect("some port is free"),
+        }
+    }
+
+    fn data(&self) -> PathBuf {
+        self.folder.path().join("data")
+    }
+
+    fn url(&self, path: &str) -> String {
+        format!("http://127.0.0.1:{}/v1/missions{path}", self.port)
+    }
+
+    fn serve(&self) -> Command {
+        let mut serve = pilotfish();
+        serve.arg("serve").arg("--data").arg(self.data());
+        serve
+    }
+
+    /// A service that is ready.
+    fn start(&self) -> Server {
+        Server::start_on(self.serve(), self.port)
+    }
+
+    /// The name of a live mission, made and begun.
+    fn mission(&self) -> String {
+        let auvs: Vec<String> = (0..CLIENTS).map(auv).collect();
+        let listed: Vec<Value> = auvs.iter().map(|id| json!({ "id": id })).collect();
+        let live = json!({
+            "auvs": listed,
+            "goal": { "kind": "midpoint", "auvs": auvs },
+            "period_s": PERIOD_S,
+        });
+        let body = json!({ "schema_version": "1.0", "live": live }).to_string();
+        let made = answered(
+            agent()
+                .post(self.url(""))
+                .content_type("application/json")
+                .send(body),
+            201,
+        );
+        let id = made["id"].as_str().expect("it has a name").to_owned();
+        let run = self.url(&format!("/{id}/run"));
+        let running = answered(agent().post(run).content_type("application/json").send("{}"), 200);
+        assert_eq!(running["status"], "running");
+        id
+    }
+
+    /// Waits for a plan made after `time`, Unix time, s.
+    fn await_plan(&self, mission: &str, time: f64) {
+        let begun = Instant::now();
+        let reference = self.url(&format!("/{mission}/reference?wait_s=5"));
+        loop {
+            let mut answer = agent().get(&reference).call().expect("the service answers");
+            let text = answer.body_mut().read_to_string().expect("the answer ends");
+            let made = (answer.status() == 200)
+                .then(|| parsed(&text)["t_s"].as_f64())
+                .flatten();
+            if made.is_some_and(|made| time < made) {
+                return;
+            }
+            assert!(begun.elapsed() < PATIENCE, "no plan after {time}: {text}");
+            thread::sleep(PAUSE);
+        }
+    }
+
+    /// Everything that happened in a mission.
+    fn record(&self, mission: &str) -> Vec<Value> {
+        let mut answer = agent()
+            .get(self.url(&format!("/{mission}/record?format=ndjson")))
+            .call()
+            .expect("the service answers");
+        let body = answer.body_mut().with_config().limit(RECORD_BYTES_MAX);
+        let text = body.read_to_string().expect("the record ends");
+        assert_eq!(answer.status(), 200, "{text}");
+        text.lines().map(parsed).collect()
+    }
+}
+
+fn pilotfish() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
+    for (name, _) in env::vars().filter(|(name, _)| name.starts_with("PILOTFISH_")) {
+        command.env_remove(name);
+    }
+    // Every start and stop would be told of.
+    command.env("RUST_LOG", "error");
+    command
+}
+
+fn agent() -> Agent {
+    let config = Agent::config_builder().http_status_as_error(false).proxy(None);
+    config.timeout_global(Some(PATIENCE)).build().new_agent()
+}
+
+/// The JSON of an answer with that status.
+fn answered(answer: Result<ureq::http::Response<ureq::Body>, ureq::Error>, status: u16) -> Value {
+    let mut answer = answer.expect("the service answers");
+    let text = answer.body_mut().read_to_string().expect("the answer ends");
+    assert_eq!(answer.status().as_u16(), status, "{text}");
+    parsed(&text)
+}
+
+fn parsed(text: &str) -> Value {
+    serde_json::from_str(text).expect("is JSON")
+}
+
+fn unix_now() -> f64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    since.expect("the clock is set").as_secs_f64()
+}
+
+fn terminate(server: &Server) {
+    let id = server.process.id().to_string();
+    let told = Command::new("kill").args(["-TERM", &id]).status();
+    assert!(told.expect("there is a kill").success());
+}
+
+/// How it ended; it fails when it does not.
+fn ended(server: &mut Server) -> ExitStatus {
+    let begun = Instant::now();
+    loop {
+        if let Some(status) = server.process.try_wait().expect("is ours") {
+            return status;
+        }
+        assert!(begun.elapsed() < PATIENCE, "it does not end");
+        thread::sleep(PAUSE);
+    }
+}
+
+/// The AUV that a client reports.
+fn auv(client: usize) -> String {
+    format!("auv-{}", client + 1)
+}
+
+/// A post that no other one is like: its AUV is where it never was before and never will be again.
+#[derive(Clone, Copy)]
+struct Post {
+    client: usize,
+    counter: u32,
+}
+
+impl Post {
+    fn key(self) -> String {
+        format!("{}-{}", self.client, self.counter)
+    }
+
+    /// A millimetre further north with every post: at some hundred posts a second the pace of a vehicle.
+    fn north_m(self) -> f64 {
+        1e-3 * f64::from(self.counter)
+    }
+
+    /// What it is known by in the log.
+    fn mark(self) -> String {
+        mark(&auv(self.client), &json!(self.north_m()))
+    }
+
+    fn body(self) -> String {
+        let now = unix_now();
+        let lane_m = if self.client == 0 { 0.0 } else { 60.0 };
+        let fix = json!({ "t_s": now, "north_m": self.north_m(), "east_m": lane_m, "sigma_m": 1.0 });
+        let state =
+            json!({ "north_m": self.north_m(), "east_m": 30.0, "heading_rad": 0.0, "speed_mps": 0.2 });
+        let heard = json!({
+            "auvs": { auv(self.client): [fix] },
+            "asc": [{ "t_s": now, "state": state }],
+        });
+        heard.to_string()
+    }
+}
+
+/// serde_json prints every number as the shortest text that reads back as the same one.
+fn mark(auv: &str, north_m: &Value) -> String {
+    format!("{auv} at {north_m}")
+}
+
+/// What the service said is on its disk.
+struct Acknowledged {
+    post: Post,
+    sequence: u64,
+    /// When the client had the answer, Unix time, s.
+    at: f64,
+}
+
+/// A client's own journal.
+#[derive(Default)]
+struct Journal {
+    acknowledged: Vec<Acknowledged>,
+    /// Tries that were not answered, or with 503.
+    vain: u64,
+}
+
+/// Posts until it is told to stop, each post until it is acknowledged.
+fn post(url: &str, client: usize, stop: &AtomicBool) -> Journal {
+    let agent = agent();
+    let mut journal = Journal::default();
+    for counter in 0.. {
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
+        let post = Post { client, counter };
+        let (key, body) = (post.key(), post.body());
+        let begun = Instant::now();
+        let sequence = loop {
+            if let Some(sequence) = try_once(&agent, url, &key, &body) {
+                break sequence;
+            }
+            assert!(begun.elapsed() < PATIENCE, "{key} is not acknowledged");
+            journal.vain += 1;
+            thread::sleep(PAUSE);
+        };
+        let at = unix_now();
+        journal.acknowledged.push(Acknowledged { post, sequence, at });
+    }
+    journal
+}
+
+/// The number under which the service stored it, if it said so.
+fn try_once(agent: &Agent, url: &str, key: &str, body: &str) -> Option<u64> {
+    let request = agent.post(url).header("Idempotency-Key", key);
+    let mut answer = request.content_type("application/json").send(body).ok()?;
+    // A service that dies while it answers has not acknowledged.
+    let text = answer.body_mut().read_to_string().ok()?;
+    match answer.status().as_u16() {
+        200 => Some(parsed(&text)["sequence"].as_u64().expect("it has a number")),
+        503 => None,
+        other => panic!("{key} is answered with {other}: {text}"),
+    }
+}
+
+/// Lets the clients go, whichever way the test ends.
+struct StopAtLast<'a>(&'a AtomicBool);
+
+impl Drop for StopAtLast<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// When the service died and came back, Unix times, s.
+#[derive(Default)]
+struct Story {
+    killed: Vec<f64>,
+    ready: Vec<f64>,
+}
+
+/// Kills the service so many times, and starts it again each time.
+fn kill_again_and_again(home: &Home, mission: &str, kills: usize, mut server: Server) -> (Story, Server) {
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let mut story = Story::default();
+    let mut ready = unix_now();
+    for life in 1..=kills {
+        if life % PLANS_IN_ONE_OF == 0 {
+            home.await_plan(mission, ready);
+        }
+        thread::sleep(Duration::from_millis(random.random_range(LIFE_MS)));
+        server.process.kill().expect("is ours");
+        server.process.wait().expect("is ours");
+        story.killed.push(unix_now());
+        server = home.start();
+        ready = unix_now();
+        story.ready.push(ready);
+    }
+    home.await_plan(mission, ready);
+    (story, server)
+}
+
+#[test]
+fn a_service_that_is_killed_loses_nothing_acknowledged_and_takes_nothing_up_twice() {
+    let kills = env::var("PILOTFISH_KILLS").map_or(KILLS, |kills| kills.parse().expect("is a number"));
+    let home = Home::new();
+    let server = home.start();
+    let mission = home.mission();
+    let url = home.url(&format!("/{mission}/reports"));
+    let stop = AtomicBool::new(false);
+    let (story, mut server, journals) = thread::scope(|scope| {
+        let (url, stop) = (&url, &stop);
+        let spawn = |client| scope.spawn(move || post(url, client, stop));
+        let clients: Vec<_> = (0..CLIENTS).map(spawn).collect();
+        let at_last = StopAtLast(stop);
+        let (story, server) = kill_again_and_again(&home, &mission, kills, server);
+        drop(at_last);
+        let journals = clients
+            .into_iter()
+            .map(|client| client.join().expect("was answered well"));
+        (story, server, journals.collect::<Vec<Journal>>())
+    });
+    let events = home.record(&mission);
+    let found = answered(agent().get(home.url(&format!("/{mission}"))).call(), 200);
+    assert_eq!(found["status"], "running");
+    terminate(&server);
+    assert!(ended(&mut server).success());
+
+    check_numbers(&events);
+    let saved = check_posts(&events, &journals, &story);
+    let plans: Vec<f64> = of_kind(&events, "planned")
+        .filter_map(|event| event["t_s"].as_f64())
+        .collect();
+    for ready in &story.ready {
+        assert!(plans.iter().any(|made| ready < made), "no plan after {ready}");
+    }
+    let replayed = check_replay(&home, &mission);
+    let vain: u64 = journals.iter().map(|journal| journal.vain).sum();
+    let acknowledged: usize = journals.iter().map(|journal| journal.acknowledged.len()).sum();
+    let away = story
+        .killed
+        .iter()
+        .zip(&story.ready)
+        .map(|(killed, ready)| ready - killed);
+    println!(
+        "{kills} kills: {acknowledged} posts acknowledged, {vain} tries in vain, {saved} posts stored before a kill and \
+         acknowledged after it; {} plans; at most {:.3} s from a kill to the next greeting; {replayed}",
+        plans.len(),
+        away.fold(0.0, f64::max),
+    );
+}
+
+fn of_kind<'a>(events: &'a [Value], kind: &'a str) -> impl Iterator<Item = &'a Value> {
+    events.iter().filter(move |event| event["kind"] == kind)
+}
+
+/// Events are numbered from 1 on without a gap.
+fn check_numbers(events: &[Value]) {
+    for (number, event) in (1_u64..).zip(events) {
+        assert_eq!(event["sequence"].as_u64(), Some(number), "{event}");
+    }
+}
+
+/// What was acknowledged is there once, under the number that was acknowledged, and nothing else is. How many posts had
+/// been stored before a kill and were acknowledged after it.
+fn check_posts(events: &[Value], journals: &[Journal], story: &Story) -> usize {
+    let mut stored: HashMap<String, &Value> = HashMap::new();
+    for event in of_kind(events, "reported") {
+        for (auv, fixes) in event["heard"]["auvs"].as_object().expect("each has a fix") {
+            let mark = mark(auv, &fixes[0]["north_m"]);
+            let before = stored.insert(mark, event);
+            assert_eq!(before, None, "was taken up twice, again as {event}");
+        }
+    }
+    let mut saved = 0;
+    for Acknowledged { post, sequence, at } in journals.iter().flat_map(|journal| &journal.acknowledged) {
+        let event = stored.remove(&post.mark());
+        let event =
+            event.unwrap_or_else(|| panic!("{} was acknowledged as {sequence} and is lost", post.key()));
+        assert_eq!(
+            event["sequence"].as_u64(),
+            Some(*sequence),
+            "{} is elsewhere",
+            post.key()
+        );
+        let taken_up = event["at_s"].as_f64().expect("has a time");
+        let died_in_between = |killed: &f64| taken_up < *killed && killed < at;
+        saved += usize::from(story.killed.iter().any(died_in_between));
+    }
+    // Every client went on until its last post was acknowledged.
+    assert!(stored.is_empty(), "nobody was told of {stored:?}");
+    saved
+}
+
+/// What `replay` says, which finds nothing amiss.
+fn check_replay(home: &Home, mission: &str) -> String {
+    let mut replay = pilotfish();
+    replay.args(["replay", mission, "--data"]).arg(home.data());
+    let output = replay.output().expect("the program starts");
+    let said = String::from_utf8(output.stdout).expect("is text");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}{errors}");
+    assert!(!said.trim().is_empty(), "it does not say what it found");
+    said.trim().to_owned()
+}
+
+#[test]
+fn a_second_service_on_the_same_data_is_refused_and_the_first_goes_on() {
+    let home = Home::new();
+    let _first = home.start();
+    let mission = home.mission();
+    let second = home
+        .serve()
+        .args(["--port", "0"])
+        .output()
+        .expect("the program starts");
+    let said = String::from_utf8(second.stderr).expect("is text");
+    assert!(!second.status.success());
+    for part in ["in use by another pilotfish", "--data", "missions.sqlite3"] {
+        assert!(said.contains(part), "{said}");
+    }
+    assert_eq!(second.stdout, b"", "it does not greet before it knows");
+    let found = answered(agent().get(home.url(&format!("/{mission}"))).call(), 200);
+    assert_eq!(found["status"], "running");
+}
+
+#[test]
+fn the_order_to_stop_ends_streams_and_those_who_wait_for_a_plan() {
+    let home = Home::new();
+    let mut server = home.start();
+    let mission = home.mission();
+    let asked = |path: &str| {
+        let mut socket = TcpStream::connect(&server.address).expect("listens");
+        socket.set_read_timeout(Some(PATIENCE)).expect("is a socket");
+        let request = format!("GET /v1/missions/{mission}/{path} HTTP/1.1\r\nhost: localhost\r\n\r\n");
+        socket.write_all(request.as_bytes()).expect("takes a request");
+        BufReader::new(socket)
+    };
+    let mut stream = asked("events?after=0");
+    let mut told = String::new();
+    while !told.contains("event: ran") {
+        assert_ne!(stream.read_line(&mut told).expect("goes on"), 0, "{told}");
+    }
+    // Nothing was heard, so that there is no plan to wait for.
+    let mut wait = asked("reference?wait_s=60");
+    thread::sleep(Duration::from_millis(300));
+    terminate(&server);
+    let begun = Instant::now();
+    assert!(ended(&mut server).success());
+    let took = begun.elapsed();
+    assert!(took < DRAIN, "it took {took:?}");
+    stream.read_to_string(&mut told).expect("ends");
+    // The last chunk: whoever listened knows that nothing was cut off.
+    assert!(told.ends_with("\r\n0\r\n\r\n"), "{told}");
+    let mut answer = String::new();
+    wait.read_to_string(&mut answer).expect("is answered");
+    assert!(
+        answer.starts_with("HTTP/1.1 409") && answer.contains("no_plan_yet"),
+        "{answer}"
+    );
+    println!("stopped after {took:?}");
+}

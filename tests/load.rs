@@ -1,0 +1,210 @@
+//! Missions by the hundred, from outside: `load --url http://127.0.0.1:8080 --missions 200 --minutes 10 --pid PID`.
+//!
+//! Every mission has two AUVs and a surface craft, posts what was heard once a second at moments of its own, and looks
+//! at the reference twice in between. The clients' processor time is the service's where both run on one machine.
+
+use std::{error::Error, net::SocketAddr, time::Duration};
+
+use clap::Parser;
+use tokio::{
+    task::JoinSet,
+    time::{Instant, sleep, sleep_until},
+};
+
+#[path = "load/flight.rs"]
+mod flight;
+#[path = "load/http.rs"]
+mod http;
+#[path = "load/readers.rs"]
+mod readers;
+#[path = "load/record.rs"]
+mod record;
+#[path = "load/tally.rs"]
+mod tally;
+
+use flight::{Flight, make};
+use http::{Connection, Request};
+use record::Plans;
+use tally::{Shared, memory};
+
+/// Least time between two missions that are made. No divisor of a second: plans are due whole seconds after their
+/// mission was made, and so those of many missions fall evenly into every second.
+const APART_MIN: Duration = Duration::from_millis(17);
+/// Between two lines of progress.
+const TELL_EVERY: Duration = Duration::from_secs(30);
+/// When memory should no longer grow.
+const WARM: Duration = Duration::from_mins(2);
+/// Between two steps.
+const STEP: Duration = Duration::from_mins(1);
+/// Age of a plan that is late by half a period, s.
+const LATE_AGE: f64 = 1.5;
+
+/// Posts to many live missions and says how the service bears it.
+#[derive(Debug, Parser)]
+struct Arguments {
+    /// Where the service listens.
+    #[arg(long, default_value = "http://127.0.0.1:8080")]
+    url: String,
+    /// How many missions.
+    #[arg(long, default_value_t = 200)]
+    missions: usize,
+    /// For how long.
+    #[arg(long, default_value_t = 10.0)]
+    minutes: f64,
+    /// Process of the service, whose memory is told.
+    #[arg(long)]
+    pid: Option<u32>,
+    /// Add so many missions every minute instead, until the service has too much to do.
+    #[arg(long)]
+    step: Option<usize>,
+    /// Let so many read the events of one mission instead, and one not read.
+    #[arg(long, conflicts_with = "step")]
+    readers: Option<usize>,
+}
+
+#[tokio::main(flavor = "current_thread")]
+async fn main() -> Result<(), Box<dyn Error>> {
+    let arguments = Arguments::parse();
+    let address: SocketAddr = arguments
+        .url
+        .trim_start_matches("http://")
+        .trim_end_matches('/')
+        .parse()?;
+    if let Some(n_readers) = arguments.readers {
+        return Ok(readers::run(address, n_readers, arguments.pid).await?);
+    }
+    let mut load = Load::new(address, arguments.pid);
+    let time = Duration::from_secs_f64(60.0 * arguments.minutes);
+    match arguments.step {
+        Some(step) => load.step(step).await?,
+        None => load.keep(arguments.missions, time).await?,
+    }
+    load.account().await
+}
+
+/// Missions under way, and what came of them so far.
+struct Load {
+    address: SocketAddr,
+    pid: Option<u32>,
+    shared: Shared,
+    ids: Vec<String>,
+    flights: JoinSet<()>,
+    begun: Instant,
+}
+
+impl Load {
+    fn new(address: SocketAddr, pid: Option<u32>) -> Self {
+        Self {
+            address,
+            pid,
+            shared: Shared::default(),
+            ids: vec![],
+            flights: JoinSet::new(),
+            begun: Instant::now(),
+        }
+    }
+
+    /// Makes so many more missions that last until `end`; whether the service took all.
+    async fn add(&mut self, missions: usize, end: Instant) -> Result<bool, Box<dyn Error>> {
+        // The service hangs up on one that is idle for 10 s.
+        let mut connection = Connection::new(self.address);
+        let apart = Duration::from_secs(1) / u32::try_from(missions.max(1))?;
+        for _ in 0..missions {
+            let next = Instant::now() + apart.max(APART_MIN);
+            let Some(id) = make(&mut connection, &self.shared).await? else {
+                return Ok(false);
+            };
+            let flight = Flight::new(self.address, self.ids.len(), id.clone(), self.shared.clone());
+            self.ids.push(id);
+            self.flights.spawn(flight.fly(end));
+            sleep_until(next).await;
+        }
+        Ok(true)
+    }
+
+    /// So many missions for so long.
+    async fn keep(&mut self, missions: usize, time: Duration) -> Result<(), Box<dyn Error>> {
+        let end = self.begun + time;
+        println!("memory before: {}", memory(self.pid));
+        self.add(missions, end).await?;
+        let mut warm = Some(self.begun + WARM);
+        let mut tell = self.begun + TELL_EVERY;
+        while Instant::now() < end {
+            sleep_until(tell.min(end)).await;
+            if warm.is_some_and(|warm| warm <= Instant::now()) {
+                println!("memory at minute 2: {}", memory(self.pid));
+                warm = None;
+            }
+            self.tell();
+            tell += TELL_EVERY;
+        }
+        Ok(())
+    }
+
+    /// More and more missions, until there are too many.
+    async fn step(&mut self, step: usize) -> Result<(), Box<dyn Error>> {
+        // Long after any machine has enough.
+        let end = self.begun + Duration::from_hours(24);
+        let sign = loop {
+            let next = Instant::now() + STEP;
+            let took_all = self.add(step, end).await?;
+            let sign = self.watch(next).await;
+            self.tell();
+            match sign {
+                Some(sign) => break sign,
+                None if took_all => {}
+                None => break "it takes on no more".to_owned(),
+            }
+        };
+        println!("\ntoo much to do with {} missions: {sign}", self.ids.len());
+        self.flights.abort_all();
+        Ok(())
+    }
+
+    /// What first says that there is too much to do, until `end`.
+    async fn watch(&self, end: Instant) -> Option<String> {
+        while Instant::now() < end {
+            let sign = self.shared.lock().sign(LATE_AGE);
+            if sign.is_some() {
+                return sign;
+            }
+            sleep(Duration::from_millis(100)).await;
+        }
+        None
+    }
+
+    fn tell(&self) {
+        let progress = self.shared.lock().progress();
+        let seconds = self.begun.elapsed().as_secs();
+        println!(
+            "{seconds} s, {} missions: {progress}; memory {}",
+            self.ids.len(),
+            memory(self.pid)
+        );
+    }
+
+    /// Ends all missions, and says what clients saw and what their records say.
+    async fn account(mut self) -> Result<(), Box<dyn Error>> {
+        while self.flights.join_next().await.is_some() {}
+        println!("\nmemory at the end        {}", memory(self.pid));
+        print!("{}", self.shared.lock().table());
+        let mut plans = Plans::default();
+        let mut connection = Connection::new(self.address);
+        for id in &self.ids {
+            let finish = Request::post(&format!("/v1/missions/{id}/finish"), String::new());
+            let finished = connection.ask(&finish).await?;
+            if finished.status != 200 {
+                println!(
+                    "{id} is not finished: {}",
+                    String::from_utf8_lossy(&finished.body)
+                );
+            }
+        }
+        for id in &self.ids {
+            plans.read(self.address, id).await?;
+        }
+        print!("{plans}");
+        println!("memory after the records {}", memory(self.pid));
+        Ok(())
+    }
+}
