@@ -62,7 +62,7 @@ pub(crate) enum ServeError {
     PortTaken(u16),
     #[error("cannot listen on {address}: choose another with --host and --port")]
     Listen { address: SocketAddr, source: io::Error },
-    #[error("missions have no place: choose another directory with --data")]
+    #[error("missions cannot be kept in the directory; --data names another")]
     Log(#[from] LogError),
     #[error("the service stopped")]
     Stopped(#[from] io::Error),

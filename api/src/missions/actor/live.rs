@@ -81,21 +81,19 @@ impl Live {
             Ok(key) => key,
             Err(answer) => return tell(told, answer),
         };
-        let refused = match order {
+        let event = match order {
             Order::Finish if status == Status::Finished => {
                 return tell(told, self.desk.book.unchanged(key).await);
             }
-            _ if status.is_over() => Some("the mission is over"),
-            Order::Step(_) => Some("a live mission goes on by itself; only simulated ones take steps"),
-            Order::Run(Some(_)) => {
-                Some("a live mission is as fast as life; only simulated ones take a speed_factor")
+            _ if status.is_over() => return tell(told, Err(Problem::conflict("the mission is over"))),
+            Order::Step(_) => {
+                let why = "a live mission goes on by itself; only simulated ones take steps";
+                return tell(told, Err(Problem::conflict(why)));
             }
-            _ => None,
-        };
-        if let Some(why) = refused {
-            return tell(told, Err(Problem::conflict(why)));
-        }
-        let event = match order {
+            Order::Run(Some(_)) => {
+                let why = "a live mission is as fast as life; only simulated ones take a speed_factor";
+                return tell(told, Err(Problem::conflict(why)));
+            }
             Order::Run(None) if status == Status::Running => {
                 return tell(told, self.desk.book.unchanged(key).await);
             }
@@ -103,7 +101,7 @@ impl Live {
                 return tell(told, self.desk.book.unchanged(key).await);
             }
             Order::Hear(heard) => Event::Reported { at_s, heard },
-            Order::Run(_) | Order::Step(_) => {
+            Order::Run(None) => {
                 self.due = next_due(&self.made.clock, self.made.config.period_s);
                 Event::Ran {
                     at_s,

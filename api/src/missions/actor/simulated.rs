@@ -77,19 +77,21 @@ impl Simulated {
             Ok(key) => key,
             Err(answer) => return tell(told, answer),
         };
-        let refused = match order {
+        let event = match order {
             Order::Finish if status == Status::Finished => {
                 return tell(told, self.desk.book.unchanged(key).await);
             }
-            _ if status.is_over() => Some("the mission is over"),
-            Order::Hear(_) => Some("a simulated mission hears its own vehicles; reports are for live ones"),
-            Order::Step(_) if status == Status::Running => Some("the mission is running: pause it first"),
-            _ => None,
-        };
-        if let Some(why) = refused {
-            return tell(told, Err(Problem::conflict(why)));
-        }
-        let event = match order {
+            _ if status.is_over() => return tell(told, Err(Problem::conflict("the mission is over"))),
+            Order::Hear(_) => {
+                let why = "a simulated mission hears its own vehicles; reports are for live ones";
+                return tell(told, Err(Problem::conflict(why)));
+            }
+            Order::Step(_) if status == Status::Running => {
+                return tell(
+                    told,
+                    Err(Problem::conflict("the mission is running: pause it first")),
+                );
+            }
             Order::Step(ticks) => {
                 let stepped = self.step(ticks, key).await;
                 return tell(told, stepped.map(Stored::answer));
@@ -101,7 +103,7 @@ impl Simulated {
                 self.due = Instant::now();
                 Event::Ran { at_s, speed_factor }
             }
-            Order::Pause | Order::Hear(_) => Event::Paused { at_s },
+            Order::Pause => Event::Paused { at_s },
             Order::Finish => Event::Finished { at_s },
         };
         let stored = self.desk.book.store(vec![event], key, None).await;
