@@ -5,13 +5,21 @@
 //!                         clock, every period ──► plan ──┘
 //! ```
 
-use std::{collections::BTreeMap, sync::Arc, time::Duration};
+use std::{
+    collections::BTreeMap,
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
 use serde::{Deserialize, Serialize};
 use tokio::{
-    sync::{broadcast, mpsc, oneshot, watch},
+    sync::{
+        broadcast,
+        mpsc::{self, error::TryRecvError},
+        oneshot, watch,
+    },
     task::spawn_blocking,
-    time::timeout,
+    time::{sleep_until, timeout},
 };
 
 use super::{
@@ -132,6 +140,40 @@ pub(super) struct Handle {
 pub(super) struct LiveMission {
     pub(super) config: LiveConfig,
     pub(super) clock: Clock,
+}
+
+/// An actor of either kind.
+trait Actor: Send {
+    fn desk(&mut self) -> &mut Desk;
+    /// When to go on, if the mission is running.
+    fn due(&self) -> Instant;
+    fn read(&mut self, letter: Letter) -> impl Future<Output = ()> + Send;
+    fn go_on(&mut self) -> impl Future<Output = ()> + Send;
+}
+
+/// Lets an actor work as long as anybody has its handle and there is something to do.
+async fn work(mut actor: impl Actor) {
+    while !actor.desk().book.overtaken {
+        // By turns, so that neither a flood of letters nor a slow disk keeps the other waiting.
+        match actor.desk().mailbox.try_recv() {
+            Ok(letter) => actor.read(letter).await,
+            Err(TryRecvError::Empty) => {}
+            Err(TryRecvError::Disconnected) => return,
+        }
+        let running = actor.desk().book.mission.status == Status::Running;
+        let due = actor.due();
+        if running && due <= Instant::now() {
+            actor.go_on().await;
+            continue;
+        }
+        tokio::select! {
+            letter = actor.desk().letter() => match letter {
+                Some(letter) => actor.read(letter).await,
+                None => return,
+            },
+            () = sleep_until(due.into()), if running => {}
+        }
+    }
 }
 
 /// What an actor of either kind works with.

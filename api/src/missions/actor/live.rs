@@ -5,10 +5,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use planner::snapshot::Snapshot as Facts;
-use tokio::{sync::mpsc::error::TryRecvError, time::sleep_until};
-
-use super::{Desk, Letter, LiveMission, Order, Plan, Snapshot, Stored, json, tell};
+use super::{Actor, Desk, Letter, LiveMission, Order, Plan, Snapshot, Stored, json, tell, work};
 use crate::{
     deadline::Arrival,
     missions::{
@@ -20,6 +17,7 @@ use crate::{
     problem::Problem,
     wire::{PreviousPlan, mission::Status},
 };
+use planner::snapshot::Snapshot as Facts;
 
 /// Events that a start has to take up one by one.
 const FOLD_MAX: u32 = 64;
@@ -51,27 +49,18 @@ impl Live {
         this
     }
 
-    pub(in crate::missions) async fn run(mut self) {
-        while !self.desk.book.overtaken {
-            // By turns, so that neither a flood of letters nor a slow disk keeps the other waiting.
-            match self.desk.mailbox.try_recv() {
-                Ok(letter) => self.read(letter).await,
-                Err(TryRecvError::Empty) => {}
-                Err(TryRecvError::Disconnected) => return,
-            }
-            let running = self.desk.book.mission.status == Status::Running;
-            if running && self.due <= Instant::now() {
-                self.plan().await;
-                continue;
-            }
-            tokio::select! {
-                letter = self.desk.letter() => match letter {
-                    Some(letter) => self.read(letter).await,
-                    None => return,
-                },
-                () = sleep_until(self.due.into()), if running => {}
-            }
-        }
+    pub(in crate::missions) async fn run(self) {
+        work(self).await;
+    }
+}
+
+impl Actor for Live {
+    fn desk(&mut self) -> &mut Desk {
+        &mut self.desk
+    }
+
+    fn due(&self) -> Instant {
+        self.due
     }
 
     async fn read(&mut self, Letter { order, key, told }: Letter) {
@@ -136,7 +125,7 @@ impl Live {
         tell(told, stored.map(Stored::answer));
     }
 
-    async fn plan(&mut self) {
+    async fn go_on(&mut self) {
         let due = self.due;
         self.set_the_next_due();
         let now = self.made.clock.now();
@@ -153,7 +142,9 @@ impl Live {
             self.miss(1);
         }
     }
+}
 
+impl Live {
     async fn plan_for(&mut self, facts: Facts, now: f64, due: Instant) -> Result<(), Problem> {
         // The other half is for the disk, and for neighbours.
         let made = self

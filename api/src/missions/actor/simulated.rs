@@ -6,9 +6,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-use tokio::{sync::mpsc::error::TryRecvError, task::spawn_blocking, time::sleep_until};
+use tokio::task::spawn_blocking;
 
-use super::{Desk, Letter, Order, Plan, Snapshot, Stored, json, tell};
+use super::{Actor, Desk, Letter, Order, Plan, Snapshot, Stored, json, tell, work};
 use crate::{
     missions::{
         clock::unix_now,
@@ -48,26 +48,18 @@ impl Simulated {
         }
     }
 
-    pub(in crate::missions) async fn run(mut self) {
-        while !self.desk.book.overtaken {
-            match self.desk.mailbox.try_recv() {
-                Ok(letter) => self.read(letter).await,
-                Err(TryRecvError::Empty) => {}
-                Err(TryRecvError::Disconnected) => return,
-            }
-            let running = self.desk.book.mission.status == Status::Running;
-            if running && self.due <= Instant::now() {
-                self.go_on().await;
-                continue;
-            }
-            tokio::select! {
-                letter = self.desk.letter() => match letter {
-                    Some(letter) => self.read(letter).await,
-                    None => return,
-                },
-                () = sleep_until(self.due.into()), if running => {}
-            }
-        }
+    pub(in crate::missions) async fn run(self) {
+        work(self).await;
+    }
+}
+
+impl Actor for Simulated {
+    fn desk(&mut self) -> &mut Desk {
+        &mut self.desk
+    }
+
+    fn due(&self) -> Instant {
+        self.due
     }
 
     async fn read(&mut self, Letter { order, key, told }: Letter) {
@@ -128,7 +120,9 @@ impl Simulated {
             self.patience = PATIENCE;
         }
     }
+}
 
+impl Simulated {
     /// Goes on for `ticks` plans, or to the end. What the disk does not take has not happened.
     async fn step(&mut self, ticks: u32, key: Option<super::Key>) -> Result<Stored, Problem> {
         let simulation = match self.simulation.take() {
@@ -138,7 +132,7 @@ impl Simulated {
         let turn = self.desk.planners.simulation().await;
         let worked = spawn_blocking(move || {
             let _turn = turn;
-            work(simulation, ticks)
+            simulate(simulation, ticks)
         });
         let (simulation, ticked, end) = worked.await.map_err(|_| Problem::Panicked)?;
         let n_plans = ticked.len() as u64;
@@ -190,7 +184,7 @@ impl Simulated {
 }
 
 /// Some plans, and the event of the end where that came.
-fn work(mut simulation: Box<Simulation>, ticks: u32) -> (Box<Simulation>, Vec<Tick>, Option<Event>) {
+fn simulate(mut simulation: Box<Simulation>, ticks: u32) -> (Box<Simulation>, Vec<Tick>, Option<Event>) {
     let mut ticked = vec![];
     let mut end = None;
     for _ in 0..ticks {
