@@ -401,15 +401,6 @@ pub(crate) struct Refusals;
 
 impl IntoResponses for Refusals {
     fn responses() -> BTreeMap<String, RefOr<Documented>> {
-        let refusal = |(status, description): (StatusCode, &str)| {
-            let shape = Ref::from_schema_name("ProblemDocument");
-            let content = ContentBuilder::new().schema(Some(shape)).build();
-            let response = ResponseBuilder::new()
-                .description(description)
-                .content("application/problem+json", content)
-                .build();
-            (status.as_str().to_owned(), RefOr::T(response))
-        };
         [
             (StatusCode::BAD_REQUEST, "Not JSON, or not whole."),
             (StatusCode::REQUEST_TIMEOUT, "The body came too slowly."),
@@ -431,6 +422,45 @@ impl IntoResponses for Refusals {
         ]
         .map(refusal)
         .into()
+    }
+}
+
+/// A refusal of that status, as the `OpenAPI` document shows it.
+fn refusal((status, description): (StatusCode, &str)) -> (String, RefOr<Documented>) {
+    let shape = Ref::from_schema_name("ProblemDocument");
+    let content = ContentBuilder::new().schema(Some(shape)).build();
+    let response = ResponseBuilder::new()
+        .description(description)
+        .content("application/problem+json", content)
+        .build();
+    (status.as_str().to_owned(), RefOr::T(response))
+}
+
+/// Every way in which a call about missions is refused, for the `OpenAPI` document.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MissionRefusals;
+
+impl IntoResponses for MissionRefusals {
+    fn responses() -> BTreeMap<String, RefOr<Documented>> {
+        let mut all = Refusals::responses();
+        let of_missions = [
+            (StatusCode::NOT_FOUND, "There is no such mission."),
+            (
+                StatusCode::CONFLICT,
+                "The mission is over, of the other kind, running, or without a plan.",
+            ),
+            (StatusCode::INSUFFICIENT_STORAGE, "The disk is full."),
+            (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "The mission or the log has too much to do, the log cannot be written, or there is no place for missions.",
+            ),
+            (
+                StatusCode::GATEWAY_TIMEOUT,
+                "The mission has not answered in time.",
+            ),
+        ];
+        all.extend(of_missions.map(refusal));
+        all
     }
 }
 

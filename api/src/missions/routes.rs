@@ -23,7 +23,7 @@ use super::{
 };
 use crate::{
     posted::{Posted, PostedOrNothing},
-    problem::{FieldError, Problem, Refusals},
+    problem::{FieldError, MissionRefusals, Problem},
     wire::mission::{Accepted, CurrentReference, Mission, MissionList, NewMission, Reports, Run, Step},
 };
 
@@ -107,13 +107,14 @@ pub(crate) struct After {
 #[serde(deny_unknown_fields)]
 pub(crate) struct In {
     /// Which format.
+    #[param(inline)]
     format: RecordFormat,
 }
 
 /// Makes a mission: of the simulator, or of real vehicles.
 #[utoipa::path(post, path = "/v1/missions", tag = "missions", request_body = NewMission,
     params(("Idempotency-Key" = Option<String>, Header, description = "Sent again, the same answer comes again.")),
-    responses((status = 201, description = "It was made; `run` begins it.", body = Mission), Refusals))]
+    responses((status = 201, description = "It was made; `run` begins it.", body = Mission), MissionRefusals))]
 pub(crate) async fn create(
     missions: Missions,
     headers: HeaderMap,
@@ -128,7 +129,7 @@ pub(crate) async fn create(
 
 /// Lists missions in the order in which they were made.
 #[utoipa::path(get, path = "/v1/missions", tag = "missions", params(Page),
-    responses((status = 200, description = "Some of them, and where the next ones begin.", body = MissionList), Refusals))]
+    responses((status = 200, description = "Some of them, and where the next ones begin.", body = MissionList), MissionRefusals))]
 pub(crate) async fn list(
     missions: Missions,
     Asked(Page { after, limit }): Asked<Page>,
@@ -153,14 +154,14 @@ pub(crate) async fn list(
 
 /// A mission.
 #[utoipa::path(get, path = "/v1/missions/{id}", tag = "missions", params(("id" = String, Path)),
-    responses((status = 200, description = "Where it is.", body = Mission), Refusals))]
+    responses((status = 200, description = "Where it is.", body = Mission), MissionRefusals))]
 pub(crate) async fn one(missions: Missions, Named(id): Named) -> Result<Json<Mission>, Problem> {
     Ok(Json(missions.find(&id).await?.1))
 }
 
 /// Ends a mission and forgets it, its log too.
 #[utoipa::path(delete, path = "/v1/missions/{id}", tag = "missions", params(("id" = String, Path)),
-    responses((status = 204, description = "It is gone."), Refusals))]
+    responses((status = 204, description = "It is gone."), MissionRefusals))]
 pub(crate) async fn delete(missions: Missions, Named(id): Named) -> Result<StatusCode, Problem> {
     missions.delete(&id).await?;
     Ok(StatusCode::NO_CONTENT)
@@ -168,7 +169,7 @@ pub(crate) async fn delete(missions: Missions, Named(id): Named) -> Result<Statu
 
 /// Begins a mission, or goes on with it.
 #[utoipa::path(post, path = "/v1/missions/{id}/run", tag = "missions", params(("id" = String, Path)),
-    request_body = Option<Run>, responses((status = 200, description = "It runs.", body = Mission), Refusals))]
+    request_body = Option<Run>, responses((status = 200, description = "It runs.", body = Mission), MissionRefusals))]
 pub(crate) async fn run(
     missions: Missions,
     Named(id): Named,
@@ -184,7 +185,7 @@ pub(crate) async fn run(
 
 /// Holds a mission: no plans are made, reports are taken up.
 #[utoipa::path(post, path = "/v1/missions/{id}/pause", tag = "missions", params(("id" = String, Path)),
-    responses((status = 200, description = "It is held.", body = Mission), Refusals))]
+    responses((status = 200, description = "It is held.", body = Mission), MissionRefusals))]
 pub(crate) async fn pause(
     missions: Missions,
     Named(id): Named,
@@ -196,7 +197,7 @@ pub(crate) async fn pause(
 
 /// Ends a mission. What happened in it is kept.
 #[utoipa::path(post, path = "/v1/missions/{id}/finish", tag = "missions", params(("id" = String, Path)),
-    responses((status = 200, description = "It is over.", body = Mission), Refusals))]
+    responses((status = 200, description = "It is over.", body = Mission), MissionRefusals))]
 pub(crate) async fn finish(
     missions: Missions,
     Named(id): Named,
@@ -208,7 +209,7 @@ pub(crate) async fn finish(
 
 /// Goes on with a simulated mission for some plans.
 #[utoipa::path(post, path = "/v1/missions/{id}/step", tag = "missions", params(("id" = String, Path)),
-    request_body = Option<Step>, responses((status = 200, description = "It went on.", body = Mission), Refusals))]
+    request_body = Option<Step>, responses((status = 200, description = "It went on.", body = Mission), MissionRefusals))]
 pub(crate) async fn step(
     missions: Missions,
     Named(id): Named,
@@ -225,7 +226,7 @@ pub(crate) async fn step(
     params(("id" = String, Path),
         ("Idempotency-Key" = Option<String>, Header, description = "Sent again, it is stored once.")),
     request_body = Reports,
-    responses((status = 200, description = "It is on the disk.", body = Accepted), Refusals))]
+    responses((status = 200, description = "It is on the disk.", body = Accepted), MissionRefusals))]
 pub(crate) async fn reports(
     missions: Missions,
     Named(id): Named,
@@ -238,7 +239,7 @@ pub(crate) async fn reports(
 
 /// The reference that counts now, its age, and how it was come by.
 #[utoipa::path(get, path = "/v1/missions/{id}/reference", tag = "missions", params(("id" = String, Path), Wait),
-    responses((status = 200, description = "The newest there is.", body = CurrentReference), Refusals))]
+    responses((status = 200, description = "The newest there is.", body = CurrentReference), MissionRefusals))]
 pub(crate) async fn reference(
     missions: Missions,
     Named(id): Named,
@@ -287,7 +288,7 @@ pub(crate) async fn reference(
 #[utoipa::path(get, path = "/v1/missions/{id}/events", tag = "missions", params(("id" = String, Path), After),
     responses((status = 200, description = "Until the mission is over.", content_type = "text/event-stream",
             body = super::event::Event),
-        (status = 204, description = "The mission is over, and there is nothing more to come."), Refusals))]
+        (status = 204, description = "The mission is over, and there is nothing more to come."), MissionRefusals))]
 pub(crate) async fn events(
     missions: Missions,
     Named(id): Named,
@@ -299,7 +300,7 @@ pub(crate) async fn events(
 
 /// Everything that happened, in a format for other programs. Written as it is read, at any length.
 #[utoipa::path(get, path = "/v1/missions/{id}/record", tag = "missions", params(("id" = String, Path), In),
-    responses((status = 200, description = "The record.", content_type = "application/octet-stream"), Refusals))]
+    responses((status = 200, description = "The record.", content_type = "application/octet-stream"), MissionRefusals))]
 pub(crate) async fn record(
     missions: Missions,
     Named(id): Named,
