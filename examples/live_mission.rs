@@ -18,7 +18,7 @@ use std::{
 };
 
 use api::wire::{
-    Forecast, Goal, GoalKind, Hold, Outcome,
+    Craft, Forecast, Goal, GoalKind, Hold, Outcome,
     mission::{CurrentReference, Live, Mission, NewMission, Origin, Reports},
 };
 use clap::Parser;
@@ -185,6 +185,10 @@ fn new_mission(arguments: &Arguments) -> NewMission {
             },
             current: None,
             limits: None,
+            craft: Some(Craft {
+                preset: Some("medusa".to_owned()),
+                ..Craft::default()
+            }),
             keep_outs: vec![],
             area: vec![],
             acoustics: None,

@@ -9,12 +9,12 @@ use std::{collections::BTreeMap, f64::consts::PI};
 use nalgebra::Vector2;
 use planner::{
     angle::wrap,
+    craft::CraftModel,
     forecast::AuvForecast,
     goal::GoalForecast,
     los::{LosGains, target_course},
     plan::{Degraded, Method, Plan, Workspace, plan},
     policy::{Policy, Weights},
-    response::{believed_velocity, surge_bias},
     snapshot::{Goal, Snapshot, TrajectoryPoint},
     solve::SolverStatus,
 };
@@ -100,14 +100,26 @@ fn assert_usable(seed: u64, scene: &Snapshot, answer: &Plan) {
         "seed {seed}: {:?}",
         answer.current
     );
-    let (limits, speed) = (&scene.limits, answer.reference.speed);
+    let (limits, speed) = (&scene.limits, answer.reference_through_water.speed);
     let stopped = answer.method == Method::Hold && speed == 0.0;
     assert!(
         limits.speed_min <= speed && speed <= limits.speed_max || stopped,
         "seed {seed}: speed {speed}"
     );
-    let heading = answer.reference.heading.radians();
-    assert!(-PI < heading && heading <= PI, "seed {seed}: heading {heading}");
+    // A current adds no more than itself to what a loop over ground is told, and never makes it negative.
+    let (told, most) = (answer.reference.speed, speed + scene.current().norm());
+    assert!(0.0 <= told && told <= most + 1e-12, "seed {seed}: speed {told}");
+    for reference in [answer.reference, answer.reference_through_water] {
+        let heading = reference.heading.radians();
+        assert!(-PI < heading && heading <= PI, "seed {seed}: heading {heading}");
+    }
+    // What is handed back is taken as it is.
+    let memory = answer.craft.memory();
+    let read = planner::craft::CraftEstimate::from_memory(&memory);
+    assert!(
+        read.is_some_and(|read| read.memory() == memory),
+        "seed {seed}: {memory:?}"
+    );
     let numbers = answer.trajectory.iter().flat_map(|point| {
         [
             point.time,
@@ -142,13 +154,14 @@ fn assert_no_worse(seed: u64, scene: &Snapshot, answer: &Plan, policy: &Policy) 
     if answer.method == Method::Hold {
         return;
     }
-    let los = Forward::new(scene, policy).line_of_sight(policy.los);
+    let forward = || Forward::new(scene, policy, &answer.range_unattainable);
+    let los = forward().line_of_sight(policy.los);
     let slow = answer.trajectory[1..].iter().any(|point| point.speed < 0.02);
     let ours = match answer.method {
         Method::SaturatedLos => los,
         // A trajectory tells no direction of what is slower than 0.02 m/s: what is told stands for it.
         _ if slow => answer.predicted.merit,
-        _ => Forward::new(scene, policy).following(&answer.trajectory),
+        _ => forward().following(&answer.trajectory),
     };
     // Coordinates of a thousand kilometres leave half a micrometre to rounding, and far goals square it.
     let tolerance = |merit: f64| 1e-5 * merit.abs().max(1.0);
@@ -173,41 +186,91 @@ struct Forward<'a> {
     weights: Weights,
     start: Vector2<f64>,
     goal: GoalForecast,
+    /// Those that limits are about: heard of not too long ago.
     auvs: Vec<AuvForecast>,
+    /// Of these, whether the goal names it, and whether its range can be kept.
+    named: Vec<bool>,
+    in_range: Vec<bool>,
     steps: &'a [f64],
     policy: &'a Policy,
+    /// The craft that is flown.
+    craft: CraftModel,
     position: Vector2<f64>,
     psi: f64,
     speed: f64,
     bias: f64,
+    /// Heading reference that the craft follows, where one is known.
+    followed: Option<f64>,
 }
 
 /// Tuned constants of the model, as documented.
-const YAW_LAG: f64 = 1.0;
 const FOLLOW_GAIN: f64 = 0.15;
-const SURGE_DRAG: f64 = 27.5;
+const FOLLOW_GAIN_LAG: f64 = 0.5;
+const DRIFT_SHARE: f64 = 0.8;
+const REFERENCE_AHEAD_MAX: f64 = 2.6;
 
 fn unit(angle: f64) -> Vector2<f64> {
     Vector2::new(angle.cos(), angle.sin())
 }
 
+/// The heading that the craft has been asked to turn to, with what it stays off that; none where there is no plan that
+/// leads from a while ago through where the craft is to later.
+fn followed_heading(scene: &Snapshot, policy: &Policy) -> Option<f64> {
+    let previous = scene.previous_plan.as_ref()?;
+    let (points, now) = (&previous.trajectory, scene.time);
+    let age = now - points.first()?.time;
+    if !(0.0..policy.previous_plan_age_max).contains(&age) || points.last()?.time <= now {
+        return None;
+    }
+    let leg = points
+        .windows(2)
+        .find(|leg| now < leg[1].time)
+        .expect("ends later");
+    let share = (now - leg[0].time) / (leg[1].time - leg[0].time);
+    let foreseen = leg[0].position * (1.0 - share) + leg[1].position * share;
+    if (foreseen - scene.asc.position).norm() >= policy.previous_plan_miss_max {
+        return None;
+    }
+    Some(previous.reference?.heading.radians() + scene.craft_model().heading_offset)
+}
+
 impl<'a> Forward<'a> {
-    fn new(scene: &'a Snapshot, policy: &'a Policy) -> Self {
+    fn new(scene: &'a Snapshot, policy: &'a Policy, out_of_range: &[usize]) -> Self {
         let goal = GoalForecast::new(scene);
-        let believed = believed_velocity(scene, policy);
+        let young = |i: &usize| scene.estimates()[*i].state.age <= policy.report_age_max;
+        let young: Vec<_> = (0..scene.auvs.len()).filter(young).collect();
+        let named = |i: usize| scene.goal.vehicles().any(|id| *id == scene.auvs[i].id);
         let psi = scene.asc.heading.radians();
+        let craft = *scene.craft_model();
+        let followed = followed_heading(scene, policy);
+        let most = craft.limits.turn_rate_max;
+        let turn_rate = followed
+            .map_or(scene.asc.yaw_rate, |reference| {
+                wrap(reference - psi) / (craft.heading_time + craft.heading_delay).max(0.5)
+            })
+            .clamp(-most, most);
+        let surge = scene.craft_estimate().surge.x;
+        let drift = -craft.sway_per_yaw_rate * surge * turn_rate;
+        let sway = (1.0 - DRIFT_SHARE) * scene.asc.sway + DRIFT_SHARE * drift;
         Self {
             scene,
             weights: policy.weights_for(scene, &goal),
-            start: unit(psi) * believed.x + unit(psi + PI / 2.0) * believed.y,
-            auvs: goal.auvs().to_vec(),
+            start: unit(psi) * surge + unit(psi + PI / 2.0) * sway,
+            auvs: young.iter().map(|i| goal.auvs()[*i].clone()).collect(),
+            in_range: young
+                .iter()
+                .map(|i| named(*i) || !out_of_range.contains(i))
+                .collect(),
+            named: young.iter().map(|i| named(*i)).collect(),
             goal,
             steps: &policy.steps,
             policy,
+            craft,
             position: scene.asc.position,
-            psi: scene.asc.heading.radians(),
-            speed: believed.x,
-            bias: surge_bias(scene),
+            psi,
+            speed: surge,
+            bias: craft.surge_bias,
+            followed,
         }
     }
 
@@ -236,7 +299,10 @@ impl<'a> Forward<'a> {
     }
 
     /// Merit of following a trajectory.
-    fn following(self, points: &[TrajectoryPoint]) -> f64 {
+    fn following(mut self, points: &[TrajectoryPoint]) -> f64 {
+        let limits = &mut self.craft.limits;
+        limits.speed_max = (0.98 * limits.speed_max).max(limits.speed_max.min(limits.speed_min + 0.05));
+        limits.turn_rate_max = limits.turn_rate_max.min(0.17);
         let mut stages: Vec<(f64, Vector2<f64>, Vector2<f64>)> =
             vec![(0.0, self.scene.asc.position, self.start)];
         let mut time = 0.0;
@@ -260,20 +326,22 @@ impl<'a> Forward<'a> {
                 });
                 inside.unwrap_or(this.steps.len() - 1)
             };
+            let craft = &this.craft;
+            let heading_lead = (craft.heading_time + craft.heading_delay).max(1.0);
             let (here, _) = at(interval(time), time);
-            let (_, next) = at(interval(time + 1.0), time + 1.0);
-            let velocity = next + (here - this.position) * FOLLOW_GAIN;
-            let psi = if velocity.norm() < 0.02 {
+            let back = (here - this.position) * FOLLOW_GAIN.min(FOLLOW_GAIN_LAG / heading_lead);
+            let velocity = |ahead: f64| at(interval(time + ahead), time + ahead).1 + back;
+            let turned_to = velocity(heading_lead);
+            let psi = if turned_to.norm() < 0.02 {
                 this.psi
             } else {
-                velocity.y.atan2(velocity.x)
+                turned_to.y.atan2(turned_to.x)
             };
-            let lag = this.scene.limits.surge_lag;
-            let wanted = velocity.norm() - this.speed;
-            let speed = velocity.norm() + (lag.max(0.5) - 0.5) * wanted - lag * this.bias;
-            let limits = &this.scene.limits;
-            let most = (0.98 * limits.speed_max).max(limits.speed_max.min(limits.speed_min + 0.05));
-            (speed.clamp(limits.speed_min, most), psi)
+            let lag = craft.surge_time + craft.surge_delay;
+            let lead = lag.clamp(1.0, 6.0);
+            let wanted = (velocity(lead).norm() - this.speed) / lead;
+            let speed = this.speed + (lag.max(0.5) + 0.5) * wanted - craft.surge_time * this.bias;
+            (speed.clamp(craft.limits.speed_min, craft.limits.speed_max), psi)
         })
     }
 
@@ -285,7 +353,7 @@ impl<'a> Forward<'a> {
             let n = step.ceil();
             let dt = step / n;
             let begin = time;
-            let mut worst = [0.0_f64; 3];
+            let mut worst = [0.0_f64; 4];
             let mut share: f64 = 0.0;
             while share < n {
                 let t = begin + share * dt;
@@ -293,14 +361,14 @@ impl<'a> Forward<'a> {
                 self.after(dt, speed, psi);
                 share += 1.0;
                 let excess = self.excess(begin, *step, share / n);
-                worst = [0, 1, 2].map(|i| worst[i].max(excess[i]));
+                worst = [0, 1, 2, 3].map(|i| worst[i].max(excess[i]));
             }
             time = begin + step;
             let w = &self.weights;
             for (amount, (linear, quadratic)) in
                 worst
                     .into_iter()
-                    .zip([w.range_slack, w.area_slack, w.keep_out_slack])
+                    .zip([w.range_slack, w.other_range_slack, w.area_slack, w.keep_out_slack])
             {
                 broken += amount * linear + amount * amount * quadratic;
             }
@@ -310,14 +378,27 @@ impl<'a> Forward<'a> {
     }
 
     fn after(&mut self, dt: f64, speed: f64, psi: f64) {
-        let limits = &self.scene.limits;
-        let lag = limits.surge_lag.max(dt / 2.0) + dt / 2.0;
+        let craft = self.craft;
+        let limits = &craft.limits;
+        let lag = (craft.surge_time + craft.surge_delay).max(dt / 2.0) + dt / 2.0;
         let asked = ((speed - self.speed) / lag).clamp(-limits.deceleration_max, limits.acceleration_max);
         let gain = (asked + self.bias) * dt;
-        let most = 1.5 * limits.acceleration_max.min(limits.deceleration_max);
-        self.bias = (self.bias + asked * (1.0 - (-dt * 3.0 / 26.0).exp())).clamp(-most, most);
-        let rate =
-            (wrap(psi - self.psi) / YAW_LAG.max(dt)).clamp(-limits.turn_rate_max, limits.turn_rate_max);
+        if let Some(integral_time) = craft.integral_time {
+            let most = 1.5 * limits.acceleration_max.min(limits.deceleration_max);
+            self.bias = (self.bias + asked * (1.0 - (-dt / integral_time).exp())).clamp(-most, most);
+        }
+        // The reference goes towards what is asked as fast as the craft turns, on that side of the bow on which it is.
+        let wanted = wrap(psi - self.psi);
+        let ahead = self.followed.map_or(wanted, |reference| {
+            let (before, slew) = (wrap(reference - self.psi), limits.turn_rate_max * dt);
+            wanted
+                .max(before - slew)
+                .min(before + slew)
+                .clamp(-REFERENCE_AHEAD_MAX, REFERENCE_AHEAD_MAX)
+        });
+        self.followed = Some(self.psi + ahead);
+        let rate = (wrap(ahead) / (craft.heading_time + craft.heading_delay).max(dt))
+            .clamp(-limits.turn_rate_max, limits.turn_rate_max);
         let mean = unit(self.psi + rate * dt / 2.0) * (self.speed + gain / 2.0);
         self.position += (mean + self.scene.current()) * dt;
         self.psi = wrap(self.psi + rate * dt);
@@ -325,16 +406,21 @@ impl<'a> Forward<'a> {
     }
 
     /// By how much acoustic range, area and discs are broken here, a share of an interval after its beginning.
-    fn excess(&self, begin: f64, step: f64, share: f64) -> [f64; 3] {
+    fn excess(&self, begin: f64, step: f64, share: f64) -> [f64; 4] {
         let scene = self.scene;
         let most = |amounts: &mut dyn Iterator<Item = f64>| amounts.fold(0.0, f64::max);
-        let range = most(&mut self.auvs.iter().filter_map(|forecast| {
-            let radius = |ahead: f64| Some(radius(scene.range_max?, forecast, ahead, self.policy));
-            let from = forecast.at(begin).position;
-            let to = forecast.at(begin + step).position;
-            let allowed = radius(begin)? * (1.0 - share) + radius(begin + step)? * share;
-            Some((self.position - (from * (1.0 - share) + to * share)).norm() - allowed)
-        }));
+        let range = |named: bool| {
+            let kept = self.named.iter().zip(&self.in_range);
+            let auvs = self.auvs.iter().zip(kept);
+            let auvs = auvs.filter(move |(_, (is_named, in_range))| **is_named == named && **in_range);
+            most(&mut auvs.filter_map(|(forecast, _)| {
+                let radius = |ahead: f64| Some(radius(scene.range_max?, forecast, ahead, self.policy));
+                let from = forecast.at(begin).position;
+                let to = forecast.at(begin + step).position;
+                let allowed = radius(begin)? * (1.0 - share) + radius(begin + step)? * share;
+                Some((self.position - (from * (1.0 - share) + to * share)).norm() - allowed)
+            }))
+        };
         let corners = &scene.area;
         let area = most(&mut (0..corners.len()).map(|i| {
             let (from, to) = (corners[i], corners[(i + 1) % corners.len()]);
@@ -345,7 +431,7 @@ impl<'a> Forward<'a> {
         let discs = scene.keep_outs.iter();
         let in_a_disc = most(&mut discs.map(|disc| disc.radius - (self.position - disc.centre).norm()));
         let keep_out = in_a_disc.max(self.too_near_a_surfaced_auv(begin, step, share));
-        [range, area, keep_out]
+        [range(true), range(false), area, keep_out]
     }
 
     /// By how much the craft is nearer to an AUV at the surface than it is to be: over an interval at one end of which
@@ -394,7 +480,8 @@ impl<'a> Forward<'a> {
             let (position, water) = stages[k];
             let off = self.miss(time, position);
             let slip = (water + self.scene.current() - goal.velocity).norm_squared();
-            let power = SURGE_DRAG * water.norm().powi(3);
+            let speed = water.norm();
+            let power = self.craft.power.linear * speed + self.craft.power.cubic * speed.powi(3);
             (off, slip, power)
         };
         for (k, dt) in self.steps.iter().enumerate() {

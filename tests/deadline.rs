@@ -178,8 +178,8 @@ async fn a_planner_that_does_not_stop_holds_up_no_answer_and_no_other_request() 
     GATES[0].open();
     let whole = send_to(service, post("/v1/plan", EXAMPLES[0].body)).await.json();
     assert_eq!(
-        (&whole["method"], &whole["solver"]["deadline_hit"]),
-        (&json!("mpc"), &json!(false))
+        (&whole["outcome"], &whole["solver"]["deadline_hit"]),
+        (&json!("ok"), &json!(false))
     );
 }
 

@@ -110,7 +110,7 @@ fn a_refused_snapshot_shows_which_member_is_wrong() {
     let server = server();
     let file = std::env::temp_dir().join(format!("pilotfish-snapshot-{}.json", std::process::id()));
     let right = api::examples::EXAMPLES[0].body;
-    let wrong = right.replace("\"heading_rad\": 1.9", "\"heading_rad\": 19.0");
+    let wrong = right.replace("\"heading_rad\": 1.4", "\"heading_rad\": 14.0");
     assert_ne!(wrong, right);
     std::fs::write(&file, wrong).expect("can be written");
     let error = post(&server, file.to_str().expect("is text")).expect_err("is refused");

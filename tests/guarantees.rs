@@ -1,17 +1,18 @@
 //! What a plan keeps, whatever the snapshot: limits, invariances, independence of the past.
 
-use std::sync::Arc;
+use std::{ops::Deref, sync::Arc};
 
 use nalgebra::{Rotation2, Vector2};
 use planner::{
     angle::{Course, Heading, wrap},
+    los::Reference,
     path::{Path, Segment},
     plan::{Drafts, Plan, SoftLimit, Subject, Violation, Workspace, plan, plan_into, plan_with},
     policy::Policy,
-    response::{believed_velocity, surge_bias},
+    response::velocity_now,
     snapshot::{
         Dive, ForecastChoice, ForecastModel, Goal, KeepOut, KnownPath, Observation, Offset, PreviousPlan,
-        Snapshot, SurgeMemory,
+        Snapshot,
     },
     solve::{SHAPES_MAX, Solvers, TOLERANCE},
     stop::Stop,
@@ -318,14 +319,19 @@ fn a_goal_that_changes_under_a_plan_costs_no_more_than_forgetting_the_plan() {
             auv: scene.auvs[1].id.clone(),
         };
         let forgetful = plan(&snapshot(scene.clone()), &policy, &mut workspace);
-        scene.previous_plan = Some(PreviousPlan::from(&first));
+        // The plan alone: what else it knew says of the craft that it is turning, which is another start.
+        scene.previous_plan = Some(PreviousPlan {
+            reference: None,
+            told: None,
+            craft: None,
+            ..PreviousPlan::from(&first)
+        });
         let answer = plan(&snapshot(scene), &policy, &mut workspace);
         rescued += usize::from(answer.solver.passes > policy.passes);
         let least = forgetful.predicted.merit.min(answer.baseline.predicted.merit);
         worst = worst.max(answer.predicted.merit / least);
     }
     println!("{rescued} plans were made anew; at worst {worst:.3} times the least merit");
-    // Not 1: the previous plan also brings an estimate of the surge bias, which moves the limits a little.
     assert!(worst <= 1.1, "{worst}");
     assert!(rescued > 0, "no case was hard enough to tell");
 }
@@ -494,7 +500,8 @@ fn a_wall_between_the_craft_and_a_goal_astern_is_gone_around() {
             .iter()
             .map(|broken| broken.amount)
             .fold(0.0, f64::max);
-        assert!(worst < 0.3, "radius {radius}: {worst} m");
+        // A turn that begins no sooner than the heading loop lets it cuts the first disc's edge a little more.
+        assert!(worst < 0.4, "radius {radius}: {worst} m");
         let last = answer.trajectory[answer.trajectory.len() - 1].position;
         assert!(last.x < -20.0, "radius {radius}: ends at {last}");
     }
@@ -566,8 +573,9 @@ fn a_course_that_is_no_number_makes_no_snapshot() {
     scene.previous_plan = Some(PreviousPlan {
         trajectory: vec![],
         goal_course: Some(Course::new(f64::NAN)),
-        surge_memory: None,
-        heading_reference: None,
+        reference: None,
+        told: None,
+        craft: None,
         current: None,
         targets: vec![],
     });
@@ -575,9 +583,9 @@ fn a_course_that_is_no_number_makes_no_snapshot() {
     assert_eq!(refused.0[0].field, "previous_plan/goal_course_rad");
 }
 
-/// A craft that answers as the response model says has no bias, whatever its sway and the last rung.
+/// A craft that answers as the response model says shows no bias beyond what its loop gathers, whatever its sway.
 #[test]
-fn a_craft_that_does_as_modelled_has_no_surge_bias() {
+fn a_craft_that_does_as_modelled_has_no_surge_bias_but_its_integrators() {
     for (surge, sway, reference) in [
         (0.3, 0.3, 0.5),
         (-0.3, 0.0, 0.2),
@@ -585,23 +593,28 @@ fn a_craft_that_does_as_modelled_has_no_surge_bias() {
         (0.8, -0.1, 0.8),
     ] {
         let mut scene = observation(goals()[0].clone());
+        scene.craft.integrator = Some(planner::craft::Integrator::Absent);
+        (scene.asc.surge, scene.asc.sway) = (surge, sway);
         let first = snapshot(scene.clone());
-        let lag = first.limits.surge_lag;
-        // u' = (u_ref − (u + u')/2)/τ dt + u over one second, within the limits.
-        let free = (reference - surge) / (lag + 0.5);
-        let acceleration = free.clamp(-first.limits.deceleration_max, first.limits.acceleration_max);
-        scene.asc.surge = surge + acceleration;
-        scene.asc.sway = sway;
+        let model = *first.craft_model();
+        // u' = (u_ref − (u + u')/2)/τ dt + u over each quarter of a second, within the limits.
+        for _ in 0..4 {
+            let free = (reference - scene.asc.surge) / (model.surge_time + 0.125);
+            scene.asc.surge +=
+                0.25 * free.clamp(-model.limits.deceleration_max, model.limits.acceleration_max);
+        }
         scene.time += 1.0;
-        let mut previous = PreviousPlan::from(&plan(&first, &Policy::default(), &mut Workspace::default()));
-        previous.surge_memory = Some(SurgeMemory {
-            surge,
-            reference,
-            bias: None,
-        });
+        let mut previous = PreviousPlan::from(&planned(first.deref().clone()));
+        let asked = Reference {
+            speed: reference,
+            heading: scene.asc.heading,
+        };
+        (previous.reference, previous.told) = (Some(asked), Some(asked));
         scene.previous_plan = Some(previous);
-        let bias = surge_bias(&snapshot(scene));
-        assert!(bias.abs() < 1e-12, "{bias} at {surge}, {sway}, {reference}");
+        let known = snapshot(scene);
+        let bias = known.craft_model().surge_bias;
+        assert!(bias.abs() < 1e-9, "{bias} at {surge}, {sway}, {reference}");
+        assert!((known.craft_estimate().surge.x - known.asc.surge).abs() < 1e-9);
     }
 }
 
@@ -617,7 +630,10 @@ fn a_heading_reference_steps_no_farther_than_the_policy_allows() {
     scene.asc.position = previous.trajectory[1].position;
     state(&mut scene, 0).position = Vector2::new(0.0, 40.0);
     let answer = |before: Option<f64>, previous: &mut PreviousPlan, scene: &Observation| {
-        previous.heading_reference = before.map(Heading::new);
+        previous.reference = before.map(|before| Reference {
+            speed: 0.8,
+            heading: Heading::new(before),
+        });
         let mut scene = scene.clone();
         scene.previous_plan = Some(previous.clone());
         let answer = planned(scene);
@@ -626,57 +642,59 @@ fn a_heading_reference_steps_no_farther_than_the_policy_allows() {
     };
     // The AUV is suddenly abeam to starboard.
     let free = answer(None, &mut previous, &scene);
-    assert!(0.3 < free, "{free}");
-    for (before, expected) in [(0.0, 0.17), (-0.1, 0.07), (0.4, free)] {
+    assert!(0.17 < free, "{free}");
+    for (before, expected) in [(0.0, 0.17), (-0.1, 0.07), (-0.4, -0.23)] {
         let calm = answer(Some(before), &mut previous, &scene);
         assert!((calm - expected).abs() < 1e-9, "{before}: {calm}");
     }
-    // From beyond what the craft turns to within its lag, 0.45 rad, as if from there.
+    // From the other side of the bow it comes back that way: a reference behind the craft is led through its bow.
+    let calm = answer(Some(-1.0), &mut previous, &scene);
+    assert!((calm - (0.17 - 1.0)).abs() < 1e-9, "{calm}");
+    // One nearly astern is taken for 2.6 rad from the bow at most.
     let calm = answer(Some(-3.0), &mut previous, &scene);
-    assert!((calm - (0.17 - 0.3 * 1.5)).abs() < 1e-9, "{calm}");
+    assert!((calm + 2.6).abs() < 1e-9, "{calm}");
     // A disc ahead is worth a hard turn.
     scene.keep_outs = vec![KeepOut {
         centre: Vector2::new(12.0, -4.0),
         radius: 6.0,
     }];
-    let hard = answer(Some(0.0), &mut previous, &scene);
-    assert!(0.3 < hard, "{hard}");
+    let hard = answer(Some(-0.1), &mut previous, &scene);
+    assert!(0.1 < hard, "{hard}");
 }
 
-/// The craft's velocity is what its log says, but for what the plan before foresaw.
+/// A plan starts from the surge that the filter knows and from a fifth of the sway that is measured; the rest is what the
+/// turn makes of the hull. A loud log moves it by a part of its error, and a plan handed back is what it knows.
 #[test]
-fn a_fifth_of_what_the_plan_before_did_not_foresee_is_believed() {
-    let policy = Policy::default();
-    for (after, ahead, abeam) in [(1.0, 0.1, -0.05), (2.0, -0.08, 0.02), (0.2, 0.0, 0.0)] {
-        let mut scene = observation(goals()[0].clone());
-        scene.asc.heading = Heading::new(0.7);
-        let first = plan(&snapshot(scene.clone()), &policy, &mut Workspace::default());
-        scene.previous_plan = Some(PreviousPlan::from(&first));
-        scene.time += after;
-        // Between stages of a second a plan is linear in speed, and it is asked with its own heading.
-        let (from, to) = match after {
-            2.0 => (first.trajectory[2], first.trajectory[2]),
-            _ => (first.trajectory[0], first.trajectory[1]),
-        };
-        let share = if after > 1.5 { 0.0 } else { after };
-        let speed = from.speed + share * (to.speed - from.speed);
-        let turn = planner::angle::wrap(to.heading.radians() - from.heading.radians());
-        scene.asc.heading = Heading::new(from.heading.radians() + share * turn);
-        (scene.asc.surge, scene.asc.sway) = (speed + ahead, abeam);
-        let believed = believed_velocity(&snapshot(scene.clone()), &policy);
-        let expected = Vector2::new(speed + 0.2 * ahead, 0.2 * abeam);
-        assert!((believed - expected).norm() < 1e-9, "{believed} {expected}");
-        // A velocity that no noise explains is taken as it is; and so is one without a plan, or long after it.
-        scene.asc.surge = speed + 0.31;
-        let measured = Vector2::new(scene.asc.surge, scene.asc.sway);
-        assert_eq!(believed_velocity(&snapshot(scene.clone()), &policy), measured);
-        scene.asc.surge = speed + ahead;
-        let measured = Vector2::new(scene.asc.surge, scene.asc.sway);
-        scene.time += 3.0;
-        assert_eq!(believed_velocity(&snapshot(scene.clone()), &policy), measured);
-        scene.previous_plan = None;
-        assert_eq!(believed_velocity(&snapshot(scene), &policy), measured);
+fn a_plan_starts_from_what_is_known_of_the_velocity_and_not_from_one_reading() {
+    let mut scene = observation(goals()[0].clone());
+    scene.asc.sway = 0.1;
+    let first = snapshot(scene.clone());
+    let drift = first.craft_model().sway_per_yaw_rate;
+    for yaw_rate in [-0.2, 0.0, 0.3] {
+        let velocity = velocity_now(&first, yaw_rate);
+        // Nothing is known before the first reading.
+        let expected = Vector2::new(0.3, 0.2 * 0.1 - 0.8 * drift * 0.3 * yaw_rate);
+        assert!((velocity - expected).norm() < 1e-12, "{velocity} {expected}");
     }
+    let held = Reference {
+        speed: 0.3,
+        heading: scene.asc.heading,
+    };
+    let mut before = scene.clone();
+    for second in 1..=30 {
+        let mut previous = PreviousPlan::from(&planned(before.clone()));
+        (previous.reference, previous.told) = (Some(held), Some(held));
+        let mut next = before.clone();
+        next.time = scene.time + f64::from(second);
+        next.asc.surge = 0.3;
+        next.previous_plan = Some(previous);
+        before = next;
+    }
+    let steady = snapshot(before.clone());
+    assert!((velocity_now(&steady, 0.0).x - 0.3).abs() < 0.01);
+    before.asc.surge = 0.4;
+    let jumped = velocity_now(&snapshot(before), 0.0).x;
+    assert!((0.3..0.36).contains(&jumped), "{jumped}");
 }
 
 proptest! {

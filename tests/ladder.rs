@@ -2,11 +2,11 @@
 
 use planner::{
     angle::{Course, Heading, wrap},
-    los::{AscNow, saturated_los},
+    los::{AscNow, Reference, saturated_los},
     plan::{Degraded, Drafts, Method, Plan, Workspace, plan, plan_with},
     policy::Policy,
     program::Program,
-    snapshot::{HoldStyle, Observation, PreviousPlan, Snapshot, TrajectoryPoint},
+    snapshot::{HoldStyle, Limits, Observation, PreviousPlan, Snapshot, TrajectoryPoint},
     solve::{Solution, SolverStatus, Solvers},
 };
 use tests::{followed, goals, observation, snapshot, state};
@@ -68,10 +68,13 @@ fn every_status_that_proves_nothing_leads_to_the_previous_plan() {
             (answer.method, answer.degraded),
             (Method::PreviousPlan, Some(Degraded::Solver(status)))
         );
-        // The previous grid starts with six intervals of 1 s, so that 3 s on is its fourth point; the craft's course
-        // is 2.4 s behind a reference.
-        let (from, to) = (previous[5].heading.radians(), previous[6].heading.radians());
-        let asked = from + 0.4 * wrap(to - from);
+        // The craft's course is behind a reference by its lag, and a reference is held for a second.
+        let then = snapshot.time + snapshot.craft_model().course_lag() + 0.5;
+        let after = previous.iter().position(|point| then < point.time).unwrap();
+        let (before, after) = (previous[after - 1], previous[after]);
+        let share = (then - before.time) / (after.time - before.time);
+        let (from, to) = (before.heading.radians(), after.heading.radians());
+        let asked = from + share * wrap(to - from);
         assert!((answer.trajectory[0].position - previous[3].position).norm() < 1e-9);
         assert!(wrap(answer.reference.heading.radians() - asked).abs() < 1e-9);
     }
@@ -117,16 +120,23 @@ fn at_speed_a_law_that_beats_the_previous_plan_turns_no_faster_than_a_plan() {
             point.position = observation.asc.position + velocity * since;
             (point.heading, point.speed) = (away, velocity.norm());
         }
-        memory.heading_reference = Some(away);
+        memory.reference = Some(Reference {
+            speed: velocity.norm(),
+            heading: away,
+        });
         let answer = plan_with_status(&snapshot(observation), SolverStatus::MaxTime);
         assert_eq!(answer.method, Method::SaturatedLos);
         let step = wrap(answer.reference.heading.radians() - away.radians()).abs();
         (step, answer)
     };
     let (slow_step, slow) = answer(0.1);
-    assert_eq!(slow.reference, slow.baseline.reference);
+    assert_eq!(slow.predicted, slow.baseline.predicted);
+    assert!(
+        (slow_step - Limits::MEDUSA.turn_rate_max).abs() < 1e-9,
+        "{slow_step}"
+    );
     let (fast_step, fast) = answer(1.4);
-    assert!((fast_step - policy.heading_rate_max).abs() < 1e-9 && 2.0 * fast_step < slow_step);
+    assert!((fast_step - policy.heading_rate_max).abs() < 1e-9 && fast_step < slow_step);
     // Its prediction is the law's, so that no answer is predicted to be worse than that.
     assert_eq!(fast.predicted, fast.baseline.predicted);
 }
@@ -347,8 +357,9 @@ fn a_previous_plan_from_the_future_is_not_followed() {
     odd.previous_plan = Some(PreviousPlan {
         trajectory,
         goal_course: None,
-        surge_memory: None,
-        heading_reference: None,
+        reference: None,
+        told: None,
+        craft: None,
         current: None,
         targets: vec![],
     });

@@ -7,6 +7,7 @@ pub mod server;
 use nalgebra::Vector2;
 use planner::{
     angle::{Course, Heading},
+    craft::{CraftDescription, Preset},
     plan::{Workspace, plan},
     policy::Policy,
     snapshot::{
@@ -50,6 +51,15 @@ pub fn both() -> Vec<VehicleId> {
     vec![VehicleId("auv-1".into()), VehicleId("auv-2".into())]
 }
 
+/// The craft that the tests' limits are of, described by its name.
+#[must_use]
+pub fn medusa() -> CraftDescription {
+    CraftDescription {
+        preset: Preset::named("medusa"),
+        ..CraftDescription::default()
+    }
+}
+
 /// A craft at the datum with two AUVs ahead, on parallel northward lanes 60 m apart.
 #[must_use]
 pub fn observation(goal: Goal) -> Observation {
@@ -68,6 +78,7 @@ pub fn observation(goal: Goal) -> Observation {
         offset: None,
         current: Some(Vector2::new(0.02, 0.05)),
         limits: Limits::MEDUSA,
+        craft: medusa(),
         keep_outs: vec![],
         area: vec![],
         range_max: None,
@@ -141,8 +152,9 @@ pub fn followed(age: f64) -> Observation {
     let moved = state(&mut observation, 0).velocity() * age;
     state(&mut observation, 0).position += moved;
     observation.previous_plan = Some(PreviousPlan {
-        surge_memory: None,
-        heading_reference: None,
+        reference: None,
+        told: None,
+        craft: None,
         ..PreviousPlan::from(&answer)
     });
     observation

@@ -5,11 +5,16 @@ use std::{f64::consts::PI, sync::Arc};
 use nalgebra::{Matrix4, Vector2};
 use planner::{
     angle::{Course, Heading},
+    craft::{
+        CraftDescription, CraftEstimate, HeadingDynamics, HeadingHeld, Integrator, MEMORY_LENGTH, PRESETS,
+        PropulsionPower, SpeedHeld,
+    },
+    los::Reference,
     path::{Path, Segment},
     snapshot::{
         AscState, Auv, AuvState, Dive, Evidence, Fallback, ForecastChoice, ForecastModel, Goal, GroundTrack,
         HoldStyle, KeepOut, KnownPath, Limits, Observation, Offset, PreviousPlan, PreviousTarget, Report,
-        SurgeMemory, TrajectoryPoint, VehicleId,
+        TrajectoryPoint, VehicleId,
     },
 };
 use rand::{RngExt, SeedableRng};
@@ -84,8 +89,8 @@ impl Draw {
             turn_rate_max: self.number((0.1, 0.5), (0.01, 3.0)),
             acceleration_max: self.number((0.03, 0.3), (0.001, 5.0)),
             deceleration_max: self.number((0.03, 0.3), (0.001, 5.0)),
-            surge_lag: self.number((0.5, 5.0), (0.0, 60.0)),
         };
+        let craft = self.craft();
         let n_discs = if self.chance(0.4) {
             let most = if self.ugly && self.chance(0.2) { 33 } else { 4 };
             self.rng.random_range(1..most)
@@ -123,6 +128,7 @@ impl Draw {
                 Vector2::new(axis(), axis())
             }),
             limits,
+            craft,
             keep_outs,
             area,
             range_max: self.chance(0.4).then(|| self.number((20.0, 200.0), (1.0, 2.0e4))),
@@ -319,16 +325,127 @@ impl Draw {
                 Vector2::new(axis(), axis())
             }),
             goal_course: self.chance(0.5).then(|| Course::new(self.angle())),
-            surge_memory: self.chance(0.7).then(|| SurgeMemory {
-                surge: self.number((0.0, 1.5), (-5.0, 20.0)),
-                reference: self.number((0.0, 1.5), (0.0, 40.0)),
-                bias: self.chance(0.7).then(|| self.number((-0.1, 0.1), (-10.0, 10.0))),
-            }),
-            heading_reference: self
-                .chance(0.7)
-                .then(|| Heading::new(self.number((-3.0, 3.0), (-3.1, 3.1)))),
+            reference: self.chance(0.8).then(|| self.reference()),
+            told: self.chance(0.8).then(|| self.reference()),
+            craft: self.chance(0.8).then(|| self.craft_memory(asc)),
             targets: auvs.iter().map(|auv| self.previous_target(auv, asc)).collect(),
         }
+    }
+
+    /// What is said of the craft: nothing, a name, or any of its numbers.
+    fn craft(&mut self) -> CraftDescription {
+        let most_is_said = self.chance(0.5);
+        let said = |draw: &mut Self| draw.chance(if most_is_said { 0.9 } else { 0.2 });
+        CraftDescription {
+            preset: self
+                .chance(0.5)
+                .then(|| &PRESETS[self.rng.random_range(0..PRESETS.len())]),
+            heading_dynamics: said(self).then(|| {
+                if self.chance(0.5) {
+                    HeadingDynamics::FirstOrder {
+                        time_constant: self.number((0.5, 8.0), (0.0, 60.0)),
+                    }
+                } else {
+                    HeadingDynamics::SecondOrder {
+                        natural_frequency: self.number((0.3, 2.0), (0.02, 20.0)),
+                        damping: self.number((0.5, 1.2), (0.1, 5.0)),
+                    }
+                }
+            }),
+            heading_delay: said(self).then(|| self.number((0.0, 2.0), (0.0, 10.0))),
+            heading_rate_max: said(self).then(|| self.number((0.1, 0.5), (0.001, 3.0))),
+            surge_time_constant: said(self).then(|| self.number((0.5, 8.0), (0.0, 60.0))),
+            surge_delay: said(self).then(|| self.number((0.0, 2.0), (0.0, 10.0))),
+            acceleration_max: said(self).then(|| self.number((0.03, 0.3), (0.001, 10.0))),
+            deceleration_max: said(self).then(|| self.number((0.03, 0.3), (0.001, 10.0))),
+            integrator: said(self).then(|| {
+                if self.chance(0.5) {
+                    Integrator::Absent
+                } else {
+                    Integrator::Gathers {
+                        time: self.number((3.0, 30.0), (0.5, 600.0)),
+                    }
+                }
+            }),
+            sway_per_yaw_rate: said(self).then(|| self.number((0.0, 2.0), (-5.0, 20.0))),
+            power: said(self).then(|| PropulsionPower {
+                linear: self.number((0.0, 50.0), (0.0, 1.0e6)),
+                cubic: self.number((0.0, 50.0), (0.0, 1.0e6)),
+            }),
+            speed_held: said(self)
+                .then(|| [SpeedHeld::ThroughWater, SpeedHeld::OverGround][self.rng.random_range(0..2)]),
+            heading_held: said(self)
+                .then(|| [HeadingHeld::Heading, HeadingHeld::Course][self.rng.random_range(0..2)]),
+            relative_uncertainty: said(self).then(|| self.number((0.05, 0.3), (0.0, 2.0))),
+        }
+    }
+
+    fn reference(&mut self) -> Reference {
+        Reference {
+            speed: self.number((0.0, 1.5), (0.0, 40.0)),
+            heading: Heading::new(self.number((-3.0, 3.0), (-3.1, 3.1))),
+        }
+    }
+
+    /// What a filter may remember: every number by itself inside its range, and most of the time near `asc`.
+    fn craft_memory(&mut self, asc: &AscState) -> CraftEstimate {
+        let mut memory: Vec<f64> = Vec::with_capacity(MEMORY_LENGTH);
+        let psi = if self.chance(0.8) {
+            asc.heading.radians()
+        } else {
+            self.angle()
+        };
+        memory.extend([
+            psi,
+            self.number((-1.0, 2.0), (-6.0, 6.0)),
+            self.number((-0.2, 0.2), (-4.0, 4.0)),
+        ]);
+        memory.extend(self.covariance());
+        let surge = self.number((0.0, 1.5), (-40.0, 40.0));
+        memory.extend([
+            surge,
+            self.number((-1.0, 2.0), (-6.0, 6.0)),
+            self.number((-0.1, 0.1), (-20.0, 20.0)),
+        ]);
+        memory.extend(self.covariance());
+        memory.extend([(); 2].map(|()| self.number((0.0, 2.0), (0.0, 70.0))));
+        let (followed, told) = (self.reference(), self.reference());
+        memory.extend([
+            followed.heading.radians(),
+            followed.speed,
+            told.heading.radians(),
+            told.speed,
+        ]);
+        memory.extend([(); 2].map(|()| self.number((-6.0, 6.0), (-10.0, 10.0))));
+        memory.extend([
+            self.number((-1.0, 2.0), (-5.0, 5.0)),
+            self.number((0.0, 0.5), (0.0, 100.0)),
+        ]);
+        memory.extend([(); 2].map(|()| self.number((-0.3, 0.3), (-3.0, 3.0))));
+        memory.push(self.number((0.0, 0.1), (0.0, 100.0)));
+        let place = self.place(asc.position, 2.0);
+        memory.extend([place.x, place.y]);
+        let alarm = f64::from(u8::from(self.chance(0.3)));
+        memory.extend([psi, surge, self.number((0.0, 8.0), (0.0, 1.0e3)), alarm]);
+        memory.extend([
+            self.number((-0.3, 0.3), (-3.0, 3.0)),
+            self.number((-0.3, 0.3), (-40.0, 40.0)),
+        ]);
+        let nearness = [(); 2].map(|()| self.number((0.0, 100.0), (0.0, 1.0e9)));
+        memory.extend(nearness);
+        memory.extend([
+            f64::from(u8::from(self.chance(0.3))),
+            self.number((0.0, 100.0), (0.0, 1.0e12)),
+        ]);
+        CraftEstimate::from_memory(&memory).expect("is a memory")
+    }
+
+    /// The upper triangle of one: a diagonal, and correlations that leave it positive.
+    fn covariance(&mut self) -> [f64; 6] {
+        let [a, b, c] = [(); 3].map(|()| self.number((1.0e-4, 0.5), (0.0, 100.0)));
+        let rho = self.number((-0.4, 0.4), (-0.5, 0.5));
+        let between = |a: f64, b: f64| rho * (a * b).sqrt();
+        [a, between(a, b), between(a, c), b, between(b, c), c]
     }
 
     /// What a plan knew of an AUV: somewhere near the craft, or anywhere.

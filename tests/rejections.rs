@@ -35,6 +35,13 @@ async fn faults_after(change: impl FnOnce(&mut Value)) -> Vec<(String, String)> 
     answer.faults()
 }
 
+/// The status of an answer to the track example after a change.
+async fn status_after(change: impl FnOnce(&mut Value)) -> StatusCode {
+    let mut body = example("track");
+    change(&mut body);
+    planned(body.to_string()).await.status
+}
+
 fn fault(pointer: &str, code: &str) -> Vec<(String, String)> {
     vec![(pointer.to_owned(), code.to_owned())]
 }
@@ -231,7 +238,7 @@ async fn faults_of_reports(reports: Value) -> Vec<(String, String)> {
 #[tokio::test]
 async fn a_report_that_is_none_is_told_where() {
     for (member, value, code) in [
-        ("t_s", json!(-3481.0), "out_of_range"),
+        ("t_s", json!(-2.1e11), "out_of_range"),
         ("t_s", json!(121.1), "out_of_range"),
         ("north_m", json!(2e6), "out_of_range"),
         ("sigma_m", json!(0.0), "out_of_range"),
@@ -368,14 +375,30 @@ fn with_everything() -> Value {
     body["goal"]["auvs"] = json!(["auv-1"]);
     body["current"] = json!({ "north_mps": 0, "east_mps": 0.1 });
     body["limits"] = json!({ "speed_max_mps": 1.5 });
+    body["craft"] = json!({
+        "preset": "medusa",
+        "heading_loop": {
+            "natural_frequency_radps": 1.6, "damping": 0.8, "delay_s": 0.1, "rate_max_radps": 0.3
+        },
+        "surge_loop": {
+            "time_constant_s": 2.5, "delay_s": 0, "acceleration_max_mps2": 0.09, "deceleration_max_mps2": 0.09,
+            "integrates": true, "integral_time_s": 8.7
+        },
+        "sway_per_yaw_rate_s": 0.9,
+        "power": { "linear_w_per_mps": 0, "cubic_w_per_mps3": 27.5 },
+        "speed_held": "through_water",
+        "heading_held": "heading",
+        "relative_uncertainty": 0.1
+    });
     body["keep_outs"] = json!([{ "north_m": 0, "east_m": 0, "radius_m": 1 }]);
     body["area"] = json!([[-50, -50], [200, -50], [200, 150]]);
     body["acoustics"] = json!({ "range_max_m": 100 });
     body["metadata"] = json!({ "mission": "any" });
     body["previous_plan"] = json!({
         "trajectory": [{ "t_s": 119, "north_m": 0, "east_m": 0, "speed_mps": 0.3, "heading_rad": 0 }],
-        "goal_course_rad": 0, "asc_speed_mps": 0.3, "current": { "north_mps": 0, "east_mps": 0 },
-        "reference": { "speed_mps": 0.3 }
+        "goal_course_rad": 0, "current": { "north_mps": 0, "east_mps": 0 },
+        "reference": { "speed_mps": 0.3 },
+        "craft_estimate": { "asked_speed_mps": 0.3, "asked_heading_rad": 0, "memory": [0, 0.5] }
     });
     body
 }
@@ -468,6 +491,71 @@ async fn an_angle_in_degrees_is_refused_and_not_wrapped() {
             "/previous_plan/trajectory/0/heading_rad"
         ]
     );
+}
+
+#[tokio::test]
+async fn what_is_said_of_a_craft_is_checked_number_by_number() {
+    for (pointer, least, most) in [
+        ("heading_loop/time_constant_s", 0.0, 60.0),
+        ("heading_loop/delay_s", 0.0, 10.0),
+        ("heading_loop/rate_max_radps", 0.001, 3.0),
+        ("surge_loop/time_constant_s", 0.0, 60.0),
+        ("surge_loop/delay_s", 0.0, 10.0),
+        ("surge_loop/acceleration_max_mps2", 0.001, 10.0),
+        ("surge_loop/deceleration_max_mps2", 0.001, 10.0),
+        ("surge_loop/integral_time_s", 0.5, 600.0),
+        ("sway_per_yaw_rate_s", -5.0, 20.0),
+        ("power/linear_w_per_mps", 0.0, 1.0e6),
+        ("power/cubic_w_per_mps3", 0.0, 1.0e6),
+        ("relative_uncertainty", 0.0, 2.0),
+    ] {
+        let said = |value: f64| {
+            pointer
+                .rsplit('/')
+                .fold(json!(value), |inner, name| json!({ name: inner }))
+        };
+        for value in [least, most] {
+            let status = status_after(|body| body["craft"] = said(value)).await;
+            assert_eq!(status, StatusCode::OK, "{pointer}: {value}");
+        }
+        for value in [least - 1e-6, most + 1e-6] {
+            let expected = fault(&format!("/craft/{pointer}"), "out_of_range");
+            let faults = faults_after(|body| body["craft"] = said(value)).await;
+            assert_eq!(faults, expected, "{value}");
+        }
+    }
+    let stranger = faults_after(|body| body["craft"] = json!({ "preset": "titanic" })).await;
+    assert_eq!(stranger, fault("/craft/preset", "unknown_preset"));
+    let half = json!({ "heading_loop": { "damping": 0.8 } });
+    let missing = fault("/craft/heading_loop/natural_frequency_radps", "missing");
+    assert_eq!(faults_after(|body| body["craft"] = half).await, missing);
+}
+
+/// What an earlier answer asked for and what it told the craft are two references: neither may be anything.
+#[tokio::test]
+async fn both_references_of_an_earlier_answer_are_checked() {
+    let previous = |asked: (f64, f64), told: (f64, f64)| {
+        json!({
+            "trajectory": [{ "t_s": 119, "north_m": 0, "east_m": 0, "speed_mps": 0.3, "heading_rad": 0 }],
+            "reference": { "speed_mps": told.0, "heading_rad": told.1 },
+            "craft_estimate": { "asked_speed_mps": asked.0, "asked_heading_rad": asked.1, "memory": [0, 0.5] }
+        })
+    };
+    // A memory that is none is no fault.
+    let whole = previous((0.3, 1.0), (0.4, 1.1));
+    let status = status_after(|body| body["previous_plan"] = whole).await;
+    assert_eq!(status, StatusCode::OK);
+    for (asked, told, pointer) in [
+        ((41.0, 1.0), (0.4, 1.1), "craft_estimate/asked_speed_mps"),
+        ((0.3, 45.0), (0.4, 1.1), "craft_estimate/asked_heading_rad"),
+        ((0.3, 1.0), (1.0e300, 1.1), "reference/speed_mps"),
+        ((0.3, 1.0), (-0.1, 1.1), "reference/speed_mps"),
+        ((0.3, 1.0), (0.4, 45.0), "reference/heading_rad"),
+    ] {
+        let expected = fault(&format!("/previous_plan/{pointer}"), "out_of_range");
+        let given = previous(asked, told);
+        assert_eq!(faults_after(|body| body["previous_plan"] = given).await, expected);
+    }
 }
 
 #[tokio::test]

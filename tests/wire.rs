@@ -6,7 +6,13 @@ use api::wire::{PlanRequest, PlanResponse, PreviousPlan, plan_id};
 use nalgebra::{Matrix4, Vector2};
 use planner::{
     angle::{Course, Heading, direction},
+    craft::{
+        Craft, CraftDescription, HeadingDynamics, HeadingHeld, Integrator, Preset, PropulsionPower, SpeedHeld,
+    },
+    los::Reference,
     path::{Path, Segment},
+    plan::{Plan, Workspace, plan},
+    policy::Policy,
     snapshot::{
         self as domain, Dive, Evidence, Fallback, ForecastChoice, ForecastModel, GroundTrack, HoldStyle,
         KnownPath, Limits, Offset, Report, Snapshot,
@@ -18,6 +24,10 @@ fn through_json(snapshot: &Snapshot) -> Snapshot {
     let text = serde_json::to_string(&PlanRequest::from(snapshot)).expect("becomes JSON");
     let request: PlanRequest = serde_json::from_str(&text).expect("is a request");
     Snapshot::try_from(&request).expect("is valid")
+}
+
+fn planned(snapshot: &Snapshot) -> Plan {
+    plan(snapshot, &Policy::default(), &mut Workspace::default())
 }
 
 /// Every kind of segment, with lengths and angles that no decimal fraction is.
@@ -61,6 +71,7 @@ fn reports(now: f64) -> Vec<Report> {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "every member of a snapshot, said in full")]
 fn a_snapshot_survives_the_way_through_json_to_the_bit() {
     let mut rich = observation(goals()[1].clone());
     rich.time = 1_700_000_000.123_456;
@@ -80,8 +91,29 @@ fn a_snapshot_survives_the_way_through_json_to_the_bit() {
     });
     rich.limits = Limits {
         speed_max: 0.7,
-        surge_lag: 4.9,
         ..Limits::MEDUSA
+    };
+    rich.craft = CraftDescription {
+        preset: Preset::named("otter"),
+        heading_dynamics: Some(HeadingDynamics::SecondOrder {
+            natural_frequency: 1.0 / 3.0,
+            damping: 0.1 + 0.6,
+        }),
+        heading_delay: Some(0.1 + 0.2),
+        heading_rate_max: Some(0.7 / 3.0),
+        surge_time_constant: Some(4.9),
+        surge_delay: Some(0.0),
+        acceleration_max: Some(0.2 / 3.0),
+        deceleration_max: Some(0.1 / 3.0),
+        integrator: Some(Integrator::Gathers { time: 26.0 / 3.0 }),
+        sway_per_yaw_rate: Some(-0.1 / 3.0),
+        power: Some(PropulsionPower {
+            linear: 1.0 / 3.0,
+            cubic: 27.5,
+        }),
+        speed_held: Some(SpeedHeld::OverGround),
+        heading_held: Some(HeadingHeld::Course),
+        relative_uncertainty: Some(0.1 / 3.0),
     };
     rich.keep_outs = [3.0, 0.1 + 0.2]
         .map(|radius| domain::KeepOut {
@@ -107,12 +139,15 @@ fn a_snapshot_survives_the_way_through_json_to_the_bit() {
         trajectory: vec![point],
         goal_course: Some(Course::new(2.0)),
         current: Some(Vector2::new(0.1, 1.0 / 3.0)),
-        surge_memory: Some(domain::SurgeMemory {
-            surge: -0.2,
-            reference: 0.7,
-            bias: Some(-0.03),
+        reference: Some(Reference {
+            speed: 0.7 / 3.0,
+            heading: Heading::new(2.5),
         }),
-        heading_reference: Some(Heading::new(2.5)),
+        told: Some(Reference {
+            speed: 0.1 + 0.2,
+            heading: Heading::new(-2.5 / 3.0),
+        }),
+        craft: Some(planned(&snapshot(observation(goals()[0].clone()))).craft),
         targets: vec![domain::PreviousTarget {
             id: domain::VehicleId("a".to_owned()),
             model: ForecastModel::Path,
@@ -127,6 +162,22 @@ fn a_snapshot_survives_the_way_through_json_to_the_bit() {
     let rich = snapshot(rich);
     assert_eq!(through_json(&rich), rich);
     assert_eq!(plan_id(&through_json(&rich)), plan_id(&rich));
+
+    let mut bare = observation(goals()[1].clone());
+    for craft in [
+        CraftDescription::default(),
+        CraftDescription {
+            integrator: Some(Integrator::Absent),
+            heading_dynamics: Some(HeadingDynamics::FirstOrder {
+                time_constant: 1.0 / 3.0,
+            }),
+            ..CraftDescription::default()
+        },
+    ] {
+        bare.craft = craft;
+        let bare = snapshot(bare.clone());
+        assert_eq!(through_json(&bare), bare);
+    }
 
     for goal in goals() {
         let plain = snapshot(observation(goal));
@@ -212,33 +263,60 @@ fn what_a_dive_leaves_out_is_unknown_or_the_default_vehicles() {
 }
 
 #[test]
-fn limits_that_a_request_leaves_out_are_those_of_the_default_craft() {
+fn limits_that_a_request_leaves_out_are_no_limits_but_of_speed() {
     let mut request = PlanRequest::from(&snapshot(observation(goals()[0].clone())));
     request.limits = None;
-    assert_eq!(
-        Snapshot::try_from(&request).expect("is valid").limits,
-        Limits::MEDUSA
-    );
+    let unlimited = Snapshot::try_from(&request).expect("is valid");
+    assert_eq!(unlimited.limits, Limits::ANY);
+    // The craft does what it can, which its description says.
+    let model = unlimited.craft_model().limits;
+    assert_eq!(model.turn_rate_max, Craft::MEDUSA.heading.rate_max);
+    assert_eq!(model.acceleration_max, Craft::MEDUSA.surge.acceleration_max);
     let text = r#"{ "speed_max_mps": 0.9 }"#;
     request.limits = Some(serde_json::from_str(text).expect("has the shape"));
-    let limits = Snapshot::try_from(&request).expect("is valid").limits.clone();
+    let limits = Snapshot::try_from(&request).expect("is valid").limits;
     assert_eq!(
         limits,
         Limits {
             speed_max: 0.9,
-            ..Limits::MEDUSA
+            ..Limits::ANY
         }
     );
+}
+
+/// A request that says nothing of the craft but how fast it may turn and gather way means that it does so.
+#[test]
+fn limits_of_a_craft_that_is_not_described_describe_it() {
+    let mut request = PlanRequest::from(&snapshot(observation(goals()[0].clone())));
+    request.craft = None;
+    let text = r#"{ "turn_rate_max_radps": 0.25, "acceleration_max_mps2": 0.07, "surge_lag_s": 3.5 }"#;
+    request.limits = Some(serde_json::from_str(text).expect("has the shape"));
+    let read = Snapshot::try_from(&request).expect("is valid");
+    let expected = CraftDescription {
+        heading_rate_max: Some(0.25),
+        acceleration_max: Some(0.07),
+        surge_time_constant: Some(3.5),
+        ..CraftDescription::default()
+    };
+    assert_eq!(read.craft, expected);
+    assert_eq!(
+        read.craft_model().limits.deceleration_max,
+        0.06,
+        "the generic craft's"
+    );
+    // A described craft is limited by them.
+    request.craft = Some(serde_json::from_str(r#"{ "preset": "otter" }"#).expect("has the shape"));
+    let otter = Snapshot::try_from(&request).expect("is valid");
+    let limits = otter.craft_model().limits;
+    assert_eq!((limits.turn_rate_max, limits.acceleration_max), (0.2, 0.07));
+    assert_eq!(limits.deceleration_max, 0.2);
+    assert_eq!(otter.craft.surge_time_constant, Some(3.5));
 }
 
 #[test]
 fn an_answer_handed_back_is_the_plan_that_was_made() {
     let snapshot = snapshot(observation(goals()[0].clone()));
-    let plan = planner::plan::plan(
-        &snapshot,
-        &planner::policy::Policy::default(),
-        &mut planner::plan::Workspace::default(),
-    );
+    let plan = planned(&snapshot);
     let answer = api::wire::Answer {
         snapshot: &snapshot,
         plan: &plan,

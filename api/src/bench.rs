@@ -6,12 +6,14 @@ use planner::los::{LosLaw, LosTuning};
 use sim::bench::{
     Board, Contender, Entry, Family, Match, Metric, TUNING_SEED,
     statistics::{Interval, mean, paired_difference, paired_ratio},
+    strangers::StrangersBoard,
 };
 
 pub mod claims;
 mod document;
 mod front;
 mod runs;
+mod strangers;
 #[cfg(test)]
 mod tests;
 mod variations;
@@ -21,6 +23,7 @@ use claims::{nearest_baseline, verdicts};
 pub use document::{Block, Document, Table};
 pub use front::PICTURE as FRONT_PICTURE;
 pub use runs::write_runs;
+pub use strangers::{write_breakdowns, write_strangers};
 pub use worst::{WorstRun, worst_document, worst_runs};
 
 /// Name of the clairvoyant in tables.
@@ -50,30 +53,39 @@ pub struct Results {
     pub ablations: Option<Board>,
     /// The planner under other circumstances, if asked for.
     pub sensitivity: Option<Board>,
+    /// The planner and the nearest law on craft that were drawn, if asked for.
+    pub strangers: Option<StrangersBoard>,
 }
 
 /// All of it as a document.
 #[must_use]
 pub fn document(results: &Results, provenance: &Provenance) -> Document {
     let board = &results.board;
-    let mut blocks = vec![
-        Block::Heading(1, "Benchmark".to_owned()),
-        Block::Paragraph(introduction(board, provenance)),
-        Block::Heading(2, "Who knows what".to_owned()),
-        Block::Table(information(board)),
-        Block::Heading(2, "Claims".to_owned()),
-        Block::Paragraph(CLAIMS.to_owned()),
-        Block::Table(claims_table(results)),
-        Block::Heading(2, "Winners".to_owned()),
-        Block::Paragraph(WINNERS.to_owned()),
-        Block::Table(winners(board)),
-    ];
+    let mut blocks = vec![Block::Heading(1, "Benchmark".to_owned())];
+    if board.matches.is_empty() {
+        blocks.push(Block::Paragraph(format!("{}.", made_by(provenance))));
+    } else {
+        blocks.extend([
+            Block::Paragraph(introduction(board, provenance)),
+            Block::Heading(2, "Who knows what".to_owned()),
+            Block::Table(information(board)),
+            Block::Heading(2, "Claims".to_owned()),
+            Block::Paragraph(CLAIMS.to_owned()),
+            Block::Table(claims_table(results)),
+            Block::Heading(2, "Winners".to_owned()),
+            Block::Paragraph(WINNERS.to_owned()),
+            Block::Table(winners(board)),
+        ]);
+    }
     blocks.extend(results.front.iter().flat_map(front::front));
     blocks.extend(results.other_plant.iter().flat_map(other_plant));
     blocks.extend(results.ablations.iter().flat_map(variations::ablations));
     blocks.extend(results.sensitivity.iter().flat_map(variations::sensitivity));
-    blocks.push(Block::Heading(2, "Scenarios".to_owned()));
-    blocks.push(Block::Paragraph(SCENARIOS.to_owned()));
+    blocks.extend(results.strangers.iter().flat_map(strangers::strangers));
+    if !board.matches.is_empty() {
+        blocks.push(Block::Heading(2, "Scenarios".to_owned()));
+        blocks.push(Block::Paragraph(SCENARIOS.to_owned()));
+    }
     for found in &board.matches {
         blocks.push(Block::Heading(3, found.scenario.clone()));
         blocks.push(Block::Paragraph(format!("{}.", found.title)));
@@ -113,16 +125,21 @@ fn other_plant(board: &Board) -> Vec<Block> {
     blocks
 }
 
-fn introduction(board: &Board, provenance: &Provenance) -> String {
+/// By which command, and from which commit.
+fn made_by(provenance: &Provenance) -> String {
     let commit = provenance.commit.as_ref();
     let commit = commit.map_or(String::new(), |commit| format!(" from commit `{commit}`"));
+    format!("Made by `{}`{commit}", provenance.command)
+}
+
+fn introduction(board: &Board, provenance: &Provenance) -> String {
     format!(
-        "Made by `{}`{commit}: {} scenarios, seeds 1 to {}; gains of the laws found on {} others, from {TUNING_SEED} on, by \
+        "{}: {} scenarios, seeds 1 to {}; gains of the laws found on {} others, from {TUNING_SEED} on, by \
          grid search for each scenario, law and family of metrics (nearness by RMS distance, economy by energy, \
          steering by heading travel). The planner's own numbers are the same everywhere; they were chosen on these \
          scenarios, on seeds from 1 on. Distances are true ones, over the whole mission, from its very start. The same \
          command gives the same numbers on any number of threads.",
-        provenance.command,
+        made_by(provenance),
         board.matches.len(),
         board.seeds.len(),
         provenance.tuning_seeds,

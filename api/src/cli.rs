@@ -4,14 +4,19 @@ use std::error::Error;
 
 use clap::{Parser, Subcommand};
 
+mod crafts;
+mod identify;
 mod missions;
 mod out_file;
 mod plan;
 mod replay;
 mod scenarios;
 mod serve;
+mod trial;
 
 use self::{
+    crafts::{Crafts, crafts},
+    identify::{Identify, identify},
     missions::{Bench, Compare, Figures, Simulate, bench, compare, figures, simulate},
     plan::{Plan, plan},
     replay::{Replay, replay},
@@ -41,6 +46,10 @@ enum Command {
     Compare(Compare),
     /// List what there is to simulate; print a scenario's file, or the JSON Schema of scenario files.
     Scenarios(Scenarios),
+    /// Learn how a craft answers its references from a log of a sea trial.
+    Identify(Identify),
+    /// List the craft that are known by name.
+    Crafts(Crafts),
     /// Draw the source paper's figures from missions flown here.
     Figures(Figures),
     /// Make every plan of a stored mission again and compare.
@@ -57,6 +66,8 @@ impl Arguments {
             Command::Simulate(arguments) => simulate(&arguments)?,
             Command::Compare(arguments) => compare(&arguments)?,
             Command::Scenarios(arguments) => scenarios(&arguments)?,
+            Command::Identify(arguments) => identify(&arguments)?,
+            Command::Crafts(arguments) => crafts(&arguments)?,
             Command::Figures(arguments) => figures(&arguments)?,
             Command::Replay(arguments) => replay(&arguments)?,
             Command::Bench(arguments) => bench(&arguments)?,

@@ -20,12 +20,14 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 
 pub mod bench;
 pub mod comparison;
+pub mod crafts;
 mod deadline;
 mod edge;
 pub mod examples;
 pub mod export;
 pub mod figures;
 pub mod health;
+pub mod identify;
 pub mod missions;
 pub mod offline;
 mod page;
@@ -138,6 +140,7 @@ fn documented() -> OpenApiRouter<Shared> {
         .routes(routes!(planning::compare))
         .routes(routes!(examples::list))
         .routes(routes!(examples::one))
+        .routes(routes!(crafts::list))
         .routes(routes!(missions::routes::create, missions::routes::list))
         .routes(routes!(missions::routes::one, missions::routes::delete))
         .routes(routes!(missions::routes::run))

@@ -10,6 +10,8 @@ use crate::scores::{Scores, diver_lines};
 mod map;
 mod over_time;
 
+pub(crate) use map::{configuration, rounded};
+
 /// More runs than these leave the table no room beside the map.
 const BESIDE_THE_MAP: usize = 2;
 
@@ -58,10 +60,10 @@ pub fn report(runs: &[&Record]) -> String {
 }
 
 /// What the browser holds the page to: its own script, style and pictures, and nothing from anywhere.
-const POLICY: &str =
+pub(crate) const POLICY: &str =
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:";
-const STYLE: &str = include_str!("report/report.css");
-const DRAW: &str = include_str!("report/report.js");
+pub(crate) const STYLE: &str = include_str!("report/report.css");
+pub(crate) const DRAW: &str = include_str!("report/report.js");
 
 /// A run as the plots show it.
 #[derive(Clone)]
@@ -124,7 +126,7 @@ fn lines(record: &Record) -> Vec<(String, String)> {
 }
 
 /// The library that draws, as the crate carries it: the first of its two scripts (the other typesets formulas).
-fn plotly_script() -> String {
+pub(crate) fn plotly_script() -> String {
     let sources = Plot::offline_js_sources();
     let (_, after) = sources.split_once('>').expect("begins with a script's tag");
     let (script, _) = after.split_once("</script>").expect("a script ends");
@@ -132,7 +134,7 @@ fn plotly_script() -> String {
 }
 
 /// JSON that no HTML parser takes for markup.
-fn inert(plot: &Plot) -> String {
+pub(crate) fn inert(plot: &Plot) -> String {
     plot.to_json().replace('<', "\\u003c")
 }
 

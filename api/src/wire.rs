@@ -10,6 +10,7 @@
 //! client does the reverse with the same types.
 
 mod bounds;
+mod craft;
 mod dump;
 mod each_name_once;
 mod faults;
@@ -23,15 +24,17 @@ mod response;
 mod write_answer;
 mod write_request;
 
+pub use craft::{Craft, HeadingHeld, HeadingLoop, Power, SpeedHeld, SurgeLoop};
 pub use dump::{ConeKind, DumpedCone, DumpedMatrix, DumpedSolution, FirstVelocity, ProgramDump};
 pub use request::{
     Acoustics, Asc, Auv, AuvState, Current, Fallback, Forecast, Goal, GoalKind, Hold, KeepOut, Limits,
-    Offset, OffsetFrame, Path, PlanRequest, PreviousEstimate, PreviousPlan, PreviousReference,
+    Offset, OffsetFrame, Path, PlanRequest, PreviousCraft, PreviousEstimate, PreviousPlan, PreviousReference,
     PreviousTarget, Report, Segment, SegmentKind,
 };
 pub use response::{
-    Baseline, Comparison, Drift, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget,
-    Plans, Predicted, Reference, Residuals, Solver, TargetPoint, TrajectoryPoint, Violation, Warning,
+    Baseline, Comparison, CraftEstimate, Drift, GoalPoint, GoalTrajectory, Learnt, Method, Outcome,
+    PlanResponse, PlannedTarget, Plans, Predicted, Reference, Residuals, Solver, TargetPoint,
+    TrajectoryPoint, Violation, Warning,
 };
 pub use write_answer::Answer;
 pub use write_request::plan_id;

@@ -5,13 +5,12 @@ use nalgebra::Vector2;
 use crate::{
     angle::{Course, Heading},
     certificate::Residuals,
+    craft::CraftEstimate,
     estimate::Estimate,
     forecast::{AuvForecast, Motion},
     los::{LosLaw, Reference},
     refilled::refill,
-    snapshot::{
-        Auv, ForecastModel, PreviousPlan, PreviousTarget, Snapshot, SurgeMemory, TrajectoryPoint, VehicleId,
-    },
+    snapshot::{Auv, ForecastModel, PreviousPlan, PreviousTarget, Snapshot, TrajectoryPoint, VehicleId},
     solve::SolverStatus,
 };
 
@@ -22,12 +21,12 @@ pub struct Plan {
     pub method: Method,
     /// Why the answer is degraded; `None` when a program was solved, whichever rung then answered.
     pub degraded: Option<Degraded>,
-    /// Surge speed of the craft in the snapshot, m/s; hand it back in the next request.
-    pub surge: f64,
-    /// Acceleration that the surge loop was taken to give unasked, m/s²; hand it back in the next request.
-    pub surge_bias: f64,
-    /// Speed and heading for the inner loops, now.
+    /// Speed and heading for the inner loops, now: what they hold, through water or over ground, heading or course.
     pub reference: Reference,
+    /// The same as speed through the water and heading; hand it back in the next request.
+    pub reference_through_water: Reference,
+    /// What is known of the craft; hand it back in the next request.
+    pub craft: CraftEstimate,
     /// Until when the reference and the trajectory may be followed without a newer plan, s.
     pub valid_until: f64,
     /// The planned trajectory, from now on.
@@ -48,6 +47,11 @@ pub struct Plan {
     pub predicted: Predicted,
     /// Soft limits that the plan does not keep.
     pub violations: Vec<Violation>,
+    /// The AUVs whose acoustic range cannot be kept now, by their place in the snapshot, ascending: of those that the goal
+    /// names whoever is out of range where it is met, if no place is in range of all; of the others, the nearest to the
+    /// goal first, whoever is in range of no place that is in range of all before. For these others the craft does
+    /// nothing then; that their limit is broken is told.
+    pub range_unattainable: Vec<usize>,
 }
 
 impl Plan {
@@ -65,9 +69,9 @@ impl Plan {
         Self {
             method: Method::Hold,
             degraded: None,
-            surge: 0.0,
-            surge_bias: 0.0,
             reference,
+            reference_through_water: reference,
+            craft: CraftEstimate::nothing(),
             valid_until: 0.0,
             trajectory: Vec::new(),
             goal: Vec::new(),
@@ -83,6 +87,7 @@ impl Plan {
             current: None,
             predicted,
             violations: Vec::new(),
+            range_unattainable: Vec::new(),
         }
     }
 }
@@ -93,12 +98,9 @@ impl From<&Plan> for PreviousPlan {
         Self {
             trajectory: plan.trajectory.clone(),
             goal_course: Some(plan.goal_course),
-            surge_memory: Some(SurgeMemory {
-                surge: plan.surge,
-                reference: plan.reference.speed,
-                bias: Some(plan.surge_bias),
-            }),
-            heading_reference: Some(plan.reference.heading),
+            reference: Some(plan.reference_through_water),
+            told: Some(plan.reference),
+            craft: Some(plan.craft),
             current: plan.current,
             targets: plan.targets.iter().map(PreviousTarget::from).collect(),
         }

@@ -3,24 +3,31 @@
 //! A pure function of the request. Whoever remembers nothing gives the same answer on every replica; the price, a
 //! filter run again over a few dozen reports, is some microseconds.
 
+mod interacting;
 mod kalman;
+mod motion_model;
 mod on_path;
 mod track;
+mod turn;
 
+#[cfg(test)]
+mod bands;
 #[cfg(test)]
 mod tests;
 
 use std::cmp::Ordering;
 
+use interacting::Interacting;
 use kalman::Kalman;
 use nalgebra::{Matrix4, Vector2};
 use on_path::OnPath;
 use track::Track;
+use turn::{clear, remembered_turn_rate, turn_rate};
 
 use crate::{
     angle::Course,
-    forecast::{OFFSET_FROM_PATH_MAX, SPEED_AT_REST},
-    snapshot::{Auv, AuvState, Evidence, KnownPath, Report},
+    forecast::{FORECAST_AGE_MAX, OFFSET_FROM_PATH_MAX, SPEED_AT_REST},
+    snapshot::{Auv, AuvState, Evidence, KnownPath, PreviousTarget, Report},
 };
 
 /// A telemetered rate of turn older than this is no longer taken for so, s.
@@ -45,13 +52,27 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Of `auv` by what is known at time `now`, s, of a `current` (north, east), m/s, too.
-    pub(crate) fn new(auv: &Auv, now: f64, current: &Vector2<f64>) -> Self {
+    /// Of `auv` by what is known at time `now`, s, of a `current` (north, east), m/s, too; of a state that tells no rate of
+    /// turn also by what the previous plan knew, and the time of the report that it knew it from.
+    pub(crate) fn new(
+        auv: &Auv,
+        now: f64,
+        current: &Vector2<f64>,
+        previous: Option<(&PreviousTarget, f64)>,
+    ) -> Self {
         match &auv.evidence {
-            Evidence::State(state) => Self {
-                state: state.clone(),
-                rejected: Vec::new(),
-            },
+            Evidence::State(state) => {
+                let mut state = state.clone();
+                // A gyroscope never reads exactly 0: it is what stands for a rate that is left out.
+                if let (0.0, Some((earlier, reported))) = (state.turn_rate, previous) {
+                    let between = now - state.age - reported;
+                    state.turn_rate = remembered_turn_rate(earlier, &state, between);
+                }
+                Self {
+                    state,
+                    rejected: Vec::new(),
+                }
+            }
             Evidence::Reports(reports) => from_reports(reports, auv.path.as_ref(), now, current),
         }
     }
@@ -73,9 +94,16 @@ impl Estimate {
 
 /// Filters `reports`, at least one, in order of time.
 fn from_reports(reports: &[Report], path: Option<&KnownPath>, now: f64, current: &Vector2<f64>) -> Estimate {
+    // What is older than anything that is forecast says only where a vehicle was of which nothing else is known.
+    let newest = reports
+        .iter()
+        .map(|report| report.time)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let oldest = (now - FORECAST_AGE_MAX).min(newest);
     let mut numbered: Vec<_> = reports
         .iter()
         .enumerate()
+        .filter(|(_, report)| oldest <= report.time)
         .map(|(number, report)| {
             // What is dated into the future can only be taken for new.
             let time = report.time.min(now);
@@ -86,13 +114,13 @@ fn from_reports(reports: &[Report], path: Option<&KnownPath>, now: f64, current:
     // One message on two ways is no second measurement.
     numbered.dedup_by(|(_, later), (_, first)| in_order(first, later) == Ordering::Equal);
 
-    let free = Track::through(&numbered, Kalman::start);
+    let free = Track::through(&numbered, Interacting::start);
     let along = path
         .map(|known| Track::through(&numbered, |report| OnPath::start(report, known, current)))
         .filter(|along| is_followed(along, &free));
     let (filtered, used) = match &along {
         Some(track) => (Filtered::from(&track.filter), &track.used),
-        None => (Filtered::from(&free.filter), &free.used),
+        None => (Filtered::from(&free.filter.combined()), &free.used),
     };
     Estimate {
         state: filtered.state(used, now),
@@ -104,8 +132,8 @@ fn from_reports(reports: &[Report], path: Option<&KnownPath>, now: f64, current:
 
 /// Whether a vehicle that goes freely along `free` follows its path as `along` has it: it moves, is near the path,
 /// and the path explains as many reports, but for two that a free motion may have taken for a turn.
-fn is_followed(along: &Track<OnPath<'_>>, free: &Track<Kalman>) -> bool {
-    free.filter.velocity().norm() >= SPEED_AT_REST
+fn is_followed(along: &Track<OnPath<'_>>, free: &Track<Interacting>) -> bool {
+    free.filter.combined().velocity().norm() >= SPEED_AT_REST
         && along.filter.offset().abs() <= OFFSET_FROM_PATH_MAX
         && along.used.len() + 2 >= free.used.len()
 }
@@ -164,10 +192,21 @@ impl From<&OnPath<'_>> for Filtered {
 }
 
 impl Filtered {
+    /// When and how fast it turned by the courses of the two newest reports, of which neither tells.
+    fn turning(used: &[(usize, Report)]) -> Option<(f64, f64)> {
+        let [.., (_, before), (_, after)] = used else {
+            return None;
+        };
+        let [from, to] = [before.ground_track?, after.ground_track?].map(|track| track.velocity());
+        let rate = turn_rate(&from, &to, after.time - before.time)?;
+        Some((after.time, clear(rate)))
+    }
+
     /// The state, with what the newest of the reports in the filter say of depth and turn.
     fn state(&self, used: &[(usize, Report)], now: f64) -> AuvState {
         let newest_first = || used.iter().rev().map(|(_, report)| report);
-        let turning = newest_first().find_map(|report| report.turn_rate.map(|rate| (report.time, rate)));
+        let told = newest_first().find_map(|report| report.turn_rate.map(|rate| (report.time, rate)));
+        let turning = told.or_else(|| Self::turning(used));
         AuvState {
             position: self.position,
             // Whoever never says how deep it is, is taken to be at the surface.

@@ -40,6 +40,10 @@ const TURN_RATE_STRAIGHT: f64 = 0.002;
 /// Assumption: ten standard deviations of an acoustic fix (1.5 m); less than any lane is long.
 pub(crate) const OFFSET_FROM_PATH_MAX: f64 = 15.0;
 
+/// An AUV that was last heard of longer ago is not forecast: it is held where it was, s. Assumption: in an hour a current
+/// that nobody knows of carries it as far as any forecast is long.
+pub const FORECAST_AGE_MAX: f64 = 3600.0;
+
 /// An AUV that is no deeper than this is in the way of the surface craft, m.
 ///
 /// Assumption: draught of the craft, height of an AUV, error of its depth, half a metre each, and as much again
@@ -136,6 +140,11 @@ impl AuvForecast {
         current: &Vector2<f64>,
     ) -> Self {
         let mut along_path = |known| AlongPath::new(state, known, current, &mut stretches);
+        let choice = if state.age <= FORECAST_AGE_MAX {
+            choice
+        } else {
+            ForecastChoice::Model(ForecastModel::Hold)
+        };
         let along = match (choice, intent.path) {
             (ForecastChoice::Model(ForecastModel::Path), Some(known)) => Some(along_path(known)),
             (ForecastChoice::Auto, Some(known)) if SPEED_AT_REST <= state.speed => {
@@ -222,7 +231,13 @@ impl AuvForecast {
     pub fn position_covariance(&self, ahead: f64) -> Matrix2<f64> {
         let elapsed = self.age + ahead;
         match &self.way {
-            Way::Turning(turning) => doubt::free(&self.covariance, elapsed, turning.turn_rate * elapsed),
+            Way::Turning(turning) => {
+                let course = doubt::Free {
+                    speed: turning.velocity.norm(),
+                    turned: turning.turn_rate * elapsed,
+                };
+                doubt::free(&self.covariance, elapsed, &course)
+            }
             Way::AlongPath(along_path) => {
                 let on_path = along_path.on_path(elapsed, self.depth.lead(elapsed), &self.stretches);
                 doubt::along_path(&self.covariance, elapsed, &on_path)

@@ -138,6 +138,16 @@ impl GoalForecast {
         self.members.iter().map(|member| &self.auvs[member.auv])
     }
 
+    /// The AUVs without which there is no goal now, by their place in the snapshot: the one in turn, else all that the
+    /// goal depends on.
+    pub(crate) fn needs_now(&self) -> impl Iterator<Item = usize> {
+        let turn = self.member_in_turn(0.0);
+        let members = self.members.iter().enumerate();
+        members
+            .filter(move |(i, _)| turn.is_none_or(|turn| turn == *i))
+            .map(|(_, member)| member.auv)
+    }
+
     /// Forecasts of all AUVs, in the snapshot's order.
     #[must_use]
     pub fn auvs(&self) -> &[AuvForecast] {

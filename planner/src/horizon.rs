@@ -3,13 +3,14 @@
 use nalgebra::{Matrix2, Vector2};
 
 use crate::{
-    angle::{Course, Heading, angle_of, ned_from_body},
+    angle::{Course, Heading, angle_of, ned_from_body, wrap},
+    craft::{CraftModel, PropulsionPower},
     forecast::{AuvForecast, Motion},
     goal::GoalForecast,
     los::{AscNow, LosTuning, Reference, TrackingLaw, target_course},
     policy::{Policy, Weights},
     refilled::refilled,
-    response::{Response, Rollout, Stage, Surge, believed_velocity, surge_bias},
+    response::{HALF_HOLD, Response, Rollout, Stage, Surge, velocity_now},
     snapshot::{Snapshot, TrajectoryPoint},
     surroundings::Surroundings,
 };
@@ -36,8 +37,12 @@ pub(crate) struct Horizon {
     pub(crate) current: Vector2<f64>,
     /// The craft now, craft frame.
     pub(crate) start: Stage,
-    /// What the surge loop gives unasked now, m/s².
-    pub(crate) surge_bias: f64,
+    /// Yaw rate that the craft has now, rad/s.
+    pub(crate) yaw_rate: f64,
+    /// Heading reference that the craft follows now, as an angle from the bow, where one is known.
+    pub(crate) heading_reference: Option<Heading>,
+    /// Propulsion power of the craft.
+    pub(crate) power: PropulsionPower,
     /// Weights of the cost, as the goal is known.
     pub(crate) weights: Weights,
     /// What is around the craft, craft frame.
@@ -60,8 +65,11 @@ impl Horizon {
             Some(*time)
         });
         let times = refilled(times, std::iter::once(0.0).chain(later));
+        let yaw_rate = yaw_rate(snapshot, policy);
         let mut horizon = Self {
-            surge_bias: surge_bias(snapshot),
+            yaw_rate,
+            heading_reference: heading_reference(snapshot, policy)
+                .map(|reference| Heading::new(reference.radians() - snapshot.asc.heading.radians())),
             now: snapshot.time,
             origin: snapshot.asc.position,
             ned_from_craft,
@@ -71,8 +79,9 @@ impl Horizon {
             current: ned_from_craft.transpose() * snapshot.current(),
             start: Stage {
                 position: Vector2::zeros(),
-                velocity: believed_velocity(snapshot, policy),
+                velocity: velocity_now(snapshot, yaw_rate),
             },
+            power: snapshot.craft_model().power,
             weights: policy.weights_for(snapshot, goal),
             surroundings: Surroundings::default(),
             times,
@@ -95,21 +104,27 @@ impl Horizon {
     ) {
         let mut tracking = TrackingLaw::new(tuning, Some(self.local_goal_course()));
         let law = |time, asc: &_, _| tracking.steer(time, asc, &self.local(&goal.at(time)), &snapshot.limits);
-        self.roll_out(snapshot, policy, law, rollout);
+        self.roll_out(snapshot.craft_model(), policy, law, rollout);
+    }
+
+    /// Acceleration through the water until now, craft frame, m/s²: across the direction of travel, what the yaw rate makes.
+    pub(crate) fn acceleration(&self) -> Vector2<f64> {
+        let velocity = self.start.velocity;
+        Vector2::new(-velocity.y, velocity.x) * self.yaw_rate
     }
 
     /// A law that is asked in the craft's frame, rolled out on the response model.
     pub(crate) fn roll_out(
         &self,
-        snapshot: &Snapshot,
+        craft: &CraftModel,
         policy: &Policy,
         law: impl FnMut(f64, &AscNow, Surge) -> Reference,
         rollout: &mut Rollout,
     ) {
         let response = Response {
-            limits: &snapshot.limits,
+            craft,
             current: self.current,
-            surge_bias: self.surge_bias,
+            heading_reference: self.heading_reference,
         };
         response.roll_out(self.start, Heading::new(0.0), &policy.steps, law, rollout);
     }
@@ -217,6 +232,26 @@ impl Horizon {
     }
 }
 
+/// Heading that the craft has been turning to since the previous plan: its reference, and what it stays off that.
+pub(crate) fn heading_reference(snapshot: &Snapshot, policy: &Policy) -> Option<Heading> {
+    previous_points(snapshot, policy)?;
+    let reference = snapshot.previous_plan.as_ref()?.reference?.heading;
+    Some(Heading::new(
+        reference.radians() + snapshot.craft_model().heading_offset,
+    ))
+}
+
+/// Yaw rate now, rad/s: what the response model makes of the reference that the craft follows, which has no sensor's
+/// noise; else as measured. Never faster than the craft can turn.
+fn yaw_rate(snapshot: &Snapshot, policy: &Policy) -> f64 {
+    let craft = snapshot.craft_model();
+    let followed = heading_reference(snapshot, policy).map(|reference| {
+        wrap(reference.radians() - snapshot.asc.heading.radians()) / craft.heading_lag().max(HALF_HOLD)
+    });
+    let most = craft.limits.turn_rate_max;
+    followed.unwrap_or(snapshot.asc.yaw_rate).clamp(-most, most)
+}
+
 /// The previous plan's points, where it is young enough, reaches into the future, and leads through
 /// where the craft is: the plan of another mission does not.
 pub(crate) fn previous_points<'a>(snapshot: &'a Snapshot, policy: &Policy) -> Option<&'a [TrajectoryPoint]> {
@@ -239,7 +274,7 @@ pub(crate) fn point_at(points: &[TrajectoryPoint], time: f64) -> TrajectoryPoint
     }
     let (from, to) = (&points[after - 1], &points[after]);
     let share = (time - from.time) / (to.time - from.time);
-    let turn = crate::angle::wrap(to.heading.radians() - from.heading.radians());
+    let turn = wrap(to.heading.radians() - from.heading.radians());
     TrajectoryPoint {
         time,
         position: from.position.lerp(&to.position, share),

@@ -5,7 +5,8 @@
 use crate::{
     angle::{Heading, angle_of},
     answer::{Baseline, Degraded, Method, Plan, SolverReport, TargetForecast},
-    follower::{FOLLOW_LEAD, calmed, follow, invert_response, stage_at, within_reach},
+    craft::CraftEstimate,
+    follower::{follow, invert_response, slew_limited, speed_lead, stage_at},
     goal::GoalForecast,
     horizon::{Horizon, SPEED_WITHOUT_DIRECTION, point_at, previous_points},
     los::{AscNow, LosLaw, LosTuning, Reference, TrackingLaw, saturated_los},
@@ -15,7 +16,7 @@ use crate::{
     policy::Policy,
     program::Program,
     refilled::refilled,
-    response::{COURSE_LAG, Rollout},
+    response::{HALF_HOLD, Rollout},
     snapshot::{HoldStyle, Snapshot, TrajectoryPoint},
     solve::Solution,
     stop::Stop,
@@ -85,7 +86,10 @@ pub(crate) fn descend(
         ),
     };
 
-    let optimum = if goal_is_stale(snapshot, policy) {
+    let optimum = if goal
+        .needs_now()
+        .any(|auv| policy.is_stale(&snapshot.estimates()[auv]))
+    {
         Optimum::none(Degraded::StaleReport)
     } else {
         let mut optimiser = Optimiser {
@@ -100,23 +104,30 @@ pub(crate) fn descend(
         optimiser.run(los_rollout, los.way.predicted.merit)
     };
     let passes = &mut sheets.passes;
-    let best = best_rung(snapshot, policy, &horizon, &optimum, los, passes);
+    let distance = (goal.at(0.0).position - snapshot.asc.position).norm();
+    let craft = answered(snapshot, distance);
+    let best = if craft.realised.law_steers && optimum.degraded != Some(Degraded::StaleReport) {
+        steered(los, snapshot, policy)
+    } else {
+        best_rung(snapshot, policy, &horizon, &optimum, los, passes)
+    };
+    let asked = less_offset(best.reference, snapshot);
     let broken_by_program = (best.method == Method::Mpc).then_some(optimum.violations);
     let ways = &passes.ways;
     let answer = Plan {
         method: best.method,
-        surge: snapshot.asc.surge,
-        surge_bias: horizon.surge_bias,
         current: snapshot.known_current(),
+        craft,
         degraded: optimum.degraded,
-        reference: best.reference,
+        reference: snapshot.command(&asked),
+        reference_through_water: asked,
         valid_until: snapshot.time + policy.validity,
         trajectory: refilled(memory.trajectory, horizon.trajectory(&ways[best.way.number])),
         goal: refilled(memory.goal, horizon.times.iter().map(|time| goal.at(*time))),
         goal_course: goal.course(),
         targets: TargetForecast::of_all(snapshot, &horizon.times, goal.auvs(), memory.targets),
         baseline: Baseline {
-            reference: law,
+            reference: snapshot.command(&law),
             trajectory: refilled(
                 memory.baseline.trajectory,
                 horizon.trajectory(&ways[los.way.number]),
@@ -140,10 +151,22 @@ pub(crate) fn descend(
                 .chain(broken_by_program.into_iter().flatten())
                 .flatten(),
         ),
+        range_unattainable: refilled(
+            memory.range_unattainable,
+            horizon.surroundings.range_unattainable.iter().copied(),
+        ),
     };
     sheets.goal = Some(goal);
     sheets.horizon = Some(horizon);
     answer
+}
+
+/// The reference that makes the craft turn to that of `asked`: less what its heading stays off its reference.
+fn less_offset(asked: Reference, snapshot: &Snapshot) -> Reference {
+    Reference {
+        heading: Heading::new(asked.heading.radians() - snapshot.craft_model().heading_offset),
+        ..asked
+    }
 }
 
 /// The rung that answers: of those that are as good, the first.
@@ -171,27 +194,47 @@ fn best_rung(
         .flatten()
         .reduce(|best, next| {
             if policy.merit_decides && next.way.predicted.merit + MERIT_TIE < best.way.predicted.merit {
-                steered(next, snapshot, policy)
+                next
             } else {
                 best
             }
         })
-        .unwrap_or(los)
+        .map_or(los, |best| steered(best, snapshot, policy))
 }
 
-/// A rung as it is steered by where another holds: the law, at speed, turns as calmly as a plan. What it is predicted to
-/// lead to stays that of the law itself, as a plan's leaves out that it is calmed.
+/// What is known of the craft, and of who keeps it how near to its goal, `distance` m being how near now.
+fn answered(snapshot: &Snapshot, distance: f64) -> CraftEstimate {
+    let estimate = *snapshot.craft_estimate();
+    let previous = snapshot.previous_plan.as_ref();
+    let elapsed = previous
+        .and_then(|previous| Some(snapshot.time - previous.trajectory.first()?.time))
+        .map_or(0.0, |elapsed| elapsed.clamp(0.0, 10.0));
+    CraftEstimate {
+        realised: estimate.realised.after(distance, elapsed, estimate.monitor.alarm),
+        ..estimate
+    }
+}
+
+/// A rung as it is steered by where another holds: the law's heading reference turns no faster than the craft, and at
+/// speed no faster than a plan's. What it is predicted to lead to stays that of the law itself.
 ///
 /// Asked for a hard turn at full speed, thrusters at their limits give neither, and the heading swings for 10 s.
 /// Measured in `silence`, six seeds: 0.88 times the heading travel, and no overshoot of the largest speed beside 2.3 a
 /// run (thirty seeds: 0.17 a run); a law that turns calmly from rest too is 6 % farther off.
 fn steered(rung: Candidate, snapshot: &Snapshot, policy: &Policy) -> Candidate {
-    let at_speed = policy.hard_turn_share * policy.planned_limits(&snapshot.limits).speed_max;
-    if rung.method != Method::SaturatedLos || snapshot.asc.surge <= at_speed {
+    if rung.method != Method::SaturatedLos {
         return rung;
     }
+    let craft = snapshot.craft_model();
+    let planned = policy.planned(craft).limits;
+    let at_speed = policy.hard_turn_share * planned.speed_max < snapshot.asc.surge;
+    let rate = if at_speed {
+        planned.turn_rate_max
+    } else {
+        craft.limits.turn_rate_max
+    };
     Candidate {
-        reference: calmed(within_reach(rung.reference, snapshot), snapshot, policy),
+        reference: slew_limited(rung.reference, snapshot, policy, rate),
         ..rung
     }
 }
@@ -221,34 +264,29 @@ fn tuning(law: LosLaw, policy: &Policy) -> LosTuning {
     }
 }
 
-/// Whether the goal rests on a report that is too old to be forecast.
-fn goal_is_stale(snapshot: &Snapshot, policy: &Policy) -> bool {
-    let named = snapshot.goal.vehicles();
-    named
-        .filter_map(|id| snapshot.auv_and_estimate(id))
-        .any(|(_, estimate)| estimate.state.age > policy.report_age_max)
-}
-
 /// The program's own rung.
 fn planned(horizon: &Horizon, way: Way, snapshot: &Snapshot, policy: &Policy, ways: &Ways) -> Candidate {
     let next = horizon.trajectory(&ways[way.number]).nth(1);
     let next = next.expect("a horizon has an interval");
-    let bias = horizon.surge_bias;
     let surge = horizon.start.velocity.x;
-    let later = stage_at(horizon, &ways[way.number], 0, COURSE_LAG).velocity;
+    let craft = policy.planned(snapshot.craft_model());
+    let lead = craft.course_lag() + HALF_HOLD;
+    let later = stage_at(horizon, &ways[way.number], 0, lead).velocity;
     let next = TrajectoryPoint {
         heading: if later.norm() < SPEED_WITHOUT_DIRECTION {
             next.heading
         } else {
             Heading::new(snapshot.asc.heading.radians() + angle_of(&later))
         },
+        speed: stage_at(horizon, &ways[way.number], 0, speed_lead(&craft))
+            .velocity
+            .norm(),
         ..next
     };
-    let limits = policy.planned_limits(&snapshot.limits);
-    let asked = invert_response(surge, &next, policy.steps[0], bias, &limits);
+    let asked = invert_response(surge, &next, craft.surge_bias, &craft);
     Candidate {
         method: Method::Mpc,
-        reference: calmed(within_reach(asked, snapshot), snapshot, policy),
+        reference: slew_limited(asked, snapshot, policy, craft.limits.turn_rate_max),
         way,
     }
 }
@@ -264,16 +302,17 @@ fn previous_plan(
     let passes::Sheets { ways, rollout, .. } = sheets;
     let way = ways.add(horizon.stages_along(points));
     follow(horizon, &ways[way], snapshot, policy, rollout);
+    let craft = policy.planned(snapshot.craft_model());
+    let lead = craft.course_lag() + HALF_HOLD;
     let next = TrajectoryPoint {
-        heading: point_at(points, snapshot.time + COURSE_LAG).heading,
-        ..point_at(points, snapshot.time + FOLLOW_LEAD)
+        heading: point_at(points, snapshot.time + lead).heading,
+        ..point_at(points, snapshot.time + speed_lead(&craft))
     };
-    let (surge, bias) = (horizon.start.velocity.x, horizon.surge_bias);
-    let limits = policy.planned_limits(&snapshot.limits);
-    let asked = invert_response(surge, &next, FOLLOW_LEAD, bias, &limits);
+    let surge = horizon.start.velocity.x;
+    let asked = invert_response(surge, &next, craft.surge_bias, &craft);
     Some(Candidate {
         method: Method::PreviousPlan,
-        reference: calmed(within_reach(asked, snapshot), snapshot, policy),
+        reference: slew_limited(asked, snapshot, policy, craft.limits.turn_rate_max),
         way: rolled_out(horizon, way, rollout),
     })
 }
@@ -298,7 +337,12 @@ fn hold(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon, sheets: &mut pa
         },
     };
     let passes::Sheets { ways, rollout, .. } = sheets;
-    horizon.roll_out(snapshot, policy, |_, asc, _| law(asc.heading), rollout);
+    horizon.roll_out(
+        snapshot.craft_model(),
+        policy,
+        |_, asc, _| law(asc.heading),
+        rollout,
+    );
     let way = ways.add(rollout.stages.iter().copied());
     Candidate {
         method: Method::Hold,

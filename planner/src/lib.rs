@@ -24,6 +24,8 @@ pub mod angle;
 mod answer;
 pub mod certificate;
 pub mod clairvoyant;
+mod common_point;
+pub mod craft;
 pub mod estimate;
 mod follower;
 pub mod forecast;

@@ -6,14 +6,10 @@ use crate::{
     answer::{Predicted, SoftLimit, Subject, Violation},
     horizon::Horizon,
     policy::Weights,
-    program::Disc,
+    program::{Disc, Range},
     response::{Rollout, Stage, Waypoint},
+    surroundings::Standing,
 };
-
-/// Quadratic surge drag by which propulsion energy is predicted, N/(m/s)²: the MEDUSA class's.
-///
-/// Source: public parameters of the craft of the Institute for Systems and Robotics, Lisbon.
-pub(crate) const SURGE_DRAG: f64 = 27.5;
 
 /// A violation below this is rounding, m.
 const NOTICEABLE: f64 = 1e-3;
@@ -36,11 +32,48 @@ pub(crate) fn predict(horizon: &Horizon, rollout: &Rollout, weights: &Weights) -
         rollout,
         merit: &mut predicted.merit,
     };
-    let [range] = pricing.add([SoftLimit::AcousticRange], weights.range_slack);
-    let [area] = pricing.add([SoftLimit::Area], weights.area_slack);
-    let around_discs = [SoftLimit::KeepOut, SoftLimit::SurfacingSeparation];
+    let [named] = pricing.add([Limit::NamedRange], weights.range_slack);
+    let [other] = pricing.add([Limit::OtherRange], weights.other_range_slack);
+    let [area] = pricing.add([Limit::Area], weights.area_slack);
+    let around_discs = [Limit::KeepOut, Limit::SurfacingSeparation];
     let [keep_out, separation] = pricing.add(around_discs, weights.keep_out_slack);
+    let [given_up] = pricing.add([Limit::RangeGivenUp], (0.0, 0.0));
+    let range = worse(worse(named, other), given_up);
     (predicted, [range, area, keep_out, separation])
+}
+
+/// Limits of position, as they are priced.
+#[derive(Clone, Copy)]
+enum Limit {
+    /// Ranges of the AUVs that the goal names.
+    NamedRange,
+    /// Ranges of the others.
+    OtherRange,
+    /// Of these, ranges that cannot be kept.
+    RangeGivenUp,
+    Area,
+    KeepOut,
+    SurfacingSeparation,
+}
+
+impl Limit {
+    fn broken(self) -> SoftLimit {
+        match self {
+            Self::NamedRange | Self::OtherRange | Self::RangeGivenUp => SoftLimit::AcousticRange,
+            Self::Area => SoftLimit::Area,
+            Self::KeepOut => SoftLimit::KeepOut,
+            Self::SurfacingSeparation => SoftLimit::SurfacingSeparation,
+        }
+    }
+}
+
+/// The one of two that is broken by more.
+fn worse(a: Option<Violation>, b: Option<Violation>) -> Option<Violation> {
+    match (a, b) {
+        (Some(first), Some(second)) if first.amount < second.amount => b,
+        (Some(_), _) => a,
+        (None, _) => b,
+    }
 }
 
 /// Adds the price of broken limits to a merit.
@@ -53,7 +86,7 @@ struct Pricing<'a> {
 impl Pricing<'_> {
     /// Adds the price of `limits`, and answers the worst of each. They share a slack, so that only the one of them
     /// that is broken most has its price.
-    fn add<const N: usize>(&mut self, limits: [SoftLimit; N], slack_price: (f64, f64)) -> Broken<N> {
+    fn add<const N: usize>(&mut self, limits: [Limit; N], slack_price: (f64, f64)) -> Broken<N> {
         let (linear, quadratic) = slack_price;
         let mut broken: Broken<N> = [None; N];
         for interval in self.rollout.way.chunk_by(|a, b| a.stage == b.stage) {
@@ -64,7 +97,7 @@ impl Pricing<'_> {
                 slack = slack.max(amount);
                 if NOTICEABLE < amount && worst.is_none_or(|worst| worst.amount < amount) {
                     *worst = Some(Violation {
-                        limit,
+                        limit: limit.broken(),
                         about,
                         time: self.horizon.time(interval[0].stage),
                         amount,
@@ -78,7 +111,7 @@ impl Pricing<'_> {
 }
 
 /// By how much a limit of position is broken at a place; 0 where it is kept.
-fn excess(horizon: &Horizon, limit: SoftLimit, place: &Waypoint) -> Excess {
+fn excess(horizon: &Horizon, limit: Limit, place: &Waypoint) -> Excess {
     let around = &horizon.surroundings;
     let (k, share) = (place.stage, place.share);
     let number = |numbers: &[f64]| numbers[k - 1] + share * (numbers[k] - numbers[k - 1]);
@@ -88,18 +121,20 @@ fn excess(horizon: &Horizon, limit: SoftLimit, place: &Waypoint) -> Excess {
         let amount = number(&disc.radii) - distance(&disc.centres);
         (amount, Some(subject))
     };
+    let too_far = |(subject, range): (Subject, &Range)| {
+        let amount = distance(&range.centres) - number(&range.radii);
+        (amount, Some(subject))
+    };
     match limit {
-        SoftLimit::AcousticRange => most(around.ranges().map(|(subject, range)| {
-            let amount = distance(&range.centres) - number(&range.radii);
-            (amount, Some(subject))
-        })),
-        SoftLimit::Area => most(around.edges.iter().map(|edge| {
+        Limit::NamedRange => most(around.ranges(Standing::Named).map(too_far)),
+        Limit::OtherRange => most(around.ranges(Standing::Other).map(too_far)),
+        Limit::RangeGivenUp => most(around.ranges(Standing::GivenUp).map(too_far)),
+        Limit::Area => most(around.edges.iter().map(|edge| {
             let amount = edge.normal.dot(&place.position) - edge.offset;
             (amount, None)
         })),
-        SoftLimit::KeepOut => most(around.keep_outs().map(too_near)),
-        SoftLimit::SurfacingSeparation => most(around.separations().map(too_near)),
-        SoftLimit::ForwardSpeed | SoftLimit::TurnRate => (0.0, None),
+        Limit::KeepOut => most(around.keep_outs().map(too_near)),
+        Limit::SurfacingSeparation => most(around.separations().map(too_near)),
     }
 }
 
@@ -121,7 +156,7 @@ fn track(horizon: &Horizon, stages: &[Stage], weights: &Weights) -> Predicted {
         let cost = horizon
             .surroundings
             .excess_of_worst_range(k, &stage.position, &goal.position);
-        let power = SURGE_DRAG * stage.velocity.norm().powi(3);
+        let power = horizon.power.at(stage.velocity.norm());
         (error, cost.unwrap_or(error), relative, power)
     };
     let mut last = miss(0);

@@ -175,21 +175,24 @@ impl Optimiser<'_> {
             ..
         } = &mut *self.sheets;
         given.state(horizon, snapshot, policy, &ways[way]);
-        let limits = policy.planned_limits(&snapshot.limits);
+        let craft = policy.planned(snapshot.craft_model());
         let pass = Pass {
             steps: &policy.steps,
             velocity: horizon.start.velocity,
+            acceleration: horizon.acceleration(),
+            course_lag: craft.course_lag(),
             current: horizon.current,
             goal: &given.goal,
             goal_velocity: &given.goal_velocity,
             directions: &given.directions,
-            limits: &limits,
+            limits: &craft.limits,
             surge_bias: &given.surge_bias,
             ranges: &given.around.ranges,
             discs: &given.around.discs,
             edges: &given.around.edges,
             worst: &given.around.worst,
             weights: &horizon.weights,
+            power: craft.power,
         };
         let program = restated(programs, &pass);
         (self.solve)(program, solution);
@@ -257,7 +260,7 @@ impl Given {
         let fastest = GOAL_REACH * snapshot.limits.speed_max;
         let slow = |motion: &Motion| (motion.velocity - horizon.current).cap_magnitude(fastest);
         refill(&mut self.goal_velocity, horizon.goal.iter().map(slow));
-        let biases = surge_biases(horizon.surge_bias, stages, &policy.steps, &snapshot.limits);
+        let biases = surge_biases(stages, &policy.steps, snapshot.craft_model());
         refill(&mut self.surge_bias, biases);
         self.around.copy_from(&horizon.surroundings);
         self.around.keep_clear(policy.keep_out_margin);

@@ -1,6 +1,8 @@
 //! Every tuned number of the planner, once.
 
 use crate::{
+    craft::CraftModel,
+    estimate::Estimate,
     goal::GoalForecast,
     los::LosGains,
     snapshot::{Limits, Snapshot},
@@ -30,7 +32,7 @@ pub struct Policy {
     /// Farthest that a previous plan may lead past the craft and still be its plan, m: what 10 s at full
     /// speed on a wrong course amount to.
     pub previous_plan_miss_max: f64,
-    /// Oldest report of an AUV that the goal may rest on, s.
+    /// Oldest report of an AUV that the goal may rest on, and limits about it count, s.
     pub report_age_max: f64,
     /// Least share of its weight that a distance to the goal keeps, however doubtful the goal is; 1 leaves doubt without
     /// weight.
@@ -75,8 +77,12 @@ pub struct Weights {
     pub terminal_velocity: f64,
     /// Propulsion energy, 1/J; where it is 0, the program has no energy in it.
     pub energy: f64,
-    /// Linear and quadratic price of being where no acoustic range is, per metre, m² and stage.
+    /// Linear and quadratic price of being where no acoustic range is to an AUV that the goal names, per metre, m² and
+    /// stage.
     pub range_slack: (f64, f64),
+    /// The same for the others. A metre towards one is at most a metre away from another, so that no range of these is
+    /// kept at the price of the first: whatever they are broken by, a metre costs less here.
+    pub other_range_slack: (f64, f64),
     /// Of leaving the area.
     pub area_slack: (f64, f64),
     /// Of entering a keep-out disc.
@@ -87,16 +93,26 @@ pub struct Weights {
 }
 
 impl Policy {
-    /// What is asked of a craft that can do `limits`: a little less.
+    /// What is asked of `craft`: a little less than it can do.
     #[must_use]
-    pub fn planned_limits(&self, limits: &Limits) -> Limits {
-        Limits {
-            // The least gap that a request may leave stays.
-            speed_max: (self.speed_share * limits.speed_max)
-                .max(limits.speed_max.min(limits.speed_min + SPEED_GAP)),
-            turn_rate_max: limits.turn_rate_max.min(self.heading_rate_max),
-            ..limits.clone()
+    pub fn planned(&self, craft: &CraftModel) -> CraftModel {
+        let limits = &craft.limits;
+        CraftModel {
+            limits: Limits {
+                // The least gap that a request may leave stays.
+                speed_max: (self.speed_share * limits.speed_max)
+                    .max(limits.speed_max.min(limits.speed_min + SPEED_GAP)),
+                turn_rate_max: limits.turn_rate_max.min(self.heading_rate_max),
+                ..*limits
+            },
+            ..*craft
         }
+    }
+
+    /// Whether an AUV was last heard of so long ago that no goal may rest on it, and no limit needs to.
+    #[must_use]
+    pub fn is_stale(&self, estimate: &Estimate) -> bool {
+        estimate.state.age > self.report_age_max
     }
 
     /// The weights for a plan on `snapshot` with `goal`: those of the policy, less what the doubt of the goal takes.
@@ -108,7 +124,10 @@ impl Policy {
         let doubt = snapshot
             .goal
             .vehicles()
-            .filter_map(|id| snapshot.auv_and_estimate(id)?.1.position_sigma())
+            .filter_map(|id| snapshot.auv_and_estimate(id))
+            // Of one in turn that is not heard of any more, nothing is known that could be doubted.
+            .filter(|(_, estimate)| !self.is_stale(estimate))
+            .filter_map(|(_, estimate)| estimate.position_sigma())
             .fold(0.0, f64::max);
         let distance = (goal.at(0.0).position - snapshot.asc.position).norm();
         self.weights.in_doubt(distance, doubt, self.doubtful_share)
@@ -188,6 +207,7 @@ impl Default for Weights {
             terminal_velocity: 150.0,
             energy: 0.0,
             range_slack: (1.0e4, 1.0e2),
+            other_range_slack: (5.0e3, 0.0),
             area_slack: (3.0e4, 1.0e2),
             keep_out_slack: (1.0e5, 1.0e2),
             slack: (1.0e5, 1.0e3),

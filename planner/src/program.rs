@@ -16,6 +16,7 @@
 use nalgebra::Vector2;
 
 use crate::{
+    craft::PropulsionPower,
     policy::Weights,
     snapshot::Limits,
     solve::StandardForm,
@@ -62,6 +63,10 @@ pub struct Pass<'a> {
     pub steps: &'a [f64],
     /// Velocity through the water now, v_0, m/s.
     pub velocity: Vector2<f64>,
+    /// Acceleration through the water until now a_{−1}, m/s².
+    pub acceleration: Vector2<f64>,
+    /// By how much the direction of travel is behind a heading reference that turns T, s.
+    pub course_lag: f64,
     /// Current v_c, m/s.
     pub current: Vector2<f64>,
     /// Goal positions r_0 … r_N, m.
@@ -74,7 +79,7 @@ pub struct Pass<'a> {
     pub limits: &'a Limits,
     /// Acceleration that the surge loop gives unasked at the start of each interval, m/s².
     pub surge_bias: &'a [f64],
-    /// AUVs to stay within acoustic range of.
+    /// AUVs to stay within acoustic range of, those that the goal names first.
     pub ranges: &'a [Range],
     /// Discs to stay out of.
     pub discs: &'a [Disc],
@@ -84,6 +89,8 @@ pub struct Pass<'a> {
     pub worst: &'a [Member],
     /// Weights of the cost.
     pub weights: &'a Weights,
+    /// What energy there is a price for.
+    pub power: PropulsionPower,
 }
 
 /// Horizontal distance to keep within of an AUV, at stages 0 … N.
@@ -93,6 +100,8 @@ pub struct Range {
     pub centres: Vec<Vector2<f64>>,
     /// Farthest horizontal distance, m, never negative.
     pub radii: Vec<f64>,
+    /// Whether the goal names the AUV.
+    pub named: bool,
 }
 
 /// A disc to stay out of, at stages 0 … N; it may move, as an AUV that surfaces does.
@@ -151,6 +160,7 @@ impl Pass<'_> {
         Layout {
             n_stages: self.steps.len(),
             n_ranges: self.ranges.len(),
+            n_other_ranges: self.ranges.iter().filter(|range| !range.named).count(),
             n_discs: self.discs.len(),
             n_edges: self.edges.len(),
             n_worst: self.worst.len(),

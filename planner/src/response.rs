@@ -4,153 +4,60 @@
 use nalgebra::Vector2;
 
 use crate::{
-    angle::{Heading, ned_from_body, wrap},
-    horizon::{point_at, previous_points},
+    angle::{Heading, wrap},
+    craft::CraftModel,
     los::{AscNow, Reference},
-    policy::Policy,
-    snapshot::{Limits, Snapshot},
+    snapshot::Snapshot,
 };
 
 /// Longest interval at which a rolled-out law looks again, s: the rate at which plans are asked for.
 const LAW_INTERVAL: f64 = 1.0;
 
-/// Time constant of the yaw loop to a step of its reference, s, as a rollout has it: a follower that leads by as much
-/// goes where the plan goes, as the craft does that is given [`COURSE_LAG`].
-///
-/// 2 ζ / ωn of the MEDUSA-class loop, ζ = 0.8 and ωn = 1.6 rad/s.
-pub(crate) const YAW_LAG: f64 = 1.0;
-
-/// By how much the bow is behind a heading reference that turns, s: [`YAW_LAG`], and half of the second for which a
-/// reference is held.
-pub(crate) const HEADING_LAG: f64 = YAW_LAG + 0.5;
-
-/// By how much the direction of travel is behind a heading reference that turns, s: [`HEADING_LAG`], and by how much the
-/// direction of travel is behind the bow, m_u / d_v of the MEDUSA class, 50 kg and 55.1 kg/s.
-///
-/// ```text
-/// d_v v = −m_u u r, and so β = v/u = −(m_u / d_v) r
-/// ```
-/// With 1 s in its place, a craft that follows a lawn-mower turns later than planned: measured, its settled distance
-/// from the AUV is 1.6 to 2.3 times as large.
-pub(crate) const COURSE_LAG: f64 = HEADING_LAG + 0.9;
-
-/// Time constant with which what the surge loop gives unasked follows what the craft does, s.
-///
-/// k_p / k_i of the MEDUSA-class loop, 26 N/(m/s) and 3 N/m; the Otter-class loop has nearly the same.
-pub const SURGE_BIAS_TIME: f64 = 26.0 / 3.0;
-
-/// Largest bias, as a multiple of the weaker acceleration limit: beyond it an estimate is taken for an error.
-const SURGE_BIAS_MOST: f64 = 1.5;
-
-/// Part of what a measured bias differs from the expected one that is believed. Waves and a log's noise make
-/// accelerations that are no bias: measured in rough water and with an unknown current, the craft spends a tenth and a
-/// fifth less energy than with the whole.
-const SURGE_BIAS_TRUST: f64 = 0.1;
-
-/// Part of the velocity that the plan before foresaw in the one that is believed.
-const PLANNED_SHARE: f64 = 0.8;
-
-/// A velocity farther than this from the planned one is no noise, m/s: three standard deviations of waves and log
-/// together, 0.1 m/s in a rough sea.
-const UNFORESEEN_MAX: f64 = 0.3;
-
-/// Ages of a previous plan from which the acceleration since then can be told, s.
-const SURGE_BIAS_INTERVAL: std::ops::RangeInclusive<f64> = 0.2..=2.0;
-
-/// Acceleration that the surge loop gives unasked, m/s²: its integrator less the drag. It is what the
-/// craft did since the previous plan beyond what that plan's speed reference explains, averaged with what that plan
-/// makes expect; 0 where there is no such plan.
-///
-/// ```text
-/// b  = b⁺ + 0.1 (b_m − b⁺),      b⁺ after b⁻ as in `bias_after`, with the measured acceleration
-/// b_m = (u − u⁻)/Δ − clamp((u_ref⁻ − (u + u⁻)/2)/τ, −a_dec, a_acc)
-/// ```
-/// Without it a loop that has wound up over a long acceleration overshoots: measured on the MEDUSA
-/// class with drag feed-forward, a catch-up over 14 m passed its target by 6.6 m.
-#[must_use]
-pub fn surge_bias(snapshot: &Snapshot) -> f64 {
-    let limits = &snapshot.limits;
-    let estimate = || {
-        let previous = snapshot.previous_plan.as_ref()?;
-        let (memory, then) = (previous.surge_memory?, previous.trajectory.first()?.time);
-        let elapsed = snapshot.time - then;
-        let (least, most) = SURGE_BIAS_INTERVAL.into_inner();
-        if elapsed < least {
-            return memory.bias.filter(|_| 0.0 <= elapsed);
-        }
-        let (u, u_before) = (snapshot.asc.surge, memory.surge);
-        let asked = (memory.reference - 0.5 * (u + u_before)) / limits.surge_lag.max(0.5 * elapsed);
-        let explained = asked.clamp(-limits.deceleration_max, limits.acceleration_max);
-        let acceleration = (u - u_before) / elapsed;
-        let measured = acceleration - explained;
-        let expected = |bias| bias_after(elapsed, within(bias, limits), acceleration, limits);
-        match memory.bias.map(expected) {
-            // One speed reference explains no more than a second or two.
-            Some(expected) if most < elapsed => (elapsed < SURGE_BIAS_TIME).then_some(expected),
-            Some(expected) => Some(expected + SURGE_BIAS_TRUST * (measured - expected)),
-            None => (elapsed <= most).then_some(measured),
-        }
-    };
-    within(estimate().unwrap_or(0.0), limits)
-}
+/// Half of the time for which a reference is held, s: plans are asked for once a second.
+pub(crate) const HALF_HOLD: f64 = 0.5;
 
 /// The bias an interval later, m/s²: the loop's integral part gathers what its proportional part, `acceleration − bias`,
-/// asks for.
+/// asks for. Without an integrator the bias stays.
 ///
 /// ```text
-/// ḃ = (a − b) / T
+/// ḃ = (a − b) / T_i
 /// ```
-fn bias_after(dt: f64, bias: f64, acceleration: f64, limits: &Limits) -> f64 {
+fn bias_after(dt: f64, bias: f64, acceleration: f64, craft: &CraftModel) -> f64 {
+    let (limits, most) = (&craft.limits, craft.surge_bias_max());
+    let Some(integral_time) = craft.integral_time else {
+        return bias;
+    };
     let asked = (acceleration - bias).clamp(-limits.deceleration_max, limits.acceleration_max);
-    within(bias + asked * (1.0 - (-dt / SURGE_BIAS_TIME).exp()), limits)
+    (bias + asked * (1.0 - (-dt / integral_time).exp())).clamp(-most, most)
 }
 
-/// A bias that a loop may have.
-fn within(bias: f64, limits: &Limits) -> f64 {
-    let most = SURGE_BIAS_MOST * limits.acceleration_max.min(limits.deceleration_max);
-    bias.clamp(-most, most)
+/// The bias at the stages of a way, m/s²: the craft's first, then what the way's own accelerations make of it.
+pub(crate) fn surge_biases(stages: &[Stage], steps: &[f64], craft: &CraftModel) -> impl Iterator<Item = f64> {
+    let later = stages
+        .windows(2)
+        .zip(steps)
+        .scan(craft.surge_bias, |bias, (pair, dt)| {
+            let acceleration = (pair[1].velocity.norm() - pair[0].velocity.norm()) / dt;
+            *bias = bias_after(*dt, *bias, acceleration, craft);
+            Some(*bias)
+        });
+    std::iter::once(craft.surge_bias).chain(later)
 }
 
-/// The bias at the stages of a way, m/s²: `bias` first, then what the way's own accelerations make of it.
-pub(crate) fn surge_biases(
-    bias: f64,
-    stages: &[Stage],
-    steps: &[f64],
-    limits: &Limits,
-) -> impl Iterator<Item = f64> {
-    let later = stages.windows(2).zip(steps).scan(bias, |bias, (pair, dt)| {
-        let acceleration = (pair[1].velocity.norm() - pair[0].velocity.norm()) / dt;
-        *bias = bias_after(*dt, *bias, acceleration, limits);
-        Some(*bias)
-    });
-    std::iter::once(bias).chain(later)
-}
-
-/// Velocity through the water (ahead, starboard) that a plan starts from, m/s: between what the craft measures
-/// and what the plan before has it at now, where that plan is a second old and the two are not far apart.
+/// Velocity through the water (ahead, starboard) that a plan starts from, m/s: the filtered surge, and a sway between the
+/// measured one and what the yaw rate makes of it.
 ///
 /// Waves, a log's noise and the swing of the bow in them are over before a plan could answer them; what a plan made of
-/// them asks for is noise. What the plan before did not foresee is believed by a fifth, and by two thirds 4 s later.
-/// Measured with an unknown current and noisy sensors, the heading travels 0.65 times as far with a half, and 0.87 times
-/// as far again with a fifth.
+/// them asks for is noise.
 #[must_use]
-pub fn believed_velocity(snapshot: &Snapshot, policy: &Policy) -> Vector2<f64> {
-    let measured = Vector2::new(snapshot.asc.surge, snapshot.asc.sway);
-    let planned = || {
-        let points = previous_points(snapshot, policy)?;
-        let now = point_at(points, snapshot.time);
-        let body_from_ned = ned_from_body(snapshot.asc.heading.radians()).transpose();
-        SURGE_BIAS_INTERVAL
-            .contains(&(snapshot.time - points[0].time))
-            .then(|| body_from_ned * now.heading.unit() * now.speed)
-    };
-    match planned() {
-        Some(planned) if (planned - measured).norm() < UNFORESEEN_MAX => {
-            measured.lerp(&planned, PLANNED_SHARE)
-        }
-        Some(_) | None => measured,
-    }
+pub fn velocity_now(snapshot: &Snapshot, yaw_rate: f64) -> Vector2<f64> {
+    let (surge, sway) = (snapshot.craft_estimate().surge.x, snapshot.asc.sway);
+    let drift = -snapshot.craft_model().sway_per_yaw_rate * surge * yaw_rate;
+    Vector2::new(surge, sway + DRIFT_SHARE * (drift - sway))
 }
+
+/// Part of the sway that the yaw rate makes in the one that a plan starts from.
+const DRIFT_SHARE: f64 = 0.8;
 
 /// Position and velocity through the water at one stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -193,18 +100,19 @@ pub struct Surge {
 /// A craft that does what a guidance law asks, as far as it can.
 #[derive(Clone, Copy, Debug)]
 pub struct Response<'a> {
-    /// What the craft can do.
-    pub limits: &'a Limits,
+    /// How the craft answers.
+    pub craft: &'a CraftModel,
     /// Current, m/s, in the frame of the stages.
     pub current: Vector2<f64>,
-    /// Acceleration that the surge loop gives unasked at the start, m/s².
-    pub surge_bias: f64,
+    /// Heading reference that the craft is following at the start, in the frame of the stages, where one is known.
+    pub heading_reference: Option<Heading>,
 }
 
 impl Response<'_> {
     /// Stages 0 … N of the craft that starts at `start` on `heading` and follows `law` over `steps`, and where it
-    /// is in between, in place of what `rollout` held. The law is asked once a second at most; it is told the time
-    /// since the start, s, the craft, and its surge.
+    /// is in between. They replace what `rollout` held. The law is asked once a second at most; it is told the time
+    /// since the start, s, the craft, and its surge. Its heading reference reaches the craft through the slew limiter that
+    /// every answer passes: it turns no faster than the craft.
     pub fn roll_out(
         &self,
         start: Stage,
@@ -220,8 +128,9 @@ impl Response<'_> {
         };
         let mut surge = Surge {
             speed: start.velocity.dot(&heading.unit()),
-            bias: self.surge_bias,
+            bias: self.craft.surge_bias,
         };
+        let mut followed = self.heading_reference;
         let Rollout { stages, way } = rollout;
         stages.clear();
         stages.push(start);
@@ -232,7 +141,15 @@ impl Response<'_> {
             let dt = step / n_parts;
             let (begin, end) = (time, time + step);
             while time < end - 0.5 * dt {
-                let reference = law(time, &asc, surge);
+                let asked = law(time, &asc, surge);
+                let slew = self.craft.limits.turn_rate_max * dt;
+                let reference = Reference {
+                    heading: followed.map_or(asked.heading, |from| {
+                        limited_heading(asked.heading, from, asc.heading, slew)
+                    }),
+                    ..asked
+                };
+                followed = Some(reference.heading);
                 (asc, surge) = self.after(dt, &asc, surge, &reference);
                 time += dt;
                 way.push(Waypoint {
@@ -251,14 +168,14 @@ impl Response<'_> {
 
     /// The craft and its speed an interval later, midpoint in position.
     fn after(&self, dt: f64, asc: &AscNow, surge: Surge, reference: &Reference) -> (AscNow, Surge) {
-        let limits = self.limits;
+        let (craft, limits) = (self.craft, &self.craft.limits);
         let Surge { speed, bias } = surge;
         // (u_ref − (u + u′)/2)/τ with u′ = u + a dt, solved for a.
-        let asked = (reference.speed - speed) / (limits.surge_lag.max(0.5 * dt) + 0.5 * dt);
+        let asked = (reference.speed - speed) / (craft.surge_lag().max(0.5 * dt) + 0.5 * dt);
         let acceleration = asked.clamp(-limits.deceleration_max, limits.acceleration_max) + bias;
         let (psi, psi_ref) = (asc.heading.radians(), reference.heading.radians());
-        let turn_rate =
-            (wrap(psi_ref - psi) / YAW_LAG.max(dt)).clamp(-limits.turn_rate_max, limits.turn_rate_max);
+        let turn_rate = (wrap(psi_ref - psi) / craft.heading_lag().max(dt))
+            .clamp(-limits.turn_rate_max, limits.turn_rate_max);
         let middle = Heading::new(psi + 0.5 * dt * turn_rate).unit();
         let velocity = middle * (speed + 0.5 * dt * acceleration) + self.current;
         let heading = Heading::new(psi + dt * turn_rate);
@@ -269,8 +186,24 @@ impl Response<'_> {
         };
         let surge = Surge {
             speed: speed + dt * acceleration,
-            bias: bias_after(dt, bias, acceleration, limits),
+            bias: bias_after(dt, bias, acceleration, craft),
         };
         (asc, surge)
     }
+}
+
+/// Farthest that a heading reference may be from the bow, rad: beyond half a turn a heading loop takes the other way round.
+const REFERENCE_AHEAD_MAX: f64 = 2.6;
+
+/// The heading reference that follows `from` on the way to `asked`, no farther than `slew`, rad. It turns the way that the
+/// bow has to turn, and stays on that side of it.
+///
+/// Limited about the *reference before*, not about the bow: a craft whose loop lags must be asked for what lies ahead of
+/// its bow by rate times lag, or it never turns as fast as it can.
+#[must_use]
+pub fn limited_heading(asked: Heading, from: Heading, bow: Heading, slew: f64) -> Heading {
+    let psi = bow.radians();
+    let ahead = wrap(from.radians() - psi);
+    let step = (wrap(asked.radians() - psi) - ahead).clamp(-slew, slew);
+    Heading::new(psi + (ahead + step).clamp(-REFERENCE_AHEAD_MAX, REFERENCE_AHEAD_MAX))
 }

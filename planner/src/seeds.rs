@@ -182,7 +182,7 @@ impl Seeds<'_> {
                 },
             }
         };
-        horizon.roll_out(self.snapshot, self.policy, law, self.rollout);
+        horizon.roll_out(self.snapshot.craft_model(), self.policy, law, self.rollout);
     }
 
     /// Slowly around a goal that stands still.
@@ -204,7 +204,7 @@ impl Seeds<'_> {
             let los = saturated_los(asc, &target, held, self.policy.los, limits);
             law(time, &target, asc, los)
         };
-        horizon.roll_out(self.snapshot, self.policy, law, self.rollout);
+        horizon.roll_out(self.snapshot.craft_model(), self.policy, law, self.rollout);
     }
 }
 

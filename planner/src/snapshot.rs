@@ -6,7 +6,9 @@ use nalgebra::Vector2;
 
 use crate::{
     angle::{Course, Heading, ned_from_body},
+    craft::{Craft, CraftDescription, CraftEstimate, CraftModel, Prior},
     estimate::Estimate,
+    los::Reference,
     path::Path,
 };
 
@@ -186,8 +188,8 @@ pub enum Offset {
     Path(Vector2<f64>),
 }
 
-/// What the surface craft can do, with its inner loops closed.
-#[derive(Clone, Debug, PartialEq)]
+/// What the operator allows the surface craft.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// Slowest speed reference through the water, m/s: below it the craft does not steer.
     pub speed_min: f64,
@@ -199,25 +201,25 @@ pub struct Limits {
     pub acceleration_max: f64,
     /// Largest deceleration, m/s², positive.
     pub deceleration_max: f64,
-    /// Time constant of the surge loop's answer to a small step of its reference, s.
-    pub surge_lag: f64,
 }
 
 impl Limits {
-    /// The MEDUSA-class craft that the project simulates, drag feed-forward on.
-    ///
-    /// Source: the simulated loop. 63 % of a step from 0.3 to 0.7 m/s take 2.5 s. Its clamped proportional part,
-    /// 26 N/(m/s) · 0.2 m/s, gives 50 kg 0.104 m/s² at rest, and 0.085 m/s² at 1.4 m/s, where the drag fed forward,
-    /// 0.15 s late (thruster lag, half a period), weighs like 11.5 kg more. What its integral part adds is a bias.
-    /// Measured on the distance over six missions after one AUV, with and without a current: 0.1 % more with 0.085 m/s²
-    /// than with 0.09 m/s², and with 0.10 m/s² 1.3 % more, for a sixth more energy.
+    /// No limit but a small craft's speeds: it may turn and gather way as it can.
+    pub const ANY: Self = Self {
+        speed_min: 0.05,
+        speed_max: 1.5,
+        turn_rate_max: 3.0,
+        acceleration_max: 5.0,
+        deceleration_max: 5.0,
+    };
+
+    /// What the simulated MEDUSA-class craft is allowed: all that its hull does.
     pub const MEDUSA: Self = Self {
         speed_min: 0.05,
         speed_max: 1.5,
         turn_rate_max: 0.3,
         acceleration_max: 0.09,
         deceleration_max: 0.09,
-        surge_lag: 2.5,
     };
 }
 
@@ -291,18 +293,6 @@ pub struct TrajectoryPoint {
     pub heading: Heading,
 }
 
-/// How the craft moved when a plan was made, and the speed that the plan told it: with what the craft did
-/// since, it tells how the surge loop is wound up.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SurgeMemory {
-    /// Surge speed through the water, m/s.
-    pub surge: f64,
-    /// Speed reference, m/s.
-    pub reference: f64,
-    /// Acceleration that the loop was taken to give unasked, m/s².
-    pub bias: Option<f64>,
-}
-
 /// What an earlier answer leaves to the next request: the planner itself remembers nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PreviousPlan {
@@ -310,12 +300,14 @@ pub struct PreviousPlan {
     pub trajectory: Vec<TrajectoryPoint>,
     /// The course of what the goal follows, its offset apart, when that last moved; held while it stands still.
     pub goal_course: Option<Course>,
-    /// How the craft moved then, and what it was told.
-    pub surge_memory: Option<SurgeMemory>,
-    /// Heading reference that it gave.
-    pub heading_reference: Option<Heading>,
+    /// Speed through the water and heading that it asked for.
+    pub reference: Option<Reference>,
+    /// The same as the craft was told, whatever its loops hold.
+    pub told: Option<Reference>,
     /// What the current (north, east) was taken for, m/s, where anything told it.
     pub current: Option<Vector2<f64>>,
+    /// What it knew of the craft.
+    pub craft: Option<CraftEstimate>,
     /// What it knew of the AUVs.
     pub targets: Vec<PreviousTarget>,
 }
@@ -357,8 +349,10 @@ pub struct Observation {
     pub offset: Option<Offset>,
     /// Current at the surface (north, east), m/s, where known.
     pub current: Option<Vector2<f64>>,
-    /// What the surface craft can do.
+    /// What the surface craft is allowed.
     pub limits: Limits,
+    /// What is said of how the surface craft answers its references.
+    pub craft: CraftDescription,
     /// Discs to keep out of.
     pub keep_outs: Vec<KeepOut>,
     /// Corners (north, east) of the convex area to stay in, m, in order either way round; empty for no limit. A
@@ -386,14 +380,16 @@ impl Observation {
     }
 
     /// Current (north, east), m/s: the one given, else what ground velocity less velocity through the water tell,
-    /// smoothed with what the previous plan took it for.
+    /// smoothed with what the previous plan took it for; else what positions and speed through the water told until then.
     #[must_use]
     pub fn known_current(&self) -> Option<Vector2<f64>> {
         let previous = self.previous_plan.as_ref();
-        self.current_after(previous.and_then(|previous| {
+        let known = self.current_after(previous.and_then(|previous| {
             let then = previous.trajectory.first()?.time;
-            previous.current.map(|current| (then, current))
-        }))
+            let young = self.asc.ground_velocity.is_some() || previous.craft.is_none();
+            previous.current.filter(|_| young).map(|current| (then, current))
+        }));
+        known.or_else(|| previous?.craft?.current_from_positions())
     }
 
     /// [`Observation::known_current`], the memory being a time on the snapshot's clock, s, and the current then.
@@ -448,9 +444,42 @@ pub struct Snapshot {
     observation: Observation,
     /// In the order of the observation's AUVs.
     estimates: Vec<Estimate>,
+    craft_prior: Prior,
+    craft_estimate: CraftEstimate,
+    craft: CraftModel,
 }
 
 impl Snapshot {
+    /// What the craft's loops are to be told so that it moves through the water as `reference` says.
+    #[must_use]
+    pub fn command(&self, reference: &Reference) -> Reference {
+        let (heading_held, speed_held) = self.craft_estimate.modes(&self.craft_prior);
+        let craft = Craft {
+            speed_held,
+            heading_held,
+            ..self.craft_prior.craft
+        };
+        craft.command(reference, &self.current())
+    }
+
+    /// What was told of the surface craft.
+    #[must_use]
+    pub fn craft_prior(&self) -> &Prior {
+        &self.craft_prior
+    }
+
+    /// What is known of the surface craft by how it answered.
+    #[must_use]
+    pub fn craft_estimate(&self) -> &CraftEstimate {
+        &self.craft_estimate
+    }
+
+    /// What the surface craft is taken for.
+    #[must_use]
+    pub fn craft_model(&self) -> &CraftModel {
+        &self.craft
+    }
+
     /// Where every AUV is taken to be, in the observation's order.
     #[must_use]
     pub fn estimates(&self) -> &[Estimate] {

@@ -7,13 +7,14 @@ use smallvec::SmallVec;
 
 use crate::{
     answer::Subject,
+    common_point::{Place, have_a_common_point},
     forecast::{AuvForecast, Motion},
     horizon::Horizon,
     policy::Policy,
     program::{Disc, Edge, Member, Range, starboard_of},
     refilled::refill,
     response::Stage,
-    snapshot::{Goal, KEEP_OUTS_MAX, Snapshot, VehicleId},
+    snapshot::{AUVS_MAX, Goal, KEEP_OUTS_MAX, Snapshot, VehicleId},
 };
 
 /// Radius of a disc that is not there, m: with any other number below 0 a disc would come and go at another share of
@@ -29,8 +30,22 @@ pub(crate) struct Surroundings {
     pub(crate) worst: Vec<Member>,
     /// The keep-outs by their place in the snapshot, in the order of the discs, of which they are the first.
     keep_outs: Vec<usize>,
-    /// The AUVs by their place in the snapshot, in the order of their ranges and of the discs after the keep-outs.
+    /// The AUVs by their place in the snapshot, in the order of their ranges and of the discs after the keep-outs: those
+    /// that the goal names first.
     auvs: Vec<usize>,
+    /// The AUVs whose range cannot be kept, by their place in the snapshot, ascending.
+    pub(crate) range_unattainable: Vec<usize>,
+}
+
+/// How a limit of acoustic range stands among the others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Standing {
+    /// About an AUV that the goal names.
+    Named,
+    /// About another.
+    Other,
+    /// About another, which is told to be broken and costs nothing: it cannot be kept.
+    GivenUp,
 }
 
 impl Surroundings {
@@ -47,6 +62,17 @@ impl Surroundings {
         sort(&mut self.keep_outs, centres, horizon);
         let positions = forecasts.iter().map(|forecast| forecast.at(0.0).position);
         sort(&mut self.auvs, positions, horizon);
+        // Where one is that was not heard of for long, nothing can be kept to.
+        self.auvs
+            .retain(|auv| !policy.is_stale(&snapshot.estimates()[*auv]));
+        let named = |auv: usize| {
+            let id = &snapshot.auvs[auv].id;
+            snapshot.goal.vehicles().any(|named| named == id)
+        };
+        let first = self.auvs.iter().filter(|auv| named(**auv));
+        let others = self.auvs.iter().filter(|auv| !named(**auv));
+        let order: SmallVec<[usize; AUVS_MAX]> = first.chain(others).copied().collect();
+        refill(&mut self.auvs, order);
 
         self.restate_discs(snapshot, horizon, forecasts);
         let n_ranges = snapshot.range_max.map_or(0, |_| self.auvs.len());
@@ -54,8 +80,10 @@ impl Surroundings {
         if let Some(range_max) = snapshot.range_max {
             for (range, auv) in self.ranges.iter_mut().zip(&self.auvs) {
                 stay_near(range, &forecasts[*auv], horizon, range_max, policy.range_doubt);
+                range.named = named(*auv);
             }
         }
+        self.give_up_what_cannot_be_kept(&horizon.goal[0].position);
         refill(&mut self.edges, edges(&snapshot.area, horizon));
         let counting = || {
             self.auvs
@@ -69,6 +97,34 @@ impl Surroundings {
             let depths = horizon.times.iter().map(|time| forecast.depth_at(*time));
             refill(&mut member.depths, depths);
         }
+    }
+
+    /// Finds out whose range cannot be kept now, and gives up the limits about those of them that the goal does not name:
+    /// half-way between what is out of range of either, a craft is no use to any.
+    ///
+    /// Of those that the goal names, that is whoever is out of range where the goal is met, if no place is in range of
+    /// all; of the others, the nearest to the goal first, whoever is in range of no place that is in range of all before.
+    fn give_up_what_cannot_be_kept(&mut self, goal: &Vector2<f64>) {
+        let place = |range: &Range| (range.centres[0], range.radii[0]);
+        let distance = |range: &Range| (range.centres[0] - goal).norm();
+        let n_named = self.ranges.iter().filter(|range| range.named).count();
+        let mut kept: SmallVec<[Place; AUVS_MAX]> = self.ranges[..n_named].iter().map(place).collect();
+        self.range_unattainable.clear();
+        if !have_a_common_point(&kept) {
+            let named = self.ranges[..n_named].iter().zip(&self.auvs);
+            let out_of_range = named.filter(|(range, _)| range.radii[0] < distance(range));
+            self.range_unattainable.extend(out_of_range.map(|(_, auv)| *auv));
+        }
+        let mut others: SmallVec<[usize; AUVS_MAX]> = (n_named..self.ranges.len()).collect();
+        others.sort_by(|a, b| distance(&self.ranges[*a]).total_cmp(&distance(&self.ranges[*b])));
+        for i in others {
+            kept.push(place(&self.ranges[i]));
+            if !have_a_common_point(&kept) {
+                kept.pop();
+                self.range_unattainable.push(self.auvs[i]);
+            }
+        }
+        self.range_unattainable.sort_unstable();
     }
 
     /// Keep-outs first, then the AUVs that may be at the surface.
@@ -108,6 +164,7 @@ impl Surroundings {
         for (range, other) in self.ranges.iter_mut().zip(&other.ranges) {
             range.centres.clone_from(&other.centres);
             range.radii.clone_from(&other.radii);
+            range.named = other.named;
         }
         self.discs.resize_with(other.discs.len(), Disc::default);
         for (disc, other) in self.discs.iter_mut().zip(&other.discs) {
@@ -123,11 +180,24 @@ impl Surroundings {
         }
         self.keep_outs.clone_from(&other.keep_outs);
         self.auvs.clone_from(&other.auvs);
+        self.range_unattainable.clone_from(&other.range_unattainable);
     }
 
-    /// The AUVs to stay in range of.
-    pub(crate) fn ranges(&self) -> impl Iterator<Item = (Subject, &Range)> {
-        self.auvs.iter().copied().map(Subject::Auv).zip(&self.ranges)
+    /// The AUVs whose ranges stand so.
+    pub(crate) fn ranges(&self, standing: Standing) -> impl Iterator<Item = (Subject, &Range)> {
+        let ranges = self.auvs.iter().zip(&self.ranges);
+        let of_it = ranges.filter(move |(auv, range)| self.standing(**auv, range) == standing);
+        of_it.map(|(auv, range)| (Subject::Auv(*auv), range))
+    }
+
+    fn standing(&self, auv: usize, range: &Range) -> Standing {
+        if range.named {
+            Standing::Named
+        } else if self.range_unattainable.contains(&auv) {
+            Standing::GivenUp
+        } else {
+            Standing::Other
+        }
     }
 
     /// The discs that a snapshot names.
@@ -163,11 +233,14 @@ impl Surroundings {
     pub(crate) fn bring_within(&mut self, reach: f64, goal: &[Motion], near_goal: &[Vector2<f64>]) {
         let far = 2.0 * reach;
         let near = self;
-        for range in &mut near.ranges {
+        for (i, range) in near.ranges.iter_mut().enumerate() {
+            let given_up = !range.named && near.range_unattainable.contains(&near.auvs[i]);
             for (centre, radius) in range.centres.iter_mut().zip(&mut range.radii) {
                 let beyond = (centre.norm() - far).max(0.0);
                 *centre = centre.cap_magnitude(far);
-                *radius = (*radius - beyond).clamp(0.0, 2.0 * far);
+                // A row that holds wherever the craft gets.
+                let at_least = if given_up { 2.0 * far } else { 0.0 };
+                *radius = (*radius - beyond).clamp(at_least, 2.0 * far);
             }
         }
         for disc in &mut near.discs {

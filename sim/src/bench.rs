@@ -16,6 +16,7 @@ mod queue;
 mod roster;
 mod score;
 pub mod statistics;
+pub mod strangers;
 #[cfg(test)]
 mod tests;
 mod variation;

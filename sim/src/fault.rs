@@ -25,6 +25,11 @@ pub enum FaultKind {
         /// The share, 0 to 1.
         share: f64,
     },
+    /// The surface craft's heading loop is slower by this factor, above 1.
+    SlowHeadingLoop(f64),
+    /// The surface craft's heading loop comes to rest this far to starboard of its reference, rad: a rudder that is
+    /// stuck, seen through the loop that works against it.
+    HeadingOffset(f64),
     /// The surface craft's GNSS receiver gives nothing.
     GnssOutage,
     /// The surface craft's clock is ahead, s.
@@ -75,6 +80,25 @@ impl Faults {
             }
         }
         health
+    }
+
+    /// By which factor the surface craft's heading loop is slower at `time` s. Factors multiply.
+    #[must_use]
+    pub fn heading_loop_slowed(&self, time: f64) -> f64 {
+        self.at(time).fold(1.0, |product, what| match what {
+            FaultKind::SlowHeadingLoop(factor) => product * factor,
+            _ => product,
+        })
+    }
+
+    /// How far to starboard of its reference the surface craft's heading loop comes to rest at `time` s, rad. Offsets
+    /// add up.
+    #[must_use]
+    pub fn heading_offset(&self, time: f64) -> f64 {
+        self.at(time).fold(0.0, |sum, what| match what {
+            FaultKind::HeadingOffset(offset) => sum + offset,
+            _ => sum,
+        })
     }
 
     /// Whether the surface craft's GNSS receiver works at `time` s.

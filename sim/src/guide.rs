@@ -84,10 +84,11 @@ impl Guide for LosGuide {
             current: current.unwrap_or_else(Vector2::zeros),
             ..AscNow::from(snapshot)
         };
+        let through_water = self
+            .tracking
+            .steer(snapshot.time, &asc, &target, &snapshot.limits);
         Ok(Guidance {
-            reference: self
-                .tracking
-                .steer(snapshot.time, &asc, &target, &snapshot.limits),
+            reference: snapshot.craft_prior().craft.command(&through_water, &asc.current),
             method: Method::from(self.tracking.law()),
             predicted_rms: None,
             solve_time: None,

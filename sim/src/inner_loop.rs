@@ -5,7 +5,7 @@ use crate::surface_craft::Drag;
 mod surface;
 mod underwater;
 
-pub use surface::SurfaceAutopilot;
+pub use surface::{AutopilotMemory, DELAY_PERIODS_MAX, HeadingLoop, Measured, SpeedSlew, SurfaceAutopilot};
 pub use underwater::{UnderwaterLoops, UnderwaterReference};
 
 /// Period of every inner loop, s. Also the integration step: inputs are held for exactly one step.
@@ -40,10 +40,21 @@ const ROUNDING: f64 = 1e-9;
 pub struct SurgeGains {
     /// Proportional gain k_p, N/(m/s).
     pub proportional: f64,
-    /// Integral gain k_i, N/m.
+    /// Integral gain k_i, N/m; 0 of a loop that is proportional alone.
     pub integral: f64,
     /// Largest speed error that the loop acts on ε_max, m/s.
     pub error_max: f64,
+    /// What its integral part does while the actuators are at their limits.
+    pub anti_windup: AntiWindup,
+}
+
+/// What an integral part does while the actuators give less than is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AntiWindup {
+    /// It goes on integrating, and has to be unwound afterwards.
+    Off,
+    /// It waits.
+    On,
 }
 
 impl SurgeGains {
@@ -79,8 +90,8 @@ impl SurgeLoop {
         gains.proportional * gains.error(reference, measured) + self.integral
     }
 
-    /// Integrates the error, unless the actuators at their limits give less than was `wanted` in the
-    /// error's direction, or more against it.
+    /// Integrates the error, with anti-windup unless the actuators at their limits give less than was
+    /// `wanted` in the error's direction, or more against it.
     ///
     /// `given` is what saturation leaves, whatever the reason: less thrust astern than ahead, or a moment
     /// that was served first. A dead zone is no such limit: integrating is what leads out of it, and what
@@ -88,7 +99,8 @@ impl SurgeLoop {
     fn integrate(&mut self, gains: &SurgeGains, reference: f64, measured: f64, wanted: f64, given: f64) {
         let error = gains.error(reference, measured);
         let withheld = wanted - given;
-        if withheld.abs() < ROUNDING || withheld * error <= 0.0 {
+        let free = withheld.abs() < ROUNDING || withheld * error <= 0.0;
+        if free || gains.anti_windup == AntiWindup::Off {
             self.integral += gains.integral * error * PERIOD;
         }
     }

@@ -13,7 +13,9 @@
 //! along their paths with [`path_following`] and [`dive`], in [`water`] that flows, under [`fault`]s; [`observe`]
 //! is the only gate from truth to knowledge; a [`guide`] answers; [`mission`] closes the loop; [`record`] and
 //! [`metrics`] are what remains; [`datum`] says where on Earth that was; [`tuning`] makes the compared law a
-//! strong one, [`regret`] sets any beside the best that its [`plant`] allows, and [`mod@bench`] all beside each other.
+//! strong one, [`regret`] sets any beside the best that its [`plant`] allows, and [`mod@bench`] all beside each other;
+//! [`strangers`] are missions for craft that nobody has met. [`trial`] puts a craft through the manoeuvres that show how it
+//! answers, and [`mod@identify`] learns it from the log.
 
 pub mod bench;
 pub mod datum;
@@ -22,6 +24,7 @@ pub mod diver;
 pub mod fault;
 mod goal;
 pub mod guide;
+pub mod identify;
 pub mod inner_loop;
 pub mod integrate;
 pub mod metrics;
@@ -32,7 +35,9 @@ pub mod plant;
 pub mod record;
 pub mod regret;
 pub mod scenario;
+pub mod strangers;
 pub mod surface_craft;
+pub mod trial;
 pub mod tuning;
 pub mod underwater_vehicle;
 pub mod water;

@@ -39,7 +39,7 @@ pub fn run(
 }
 
 /// [`run`] from `start`, whatever became of it since `scenario` and `seed` gave it.
-pub(crate) fn run_from(
+pub fn run_from(
     start: Start,
     scenario: &Scenario,
     guide: &mut dyn Guide,
@@ -75,7 +75,9 @@ impl Mission {
         Ok(Self::from_start(scenario.start(seed)?, scenario, guide, seed))
     }
 
-    fn from_start(start: Start, scenario: &Scenario, guide: &str, seed: u64) -> Self {
+    /// The mission from `start`, whatever became of it since `scenario` and `seed` gave it.
+    #[must_use]
+    pub fn from_start(start: Start, scenario: &Scenario, guide: &str, seed: u64) -> Self {
         let mut record = empty_record(scenario, &start, guide, seed);
         let ticks_max = whole_plans(start.duration);
         record.rows.reserve(ticks_max as usize);
@@ -184,7 +186,7 @@ fn empty_record(scenario: &Scenario, start: &Start, guide: &str, seed: u64) -> R
         origin: start.origin,
         settled_after: start.settled_after,
         contact_range: start.contact_range,
-        limits: start.limits.clone(),
+        limits: start.limits,
         plant: plant(scenario, &start.world),
         bounds: start.bounds.clone(),
         diver_ids: divers.iter().map(|diver| diver.id.to_string()).collect(),

@@ -6,10 +6,11 @@
 use nalgebra::Vector2;
 use planner::{
     angle::{Course, direction, ned_from_body},
+    craft::CraftDescription,
     snapshot::{
         Auv, AuvState, Dive, Evidence, Fallback, ForecastChoice, Goal, GroundTrack, HoldStyle,
-        InvalidObservation, KnownPath, LEG_HEIGHT_MIN, Limits, Observation, Offset, REPORT_AGE_MAX,
-        REPORT_SIGMA_MIN, Report, Snapshot,
+        InvalidObservation, KnownPath, LEG_HEIGHT_MIN, Limits, Observation, Offset, REPORT_SIGMA_MIN, Report,
+        Snapshot,
     },
 };
 
@@ -45,10 +46,14 @@ pub struct Briefing {
     pub offset: Option<Offset>,
     /// What it can do with its loops closed.
     pub limits: Limits,
+    /// What is said of how the craft answers its references.
+    pub craft: CraftDescription,
     /// Whether it is told the current where it is.
     pub current: bool,
     /// Whether it is told the underwater vehicles' paths and speeds, and how they dive.
     pub paths: bool,
+    /// Whether of all that it heard of an underwater vehicle it is told the newest message alone, as a state.
+    pub newest_as_state: bool,
     /// Where it is meant to stay, and how much energy it has; a snapshot has no place for the energy.
     pub bounds: Bounds,
 }
@@ -118,6 +123,11 @@ impl Observer {
         observer
     }
 
+    /// What the craft's guide is told beforehand.
+    pub fn briefing_mut(&mut self) -> &mut Briefing {
+        &mut self.briefing
+    }
+
     /// Listens for one inner-loop period.
     pub fn listen(&mut self, world: &World) {
         let (Some(acoustics), Some(craft)) = (&mut self.acoustics, &world.surface_craft) else {
@@ -177,10 +187,10 @@ impl Observer {
         self.own_error = asc.position - craft.position();
         let clock = time + world.faults.clock_offset(time);
         let briefing = &self.briefing;
-        let perfect = self.acoustics.is_none();
+        let as_state = self.acoustics.is_none() || briefing.newest_as_state;
         let auv = |(heard, diver): (&Heard, &Diver)| Auv {
             id: diver.id.clone(),
-            evidence: if perfect {
+            evidence: if as_state {
                 heard.state(clock)
             } else {
                 heard.reports(clock)
@@ -200,7 +210,8 @@ impl Observer {
             goal: briefing.goal.clone(),
             offset: briefing.offset,
             current: briefing.current.then_some(current),
-            limits: briefing.limits.clone(),
+            limits: briefing.limits,
+            craft: briefing.craft,
             keep_outs: briefing.bounds.keep_outs.clone(),
             area: briefing.bounds.area.clone(),
             range_max: briefing.bounds.range_max,
@@ -266,7 +277,7 @@ impl Heard {
             speed: emission.speed,
             turn_rate: emission.turn_rate,
             // A clock that is behind dates a message into the future: it can only be taken for new.
-            age: (clock - sent_at).clamp(0.0, REPORT_AGE_MAX),
+            age: (clock - sent_at).max(0.0),
             covariance: None,
         })
     }
@@ -274,8 +285,8 @@ impl Heard {
     /// All of it, as a snapshot takes it at time `clock` of the surface craft.
     fn reports(&self, clock: f64) -> Evidence {
         let report = |message: &Message| Report {
-            // As above; and what is older than a snapshot accepts is said to be as old as that.
-            time: message.sent_at.clamp(clock - REPORT_AGE_MAX, clock),
+            // As above.
+            time: message.sent_at.min(clock),
             position: message.emission.position,
             sigma: message.sigma.max(REPORT_SIGMA_MIN),
             depth: Some(message.emission.depth),

@@ -39,6 +39,7 @@ const BUILT_IN: &[(&str, &str)] = built_in![
     "silence",
     "silence-path",
     "noisy-fixes",
+    "fast-lawn-mower",
     "crowded",
     "rough-water",
     "faults",

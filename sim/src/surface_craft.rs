@@ -1,11 +1,17 @@
 //! The surface craft's hull: surge, sway and yaw under two stern thrusters.
 
 use nalgebra::{SVector, Vector2, Vector3};
-use planner::{angle::ned_from_body, snapshot::Limits};
+use planner::{
+    angle::ned_from_body,
+    craft::{CraftDescription, Preset},
+    snapshot::Limits,
+};
 
 use crate::inner_loop::{DragFeedForward, SurfaceAutopilot};
 
 mod otter;
+pub mod random;
+pub mod step_test;
 mod thrusters;
 
 pub use thrusters::{Thrust, ThrusterHealth, Thrusters};
@@ -42,7 +48,20 @@ impl SurfaceClass {
         }
     }
 
-    /// What it can do with its loops closed and drag feed-forward on, which the planner is told.
+    /// How it answers with its loops closed and drag feed-forward on, which the planner is told.
+    #[must_use]
+    pub fn craft(self) -> CraftDescription {
+        let name = match self {
+            Self::Medusa => "medusa",
+            Self::Otter => "otter",
+        };
+        CraftDescription {
+            preset: Preset::named(name),
+            ..CraftDescription::default()
+        }
+    }
+
+    /// What it is allowed, which the planner is told.
     #[must_use]
     pub fn limits(self) -> Limits {
         match self {
@@ -66,6 +85,13 @@ impl Drag {
     #[must_use]
     pub fn resistance(&self, velocity: f64) -> f64 {
         (self.linear + self.quadratic * velocity.abs()) * velocity
+    }
+
+    /// The speed at which it takes `load`, N or N m, not negative: m/s or rad/s.
+    #[must_use]
+    pub fn speed_against(&self, load: f64) -> f64 {
+        // 2 load / (d + √(d² + 4 d₂ load)) is the root that does not cancel where d₂ is small.
+        2.0 * load / (self.linear + (self.linear * self.linear + 4.0 * self.quadratic * load).sqrt())
     }
 }
 
@@ -160,6 +186,22 @@ impl SurfaceHull {
     pub fn cruising(&self, position: &Vector2<f64>, heading: f64, speed: f64) -> SurfaceState {
         let thrust = 0.5 * self.drag_surge.resistance(speed);
         SurfaceState::from([position.x, position.y, heading, speed, 0.0, 0.0, thrust, thrust])
+    }
+
+    /// Speed through the water flat out, straight ahead, m/s.
+    #[must_use]
+    pub fn speed_top(&self) -> f64 {
+        self.drag_surge.speed_against(2.0 * self.thrusters.ahead_max)
+    }
+
+    /// Slowest speed reference worth giving, m/s: its thrusters are well out of their dead zone there.
+    #[must_use]
+    pub fn speed_least(&self) -> f64 {
+        let margin = 2.0;
+        let out_of_dead_zone = self
+            .drag_surge
+            .speed_against(margin * 2.0 * self.thrusters.dead_zone);
+        out_of_dead_zone.max(Limits::MEDUSA.speed_min)
     }
 
     /// Acceleration (u̇, v̇, ṙ) in the body frame, m/s² and rad/s².

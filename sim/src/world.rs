@@ -1,12 +1,12 @@
 //! The vehicles and the water, moving in steps of one inner-loop period.
 
 use nalgebra::Vector2;
-use planner::los::Reference;
+use planner::{angle::Heading, los::Reference};
 
 use crate::{
     diver::Diver,
     fault::Faults,
-    inner_loop::{PERIOD, SurfaceAutopilot, SurgeLoop},
+    inner_loop::{AutopilotMemory, Measured, PERIOD, SurfaceAutopilot},
     integrate::rk4,
     surface_craft::{SurfaceHull, SurfaceInput, SurfaceState, ThrusterHealth},
     water::{Water, WaveAcceleration},
@@ -65,7 +65,15 @@ impl World {
                 current: self.water.current(&craft.position(), 0.0),
                 waves: self.water.wave_acceleration(),
             };
-            craft.step(reference, self.faults.thrusters(time), &sea);
+            let sound = craft.autopilot.heading;
+            craft.autopilot.heading = sound.slowed(self.faults.heading_loop_slowed(time));
+            let heading = reference.heading.radians() + self.faults.heading_offset(time);
+            let reference = Reference {
+                heading: Heading::new(heading),
+                ..*reference
+            };
+            craft.step(&reference, self.faults.thrusters(time), &sea);
+            craft.autopilot.heading = sound;
         }
         for (i, diver) in self.divers.iter_mut().enumerate() {
             let current = self.water.current(&diver.position(), diver.depth());
@@ -83,10 +91,10 @@ pub struct SurfaceCraft {
     pub hull: SurfaceHull,
     /// Its state.
     pub state: SurfaceState,
-    /// Gains of its autopilot.
+    /// Its autopilot.
     pub autopilot: SurfaceAutopilot,
-    /// What the autopilot's surge loop remembers.
-    pub surge: SurgeLoop,
+    /// What the autopilot remembers.
+    pub memory: AutopilotMemory,
     /// Propulsion energy since the start ∫ |T u| dt, J.
     pub energy: f64,
     /// Heading travel since the start ∫ |r| dt, rad.
@@ -94,22 +102,58 @@ pub struct SurfaceCraft {
 }
 
 /// The water around the surface craft during one period.
-struct Sea {
-    current: Vector2<f64>,
-    waves: WaveAcceleration,
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sea {
+    /// Current (north, east), m/s.
+    pub current: Vector2<f64>,
+    /// What the waves do.
+    pub waves: WaveAcceleration,
+}
+
+impl Sea {
+    /// Still water.
+    #[must_use]
+    pub fn calm() -> Self {
+        Self {
+            current: Vector2::zeros(),
+            waves: WaveAcceleration::default(),
+        }
+    }
 }
 
 impl SurfaceCraft {
+    /// A craft on a straight course at a steady `speed` through the water, m/s, its loops settled.
+    /// Position (north, east), m; heading ψ, rad.
+    #[must_use]
+    pub fn cruising(
+        hull: SurfaceHull,
+        autopilot: SurfaceAutopilot,
+        position: &Vector2<f64>,
+        heading: f64,
+        speed: f64,
+    ) -> Self {
+        Self {
+            hull,
+            state: hull.cruising(position, heading, speed),
+            autopilot,
+            memory: AutopilotMemory::settled_at(&autopilot, hull.drag_surge, speed, heading),
+            energy: 0.0,
+            heading_travel: 0.0,
+        }
+    }
+
     /// Position (north, east), m.
     #[must_use]
     pub fn position(&self) -> Vector2<f64> {
         self.state.fixed_rows::<2>(0).into_owned()
     }
 
-    fn step(&mut self, reference: &Reference, health: ThrusterHealth, sea: &Sea) {
+    /// Lets one inner-loop period pass.
+    pub fn step(&mut self, reference: &Reference, health: ThrusterHealth, sea: &Sea) {
+        let measured = Measured::of(&self.state, &sea.current);
         let command = self
             .autopilot
-            .command(&self.hull, &mut self.surge, &self.state, reference);
+            .command(&self.hull, &mut self.memory, &measured, reference);
         let thrust = self.hull.thrusters.steady(command, health);
         // The load that gives a free hull the motion of the waves.
         let waves = SurfaceInput {

@@ -2,12 +2,16 @@
 
 use std::{fs, path::Path};
 
-use planner::policy::Policy;
+use planner::{
+    craft::{CraftDescription, HeadingHeld, Integrator, SpeedHeld},
+    policy::Policy,
+};
 use sim::{
     guide::LosGuide,
     metrics::Metrics,
     mission::run,
     scenario::{Files, Scenario},
+    surface_craft::SurfaceClass,
 };
 
 fn folder() -> &'static Path {
@@ -252,6 +256,31 @@ fn what_a_mission_would_stumble_over_is_refused_before_it() {
             "path.waypoints = {points = [[0, 0], [10, 0], [10, 10]], fillet_m = 11}\n",
             "fillet",
         ),
+        (
+            "[water]",
+            "[surface_craft.craft]\npreset = \"ark\"\n[water]",
+            "surface_craft.craft.preset: there is no craft \"ark\"; there are ",
+        ),
+        (
+            "[water]",
+            "[surface_craft.craft]\nheading_loop = {delay_s = 11}\n[water]",
+            "craft.heading_loop.delay_s: 11 is outside 0 to 10 s",
+        ),
+        (
+            "[water]",
+            "[surface_craft.craft]\nheading_loop = {damping = 1}\n[water]",
+            "craft.heading_loop.damping: natural_frequency_radps and damping come together",
+        ),
+        (
+            "[water]",
+            "[surface_craft.craft]\nsurge_loop = {integrates = false, integral_time_s = 5}\n[water]",
+            "craft.surge_loop.integral_time_s: a loop that does not integrate",
+        ),
+        (
+            "[surface_craft.limits]",
+            "craft.surge_loop.time_constant_s = 2\n[surface_craft.limits]\nsurge_lag_s = 3",
+            "limits.surge_lag_s: surface_craft.craft.surge_loop.time_constant_s is given too",
+        ),
     ] {
         assert!(whole.contains(right), "{right}");
         let text = whole.replacen(right, wrong, 1);
@@ -361,4 +390,45 @@ fn a_vehicle_that_strayed_goes_on_where_it_left_and_not_in_the_next_lane() {
         (gamma - left_at).abs() < 45.0 && gamma < 100.0,
         "{left_at} and {gamma}"
     );
+}
+
+#[test]
+fn a_craft_table_is_what_the_planner_is_told_and_changes_no_draw() {
+    let told = |table: &str| {
+        let text = format!("{ALONE}{LINE}{CRAFT}{table}[water]\n");
+        let text = text.replacen("north_m = 0", "north_m = {uniform = [-5, 5]}", 1);
+        let scenario = Scenario::parse(&text, "my.toml", Files::default()).expect(table);
+        let start = scenario.start(3).expect("valid");
+        let position = start.world.surface_craft.expect("has one").position();
+        let mut observer = start.observer.expect("has one");
+        (observer.briefing_mut().craft, position)
+    };
+    let (truth, position) = told("");
+    assert_eq!(truth, SurfaceClass::Medusa.craft());
+    let (nothing, same) = told("[surface_craft.craft]\n");
+    assert_eq!((nothing, same), (CraftDescription::default(), position));
+    let (all, same) = told(
+        "[surface_craft.craft]\npreset = \"otter\"\nheading_loop = {time_constant_s = {uniform = [1, 3]}}\n\
+         surge_loop = {integrates = false, delay_s = 0.5}\npower = {cubic_w_per_mps3 = 20}\n\
+         heading_held = \"course\"\nspeed_held = \"over_ground\"\nrelative_uncertainty = 0.3\n",
+    );
+    assert_eq!(same, position);
+    assert_eq!(all.preset.map(|preset| preset.name), Some("otter"));
+    let drawn = all.heading_dynamics.expect("said").lag();
+    assert!((1.0..=3.0).contains(&drawn), "{drawn}");
+    assert_eq!(all.integrator, Some(Integrator::Absent));
+    assert_eq!(
+        (all.surge_delay, all.relative_uncertainty),
+        (Some(0.5), Some(0.3))
+    );
+    assert_eq!(
+        all.power.map(|power| (power.linear, power.cubic)),
+        Some((0.0, 20.0))
+    );
+    assert_eq!(all.heading_held, Some(HeadingHeld::Course));
+    assert_eq!(all.speed_held, Some(SpeedHeld::OverGround));
+    // The surge lag among the limits is a part of the description, and without it nothing of that is lost.
+    let (limited, _) = told("[surface_craft.limits]\nsurge_lag_s = 3\n");
+    assert_eq!(limited.surge_time_constant, Some(3.0));
+    assert_eq!(limited.preset, truth.preset);
 }

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::Vector2;
 use planner::{angle::Heading, los::Reference};
 use sim::{
-    inner_loop::{DragFeedForward, PERIOD, SurgeLoop},
+    inner_loop::{AutopilotMemory, DragFeedForward, Measured, PERIOD},
     integrate::rk4,
     surface_craft::{SurfaceClass, SurfaceHull, SurfaceInput, SurfaceState, ThrusterHealth, Thrusters},
 };
@@ -18,7 +18,7 @@ struct Trial {
     hull: SurfaceHull,
     class: SurfaceClass,
     mode: DragFeedForward,
-    surge: SurgeLoop,
+    memory: AutopilotMemory,
     state: SurfaceState,
 }
 
@@ -30,7 +30,7 @@ impl Trial {
             hull,
             class,
             mode,
-            surge: SurgeLoop::settled_at(speed, mode, hull.drag_surge),
+            memory: AutopilotMemory::settled_at(&class.autopilot(mode), hull.drag_surge, speed, 0.0),
             state: hull.cruising(&Vector2::zeros(), 0.0, speed),
         }
     }
@@ -46,7 +46,8 @@ impl Trial {
         let mut time = 0.0;
         while time < duration {
             states.push(self.state);
-            let command = autopilot.command(&self.hull, &mut self.surge, &self.state, &reference);
+            let measured = Measured::of(&self.state, &Vector2::zeros());
+            let command = autopilot.command(&self.hull, &mut self.memory, &measured, &reference);
             let steady = self.hull.thrusters.steady(command, ThrusterHealth::SOUND);
             // A fifth of the period: fine enough for a lag of a fifth of a period too.
             for _ in 0..5 {

@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 use planner::{angle::Heading, los::Reference, snapshot::Limits};
 use sim::{
-    inner_loop::{DragFeedForward, PERIOD, SurgeLoop},
+    inner_loop::{AutopilotMemory, DragFeedForward, Measured, PERIOD},
     integrate::rk4,
     surface_craft::{SurfaceClass, SurfaceInput, ThrusterHealth},
 };
@@ -12,7 +12,7 @@ use sim::{
 /// m/s², in the direction of the change, m/s.
 fn furthest_behind(class: SurfaceClass, from: f64, to: f64, rate: f64, mode: DragFeedForward) -> f64 {
     let (hull, autopilot) = (class.hull(), class.autopilot(mode));
-    let mut surge = SurgeLoop::settled_at(from, mode, hull.drag_surge);
+    let mut memory = AutopilotMemory::settled_at(&autopilot, hull.drag_surge, from, 0.0);
     let mut state = hull.cruising(&Vector2::zeros(), 0.0, from);
     let (mut time, mut furthest): (f64, f64) = (0.0, 0.0);
     while rate * time < (to - from).abs() {
@@ -21,7 +21,12 @@ fn furthest_behind(class: SurfaceClass, from: f64, to: f64, rate: f64, mode: Dra
             speed,
             heading: Heading::new(0.0),
         };
-        let command = autopilot.command(&hull, &mut surge, &state, &reference);
+        let command = autopilot.command(
+            &hull,
+            &mut memory,
+            &Measured::of(&state, &Vector2::zeros()),
+            &reference,
+        );
         let steady = hull.thrusters.steady(command, ThrusterHealth::SOUND);
         furthest = furthest.max((speed - state[3]) * (to - from).signum());
         state = rk4(&state, PERIOD, |x| {
@@ -33,16 +38,16 @@ fn furthest_behind(class: SurfaceClass, from: f64, to: f64, rate: f64, mode: Dra
 }
 
 #[test]
-fn with_feed_forward_ramps_at_the_promised_rates_are_followed_with_the_promised_lag() {
+fn with_feed_forward_ramps_at_the_promised_rates_are_followed_with_the_presets_time_constant() {
     for class in [SurfaceClass::Medusa, SurfaceClass::Otter] {
         let Limits {
             speed_min,
             speed_max,
             acceleration_max,
             deceleration_max,
-            surge_lag,
             ..
         } = class.limits();
+        let time_constant = class.craft().craft().surge.time_constant;
         for (slow, fast) in [(0.3, speed_max), (speed_min, 0.6)] {
             for (from, to, rate) in [(slow, fast, acceleration_max), (fast, slow, deceleration_max)] {
                 let behind = furthest_behind(class, from, to, rate, DragFeedForward::On);
@@ -50,10 +55,13 @@ fn with_feed_forward_ramps_at_the_promised_rates_are_followed_with_the_promised_
                     "{class:?} {from} -> {to} at {rate}: {behind:.3} m/s behind, lag {:.1} s",
                     behind / rate
                 );
-                // A first-order answer follows a ramp at most lag × rate behind it, and nearly that far.
-                assert!(behind <= surge_lag * rate, "{class:?} {from} to {to}: {behind}");
+                // A first-order answer follows a ramp at most T × rate behind it, and nearly that far.
                 assert!(
-                    behind >= 0.5 * surge_lag * rate,
+                    behind <= time_constant * rate,
+                    "{class:?} {from} to {to}: {behind}"
+                );
+                assert!(
+                    behind >= 0.5 * time_constant * rate,
                     "{class:?} {from} to {to}: {behind}"
                 );
             }
@@ -72,13 +80,18 @@ fn from_a_steady_speed_either_mode_gives_the_promised_acceleration_once_thrust_i
         let (hull, autopilot, limits) = (class.hull(), class.autopilot(mode), class.limits());
         for speed in [0.3, 0.7, 1.2, 0.9 * limits.speed_max] {
             let first = |asked: f64| {
-                let mut surge = SurgeLoop::settled_at(speed, mode, hull.drag_surge);
+                let mut memory = AutopilotMemory::settled_at(&autopilot, hull.drag_surge, speed, 0.0);
                 let mut state = hull.cruising(&Vector2::zeros(), 0.0, speed);
                 let reference = Reference {
                     speed: asked,
                     heading: Heading::new(0.0),
                 };
-                let command = autopilot.command(&hull, &mut surge, &state, &reference);
+                let command = autopilot.command(
+                    &hull,
+                    &mut memory,
+                    &Measured::of(&state, &Vector2::zeros()),
+                    &reference,
+                );
                 let steady = hull.thrusters.steady(command, ThrusterHealth::SOUND);
                 (state[6], state[7]) = (steady.port, steady.starboard);
                 hull.derivative(&state, steady, SurfaceInput::default(), &Vector2::zeros())[3]

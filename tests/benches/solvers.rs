@@ -25,6 +25,7 @@ use clarabel::{
 };
 use nalgebra::Vector2;
 use planner::{
+    craft::{Craft, CraftModel},
     policy::Policy,
     program::{Cone, Pass, Program, Range},
     snapshot::Limits,
@@ -151,6 +152,7 @@ impl Scene {
         let range = |abeam: f64, radius: f64| Range {
             centres: times.iter().map(|&t| at(t, Vector2::new(4.0, abeam))).collect(),
             radii: vec![radius; times.len()],
+            named: true,
         };
         Self {
             steps: steps.to_vec(),
@@ -172,6 +174,9 @@ impl Scene {
 
     fn pass(&self) -> Pass<'_> {
         Pass {
+            acceleration: Vector2::zeros(),
+            course_lag: CraftModel::new(&Craft::MEDUSA, &Limits::MEDUSA).course_lag(),
+            power: Craft::MEDUSA.power,
             steps: &self.steps,
             velocity: self.velocity,
             current: Vector2::new(0.02, 0.05),

@@ -10,15 +10,20 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from filterpy.common import Q_continuous_white_noise
-from filterpy.kalman import KalmanFilter
+from filterpy.common import van_loan_discretization
+from filterpy.kalman import IMMEstimator, KalmanFilter
 
 from program import program
 
-# The planner's numbers, SI units: planner/src/estimate/kalman.rs says why.
-ACCELERATION_DENSITY = 2e-4
+# The planner's numbers, SI units: planner/src/estimate/*.rs says why.
+STRAIGHT_DENSITY, STRAIGHT_DENSITY_OF_SPEED = 1.5e-4, 1e-4
+FORGETTING_LENGTH = 20.0
+STRAIGHT_LENGTH, MANOEUVRE_LENGTH = 100.0, 30.0
+MANOEUVRE_SPEED_MIN, ACCELERATION_MAX = 0.1, 0.1
+PROBABILITY_MIN = 1e-9
 UNKNOWN_SPEED_SIGMA = 3.0
 SPEED_SIGMA, COURSE_SIGMA = 0.03, 0.05
+FORECAST_DENSITY = 2e-4
 
 NOW = 200.0
 POSITION, VELOCITY = np.eye(2, 4), np.eye(2, 4, k=2)
@@ -51,7 +56,8 @@ def flight(seed: int, telemetry: float) -> list[dict]:
             said = velocity + rng.normal(0, SPEED_SIGMA, 2)
             report["course_rad"], report["speed_mps"] = np.arctan2(said[1], said[0]), np.hypot(*said)
         reports.append(report)
-    return reports
+    # In the planner's order: the most exact first of those of one time. Least probabilities depend on it.
+    return sorted(reports, key=lambda report: (report["t_s"], report["sigma_m"]))
 
 
 def estimate(url: str, reports: list[dict]) -> dict:
@@ -78,35 +84,77 @@ def velocity_noise(report: dict) -> np.ndarray:
     return turn @ np.diag([SPEED_SIGMA**2, across]) @ turn.T
 
 
-def predict(kalman: KalmanFilter, t: float) -> None:
-    kalman.F = np.eye(4) + t * np.eye(4, k=2)
-    kalman.Q = Q_continuous_white_noise(2, t, ACCELERATION_DENSITY, block_size=2, order_by_dim=False)
-    kalman.predict()
+def motion(forgetting: float, density: float, t: float) -> tuple[np.ndarray, np.ndarray]:
+    """F and Q over t seconds of v' = -forgetting v + w, by Van Loan's method, to the order of the state."""
+    axis = np.array([[0, 1], [0, -forgetting]])
+    f, q = van_loan_discretization(axis, np.array([[0], [np.sqrt(density)]]), t)
+    return np.kron(f, np.eye(2)), np.kron(q, np.eye(2))
 
 
-def filtered(reports: list[dict]) -> KalmanFilter:
-    """FilterPy's estimate at the time of the last report."""
+def transition(speed: float, t: float) -> np.ndarray:
+    """Probabilities from (straight, manoeuvre) to the same, t seconds later."""
+    begin, end = speed / STRAIGHT_LENGTH, speed / MANOEUVRE_LENGTH
+    changed = 1 - np.exp(-(begin + end) * t)
+    stationary = np.array([end, begin]) / (begin + end)
+    return (1 - changed) * np.eye(2) + changed * np.tile(stationary, (2, 1))
+
+
+def take(both: IMMEstimator, z: np.ndarray, r: np.ndarray, h: np.ndarray) -> None:
+    """Takes a measurement in, with no time gone by since the one before."""
+    for kalman in both.filters:
+        kalman.R, kalman.H = r, h
+    both.M = np.eye(2)
+    both._compute_mixing_probabilities()
+    before = both.mu
+    both.update(z)
+    # No measurement rules a model out for good.
+    left = np.maximum(before * both.likelihood / np.max(both.likelihood), PROBABILITY_MIN)
+    both.mu = left / np.sum(left)
+    both._compute_state_estimate()
+
+
+def predict(both: IMMEstimator, report: dict, t: float) -> None:
+    known = np.sqrt(np.sum(both.x[2:] ** 2) + np.trace(both.P[2:, 2:]))
+    told = min(report.get("speed_mps", 0), known + ACCELERATION_MAX * t)
+    speed = max(told, known, MANOEUVRE_SPEED_MIN)
+    straight, manoeuvre = both.filters
+    straight.F, straight.Q = motion(0, STRAIGHT_DENSITY + STRAIGHT_DENSITY_OF_SPEED * speed**2, t)
+    manoeuvre.F, manoeuvre.Q = motion(speed / FORGETTING_LENGTH, 2 * speed**3 / FORGETTING_LENGTH, t)
+    both.M = transition(speed, t)
+    both._compute_mixing_probabilities()
+    both.predict()
+    both.mu = both.cbar
+
+
+def started(report: dict) -> KalmanFilter:
     kalman = KalmanFilter(dim_x=4, dim_z=2)
+    kalman.x = np.array([[report["north_m"]], [report["east_m"]], [0], [0]])
+    variance = report["sigma_m"] ** 2
+    kalman.P = np.diag([variance, variance, UNKNOWN_SPEED_SIGMA**2, UNKNOWN_SPEED_SIGMA**2])
+    return kalman
+
+
+def filtered(reports: list[dict]) -> IMMEstimator:
+    """FilterPy's estimate, of two motion models, at the time of the last report."""
+    length = STRAIGHT_LENGTH + MANOEUVRE_LENGTH
+    shares = [STRAIGHT_LENGTH / length, MANOEUVRE_LENGTH / length]
+    both = IMMEstimator([started(reports[0]), started(reports[0])], shares, np.eye(2))
     for i, report in enumerate(reports):
-        position = np.array([[report["north_m"]], [report["east_m"]]])
-        variance = report["sigma_m"] ** 2
-        if i == 0:
-            kalman.x = np.vstack([position, np.zeros((2, 1))])
-            kalman.P = np.diag([variance, variance, UNKNOWN_SPEED_SIGMA**2, UNKNOWN_SPEED_SIGMA**2])
-        else:
-            predict(kalman, report["t_s"] - reports[i - 1]["t_s"])
+        if i > 0:
+            predict(both, report, report["t_s"] - reports[i - 1]["t_s"])
         if "course_rad" in report:
             course, speed = report["course_rad"], report["speed_mps"]
             velocity = speed * np.array([[np.cos(course)], [np.sin(course)]])
-            kalman.update(velocity, R=velocity_noise(report), H=VELOCITY)
+            take(both, velocity, velocity_noise(report), VELOCITY)
         if i > 0:
-            kalman.update(position, R=variance * np.eye(2), H=POSITION)
-    return kalman
+            position = np.array([[report["north_m"]], [report["east_m"]]])
+            take(both, position, report["sigma_m"] ** 2 * np.eye(2), POSITION)
+    return both
 
 
 @pytest.mark.parametrize("telemetry", [0.0, 0.5, 1.0])
 @pytest.mark.parametrize("seed", range(10))
-def test_the_estimate_is_that_of_another_kalman_filter(url: str, seed: int, telemetry: float) -> None:
+def test_the_estimate_is_that_of_another_filter_of_two_models(url: str, seed: int, telemetry: float) -> None:
     reports = flight(seed, telemetry)
     ours, theirs = estimate(url, reports), filtered(reports)
     assert ours["rejected"] == [], "none is outside the gate"
@@ -116,9 +164,10 @@ def test_the_estimate_is_that_of_another_kalman_filter(url: str, seed: int, tele
     np.testing.assert_allclose(mean, theirs.x.ravel(), rtol=0, atol=1e-9)
     np.testing.assert_allclose(ours["covariance"], theirs.P, rtol=0, atol=1e-9)
 
-    predict(theirs, ours["age_s"])
-    sigma = np.sqrt(np.trace(theirs.P[:2, :2]))
-    assert ours["position_sigma_m"] == pytest.approx(sigma, abs=1e-9)
+    # From there on it goes straight.
+    f, q = motion(0, FORECAST_DENSITY, ours["age_s"])
+    now = f @ theirs.P @ f.T + q
+    assert ours["position_sigma_m"] == pytest.approx(np.sqrt(np.trace(now[:2, :2])), abs=1e-9)
 
 
 def test_an_outlier_is_named_and_changes_nothing(url: str) -> None:

@@ -39,6 +39,7 @@ static RESULTS: LazyLock<Results> = LazyLock::new(|| {
         other_plant: of(sim::bench::other_plant()),
         ablations: of(sim::bench::ablations()),
         sensitivity: of(sim::bench::sensitivity()),
+        strangers: None,
     }
 });
 
@@ -50,6 +51,7 @@ fn alone(board: Board) -> Results {
         other_plant: None,
         ablations: None,
         sensitivity: None,
+        strangers: None,
     }
 }
 

@@ -21,7 +21,7 @@ use planner::{
     policy::Policy,
 };
 use sim::{
-    bench::BenchError,
+    bench::{BenchError, strangers::StrangersError},
     guide::{Guide, GuideError, LosGuide, MpcGuide},
     metrics::Metrics,
     mission,
@@ -32,6 +32,7 @@ use sim::{
 use crate::cli::{
     out_file::{OutFile, print},
     scenarios::{NoScenario, scenario},
+    trial::{TrialError, trial},
 };
 
 mod bench;
@@ -48,7 +49,17 @@ const ALONG_TRACK_GAIN: &str = "along-track-gain-per-s";
 #[derive(Debug, Args)]
 pub(crate) struct Simulate {
     /// Name of a scenario (`pilotfish scenarios` lists them), or the path of a scenario file, as ./my.toml.
-    scenario: String,
+    #[arg(required_unless_present = "trial", conflicts_with = "trial")]
+    scenario: Option<String>,
+    /// Put a craft through a sea trial (docs/commissioning.md) and log it, for `pilotfish identify`.
+    #[arg(
+        long, requires = "out",
+        conflicts_with_all = ["controller", "duration_s", "untimed", "report", "snapshots"]
+    )]
+    trial: bool,
+    /// Craft of the trial: medusa, otter, or that of a scenario, with its water and its sensors.
+    #[arg(long, value_name = "CRAFT", default_value = "medusa", requires = "trial")]
+    craft: String,
     /// What guides the surface craft.
     #[arg(long, value_enum, default_value_t = Controller::Mpc)]
     controller: Controller,
@@ -167,6 +178,8 @@ pub(crate) enum MissionError {
     SnapshotsOfAnother,
     #[error("cannot write {path}: choose another file with --snapshots")]
     Snapshots { path: PathBuf, source: io::Error },
+    #[error(transparent)]
+    Trial(#[from] TrialError),
     #[error("the mission failed")]
     Mission(#[source] GuideError),
     #[error(transparent)]
@@ -181,6 +194,8 @@ pub(crate) enum MissionError {
     Figures(#[from] FiguresError),
     #[error("the benchmark could not be run")]
     Bench(#[from] BenchError),
+    #[error("the benchmark of random craft could not be run")]
+    Strangers(#[from] StrangersError),
     #[error("cannot print the result")]
     Print(#[from] io::Error),
 }
@@ -194,7 +209,10 @@ fn lasting(scenario: Scenario, duration_s: Option<u32>) -> Scenario {
 
 /// Runs one mission, prints what it is worth, and keeps the record where asked to.
 pub(crate) fn simulate(arguments: &Simulate) -> Result<(), MissionError> {
-    let scenario = lasting(scenario(&arguments.scenario)?, arguments.duration_s);
+    let Some(name) = &arguments.scenario else {
+        return Ok(trial(&arguments.craft, arguments.seed, &arguments.out)?);
+    };
+    let scenario = lasting(scenario(name)?, arguments.duration_s);
     let mut asked = Vec::new();
     let mut guide: Box<dyn Guide + '_> = match arguments.controller.law() {
         None if arguments.look_ahead_m.is_some() => {

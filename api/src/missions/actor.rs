@@ -147,7 +147,12 @@ trait Actor: Send {
     fn desk(&mut self) -> &mut Desk;
     /// When to go on, if the mission is running.
     fn due(&self) -> Instant;
-    fn read(&mut self, letter: Letter) -> impl Future<Output = ()> + Send;
+    /// Carries out an order of a mission that is not over, and answers.
+    fn carry_out(
+        &mut self,
+        order: Order,
+        key: Option<Key>,
+    ) -> impl Future<Output = Result<Vec<u8>, Problem>> + Send;
     fn go_on(&mut self) -> impl Future<Output = ()> + Send;
 }
 
@@ -156,7 +161,7 @@ async fn work(mut actor: impl Actor) {
     while !actor.desk().book.overtaken {
         // By turns, so that neither a flood of letters nor a slow disk keeps the other waiting.
         match actor.desk().mailbox.try_recv() {
-            Ok(letter) => actor.read(letter).await,
+            Ok(letter) => read(&mut actor, letter).await,
             Err(TryRecvError::Empty) => {}
             Err(TryRecvError::Disconnected) => return,
         }
@@ -168,11 +173,36 @@ async fn work(mut actor: impl Actor) {
         }
         tokio::select! {
             letter = actor.desk().letter() => match letter {
-                Some(letter) => actor.read(letter).await,
+                Some(letter) => read(&mut actor, letter).await,
                 None => return,
             },
             () = sleep_until(due.into()), if running => {}
         }
+    }
+}
+
+async fn read(actor: &mut impl Actor, Letter { order, key, told }: Letter) {
+    let answer = answer(actor, order, key).await;
+    // Whoever asked may have gone.
+    let _ = told.send(answer);
+}
+
+async fn answer(actor: &mut impl Actor, order: Order, key: Option<Key>) -> Result<Vec<u8>, Problem> {
+    let book = &mut actor.desk().book;
+    let over = book.mission.status.is_over();
+    // Reports are looked up where they are stored.
+    if let Some(key) = &key
+        && (over || !matches!(order, Order::Hear(_)))
+        && let Some(before) = answered(&book.log, &book.mission.id, key).await?
+    {
+        return Ok(before);
+    }
+    match (order, book.mission.status) {
+        (Order::Finish, Status::Finished) | (Order::Pause, Status::Created | Status::Paused) => {
+            book.unchanged(key).await
+        }
+        _ if over => Err(Problem::conflict("the mission is over")),
+        (order, _) => actor.carry_out(order, key).await,
     }
 }
 
@@ -331,22 +361,6 @@ impl Book {
         Ok(Stored::Now(answer))
     }
 
-    /// The key of an order that was not carried out before; else the answer of then. Reports are looked up where they are
-    /// stored.
-    async fn known(&self, order: &Order, key: Option<Key>) -> Result<Option<Key>, Result<Vec<u8>, Problem>> {
-        let over = self.mission.status.is_over();
-        match key {
-            Some(key) if over || !matches!(order, Order::Hear(_)) => {
-                match answered(&self.log, &self.mission.id, &key).await {
-                    Ok(None) => Ok(Some(key)),
-                    Ok(Some(answer)) => Err(Ok(answer)),
-                    Err(problem) => Err(Err(problem)),
-                }
-            }
-            key => Ok(key),
-        }
-    }
-
     /// Shows the last plan, which is stored.
     fn show(&self, plan: Option<Arc<Plan>>) {
         self.seen.send_modify(|seen| {
@@ -407,9 +421,4 @@ fn take_up(mission: &mut Mission, event: &Event) {
 
 pub(super) fn json<T: serde::Serialize>(value: &T) -> Vec<u8> {
     serde_json::to_vec(value).expect("strings, numbers and lists only")
-}
-
-/// Whoever asked may have gone.
-pub(super) fn tell(told: oneshot::Sender<Result<Vec<u8>, Problem>>, answer: Result<Vec<u8>, Problem>) {
-    let _ = told.send(answer);
 }

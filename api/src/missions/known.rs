@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use planner::snapshot::{REPORT_AGE_MAX, REPORTS_MAX, Snapshot};
+use planner::snapshot::{REPORTS_MAX, Snapshot};
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -162,6 +162,7 @@ fn request(
         goal: config.goal.clone(),
         current: config.current,
         limits: config.limits.clone(),
+        craft: config.craft.clone(),
         keep_outs: config.keep_outs.clone(),
         area: config.area.clone(),
         acoustics: config.acoustics,
@@ -175,10 +176,10 @@ fn request(
     }
 }
 
-/// A fix as a request takes it: what is older than it accepts is said to be as old as that.
+/// A fix as a request takes it: what a clock dates ahead counts as from now.
 fn aged(fix: &Report, now: f64) -> Report {
     Report {
-        t_s: fix.t_s.clamp(now - REPORT_AGE_MAX, now),
+        t_s: fix.t_s.min(now),
         ..*fix
     }
 }

@@ -172,12 +172,13 @@ pub(super) async fn record(missions: Missions, id: &str, format: RecordFormat) -
             reader: pieces,
             runtime,
             piece: Vec::with_capacity(PIECE),
+            patience: PATIENCE,
         };
         let done = missions
             .reader()
             .map_err(RecordError::from)
             .and_then(|reader| record::write(&reader, number, format, &mut out));
-        if let Err(error) = done.and_then(|()| Ok(out.flush()?)) {
+        if let Err(error) = done.and_then(|()| Ok(out.finish()?)) {
             out.fail(error);
         }
     });
@@ -193,13 +194,6 @@ pub(super) async fn record(missions: Missions, id: &str, format: RecordFormat) -
         }
         first => first,
     };
-    let pieces = stream::unfold((first, written), async |(first, mut written)| {
-        let piece = match first {
-            Some(piece) => piece,
-            None => written.recv().await?,
-        };
-        Some((piece, (None, written)))
-    });
     let name = format!("attachment; filename=\"{id}.{}\"", format.extension());
     let headers = [
         (
@@ -211,22 +205,59 @@ pub(super) async fn record(missions: Missions, id: &str, format: RecordFormat) -
             HeaderValue::from_str(&name).map_err(|_| Problem::NoMission)?,
         ),
     ];
-    Ok((headers, Body::from_stream(pieces)).into_response())
+    Ok((headers, Body::from_stream(whole_or_broken_off(first, written))).into_response())
+}
+
+/// A piece of a record; the empty one after the last says that the record is whole.
+type Piece = Result<Bytes, RecordError>;
+
+/// The pieces up to the empty one. Where that does not come, whoever wrote gave up, and the answer breaks off: nobody is
+/// to take it for whole.
+fn whole_or_broken_off(first: Option<Piece>, written: mpsc::Receiver<Piece>) -> impl Stream<Item = Piece> {
+    stream::unfold(Some((first, written)), async |left| {
+        let (first, mut written) = left?;
+        let piece = match first {
+            Some(piece) => Some(piece),
+            None => written.recv().await,
+        };
+        match piece {
+            Some(Ok(piece)) if piece.is_empty() => None,
+            Some(Ok(piece)) => Some((Ok(piece), Some((None, written)))),
+            Some(Err(error)) => Some((Err(error), None)),
+            None => Some((Err(io::Error::from(io::ErrorKind::UnexpectedEof).into()), None)),
+        }
+    })
 }
 
 /// Where a record is written to: pieces, which wait for the client to take them.
 struct Pieces {
-    reader: mpsc::Sender<Result<Bytes, RecordError>>,
+    reader: mpsc::Sender<Piece>,
     runtime: runtime::Handle,
     piece: Vec<u8>,
+    /// How long the client may leave a piece lying.
+    patience: Duration,
 }
 
 impl Pieces {
-    /// Breaks the answer off, so that nobody takes it for whole.
+    /// Says that the record is whole.
+    fn finish(&mut self) -> io::Result<()> {
+        self.flush()?;
+        self.send(Bytes::new())
+    }
+
+    /// Says why there will be no more, if there is room for it: a client that takes nothing is not waited for again.
     fn fail(&mut self, error: RecordError) {
         tracing::debug!(%error, "a record ended early");
-        // The client may have gone.
-        let _ = self.reader.blocking_send(Err(error));
+        let _ = self.reader.try_send(Err(error));
+    }
+
+    fn send(&mut self, piece: Bytes) -> io::Result<()> {
+        let sent = timeout(self.patience, self.reader.send(Ok(piece)));
+        match self.runtime.block_on(sent) {
+            Ok(Ok(())) => Ok(()),
+            Ok(Err(_)) => Err(io::ErrorKind::BrokenPipe.into()),
+            Err(_) => Err(io::ErrorKind::TimedOut.into()),
+        }
     }
 }
 
@@ -245,11 +276,69 @@ impl Write for Pieces {
             return Ok(());
         }
         let piece = std::mem::replace(&mut self.piece, Vec::with_capacity(PIECE));
-        let sent = timeout(PATIENCE, self.reader.send(Ok(piece.into())));
-        match self.runtime.block_on(sent) {
-            Ok(Ok(())) => Ok(()),
-            Ok(Err(_)) => Err(io::ErrorKind::BrokenPipe.into()),
-            Err(_) => Err(io::ErrorKind::TimedOut.into()),
+        self.send(piece.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use futures_util::StreamExt as _;
+
+    use super::*;
+
+    /// Writes a little more than the pieces on their way hold, for a client that takes none of them in time, or all.
+    async fn written(taken: bool) -> (io::Result<()>, Vec<Piece>) {
+        let (reader, written) = mpsc::channel(PIECES);
+        let runtime = runtime::Handle::current();
+        let patience = if taken {
+            PATIENCE
+        } else {
+            Duration::from_millis(20)
+        };
+        let writer = spawn_blocking(move || {
+            let mut out = Pieces {
+                reader,
+                runtime,
+                piece: vec![],
+                patience,
+            };
+            let done = out
+                .write_all(&vec![b'x'; (PIECES + 1) * PIECE + 1])
+                .and_then(|()| out.finish());
+            if done.is_err() {
+                out.fail(io::Error::from(io::ErrorKind::TimedOut).into());
+            }
+            done
+        });
+        let take = async || whole_or_broken_off(None, written).collect().await;
+        if taken {
+            let (done, pieces) = tokio::join!(writer, take());
+            (done.expect("does not panic"), pieces)
+        } else {
+            let done = writer.await.expect("does not panic");
+            (done, take().await)
         }
+    }
+
+    #[tokio::test]
+    async fn a_record_that_is_taken_ends_when_it_is_whole() {
+        let (done, pieces) = written(true).await;
+        done.expect("is taken");
+        let bytes: usize = pieces
+            .iter()
+            .map(|piece| piece.as_ref().map_or(0, Bytes::len))
+            .sum();
+        assert_eq!(
+            (pieces.iter().all(Result::is_ok), bytes),
+            (true, (PIECES + 1) * PIECE + 1)
+        );
+    }
+
+    #[tokio::test]
+    async fn a_record_that_nobody_takes_is_given_up_at_once_and_does_not_look_whole() {
+        let (done, pieces) = written(false).await;
+        assert_eq!(done.expect_err("nobody takes it").kind(), io::ErrorKind::TimedOut);
+        assert_eq!(pieces.len(), PIECES + 1);
+        assert!(pieces[PIECES].is_err());
     }
 }

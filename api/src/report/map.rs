@@ -67,7 +67,7 @@ pub(super) fn plot(runs: &[Shown]) -> Plot {
 }
 
 /// No logo: its link would leave the page.
-pub(super) fn configuration() -> Configuration {
+pub(crate) fn configuration() -> Configuration {
     Configuration::new()
         .responsive(true)
         .scroll_zoom(true)
@@ -75,7 +75,7 @@ pub(super) fn configuration() -> Configuration {
 }
 
 /// Thousandths are below what anybody sees, and short to write.
-pub(super) fn rounded(value: f64) -> f64 {
+pub(crate) fn rounded(value: f64) -> f64 {
     const THOUSAND: f64 = 1e3;
     (value * THOUSAND).round() / THOUSAND
 }

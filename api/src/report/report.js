@@ -1,4 +1,4 @@
-for (const place of ["map", "over-time"]) {
-  const plot = JSON.parse(document.getElementById(`${place}-plot`).textContent);
-  Plotly.newPlot(place, plot.data, plot.layout, plot.config);
+for (const script of document.querySelectorAll('script[type="application/json"]')) {
+  const plot = JSON.parse(script.textContent);
+  Plotly.newPlot(script.id.replace(/-plot$/, ""), plot.data, plot.layout, plot.config);
 }

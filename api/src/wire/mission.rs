@@ -8,6 +8,7 @@ use utoipa::ToSchema;
 
 use super::{
     Method, Outcome, PlanResponse,
+    craft::Craft,
     each_name_once::each_name_once,
     request::{Acoustics, Asc, Current, Dive, Forecast, Goal, Hold, KeepOut, Limits, Path, Report},
 };
@@ -65,9 +66,12 @@ pub struct Live {
     /// Current at the surface, as in a snapshot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
-    /// What the surface craft can do, as in a snapshot.
+    /// What the surface craft is allowed, as in a snapshot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<Limits>,
+    /// How the surface craft answers its references, as in a snapshot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub craft: Option<Craft>,
     /// Discs to keep out of, as in a snapshot.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keep_outs: Vec<KeepOut>,

@@ -5,6 +5,8 @@ use std::f64::consts::TAU;
 use nalgebra::Vector2;
 use planner::{
     angle::{Course, Heading},
+    craft::{CraftDescription, CraftEstimate},
+    los::Reference,
     path::SEGMENTS_MAX,
     snapshot as domain,
     snapshot::{Observation, Snapshot, VehicleId},
@@ -13,11 +15,12 @@ use serde_json::Value;
 
 use super::{
     DEADLINE_MS, METADATA_BYTES_MAX, SCHEMA_VERSION, bounds,
+    craft::{Craft, read_craft},
     faults::{length, out_of_range},
     read_evidence, read_goal, read_path,
     request::{
-        Asc, Auv, Current, Dive, Fallback, Forecast, Hold, Limits, PlanRequest, PreviousEstimate,
-        PreviousPlan, PreviousReference, PreviousTarget,
+        Asc, Auv, Current, Dive, Fallback, Forecast, Hold, Limits, PlanRequest, PreviousCraft,
+        PreviousEstimate, PreviousPlan, PreviousReference, PreviousTarget,
     },
     response::{PlanResponse, PlannedTarget, TrajectoryPoint},
 };
@@ -43,6 +46,7 @@ impl TryFrom<&PlanRequest> for Snapshot {
             .enumerate()
             .map(|(i, given)| auv(i, given, &mut invalid))
             .collect::<Vec<_>>();
+        let craft = craft(request.craft.as_ref(), request.limits.as_ref(), &mut invalid);
         let goal = read_goal::goal(&request.goal, &mut invalid);
         let offset = read_goal::offset(&request.goal, &mut invalid);
 
@@ -60,6 +64,7 @@ impl TryFrom<&PlanRequest> for Snapshot {
                 .current
                 .map(|Current { north_mps, east_mps }| Vector2::new(north_mps, east_mps)),
             limits: limits(request.limits.as_ref()),
+            craft,
             keep_outs: request.keep_outs.iter().map(bounds::read_keep_out).collect(),
             area: request.area.iter().map(|corner| Vector2::from(*corner)).collect(),
             range_max: request.acoustics.map(|acoustics| acoustics.range_max_m),
@@ -91,8 +96,11 @@ impl From<&PlanResponse> for PreviousPlan {
         Self {
             trajectory: answer.trajectory.clone(),
             goal_course_rad: Some(answer.goal_course_rad),
-            asc_speed_mps: Some(answer.asc_speed_mps),
-            surge_bias_mps2: Some(answer.surge_bias_mps2),
+            craft_estimate: Some(PreviousCraft {
+                asked_speed_mps: answer.craft_estimate.asked_speed_mps,
+                asked_heading_rad: answer.craft_estimate.asked_heading_rad,
+                memory: answer.craft_estimate.memory.clone(),
+            }),
             current: answer.current,
             reference: Some(PreviousReference {
                 speed_mps: answer.reference.speed_mps,
@@ -230,6 +238,13 @@ fn check_angles(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
         if let Some(course) = previous.goal_course_rad {
             check("/previous_plan/goal_course_rad".to_owned(), course);
         }
+        if let Some(craft) = &previous.craft_estimate {
+            let heading = craft.asked_heading_rad;
+            check(
+                "/previous_plan/craft_estimate/asked_heading_rad".to_owned(),
+                heading,
+            );
+        }
         if let Some(heading) = previous.reference.and_then(|reference| reference.heading_rad) {
             check("/previous_plan/reference/heading_rad".to_owned(), heading);
         }
@@ -292,7 +307,7 @@ fn dive(given: Dive) -> domain::Dive {
 }
 
 fn limits(given: Option<&Limits>) -> domain::Limits {
-    let default = domain::Limits::MEDUSA;
+    let default = domain::Limits::ANY;
     let Some(given) = given else { return default };
     domain::Limits {
         speed_min: given.speed_min_mps.unwrap_or(default.speed_min),
@@ -300,7 +315,26 @@ fn limits(given: Option<&Limits>) -> domain::Limits {
         turn_rate_max: given.turn_rate_max_radps.unwrap_or(default.turn_rate_max),
         acceleration_max: given.acceleration_max_mps2.unwrap_or(default.acceleration_max),
         deceleration_max: given.deceleration_max_mps2.unwrap_or(default.deceleration_max),
-        surge_lag: given.surge_lag_s.unwrap_or(default.surge_lag),
+    }
+}
+
+/// What is said of the craft. Of a request that says nothing of it, limits are taken for what the craft does as well.
+fn craft(given: Option<&Craft>, limits: Option<&Limits>, invalid: &mut Vec<FieldError>) -> CraftDescription {
+    let said = given.map(|given| read_craft(given, invalid));
+    let surge_time_constant = limits.and_then(|limits| limits.surge_lag_s);
+    match (said, limits) {
+        (Some(said), _) => CraftDescription {
+            surge_time_constant: said.surge_time_constant.or(surge_time_constant),
+            ..said
+        },
+        (None, Some(limits)) => CraftDescription {
+            heading_rate_max: limits.turn_rate_max_radps,
+            acceleration_max: limits.acceleration_max_mps2,
+            deceleration_max: limits.deceleration_max_mps2,
+            surge_time_constant,
+            ..CraftDescription::default()
+        },
+        (None, None) => CraftDescription::default(),
     }
 }
 
@@ -328,19 +362,17 @@ fn previous_plan(previous: &PreviousPlan) -> domain::PreviousPlan {
         current: previous
             .current
             .map(|Current { north_mps, east_mps }| Vector2::new(north_mps, east_mps)),
-        surge_memory: previous
-            .asc_speed_mps
-            .zip(previous.reference)
-            .map(|(surge, reference)| domain::SurgeMemory {
-                surge,
-                reference: reference.speed_mps,
-                bias: previous.surge_bias_mps2,
-            }),
-        heading_reference: previous
-            .asc_speed_mps
-            .and(previous.reference)
-            .and_then(|reference| reference.heading_rad)
-            .map(Heading::new),
+        reference: asked(previous),
+        told: previous.reference.and_then(|reference| {
+            Some(Reference {
+                speed: reference.speed_mps,
+                heading: Heading::new(reference.heading_rad?),
+            })
+        }),
+        craft: previous
+            .craft_estimate
+            .as_ref()
+            .and_then(|craft| CraftEstimate::from_memory(&craft.memory)),
         targets: previous
             .targets
             .iter()
@@ -348,6 +380,21 @@ fn previous_plan(previous: &PreviousPlan) -> domain::PreviousPlan {
             .filter_map(previous_target)
             .collect(),
     }
+}
+
+/// Speed through the water and heading that an earlier answer asked for.
+fn asked(previous: &PreviousPlan) -> Option<Reference> {
+    if let Some(craft) = &previous.craft_estimate {
+        return Some(Reference {
+            speed: craft.asked_speed_mps,
+            heading: Heading::new(craft.asked_heading_rad),
+        });
+    }
+    let reference = previous.reference?;
+    Some(Reference {
+        speed: reference.speed_mps,
+        heading: Heading::new(reference.heading_rad?),
+    })
 }
 
 /// None of one that is not whole.

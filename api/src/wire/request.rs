@@ -7,6 +7,7 @@ use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
 use super::{
+    craft::Craft,
     each_name_once::if_any_each_name_once,
     response::{Drift, TrajectoryPoint},
 };
@@ -31,9 +32,14 @@ pub struct PlanRequest {
     /// along an axis is set aside, with the warning `velocities_contradict`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
-    /// What the surface craft can do. Default: a MEDUSA-class craft, as in each member's default.
+    /// What the surface craft is allowed. Default: as in each member. Where `craft` is left out, they are also taken for what
+    /// the craft does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<Limits>,
+    /// How the surface craft answers its references: what is known of it. What is not said is the preset's, or else a
+    /// cautious generic craft's, and learnt from how the craft moves. Default: nothing is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub craft: Option<Craft>,
     /// Discs to keep out of, at most 32. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keep_outs: Vec<KeepOut>,
@@ -134,10 +140,12 @@ pub struct AuvState {
     pub course_rad: f64,
     /// Horizontal speed over ground, m/s, never negative.
     pub speed_mps: f64,
-    /// Rate of turn of the course, rad/s, positive clockwise. Default: 0.
+    /// Rate of turn of the course, rad/s, positive clockwise. Default, and where it is 0: as the courses of this state
+    /// and the one in `previous_plan.targets` tell, else 0.
     #[serde(default)]
     pub turn_rate_radps: f64,
-    /// Age of the report, s. Default: 0.
+    /// Age of the report, s. From 15 minutes on a goal that needs this AUV now is held, and limits about it no longer
+    /// count; from an hour on it is taken to stay where it was. Default: 0.
     #[serde(default)]
     pub age_s: f64,
     /// Covariance of north, east, north velocity and east velocity then, row by row, in m², m²/s and m²/s²:
@@ -150,8 +158,8 @@ pub struct AuvState {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Report {
-    /// When it was so, s on the request's clock: when the message was sent, not when it arrived. At most an hour ago,
-    /// and at most 1 s ahead, which counts as now.
+    /// When it was so, s on the request's clock: when the message was sent, not when it arrived. At most 1 s
+    /// ahead, which counts as now. Of reports older than an hour the newest counts, if there is no other.
     pub t_s: f64,
     /// Position north of the datum, m.
     pub north_m: f64,
@@ -169,7 +177,7 @@ pub struct Report {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_mps: Option<f64>,
     /// Telemetered rate of turn of the course, rad/s, positive clockwise. Default: not told. The newest is believed
-    /// for 60 s.
+    /// for 60 s; where none tells, the courses of the two newest do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn_rate_radps: Option<f64>,
 }
@@ -356,7 +364,7 @@ pub struct Current {
     pub east_mps: f64,
 }
 
-/// What the surface craft can do, its inner loops closed.
+/// What the operator allows the surface craft.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
@@ -366,16 +374,16 @@ pub struct Limits {
     /// Fastest speed reference through the water, m/s. Default: 1.5.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_max_mps: Option<f64>,
-    /// Largest yaw rate, rad/s. Default: 0.3.
+    /// Largest yaw rate, rad/s. Default: what the craft can do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn_rate_max_radps: Option<f64>,
-    /// Largest acceleration ahead, m/s². Default: 0.09.
+    /// Largest acceleration ahead, m/s². Default: what the craft can do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acceleration_max_mps2: Option<f64>,
-    /// Largest deceleration, m/s², positive. Default: 0.09.
+    /// Largest deceleration, m/s², positive. Default: what the craft can do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deceleration_max_mps2: Option<f64>,
-    /// Time constant of the surge loop, s. Default: 2.5.
+    /// Time constant of the surge loop, s, where `craft` does not say it. Default: the craft's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surge_lag_s: Option<f64>,
 }
@@ -454,13 +462,9 @@ pub struct PreviousPlan {
     /// Course of what the goal follows when that last moved, rad, within ±2π.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub goal_course_rad: Option<f64>,
-    /// Surge speed of the craft then, m/s. With the reference and what the craft did since, it tells how the
-    /// surge loop is wound up.
+    /// What it knew of the craft. Without it, what is learnt of the craft starts anew.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub asc_speed_mps: Option<f64>,
-    /// Acceleration that the surge loop was taken to give unasked, m/s².
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub surge_bias_mps2: Option<f64>,
+    pub craft_estimate: Option<PreviousCraft>,
     /// What it took the current for. Where the request does not tell the current, that is averaged over half a minute.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
@@ -470,6 +474,18 @@ pub struct PreviousPlan {
     /// What it knew of the underwater vehicles, at most 16.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub targets: Option<Vec<PreviousTarget>>,
+}
+
+/// What an earlier answer knew of the craft, of which these members are read: with how the craft moved since, they tell
+/// how it answers its references.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PreviousCraft {
+    /// Speed through the water that the answer asked for, m/s.
+    pub asked_speed_mps: f64,
+    /// Heading that it asked for, rad.
+    pub asked_heading_rad: f64,
+    /// Its memory, as it was; another is none.
+    pub memory: Vec<f64>,
 }
 
 /// What an earlier answer knew of an underwater vehicle, of which these members are read: with where the vehicle turned
@@ -514,7 +530,7 @@ pub struct PreviousReference {
     /// Speed through the water, m/s.
     pub speed_mps: f64,
     /// Heading, rad, within ±2π: the next one of `mpc` or `previous_plan` differs from it by no more than 9.7° a second,
-    /// unless a keep-out is ahead. Read beside `asc_speed_mps`.
+    /// unless a keep-out is ahead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heading_rad: Option<f64>,
 }

@@ -4,7 +4,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
-use super::request::{Current, Forecast};
+use super::{
+    craft::{HeadingHeld, SpeedHeld},
+    request::{Current, Forecast},
+};
 
 /// A plan for the surface craft.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -28,10 +31,8 @@ pub struct PlanResponse {
     pub trajectory: Vec<TrajectoryPoint>,
     /// Course of what the goal follows, its offset apart, when that last moved, rad, in (−π, π].
     pub goal_course_rad: f64,
-    /// Surge speed of the craft in the request, m/s: the next request's `previous_plan` needs it.
-    pub asc_speed_mps: f64,
-    /// Acceleration that the surge loop was taken to give unasked, m/s²: the next request's `previous_plan` needs it.
-    pub surge_bias_mps2: f64,
+    /// What is known of the craft: the next request's `previous_plan` needs it.
+    pub craft_estimate: CraftEstimate,
     /// What the current was taken for, where anything tells it: the next request's `previous_plan` needs it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
@@ -88,14 +89,50 @@ pub enum Method {
     PrintedLos,
 }
 
+/// What is known of the craft, from what was told and from how it answered.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct CraftEstimate {
+    /// By how much the heading is behind a reference that turns steadily, its delay included, s.
+    pub heading_lag_s: Learnt,
+    /// What the heading stays off its reference, rad.
+    pub heading_offset_rad: Learnt,
+    /// What the heading loop is taken to hold.
+    pub heading_held: HeadingHeld,
+    /// By how much the speed is behind a reference that rises steadily, its delay included, s.
+    pub surge_lag_s: Learnt,
+    /// What the speed loop is taken to hold.
+    pub speed_held: SpeedHeld,
+    /// Acceleration that the speed loop gives unasked, m/s².
+    pub surge_bias_mps2: Learnt,
+    /// Sway per surge and yaw rate, s, positive where the craft drifts outwards in a turn.
+    pub sway_per_yaw_rate_s: Learnt,
+    /// Whether the craft does what is predicted of it; where not, a warning says what was expected and what was seen.
+    pub follows: bool,
+    /// Speed through the water that this answer asks for, m/s.
+    pub asked_speed_mps: f64,
+    /// Heading that it asks for, rad, in (−π, π].
+    pub asked_heading_rad: f64,
+    /// What the filters remember, to be handed back as it is.
+    pub memory: Vec<f64>,
+}
+
+/// A number that was learnt.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Learnt {
+    /// Its likeliest value, in the unit of the member's name.
+    pub value: f64,
+    /// Its standard deviation.
+    pub sigma: f64,
+}
+
 /// What the inner loops are to follow.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Reference {
-    /// Speed through the water, m/s.
+    /// Speed that the craft's loop is to hold, m/s: through the water, or over ground where `craft.speed_held` says so.
     pub speed_mps: f64,
-    /// Heading, rad, in (−π, π].
+    /// Heading, or course over ground where `craft.heading_held` says so, rad, in (−π, π].
     pub heading_rad: f64,
-    /// The same heading for people, degrees, in [0, 360).
+    /// The same for people, degrees, in [0, 360).
     pub heading_deg: f64,
     /// Do not follow it after this time, s on the request's clock.
     pub valid_until_s: f64,

@@ -19,8 +19,9 @@ use super::{
     SCHEMA_VERSION,
     request::{Current, Forecast},
     response::{
-        Baseline, Drift, Estimate, GoalPoint, GoalTrajectory, Method, Outcome, PlanResponse, PlannedTarget,
-        Predicted, Reference, Residuals, Solver, TargetPoint, TrajectoryPoint, Violation, Warning,
+        Baseline, CraftEstimate, Drift, Estimate, GoalPoint, GoalTrajectory, Learnt, Method, Outcome,
+        PlanResponse, PlannedTarget, Predicted, Reference, Residuals, Solver, TargetPoint, TrajectoryPoint,
+        Violation, Warning,
     },
     write_request::{plan_id, rows},
 };
@@ -72,7 +73,12 @@ impl Answer<'_> {
                     .map(|certificate::Residuals { primal, dual, gap }| Residuals { primal, dual, gap }),
             }),
             violations: self.plan.violations.iter().map(violation).collect(),
-            ..self.along(*reference, trajectory, *predicted)
+            ..self.along(
+                *reference,
+                self.plan.reference_through_water,
+                trajectory,
+                *predicted,
+            )
         }
     }
 
@@ -87,7 +93,7 @@ impl Answer<'_> {
         } = &self.plan.baseline;
         PlanResponse {
             violations: violations.iter().map(violation).collect(),
-            ..self.along(*reference, trajectory, *predicted)
+            ..self.along(*reference, *reference, trajectory, *predicted)
         }
     }
 
@@ -104,7 +110,7 @@ impl Answer<'_> {
         let mut answer = PlanResponse {
             method: method(law.into()),
             violations: violations.iter().map(violation).collect(),
-            ..self.along(reference, &trajectory, predicted)
+            ..self.along(reference, reference, &trajectory, predicted)
         };
         answer.warnings.extend(no_memory(law));
         answer
@@ -114,6 +120,7 @@ impl Answer<'_> {
     fn along(
         &self,
         reference: DomainReference,
+        asked: DomainReference,
         trajectory: &[facts::TrajectoryPoint],
         predicted: domain::Predicted,
     ) -> PlanResponse {
@@ -132,8 +139,7 @@ impl Answer<'_> {
             },
             trajectory: trajectory.iter().map(TrajectoryPoint::from).collect(),
             goal_course_rad: self.plan.goal_course.radians(),
-            asc_speed_mps: self.plan.surge,
-            surge_bias_mps2: self.plan.surge_bias,
+            craft_estimate: craft_estimate(self.snapshot, &self.plan.craft, asked),
             current: self.plan.current.map(|current| Current {
                 north_mps: current.x,
                 east_mps: current.y,
@@ -162,7 +168,7 @@ impl Answer<'_> {
                 energy_j: predicted.energy,
             },
             violations: Vec::new(),
-            warnings: warnings(self.snapshot),
+            warnings: warnings(self.snapshot, self.plan),
             metadata: self.metadata.clone(),
         }
     }
@@ -240,7 +246,7 @@ impl From<&facts::TrajectoryPoint> for TrajectoryPoint {
     }
 }
 
-fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
+fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
     let stale = snapshot
         .auvs
         .iter()
@@ -261,7 +267,82 @@ fn warnings(snapshot: &Snapshot) -> Vec<Warning> {
         })
         .collect();
     warnings.extend(no_current(snapshot));
+    warnings.extend(about_the_craft(snapshot, plan));
     warnings
+}
+
+/// What the craft is not known to do, does not do, or cannot do.
+fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = Warning> {
+    let warning = |code: &str, pointer: &str, detail: String| Warning {
+        code: code.to_owned(),
+        pointer: pointer.to_owned(),
+        detail,
+    };
+    let (prior, model) = (snapshot.craft_prior(), snapshot.craft_model());
+    let unknown = (!prior.heading_told && !prior.surge_told).then(|| {
+        let detail = format!(
+            "nothing is told of how the craft answers: a cautious generic one is assumed (heading {:.1} s behind, {:.2} \
+             rad/s, {:.2} m/s²) and learnt from; GET /v1/crafts lists those that are known by name",
+            model.heading_lag(), model.limits.turn_rate_max, model.limits.acceleration_max
+        );
+        warning("craft_unknown", "/craft", detail)
+    });
+    let monitor = &plan.craft.monitor;
+    let does_not_follow = monitor.alarm.then(|| {
+        let asc = &snapshot.asc;
+        let detail = format!(
+            "expected heading {:.2} rad and {:.2} m/s, seen {:.2} rad and {:.2} m/s: a slower craft is planned for; check \
+             thrusters, rudder and autopilot",
+            planner::angle::wrap(asc.heading.radians() - monitor.heading_error),
+            asc.surge - monitor.speed_error,
+            asc.heading.radians(),
+            asc.surge
+        );
+        warning("craft_does_not_follow", "/asc", detail)
+    });
+    let speed_max = snapshot.limits.speed_max;
+    let current = snapshot.current();
+    let too_strong = (speed_max < current.norm()).then(|| {
+        let detail = format!(
+            "a current of {:.2} m/s is faster than the craft, {speed_max:.2} m/s: it cannot stay anywhere",
+            current.norm()
+        );
+        warning("current_exceeds_speed", "/current", detail)
+    });
+    let through_water = plan.goal.iter().map(|goal| (goal.velocity - current).norm());
+    let slowest = through_water.fold(f64::INFINITY, f64::min);
+    let outrun = (slowest.is_finite() && speed_max < slowest).then(|| {
+        let detail = format!(
+            "the goal moves through the water at {slowest:.2} m/s or more, faster than the craft, {speed_max:.2} m/s: it \
+             is not caught up with"
+        );
+        warning("goal_unreachable", "/goal", detail)
+    });
+    [unknown, does_not_follow, too_strong, outrun]
+        .into_iter()
+        .flatten()
+}
+
+fn craft_estimate(
+    snapshot: &Snapshot,
+    known: &planner::craft::CraftEstimate,
+    asked: DomainReference,
+) -> CraftEstimate {
+    let (heading_held, speed_held) = known.modes(snapshot.craft_prior());
+    let learnt = |(value, sigma): (f64, f64)| Learnt { value, sigma };
+    CraftEstimate {
+        heading_lag_s: learnt(known.heading_lag()),
+        heading_offset_rad: learnt(known.heading_offset()),
+        heading_held: heading_held.into(),
+        surge_lag_s: learnt(known.surge_lag()),
+        speed_held: speed_held.into(),
+        surge_bias_mps2: learnt(known.surge_bias()),
+        sway_per_yaw_rate_s: learnt((known.drift.mean, known.drift.variance.max(0.0).sqrt())),
+        follows: !known.monitor.alarm,
+        asked_speed_mps: asked.speed,
+        asked_heading_rad: asked.heading.radians(),
+        memory: known.memory().to_vec(),
+    }
 }
 
 /// Why this request does not tell the current, where it does not.

@@ -12,10 +12,11 @@ use sha2::{Digest, Sha256};
 
 use super::{
     SCHEMA_VERSION, bounds,
+    craft::Craft,
     request::{
         Asc, Auv, AuvState, Current, Dive, Fallback, Forecast, Goal, GoalKind, Hold, Limits, Offset,
-        OffsetFrame, Path, PlanRequest, PreviousEstimate, PreviousPlan, PreviousReference, PreviousTarget,
-        Report, Segment, SegmentKind,
+        OffsetFrame, Path, PlanRequest, PreviousCraft, PreviousEstimate, PreviousPlan, PreviousReference,
+        PreviousTarget, Report, Segment, SegmentKind,
     },
     response::{Drift, TrajectoryPoint},
 };
@@ -49,6 +50,7 @@ impl From<&Snapshot> for PlanRequest {
                 east_mps: v.y,
             }),
             limits: Some(limits(&snapshot.limits)),
+            craft: Some(Craft::from(&snapshot.craft)),
             keep_outs: snapshot.keep_outs.iter().map(bounds::write_keep_out).collect(),
             area: snapshot.area.iter().map(|corner| [corner.x, corner.y]).collect(),
             acoustics: snapshot.range_max.map(bounds::write_acoustics),
@@ -77,15 +79,21 @@ impl From<&facts::PreviousPlan> for PreviousPlan {
         Self {
             trajectory: previous.trajectory.iter().map(TrajectoryPoint::from).collect(),
             goal_course_rad: previous.goal_course.map(planner::angle::Course::radians),
-            asc_speed_mps: previous.surge_memory.map(|memory| memory.surge),
+            craft_estimate: previous
+                .reference
+                .zip(previous.craft)
+                .map(|(reference, craft)| PreviousCraft {
+                    asked_speed_mps: reference.speed,
+                    asked_heading_rad: reference.heading.radians(),
+                    memory: craft.memory().to_vec(),
+                }),
             current: previous.current.map(|current| Current {
                 north_mps: current.x,
                 east_mps: current.y,
             }),
-            surge_bias_mps2: previous.surge_memory.and_then(|memory| memory.bias),
-            reference: previous.surge_memory.map(|memory| PreviousReference {
-                speed_mps: memory.reference,
-                heading_rad: previous.heading_reference.map(planner::angle::Heading::radians),
+            reference: previous.told.map(|reference| PreviousReference {
+                speed_mps: reference.speed,
+                heading_rad: Some(reference.heading.radians()),
             }),
             targets: Some(previous.targets.iter().map(PreviousTarget::from).collect()),
         }
@@ -301,6 +309,6 @@ fn limits(limits: &facts::Limits) -> Limits {
         turn_rate_max_radps: Some(limits.turn_rate_max),
         acceleration_max_mps2: Some(limits.acceleration_max),
         deceleration_max_mps2: Some(limits.deceleration_max),
-        surge_lag_s: Some(limits.surge_lag),
+        surge_lag_s: None,
     }
 }

@@ -216,4 +216,8 @@ impl Filter for OnPath<'_> {
         }
         believed
     }
+
+    fn found_at(&self, report: &Report) -> Self {
+        Self::start(report, self.known, &self.current)
+    }
 }

@@ -26,11 +26,11 @@ const COURSE_SIGMA: f64 = 0.05;
 
 /// SplitMix64: the planner has no random numbers, and its tests need few.
 /// Source: G. L. Steele, D. Lea, C. H. Flood, "Fast splittable pseudorandom number generators", 2014.
-struct Random(u64);
+pub(super) struct Random(pub(super) u64);
 
 impl Random {
     #[expect(clippy::cast_precision_loss, reason = "53 bits fit")]
-    fn uniform(&mut self) -> f64 {
+    pub(super) fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
@@ -38,7 +38,7 @@ impl Random {
     }
 
     /// Two standard normal numbers, by Box and Muller.
-    fn normal(&mut self) -> Vector2<f64> {
+    pub(super) fn normal(&mut self) -> Vector2<f64> {
         let size = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
         crate::angle::direction(std::f64::consts::TAU * self.uniform()) * size
     }
@@ -92,7 +92,7 @@ fn estimate(reports: &[Report], now: f64) -> Estimate {
         path: None,
         dive: None,
     };
-    Estimate::new(&auv, now, &Vector2::zeros())
+    Estimate::new(&auv, now, &Vector2::zeros(), None)
 }
 
 /// The reports without what the vehicle says of itself.
@@ -107,9 +107,10 @@ fn positions_alone(reports: &[Report]) -> Vec<Report> {
 }
 
 #[test]
-fn the_error_is_as_large_as_the_covariance_says() {
+fn of_a_vehicle_that_never_manoeuvres_the_error_is_no_larger_than_the_covariance_says() {
     // The normalised error squared, eᵀ P⁻¹ e, is χ² with four degrees of freedom; the sum over 200 seeds with 800, of
-    // which 95 % lie between 723.5 and 880.3 (tabulated quantiles 0.025 and 0.975).
+    // which 97.5 % lie below 880.3 (tabulated). It is less than 800, because these vehicles go straighter than those
+    // that the filter reckons with; without telemetry half, since a vehicle of 1.8 m/s might turn.
     let run = |with_telemetry: bool| {
         let mut sum = 0.0;
         for seed in 0..200 {
@@ -134,7 +135,7 @@ fn the_error_is_as_large_as_the_covariance_says() {
             "telemetry {with_telemetry}: mean normalised error squared {:.2} of 4",
             sum / 200.0
         );
-        assert!((723.5..=880.3).contains(&sum), "{sum}");
+        assert!((300.0..=880.3).contains(&sum), "{sum}");
     }
 }
 
@@ -232,7 +233,7 @@ fn what_is_said_twice_counts_once() {
 }
 
 #[test]
-fn a_vehicle_that_was_moved_is_found_again_by_the_third_report() {
+fn a_vehicle_that_was_moved_is_found_again_by_the_second_report() {
     let (reports, ..) = flight(&mut Random(4), 12, Vector2::new(0.2, 0.1));
     let moved = |n: usize| {
         let mut reports = reports[..n].to_vec();
@@ -241,15 +242,14 @@ fn a_vehicle_that_was_moved_is_found_again_by_the_third_report() {
         }
         reports
     };
-    for n in [9, 10] {
-        let reports = moved(n);
-        let lost = estimate(&reports, 620.0);
-        assert_eq!(lost.rejected, (8..n).collect::<Vec<_>>());
+    assert_eq!(estimate(&moved(9), 620.0).rejected, [8]);
+    let reports = moved(10);
+    for reports in [&reports, &positions_alone(&reports)] {
+        let found = estimate(reports, 620.0);
+        assert_eq!(found.rejected, (0..8).collect::<Vec<_>>());
+        assert!((found.state.position - reports[9].position).norm() < 3.0 * SIGMA);
+        assert!(found.state.speed < 0.5);
     }
-    let reports = moved(11);
-    let found = estimate(&reports, 620.0);
-    assert_eq!(found.rejected, (0..8).collect::<Vec<_>>());
-    assert!((found.state.position - reports[10].position).norm() < 3.0 * SIGMA);
 }
 
 #[test]
@@ -271,8 +271,7 @@ fn the_fastest_vehicle_that_tells_no_speed_is_followed() {
 fn a_velocity_that_cannot_be_is_left_out_and_its_position_is_not() {
     let (mut reports, ..) = flight(&mut Random(7), 10, Vector2::new(0.2, 0.1));
     let sane = estimate(&reports, 595.0);
-    let track = reports[9].ground_track.as_mut().expect("is told");
-    track.course = Course::new(track.course.radians() + 3.0);
+    reports[9].ground_track.as_mut().expect("is told").speed = 5.0;
     let found = estimate(&reports, 595.0);
     assert_eq!(found.rejected, [] as [usize; 0]);
     assert_eq!(found.state.age, 5.0);
@@ -350,7 +349,7 @@ fn estimate_along(known: &KnownPath, reports: &[Report]) -> Estimate {
         path: Some(known.clone()),
         dive: None,
     };
-    Estimate::new(&auv, 290.0, &Vector2::zeros())
+    Estimate::new(&auv, 290.0, &Vector2::zeros(), None)
 }
 
 #[test]
@@ -432,6 +431,118 @@ fn a_path_and_its_reports_in_another_place_give_the_same_estimate_there() {
             .into_owned()
     };
     assert!((turn * position(&here) * turn.transpose() - position(&there)).amax() < 1e-9);
+}
+
+/// A vehicle that turns at a constant rate, told by exact states without it, `interval` seconds apart: the estimates of
+/// its rate, each handed back with the next.
+fn told_by_states(rate: f64, interval: f64, n: u32, course_error: impl Fn(u32) -> f64) -> Vec<f64> {
+    let mut remembered: Option<(PreviousTarget, f64)> = None;
+    let mut rates = Vec::new();
+    for k in 0..n {
+        let time = interval * f64::from(k);
+        let auv = Auv {
+            id: VehicleId("a".into()),
+            evidence: Evidence::State(AuvState {
+                position: Vector2::zeros(),
+                depth: 0.0,
+                course: Course::new(1.0 + rate * time + course_error(k)),
+                speed: 0.9,
+                turn_rate: 0.0,
+                age: 0.0,
+                covariance: None,
+            }),
+            path: None,
+            dive: None,
+        };
+        let before = remembered.as_ref().map(|(target, reported)| (target, *reported));
+        let state = Estimate::new(&auv, time, &Vector2::zeros(), before).state;
+        rates.push(state.turn_rate);
+        let target = PreviousTarget {
+            id: auv.id.clone(),
+            model: crate::snapshot::ForecastModel::ConstantVelocity,
+            report_age: 0.0,
+            position: state.position,
+            depth: 0.0,
+            velocity: state.velocity(),
+            turn_rate: state.turn_rate,
+            drift: Vector2::zeros(),
+        };
+        // The same state asked for again, with an answer in between that had nothing new, tells the same.
+        let again = Estimate::new(&auv, time, &Vector2::zeros(), Some((&target, time))).state;
+        assert_eq!(again.turn_rate, state.turn_rate);
+        remembered = Some((target, time));
+    }
+    rates
+}
+
+#[test]
+fn a_rate_of_turn_that_is_not_told_is_found_out_from_successive_states() {
+    for rate in [0.09, -0.03, 0.3] {
+        for interval in [1.0, 5.0] {
+            let rates = told_by_states(rate, interval, 21, |_| 0.0);
+            assert_eq!(rates[0], 0.0);
+            // After n states exp(−n Δ/τ) of it is missing, but for what was too slow to tell.
+            assert!((rates[20] - rate).abs() < 0.05 * rate.abs(), "{rate}: {rates:?}");
+        }
+    }
+    // Straight on, it stays straight.
+    assert_eq!(told_by_states(0.0, 1.0, 30, |_| 0.0), [0.0; 30]);
+}
+
+#[test]
+fn courses_that_err_make_no_turn_worth_telling() {
+    let mut random = Random(3);
+    let errors: Vec<_> = (0..400).map(|_| 0.05 * random.normal().x).collect();
+    let rates = told_by_states(0.0, 1.0, 400, |k| errors[usize::try_from(k).expect("few")]);
+    let rms = (rates.iter().map(|rate| rate * rate).sum::<f64>() / 400.0).sqrt();
+    // As documented: the derivative of white noise through a filter of 5 s.
+    assert!((0.002..0.014).contains(&rms), "{rms} rad/s");
+}
+
+#[test]
+fn a_rate_of_turn_that_is_told_is_not_second_guessed() {
+    let (reports, ..) = flight(&mut Random(8), 3, Vector2::new(0.9, 0.1));
+    let rate = |told: [Option<f64>; 3], turned: f64| {
+        let mut reports = reports.clone();
+        for (k, (report, told)) in (0_u8..).zip(reports.iter_mut().zip(told)) {
+            report.turn_rate = told;
+            let course = 0.1 + turned * f64::from(k);
+            report.ground_track = Some(GroundTrack {
+                course: Course::new(course),
+                speed: 0.9,
+            });
+            report.sigma = 100.0;
+        }
+        estimate(&reports, 525.0).state.turn_rate
+    };
+    assert_eq!(rate([None, Some(0.02), None], 0.5), 0.02);
+    // Half a radian in ten seconds, where nothing is told; a tenth of that is no turn.
+    assert!((rate([None; 3], 0.5) - 0.05).abs() < 1e-12);
+    assert_eq!(rate([None; 3], 0.04), 0.0);
+}
+
+#[test]
+fn reports_older_than_an_hour_count_where_there_is_no_other() {
+    let (mut reports, ..) = flight(&mut Random(9), 5, Vector2::new(0.2, 0.1));
+    for report in &mut reports[..3] {
+        report.time -= 5000.0;
+    }
+    let young = estimate(&reports, 600.0);
+    assert_eq!(young.rejected, [0, 1, 2]);
+    assert_eq!(young.state, estimate(&reports[3..], 600.0).state);
+    let old = estimate(&reports[..3], 600.0);
+    assert_eq!(old.rejected, [0, 1]);
+    assert_eq!(old.state.position, reports[2].position);
+    // Years are no trouble, with a path or without.
+    let (known, ..) = lanes(&mut Random(1));
+    let auv = Auv {
+        id: VehicleId("a".into()),
+        evidence: Evidence::Reports(reports),
+        path: Some(known),
+        dive: None,
+    };
+    let ages = Estimate::new(&auv, 1.0e11, &Vector2::zeros(), None);
+    assert!(ages.position_sigma().is_some_and(f64::is_finite));
 }
 
 fn report(extent: f64) -> impl Strategy<Value = Report> {

@@ -19,6 +19,10 @@ const VELOCITY_SIGMA: f64 = 0.05;
 /// 5.8 m.
 const ACCELERATION_DENSITY: f64 = 6.0e-5;
 
+/// Speed of that lawn-mower, m/s. On the same lanes a faster vehicle accelerates with the square of its speed, for as long
+/// as it needs for a turn: the density grows with the cube.
+const LAWN_MOWER_SPEED: f64 = 0.193;
+
 /// Standard deviation of the speed along a known path, as a share of the speed through the water.
 ///
 /// Assumption: how well a mission keeps the speed that it planned, in a current known to 0.02 m/s.
@@ -43,20 +47,37 @@ pub(super) fn covariance_unless_told() -> Matrix4<f64> {
 /// ```text
 /// P(t) = P_pp + t (P_pv + P_pvᵀ)₊ + t² R P_vv Rᵀ + ⅓ q t³ I        R = R(½ turned)
 /// ```
-/// For a straight course that is white acceleration of density q, except that of the correlation only what makes
+/// q grows with the vehicle's speed. For a straight course that is white acceleration of density q, except that of the correlation only what makes
 /// the doubt grow counts (₊: the part with positive eigenvalues), so that waiting never tells where a vehicle is.
 /// For a turn it is an upper bound: the doubt of velocity grows along the arc, while the chord that a wrong speed
 /// or course shifts is shorter, and a wrong rate of turn counts as acceleration.
-pub(super) fn free(state: &Matrix4<f64>, elapsed: f64, turned: f64) -> Matrix2<f64> {
+pub(super) fn free(state: &Matrix4<f64>, elapsed: f64, course: &Free) -> Matrix2<f64> {
     let position = state.fixed_view::<2, 2>(0, 0);
     let correlation = state.fixed_view::<2, 2>(0, 2).into_owned();
     let velocity = state.fixed_view::<2, 2>(2, 2);
-    let half_turn = ned_from_body(0.5 * turned);
+    let half_turn = ned_from_body(0.5 * course.turned);
     let t = elapsed;
     position
         + positive_part(&(correlation + correlation.transpose())) * t
         + half_turn * velocity * half_turn.transpose() * (t * t)
-        + Matrix2::identity() * (ACCELERATION_DENSITY * t.powi(3) / 3.0)
+        + Matrix2::identity() * strayed(course.speed, t)
+}
+
+/// Variance of a position along either axis, m², `t` seconds after a vehicle of a speed, m/s, was last heard of, by what
+/// nobody foresees; no more than if it went straight on in any other direction.
+fn strayed(speed: f64, t: f64) -> f64 {
+    let faster = (speed / LAWN_MOWER_SPEED).max(1.0);
+    let unbounded = ACCELERATION_DENSITY * t.powi(3) / 3.0;
+    (unbounded * faster.powi(3)).min(unbounded.max((speed * t).powi(2)))
+}
+
+/// How a vehicle goes of which no plans are known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Free {
+    /// Speed over ground, m/s.
+    pub(super) speed: f64,
+    /// Angle by which its course is forecast to have turned, rad.
+    pub(super) turned: f64,
 }
 
 /// What the doubt of a vehicle on a path depends on.

@@ -221,3 +221,20 @@ fn an_older_report_is_doubted_as_if_one_had_waited() {
     let old = forecast(&old, ForecastModel::ConstantTurn);
     assert_eq!(old.position_covariance(10.0), fresh.position_covariance(40.0));
 }
+
+#[test]
+fn a_faster_vehicle_is_doubted_as_a_slow_one_whose_time_goes_faster() {
+    // On the same lanes, what a vehicle of 5 · 0.193 m/s does in 10 s is what one of 0.193 m/s does in 50 s.
+    let known = doubted(auv(0.0, None), Matrix4::identity() * 1e-12);
+    let slow = forecast(&known, ForecastModel::ConstantVelocity);
+    let mut fast = known;
+    state(&mut fast).speed = 5.0 * 0.193;
+    state(&mut fast).covariance = Some(Matrix4::identity() * 1e-12);
+    let fast = forecast(&fast, ForecastModel::ConstantVelocity);
+    let ratio = fast.position_variance(10.0) / slow.position_variance(50.0);
+    // q t³: 5³ times the density, 5⁻³ of the time cubed. The slow one's speed is 0.19302 m/s.
+    assert!((ratio - 1.0).abs() < 1e-2, "{ratio}");
+    // It cannot be farther off than the other way round, however long it was not heard of.
+    let longest = fast.position_variance(3000.0).sqrt();
+    assert!(longest < 2.0 * 5.0 * 0.193 * 3000.0, "{longest} m");
+}

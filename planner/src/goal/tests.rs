@@ -3,6 +3,7 @@ use std::sync::Arc;
 use super::*;
 use crate::{
     angle::{Heading, direction, wrap},
+    craft::CraftDescription,
     path::Path,
     snapshot::{
         AscState, AuvState, Evidence, Fallback, ForecastChoice, HoldStyle, KnownPath, Limits, Observation,
@@ -51,6 +52,7 @@ fn observation(auvs: Vec<Auv>, goal: Goal) -> Observation {
         offset: None,
         current: None,
         limits: Limits::MEDUSA,
+        craft: CraftDescription::default(),
         keep_outs: vec![],
         area: vec![],
         range_max: None,
@@ -267,8 +269,9 @@ fn at_rest_the_axes_stay_as_they_are_remembered_or_else_reported() {
     seen.previous_plan = Some(PreviousPlan {
         trajectory: vec![],
         goal_course: Some(Course::new(-2.0)),
-        surge_memory: None,
-        heading_reference: None,
+        reference: None,
+        told: None,
+        craft: None,
         current: None,
         targets: vec![],
     });

@@ -160,7 +160,7 @@ impl Lap {
         };
         let round = Limits {
             speed_max: limits.speed_max.min(SPEED_ROUND.max(limits.speed_min)),
-            ..limits.clone()
+            ..*limits
         };
         saturated_los(asc, &corner, Course::of(&self.leg()), gains, &round)
     }

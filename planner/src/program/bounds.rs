@@ -5,13 +5,19 @@ use nalgebra::Vector2;
 use super::{LENGTH_UNIT, Pass, Program, Slack};
 
 impl Program {
-    /// ‖p_k − p_i,k‖ ≤ ρ_i,k + ξ for every AUV i: exact, as depth and doubt are forecast and already in ρ.
+    /// ‖p_k − p_i,k‖ ≤ ρ_i,k + ξ for every AUV i: exact, as depth and doubt are forecast and already in ρ. Those that the
+    /// goal names have a slack of their own, at a price above that of the others.
     pub(super) fn stay_in_acoustic_range(&mut self, pass: &Pass<'_>) {
         for (i, range) in pass.ranges.iter().enumerate() {
             for k in self.stages() {
                 let row = self.layout.range_cone(k, i);
                 self.bounds[row] = range.radii[k] / LENGTH_UNIT;
-                self.soften(row, k, Slack::AcousticRange, LENGTH_UNIT);
+                let slack = if range.named {
+                    Slack::AcousticRange
+                } else {
+                    Slack::OtherRange
+                };
+                self.soften(row, k, slack, LENGTH_UNIT);
                 let away = (pass.goal[k] - range.centres[k]) / LENGTH_UNIT;
                 for axis in 0..2 {
                     let d = self.layout.deviation(k) + axis;

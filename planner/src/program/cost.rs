@@ -1,7 +1,7 @@
 //! What the program minimises.
 
 use super::{LENGTH_UNIT, Pass, Program, SLACK_UNIT, Slack};
-use crate::{merit::SURGE_DRAG, policy::Weights};
+use crate::policy::Weights;
 
 impl Program {
     /// Σ w_k ‖d_k‖², trapezoidal in time, with a terminal weight.
@@ -80,7 +80,7 @@ impl Program {
         }
     }
 
-    /// Σ w_E D Δt e_k, the work against the surge drag D σ³, with e_k ≥ σ_k³ as two rotated cones:
+    /// Σ w_E Δt (c₁ σ_k + c₃ e_k), the propulsion power, with e_k ≥ σ_k³ as two rotated cones:
     ///
     /// ```text
     /// σ² ≤ m       ⇔  ‖(σ, (m − 1)/2)‖ ≤ (m + 1)/2
@@ -91,7 +91,9 @@ impl Program {
         for k in self.stages() {
             let sigma = self.layout.energy(k);
             let (square, cube) = (sigma + 1, sigma + 2);
-            self.linear[cube] += scale * pass.weights.energy * SURGE_DRAG * duration(pass, k);
+            let price = scale * pass.weights.energy * duration(pass, k);
+            self.linear[sigma] += price * pass.power.linear;
+            self.linear[cube] += price * pass.power.cubic;
             let first = self.layout.energy_cones(k);
             self.row_triplets.push((first, square, -0.5));
             self.bounds[first] = 0.5;
@@ -128,6 +130,7 @@ fn price(slack: Slack, weights: &Weights) -> (f64, f64) {
     match slack {
         Slack::Motion => weights.slack,
         Slack::AcousticRange => weights.range_slack,
+        Slack::OtherRange => weights.other_range_slack,
         Slack::Area => weights.area_slack,
         Slack::KeepOut => weights.keep_out_slack,
     }

@@ -8,6 +8,8 @@ pub struct Layout {
     pub n_stages: usize,
     /// AUVs to stay within acoustic range of.
     pub n_ranges: usize,
+    /// How many of these, the last, the goal does not name.
+    pub n_other_ranges: usize,
     /// Discs to stay out of.
     pub n_discs: usize,
     /// Edges of the area to stay in.
@@ -23,14 +25,23 @@ pub struct Layout {
 pub(crate) enum Slack {
     /// Forward speed and turn rate: two in one saves a sixth of the variables.
     Motion,
+    /// Ranges of the AUVs that the goal names.
     AcousticRange,
+    /// Ranges of the others.
+    OtherRange,
     Area,
     KeepOut,
 }
 
 impl Slack {
     /// In the order of their columns.
-    const ALL: [Self; 4] = [Self::Motion, Self::AcousticRange, Self::Area, Self::KeepOut];
+    const ALL: [Self; 5] = [
+        Self::Motion,
+        Self::AcousticRange,
+        Self::OtherRange,
+        Self::Area,
+        Self::KeepOut,
+    ];
 }
 
 const N_STATES: usize = 4;
@@ -58,7 +69,8 @@ impl Layout {
     fn has(&self, slack: Slack) -> bool {
         match slack {
             Slack::Motion => true,
-            Slack::AcousticRange => self.n_ranges > 0,
+            Slack::AcousticRange => self.n_ranges > self.n_other_ranges,
+            Slack::OtherRange => self.n_other_ranges > 0,
             Slack::Area => self.n_edges > 0,
             Slack::KeepOut => self.n_discs > 0,
         }

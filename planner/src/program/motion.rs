@@ -63,23 +63,44 @@ impl Program {
         }
     }
 
-    /// |n̄ᵀ a| ≤ r_max c̄ᵀ (v_{k−1} + v_k)/2 + ξ: lateral acceleration is speed times rate.
+    /// |n̄ᵀ (a_k + (T/Δ) (a_k − a_{k−1}))| ≤ r_max c̄ᵀ (v_{k−1} + v_k)/2 + ξ: lateral acceleration is speed times rate, and
+    /// the heading reference that makes it turns no faster than the craft.
+    ///
+    /// A heading loop of lag T follows T ψ̇ = ψ_ref − ψ, so that a plan asks for ψ_ref = ψ + T ψ̇, which turns with
+    /// ψ̇ + T ψ̈: the term in the bracket, over the speed. Bounded by r_max it bounds ψ̇ as well, by which the plan turns
+    /// no faster than the craft can, and begins to turn no sooner. Δ is the time between the middles of both intervals.
     ///
     /// The mean speed of the interval, not the one at its start, lets a craft at rest begin to turn.
     pub(super) fn turn_no_faster_than_the_craft_can(&mut self, pass: &Pass<'_>) {
         for k in self.stages() {
             let dt = pass.steps[k - 1];
+            let dt_before = if k > 1 { pass.steps[k - 2] } else { dt };
+            let lead = pass.course_lag / (0.5 * (dt + dt_before));
             let c = mean_direction(pass.directions, k);
             let n = starboard_of(c);
             let ahead = c * (0.5 * pass.limits.turn_rate_max);
             for (i, sign) in [1.0, -1.0].into_iter().enumerate() {
                 let row = self.layout.turn_rate(k) + i;
-                self.add_velocity(row, k, n * (sign / dt) - ahead);
+                let now = n * (sign * (1.0 + lead) / dt);
+                let before = n * (sign * lead / dt_before);
+                self.add_velocity(row, k, now - ahead);
                 self.soften(row, k, Slack::Motion, 1.0);
-                if k > 1 {
-                    self.add_velocity(row, k - 1, n * (-sign / dt) - ahead);
-                } else {
-                    self.bounds[row] = (n * (sign / dt) + ahead).dot(&pass.velocity);
+                let last = -now - before - ahead;
+                match k {
+                    1 => {
+                        let ahead_of_start = n * (sign / dt) + ahead;
+                        let change = n * (sign * lead / dt);
+                        self.bounds[row] = (ahead_of_start + change).dot(&pass.velocity)
+                            + sign * lead * n.dot(&pass.acceleration);
+                    }
+                    2 => {
+                        self.add_velocity(row, k - 1, last);
+                        self.bounds[row] = -before.dot(&pass.velocity);
+                    }
+                    _ => {
+                        self.add_velocity(row, k - 1, last);
+                        self.add_velocity(row, k - 2, before);
+                    }
                 }
             }
         }

@@ -3,21 +3,22 @@
 use std::collections::HashSet;
 
 use super::*;
-use crate::policy::Policy;
+use crate::{craft::Craft, policy::Policy};
 
 use super::cost::cost_scale;
 
 #[test]
 fn every_variable_and_every_row_has_one_place() {
-    for (n_ranges, n_discs, n_edges, n_worst, energy) in [
-        (0, 0, 0, 0, false),
-        (2, 3, 4, 2, true),
-        (1, 0, 5, 0, true),
-        (0, 1, 0, 3, false),
+    for ((n_ranges, n_other_ranges), n_discs, n_edges, n_worst, energy) in [
+        ((0, 0), 0, 0, 0, false),
+        ((2, 1), 3, 4, 2, true),
+        ((1, 0), 0, 5, 0, true),
+        ((3, 3), 1, 0, 3, false),
     ] {
         let layout = Layout {
             n_stages: 7,
             n_ranges,
+            n_other_ranges,
             n_discs,
             n_edges,
             n_worst,
@@ -109,10 +110,12 @@ impl Scene {
             Range {
                 centres: way(9.0, 3.0),
                 radii: numbers(12.0),
+                named: true,
             },
             Range {
                 centres: way(-3.0, 7.0),
                 radii: numbers(8.0),
+                named: false,
             },
         ];
         scene.discs = vec![Disc {
@@ -134,6 +137,8 @@ impl Scene {
         Pass {
             steps: &self.steps,
             velocity: Vector2::new(0.4, -0.05),
+            acceleration: Vector2::new(-0.02, 0.04),
+            course_lag: 1.9,
             current: Vector2::new(0.03, -0.08),
             goal: &self.goal,
             goal_velocity: &self.goal_velocity,
@@ -145,6 +150,7 @@ impl Scene {
             edges: &self.edges,
             worst: &self.worst,
             weights: &self.policy.weights,
+            power: Craft::MEDUSA.power,
         }
     }
 }
@@ -271,11 +277,48 @@ fn every_row_says_what_its_promise_says() {
             "forward speed",
         );
         let rate = limits.turn_rate_max * c_mean.dot(&(v[k] + v[k - 1])) / 2.0 + xi;
-        close(layout.turn_rate(k), rate - n_mean.dot(&a), "turn to starboard");
-        close(layout.turn_rate(k) + 1, rate + n_mean.dot(&a), "turn to port");
+        // What the reference that leads the course by its lag turns with: a + T ȧ, between the middles of both intervals.
+        let (a_before, between) = if k == 1 {
+            (pass.acceleration, pass.steps[0])
+        } else {
+            let before = (v[k - 1] - v[k - 2]) / pass.steps[k - 2];
+            (before, f64::midpoint(pass.steps[k - 2], pass.steps[k - 1]))
+        };
+        let asked = a + (a - a_before) * (pass.course_lag / between);
+        close(
+            layout.turn_rate(k),
+            rate - n_mean.dot(&asked),
+            "turn to starboard",
+        );
+        close(layout.turn_rate(k) + 1, rate + n_mean.dot(&asked), "turn to port");
         close(layout.speed_cone(k), limits.speed_max, "speed limit");
         close(layout.speed_cone(k) + 1, v[k].x, "speed ahead");
         close(layout.speed_cone(k) + 2, v[k].y, "speed to starboard");
+    }
+}
+
+#[test]
+fn a_craft_without_lag_may_turn_as_fast_as_it_can_whatever_its_turn_was() {
+    let scene = Scene::new();
+    let prompt = Pass {
+        course_lag: 0.0,
+        ..scene.pass()
+    };
+    let turning = Pass {
+        acceleration: Vector2::new(3.0, -5.0),
+        ..prompt
+    };
+    assert_eq!(Program::new(&prompt), Program::new(&turning));
+    let program = Program::new(&prompt);
+    let (x, _, v) = variables(&prompt, 1.3);
+    let s = row_slacks(&program, &x);
+    for k in 1..=program.layout.n_stages {
+        let mean = (prompt.directions[k - 1] + prompt.directions[k]).normalize();
+        let across = starboard_of(mean).dot(&(v[k] - v[k - 1])) / prompt.steps[k - 1];
+        let most = prompt.limits.turn_rate_max * mean.dot(&(v[k] + v[k - 1])) / 2.0;
+        let row = program.layout.turn_rate(k);
+        assert!((s[row] - (most - across)).abs() < 1e-12);
+        assert!((s[row + 1] - (most + across)).abs() < 1e-12);
     }
 }
 
@@ -310,7 +353,7 @@ fn every_bound_says_what_its_promise_says() {
             let row = layout.range_cone(k, i);
             close(
                 s[row] * LENGTH_UNIT,
-                range.radii[k] + xi(Slack::AcousticRange),
+                range.radii[k] + xi([Slack::OtherRange, Slack::AcousticRange][usize::from(range.named)]),
                 "range",
             );
             close(norm(row, 3), (p[k] - range.centres[k]).norm(), "distance");

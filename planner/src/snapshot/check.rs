@@ -9,13 +9,15 @@ use std::{
 use nalgebra::Vector2;
 
 use super::{
-    AscState, Auv, Dive, Goal, KnownPath, Limits, Observation, Offset, PreviousTarget, Snapshot,
-    TrajectoryPoint, VehicleId,
+    AscState, Auv, Dive, Goal, KnownPath, Limits, Observation, Offset, PreviousPlan, PreviousTarget,
+    Snapshot, TrajectoryPoint, VehicleId,
     bounds::{bounds_faults, clockwise, separation_fault},
 };
 use crate::{
+    craft::{CraftEstimate, CraftModel, Prior},
     estimate::Estimate,
     invalid_field::{InvalidField, InvalidReason},
+    los::Reference,
     path::InvalidPath,
 };
 
@@ -99,38 +101,29 @@ impl TryFrom<Observation> for Snapshot {
             if let Some(current) = &previous.current {
                 check.current("previous_plan/current", current);
             }
-            if let Some(memory) = previous.surge_memory {
-                check.within(
-                    format_args!("previous_plan/asc_speed_mps"),
-                    memory.surge,
-                    -5.0..=20.0,
-                );
-                let reference = format_args!("previous_plan/reference/speed_mps");
-                check.within(reference, memory.reference, 0.0..=40.0);
-                if let Some(bias) = memory.bias {
-                    let field = format_args!("previous_plan/surge_bias_mps2");
-                    check.within(field, bias, -10.0..=10.0);
-                }
-            }
-            if let Some(heading) = previous.heading_reference {
-                check.within(
-                    format_args!("previous_plan/reference/heading_rad"),
-                    heading.radians(),
-                    -std::f64::consts::PI..=std::f64::consts::PI,
-                );
-            }
+            check.asked(previous);
         }
+        check.invalid.extend(observation.craft.faults());
         if check.invalid.is_empty() {
             let observation = Observation {
                 area: clockwise(observation.area),
                 ..observation
             };
             let current = observation.current();
-            let estimate = |auv| Estimate::new(auv, observation.time, &current);
+            let estimate = |auv: &Auv| {
+                let remembered = observation.remembered(&auv.id);
+                Estimate::new(auv, observation.time, &current, remembered)
+            };
             let estimates = observation.auvs.iter().map(estimate).collect();
+            let craft_prior = Prior::from(&observation.craft);
+            let craft_estimate = CraftEstimate::new(&observation, &craft_prior);
+            let craft = CraftModel::learnt(&craft_prior, &craft_estimate, &observation);
             Ok(Self {
                 observation,
                 estimates,
+                craft_prior,
+                craft_estimate,
+                craft,
             })
         } else {
             Err(InvalidObservation(check.invalid))
@@ -323,6 +316,29 @@ impl Check {
         }
     }
 
+    /// What was asked for and what was told; where the former is no other, the JSON has only the latter.
+    fn asked(&mut self, previous: &PreviousPlan) {
+        let (asked, told) = (previous.reference, previous.told);
+        let apart = previous.craft.is_some() || told.is_some() && told != asked;
+        if let Some(asked) = asked.filter(|_| apart) {
+            let names = ["asked_speed_mps", "asked_heading_rad"];
+            self.reference("previous_plan/craft_estimate", names, &asked);
+        }
+        if let Some(told) = if apart { told } else { asked } {
+            self.reference("previous_plan/reference", ["speed_mps", "heading_rad"], &told);
+        }
+    }
+
+    fn reference(&mut self, field: &str, [speed, heading]: [&str; 2], reference: &Reference) {
+        self.within(format_args!("{field}/{speed}"), reference.speed, 0.0..=40.0);
+        let angle = -std::f64::consts::PI..=std::f64::consts::PI;
+        self.within(
+            format_args!("{field}/{heading}"),
+            reference.heading.radians(),
+            angle,
+        );
+    }
+
     fn limits(&mut self, limits: &Limits) {
         self.within(format_args!("limits/speed_min_mps"), limits.speed_min, 0.0..=2.0);
         // The least gap keeps the speed cone and the forward half-plane from closing on each other.
@@ -351,7 +367,6 @@ impl Check {
             limits.deceleration_max,
             0.001..=5.0,
         );
-        self.within(format_args!("limits/surge_lag_s"), limits.surge_lag, 0.0..=60.0);
     }
 
     fn trajectory(&mut self, points: &[TrajectoryPoint]) {

@@ -57,6 +57,20 @@ pub fn mean(values: &[f64]) -> Interval {
     Interval { centre, bounds }
 }
 
+/// The least value that a `share` of `values`, from 0 to 1, does not exceed; none of no values.
+#[must_use]
+pub fn quantile(values: &[f64], share: f64) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a share of a count is one, and never negative"
+    )]
+    let rank = (share * count(values)).ceil() as usize;
+    sorted.get(rank.max(1) - 1).copied()
+}
+
 /// The mean of a − b over pairs: what tells a tie where a value may be 0.
 #[must_use]
 pub fn paired_difference(a: &[f64], b: &[f64]) -> Interval {
@@ -204,5 +218,14 @@ mod tests {
         assert_eq!(median(&[]), None);
         assert_eq!(median(&[4.0, 1.0, 2.0]), Some(2.0));
         assert_eq!(median(&[4.0, 1.0]), Some(2.5));
+    }
+
+    #[test]
+    fn a_quantile_is_the_least_value_that_its_share_does_not_exceed() {
+        let values = [5.0, 1.0, 4.0, 2.0, 3.0];
+        for (share, value) in [(0.0, 1.0), (0.2, 1.0), (0.5, 3.0), (0.61, 4.0), (1.0, 5.0)] {
+            assert_eq!(quantile(&values, share), Some(value), "{share}");
+        }
+        assert_eq!(quantile(&[], 0.5), None);
     }
 }

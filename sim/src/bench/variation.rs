@@ -89,8 +89,11 @@ impl Twist {
                     *current += Vector2::new(north, east);
                 }
             }
-            Self::NoSurgeLag => observation.limits.surge_lag = 0.0,
-            Self::NoTurnRate => observation.limits.turn_rate_max = TURN_RATE_ANY,
+            Self::NoSurgeLag => observation.craft.surge_time_constant = Some(0.0),
+            Self::NoTurnRate => {
+                observation.limits.turn_rate_max = TURN_RATE_ANY;
+                observation.craft.heading_rate_max = Some(TURN_RATE_ANY);
+            }
             Self::NoPreview => {
                 if let Goal::Intermittent { auvs, dwell, epoch } = &observation.goal {
                     observation.goal = Goal::Track {

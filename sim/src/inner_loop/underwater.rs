@@ -1,6 +1,6 @@
 //! The underwater vehicles' loops: speed, pitch and yaw rate to force and moments.
 
-use super::{SurgeGains, SurgeLoop};
+use super::{AntiWindup, SurgeGains, SurgeLoop};
 use crate::underwater_vehicle::{PITCH_MAX, UnderwaterHull, UnderwaterInput, UnderwaterState};
 
 /// What the path follower and the dive ask of an underwater vehicle.
@@ -38,6 +38,7 @@ impl UnderwaterLoops {
             proportional: 26.0,
             integral: 3.0,
             error_max: 0.2,
+            anti_windup: AntiWindup::On,
         },
         pitch_frequency: 1.2,
         pitch_damping: 0.8,
@@ -52,6 +53,7 @@ impl UnderwaterLoops {
             proportional: 28.6,
             integral: 3.3,
             error_max: 0.05,
+            anti_windup: AntiWindup::On,
         },
         pitch_frequency: 0.4,
         pitch_damping: 0.8,

@@ -12,9 +12,11 @@ use super::{
     },
 };
 
+mod craft;
 mod surroundings;
 mod vehicles;
 
+pub use craft::*;
 pub use surroundings::*;
 pub use vehicles::*;
 

@@ -2,6 +2,7 @@
 
 use std::{fmt, marker::PhantomData};
 
+use planner::craft::description;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
@@ -305,8 +306,8 @@ kinds! {
     FrameTime: 1.0, 3600.0, "s";
     /// Length of a message, or of its processing.
     MessageTime: 0.001, 30.0, "s";
-    /// Lag of a control loop.
-    LoopLag: 0.0, 60.0, "s";
+    /// Time constant of a control loop; what a snapshot accepts.
+    LoopLag: *description::TIME_CONSTANT.start(), *description::TIME_CONSTANT.end(), "s";
     /// Least speed of a craft that steers.
     LeastSpeed: 0.0, 2.0, "m/s";
     /// Speed of sound in water.
@@ -315,6 +316,33 @@ kinds! {
     TurnRate: 0.01, 2.0, "rad/s";
     /// Largest acceleration.
     Acceleration: 0.005, 5.0, "m/s²";
+    /// Dry mass of a surface craft that is drawn.
+    CraftMass: 20.0, 500.0, "kg";
+    /// Lag that a loop of a craft that is drawn is tuned for.
+    TunedLag: 0.5, 8.0, "s";
+    /// Acceleration that the surge loop of a craft that is drawn asks for.
+    TunedAcceleration: 0.03, 0.8, "m/s²";
+    /// Delay of references on their way to the loops.
+    CommandDelay: 0.0, 2.0, "s";
+    /// Natural frequency of a heading loop; this and what follows as a snapshot accepts them.
+    NaturalFrequency: *description::NATURAL_FREQUENCY.start(), *description::NATURAL_FREQUENCY.end(), "rad/s";
+    /// Damping ratio of a heading loop.
+    LoopDamping: *description::DAMPING.start(), *description::DAMPING.end(), "";
+    /// Delay of a loop.
+    LoopDelay: *description::DELAY.start(), *description::DELAY.end(), "s";
+    /// Fastest turn that a heading loop makes.
+    LoopRate: *description::RATE_MAX.start(), *description::RATE_MAX.end(), "rad/s";
+    /// Largest acceleration of a speed loop.
+    LoopAcceleration: *description::ACCELERATION.start(), *description::ACCELERATION.end(), "m/s²";
+    /// Time of a speed loop's integrator.
+    IntegralTime: *description::INTEGRAL_TIME.start(), *description::INTEGRAL_TIME.end(), "s";
+    /// Sway per surge and yaw rate.
+    SwayPerYawRate: *description::SWAY_PER_YAW_RATE.start(), *description::SWAY_PER_YAW_RATE.end(), "s";
+    /// Coefficient of propulsion power.
+    PowerCoefficient: *description::POWER_COEFFICIENT.start(), *description::POWER_COEFFICIENT.end(), "W/(m/s)ⁿ";
+    /// Relative uncertainty of what is told of a craft.
+    RelativeUncertainty:
+        *description::RELATIVE_UNCERTAINTY.start(), *description::RELATIVE_UNCERTAINTY.end(), "";
     /// Propulsion energy.
     Energy: 0.0, 1.0e12, "J";
     /// Latitude of the datum.

@@ -4,6 +4,7 @@ use std::fmt::Display;
 
 use nalgebra::Vector2;
 use planner::{
+    craft::Craft,
     path::Side,
     snapshot::{AUVS_MAX, Goal, ID_LENGTH_MAX, Limits, Offset},
 };
@@ -21,9 +22,11 @@ use crate::{
     world::World,
 };
 
+mod craft;
 mod surroundings;
 mod vehicles;
 
+use craft::told_craft;
 use surroundings::bounds;
 
 /// Most discs, corners and faults of a scenario.
@@ -63,6 +66,8 @@ pub struct Start {
     pub offset: Option<Offset>,
     /// What the surface craft can do, where there is one.
     pub limits: Option<Limits>,
+    /// How it answers its references, as far as that is known, where there is one.
+    pub craft: Option<Craft>,
     /// Slant range that counts as contact, m, where there is a surface craft.
     pub contact_range: Option<f64>,
     /// How long the mission lasts, s.
@@ -113,6 +118,14 @@ impl Draw {
         }
         self.taken += 1;
         default
+    }
+
+    fn take_any<K: Kind>(&mut self, quantity: Option<&Quantity<K>>) -> Option<f64> {
+        if let Some(quantity) = quantity {
+            return Some(self.take(quantity));
+        }
+        self.taken += 1;
+        None
     }
 
     fn point(&mut self, point: &Point) -> Vector2<f64> {
@@ -170,8 +183,9 @@ impl Scenario {
         let offset = briefing.as_ref().and_then(|briefing| briefing.offset);
         let (goal, limits) = (
             briefing.as_ref().map(|briefing| briefing.goal.clone()),
-            briefing.as_ref().map(|briefing| briefing.limits.clone()),
+            briefing.as_ref().map(|briefing| briefing.limits),
         );
+        let craft = briefing.as_ref().map(|briefing| briefing.craft.craft());
         let observer = match briefing {
             Some(briefing) => Some(self.observer(&world, briefing, seed, &mut draw)?),
             None => None,
@@ -182,6 +196,7 @@ impl Scenario {
             goal,
             offset,
             limits,
+            craft,
             contact_range,
             duration,
             settled_after,

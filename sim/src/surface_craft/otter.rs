@@ -85,20 +85,13 @@ impl SurfaceHull {
     };
 }
 
-/// What the Otter can do with its loops closed and drag feed-forward on, from the simulated loops.
-///
-/// Slowest: 0.1 m/s takes 3.9 N of each propeller, well over the dead zone. Fastest and turn rate go
-/// together: a sustained 0.2 rad/s takes 27 N m, which leaves 171 N ahead, and 2.0 m/s takes 158 N
-/// (measured: 1.99 m/s and 0.200 rad/s after 20 s of it, the heading 0.38 rad behind its reference).
-/// Straight ahead it makes 3.09 m/s; its yaw drag balances the largest moment at 0.36 rad/s.
-/// Accelerations: the clamped proportional part gives 44.5 N/(m/s) · 0.4 m/s on 85.5 kg = 0.208 m/s².
-/// Surge lag: ramps at 0.2 m/s² are followed 1.4 to 1.7 s behind, a step from 0.3 to 0.7 m/s reaches 63 %
-/// in 1.9 s.
+/// What the Otter is allowed: slowest, as 0.1 m/s takes 3.9 N of each propeller, well over the dead zone; fastest, so that
+/// thrust is left to turn at 0.2 rad/s (measured: 1.99 m/s and 0.200 rad/s after 20 s of it, the heading 0.38 rad behind
+/// its reference). Straight ahead it makes 3.09 m/s. The rest is what the hull does, [`planner::craft::Craft::OTTER`].
 pub(super) const LIMITS: Limits = Limits {
     speed_min: 0.1,
     speed_max: 2.0,
     turn_rate_max: 0.2,
     acceleration_max: 0.20,
     deceleration_max: 0.20,
-    surge_lag: 2.0,
 };

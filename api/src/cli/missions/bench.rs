@@ -9,13 +9,20 @@ use std::{
 };
 
 use api::{
-    bench::{FRONT_PICTURE, Provenance, Results, document, threads, worst_document, worst_runs, write_runs},
+    bench::{
+        FRONT_PICTURE, Provenance, Results, document, threads, worst_document, worst_runs, write_breakdowns,
+        write_runs, write_strangers,
+    },
     figures::front_chart,
 };
 use clap::{Args, builder::RangedU64ValueParser};
 use sim::{
-    bench::{Board, Contender, TRANSIENTS, TUNING_SEED, ablations, front, other_plant, sensitivity},
+    bench::{
+        Board, Contender, TRANSIENTS, TUNING_SEED, ablations, front, other_plant, sensitivity,
+        strangers::{StrangersBench, StrangersBoard},
+    },
     scenario::Scenario,
+    strangers,
 };
 
 use super::{MissionError, bar, lasting, show};
@@ -61,6 +68,14 @@ pub(crate) struct Bench {
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "5",
         value_parser = scored_seeds())]
     sensitivity: Option<u64>,
+    /// Then draw the craft 1 to N, which nobody tuned for, and fly the nearest law and the planner, told the craft and
+    /// told nothing, in six missions each; and see how soon it notices breakdowns [20 if N is left out].
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "20",
+        value_parser = scored_seeds())]
+    crafts: Option<u64>,
+    /// Fly no scenarios.
+    #[arg(long, requires = "crafts", conflicts_with_all = ["scenario", "front", "other_plant", "ablations", "sensitivity", "worst"])]
+    crafts_only: bool,
     /// Fly the planner's ten worst runs of each scenario again, and show them with a sentence each: `worst.html` and
     /// its pictures.
     #[arg(long)]
@@ -114,17 +129,30 @@ pub(crate) fn bench(arguments: &Bench) -> Result<(), MissionError> {
             scenarios: scenarios.to_vec(),
             ..bench.clone()
         };
-        watched(stage, &more).map(Some)
+        watched(stage, |progress| Ok(more.run(progress)?)).map(Some)
     };
     let all = &bench.scenarios;
     let transient = |scenario: &&Scenario| TRANSIENTS.contains(&scenario.name.as_str());
     let transients: Vec<Scenario> = all.iter().filter(transient).cloned().collect();
     let results = Results {
-        board: watched("every controller, every scenario", &bench)?,
+        board: if arguments.crafts_only {
+            Board {
+                seeds: vec![],
+                matches: vec![],
+            }
+        } else {
+            watched("every controller, every scenario", |progress| {
+                Ok(bench.run(progress)?)
+            })?
+        },
         front: more("nearness and energy", front(), arguments.front, &transients)?,
         other_plant: more("on an Otter", other_plant(), arguments.other_plant, all)?,
         ablations: more("ablations", ablations(), arguments.ablations, all)?,
         sensitivity: more("sensitivity", sensitivity(), arguments.sensitivity, all)?,
+        strangers: match strangers_bench(arguments) {
+            Some(bench) => Some(watched("strangers", |progress| Ok(bench.run(progress)?))?),
+            None => None,
+        },
     };
 
     let provenance = Provenance {
@@ -149,11 +177,43 @@ pub(crate) fn bench(arguments: &Bench) -> Result<(), MissionError> {
         write_text(&path, &front_chart(board, "Nearness and energy"))?;
         writeln!(names, "{}", path.display()).expect("a string takes everything");
     }
+    if let Some(board) = &results.strangers {
+        for path in write_crafts(arguments, board, &provenance)? {
+            writeln!(names, "{}", path.display()).expect("a string takes everything");
+        }
+    }
     if arguments.worst {
         let path = worst(arguments, &results.board, &bench.scenarios)?;
         writeln!(names, "{}", path.display()).expect("a string takes everything");
     }
     Ok(print(&names)?)
+}
+
+/// Writes the rows of the strangers' flights, and of their breakdowns.
+fn write_crafts(
+    arguments: &Bench,
+    board: &StrangersBoard,
+    provenance: &Provenance,
+) -> Result<[PathBuf; 2], MissionError> {
+    let paths = ["strangers.parquet", "breakdowns.parquet"].map(|name| arguments.out.join(name));
+    let [flights, breakdowns] = paths.each_ref();
+    let out = |path: &Path| {
+        let path = path.to_owned();
+        move |source| MissionError::Out { path, source }
+    };
+    let file = |path: &PathBuf| {
+        OutFile::new(path).map_err(|source| MissionError::Figure {
+            path: path.clone(),
+            source,
+        })
+    };
+    file(flights)?
+        .write(|file| write_strangers(board, provenance, file))
+        .map_err(out(flights))?;
+    file(breakdowns)?
+        .write(|file| write_breakdowns(board, provenance, file))
+        .map_err(out(breakdowns))?;
+    Ok(paths)
 }
 
 /// Writes the page about the worst runs, its pictures first.
@@ -178,14 +238,28 @@ fn write_text(path: &Path, text: &str) -> Result<(), MissionError> {
     file.write(|out| out.write_all(text.as_bytes())).map_err(refused)
 }
 
-/// Runs `bench`; how far it is shows on standard error, as a bar or, where that is no terminal, in lines.
-fn watched(stage: &str, bench: &sim::bench::Bench) -> Result<Board, MissionError> {
+fn strangers_bench(arguments: &Bench) -> Option<StrangersBench> {
+    Some(StrangersBench {
+        crafts: arguments.crafts?,
+        duration: arguments.duration_s.map_or(strangers::DURATION, |most| {
+            strangers::DURATION.min(f64::from(most))
+        }),
+        faults: true,
+        threads: arguments.threads.unwrap_or_else(threads),
+    })
+}
+
+/// Runs a bench; how far it is shows on standard error, as a bar or, where that is no terminal, in lines.
+fn watched<Board>(
+    stage: &str,
+    run: impl FnOnce(&mut (dyn FnMut(f64) + Send)) -> Result<Board, MissionError>,
+) -> Result<Board, MissionError> {
     /// Lines of a whole run.
     const LINES: f64 = 20.0;
     let bar = bar();
     let in_lines = !io::stderr().is_terminal();
     let mut lines = 0.0;
-    let board = bench.run(&mut |done| {
+    let board = run(&mut |done| {
         show(&bar, stage, done);
         if in_lines && lines + 1.0 <= done * LINES {
             lines = (done * LINES).floor();
@@ -212,15 +286,20 @@ fn scenarios(arguments: &Bench) -> Result<Vec<Scenario>, MissionError> {
 
 /// What makes the same board again, but for where it is written to.
 fn command(arguments: &Bench) -> String {
-    let mut text = format!(
-        "pilotfish bench --seeds {} --tuning-seeds {}",
-        arguments.seeds, arguments.tuning_seeds
-    );
+    let mut text = if arguments.crafts_only {
+        "pilotfish bench --crafts-only".to_owned()
+    } else {
+        format!(
+            "pilotfish bench --seeds {} --tuning-seeds {}",
+            arguments.seeds, arguments.tuning_seeds
+        )
+    };
     for (name, seeds) in [
         ("front", arguments.front),
         ("other-plant", arguments.other_plant),
         ("ablations", arguments.ablations),
         ("sensitivity", arguments.sensitivity),
+        ("crafts", arguments.crafts),
     ] {
         if let Some(seeds) = seeds {
             write!(text, " --{name} {seeds}").expect("a string takes everything");

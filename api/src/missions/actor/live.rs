@@ -5,7 +5,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::{Actor, Desk, Letter, LiveMission, Order, Plan, Snapshot, Stored, json, tell, work};
+use super::{Actor, Desk, Key, LiveMission, Order, Plan, Snapshot, Stored, json, work};
 use crate::{
     deadline::Arrival,
     missions::{
@@ -63,31 +63,20 @@ impl Actor for Live {
         self.due
     }
 
-    async fn read(&mut self, Letter { order, key, told }: Letter) {
+    async fn carry_out(&mut self, order: Order, key: Option<Key>) -> Result<Vec<u8>, Problem> {
         let at_s = unix_now();
-        let status = self.desk.book.mission.status;
-        let key = match self.desk.book.known(&order, key).await {
-            Ok(key) => key,
-            Err(answer) => return tell(told, answer),
-        };
+        let running = self.desk.book.mission.status == Status::Running;
         let event = match order {
-            Order::Finish if status == Status::Finished => {
-                return tell(told, self.desk.book.unchanged(key).await);
-            }
-            _ if status.is_over() => return tell(told, Err(Problem::conflict("the mission is over"))),
             Order::Step(_) => {
                 let why = "a live mission goes on by itself; only simulated ones take steps";
-                return tell(told, Err(Problem::conflict(why)));
+                return Err(Problem::conflict(why));
             }
             Order::Run(Some(_)) => {
                 let why = "a live mission is as fast as life; only simulated ones take a speed_factor";
-                return tell(told, Err(Problem::conflict(why)));
+                return Err(Problem::conflict(why));
             }
-            Order::Run(None) if status == Status::Running => {
-                return tell(told, self.desk.book.unchanged(key).await);
-            }
-            Order::Pause if status != Status::Running => {
-                return tell(told, self.desk.book.unchanged(key).await);
+            Order::Run(None) if running => {
+                return self.desk.book.unchanged(key).await;
             }
             Order::Hear(heard) => Event::Reported { at_s, heard },
             Order::Run(None) => {
@@ -114,15 +103,15 @@ impl Actor for Live {
             })
         });
         let folded = snapshot.is_some();
-        let stored = self.desk.book.store(vec![event], key, snapshot).await;
-        if let Ok(Stored::Now(_)) = stored {
+        let stored = self.desk.book.store(vec![event], key, snapshot).await?;
+        if let Stored::Now(_) = stored {
             self.unfolded = if folded { 0 } else { self.unfolded + 1 };
             if let Some(known) = known {
                 self.known = known;
                 self.show_whom_it_waits_for();
             }
         }
-        tell(told, stored.map(Stored::answer));
+        Ok(stored.answer())
     }
 
     async fn go_on(&mut self) {

@@ -8,7 +8,7 @@ use std::{
 
 use tokio::task::spawn_blocking;
 
-use super::{Actor, Desk, Letter, Order, Plan, Snapshot, Stored, json, tell, work};
+use super::{Actor, Desk, Key, Order, Plan, Snapshot, Stored, json, work};
 use crate::{
     missions::{
         clock::unix_now,
@@ -62,34 +62,19 @@ impl Actor for Simulated {
         self.due
     }
 
-    async fn read(&mut self, Letter { order, key, told }: Letter) {
+    async fn carry_out(&mut self, order: Order, key: Option<Key>) -> Result<Vec<u8>, Problem> {
         let at_s = unix_now();
-        let status = self.desk.book.mission.status;
-        let key = match self.desk.book.known(&order, key).await {
-            Ok(key) => key,
-            Err(answer) => return tell(told, answer),
-        };
+        let running = self.desk.book.mission.status == Status::Running;
         let event = match order {
-            Order::Finish if status == Status::Finished => {
-                return tell(told, self.desk.book.unchanged(key).await);
-            }
-            _ if status.is_over() => return tell(told, Err(Problem::conflict("the mission is over"))),
             Order::Hear(_) => {
                 let why = "a simulated mission hears its own vehicles; reports are for live ones";
-                return tell(told, Err(Problem::conflict(why)));
+                return Err(Problem::conflict(why));
             }
-            Order::Step(_) if status == Status::Running => {
-                return tell(
-                    told,
-                    Err(Problem::conflict("the mission is running: pause it first")),
-                );
+            Order::Step(_) if running => {
+                return Err(Problem::conflict("the mission is running: pause it first"));
             }
             Order::Step(ticks) => {
-                let stepped = self.step(ticks, key).await;
-                return tell(told, stepped.map(Stored::answer));
-            }
-            Order::Pause if status != Status::Running => {
-                return tell(told, self.desk.book.unchanged(key).await);
+                return self.step(ticks, key).await.map(Stored::answer);
             }
             Order::Run(speed_factor) => {
                 self.due = Instant::now();
@@ -98,8 +83,8 @@ impl Actor for Simulated {
             Order::Pause => Event::Paused { at_s },
             Order::Finish => Event::Finished { at_s },
         };
-        let stored = self.desk.book.store(vec![event], key, None).await;
-        tell(told, stored.map(Stored::answer));
+        let stored = self.desk.book.store(vec![event], key, None).await?;
+        Ok(stored.answer())
     }
 
     /// A plan, or some where there is no clock to wait for.
@@ -124,7 +109,7 @@ impl Actor for Simulated {
 
 impl Simulated {
     /// Goes on for `ticks` plans, or to the end. What the disk does not take has not happened.
-    async fn step(&mut self, ticks: u32, key: Option<super::Key>) -> Result<Stored, Problem> {
+    async fn step(&mut self, ticks: u32, key: Option<Key>) -> Result<Stored, Problem> {
         let simulation = match self.simulation.take() {
             Some(simulation) => simulation,
             None => self.again().await?,

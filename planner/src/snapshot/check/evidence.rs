@@ -4,14 +4,14 @@ use nalgebra::Matrix4;
 
 use super::{
     super::{AuvState, Evidence, Report},
-    COORDINATE_MAX, Check,
+    COORDINATE_MAX, Check, TIME_MAX,
 };
 use crate::invalid_field::InvalidReason;
 
 /// Most reports of one AUV: at one every ten seconds, ten minutes and more.
 pub const REPORTS_MAX: usize = 64;
-/// Oldest report, s.
-pub const REPORT_AGE_MAX: f64 = 3600.0;
+/// Oldest report, s: any that a clock can tell. What is too old for the goal or for a forecast is no error.
+pub const REPORT_AGE_MAX: f64 = 2.0 * TIME_MAX;
 /// Farthest that a report may be from the future, s: what clocks that are set once a mission differ by. It counts
 /// as from now.
 pub const REPORT_AHEAD_MAX: f64 = 1.0;

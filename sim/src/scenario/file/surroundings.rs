@@ -128,10 +128,24 @@ pub struct SensorsFile {
     pub speed_sigma_mps: Option<Quantity<SpeedNoise>>,
 }
 
+/// How a snapshot tells what is heard of an underwater vehicle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ToldAs {
+    /// As `reports`: every message of the last minutes.
+    #[default]
+    Reports,
+    /// As `state`: the newest message, taken for exact.
+    State,
+}
+
 /// Acoustic positioning and telemetry in time slots.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AcousticsFile {
+    /// How the planner is told of what is heard.
+    #[serde(default)]
+    pub told_as: ToldAs,
     /// Time from one slot of a vehicle to its next, s.
     pub frame_s: Quantity<FrameTime>,
     /// Length of a message, s.

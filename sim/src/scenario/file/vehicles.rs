@@ -1,21 +1,25 @@
 //! The vehicles of a scenario file: craft, goal, underwater vehicles, paths.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::Point;
-use crate::scenario::quantity::{
-    Acceleration, Angle, ClockTime, Coordinate, Depth, LeastSpeed, Length, LoopLag, MissionTime,
-    OffsetComponent, PathSpeed, Pitch, Quantity, SlantRange, Speed, TurnRate, Weight,
+use super::{CraftFile, Point};
+use crate::{
+    scenario::quantity::{
+        Acceleration, Angle, ClockTime, CommandDelay, Coordinate, CraftMass, Depth, LeastSpeed, Length,
+        LoopLag, MissionTime, OffsetComponent, PathSpeed, Pitch, Quantity, SlantRange, Speed,
+        TunedAcceleration, TunedLag, TurnRate, Weight,
+    },
+    surface_craft::random::RandomCraft,
 };
 
 /// The surface craft at the start, and its task.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceCraftFile {
-    /// Its hull, thrusters and autopilot.
+    /// Its hull, thrusters and autopilot: a class, or drawn.
     pub class: SurfaceClassFile,
     /// North of the datum, m.
     pub north_m: Quantity<Coordinate>,
@@ -26,7 +30,8 @@ pub struct SurfaceCraftFile {
     /// Surge speed through the water, m/s.
     pub speed_mps: Quantity<Speed>,
     /// Whether its surge loop makes up for drag at once. Without, a MEDUSA needs 39 s for 63 % of the way from
-    /// 0.3 to 1.5 m/s and cannot slow down again at will, which drowns what guidance does.
+    /// 0.3 to 1.5 m/s and cannot slow down again at will, which drowns what guidance does. A craft that is drawn has
+    /// it or not by itself.
     #[serde(default = "yes")]
     pub drag_feed_forward: bool,
     /// Its task.
@@ -39,6 +44,11 @@ pub struct SurfaceCraftFile {
     /// What the planner is told that the craft can do, where that differs from its class.
     #[serde(default)]
     pub limits: LimitsFile,
+    /// What the planner is told of how the craft answers its references; the truth if left out, and nothing if empty.
+    pub craft: Option<CraftFile>,
+    /// The craft of a random class, where it was drawn before: drawing one takes as long as a mission.
+    #[serde(skip)]
+    pub drawn: Option<Arc<RandomCraft>>,
 }
 
 fn yes() -> bool {
@@ -46,13 +56,87 @@ fn yes() -> bool {
 }
 
 /// A class of surface craft.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SurfaceClassFile {
     /// MEDUSA: 30 kg, 1.6 m/s.
     Medusa,
     /// Otter: 3 m/s.
     Otter,
+    /// A craft that nobody has met: hull, thrusters and autopilot are drawn, and step-tested.
+    Random(RandomCraftFile),
+}
+
+/// A surface craft that is drawn. What is left out is drawn too.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RandomCraftFile {
+    /// Which craft; another one for every seed of the mission if left out.
+    pub seed: Option<u64>,
+    /// Dry mass, kg.
+    pub mass_kg: Option<Quantity<CraftMass>>,
+    /// Kind of heading loop.
+    pub heading_loop: Option<HeadingLoopFile>,
+    /// Lag that the heading loop is tuned for, the delay not counted, s.
+    pub heading_lag_s: Option<Quantity<TunedLag>>,
+    /// What the heading loop holds.
+    pub heading_held: Option<HeadingHeldFile>,
+    /// Kind of surge loop.
+    pub surge_loop: Option<SurgeLoopFile>,
+    /// Lag that the surge loop is tuned for, the delay not counted, s.
+    pub surge_lag_s: Option<Quantity<TunedLag>>,
+    /// What the surge loop holds.
+    pub speed_held: Option<SpeedHeldFile>,
+    /// Largest acceleration that the surge loop asks for, m/s².
+    pub acceleration_mps2: Option<Quantity<TunedAcceleration>>,
+    /// Time until a reference reaches the loops, s.
+    pub delay_s: Option<Quantity<CommandDelay>>,
+}
+
+/// A kind of heading loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum HeadingLoopFile {
+    /// Proportional-derivative.
+    Pd,
+    /// Proportional-integral-derivative.
+    Pid,
+    /// The same behind a second-order reference model.
+    ReferenceModel,
+    /// Heading error to a yaw rate that is limited, and that to a moment.
+    Cascade,
+}
+
+/// What a heading loop holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum HeadingHeldFile {
+    /// Where the bow points.
+    Heading,
+    /// Where the craft goes, over ground; where the bow points below 0.1 m/s.
+    Course,
+}
+
+/// A kind of surge loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SurgeLoopFile {
+    /// Proportional, with drag feed-forward.
+    P,
+    /// Proportional-integral, with anti-windup.
+    Pi,
+    /// Proportional-integral, without.
+    PiWindup,
+}
+
+/// What a surge loop holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SpeedHeldFile {
+    /// Speed through the water.
+    ThroughWater,
+    /// Speed over ground along the bow.
+    OverGround,
 }
 
 /// What the surface craft is to do.
@@ -134,7 +218,7 @@ pub struct LimitsFile {
     pub acceleration_max_mps2: Option<Quantity<Acceleration>>,
     /// Largest deceleration, m/s².
     pub deceleration_max_mps2: Option<Quantity<Acceleration>>,
-    /// Lag of the surge loop, s.
+    /// Time constant of the surge loop, s: a member of `craft`, here for files that say no more of it.
     pub surge_lag_s: Option<Quantity<LoopLag>>,
 }
 

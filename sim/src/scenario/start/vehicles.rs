@@ -4,26 +4,31 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use nalgebra::Vector2;
 use planner::{
+    craft::{CraftDescription, HeadingHeld, SpeedHeld},
     path::{Path, Segment, SpeedProfile},
     snapshot::{Goal, Limits, Offset, VehicleId},
 };
 
-use super::{Draw, InvalidScenario, at_most, invalid, side};
+use super::{Draw, InvalidScenario, at_most, invalid, side, told_craft};
 use crate::{
     datum::Datum,
     dive::{Dive, Leg},
     diver::Diver,
     fault::Conduct,
-    inner_loop::{DragFeedForward, SurgeLoop},
+    inner_loop::{DragFeedForward, SurfaceAutopilot, SurgeLoop},
     observe::Briefing,
     path_following::PathFollowingGains,
     record::{Bounds, Origin},
     scenario::file::{
-        AuvFile, CurrentKnowledge, GoalFile, LegFile, LimitsFile, OffsetFile, PathFile, Scenario,
-        SegmentFile, SpeedKnot, SurfaceClassFile, SurfaceCraftFile, UnderwaterClassFile,
+        AuvFile, CurrentKnowledge, GoalFile, HeadingLoopFile, LegFile, LimitsFile, OffsetFile, PathFile,
+        RandomCraftFile, Scenario, SegmentFile, SpeedKnot, SurfaceClassFile, SurfaceCraftFile, SurgeLoopFile,
+        ToldAs, UnderwaterClassFile,
     },
     scenario::quantity::{Coordinate, Kind},
-    surface_craft::SurfaceClass,
+    surface_craft::{
+        SurfaceClass, SurfaceHull,
+        random::{CraftWishes, HeadingLoopKind, RandomCraft, SurgeLoopKind},
+    },
     underwater_vehicle::{UnderwaterClass, UnderwaterState},
     world::SurfaceCraft,
 };
@@ -34,18 +39,10 @@ impl Scenario {
         file: &SurfaceCraftFile,
         draw: &mut Draw,
     ) -> Result<(SurfaceCraft, Briefing, f64), InvalidScenario> {
-        let class = match file.class {
-            SurfaceClassFile::Medusa => SurfaceClass::Medusa,
-            SurfaceClassFile::Otter => SurfaceClass::Otter,
-        };
         let position = Vector2::new(draw.take(&file.north_m), draw.take(&file.east_m));
         let (heading, speed) = (draw.take(&file.heading_rad), draw.take(&file.speed_mps));
-        let feed_forward = if file.drag_feed_forward {
-            DragFeedForward::On
-        } else {
-            DragFeedForward::Off
-        };
-        let hull = class.hull();
+        let kind = Self::surface_kind(file, draw)?;
+        let hull = kind.hull;
         let thrust_max = 2.0 * hull.thrusters.ahead_max;
         if thrust_max < hull.drag_surge.resistance(speed) {
             return Err(invalid(
@@ -53,26 +50,59 @@ impl Scenario {
                 format_args!("{speed} m/s take more than the {thrust_max} N that both thrusters have"),
             ));
         }
-        let craft = SurfaceCraft {
-            hull,
-            state: hull.cruising(&position, heading, speed),
-            autopilot: class.autopilot(feed_forward),
-            surge: SurgeLoop::settled_at(speed, feed_forward, hull.drag_surge),
-            energy: 0.0,
-            heading_travel: 0.0,
-        };
+        let craft = SurfaceCraft::cruising(hull, kind.autopilot, &position, heading, speed);
         let briefing = Briefing {
             goal: self.goal(&file.goal, draw)?,
             offset: match &file.goal_offset {
                 Some(offset) => Some(self.offset(offset, &file.goal, draw)?),
                 None => None,
             },
-            limits: limits(&file.limits, &class.limits(), draw)?,
+            limits: limits(&file.limits, &kind.limits, draw)?,
+            craft: told_craft(file.craft.as_ref(), &file.limits, kind.craft, draw)?,
             current: self.knowledge.current == CurrentKnowledge::Known,
             paths: self.knowledge.paths,
+            newest_as_state: self
+                .knowledge
+                .acoustics
+                .as_ref()
+                .is_some_and(|acoustics| acoustics.told_as == ToldAs::State),
             bounds: Bounds::default(),
         };
         Ok((craft, briefing, draw.take(&file.contact_range_m)))
+    }
+
+    /// The craft of a class, or one that is drawn.
+    fn surface_kind(file: &SurfaceCraftFile, draw: &mut Draw) -> Result<SurfaceKind, InvalidScenario> {
+        let class = match &file.class {
+            SurfaceClassFile::Medusa => SurfaceClass::Medusa,
+            SurfaceClassFile::Otter => SurfaceClass::Otter,
+            SurfaceClassFile::Random(random) => {
+                let (seed, wishes) = (random.seed.unwrap_or(draw.seed), wishes(random, draw));
+                let drawn = match &file.drawn {
+                    Some(drawn) => drawn.clone(),
+                    None => RandomCraft::draw(seed, &wishes)
+                        .map(Arc::new)
+                        .map_err(|error| invalid("surface_craft.class.random", error))?,
+                };
+                return Ok(SurfaceKind {
+                    hull: drawn.hull,
+                    autopilot: drawn.autopilot,
+                    limits: drawn.tested.limits,
+                    craft: CraftDescription::from(&drawn.tested.craft),
+                });
+            }
+        };
+        let feed_forward = if file.drag_feed_forward {
+            DragFeedForward::On
+        } else {
+            DragFeedForward::Off
+        };
+        Ok(SurfaceKind {
+            hull: class.hull(),
+            autopilot: class.autopilot(feed_forward),
+            limits: class.limits(),
+            craft: class.craft(),
+        })
     }
 
     fn goal(&self, file: &GoalFile, draw: &mut Draw) -> Result<Goal, InvalidScenario> {
@@ -307,6 +337,38 @@ impl Scenario {
     }
 }
 
+/// A surface craft before it is anywhere.
+struct SurfaceKind {
+    hull: SurfaceHull,
+    autopilot: SurfaceAutopilot,
+    limits: Limits,
+    /// What is said of how it answers its references.
+    craft: CraftDescription,
+}
+
+fn wishes(file: &RandomCraftFile, draw: &mut Draw) -> CraftWishes {
+    CraftWishes {
+        mass: draw.take_any(file.mass_kg.as_ref()),
+        heading_loop: file.heading_loop.map(|kind| match kind {
+            HeadingLoopFile::Pd => HeadingLoopKind::ProportionalDerivative,
+            HeadingLoopFile::Pid => HeadingLoopKind::ProportionalIntegralDerivative,
+            HeadingLoopFile::ReferenceModel => HeadingLoopKind::ReferenceModel,
+            HeadingLoopFile::Cascade => HeadingLoopKind::Cascade,
+        }),
+        heading_lag: draw.take_any(file.heading_lag_s.as_ref()),
+        surge_loop: file.surge_loop.map(|kind| match kind {
+            SurgeLoopFile::P => SurgeLoopKind::Proportional,
+            SurgeLoopFile::Pi => SurgeLoopKind::AntiWindup,
+            SurgeLoopFile::PiWindup => SurgeLoopKind::Windup,
+        }),
+        surge_lag: draw.take_any(file.surge_lag_s.as_ref()),
+        acceleration: draw.take_any(file.acceleration_mps2.as_ref()),
+        delay: draw.take_any(file.delay_s.as_ref()),
+        speed_held: file.speed_held.map(SpeedHeld::from),
+        heading_held: file.heading_held.map(HeadingHeld::from),
+    }
+}
+
 /// A point of `path` beyond the coordinates that a file may name, if there is one.
 fn farthest_out(path: &Path) -> Option<Vector2<f64>> {
     /// A path has at most a few hundred pieces.
@@ -324,7 +386,6 @@ fn limits(file: &LimitsFile, class: &Limits, draw: &mut Draw) -> Result<Limits, 
         turn_rate_max: draw.take_or(file.turn_rate_max_radps.as_ref(), class.turn_rate_max),
         acceleration_max: draw.take_or(file.acceleration_max_mps2.as_ref(), class.acceleration_max),
         deceleration_max: draw.take_or(file.deceleration_max_mps2.as_ref(), class.deceleration_max),
-        surge_lag: draw.take_or(file.surge_lag_s.as_ref(), class.surge_lag),
     };
     // The planner's own rule: a snapshot with less is refused.
     if limits.speed_max < limits.speed_min + 0.05 {

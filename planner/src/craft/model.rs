@@ -1,0 +1,146 @@
+//! What the planner takes the surface craft for: the numbers that its response model is made of.
+
+use super::{Craft, CraftEstimate, HeadingHeld, Prior, PropulsionPower};
+use crate::snapshot::{Limits, Observation};
+
+/// Least speed of a craft that holds a course, as a multiple of the current.
+const COURSE_SPEED_RATIO: f64 = 1.4;
+
+/// The most of its fastest speed that this may be.
+const COURSE_SPEED_SHARE: f64 = 0.6;
+
+/// Largest bias, as a multiple of the weaker acceleration limit.
+const SURGE_BIAS_MOST: f64 = 1.5;
+
+/// How many times its lags a craft that does not follow is taken to have.
+const CAUTIOUS_LAG: f64 = 1.5;
+
+/// Part of its rates that is asked of a craft that does not follow.
+const CAUTIOUS_RATE: f64 = 0.6;
+
+/// Closed-loop response as the planner predicts it: what the craft does, within what the operator allows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CraftModel {
+    /// The tighter of what the operator allows and what the craft does.
+    pub limits: Limits,
+    /// Time constant of the heading loop, s.
+    pub heading_time: f64,
+    /// By how much the heading loop is later than that, s.
+    pub heading_delay: f64,
+    /// What the heading stays off its reference, rad.
+    pub heading_offset: f64,
+    /// Time constant of the speed loop, s.
+    pub surge_time: f64,
+    /// By how much the speed loop is later than that, s.
+    pub surge_delay: f64,
+    /// Acceleration that the speed loop gives unasked now, m/s².
+    pub surge_bias: f64,
+    /// Time in which the speed loop's integrator gathers what its proportional part asks for, s.
+    pub integral_time: Option<f64>,
+    /// Sway per surge and yaw rate k_β, s.
+    pub sway_per_yaw_rate: f64,
+    /// Propulsion power.
+    pub power: PropulsionPower,
+}
+
+impl CraftModel {
+    /// `craft` within `limits`.
+    #[must_use]
+    pub fn new(craft: &Craft, limits: &Limits) -> Self {
+        Self {
+            limits: Limits {
+                turn_rate_max: limits.turn_rate_max.min(craft.heading.rate_max),
+                acceleration_max: limits.acceleration_max.min(craft.surge.acceleration_max),
+                deceleration_max: limits.deceleration_max.min(craft.surge.deceleration_max),
+                ..*limits
+            },
+            heading_time: craft.heading.time_constant(),
+            heading_delay: craft.heading.effective_delay(),
+            heading_offset: 0.0,
+            surge_time: craft.surge.time_constant,
+            surge_delay: craft.surge.delay,
+            surge_bias: 0.0,
+            integral_time: craft.surge.integral_time,
+            sway_per_yaw_rate: craft.sway_per_yaw_rate,
+            power: craft.power,
+        }
+    }
+
+    /// What is known of the craft by now; of one that does not follow, a slower one than that.
+    #[must_use]
+    pub fn learnt(prior: &Prior, estimate: &CraftEstimate, observation: &Observation) -> Self {
+        let told = Self::new(&prior.craft, &observation.limits).steerable(prior, estimate, observation);
+        let most = told.surge_bias_max();
+        let learnt = Self {
+            heading_time: estimate.heading_time().0,
+            heading_offset: estimate.heading.z,
+            surge_time: estimate.surge_time().0,
+            sway_per_yaw_rate: estimate.drift.mean,
+            surge_bias: estimate.surge.z.clamp(-most, most),
+            ..told
+        };
+        if estimate.monitor.alarm {
+            learnt.cautious()
+        } else {
+            learnt
+        }
+    }
+
+    /// A craft whose loop holds a course has none where the current is faster than itself: its least speed is above that.
+    fn steerable(self, prior: &Prior, estimate: &CraftEstimate, observation: &Observation) -> Self {
+        let (HeadingHeld::Course, _) = estimate.modes(prior) else {
+            return self;
+        };
+        let limits = self.limits;
+        let least =
+            (COURSE_SPEED_RATIO * observation.current().norm()).min(COURSE_SPEED_SHARE * limits.speed_max);
+        Self {
+            limits: Limits {
+                speed_min: limits.speed_min.max(least),
+                ..limits
+            },
+            ..self
+        }
+    }
+
+    /// A craft that is slower to turn and to gather way.
+    fn cautious(self) -> Self {
+        let limits = self.limits;
+        Self {
+            limits: Limits {
+                turn_rate_max: CAUTIOUS_RATE * limits.turn_rate_max,
+                acceleration_max: CAUTIOUS_RATE * limits.acceleration_max,
+                deceleration_max: CAUTIOUS_RATE * limits.deceleration_max,
+                ..limits
+            },
+            heading_time: CAUTIOUS_LAG * self.heading_time,
+            surge_time: CAUTIOUS_LAG * self.surge_time,
+            ..self
+        }
+    }
+
+    /// Largest bias of the speed loop, m/s²: beyond it an estimate is taken for an error.
+    #[must_use]
+    pub fn surge_bias_max(&self) -> f64 {
+        SURGE_BIAS_MOST * self.limits.acceleration_max.min(self.limits.deceleration_max)
+    }
+
+    /// By how much the direction of travel is behind a heading reference that turns steadily, s: the heading's lag, and by
+    /// how much the craft drifts outwards in the turn.
+    #[must_use]
+    pub fn course_lag(&self) -> f64 {
+        (self.heading_lag() + self.sway_per_yaw_rate).max(0.0)
+    }
+
+    /// By how much the heading is behind a reference that turns steadily, s.
+    #[must_use]
+    pub fn heading_lag(&self) -> f64 {
+        self.heading_time + self.heading_delay
+    }
+
+    /// By how much the speed is behind a reference that rises steadily, s.
+    #[must_use]
+    pub fn surge_lag(&self) -> f64 {
+        self.surge_time + self.surge_delay
+    }
+}

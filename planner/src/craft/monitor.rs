@@ -1,0 +1,204 @@
+//! Whether the craft does what is predicted: a test on predictions that only references drive.
+//!
+//! ```text
+//! ψ_o⁺ = response(ψ_o, ψ_ref)      ε = ψ − ψ_o⁺      ψ_o ← ψ_o⁺ + (1 − exp(−Δ/τ_o)) ε        the same for speed
+//! J ← J + (1 − exp(−Δ/τ)) (max(ε_ψ²/σ_ψ², ε_u²/σ_u²) − J)
+//! ```
+//! A prediction that is corrected this slowly gathers over seconds what a lag, a lost thruster or a stuck rudder does to
+//! each of them; one step ahead they are not told from waves. The alarm is raised above one threshold and withdrawn below
+//! another. Its false alarms and delays are measured over whole missions, see `docs/strangers.md`.
+
+use super::{
+    CraftModel,
+    observer::{heading_change, surge_after},
+};
+use crate::{
+    angle::wrap,
+    snapshot::{AscState, Observation},
+};
+
+/// Time in which the predicted heading is led back to the measured one, s.
+const HEADING_CORRECTION_TIME: f64 = 8.0;
+/// The same for the speed, s.
+const SPEED_CORRECTION_TIME: f64 = 15.0;
+/// Time over which the test averages, s.
+const AVERAGING_TIME: f64 = 12.0;
+/// What a craft that follows is off its prediction, rad: compass, waves, and a response that is not quite first order.
+const HEADING_SIGMA: f64 = 0.12;
+/// The same for the speed, m/s.
+const SPEED_SIGMA: f64 = 0.12;
+/// Mean square, in units of those, above which the craft is said not to follow.
+const ALARM: f64 = 6.0;
+/// The same below which it follows again.
+const ALL_CLEAR: f64 = 1.5;
+
+/// What the monitor remembers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Monitor {
+    /// Heading that references alone lead to, rad.
+    pub heading: f64,
+    /// Speed that references alone lead to, m/s.
+    pub speed: f64,
+    /// Mean square of what the craft is off them, in units of what one that follows is.
+    pub statistic: f64,
+    /// Whether the craft is taken not to follow.
+    pub alarm: bool,
+    /// Heading error now, seen less expected, rad.
+    pub heading_error: f64,
+    /// Speed error now, seen less expected, m/s.
+    pub speed_error: f64,
+}
+
+impl Monitor {
+    /// A monitor of nothing.
+    pub(super) const NOTHING: Self = Self {
+        heading: 0.0,
+        speed: 0.0,
+        statistic: 0.0,
+        alarm: false,
+        heading_error: 0.0,
+        speed_error: 0.0,
+    };
+
+    /// Its numbers, in the order in which a memory has them.
+    pub(super) fn memory(&self) -> [f64; 6] {
+        [
+            self.heading,
+            self.speed,
+            self.statistic,
+            f64::from(u8::from(self.alarm)),
+            self.heading_error,
+            self.speed_error,
+        ]
+    }
+
+    /// A monitor of a craft that has done nothing yet.
+    #[must_use]
+    pub fn new(asc: &AscState) -> Self {
+        Self {
+            heading: asc.heading.radians(),
+            speed: asc.surge,
+            statistic: 0.0,
+            alarm: false,
+            heading_error: 0.0,
+            speed_error: 0.0,
+        }
+    }
+
+    /// The monitor `elapsed` later, of a craft that was asked for `heading` and `speed`.
+    #[must_use]
+    pub fn after(
+        &self,
+        observation: &Observation,
+        craft: &CraftModel,
+        heading: f64,
+        speed: f64,
+        elapsed: f64,
+    ) -> Self {
+        let asc = &observation.asc;
+        let error = wrap(heading - self.heading);
+        let turned = heading_change(error, craft.heading_time, craft.limits.turn_rate_max, elapsed);
+        let expected_heading = self.heading + turned;
+        let (expected_speed, _) = surge_after(self.speed, craft.surge_bias, speed, craft, elapsed);
+        let heading_error = wrap(asc.heading.radians() - expected_heading);
+        let speed_error = asc.surge - expected_speed;
+        let share = |time: f64| 1.0 - (-elapsed / time).exp();
+        let square = (heading_error / HEADING_SIGMA)
+            .abs()
+            .max((speed_error / SPEED_SIGMA).abs())
+            .min(SQUARE_ROOT_MAX)
+            .powi(2);
+        let statistic = self.statistic + share(AVERAGING_TIME) * (square - self.statistic);
+        Self {
+            heading: wrap(expected_heading + share(HEADING_CORRECTION_TIME) * heading_error),
+            speed: expected_speed + share(SPEED_CORRECTION_TIME) * speed_error,
+            statistic,
+            alarm: if self.alarm {
+                ALL_CLEAR < statistic
+            } else {
+                ALARM < statistic
+            },
+            heading_error,
+            speed_error,
+        }
+    }
+}
+
+/// A single error counts as no more than this many of those of a craft that follows: one wild reading is no trend.
+const SQUARE_ROOT_MAX: f64 = 6.0;
+
+/// How near the planner and the law kept the craft to its goal, each while it steered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Realised {
+    /// Mean square distance while the planner steered, m².
+    pub planner: f64,
+    /// Mean square distance while the law steered because the craft did not follow, m²; the planner's until then.
+    pub law: f64,
+    /// Whether the law steers because the craft does not follow.
+    pub law_steers: bool,
+    /// For how long whoever steers has done so, s.
+    pub since: f64,
+}
+
+impl Realised {
+    /// Nothing flown yet.
+    pub(super) const START: Self = Self {
+        planner: 0.0,
+        law: 0.0,
+        law_steers: false,
+        since: 0.0,
+    };
+
+    /// Its numbers, in the order in which a memory has them.
+    pub(super) fn memory(&self) -> [f64; 4] {
+        [
+            self.planner,
+            self.law,
+            f64::from(u8::from(self.law_steers)),
+            self.since,
+        ]
+    }
+
+    /// What is known after `elapsed` at `distance` from the goal, m. While there is an `alarm`, each steers for
+    /// a minute at least, and then as long as it is nearer than the other was; without one, the planner does.
+    #[must_use]
+    pub fn after(&self, distance: f64, elapsed: f64, alarm: bool) -> Self {
+        let mut next = *self;
+        next.since += elapsed;
+        let steering = if self.law_steers {
+            &mut next.law
+        } else {
+            &mut next.planner
+        };
+        let share = 1.0 - (-elapsed / REALISED_TIME).exp();
+        *steering += share * (distance.min(DISTANCE_MAX).powi(2) - *steering);
+        // What the other did is forgotten: it is tried again in the end.
+        let fade = (-elapsed / TRIAL_MEMORY).exp();
+        let resting = if self.law_steers {
+            &mut next.planner
+        } else {
+            &mut next.law
+        };
+        *resting *= fade;
+        if !alarm {
+            // The law is as good as the planner until it is tried.
+            (next.law, next.law_steers) = (next.planner, false);
+            next.since = 0.0;
+        } else if TRIAL_TIME < next.since {
+            let law_is_nearer = next.law < next.planner;
+            if law_is_nearer != self.law_steers {
+                (next.law_steers, next.since) = (law_is_nearer, 0.0);
+            }
+        }
+        next
+    }
+}
+
+/// Time for which one steers at least while the craft does not follow, s.
+const TRIAL_TIME: f64 = 60.0;
+/// Time over which a realised distance is averaged, s.
+const REALISED_TIME: f64 = 30.0;
+/// Time in which the distance of the one that rests is forgotten, s.
+const TRIAL_MEMORY: f64 = 900.0;
+/// Farthest that a distance counts, m.
+const DISTANCE_MAX: f64 = 1.0e4;

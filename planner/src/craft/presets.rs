@@ -1,0 +1,139 @@
+//! Craft that are known by name: the only place in the planner with numbers of a vessel.
+
+use super::{
+    Craft, HeadingDynamics, HeadingHeld, HeadingResponse, PropulsionPower, SpeedHeld, SurgeResponse,
+};
+
+impl Craft {
+    /// MEDUSA class, drag feed-forward on.
+    ///
+    /// Source: public parameters of the laboratory's craft (IST Lisbon), closed loops as simulated here. Heading: 2ζ/ω with
+    /// ω = 1.6 rad/s, ζ = 0.8. Surge: 63 % of a step from 0.3 to 0.7 m/s take 2.5 s; the clamped proportional part,
+    /// 26 N/(m/s) · 0.2 m/s, gives 50 kg 0.104 m/s² at rest and 0.085 m/s² at 1.4 m/s; the integrator gathers it in
+    /// k_p/k_i = 26/3 s. Drift: m_u/d_v = 50 kg / 55.1 kg/s. Power: quadratic surge drag, 27.5 N/(m/s)².
+    pub const MEDUSA: Self = Self {
+        heading: HeadingResponse {
+            dynamics: HeadingDynamics::SecondOrder {
+                natural_frequency: 1.6,
+                damping: 0.8,
+            },
+            delay: 0.0,
+            rate_max: 0.3,
+        },
+        surge: SurgeResponse {
+            time_constant: 2.5,
+            delay: 0.0,
+            acceleration_max: 0.09,
+            deceleration_max: 0.09,
+            integral_time: Some(26.0 / 3.0),
+        },
+        sway_per_yaw_rate: 50.0 / 55.1,
+        power: PropulsionPower {
+            linear: 0.0,
+            cubic: 27.5,
+        },
+        speed_held: SpeedHeld::ThroughWater,
+        heading_held: HeadingHeld::Heading,
+    };
+
+    /// Maritime Robotics Otter, 80 kg, drag feed-forward on.
+    ///
+    /// Source: `otter.py` of T. I. Fossen's Python Vehicle Simulator, closed loops as simulated here. Turn rate: 0.2 rad/s
+    /// take 27 N m, which leaves thrust for 2.0 m/s. Surge: ramps at 0.2 m/s² are followed 1.4 to 1.7 s behind, a step from
+    /// 0.3 to 0.7 m/s takes 1.9 s; 44.5 N/(m/s) · 0.4 m/s on 85.5 kg. Drift: 80 kg / 162.5 kg/s. Power: linear surge drag
+    /// of 77.6 N/(m/s), fitted at 1 and 2 m/s.
+    pub const OTTER: Self = Self {
+        heading: HeadingResponse {
+            dynamics: HeadingDynamics::SecondOrder {
+                natural_frequency: 1.6,
+                damping: 0.8,
+            },
+            delay: 0.0,
+            rate_max: 0.2,
+        },
+        surge: SurgeResponse {
+            time_constant: 2.0,
+            delay: 0.0,
+            acceleration_max: 0.20,
+            deceleration_max: 0.20,
+            integral_time: Some(44.5 / 5.1),
+        },
+        sway_per_yaw_rate: 80.0 / 162.5,
+        power: PropulsionPower {
+            linear: 51.7,
+            cubic: 25.9,
+        },
+        speed_held: SpeedHeld::ThroughWater,
+        heading_held: HeadingHeld::Heading,
+    };
+
+    /// What a craft is taken for that nobody describes: slower to turn and to gather way than most small craft, so that a
+    /// plan asks for less than it can do until it is learnt.
+    ///
+    /// Source: chosen inside the range of the small craft that the simulator generates (heading lags of 0.5 to 8 s,
+    /// accelerations of 0.03 to 0.8 m/s²), on the cautious side of its middle.
+    pub const GENERIC: Self = Self {
+        heading: HeadingResponse {
+            dynamics: HeadingDynamics::FirstOrder { time_constant: 2.0 },
+            delay: 1.0,
+            rate_max: 0.15,
+        },
+        surge: SurgeResponse {
+            time_constant: 2.0,
+            delay: 1.0,
+            acceleration_max: 0.06,
+            deceleration_max: 0.06,
+            integral_time: None,
+        },
+        sway_per_yaw_rate: 0.8,
+        power: PropulsionPower {
+            linear: 0.0,
+            cubic: 40.0,
+        },
+        speed_held: SpeedHeld::ThroughWater,
+        heading_held: HeadingHeld::Heading,
+    };
+}
+
+/// Every craft that is known by name, the one first that stands for a craft that nobody describes.
+pub const PRESETS: &[Preset] = &[
+    Preset {
+        name: "generic",
+        title: "a cautious small craft, for one that nobody describes",
+        source: "chosen on the cautious side of small craft between 20 and 500 kg; no vessel",
+        craft: Craft::GENERIC,
+    },
+    Preset {
+        name: "medusa",
+        title: "MEDUSA class: 30 kg, 1.6 m/s, drag feed-forward on",
+        source: "public parameters of the craft of the Institute for Systems and Robotics, Lisbon; its loops as simulated here",
+        craft: Craft::MEDUSA,
+    },
+    Preset {
+        name: "otter",
+        title: "Maritime Robotics Otter with 25 kg of payload: 80 kg, 3 m/s, drag feed-forward on",
+        source: "T. I. Fossen, Python Vehicle Simulator, otter.py; its loops as simulated here",
+        craft: Craft::OTTER,
+    },
+];
+
+/// A craft that is known by name.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Preset {
+    /// Its name in requests.
+    pub name: &'static str,
+    /// What it is.
+    pub title: &'static str,
+    /// Where its numbers come from.
+    pub source: &'static str,
+    /// How it answers.
+    pub craft: Craft,
+}
+
+impl Preset {
+    /// The craft of that name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<&'static Self> {
+        PRESETS.iter().find(|preset| preset.name == name)
+    }
+}

@@ -1,0 +1,415 @@
+//! Claims about what is learnt of a craft, against craft that are simulated here by equations of their own.
+
+use nalgebra::Vector2;
+
+use super::*;
+use crate::{
+    angle::wrap,
+    response::limited_heading,
+    snapshot::{
+        AscState, Auv, AuvState, Evidence, Fallback, ForecastChoice, Goal, HoldStyle, Limits, Observation,
+        PreviousPlan, TrajectoryPoint, VehicleId,
+    },
+};
+
+/// Numbers that look random, in [−1, 1): a linear congruence.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        f64::from(u32::try_from(self.0 >> 33).unwrap()) / f64::from(1_u32 << 30) - 1.0
+    }
+
+    /// Of that standard deviation.
+    fn of(&mut self, sigma: f64) -> f64 {
+        sigma * (0..12).map(|_| self.next()).sum::<f64>() / 2.0
+    }
+}
+
+/// A craft whose loops are of first order, in steps of 10 ms.
+#[derive(Clone, Copy)]
+struct Ship {
+    position: Vector2<f64>,
+    psi: f64,
+    rate: f64,
+    speed: f64,
+    heading_lag: f64,
+    surge_lag: f64,
+    current: Vector2<f64>,
+    holds_course: bool,
+    holds_ground_speed: bool,
+}
+
+impl Ship {
+    const RATE_MAX: f64 = 0.3;
+    const ACCELERATION_MAX: f64 = 0.2;
+
+    fn new(heading_lag: f64, surge_lag: f64) -> Self {
+        Self {
+            position: Vector2::zeros(),
+            psi: 0.0,
+            rate: 0.0,
+            speed: 0.6,
+            heading_lag,
+            surge_lag,
+            current: Vector2::zeros(),
+            holds_course: false,
+            holds_ground_speed: false,
+        }
+    }
+
+    fn over_ground(&self) -> Vector2<f64> {
+        Vector2::new(self.psi.cos(), self.psi.sin()) * self.speed + self.current
+    }
+
+    fn second(&mut self, speed: f64, heading: f64) {
+        for _ in 0..100 {
+            let ground = self.over_ground();
+            let held = if self.holds_course {
+                ground.y.atan2(ground.x)
+            } else {
+                self.psi
+            };
+            let measured = if self.holds_ground_speed {
+                ground.x * self.psi.cos() + ground.y * self.psi.sin()
+            } else {
+                self.speed
+            };
+            self.rate = (wrap(heading - held) / self.heading_lag).clamp(-Self::RATE_MAX, Self::RATE_MAX);
+            let acceleration =
+                ((speed - measured) / self.surge_lag).clamp(-Self::ACCELERATION_MAX, Self::ACCELERATION_MAX);
+            self.position += ground * 0.01;
+            self.psi += 0.01 * self.rate;
+            self.speed += 0.01 * acceleration;
+        }
+    }
+}
+
+/// What is known of the ship after `seconds` of references that `law` gives, with noise of that size (rad, m/s).
+fn learnt(
+    ship: &mut Ship,
+    told: &CraftDescription,
+    seconds: u32,
+    noise: (f64, f64),
+    mut law: impl FnMut(u32) -> (f64, f64),
+    mut look: impl FnMut(&CraftEstimate),
+) -> CraftEstimate {
+    let prior = Prior::from(told);
+    let mut random = Noise(7);
+    let mut known: Option<(CraftEstimate, Reference)> = None;
+    for second in 0..seconds {
+        let mut seen = observation(told);
+        seen.time = f64::from(second);
+        seen.asc = AscState {
+            position: ship.position,
+            heading: Heading::new(ship.psi + random.of(noise.0)),
+            surge: ship.speed + random.of(noise.1),
+            sway: 0.0,
+            yaw_rate: ship.rate,
+            ground_velocity: Some(ship.over_ground()),
+        };
+        seen.current = Some(ship.current);
+        seen.previous_plan =
+            known.map(|(estimate, asked)| previous(f64::from(second) - 1.0, &estimate, asked));
+        let estimate = CraftEstimate::new(&seen, &prior);
+        look(&estimate);
+        let (speed, heading) = law(second);
+        let asked = Reference {
+            speed,
+            heading: Heading::new(heading),
+        };
+        ship.second(speed, heading);
+        known = Some((estimate, asked));
+    }
+    known.expect("at least a second").0
+}
+
+fn previous(time: f64, estimate: &CraftEstimate, asked: Reference) -> PreviousPlan {
+    PreviousPlan {
+        trajectory: vec![TrajectoryPoint {
+            time,
+            position: Vector2::zeros(),
+            speed: 0.0,
+            heading: Heading::new(0.0),
+        }],
+        goal_course: None,
+        reference: Some(asked),
+        told: Some(asked),
+        current: None,
+        craft: Some(*estimate),
+        targets: vec![],
+    }
+}
+
+fn observation(told: &CraftDescription) -> Observation {
+    let id = VehicleId("a".to_owned());
+    Observation {
+        time: 0.0,
+        asc: AscState {
+            position: Vector2::zeros(),
+            heading: Heading::new(0.0),
+            surge: 0.6,
+            sway: 0.0,
+            yaw_rate: 0.0,
+            ground_velocity: None,
+        },
+        auvs: vec![Auv {
+            id: id.clone(),
+            evidence: Evidence::State(AuvState {
+                position: Vector2::zeros(),
+                depth: 5.0,
+                course: crate::angle::Course::new(0.0),
+                speed: 0.2,
+                turn_rate: 0.0,
+                age: 0.0,
+                covariance: None,
+            }),
+            path: None,
+            dive: None,
+        }],
+        goal: Goal::Track { auv: id },
+        offset: None,
+        current: None,
+        limits: Limits::ANY,
+        craft: *told,
+        keep_outs: vec![],
+        area: vec![],
+        range_max: None,
+        surfacing_separation: None,
+        forecast: ForecastChoice::Auto,
+        fallback: Fallback::Ladder,
+        hold: HoldStyle::SlowTurn,
+        previous_plan: None,
+    }
+}
+
+/// Loops without delay, whose limits are known and whose time constants are not.
+fn untold() -> CraftDescription {
+    CraftDescription {
+        heading_delay: Some(0.0),
+        heading_rate_max: Some(Ship::RATE_MAX),
+        surge_delay: Some(0.0),
+        acceleration_max: Some(Ship::ACCELERATION_MAX),
+        deceleration_max: Some(Ship::ACCELERATION_MAX),
+        integrator: Some(Integrator::Absent),
+        ..CraftDescription::default()
+    }
+}
+
+fn told(lag: f64) -> CraftDescription {
+    CraftDescription {
+        heading_dynamics: Some(HeadingDynamics::FirstOrder { time_constant: lag }),
+        surge_time_constant: Some(lag),
+        speed_held: Some(SpeedHeld::ThroughWater),
+        heading_held: Some(HeadingHeld::Heading),
+        ..untold()
+    }
+}
+
+/// 0.4 rad to either side, 0.4 m/s and 0.8 m/s, 20 s each, not at the same times.
+fn zig_zag(second: u32) -> (f64, f64) {
+    (
+        if ((second + 10) / 20).is_multiple_of(2) {
+            0.4
+        } else {
+            0.8
+        },
+        if (second / 20).is_multiple_of(2) {
+            0.4
+        } else {
+            -0.4
+        },
+    )
+}
+
+#[test]
+fn lags_are_learnt_to_a_tenth_by_a_zig_zag() {
+    for (heading_lag, surge_lag) in [(1.0, 4.0), (2.0, 2.0), (4.0, 1.2)] {
+        let mut ship = Ship::new(heading_lag, surge_lag);
+        let known = learnt(&mut ship, &untold(), 300, (0.01, 0.01), zig_zag, |_| ());
+        let (heading, _) = known.heading_time();
+        let (surge, _) = known.surge_time();
+        assert!(
+            (heading / heading_lag - 1.0).abs() < 0.1,
+            "{heading} of {heading_lag}"
+        );
+        assert!((surge / surge_lag - 1.0).abs() < 0.1, "{surge} of {surge_lag}");
+    }
+}
+
+#[test]
+fn what_is_not_excited_stays_as_it_was_told() {
+    let prior = Prior::from(&untold());
+    let mut ship = Ship::new(6.0, 6.0);
+    let known = learnt(&mut ship, &untold(), 600, (0.0, 0.0), |_| (0.6, 0.0), |_| ());
+    assert!(
+        (known.heading.y - prior.heading_lag.mean).abs() < 1e-3,
+        "{known:?}"
+    );
+    assert!((known.surge.y - prior.surge_lag.mean).abs() < 1e-3, "{known:?}");
+    // Nor is it taken for surer.
+    assert!(known.heading_covariance.m22 > 0.9 * prior.heading_lag.variance);
+    assert!(known.surge_covariance.m22 > 0.9 * prior.surge_lag.variance);
+}
+
+/// What a ship that holds something else shows over still water is what one that does not shows.
+#[test]
+fn what_the_loops_hold_is_found_in_a_current_and_not_in_still_water() {
+    let over_ground = (HeadingHeld::Course, SpeedHeld::OverGround);
+    let through_water = (HeadingHeld::Heading, SpeedHeld::ThroughWater);
+    for (holds, current, expected) in [
+        (true, Vector2::new(0.2, -0.25), over_ground),
+        (false, Vector2::new(0.2, -0.25), through_water),
+        (true, Vector2::zeros(), through_water),
+        (false, Vector2::zeros(), through_water),
+    ] {
+        let mut ship = Ship {
+            current,
+            holds_course: holds,
+            holds_ground_speed: holds,
+            ..Ship::new(2.0, 2.0)
+        };
+        let known = learnt(&mut ship, &untold(), 400, (0.02, 0.02), zig_zag, |_| ());
+        let modes = known.modes(&Prior::from(&untold()));
+        assert_eq!(modes, expected, "{holds} {current}: {:?}", known.evidence);
+    }
+}
+
+#[test]
+fn what_is_told_of_the_loops_is_not_found_out() {
+    let mut ship = Ship {
+        current: Vector2::new(0.2, -0.25),
+        holds_course: true,
+        ..Ship::new(2.0, 2.0)
+    };
+    let known = learnt(&mut ship, &told(2.0), 400, (0.02, 0.02), zig_zag, |_| ());
+    assert_eq!(known.modes(&Prior::from(&told(2.0))).0, HeadingHeld::Heading);
+}
+
+#[test]
+fn a_craft_that_does_as_told_raises_no_alarm_in_ten_hours() {
+    let mut alarms = 0;
+    let mut ship = Ship::new(2.0, 2.0);
+    let look = |known: &CraftEstimate| alarms += u32::from(known.monitor.alarm);
+    let _ = learnt(&mut ship, &told(2.0), 36_000, (0.03, 0.03), zig_zag, look);
+    assert_eq!(alarms, 0);
+}
+
+/// Told 2 s, the largest value of the monitor's statistic and whether it raised the alarm in ten minutes of turns of twice
+/// `amplitude`, rad, every 20 s.
+fn monitored(lag: f64, amplitude: f64) -> (f64, bool) {
+    let (mut worst, mut alarm) = (0.0_f64, false);
+    let look = |known: &CraftEstimate| {
+        worst = worst.max(known.monitor.statistic);
+        alarm |= known.monitor.alarm;
+    };
+    let law = |second| {
+        let (speed, heading) = zig_zag(second);
+        (speed, heading * (amplitude / 0.4))
+    };
+    let _ = learnt(&mut Ship::new(lag, lag), &told(2.0), 600, (0.03, 0.03), law, look);
+    (worst, alarm)
+}
+
+#[test]
+fn a_craft_four_times_slower_than_told_raises_the_alarm_where_it_turns_hard() {
+    // Turns of 0.8 rad do not tell them apart well enough: the statistic reaches 3.6 of the 6 that are needed.
+    for amplitude in [0.8, 1.2, 1.5] {
+        let (_, alarm) = monitored(8.0, amplitude);
+        assert!(alarm, "{amplitude}");
+        let (worst, alarm) = monitored(2.0, amplitude);
+        assert!(!alarm && worst < 0.5, "{amplitude}: {worst}");
+    }
+}
+
+#[test]
+fn a_memory_comes_back_to_the_bit_and_garbage_is_none() {
+    let mut ship = Ship::new(3.0, 2.0);
+    let known = learnt(&mut ship, &untold(), 90, (0.02, 0.02), zig_zag, |_| ());
+    let memory = known.memory();
+    let read = CraftEstimate::from_memory(&memory).expect("was just written");
+    assert_eq!(read.memory().map(f64::to_bits), memory.map(f64::to_bits));
+    assert_eq!(read, known, "all of the estimate is in it");
+    assert_eq!(CraftEstimate::from_memory(&[]), None);
+    assert_eq!(CraftEstimate::from_memory(&memory[1..]), None);
+    assert_eq!(
+        CraftEstimate::from_memory(&[memory.as_slice(), &[0.0]].concat()),
+        None
+    );
+    for place in 0..MEMORY_LENGTH {
+        for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1.0e300] {
+            let mut garbage = memory;
+            garbage[place] = wrong;
+            assert_eq!(CraftEstimate::from_memory(&garbage), None, "{place}: {wrong}");
+        }
+    }
+}
+
+#[test]
+fn a_heading_reference_goes_the_way_the_bow_turns_in_steps_no_larger_than_the_slew() {
+    let mut random = Noise(3);
+    for _ in 0..20_000 {
+        let [asked, from, bow] = [(); 3].map(|()| std::f64::consts::PI * random.next());
+        let slew = 0.5 * random.next().abs();
+        let heading = |angle| Heading::new(angle);
+        let given = limited_heading(heading(asked), heading(from), heading(bow), slew).radians();
+        assert!(given.is_finite());
+        let (ahead, wanted) = (wrap(from - bow), wrap(asked - bow));
+        let side = wrap(given - bow);
+        assert!(
+            side.abs() < 2.6 + 1e-12,
+            "never so far that the bow would take the other way round"
+        );
+        if ahead.abs() <= 2.6 {
+            assert!(wrap(given - from).abs() < slew + 1e-12, "{given} from {from}");
+        }
+        // Never beyond what is asked, seen from the bow.
+        let (least, most) = (ahead.min(wanted), ahead.max(wanted));
+        let within = |side: f64| (least.min(2.6) - 1e-12..=most.max(-2.6) + 1e-12).contains(&side);
+        assert!(within(side), "{side} is not between {ahead} and {wanted}");
+        // One that is near enough is what is asked.
+        if (wanted - ahead).abs() < slew && wanted.abs() < 2.6 {
+            assert!(wrap(given - asked).abs() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn a_craft_is_told_the_course_and_speed_over_ground_that_its_loops_hold() {
+    let mut random = Noise(5);
+    for _ in 0..1000 {
+        let (psi, speed) = (3.0 * random.next(), 0.9 + 0.8 * random.next());
+        let (north, east) = (0.5 * random.next(), 0.5 * random.next());
+        let reference = Reference {
+            speed,
+            heading: Heading::new(psi),
+        };
+        let told = |heading_held, speed_held| {
+            let craft = Craft {
+                speed_held,
+                heading_held,
+                ..Craft::GENERIC
+            };
+            craft.command(&reference, &Vector2::new(north, east))
+        };
+        assert_eq!(told(HeadingHeld::Heading, SpeedHeld::ThroughWater), reference);
+        // Over ground, component by component.
+        let (v_n, v_e) = (speed * psi.cos() + north, speed * psi.sin() + east);
+        let along = v_n * psi.cos() + v_e * psi.sin();
+        let over_ground = told(HeadingHeld::Heading, SpeedHeld::OverGround);
+        assert!((over_ground.speed - along.max(0.0)).abs() < 1e-12);
+        assert_eq!(over_ground.heading, reference.heading);
+        let course = told(HeadingHeld::Course, SpeedHeld::ThroughWater);
+        assert_eq!(course.speed, speed);
+        let expected = if v_n.hypot(v_e) < 0.05 {
+            psi
+        } else {
+            v_e.atan2(v_n)
+        };
+        assert!(wrap(course.heading.radians() - expected).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,60 @@
+//! How fast a vehicle turns that does not tell.
+
+use nalgebra::Vector2;
+
+use crate::{
+    angle::{angle_of, wrap},
+    forecast::SPEED_AT_REST,
+    snapshot::{AuvState, PreviousTarget},
+};
+
+/// Times between two courses that tell how fast the vehicle turned meanwhile, s. Assumption: in a shorter one the
+/// course's error is all that is seen, in a longer one a turn begins and ends.
+const BETWEEN: std::ops::RangeInclusive<f64> = 0.1..=30.0;
+
+/// Largest turn between two courses of which the sense is clear, rad.
+const TURNED_MAX: f64 = 2.0;
+
+/// How long the rate is averaged over, s. Of courses that err by 0.05 rad, one a second, it leaves 0.01 rad/s.
+const MEMORY: f64 = 5.0;
+
+/// Slower than this a turn is not told from the error of courses, rad/s. Over the default horizon of 78 s it amounts to
+/// 22°.
+const RATE_MIN: f64 = 0.005;
+
+/// Largest rate of turn that a snapshot accepts, rad/s.
+const RATE_MAX: f64 = 1.0;
+
+/// Rate of turn of a vehicle that told its velocity `before`, `between` seconds earlier, and now `after`, rad/s, positive
+/// clockwise; none where they do not tell.
+pub(super) fn turn_rate(before: &Vector2<f64>, after: &Vector2<f64>, between: f64) -> Option<f64> {
+    let moving = before.norm() >= SPEED_AT_REST && after.norm() >= SPEED_AT_REST;
+    let turned = wrap(angle_of(after) - angle_of(before));
+    (moving && BETWEEN.contains(&between) && turned.abs() <= TURNED_MAX).then(|| turned / between)
+}
+
+/// Rate of turn of a vehicle in `state`, `between` seconds after what the previous plan remembers, rad/s.
+///
+/// ```text
+/// r = r⁻ + (1 − exp(−Δ/τ)) ((χ − χ⁻) / Δ − r⁻)          τ = 5 s
+/// ```
+/// r⁻ as it is, where the state is no newer.
+pub(super) fn remembered_turn_rate(earlier: &PreviousTarget, state: &AuvState, between: f64) -> f64 {
+    if between.abs() < *BETWEEN.start() {
+        return earlier.turn_rate;
+    }
+    let Some(rate) = turn_rate(&earlier.velocity, &state.velocity(), between) else {
+        return 0.0;
+    };
+    let share = -(-between / MEMORY).exp_m1();
+    clear(earlier.turn_rate + share * (rate - earlier.turn_rate))
+}
+
+/// A rate that can be told from none.
+pub(super) fn clear(rate: f64) -> f64 {
+    if rate.abs() < RATE_MIN {
+        0.0
+    } else {
+        rate.clamp(-RATE_MAX, RATE_MAX)
+    }
+}

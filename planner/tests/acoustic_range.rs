@@ -1,0 +1,232 @@
+//! Whom acoustic range is kept for, where it cannot be kept for all.
+
+use nalgebra::Vector2;
+use planner::{
+    angle::{Course, Heading},
+    plan::{Plan, SoftLimit, Subject, Workspace, plan},
+    policy::Policy,
+    snapshot::{
+        AscState, Auv, AuvState, Evidence, Fallback, ForecastChoice, Goal, HoldStyle, Limits, Observation,
+        PreviousPlan, Snapshot, VehicleId,
+    },
+};
+
+const RANGE: f64 = 300.0;
+/// By what the doubt of a state without covariance shortens a range now, m: 1.73 · √2 · 1.5, and as much again.
+const DOUBT: f64 = 8.0;
+
+fn auv(id: &str, east: f64) -> Auv {
+    Auv {
+        id: VehicleId(id.into()),
+        evidence: Evidence::State(AuvState {
+            position: Vector2::new(0.0, east),
+            depth: 5.0,
+            course: Course::new(0.0),
+            speed: 0.2,
+            turn_rate: 0.0,
+            age: 0.0,
+            covariance: None,
+        }),
+        path: None,
+        dive: None,
+    }
+}
+
+/// A craft that is to track the first AUV, at the datum; the others are that far east.
+fn scene(craft: Vector2<f64>, others: &[f64]) -> Observation {
+    let ids = ["b", "c", "d"];
+    let others = ids.into_iter().zip(others).map(|(id, east)| auv(id, *east));
+    Observation {
+        time: 0.0,
+        asc: AscState {
+            position: craft,
+            heading: Heading::new(0.0),
+            surge: 0.3,
+            sway: 0.0,
+            yaw_rate: 0.0,
+            ground_velocity: None,
+        },
+        auvs: std::iter::once(auv("a", 0.0)).chain(others).collect(),
+        goal: Goal::Track {
+            auv: VehicleId("a".into()),
+        },
+        offset: None,
+        current: Some(Vector2::zeros()),
+        limits: Limits::MEDUSA,
+        craft: planner::craft::CraftDescription::from(&planner::craft::Craft::MEDUSA),
+        keep_outs: vec![],
+        area: vec![],
+        range_max: Some(RANGE),
+        surfacing_separation: None,
+        forecast: ForecastChoice::Auto,
+        fallback: Fallback::Ladder,
+        hold: HoldStyle::SlowTurn,
+        previous_plan: None,
+    }
+}
+
+fn planned(observation: &Observation) -> Plan {
+    let snapshot = Snapshot::try_from(observation.clone()).expect("valid");
+    plan(&snapshot, &Policy::default(), &mut Workspace::default())
+}
+
+/// The craft after ten minutes that it follows its plans exactly, 4 s of each.
+fn after_ten_minutes(mut observation: Observation) -> (Observation, Plan) {
+    let mut answer = planned(&observation);
+    for _ in 0..150 {
+        let next = answer.trajectory[4];
+        observation.time = next.time;
+        observation.asc.position = next.position;
+        observation.asc.heading = next.heading;
+        observation.asc.surge = next.speed;
+        for auv in &mut observation.auvs {
+            auv.evidence.state_mut().expect("is told").position.x = 0.2 * next.time;
+        }
+        // A craft that is set on its plan answers no reference: there is nothing to learn of it.
+        observation.previous_plan = Some(PreviousPlan {
+            craft: None,
+            ..PreviousPlan::from(&answer)
+        });
+        answer = planned(&observation);
+    }
+    (observation, answer)
+}
+
+/// How far the craft is from an AUV, m.
+fn apart(observation: &Observation, auv: usize) -> f64 {
+    let state = observation.auvs[auv].evidence.state().expect("is told");
+    (observation.asc.position - state.position).norm()
+}
+
+#[test]
+fn what_is_out_of_range_of_the_goal_changes_no_plan_and_is_told() {
+    for craft in [Vector2::new(0.0, 0.0), Vector2::new(-40.0, 200.0)] {
+        let alone = planned(&scene(craft, &[]));
+        let beside = planned(&scene(craft, &[2.0 * RANGE + 1.0]));
+        assert_eq!(
+            (alone.range_unattainable, beside.range_unattainable),
+            (vec![], vec![1])
+        );
+        for (a, b) in alone.trajectory.iter().zip(&beside.trajectory) {
+            // Another shape of the program: the solver's tolerance, carried over 78 s.
+            assert!((a.position - b.position).norm() < 0.05, "{a:?}, {b:?}");
+        }
+    }
+}
+
+#[test]
+fn a_craft_between_two_that_cannot_both_be_kept_goes_to_its_goal() {
+    let (observation, answer) = after_ten_minutes(scene(Vector2::new(0.0, RANGE), &[2.0 * RANGE]));
+    assert_eq!(answer.range_unattainable, [1]);
+    assert!(apart(&observation, 0) < 1.0, "{} m", apart(&observation, 0));
+    let [broken] = &answer.violations[..] else {
+        panic!("{:?}", answer.violations);
+    };
+    assert_eq!(
+        (broken.limit, broken.about),
+        (SoftLimit::AcousticRange, Some(Subject::Auv(1)))
+    );
+}
+
+#[test]
+fn what_can_be_kept_beside_the_goal_is_kept() {
+    let (observation, answer) = after_ten_minutes(scene(Vector2::zeros(), &[1.5 * RANGE]));
+    assert_eq!(answer.range_unattainable, [0; 0]);
+    let (to_goal, to_other) = (apart(&observation, 0), apart(&observation, 1));
+    assert!(
+        (0.5 * RANGE..0.5 * RANGE + 4.0 * DOUBT).contains(&to_goal),
+        "{to_goal} m"
+    );
+    assert!(to_other < RANGE, "{to_other} m");
+}
+
+#[test]
+fn of_two_others_that_exclude_each_other_the_nearer_to_the_goal_is_kept() {
+    let (observation, answer) = after_ten_minutes(scene(Vector2::zeros(), &[1.3 * RANGE, -1.2 * RANGE]));
+    assert_eq!(answer.range_unattainable, [1]);
+    assert!(apart(&observation, 2) < RANGE && apart(&observation, 0) < RANGE);
+}
+
+#[test]
+fn no_other_range_is_kept_at_the_price_of_the_goals() {
+    // On its way to where it is in range of both, from where it is in range of neither: nearer to the other, and by more
+    // out of range of the goal.
+    for craft in [Vector2::new(420.0, 260.0), Vector2::new(0.0, 800.0)] {
+        let broken = |others: &[f64]| {
+            let answer = planned(&scene(craft, others));
+            let goal = &answer.goal;
+            let pairs = answer.trajectory.iter().zip(goal);
+            pairs
+                .map(|(at, goal)| (at.position - goal.position).norm())
+                .collect::<Vec<_>>()
+        };
+        let (alone, beside) = (broken(&[]), broken(&[1.9 * RANGE]));
+        for (alone, beside) in alone.iter().zip(&beside) {
+            // Both go as fast as the craft can; that they do not round the corner alike is worth a metre.
+            assert!(*beside < RANGE.max(alone + 1.0), "{beside} m, alone {alone} m");
+        }
+    }
+}
+
+#[test]
+fn named_alike_they_share_what_cannot_be_kept() {
+    let mut both = scene(Vector2::new(0.0, 200.0), &[2.2 * RANGE]);
+    both.goal = Goal::Midpoint {
+        auvs: both.auvs.iter().map(|auv| auv.id.clone()).collect(),
+    };
+    let (observation, answer) = after_ten_minutes(both);
+    assert_eq!(answer.range_unattainable, [0, 1]);
+    assert!((apart(&observation, 0) - apart(&observation, 1)).abs() < 2.0);
+    assert!(
+        answer
+            .violations
+            .iter()
+            .any(|broken| broken.limit == SoftLimit::AcousticRange)
+    );
+}
+
+#[test]
+fn one_that_was_not_heard_of_for_an_hour_binds_nothing_unless_the_goal_needs_it() {
+    let mut scene = scene(Vector2::new(0.0, 100.0), &[1.5 * RANGE]);
+    let fresh = planned(&scene);
+    assert!(fresh.degraded.is_none());
+    for age in [901.0, 3_600.0, 1.0e6, 1.0e11] {
+        scene.auvs[1].evidence.state_mut().expect("is told").age = age;
+        let answer = planned(&scene);
+        assert_eq!((answer.degraded, &answer.range_unattainable[..]), (None, &[][..]));
+        let alone = planned(&Observation {
+            auvs: scene.auvs[..1].to_vec(),
+            ..scene.clone()
+        });
+        assert_eq!(answer.trajectory, alone.trajectory);
+        assert!(
+            answer.targets[1]
+                .position_sigmas
+                .iter()
+                .all(|sigma| sigma.is_finite())
+        );
+        // And an answer to be handed back is accepted.
+        scene.previous_plan = Some(PreviousPlan::from(&answer));
+        assert!(Snapshot::try_from(scene.clone()).is_ok());
+        scene.previous_plan = None;
+    }
+    scene.goal = Goal::Track {
+        auv: VehicleId("b".into()),
+    };
+    assert!(planned(&scene).degraded.is_some());
+}
+
+#[test]
+fn one_in_turn_that_was_not_heard_of_is_held_in_its_turn_alone() {
+    let mut scene = scene(Vector2::new(0.0, 100.0), &[30.0]);
+    scene.goal = Goal::Intermittent {
+        auvs: scene.auvs.iter().map(|auv| auv.id.clone()).collect(),
+        dwell: 240.0,
+        epoch: 0.0,
+    };
+    scene.auvs[1].evidence.state_mut().expect("is told").age = 5.0e3;
+    for (time, held) in [(0.0, false), (200.0, false), (240.0, true), (480.0, false)] {
+        scene.time = time;
+        assert_eq!(planned(&scene).degraded.is_some(), held, "{time} s");
+    }
+}
