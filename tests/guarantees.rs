@@ -634,6 +634,7 @@ fn a_heading_reference_steps_no_farther_than_the_policy_allows() {
             speed: 0.8,
             heading: Heading::new(before),
         });
+        previous.told = previous.reference;
         let mut scene = scene.clone();
         scene.previous_plan = Some(previous.clone());
         let answer = planned(scene);

@@ -12,6 +12,7 @@
 //! [`Limits`](crate::snapshot::Limits) say what the operator allows, a [`Craft`] what the hull does.
 
 pub mod description;
+mod memory;
 mod model;
 mod monitor;
 mod observer;
@@ -21,9 +22,10 @@ mod prior;
 mod tests;
 
 pub use description::{CraftDescription, Integrator};
+pub use memory::MEMORY_LENGTH;
 pub use model::CraftModel;
 pub use monitor::{Monitor, Realised};
-pub use observer::{CraftEstimate, Gaussian, MEMORY_LENGTH};
+pub use observer::{CraftEstimate, Gaussian};
 pub use presets::{PRESETS, Preset};
 pub use prior::Prior;
 

@@ -119,7 +119,7 @@ pub(crate) fn descend(
         current: snapshot.known_current(),
         craft,
         degraded: optimum.degraded,
-        reference: snapshot.command(&asked),
+        reference: snapshot.calm_command(&asked),
         reference_through_water: asked,
         valid_until: snapshot.time + policy.validity,
         trajectory: refilled(memory.trajectory, horizon.trajectory(&ways[best.way.number])),

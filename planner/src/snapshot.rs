@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, fmt, ops::Deref, sync::Arc};
 use nalgebra::Vector2;
 
 use crate::{
-    angle::{Course, Heading, ned_from_body},
+    angle::{Course, Heading, ned_from_body, wrap},
     craft::{Craft, CraftDescription, CraftEstimate, CraftModel, Prior},
     estimate::Estimate,
     los::Reference,
@@ -379,17 +379,20 @@ impl Observation {
         self.known_current().unwrap_or_else(Vector2::zeros)
     }
 
-    /// Current (north, east), m/s: the one given, else what ground velocity less velocity through the water tell,
-    /// smoothed with what the previous plan took it for; else what positions and speed through the water told until then.
+    /// Current (north, east), m/s: the one given; else what ground velocity less velocity through the water tell,
+    /// smoothed with what the previous plan took it for; without a ground velocity, what positions and speed through the
+    /// water told until then, else what the previous plan took it for.
     #[must_use]
     pub fn known_current(&self) -> Option<Vector2<f64>> {
         let previous = self.previous_plan.as_ref();
-        let known = self.current_after(previous.and_then(|previous| {
-            let then = previous.trajectory.first()?.time;
-            let young = self.asc.ground_velocity.is_some() || previous.craft.is_none();
-            previous.current.filter(|_| young).map(|current| (then, current))
-        }));
-        known.or_else(|| previous?.craft?.current_from_positions())
+        let unmeasured = self.current.is_none() && self.asc.ground_velocity.is_none();
+        let learnt = || previous?.craft?.current_from_positions();
+        let remembered = || {
+            let previous = previous?;
+            Some((previous.trajectory.first()?.time, previous.current?))
+        };
+        let positions = if unmeasured { learnt() } else { None };
+        positions.or_else(|| self.current_after(remembered()))
     }
 
     /// [`Observation::known_current`], the memory being a time on the snapshot's clock, s, and the current then.
@@ -460,6 +463,29 @@ impl Snapshot {
             ..self.craft_prior.craft
         };
         craft.command(reference, &self.current())
+    }
+
+    /// [`Snapshot::command`], whose heading moves from what the craft was told before no faster than the craft turns, or
+    /// than `reference` itself has moved: what is learnt of the current meanwhile comes in at that rate.
+    #[must_use]
+    pub fn calm_command(&self, reference: &Reference) -> Reference {
+        let command = self.command(reference);
+        let before = self.previous_plan.as_ref().and_then(|previous| {
+            let elapsed = self.time - previous.trajectory.first()?.time;
+            let young = (0.0..=REMEMBERED_AGE_MAX).contains(&elapsed);
+            young.then_some((elapsed, previous.reference?.heading, previous.told?.heading))
+        });
+        let Some((elapsed, reference_before, told)) = before else {
+            return command;
+        };
+        let between = |from: Heading, to: Heading| wrap(to.radians() - from.radians());
+        let moved = between(reference_before, reference.heading).abs();
+        let most = moved.max(self.craft.limits.turn_rate_max * elapsed);
+        let step = between(told, command.heading).clamp(-most, most);
+        Reference {
+            heading: Heading::new(told.radians() + step),
+            ..command
+        }
     }
 
     /// What was told of the surface craft.

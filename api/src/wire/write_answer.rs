@@ -350,7 +350,11 @@ fn no_current(snapshot: &Snapshot) -> Option<Warning> {
     if snapshot.current.is_some() {
         return None;
     }
-    let instead = if snapshot.known_current().is_some() {
+    let previous = snapshot.previous_plan.as_ref();
+    let learnt = previous.and_then(|previous| previous.craft?.current_from_positions());
+    let instead = if snapshot.asc.ground_velocity.is_none() && learnt.is_some() {
+        "the one that positions and speed through the water tell is taken"
+    } else if snapshot.known_current().is_some() {
         "the previous plan's current is taken"
     } else {
         "still water is assumed"

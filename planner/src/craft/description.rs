@@ -7,7 +7,7 @@ use super::{
 };
 use crate::invalid_field::{InvalidField, InvalidReason};
 
-/// Time constant of a loop, s: 0 answers at once, beyond a minute nobody closes a loop.
+/// Time constant of a loop, s: 0 answers at once, beyond a minute no loop is closed.
 pub const TIME_CONSTANT: RangeInclusive<f64> = 0.0..=60.0;
 /// Natural frequency of a heading loop, rad/s.
 pub const NATURAL_FREQUENCY: RangeInclusive<f64> = 0.02..=20.0;

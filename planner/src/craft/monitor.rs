@@ -25,7 +25,10 @@ const SPEED_CORRECTION_TIME: f64 = 15.0;
 const AVERAGING_TIME: f64 = 12.0;
 /// What a craft that follows is off its prediction, rad: compass, waves, and a response that is not quite first order.
 const HEADING_SIGMA: f64 = 0.12;
-/// The same for the speed, m/s.
+/// Part by which the crab angle of a craft that holds its course may be wrong: by what is wrong with the current and with
+/// the speed.
+const CRAB_ERROR: f64 = 0.5;
+/// What a craft that follows is off its predicted speed, m/s.
 const SPEED_SIGMA: f64 = 0.12;
 /// Mean square, in units of those, above which the craft is said not to follow.
 const ALARM: f64 = 6.0;
@@ -85,14 +88,15 @@ impl Monitor {
         }
     }
 
-    /// The monitor `elapsed` later, of a craft that was asked for `heading` and `speed`.
+    /// The monitor `elapsed` later, of a craft that was asked for a heading and a speed, and that holds a course with the
+    /// angle `crab` between heading and course, rad, 0 if it holds the heading.
     #[must_use]
     pub fn after(
         &self,
         observation: &Observation,
         craft: &CraftModel,
-        heading: f64,
-        speed: f64,
+        crab: f64,
+        (heading, speed): (f64, f64),
         elapsed: f64,
     ) -> Self {
         let asc = &observation.asc;
@@ -103,7 +107,7 @@ impl Monitor {
         let heading_error = wrap(asc.heading.radians() - expected_heading);
         let speed_error = asc.surge - expected_speed;
         let share = |time: f64| 1.0 - (-elapsed / time).exp();
-        let square = (heading_error / HEADING_SIGMA)
+        let square = (heading_error / HEADING_SIGMA.hypot(CRAB_ERROR * crab))
             .abs()
             .max((speed_error / SPEED_SIGMA).abs())
             .min(SQUARE_ROOT_MAX)
@@ -136,7 +140,7 @@ pub struct Realised {
     pub law: f64,
     /// Whether the law steers because the craft does not follow.
     pub law_steers: bool,
-    /// For how long whoever steers has done so, s.
+    /// For how long the one that steers has done so, s.
     pub since: f64,
 }
 

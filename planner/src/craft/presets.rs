@@ -67,7 +67,7 @@ impl Craft {
         heading_held: HeadingHeld::Heading,
     };
 
-    /// What a craft is taken for that nobody describes: slower to turn and to gather way than most small craft, so that a
+    /// What a craft without a description is taken for: slower to turn and to gather way than most small craft, so that a
     /// plan asks for less than it can do until it is learnt.
     ///
     /// Source: chosen inside the range of the small craft that the simulator generates (heading lags of 0.5 to 8 s,
@@ -95,11 +95,11 @@ impl Craft {
     };
 }
 
-/// Every craft that is known by name, the one first that stands for a craft that nobody describes.
+/// Every craft that is known by name, the one first that stands for a craft without a description.
 pub const PRESETS: &[Preset] = &[
     Preset {
         name: "generic",
-        title: "a cautious small craft, for one that nobody describes",
+        title: "a cautious small craft, for one without a description",
         source: "chosen on the cautious side of small craft between 20 and 500 kg; no vessel",
         craft: Craft::GENERIC,
     },

@@ -6,9 +6,9 @@ use super::{Craft, CraftDescription, HeadingHeld, SpeedHeld, observer::Gaussian}
 
 /// Relative standard deviation of what a client says of its craft, where it does not say.
 const TOLD_UNCERTAINTY: f64 = 0.15;
-/// Standard deviation of the logarithm of a time constant that nobody tells: a factor of two either way.
+/// Standard deviation of the logarithm of a time constant that is not told: a factor of two either way.
 const UNTOLD_LAG_SIGMA: f64 = 0.7;
-/// Standard deviation of a drift in turns that nobody tells, s.
+/// Standard deviation of a drift in turns that is not told, s.
 const UNTOLD_DRIFT_SIGMA: f64 = 0.7;
 /// Smallest standard deviation of a drift in turns, s.
 const DRIFT_SIGMA_MIN: f64 = 0.05;

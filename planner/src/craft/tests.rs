@@ -21,7 +21,7 @@ impl Noise {
             .0
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);
-        f64::from(u32::try_from(self.0 >> 33).unwrap()) / f64::from(1_u32 << 30) - 1.0
+        f64::from(u32::try_from(self.0 >> 33).expect("has 31 bits")) / f64::from(1_u32 << 30) - 1.0
     }
 
     /// Of that standard deviation.
@@ -412,4 +412,72 @@ fn a_craft_is_told_the_course_and_speed_over_ground_that_its_loops_hold() {
         };
         assert!(wrap(course.heading.radians() - expected).abs() < 1e-12);
     }
+}
+
+#[test]
+fn without_a_ground_velocity_the_current_comes_from_positions_else_from_memory() {
+    let prior = Prior::from(&untold());
+    let told_nothing = observation(&untold());
+    let start = CraftEstimate::new(&told_nothing, &prior);
+    assert_eq!(start.current_from_positions(), None, "nothing has moved yet");
+    let asked = Reference {
+        speed: 0.6,
+        heading: Heading::new(0.0),
+    };
+    let (remembered, learnt) = (Vector2::new(0.1, -0.2), Vector2::new(0.0, 0.15));
+    let with = |estimate: CraftEstimate, ground_velocity| {
+        let mut later = observation(&untold());
+        later.time = 1.0;
+        later.asc.ground_velocity = ground_velocity;
+        later.previous_plan = Some(PreviousPlan {
+            current: Some(remembered),
+            ..previous(0.0, &estimate, asked)
+        });
+        later.known_current()
+    };
+    assert_eq!(with(start, None), Some(remembered));
+    let knowing = CraftEstimate {
+        current: learnt,
+        current_variance: 0.0025,
+        ..start
+    };
+    assert_eq!(with(knowing, None), Some(learnt));
+    let measured = with(knowing, Some(Vector2::new(0.6, 0.0))).expect("is measured");
+    let share = measured.norm() / remembered.norm();
+    assert!(
+        0.5 < share && share < 1.0,
+        "it moves from {remembered} to 0: {measured}"
+    );
+}
+
+#[test]
+fn a_command_turns_no_faster_than_the_craft_where_only_the_current_is_found_out() {
+    let craft = CraftDescription {
+        heading_held: Some(HeadingHeld::Course),
+        speed_held: Some(SpeedHeld::ThroughWater),
+        ..untold()
+    };
+    let asked = Reference {
+        speed: 0.6,
+        heading: Heading::new(0.0),
+    };
+    let estimate = CraftEstimate::new(&observation(&craft), &Prior::from(&craft));
+    let mut later = observation(&craft);
+    later.time = 1.0;
+    later.current = Some(Vector2::new(0.0, 0.5));
+    later.previous_plan = Some(previous(0.0, &estimate, asked));
+    let snapshot = crate::snapshot::Snapshot::try_from(later).expect("is in range");
+    let course = snapshot.command(&asked).heading.radians();
+    assert!((course - (0.5_f64 / 0.6).atan()).abs() < 1e-12);
+    let calm = snapshot.calm_command(&asked).heading.radians();
+    assert!((calm - Ship::RATE_MAX).abs() < 1e-12, "{calm}");
+    let turned = Reference {
+        heading: Heading::new(0.5),
+        ..asked
+    };
+    let calm = snapshot.calm_command(&turned).heading.radians();
+    assert!(
+        (calm - 0.5).abs() < 1e-12,
+        "as far as the reference itself: {calm}"
+    );
 }
