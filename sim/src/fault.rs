@@ -27,9 +27,12 @@ pub enum FaultKind {
     },
     /// The surface craft's heading loop is slower by this factor, above 1.
     SlowHeadingLoop(f64),
-    /// The surface craft's heading loop comes to rest this far to starboard of its reference, rad: a rudder that is
-    /// stuck, seen through the loop that works against it.
+    /// The surface craft's heading loop comes to rest this far to starboard of its reference, rad: a compass that turned
+    /// in its mount.
     HeadingOffset(f64),
+    /// The surface craft's rudder, or what stands for one, is stuck at this share of the largest yaw moment, −1 to 1,
+    /// positive to starboard.
+    RudderStuck(f64),
     /// The surface craft's GNSS receiver gives nothing.
     GnssOutage,
     /// The surface craft's clock is ahead, s.
@@ -76,6 +79,7 @@ impl Faults {
                     side: Side::Starboard,
                     share,
                 } => health.starboard *= share,
+                FaultKind::RudderStuck(share) => health.steering_stuck = Some(share),
                 _ => {}
             }
         }

@@ -1,4 +1,4 @@
-//! The section about craft that nobody tuned for, and its rows.
+//! The section about craft that the planner was not tuned for, and its rows.
 
 use std::{borrow::Cow, io::Write};
 
@@ -11,7 +11,7 @@ use sim::{
         },
     },
     record::{Column, Values},
-    strangers::StrangerMission,
+    strangers::{Stranger, StrangerMission},
 };
 
 use super::{Block, Provenance, Table};
@@ -43,15 +43,16 @@ const ALARMS: &str =
     "`craft_does_not_follow` in the missions above, where nothing breaks: all of these alarms are false.";
 
 const FAULTS: &str = "Something breaks 300 s into a mission of 600 s, on a MEDUSA, an Otter and ten random craft. Times \
-    are from there to the alarm: median / longest, of those that raise one anew. A rudder that is stuck is a heading that \
-    comes to rest 10° to starboard of its reference.";
+    are from there to the alarm: median / longest, of those that raise one anew. A rudder that is stuck gives 10/35 of \
+    the largest yaw moment, whatever is asked for.";
 
 /// The section.
 pub(super) fn strangers(board: &StrangersBoard) -> Vec<Block> {
-    let crafts = board.crafts.len();
+    let seed = |craft: Option<&Stranger>| craft.map_or(0, |craft| craft.seed);
+    let (first, last) = (seed(board.crafts.first()), seed(board.crafts.last()));
     let mut blocks = vec![
         Block::Heading(2, "Strangers".to_owned()),
-        Block::Paragraph(format!("{MADE} Craft 1 to {crafts}.")),
+        Block::Paragraph(format!("{MADE} Craft {first} to {last}.")),
         Block::Table(nearness(board)),
         Block::Paragraph(CALM.to_owned()),
         Block::Table(calmness(board)),

@@ -1,4 +1,4 @@
-//! The board of strangers: craft that nobody tuned for, guided by the planner told all and told nothing.
+//! The board of strangers: craft that the planner was not tuned for, guided by the planner told all and told nothing.
 //!
 //! ```text
 //! craft × missions: laws × grid → the nearest law;   that law, the planner told, the planner untold → flights
@@ -42,7 +42,9 @@ const FAULT_TRIAL_COST: f64 = 0.3;
 /// What is to be run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrangersBench {
-    /// How many craft, from seed 1 on; fewer than [`TUNING_SEED`].
+    /// Seed of the first craft, at least 1.
+    pub first: u64,
+    /// How many craft, from that seed on; the last is below [`TUNING_SEED`].
     pub crafts: u64,
     /// How long each mission lasts, s: [`crate::strangers::DURATION`], or less for a quick look.
     pub duration: f64,
@@ -185,13 +187,14 @@ impl StrangersBench {
     /// Runs everything. `progress` is told the fraction done, by expected work.
     pub fn run(&self, progress: &mut (dyn FnMut(f64) + Send)) -> Result<StrangersBoard, StrangersError> {
         let drawn = if self.faults {
-            self.crafts.max(FAULT_CRAFT)
+            self.crafts.max(FAULT_CRAFT as u64)
         } else {
             self.crafts
         };
-        let seeds: Vec<u64> = (1..=drawn).collect();
+        let seeds: Vec<u64> = (self.first..self.first + drawn).collect();
         let mut crafts = in_parallel(&seeds, self.threads, |seed| Stranger::draw(*seed), &mut |_| {})?;
-        let flown = crafts.iter().filter(|craft| craft.seed <= self.crafts);
+        let is_flown = |craft: &Stranger| craft.seed < self.first + self.crafts;
+        let flown = crafts.iter().filter(|craft| is_flown(craft));
         let mut jobs: Vec<Job> = flown
             .flat_map(|craft| StrangerMission::ALL.map(|mission| Job::Fly(craft, mission, self.duration)))
             .collect();
@@ -211,7 +214,7 @@ impl StrangersBench {
                 Answer::Fault(trial) => faults.push(trial),
             }
         }
-        crafts.retain(|craft| craft.seed <= self.crafts);
+        crafts.retain(is_flown);
         Ok(StrangersBoard {
             crafts,
             flights,

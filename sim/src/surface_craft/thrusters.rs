@@ -27,13 +27,16 @@ pub struct Thrusters {
     pub lag: f64,
 }
 
-/// Share of its steady thrust that each thruster still gives: 1 sound, 0 lost. The autopilot is not told.
+/// What the thrusters still obey. The autopilot is not told.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThrusterHealth {
-    /// Of the port thruster, 0 to 1.
+    /// Share of its steady thrust that the port thruster gives: 1 sound, 0 lost.
     pub port: f64,
-    /// Of the starboard thruster, 0 to 1.
+    /// The same of the starboard thruster.
     pub starboard: f64,
+    /// Where the steering is stuck, if it is: the share of the largest yaw moment that it gives whatever is asked for, −1 to
+    /// 1, positive to starboard.
+    pub steering_stuck: Option<f64>,
 }
 
 impl ThrusterHealth {
@@ -41,6 +44,7 @@ impl ThrusterHealth {
     pub const SOUND: Self = Self {
         port: 1.0,
         starboard: 1.0,
+        steering_stuck: None,
     };
 }
 
@@ -81,10 +85,16 @@ impl Thrusters {
         }
     }
 
-    /// What the thrusters settle at when told `command`: within their limits, nothing inside the dead
-    /// zone, and the share that their health leaves.
+    /// What the thrusters settle at when told `command`: the difference at which they are stuck, within their limits,
+    /// nothing inside the dead zone, and the share that their health leaves.
     #[must_use]
     pub fn steady(&self, command: Thrust, health: ThrusterHealth) -> Thrust {
+        let command = health.steering_stuck.map_or(command, |share| {
+            self.allocate(SurfaceInput {
+                surge_force: command.port + command.starboard,
+                yaw_moment: share * self.arm * (self.ahead_max + self.astern_max),
+            })
+        });
         let one = |command: f64, health: f64| {
             if command.abs() < self.dead_zone {
                 0.0
@@ -140,6 +150,22 @@ mod tests {
                     let reachable = moment.clamp(-moment_max, moment_max);
                     assert!((thrusters.force(command).yaw_moment - reachable).abs() < 1e-9);
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn a_stuck_rudder_turns_the_craft_whatever_is_asked_for() {
+        for thrusters in CRAFT {
+            let health = ThrusterHealth {
+                steering_stuck: Some(0.25),
+                ..ThrusterHealth::SOUND
+            };
+            let moment = 0.25 * thrusters.arm * (thrusters.ahead_max + thrusters.astern_max);
+            for asked in [-5.0, 0.0, 5.0] {
+                let command = thrusters.allocate(wanted(20.0, asked));
+                let given = thrusters.force(thrusters.steady(command, health));
+                assert!((given.yaw_moment - moment).abs() < 1e-9, "{given:?}");
             }
         }
     }

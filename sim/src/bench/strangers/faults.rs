@@ -16,16 +16,18 @@ use crate::{
 pub const FAULT_AT: f64 = 300.0;
 /// How long the mission lasts, s.
 const DURATION: f64 = 600.0;
-/// Random craft, from seed 1 on, beside the classes that are known.
-pub const RANDOM_CRAFT: u64 = 10;
+/// Random craft, the first of the bench, beside the classes that are known.
+pub const RANDOM_CRAFT: usize = 10;
 /// The missions.
 pub const MISSIONS: [StrangerMission; 2] = [StrangerMission::FastAuv, StrangerMission::Switching];
 /// Seed of the missions of the classes that are known.
 const SEED: u64 = 1;
 /// How much slower the heading loop becomes.
 const SLOWED: f64 = 2.0;
-/// Where a stuck rudder leaves the heading, rad: 10°.
-const STUCK: f64 = 0.174_532_925_199_432_95;
+/// How far off its reference a heading comes to rest, rad: 10°.
+const OFFSET: f64 = 0.174_532_925_199_432_95;
+/// Where a rudder is stuck, as a share of the largest moment: 10° of the usual 35°.
+const STUCK: f64 = 10.0 / 35.0;
 
 /// What breaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +38,8 @@ pub enum Breakdown {
     SlowHeadingLoop,
     /// The port thruster is lost.
     ThrusterLost,
+    /// The rudder is stuck 10° to starboard.
+    RudderStuck,
     /// The craft comes to rest 10° to starboard of its heading reference.
     HeadingOffset,
 }
@@ -63,10 +67,11 @@ pub struct FaultTrial {
 
 impl Breakdown {
     /// All of them.
-    pub const ALL: [Self; 4] = [
+    pub const ALL: [Self; 5] = [
         Self::Nothing,
         Self::SlowHeadingLoop,
         Self::ThrusterLost,
+        Self::RudderStuck,
         Self::HeadingOffset,
     ];
 
@@ -77,6 +82,7 @@ impl Breakdown {
             Self::Nothing => "nothing",
             Self::SlowHeadingLoop => "heading lag doubled",
             Self::ThrusterLost => "port thruster lost",
+            Self::RudderStuck => "rudder stuck at 10°",
             Self::HeadingOffset => "heading 10° off its reference",
         }
     }
@@ -89,7 +95,8 @@ impl Breakdown {
                 side: Side::Port,
                 share: 0.0,
             }),
-            Self::HeadingOffset => Some(FaultKind::HeadingOffset(STUCK)),
+            Self::RudderStuck => Some(FaultKind::RudderStuck(STUCK)),
+            Self::HeadingOffset => Some(FaultKind::HeadingOffset(OFFSET)),
         }
     }
 }
@@ -109,10 +116,10 @@ enum Flyer<'a> {
     Random(&'a Stranger),
 }
 
-/// Every breakdown of every craft, in missions of `duration` s at most.
+/// Every breakdown of every craft, in missions of `duration` s at most. Of random craft the first [`RANDOM_CRAFT`].
 pub(super) fn trials(strangers: &[Stranger], duration: f64) -> Vec<Trial<'_>> {
     let classes = [SurfaceClass::Medusa, SurfaceClass::Otter].map(Flyer::Class);
-    let random = strangers.iter().filter(|stranger| stranger.seed <= RANDOM_CRAFT);
+    let random = strangers.iter().take(RANDOM_CRAFT);
     let mut trials = vec![];
     for craft in classes.into_iter().chain(random.map(Flyer::Random)) {
         for mission in MISSIONS {

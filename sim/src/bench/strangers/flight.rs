@@ -18,6 +18,10 @@ pub const CHECKPOINTS: [f64; 3] = [60.0, 120.0, 300.0];
 /// From when on a planner that was told nothing has had time to learn, s.
 pub const LATE: f64 = 120.0;
 
+/// A step that is larger than the craft turns by no more than this factor is rounding: the planner's references turn as
+/// fast as the craft does where they must.
+const ROUNDING: f64 = 1.0 + 1e-6;
+
 /// An estimate whose standard deviation is below this share of what it began with has learnt something.
 const LEARNT_SHARE: f64 = 0.5;
 
@@ -205,7 +209,12 @@ impl Flight {
             rms_m: rms(0.0),
             late_rms_m: rms(LATE),
             energy_j: rows.last().map_or(0.0, |(_, row)| row.energy),
-            steep_share: count(steps.iter().filter(|(_, turned, _)| turn < *turned).count()) / n,
+            steep_share: count(
+                steps
+                    .iter()
+                    .filter(|(_, turned, _)| turn * ROUNDING < *turned)
+                    .count(),
+            ) / n,
             speed_variation_mps: late().map(|(_, _, speed)| speed).sum(),
             heading_variation_rad: late().map(|(_, turned, _)| turned).sum(),
             answered: [
