@@ -997,9 +997,7 @@ fn a_trial_is_logged_and_identified_and_its_craft_file_is_one_that_requests_take
     let folder = tempfile::tempdir().expect("a folder");
     let file = |name: &str| folder.path().join(name).to_str().expect("is text").to_owned();
     let (log, craft, page) = (file("trial.csv"), file("craft.json"), file("trial.html"));
-    let flown = run(&[
-        "simulate", "--trial", "--craft", "otter", "--seed", "3", "--out", &log,
-    ]);
+    let flown = run(&["simulate", "--trial", "otter", "--seed", "3", "--out", &log]);
     assert!(flown.status.success(), "{}", stderr(&flown));
 
     let found = run(&["identify", &log, "--craft", &craft, "--report", &page]);
@@ -1019,6 +1017,28 @@ fn a_trial_is_logged_and_identified_and_its_craft_file_is_one_that_requests_take
     assert!((acceleration - 0.4 * 44.5 / 85.5).abs() < 0.03, "{acceleration}");
     let page = fs::read_to_string(&page).expect("written");
     assert!(page.ends_with("</html>\n") && page.contains("heading_loop"));
+
+    let told = |craft: &str| {
+        let answer = plan_of(example_body("track"), &["-", "--craft", craft]);
+        assert!(answer.status.success(), "{}", stderr(&answer));
+        let answer: Value = serde_json::from_str(&stdout(&answer)).expect("is JSON");
+        answer["craft_estimate"]["surge_lag_s"]["value"]
+            .as_f64()
+            .expect("a lag")
+    };
+    assert!(told("otter") < told("medusa"), "a heavier hull is slower");
+    told(&file("craft.json"));
+    let unknown = plan_of(example_body("track"), &["-", "--craft", "no-such"]);
+    assert_eq!(unknown.status.code(), Some(1));
+    assert!(
+        stderr(&unknown).contains("pilotfish crafts"),
+        "{}",
+        stderr(&unknown)
+    );
+    let mission = ["simulate", "calm", "--duration-s", "30", "--untimed", "--craft"];
+    let flown = |craft: &str| run(&[mission.as_slice(), &[craft]].concat());
+    assert!(flown("otter").status.success());
+    assert_ne!(stdout(&flown("otter")), stdout(&flown("generic")));
 
     // In degrees, and without what a small craft has not.
     let text = fs::read_to_string(&log).expect("written");

@@ -12,6 +12,7 @@ mod plan;
 mod replay;
 mod scenarios;
 mod serve;
+mod told_craft;
 mod trial;
 
 use self::{

@@ -32,6 +32,7 @@ use sim::{
 use crate::cli::{
     out_file::{OutFile, print},
     scenarios::{NoScenario, scenario},
+    told_craft::{NoToldCraft, ToldCraft},
     trial::{TrialError, trial},
 };
 
@@ -48,18 +49,19 @@ const ALONG_TRACK_GAIN: &str = "along-track-gain-per-s";
 
 #[derive(Debug, Args)]
 pub(crate) struct Simulate {
-    /// Name of a scenario (`pilotfish scenarios` lists them), or the path of a scenario file, as ./my.toml.
-    #[arg(required_unless_present = "trial", conflicts_with = "trial")]
+    /// Name of a scenario (`pilotfish scenarios` lists them), or the path of a scenario file, as ./my.toml. Of a trial
+    /// also medusa, which is the default, or otter.
+    #[arg(required_unless_present = "trial")]
     scenario: Option<String>,
-    /// Put a craft through a sea trial (docs/commissioning.md) and log it, for `pilotfish identify`.
+    /// Put the scenario's craft through a sea trial in its water (docs/commissioning.md) and log it, for
+    /// `pilotfish identify`.
     #[arg(
         long, requires = "out",
-        conflicts_with_all = ["controller", "duration_s", "untimed", "report", "snapshots"]
+        conflicts_with_all = ["controller", "duration_s", "untimed", "report", "snapshots", "craft"]
     )]
     trial: bool,
-    /// Craft of the trial: medusa, otter, or that of a scenario, with its water and its sensors.
-    #[arg(long, value_name = "CRAFT", default_value = "medusa", requires = "trial")]
-    craft: String,
+    #[command(flatten)]
+    craft: ToldCraft,
     /// What guides the surface craft.
     #[arg(long, value_enum, default_value_t = Controller::Mpc)]
     controller: Controller,
@@ -106,6 +108,8 @@ pub(crate) struct Simulate {
 pub(crate) struct Compare {
     /// Name of a scenario (`pilotfish scenarios` lists them), or the path of a scenario file, as ./my.toml.
     scenario: String,
+    #[command(flatten)]
+    craft: ToldCraft,
     /// How to print the scores.
     #[arg(long, value_enum, default_value_t = Format::Table)]
     format: Format,
@@ -170,6 +174,10 @@ enum Format {
 pub(crate) enum MissionError {
     #[error(transparent)]
     Scenario(#[from] NoScenario),
+    #[error(transparent)]
+    ToldCraft(#[from] NoToldCraft),
+    #[error("the scenario has no surface craft: leave --craft out")]
+    NoSurfaceCraft,
     #[error("--{name} must be above 0, not {given}")]
     Gain { name: &'static str, given: f64 },
     #[error("--{0} is a gain of line of sight and the planner has none: add --controller saturated_los")]
@@ -192,6 +200,10 @@ pub(crate) enum MissionError {
     Figure { path: PathBuf, source: io::Error },
     #[error(transparent)]
     Figures(#[from] FiguresError),
+    #[error(
+        "--first-craft {first} and --crafts {crafts} lead beyond seed {last}: gains are found on the seeds after it"
+    )]
+    CraftSeeds { first: u64, crafts: u64, last: u64 },
     #[error("the benchmark could not be run")]
     Bench(#[from] BenchError),
     #[error("the benchmark of random craft could not be run")]
@@ -207,12 +219,22 @@ fn lasting(scenario: Scenario, duration_s: Option<u32>) -> Scenario {
     }
 }
 
+/// The scenario, with the planner told of its craft what the command line says.
+fn told(mut scenario: Scenario, told: &ToldCraft) -> Result<Scenario, MissionError> {
+    if let Some((_, craft)) = told.read()? {
+        let surface_craft = scenario.surface_craft.as_mut();
+        surface_craft.ok_or(MissionError::NoSurfaceCraft)?.craft = Some(craft);
+    }
+    Ok(scenario)
+}
+
 /// Runs one mission, prints what it is worth, and keeps the record where asked to.
 pub(crate) fn simulate(arguments: &Simulate) -> Result<(), MissionError> {
-    let Some(name) = &arguments.scenario else {
-        return Ok(trial(&arguments.craft, arguments.seed, &arguments.out)?);
+    let Some(name) = arguments.scenario.as_deref().filter(|_| !arguments.trial) else {
+        let craft = arguments.scenario.as_deref().unwrap_or("medusa");
+        return Ok(trial(craft, arguments.seed, &arguments.out)?);
     };
-    let scenario = lasting(scenario(name)?, arguments.duration_s);
+    let scenario = told(lasting(scenario(name)?, arguments.duration_s), &arguments.craft)?;
     let mut asked = Vec::new();
     let mut guide: Box<dyn Guide + '_> = match arguments.controller.law() {
         None if arguments.look_ahead_m.is_some() => {
@@ -358,6 +380,7 @@ fn summary(record: &Record) -> String {
 /// Tunes the line-of-sight laws, runs all missions, prints all scores.
 pub(crate) fn compare(arguments: &Compare) -> Result<(), MissionError> {
     let scenario = lasting(scenario(&arguments.scenario)?, arguments.duration_s);
+    let scenario = told(scenario, &arguments.craft)?;
     let page = report_file(arguments.report.as_deref())?;
     let bar = bar();
     let comparison = Comparison::run(&scenario, arguments.seed, &mut |stage, done| {

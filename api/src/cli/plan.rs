@@ -10,8 +10,12 @@ use api::{offline, problem::ProblemDocument, wire::ProgramDump};
 use clap::Args;
 use planner::solve::TOLERANCE;
 use serde::Serialize;
+use serde_json::Value;
 
-use crate::cli::out_file::{OutFile, print};
+use crate::cli::{
+    out_file::{OutFile, print},
+    told_craft::{NoToldCraft, ToldCraft},
+};
 
 /// Stands for standard input, as everywhere.
 const STANDARD_INPUT: &str = "-";
@@ -21,6 +25,8 @@ pub(crate) struct Plan {
     /// A snapshot, as `POST /v1/plan` takes it; `-` is standard input.
     #[arg(default_value = STANDARD_INPUT)]
     file: PathBuf,
+    #[command(flatten)]
+    craft: ToldCraft,
     /// Print the answer in one line, as the service does.
     #[arg(long)]
     compact: bool,
@@ -47,6 +53,8 @@ fn tolerance(text: &str) -> Result<f64, String> {
 pub(crate) enum PlanError {
     #[error("cannot read {path}")]
     Read { path: PathBuf, source: io::Error },
+    #[error(transparent)]
+    ToldCraft(#[from] NoToldCraft),
     #[error("cannot write {path}: choose another file with --dump")]
     Dump { path: PathBuf, source: io::Error },
     #[error("no program was solved, so there is nothing to write to {0}")]
@@ -64,6 +72,10 @@ pub(crate) fn plan(arguments: &Plan) -> Result<(), PlanError> {
         path: arguments.file.clone(),
         source,
     })?;
+    let body = match arguments.craft.json()? {
+        Some(craft) => with_craft(body, craft),
+        None => body,
+    };
     let dump = arguments.dump.as_deref().map(dump_file).transpose()?;
     let mut last = None;
     let answer = offline::plan(&body, arguments.tolerance, &mut |program, solution| {
@@ -88,6 +100,17 @@ pub(crate) fn plan(arguments: &Plan) -> Result<(), PlanError> {
                 out.write_all(b"\n")
             })
             .map_err(|source| PlanError::Dump { path, source }),
+    }
+}
+
+/// The snapshot, with that `craft`. What is no JSON object is left as it is: the planner says what is wrong with it.
+fn with_craft(body: Vec<u8>, craft: Value) -> Vec<u8> {
+    match serde_json::from_slice(&body) {
+        Ok(Value::Object(mut snapshot)) => {
+            snapshot.insert("craft".to_owned(), craft);
+            Value::Object(snapshot).to_string().into_bytes()
+        }
+        Ok(_) | Err(_) => body,
     }
 }
 
