@@ -10,7 +10,7 @@ use crate::wire::Craft;
 /// The craft there are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CraftList {
-    /// One entry each, the first the one that stands for a craft that nobody describes.
+    /// One entry each, the first the one that stands for a craft without a description.
     pub crafts: Vec<CraftEntry>,
 }
 

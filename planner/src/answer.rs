@@ -48,8 +48,8 @@ pub struct Plan {
     /// Soft limits that the plan does not keep.
     pub violations: Vec<Violation>,
     /// The AUVs whose acoustic range cannot be kept now, by their place in the snapshot, ascending: of those that the goal
-    /// names whoever is out of range where it is met, if no place is in range of all; of the others, the nearest to the
-    /// goal first, whoever is in range of no place that is in range of all before. For these others the craft does
+    /// names those that are out of range where it is met, if no place is in range of all; of the others, the nearest to the
+    /// goal first, those that are in range of no place that is in range of all before. For these others the craft does
     /// nothing then; that their limit is broken is told.
     pub range_unattainable: Vec<usize>,
 }

@@ -41,7 +41,7 @@ const TURN_RATE_STRAIGHT: f64 = 0.002;
 pub(crate) const OFFSET_FROM_PATH_MAX: f64 = 15.0;
 
 /// An AUV that was last heard of longer ago is not forecast: it is held where it was, s. Assumption: in an hour a current
-/// that nobody knows of carries it as far as any forecast is long.
+/// that is not known carries it as far as any forecast is long.
 pub const FORECAST_AGE_MAX: f64 = 3600.0;
 
 /// An AUV that is no deeper than this is in the way of the surface craft, m.
@@ -226,7 +226,7 @@ impl AuvForecast {
     /// Covariance of the position (north, east) `ahead` seconds after the snapshot, m².
     ///
     /// Its trace never decreases. Along a path it grows with the doubt of speed along it, and across it only up to
-    /// what a follower strays; else with the doubt of velocity and with accelerations that nobody foresees.
+    /// what a follower strays; else with the doubt of velocity and with accelerations that are not foreseen.
     #[must_use]
     pub fn position_covariance(&self, ahead: f64) -> Matrix2<f64> {
         let elapsed = self.age + ahead;

@@ -102,8 +102,8 @@ impl Surroundings {
     /// Finds out whose range cannot be kept now, and gives up the limits about those of them that the goal does not name:
     /// half-way between what is out of range of either, a craft is no use to any.
     ///
-    /// Of those that the goal names, that is whoever is out of range where the goal is met, if no place is in range of
-    /// all; of the others, the nearest to the goal first, whoever is in range of no place that is in range of all before.
+    /// Of those that the goal names, those that are out of range where the goal is met, if no place is in range of
+    /// all; of the others, the nearest to the goal first, those that are in range of no place that is in range of all before.
     fn give_up_what_cannot_be_kept(&mut self, goal: &Vector2<f64>) {
         let place = |range: &Range| (range.centres[0], range.radii[0]);
         let distance = |range: &Range| (range.centres[0] - goal).norm();

@@ -1,4 +1,4 @@
-//! Whom acoustic range is kept for, where it cannot be kept for all.
+//! The vehicles that acoustic range is kept for, where it cannot be kept for all.
 
 use nalgebra::Vector2;
 use planner::{

@@ -14,7 +14,7 @@
 //! is the only gate from truth to knowledge; a [`guide`] answers; [`mission`] closes the loop; [`record`] and
 //! [`metrics`] are what remains; [`datum`] says where on Earth that was; [`tuning`] makes the compared law a
 //! strong one, [`regret`] sets any beside the best that its [`plant`] allows, and [`mod@bench`] all beside each other;
-//! [`strangers`] are missions for craft that nobody has met. [`trial`] puts a craft through the manoeuvres that show how it
+//! [`strangers`] are missions for craft that the planner has not met. [`trial`] puts a craft through the manoeuvres that show how it
 //! answers, and [`mod@identify`] learns it from the log.
 
 pub mod bench;

@@ -1,4 +1,4 @@
-//! Six missions for a surface craft that nobody has met, each within what it can do.
+//! Six missions for a surface craft that the planner has not met, each within what it can do.
 
 use std::sync::Arc;
 
@@ -36,7 +36,7 @@ pub enum StrangerMission {
     SlowDiver,
     /// Two slow ones in turn.
     Switching,
-    /// The midpoint of two slow ones in 0.12 m/s of current that nobody tells, sensors erring.
+    /// The midpoint of two slow ones in 0.12 m/s of current that is not told, sensors erring.
     Midpoint,
     /// One slow one, from 40 m ahead of it, facing back.
     AboutFace,

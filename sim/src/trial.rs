@@ -176,7 +176,7 @@ pub struct TrialSetup {
 /// Why a scenario has no trial.
 #[derive(Debug, thiserror::Error)]
 pub enum NoTrial {
-    /// It has nobody to make one.
+    /// It has no craft that could make one.
     #[error("the scenario has no surface craft")]
     NoSurfaceCraft,
     /// It does not start.

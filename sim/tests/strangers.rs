@@ -1,4 +1,4 @@
-//! Surface craft that nobody has met: what is drawn, and what its step tests say of it.
+//! Surface craft that the planner has not met: what is drawn, and what its step tests say of it.
 
 use nalgebra::Vector2;
 use planner::{

@@ -211,7 +211,7 @@ pub(super) async fn record(missions: Missions, id: &str, format: RecordFormat) -
 /// A piece of a record; the empty one after the last says that the record is whole.
 type Piece = Result<Bytes, RecordError>;
 
-/// The pieces up to the empty one. Where that does not come, whoever wrote gave up, and the answer breaks off: nobody is
+/// The pieces up to the empty one. Where that does not come, the writer gave up, and the answer breaks off: nobody is
 /// to take it for whole.
 fn whole_or_broken_off(first: Option<Piece>, written: mpsc::Receiver<Piece>) -> impl Stream<Item = Piece> {
     stream::unfold(Some((first, written)), async |left| {
@@ -335,9 +335,12 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_record_that_nobody_takes_is_given_up_at_once_and_does_not_look_whole() {
+    async fn a_record_that_no_client_takes_is_given_up_at_once_and_does_not_look_whole() {
         let (done, pieces) = written(false).await;
-        assert_eq!(done.expect_err("nobody takes it").kind(), io::ErrorKind::TimedOut);
+        assert_eq!(
+            done.expect_err("no client takes it").kind(),
+            io::ErrorKind::TimedOut
+        );
         assert_eq!(pieces.len(), PIECES + 1);
         assert!(pieces[PIECES].is_err());
     }

@@ -243,7 +243,7 @@ fn of_noisy_reports_the_estimate_is_nearer_than_the_newest_of_them() {
             sigma: 1.5,
             telemetry: Telemetry::Noisy,
         });
-        // The faster, the more of the error is a turn that nobody told of.
+        // The faster, the more of the error is a turn that was not told.
         assert!(
             outcome.miss < gain * outcome.miss_of_newest,
             "{speed} m/s: {outcome:?}"

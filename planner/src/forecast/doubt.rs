@@ -64,7 +64,7 @@ pub(super) fn free(state: &Matrix4<f64>, elapsed: f64, course: &Free) -> Matrix2
 }
 
 /// Variance of a position along either axis, m², `t` seconds after a vehicle of a speed, m/s, was last heard of, by what
-/// nobody foresees; no more than if it went straight on in any other direction.
+/// is not foreseen; no more than if it went straight on in any other direction.
 fn strayed(speed: f64, t: f64) -> f64 {
     let faster = (speed / LAWN_MOWER_SPEED).max(1.0);
     let unbounded = ACCELERATION_DENSITY * t.powi(3) / 3.0;

@@ -163,7 +163,7 @@ fn variables(pass: &Pass<'_>, wiggle: f64) -> (Vec<f64>, Vec<Vector2<f64>>, Vec<
     let (mut positions, mut velocities) = (vec![Vector2::zeros()], vec![pass.velocity]);
     for k in 1..=layout.n_stages {
         let (dt, before) = (pass.steps[k - 1], velocities[k - 1]);
-        let phase = wiggle * f64::from(u32::try_from(k).unwrap());
+        let phase = wiggle * f64::from(u32::try_from(k).expect("a stage fits"));
         let velocity = Vector2::new(0.5 + 0.2 * phase.sin(), 0.1 * phase.cos());
         let acceleration = (velocity - before) / dt;
         let position = positions[k - 1] + (before + pass.current) * dt + acceleration * (0.5 * dt * dt);
@@ -242,7 +242,7 @@ fn every_row_says_what_its_promise_says() {
     let (mut x, _, v) = variables(&pass, 1.3);
     let layout = program.layout;
     for k in 1..=layout.n_stages {
-        x[layout.slack(k, Slack::Motion)] = 0.01 * f64::from(u32::try_from(k).unwrap());
+        x[layout.slack(k, Slack::Motion)] = 0.01 * f64::from(u32::try_from(k).expect("a stage fits"));
     }
     let s = row_slacks(&program, &x);
     let close = |row: usize, expected: f64, what: &str| {
@@ -330,8 +330,9 @@ fn every_bound_says_what_its_promise_says() {
     let (mut x, p, v) = variables(&pass, 1.3);
     let layout = program.layout;
     for (i, slack) in layout.slacks().enumerate() {
-        (1..=layout.n_stages)
-            .for_each(|k| x[layout.slack(k, slack)] = 0.3 * f64::from(u32::try_from(i + k).unwrap()));
+        (1..=layout.n_stages).for_each(|k| {
+            x[layout.slack(k, slack)] = 0.3 * f64::from(u32::try_from(i + k).expect("a stage fits"))
+        });
     }
     for k in 1..=layout.n_stages {
         x[layout.worst(k)] = 0.2;

@@ -1,4 +1,4 @@
-//! Surface craft that nobody has met: hulls, thrusters and autopilots drawn from a seed.
+//! Surface craft that the planner has not met: hulls, thrusters and autopilots drawn from a seed.
 //!
 //! Draws that do not hold their heading or speed in the [step tests](super::step_test) are drawn anew, so that every
 //! craft is one that somebody could have commissioned.

@@ -63,7 +63,7 @@ pub enum SurfaceClassFile {
     Medusa,
     /// Otter: 3 m/s.
     Otter,
-    /// A craft that nobody has met: hull, thrusters and autopilot are drawn, and step-tested.
+    /// A craft that the planner has not met: hull, thrusters and autopilot are drawn, and step-tested.
     Random(RandomCraftFile),
 }
 
