@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 use planner::{
     angle::{Heading, wrap},
-    craft::{HeadingDynamics, HeadingHeld, SpeedHeld},
+    craft::{CraftDescription, HeadingDynamics, HeadingHeld, SpeedHeld},
     los::{LosLaw, Reference},
     policy::Policy,
 };
@@ -30,6 +30,15 @@ fn craft(seed: u64) -> RandomCraft {
 fn a_seed_gives_the_same_craft_every_time_and_another_seed_another() {
     assert_eq!(craft(5), craft(5));
     assert_ne!(craft(5), craft(6));
+}
+
+/// 248 was fitted an integrator that takes three days to wind up.
+#[test]
+fn what_step_tests_find_can_be_told() {
+    for seed in (1..40).chain([248]) {
+        let told = CraftDescription::from(&craft(seed).tested.craft);
+        assert_eq!(told.faults(), [], "craft {seed}");
+    }
 }
 
 #[test]

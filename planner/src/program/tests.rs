@@ -331,7 +331,7 @@ fn every_bound_says_what_its_promise_says() {
     let layout = program.layout;
     for (i, slack) in layout.slacks().enumerate() {
         (1..=layout.n_stages).for_each(|k| {
-            x[layout.slack(k, slack)] = 0.3 * f64::from(u32::try_from(i + k).expect("a stage fits"))
+            x[layout.slack(k, slack)] = 0.3 * f64::from(u32::try_from(i + k).expect("a stage fits"));
         });
     }
     for k in 1..=layout.n_stages {

@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 use planner::{
     angle::Heading,
-    craft::{Craft, HeadingHeld, PropulsionPower, SurgeResponse},
+    craft::{Craft, CraftDescription, HeadingHeld, PropulsionPower, SurgeResponse},
     los::Reference,
     snapshot::Limits,
 };
@@ -88,6 +88,9 @@ pub enum StepTestFailed {
         /// Speed asked for, m/s.
         to: f64,
     },
+    /// It answers as no craft that can be told.
+    #[error("it answers slower, faster or with more drift than a description can say")]
+    OutOfRange,
     /// There is no speed worth the name at which it turns and keeps its speed.
     #[error("it cannot turn at {TOP_MIN} m/s without losing its speed")]
     NoSpeed,
@@ -136,6 +139,9 @@ pub fn step_test(hull: &SurfaceHull, autopilot: &SurfaceAutopilot) -> Result<Ste
         speed_held: autopilot.speed_held,
         heading_held: autopilot.heading_held,
     };
+    if !CraftDescription::from(&craft).faults().is_empty() {
+        return Err(StepTestFailed::OutOfRange);
+    }
     Ok(StepTested {
         limits,
         craft,

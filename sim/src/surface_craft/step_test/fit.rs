@@ -2,7 +2,7 @@
 
 use planner::{
     angle::wrap,
-    craft::{HeadingDynamics, HeadingResponse, SurgeResponse},
+    craft::{HeadingDynamics, HeadingResponse, SurgeResponse, description::INTEGRAL_TIME},
 };
 
 use super::Sample;
@@ -89,7 +89,9 @@ pub(super) fn fit_surge(trials: &[Vec<Sample>]) -> Fitted<SurgeResponse> {
         [lag, delay, up, down, 2.0 * lag],
         |[lag, delay, up, down, time]| misfit(&response([lag, delay, up, down], Some(time))),
     );
-    if wound.1 < INTEGRAL_GAIN * plain.1 {
+    // An integrator that takes longer to wind up than any that can be told is none.
+    let winds_up = INTEGRAL_TIME.contains(&wound.0[4]);
+    if winds_up && wound.1 < INTEGRAL_GAIN * plain.1 {
         let [lag, delay, up, down, time] = wound.0;
         Fitted {
             response: response([lag, delay, up, down], Some(time)),
