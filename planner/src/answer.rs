@@ -48,9 +48,9 @@ pub struct Plan {
     /// Soft limits that the plan does not keep.
     pub violations: Vec<Violation>,
     /// The AUVs whose acoustic range cannot be kept now, by their place in the snapshot, ascending: of those that the goal
-    /// names those that are out of range where it is met, if no place is in range of all; of the others, the nearest to the
-    /// goal first, those that are in range of no place that is in range of all before. For these others the craft does
-    /// nothing then; that their limit is broken is told.
+    /// names, the ones out of range where it is met, if no place is in range of all; of the others, taken from the nearest
+    /// to the goal on, each that has no place in range of all kept so far. For these others the craft does nothing then;
+    /// that their limit is broken is told.
     pub range_unattainable: Vec<usize>,
 }
 

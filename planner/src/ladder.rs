@@ -3,7 +3,7 @@
 //! Solved program → previous plan, followed further → saturated line of sight → hold.
 
 use crate::{
-    angle::{Heading, angle_of},
+    angle::{Heading, angle_of, wrap},
     answer::{Baseline, Degraded, Method, Plan, SolverReport, TargetForecast},
     craft::CraftEstimate,
     follower::{follow, invert_response, slew_limited, speed_lead, stage_at},
@@ -111,7 +111,7 @@ pub(crate) fn descend(
     } else {
         best_rung(snapshot, policy, &horizon, &optimum, los, passes)
     };
-    let asked = less_offset(best.reference, snapshot);
+    let (command, through_water) = commanded(best.reference, snapshot);
     let broken_by_program = (best.method == Method::Mpc).then_some(optimum.violations);
     let ways = &passes.ways;
     let answer = Plan {
@@ -119,8 +119,8 @@ pub(crate) fn descend(
         current: snapshot.known_current(),
         craft,
         degraded: optimum.degraded,
-        reference: snapshot.calm_command(&asked),
-        reference_through_water: asked,
+        reference: command,
+        reference_through_water: through_water,
         valid_until: snapshot.time + policy.validity,
         trajectory: refilled(memory.trajectory, horizon.trajectory(&ways[best.way.number])),
         goal: refilled(memory.goal, horizon.times.iter().map(|time| goal.at(*time))),
@@ -159,6 +159,18 @@ pub(crate) fn descend(
     sheets.goal = Some(goal);
     sheets.horizon = Some(horizon);
     answer
+}
+
+/// What the craft is told so that it does what was `asked`, and what that comes to through the water.
+fn commanded(asked: Reference, snapshot: &Snapshot) -> (Reference, Reference) {
+    let asked = less_offset(asked, snapshot);
+    let command = snapshot.calm_command(&asked);
+    let held_back = wrap(command.heading.radians() - snapshot.command(&asked).heading.radians());
+    let through_water = Reference {
+        heading: Heading::new(asked.heading.radians() + held_back),
+        ..asked
+    };
+    (command, through_water)
 }
 
 /// The reference that makes the craft turn to that of `asked`: less what its heading stays off its reference.

@@ -386,13 +386,17 @@ impl Observation {
     pub fn known_current(&self) -> Option<Vector2<f64>> {
         let previous = self.previous_plan.as_ref();
         let unmeasured = self.current.is_none() && self.asc.ground_velocity.is_none();
-        let learnt = || previous?.craft?.current_from_positions();
-        let remembered = || {
-            let previous = previous?;
-            Some((previous.trajectory.first()?.time, previous.current?))
+        let then = previous.and_then(|previous| Some(previous.trajectory.first()?.time));
+        let learnt = || {
+            let age = self.time - then?;
+            let young = (0.0..=REMEMBERED_AGE_MAX).contains(&age);
+            previous?.craft.filter(|_| young)?.current_from_positions()
         };
+        let remembered = || Some((then?, previous?.current?));
         let positions = if unmeasured { learnt() } else { None };
-        positions.or_else(|| self.current_after(remembered()))
+        positions
+            .or_else(|| self.current_after(remembered()))
+            .or_else(learnt)
     }
 
     /// [`Observation::known_current`], the memory being a time on the snapshot's clock, s, and the current then.
@@ -481,9 +485,12 @@ impl Snapshot {
         let between = |from: Heading, to: Heading| wrap(to.radians() - from.radians());
         let moved = between(reference_before, reference.heading).abs();
         let most = moved.max(self.craft.limits.turn_rate_max * elapsed);
-        let step = between(told, command.heading).clamp(-most, most);
+        let step = between(told, command.heading);
+        if step.abs() <= most {
+            return command;
+        }
         Reference {
-            heading: Heading::new(told.radians() + step),
+            heading: Heading::new(told.radians() + step.clamp(-most, most)),
             ..command
         }
     }

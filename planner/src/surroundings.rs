@@ -102,8 +102,8 @@ impl Surroundings {
     /// Finds out whose range cannot be kept now, and gives up the limits about those of them that the goal does not name:
     /// half-way between what is out of range of either, a craft is no use to any.
     ///
-    /// Of those that the goal names, those that are out of range where the goal is met, if no place is in range of
-    /// all; of the others, the nearest to the goal first, those that are in range of no place that is in range of all before.
+    /// Given up are, of those that the goal names, the ones out of range where the goal is met, if no place is in range of
+    /// all; of the others, taken from the nearest to the goal on, each that has no place in range of all kept so far.
     fn give_up_what_cannot_be_kept(&mut self, goal: &Vector2<f64>) {
         let place = |range: &Range| (range.centres[0], range.radii[0]);
         let distance = |range: &Range| (range.centres[0] - goal).norm();

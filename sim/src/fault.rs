@@ -27,8 +27,8 @@ pub enum FaultKind {
     },
     /// The surface craft's heading loop is slower by this factor, above 1.
     SlowHeadingLoop(f64),
-    /// The surface craft's heading loop comes to rest this far to starboard of its reference, rad: a compass that turned
-    /// in its mount.
+    /// The surface craft's heading loop comes to rest this far to starboard of its reference, rad: the autopilot's own
+    /// compass turned in its mount.
     HeadingOffset(f64),
     /// The surface craft's rudder, or what stands for one, is stuck at this share of the largest yaw moment, −1 to 1,
     /// positive to starboard.

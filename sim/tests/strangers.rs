@@ -35,10 +35,12 @@ fn a_seed_gives_the_same_craft_every_time_and_another_seed_another() {
 /// 248 was fitted an integrator that takes three days to wind up.
 #[test]
 fn what_step_tests_find_can_be_told() {
-    for seed in (1..40).chain([248]) {
+    for seed in 1..40 {
         let told = CraftDescription::from(&craft(seed).tested.craft);
         assert_eq!(told.faults(), [], "craft {seed}");
     }
+    let slow = craft(248);
+    assert_eq!((slow.attempts, slow.tested.craft.surge.integral_time), (1, None));
 }
 
 #[test]

@@ -24,7 +24,7 @@ use crate::export::{
 const NAMED: usize = 10;
 
 const MADE: &str = "Surface craft drawn at random: hull, thrusters and autopilot, each tested in steps first. Each flies six \
-    missions of 900 s. Beside the planner stands the nearest law: of `saturated_los` and `tracker_frame` at 25 gains \
+    missions. Beside the planner stands the nearest law: of `saturated_los` and `tracker_frame` at 25 gains \
     each, the one with the least RMS distance on a tuning seed of that craft and mission, then flown on the seed that is \
     scored. Told is the planner that is told the response which step tests found, and the limits; untold the one that \
     is told the least and the largest speed and nothing else, neither what the loops hold. The laws are told what the \
@@ -50,9 +50,13 @@ const FAULTS: &str = "Something breaks 300 s into a mission of 600 s, on a MEDUS
 pub(super) fn strangers(board: &StrangersBoard) -> Vec<Block> {
     let seed = |craft: Option<&Stranger>| craft.map_or(0, |craft| craft.seed);
     let (first, last) = (seed(board.crafts.first()), seed(board.crafts.last()));
+    let duration = board
+        .flights
+        .first()
+        .map_or(0.0, |flights| flights.law.duration_s);
     let mut blocks = vec![
         Block::Heading(2, "Strangers".to_owned()),
-        Block::Paragraph(format!("{MADE} Craft {first} to {last}.")),
+        Block::Paragraph(format!("{MADE} Craft {first} to {last}, {duration:.0} s each.")),
         Block::Table(nearness(board)),
         Block::Paragraph(CALM.to_owned()),
         Block::Table(calmness(board)),

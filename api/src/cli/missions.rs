@@ -201,7 +201,7 @@ pub(crate) enum MissionError {
     #[error(transparent)]
     Figures(#[from] FiguresError),
     #[error(
-        "--first-craft {first} and --crafts {crafts} lead beyond seed {last}: gains are found on the seeds after it"
+        "--first-craft {first}: {crafts} craft lead beyond seed {last}, and gains are found on the seeds after it"
     )]
     CraftSeeds { first: u64, crafts: u64, last: u64 },
     #[error("the benchmark could not be run")]

@@ -10,8 +10,8 @@ use serde_json::{Value, json};
 /// What the planner is told of the surface craft.
 #[derive(Debug, Args)]
 pub(crate) struct ToldCraft {
-    /// What the planner is told of the surface craft, whatever else says: a name that `pilotfish crafts` lists, or the
-    /// path of a craft file, as `pilotfish identify --craft` writes it.
+    /// What the planner is told of the surface craft, instead of the `craft` of the snapshot or scenario, whose limits still
+    /// count: a name that `pilotfish crafts` lists, or the path of a craft file, as `pilotfish identify --craft` writes it.
     #[arg(long, value_name = "NAME|FILE")]
     craft: Option<String>,
 }

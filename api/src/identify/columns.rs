@@ -25,7 +25,7 @@ const TIME: LogColumn = LogColumn {
 };
 const SPEED_REFERENCE: LogColumn = LogColumn {
     names: &["reference_speed_mps"],
-    meaning: "speed reference in force from this row on; 0 while the craft is not guided",
+    meaning: "speed reference in force from this row on; 0 where it is to make no way",
 };
 const HEADING_REFERENCE: LogColumn = LogColumn {
     names: &["reference_heading_rad", "reference_heading_deg"],

@@ -27,8 +27,8 @@ pub struct PlanRequest {
     pub auvs: Vec<Auv>,
     /// What to do.
     pub goal: Goal,
-    /// Current at the surface. Without it, it is taken from the surface craft's ground velocity, and
-    /// without that the water is taken to be still. A ground velocity that would leave a current of more than 3 m/s
+    /// Current at the surface. Without it, it is taken from the surface craft's ground velocity; without that, from its
+    /// positions and its speed through the water, else from `previous_plan`, else the water is taken to be still. A ground velocity that would leave a current of more than 3 m/s
     /// along an axis is set aside, with the warning `velocities_contradict`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
@@ -465,7 +465,8 @@ pub struct PreviousPlan {
     /// What it knew of the craft. Without it, what is learnt of the craft starts anew.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub craft_estimate: Option<PreviousCraft>,
-    /// What it took the current for. Where the request does not tell the current, that is averaged over half a minute.
+    /// What it took the current for. Where the request tells a ground velocity and no current, that is averaged over
+    /// half a minute.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
     /// The reference that it gave.

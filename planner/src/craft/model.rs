@@ -12,6 +12,12 @@ const COURSE_SPEED_SHARE: f64 = 0.6;
 /// Largest bias, as a multiple of the weaker acceleration limit.
 const SURGE_BIAS_MOST: f64 = 1.5;
 
+/// The most of the weaker acceleration limit that a bias takes of the plan's, of a loop whose integrator unwinds again.
+const BIAS_SHARE_OF_AN_INTEGRATOR: f64 = 0.9;
+
+/// The same of a loop without: what pushes it now, as thrust that goes into a turn, does not push it for long.
+const BIAS_SHARE: f64 = 0.5;
+
 /// How many times its lags a craft that does not follow is taken to have.
 const CAUTIOUS_LAG: f64 = 1.5;
 
@@ -70,19 +76,33 @@ impl CraftModel {
     #[must_use]
     pub fn learnt(prior: &Prior, estimate: &CraftEstimate, observation: &Observation) -> Self {
         let told = Self::new(&prior.craft, &observation.limits).steerable(prior, estimate, observation);
-        let most = told.surge_bias_max();
         let learnt = Self {
             heading_time: estimate.heading_time().0,
             heading_offset: estimate.heading.z,
             surge_time: estimate.surge_time().0,
             sway_per_yaw_rate: estimate.drift.mean,
-            surge_bias: estimate.surge.z.clamp(-most, most),
+            surge_bias: estimate.surge.z,
             ..told
         };
         if estimate.monitor.alarm {
             learnt.cautious()
         } else {
             learnt
+        }
+        .with_authority()
+    }
+
+    /// The same craft, whose bias leaves it something of its acceleration and deceleration. A plan for one that is
+    /// pushed for good beyond its limits is to stay where it is.
+    fn with_authority(self) -> Self {
+        let share = match self.integral_time {
+            Some(_) => BIAS_SHARE_OF_AN_INTEGRATOR,
+            None => BIAS_SHARE,
+        };
+        let most = share * self.limits.acceleration_max.min(self.limits.deceleration_max);
+        Self {
+            surge_bias: self.surge_bias.clamp(-most, most),
+            ..self
         }
     }
 

@@ -88,8 +88,8 @@ impl Monitor {
         }
     }
 
-    /// The monitor `elapsed` later, of a craft that was asked for a heading and a speed, and that holds a course with the
-    /// angle `crab` between heading and course, rad, 0 if it holds the heading.
+    /// The monitor `elapsed` later, of a craft that was asked for a heading and a speed, and that holds a course with an
+    /// angle of up to `crab` between heading and course, rad, 0 if it holds the heading.
     #[must_use]
     pub fn after(
         &self,

@@ -102,6 +102,8 @@ const SPEED_JUMP: f64 = 10.0;
 /// Relative standard deviation of a loop's lag about that of the delay and the first-order lag that come nearest to it.
 /// Measured on random craft that were told their step responses: the median error is 8 %, nine in ten are below 27 %.
 const LAG_MODEL_ERROR: f64 = 0.15;
+/// Largest crab angle that the heading of a craft that holds its course is allowed, rad.
+const CRAB_MAX: f64 = 1.0;
 /// Slower than this, m/s, a drift angle says nothing.
 const SPEED_WITH_DRIFT: f64 = 0.15;
 
@@ -286,11 +288,13 @@ impl CraftEstimate {
         next.weigh_modes(observation, prior, &craft, asked);
         next.learn_heading(observation.asc.heading.radians(), &craft, asked, prior);
         next.learn_surge(observation.asc.surge, &craft, asked, prior);
-        next.learn_drift(observation, asked);
+        next.learn_drift(observation, prior, asked);
         next.learn_current(observation, &self.position, asked);
         let expected = next.monitored(prior, &craft);
         let crab = match next.modes(prior).0 {
-            HeadingHeld::Course => observation.current().norm() / observation.asc.surge.max(SPEED_WITH_DRIFT),
+            HeadingHeld::Course => {
+                (observation.current().norm() / observation.asc.surge.max(SPEED_WITH_DRIFT)).min(CRAB_MAX)
+            }
             HeadingHeld::Heading => 0.0,
         };
         let asked_for = (asked.heading, asked.speed);
@@ -330,7 +334,7 @@ impl CraftEstimate {
         self.told.x = wrap(self.told.x);
         self.told.y += behind(craft.surge_lag(), asked.elapsed) * (asked.told.y - self.told.y);
         let drifting = || {
-            let current = self.current_from_positions()?;
+            let current = observation.current.or_else(|| self.current_from_positions())?;
             Some(asc.water_velocity() + current)
         };
         let ground = asc.ground_velocity.or_else(drifting);
@@ -442,7 +446,7 @@ impl CraftEstimate {
     }
 
     /// Sway as measured; where it is not, as the velocity over ground across the bow says, less a known current.
-    fn learn_drift(&mut self, observation: &Observation, asked: Asked) {
+    fn learn_drift(&mut self, observation: &Observation, prior: &Prior, asked: Asked) {
         let asc = &observation.asc;
         let across = || {
             let through_water = asc.ground_velocity? - observation.current?;
@@ -459,7 +463,7 @@ impl CraftEstimate {
         let noise = SWAY_NOISE * SWAY_NOISE / asked.elapsed.min(1.0);
         let variance = slope * slope * self.drift.variance + noise;
         let gain = self.drift.variance * slope / variance;
-        let most = DRIFT_MAX.max(self.drift.mean.abs());
+        let most = DRIFT_MAX.max(prior.drift.mean.abs());
         let mean = self.drift.mean + gain * (sway - slope * self.drift.mean);
         self.drift = Gaussian {
             mean: mean.clamp(-most, most),

@@ -187,7 +187,7 @@ impl StrangersBench {
     /// Runs everything. `progress` is told the fraction done, by expected work.
     pub fn run(&self, progress: &mut (dyn FnMut(f64) + Send)) -> Result<StrangersBoard, StrangersError> {
         let drawn = if self.faults {
-            self.crafts.max(FAULT_CRAFT as u64)
+            self.crafts.max(FAULT_CRAFT)
         } else {
             self.crafts
         };
@@ -282,5 +282,43 @@ fn failed(scenario: &Scenario, contender: &str, seed: u64, source: GuideError) -
         contender: contender.to_owned(),
         seed,
         source,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bench(first: u64, threads: usize) -> StrangersBoard {
+        let bench = StrangersBench {
+            first,
+            crafts: 1,
+            duration: 30.0,
+            faults: false,
+            threads: NonZeroUsize::new(threads).expect("is above 0"),
+        };
+        bench
+            .run(&mut |done| assert!((0.0..=1.0).contains(&done)))
+            .expect("runs")
+    }
+
+    #[test]
+    fn threads_change_no_result_and_another_first_seed_is_another_craft() {
+        let board = bench(7, 1);
+        assert_eq!(board, bench(7, 2));
+        assert_eq!(board.crafts.len(), 1);
+        assert_eq!(board.flights.len(), StrangerMission::ALL.len());
+        for flights in &board.flights {
+            assert_eq!(flights.craft, 7);
+            let law = &flights.law;
+            assert!(0.0 < law.rms_m && law.late_rms_m.is_finite(), "{law:?}");
+            // Told or not, the same start: the distance at the beginning is most of so short a flight.
+            let (told, untold) = (flights.told.rms_m, flights.untold.rms_m);
+            assert!(
+                told < 1.5 * law.rms_m + 1.0 && untold < 1.5 * law.rms_m + 1.0,
+                "{flights:?}"
+            );
+        }
+        assert_ne!(board.crafts, bench(8, 2).crafts);
     }
 }

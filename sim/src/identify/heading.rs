@@ -255,7 +255,7 @@ pub(super) fn approached(error: f64, time_constant: f64, rate_max: f64, step: f6
     gone.copysign(error)
 }
 
-/// Whether the craft is to move at all: without way it is not guided.
+/// Whether the craft is to move at all: without way it does not answer.
 fn steers(row: &LogRow) -> bool {
     0.0 < row.speed_reference
 }

@@ -105,7 +105,7 @@ fn log(craft: &Craft, trial: &Trial, ocean: &Ocean) -> Log {
                 }
             }
         };
-        // Without way it is not guided.
+        // Without way it does not answer.
         let way = 0.0 < held(0.0).0;
         let error = if way {
             wrap(held(craft.heading.delay).1 - measured)

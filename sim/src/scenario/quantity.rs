@@ -118,6 +118,11 @@ impl<'de, K: Kind> Visitor<'de> for QuantityVisitor<K> {
         self.visit_f64(value as f64)
     }
 
+    #[expect(clippy::cast_precision_loss, reason = "as above")]
+    fn visit_u64<E: Error>(self, value: u64) -> Result<Self::Value, E> {
+        self.visit_f64(value as f64)
+    }
+
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
         let Some(name) = map.next_key::<String>()? else {
             return Err(A::Error::custom(

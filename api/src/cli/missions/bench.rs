@@ -19,7 +19,7 @@ use clap::{Args, builder::RangedU64ValueParser};
 use sim::{
     bench::{
         Board, Contender, TRANSIENTS, TUNING_SEED, ablations, front, other_plant, sensitivity,
-        strangers::{StrangersBench, StrangersBoard},
+        strangers::{FAULT_CRAFT, StrangersBench, StrangersBoard},
     },
     scenario::Scenario,
     strangers,
@@ -102,7 +102,7 @@ pub(crate) fn bench(arguments: &Bench) -> Result<(), MissionError> {
     let scenarios = scenarios(arguments)?;
     let (first, crafts, last) = (
         arguments.first_craft,
-        arguments.crafts.unwrap_or(0),
+        arguments.crafts.map_or(0, |crafts| crafts.max(FAULT_CRAFT)),
         TUNING_SEED - 1,
     );
     if last + 1 < first + crafts {

@@ -17,7 +17,7 @@ pub const FAULT_AT: f64 = 300.0;
 /// How long the mission lasts, s.
 const DURATION: f64 = 600.0;
 /// Random craft, the first of the bench, beside the classes that are known.
-pub const RANDOM_CRAFT: usize = 10;
+pub const RANDOM_CRAFT: u64 = 10;
 /// The missions.
 pub const MISSIONS: [StrangerMission; 2] = [StrangerMission::FastAuv, StrangerMission::Switching];
 /// Seed of the missions of the classes that are known.
@@ -119,7 +119,10 @@ enum Flyer<'a> {
 /// Every breakdown of every craft, in missions of `duration` s at most. Of random craft the first [`RANDOM_CRAFT`].
 pub(super) fn trials(strangers: &[Stranger], duration: f64) -> Vec<Trial<'_>> {
     let classes = [SurfaceClass::Medusa, SurfaceClass::Otter].map(Flyer::Class);
-    let random = strangers.iter().take(RANDOM_CRAFT);
+    let random = strangers
+        .iter()
+        .zip(0..RANDOM_CRAFT)
+        .map(|(stranger, _)| stranger);
     let mut trials = vec![];
     for craft in classes.into_iter().chain(random.map(Flyer::Random)) {
         for mission in MISSIONS {

@@ -30,7 +30,7 @@ const LEARNT_SHARE: f64 = 0.5;
 pub struct Flight {
     /// Root mean square distance to the goal, m.
     pub rms_m: f64,
-    /// The same after [`LATE`].
+    /// The same after [`LATE`], or in the second half of a shorter flight.
     pub late_rms_m: f64,
     /// Propulsion energy, J.
     pub energy_j: f64,
@@ -146,26 +146,22 @@ pub(super) fn fly_planner(
 
 impl Estimates {
     fn of(known: &CraftEstimate, first: &CraftEstimate, craft: &Craft) -> Self {
-        let learnt = |of: fn(&CraftEstimate) -> (f64, f64), truth: f64, relative: bool| {
-            let ((value, sigma), (before, sigma_before)) = (of(known), of(first));
-            // The deviation of a time constant is one of its logarithm.
-            let (now, then) = if relative {
-                (sigma / value, sigma_before / before)
-            } else {
-                (sigma, sigma_before)
-            };
-            Learnt {
-                value,
-                sigma,
-                truth,
-                excited: now < LEARNT_SHARE * then,
-            }
+        // What is learnt is the filters' variance: of a time constant, that of its logarithm.
+        let learnt = |(value, sigma): (f64, f64), truth: f64, variance: fn(&CraftEstimate) -> f64| Learnt {
+            value,
+            sigma,
+            truth,
+            excited: variance(known) < LEARNT_SHARE * LEARNT_SHARE * variance(first),
         };
-        let drift = |known: &CraftEstimate| (known.drift.mean, known.drift.variance.max(0.0).sqrt());
+        let drift = (known.drift.mean, known.drift.variance.max(0.0).sqrt());
         Self {
-            heading_lag: learnt(CraftEstimate::heading_lag, craft.heading.lag(), true),
-            surge_lag: learnt(CraftEstimate::surge_lag, craft.surge.lag(), true),
-            drift: learnt(drift, craft.sway_per_yaw_rate, false),
+            heading_lag: learnt(known.heading_lag(), craft.heading.lag(), |known| {
+                known.heading_covariance.m22
+            }),
+            surge_lag: learnt(known.surge_lag(), craft.surge.lag(), |known| {
+                known.surge_covariance.m22
+            }),
+            drift: learnt(drift, craft.sway_per_yaw_rate, |known| known.drift.variance),
         }
     }
 }
@@ -185,6 +181,8 @@ impl Flight {
             .filter_map(|row| Some((row.time, row.surface_craft.as_ref()?)))
             .collect();
         let n = count(rows.len());
+        // The second half of a flight that is over sooner.
+        let settled = rows.last().map_or(LATE, |(end, _)| LATE.min(0.5 * end));
         let rms = |from: f64| {
             let squares = rows.iter().filter(|(time, _)| from <= *time);
             let squares: Vec<f64> = squares.map(|(_, row)| row.distance().powi(2)).collect();
@@ -196,7 +194,7 @@ impl Flight {
             (pair[0].0, turned, (after.speed - before.speed).abs())
         });
         let steps: Vec<(f64, f64, f64)> = steps.collect();
-        let late = || steps.iter().filter(|(time, ..)| LATE <= *time);
+        let late = || steps.iter().filter(|(time, ..)| settled <= *time);
         let turn = craft.heading.rate_max * record.interval;
         let answered = |methods: &[Method]| {
             count(
@@ -207,7 +205,7 @@ impl Flight {
         };
         Self {
             rms_m: rms(0.0),
-            late_rms_m: rms(LATE),
+            late_rms_m: rms(settled),
             energy_j: rows.last().map_or(0.0, |(_, row)| row.energy),
             steep_share: count(
                 steps

@@ -89,7 +89,7 @@ pub(super) fn fit_surge(trials: &[Vec<Sample>]) -> Fitted<SurgeResponse> {
         [lag, delay, up, down, 2.0 * lag],
         |[lag, delay, up, down, time]| misfit(&response([lag, delay, up, down], Some(time))),
     );
-    // An integrator that takes longer to wind up than any that can be told is none.
+    // An integrator that winds up slower or faster than any that can be told is none.
     let winds_up = INTEGRAL_TIME.contains(&wound.0[4]);
     if winds_up && wound.1 < INTEGRAL_GAIN * plain.1 {
         let [lag, delay, up, down, time] = wound.0;
