@@ -35,7 +35,7 @@ bench:
 benchmark seeds="30" *more="":
     cargo run --release -- bench --seeds {{seeds}} {{more}} --out target/benchmark \
         --commit "$(git describe --always --dirty --abbrev=12)"
-    cp target/benchmark/benchmark.md docs/benchmark.md
+    cp target/benchmark/benchmark.md docs/scoreboard.md
     if [ -e target/benchmark/front.svg ]; then cp target/benchmark/front.svg docs/front.svg; fi
 
 # Hundreds of live missions on a service of their own, in release: ten minutes, or what the arguments say, such as
@@ -43,7 +43,7 @@ benchmark seeds="30" *more="":
 load *more:
     #!/usr/bin/env bash
     set -euo pipefail
-    cargo build --release -p api -p tests --bins
+    cargo build --release -p pilotfish -p tests --bins
     # Not in /tmp, which on some machines is no disk: a commit costs what it costs there.
     target="${CARGO_TARGET_DIR:-target}/release"
     data=$(mktemp -d -p "$target")

@@ -1,11 +1,17 @@
 // Every example is drawn, nothing complains, nothing leaves this machine, a wrong snapshot is explained.
-// PILOTFISH_URL says where the server is; --report FILE names a page that `pilotfish compare` wrote.
+// PILOTFISH_URL says where the server is; --report FILE names a page that `pilotfish compare` wrote, --mission FILE one of
+// `pilotfish simulate`. The README's pictures are drawn into --drawn DIR and compared with those in --committed DIR.
 
 const assert = require("node:assert/strict");
+const { readFileSync } = require("node:fs");
+const { join } = require("node:path");
 const { pathToFileURL } = require("node:url");
 const { parseArgs } = require("node:util");
 const { chromium } = require("playwright-core");
 
+const PICTURES = ["page.png", "report.png"];
+// Of a picture's pixels; another font alone is some 3 %.
+const PICTURE_DIFFERENCE_MAX = 0.06;
 const SCREENSHOT_EXAMPLE = "intermittent";
 const FLAGS = [
   "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
@@ -115,11 +121,26 @@ async function checkReport(browser, file) {
   const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
   const complaints = listen(page, address.origin);
   await page.goto(address.href);
-  await page.locator("#map .scatterlayer .js-line").first().waitFor();
-  assert.ok(await page.locator("#over-time .scatterlayer .js-line").count() >= 16, "the lines of the planner and the laws near it are drawn");
+  await page.locator("#map figure > svg").waitFor();
+  assert.ok(await page.locator("#over-time figure > svg > polyline").count() >= 16, "the lines of the planner and the laws near it are drawn");
   assert.equal(await page.locator("thead th").count(), 6, "metrics of the planner and five laws");
+  await checkCursor(page);
   assert.deepEqual(complaints, []);
   await page.close();
+}
+
+// The pointer over one chart shows all charts at that time; the legend takes a line out of all of them.
+async function checkCursor(page) {
+  const charts = await page.locator("figure[data-chart]").count();
+  await page.locator("#over-time figure").first().hover();
+  assert.equal(await page.locator(".readout:visible").count(), charts, "every chart says its values");
+  const times = await page.locator(".readout tr:first-child").allTextContents();
+  assert.equal(new Set(times).size, 1, `one time in all charts: ${times}`);
+  const lines = () => page.locator("#over-time .readout").first().locator("tr").count();
+  const before = await lines();
+  await page.locator(".legend input").last().uncheck();
+  await page.locator("#over-time figure").first().hover();
+  assert.equal(await lines(), before - 1, "a line that is switched off has no value");
 }
 
 async function checkRefusal(page, complaints) {
@@ -139,9 +160,54 @@ async function checkRefusal(page, complaints) {
   assert.equal(await page.locator("#errors li").count(), 0, "the error is gone with its cause");
 }
 
+// The share of pixels that differ visibly between two PNG files of one size; 1 where the sizes differ. Letters are
+// drawn a little differently by other versions of fonts and browser.
+async function difference(browser, files) {
+  const page = await browser.newPage();
+  const images = files.map((file) => `data:image/png;base64,${readFileSync(file, "base64")}`);
+  const share = await page.evaluate(async (sources) => {
+    const pixels = await Promise.all(sources.map(async (source) => {
+      const bitmap = await createImageBitmap(await (await fetch(source)).blob());
+      const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
+      context.drawImage(bitmap, 0, 0);
+      return context.getImageData(0, 0, bitmap.width, bitmap.height);
+    }));
+    const [a, b] = pixels;
+    if (a.width !== b.width || a.height !== b.height) return 1;
+    let differing = 0;
+    for (let i = 0; i < a.data.length; i += 4) {
+      if ([0, 1, 2].some((channel) => Math.abs(a.data[i + channel] - b.data[i + channel]) > 48)) differing += 1;
+    }
+    return differing / (a.width * a.height);
+  }, images);
+  await page.close();
+  return share;
+}
+
+// The README's pictures are what the program draws today.
+async function checkPictures(browser, drawn, committed) {
+  for (const name of PICTURES) {
+    const share = await difference(browser, [drawn, committed].map((folder) => join(folder, name)));
+    const percent = (100 * share).toFixed(2);
+    assert.ok(
+      share <= PICTURE_DIFFERENCE_MAX,
+      `docs/${name} differs in ${percent} % of its pixels from ${join(drawn, name)}: look at both, then .ci/page-test --draw`,
+    );
+    console.log(`docs/${name}: ${percent} % of its pixels differ from today's`);
+  }
+}
+
+async function pictureOfReport(browser, file, picture) {
+  const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
+  await page.goto(pathToFileURL(file).href);
+  await page.locator("#map svg").first().waitFor();
+  await page.screenshot({ path: picture });
+  await page.close();
+}
+
 async function main() {
-  const { values: { screenshot, report } } = parseArgs({
-    options: { screenshot: { type: "string" }, report: { type: "string" } },
+  const { values: { drawn, committed, report, mission } } = parseArgs({
+    options: Object.fromEntries(["drawn", "committed", "report", "mission"].map((name) => [name, { type: "string" }])),
   });
   const url = process.env.PILOTFISH_URL;
   assert.equal(new URL(url).hostname, "127.0.0.1");
@@ -160,7 +226,7 @@ async function main() {
     }
     // By hand what the address did before.
     await answered(page, () => page.locator("#example").selectOption(SCREENSHOT_EXAMPLE), "ready");
-    if (screenshot) await page.screenshot({ path: screenshot });
+    await page.screenshot({ path: join(drawn, "page.png") });
     await checkLayout(page);
     await checkReplay(page);
     await checkEstimatedCurrent(page);
@@ -168,7 +234,9 @@ async function main() {
     assert.deepEqual(complaints, []);
     await checkRefusal(page, complaints);
     assert.deepEqual(complaints, []);
-    if (report) await checkReport(browser, report);
+    await checkReport(browser, report);
+    await pictureOfReport(browser, mission, join(drawn, "report.png"));
+    if (committed) await checkPictures(browser, drawn, committed);
     console.log(`${examples.length} examples drawn; a wrong snapshot explained; no complaint, no request off loopback`);
   } finally {
     await browser.close();

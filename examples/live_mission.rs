@@ -17,14 +17,14 @@ use std::{
     time::{Duration, Instant, SystemTime, UNIX_EPOCH},
 };
 
-use api::wire::{
-    Craft, Forecast, Goal, GoalKind, Hold, Outcome,
-    mission::{CurrentReference, Live, Mission, NewMission, Origin, Reports},
-};
 use clap::Parser;
 use examples::{
     remote_missions::{NoAnswer, RemoteMissions, insist},
     small_world::{AUV_IDS, Steer, World, auvs},
+};
+use wire::{
+    Craft, Forecast, Goal, GoalKind, Hold, Outcome,
+    mission::{CurrentReference, Live, Mission, NewMission, Origin, Reports},
 };
 
 /// Longest silence of one AUV, s, in the middle of the mission.
@@ -168,7 +168,7 @@ pub(crate) fn fly(arguments: &Arguments, aside: &mut dyn FnMut(f64)) -> Result<S
 
 fn new_mission(arguments: &Arguments) -> NewMission {
     NewMission {
-        schema_version: api::wire::SCHEMA_VERSION.to_owned(),
+        schema_version: wire::SCHEMA_VERSION.to_owned(),
         title: Some("rehearsal".to_owned()),
         simulated: None,
         live: Some(Live {

@@ -16,13 +16,11 @@ use std::{
     time::{Duration, SystemTime, UNIX_EPOCH},
 };
 
-use api::{
-    missions::event::Event,
-    wire::mission::{NewMission, Simulated, Status},
-};
 use clap::Parser;
 use examples::remote_missions::{RemoteMissions, insist};
 use indicatif::{ProgressBar, ProgressStyle};
+use service::missions::event::Event;
+use wire::mission::{NewMission, Simulated, Status};
 
 const SCENARIOS: [&str; 2] = ["paper-tracking", "paper-intermittent"];
 /// How long the server may be away.
@@ -80,7 +78,7 @@ pub(crate) fn fly(arguments: &Arguments) -> Result<Vec<Flown>, Box<dyn Error>> {
     let mut under_way = vec![];
     for scenario in SCENARIOS {
         let new = NewMission {
-            schema_version: api::wire::SCHEMA_VERSION.to_owned(),
+            schema_version: wire::SCHEMA_VERSION.to_owned(),
             title: Some(scenario.to_owned()),
             simulated: Some(Simulated {
                 scenario: Some(scenario.to_owned()),
@@ -98,7 +96,7 @@ pub(crate) fn fly(arguments: &Arguments) -> Result<Vec<Flown>, Box<dyn Error>> {
     let mut flown = vec![];
     for (scenario, id) in under_way {
         follow(&missions, &id, scenario)?;
-        let rms_m = rms_m(BufReader::new(missions.record(&id, "ndjson")?))?;
+        let rms_m = rms_m(BufReader::new(missions.record(&id, "events_ndjson")?))?;
         let file = arguments.out.join(format!("{scenario}.csv"));
         io::copy(&mut missions.record(&id, "csv")?, &mut File::create(&file)?)?;
         flown.push(Flown {

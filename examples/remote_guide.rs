@@ -1,9 +1,9 @@
 //! A guide that asks a Pilotfish server, so that any mission of the simulator can be guided over HTTP.
 
-use api::wire::{Method, PlanRequest, PlanResponse};
 use planner::{angle::Heading, los::Reference, plan, snapshot::Snapshot};
 use serde_json::{Value, json};
 use sim::guide::{Guidance, Guide, GuideError};
+use wire::{Method, PlanRequest, PlanResponse};
 
 /// Posts every snapshot to `/v1/plan`. Remembers the last answer, because the server does not.
 #[derive(Debug)]

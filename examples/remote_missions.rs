@@ -9,10 +9,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use api::wire::mission::{Accepted, CurrentReference, Mission, NewMission, Reports};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use ureq::{Body, http::Response};
+use wire::mission::{Accepted, CurrentReference, Mission, NewMission, Reports};
 
 /// A server that has not answered by then is taken to be gone.
 const ANSWER_TIME: Duration = Duration::from_secs(10);

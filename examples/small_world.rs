@@ -6,13 +6,13 @@
 
 use std::{f64::consts::TAU, ops::Range};
 
-use api::wire::{
-    Asc, Path, Report, Segment, SegmentKind,
-    mission::{AscReport, LiveAuv, Reports},
-};
 use planner::angle::wrap;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use wire::{
+    Asc, Path, Report, Segment, SegmentKind,
+    mission::{AscReport, LiveAuv, Reports},
+};
 
 /// Steps of the world in a second.
 const STEPS_PER_S: u32 = 10;
@@ -46,7 +46,7 @@ const DELAY_MAX: f64 = 8.0;
 const TWICE: f64 = 0.1;
 
 /// The craft: time constant of its speed, s, and the most that its speed, m/s², and its heading, rad/s, change. The
-/// defaults of [`api::wire::Limits`].
+/// defaults of [`wire::Limits`].
 const SURGE_LAG: f64 = 2.5;
 const ACCELERATION_MAX: f64 = 0.09;
 const TURN_RATE_MAX: f64 = 0.3;

@@ -131,7 +131,7 @@ fn assert_usable(seed: u64, scene: &Snapshot, answer: &Plan) {
     });
     let scores = [answer.predicted, answer.baseline.predicted]
         .into_iter()
-        .flat_map(|predicted| [predicted.merit, predicted.rms_error, predicted.energy]);
+        .flat_map(|predicted| [predicted.cost, predicted.rms_error, predicted.energy]);
     let amounts = answer
         .violations
         .iter()
@@ -160,14 +160,14 @@ fn assert_no_worse(seed: u64, scene: &Snapshot, answer: &Plan, policy: &Policy) 
     let ours = match answer.method {
         Method::SaturatedLos => los,
         // A trajectory tells no direction of what is slower than 0.02 m/s: what is told stands for it.
-        _ if slow => answer.predicted.merit,
+        _ if slow => answer.predicted.cost,
         _ => forward().following(&answer.trajectory),
     };
     // Coordinates of a thousand kilometres leave half a micrometre to rounding, and far goals square it.
     let tolerance = |merit: f64| 1e-5 * merit.abs().max(1.0);
     for (told, expected, what) in [
-        (answer.baseline.predicted.merit, los, "line of sight"),
-        (answer.predicted.merit, ours, "the answer"),
+        (answer.baseline.predicted.cost, los, "line of sight"),
+        (answer.predicted.cost, ours, "the answer"),
     ] {
         assert!(
             (told - expected).abs() <= tolerance(expected),
@@ -269,7 +269,7 @@ impl<'a> Forward<'a> {
             position: scene.asc.position,
             psi,
             speed: surge,
-            bias: craft.surge_bias,
+            bias: craft.surge_disturbance,
             followed,
         }
     }
@@ -500,5 +500,5 @@ impl<'a> Forward<'a> {
 /// Horizontal range that depth and doubt leave.
 fn radius(range: f64, forecast: &AuvForecast, ahead: f64, policy: &Policy) -> f64 {
     let across = (range.powi(2) - forecast.depth_at(ahead).powi(2)).max(0.0).sqrt();
-    (across - policy.range_doubt * forecast.position_variance(ahead).sqrt()).max(0.0)
+    (across - policy.range_back_off * forecast.position_variance(ahead).sqrt()).max(0.0)
 }

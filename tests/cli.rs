@@ -1,17 +1,20 @@
 //! The program itself: its commands, its exit codes, what it prints, and the server on a real socket.
 
 use std::{
+    collections::BTreeMap,
     fs,
     io::{BufRead, Read, Write},
     net::{TcpListener, TcpStream},
+    path::Path,
     process::{Command, Output, Stdio},
     time::Duration,
 };
 
-use api::export::Format;
+use lab::bench::Contender;
 use planner::los::LosLaw;
+use record::Format;
 use serde_json::Value;
-use sim::{bench::Contender, scenario::Scenario};
+use sim::scenario::Scenario;
 use tests::server::Server;
 
 fn pilotfish() -> Command {
@@ -148,7 +151,7 @@ fn a_client_that_never_ends_its_header_is_hung_up_on() {
 fn the_order_to_stop_lets_a_request_under_way_finish() {
     let mut server = serving(&[]);
     let mut socket = TcpStream::connect(&server.address).expect("listens");
-    let body = api::examples::EXAMPLES[0].body;
+    let body = service::examples::EXAMPLES[0].body;
     let head = format!(
         "POST /v1/plan HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\n\
          content-length: {}\r\n\r\n",
@@ -218,6 +221,10 @@ fn a_scenario_of_one_s_own_starts_from_a_printed_one() {
     let printed = run(&["scenarios", "paper-tracking"]);
     let directory = tempfile::tempdir().expect("a folder");
     let path = directory.path().join("my.toml");
+    let schema = "pilotfish scenarios --schema > scenario.schema.json";
+    let (first, second) = stdout(&printed).split_once('\n').expect("has lines");
+    assert_eq!(first, "#:schema scenario.schema.json");
+    assert!(second.starts_with('#') && second.contains(schema), "{second}");
     let mine = stdout(&printed).replace("name = \"paper-tracking\"", "name = \"mine\"");
     fs::write(&path, &mine).expect("written");
     let fly = |file: &str| run(&["simulate", file, "--duration-s", "20"]);
@@ -273,7 +280,7 @@ fn a_record_is_the_same_file_for_the_same_seed() {
         fs::read_to_string(path).expect("was written")
     };
     let first = record("a.csv", "3");
-    assert!(first.starts_with("t_s,asc_north_m,"));
+    assert!(first.starts_with("sequence,kind,t_s,"));
     assert!(first.lines().count() > 1_000);
     assert_eq!(record("b.csv", "3"), first);
     assert_ne!(record("c.csv", "4"), first);
@@ -308,7 +315,7 @@ fn an_ending_that_names_no_format_is_refused_before_the_mission() {
             .expect("starts");
         assert!(!output.status.success());
         let said = stderr(&output);
-        for part in [name, ".csv", ".parquet", ".geojson", ".mcap"] {
+        for part in [name, ".csv", ".parquet", ".geojson", ".mcap", ".ndjson"] {
             assert!(said.contains(part), "{said}");
         }
         assert_eq!(stdout(&output), "");
@@ -331,7 +338,7 @@ fn one_mission_leaves_in_every_format_at_once() {
     let output = mission.output().expect("starts");
     assert!(output.status.success(), "{}", stderr(&output));
     let read = |format: Format| fs::read(directory.join(format!("record.{format}"))).expect("was written");
-    assert!(read(Format::Csv).starts_with(b"t_s,"));
+    assert!(read(Format::Csv).starts_with(b"sequence,"));
     // The marks by which the formats are known, first and last.
     let parquet = read(Format::Parquet);
     assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));
@@ -383,7 +390,7 @@ fn a_record_may_go_to_what_is_no_regular_file() {
         "/dev/stdout",
     ]);
     assert!(output.status.success(), "{}", stderr(&output));
-    assert!(stdout(&output).starts_with("t_s,"), "{}", stdout(&output));
+    assert!(stdout(&output).starts_with("sequence,"), "{}", stdout(&output));
 }
 
 #[test]
@@ -564,6 +571,87 @@ fn the_table_shows_every_column_and_the_printed_law_never_wins() {
 }
 
 #[test]
+fn a_comparison_leaves_the_record_of_every_controller_or_says_that_it_cannot() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (out, file) = (folder.path().join("a/b"), folder.path().join("file"));
+    let compare = |out: &Path| {
+        let out = out.to_str().expect("is text");
+        run(&["compare", "calm", "--duration-s", "5", "--out", out])
+    };
+    let output = compare(&out);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let mut names: Vec<_> = fs::read_dir(&out)
+        .expect("is made")
+        .map(|entry| {
+            entry
+                .expect("is there")
+                .file_name()
+                .into_string()
+                .expect("is text")
+        })
+        .collect();
+    names.sort_unstable();
+    let mut expected: Vec<_> = ["mpc"]
+        .into_iter()
+        .chain(LosLaw::ALL.map(LosLaw::name))
+        .map(|name| format!("{name}.parquet"))
+        .collect();
+    expected.sort_unstable();
+    assert_eq!(names, expected);
+    for name in names {
+        let parquet = fs::read(out.join(name)).expect("is written");
+        assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));
+    }
+
+    fs::write(&file, "in the way").expect("is written");
+    let refused = compare(&file);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(
+        stderr(&refused).contains("choose another directory with --out"),
+        "{}",
+        stderr(&refused)
+    );
+}
+
+#[test]
+fn a_law_flies_with_the_gains_of_the_comparison_and_the_planner_has_none_to_tune() {
+    let flown = run(&["compare", "calm", "--duration-s", "20", "--format", "json"]);
+    let compared: Value = serde_json::from_str(stdout(&flown)).expect("is JSON");
+    let law = &compared["controllers"]["saturated_los"];
+    let tuned = |controller: &str| {
+        run(&[
+            "simulate",
+            "calm",
+            "--duration-s",
+            "20",
+            "--controller",
+            controller,
+            "--tuned",
+        ])
+    };
+    let output = tuned("saturated_los");
+    let text = stdout(&output);
+    let line = |name: &str| {
+        text.lines()
+            .find(|line| line.starts_with(name))
+            .expect("is there")
+    };
+    let rms = format!("{:.3}", law["rms_m"].as_f64().expect("a number"));
+    assert!(line("rms_m").ends_with(&rms), "{rms} in {text}");
+    let look_ahead = law["gains"]["look_ahead_m"].as_f64().expect("a number");
+    let said = format!("look-ahead {look_ahead} m,");
+    assert!(line("saturated_los:").contains(&said), "{said} in {text}");
+
+    let refused = tuned("mpc");
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(
+        stderr(&refused).contains("the planner has none"),
+        "{}",
+        stderr(&refused)
+    );
+}
+
+#[test]
 fn the_paper_s_figures_are_nine_pictures_with_axes_and_a_page_that_shows_them() {
     let directory = std::env::temp_dir().join(format!("pilotfish-figures-{}", std::process::id()));
     let out = directory.to_str().expect("is text");
@@ -698,8 +786,8 @@ fn rows_of<'a>(text: &'a str, name: &str) -> Vec<&'a str> {
 }
 
 #[test]
-fn the_checked_in_benchmark_has_every_scenario_and_every_controller() {
-    let text = include_str!("../docs/benchmark.md");
+fn the_checked_in_scoreboard_has_every_scenario_and_every_controller() {
+    let text = include_str!("../docs/scoreboard.md");
     assert!(text.contains("from commit `"));
     // The scoreboard says itself which scenario came after it.
     let came_later = "fast-lawn-mower";
@@ -736,20 +824,8 @@ fn a_report_needs_nothing_but_itself() {
     let output = run(&["simulate", "paper-path-following", "--report", file]);
     assert!(output.status.success(), "{}", stderr(&output));
     let page = fs::read_to_string(&path).expect("is written");
-    // The library that draws mentions addresses in its own strings; the browser test sees that none is asked.
-    let markup = page
-        .split("<script")
-        .enumerate()
-        .map(|(i, part)| match part.split_once("</script>") {
-            Some((script, after)) if 0 < i => {
-                let (tag, _) = script.split_once('>').expect("is a tag");
-                format!("<script{tag}>{after}")
-            }
-            _ => part.to_owned(),
-        });
-    let markup: String = markup.collect();
-    for loads in ["src=", "href=", "<link", "@import", "url("] {
-        assert!(!markup.contains(loads), "{loads} in {markup}");
+    for loads in ["src=", "href=", "<link", "@import", "url(", "fetch("] {
+        assert!(!page.contains(loads), "{loads} in {page}");
     }
     assert!(page.contains("default-src 'none'"));
     for shown in [
@@ -788,7 +864,7 @@ fn plan_of(body: &str, arguments: &[&str]) -> Output {
 }
 
 fn example_body(name: &str) -> &'static str {
-    let mut examples = api::examples::EXAMPLES.into_iter();
+    let mut examples = service::examples::EXAMPLES.into_iter();
     examples
         .find(|example| example.name == name)
         .expect("exists")
@@ -867,7 +943,7 @@ fn a_dumped_program_is_what_the_answer_was_steered_by() {
     let output = plan_of(example_body("track"), &["--dump", path]);
     assert!(output.status.success(), "{}", stderr(&output));
     let answer: Value = serde_json::from_str(stdout(&output)).expect("is JSON");
-    let dump: api::wire::ProgramDump =
+    let dump: wire::ProgramDump =
         serde_json::from_slice(&fs::read(&file).expect("written")).expect("has the shape");
     assert_eq!(dump.status, "solved");
     let solution = dump.solution.expect("was solved");
@@ -948,26 +1024,18 @@ fn snapshots_that_the_planner_was_asked_lead_to_the_same_plans_again() {
     };
     let asked = mission("1");
     assert_eq!(asked.lines().count(), 10);
-    let table = fs::read_to_string(&record).expect("written");
-    let mut rows = table.lines();
-    let header: Vec<_> = rows.next().expect("has a header").split(',').collect();
-    let column = header
-        .iter()
-        .position(|name| *name == "reference_speed_mps")
-        .unwrap_or_else(|| panic!("{header:?}"));
-    for (line, row) in asked.lines().zip(rows) {
+    let mut table = csv::Reader::from_path(&record).expect("written");
+    let rows = table.deserialize().map(|row| row.expect("is a row"));
+    let plans = rows.filter(|row: &BTreeMap<String, String>| row["kind"] == "planned");
+    let flown: Vec<f64> = plans
+        .map(|row| row["reference_speed_mps"].parse().expect("a number"))
+        .collect();
+    let planned = asked.lines().map(|line| {
         let output = plan_of(line, &["--compact"]);
         let answer: Value = serde_json::from_str(stdout(&output)).expect("is JSON");
-        let flown: f64 = row
-            .split(',')
-            .nth(column)
-            .expect("is there")
-            .parse()
-            .expect("a number");
-        let planned = answer["reference"]["speed_mps"].as_f64().expect("a number");
-        // The table has six decimals.
-        assert!((planned - flown).abs() < 0.51e-6, "{planned} {flown}");
-    }
+        answer["reference"]["speed_mps"].as_f64().expect("a number")
+    });
+    assert_eq!(planned.collect::<Vec<_>>(), flown);
     let request: Value = serde_json::from_str(asked.lines().nth(1).expect("is there")).expect("is JSON");
     assert!(request["previous_plan"]["trajectory"].is_array());
     assert_eq!(request["acoustics"]["range_max_m"], 60.0);
@@ -1007,7 +1075,7 @@ fn a_trial_is_logged_and_identified_and_its_craft_file_is_one_that_requests_take
         "{}",
         stdout(&found)
     );
-    let craft: api::wire::Craft =
+    let craft: wire::Craft =
         serde_json::from_str(&fs::read_to_string(&craft).expect("written")).expect("is a craft");
     let craft = planner::craft::CraftDescription::try_from(&craft).expect("within all ranges");
     assert_eq!(craft.speed_held, Some(planner::craft::SpeedHeld::ThroughWater));
@@ -1097,13 +1165,7 @@ fn a_record_is_identified_from_every_format_that_is_a_table() {
         stdout(&found).to_owned()
     });
     assert_eq!(parquet, mcap);
-    // With six decimals the fit ends elsewhere in the fourth digit, but finds the same parameters.
-    let names = |text: &str| {
-        text.lines()
-            .map(|line| line.split(' ').next().map(str::to_owned))
-            .collect::<Vec<_>>()
-    };
-    assert_eq!(names(&csv)[..8], names(&parquet)[..8]);
+    assert_eq!(parquet, csv);
 }
 
 #[test]
@@ -1147,7 +1209,7 @@ fn the_known_craft_are_listed_and_each_file_is_a_craft() {
     for preset in planner::craft::PRESETS {
         assert!(stdout(&listed).contains(preset.title), "{}", stdout(&listed));
         let printed = run(&["crafts", preset.name]);
-        let craft: api::wire::Craft = serde_json::from_str(stdout(&printed)).expect("is a craft");
+        let craft: wire::Craft = serde_json::from_str(stdout(&printed)).expect("is a craft");
         let expected = planner::craft::CraftDescription::from(&preset.craft);
         assert_eq!(planner::craft::CraftDescription::try_from(&craft), Ok(expected));
     }

@@ -1,11 +1,11 @@
 //! Asks the service without a socket.
 
-use api::{Settings, app};
 use axum::{
     body::{Body, to_bytes},
     http::{HeaderMap, Request, StatusCode, header},
 };
 use serde_json::Value;
+use service::{Settings, app};
 use tower::ServiceExt;
 
 /// Longest answer read, bytes.
@@ -123,7 +123,7 @@ pub fn post(path: &str, body: impl Into<Body>) -> Request<Body> {
 /// Where there is no such example: the test's own mistake.
 #[must_use]
 pub fn example(name: &str) -> Value {
-    let example = api::examples::EXAMPLES
+    let example = service::examples::EXAMPLES
         .iter()
         .find(|example| example.name == name);
     serde_json::from_str(example.expect("the test names an example").body).expect("examples are JSON")

@@ -5,7 +5,6 @@ use std::sync::{
     atomic::{AtomicUsize, Ordering},
 };
 
-use api::{Settings, app, examples::EXAMPLES};
 use axum::http::StatusCode;
 use planner::{
     plan::{Degraded, Method, Plan, SolverReport, Workspace, plan, plan_until},
@@ -15,6 +14,7 @@ use planner::{
     stop::Stop,
 };
 use serde_json::json;
+use service::{Settings, app, examples::EXAMPLES};
 use tests::{
     client::{Answer, example, post, send_to},
     followed, goals, observation, snapshot,
@@ -36,7 +36,7 @@ fn stopped_at(n: usize, snapshot: &Snapshot, workspace: &mut Workspace) -> Plan 
 fn decision(mut plan: Plan) -> Plan {
     plan.solver = SolverReport {
         status: SolverStatus::Unsolved,
-        passes: 0,
+        scp_iterations: 0,
         iterations: 0,
         residuals: None,
         deadline_hit: false,
@@ -54,7 +54,7 @@ fn a_signal_that_is_never_due_changes_no_bit() {
         assert_eq!(watched, alone);
         assert!(!watched.solver.deadline_hit);
         // Once before each pass, and at least once for each iteration.
-        let least = alone.solver.iterations as usize + alone.solver.passes;
+        let least = alone.solver.iterations as usize + alone.solver.scp_iterations;
         assert!(least <= looks.load(Ordering::Relaxed));
     }
 }
@@ -86,7 +86,7 @@ fn whenever_the_signal_comes_the_last_finished_pass_answers_and_before_the_first
             break;
         }
     }
-    let merits = answers.iter().map(|answer| -answer.predicted.merit);
+    let merits = answers.iter().map(|answer| -answer.predicted.cost);
     assert!(merits.is_sorted(), "later signals leave better answers");
     assert_eq!((&answers[0], &answers[answers.len() - 1]), (&law, &whole));
     let cut_short = |answer: &&Plan| answer.degraded.is_none() && **answer != whole;

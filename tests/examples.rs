@@ -8,9 +8,9 @@ use std::{
 };
 
 use ::examples::{remote_guide::RemoteGuide, remote_missions::RemoteMissions};
-use api::{missions::event::Event, wire::mission::Reports};
 use clap::Parser as _;
 use planner::policy::Policy;
+use service::missions::event::Event;
 use sim::{
     guide::{Guide, MpcGuide},
     metrics::Metrics,
@@ -19,6 +19,7 @@ use sim::{
     scenario::Scenario,
 };
 use tests::server::Server;
+use wire::mission::Reports;
 
 #[path = "../examples/post_snapshot.rs"]
 #[expect(dead_code, reason = "its main is not called here")]
@@ -84,7 +85,7 @@ fn post(server: &Server, snapshot: &str) -> Result<String, String> {
 #[test]
 fn every_snapshot_is_answered_with_what_to_steer() {
     let server = server();
-    for example in api::examples::EXAMPLES {
+    for example in service::examples::EXAMPLES {
         let file = format!(
             "{}/../examples/snapshots/{}.json",
             env!("CARGO_MANIFEST_DIR"),
@@ -109,7 +110,7 @@ fn every_snapshot_is_answered_with_what_to_steer() {
 fn a_refused_snapshot_shows_which_member_is_wrong() {
     let server = server();
     let file = std::env::temp_dir().join(format!("pilotfish-snapshot-{}.json", std::process::id()));
-    let right = api::examples::EXAMPLES[0].body;
+    let right = service::examples::EXAMPLES[0].body;
     let wrong = right.replace("\"heading_rad\": 1.4", "\"heading_rad\": 14.0");
     assert_ne!(wrong, right);
     std::fs::write(&file, wrong).expect("can be written");
@@ -121,7 +122,7 @@ fn a_refused_snapshot_shows_which_member_is_wrong() {
 /// The events of a mission, by number, as its record has them.
 fn recorded(url: &str, mission: &str) -> BTreeMap<u64, Event> {
     let record = RemoteMissions::new(url)
-        .record(mission, "ndjson")
+        .record(mission, "events_ndjson")
         .expect("there is a record");
     let event = |line: std::io::Result<String>| {
         let line = line.expect("the record is whole");

@@ -1,7 +1,7 @@
 //! A service that is killed at any moment loses nothing that it acknowledged, takes nothing up twice, and goes on by
-//! itself where it was; one that is told to stop does not wait for those who only listen.
+//! itself where it was; one that is told to stop does not wait for clients that only listen.
 //!
-//! `PILOTFISH_KILLS=200 cargo test -p api --test kill -- --nocapture` kills it more often than the usual run.
+//! `PILOTFISH_KILLS=200 cargo test -p pilotfish --test kill -- --nocapture` kills it more often than the usual run.
 
 use std::{
     collections::HashMap,
@@ -35,14 +35,14 @@ const CLIENTS: usize = 2;
 const PERIOD_S: f64 = 0.5;
 /// Between two tries of a client that got no answer.
 const PAUSE: Duration = Duration::from_millis(3);
-/// Whoever waits for longer than this fails instead of waiting for ever.
+/// A wait that takes longer fails the test.
 const PATIENCE: Duration = Duration::from_secs(30);
 /// What the service gives requests under way when it is told to stop.
 const DRAIN: Duration = Duration::from_secs(10);
 /// Longest record read, bytes: that of an hour of kills.
 const RECORD_BYTES_MAX: u64 = 1 << 30;
-/// Ports below those that the system gives to outgoing connections: one of the latter, asked for while nobody listens,
-/// can become a connection with itself, and then the service finds its own port taken.
+/// Ports below those that the system gives to outgoing connections: one of the latter, asked for while no service
+/// listens, can become a connection with itself, and then the service finds its own port taken.
 const PORTS: RangeInclusive<u16> = 20_000..=29_999;
 
 /// A place where a service lives, dies and lives again.
@@ -128,7 +128,7 @@ impl Home {
     /// Everything that happened in a mission.
     fn record(&self, mission: &str) -> Vec<Value> {
         let mut answer = agent()
-            .get(self.url(&format!("/{mission}/record?format=ndjson")))
+            .get(self.url(&format!("/{mission}/record?format=events_ndjson")))
             .call()
             .expect("the service answers");
         let body = answer.body_mut().with_config().limit(RECORD_BYTES_MAX);
@@ -143,7 +143,7 @@ fn pilotfish() -> Command {
     for (name, _) in env::vars().filter(|(name, _)| name.starts_with("PILOTFISH_")) {
         command.env_remove(name);
     }
-    // Every start and stop would be told of.
+    // Every start and stop would be logged.
     command.env("RUST_LOG", "error");
     command
 }
@@ -299,15 +299,15 @@ impl Drop for StopAtLast<'_> {
 
 /// When the service died and came back, Unix times, s.
 #[derive(Default)]
-struct Story {
+struct Lives {
     killed: Vec<f64>,
     ready: Vec<f64>,
 }
 
 /// Kills the service so many times, and starts it again each time.
-fn kill_again_and_again(home: &Home, mission: &str, kills: usize, mut server: Server) -> (Story, Server) {
+fn kill_again_and_again(home: &Home, mission: &str, kills: usize, mut server: Server) -> (Lives, Server) {
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    let mut story = Story::default();
+    let mut lives = Lives::default();
     let mut ready = unix_now();
     for life in 1..=kills {
         if life % PLANS_IN_ONE_OF == 0 {
@@ -316,13 +316,13 @@ fn kill_again_and_again(home: &Home, mission: &str, kills: usize, mut server: Se
         thread::sleep(Duration::from_millis(random.random_range(LIFE_MS)));
         server.process.kill().expect("is ours");
         server.process.wait().expect("is ours");
-        story.killed.push(unix_now());
+        lives.killed.push(unix_now());
         server = home.start();
         ready = unix_now();
-        story.ready.push(ready);
+        lives.ready.push(ready);
     }
     home.await_plan(mission, ready);
-    (story, server)
+    (lives, server)
 }
 
 #[test]
@@ -333,17 +333,17 @@ fn a_service_that_is_killed_loses_nothing_acknowledged_and_takes_nothing_up_twic
     let mission = home.mission();
     let url = home.url(&format!("/{mission}/reports"));
     let stop = AtomicBool::new(false);
-    let (story, mut server, journals) = thread::scope(|scope| {
+    let (lives, mut server, journals) = thread::scope(|scope| {
         let (url, stop) = (&url, &stop);
         let spawn = |client| scope.spawn(move || post(url, client, stop));
         let clients: Vec<_> = (0..CLIENTS).map(spawn).collect();
         let at_last = StopAtLast(stop);
-        let (story, server) = kill_again_and_again(&home, &mission, kills, server);
+        let (lives, server) = kill_again_and_again(&home, &mission, kills, server);
         drop(at_last);
         let journals = clients
             .into_iter()
             .map(|client| client.join().expect("was answered well"));
-        (story, server, journals.collect::<Vec<Journal>>())
+        (lives, server, journals.collect::<Vec<Journal>>())
     });
     let events = home.record(&mission);
     let found = answered(agent().get(home.url(&format!("/{mission}"))).call(), 200);
@@ -352,20 +352,20 @@ fn a_service_that_is_killed_loses_nothing_acknowledged_and_takes_nothing_up_twic
     assert!(ended(&mut server).success());
 
     check_numbers(&events);
-    let saved = check_posts(&events, &journals, &story);
+    let saved = check_posts(&events, &journals, &lives);
     let plans: Vec<f64> = of_kind(&events, "planned")
         .filter_map(|event| event["t_s"].as_f64())
         .collect();
-    for ready in &story.ready {
+    for ready in &lives.ready {
         assert!(plans.iter().any(|made| ready < made), "no plan after {ready}");
     }
     let replayed = check_replay(&home, &mission);
     let vain: u64 = journals.iter().map(|journal| journal.vain).sum();
     let acknowledged: usize = journals.iter().map(|journal| journal.acknowledged.len()).sum();
-    let away = story
+    let away = lives
         .killed
         .iter()
-        .zip(&story.ready)
+        .zip(&lives.ready)
         .map(|(killed, ready)| ready - killed);
     println!(
         "{kills} kills: {acknowledged} posts acknowledged, {vain} tries in vain, {saved} posts stored before a kill and \
@@ -388,7 +388,7 @@ fn check_numbers(events: &[Value]) {
 
 /// What was acknowledged is there once, under the number that was acknowledged, and nothing else is. How many posts had
 /// been stored before a kill and were acknowledged after it.
-fn check_posts(events: &[Value], journals: &[Journal], story: &Story) -> usize {
+fn check_posts(events: &[Value], journals: &[Journal], lives: &Lives) -> usize {
     let mut stored: HashMap<String, &Value> = HashMap::new();
     for event in of_kind(events, "reported") {
         for (auv, fixes) in event["heard"]["auvs"].as_object().expect("each has a fix") {
@@ -410,10 +410,10 @@ fn check_posts(events: &[Value], journals: &[Journal], story: &Story) -> usize {
         );
         let taken_up = event["at_s"].as_f64().expect("has a time");
         let died_in_between = |killed: &f64| taken_up < *killed && killed < at;
-        saved += usize::from(story.killed.iter().any(died_in_between));
+        saved += usize::from(lives.killed.iter().any(died_in_between));
     }
     // Every client went on until its last post was acknowledged.
-    assert!(stored.is_empty(), "nobody was told of {stored:?}");
+    assert!(stored.is_empty(), "no client was told of {stored:?}");
     saved
 }
 
@@ -475,7 +475,7 @@ fn the_order_to_stop_ends_streams_and_those_who_wait_for_a_plan() {
     let took = begun.elapsed();
     assert!(took < DRAIN, "it took {took:?}");
     stream.read_to_string(&mut told).expect("ends");
-    // The last chunk: whoever listened knows that nothing was cut off.
+    // The last chunk: the client knows that nothing was cut off.
     assert!(told.ends_with("\r\n0\r\n\r\n"), "{told}");
     let mut answer = String::new();
     wait.read_to_string(&mut answer).expect("is answered");

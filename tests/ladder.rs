@@ -3,7 +3,7 @@
 use planner::{
     angle::{Course, Heading, wrap},
     los::{AscNow, Reference, saturated_los},
-    plan::{Degraded, Drafts, Method, Plan, Workspace, plan, plan_with},
+    plan::{Degraded, Method, Plan, Programs, Workspace, plan, plan_with},
     policy::Policy,
     program::Program,
     snapshot::{HoldStyle, Limits, Observation, PreviousPlan, Snapshot, TrajectoryPoint},
@@ -41,7 +41,7 @@ fn plan_with_status(snapshot: &Snapshot, status: SolverStatus) -> Plan {
     plan_with(
         snapshot,
         &Policy::default(),
-        &mut Drafts::default(),
+        &mut Programs::default(),
         &mut |program: &Program| Solution {
             status,
             ..solvers.solve(program)
@@ -54,7 +54,7 @@ fn a_solved_program_answers_on_the_first_rung() {
     for goal in goals() {
         let answer = plan_with_status(&snapshot(observation(goal)), SolverStatus::Solved);
         assert_eq!((answer.method, answer.degraded), (Method::Mpc, None));
-        assert!(answer.solver.passes > 0);
+        assert!(answer.solver.scp_iterations > 0);
     }
 }
 
@@ -159,7 +159,7 @@ fn a_program_of_a_lesser_status_does_not_count_if_its_certificate_fails() {
         let answer = plan_with(
             &snapshot,
             &Policy::default(),
-            &mut Drafts::default(),
+            &mut Programs::default(),
             &mut |program| {
                 let mut solution = solvers.solve(program);
                 solution.primal[7] += 0.01;
@@ -184,7 +184,7 @@ fn a_solution_that_fails_its_certificate_is_not_followed_whatever_the_solver_say
         let answer = plan_with(
             &snapshot,
             &Policy::default(),
-            &mut Drafts::default(),
+            &mut Programs::default(),
             &mut |program| {
                 let mut solution = solvers.solve(program);
                 solution.primal[7] += spoil;
@@ -204,7 +204,7 @@ fn a_certificate_that_cannot_be_computed_does_not_pass() {
         let answer = plan_with(
             &snapshot,
             &Policy::default(),
-            &mut Drafts::default(),
+            &mut Programs::default(),
             &mut |program| {
                 let mut solution = solvers.solve(program);
                 match part {
@@ -227,7 +227,7 @@ fn the_first_program_takes_its_directions_from_the_previous_plan() {
         let _ = plan_with(
             &snapshot(observation),
             &Policy::default(),
-            &mut Drafts::default(),
+            &mut Programs::default(),
             &mut |program| {
                 first.get_or_insert_with(|| program.constraints.values.clone());
                 solvers.solve(program)
@@ -270,10 +270,10 @@ fn a_second_pass_that_fails_leaves_the_answer_to_the_first() {
         let mut solvers = Solvers::default();
         let mut calls = 0;
         let policy = Policy {
-            passes,
+            scp_iterations: passes,
             ..Policy::default()
         };
-        plan_with(&snapshot, &policy, &mut Drafts::default(), &mut |program| {
+        plan_with(&snapshot, &policy, &mut Programs::default(), &mut |program| {
             calls += 1;
             if calls == 1 {
                 solvers.solve(program)
@@ -293,14 +293,19 @@ fn a_deadline_before_any_program_was_solved_is_the_reason_whatever_failed_before
     for failure in STATUSES_THAT_PROVE_NOTHING {
         for n_failed in [0, 1] {
             let mut calls = 0;
-            let answer = plan_with(&snapshot, &Policy::default(), &mut Drafts::default(), &mut |_| {
-                calls += 1;
-                Solution::none(if calls <= n_failed {
-                    failure
-                } else {
-                    SolverStatus::CallbackTerminated
-                })
-            });
+            let answer = plan_with(
+                &snapshot,
+                &Policy::default(),
+                &mut Programs::default(),
+                &mut |_| {
+                    calls += 1;
+                    Solution::none(if calls <= n_failed {
+                        failure
+                    } else {
+                        SolverStatus::CallbackTerminated
+                    })
+                },
+            );
             assert!(n_failed < calls, "a second way was begun");
             assert_eq!(
                 (answer.method, answer.degraded),
@@ -358,7 +363,7 @@ fn a_previous_plan_from_the_future_is_not_followed() {
         trajectory,
         goal_course: None,
         reference: None,
-        told: None,
+        command: None,
         craft: None,
         current: None,
         targets: vec![],

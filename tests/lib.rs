@@ -153,7 +153,7 @@ pub fn followed(age: f64) -> Observation {
     state(&mut observation, 0).position += moved;
     observation.previous_plan = Some(PreviousPlan {
         reference: None,
-        told: None,
+        command: None,
         craft: None,
         ..PreviousPlan::from(&answer)
     });

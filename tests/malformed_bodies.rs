@@ -3,11 +3,11 @@
 
 use std::collections::BTreeMap;
 
-use api::{Settings, app, examples::EXAMPLES};
 use axum::http::StatusCode;
 use rand::{RngExt, SeedableRng, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
+use service::{Settings, app, examples::EXAMPLES};
 use tests::client::{post, send_to};
 
 /// How many refusals to see.

@@ -5,14 +5,6 @@ use std::{
     time::{Duration, SystemTime, UNIX_EPOCH},
 };
 
-use api::{
-    Settings,
-    missions::{
-        Missions,
-        log::{Log, LogError, Reader},
-        replay::replay,
-    },
-};
 use axum::{
     Router,
     body::Body,
@@ -21,6 +13,11 @@ use axum::{
 use futures_util::StreamExt as _;
 use planner::policy::Policy;
 use serde_json::{Value, json};
+use service::{
+    Settings,
+    missions::{Missions, replay::replay},
+    store::{EventReader, EventStore, StoreError},
+};
 use sim::{guide::MpcGuide, mission, scenario::Scenario};
 use tests::client::{Answer, get, post, send_to};
 use tokio::time::{Instant, sleep, timeout};
@@ -32,15 +29,17 @@ struct Service {
 }
 
 impl Service {
-    /// On the log in `data`, as soon as nobody else has it.
+    /// On the store in `data`, as soon as no other service has it.
     async fn start(data: &Path) -> Self {
-        let log = loop {
-            match Log::open(data) {
-                Err(LogError::InUse { .. }) => sleep(Duration::from_millis(5)).await,
+        let store = loop {
+            match EventStore::open(data) {
+                Err(StoreError::InUse { .. }) => sleep(Duration::from_millis(5)).await,
                 opened => break opened.expect("opens"),
             }
         };
-        let (router, missions) = api::service(Settings::default(), log).await.expect("starts");
+        let (router, missions) = service::service(Settings::default(), store)
+            .await
+            .expect("starts");
         Self { router, missions }
     }
 
@@ -101,7 +100,7 @@ impl Service {
 
     /// Every event of the mission.
     async fn record(&self, mission: &str) -> Vec<Value> {
-        let answer = self.get(&format!("{mission}/record?format=ndjson")).await;
+        let answer = self.get(&format!("{mission}/record?format=events_ndjson")).await;
         assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
         let lines = answer
             .text
@@ -166,7 +165,7 @@ fn heard(now: f64) -> Value {
 
 fn n_equal(data: &Path, mission: &str) -> u64 {
     let id = mission.rsplit('/').next().expect("has a name");
-    let reader = Reader::of(data).expect("opens");
+    let reader = EventReader::of(data).expect("opens");
     let replayed = replay(&reader, id, &mut |_, _| {})
         .expect("is whole")
         .expect("is there");
@@ -330,7 +329,7 @@ async fn a_live_mission_plans_every_period_degrades_with_age_and_says_whom_it_wa
         fix(now - 1.0, 10.6, -20.0)] } });
     service.order(&reports, late).await;
 
-    // Nobody says anything more: ten seconds on, nobody knows where the surface craft is.
+    // No more reports: ten seconds on, the place of the surface craft is unknown.
     let end = Instant::now() + Duration::from_secs(20);
     let silent = loop {
         let seen = service.ask(&reference).await;
@@ -400,7 +399,7 @@ async fn a_restart_goes_on_with_what_was_known_and_plans_as_if_nothing_had_been(
         let finished = service.order(&format!("{mission}/finish"), json!({})).await;
         assert_eq!(finished["status"], "finished");
     }
-    // The last plan is there though nothing more comes, and nobody waits for what does not.
+    // The last plan is there, and a client does not wait for the next one, which never comes.
     let service = service.restart(data.path()).await;
     let waiting = format!("{mission}/reference?wait_s=60");
     let kept = timeout(Duration::from_secs(5), service.ask(&waiting));
@@ -446,7 +445,7 @@ async fn a_request_sent_again_with_its_key_is_carried_out_once() {
         .post_keyed(&format!("{mission}/finish"), &json!({}), "end")
         .await;
     let service = service.restart(data.path()).await;
-    // Whoever lost the answer gets it, though the mission is over and takes nothing new.
+    // A client that lost the answer gets it, though the mission is over and takes nothing new.
     assert_eq!(
         service.post_keyed(&reports, &body, "first").await.json(),
         json!({ "sequence": 2 })
@@ -567,11 +566,11 @@ async fn what_a_mission_is_not_made_for_is_a_conflict() {
         let refused = service.post(&format!("{unreal}/{path}"), &body).await;
         assert_eq!(refused.faults()[0].1, "out_of_range");
     }
-    for nobody in ["%ff", "deleted%201", "a%2Fb"] {
-        let unknown = service.get(&format!("/v1/missions/{nobody}")).await;
-        assert_eq!(unknown.problem()["code"], "no_mission", "{nobody}");
+    for unknown_id in ["%ff", "deleted%201", "a%2Fb"] {
+        let unknown = service.get(&format!("/v1/missions/{unknown_id}")).await;
+        assert_eq!(unknown.problem()["code"], "no_mission", "{unknown_id}");
     }
-    let unknown = service.get("/v1/missions/nobody").await;
+    let unknown = service.get("/v1/missions/unknown").await;
     assert_eq!(
         (unknown.status, unknown.problem()["code"].as_str()),
         (StatusCode::NOT_FOUND, Some("no_mission"))
@@ -714,7 +713,7 @@ async fn a_reader_that_is_too_slow_is_told_which_events_it_missed() {
     }
     take(&mut text, 102).await;
     assert_eq!(text.matches("event: gap").count(), 1);
-    // The last 64 are kept for whoever is behind.
+    // The last 64 are kept for a client that is behind.
     let gap = text
         .lines()
         .find_map(|line| line.strip_prefix("data: {\"from\""))

@@ -326,7 +326,7 @@ impl Draw {
             }),
             goal_course: self.chance(0.5).then(|| Course::new(self.angle())),
             reference: self.chance(0.8).then(|| self.reference()),
-            told: self.chance(0.8).then(|| self.reference()),
+            command: self.chance(0.8).then(|| self.reference()),
             craft: self.chance(0.8).then(|| self.craft_memory(asc)),
             targets: auvs.iter().map(|auv| self.previous_target(auv, asc)).collect(),
         }

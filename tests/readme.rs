@@ -241,8 +241,9 @@ fn shows(cell: &str, printed: f64) -> bool {
 }
 
 #[test]
-fn the_tables_of_the_readme_show_what_compare_prints() {
-    let text = std::fs::read_to_string(root() + "/README.md").expect("there is a README");
+fn the_tables_of_readme_and_benchmark_show_what_compare_prints() {
+    let read = |file: &str| std::fs::read_to_string(format!("{}/{file}", root())).expect("is there");
+    let text = read("README.md") + &read("docs/benchmark.md");
     let cells = |line: &str| {
         line.split('|')
             .map(|cell| cell.trim().trim_matches('`').to_owned())

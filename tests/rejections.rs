@@ -6,7 +6,6 @@ use std::{
     time::Duration,
 };
 
-use api::{Settings, app, examples::EXAMPLES};
 use axum::{
     body::Body,
     http::{HeaderValue, Method, Request, StatusCode},
@@ -19,6 +18,7 @@ use planner::{
     stop::Stop,
 };
 use serde_json::{Value, json};
+use service::{Settings, app, examples::EXAMPLES};
 use tests::client::{Answer, example, get, post, send, send_to};
 use tokio::net::TcpListener;
 
@@ -1012,17 +1012,17 @@ async fn a_body_that_is_not_announced_as_json_is_refused() {
 
 #[tokio::test]
 async fn a_body_of_over_a_mebibyte_is_refused() {
-    let answer = planned(" ".repeat(api::BODY_BYTES_MAX + 1)).await;
+    let answer = planned(" ".repeat(service::BODY_BYTES_MAX + 1)).await;
     assert_eq!(answer.status, StatusCode::PAYLOAD_TOO_LARGE);
     assert_eq!(answer.problem()["code"], "body_too_large");
-    let full = planned(" ".repeat(api::BODY_BYTES_MAX)).await;
+    let full = planned(" ".repeat(service::BODY_BYTES_MAX)).await;
     assert_eq!(full.status, StatusCode::BAD_REQUEST, "all of a mebibyte is read");
 }
 
 #[tokio::test]
 async fn a_body_announced_as_too_long_is_refused_before_it_is_read() {
     let mut request = post("/v1/plan", EXAMPLES[0].body);
-    let long = HeaderValue::from(api::BODY_BYTES_MAX + 1);
+    let long = HeaderValue::from(service::BODY_BYTES_MAX + 1);
     request.headers_mut().insert("content-length", long);
     let answer = send(Settings::default(), request).await;
     assert_eq!(answer.status, StatusCode::PAYLOAD_TOO_LARGE, "{}", answer.text);

@@ -1,17 +1,14 @@
 //! What the service answers when all is well.
 
-use api::{
-    Settings,
-    examples::EXAMPLES,
-    wire::{self, Craft},
-};
 use axum::http::StatusCode;
 use planner::{
     craft::{CraftDescription, PRESETS},
     los::LosLaw,
 };
 use serde_json::{Value, json};
+use service::{Settings, examples::EXAMPLES};
 use tests::client::{example, get, post, send};
+use wire::{self, Craft};
 
 #[tokio::test]
 async fn every_example_is_planned_and_no_worse_than_line_of_sight() {
@@ -454,6 +451,63 @@ async fn the_examples_have_only_members_that_the_openapi_document_knows() {
                 );
             }
         }
+    }
+}
+
+/// Least and most of "from 0.5 to 100", "from −5 to 20", "from 0 (at once) to 60" or "from 1 to 20,000", if it says so.
+fn range_in(description: &str) -> Option<(f64, f64)> {
+    let description = description.replace("10⁶", "1000000");
+    let (least, most) = description.split_once("from ")?.1.split_once(" to ")?;
+    let least = least.split(' ').next()?.replace('−', "-");
+    let most = most.split(&[':', ';'][..]).next()?.trim_end_matches('.');
+    let digits = |c: &char| c.is_ascii_digit() || [' ', ',', '.'].contains(c);
+    let most: String = most
+        .chars()
+        .take_while(digits)
+        .filter(|c| *c != ' ' && *c != ',')
+        .collect();
+    Some((least.parse().ok()?, most.trim_end_matches('.').parse().ok()?))
+}
+
+#[tokio::test]
+async fn the_openapi_document_has_the_ranges_that_are_checked_and_descriptions_tell_no_others() {
+    let document = send(Settings::default(), get("/openapi.json")).await.json();
+    let schemas = &document["components"]["schemas"];
+    let mut n_told = 0;
+    for (shape, schema) in schemas.as_object().expect("an object") {
+        for (member, schema) in schema["properties"].as_object().into_iter().flatten() {
+            let told = schema["description"].as_str().and_then(range_in);
+            let is_number = |kind: &Value| *kind == "number" || *kind == "integer";
+            let kinds = &schema["type"];
+            if let Some((least, most)) = told
+                && (is_number(kinds) || kinds.as_array().is_some_and(|kinds| kinds.iter().any(is_number)))
+            {
+                n_told += 1;
+                let checked = (schema["minimum"].as_f64(), schema["maximum"].as_f64());
+                assert_eq!(checked, (Some(least), Some(most)), "{shape}.{member}: {schema}");
+            }
+        }
+    }
+    assert!(n_told > 20, "only {n_told} descriptions tell a range");
+    for (place, limit) in [
+        ("Report/properties/sigma_m/minimum", json!(0.01)),
+        (
+            "Report/properties/course_rad/maximum",
+            json!(std::f64::consts::TAU),
+        ),
+        ("Auv/properties/reports/maxItems", json!(64)),
+        ("Auv/properties/id/maxLength", json!(64)),
+        ("PlanRequest/properties/auvs/minItems", json!(1)),
+        ("PlanRequest/properties/forecast/default", json!("auto")),
+        ("PreviousPlan/properties/trajectory/maxItems", json!(256)),
+        ("TrajectoryPoint/properties/speed_mps/maximum", json!(40.0)),
+        ("PreviousEstimate/properties/age_s/minimum", json!(0.0)),
+        ("Limits/properties/speed_max_mps/default", json!(1.5)),
+        ("Live/properties/period_s/default", json!(1.0)),
+        ("Reports/properties/asc/maxItems", json!(64)),
+        ("Step/properties/ticks/maximum", json!(60)),
+    ] {
+        assert_eq!(schemas.pointer(&format!("/{place}")), Some(&limit), "{place}");
     }
 }
 

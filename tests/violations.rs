@@ -1,6 +1,5 @@
 //! What an answer says of the limits that it breaks.
 
-use api::wire::{Answer, PlanRequest, PlanResponse};
 use nalgebra::Vector2;
 use planner::{
     plan::{SoftLimit, Subject, Violation, Workspace, plan},
@@ -9,6 +8,7 @@ use planner::{
 };
 use serde_json::{Map, Value, json};
 use tests::{auv, goals, observation, snapshot, state};
+use wire::{Answer, PlanRequest, PlanResponse};
 
 /// A craft that breaks every limit of position where it is: inside the one of three discs, outside its area, above an
 /// AUV at the surface and out of range of another.
@@ -95,12 +95,8 @@ fn the_pointer_of_a_violation_leads_to_what_it_is_about_in_the_request() {
     let request = serde_json::to_value(PlanRequest::from(&snapshot)).expect("becomes JSON");
     let policy = Policy::default();
     let plan = plan(&snapshot, &policy, &mut Workspace::default());
-    let answer = Answer {
-        snapshot: &snapshot,
-        plan: &plan,
-        solve_time: std::time::Duration::ZERO,
-        metadata: &Map::new(),
-    };
+    let metadata = Map::new();
+    let answer = Answer::new(&snapshot, &plan, std::time::Duration::ZERO, &metadata);
     for response in [answer.planned(), answer.line_of_sight()] {
         let text = serde_json::to_string(&response).expect("becomes JSON");
         let received: PlanResponse = serde_json::from_str(&text).expect("has the shape");

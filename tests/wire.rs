@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use api::wire::{PlanRequest, PlanResponse, PreviousPlan, plan_id};
 use nalgebra::{Matrix4, Vector2};
 use planner::{
     angle::{Course, Heading, direction},
@@ -19,6 +18,7 @@ use planner::{
     },
 };
 use tests::{goals, observation, snapshot, state};
+use wire::{PlanRequest, PlanResponse, PreviousPlan, plan_id};
 
 fn through_json(snapshot: &Snapshot) -> Snapshot {
     let text = serde_json::to_string(&PlanRequest::from(snapshot)).expect("becomes JSON");
@@ -143,7 +143,7 @@ fn a_snapshot_survives_the_way_through_json_to_the_bit() {
             speed: 0.7 / 3.0,
             heading: Heading::new(2.5),
         }),
-        told: Some(Reference {
+        command: Some(Reference {
             speed: 0.1 + 0.2,
             heading: Heading::new(-2.5 / 3.0),
         }),
@@ -317,12 +317,8 @@ fn limits_of_a_craft_that_is_not_described_describe_it() {
 fn an_answer_handed_back_is_the_plan_that_was_made() {
     let snapshot = snapshot(observation(goals()[0].clone()));
     let plan = planned(&snapshot);
-    let answer = api::wire::Answer {
-        snapshot: &snapshot,
-        plan: &plan,
-        solve_time: std::time::Duration::ZERO,
-        metadata: &serde_json::Map::new(),
-    };
+    let metadata = serde_json::Map::new();
+    let answer = wire::Answer::new(&snapshot, &plan, std::time::Duration::ZERO, &metadata);
     let text = serde_json::to_string(&answer.planned()).expect("becomes JSON");
     let received: PlanResponse = serde_json::from_str(&text).expect("has the shape");
     let handed_back = domain::PreviousPlan::from(&PreviousPlan::from(&received));

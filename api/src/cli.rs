@@ -5,6 +5,7 @@ use std::error::Error;
 use clap::{Parser, Subcommand};
 
 mod crafts;
+mod declared_craft;
 mod identify;
 mod missions;
 mod out_file;
@@ -12,7 +13,6 @@ mod plan;
 mod replay;
 mod scenarios;
 mod serve;
-mod told_craft;
 mod trial;
 
 use self::{

@@ -1,17 +1,27 @@
 //! The `pilotfish` program.
 
-use std::process::ExitCode;
+use std::{env, io, process::ExitCode};
 
 use clap::Parser;
+use tracing_subscriber::{
+    filter::{LevelFilter, Targets},
+    layer::SubscriberExt as _,
+    util::SubscriberInitExt as _,
+};
 
 mod cli;
 
 fn main() -> ExitCode {
-    let filter = tracing_subscriber::EnvFilter::try_from_default_env()
-        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn,api=info"));
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(std::io::stderr)
+    // RUST_LOG as targets and levels, such as `pilotfish=debug,warn`; ours are those whose names begin so.
+    let usual = || {
+        Targets::new()
+            .with_default(LevelFilter::WARN)
+            .with_target("pilotfish", LevelFilter::INFO)
+    };
+    let given = env::var("RUST_LOG").ok().and_then(|given| given.parse().ok());
+    tracing_subscriber::registry()
+        .with(given.unwrap_or_else(usual))
+        .with(tracing_subscriber::fmt::layer().with_writer(io::stderr))
         .init();
 
     match cli::Arguments::parse().run() {

@@ -38,18 +38,19 @@
 use nalgebra::Vector2;
 
 use crate::{
-    program::Cone,
-    solve::{SolverStatus, StandardForm, solve_once},
-    sparse::{Sparse, Triplet},
+    program::{
+        sparse::{Sparse, Triplet},
+        standard_form::{Cone, StandardForm},
+    },
+    solve::clarabel::{SolverStatus, solve_once},
 };
 
 /// Tolerance of the solver: the bound comes out within a millionth of the least mean square (tested).
 const TOLERANCE: f64 = 1e-8;
 
-/// Unit of length inside the program, m. Measured over nine pursuits near and far, of 1800 and 3600 ticks: 7
-/// to 17 iterations and the bound within 3·10⁻⁸ of the least mean square; with 10 m 7 to 28 iterations, and
-/// one pursuit taken for infeasible; with 1000 m within 6·10⁻⁷ only.
+/// Unit of length inside the program, m: fewest iterations and the tightest bound, see `docs/tuning.md#solver`.
 const LENGTH_UNIT: f64 = 100.0;
+
 /// Most units of length that a distance may count: from 100 km on, the unit grows with the distance.
 const UNITS_MAX: f64 = 1000.0;
 
@@ -58,8 +59,10 @@ const CONE: usize = 3;
 
 /// Farthest that a goal or a start may be from the datum along an axis, m: beyond the size of the Earth.
 const POSITION_MAX: f64 = 1e8;
+
 /// Largest component of a velocity, m/s, and of the other limits in their units: beyond any craft.
 const RATE_MAX: f64 = 1e4;
+
 /// Least interval, speed and acceleration in their units: a craft that can do less is moored.
 const LEAST: f64 = 1e-3;
 
@@ -121,7 +124,7 @@ pub enum ClairvoyantError {
 
 /// The best trajectory after the goal and the bound that goes with it.
 ///
-/// Time and memory grow in proportion to N: measured, 0.06 s for the 1800 ticks of a mission.
+/// Time and memory grow in proportion to N (`docs/tuning.md#solver`).
 pub fn clairvoyant(pursuit: &Pursuit) -> Result<Clairvoyant, ClairvoyantError> {
     pursuit.check()?;
     let first = pursuit.start - pursuit.goal[0];
@@ -212,7 +215,7 @@ impl Pursuit {
     }
 
     /// Δt δ_{k−1}, m.
-    fn doubt(&self, k: usize) -> f64 {
+    fn current_change(&self, k: usize) -> f64 {
         self.interval * (self.current[k] - self.current[k - 1]).norm()
     }
 
@@ -222,7 +225,7 @@ impl Pursuit {
         Disc {
             terms: vec![(k, 1.0), (k - 1, -1.0)],
             offset: self.relative_way(k),
-            radius: self.interval * fastest + self.doubt(k),
+            radius: self.interval * fastest + self.current_change(k),
         }
     }
 
@@ -233,13 +236,13 @@ impl Pursuit {
             return Disc {
                 terms: vec![(1, 1.0), (0, -1.0)],
                 offset: self.relative_way(1) - self.start_velocity * self.interval,
-                radius: 0.5 * change + self.doubt(1),
+                radius: 0.5 * change + self.current_change(1),
             };
         }
         Disc {
             terms: vec![(k, 1.0), (k - 1, -2.0), (k - 2, 1.0)],
             offset: self.relative_way(k) - self.relative_way(k - 1),
-            radius: change + self.doubt(k) + self.doubt(k - 1),
+            radius: change + self.current_change(k) + self.current_change(k - 1),
         }
     }
 }

@@ -9,45 +9,80 @@
 //! where the bow points, course where the craft goes; speed is through the water or over ground, and
 //! says which. SI units and radians throughout.
 //!
-//! **Pipeline**, and the order to read the modules in: [`snapshot`] (facts, checked once) and [`path`] →
-//! [`estimate`] (where each AUV was when it was last heard of) → [`forecast`] and [`goal`] (where the AUVs and the
-//! goal will be; [`smallest_circle`] for a goal between them) → [`los`] and [`response`] (the
-//! analytic law, rolled out) → [`program`] (the promises, in standard form) → [`solve`] (Clarabel) →
-//! [`certificate`] (checked again) → [`plan`] (the answer, from the rung of the ladder that is predicted to do
-//! best). [`policy`] is the sole home of tuned numbers. Beside the pipeline, [`clairvoyant`] says afterwards
-//! how near to the goal anybody could have stayed.
+//! **Folders**, in the order in which the data passes through them; each imports only folders above it:
+//!
+//! | folder | what lives in it |
+//! |---|---|
+//! | `facts/` | angles, paths, vehicles, goals, limits, and the ranges in which they are accepted |
+//! | `craft/` | the surface craft as data, its response model, and how that model is learnt |
+//! | `estimate/` | where each AUV was when it was last heard of, filtered from its reports |
+//! | `snapshot/` | all facts of one moment, checked, with the estimates that follow from them |
+//! | `predict/` | where the AUVs and the goal will be, and how surely |
+//! | `los/` | the line-of-sight laws: baseline, first initial guess and fallback |
+//! | `problem/` | the planning problem on its grid, in the craft's frame; [`policy`] has every tuned number |
+//! | `program/` | one convex subproblem as a second-order cone program in standard form |
+//! | `solve/` | Clarabel, the certificate that checks it, and the signal to stop |
+//! | `scp/` | sequential convex programming: initial guesses, iterations, predicted cost |
+//! | `choose/` | the fallback levels, the answer that is selected, and the front door [`plan::plan`] |
+//!
+//! Beside the pipeline, [`clairvoyant`] bounds from below how near to the goal any craft could have stayed.
+//!
+//! An AUV straight ahead, as a library user plans for it:
+//!
+//! ```
+//! use pilotfish_planner::{
+//!     AscState, Auv, AuvState, Goal, Observation, Policy, Snapshot, Workspace,
+//!     angle::{Course, Heading},
+//!     nalgebra::Vector2,
+//!     plan,
+//! };
+//!
+//! let craft = AscState::new(Vector2::zeros(), Heading::new(0.0), 0.5);
+//! let auv = AuvState::new(Vector2::new(40.0, 0.0), 9.0, Course::new(0.0), 0.2);
+//! let goal = Goal::Track { auv: "auv-1".into() };
+//! let mut observation = Observation::new(0.0, craft, vec![Auv::new("auv-1", auv)], goal);
+//! let (policy, mut workspace) = (Policy::default(), Workspace::default());
+//!
+//! let snapshot = Snapshot::try_from(observation.clone())?;
+//! let ahead = plan(&snapshot, &policy, &mut workspace);
+//! // The craft is asked to close the distance, and has no reason to turn.
+//! assert!(0.2 < ahead.reference.speed && ahead.reference.heading.radians().abs() < 0.01);
+//!
+//! // Memory is an input: the answer is handed back, and the next one follows it.
+//! observation.time = 1.0;
+//! observation.asc.position = Vector2::new(0.5, 0.0);
+//! observation.previous_plan = Some((&ahead).into());
+//! let later = plan(&Snapshot::try_from(observation)?, &policy, &mut workspace);
+//! assert!(later.predicted.cost < ahead.baseline.predicted.cost);
+//! # Ok::<(), pilotfish_planner::snapshot::InvalidObservation>(())
+//! ```
 //!
 //! **Absent on purpose:** input and output, clocks, randomness, logging, threads, hidden memory. The
 //! [`plan::Workspace`] saves time and changes no answer.
 
-pub mod angle;
-mod answer;
-pub mod certificate;
+mod choose;
 pub mod clairvoyant;
-mod common_point;
 pub mod craft;
 pub mod estimate;
-mod follower;
-pub mod forecast;
-pub mod goal;
-mod horizon;
-mod invalid_field;
-mod ladder;
+mod facts;
 pub mod los;
-mod merit;
-mod optimum;
-mod passes;
-pub mod path;
-pub mod plan;
-pub mod policy;
+mod predict;
+mod problem;
 pub mod program;
-mod refilled;
-pub mod response;
-mod seeds;
-pub mod smallest_circle;
+mod scp;
 pub mod snapshot;
 pub mod solve;
-pub mod sparse;
-pub mod stop;
-mod surroundings;
-mod ways;
+
+pub use choose::plan::{self, Plan, Workspace, plan};
+pub use facts::{angle, path};
+pub use nalgebra;
+pub use predict::{forecast, goal, smallest_circle};
+pub use problem::policy::{self, Policy};
+pub use program::sparse;
+pub use snapshot::{
+    AscState, Auv, AuvState, Evidence, Goal, Limits, Observation, PreviousPlan, Snapshot, VehicleId,
+};
+pub use solve::{
+    certificate,
+    stop::{self, Stop},
+};

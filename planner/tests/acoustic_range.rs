@@ -1,7 +1,7 @@
 //! The vehicles that acoustic range is kept for, where it cannot be kept for all.
 
 use nalgebra::Vector2;
-use planner::{
+use pilotfish_planner::{
     angle::{Course, Heading},
     plan::{Plan, SoftLimit, Subject, Workspace, plan},
     policy::Policy,
@@ -53,7 +53,7 @@ fn scene(craft: Vector2<f64>, others: &[f64]) -> Observation {
         offset: None,
         current: Some(Vector2::zeros()),
         limits: Limits::MEDUSA,
-        craft: planner::craft::CraftDescription::from(&planner::craft::Craft::MEDUSA),
+        craft: pilotfish_planner::craft::CraftDescription::from(&pilotfish_planner::craft::Craft::MEDUSA),
         keep_outs: vec![],
         area: vec![],
         range_max: Some(RANGE),

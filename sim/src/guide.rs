@@ -24,7 +24,7 @@ pub struct Guidance {
     pub method: Method,
     /// Root mean square distance to the goal that the guide predicts over its horizon, m, if it predicts.
     pub predicted_rms: Option<f64>,
-    /// How long it took to find, where somebody held a clock; the simulator has none.
+    /// Time that the guide took, where a caller measured it; the simulator has no clock.
     pub solve_time: Option<Duration>,
 }
 

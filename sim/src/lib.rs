@@ -8,37 +8,25 @@
 //! scenario → world → observe → guide → reference → inner loops → hulls → world → … → record → metrics
 //! ```
 //!
-//! In reading order: a [`scenario`] file says who is where, in which water, with what knowledge; [`world`] moves
-//! the vehicles with [`surface_craft`], [`underwater_vehicle`], [`inner_loop`] and [`integrate`], the [`diver`]s
-//! along their paths with [`path_following`] and [`dive`], in [`water`] that flows, under [`fault`]s; [`observe`]
-//! is the only gate from truth to knowledge; a [`guide`] answers; [`mission`] closes the loop; [`record`] and
-//! [`metrics`] are what remains; [`datum`] says where on Earth that was; [`tuning`] makes the compared law a
-//! strong one, [`regret`] sets any beside the best that its [`plant`] allows, and [`mod@bench`] all beside each other;
-//! [`strangers`] are missions for craft that the planner has not met. [`trial`] puts a craft through the manoeuvres that show how it
-//! answers, and [`mod@identify`] learns it from the log.
+//! In the order of the data:
+//!
+//! - [`scenario`]: files that say which vehicles are where, in which water, with what knowledge; the start that a seed
+//!   makes of one.
+//! - [`world`]: the truth and its steps. From the bottom up: hulls, inner loops, surface craft and AUVs, water, faults.
+//! - [`observe`]: the only gate from truth to knowledge.
+//! - [`guide`]: the guidance law that answers an observation with a reference.
+//! - [`mission`]: the closed loop from start to end.
+//! - [`record`] and [`metrics`]: the rows of a run, and its measures; [`datum`] places them on Earth.
 
-pub mod bench;
-pub mod datum;
-pub mod dive;
-pub mod diver;
-pub mod fault;
-mod goal;
 pub mod guide;
-pub mod identify;
-pub mod inner_loop;
-pub mod integrate;
 pub mod metrics;
 pub mod mission;
 pub mod observe;
-pub mod path_following;
-pub mod plant;
 pub mod record;
-pub mod regret;
 pub mod scenario;
-pub mod strangers;
-pub mod surface_craft;
-pub mod trial;
-pub mod tuning;
-pub mod underwater_vehicle;
-pub mod water;
 pub mod world;
+
+pub use ::record::datum;
+pub use world::{
+    auv, dive, fault, inner_loop, integrate, path_following, plant, surface_craft, underwater_vehicle, water,
+};

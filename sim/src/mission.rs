@@ -6,15 +6,20 @@ use nalgebra::Vector2;
 use planner::{angle::wrap, estimate::Estimate, path::Path, snapshot::Snapshot};
 
 use crate::{
-    diver::Diver,
-    goal::TrueGoal,
     guide::{Guidance, Guide, GuideError},
-    inner_loop::PERIOD,
-    plant::{Loads, Plant},
-    record::{DiverReference, DiverRow, KnownDiver, KnownSurfaceCraft, Record, Row, SurfaceCraftRow},
+    record::{AuvReference, AuvRow, KnownAuv, KnownSurfaceCraft, Record, Row, SurfaceCraftRow},
     scenario::{CurrentFile, Scenario, Start},
-    world::{SurfaceCraft, World},
+    world::{
+        SurfaceCraft, World,
+        auv::SimulatedAuv,
+        inner_loop::PERIOD,
+        plant::{Loads, Plant},
+    },
 };
+
+mod goal;
+
+use goal::TrueGoal;
 
 /// Inner-loop periods between two looks at the guide: it plans once a second.
 const PERIODS_PER_PLAN: u32 = 10;
@@ -25,7 +30,7 @@ const PATH_POINT_INTERVAL: f64 = 1.0;
 /// Most points of a path in a record: enough for any picture, and no burden for any file.
 const PATH_POINTS_MAX: f64 = 10_000.0;
 
-/// Runs `scenario` from the start that `seed` gives to its end. `progress` is told the fraction done.
+/// Runs `scenario` from the start that `seed` gives to its end. `progress` receives the fraction done.
 ///
 /// Without a surface craft the guide is never asked. An error is the scenario's, the guide's own, or an
 /// observation that left the range of a snapshot.
@@ -38,7 +43,7 @@ pub fn run(
     run_from(scenario.start(seed)?, scenario, guide, seed, progress)
 }
 
-/// [`run`] from `start`, whatever became of it since `scenario` and `seed` gave it.
+/// [`run`] from `start`, which a caller may have changed since `scenario` and `seed` gave it.
 pub fn run_from(
     start: Start,
     scenario: &Scenario,
@@ -59,7 +64,7 @@ pub fn run_from(
     Ok(mission.record)
 }
 
-/// A mission under way, a tick at a time, for whoever has a guide elsewhere.
+/// A mission under way, a tick at a time, for a caller that has its guide elsewhere.
 #[derive(Debug)]
 pub struct Mission {
     start: Start,
@@ -75,7 +80,7 @@ impl Mission {
         Ok(Self::from_start(scenario.start(seed)?, scenario, guide, seed))
     }
 
-    /// The mission from `start`, whatever became of it since `scenario` and `seed` gave it.
+    /// The mission from `start`, which a caller may have changed since `scenario` and `seed` gave it.
     #[must_use]
     pub fn from_start(start: Start, scenario: &Scenario, guide: &str, seed: u64) -> Self {
         let mut record = empty_record(scenario, &start, guide, seed);
@@ -118,7 +123,7 @@ impl Mission {
         let row = match (guided, &world.surface_craft, &mut self.goal) {
             (Some((snapshot, guidance)), Some(craft), Some(goal)) => Row {
                 time,
-                divers: known_divers(world, snapshot),
+                auvs: known_auvs(world, snapshot),
                 surface_craft: Some(surface_craft_row(
                     world,
                     craft,
@@ -130,7 +135,7 @@ impl Mission {
             _ => Row {
                 time,
                 surface_craft: None,
-                divers: world.divers.iter().map(|diver| diver_row(world, diver)).collect(),
+                auvs: world.auvs.iter().map(|auv| auv_row(world, auv)).collect(),
             },
         };
         for _ in 0..PERIODS_PER_PLAN {
@@ -151,31 +156,31 @@ impl Mission {
         &self.record
     }
 
-    /// Takes the rows so far out of the record, for whoever keeps them elsewhere.
+    /// Takes the rows so far out of the record, for a caller that keeps them elsewhere.
     pub fn take_rows(&mut self) -> Vec<Row> {
         std::mem::take(&mut self.record.rows)
     }
 }
 
 /// The underwater vehicles, and what `snapshot` takes them for.
-fn known_divers(world: &World, snapshot: &Snapshot) -> Vec<DiverRow> {
-    let estimated = world.divers.iter().zip(snapshot.estimates());
+fn known_auvs(world: &World, snapshot: &Snapshot) -> Vec<AuvRow> {
+    let estimated = world.auvs.iter().zip(snapshot.estimates());
     estimated
-        .map(|(diver, Estimate { state, .. })| DiverRow {
-            known: Some(KnownDiver {
+        .map(|(auv, Estimate { state, .. })| AuvRow {
+            known: Some(KnownAuv {
                 position: state.position,
                 depth: state.depth,
                 course: state.course.radians(),
                 speed: state.speed,
                 age: state.age,
             }),
-            ..diver_row(world, diver)
+            ..auv_row(world, auv)
         })
         .collect()
 }
 
 fn empty_record(scenario: &Scenario, start: &Start, guide: &str, seed: u64) -> Record {
-    let divers = &start.world.divers;
+    let auvs = &start.world.auvs;
     let guide = if scenario.has_surface_craft() { guide } else { "" };
     Record {
         scenario: scenario.name.clone(),
@@ -189,14 +194,14 @@ fn empty_record(scenario: &Scenario, start: &Start, guide: &str, seed: u64) -> R
         limits: start.limits,
         plant: plant(scenario, &start.world),
         bounds: start.bounds.clone(),
-        diver_ids: divers.iter().map(|diver| diver.id.to_string()).collect(),
-        paths: divers.iter().map(|diver| path_points(&diver.path)).collect(),
+        auv_ids: auvs.iter().map(|auv| auv.id.to_string()).collect(),
+        paths: auvs.iter().map(|auv| path_points(&auv.path)).collect(),
         rows: vec![],
     }
 }
 
-/// What the surface craft can physically do. Not told in waves, which push it as hard as its thrusters, nor in a
-/// current that is another elsewhere: whoever had gone there would have gone with that one.
+/// What the surface craft can physically do; none in waves, which push it as hard as its thrusters, and none in a
+/// gridded current, which could have carried it faster elsewhere.
 fn plant(scenario: &Scenario, world: &World) -> Option<Plant> {
     let grid = matches!(scenario.water.current, Some(CurrentFile::Grid { .. }));
     let known = scenario.water.waves.is_none() && !grid;
@@ -265,24 +270,24 @@ fn surface_craft_row(
     }
 }
 
-fn diver_row(world: &World, diver: &Diver) -> DiverRow {
-    let error = diver.path_error();
-    let (surge, pitch) = diver
+fn auv_row(world: &World, auv: &SimulatedAuv) -> AuvRow {
+    let error = auv.path_error();
+    let (surge, pitch) = auv
         .reference()
         .map_or((0.0, 0.0), |reference| (reference.surge, reference.pitch));
-    DiverRow {
-        position: diver.position(),
-        depth: diver.depth(),
-        pitch: diver.pitch(),
-        heading: wrap(diver.heading()),
-        surge: diver.state[5],
-        current: world.water.current(&diver.position(), diver.depth()),
-        reference: DiverReference {
+    AuvRow {
+        position: auv.position(),
+        depth: auv.depth(),
+        pitch: auv.pitch(),
+        heading: wrap(auv.heading()),
+        surge: auv.state[5],
+        current: world.water.current(&auv.position(), auv.depth()),
+        reference: AuvReference {
             surge,
             pitch,
-            heading: diver.heading_reference(),
+            heading: auv.heading_reference(),
         },
-        path_point: diver.path.at(diver.gamma).position,
+        path_point: auv.path.at(auv.gamma).position,
         along_track: error.s_1,
         cross_track: error.y_1,
         known: None,

@@ -15,10 +15,8 @@ use planner::{
 };
 
 use crate::{
-    diver::Diver,
     record::Bounds,
-    underwater_vehicle::Navigation,
-    world::{SurfaceCraft, World},
+    world::{SurfaceCraft, World, auv::SimulatedAuv, underwater_vehicle::Navigation},
 };
 
 mod acoustics;
@@ -37,7 +35,7 @@ const HISTORY: f64 = 300.0;
 /// Standard deviation of where a vehicle was launched, m, along either axis. Assumption: a satellite receiver's.
 const LAUNCH_SIGMA: f64 = 1.0;
 
-/// What the surface craft is told before it leaves, and does not find out for itself.
+/// What the surface craft knows from the start and does not observe.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Briefing {
     /// Its task.
@@ -46,19 +44,19 @@ pub struct Briefing {
     pub offset: Option<Offset>,
     /// What it can do with its loops closed.
     pub limits: Limits,
-    /// What is said of how the craft answers its references.
+    /// The craft description given to the planner.
     pub craft: CraftDescription,
-    /// Whether it is told the current where it is.
+    /// Whether snapshots give the current at the craft.
     pub current: bool,
-    /// Whether it is told the underwater vehicles' paths and speeds, and how they dive.
+    /// Whether snapshots give the underwater vehicles' paths and speeds, and how they dive.
     pub paths: bool,
-    /// Whether of all that it heard of an underwater vehicle it is told the newest message alone, as a state.
+    /// Whether snapshots give only the newest message of an underwater vehicle, as a state.
     pub newest_as_state: bool,
     /// Where it is meant to stay, and how much energy it has; a snapshot has no place for the energy.
     pub bounds: Bounds,
 }
 
-/// The surface craft's eyes and ears.
+/// The surface craft's sensors and modem, and what they gathered.
 #[derive(Clone, Debug)]
 pub struct Observer {
     briefing: Briefing,
@@ -67,7 +65,7 @@ pub struct Observer {
     acoustics: Option<Acoustics>,
     /// What was heard of every underwater vehicle, in the world's order.
     heard: Vec<Heard>,
-    /// Where it believed to be at its last look, less where it was (north, east), m: fixes are measured from there.
+    /// Error of its own position estimate at its last look (north, east), m: fixes are measured from that estimate.
     own_error: Vector2<f64>,
     /// Room for [`Acoustics::step`] and [`Acoustics::receive`], so that listening allocates nothing.
     emissions: Vec<Emission>,
@@ -82,7 +80,7 @@ struct Heard {
     messages: Vec<Message>,
 }
 
-/// What a vehicle said of itself, and where the surface craft measured it to be.
+/// Telemetry of a vehicle, and its position as the surface craft measured it.
 #[derive(Clone, Copy, Debug)]
 struct Message {
     sent_at: f64,
@@ -104,17 +102,17 @@ impl Observer {
             briefing,
             sensors,
             acoustics,
-            heard: Vec::with_capacity(world.divers.len()),
+            heard: Vec::with_capacity(world.auvs.len()),
             own_error: Vector2::zeros(),
-            emissions: Vec::with_capacity(world.divers.len()),
-            silent: Vec::with_capacity(world.divers.len()),
-            fixes: Vec::with_capacity(world.divers.len()),
+            emissions: Vec::with_capacity(world.auvs.len()),
+            silent: Vec::with_capacity(world.auvs.len()),
+            fixes: Vec::with_capacity(world.auvs.len()),
         };
-        let launched = world.divers.iter().map(|diver| {
+        let launched = world.auvs.iter().map(|auv| {
             let mut messages = Vec::with_capacity(REPORTS_KEPT);
             messages.push(Message {
                 sent_at: world.time(),
-                emission: emission(diver, world),
+                emission: emission(auv, world),
                 sigma: LAUNCH_SIGMA,
             });
             Heard { messages }
@@ -123,7 +121,7 @@ impl Observer {
         observer
     }
 
-    /// What the craft's guide is told beforehand.
+    /// What the craft's guide knows from the start.
     pub fn briefing_mut(&mut self) -> &mut Briefing {
         &mut self.briefing
     }
@@ -136,8 +134,8 @@ impl Observer {
         let time = world.time();
         self.emissions.clear();
         self.silent.clear();
-        for (i, diver) in world.divers.iter().enumerate() {
-            self.emissions.push(emission(diver, world));
+        for (i, auv) in world.auvs.iter().enumerate() {
+            self.emissions.push(emission(auv, world));
             self.silent.push(world.faults.is_silent(i, time));
         }
         acoustics.step(world.periods(), &craft.position(), &self.emissions, &self.silent);
@@ -169,7 +167,7 @@ impl Observer {
     ) -> Result<Snapshot, InvalidObservation> {
         let time = world.time();
         if self.acoustics.is_none() {
-            self.see_everyone(world);
+            self.receive_every_state(world);
         }
         let current = world.water.current(&craft.position(), 0.0);
         let truth = SurfaceTruth {
@@ -188,25 +186,25 @@ impl Observer {
         let clock = time + world.faults.clock_offset(time);
         let briefing = &self.briefing;
         let as_state = self.acoustics.is_none() || briefing.newest_as_state;
-        let auv = |(heard, diver): (&Heard, &Diver)| Auv {
-            id: diver.id.clone(),
+        let auv = |(heard, auv): (&Heard, &SimulatedAuv)| Auv {
+            id: auv.id.clone(),
             evidence: if as_state {
                 heard.state(clock)
             } else {
                 heard.reports(clock)
             },
             path: briefing.paths.then(|| KnownPath {
-                path: diver.path.clone(),
+                path: auv.path.clone(),
                 // As planned for where it was heard: where it is now is not known.
-                horizontal_speed: diver.speed_at(diver.path.closest(&heard.newest().emission.position))
-                    * diver.dive.pitch.cos(),
+                horizontal_speed: auv.speed_at(auv.path.closest(&heard.newest().emission.position))
+                    * auv.dive.pitch.cos(),
             }),
-            dive: known_dive(diver, heard.newest().emission.descending).filter(|_| briefing.paths),
+            dive: known_dive(auv, heard.newest().emission.descending).filter(|_| briefing.paths),
         };
         Snapshot::try_from(Observation {
             time: clock,
             asc,
-            auvs: self.heard.iter().zip(&world.divers).map(auv).collect(),
+            auvs: self.heard.iter().zip(&world.auvs).map(auv).collect(),
             goal: briefing.goal.clone(),
             offset: briefing.offset,
             current: briefing.current.then_some(current),
@@ -229,15 +227,15 @@ impl Observer {
         self.acoustics.as_ref().map(Acoustics::tally)
     }
 
-    /// Perfect communication, but for vehicles that say nothing.
-    fn see_everyone(&mut self, world: &World) {
+    /// Perfect communication, except with silent vehicles.
+    fn receive_every_state(&mut self, world: &World) {
         let time = world.time();
-        for (i, (heard, diver)) in self.heard.iter_mut().zip(&world.divers).enumerate() {
+        for (i, (heard, auv)) in self.heard.iter_mut().zip(&world.auvs).enumerate() {
             if !world.faults.is_silent(i, time) {
                 heard.messages.clear();
                 heard.messages.push(Message {
                     sent_at: time,
-                    emission: emission(diver, world),
+                    emission: emission(auv, world),
                     sigma: 0.0,
                 });
             }
@@ -252,7 +250,7 @@ impl Heard {
             .expect("a vehicle is known from its launch on")
     }
 
-    /// Keeps one more message, and of the others those that still tell something.
+    /// Keeps one more message, and drops those that are too old.
     fn keep(&mut self, message: Message) {
         let messages = &mut self.messages;
         if messages.len() == REPORTS_KEPT {
@@ -300,19 +298,19 @@ impl Heard {
     }
 }
 
-/// A diver as it is: its ground track, and the course's rate of turn. One that does not know its place does not
-/// know the current either: it tells its heading, and its speed and rate of turn through the water.
+/// An AUV as it is: its ground track, and the course's rate of turn. One that does not know its place does not
+/// know the current either: it reports its heading, and its speed and rate of turn through the water.
 ///
 /// ```text
 /// g = u_h [cosψ, sinψ] + v_c        χ̇ = ψ̇ u_h (g · [cosψ, sinψ]) / ‖g‖²
 /// ```
 /// The rate is that of a turn at steady speed, from the gyroscope: in a current the course also swings
-/// for a few seconds whenever a pitch reversal changes `u_h`, which is no turn and is not told as one.
-fn emission(diver: &Diver, world: &World) -> Emission {
-    let current = world.water.current(&diver.position(), diver.depth());
-    let bow = direction(diver.heading());
-    let u_h = diver.horizontal_speed();
-    let ground = match diver.navigation {
+/// for a few seconds whenever a pitch reversal changes `u_h`, which is no turn and is not reported as one.
+fn emission(auv: &SimulatedAuv, world: &World) -> Emission {
+    let current = world.water.current(&auv.position(), auv.depth());
+    let bow = direction(auv.heading());
+    let u_h = auv.horizontal_speed();
+    let ground = match auv.navigation {
         Navigation::Exact => bow * u_h + current,
         Navigation::GpsAtSurface => bow * u_h,
     };
@@ -321,27 +319,27 @@ fn emission(diver: &Diver, world: &World) -> Emission {
     let turn_rate = if speed < f64::EPSILON {
         0.0
     } else {
-        diver.heading_rate() * u_h * ground.dot(&bow) / (speed * speed)
+        auv.heading_rate() * u_h * ground.dot(&bow) / (speed * speed)
     };
     Emission {
-        position: diver.position(),
-        depth: diver.depth(),
+        position: auv.position(),
+        depth: auv.depth(),
         course: Course::of(&ground),
         speed,
         // The snapshot accepts ±1 rad/s; almost at rest over ground the quotient has no bound.
         turn_rate: turn_rate.clamp(-1.0, 1.0),
-        descending: diver.pitch() < 0.0,
+        descending: auv.pitch() < 0.0,
     }
 }
 
-/// The sawtooth of a diver, as one may know it who planned the mission; nothing where it is too low for one.
-fn known_dive(diver: &Diver, descending: bool) -> Option<Dive> {
-    let dive = &diver.dive;
+/// The sawtooth of an AUV as its mission plan has it; none where it is too shallow for one.
+fn known_dive(auv: &SimulatedAuv, descending: bool) -> Option<Dive> {
+    let dive = &auv.dive;
     (dive.depth_min + LEG_HEIGHT_MIN <= dive.depth_max).then(|| Dive {
         depth_min: dive.depth_min,
         depth_max: dive.depth_max,
         pitch: dive.pitch,
-        reversal: diver.loops.reversal_time(),
+        reversal: auv.loops.reversal_time(),
         descending: Some(descending),
     })
 }
@@ -349,8 +347,8 @@ fn known_dive(diver: &Diver, descending: bool) -> Option<Dive> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inner_loop::PERIOD;
     use crate::scenario::Scenario;
+    use crate::world::inner_loop::PERIOD;
 
     #[test]
     fn the_reported_course_and_turn_rate_are_those_of_the_ground_track() {
@@ -358,14 +356,14 @@ mod tests {
         let mut world = scenario.start(1).expect("valid").world;
         let mut turning = 0;
         for _ in 0..6_000 {
-            let start = world.divers[0].clone();
+            let start = world.auvs[0].clone();
             let before = emission(&start, &world);
             world.step(None);
-            let diver = &world.divers[0];
-            let moved = (diver.position() - start.position()) / PERIOD;
+            let auv = &world.auvs[0];
+            let moved = (auv.position() - start.position()) / PERIOD;
             assert!((moved - before.course.unit() * before.speed).norm() < 0.02);
-            let after = emission(diver, &world);
-            let steady = (diver.horizontal_speed() - start.horizontal_speed()).abs() < 1e-5;
+            let after = emission(auv, &world);
+            let steady = (auv.horizontal_speed() - start.horizontal_speed()).abs() < 1e-5;
             if steady && before.turn_rate.abs() > 0.005 {
                 turning += 1;
                 let turned = planner::angle::wrap(after.course.radians() - before.course.radians());

@@ -10,9 +10,9 @@ use planner::{
 
 use crate::plant::Plant;
 
-mod columns;
+mod rows;
 
-pub use columns::{Column, Values, column_named_twice};
+pub use ::record::Origin;
 
 /// A mission's record. Holds nothing but what scenario, guide and seed determine, solve times excepted.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,22 +39,13 @@ pub struct Record {
     pub plant: Option<Plant>,
     /// Where the surface craft is meant to stay.
     pub bounds: Bounds,
-    /// Names of the underwater vehicles, in the order of [`Row::divers`].
-    pub diver_ids: Vec<String>,
+    /// Names of the underwater vehicles, in the order of [`Row::auvs`].
+    pub auv_ids: Vec<String>,
     /// The paths they are to follow, in the same order, as points (north, east), m: a metre apart or less, or
     /// ten thousand where that would be more.
     pub paths: Vec<Vec<Vector2<f64>>>,
     /// One row a tick, from the start on.
     pub rows: Vec<Row>,
-}
-
-/// Latitude and longitude (WGS 84) of the datum, rad.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Origin {
-    /// Geodetic latitude, rad, positive north.
-    pub latitude: f64,
-    /// Longitude, rad, positive east.
-    pub longitude: f64,
 }
 
 /// Where the surface craft is meant to stay.
@@ -78,7 +69,7 @@ pub struct Row {
     /// The surface craft, where there is one.
     pub surface_craft: Option<SurfaceCraftRow>,
     /// The underwater vehicles.
-    pub divers: Vec<DiverRow>,
+    pub auvs: Vec<AuvRow>,
 }
 
 /// The surface craft at one instant.
@@ -143,7 +134,7 @@ pub struct KnownSurfaceCraft {
 
 /// An underwater vehicle at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DiverRow {
+pub struct AuvRow {
     /// Position (north, east), m.
     pub position: Vector2<f64>,
     /// Depth, m, positive down.
@@ -157,7 +148,7 @@ pub struct DiverRow {
     /// Current where it is (north, east), m/s.
     pub current: Vector2<f64>,
     /// What its inner loops are told.
-    pub reference: DiverReference,
+    pub reference: AuvReference,
     /// The point of its path that it follows (north, east), m.
     pub path_point: Vector2<f64>,
     /// True along-track error s₁, m, positive ahead of that point.
@@ -165,12 +156,12 @@ pub struct DiverRow {
     /// True cross-track error y₁, m, positive to starboard of the path.
     pub cross_track: f64,
     /// What the surface craft knew of it; none where there is no surface craft.
-    pub known: Option<KnownDiver>,
+    pub known: Option<KnownAuv>,
 }
 
 /// References of an underwater vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DiverReference {
+pub struct AuvReference {
     /// Speed along the body, m/s.
     pub surge: f64,
     /// Pitch θ, rad.
@@ -181,7 +172,7 @@ pub struct DiverReference {
 
 /// What the surface craft knew of an underwater vehicle when it asked its guide.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KnownDiver {
+pub struct KnownAuv {
     /// Position (north, east) when it was last heard, m.
     pub position: Vector2<f64>,
     /// Depth then, m.

@@ -8,11 +8,13 @@ use std::{io, path::Path};
 mod file;
 mod files;
 mod quantity;
+mod source;
 mod start;
 
 pub use file::*;
 pub use files::{Files, UnreadableFile};
 pub use quantity::*;
+pub use source::Source;
 pub use start::{InvalidScenario, Start};
 
 macro_rules! built_in {
@@ -138,7 +140,7 @@ impl Scenario {
     /// The same, but for `duration` s. Where the settled metrics would begin after that, they begin at once.
     #[must_use]
     pub fn lasting(mut self, duration: f64) -> Self {
-        let duration = duration.clamp(MissionTime::LEAST, MissionTime::MOST);
+        let duration = duration.clamp(MissionTime::MIN, MissionTime::MAX);
         self.duration_s = Quantity::fixed(duration);
         if duration.floor() - 1.0 < self.settled_after_s.most() {
             self.settled_after_s = Quantity::fixed(0.0);
@@ -151,51 +153,6 @@ impl Scenario {
     pub fn has_surface_craft(&self) -> bool {
         self.surface_craft.is_some()
     }
-}
-
-impl Source {
-    fn refused(&self, error: &toml::de::Error, field: String) -> ScenarioError {
-        let reason = error.message().to_owned();
-        ScenarioError::Invalid {
-            file: self.file.clone(),
-            line: error.span().map_or(1, |span| line_of(&self.text, span.start)),
-            wrong: InvalidScenario { field, reason },
-        }
-    }
-
-    fn wrong(&self, wrong: InvalidScenario) -> ScenarioError {
-        ScenarioError::Invalid {
-            file: self.file.clone(),
-            line: line_of_field(&self.text, &wrong.field),
-            wrong,
-        }
-    }
-}
-
-fn line_of(text: &str, byte: usize) -> usize {
-    1 + text.bytes().take(byte).filter(|byte| *byte == b'\n').count()
-}
-
-/// The line of the member at `field`, as `auvs[0].path`, or of the innermost table around it that is there.
-fn line_of_field(text: &str, field: &str) -> usize {
-    let Ok(document) = toml::de::DeTable::parse(text) else {
-        return 1;
-    };
-    let mut line = 1;
-    let mut here = Some(toml::de::DeValue::Table(document.into_inner()));
-    for step in field.split(['.', '[']) {
-        let next = match (here.as_ref(), step.strip_suffix(']')) {
-            (Some(toml::de::DeValue::Table(table)), None) => table.get(step),
-            (Some(toml::de::DeValue::Array(items)), Some(index)) => {
-                index.parse::<usize>().ok().and_then(|i| items.get(i))
-            }
-            _ => None,
-        };
-        let Some(next) = next else { break };
-        line = line_of(text, next.span().start);
-        here = Some(next.get_ref().clone());
-    }
-    line
 }
 
 #[cfg(test)]
@@ -213,7 +170,7 @@ mod tests {
     #[test]
     fn a_seed_draws_the_same_start_every_time_and_another_a_different_one() {
         let scenario = Scenario::named("paper-tracking").expect("exists");
-        let start = |seed| scenario.start(seed).expect("valid").world.divers[0].position();
+        let start = |seed| scenario.start(seed).expect("valid").world.auvs[0].position();
         assert_eq!(start(7), start(7));
         assert_ne!(start(7), start(8));
     }

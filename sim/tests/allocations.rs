@@ -1,7 +1,7 @@
 //! The step loop allocates nothing: vehicles, water, faults and ears.
 
+use pilotfish_sim::scenario::Scenario;
 use planner::{angle::Heading, los::Reference};
-use sim::scenario::Scenario;
 
 #[test]
 fn stepping_and_listening_allocate_nothing() {

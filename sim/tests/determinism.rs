@@ -2,13 +2,13 @@
 
 use std::thread;
 
-use planner::policy::Policy;
-use sim::{
+use pilotfish_sim::{
     guide::{Guide, LosGuide, MpcGuide},
     mission::run,
     record::Record,
     scenario::Scenario,
 };
+use planner::policy::Policy;
 
 fn mission(name: &str, guide: &mut dyn Guide, seed: u64) -> Record {
     let scenario = Scenario::named(name).expect("exists").lasting(60.0);

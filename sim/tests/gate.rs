@@ -1,21 +1,21 @@
-//! Nothing but `observe` tells a guidance law what is so: no law can read truth, and all read the same.
+//! `observe` is the only input of a guidance law: no law can read truth, and all read the same.
 
-use planner::{
-    policy::Policy,
-    snapshot::{Observation, Snapshot},
-};
-use sim::{
+use pilotfish_sim::{
     guide::{Guidance, Guide, GuideError, LosGuide, MpcGuide},
     mission::run,
     observe::Observer,
     scenario::{Files, Scenario},
     world::World,
 };
+use planner::{
+    policy::Policy,
+    snapshot::{Observation, Snapshot},
+};
 
-/// Keeps what a guide was told and what it answered.
+/// Keeps the snapshots that a guide was given and its answers.
 struct Witness<'a> {
     guide: &'a mut dyn Guide,
-    told: Vec<(Snapshot, Guidance)>,
+    exchanged: Vec<(Snapshot, Guidance)>,
 }
 
 impl Guide for Witness<'_> {
@@ -25,7 +25,7 @@ impl Guide for Witness<'_> {
 
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
         let guidance = self.guide.guide(snapshot)?;
-        self.told.push((snapshot.clone(), guidance));
+        self.exchanged.push((snapshot.clone(), guidance));
         Ok(guidance)
     }
 }
@@ -38,17 +38,20 @@ fn mpc() -> MpcGuide {
     MpcGuide::new(Policy::default())
 }
 
-fn told(scenario: &Scenario, guide: &mut dyn Guide) -> Vec<(Snapshot, Guidance)> {
-    let mut witness = Witness { guide, told: vec![] };
+fn exchanges(scenario: &Scenario, guide: &mut dyn Guide) -> Vec<(Snapshot, Guidance)> {
+    let mut witness = Witness {
+        guide,
+        exchanged: vec![],
+    };
     run(scenario, &mut witness, 1, &mut |_| {}).expect("runs");
-    witness.told
+    witness.exchanged
 }
 
 #[test]
 fn the_craft_is_told_the_bounds_that_it_is_judged_by() {
     let scenario = Scenario::named("crowded").expect("exists").lasting(2.0);
     let bounds = scenario.start(1).expect("valid").bounds;
-    for (snapshot, _) in told(&scenario, &mut los()) {
+    for (snapshot, _) in exchanges(&scenario, &mut los()) {
         assert_eq!(snapshot.keep_outs, bounds.keep_outs);
         assert_eq!(
             (snapshot.area.as_slice(), snapshot.range_max),
@@ -66,7 +69,7 @@ fn what_a_law_answers_depends_on_the_snapshots_alone() {
     let laws: [fn() -> Box<dyn Guide>; 2] = [|| Box::new(los()), || Box::new(mpc())];
     for law in laws {
         let mut alone = law();
-        for (snapshot, guidance) in told(&scenario, law().as_mut()) {
+        for (snapshot, guidance) in exchanges(&scenario, law().as_mut()) {
             assert_eq!(
                 alone.guide(&snapshot).expect("answers"),
                 guidance,
@@ -103,8 +106,8 @@ fn what_is_not_heard_is_not_known() {
     let scenario = Scenario::named("silence").expect("exists");
     let (mut world, mut observer) = after(&scenario, 510);
     let mut displaced = world.clone();
-    displaced.divers[0].state[0] += 500.0;
-    displaced.divers[0].state[2] += 7.0;
+    displaced.auvs[0].state[0] += 500.0;
+    displaced.auvs[0].state[2] += 7.0;
     let known = look(&world, &mut observer.clone());
     assert_eq!(known, look(&displaced, &mut observer));
 
@@ -136,7 +139,7 @@ fn the_plan_of_a_vehicle_is_known_and_not_where_on_it_the_vehicle_is() {
         let scenario = Scenario::parse(&text, "silent.toml", Files::default()).expect("valid");
         let (world, mut observer) = after(&scenario, 120);
         let auv = look(&world, &mut observer).auvs.remove(0);
-        (world.divers[0].gamma, auv.path.expect("told").horizontal_speed)
+        (world.auvs[0].gamma, auv.path.expect("given").horizontal_speed)
     };
     let (slow, fast) = (speeds(0.3), speeds(0.6));
     assert!(6.0 < slow.0 && slow.0 + 5.0 < fast.0, "{slow:?} {fast:?}");

@@ -2,10 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use planner::{angle::direction, los::LosGains};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use sim::{
+use pilotfish_sim::{
     guide::LosGuide,
     metrics::Metrics,
     mission::run,
@@ -14,6 +11,9 @@ use sim::{
     scenario::{CurrentFile, Files, Quantity, Scenario},
     world::World,
 };
+use planner::{angle::direction, los::LosGains};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 /// A mission without a surface craft never asks its guide.
 fn record_of(scenario: &Scenario, seed: u64) -> Record {
@@ -32,7 +32,7 @@ fn the_paper_s_path_following_is_reproduced() {
             seed,
         ));
         assert!(metrics.surface_craft.is_none());
-        let auv = &metrics.divers[0];
+        let auv = &metrics.auvs[0];
         println!("seed {seed}: {auv:?}");
         // Figs. 3 to 6 of the paper: cross-track ±1.2 m, position error under 1 m, 1–23 m, ±50°, 0.3 m/s.
         assert!(auv.cross_track_max_m <= 1.2);
@@ -89,7 +89,7 @@ fn from_wherever_it_starts_the_vehicle_comes_to_its_path_and_stays_on_it() {
             let off = direction(bearing) * distance;
             let mut world = alone_on(path, [off.x, off.y, TAU * rng.random::<f64>() - PI]);
             let error = |world: &World| {
-                let error = world.divers[0].path_error();
+                let error = world.auvs[0].path_error();
                 error.s_1.hypot(error.y_1)
             };
             let mut last_outside = 0.0;
@@ -114,9 +114,9 @@ fn from_wherever_it_starts_the_vehicle_comes_to_its_path_and_stays_on_it() {
 fn turning_times(world: &mut World, duration: f64) -> Vec<f64> {
     let mut turns = vec![];
     while world.time() < duration {
-        let leg = world.divers[0].leg;
+        let leg = world.auvs[0].leg;
         world.step(None);
-        if world.divers[0].leg != leg {
+        if world.auvs[0].leg != leg {
             turns.push(world.time());
         }
     }
@@ -189,9 +189,9 @@ fn in_a_cross_current_the_vehicle_settles_at_the_predicted_offset() {
     let turned = turning_times(&mut world, 290.0);
     let since = 290.0 - turned.last().expect("has turned");
     assert!((60.0..95.0).contains(&since), "{since}");
-    let diver = &world.divers[0];
-    assert_eq!(diver.path.at(diver.gamma).curvature, 0.0);
-    let error = diver.path_error();
+    let auv = &world.auvs[0];
+    assert_eq!(auv.path.at(auv.gamma).curvature, 0.0);
+    let error = auv.path_error();
     assert!(
         (error.y_1 - steady_offset(0.1, u_h, false)).abs() < 0.01,
         "{error:?}"

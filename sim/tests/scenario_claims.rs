@@ -3,17 +3,17 @@
 use std::f64::consts::PI;
 
 use nalgebra::Vector2;
+use pilotfish_sim::{
+    guide::{Guidance, Guide, GuideError, LosGuide},
+    mission::run,
+    record::{AuvRow, Record, Row, SurfaceCraftRow},
+    scenario::Scenario,
+};
 use planner::{
     angle::{Heading, angle_of, direction, wrap},
     los::Reference,
     policy::Policy,
     snapshot::{Evidence, Report, Snapshot},
-};
-use sim::{
-    guide::{Guidance, Guide, GuideError, LosGuide},
-    mission::run,
-    record::{DiverRow, Record, Row, SurfaceCraftRow},
-    scenario::Scenario,
 };
 
 fn los() -> LosGuide {
@@ -46,13 +46,13 @@ fn goal_steps(record: &Record) -> Vec<f64> {
         .collect()
 }
 
-/// What the craft believed of its position, less what was so, m.
+/// Error of the craft's own position estimate, m.
 fn position_error(row: &Row) -> Vector2<f64> {
     craft(row).known.position - craft(row).position
 }
 
-fn known_age(row: &Row, diver: usize) -> f64 {
-    row.divers[diver].known.as_ref().expect("has a surface craft").age
+fn known_age(row: &Row, auv: usize) -> f64 {
+    row.auvs[auv].known.as_ref().expect("has a surface craft").age
 }
 
 #[expect(clippy::cast_precision_loss, reason = "a mission has a few thousand rows")]
@@ -105,30 +105,30 @@ fn cross_current_unknown_can_be_found_out_but_not_read_off() {
             found: vec![],
         };
         let record = run(&named(name), &mut guide, 1, &mut |_| {}).expect("runs");
-        let told = record
+        let known = record
             .rows
             .iter()
             .filter(|row| craft(row).known.current.is_some());
-        let told = told.count();
-        assert!(told == 0 || told == record.rows.len());
+        let known = known.count();
+        assert!(known == 0 || known == record.rows.len());
         let errors: Vec<_> = guide.found.iter().map(|found| (found - current).norm()).collect();
-        (told > 0, root_mean_square(&errors))
+        (known > 0, root_mean_square(&errors))
     };
-    let (told, error) = errors("cross-current");
-    assert!(told && error < 1e-12, "{error}");
+    let (known, error) = errors("cross-current");
+    assert!(known && error < 1e-12, "{error}");
     // Along each axis 0.05 m/s of GNSS and 0.02 m/s of the log: √2 · 0.0539 m/s together. The compass adds its
     // 0.01 rad and a bias of 0.02 rad (σ) times the speed, 0.006 m/s at the 0.25 m/s that the AUV goes at.
-    let (told, error) = errors("cross-current-unknown");
+    let (known, error) = errors("cross-current-unknown");
     let expected = 2_f64.sqrt() * 0.0539;
-    assert!(!told && (error / expected - 1.0).abs() < 0.1, "{error}");
+    assert!(!known && (error / expected - 1.0).abs() < 0.1, "{error}");
 }
 
 #[test]
 fn cross_current_sheared_is_a_third_and_turned_by_30_degrees_where_the_vehicle_turns_up() {
     let record = flown("cross-current-sheared", 1);
     for row in &record.rows {
-        let (above, below) = (craft(row).current, row.divers[0].current);
-        let share = (row.divers[0].depth / 23.0).min(1.0);
+        let (above, below) = (craft(row).current, row.auvs[0].current);
+        let share = (row.auvs[0].depth / 23.0).min(1.0);
         let factor = below.norm() / above.norm();
         assert!((factor - (1.0 - 0.67 * share)).abs() < 1e-9, "{factor}");
         let turn = wrap(angle_of(&below) - angle_of(&above));
@@ -138,7 +138,7 @@ fn cross_current_sheared_is_a_third_and_turned_by_30_degrees_where_the_vehicle_t
     let deepest = record
         .rows
         .iter()
-        .map(|row| row.divers[0].depth)
+        .map(|row| row.auvs[0].depth)
         .fold(0.0, f64::max);
     assert!(deepest > 23.0);
 }
@@ -148,7 +148,7 @@ fn about_face_begins_far_ahead_and_facing_its_vehicle_s_way_back() {
     for seed in 0..20 {
         let start = named("about-face").start(seed).expect("valid").world;
         let craft = start.surface_craft.as_ref().expect("has one");
-        let auv = &start.divers[0];
+        let auv = &start.auvs[0];
         let apart = craft.position() - auv.position();
         assert!(apart.norm() > 40.0);
         assert!(apart.dot(&direction(auv.heading())) > 30.0);
@@ -172,10 +172,10 @@ fn switching_hands_over_every_240_s_to_a_vehicle_60_m_away() {
         for (found, expected) in jumps.iter().zip(expected) {
             assert!((found - expected).abs() < 0.5, "{name}: {found}");
         }
-        // Nobody turns: the hand-overs are all there is. Both have come to their lanes after a minute.
+        // No vehicle turns: the hand-overs are all there is. Both have come to their lanes after a minute.
         let opposed = name == "switching-opposed";
         for row in &record.rows[60..] {
-            let between = wrap(row.divers[0].heading - row.divers[1].heading).abs();
+            let between = wrap(row.auvs[0].heading - row.auvs[1].heading).abs();
             let expected = if opposed { PI } else { 0.0 };
             assert!(
                 (between - expected).abs() < 0.01,
@@ -197,14 +197,14 @@ fn target_stops_at_the_surface_for_almost_600_s() {
     let record = flown("target-stops", 1);
     let pairs: Vec<_> = record.rows.windows(2).collect();
     let waiting = pairs.iter().filter(|pair| {
-        let [before, after] = [&pair[0].divers[0], &pair[1].divers[0]];
+        let [before, after] = [&pair[0].auvs[0], &pair[1].auvs[0]];
         after.depth < 1.0 && (after.position - before.position).norm() < 0.01
     });
     let waiting = waiting.count();
     // It has up to 23 m to climb, at 0.3 m/s · sin 50°: 100 s.
     assert!((500..=600).contains(&waiting), "{waiting}");
     // Then it goes on.
-    let moved = record.rows[1799].divers[0].position - record.rows[1199].divers[0].position;
+    let moved = record.rows[1799].auvs[0].position - record.rows[1199].auvs[0].position;
     assert!(moved.norm() > 50.0, "{moved}");
 }
 
@@ -218,7 +218,7 @@ fn silence_hides_a_whole_turn_and_the_path_makes_up_for_it() {
         assert!(oldest >= 170.0, "{oldest}");
         let turned: f64 = silent
             .windows(2)
-            .map(|pair| wrap(pair[1].divers[0].heading - pair[0].divers[0].heading))
+            .map(|pair| wrap(pair[1].auvs[0].heading - pair[0].auvs[0].heading))
             .sum();
         assert!((turned.abs() - PI).abs() < 0.05, "{turned}");
         worst.push(silent.iter().map(|row| craft(row).distance()).fold(0.0, f64::max));
@@ -265,10 +265,10 @@ fn noisy_fixes_are_late_lossy_and_wrong_by_as_much_as_the_file_says() {
                 assert!(age > 2.0 && age < 4.0, "{age}");
                 // The vehicle's slot is the first of every frame of 10 s, so there is a row of that time.
                 let then = record.rows.iter().find(|row| (row.time - sent_at).abs() < 1e-6);
-                let then = &then.expect("sent at a whole second").divers[0];
+                let then = &then.expect("sent at a whole second").auvs[0];
                 components.extend((report.position - then.position).iter().copied());
                 // Still water: the course is the heading.
-                let course = report.ground_track.expect("is told").course;
+                let course = report.ground_track.expect("is given").course;
                 courses.push(wrap(course.radians() - then.heading));
             }
         }
@@ -310,11 +310,7 @@ fn crowded_has_a_disc_across_the_way_and_never_around_the_goal() {
         // A vehicle is to be followed anywhere: both stay outside, followed or not.
         for row in &record.rows {
             assert!(!inside(craft(row).goal), "{} s", row.time);
-            assert!(
-                row.divers.iter().all(|auv| !inside(auv.position)),
-                "{} s",
-                row.time
-            );
+            assert!(row.auvs.iter().all(|auv| !inside(auv.position)), "{} s", row.time);
         }
         // Who goes straight goes through it, on the way to a goal that is beyond it.
         let entered: Vec<_> = record
@@ -325,7 +321,7 @@ fn crowded_has_a_disc_across_the_way_and_never_around_the_goal() {
         assert!(!entered.is_empty());
         assert!(craft(entered[0]).distance() > disc.radius);
         for i in 0..2 {
-            let depths = record.rows.iter().map(|row| row.divers[i].depth);
+            let depths = record.rows.iter().map(|row| row.auvs[i].depth);
             assert!(depths.fold(f64::INFINITY, f64::min) < 0.6);
         }
     }
@@ -404,7 +400,7 @@ fn faults_set_the_clock_ahead_lead_one_vehicle_astray_and_kill_the_other() {
 
     // Straight on where its lane turns back.
     let from_path = |row: &Row| {
-        let place = row.divers[1].position;
+        let place = row.auvs[1].position;
         let distances = record.paths[1].iter().map(|point| (point - place).norm());
         distances.fold(f64::INFINITY, f64::min)
     };
@@ -414,7 +410,7 @@ fn faults_set_the_clock_ahead_lead_one_vehicle_astray_and_kill_the_other() {
     assert!(from_path(&record.rows[1799]) < 20.0);
 
     let (dying, dead) = (&record.rows[1500], &record.rows[1799]);
-    assert!(dying.divers[0].surge > 0.25 && dead.divers[0].surge < 0.05);
+    assert!(dying.auvs[0].surge > 0.25 && dead.auvs[0].surge < 0.05);
     // What it last sent is from before 1500 s, by a clock that is 5 s ahead.
     assert!((known_age(dead, 0) - 305.0).abs() < 1.5, "{}", known_age(dead, 0));
     assert!(known_age(dead, 1) < 6.0);
@@ -431,11 +427,11 @@ fn otter_goes_faster_than_a_medusa_can() {
 fn slocums_drift_off_their_paths_under_water_and_find_out_at_the_surface() {
     let record = flown("slocum", 1);
     for i in 0..2 {
-        let auv = |row: &Row| -> DiverRow { row.divers[i] };
+        let auv = |row: &Row| -> AuvRow { row.auvs[i] };
         let under: Vec<bool> = record.rows.iter().map(|row| auv(row).depth > 1.0).collect();
         let surfaced: Vec<usize> = (1..under.len()).filter(|k| under[k - 1] && !under[*k]).collect();
         assert!(surfaced.len() >= 4, "{surfaced:?}");
-        // It steers to where it believes its path to be, and the current of 0.05 m/s takes it from there.
+        // It steers to its path from its estimated position, and the current of 0.05 m/s takes it from there.
         let first = &record.rows[surfaced[0]];
         let drift = auv(first).cross_track.abs();
         assert!(

@@ -2,16 +2,20 @@
 
 use std::{fs, path::Path};
 
-use planner::{
-    craft::{CraftDescription, HeadingHeld, Integrator, SpeedHeld},
-    policy::Policy,
-};
-use sim::{
+use pilotfish_sim::{
     guide::LosGuide,
     metrics::Metrics,
     mission::run,
     scenario::{Files, Scenario},
     surface_craft::SurfaceClass,
+};
+use planner::{
+    craft::{CraftDescription, HeadingHeld, Integrator, SpeedHeld},
+    policy::Policy,
+};
+use record::{
+    Source as _,
+    table::{COLUMNS, Cell, Column, Row},
 };
 
 fn folder() -> &'static Path {
@@ -50,15 +54,21 @@ fn every_scenario_runs_and_what_it_records_is_finite() {
         for seed in 0..3 {
             let record = run(&scenario, &mut guide, seed, &mut |_| {}).expect("runs");
             assert_eq!(record.rows.len(), 120, "{name}");
-            for column in record.columns() {
-                if let sim::record::Values::Numbers(numbers) = column.values {
-                    assert!(
-                        numbers.iter().flatten().all(|number| number.is_finite()),
-                        "{name}, {}",
-                        column.name
-                    );
+            let finite = |row: &Row<'_>, column: &Column| match (column.cell)(row) {
+                Cell::Number(number) => number.is_finite(),
+                Cell::Nothing | Cell::Count(_) | Cell::Word(_) => true,
+            };
+            let checked = record.for_each(&mut |entry| {
+                for (row, column) in entry
+                    .rows
+                    .iter()
+                    .flat_map(|row| COLUMNS.iter().map(move |column| (row, column)))
+                {
+                    assert!(finite(row, column), "{name}, {}: {row:?}", column.name);
                 }
-            }
+                Ok(())
+            });
+            checked.expect("nothing refuses a row");
             let metrics = Metrics::of(&record);
             assert_eq!(metrics.surface_craft.is_some(), scenario.has_surface_craft());
         }
@@ -126,7 +136,7 @@ fn a_path_is_drawn_on_a_map() {
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join("track.geojson"), track).expect("written");
     let scenario = Scenario::parse(&text, "my.toml", Files::beside(folder.path())).expect("a path");
-    let path = scenario.start(0).expect("valid").world.divers[0].path.clone();
+    let path = scenario.start(0).expect("valid").world.auvs[0].path.clone();
     let (a, e2) = (6_378_137.0_f64, 0.006_694_379_990_141_f64);
     let sin = 38.41_f64.to_radians().sin();
     let meridian = a * (1.0 - e2) / (1.0 - e2 * sin * sin).powf(1.5);
@@ -197,7 +207,11 @@ fn what_a_mission_would_stumble_over_is_refused_before_it() {
     Scenario::parse(&whole, "my.toml", Files::default()).expect("valid as it stands");
     for (right, wrong, says) in [
         ("id = \"auv-1\"", "id = \"a\\\"b,c\"", "auvs[0].id"),
-        ("id = \"auv-1\"", "id = \"asc\"", "two columns called"),
+        (
+            "id = \"auv-1\"",
+            "id = \"asc\"",
+            "what the surface craft is called",
+        ),
         ("[\"auv-1\"]", "[\"auv-1\", \"auv-1\"]", "named twice"),
         ("speed_mps = 0.3", "speed_mps = 4", "more than the 72 N"),
         (LINE, &format!("speed_mps = 2.5\n{LINE}"), "more than the 72 N"),
@@ -294,7 +308,7 @@ fn what_a_mission_would_stumble_over_is_refused_before_it() {
 #[test]
 fn a_craft_stays_where_every_goal_and_every_offset_put_it() {
     // Line of sight keeps within 0.07 m of what moves steadily. The place nearest to two AUVs that dive in turn goes
-    // to and fro by 6.6 m, the squares of 23 m and 1 m apart over twice 40 m, with a speed the law is not told.
+    // to and fro by 6.6 m, the squares of 23 m and 1 m apart over twice 40 m, with a speed that the law does not know.
     for (goal, most) in [
         ("goal.weighted.weights = {auv-1 = 2, auv-2 = 1}", 0.1),
         ("goal.range = {auvs = [\"auv-1\", \"auv-2\"], range_m = 60}", 4.0),
@@ -344,15 +358,15 @@ fn making_one_number_a_distribution_changes_no_other() {
     let starts = |text: &str| {
         let scenario = Scenario::parse(text, "my.toml", Files::default()).expect("valid");
         let world = scenario.start(9).expect("valid").world;
-        let divers: Vec<_> = world.divers.iter().map(|diver| diver.state).collect();
-        (world.surface_craft.expect("has one").state, divers)
+        let auvs: Vec<_> = world.auvs.iter().map(|auv| auv.state).collect();
+        (world.surface_craft.expect("has one").state, auvs)
     };
-    let (craft, divers) = starts(text);
-    let (other_craft, other_divers) =
+    let (craft, auvs) = starts(text);
+    let (other_craft, other_auvs) =
         starts(&text.replacen("speed_mps = 0.3", "speed_mps = {uniform = [0.2, 0.4]}", 1));
     assert_ne!(craft, other_craft);
     assert_eq!(craft.fixed_rows::<3>(0), other_craft.fixed_rows::<3>(0));
-    assert_eq!(divers, other_divers);
+    assert_eq!(auvs, other_auvs);
 }
 
 #[test]
@@ -379,13 +393,13 @@ fn a_vehicle_that_strayed_goes_on_where_it_left_and_not_in_the_next_lane() {
     while world.time() < 399.5 {
         world.step(None);
     }
-    let diver = &world.divers[0];
-    let (left_at, east) = (diver.gamma, diver.position().y);
+    let auv = &world.auvs[0];
+    let (left_at, east) = (auv.gamma, auv.position().y);
     assert!(15.0 < east, "it drifted to {east} m");
     while world.time() < 402.0 {
         world.step(None);
     }
-    let gamma = world.divers[0].gamma;
+    let gamma = world.auvs[0].gamma;
     assert!(
         (gamma - left_at).abs() < 45.0 && gamma < 100.0,
         "{left_at} and {gamma}"
@@ -394,7 +408,7 @@ fn a_vehicle_that_strayed_goes_on_where_it_left_and_not_in_the_next_lane() {
 
 #[test]
 fn a_craft_table_is_what_the_planner_is_told_and_changes_no_draw() {
-    let told = |table: &str| {
+    let given = |table: &str| {
         let text = format!("{ALONE}{LINE}{CRAFT}{table}[water]\n");
         let text = text.replacen("north_m = 0", "north_m = {uniform = [-5, 5]}", 1);
         let scenario = Scenario::parse(&text, "my.toml", Files::default()).expect(table);
@@ -403,11 +417,11 @@ fn a_craft_table_is_what_the_planner_is_told_and_changes_no_draw() {
         let mut observer = start.observer.expect("has one");
         (observer.briefing_mut().craft, position)
     };
-    let (truth, position) = told("");
+    let (truth, position) = given("");
     assert_eq!(truth, SurfaceClass::Medusa.craft());
-    let (nothing, same) = told("[surface_craft.craft]\n");
+    let (nothing, same) = given("[surface_craft.craft]\n");
     assert_eq!((nothing, same), (CraftDescription::default(), position));
-    let (all, same) = told(
+    let (all, same) = given(
         "[surface_craft.craft]\npreset = \"otter\"\nheading_loop = {time_constant_s = {uniform = [1, 3]}}\n\
          surge_loop = {integrates = false, delay_s = 0.5}\npower = {cubic_w_per_mps3 = 20}\n\
          heading_held = \"course\"\nspeed_held = \"over_ground\"\nrelative_uncertainty = 0.3\n",
@@ -428,7 +442,7 @@ fn a_craft_table_is_what_the_planner_is_told_and_changes_no_draw() {
     assert_eq!(all.heading_held, Some(HeadingHeld::Course));
     assert_eq!(all.speed_held, Some(SpeedHeld::OverGround));
     // The surge lag among the limits is a part of the description, and without it nothing of that is lost.
-    let (limited, _) = told("[surface_craft.limits]\nsurge_lag_s = 3\n");
+    let (limited, _) = given("[surface_craft.limits]\nsurge_lag_s = 3\n");
     assert_eq!(limited.surge_time_constant, Some(3.0));
     assert_eq!(limited.preset, truth.preset);
 }

@@ -3,12 +3,12 @@
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Vector2;
-use planner::{angle::Heading, los::Reference};
-use sim::{
+use pilotfish_sim::{
     inner_loop::{AutopilotMemory, DragFeedForward, Measured, PERIOD},
     integrate::rk4,
     surface_craft::{SurfaceClass, SurfaceHull, SurfaceInput, SurfaceState, ThrusterHealth, Thrusters},
 };
+use planner::{angle::Heading, los::Reference};
 
 use DragFeedForward::{Off, On};
 use SurfaceClass::{Medusa, Otter};

@@ -1,7 +1,7 @@
 //! Surface hulls and thrusters: balance, energy, accuracy of the step.
 
 use nalgebra::{Vector2, Vector3};
-use sim::{
+use pilotfish_sim::{
     inner_loop::PERIOD,
     integrate::rk4,
     surface_craft::{
@@ -46,9 +46,9 @@ fn steady_speeds_follow_from_the_balance_of_thrust_and_drag() {
 #[test]
 fn the_otter_makes_its_six_knots_ahead_and_keeps_its_proportion_astern() {
     let hull = SurfaceHull::OTTER;
-    let told = |command| hull.thrusters.steady(both(command), ThrusterHealth::SOUND);
-    let ahead = run(&hull, SurfaceState::zeros(), told(1e3), PERIOD, 600)[3];
-    let astern = run(&hull, SurfaceState::zeros(), told(-1e3), PERIOD, 600)[3];
+    let steady = |command| hull.thrusters.steady(both(command), ThrusterHealth::SOUND);
+    let ahead = run(&hull, SurfaceState::zeros(), steady(1e3), PERIOD, 600)[3];
+    let astern = run(&hull, SurfaceState::zeros(), steady(-1e3), PERIOD, 600)[3];
     println!("Otter: {ahead:.3} m/s ahead, {astern:.3} m/s astern");
     assert!((ahead - 6.0 * 1852.0 / 3600.0).abs() < 1e-3, "{ahead}");
     // Linear drag: speeds go as the bollard pulls, 13.6 to 24.4.

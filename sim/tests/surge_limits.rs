@@ -1,12 +1,12 @@
-//! What the planner is told of the craft's surge, against the closed loop itself.
+//! The surge response given to the planner, against the closed loop itself.
 
 use nalgebra::Vector2;
-use planner::{angle::Heading, los::Reference, snapshot::Limits};
-use sim::{
+use pilotfish_sim::{
     inner_loop::{AutopilotMemory, DragFeedForward, Measured, PERIOD},
     integrate::rk4,
     surface_craft::{SurfaceClass, SurfaceInput, ThrusterHealth},
 };
+use planner::{angle::Heading, los::Reference, snapshot::Limits};
 
 /// Largest amount by which the craft falls behind a reference that goes from `from` to `to` at `rate`
 /// m/s², in the direction of the change, m/s.

@@ -3,8 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Vector2;
-use planner::path::SpeedProfile;
-use sim::{
+use pilotfish_sim::{
     dive::Leg,
     inner_loop::{DragFeedForward, PERIOD, SurgeLoop, UnderwaterReference},
     integrate::rk4,
@@ -13,6 +12,7 @@ use sim::{
         PITCH_MAX, UnderwaterClass, UnderwaterHull, UnderwaterInput, UnderwaterState, heading_rate,
     },
 };
+use planner::path::SpeedProfile;
 
 const CLASSES: [UnderwaterClass; 2] = [UnderwaterClass::Medusa, UnderwaterClass::Slocum];
 
@@ -113,19 +113,19 @@ fn both_vehicles_follow_a_lawn_mower_in_their_sawtooth() {
             .start(1)
             .expect("valid")
             .world;
-        let diver = &mut world.divers[0];
-        (diver.hull, diver.loops) = (class.hull(), class.loops());
+        let auv = &mut world.auvs[0];
+        (auv.hull, auv.loops) = (class.hull(), class.loops());
         let speed = SpeedProfile::constant(class.speed()).expect("a speed");
-        (diver.dive, diver.speed, diver.leg) = (class.dive(), speed, Leg::Down);
-        diver.state[5] = class.speed();
-        diver.surge = SurgeLoop::settled_at(class.speed(), DragFeedForward::Off, diver.hull.drag_surge);
+        (auv.dive, auv.speed, auv.leg) = (class.dive(), speed, Leg::Down);
+        auv.state[5] = class.speed();
+        auv.surge = SurgeLoop::settled_at(class.speed(), DragFeedForward::Off, auv.hull.drag_surge);
         let (mut deepest, mut furthest): (f64, f64) = (0.0, 0.0);
         for k in 0..12_000 {
             world.step(None);
-            let diver = &world.divers[0];
-            deepest = deepest.max(diver.depth());
+            let auv = &world.auvs[0];
+            deepest = deepest.max(auv.depth());
             if k > 1_200 {
-                let error = diver.path_error();
+                let error = auv.path_error();
                 furthest = furthest.max(error.s_1.hypot(error.y_1));
             }
         }

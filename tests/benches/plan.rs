@@ -50,14 +50,14 @@ fn over_http(criterion: &mut Criterion) {
         let runtime = tokio::runtime::Runtime::new().expect("threads");
         runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(listener).expect("non-blocking");
-            axum::serve(listener, api::app(api::Settings::default())).await
+            axum::serve(listener, service::app(service::Settings::default())).await
         })
     });
     let mut connection = BufReader::new(TcpStream::connect(address).expect("listening"));
     connection.get_ref().set_nodelay(true).expect("a TCP socket");
     let mut group = group(criterion, "post_plan");
     for (name, goal) in NAMES.into_iter().zip(goals()) {
-        let request = api::wire::PlanRequest::from(&snapshot(observation(goal)));
+        let request = wire::PlanRequest::from(&snapshot(observation(goal)));
         let body = serde_json::to_vec(&request).expect("a request is JSON");
         group.bench_function(name, |bencher| bencher.iter(|| post(&mut connection, &body)));
     }

@@ -1,4 +1,4 @@
-//! How long the program of one pass takes: the planner's solver, kept and refilled, beside Clarabel as it comes.
+//! How long the subproblem of one SCP iteration takes: the planner's solver, kept and updated, beside Clarabel as it comes.
 //!
 //! ```text
 //! cargo bench -p tests --bench solvers -- [--rounds N] [--dump DIR]
@@ -6,7 +6,7 @@
 //! Both solve every scene in turn, one after the other, so that whatever else runs on the machine slows both. A
 //! machine that is busy all the time still slows the longer solves more: those past the scheduler's time slice,
 //! some milliseconds, are interrupted more often than not. Ratios are to be read on an idle one.
-//! Timed is all that another pass costs once its program is stated. Of the planner's solver: replacing the
+//! Timed is all that another SCP iteration costs once its program is stated. Of the planner's solver: replacing the
 //! numbers, solving, copying the solution out. Of Clarabel: its own set-up with default settings, and solving.
 //! `--dump` leaves the programs with the solutions, and the times in `times.json`, for other solvers to be
 //! timed on: `tests/python/solvers.py`.
@@ -18,7 +18,6 @@ use std::{
     time::{Duration, Instant},
 };
 
-use api::wire::ProgramDump;
 use clarabel::{
     algebra::CscMatrix,
     solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus as ClarabelStatus, SupportedConeT},
@@ -27,12 +26,13 @@ use nalgebra::Vector2;
 use planner::{
     craft::{Craft, CraftModel},
     policy::Policy,
-    program::{Cone, Pass, Program, Range},
+    program::{AcousticRange, Cone, Program, Subproblem},
     snapshot::Limits,
     solve::{Solution, SolverStatus, Solvers},
     sparse::Sparse,
 };
 use serde_json::json;
+use wire::ProgramDump;
 
 /// Programs of a horizon: enough that none is a special case, few enough that all stay in the cache.
 const N_SCENES: u32 = 40;
@@ -71,7 +71,10 @@ fn main() {
     let mut times = serde_json::Map::new();
     for (name, steps) in horizons() {
         let scenes: Vec<_> = (0..N_SCENES).map(|i| Scene::new(&steps, i)).collect();
-        let programs: Vec<_> = scenes.iter().map(|scene| Program::new(&scene.pass())).collect();
+        let programs: Vec<_> = scenes
+            .iter()
+            .map(|scene| Program::new(&scene.subproblem()))
+            .collect();
         let measured = Measured::over(&programs, arguments.rounds);
         measured.print(name, &programs[0]);
         if let Some(folder) = &arguments.dump {
@@ -132,8 +135,8 @@ struct Scene {
     goal: Vec<Vector2<f64>>,
     goal_velocity: Vec<Vector2<f64>>,
     directions: Vec<Vector2<f64>>,
-    surge_bias: Vec<f64>,
-    ranges: Vec<Range>,
+    surge_disturbance: Vec<f64>,
+    ranges: Vec<AcousticRange>,
     policy: Policy,
 }
 
@@ -149,7 +152,7 @@ impl Scene {
             .collect();
         let end = times[steps.len()];
         let at = |t: f64, place: Vector2<f64>| place + t * Vector2::new(0.193, 0.02);
-        let range = |abeam: f64, radius: f64| Range {
+        let range = |abeam: f64, radius: f64| AcousticRange {
             centres: times.iter().map(|&t| at(t, Vector2::new(4.0, abeam))).collect(),
             radii: vec![radius; times.len()],
             named: true,
@@ -166,14 +169,14 @@ impl Scene {
                 .iter()
                 .map(|t| planner::angle::direction(0.4 * angle.cos() * t / end))
                 .collect(),
-            surge_bias: vec![0.0; times.len()],
+            surge_disturbance: vec![0.0; times.len()],
             ranges: vec![range(30.0, RANGES[0]), range(-30.0, RANGES[1])],
             policy: Policy::default(),
         }
     }
 
-    fn pass(&self) -> Pass<'_> {
-        Pass {
+    fn subproblem(&self) -> Subproblem<'_> {
+        Subproblem {
             acceleration: Vector2::zeros(),
             course_lag: CraftModel::new(&Craft::MEDUSA, &Limits::MEDUSA).course_lag(),
             power: Craft::MEDUSA.power,
@@ -184,11 +187,11 @@ impl Scene {
             goal_velocity: &self.goal_velocity,
             directions: &self.directions,
             limits: &Limits::MEDUSA,
-            surge_bias: &self.surge_bias,
+            surge_disturbance: &self.surge_disturbance,
             ranges: &self.ranges,
             discs: &[],
             edges: &[],
-            worst: &[],
+            minimax: &[],
             weights: &self.policy.weights,
         }
     }

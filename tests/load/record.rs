@@ -35,7 +35,7 @@ pub(crate) struct Plans {
 impl Plans {
     /// Takes up the record of one more mission, as it is read.
     pub(crate) async fn read(&mut self, address: SocketAddr, id: &str) -> io::Result<()> {
-        let get = Request::get(&format!("/v1/missions/{id}/record?format=ndjson"));
+        let get = Request::get(&format!("/v1/missions/{id}/record?format=events_ndjson"));
         let mut lines = Lines::of(address, &get, None).await?;
         if lines.status != 200 {
             let problem = lines.next().await?.unwrap_or_default();

@@ -100,11 +100,11 @@ fn eq_8_and_30_a_speed_profile_belongs_to_the_path_and_its_speed_is_along_the_bo
     assert_eq!(speed_past_the_entry(&|_, gamma| on_path(gamma)), slow);
 
     // And U_d is not the horizontal speed: half way down a leg the project's vehicle keeps U_d along its body.
-    let diver = &settled_world(60).divers[0];
-    assert_eq!(diver.leg, Leg::Down);
-    assert!((diver.state[5] - diver.speed.at(diver.gamma)).abs() < 1e-3);
+    let auv = &settled_world(60).auvs[0];
+    assert_eq!(auv.leg, Leg::Down);
+    assert!((auv.state[5] - auv.speed.at(auv.gamma)).abs() < 1e-3);
     assert!(
-        (diver.horizontal_speed() - U_H).abs() < 2e-3,
+        (auv.horizontal_speed() - U_H).abs() < 2e-3,
         "0.193 m/s over ground, not 0.3"
     );
 }
@@ -152,7 +152,7 @@ fn eq_19_without_the_cosine_of_pitch_the_vehicle_trails_its_point() {
     let trailing = beside(0.3, 1.0).after(&path, 200, printed).error(&path).s_1;
     println!("printed (19): s₁ settles at {trailing:.3} m");
     assert!((trailing + 0.36).abs() < 0.005);
-    assert!(settled_world(180).divers[0].path_error().s_1.abs() < 0.01);
+    assert!(settled_world(180).auvs[0].path_error().s_1.abs() < 0.01);
 }
 
 #[test]
@@ -183,17 +183,17 @@ fn eq_23_on_an_arc_the_heading_turns_while_its_error_rests() {
     let mut on_arc = 0;
     for _ in 0..9000 {
         world.step(None);
-        let diver = &world.divers[0];
-        let curvature = diver.path.at(diver.gamma).curvature;
-        let (before, error) = (diver.heading(), diver.path_error());
+        let auv = &world.auvs[0];
+        let curvature = auv.path.at(auv.gamma).curvature;
+        let (before, error) = (auv.heading(), auv.path_error());
         let mut next = world.clone();
         next.step(None);
-        let psi_rate = (next.divers[0].heading() - before) / PERIOD;
-        if next.divers[0].path.at(next.divers[0].gamma).curvature != curvature {
+        let psi_rate = (next.auvs[0].heading() - before) / PERIOD;
+        if next.auvs[0].path.at(next.auvs[0].gamma).curvature != curvature {
             continue;
         }
-        let error_rate = wrap(next.divers[0].path_error().psi_e - error.psi_e) / PERIOD;
-        let right_hand_side = diver.heading_rate() - curvature * diver.horizontal_speed();
+        let error_rate = wrap(next.auvs[0].path_error().psi_e - error.psi_e) / PERIOD;
+        let right_hand_side = auv.heading_rate() - curvature * auv.horizontal_speed();
         if curvature != 0.0 && error.psi_e.abs() < 1e-3 && right_hand_side.abs() < 1e-4 {
             on_arc += 1;
             assert!((error_rate - right_hand_side).abs() < 2e-3);
@@ -329,7 +329,7 @@ fn eq_32_two_cases_leave_the_vehicle_without_a_pitch_between_them() {
     let mut world = settled_world(1);
     let depths = (0..4000).map(|_| {
         world.step(None);
-        world.divers[0].depth()
+        world.auvs[0].depth()
     });
     assert!(depths.fold(0.0, f64::max) > 23.0);
 }

@@ -10,7 +10,7 @@ use sim::{
 };
 
 const CRAFT: SurfaceHull = SurfaceHull::MEDUSA;
-const DIVER: UnderwaterHull = UnderwaterHull::MEDUSA;
+const AUV: UnderwaterHull = UnderwaterHull::MEDUSA;
 
 #[test]
 fn eq_1_a_craft_that_heads_east_goes_east() {
@@ -33,7 +33,7 @@ fn eq_1_a_craft_that_heads_east_goes_east() {
 fn eq_3_a_pitched_vehicle_turns_faster_than_its_yaw_rate_and_changes_depth() {
     let (theta, psi, u, r) = (-50_f64.to_radians(), 0.4, 0.3, 0.1);
     let state = UnderwaterState::from([0.0, 0.0, 5.0, theta, psi, u, 0.0, r]);
-    let slope = DIVER.derivative(&state, UnderwaterInput::default(), &Vector2::zeros());
+    let slope = AUV.derivative(&state, UnderwaterInput::default(), &Vector2::zeros());
 
     // Second route: turn the attitude matrix by the body's rate for a moment and read off the heading.
     let attitude = Rotation3::from_euler_angles(0.0, theta, psi);
@@ -106,7 +106,7 @@ fn eq_5_and_6_linear_drag_alone_cannot_give_the_craft_its_speeds() {
     assert!(printed > 2.0 * 1.477, "{printed}");
     for (thrust, measured) in [(14.0, 0.714), (15.0, 0.739), (60.0, 1.477)] {
         assert!((steady_speed(thrust, |u| CRAFT.drag_surge.resistance(u)) - measured).abs() < 5e-4);
-        assert!((steady_speed(thrust, |u| DIVER.drag_surge.resistance(u)) - measured).abs() < 5e-4);
+        assert!((steady_speed(thrust, |u| AUV.drag_surge.resistance(u)) - measured).abs() < 5e-4);
     }
 }
 
@@ -118,16 +118,16 @@ fn eq_6_a_restoring_term_that_does_not_know_the_pitch_tumbles_the_vehicle() {
         let state = UnderwaterState::from([0.0, 0.0, 5.0, start, 0.0, 0.0, 0.0, 0.0]);
         let end = (0..600).fold(state, |state, _| {
             rk4(&state, 0.1, |x| {
-                let mut slope = DIVER.derivative(x, free, &calm);
+                let mut slope = AUV.derivative(x, free, &calm);
                 if let Some(g) = constant {
-                    slope[6] = (-DIVER.drag_pitch.resistance(x[6]) - g) / DIVER.inertia_pitch;
+                    slope[6] = (-AUV.drag_pitch.resistance(x[6]) - g) / AUV.inertia_pitch;
                 }
                 slope
             })
         });
         end[3]
     };
-    let printed = pitch_after_a_minute(0.0, Some(DIVER.restoring_moment));
+    let printed = pitch_after_a_minute(0.0, Some(AUV.restoring_moment));
     assert!(
         printed.abs() > 6.0,
         "a level vehicle is turned over: {printed} rad"

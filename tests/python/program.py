@@ -4,6 +4,7 @@ import os
 import subprocess
 from pathlib import Path as File
 
+import pandas as pd
 import pytest
 
 SCENARIOS = File(__file__).resolve().parents[2] / "sim" / "scenarios"
@@ -16,6 +17,19 @@ def program(variable: str = "PILOTFISH") -> str:
     if path is None:
         pytest.skip(f"{variable} does not say where the program is")
     return path
+
+
+def read(path: File) -> pd.DataFrame:
+    """A record's table from its CSV, to the bit."""
+    return pd.read_csv(path, dtype={"sequence": "Int64"})
+
+
+def told(table: pd.DataFrame, kind: str, vehicle: str | None = None) -> pd.DataFrame:
+    """The rows of a kind, and of one vehicle if wanted."""
+    rows = table[table["kind"] == kind]
+    if vehicle is not None:
+        rows = rows[rows["vehicle"] == vehicle]
+    return rows.reset_index(drop=True)
 
 
 def pilotfish(*arguments: str, cwd: File | None = None) -> subprocess.CompletedProcess[str]:

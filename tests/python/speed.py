@@ -27,12 +27,12 @@ ROOT = File(__file__).resolve().parents[2]
 STEPS_PER_SECOND = 10
 SPEED, HEADING = 0.5, 0.25 * np.pi  # references of the surface craft, m/s and rad
 SECONDS_PER_SAMPLE = 1  # simulated: a few milliseconds, so that some samples are not interrupted
-BOTH, DIVER = "craft and diver", "diver alone"
+BOTH, AUV = "craft and auv", "auv alone"
 Case = tuple[str, str]  # implementation, vehicles
 
 RUST_BENCHES = {
     ("vehicles alone", BOTH): "vehicles_alone/paper-tracking",
-    ("vehicles alone", DIVER): "vehicles_alone/paper-path-following",
+    ("vehicles alone", AUV): "vehicles_alone/paper-path-following",
     ("mission with line of sight at 1 Hz", BOTH): "with_los/paper-tracking",
     ("mission with the planner at 1 Hz", BOTH): "with_mpc/paper-tracking",
 }
@@ -45,7 +45,7 @@ def surface_craft() -> SurfaceCraft:
     )
 
 
-def diver() -> UnderwaterVehicle:
+def simulated_auv() -> UnderwaterVehicle:
     """The underwater vehicle of `paper-tracking` at its start."""
     return UnderwaterVehicle.under_way(Path.lawn_mower(np.zeros(2)), (0.0, -4.0), depth=1.0, heading=0.0)
 
@@ -75,13 +75,13 @@ def python_rate(steps: list[Callable[[], None]], wall: float) -> Rate:
 
 def python_rates(wall: float) -> dict[Case, Rate]:
     """Every implementation in Python."""
-    craft, auv = surface_craft(), diver()
+    craft, auv = surface_craft(), simulated_auv()
     plain_craft, plain_auv = PlainSurfaceCraft(craft), PlainUnderwaterVehicle(auv)
     cases: dict[Case, list[Callable[[], None]]] = {
         ("NumPy", BOTH): [lambda: craft.step(SPEED, HEADING), auv.step],
-        ("NumPy", DIVER): [diver().step],
+        ("NumPy", AUV): [simulated_auv().step],
         ("plain math", BOTH): [lambda: plain_craft.step(SPEED, HEADING), plain_auv.step],
-        ("plain math", DIVER): [PlainUnderwaterVehicle(diver()).step],
+        ("plain math", AUV): [PlainUnderwaterVehicle(simulated_auv()).step],
     }
     return {case: python_rate(steps, wall / len(cases)) for case, steps in cases.items()}
 

@@ -55,7 +55,7 @@ def surface_response(
     return history(lambda: craft.step(speed, heading, integrator=adaptive), lambda: craft.state, duration)
 
 
-def diver_response(
+def auv_response(
     vehicle: UnderwaterVehicle, duration: float, current: Vector = STILL_WATER
 ) -> tuple[Vector, Vector]:
     """Times and states along the path."""
@@ -115,13 +115,13 @@ def pitch_reversal() -> float:
     pitch = np.radians(50.0)
     vehicle = UnderwaterVehicle.under_way(Path.line(np.zeros(2), 0.0), (0.0, 0.0), 12.0, 0.0, pitch=-pitch)
     vehicle.leg = Leg.UP
-    times, states = diver_response(vehicle, 20.0)
+    times, states = auv_response(vehicle, 20.0)
     return last_outside(times, states[:, 3] - pitch, 0.05 * 2.0 * pitch)
 
 
 def test_a_dive_cycle_is_its_straight_legs_and_two_reversals() -> None:
     vehicle = UnderwaterVehicle.under_way(Path.line(np.zeros(2), 0.0), (0.0, 0.0), 1.0, 0.0)
-    times, states = diver_response(vehicle, 700.0)
+    times, states = auv_response(vehicle, 700.0)
     depth = states[:, 2]
     shallow = [i for i in range(1, len(depth)) if depth[i] <= 1.0 < depth[i - 1]]
     cycle = times[shallow[1]] - times[shallow[0]]
@@ -169,7 +169,7 @@ def test_a_cross_current_leaves_the_offset_at_which_the_law_balances(
         Path.line(np.zeros(2), 0.0), (0.0, 0.0), 5.0, 0.0, speed=U_H, sawtooth=None
     )
     vehicle.knows_current = knows_current
-    diver_response(vehicle, 300.0, np.array([0.0, CURRENT_ACROSS]))
+    auv_response(vehicle, 300.0, np.array([0.0, CURRENT_ACROSS]))
     _, settled, psi_e = vehicle.path_error()
     print(
         f"offset in 0.1 m/s across, u_h {U_H:.3f} m/s, current known {knows_current!s:5}: "
@@ -187,8 +187,8 @@ def moving_craft(thrusters: Thrusters) -> tuple[Derivative, Vector]:
     return lambda x: craft.derivative(x, commands, np.array([0.05, -0.1])), craft.state
 
 
-def moving_diver() -> tuple[Derivative, Vector]:
-    """A diver that pitches, turns and gathers speed; no velocity changes sign."""
+def moving_auv() -> tuple[Derivative, Vector]:
+    """A auv that pitches, turns and gathers speed; no velocity changes sign."""
     vehicle = UnderwaterVehicle.under_way(
         Path.line(np.zeros(2), 0.0), (0.0, 0.0), 5.0, 0.0, speed=0.3, pitch=-0.6
     )
@@ -202,9 +202,9 @@ def moving_diver() -> tuple[Derivative, Vector]:
         ("surface craft", moving_craft(IDEAL_THRUSTERS), PERIOD),
         # A period is as long as the lag itself: the order shows at a fraction of it only.
         ("surface craft with lag", moving_craft(Thrusters()), PERIOD / 8.0),
-        ("diver", moving_diver(), PERIOD),
+        ("auv", moving_auv(), PERIOD),
     ],
-    ids=["surface craft", "surface craft with lag", "diver"],
+    ids=["surface craft", "surface craft with lag", "auv"],
 )
 def test_halving_the_step_divides_the_error_by_sixteen(
     name: str, moving: tuple[Derivative, Vector], coarsest: float

@@ -3,7 +3,7 @@
 import numpy as np
 
 from plain_math import PlainSurfaceCraft, PlainUnderwaterVehicle
-from speed import HEADING, SPEED, diver, surface_craft
+from speed import HEADING, SPEED, simulated_auv, surface_craft
 
 # The same equations in another order of operations: rounding, which the loops keep from growing.
 ROUNDING = 1e-9
@@ -18,8 +18,8 @@ def test_the_scalar_surface_craft_is_the_numpy_one() -> None:
     assert np.abs(craft.state - plain.state).max() < ROUNDING
 
 
-def test_the_scalar_diver_is_the_numpy_one() -> None:
-    vehicle = diver()
+def test_the_scalar_auv_is_the_numpy_one() -> None:
+    vehicle = simulated_auv()
     plain = PlainUnderwaterVehicle(vehicle)
     # Past the first lane's end, and through five pitch reversals.
     for _ in range(5600):

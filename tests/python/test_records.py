@@ -1,7 +1,7 @@
 """Records, opened with what people open them with: pandas, GeoPandas, the MCAP reader.
 
 PILOTFISH is the path of the program. Every format is of the same mission, so that each can be compared
-with the CSV.
+with the table.
 """
 
 import json
@@ -17,11 +17,12 @@ import pyarrow.parquet
 import pytest
 from scipy.spatial.transform import Rotation
 
-from program import program
+from program import program, read, told
 
 SCENARIO = "paper-tracking"
 SEED = 5
-VEHICLES = {"asc": "asc", "auv-1": "auv_1"}
+VEHICLES = ["asc", "auv-1"]
+FORMATS = ["csv", "parquet", "geojson", "mcap", "ndjson"]
 
 # The datum of the built-in scenarios, and metres east and north of it by a projection of PROJ's own.
 ORIGIN = "+lat_0=38.41 +lon_0=-9.12"
@@ -30,15 +31,12 @@ LOCAL = f"+proj=aeqd {ORIGIN} +ellps=WGS84 +units=m"
 # The map has nine decimals of a degree: 5.6e-5 m is half of the last one, and all that is measured.
 MAP_TOLERANCE_M = 1e-4
 
-# The CSV has six decimals.
-CSV_TOLERANCE = 0.5000001e-6
-
 
 @pytest.fixture(scope="session")
 def files(tmp_path_factory):
-    """The paths of the four files, by format."""
+    """The paths of the files, by format."""
     folder = tmp_path_factory.mktemp("records")
-    paths = {kind: folder / f"record.{kind}" for kind in ("csv", "parquet", "geojson", "mcap")}
+    paths = {kind: folder / f"record.{kind}" for kind in FORMATS}
     command = [program(), "simulate", SCENARIO, "--controller", "saturated_los"]
     command += ["--seed", str(SEED)]
     for path in paths.values():
@@ -49,7 +47,7 @@ def files(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def table(files):
-    return pd.read_csv(files["csv"])
+    return read(files["csv"])
 
 
 @pytest.fixture(scope="session")
@@ -73,43 +71,62 @@ def log(files):
 
 def track(table, vehicle):
     """East and north, m."""
-    column = VEHICLES[vehicle]
-    return table[[f"{column}_east_m", f"{column}_north_m"]].to_numpy()
+    return told(table, "truth", vehicle)[["east_m", "north_m"]].to_numpy()
 
 
 def length(points):
     return np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
 
 
-def test_parquet_has_the_columns_and_values_of_the_csv(files, table):
+def lines(path):
+    """The table from its lines of JSON: absent members are what is not known."""
+    with open(path) as file:
+        return pd.DataFrame([json.loads(line) for line in file])
+
+
+def assert_same_table(one, other):
+    """The same cells, to the bit; columns of which nothing is known may be missing."""
+    one, other = (table.dropna(axis="columns", how="all") for table in (one, other))
+    assert set(one.columns) == set(other.columns)
+    for name in one.columns:
+        cells = [table[name].astype(object).where(table[name].notna(), None) for table in (one, other)]
+        assert cells[0].tolist() == cells[1].tolist(), name
+
+
+def test_parquet_and_lines_of_json_have_the_table_of_the_csv_to_the_bit(files, table):
     parquet = pd.read_parquet(files["parquet"])
     assert list(parquet.columns) == list(table.columns)
-    assert len(parquet) == len(table) > 1000
-    for name in table.columns:
-        if name == "method":
-            assert (parquet[name] == table[name]).all()
-            continue
-        assert parquet[name].dtype == np.float64, name
-        # Where there was nothing to tell, both are NaN.
-        assert (parquet[name].isna() == table[name].isna()).all(), name
-        difference = (parquet[name] - table[name]).abs().max()
-        assert not CSV_TOLERANCE < difference, name
+    assert len(parquet) == len(table) > 5 * 1000
+    assert_same_table(parquet, table)
+    assert_same_table(lines(files["ndjson"]), table)
+
+
+def test_an_instant_is_a_plan_the_truth_and_what_was_known(table):
+    rows = table.groupby(["kind", "vehicle"], dropna=False)["t_s"].agg(list)
+    times = told(table, "planned")["t_s"].tolist()
+    assert times == list(range(len(times)))
+    expected = [(kind, vehicle) for kind in ("known", "truth") for vehicle in VEHICLES]
+    assert [key for key in rows.index if key[0] != "planned"] == expected
+    assert all(rows[key] == times for key in expected)
 
 
 def test_what_is_never_told_is_null_in_parquet(files):
     # Line of sight predicts nothing; how long it took is told.
     parquet = pd.read_parquet(files["parquet"])
+    assert parquet["predicted_rms_m"].dtype == np.float64
     assert parquet["predicted_rms_m"].isna().all()
-    assert (parquet["solve_ms"] >= 0.0).all()
+    assert (told(parquet, "planned")["solve_ms"] >= 0.0).all()
 
 
 def test_parquet_says_what_it_is_of(files):
     pairs = pyarrow.parquet.read_schema(files["parquet"]).metadata
     assert pairs[b"scenario"] == SCENARIO.encode()
     assert pairs[b"seed"] == str(SEED).encode()
-    assert pairs[b"schema_version"] == b"1"
+    assert pairs[b"schema_version"] == b"2"
     assert float(pairs[b"interval_s"]) == 1.0
     assert {b"title", b"guide"} <= pairs.keys()
+    columns = pyarrow.parquet.read_metadata(files["parquet"]).row_group(0)
+    assert {columns.column(i).compression for i in range(columns.num_columns)} == {"SNAPPY"}
 
 
 def test_the_map_is_in_wgs_84_with_a_line_for_each_track(places):
@@ -143,10 +160,11 @@ def test_tracks_on_the_map_are_where_another_projection_puts_the_table(places, t
 def test_each_point_of_a_track_has_its_time_and_its_depth(places, table):
     row = places.loc[("auv", "auv-1")]
     times = np.array(json.loads(row["t_s"]) if isinstance(row["t_s"], str) else row["t_s"])
-    assert times == pytest.approx(table["t_s"].to_numpy())
+    truths = told(table, "truth", "auv-1")
+    assert times == pytest.approx(truths["t_s"].to_numpy())
     altitudes = np.array(row.geometry.coords)[:, 2]
     # Altitudes have three decimals.
-    assert altitudes == pytest.approx(-table["auv_1_depth_m"].to_numpy(), abs=0.6e-3)
+    assert altitudes == pytest.approx(-truths["depth_m"].to_numpy(), abs=0.6e-3)
 
 
 def test_paths_discs_and_area_of_a_scenario_are_on_the_map_at_their_size(tmp_path):
@@ -182,16 +200,16 @@ def test_paths_discs_and_area_of_a_scenario_are_on_the_map_at_their_size(tmp_pat
 
 def test_every_topic_has_its_schema_and_a_message_a_row(log, table):
     schemas, messages = log
-    expected = {"/tf": "foxglove.FrameTransforms", "/tick": "pilotfish.Tick"}
+    instants = table["t_s"].nunique()
+    expected = {
+        "/rows": ("pilotfish.Row", len(table)),
+        "/tf": ("foxglove.FrameTransforms", len(VEHICLES) * instants),
+        "/scene": ("foxglove.SceneUpdate", 1),
+    }
     for vehicle in VEHICLES:
-        expected[f"/{vehicle}/pose"] = "foxglove.PoseInFrame"
-        expected[f"/{vehicle}/fix"] = "foxglove.LocationFix"
-    for topic, name in expected.items():
-        assert schemas[topic][0] == name
-        assert len(messages[topic]) == len(table), topic
-    assert schemas["/scene"][0] == "foxglove.SceneUpdate"
-    assert len(messages["/scene"]) == 1
-    assert schemas.keys() == expected.keys() | {"/scene"}
+        expected[f"/{vehicle}/pose"] = ("foxglove.PoseInFrame", instants)
+        expected[f"/{vehicle}/fix"] = ("foxglove.LocationFix", instants)
+    assert {topic: (schemas[topic][0], len(of)) for topic, of in messages.items()} == expected
 
 
 def test_the_log_has_statistics_an_index_and_what_it_is_of(files, log):
@@ -215,26 +233,25 @@ def test_every_message_keeps_to_its_schema(log):
 
 
 def test_poses_are_the_table_turned_to_east_north_up(log, table):
-    for vehicle, column in VEHICLES.items():
-        poses = log[1][f"/{vehicle}/pose"]
-        for i in (0, len(table) // 3, len(table) - 1):
-            row, (log_time, message) = table.iloc[i], poses[i]
+    for vehicle in VEHICLES:
+        poses, truths = log[1][f"/{vehicle}/pose"], told(table, "truth", vehicle)
+        for i in (0, len(truths) // 3, len(truths) - 1):
+            row, (log_time, message) = truths.iloc[i], poses[i]
             assert log_time == round(row["t_s"] * 1e9)
             timestamp = message["timestamp"]
             assert timestamp["sec"] * 10**9 + timestamp["nsec"] == log_time
-            depth = row.get(f"{column}_depth_m", 0.0)
             position = [message["pose"]["position"][axis] for axis in "xyz"]
-            expected = [row[f"{column}_east_m"], row[f"{column}_north_m"], -depth]
-            assert position == pytest.approx(expected, abs=CSV_TOLERANCE)
+            assert position == [row["east_m"], row["north_m"], -row["depth_m"]]
             # Where the bow points, from heading and pitch alone.
-            heading, pitch = row[f"{column}_heading_rad"], row.get(f"{column}_pitch_rad", 0.0)
+            heading = row["heading_rad"]
+            pitch = 0.0 if vehicle == "asc" else row["pitch_rad"]
             bow = [
                 math.cos(pitch) * math.sin(heading),
                 math.cos(pitch) * math.cos(heading),
                 math.sin(pitch),
             ]
             turn = Rotation.from_quat([message["pose"]["orientation"][axis] for axis in "xyzw"])
-            assert turn.apply([1.0, 0.0, 0.0]) == pytest.approx(bow, abs=2e-6)
+            assert turn.apply([1.0, 0.0, 0.0]) == pytest.approx(bow, abs=1e-12)
             # Port stays level: nothing rolls.
             assert turn.apply([0.0, 1.0, 0.0])[2] == pytest.approx(0.0, abs=1e-12)
 
@@ -242,12 +259,12 @@ def test_poses_are_the_table_turned_to_east_north_up(log, table):
 def test_transforms_and_poses_agree(log):
     _, messages = log
     for i, (_, message) in enumerate(messages["/tf"]):
-        assert [transform["child_frame_id"] for transform in message["transforms"]] == list(VEHICLES)
-        for transform in message["transforms"]:
-            pose = messages[f"/{transform['child_frame_id']}/pose"][i][1]["pose"]
-            assert transform["parent_frame_id"] == "world"
-            assert transform["translation"] == pose["position"]
-            assert transform["rotation"] == pose["orientation"]
+        (transform,) = message["transforms"]
+        vehicle = VEHICLES[i % len(VEHICLES)]
+        pose = messages[f"/{vehicle}/pose"][i // len(VEHICLES)][1]["pose"]
+        assert (transform["parent_frame_id"], transform["child_frame_id"]) == ("world", vehicle)
+        assert transform["translation"] == pose["position"]
+        assert transform["rotation"] == pose["orientation"]
 
 
 def test_fixes_lie_on_the_tracks_of_the_map(log, places):
@@ -259,28 +276,22 @@ def test_fixes_lie_on_the_tracks_of_the_map(log, places):
         assert np.abs(on_map - logged).max() < 0.6e-9
 
 
-def test_ticks_are_the_rows_of_the_table(log, table):
-    for i, (_, tick) in enumerate(log[1]["/tick"][:: len(table) // 20]):
-        row = table.iloc[i * (len(table) // 20)].dropna()
-        assert tick.keys() == set(row.index)
-        for name, value in row.items():
-            if isinstance(value, str):
-                assert tick[name] == value
-            else:
-                assert tick[name] == pytest.approx(value, abs=CSV_TOLERANCE), name
+def test_the_rows_of_the_log_are_those_of_the_table(log, table):
+    assert_same_table(pd.DataFrame([row for _, row in log[1]["/rows"]]), table)
 
 
 def test_a_mission_without_a_surface_craft_leaves_in_every_format(tmp_path):
-    paths = [tmp_path / f"record.{kind}" for kind in ("csv", "parquet", "geojson", "mcap")]
+    paths = {kind: tmp_path / f"record.{kind}" for kind in FORMATS}
     command = [program(), "simulate", "paper-path-following"]
-    for path in paths:
+    for path in paths.values():
         command += ["--out", str(path)]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    parquet = pd.read_parquet(paths[1])
-    assert list(parquet.columns) == list(pd.read_csv(paths[0]).columns)
-    assert not any(name.startswith("asc_") for name in parquet.columns)
-    assert set(geopandas.read_file(paths[2])["kind"]) == {"auv", "path"}
-    with open(paths[3], "rb") as stream:
+    table = read(paths["csv"])
+    assert_same_table(pd.read_parquet(paths["parquet"]), table)
+    assert_same_table(lines(paths["ndjson"]), table)
+    assert (set(table["kind"]), set(table["vehicle"])) == ({"truth"}, {"auv-1"})
+    assert set(geopandas.read_file(paths["geojson"])["kind"]) == {"auv", "path"}
+    with open(paths["mcap"], "rb") as stream:
         summary = mcap.reader.make_reader(stream).get_summary()
     topics = {channel.topic for channel in summary.channels.values()}
-    assert topics == {"/tf", "/tick", "/scene", "/auv-1/pose", "/auv-1/fix"}
+    assert topics == {"/tf", "/rows", "/scene", "/auv-1/pose", "/auv-1/fix"}

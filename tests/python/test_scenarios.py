@@ -8,11 +8,10 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path as File
 
-import pandas as pd
 import pytest
 from jsonschema import Draft202012Validator
 
-from program import NAMES, SCENARIOS, pilotfish
+from program import NAMES, SCENARIOS, pilotfish, read, told
 
 # Somebody's own file, with what the built-in ones leave out.
 OWN = (File(__file__).parent / "own_scenario.toml").read_text()
@@ -108,11 +107,12 @@ def schema() -> Draft202012Validator:
 
 
 def start(cwd: File, scenario: str, seed: int) -> dict[str, float | str]:
-    """The first row of a mission's record."""
+    """Where the surface craft and the AUVs were at first, by vehicle and column."""
     arguments = ["simulate", scenario, "--seed", str(seed), "--duration-s", "1", "--untimed"]
     run = pilotfish(*arguments, "--out", "start.csv", cwd=cwd)
     assert run.returncode == 0, run.stderr
-    return pd.read_csv(cwd / "start.csv").iloc[0].dropna().to_dict()
+    truths = told(read(cwd / "start.csv"), "truth").set_index("vehicle").drop(columns="kind")
+    return {f"{id} {name}": value for id, row in truths.iterrows() for name, value in row.dropna().items()}
 
 
 def test_the_published_schema_is_the_program_s(schema: Draft202012Validator) -> None:
@@ -123,7 +123,10 @@ def test_the_published_schema_is_the_program_s(schema: Draft202012Validator) -> 
 def test_every_scenario_keeps_to_the_schema(schema: Draft202012Validator, name: str) -> None:
     text = (SCENARIOS / f"{name}.toml").read_text()
     schema.validate(tomllib.loads(text))
-    assert pilotfish("scenarios", name).stdout == text
+    # Printed, it says where the schema is to be had, which lies beside the file here.
+    first, rest = text.split("\n", 1)
+    hint = "# The schema beside this file: pilotfish scenarios --schema > scenario.schema.json"
+    assert pilotfish("scenarios", name).stdout == f"{first}\n{hint}\n{rest}"
 
 
 def test_a_file_of_one_s_own_keeps_to_the_schema_and_flies(
@@ -173,12 +176,11 @@ def test_a_distribution_is_drawn_anew_for_every_seed_and_alike_for_the_same(tmp_
     (tmp_path / "own.toml").write_text(OWN)
     starts = [start(tmp_path, "./own.toml", seed) for seed in range(20)]
     assert starts == [start(tmp_path, "./own.toml", seed) for seed in range(20)]
-    headings = {row["asc_heading_rad"] for row in starts}
-    easts = {row["asc_east_m"] for row in starts}
-    # Six decimals: two of twenty alike would be an accident of 2e-4.
+    headings = {row["asc heading_rad"] for row in starts}
+    easts = {row["asc east_m"] for row in starts}
     assert len(headings) == len(easts) == len(starts)
     assert all(0.0 <= heading <= 1.0 for heading in headings)
-    assert {row["asc_north_m"] for row in starts} == {-10.0, -20.0}
+    assert {row["asc north_m"] for row in starts} == {-10.0, -20.0}
     # What is no distribution is the same for all.
-    assert {row["asc_surge_mps"] for row in starts} == {0.5}
-    assert {row["circle_depth_m"] for row in starts} == {12.0}
+    assert {row["asc speed_mps"] for row in starts} == {0.5}
+    assert {row["circle depth_m"] for row in starts} == {12.0}

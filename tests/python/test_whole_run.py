@@ -11,43 +11,41 @@ import pytest
 
 from integrate import Integrator, adaptive, rk4
 from path_following import Path, wrap
-from program import pilotfish
+from program import pilotfish, read, told
 from vehicles import SurfaceCraft, Thrusters, UnderwaterVehicle
 
 THRUSTERS_OF_THE_SIMULATOR = Thrusters()
 STEPS_PER_ROW = 10  # a row a second, ten periods a second
 
-# Largest differences, m, rad, m/s and rad/s; of thrusts, N. The record has six decimals. With the same method
-# that is all: start and row are each off by up to 5e-7 (1.0e-6 measured, in the diver's position), and the
-# position of the craft adds up the rounding of 1800 references (1.1e-5 m measured, and 3.7e-5 N). SciPy
-# integrates each period exactly where the simulator takes one Runge-Kutta step: 1.2e-5 m measured for the
-# diver. The craft's thrusters lag by as much as that step, after which the method leaves 0.375 of a thrust's
+# Largest differences, m, rad, m/s and rad/s; of thrusts, N. With the same method they are of rounding alone: 1.4e-14 m
+# and 2.1e-14 N measured. SciPy integrates each period exactly where the simulator takes one Runge-Kutta step: 1.3e-5 m
+# measured for the auv. The craft's thrusters lag by as much as that step, after which the method leaves 0.375 of a thrust's
 # way where e⁻¹ = 0.368 is exact: 3.1e-3 m measured, and 0.13 N at one instant of the approach. Ten Runge-Kutta steps a period come to
 # within 1.2e-7 m and 1.3e-6 N of SciPy. Without the dead zone the craft would be off by 1.4e-2 m and 0.14 N,
 # with a lag of 0.11 s by 7.6e-2 m and 0.38 N. A leg of the sawtooth that began one period late would be
 # 0.02 m of depth.
-DIVER_TOLERANCES = [(rk4, 3e-6), (adaptive, 5e-5)]
-CRAFT_TOLERANCES = [(rk4, 5e-5, 1e-4), (adaptive, 5e-3, 0.2)]
+DIVER_TOLERANCES = [(rk4, 1e-11), (adaptive, 5e-5)]
+CRAFT_TOLERANCES = [(rk4, 1e-11, 1e-11), (adaptive, 5e-3, 0.2)]
 
-DIVER = ["north_m", "east_m", "depth_m", "pitch_rad", "heading_rad", "surge_mps"]
-CRAFT = ["north_m", "east_m", "heading_rad", "surge_mps", "sway_mps", "yaw_rate_radps"]
+AUV = ["north_m", "east_m", "depth_m", "pitch_rad", "heading_rad", "speed_mps"]
+CRAFT = ["north_m", "east_m", "heading_rad", "speed_mps", "sway_mps", "yaw_rate_radps"]
 THRUSTS = ["thrust_port_n", "thrust_starboard_n"]
 REFERENCES = ["reference_speed_mps", "reference_heading_rad"]
 
 
 def record(folder: File, *arguments: str) -> pd.DataFrame:
-    """The record of `pilotfish simulate`, a row a second."""
+    """The record of `pilotfish simulate`."""
     out = folder / "run.csv"
     run = pilotfish("simulate", *arguments, "--out", str(out))
     assert run.returncode == 0, run.stderr
-    rows = pd.read_csv(out)
-    assert np.array_equal(rows["t_s"], np.arange(len(rows))), "a row a second"
-    return rows
+    return read(out)
 
 
-def columns_of(rows: pd.DataFrame, vehicle: str, names: list[str]) -> pd.DataFrame:
-    """One vehicle's columns without its prefix."""
-    return rows[[f"{vehicle}_{name}" for name in names]].set_axis(names, axis=1)
+def columns_of(table: pd.DataFrame, vehicle: str, names: list[str]) -> pd.DataFrame:
+    """Where a vehicle truly was, a row a second."""
+    truths = told(table, "truth", vehicle)
+    assert np.array_equal(truths["t_s"], np.arange(len(truths))), "a row a second"
+    return truths[names]
 
 
 def flown_again(start: pd.Series, n_rows: int, integrator: Integrator) -> pd.DataFrame:
@@ -57,7 +55,7 @@ def flown_again(start: pd.Series, n_rows: int, integrator: Integrator) -> pd.Dat
         position=(start["north_m"], start["east_m"]),
         depth=start["depth_m"],
         heading=start["heading_rad"],
-        speed=start["surge_mps"],
+        speed=start["speed_mps"],
         pitch=start["pitch_rad"],
     )
     states = [vehicle.state[:6]]
@@ -65,13 +63,13 @@ def flown_again(start: pd.Series, n_rows: int, integrator: Integrator) -> pd.Dat
         for _ in range(STEPS_PER_ROW):
             vehicle.step(integrator=integrator)
         states.append(vehicle.state[:6])
-    return pd.DataFrame(states, columns=DIVER)
+    return pd.DataFrame(states, columns=AUV)
 
 
 def steered_again(start: pd.Series, references: pd.DataFrame, integrator: Integrator) -> pd.DataFrame:
     """The surface craft under the recorded references, each held for a second."""
     craft = SurfaceCraft.under_way(
-        speed=start["surge_mps"],
+        speed=start["speed_mps"],
         feed_forward=True,
         thrusters=THRUSTERS_OF_THE_SIMULATOR,
         position=(start["north_m"], start["east_m"]),
@@ -101,9 +99,9 @@ def largest_differences(who: str, simulator: pd.DataFrame, expected: pd.DataFram
 def test_an_independent_underwater_vehicle_flies_the_same_mission(
     tmp_path: File, integrator: Integrator, tolerance: float
 ) -> None:
-    simulator = columns_of(record(tmp_path, "paper-path-following"), "auv_1", DIVER)
+    simulator = columns_of(record(tmp_path, "paper-path-following"), "auv-1", AUV)
     expected = flown_again(simulator.iloc[0], len(simulator), integrator)
-    largest = largest_differences(f"diver, {integrator.__name__}", simulator, expected)
+    largest = largest_differences(f"auv, {integrator.__name__}", simulator, expected)
     # Otherwise agreement would say little: two lanes' ends are passed, and both legs are flown.
     assert np.ptp(expected["east_m"]) > 40.0 and np.ptp(expected["depth_m"]) > 22.0
     assert largest.max() < tolerance
@@ -115,9 +113,9 @@ def test_an_independent_surface_craft_answers_the_same_references_alike(
 ) -> None:
     rows = record(tmp_path, "paper-tracking", "--controller", "saturated_los")
     simulator = columns_of(rows, "asc", CRAFT + THRUSTS)
-    expected = steered_again(simulator.iloc[0], rows[REFERENCES], integrator)
+    expected = steered_again(simulator.iloc[0], told(rows, "planned")[REFERENCES], integrator)
     largest = largest_differences(f"craft, {integrator.__name__}", simulator, expected)
-    assert np.ptp(expected["surge_mps"]) > 0.5 and np.ptp(expected["heading_rad"]) > 3.0
+    assert np.ptp(expected["speed_mps"]) > 0.5 and np.ptp(expected["heading_rad"]) > 3.0
     assert np.ptp(expected["thrust_port_n"]) > 20.0
     assert largest[CRAFT].max() < tolerance
     assert largest[THRUSTS].max() < thrust_tolerance
@@ -126,7 +124,7 @@ def test_an_independent_surface_craft_answers_the_same_references_alike(
 def test_the_surface_craft_starts_under_the_thrust_of_steady_cruising(tmp_path: File) -> None:
     rows = record(tmp_path, "paper-tracking", "--duration-s", "1")
     start = columns_of(rows, "asc", CRAFT + THRUSTS).iloc[0]
-    # Half the drag each, 27.5 N/(m/s)² at 0.3 m/s, to the record's six decimals.
-    assert start["surge_mps"] == pytest.approx(0.3, abs=6e-7)
-    assert start[THRUSTS].to_numpy() == pytest.approx(0.5 * 27.5 * 0.3**2, abs=6e-7)
+    # Half the drag each, 27.5 N/(m/s)² at 0.3 m/s.
+    assert start["speed_mps"] == 0.3
+    assert start[THRUSTS].to_numpy() == pytest.approx(0.5 * 27.5 * 0.3**2, rel=1e-15)
     assert start["sway_mps"] == start["yaw_rate_radps"] == 0.0

@@ -2,9 +2,9 @@
 
 use std::io;
 
-use api::wire::Craft;
 use clap::Args;
 use planner::craft::{PRESETS, Preset};
+use wire::Craft;
 
 use crate::cli::out_file::print;
 

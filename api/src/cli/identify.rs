@@ -6,12 +6,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use api::{
-    identify::{LogFileError, digits, page, read},
-    wire::Craft,
-};
 use clap::Args;
-use sim::identify::{self, Identification};
+use lab::{
+    identify::{self, Identification, digits, page},
+    log_file::{LogFileError, read},
+};
+use wire::Craft;
 
 use crate::cli::out_file::{OutFile, print};
 

@@ -1,4 +1,4 @@
-//! Where results go: into files, whole or not at all, an earlier one staying until then; and to whoever reads the
+//! Where results go: into files, whole or not at all, an earlier one staying until then; and to the reader of the
 //! program's output.
 
 use std::{
@@ -13,7 +13,7 @@ use std::{
 pub(crate) struct OutFile {
     path: PathBuf,
     /// Written first, beside `path` so that it can take its name; none for a pipe or a device, which
-    /// keep theirs.
+    /// keep their names.
     partial: Option<PathBuf>,
 }
 
@@ -75,7 +75,7 @@ fn beside(path: &Path) -> PathBuf {
 /// Prints `text`.
 pub(crate) fn print(text: &str) -> io::Result<()> {
     match io::stdout().write_all(text.as_bytes()) {
-        // Whoever read the output has read enough, as `head` does.
+        // The reader of the output has read enough, as `head` does.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         result => result,
     }

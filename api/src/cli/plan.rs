@@ -6,15 +6,16 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use api::{offline, problem::ProblemDocument, wire::ProgramDump};
 use clap::Args;
 use planner::solve::TOLERANCE;
 use serde::Serialize;
 use serde_json::Value;
+use service::{offline, problem::ProblemDocument};
+use wire::ProgramDump;
 
 use crate::cli::{
+    declared_craft::{DeclaredCraft, NoDeclaredCraft},
     out_file::{OutFile, print},
-    told_craft::{NoToldCraft, ToldCraft},
 };
 
 /// Stands for standard input, as everywhere.
@@ -26,7 +27,7 @@ pub(crate) struct Plan {
     #[arg(default_value = STANDARD_INPUT)]
     file: PathBuf,
     #[command(flatten)]
-    craft: ToldCraft,
+    craft: DeclaredCraft,
     /// Print the answer in one line, as the service does.
     #[arg(long)]
     compact: bool,
@@ -54,7 +55,7 @@ pub(crate) enum PlanError {
     #[error("cannot read {path}")]
     Read { path: PathBuf, source: io::Error },
     #[error(transparent)]
-    ToldCraft(#[from] NoToldCraft),
+    DeclaredCraft(#[from] NoDeclaredCraft),
     #[error("cannot write {path}: choose another file with --dump")]
     Dump { path: PathBuf, source: io::Error },
     #[error("no program was solved, so there is nothing to write to {0}")]

@@ -1,13 +1,13 @@
-//! `pilotfish replay`: every plan of a stored mission made again from what was known, and compared to the byte.
+//! `pilotfish replay`: makes every plan of a stored mission again, and compares the answers to the byte.
 
 use std::{io, path::PathBuf};
 
-use api::missions::{
-    log::{LogError, Reader},
-    replay::{self, Replayed},
-};
 use clap::Args;
 use indicatif::ProgressBar;
+use service::{
+    missions::replay::{self, Replayed},
+    store::{EventReader, StoreError},
+};
 
 use crate::cli::out_file::print;
 
@@ -20,7 +20,7 @@ pub(crate) struct Replay {
     data: PathBuf,
 }
 
-/// Why nothing was compared, or what came of it is not the same.
+/// Why the plans were not compared, or are not the same.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum NotReplayed {
     #[error("there is no mission {0}; GET /v1/missions lists them")]
@@ -32,14 +32,14 @@ pub(crate) enum NotReplayed {
         first: u64,
     },
     #[error(transparent)]
-    Log(#[from] LogError),
+    Log(#[from] StoreError),
     #[error("cannot print the result")]
     Print(#[from] io::Error),
 }
 
 /// Prints how many plans came out the same.
 pub(crate) fn replay(arguments: &Replay) -> Result<(), NotReplayed> {
-    let reader = Reader::of(&arguments.data)?;
+    let reader = EventReader::of(&arguments.data)?;
     let bar = ProgressBar::new(0);
     let replayed = replay::replay(&reader, &arguments.mission, &mut |at, of| {
         bar.set_length(of);

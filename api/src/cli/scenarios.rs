@@ -9,7 +9,7 @@ use crate::cli::out_file::print;
 
 #[derive(Debug, Args)]
 pub(crate) struct Scenarios {
-    /// Print the file of this scenario: something to start one's own from.
+    /// Print the file of this scenario: something to start one's own from, with the command that writes its schema.
     scenario: Option<String>,
     /// Print the JSON Schema of scenario files.
     #[arg(long, conflicts_with = "scenario")]
@@ -39,6 +39,15 @@ pub(crate) fn scenario(argument: &str) -> Result<Scenario, NoScenario> {
     Scenario::named(argument).ok_or_else(|| NoScenario::Unknown(argument.to_owned()))
 }
 
+/// The first line of every scenario file, which names its schema to editors.
+const SCHEMA_LINE: &str = "#:schema scenario.schema.json\n";
+
+/// A built-in file as it is copied out: its schema is not beside it yet, and its second line says how to write it.
+fn copied_out(text: &str) -> String {
+    let note = "# The schema beside this file: pilotfish scenarios --schema > scenario.schema.json\n";
+    text.replacen(SCHEMA_LINE, &format!("{SCHEMA_LINE}{note}"), 1)
+}
+
 /// Prints the list, a file, or the schema.
 pub(crate) fn scenarios(arguments: &Scenarios) -> Result<(), NoScenario> {
     if arguments.schema {
@@ -47,7 +56,7 @@ pub(crate) fn scenarios(arguments: &Scenarios) -> Result<(), NoScenario> {
     }
     if let Some(name) = &arguments.scenario {
         let text = Scenario::text(name).ok_or_else(|| NoScenario::Unknown(name.clone()))?;
-        return Ok(print(text)?);
+        return Ok(print(&copied_out(text))?);
     }
     let line = |name: &str| {
         let scenario = Scenario::named(name).expect("listed");

@@ -7,13 +7,6 @@ use std::{
     time::Duration,
 };
 
-use api::{
-    Settings,
-    examples::EXAMPLES,
-    missions::log::{Log, LogError},
-    service,
-    wire::DEADLINE_MS,
-};
 use axum::serve::{Listener, ListenerExt};
 use clap::{Args, builder::BoolishValueParser};
 use hyper::server::conn::http1;
@@ -22,7 +15,14 @@ use hyper_util::{
     server::graceful::GracefulShutdown,
     service::TowerToHyperService,
 };
+use service::{
+    Settings,
+    examples::EXAMPLES,
+    service,
+    store::{EventStore, StoreError},
+};
 use tokio::net::TcpListener;
+use wire::DEADLINE_MS;
 
 /// How long requests under way may take to finish after the order to stop: as long as a body may take to arrive.
 const DRAIN: Duration = Duration::from_secs(10);
@@ -63,7 +63,7 @@ pub(crate) enum ServeError {
     #[error("cannot listen on {address}: choose another with --host and --port")]
     Listen { address: SocketAddr, source: io::Error },
     #[error("missions cannot be kept in the directory; --data names another")]
-    Log(#[from] LogError),
+    Log(#[from] StoreError),
     #[error("the service stopped")]
     Stopped(#[from] io::Error),
 }
@@ -101,8 +101,8 @@ async fn run(address: SocketAddr, settings: Settings, data: &Path) -> Result<(),
             io::ErrorKind::AddrInUse => ServeError::PortTaken(address.port()),
             _ => ServeError::Listen { address, source },
         })?;
-    let (router, missions) = service(settings, Log::open(data)?).await?;
-    // Before the URL is printed: whoever reads it may send the signal at once.
+    let (router, missions) = service(settings, EventStore::open(data)?).await?;
+    // Before the URL is printed: its reader may send the signal at once.
     let signal = Signals::listen()?;
     greet(listener.local_addr()?);
     // An answer's last segment should not wait for the client's acknowledgement of the first.
@@ -156,9 +156,9 @@ fn greet(mut address: SocketAddr) {
          curl -s http://{address}/v1/examples/{example} |\n    \
          curl -s -H 'content-type: application/json' --data-binary @- http://{address}/v1/plan\n\n"
     );
-    // A service goes on when nobody reads what it prints.
+    // A service goes on without a reader of what it prints.
     if let Err(error) = io::stdout().write_all(greeting.as_bytes()) {
-        tracing::debug!(%error, "nobody reads the greeting");
+        tracing::debug!(%error, "the greeting has no reader");
     }
 }
 

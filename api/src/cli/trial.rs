@@ -5,8 +5,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use api::identify::write_csv;
-use sim::trial::{NoTrial, TrialSetup};
+use lab::{
+    log_file::write_csv,
+    trial::{NoTrial, TrialSetup},
+};
 
 use crate::cli::{
     out_file::{OutFile, print},

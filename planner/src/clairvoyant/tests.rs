@@ -3,6 +3,7 @@ use proptest::prelude::*;
 use super::*;
 
 const SPEED_MAX: f64 = 1.6;
+
 /// More than any speed that a chase here can reach in a tick: no limit at all.
 const UNLIMITED: f64 = 100.0;
 

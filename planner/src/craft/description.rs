@@ -2,29 +2,43 @@
 
 use std::ops::RangeInclusive;
 
-use super::{
-    Craft, HeadingDynamics, HeadingHeld, HeadingResponse, Preset, PropulsionPower, SpeedHeld, SurgeResponse,
+use crate::{
+    craft::{
+        closed_loop::{
+            Craft, HeadingDynamics, HeadingHeld, HeadingResponse, PropulsionPower, SpeedHeld, SurgeResponse,
+        },
+        presets::Preset,
+    },
+    facts::invalid_field::{InvalidField, InvalidReason},
 };
-use crate::invalid_field::{InvalidField, InvalidReason};
 
 /// Time constant of a loop, s: 0 answers at once, beyond a minute no loop is closed.
 pub const TIME_CONSTANT: RangeInclusive<f64> = 0.0..=60.0;
+
 /// Natural frequency of a heading loop, rad/s.
 pub const NATURAL_FREQUENCY: RangeInclusive<f64> = 0.02..=20.0;
+
 /// Damping ratio of a heading loop.
 pub const DAMPING: RangeInclusive<f64> = 0.1..=5.0;
+
 /// Delay of a loop, s.
 pub const DELAY: RangeInclusive<f64> = 0.0..=10.0;
+
 /// Fastest turn, rad/s.
 pub const RATE_MAX: RangeInclusive<f64> = 0.001..=3.0;
+
 /// Largest acceleration and deceleration, m/s².
 pub const ACCELERATION: RangeInclusive<f64> = 0.001..=10.0;
+
 /// Time in which a speed loop's integrator gathers what its proportional part asks for, s.
 pub const INTEGRAL_TIME: RangeInclusive<f64> = 0.5..=600.0;
+
 /// Sway per surge and yaw rate, s.
 pub const SWAY_PER_YAW_RATE: RangeInclusive<f64> = -5.0..=20.0;
+
 /// Coefficients of propulsion power, W/(m/s) and W/(m/s)³.
 pub const POWER_COEFFICIENT: RangeInclusive<f64> = 0.0..=1.0e6;
+
 /// Relative uncertainty of all that is said: from certain to hardly more than an order of magnitude.
 pub const RELATIVE_UNCERTAINTY: RangeInclusive<f64> = 0.0..=2.0;
 
@@ -216,7 +230,7 @@ mod tests {
 
     #[test]
     fn every_preset_is_a_craft_that_a_client_may_describe() {
-        for preset in crate::craft::PRESETS {
+        for preset in crate::craft::presets::PRESETS {
             assert_eq!(
                 CraftDescription::from(&preset.craft).faults(),
                 [],

@@ -4,19 +4,23 @@ use std::ops::RangeInclusive;
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use super::{
-    CraftEstimate, Monitor, Realised,
-    observer::{EVIDENCE_MAX, Gaussian, VARIANCE_MAX},
+use crate::{
+    craft::{
+        estimate::{CraftEstimate, EVIDENCE_MAX, VARIANCE_MAX},
+        monitor::{Monitor, Realised},
+        prior::Gaussian,
+    },
+    facts::ranges::CURRENT_MAX,
 };
-use crate::snapshot::CURRENT_MAX;
 
 /// How many numbers a [`CraftEstimate`] is.
 pub const MEMORY_LENGTH: usize = 43;
 
-/// Largest drift in a turn that may be told, s, and its variance where that is twice as uncertain: memories begin with it.
-const DRIFT_TOLD_MAX: f64 = 20.0;
+/// Largest drift in a turn that may be declared, s, and its variance where that is twice as uncertain: memories begin with it.
+const DRIFT_DECLARED_MAX: f64 = 20.0;
+
 /// As above, s².
-const DRIFT_VARIANCE_MAX: f64 = 4.0 * DRIFT_TOLD_MAX * DRIFT_TOLD_MAX;
+const DRIFT_VARIANCE_MAX: f64 = 4.0 * DRIFT_DECLARED_MAX * DRIFT_DECLARED_MAX;
 
 impl CraftEstimate {
     /// All its numbers, in an order that only [`Self::from_memory`] knows.
@@ -32,8 +36,8 @@ impl CraftEstimate {
                 self.delays.y,
                 self.followed_heading,
                 self.followed_speed,
-                self.told.x,
-                self.told.y,
+                self.followed_command.x,
+                self.followed_command.y,
                 self.evidence.x,
                 self.evidence.y,
                 self.drift.mean,
@@ -76,13 +80,13 @@ impl CraftEstimate {
             delays: Vector2::new(take(0.0..=100.0)?, take(0.0..=100.0)?),
             followed_heading: take(angle.clone())?,
             followed_speed: take(speed.clone())?,
-            told: Vector2::new(take(angle.clone())?, take(speed.clone())?),
+            followed_command: Vector2::new(take(angle.clone())?, take(speed.clone())?),
             evidence: Vector2::new(
                 take(-EVIDENCE_MAX..=EVIDENCE_MAX)?,
                 take(-EVIDENCE_MAX..=EVIDENCE_MAX)?,
             ),
             drift: Gaussian {
-                mean: take(-DRIFT_TOLD_MAX..=DRIFT_TOLD_MAX)?,
+                mean: take(-DRIFT_DECLARED_MAX..=DRIFT_DECLARED_MAX)?,
                 variance: take(0.0..=DRIFT_VARIANCE_MAX)?,
             },
             current: Vector2::new(

@@ -1,22 +1,18 @@
 //! What the planner takes the surface craft for: the numbers that its response model is made of.
 
-use super::{Craft, CraftEstimate, HeadingHeld, Prior, PropulsionPower};
-use crate::snapshot::{Limits, Observation};
+use crate::{
+    craft::closed_loop::{Craft, PropulsionPower},
+    facts::asc::Limits,
+};
 
-/// Least speed of a craft that holds a course, as a multiple of the current.
-const COURSE_SPEED_RATIO: f64 = 1.4;
+/// Largest surge disturbance, as a multiple of the weaker acceleration limit.
+const SURGE_DISTURBANCE_MOST: f64 = 1.5;
 
-/// The most of its fastest speed that this may be.
-const COURSE_SPEED_SHARE: f64 = 0.6;
-
-/// Largest bias, as a multiple of the weaker acceleration limit.
-const SURGE_BIAS_MOST: f64 = 1.5;
-
-/// The most of the weaker acceleration limit that a bias takes of the plan's, of a loop whose integrator unwinds again.
-const BIAS_SHARE_OF_AN_INTEGRATOR: f64 = 0.9;
+/// The most of the weaker acceleration limit that a disturbance takes of the plan's, of a loop whose integrator unwinds again.
+const DISTURBANCE_SHARE_OF_AN_INTEGRATOR: f64 = 0.9;
 
 /// The same of a loop without: what pushes it now, as thrust that goes into a turn, does not push it for long.
-const BIAS_SHARE: f64 = 0.5;
+const DISTURBANCE_SHARE: f64 = 0.5;
 
 /// How many times its lags a craft that does not follow is taken to have.
 const CAUTIOUS_LAG: f64 = 1.5;
@@ -40,7 +36,7 @@ pub struct CraftModel {
     /// By how much the speed loop is later than that, s.
     pub surge_delay: f64,
     /// Acceleration that the speed loop gives unasked now, m/s².
-    pub surge_bias: f64,
+    pub surge_disturbance: f64,
     /// Time in which the speed loop's integrator gathers what its proportional part asks for, s.
     pub integral_time: Option<f64>,
     /// Sway per surge and yaw rate k_β, s.
@@ -65,66 +61,29 @@ impl CraftModel {
             heading_offset: 0.0,
             surge_time: craft.surge.time_constant,
             surge_delay: craft.surge.delay,
-            surge_bias: 0.0,
+            surge_disturbance: 0.0,
             integral_time: craft.surge.integral_time,
             sway_per_yaw_rate: craft.sway_per_yaw_rate,
             power: craft.power,
         }
     }
 
-    /// What is known of the craft by now; of one that does not follow, a slower one than that.
-    #[must_use]
-    pub fn learnt(prior: &Prior, estimate: &CraftEstimate, observation: &Observation) -> Self {
-        let told = Self::new(&prior.craft, &observation.limits).steerable(prior, estimate, observation);
-        let learnt = Self {
-            heading_time: estimate.heading_time().0,
-            heading_offset: estimate.heading.z,
-            surge_time: estimate.surge_time().0,
-            sway_per_yaw_rate: estimate.drift.mean,
-            surge_bias: estimate.surge.z,
-            ..told
-        };
-        if estimate.monitor.alarm {
-            learnt.cautious()
-        } else {
-            learnt
-        }
-        .with_authority()
-    }
-
-    /// The same craft, whose bias leaves it something of its acceleration and deceleration. A plan for one that is
+    /// The same craft, whose disturbance leaves it something of its acceleration and deceleration. A plan for one that is
     /// pushed for good beyond its limits is to stay where it is.
-    fn with_authority(self) -> Self {
+    pub(super) fn with_bounded_disturbance(self) -> Self {
         let share = match self.integral_time {
-            Some(_) => BIAS_SHARE_OF_AN_INTEGRATOR,
-            None => BIAS_SHARE,
+            Some(_) => DISTURBANCE_SHARE_OF_AN_INTEGRATOR,
+            None => DISTURBANCE_SHARE,
         };
         let most = share * self.limits.acceleration_max.min(self.limits.deceleration_max);
         Self {
-            surge_bias: self.surge_bias.clamp(-most, most),
-            ..self
-        }
-    }
-
-    /// A craft whose loop holds a course has none where the current is faster than itself: its least speed is above that.
-    fn steerable(self, prior: &Prior, estimate: &CraftEstimate, observation: &Observation) -> Self {
-        let (HeadingHeld::Course, _) = estimate.modes(prior) else {
-            return self;
-        };
-        let limits = self.limits;
-        let least =
-            (COURSE_SPEED_RATIO * observation.current().norm()).min(COURSE_SPEED_SHARE * limits.speed_max);
-        Self {
-            limits: Limits {
-                speed_min: limits.speed_min.max(least),
-                ..limits
-            },
+            surge_disturbance: self.surge_disturbance.clamp(-most, most),
             ..self
         }
     }
 
     /// A craft that is slower to turn and to gather way.
-    fn cautious(self) -> Self {
+    pub(super) fn cautious(self) -> Self {
         let limits = self.limits;
         Self {
             limits: Limits {
@@ -139,10 +98,10 @@ impl CraftModel {
         }
     }
 
-    /// Largest bias of the speed loop, m/s²: beyond it an estimate is taken for an error.
+    /// Largest disturbance of the speed loop, m/s²: beyond it an estimate is taken for an error.
     #[must_use]
-    pub fn surge_bias_max(&self) -> f64 {
-        SURGE_BIAS_MOST * self.limits.acceleration_max.min(self.limits.deceleration_max)
+    pub(crate) fn surge_disturbance_max(&self) -> f64 {
+        SURGE_DISTURBANCE_MOST * self.limits.acceleration_max.min(self.limits.deceleration_max)
     }
 
     /// By how much the direction of travel is behind a heading reference that turns steadily, s: the heading's lag, and by

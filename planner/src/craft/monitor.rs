@@ -5,33 +5,39 @@
 //! J ← J + (1 − exp(−Δ/τ)) (max(ε_ψ²/σ_ψ², ε_u²/σ_u²) − J)
 //! ```
 //! A prediction that is corrected this slowly gathers over seconds what a lag, a lost thruster or a stuck rudder does to
-//! each of them; one step ahead they are not told from waves. The alarm is raised above one threshold and withdrawn below
+//! each of them; one step ahead they cannot be distinguished from waves. The alarm is raised above one threshold and withdrawn below
 //! another. Its false alarms and delays are measured over whole missions, see `docs/strangers.md`.
 
-use super::{
-    CraftModel,
-    observer::{heading_change, surge_after},
-};
 use crate::{
-    angle::wrap,
-    snapshot::{AscState, Observation},
+    craft::{
+        model::CraftModel,
+        one_step::{heading_change, surge_after},
+    },
+    facts::{angle::wrap, asc::AscState},
 };
 
 /// Time in which the predicted heading is led back to the measured one, s.
 const HEADING_CORRECTION_TIME: f64 = 8.0;
+
 /// The same for the speed, s.
 const SPEED_CORRECTION_TIME: f64 = 15.0;
+
 /// Time over which the test averages, s.
 const AVERAGING_TIME: f64 = 12.0;
+
 /// What a craft that follows is off its prediction, rad: compass, waves, and a response that is not quite first order.
 const HEADING_SIGMA: f64 = 0.12;
+
 /// Part by which the crab angle of a craft that holds its course may be wrong: by what is wrong with the current and with
 /// the speed.
 const CRAB_ERROR: f64 = 0.5;
+
 /// What a craft that follows is off its predicted speed, m/s.
 const SPEED_SIGMA: f64 = 0.12;
+
 /// Mean square, in units of those, above which the craft is said not to follow.
 const ALARM: f64 = 6.0;
+
 /// The same below which it follows again.
 const ALL_CLEAR: f64 = 1.5;
 
@@ -53,18 +59,8 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// A monitor of nothing.
-    pub(super) const NOTHING: Self = Self {
-        heading: 0.0,
-        speed: 0.0,
-        statistic: 0.0,
-        alarm: false,
-        heading_error: 0.0,
-        speed_error: 0.0,
-    };
-
     /// Its numbers, in the order in which a memory has them.
-    pub(super) fn memory(&self) -> [f64; 6] {
+    pub(crate) fn memory(&self) -> [f64; 6] {
         [
             self.heading,
             self.speed,
@@ -77,7 +73,7 @@ impl Monitor {
 
     /// A monitor of a craft that has done nothing yet.
     #[must_use]
-    pub fn new(asc: &AscState) -> Self {
+    pub(crate) fn new(asc: &AscState) -> Self {
         Self {
             heading: asc.heading.radians(),
             speed: asc.surge,
@@ -91,19 +87,18 @@ impl Monitor {
     /// The monitor `elapsed` later, of a craft that was asked for a heading and a speed, and that holds a course with an
     /// angle of up to `crab` between heading and course, rad, 0 if it holds the heading.
     #[must_use]
-    pub fn after(
+    pub(crate) fn after(
         &self,
-        observation: &Observation,
+        asc: &AscState,
         craft: &CraftModel,
         crab: f64,
         (heading, speed): (f64, f64),
         elapsed: f64,
     ) -> Self {
-        let asc = &observation.asc;
         let error = wrap(heading - self.heading);
         let turned = heading_change(error, craft.heading_time, craft.limits.turn_rate_max, elapsed);
         let expected_heading = self.heading + turned;
-        let (expected_speed, _) = surge_after(self.speed, craft.surge_bias, speed, craft, elapsed);
+        let (expected_speed, _) = surge_after(self.speed, craft.surge_disturbance, speed, craft, elapsed);
         let heading_error = wrap(asc.heading.radians() - expected_heading);
         let speed_error = asc.surge - expected_speed;
         let share = |time: f64| 1.0 - (-elapsed / time).exp();
@@ -146,7 +141,7 @@ pub struct Realised {
 
 impl Realised {
     /// Nothing flown yet.
-    pub(super) const START: Self = Self {
+    pub(crate) const START: Self = Self {
         planner: 0.0,
         law: 0.0,
         law_steers: false,
@@ -154,7 +149,7 @@ impl Realised {
     };
 
     /// Its numbers, in the order in which a memory has them.
-    pub(super) fn memory(&self) -> [f64; 4] {
+    pub(crate) fn memory(&self) -> [f64; 4] {
         [
             self.planner,
             self.law,
@@ -200,9 +195,12 @@ impl Realised {
 
 /// Time for which one steers at least while the craft does not follow, s.
 const TRIAL_TIME: f64 = 60.0;
+
 /// Time over which a realised distance is averaged, s.
 const REALISED_TIME: f64 = 30.0;
+
 /// Time in which the distance of the one that rests is forgotten, s.
 const TRIAL_MEMORY: f64 = 900.0;
+
 /// Farthest that a distance counts, m.
 const DISTANCE_MAX: f64 = 1.0e4;

@@ -1,6 +1,6 @@
 //! Craft that are known by name: the only place in the planner with numbers of a vessel.
 
-use super::{
+use crate::craft::closed_loop::{
     Craft, HeadingDynamics, HeadingHeld, HeadingResponse, PropulsionPower, SpeedHeld, SurgeResponse,
 };
 

@@ -4,12 +4,17 @@ use nalgebra::Vector2;
 
 use super::*;
 use crate::{
-    angle::wrap,
-    response::limited_heading,
-    snapshot::{
-        AscState, Auv, AuvState, Evidence, Fallback, ForecastChoice, Goal, HoldStyle, Limits, Observation,
-        PreviousPlan, TrajectoryPoint, VehicleId,
+    craft::response::limited_heading,
+    facts::{
+        angle::{Heading, wrap},
+        asc::{AscState, Limits},
+        auv::{Auv, VehicleId},
+        evidence::{AuvState, Evidence},
+        goal::Goal,
+        options::{Fallback, ForecastChoice, HoldStyle},
+        reference::{Reference, TrajectoryPoint},
     },
+    snapshot::observation::{Observation, PreviousPlan},
 };
 
 /// Numbers that look random, in [−1, 1): a linear congruence.
@@ -115,7 +120,7 @@ fn learnt(
         seen.current = Some(ship.current);
         seen.previous_plan =
             known.map(|(estimate, asked)| previous(f64::from(second) - 1.0, &estimate, asked));
-        let estimate = CraftEstimate::new(&seen, &prior);
+        let estimate = CraftEstimate::new(&seen.of_the_craft(), &prior);
         look(&estimate);
         let (speed, heading) = law(second);
         let asked = Reference {
@@ -138,7 +143,7 @@ fn previous(time: f64, estimate: &CraftEstimate, asked: Reference) -> PreviousPl
         }],
         goal_course: None,
         reference: Some(asked),
-        told: Some(asked),
+        command: Some(asked),
         current: None,
         craft: Some(*estimate),
         targets: vec![],
@@ -162,7 +167,7 @@ fn observation(told: &CraftDescription) -> Observation {
             evidence: Evidence::State(AuvState {
                 position: Vector2::zeros(),
                 depth: 5.0,
-                course: crate::angle::Course::new(0.0),
+                course: crate::facts::angle::Course::new(0.0),
                 speed: 0.2,
                 turn_rate: 0.0,
                 age: 0.0,
@@ -418,7 +423,7 @@ fn a_craft_is_told_the_course_and_speed_over_ground_that_its_loops_hold() {
 fn without_a_ground_velocity_the_current_comes_from_positions_else_from_memory() {
     let prior = Prior::from(&untold());
     let told_nothing = observation(&untold());
-    let start = CraftEstimate::new(&told_nothing, &prior);
+    let start = CraftEstimate::new(&told_nothing.of_the_craft(), &prior);
     assert_eq!(start.current_from_positions(), None, "nothing has moved yet");
     let asked = Reference {
         speed: 0.6,
@@ -461,21 +466,21 @@ fn a_command_turns_no_faster_than_the_craft_where_only_the_current_is_found_out(
         speed: 0.6,
         heading: Heading::new(0.0),
     };
-    let estimate = CraftEstimate::new(&observation(&craft), &Prior::from(&craft));
+    let estimate = CraftEstimate::new(&observation(&craft).of_the_craft(), &Prior::from(&craft));
     let mut later = observation(&craft);
     later.time = 1.0;
     later.current = Some(Vector2::new(0.0, 0.5));
     later.previous_plan = Some(previous(0.0, &estimate, asked));
-    let snapshot = crate::snapshot::Snapshot::try_from(later).expect("is in range");
+    let snapshot = crate::snapshot::build::Snapshot::try_from(later).expect("is in range");
     let course = snapshot.command(&asked).heading.radians();
     assert!((course - (0.5_f64 / 0.6).atan()).abs() < 1e-12);
-    let calm = snapshot.calm_command(&asked).heading.radians();
+    let calm = snapshot.slew_limited_command(&asked).heading.radians();
     assert!((calm - Ship::RATE_MAX).abs() < 1e-12, "{calm}");
     let turned = Reference {
         heading: Heading::new(0.5),
         ..asked
     };
-    let calm = snapshot.calm_command(&turned).heading.radians();
+    let calm = snapshot.slew_limited_command(&turned).heading.radians();
     assert!(
         (calm - 0.5).abs() < 1e-12,
         "as far as the reference itself: {calm}"

@@ -2,15 +2,18 @@
 
 use nalgebra::{Matrix4, Vector2, Vector4};
 
-use super::{
-    kalman::{Kalman, Measurement},
-    motion_model::MotionModel,
-    track::Filter,
+use crate::{
+    estimate::{
+        kalman::{Kalman, Measurement},
+        motion_model::MotionModel,
+        track::Filter,
+    },
+    facts::evidence::Report,
 };
-use crate::snapshot::Report;
 
 /// Number of motion models: straight, manoeuvre.
 const N_MODELS: usize = 2;
+
 const MANOEUVRE: usize = 1;
 
 /// Usual distance that a vehicle goes straight before it manoeuvres, m. Assumption: lanes of a survey.
@@ -42,7 +45,7 @@ const PROBABILITY_MIN: f64 = 1.0e-9;
 /// Source: H. A. P. Blom, Y. Bar-Shalom, "The interacting multiple model algorithm for systems with Markovian switching
 /// coefficients", 1988, doi:10.1109/9.1299.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Interacting {
+pub(crate) struct Interacting {
     models: [Kalman; N_MODELS],
     probabilities: [f64; N_MODELS],
     /// Telemetered rate of turn at the last report, rad/s.
@@ -51,7 +54,7 @@ pub(super) struct Interacting {
 
 impl Interacting {
     /// From a report alone.
-    pub(super) fn start(report: &Report) -> Self {
+    pub(crate) fn start(report: &Report) -> Self {
         Self::of_one(Kalman::start(report), report)
     }
 
@@ -65,7 +68,7 @@ impl Interacting {
     }
 
     /// Mean and covariance over all models.
-    pub(super) fn combined(&self) -> Kalman {
+    pub(crate) fn combined(&self) -> Kalman {
         mixture(&self.models, &self.probabilities)
     }
 
@@ -105,16 +108,17 @@ impl Interacting {
     fn speed(&self, report: &Report) -> f64 {
         let t = report.time - self.models[0].time();
         let known = self.combined().mean_square_speed().sqrt();
-        let told = report.ground_track.map_or(0.0, |track| track.speed);
-        told.min(known + ACCELERATION_MAX * t)
+        let reported = report.ground_track.map_or(0.0, |track| track.speed);
+        reported
+            .min(known + ACCELERATION_MAX * t)
             .max(known)
             .max(MANOEUVRE_SPEED_MIN)
     }
 
     /// Whether a measurement is inside the gate of one model at least: the manoeuvre's, which is as wide as the vehicle
     /// may have turned.
-    fn believes(&self, measurement: &Measurement) -> bool {
-        self.models.iter().any(|model| model.believes(measurement))
+    fn is_in_gate(&self, measurement: &Measurement) -> bool {
+        self.models.iter().any(|model| model.is_in_gate(measurement))
     }
 
     fn update(&mut self, measurement: &Measurement) {
@@ -130,12 +134,12 @@ impl Interacting {
 
     /// Takes in what the vehicle says of its velocity, where that can be.
     ///
-    /// The velocity comes before the position: it tells where the vehicle went since the last report, and so what
-    /// position to believe. The other way round, an outlier after a long gap would be taken for a fast vehicle, and
+    /// The velocity comes before the position: it says where the vehicle went since the last report, and so what
+    /// position to accept. The other way round, an outlier after a long gap would be taken for a fast vehicle, and
     /// what the vehicle then says of its speed for a mistake.
     fn take_velocity(&mut self, report: &Report) {
         let velocity = report.ground_track.as_ref().map(Measurement::of_velocity);
-        if let Some(velocity) = velocity.filter(|velocity| self.believes(velocity)) {
+        if let Some(velocity) = velocity.filter(|velocity| self.is_in_gate(velocity)) {
             self.update(&velocity);
         }
     }
@@ -146,12 +150,12 @@ impl Filter for Interacting {
         let mut then = self.predicted(report);
         then.take_velocity(report);
         let position = Measurement::of_position(report);
-        let believed = then.believes(&position);
-        if believed {
+        let accepted = then.is_in_gate(&position);
+        if accepted {
             then.update(&position);
             *self = then;
         }
-        believed
+        accepted
     }
 
     /// With the velocity that a manoeuvre leaves.

@@ -2,23 +2,23 @@
 
 use nalgebra::{Matrix2, Matrix2x4, Matrix4, Matrix4x2, Vector2, Vector4};
 
-use super::motion_model::{MotionModel, Transition};
 use crate::{
-    angle::ned_from_body,
-    snapshot::{GroundTrack, Report},
+    estimate::motion_model::{MotionModel, Transition},
+    facts::{
+        angle::ned_from_body,
+        evidence::{GroundTrack, Report},
+    },
 };
 
 /// White acceleration along north and along east, m²/s³, with which an estimate is carried on from its last report.
 ///
-/// Tuned as that of a filter for simulated lawn-mowers (0.193 m/s, turns of 10 m radius, a fix of σ 1.5 m every 10 s, 30 % lost, six seeds):
-/// the forecast is off by 1.09 m now and 1.63 m half a minute ahead, root mean square; from 1e-4 to 1e-3 m²/s³ it is
-/// off by 1.06 to 1.23 m and 1.59 to 1.80 m.
-pub(super) const ACCELERATION_DENSITY: f64 = 2.0e-4;
+/// Tuned on simulated lawn-mowers, see `docs/tuning.md#estimating-the-auvs`.
+pub(crate) const ACCELERATION_DENSITY: f64 = 2.0e-4;
 
 /// Standard deviation of a velocity of which nothing is known, m/s, along either axis.
 ///
 /// The fastest vehicle that a snapshot accepts, 10 m/s, is inside its gate: (10/3)² = 11.1 is less than
-/// [`GATE`]. A smaller one would never take up the track of a fast vehicle that tells no speed.
+/// [`GATE`]. A smaller one would never take up the track of a fast vehicle that reports no speed.
 const UNKNOWN_SPEED_SIGMA: f64 = 3.0;
 
 /// Standard deviation of a telemetered speed, m/s. Assumption: a Doppler log or a thruster model, quantised, and what
@@ -29,9 +29,9 @@ const SPEED_SIGMA: f64 = 0.03;
 /// vehicle's own guess of its drift.
 const COURSE_SIGMA: f64 = 0.05;
 
-/// Largest squared Mahalanobis distance with which a measurement of two numbers is believed: the 99.9 % quantile of χ²
+/// Largest squared Mahalanobis distance with which a measurement of two numbers is accepted: the 99.9 % quantile of χ²
 /// with two degrees of freedom, −2 ln 0.001.
-pub(super) const GATE: f64 = 13.815_510_557_964_274;
+pub(crate) const GATE: f64 = 13.815_510_557_964_274;
 
 /// Mean and covariance of (north, east, north velocity, east velocity) at one time.
 ///
@@ -43,14 +43,14 @@ pub(super) const GATE: f64 = 13.815_510_557_964_274;
 /// Source: Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications to Tracking and Navigation*, 2001,
 /// sections 5.2 and 6.2.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Kalman {
+pub(crate) struct Kalman {
     time: f64,
     mean: Vector4<f64>,
     covariance: Matrix4<f64>,
 }
 
 impl Kalman {
-    pub(super) fn new(
+    pub(crate) fn new(
         time: f64,
         position: &Vector2<f64>,
         velocity: &Vector2<f64>,
@@ -64,7 +64,7 @@ impl Kalman {
     }
 
     /// From a report alone.
-    pub(super) fn start(report: &Report) -> Self {
+    pub(crate) fn start(report: &Report) -> Self {
         let (position, velocity) = (report.sigma.powi(2), UNKNOWN_SPEED_SIGMA.powi(2));
         let variances = Vector4::new(position, position, velocity, velocity);
         let mut filter = Self {
@@ -80,7 +80,7 @@ impl Kalman {
 
     /// Takes `report` in whatever it says.
     #[cfg(test)]
-    pub(super) fn accept_blindly(&mut self, report: &Report) {
+    pub(crate) fn accept_blindly(&mut self, report: &Report) {
         *self = self.at(report.time);
         if let Some(track) = &report.ground_track {
             self.update(&Measurement::of_velocity(track));
@@ -89,7 +89,7 @@ impl Kalman {
     }
 
     /// The same at a later time, s, of a vehicle that goes straight on but for [`ACCELERATION_DENSITY`].
-    pub(super) fn at(&self, time: f64) -> Self {
+    pub(crate) fn at(&self, time: f64) -> Self {
         let straight = MotionModel::Straight {
             density: ACCELERATION_DENSITY,
         };
@@ -97,7 +97,7 @@ impl Kalman {
     }
 
     /// The same at a later time, s, of a vehicle that moves so.
-    pub(super) fn after(&self, time: f64, motion: &MotionModel) -> Self {
+    pub(crate) fn after(&self, time: f64, motion: &MotionModel) -> Self {
         let Transition { f, q } = motion.over(time - self.time);
         Self {
             time,
@@ -107,7 +107,7 @@ impl Kalman {
     }
 
     /// The same velocity of a vehicle that was found elsewhere, with a standard deviation `sigma`, m.
-    pub(super) fn found_at(&self, position: &Vector2<f64>, sigma: f64) -> Self {
+    pub(crate) fn found_at(&self, position: &Vector2<f64>, sigma: f64) -> Self {
         let mut found = self.clone();
         found.mean.fixed_rows_mut::<2>(0).copy_from(position);
         found.covariance.fixed_view_mut::<2, 2>(0, 2).fill(0.0);
@@ -117,54 +117,54 @@ impl Kalman {
         found
     }
 
-    pub(super) fn mean(&self) -> &Vector4<f64> {
+    pub(crate) fn mean(&self) -> &Vector4<f64> {
         &self.mean
     }
 
-    pub(super) fn time(&self) -> f64 {
+    pub(crate) fn time(&self) -> f64 {
         self.time
     }
 
-    pub(super) fn position(&self) -> Vector2<f64> {
+    pub(crate) fn position(&self) -> Vector2<f64> {
         self.mean.xy()
     }
 
-    pub(super) fn velocity(&self) -> Vector2<f64> {
+    pub(crate) fn velocity(&self) -> Vector2<f64> {
         Vector2::new(self.mean.z, self.mean.w)
     }
 
-    pub(super) fn covariance(&self) -> &Matrix4<f64> {
+    pub(crate) fn covariance(&self) -> &Matrix4<f64> {
         &self.covariance
     }
 
     /// Sum of the variances along north and east, m².
-    pub(super) fn position_variance(&self) -> f64 {
+    pub(crate) fn position_variance(&self) -> f64 {
         self.covariance[(0, 0)] + self.covariance[(1, 1)]
     }
 
     /// Mean square of the speed, (m/s)².
-    pub(super) fn mean_square_speed(&self) -> f64 {
+    pub(crate) fn mean_square_speed(&self) -> f64 {
         self.velocity().norm_squared() + self.covariance[(2, 2)] + self.covariance[(3, 3)]
     }
 
-    pub(super) fn believes(&self, measurement: &Measurement) -> bool {
+    pub(crate) fn is_in_gate(&self, measurement: &Measurement) -> bool {
         self.misfit(measurement).0 <= GATE
     }
 
     /// Logarithm of the probability density of `measurement`, but for a constant.
-    pub(super) fn log_likelihood(&self, measurement: &Measurement) -> f64 {
+    pub(crate) fn log_likelihood(&self, measurement: &Measurement) -> f64 {
         let (distance, spread) = self.misfit(measurement);
         -0.5 * (distance + spread.ln())
     }
 
-    /// Squared Mahalanobis distance of a measurement from what is expected, and the determinant of what it is told by.
+    /// Squared Mahalanobis distance of a measurement from what is expected, and the determinant of the innovation's covariance.
     fn misfit(&self, measurement: &Measurement) -> (f64, f64) {
         let Measurement { z, h, r } = measurement;
         let (y, s) = (z - h * self.mean, h * self.covariance * h.transpose() + r);
         (y.dot(&(inverse(&s) * y)), s.determinant())
     }
 
-    pub(super) fn update(&mut self, measurement: &Measurement) {
+    pub(crate) fn update(&mut self, measurement: &Measurement) {
         let Measurement { z, h, r } = measurement;
         let p = &self.covariance;
         let gain: Matrix4x2<f64> = p * h.transpose() * inverse(&(h * p * h.transpose() + r));
@@ -175,14 +175,14 @@ impl Kalman {
 }
 
 /// Two numbers z = H x + noise of covariance R.
-pub(super) struct Measurement {
+pub(crate) struct Measurement {
     z: Vector2<f64>,
     h: Matrix2x4<f64>,
     r: Matrix2<f64>,
 }
 
 impl Measurement {
-    pub(super) fn of_position(report: &Report) -> Self {
+    pub(crate) fn of_position(report: &Report) -> Self {
         Self {
             z: report.position,
             h: Matrix2x4::new(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0),
@@ -191,7 +191,7 @@ impl Measurement {
     }
 
     /// Along the course the speed errs, across it the course too.
-    pub(super) fn of_velocity(track: &GroundTrack) -> Self {
+    pub(crate) fn of_velocity(track: &GroundTrack) -> Self {
         let (along, across) = (SPEED_SIGMA, SPEED_SIGMA.hypot(COURSE_SIGMA * track.speed));
         let ned_from_course = ned_from_body(track.course.radians());
         let variances = Vector2::new(along.powi(2), across.powi(2));

@@ -5,14 +5,12 @@ use nalgebra::{Complex, Matrix2, Matrix4, Vector4};
 /// White acceleration of a vehicle that goes straight, along either axis, m²/s³.
 const STRAIGHT_DENSITY: f64 = 1.5e-4;
 
-/// How much of it a speed adds, m²/s³ a (m/s)². At 1 m/s the course wanders by 0.03 rad in 10 s; without it, the
-/// errors of a vehicle of 3 m/s are 2 to 4 times what the covariance says.
+/// How much of it a speed adds, m²/s³ a (m/s)². At 1 m/s the course wanders by 0.03 rad in 10 s; see
+/// `docs/tuning.md#estimating-the-auvs`.
 const STRAIGHT_DENSITY_OF_SPEED: f64 = 1.0e-4;
 
-/// Distance along which a manoeuvring vehicle forgets its velocity, m: twice the radius of a usual turn.
-///
-/// Measured from 0.05 to 3 m/s on lanes with turns of 10 and 20 m radius (`bands.rs`), over 10, 15 and 20 m: the mean
-/// normalised errors stay below 1.1 with 20 m, with 10 m they reach 1.6 with telemetry and 6 without.
+/// Distance along which a manoeuvring vehicle forgets its velocity, m: twice the radius of a usual turn; see
+/// `docs/tuning.md#estimating-the-auvs`.
 const FORGETTING_LENGTH: f64 = 20.0;
 
 /// A motion model, linear in positions and velocities.
@@ -22,14 +20,14 @@ const FORGETTING_LENGTH: f64 = 20.0;
 /// straight    a = 0              q = q₀ + q₁ s²
 /// manoeuvre   a = s/ℓ − i ω      q = 2 s³ / ℓ
 /// ```
-/// with north + i east as complex numbers, s the vehicle's speed and ω its rate of turn as far as it is told. Under the
+/// with north + i east as complex numbers, s the vehicle's speed and ω its rate of turn as far as it is reported. Under the
 /// manoeuvre a velocity is forgotten over the distance ℓ, and may become any of that size: σ = s along either axis. A
 /// constant-turn model with an estimated rate is left out: between two fixes a fast vehicle turns by more than half a
 /// circle, and the rate is not unique.
 /// Source: the integrated Ornstein-Uhlenbeck process; Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with
 /// Applications to Tracking and Navigation*, 2001, section 8.2 (Singer's model, one order lower).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum MotionModel {
+pub(crate) enum MotionModel {
     /// White acceleration of a density q, m²/s³.
     Straight {
         /// q.
@@ -48,21 +46,21 @@ pub(super) enum MotionModel {
 
 /// A motion model over an interval: `x ← F x`, `P ← F P Fᵀ + Q`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Transition {
-    pub(super) f: Matrix4<f64>,
-    pub(super) q: Matrix4<f64>,
+pub(crate) struct Transition {
+    pub(crate) f: Matrix4<f64>,
+    pub(crate) q: Matrix4<f64>,
 }
 
 impl MotionModel {
     /// A vehicle of a speed, m/s, that goes straight.
-    pub(super) fn straight(speed: f64) -> Self {
+    pub(crate) fn straight(speed: f64) -> Self {
         Self::Straight {
             density: STRAIGHT_DENSITY + STRAIGHT_DENSITY_OF_SPEED * speed * speed,
         }
     }
 
     /// A vehicle of a speed, m/s, above 0, that turns at a rate, rad/s, or at one that is not known.
-    pub(super) fn manoeuvre(speed: f64, turn_rate: f64) -> Self {
+    pub(crate) fn manoeuvre(speed: f64, turn_rate: f64) -> Self {
         Self::Manoeuvre {
             forgetting: speed / FORGETTING_LENGTH,
             turn_rate,
@@ -71,7 +69,7 @@ impl MotionModel {
     }
 
     /// Over `t` seconds.
-    pub(super) fn over(&self, t: f64) -> Transition {
+    pub(crate) fn over(&self, t: f64) -> Transition {
         match *self {
             Self::Straight { density: q } => transition(
                 t.into(),

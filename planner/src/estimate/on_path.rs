@@ -2,34 +2,42 @@
 
 use nalgebra::{Matrix2, Matrix4, Vector2};
 
-use super::{kalman::GATE, track::Filter};
 use crate::{
-    angle::{Course, direction, ned_from_body},
-    forecast::{place_on_path, speed_along},
-    path::PathPoint,
-    snapshot::{AuvState, KnownPath, Report},
+    estimate::{kalman::GATE, track::Filter},
+    facts::{
+        angle::{Course, direction, ned_from_body},
+        evidence::{AuvState, Report},
+        known_path::{KnownPath, place_on_path, speed_along},
+        path::piece::PathPoint,
+    },
 };
 
 /// Spread of the place along the path beside what the speed's error does to it, m²/s. The surges of a sawtooth's
 /// reversals, 0.4 m each, two in a cycle of 200 s, make 0.0016.
 const ALONG_DENSITY: f64 = 0.002;
+
 /// Standard deviation of the speed along the path from the one that it is known to have, m/s. Assumption: a current
 /// that is not known, or known elsewhere.
 const SPEED_SIGMA: f64 = 0.05;
-/// Spread of that difference, (m/s)²/s. With it, the estimate of a vehicle on a simulated lawn-mower is off by 0.85 m
-/// in still water (0.95 m without the path), and by 1.8 m in a gusty, sheared current that is not known (1.8 m); with
-/// half of it, by 0.83 and 1.85 m.
+
+/// Spread of that difference, (m/s)²/s: between still water and an unknown current, see
+/// `docs/tuning.md#estimating-the-auvs`.
 const SPEED_DENSITY: f64 = 1.0e-5;
+
 /// Standard deviation of the distance from the path at the first report, m. Assumption: vehicles begin some metres off.
 const OFFSET_SIGMA: f64 = 5.0;
+
 /// Spread of that distance, m²/s. Assumption: followers come back to their path, or go to their steady offset in a
 /// current, by a metre in five minutes.
 const OFFSET_DENSITY: f64 = 0.002;
+
 /// Standard deviation of the velocity across the path, m/s: the offset's spread over ten seconds, by ten seconds.
 const ACROSS_SIGMA: f64 = 0.014;
+
 /// Standard deviation of a telemetered speed along the path, m/s: that of a moment, which may be a sawtooth's reversal.
-/// Half of what the reversal adds, 0.1 m/s. Without telemetry, the errors told above are a tenth larger.
+/// Half of what the reversal adds, 0.1 m/s; see `docs/tuning.md#estimating-the-auvs`.
 const TELEMETRY_SIGMA: f64 = 0.05;
+
 /// Longest step in which the place along the path is carried on, s: at 0.3 m/s and 10 m radius a turn of 0.15 rad.
 const STEP_MAX: f64 = 5.0;
 
@@ -41,7 +49,7 @@ const STEP_MAX: f64 = 5.0;
 /// u_P is the speed over ground that the known speed and current give. A fix is measured in the frame of the tangent at
 /// the predicted place; that the foot of a vehicle off an arc is faster or slower than the vehicle is left to b and w_s.
 #[derive(Clone, Debug)]
-pub(super) struct OnPath<'a> {
+pub(crate) struct OnPath<'a> {
     known: &'a KnownPath,
     current: Vector2<f64>,
     time: f64,
@@ -58,7 +66,7 @@ pub(super) struct OnPath<'a> {
 
 impl<'a> OnPath<'a> {
     /// From a report alone.
-    pub(super) fn start(report: &Report, known: &'a KnownPath, current: &Vector2<f64>) -> Self {
+    pub(crate) fn start(report: &Report, known: &'a KnownPath, current: &Vector2<f64>) -> Self {
         let track = report.ground_track;
         let there = AuvState {
             position: report.position,
@@ -85,27 +93,27 @@ impl<'a> OnPath<'a> {
         filter
     }
 
-    pub(super) fn time(&self) -> f64 {
+    pub(crate) fn time(&self) -> f64 {
         self.time
     }
 
     /// Cross-track offset y₁, m, positive to starboard.
-    pub(super) fn offset(&self) -> f64 {
+    pub(crate) fn offset(&self) -> f64 {
         self.offset
     }
 
-    pub(super) fn position(&self) -> Vector2<f64> {
+    pub(crate) fn position(&self) -> Vector2<f64> {
         let point = self.point();
         point.position + ned_from_body(point.tangent) * Vector2::new(0.0, self.offset)
     }
 
-    pub(super) fn velocity(&self) -> Vector2<f64> {
+    pub(crate) fn velocity(&self) -> Vector2<f64> {
         let point = self.point();
         direction(point.tangent) * (self.speed_at(point.tangent) * (1.0 - point.curvature * self.offset))
     }
 
     /// Covariance of (north, east, north velocity, east velocity).
-    pub(super) fn covariance(&self) -> Matrix4<f64> {
+    pub(crate) fn covariance(&self) -> Matrix4<f64> {
         let (s, across) = (&self.along, ACROSS_SIGMA.powi(2));
         let in_path_frame = Matrix4::new(
             s[(0, 0)],
@@ -203,8 +211,8 @@ impl Filter for OnPath<'_> {
         let variance = report.sigma.powi(2);
         let distance = ahead.powi(2) / (then.along[(0, 0)] + variance)
             + (across - then.offset).powi(2) / (then.offset_variance + variance);
-        let believed = distance <= GATE;
-        if believed {
+        let accepted = distance <= GATE;
+        if accepted {
             then.update_along(&Vector2::new(1.0, 0.0), ahead, variance);
             if let Some(track) = &report.ground_track {
                 let tangent = then.point().tangent;
@@ -214,7 +222,7 @@ impl Filter for OnPath<'_> {
             then.update_offset(across, variance);
             *self = then;
         }
-        believed
+        accepted
     }
 
     fn found_at(&self, report: &Report) -> Self {

@@ -10,27 +10,39 @@ use std::sync::Arc;
 use nalgebra::Vector2;
 use proptest::prelude::*;
 
-use super::{kalman::ACCELERATION_DENSITY, *};
+use super::*;
 use crate::{
-    angle::{angle_of, ned_from_body},
-    path::Path,
-    snapshot::{GroundTrack, VehicleId},
+    estimate::{
+        from_reports::in_order,
+        kalman::{ACCELERATION_DENSITY, Kalman},
+    },
+    facts::{
+        angle::{Course, angle_of, ned_from_body},
+        auv::{Auv, VehicleId},
+        evidence::{AuvState, Evidence, GroundTrack, Report},
+        known_path::KnownPath,
+        path::curve::Path,
+        reference::PreviousTarget,
+    },
 };
 
 /// σ of a fix and time between two, as acoustic networks have them.
 const SIGMA: f64 = 1.5;
+
 const INTERVAL: f64 = 10.0;
+
 /// Standard deviations of a telemetered speed and course: the filter's.
 const SPEED_SIGMA: f64 = 0.03;
+
 const COURSE_SIGMA: f64 = 0.05;
 
 /// SplitMix64: the planner has no random numbers, and its tests need few.
 /// Source: G. L. Steele, D. Lea, C. H. Flood, "Fast splittable pseudorandom number generators", 2014.
-pub(super) struct Random(pub(super) u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
     #[expect(clippy::cast_precision_loss, reason = "53 bits fit")]
-    pub(super) fn uniform(&mut self) -> f64 {
+    pub(crate) fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
@@ -38,13 +50,13 @@ impl Random {
     }
 
     /// Two standard normal numbers, by Box and Muller.
-    pub(super) fn normal(&mut self) -> Vector2<f64> {
+    pub(crate) fn normal(&mut self) -> Vector2<f64> {
         let size = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
-        crate::angle::direction(std::f64::consts::TAU * self.uniform()) * size
+        crate::facts::angle::direction(std::f64::consts::TAU * self.uniform()) * size
     }
 }
 
-/// A vehicle that starts with `velocity`, and goes on as the filter believes: `n` reports of it, and its position and
+/// A vehicle that starts with `velocity`, and goes on as the filter is_in_gate: `n` reports of it, and its position and
 /// velocity at the last.
 fn flight(
     random: &mut Random,
@@ -315,7 +327,7 @@ fn lanes(random: &mut Random) -> (KnownPath, Vec<Report>, Vector2<f64>) {
     let place = |time: f64| {
         let point = path.at(5.0 + 0.193 * time);
         (
-            point.position + crate::path::starboard(point.tangent) * 1.0,
+            point.position + crate::facts::path::piece::starboard(point.tangent) * 1.0,
             point.tangent,
         )
     };
@@ -391,9 +403,9 @@ fn along_a_path_the_error_is_no_larger_than_the_covariance_says() {
 fn a_vehicle_that_leaves_its_path_is_estimated_from_its_motion() {
     let (known, mut reports, _) = lanes(&mut Random(1));
     // It goes on straight where the path turns, 15 m ahead of it.
-    let start = reports[0].position + crate::angle::direction(0.4) * 40.0;
+    let start = reports[0].position + crate::facts::angle::direction(0.4) * 40.0;
     for (k, report) in (0..30).zip(&mut reports) {
-        report.position = start + crate::angle::direction(0.4) * (0.193 * INTERVAL * f64::from(k));
+        report.position = start + crate::facts::angle::direction(0.4) * (0.193 * INTERVAL * f64::from(k));
         report.ground_track = Some(GroundTrack {
             course: Course::new(0.4),
             speed: 0.193,
@@ -459,7 +471,7 @@ fn told_by_states(rate: f64, interval: f64, n: u32, course_error: impl Fn(u32) -
         rates.push(state.turn_rate);
         let target = PreviousTarget {
             id: auv.id.clone(),
-            model: crate::snapshot::ForecastModel::ConstantVelocity,
+            model: crate::facts::options::ForecastModel::ConstantVelocity,
             report_age: 0.0,
             position: state.position,
             depth: 0.0,

@@ -1,6 +1,6 @@
 //! Which reports belong together.
 
-use crate::snapshot::Report;
+use crate::facts::evidence::Report;
 
 /// So many reports in a row that the track refuses and that agree with each other are a track of their own: the
 /// vehicle is there, and the track was lost, or began with an outlier.
@@ -14,8 +14,8 @@ const AGREEING_TO_TAKE_OVER: usize = 3;
 /// Two of those outliers are so near to each other, 8 m, once in 25 pairs; one refused report in sixty thousand.
 const AGREEING_TO_BE_MOVED: usize = 2;
 
-/// What holds a vehicle's motion, and tells which reports fit it.
-pub(super) trait Filter {
+/// What holds a vehicle's motion, and says which reports fit it.
+pub(crate) trait Filter {
     /// Takes `report`, not older than the one before, in, if its position is inside the gate; whether it was.
     fn accept(&mut self, report: &Report) -> bool;
 
@@ -26,9 +26,9 @@ pub(super) trait Filter {
 
 /// A filter, and the reports that are in it, each with its number, in order of time.
 #[derive(Clone, Debug)]
-pub(super) struct Track<F> {
-    pub(super) filter: F,
-    pub(super) used: Vec<(usize, Report)>,
+pub(crate) struct Track<F> {
+    pub(crate) filter: F,
+    pub(crate) used: Vec<(usize, Report)>,
 }
 
 /// What reports that a track refused come to.
@@ -44,7 +44,7 @@ impl<F: Filter> Track<F> {
     ///
     /// What the track refuses may be the beginning of another, which takes over once it holds enough reports with none
     /// in between that the track took, or holds more than the track at the end.
-    pub(super) fn through(reports: &[(usize, Report)], start: impl Fn(&Report) -> F) -> Self {
+    pub(crate) fn through(reports: &[(usize, Report)], start: impl Fn(&Report) -> F) -> Self {
         let (first, later) = reports.split_first().expect("a snapshot's reports are not empty");
         let mut track = Self::of_one(start(&first.1), first);
         let mut rival: Option<Rival<F>> = None;

@@ -1,14 +1,14 @@
-//! How fast a vehicle turns that does not tell.
+//! How fast a vehicle turns that does not report it.
 
 use nalgebra::Vector2;
 
-use crate::{
+use crate::facts::{
     angle::{angle_of, wrap},
-    forecast::SPEED_AT_REST,
-    snapshot::{AuvState, PreviousTarget},
+    evidence::{AuvState, SPEED_AT_REST},
+    reference::PreviousTarget,
 };
 
-/// Times between two courses that tell how fast the vehicle turned meanwhile, s. Assumption: in a shorter one the
+/// Times between two courses that show how fast the vehicle turned meanwhile, s. Assumption: in a shorter one the
 /// course's error is all that is seen, in a longer one a turn begins and ends.
 const BETWEEN: std::ops::RangeInclusive<f64> = 0.1..=30.0;
 
@@ -18,16 +18,16 @@ const TURNED_MAX: f64 = 2.0;
 /// How long the rate is averaged over, s. Of courses that err by 0.05 rad, one a second, it leaves 0.01 rad/s.
 const MEMORY: f64 = 5.0;
 
-/// Slower than this a turn is not told from the error of courses, rad/s. Over the default horizon of 78 s it amounts to
+/// Slower than this a turn is not distinguished from the error of courses, rad/s. Over the default horizon of 78 s it amounts to
 /// 22°.
 const RATE_MIN: f64 = 0.005;
 
 /// Largest rate of turn that a snapshot accepts, rad/s.
 const RATE_MAX: f64 = 1.0;
 
-/// Rate of turn of a vehicle that told its velocity `before`, `between` seconds earlier, and now `after`, rad/s, positive
-/// clockwise; none where they do not tell.
-pub(super) fn turn_rate(before: &Vector2<f64>, after: &Vector2<f64>, between: f64) -> Option<f64> {
+/// Rate of turn of a vehicle that reported its velocity `before`, `between` seconds earlier, and now `after`, rad/s, positive
+/// clockwise; none where they do not show it.
+pub(crate) fn turn_rate(before: &Vector2<f64>, after: &Vector2<f64>, between: f64) -> Option<f64> {
     let moving = before.norm() >= SPEED_AT_REST && after.norm() >= SPEED_AT_REST;
     let turned = wrap(angle_of(after) - angle_of(before));
     (moving && BETWEEN.contains(&between) && turned.abs() <= TURNED_MAX).then(|| turned / between)
@@ -39,7 +39,7 @@ pub(super) fn turn_rate(before: &Vector2<f64>, after: &Vector2<f64>, between: f6
 /// r = r⁻ + (1 − exp(−Δ/τ)) ((χ − χ⁻) / Δ − r⁻)          τ = 5 s
 /// ```
 /// r⁻ as it is, where the state is no newer.
-pub(super) fn remembered_turn_rate(earlier: &PreviousTarget, state: &AuvState, between: f64) -> f64 {
+pub(crate) fn remembered_turn_rate(earlier: &PreviousTarget, state: &AuvState, between: f64) -> f64 {
     if between.abs() < *BETWEEN.start() {
         return earlier.turn_rate;
     }
@@ -50,8 +50,8 @@ pub(super) fn remembered_turn_rate(earlier: &PreviousTarget, state: &AuvState, b
     clear(earlier.turn_rate + share * (rate - earlier.turn_rate))
 }
 
-/// A rate that can be told from none.
-pub(super) fn clear(rate: f64) -> f64 {
+/// A rate that can be distinguished from none.
+pub(crate) fn clear(rate: f64) -> f64 {
     if rate.abs() < RATE_MIN {
         0.0
     } else {

@@ -2,28 +2,33 @@
 
 use nalgebra::Vector2;
 
-use super::{AscNow, LosGains, LosLaw, LosTuning, TrackingLaw};
 use crate::{
-    angle::{Heading, direction, ned_from_body},
-    forecast::Motion,
-    snapshot::Limits,
+    facts::{
+        angle::{Heading, direction, ned_from_body},
+        asc::{AscNow, Limits},
+    },
+    los::{
+        law::{LosGains, LosLaw, LosTuning},
+        tracking_law::TrackingLaw,
+    },
+    predict::motion::Motion,
 };
 
 /// A target on a straight line, and the craft that follows it.
 #[derive(Clone, Copy)]
-pub(super) struct Flight {
+pub(crate) struct Flight {
     /// Where the target starts (north, east), m.
-    pub(super) datum: Vector2<f64>,
+    pub(crate) datum: Vector2<f64>,
     /// The craft's start from there (north, east), m.
-    pub(super) start: Vector2<f64>,
+    pub(crate) start: Vector2<f64>,
     /// The target's course, rad.
-    pub(super) course: f64,
+    pub(crate) course: f64,
     /// The target's speed, m/s.
-    pub(super) target_speed: f64,
+    pub(crate) target_speed: f64,
     /// The current that there is, m/s.
-    pub(super) current: Vector2<f64>,
-    /// The current that the law is told, m/s.
-    pub(super) known: Vector2<f64>,
+    pub(crate) current: Vector2<f64>,
+    /// The current that the law knows, m/s.
+    pub(crate) known: Vector2<f64>,
 }
 
 impl Default for Flight {
@@ -40,7 +45,7 @@ impl Default for Flight {
     }
 }
 
-pub(super) fn tuning(law: LosLaw) -> LosTuning {
+pub(crate) fn tuning(law: LosLaw) -> LosTuning {
     LosTuning {
         law,
         gains: LosGains {
@@ -52,7 +57,7 @@ pub(super) fn tuning(law: LosLaw) -> LosTuning {
 }
 
 /// Where the craft is from its target after `seconds`, ahead and to starboard, m. The law looks once a second.
-pub(super) fn miss_after(seconds: u32, tuning: LosTuning, flight: &Flight) -> Vector2<f64> {
+pub(crate) fn miss_after(seconds: u32, tuning: LosTuning, flight: &Flight) -> Vector2<f64> {
     /// Parts of a second in which the craft moves.
     const PARTS: u32 = 10;
     let velocity = direction(flight.course) * flight.target_speed;
@@ -60,7 +65,7 @@ pub(super) fn miss_after(seconds: u32, tuning: LosTuning, flight: &Flight) -> Ve
         position: flight.datum + velocity * time,
         velocity,
     };
-    let held = crate::angle::Course::new(flight.course);
+    let held = crate::facts::angle::Course::new(flight.course);
     let mut tracking = TrackingLaw::new(tuning, Some(held));
     let mut asc = AscNow {
         position: flight.datum + flight.start,

@@ -1,10 +1,20 @@
 //! Integral line of sight.
 
-use super::{AscNow, LosTuning, Reference, errors_in_target_frame, through_water};
-use crate::{angle::Course, forecast::Motion, snapshot::Limits};
+use crate::{
+    facts::{
+        angle::Course,
+        asc::{AscNow, Limits},
+        reference::Reference,
+    },
+    los::{
+        geometry::{errors_in_target_frame, through_water},
+        law::LosTuning,
+    },
+    predict::motion::Motion,
+};
 
 /// Longest time between two looks over which the error is integrated, s: twice the interval at which plans are
-/// asked for. What the error was in a longer gap nobody knows.
+/// asked for. What the error was in a longer gap is not known.
 const GAP_MAX: f64 = 2.0;
 
 /// The integral of the cross-track error, bounded in its rate.
@@ -17,21 +27,21 @@ pub struct IntegralState {
 }
 
 /// Saturated line of sight in the target's frame with an integral of the cross-track error, by which it finds the
-/// crab angle against a current that it is not told.
+/// crab angle against a current that is not known.
 ///
 /// ```text
-/// χ = ψ_d − atan((e + σ z) / Δ)                    course, or heading where no current is told
+/// χ = ψ_d − atan((e + σ z) / Δ)                    course, or heading where no current is known
 /// ż = Δ e / ((e + σ z)² + Δ²)                       bounded, so that it does not wind up far away
 /// u = clamp(u_d cos(atan(e / Δ)) − k₃ s, u_min, u_max)
 /// ```
 /// In a constant current across the track v_c it settles at e = 0 with (σ z / Δ) = v_c / √(u² − v_c²). The speed
-/// law has no integral: an untold current leaves s = (u_d − u) / k₃, with u cos β + v_c∥ = u_d.
+/// law has no integral: an unknown current leaves s = (u_d − u) / k₃, with u cos β + v_c∥ = u_d.
 ///
 /// Source: E. Børhaug, A. Pavlov, K. Y. Pettersen, *Integral LOS control for path following of underactuated marine
 /// surface vessels in the presence of constant ocean currents*, IEEE CDC 2008; T. I. Fossen, *Handbook of Marine
 /// Craft Hydrodynamics and Motion Control*, 2nd ed., chapter 12. Departures: the path is the line through the target
 /// along its course, which turns with it; the speed is that of [`saturated_los`](super::saturated_los), slowed by the
-/// cross-track error alone, because a crab angle is no error; a current that is told is taken off first.
+/// cross-track error alone, because a crab angle is no error; a known current is taken off first.
 #[must_use]
 pub fn integral_los(
     time: f64,
@@ -62,10 +72,10 @@ pub fn integral_los(
 mod tests {
     use nalgebra::Vector2;
 
-    use super::super::{
-        LosLaw,
-        flight::{Flight, miss_after, tuning},
-    };
+    use crate::los::flight::Flight;
+    use crate::los::flight::miss_after;
+    use crate::los::flight::tuning;
+    use crate::los::law::LosLaw;
 
     #[test]
     fn it_settles_on_a_straight_target_in_still_water() {

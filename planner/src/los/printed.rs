@@ -1,10 +1,13 @@
 //! The tracker exactly as its source prints it, to show that it fails.
 
-use super::{AscNow, LosGains, Reference, errors_in_target_frame};
 use crate::{
-    angle::{Course, Heading},
-    forecast::Motion,
-    snapshot::Limits,
+    facts::{
+        angle::{Course, Heading},
+        asc::{AscNow, Limits},
+        reference::Reference,
+    },
+    los::{geometry::errors_in_target_frame, law::LosGains},
+    predict::motion::Motion,
 };
 
 /// Saturated line of sight with the printed sign, cases and heading. **It runs away from its target**: never a
@@ -49,10 +52,10 @@ pub fn printed_los(
 mod tests {
     use nalgebra::Vector2;
 
-    use super::super::{
-        LosLaw,
-        flight::{Flight, miss_after, tuning},
-    };
+    use crate::los::flight::Flight;
+    use crate::los::flight::miss_after;
+    use crate::los::flight::tuning;
+    use crate::los::law::LosLaw;
 
     #[test]
     fn from_behind_it_is_left_behind_and_from_ahead_it_runs_away() {

@@ -1,10 +1,16 @@
 //! Saturated line of sight in the target's frame.
 
-use super::{AscNow, LosGains, Reference, errors_in_target_frame, through_water};
 use crate::{
-    angle::{Course, wrap},
-    forecast::Motion,
-    snapshot::Limits,
+    facts::{
+        angle::{Course, wrap},
+        asc::{AscNow, Limits},
+        reference::Reference,
+    },
+    los::{
+        geometry::{errors_in_target_frame, through_water},
+        law::LosGains,
+    },
+    predict::motion::Motion,
 };
 
 /// Saturated line of sight in the target's frame, current compensated.
@@ -41,10 +47,10 @@ pub fn saturated_los(
 mod tests {
     use nalgebra::Vector2;
 
-    use super::super::{
-        LosLaw,
-        flight::{Flight, miss_after, tuning},
-    };
+    use crate::los::flight::Flight;
+    use crate::los::flight::miss_after;
+    use crate::los::flight::tuning;
+    use crate::los::law::LosLaw;
 
     #[test]
     fn it_settles_on_a_straight_target_in_a_known_current() {

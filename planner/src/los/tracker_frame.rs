@@ -2,8 +2,18 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::{AscNow, LosGains, Reference, errors_in_target_frame, through_water};
-use crate::{angle::Course, forecast::Motion, snapshot::Limits};
+use crate::{
+    facts::{
+        angle::Course,
+        asc::{AscNow, Limits},
+        reference::Reference,
+    },
+    los::{
+        geometry::{errors_in_target_frame, through_water},
+        law::LosGains,
+    },
+    predict::motion::Motion,
+};
 
 /// Halvings of the quarter turn in which the relative course lies: as many as a double has bits.
 const HALVINGS: u32 = 53;
@@ -79,13 +89,11 @@ fn relative_course(s_d: f64, e_d: f64, delta: f64) -> f64 {
 mod tests {
     use nalgebra::Vector2;
 
-    use super::{
-        super::{
-            LosLaw,
-            flight::{Flight, miss_after, tuning},
-        },
-        *,
-    };
+    use super::*;
+    use crate::los::flight::Flight;
+    use crate::los::flight::miss_after;
+    use crate::los::flight::tuning;
+    use crate::los::law::LosLaw;
 
     const POINTS: [(f64, f64); 8] = [
         (-40.0, 20.0),
@@ -164,7 +172,7 @@ mod tests {
         };
         let asc = AscNow {
             position: target.position,
-            heading: crate::angle::Heading::new(2.0),
+            heading: crate::facts::angle::Heading::new(2.0),
             current: Vector2::zeros(),
         };
         let gains = tuning(LosLaw::TrackerFrame).gains;

@@ -1,10 +1,21 @@
 //! A law at work: its gains, and what it remembers from one look to the next.
 
-use super::{
-    AscNow, IntegralState, LosLaw, LosTuning, Reference, WaypointBox, integral_los, printed_los,
-    saturated_los, saturated_los_tracker_frame, target_course,
+use crate::{
+    facts::{
+        angle::Course,
+        asc::{AscNow, Limits},
+        reference::Reference,
+    },
+    los::{
+        integral::{IntegralState, integral_los},
+        law::{LosLaw, LosTuning},
+        printed::printed_los,
+        saturated::saturated_los,
+        tracker_frame::saturated_los_tracker_frame,
+        waypoint_box::WaypointBox,
+    },
+    predict::motion::{Motion, target_course},
 };
-use crate::{angle::Course, forecast::Motion, snapshot::Limits};
 
 /// A law with its gains and its memory. Look about once a second.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,11 +73,11 @@ impl TrackingLaw {
 mod tests {
     use nalgebra::Vector2;
 
-    use super::{
-        super::flight::{self, Flight, miss_after},
-        *,
-    };
-    use crate::angle::ned_from_body;
+    use super::super::flight;
+    use super::*;
+    use crate::facts::angle::ned_from_body;
+    use crate::los::flight::Flight;
+    use crate::los::flight::miss_after;
 
     #[test]
     fn every_name_is_its_own() {
@@ -106,7 +117,7 @@ mod tests {
             let mut tracking = TrackingLaw::new(flight::tuning(law), Some(Course::new(1.0)));
             let asc = AscNow {
                 position: Vector2::zeros(),
-                heading: crate::angle::Heading::new(0.0),
+                heading: crate::facts::angle::Heading::new(0.0),
                 current: Vector2::zeros(),
             };
             let noise = Motion {

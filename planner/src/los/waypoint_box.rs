@@ -2,24 +2,32 @@
 
 use nalgebra::Vector2;
 
-use super::{AscNow, LosGains, Reference, saturated_los};
 use crate::{
-    angle::{Course, ned_from_body},
-    forecast::Motion,
-    snapshot::Limits,
+    facts::{
+        angle::{Course, ned_from_body},
+        asc::{AscNow, Limits},
+        reference::Reference,
+    },
+    los::{law::LosGains, saturated::saturated_los},
+    predict::motion::Motion,
 };
 
 /// Time between two boxes, s. Source of this and of the box's size: practice at sea with the craft of the
 /// Institute for Systems and Robotics, Lisbon.
 const BOX_PERIOD: f64 = 360.0;
+
 /// Half the box along the target's course, m.
 const HALF_LENGTH: f64 = 40.0;
+
 /// Half the box across it, m.
 const HALF_WIDTH: f64 = 15.0;
+
 /// Time between two fixes, s: the slot in which an acoustic network hears of a vehicle.
 const FIX_INTERVAL: f64 = 10.0;
+
 /// A way-point nearer than this along the leg is reached, m. Assumption: two lengths of a MEDUSA and a turn.
 const REACHED_WITHIN: f64 = 5.0;
+
 /// Fastest speed along the box, m/s: once round in its time. Assumption: faster costs energy and keeps no closer.
 const SPEED_ROUND: f64 = 4.0 * (HALF_LENGTH + HALF_WIDTH) / BOX_PERIOD;
 
@@ -34,7 +42,7 @@ const SPEED_ROUND: f64 = 4.0 * (HALF_LENGTH + HALF_WIDTH) / BOX_PERIOD;
 /// target's position as known, taken every 10 s. A target that jumps by more than half the box's length between two
 /// fixes is another one, and gets a box of its own at once.
 ///
-/// Source: the practice at sea with such craft, in the form told above; way-point following as in T. I. Fossen,
+/// Source: the practice at sea with such craft, in the form above; way-point following as in T. I. Fossen,
 /// *Handbook of Marine Craft Hydrodynamics and Motion Control*, 2nd ed., chapter 12. Without a second fix, the
 /// first box is centred on the first.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -168,14 +176,12 @@ impl Lap {
 
 #[cfg(test)]
 mod tests {
-    use super::{
-        super::{
-            LosLaw,
-            flight::{Flight, miss_after, tuning},
-        },
-        *,
-    };
-    use crate::angle::Heading;
+    use super::*;
+    use crate::facts::angle::Heading;
+    use crate::los::flight::Flight;
+    use crate::los::flight::miss_after;
+    use crate::los::flight::tuning;
+    use crate::los::law::LosLaw;
 
     fn asc(north: f64, east: f64) -> AscNow {
         AscNow {

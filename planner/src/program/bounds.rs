@@ -2,13 +2,13 @@
 
 use nalgebra::Vector2;
 
-use super::{LENGTH_UNIT, Pass, Program, Slack};
+use crate::program::{build::Program, layout::Slack, subproblem::Subproblem, units::LENGTH_UNIT};
 
 impl Program {
-    /// ‖p_k − p_i,k‖ ≤ ρ_i,k + ξ for every AUV i: exact, as depth and doubt are forecast and already in ρ. Those that the
+    /// The craft stays in acoustic range: ‖p_k − p_i,k‖ ≤ ρ_i,k + ξ for every AUV i: exact, as depth and covariance are forecast and their back-off is already in ρ. Those that the
     /// goal names have a slack of their own, at a price above that of the others.
-    pub(super) fn stay_in_acoustic_range(&mut self, pass: &Pass<'_>) {
-        for (i, range) in pass.ranges.iter().enumerate() {
+    pub(crate) fn acoustic_ranges(&mut self, subproblem: &Subproblem<'_>) {
+        for (i, range) in subproblem.ranges.iter().enumerate() {
             for k in self.stages() {
                 let row = self.layout.range_cone(k, i);
                 self.bounds[row] = range.radii[k] / LENGTH_UNIT;
@@ -18,7 +18,7 @@ impl Program {
                     Slack::OtherRange
                 };
                 self.soften(row, k, slack, LENGTH_UNIT);
-                let away = (pass.goal[k] - range.centres[k]) / LENGTH_UNIT;
+                let away = (subproblem.goal[k] - range.centres[k]) / LENGTH_UNIT;
                 for axis in 0..2 {
                     let d = self.layout.deviation(k) + axis;
                     self.row_triplets.push((row + 1 + axis, d, -1.0));
@@ -28,23 +28,23 @@ impl Program {
         }
     }
 
-    /// n_gᵀ p_k ≤ b_g + ξ for every edge g. Convex: between stages it holds as well.
-    pub(super) fn stay_in_the_area(&mut self, pass: &Pass<'_>) {
-        for (g, edge) in pass.edges.iter().enumerate() {
+    /// The craft stays in the area: n_gᵀ p_k ≤ b_g + ξ for every edge g. Convex: between stages it holds as well.
+    pub(crate) fn area(&mut self, subproblem: &Subproblem<'_>) {
+        for (g, edge) in subproblem.edges.iter().enumerate() {
             for k in self.stages() {
                 let row = self.layout.area(k, g);
                 self.add_deviation(row, k, edge.normal);
                 self.soften(row, k, Slack::Area, LENGTH_UNIT);
-                self.bounds[row] = (edge.offset - edge.normal.dot(&pass.goal[k])) / LENGTH_UNIT;
+                self.bounds[row] = (edge.offset - edge.normal.dot(&subproblem.goal[k])) / LENGTH_UNIT;
             }
         }
     }
 
-    /// n_oᵀ (p − c_o) ≥ R_o + Δt² ‖a‖_max / 8 − ξ at both ends of every interval, with one normal for both: the
+    /// The craft keeps out of the discs: n_oᵀ (p − c_o) ≥ R_o + Δt² ‖a‖_max / 8 − ξ at both ends of every interval, with one normal for both: the
     /// chord stays out too, and by the last term the arc that sags from it. Where the disc is not there at either
     /// end (R_o < 0), nothing.
-    pub(super) fn keep_out_of_the_discs(&mut self, pass: &Pass<'_>) {
-        for (o, disc) in pass.discs.iter().enumerate() {
+    pub(crate) fn keep_outs(&mut self, subproblem: &Subproblem<'_>) {
+        for (o, disc) in subproblem.discs.iter().enumerate() {
             for k in self.stages() {
                 let (end, start) = (self.layout.disc_at_end(k, o), k - 1);
                 // Of a disc that is not there, rows stay that hold everywhere: 0 ≥ −1 − ξ.
@@ -52,16 +52,16 @@ impl Program {
                 let normal = if there { disc.normals[k] } else { Vector2::zeros() };
                 let reach = |at: usize| {
                     if there {
-                        disc.radii[at] + sag(pass, k)
+                        disc.radii[at] + sag(subproblem, k)
                     } else {
                         -LENGTH_UNIT
                     }
                 };
-                self.outside(end, k, k, normal, disc.centres[k], reach(k), pass);
+                self.outside(end, k, k, normal, disc.centres[k], reach(k), subproblem);
                 if start > 0 {
                     let row = self.layout.disc_at_start(k, o);
                     let reach = reach(start);
-                    self.outside(row, start, k, normal, disc.centres[start], reach, pass);
+                    self.outside(row, start, k, normal, disc.centres[start], reach, subproblem);
                 }
             }
         }
@@ -80,19 +80,19 @@ impl Program {
         normal: Vector2<f64>,
         centre: Vector2<f64>,
         reach: f64,
-        pass: &Pass<'_>,
+        subproblem: &Subproblem<'_>,
     ) {
         self.add_deviation(row, at, -normal);
         self.soften(row, k, Slack::KeepOut, LENGTH_UNIT);
-        self.bounds[row] = (normal.dot(&(pass.goal[at] - centre)) - reach) / LENGTH_UNIT;
+        self.bounds[row] = (normal.dot(&(subproblem.goal[at] - centre)) - reach) / LENGTH_UNIT;
     }
 }
 
-/// Farthest that the craft's way over interval k is from its chord, m: Δt² ‖a‖ / 8 at constant acceleration, the
+/// Farthest that the craft's trajectory over interval k is from its chord, m: Δt² ‖a‖ / 8 at constant acceleration, the
 /// hardest turn at full speed.
-fn sag(pass: &Pass<'_>, k: usize) -> f64 {
-    let dt = pass.steps[k - 1];
-    let limits = pass.limits;
+fn sag(subproblem: &Subproblem<'_>, k: usize) -> f64 {
+    let dt = subproblem.steps[k - 1];
+    let limits = subproblem.limits;
     let ahead = limits.acceleration_max.max(limits.deceleration_max);
     dt * dt * ahead.hypot(limits.turn_rate_max * limits.speed_max) / 8.0
 }

@@ -1,14 +1,21 @@
 //! What the program minimises.
 
-use super::{LENGTH_UNIT, Pass, Program, SLACK_UNIT, Slack};
-use crate::policy::Weights;
+use crate::{
+    problem::policy::Weights,
+    program::{
+        build::Program,
+        layout::Slack,
+        subproblem::Subproblem,
+        units::{LENGTH_UNIT, SLACK_UNIT},
+    },
+};
 
 impl Program {
-    /// Σ w_k ‖d_k‖², trapezoidal in time, with a terminal weight.
-    pub(super) fn stay_with_the_goal(&mut self, pass: &Pass<'_>) {
-        let scale = cost_scale(pass);
+    /// The craft stays with the goal: Σ w_k ‖d_k‖², trapezoidal in time, with a terminal weight.
+    pub(crate) fn tracking_cost(&mut self, subproblem: &Subproblem<'_>) {
+        let scale = cost_scale(subproblem);
         for k in self.stages() {
-            let weight = scale * position_weight(pass, k) * LENGTH_UNIT * LENGTH_UNIT;
+            let weight = scale * position_weight(subproblem, k) * LENGTH_UNIT * LENGTH_UNIT;
             for axis in 0..2 {
                 let d = self.layout.deviation(k) + axis;
                 self.cost_triplets.push((d, d, 2.0 * weight));
@@ -16,26 +23,26 @@ impl Program {
         }
     }
 
-    /// Σ w_k (ρ_k + τ_k)² less its constant, with ‖(p_k − p_i,k, z_i,k)‖ ≤ ρ_k + τ_k for every AUV i. ρ_k is the
-    /// worst range from the goal, which is the point where it is least, so that the objective is small where the
+    /// The largest range stays small: Σ w_k (ρ_k + τ_k)² less its constant, with ‖(p_k − p_i,k, z_i,k)‖ ≤ ρ_k + τ_k for every AUV i. ρ_k is the
+    /// largest range from the goal, which is the point where it is least, so that the objective is small where the
     /// goal is met.
-    pub(super) fn keep_the_worst_range_small(&mut self, pass: &Pass<'_>) {
-        let scale = cost_scale(pass);
+    pub(crate) fn minimax_range_cost(&mut self, subproblem: &Subproblem<'_>) {
+        let scale = cost_scale(subproblem);
         for k in self.stages() {
-            let weight = scale * position_weight(pass, k) * LENGTH_UNIT * LENGTH_UNIT;
-            let distance = |member: &super::Member| {
-                let across = (pass.goal[k] - member.positions[k]).norm();
+            let weight = scale * position_weight(subproblem, k) * LENGTH_UNIT * LENGTH_UNIT;
+            let distance = |member: &super::MinimaxRange| {
+                let across = (subproblem.goal[k] - member.positions[k]).norm();
                 across.hypot(member.depths[k])
             };
-            let least = pass.worst.iter().map(distance).fold(0.0, f64::max) / LENGTH_UNIT;
-            let tau = self.layout.worst(k);
+            let least = subproblem.minimax.iter().map(distance).fold(0.0, f64::max) / LENGTH_UNIT;
+            let tau = self.layout.minimax(k);
             self.cost_triplets.push((tau, tau, 2.0 * weight));
             self.linear[tau] += 2.0 * weight * least;
-            for (i, member) in pass.worst.iter().enumerate() {
-                let row = self.layout.worst_cone(k, i);
+            for (i, member) in subproblem.minimax.iter().enumerate() {
+                let row = self.layout.minimax_cone(k, i);
                 self.row_triplets.push((row, tau, -1.0));
                 self.bounds[row] = least;
-                let away = (pass.goal[k] - member.positions[k]) / LENGTH_UNIT;
+                let away = (subproblem.goal[k] - member.positions[k]) / LENGTH_UNIT;
                 for axis in 0..2 {
                     let d = self.layout.deviation(k) + axis;
                     self.row_triplets.push((row + 1 + axis, d, -1.0));
@@ -46,31 +53,35 @@ impl Program {
         }
     }
 
-    /// Σ w_k ‖v_k − v_goal,k‖², trapezoidal in time, with a terminal weight.
-    pub(super) fn move_with_the_goal(&mut self, pass: &Pass<'_>) {
-        let scale = cost_scale(pass);
+    /// The craft moves with the goal: Σ w_k ‖v_k − v_goal,k‖², trapezoidal in time, with a terminal weight.
+    pub(crate) fn velocity_cost(&mut self, subproblem: &Subproblem<'_>) {
+        let scale = cost_scale(subproblem);
         for k in self.stages() {
             let last = k == self.layout.n_stages;
-            let terminal = if last { pass.weights.terminal_velocity } else { 0.0 };
-            let weight = scale * (pass.weights.velocity * duration(pass, k) + terminal);
+            let terminal = if last {
+                subproblem.weights.terminal_velocity
+            } else {
+                0.0
+            };
+            let weight = scale * (subproblem.weights.velocity * duration(subproblem, k) + terminal);
             for axis in 0..2 {
                 let v = self.layout.velocity(k) + axis;
                 self.cost_triplets.push((v, v, 2.0 * weight));
-                self.linear[v] -= 2.0 * weight * pass.goal_velocity[k][axis];
+                self.linear[v] -= 2.0 * weight * subproblem.goal_velocity[k][axis];
             }
         }
     }
 
-    /// Σ Δt_k w_a ‖a_k‖², a_k = (v_{k+1} − v_k) / Δt_k; v_0 is data.
-    pub(super) fn spare_the_thrusters(&mut self, pass: &Pass<'_>) {
-        let scale = cost_scale(pass);
+    /// The thrusters are spared: Σ Δt_k w_a ‖a_k‖², a_k = (v_{k+1} − v_k) / Δt_k; v_0 is data.
+    pub(crate) fn acceleration_cost(&mut self, subproblem: &Subproblem<'_>) {
+        let scale = cost_scale(subproblem);
         for k in 0..self.layout.n_stages {
-            let weight = scale * pass.weights.acceleration / pass.steps[k];
+            let weight = scale * subproblem.weights.acceleration / subproblem.steps[k];
             for axis in 0..2 {
                 let end = self.layout.velocity(k + 1) + axis;
                 self.cost_triplets.push((end, end, 2.0 * weight));
                 if k == 0 {
-                    self.linear[end] -= 2.0 * weight * pass.velocity[axis];
+                    self.linear[end] -= 2.0 * weight * subproblem.velocity[axis];
                 } else {
                     let start = self.layout.velocity(k) + axis;
                     self.cost_triplets.push((start, start, 2.0 * weight));
@@ -80,20 +91,20 @@ impl Program {
         }
     }
 
-    /// Σ w_E Δt (c₁ σ_k + c₃ e_k), the propulsion power, with e_k ≥ σ_k³ as two rotated cones:
+    /// The batteries are spared: Σ w_E Δt (c₁ σ_k + c₃ e_k), the propulsion power, with e_k ≥ σ_k³ as two rotated cones:
     ///
     /// ```text
     /// σ² ≤ m       ⇔  ‖(σ, (m − 1)/2)‖ ≤ (m + 1)/2
     /// m² ≤ e σ     ⇔  ‖(m, (e − σ)/2)‖ ≤ (e + σ)/2
     /// ```
-    pub(super) fn spare_the_batteries(&mut self, pass: &Pass<'_>) {
-        let scale = cost_scale(pass);
+    pub(crate) fn energy_cost(&mut self, subproblem: &Subproblem<'_>) {
+        let scale = cost_scale(subproblem);
         for k in self.stages() {
             let sigma = self.layout.energy(k);
             let (square, cube) = (sigma + 1, sigma + 2);
-            let price = scale * pass.weights.energy * duration(pass, k);
-            self.linear[sigma] += price * pass.power.linear;
-            self.linear[cube] += price * pass.power.cubic;
+            let price = scale * subproblem.weights.energy * duration(subproblem, k);
+            self.linear[sigma] += price * subproblem.power.linear;
+            self.linear[cube] += price * subproblem.power.cubic;
             let first = self.layout.energy_cones(k);
             self.row_triplets.push((first, square, -0.5));
             self.bounds[first] = 0.5;
@@ -109,11 +120,11 @@ impl Program {
         }
     }
 
-    /// ρ₁ ξ + ρ₂ ξ², ξ ≥ 0.
-    pub(super) fn price_the_slacks(&mut self, pass: &Pass<'_>) {
+    /// Every slack has a price: ρ₁ ξ + ρ₂ ξ², ξ ≥ 0.
+    pub(crate) fn slack_cost(&mut self, subproblem: &Subproblem<'_>) {
         for k in self.stages() {
             for slack in self.layout.slacks() {
-                let (linear, quadratic) = price(slack, pass.weights);
+                let (linear, quadratic) = price(slack, subproblem.weights);
                 let column = self.layout.slack(k, slack);
                 self.linear[column] += linear * SLACK_UNIT;
                 self.cost_triplets
@@ -137,21 +148,28 @@ fn price(slack: Slack, weights: &Weights) -> (f64, f64) {
 }
 
 /// The part of the horizon that stage k stands for, s: half of the intervals on either side.
-fn duration(pass: &Pass<'_>, k: usize) -> f64 {
-    0.5 * (pass.steps[k - 1] + pass.steps.get(k).copied().unwrap_or(0.0))
+fn duration(subproblem: &Subproblem<'_>, k: usize) -> f64 {
+    0.5 * (subproblem.steps[k - 1] + subproblem.steps.get(k).copied().unwrap_or(0.0))
 }
 
-fn position_weight(pass: &Pass<'_>, k: usize) -> f64 {
-    let last = k == pass.steps.len();
-    let terminal = if last { pass.weights.terminal_position } else { 0.0 };
-    pass.weights.position * duration(pass, k) + terminal
+fn position_weight(subproblem: &Subproblem<'_>, k: usize) -> f64 {
+    let last = k == subproblem.steps.len();
+    let terminal = if last {
+        subproblem.weights.terminal_position
+    } else {
+        0.0
+    };
+    subproblem.weights.position * duration(subproblem, k) + terminal
 }
 
 /// Factor on all costs but the slacks' price: the further the goal, the smaller, so that no goal is
 /// far enough to buy its way through a soft row.
-pub(super) fn cost_scale(pass: &Pass<'_>) -> f64 {
+pub(crate) fn cost_scale(subproblem: &Subproblem<'_>) -> f64 {
     let farthest =
         |points: &[nalgebra::Vector2<f64>]| points.iter().map(nalgebra::Vector2::norm).fold(0.0, f64::max);
-    let members = pass.worst.iter().map(|member| farthest(&member.positions));
-    1.0 / (1.0 + members.fold(farthest(pass.goal), f64::max) / LENGTH_UNIT)
+    let members = subproblem
+        .minimax
+        .iter()
+        .map(|member| farthest(&member.positions));
+    1.0 / (1.0 + members.fold(farthest(subproblem.goal), f64::max) / LENGTH_UNIT)
 }

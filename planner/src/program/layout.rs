@@ -14,13 +14,13 @@ pub struct Layout {
     pub n_discs: usize,
     /// Edges of the area to stay in.
     pub n_edges: usize,
-    /// AUVs whose worst range is to be small; none where the goal is a point.
-    pub n_worst: usize,
+    /// AUVs whose largest range is to be small; none where the goal is a point.
+    pub n_minimax: usize,
     /// Whether propulsion energy has a price.
     pub energy: bool,
 }
 
-/// Soft rows of a stage. Rows of one kind share a slack: it is the worst of them.
+/// Soft rows of a stage. Rows of one kind share a slack: it is the largest of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Slack {
     /// Forward speed and turn rate: two in one saves a sixth of the variables.
@@ -45,6 +45,7 @@ impl Slack {
 }
 
 const N_STATES: usize = 4;
+
 /// σ, m and e of a stage.
 const N_ENERGY: usize = 3;
 
@@ -85,7 +86,7 @@ impl Layout {
         self.slacks().take_while(|before| *before != slack).count()
     }
 
-    // Columns: d and v stage by stage, then the slacks stage by stage, the worst ranges, σ, m and e.
+    // Columns: d and v stage by stage, then the slacks stage by stage, the minimax ranges, σ, m and e.
 
     /// First of the two columns of d_k, k = 1 … N.
     #[expect(
@@ -114,28 +115,28 @@ impl Layout {
         (N_STATES + self.n_slacks()) * self.n_stages
     }
 
-    fn n_worst_columns(&self) -> usize {
-        if self.n_worst == 0 { 0 } else { self.n_stages }
+    fn n_minimax_columns(&self) -> usize {
+        if self.n_minimax == 0 { 0 } else { self.n_stages }
     }
 
-    /// Column of the worst range of stage k.
-    pub(crate) fn worst(&self, k: usize) -> usize {
+    /// Column of the minimax range of stage k.
+    pub(crate) fn minimax(&self, k: usize) -> usize {
         self.after_slacks() + (k - 1)
     }
 
     /// First of the columns σ_k, m_k, e_k.
     pub(crate) fn energy(&self, k: usize) -> usize {
         let per_stage = if self.energy { N_ENERGY } else { 0 };
-        self.after_slacks() + self.n_worst_columns() + per_stage * (k - 1)
+        self.after_slacks() + self.n_minimax_columns() + per_stage * (k - 1)
     }
 
     // Rows, block after block: equations, then inequalities, then cones of second order.
 
-    pub(super) fn dynamics(&self, k: usize) -> usize {
+    pub(crate) fn dynamics(&self, k: usize) -> usize {
         2 * (k - 1).min(self.n_stages)
     }
 
-    pub(super) fn acceleration(&self, k: usize) -> usize {
+    pub(crate) fn acceleration(&self, k: usize) -> usize {
         2 * self.n_stages + 2 * (k - 1)
     }
 
@@ -147,26 +148,26 @@ impl Layout {
         5 * self.n_stages + 2 * (k - 1)
     }
 
-    pub(super) fn slack_sign(&self, k: usize, slack: Slack) -> usize {
+    pub(crate) fn slack_sign(&self, k: usize, slack: Slack) -> usize {
         7 * self.n_stages + self.n_slacks() * (k - 1) + self.slack_index(slack)
     }
 
-    pub(super) fn area(&self, k: usize, edge: usize) -> usize {
+    pub(crate) fn area(&self, k: usize, edge: usize) -> usize {
         (7 + self.n_slacks()) * self.n_stages + self.n_edges * (k - 1) + edge
     }
 
     /// Row of the end of interval k, from stage k − 1 to k, outside a disc.
-    pub(super) fn disc_at_end(&self, k: usize, disc: usize) -> usize {
+    pub(crate) fn disc_at_end(&self, k: usize, disc: usize) -> usize {
         self.area(self.n_stages + 1, 0) + self.n_discs * (k - 1) + disc
     }
 
     /// Row of the start of interval k = 2 … N outside a disc; interval 1 starts where the craft is.
-    pub(super) fn disc_at_start(&self, k: usize, disc: usize) -> usize {
+    pub(crate) fn disc_at_start(&self, k: usize, disc: usize) -> usize {
         self.disc_at_end(self.n_stages + 1, 0) + self.n_discs * (k - 2) + disc
     }
 
     /// Row of σ_k below its limit.
-    pub(super) fn top_speed(&self, k: usize) -> usize {
+    pub(crate) fn top_speed(&self, k: usize) -> usize {
         let discs = if self.n_stages == 0 {
             0
         } else {
@@ -176,25 +177,25 @@ impl Layout {
         self.area(self.n_stages + 1, 0) + discs + per_stage * (k - 1)
     }
 
-    pub(super) fn n_inequalities(&self) -> usize {
+    pub(crate) fn n_inequalities(&self) -> usize {
         self.speed_cone(1) - 2 * self.n_stages
     }
 
-    pub(super) fn speed_cone(&self, k: usize) -> usize {
+    pub(crate) fn speed_cone(&self, k: usize) -> usize {
         self.top_speed(self.n_stages + 1) + 3 * (k - 1)
     }
 
-    pub(super) fn range_cone(&self, k: usize, auv: usize) -> usize {
+    pub(crate) fn range_cone(&self, k: usize, auv: usize) -> usize {
         self.speed_cone(self.n_stages + 1) + 3 * (self.n_ranges * (k - 1) + auv)
     }
 
-    pub(super) fn worst_cone(&self, k: usize, auv: usize) -> usize {
-        self.range_cone(self.n_stages + 1, 0) + 4 * (self.n_worst * (k - 1) + auv)
+    pub(crate) fn minimax_cone(&self, k: usize, auv: usize) -> usize {
+        self.range_cone(self.n_stages + 1, 0) + 4 * (self.n_minimax * (k - 1) + auv)
     }
 
     /// First row of the two cones of stage k that make e_k ≥ σ_k³.
-    pub(super) fn energy_cones(&self, k: usize) -> usize {
+    pub(crate) fn energy_cones(&self, k: usize) -> usize {
         let per_stage = if self.energy { 6 } else { 0 };
-        self.worst_cone(self.n_stages + 1, 0) + per_stage * (k - 1)
+        self.minimax_cone(self.n_stages + 1, 0) + per_stage * (k - 1)
     }
 }

@@ -2,14 +2,18 @@
 
 use nalgebra::Vector2;
 
-use super::{LENGTH_UNIT, Pass, Program, Slack, starboard_of};
+use crate::{
+    facts::angle::starboard_of,
+    program::{build::Program, layout::Slack, subproblem::Subproblem, units::LENGTH_UNIT},
+};
 
 impl Program {
-    /// d_k − d_{k−1} − ½ Δt (v_{k−1} + v_k) = Δt v_c − (r_k − r_{k−1}).
-    pub(super) fn move_as_the_velocity_says(&mut self, pass: &Pass<'_>) {
+    /// The craft moves as its velocity says: d_k − d_{k−1} − ½ Δt (v_{k−1} + v_k) = Δt v_c − (r_k − r_{k−1}).
+    pub(crate) fn dynamics(&mut self, subproblem: &Subproblem<'_>) {
         for k in self.stages() {
-            let dt = pass.steps[k - 1];
-            let drift = (pass.current * dt - (pass.goal[k] - pass.goal[k - 1])) / LENGTH_UNIT;
+            let dt = subproblem.steps[k - 1];
+            let drift =
+                (subproblem.current * dt - (subproblem.goal[k] - subproblem.goal[k - 1])) / LENGTH_UNIT;
             let half = 0.5 * dt / LENGTH_UNIT;
             for axis in 0..2 {
                 let row = self.layout.dynamics(k) + axis;
@@ -25,45 +29,46 @@ impl Program {
                         .push((row, self.layout.velocity(k - 1) + axis, -half));
                 } else {
                     // The craft is the origin: d_0 = −r_0.
-                    self.bounds[row] += half * pass.velocity[axis] - pass.goal[0][axis] / LENGTH_UNIT;
+                    self.bounds[row] +=
+                        half * subproblem.velocity[axis] - subproblem.goal[0][axis] / LENGTH_UNIT;
                 }
             }
         }
     }
 
-    /// b − a_dec ≤ c̄ᵀ a ≤ b + a_acc along the mean direction of the interval, b the surge loop's bias.
-    /// Hard: [`Self::never_outrun_the_craft`] leaves room for what a bias beyond the limits forces.
-    pub(super) fn accelerate_as_the_surge_loop_can(&mut self, pass: &Pass<'_>) {
+    /// The surge loop can make the acceleration: b − a_dec ≤ c̄ᵀ a ≤ b + a_acc along the mean direction of the interval, b the surge disturbance.
+    /// Hard: [`Self::top_speed`] leaves room for what a disturbance beyond the limits forces.
+    pub(crate) fn acceleration_limits(&mut self, subproblem: &Subproblem<'_>) {
         for k in self.stages() {
-            let dt = pass.steps[k - 1];
-            let c = mean_direction(pass.directions, k);
+            let dt = subproblem.steps[k - 1];
+            let c = mean_direction(subproblem.directions, k);
             let row = self.layout.acceleration(k);
             for (row, sign, most) in [
-                (row, 1.0, pass.limits.acceleration_max),
-                (row + 1, -1.0, pass.limits.deceleration_max),
+                (row, 1.0, subproblem.limits.acceleration_max),
+                (row + 1, -1.0, subproblem.limits.deceleration_max),
             ] {
                 self.add_velocity(row, k, c * (sign / dt));
-                self.bounds[row] = most + sign * pass.surge_bias[k - 1];
+                self.bounds[row] = most + sign * subproblem.surge_disturbance[k - 1];
                 if k > 1 {
                     self.add_velocity(row, k - 1, c * (-sign / dt));
                 } else {
-                    self.bounds[row] += sign * c.dot(&pass.velocity) / dt;
+                    self.bounds[row] += sign * c.dot(&subproblem.velocity) / dt;
                 }
             }
         }
     }
 
-    /// c_kᵀ v_k ≥ u_min − ξ: the inner half-plane, which implies ‖v_k‖ ≥ u_min.
-    pub(super) fn keep_moving_ahead(&mut self, pass: &Pass<'_>) {
+    /// The craft keeps moving ahead: c_kᵀ v_k ≥ u_min − ξ: the inner half-plane, which implies ‖v_k‖ ≥ u_min.
+    pub(crate) fn forward_speed(&mut self, subproblem: &Subproblem<'_>) {
         for k in self.stages() {
             let row = self.layout.forward_speed(k);
-            self.add_velocity(row, k, -pass.directions[k]);
+            self.add_velocity(row, k, -subproblem.directions[k]);
             self.soften(row, k, Slack::Motion, 1.0);
-            self.bounds[row] = -pass.limits.speed_min;
+            self.bounds[row] = -subproblem.limits.speed_min;
         }
     }
 
-    /// |n̄ᵀ (a_k + (T/Δ) (a_k − a_{k−1}))| ≤ r_max c̄ᵀ (v_{k−1} + v_k)/2 + ξ: lateral acceleration is speed times rate, and
+    /// The heading reference turns no faster than the craft can: |n̄ᵀ (a_k + (T/Δ) (a_k − a_{k−1}))| ≤ r_max c̄ᵀ (v_{k−1} + v_k)/2 + ξ: lateral acceleration is speed times rate, and
     /// the heading reference that makes it turns no faster than the craft.
     ///
     /// A heading loop of lag T follows T ψ̇ = ψ_ref − ψ, so that a plan asks for ψ_ref = ψ + T ψ̇, which turns with
@@ -71,14 +76,14 @@ impl Program {
     /// no faster than the craft can, and begins to turn no sooner. Δ is the time between the middles of both intervals.
     ///
     /// The mean speed of the interval, not the one at its start, lets a craft at rest begin to turn.
-    pub(super) fn turn_no_faster_than_the_craft_can(&mut self, pass: &Pass<'_>) {
+    pub(crate) fn turn_rate(&mut self, subproblem: &Subproblem<'_>) {
         for k in self.stages() {
-            let dt = pass.steps[k - 1];
-            let dt_before = if k > 1 { pass.steps[k - 2] } else { dt };
-            let lead = pass.course_lag / (0.5 * (dt + dt_before));
-            let c = mean_direction(pass.directions, k);
+            let dt = subproblem.steps[k - 1];
+            let dt_before = if k > 1 { subproblem.steps[k - 2] } else { dt };
+            let lead = subproblem.course_lag / (0.5 * (dt + dt_before));
+            let c = mean_direction(subproblem.directions, k);
             let n = starboard_of(c);
-            let ahead = c * (0.5 * pass.limits.turn_rate_max);
+            let ahead = c * (0.5 * subproblem.limits.turn_rate_max);
             for (i, sign) in [1.0, -1.0].into_iter().enumerate() {
                 let row = self.layout.turn_rate(k) + i;
                 let now = n * (sign * (1.0 + lead) / dt);
@@ -90,12 +95,12 @@ impl Program {
                     1 => {
                         let ahead_of_start = n * (sign / dt) + ahead;
                         let change = n * (sign * lead / dt);
-                        self.bounds[row] = (ahead_of_start + change).dot(&pass.velocity)
-                            + sign * lead * n.dot(&pass.acceleration);
+                        self.bounds[row] = (ahead_of_start + change).dot(&subproblem.velocity)
+                            + sign * lead * n.dot(&subproblem.acceleration);
                     }
                     2 => {
                         self.add_velocity(row, k - 1, last);
-                        self.bounds[row] = -before.dot(&pass.velocity);
+                        self.bounds[row] = -before.dot(&subproblem.velocity);
                     }
                     _ => {
                         self.add_velocity(row, k - 1, last);
@@ -106,19 +111,24 @@ impl Program {
         }
     }
 
-    /// ‖v_k‖ ≤ max(u_max, w_k), w_0 = ‖v_0‖, w_k = max(0, w_{k−1} − (a − |b|) Δt_k): a craft that starts too fast slows
+    /// The plan never outruns the craft: ‖v_k‖ ≤ max(u_max, w_k), w_0 = ‖v_0‖, w_k = max(0, w_{k−1} − (a − |b|) Δt_k): a craft that starts too fast slows
     /// down as hard as it can.
     ///
     /// a is the weaker of acceleration and deceleration, so that v_k = v_{k−1} shortened by as much satisfies the
-    /// acceleration rows whatever the directions are; and so does v_{k−1} + sgn(b) c̄ (|b| − a) Δt_k where the bias b of
+    /// acceleration rows whatever the directions are; and so does v_{k−1} + sgn(b) c̄ (|b| − a) Δt_k where the disturbance b of
     /// the interval is beyond them. The hard rows always have a common point.
-    pub(super) fn never_outrun_the_craft(&mut self, pass: &Pass<'_>) {
-        let weaker = pass.limits.acceleration_max.min(pass.limits.deceleration_max);
-        let mut slowed = pass.velocity.norm();
+    pub(crate) fn top_speed(&mut self, subproblem: &Subproblem<'_>) {
+        let weaker = subproblem
+            .limits
+            .acceleration_max
+            .min(subproblem.limits.deceleration_max);
+        let mut slowed = subproblem.velocity.norm();
         for k in self.stages() {
-            slowed = (slowed - (weaker - pass.surge_bias[k - 1].abs()) * pass.steps[k - 1]).max(0.0);
+            slowed = (slowed
+                - (weaker - subproblem.surge_disturbance[k - 1].abs()) * subproblem.steps[k - 1])
+                .max(0.0);
             let row = self.layout.speed_cone(k);
-            let most = pass.limits.speed_max.max(slowed);
+            let most = subproblem.limits.speed_max.max(slowed);
             if self.layout.energy {
                 // ‖v_k‖ ≤ σ_k ≤ most
                 let (sigma, top) = (self.layout.energy(k), self.layout.top_speed(k));

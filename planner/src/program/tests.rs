@@ -2,14 +2,23 @@
 
 use std::collections::HashSet;
 
-use super::*;
-use crate::{craft::Craft, policy::Policy};
+use nalgebra::Vector2;
 
-use super::cost::cost_scale;
+use super::*;
+use crate::{
+    craft::closed_loop::Craft,
+    facts::{angle::starboard_of, asc::Limits},
+    problem::policy::Policy,
+    program::{
+        cost::cost_scale,
+        layout::Slack,
+        sparse::{Sparse, Triplet},
+    },
+};
 
 #[test]
 fn every_variable_and_every_row_has_one_place() {
-    for ((n_ranges, n_other_ranges), n_discs, n_edges, n_worst, energy) in [
+    for ((n_ranges, n_other_ranges), n_discs, n_edges, n_minimax, energy) in [
         ((0, 0), 0, 0, 0, false),
         ((2, 1), 3, 4, 2, true),
         ((1, 0), 0, 5, 0, true),
@@ -21,7 +30,7 @@ fn every_variable_and_every_row_has_one_place() {
             n_other_ranges,
             n_discs,
             n_edges,
-            n_worst,
+            n_minimax,
             energy,
         };
         let (mut columns, mut rows) = (HashSet::new(), HashSet::new());
@@ -45,15 +54,15 @@ fn every_variable_and_every_row_has_one_place() {
             }
             (0..n_ranges).for_each(|i| place(&mut rows, layout.range_cone(k, i), 3));
             (0..n_edges).for_each(|i| place(&mut rows, layout.area(k, i), 1));
-            (0..n_worst).for_each(|i| place(&mut rows, layout.worst_cone(k, i), 4));
+            (0..n_minimax).for_each(|i| place(&mut rows, layout.minimax_cone(k, i), 4));
             for i in 0..n_discs {
                 place(&mut rows, layout.disc_at_end(k, i), 1);
                 if k > 1 {
                     place(&mut rows, layout.disc_at_start(k, i), 1);
                 }
             }
-            if n_worst > 0 {
-                place(&mut columns, layout.worst(k), 1);
+            if n_minimax > 0 {
+                place(&mut columns, layout.minimax(k), 1);
             }
             if energy {
                 place(&mut columns, layout.energy(k), 3);
@@ -72,10 +81,10 @@ struct Scene {
     goal: Vec<Vector2<f64>>,
     goal_velocity: Vec<Vector2<f64>>,
     directions: Vec<Vector2<f64>>,
-    ranges: Vec<Range>,
+    ranges: Vec<AcousticRange>,
     discs: Vec<Disc>,
     edges: Vec<Edge>,
-    worst: Vec<Member>,
+    minimax: Vec<MinimaxRange>,
     policy: Policy,
 }
 
@@ -90,29 +99,29 @@ impl Scene {
             ranges: Vec::new(),
             discs: Vec::new(),
             edges: Vec::new(),
-            worst: Vec::new(),
+            minimax: Vec::new(),
             policy: Policy::default(),
         }
     }
 
-    /// With bounds of every kind, a worst range to keep small and a price of energy.
+    /// With bounds of every kind, a minimax range to keep small and a price of energy.
     fn bounded() -> Self {
         let at = |k: i32, a: f64, b: f64| Vector2::new(a + 0.4 * f64::from(k), b - 0.2 * f64::from(k));
         let way = |a, b| (0..5).map(|k| at(k, a, b)).collect::<Vec<_>>();
         let numbers = |a: f64| (0..5).map(|k| a + 0.1 * f64::from(k)).collect::<Vec<_>>();
-        let member = |a, b, depth| Member {
+        let member = |a, b, depth| MinimaxRange {
             positions: way(a, b),
             depths: numbers(depth),
         };
         let mut scene = Self::new();
         scene.policy.weights.energy = 0.7;
         scene.ranges = vec![
-            Range {
+            AcousticRange {
                 centres: way(9.0, 3.0),
                 radii: numbers(12.0),
                 named: true,
             },
-            Range {
+            AcousticRange {
                 centres: way(-3.0, 7.0),
                 radii: numbers(8.0),
                 named: false,
@@ -129,12 +138,12 @@ impl Scene {
                 offset: 17.0,
             })
             .to_vec();
-        scene.worst = vec![member(4.0, -9.0, 5.0), member(6.0, 8.0, 11.0)];
+        scene.minimax = vec![member(4.0, -9.0, 5.0), member(6.0, 8.0, 11.0)];
         scene
     }
 
-    fn pass(&self) -> Pass<'_> {
-        Pass {
+    fn subproblem(&self) -> Subproblem<'_> {
+        Subproblem {
             steps: &self.steps,
             velocity: Vector2::new(0.4, -0.05),
             acceleration: Vector2::new(-0.02, 0.04),
@@ -144,11 +153,11 @@ impl Scene {
             goal_velocity: &self.goal_velocity,
             directions: &self.directions,
             limits: &Limits::MEDUSA,
-            surge_bias: &[0.02, -0.01, 0.03, 0.04],
+            surge_disturbance: &[0.02, -0.01, 0.03, 0.04],
             ranges: &self.ranges,
             discs: &self.discs,
             edges: &self.edges,
-            worst: &self.worst,
+            minimax: &self.minimax,
             weights: &self.policy.weights,
             power: Craft::MEDUSA.power,
         }
@@ -157,18 +166,18 @@ impl Scene {
 
 /// Velocities, and the deviations that the equations of motion make of them, written down
 /// independently of the program's rows.
-fn variables(pass: &Pass<'_>, wiggle: f64) -> (Vec<f64>, Vec<Vector2<f64>>, Vec<Vector2<f64>>) {
-    let layout = pass.layout();
+fn variables(subproblem: &Subproblem<'_>, wiggle: f64) -> (Vec<f64>, Vec<Vector2<f64>>, Vec<Vector2<f64>>) {
+    let layout = subproblem.layout();
     let mut x = vec![0.0; layout.n_variables()];
-    let (mut positions, mut velocities) = (vec![Vector2::zeros()], vec![pass.velocity]);
+    let (mut positions, mut velocities) = (vec![Vector2::zeros()], vec![subproblem.velocity]);
     for k in 1..=layout.n_stages {
-        let (dt, before) = (pass.steps[k - 1], velocities[k - 1]);
+        let (dt, before) = (subproblem.steps[k - 1], velocities[k - 1]);
         let phase = wiggle * f64::from(u32::try_from(k).expect("a stage fits"));
         let velocity = Vector2::new(0.5 + 0.2 * phase.sin(), 0.1 * phase.cos());
         let acceleration = (velocity - before) / dt;
-        let position = positions[k - 1] + (before + pass.current) * dt + acceleration * (0.5 * dt * dt);
+        let position = positions[k - 1] + (before + subproblem.current) * dt + acceleration * (0.5 * dt * dt);
         for axis in 0..2 {
-            x[layout.deviation(k) + axis] = (position - pass.goal[k])[axis] / LENGTH_UNIT;
+            x[layout.deviation(k) + axis] = (position - subproblem.goal[k])[axis] / LENGTH_UNIT;
             x[layout.velocity(k) + axis] = velocity[axis];
         }
         positions.push(position);
@@ -198,32 +207,39 @@ fn objective(program: &Program, x: &[f64]) -> f64 {
 }
 
 /// The cost as the policy words it, summed over the trajectory.
-fn cost_in_words(pass: &Pass<'_>, positions: &[Vector2<f64>], velocities: &[Vector2<f64>]) -> f64 {
-    let (w, n) = (pass.weights, pass.steps.len());
+fn cost_in_words(
+    subproblem: &Subproblem<'_>,
+    positions: &[Vector2<f64>],
+    velocities: &[Vector2<f64>],
+) -> f64 {
+    let (w, n) = (subproblem.weights, subproblem.steps.len());
     let mut cost = 0.0;
     let miss = |k: usize| {
-        w.position * (positions[k] - pass.goal[k]).norm_squared()
-            + w.velocity * (velocities[k] - pass.goal_velocity[k]).norm_squared()
+        w.position * (positions[k] - subproblem.goal[k]).norm_squared()
+            + w.velocity * (velocities[k] - subproblem.goal_velocity[k]).norm_squared()
     };
-    let acceleration = |k: usize| (velocities[k + 1] - velocities[k]) / pass.steps[k];
+    let acceleration = |k: usize| (velocities[k + 1] - velocities[k]) / subproblem.steps[k];
     for k in 0..n {
-        cost += 0.5 * pass.steps[k] * (miss(k) + miss(k + 1));
-        cost += w.acceleration * pass.steps[k] * acceleration(k).norm_squared();
+        cost += 0.5 * subproblem.steps[k] * (miss(k) + miss(k + 1));
+        cost += w.acceleration * subproblem.steps[k] * acceleration(k).norm_squared();
     }
-    cost + w.terminal_position * (positions[n] - pass.goal[n]).norm_squared()
-        + w.terminal_velocity * (velocities[n] - pass.goal_velocity[n]).norm_squared()
+    cost + w.terminal_position * (positions[n] - subproblem.goal[n]).norm_squared()
+        + w.terminal_velocity * (velocities[n] - subproblem.goal_velocity[n]).norm_squared()
 }
 
 #[test]
 fn the_objective_is_the_cost_in_words_up_to_scale_and_a_constant() {
     let scene = Scene::new();
-    let pass = scene.pass();
-    let program = Program::new(&pass);
+    let subproblem = scene.subproblem();
+    let program = Program::new(&subproblem);
     let difference = |a: f64, b: f64| a - b;
-    let [(x, p, v), (y, q, w)] = [0.7, 2.9].map(|wiggle| variables(&pass, wiggle));
-    let unit = cost_scale(&pass) / COST_UNIT;
+    let [(x, p, v), (y, q, w)] = [0.7, 2.9].map(|wiggle| variables(&subproblem, wiggle));
+    let unit = cost_scale(&subproblem) / COST_UNIT;
     let ours = difference(objective(&program, &x), objective(&program, &y)) / unit;
-    let words = difference(cost_in_words(&pass, &p, &v), cost_in_words(&pass, &q, &w));
+    let words = difference(
+        cost_in_words(&subproblem, &p, &v),
+        cost_in_words(&subproblem, &q, &w),
+    );
     assert!((ours - words).abs() < 1e-9 * words.abs(), "{ours} is not {words}");
 }
 
@@ -237,9 +253,9 @@ fn row_slacks(program: &Program, x: &[f64]) -> Vec<f64> {
 #[test]
 fn every_row_says_what_its_promise_says() {
     let scene = Scene::new();
-    let pass = scene.pass();
-    let program = Program::new(&pass);
-    let (mut x, _, v) = variables(&pass, 1.3);
+    let subproblem = scene.subproblem();
+    let program = Program::new(&subproblem);
+    let (mut x, _, v) = variables(&subproblem, 1.3);
     let layout = program.layout;
     for k in 1..=layout.n_stages {
         x[layout.slack(k, Slack::Motion)] = 0.01 * f64::from(u32::try_from(k).expect("a stage fits"));
@@ -254,11 +270,11 @@ fn every_row_says_what_its_promise_says() {
     };
     for k in 1..=layout.n_stages {
         let xi = x[layout.slack(k, Slack::Motion)] * SLACK_UNIT;
-        let (c, limits) = (pass.directions[k], pass.limits);
-        let c_mean = (pass.directions[k - 1] + c).normalize();
+        let (c, limits) = (subproblem.directions[k], subproblem.limits);
+        let c_mean = (subproblem.directions[k - 1] + c).normalize();
         let n_mean = starboard_of(c_mean);
-        let a = (v[k] - v[k - 1]) / pass.steps[k - 1];
-        let bias = pass.surge_bias[k - 1];
+        let a = (v[k] - v[k - 1]) / subproblem.steps[k - 1];
+        let bias = subproblem.surge_disturbance[k - 1];
         close(layout.dynamics(k), 0.0, "equations of motion");
         close(layout.dynamics(k) + 1, 0.0, "equations of motion");
         close(
@@ -279,12 +295,15 @@ fn every_row_says_what_its_promise_says() {
         let rate = limits.turn_rate_max * c_mean.dot(&(v[k] + v[k - 1])) / 2.0 + xi;
         // What the reference that leads the course by its lag turns with: a + T ȧ, between the middles of both intervals.
         let (a_before, between) = if k == 1 {
-            (pass.acceleration, pass.steps[0])
+            (subproblem.acceleration, subproblem.steps[0])
         } else {
-            let before = (v[k - 1] - v[k - 2]) / pass.steps[k - 2];
-            (before, f64::midpoint(pass.steps[k - 2], pass.steps[k - 1]))
+            let before = (v[k - 1] - v[k - 2]) / subproblem.steps[k - 2];
+            (
+                before,
+                f64::midpoint(subproblem.steps[k - 2], subproblem.steps[k - 1]),
+            )
         };
-        let asked = a + (a - a_before) * (pass.course_lag / between);
+        let asked = a + (a - a_before) * (subproblem.course_lag / between);
         close(
             layout.turn_rate(k),
             rate - n_mean.dot(&asked),
@@ -300,11 +319,11 @@ fn every_row_says_what_its_promise_says() {
 #[test]
 fn a_craft_without_lag_may_turn_as_fast_as_it_can_whatever_its_turn_was() {
     let scene = Scene::new();
-    let prompt = Pass {
+    let prompt = Subproblem {
         course_lag: 0.0,
-        ..scene.pass()
+        ..scene.subproblem()
     };
-    let turning = Pass {
+    let turning = Subproblem {
         acceleration: Vector2::new(3.0, -5.0),
         ..prompt
     };
@@ -325,9 +344,9 @@ fn a_craft_without_lag_may_turn_as_fast_as_it_can_whatever_its_turn_was() {
 #[test]
 fn every_bound_says_what_its_promise_says() {
     let scene = Scene::bounded();
-    let pass = scene.pass();
-    let program = Program::new(&pass);
-    let (mut x, p, v) = variables(&pass, 1.3);
+    let subproblem = scene.subproblem();
+    let program = Program::new(&subproblem);
+    let (mut x, p, v) = variables(&subproblem, 1.3);
     let layout = program.layout;
     for (i, slack) in layout.slacks().enumerate() {
         (1..=layout.n_stages).for_each(|k| {
@@ -335,7 +354,7 @@ fn every_bound_says_what_its_promise_says() {
         });
     }
     for k in 1..=layout.n_stages {
-        x[layout.worst(k)] = 0.2;
+        x[layout.minimax(k)] = 0.2;
         let sigma = layout.energy(k);
         (x[sigma], x[sigma + 1], x[sigma + 2]) = (0.9, 0.85, 0.8);
     }
@@ -350,7 +369,7 @@ fn every_bound_says_what_its_promise_says() {
         |row: usize, n: usize| s[row + 1..row + n].iter().map(|s| s * s).sum::<f64>().sqrt() * LENGTH_UNIT;
     for k in 1..=layout.n_stages {
         let xi = |slack| x[layout.slack(k, slack)] * SLACK_UNIT;
-        for (i, range) in pass.ranges.iter().enumerate() {
+        for (i, range) in subproblem.ranges.iter().enumerate() {
             let row = layout.range_cone(k, i);
             close(
                 s[row] * LENGTH_UNIT,
@@ -359,22 +378,22 @@ fn every_bound_says_what_its_promise_says() {
             );
             close(norm(row, 3), (p[k] - range.centres[k]).norm(), "distance");
         }
-        for (g, edge) in pass.edges.iter().enumerate() {
+        for (g, edge) in subproblem.edges.iter().enumerate() {
             let inside = edge.offset - edge.normal.dot(&p[k]) + xi(Slack::Area);
             close(s[layout.area(k, g)] * LENGTH_UNIT, inside, "area");
         }
-        for (i, member) in pass.worst.iter().enumerate() {
-            let row = layout.worst_cone(k, i);
-            let range = |p: Vector2<f64>, m: &Member| (p - m.positions[k]).norm().hypot(m.depths[k]);
-            let least = pass
-                .worst
+        for (i, member) in subproblem.minimax.iter().enumerate() {
+            let row = layout.minimax_cone(k, i);
+            let range = |p: Vector2<f64>, m: &MinimaxRange| (p - m.positions[k]).norm().hypot(m.depths[k]);
+            let least = subproblem
+                .minimax
                 .iter()
-                .map(|m| range(pass.goal[k], m))
+                .map(|m| range(subproblem.goal[k], m))
                 .fold(0.0, f64::max);
             close(s[row] * LENGTH_UNIT, least + 0.2 * LENGTH_UNIT, "worst range");
             close(norm(row, 4), range(p[k], member), "slant range");
         }
-        let (disc, dt, limits) = (&pass.discs[0], pass.steps[k - 1], pass.limits);
+        let (disc, dt, limits) = (&subproblem.discs[0], subproblem.steps[k - 1], subproblem.limits);
         let hardest = limits
             .acceleration_max
             .hypot(limits.turn_rate_max * limits.speed_max);
@@ -405,12 +424,12 @@ fn every_bound_says_what_its_promise_says() {
 #[test]
 fn a_disc_that_is_not_there_binds_nothing_and_keeps_the_pattern() {
     let mut scene = Scene::bounded();
-    let there = Program::new(&scene.pass());
+    let there = Program::new(&scene.subproblem());
     // Gone at stages 1 to 3, back at the last.
     scene.discs[0].radii[1..4].fill(-1.0);
-    let program = Program::new(&scene.pass());
+    let program = Program::new(&scene.subproblem());
     assert_eq!(program.constraints.row_indices, there.constraints.row_indices);
-    let (x, ..) = variables(&scene.pass(), 1.3);
+    let (x, ..) = variables(&scene.subproblem(), 1.3);
     let far: Vec<_> = x.iter().map(|x| 1e3 * x).collect();
     let layout = program.layout;
     for k in [2, 3] {
@@ -430,9 +449,9 @@ fn restating_gives_the_same_program_as_stating_anew() {
     let mut other = Scene::bounded();
     other.goal.iter_mut().for_each(|r| *r *= -3.0);
     other.directions.reverse();
-    let mut program = Program::new(&other.pass());
-    program.restate(&scene.pass());
-    assert_eq!(program, Program::new(&scene.pass()));
+    let mut program = Program::new(&other.subproblem());
+    program.restate(&scene.subproblem());
+    assert_eq!(program, Program::new(&scene.subproblem()));
 }
 
 /// Slowed down where the bias leaves room for it, and pushed where it is beyond the limits.
@@ -440,23 +459,31 @@ fn restating_gives_the_same_program_as_stating_anew() {
 fn the_hard_rows_have_a_common_point_whatever_the_bias() {
     for beyond in [0.0, 0.07, 0.14, -0.13] {
         let scene = Scene::new();
-        let biases: Vec<f64> = scene.pass().surge_bias.iter().map(|bias| bias + beyond).collect();
-        let pass = Pass {
+        let biases: Vec<f64> = scene
+            .subproblem()
+            .surge_disturbance
+            .iter()
+            .map(|bias| bias + beyond)
+            .collect();
+        let subproblem = Subproblem {
             velocity: Vector2::new(-2.0, 1.5),
-            surge_bias: &biases,
-            ..scene.pass()
+            surge_disturbance: &biases,
+            ..scene.subproblem()
         };
-        let program = Program::new(&pass);
-        let weaker = pass.limits.acceleration_max.min(pass.limits.deceleration_max);
+        let program = Program::new(&subproblem);
+        let weaker = subproblem
+            .limits
+            .acceleration_max
+            .min(subproblem.limits.deceleration_max);
         let mut x = vec![0.0; program.layout.n_variables()];
-        let mut velocity = pass.velocity;
+        let mut velocity = subproblem.velocity;
         for k in program.stages() {
-            let (bias, dt) = (pass.surge_bias[k - 1], pass.steps[k - 1]);
+            let (bias, dt) = (subproblem.surge_disturbance[k - 1], subproblem.steps[k - 1]);
             let room = (weaker - bias.abs()) * dt;
             velocity = if room >= 0.0 {
                 velocity * (1.0 - room / velocity.norm())
             } else {
-                let mean = (pass.directions[k - 1] + pass.directions[k]).normalize();
+                let mean = (subproblem.directions[k - 1] + subproblem.directions[k]).normalize();
                 velocity - mean * (room * bias.signum())
             };
             x[program.layout.velocity(k)] = velocity.x;

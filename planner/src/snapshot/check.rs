@@ -1,5 +1,7 @@
 //! The one place where an observation is checked, field by field, and becomes a snapshot.
 
+mod evidence;
+
 use std::{
     collections::{BTreeMap, HashSet},
     fmt,
@@ -8,150 +10,117 @@ use std::{
 
 use nalgebra::Vector2;
 
-use super::{
-    AscState, Auv, Dive, Goal, KnownPath, Limits, Observation, Offset, PreviousPlan, PreviousTarget,
-    Snapshot, TrajectoryPoint, VehicleId,
-    bounds::{bounds_faults, clockwise, separation_fault},
-};
 use crate::{
-    craft::{CraftEstimate, CraftModel, Prior},
-    estimate::Estimate,
-    invalid_field::{InvalidField, InvalidReason},
-    los::Reference,
-    path::InvalidPath,
+    facts::{
+        asc::{AscState, Limits},
+        auv::{Auv, Dive, VehicleId},
+        bounds::{bounds_faults, separation_fault},
+        goal::{Goal, Offset},
+        invalid_field::{InvalidField, InvalidReason},
+        known_path::KnownPath,
+        path::segment::InvalidPath,
+        ranges::{
+            AUVS_MAX, COORDINATE_MAX, CURRENT_MAX, ID_LENGTH_MAX, LEG_HEIGHT_MIN, OFFSET_MAX, REPORT_AGE_MAX,
+            TIME_MAX, TRAJECTORY_POINTS_MAX,
+        },
+        reference::{PreviousTarget, Reference, TrajectoryPoint},
+    },
+    snapshot::observation::{Observation, PreviousPlan},
 };
 
-mod evidence;
-
-pub use evidence::{REPORT_AGE_MAX, REPORT_AHEAD_MAX, REPORT_SIGMA_MIN, REPORTS_MAX};
-
-/// Most AUVs in one snapshot.
-pub const AUVS_MAX: usize = 16;
-/// Most points in a previous plan's trajectory.
-pub const TRAJECTORY_POINTS_MAX: usize = 256;
-/// Largest coordinate, m: one local datum cannot serve a larger area as a plane.
-pub const COORDINATE_MAX: f64 = 1.0e6;
 /// Largest coordinate of where an AUV was taken to be, m: a filter may have led out of what is accepted.
 const ESTIMATE_MAX: f64 = 2.0 * COORDINATE_MAX;
-/// Largest time, s: past the year 5000 on a Unix clock, and far from losing milliseconds.
-pub const TIME_MAX: f64 = 1.0e11;
+
 /// Slowest speed along a path, m/s: what is slower does not follow one.
 const PATH_SPEED_MIN: f64 = 0.01;
+
 /// Shallowest depth at which a climb can end, m: no vehicle flies.
 const DEPTH_MIN: f64 = 0.0;
+
 /// Deepest depth, m: of the oceans.
 const DEPTH_MAX: f64 = 12_000.0;
-/// Least height of a leg of a sawtooth, m. Assumption: below it, a depth gauge and a pitch loop make none.
-pub const LEG_HEIGHT_MIN: f64 = 0.5;
+
 /// Pitch of the legs of a sawtooth, rad: from what is still no level flight to 80°, where a heading ends.
 const DIVE_PITCH: RangeInclusive<f64> = 0.05..=1.4;
+
 /// Time that a reversal takes, s. Assumption: from the quickest pitch loop to a large glider's.
 const REVERSAL: RangeInclusive<f64> = 0.1..=120.0;
-/// Largest component of an offset, m: from farther away, a craft accompanies nobody.
-pub const OFFSET_MAX: f64 = 1.0e3;
-/// Shortest and longest slant range to stay within, m: what an acoustic modem may be asked for.
+
+/// Shortest and longest slant range to stay within, m: what an acoustic modem may be reference for.
 const RADIUS_MIN: f64 = 1.0;
+
 const RADIUS_MAX: f64 = 2.0e4;
+
 /// Largest weight of an AUV in a mean: only ratios count, and the sum must not overflow.
 const WEIGHT_MAX: f64 = 1.0e6;
-/// Fastest current along an axis, m/s. Assumption: beyond it are a few tidal races, and no formation of AUVs.
-pub const CURRENT_MAX: f64 = 3.0;
-/// Longest name of a vehicle, bytes.
-pub const ID_LENGTH_MAX: usize = 64;
 
 /// Every reason why an observation is no snapshot, in the order of its fields.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
 pub struct InvalidObservation(pub Vec<InvalidField>);
 
-impl TryFrom<Observation> for Snapshot {
-    type Error = InvalidObservation;
-
-    fn try_from(observation: Observation) -> Result<Self, InvalidObservation> {
-        let mut check = Check::default();
-        check.within(format_args!("t_s"), observation.time, -TIME_MAX..=TIME_MAX);
-        check.asc(&observation.asc);
-        check.auvs(&observation.auvs, observation.time);
-        check.goal(&observation.goal, &observation.auvs);
-        if let Some(offset) = &observation.offset {
-            check.offset(offset, &observation);
-        }
-        if let Some(current) = &observation.current {
-            check.current("current", current);
-        }
-        check.limits(&observation.limits);
-        let (keep_outs, area) = (&observation.keep_outs, &observation.area);
-        check
-            .invalid
-            .extend(bounds_faults(keep_outs, area, observation.range_max));
-        check
-            .invalid
-            .extend(separation_fault(observation.surfacing_separation));
-        if let Some(previous) = &observation.previous_plan {
-            check.trajectory(&previous.trajectory);
-            check.previous_targets(&previous.targets);
-            if let Some(course) = previous.goal_course {
-                let angle = -std::f64::consts::PI..=std::f64::consts::PI;
-                check.within(
-                    format_args!("previous_plan/goal_course_rad"),
-                    course.radians(),
-                    angle,
-                );
-            }
-            if let Some(current) = &previous.current {
-                check.current("previous_plan/current", current);
-            }
-            check.asked(previous);
-        }
-        check.invalid.extend(observation.craft.faults());
-        if check.invalid.is_empty() {
-            let observation = Observation {
-                area: clockwise(observation.area),
-                ..observation
-            };
-            let current = observation.current();
-            let estimate = |auv: &Auv| {
-                let remembered = observation.remembered(&auv.id);
-                Estimate::new(auv, observation.time, &current, remembered)
-            };
-            let estimates = observation.auvs.iter().map(estimate).collect();
-            let craft_prior = Prior::from(&observation.craft);
-            let craft_estimate = CraftEstimate::new(&observation, &craft_prior);
-            let craft = CraftModel::learnt(&craft_prior, &craft_estimate, &observation);
-            Ok(Self {
-                observation,
-                estimates,
-                craft_prior,
-                craft_estimate,
-                craft,
-            })
-        } else {
-            Err(InvalidObservation(check.invalid))
-        }
+/// Everything that is wrong with `observation`, in the order of its fields.
+pub(crate) fn faults(observation: &Observation) -> Vec<InvalidField> {
+    let mut check = Check::default();
+    check.within(format_args!("t_s"), observation.time, -TIME_MAX..=TIME_MAX);
+    check.asc(&observation.asc);
+    check.auvs(&observation.auvs, observation.time);
+    check.goal(&observation.goal, &observation.auvs);
+    if let Some(offset) = &observation.offset {
+        check.offset(offset, observation);
     }
+    if let Some(current) = &observation.current {
+        check.current("current", current);
+    }
+    check.limits(&observation.limits);
+    let (keep_outs, area) = (&observation.keep_outs, &observation.area);
+    check
+        .invalid
+        .extend(bounds_faults(keep_outs, area, observation.range_max));
+    check
+        .invalid
+        .extend(separation_fault(observation.surfacing_separation));
+    if let Some(previous) = &observation.previous_plan {
+        check.trajectory(&previous.trajectory);
+        check.previous_targets(&previous.targets);
+        if let Some(course) = previous.goal_course {
+            let angle = -std::f64::consts::PI..=std::f64::consts::PI;
+            check.within(
+                format_args!("previous_plan/goal_course_rad"),
+                course.radians(),
+                angle,
+            );
+        }
+        if let Some(current) = &previous.current {
+            check.current("previous_plan/current", current);
+        }
+        check.previous_references(previous);
+    }
+    check.invalid.extend(observation.craft.faults());
+    check.invalid
 }
 
 #[derive(Default)]
-struct Check {
-    invalid: Vec<InvalidField>,
+pub(crate) struct Check {
+    pub(crate) invalid: Vec<InvalidField>,
 }
 
 impl Check {
-    fn fail(&mut self, field: fmt::Arguments<'_>, reason: InvalidReason) {
+    pub(crate) fn fail(&mut self, field: fmt::Arguments<'_>, reason: InvalidReason) {
         self.invalid.push(InvalidField {
             field: field.to_string(),
             reason,
         });
     }
 
-    fn within(&mut self, field: fmt::Arguments<'_>, given: f64, range: RangeInclusive<f64>) {
+    pub(crate) fn within(&mut self, field: fmt::Arguments<'_>, given: f64, range: RangeInclusive<f64>) {
         if !range.contains(&given) {
             let (least, most) = range.into_inner();
             self.fail(field, InvalidReason::OutOfRange { given, least, most });
         }
     }
 
-    fn length(&mut self, field: fmt::Arguments<'_>, given: usize, range: RangeInclusive<usize>) {
+    pub(crate) fn length(&mut self, field: fmt::Arguments<'_>, given: usize, range: RangeInclusive<usize>) {
         if !range.contains(&given) {
             let (least, most) = range.into_inner();
             self.fail(field, InvalidReason::Length { given, least, most });
@@ -214,7 +183,7 @@ impl Check {
 
     fn dive(&mut self, auv: usize, dive: &Dive) {
         let depth_min = DEPTH_MIN..=DEPTH_MAX - LEG_HEIGHT_MIN;
-        // Where the other depth is none, this one is still to be told what it may be.
+        // Where the other depth is none, this one's range is still to be named.
         let least_depth = if depth_min.contains(&dive.depth_min) {
             dive.depth_min + LEG_HEIGHT_MIN
         } else {
@@ -316,16 +285,16 @@ impl Check {
         }
     }
 
-    /// What was asked for and what was told; where the former is no other, the JSON has only the latter.
-    fn asked(&mut self, previous: &PreviousPlan) {
-        let (asked, told) = (previous.reference, previous.told);
-        let apart = previous.craft.is_some() || told.is_some() && told != asked;
-        if let Some(asked) = asked.filter(|_| apart) {
+    /// The previous reference and the command made of it; where they are equal, the JSON has only the latter.
+    fn previous_references(&mut self, previous: &PreviousPlan) {
+        let (reference, command) = (previous.reference, previous.command);
+        let apart = previous.craft.is_some() || command.is_some() && command != reference;
+        if let Some(reference) = reference.filter(|_| apart) {
             let names = ["asked_speed_mps", "asked_heading_rad"];
-            self.reference("previous_plan/craft_estimate", names, &asked);
+            self.reference("previous_plan/craft_estimate", names, &reference);
         }
-        if let Some(told) = if apart { told } else { asked } {
-            self.reference("previous_plan/reference", ["speed_mps", "heading_rad"], &told);
+        if let Some(command) = if apart { command } else { reference } {
+            self.reference("previous_plan/reference", ["speed_mps", "heading_rad"], &command);
         }
     }
 

@@ -78,7 +78,7 @@ pub struct Tally {
     pub collided: u64,
     /// Known to the surface craft.
     pub delivered: u64,
-    /// Thrown away, oldest first, because nobody collected them.
+    /// Discarded, oldest first, because the caller did not collect them.
     pub uncollected: u64,
 }
 
@@ -114,7 +114,7 @@ enum Fate {
 }
 
 /// The random numbers of one slot, of which every slot takes the same count.
-struct Luck {
+struct SlotNoise {
     position: Vector2<f64>,
     depth: f64,
     course: f64,
@@ -125,7 +125,7 @@ struct Luck {
     loss: f64,
 }
 
-impl Luck {
+impl SlotNoise {
     fn draw(rng: &mut ChaCha8Rng) -> Self {
         let (position, telemetry) = (normal_pair(rng), normal_pair(rng));
         Self {
@@ -162,14 +162,14 @@ impl Acoustics {
         }
     }
 
-    /// Lets the vehicles speak whose slot begins at step number `step`, at time `step · period`. To be called
+    /// Lets each vehicle transmit whose slot begins at step number `step`, at time `step · period`. To be called
     /// once for each step, in order; `emissions` and `silent` are in the scenario's order.
     ///
     /// The slant range to the surface craft is taken when the message leaves: before it arrives, two vehicles
     /// of 1.5 m/s change the range by 0.2 % at most.
     ///
     /// A slot takes as many random numbers as every other, used, silent or out of range, so that two runs
-    /// from one seed have the same luck whatever their surface crafts do.
+    /// from one seed have the same noise, although their surface craft move differently.
     pub fn step(&mut self, step: u32, asc_position: &Vector2<f64>, emissions: &[Emission], silent: &[bool]) {
         debug_assert_eq!(emissions.len(), self.slot_steps.len(), "one emission a slot");
         debug_assert_eq!(silent.len(), self.slot_steps.len(), "one flag a slot");
@@ -177,10 +177,10 @@ impl Acoustics {
         let sent_at = f64::from(step) * self.period;
         for (vehicle, (emission, silent)) in emissions.iter().zip(silent).enumerate() {
             if self.slot_steps[vehicle] == step_of_frame {
-                let luck = Luck::draw(&mut self.rng);
+                let noise = SlotNoise::draw(&mut self.rng);
                 if !silent {
                     let range = (emission.position - asc_position).norm().hypot(emission.depth);
-                    self.transmit(self.fix(vehicle, sent_at, range, emission, &luck), range, &luck);
+                    self.transmit(self.fix(vehicle, sent_at, range, emission, &noise), range, &noise);
                 }
             }
         }
@@ -210,9 +210,9 @@ impl Acoustics {
     }
 
     /// What the surface craft will know if the message comes through.
-    fn fix(&self, vehicle: usize, sent_at: f64, range: f64, emission: &Emission, luck: &Luck) -> Fix {
+    fn fix(&self, vehicle: usize, sent_at: f64, range: f64, emission: &Emission, noise: &SlotNoise) -> Fix {
         let setup = &self.setup;
-        let spread = if luck.outlier < setup.outlier_share {
+        let spread = if noise.outlier < setup.outlier_share {
             setup.outlier_sigma
         } else {
             setup.position_sigma
@@ -221,13 +221,13 @@ impl Acoustics {
             vehicle,
             sent_at,
             heard_at: sent_at + range / setup.sound_speed + setup.latency,
-            position: disturbed_vector(&emission.position, &(luck.position * spread)),
-            depth: disturbed(emission.depth, setup.depth_sigma * luck.depth),
+            position: disturbed_vector(&emission.position, &(noise.position * spread)),
+            depth: disturbed(emission.depth, setup.depth_sigma * noise.depth),
             course: Course::new(disturbed(
                 emission.course.radians(),
-                setup.course_sigma * luck.course,
+                setup.course_sigma * noise.course,
             )),
-            speed: disturbed(emission.speed, setup.speed_sigma * luck.speed).max(0.0),
+            speed: disturbed(emission.speed, setup.speed_sigma * noise.speed).max(0.0),
             turn_rate: emission.turn_rate,
             descending: emission.descending,
             sigma: setup.position_sigma,
@@ -235,7 +235,7 @@ impl Acoustics {
     }
 
     /// Sends a message over `range` m, and lets it collide with those on their way.
-    fn transmit(&mut self, fix: Fix, range: f64, luck: &Luck) {
+    fn transmit(&mut self, fix: Fix, range: f64, noise: &SlotNoise) {
         let setup = &self.setup;
         self.tally.sent += 1;
         if range > setup.range_max {
@@ -246,10 +246,14 @@ impl Acoustics {
         let mut message = Message {
             fix,
             arrival: fix.sent_at + range / setup.sound_speed,
-            fate: if luck.loss < loss { Fate::Lost } else { Fate::Heard },
+            fate: if noise.loss < loss {
+                Fate::Lost
+            } else {
+                Fate::Heard
+            },
         };
-        // Whatever this one can hit is still pending: it cannot have been collected before its last sound
-        // arrived, which is after this one left. A lost one was not decoded, but it sounds as loud.
+        // Every message that this one can collide with is still pending: it is not collected before its last sound
+        // arrives, which is after this one left. A lost message was not decoded, but it is as loud.
         for other in &mut self.pending {
             if (other.arrival - message.arrival).abs() < setup.slot_length {
                 other.collide();

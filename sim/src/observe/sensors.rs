@@ -39,7 +39,7 @@ pub struct SensorSetup {
 }
 
 impl SensorSetup {
-    /// Sensors that say the truth, bit for bit.
+    /// Sensors without error, bit for bit.
     pub const PERFECT: Self = Self {
         position_sigma: 0.0,
         position_correlation_time: 0.0,
@@ -163,7 +163,7 @@ impl SurfaceSensors {
         }
     }
 
-    /// One look: what the craft believes now, `period` s after the look before it.
+    /// One look: the craft's estimate of its own state now, `period` s after the look before.
     ///
     /// Without satellites there is no ground velocity, and the position is reckoned:
     /// ```text

@@ -1,6 +1,7 @@
 //! The shape of a scenario file. Every number may be a distribution; what is left out has the value
 //! that its description names.
 
+use planner::snapshot::{AREA_CORNERS, AUVS_MAX, ID_LENGTH_MAX, KEEP_OUTS_MAX};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, de::Error as _};
 
@@ -10,15 +11,23 @@ use super::{
         ClockTime, Coordinate, Energy, Instant, KeepOutRadius, Latitude, Longitude, MissionTime, Quantity,
         RangeToKeep, Share,
     },
+    source::Source,
 };
 
 mod craft;
-mod surroundings;
+mod environment;
 mod vehicles;
 
 pub use craft::*;
-pub use surroundings::*;
+pub use environment::*;
 pub use vehicles::*;
+
+/// Most faults, corners or knots of a scenario.
+pub(super) const ITEMS_MAX: usize = 64;
+/// Most lanes of a lawn-mower.
+pub(super) const LANES_MAX: usize = 100;
+/// Names end up in files, tables and addresses.
+const NAME_PATTERN: &str = "^[a-z0-9-]+$";
 
 /// A point: [north, east], m.
 #[derive(Clone, Debug, PartialEq, JsonSchema)]
@@ -36,37 +45,40 @@ impl<'de> Deserialize<'de> for Point {
     }
 }
 
-/// A situation to try guidance laws in: who is where, what is to be done, in which water, with what knowledge.
+/// A situation to try guidance laws in: vehicles, goal, water, knowledge, bounds and faults.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
     /// Version of this format.
     pub schema_version: Version,
     /// Its name: lower-case letters, digits and hyphens.
+    #[schemars(length(min = 1, max = ID_LENGTH_MAX), regex(pattern = NAME_PATTERN))]
     pub name: String,
     /// What happens, in one line.
     pub title: String,
     /// How long it lasts, s.
     pub duration_s: Quantity<MissionTime>,
-    /// From when on every vehicle has had time to find its path or goal, s: start of the settled metrics.
+    /// Start of the settled metrics, s: by then every vehicle has had time to reach its path or goal.
     pub settled_after_s: Quantity<Instant>,
-    /// Where the datum lies on Earth; needed for GeoJSON, in or out.
+    /// Where the datum lies on Earth, which GeoJSON needs; nowhere if left out.
     pub origin: Option<OriginFile>,
-    /// The surface craft; without one the underwater vehicles are alone.
+    /// The surface craft; none if left out.
     pub surface_craft: Option<SurfaceCraftFile>,
     /// The underwater vehicles.
+    #[schemars(length(min = 1, max = AUVS_MAX))]
     pub auvs: Vec<AuvFile>,
     /// The water; still if left out.
     #[serde(default)]
     pub water: WaterFile,
-    /// What the surface craft knows; everything at once, but for paths, if left out.
+    /// What the surface craft knows; all but the paths, at once and exactly, if left out.
     #[serde(default)]
     pub knowledge: KnowledgeFile,
-    /// Where the surface craft is meant to stay; anywhere if left out.
+    /// Bounds of the surface craft; none if left out.
     #[serde(default)]
     pub bounds: BoundsFile,
-    /// What goes wrong, and when.
+    /// What goes wrong, and when; nothing if left out.
     #[serde(default)]
+    #[schemars(length(max = ITEMS_MAX))]
     pub faults: Vec<FaultFile>,
     /// The folder of the files it names.
     #[serde(skip)]
@@ -74,15 +86,6 @@ pub struct Scenario {
     /// Where it was read from.
     #[serde(skip)]
     pub source: Source,
-}
-
-/// Where a scenario was read from: what its mistakes are shown in.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Source {
-    /// Name of the file.
-    pub file: String,
-    /// What it says.
-    pub text: String,
 }
 
 /// A version of the format.
@@ -103,19 +106,21 @@ pub struct OriginFile {
     pub lon_deg: Quantity<Longitude>,
 }
 
-/// Where the surface craft is meant to stay: it is told all but the energy, and its runs are judged by all.
+/// Bounds of the surface craft: the planner is given all but the energy, and violations of all are counted.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoundsFile {
-    /// Discs to stay out of.
+    /// Discs to stay out of; none if left out.
     #[serde(default)]
+    #[schemars(length(max = KEEP_OUTS_MAX))]
     pub keep_outs: Vec<KeepOutFile>,
     /// Corners of a convex area to stay in; anywhere if left out.
     #[serde(default)]
+    #[schemars(length(max = *AREA_CORNERS.end()))]
     pub area: Vec<Point>,
-    /// Slant range to every underwater vehicle to keep within, m.
+    /// Slant range to every underwater vehicle to keep within, m; none if left out.
     pub range_max_m: Option<Quantity<RangeToKeep>>,
-    /// Propulsion energy to do with, J.
+    /// Propulsion energy available, J; unlimited if left out.
     pub energy_max_j: Option<Quantity<Energy>>,
 }
 

@@ -11,7 +11,7 @@ use geojson::{GeoJson, Geometry, GeometryValue, Position};
 
 use crate::{
     record::Origin,
-    water::{CurrentGrid, InvalidGrid},
+    world::water::{CurrentGrid, InvalidGrid},
 };
 
 /// Largest GeoJSON file that is read, bytes.

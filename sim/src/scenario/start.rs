@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 
+use ::record::table::SURFACE_CRAFT;
 use nalgebra::Vector2;
 use planner::{
     craft::Craft,
@@ -13,24 +14,23 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::{
     observe::{Briefing, Observer},
-    record::{self, Bounds, Origin},
+    record::{Bounds, Origin},
     scenario::{
         ScenarioError,
-        file::{Point, Scenario, SideFile},
+        file::{ITEMS_MAX, Point, Scenario, SideFile},
         quantity::{Kind, Quantity},
     },
     world::World,
 };
 
 mod craft;
-mod surroundings;
+mod environment;
+mod goal;
+mod path;
 mod vehicles;
 
-use craft::told_craft;
-use surroundings::bounds;
-
-/// Most discs, corners and faults of a scenario.
-const ITEMS_MAX: usize = 64;
+use craft::craft_description;
+use environment::bounds;
 
 /// What the random numbers of one seed are for. Each has a stream of its own, so that one more draw for one
 /// changes nothing for the others.
@@ -120,7 +120,7 @@ impl Draw {
         default
     }
 
-    fn take_any<K: Kind>(&mut self, quantity: Option<&Quantity<K>>) -> Option<f64> {
+    fn take_optional<K: Kind>(&mut self, quantity: Option<&Quantity<K>>) -> Option<f64> {
         if let Some(quantity) = quantity {
             return Some(self.take(quantity));
         }
@@ -165,9 +165,9 @@ impl Scenario {
             Some(file) => Some(self.surface_craft(file, &mut draw)?),
             None => None,
         };
-        let divers = (0..)
+        let auvs = (0..)
             .zip(&self.auvs)
-            .map(|(i, file)| self.diver(i, file, origin, &mut draw))
+            .map(|(i, file)| self.auv(i, file, origin, &mut draw))
             .collect::<Result<Vec<_>, _>>()?;
         let water = self.water(&self.water, seed, &mut draw)?;
         let bounds = bounds(&self.bounds, &mut draw)?;
@@ -179,7 +179,7 @@ impl Scenario {
             }
             None => (None, None, None),
         };
-        let world = World::new(surface_craft, divers, water, faults);
+        let world = World::new(surface_craft, auvs, water, faults);
         let offset = briefing.as_ref().and_then(|briefing| briefing.offset);
         let (goal, limits) = (
             briefing.as_ref().map(|briefing| briefing.goal.clone()),
@@ -215,6 +215,12 @@ impl Scenario {
         }
         for (i, auv) in self.auvs.iter().enumerate() {
             check_name(&format!("auvs[{i}].id"), &auv.id)?;
+            if auv.id == SURFACE_CRAFT {
+                return Err(invalid(
+                    format!("auvs[{i}].id"),
+                    format_args!("{SURFACE_CRAFT:?} is what the surface craft is called"),
+                ));
+            }
             if self.auvs[..i].iter().any(|earlier| earlier.id == auv.id) {
                 return Err(invalid(
                     format!("auvs[{i}].id"),
@@ -222,18 +228,11 @@ impl Scenario {
                 ));
             }
         }
-        let ids: Vec<&str> = self.auvs.iter().map(|auv| auv.id.as_str()).collect();
-        if let Some(twice) = record::column_named_twice(&ids) {
-            return Err(invalid(
-                "auvs",
-                format_args!("their names would give a record two columns called {twice:?}; rename one"),
-            ));
-        }
         Ok(())
     }
 
     /// The number of the vehicle called `id`.
-    fn diver_called(&self, field: &str, id: &str) -> Result<usize, InvalidScenario> {
+    fn auv_called(&self, field: &str, id: &str) -> Result<usize, InvalidScenario> {
         self.auvs.iter().position(|auv| auv.id == id).ok_or_else(|| {
             let known: Vec<&str> = self.auvs.iter().map(|auv| auv.id.as_str()).collect();
             invalid(
@@ -251,7 +250,7 @@ fn side(file: SideFile) -> Side {
     }
 }
 
-fn at_most(field: &str, n: usize) -> Result<(), InvalidScenario> {
+fn check_count(field: &str, n: usize) -> Result<(), InvalidScenario> {
     if n <= ITEMS_MAX {
         Ok(())
     } else {

@@ -8,24 +8,26 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use api::{
-    bench::{
-        FRONT_PICTURE, Provenance, Results, document, threads, worst_document, worst_runs, write_breakdowns,
-        write_runs, write_strangers,
-    },
-    figures::front_chart,
-};
 use clap::{Args, builder::RangedU64ValueParser};
-use sim::{
+use lab::{
     bench::{
-        Board, Contender, TRANSIENTS, TUNING_SEED, ablations, front, other_plant, sensitivity,
+        Board, Contender, TRANSIENTS, TUNING_SEED, ablations, other_plant, pareto_front, sensitivity,
         strangers::{FAULT_CRAFT, StrangersBench, StrangersBoard},
     },
-    scenario::Scenario,
+    figures::pareto_chart,
+    scoreboard::{
+        PARETO_PICTURE, Provenance, Results, document, threads, worst_document, worst_runs, write_breakdowns,
+        write_runs, write_strangers,
+    },
     strangers,
 };
+use sim::scenario::Scenario;
 
-use super::{MissionError, bar, lasting, show};
+use super::{
+    declared::lasting,
+    error::MissionError,
+    progress::{bar, show},
+};
 use crate::cli::{
     out_file::{OutFile, print},
     scenarios::scenario,
@@ -56,7 +58,7 @@ pub(crate) struct Bench {
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "5",
         value_parser = scored_seeds())]
     front: Option<u64>,
-    /// Then fly the planner and the laws on an Otter in place of a MEDUSA [seeds as above].
+    /// Then fly the planner and the laws on an Otter instead of a MEDUSA [seeds as above].
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "5",
         value_parser = scored_seeds())]
     other_plant: Option<u64>,
@@ -68,7 +70,7 @@ pub(crate) struct Bench {
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "5",
         value_parser = scored_seeds())]
     sensitivity: Option<u64>,
-    /// Then draw N craft at random, and fly the nearest law and the planner, told the craft and told nothing, in six
+    /// Then draw N craft at random, and fly the best-tuned law and the planner, with the craft declared and not, in six
     /// missions each; and see how soon it notices breakdowns [20 if N is left out].
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "20",
         value_parser = scored_seeds())]
@@ -98,13 +100,10 @@ fn scored_seeds() -> RangedU64ValueParser {
 
 /// Runs everything, writes the board, and prints where it is.
 pub(crate) fn bench(arguments: &Bench) -> Result<(), MissionError> {
-    let refused = |path: PathBuf| move |source| MissionError::Figure { path, source };
+    let refused = |path: PathBuf| move |source| MissionError::Directory { path, source };
     let scenarios = scenarios(arguments)?;
-    let (first, crafts, last) = (
-        arguments.first_craft,
-        arguments.crafts.map_or(0, |crafts| crafts.max(FAULT_CRAFT)),
-        TUNING_SEED - 1,
-    );
+    let (first, last) = (arguments.first_craft, TUNING_SEED - 1);
+    let crafts = arguments.crafts.map_or(0, |crafts| crafts.max(FAULT_CRAFT));
     if last + 1 < first + crafts {
         return Err(MissionError::CraftSeeds { first, crafts, last });
     }
@@ -114,7 +113,7 @@ pub(crate) fn bench(arguments: &Bench) -> Result<(), MissionError> {
         let path = arguments.out.join(name);
         match OutFile::new(&path) {
             Ok(file) => Ok((path, file)),
-            Err(source) => Err(MissionError::Figure { path, source }),
+            Err(source) => Err(MissionError::Directory { path, source }),
         }
     };
     let (markdown, html, parquet) = (
@@ -123,7 +122,7 @@ pub(crate) fn bench(arguments: &Bench) -> Result<(), MissionError> {
         file("runs.parquet")?,
     );
 
-    let bench = sim::bench::Bench {
+    let bench = lab::bench::Bench {
         scenarios,
         contenders: Contender::all(),
         seeds: arguments.seeds,
@@ -134,7 +133,7 @@ pub(crate) fn bench(arguments: &Bench) -> Result<(), MissionError> {
         let Some(seeds) = seeds.filter(|_| !scenarios.is_empty()) else {
             return Ok(None);
         };
-        let more = sim::bench::Bench {
+        let more = lab::bench::Bench {
             contenders: flyers,
             seeds,
             scenarios: scenarios.to_vec(),
@@ -156,14 +155,18 @@ pub(crate) fn bench(arguments: &Bench) -> Result<(), MissionError> {
                 Ok(bench.run(progress)?)
             })?
         },
-        front: more("nearness and energy", front(), arguments.front, &transients)?,
+        pareto: more(
+            "nearness and energy",
+            pareto_front(),
+            arguments.front,
+            &transients,
+        )?,
         other_plant: more("on an Otter", other_plant(), arguments.other_plant, all)?,
         ablations: more("ablations", ablations(), arguments.ablations, all)?,
         sensitivity: more("sensitivity", sensitivity(), arguments.sensitivity, all)?,
-        strangers: match strangers_bench(arguments) {
-            Some(bench) => Some(watched("strangers", |progress| Ok(bench.run(progress)?))?),
-            None => None,
-        },
+        strangers: strangers_bench(arguments)
+            .map(|bench| watched("strangers", |progress| Ok(bench.run(progress)?)))
+            .transpose()?,
     };
 
     let provenance = Provenance {
@@ -183,9 +186,9 @@ pub(crate) fn bench(arguments: &Bench) -> Result<(), MissionError> {
         written.map_err(refused(path.clone()))?;
         writeln!(names, "{}", path.display()).expect("a string takes everything");
     }
-    if let Some(board) = &results.front {
-        let path = arguments.out.join(FRONT_PICTURE);
-        write_text(&path, &front_chart(board, "Nearness and energy"))?;
+    if let Some(board) = &results.pareto {
+        let path = arguments.out.join(PARETO_PICTURE);
+        write_text(&path, &pareto_chart(board, "Nearness and energy"))?;
         writeln!(names, "{}", path.display()).expect("a string takes everything");
     }
     if let Some(board) = &results.strangers {
@@ -213,7 +216,7 @@ fn write_crafts(
         move |source| MissionError::Out { path, source }
     };
     let file = |path: &PathBuf| {
-        OutFile::new(path).map_err(|source| MissionError::Figure {
+        OutFile::new(path).map_err(|source| MissionError::Directory {
             path: path.clone(),
             source,
         })
@@ -241,7 +244,7 @@ fn worst(arguments: &Bench, board: &Board, scenarios: &[Scenario]) -> Result<Pat
 }
 
 fn write_text(path: &Path, text: &str) -> Result<(), MissionError> {
-    let refused = |source| MissionError::Figure {
+    let refused = |source| MissionError::Directory {
         path: path.to_owned(),
         source,
     };

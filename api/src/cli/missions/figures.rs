@@ -2,10 +2,13 @@
 
 use std::{fmt::Write as _, fs, io::Write as _, path::PathBuf};
 
-use api::figures::{PaperMissions, draw, gallery, stated, table};
 use clap::Args;
+use lab::figures::{PaperMissions, draw, gallery, stated, table};
 
-use super::{MissionError, bar, show};
+use super::{
+    error::MissionError,
+    progress::{bar, show},
+};
 use crate::cli::out_file::{OutFile, print};
 
 #[derive(Debug, Args)]
@@ -23,7 +26,7 @@ pub(crate) struct Figures {
 
 /// Flies the paper's missions, writes its figures, and prints its numbers beside the measured ones.
 pub(crate) fn figures(arguments: &Figures) -> Result<(), MissionError> {
-    let refused = |path: PathBuf| move |source| MissionError::Figure { path, source };
+    let refused = |path: PathBuf| move |source| MissionError::Directory { path, source };
     // Before the missions: a directory that cannot be written should not cost them.
     fs::create_dir_all(&arguments.out).map_err(refused(arguments.out.clone()))?;
     let index = arguments.out.join("index.html");
@@ -41,7 +44,7 @@ pub(crate) fn figures(arguments: &Figures) -> Result<(), MissionError> {
         .iter()
         .map(|figure| (arguments.out.join(figure.file_name()), figure.svg.clone()))
         .collect();
-    // Last: whoever finds it finds what it shows.
+    // Last: where it is, so is what it shows.
     files.push((index, gallery(&figures, &rows)));
     let mut written = String::new();
     for (path, text) in files {

@@ -5,11 +5,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use api::wire::PlanRequest;
 use planner::snapshot::Snapshot;
 use sim::guide::{Guidance, Guide, GuideError, MpcGuide};
+use wire::PlanRequest;
 
-use super::MissionError;
+use super::error::MissionError;
 use crate::cli::out_file::OutFile;
 
 /// The planner, and where the first and every `every`-th further snapshot is kept that it is asked. They are

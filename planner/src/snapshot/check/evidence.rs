@@ -2,34 +2,29 @@
 
 use nalgebra::Matrix4;
 
-use super::{
-    super::{AuvState, Evidence, Report},
-    COORDINATE_MAX, Check, TIME_MAX,
+use crate::{
+    facts::{
+        evidence::{AuvState, Evidence, Report},
+        invalid_field::InvalidReason,
+        ranges::{COORDINATE_MAX, REPORT_AGE_MAX, REPORT_AHEAD_MAX, REPORT_SIGMA_MIN, REPORTS_MAX},
+    },
+    snapshot::check::Check,
 };
-use crate::invalid_field::InvalidReason;
 
-/// Most reports of one AUV: at one every ten seconds, ten minutes and more.
-pub const REPORTS_MAX: usize = 64;
-/// Oldest report, s: any that a clock can tell. What is too old for the goal or for a forecast is no error.
-pub const REPORT_AGE_MAX: f64 = 2.0 * TIME_MAX;
-/// Farthest that a report may be from the future, s: what clocks that are set once a mission differ by. It counts
-/// as from now.
-pub const REPORT_AHEAD_MAX: f64 = 1.0;
-/// Smallest standard deviation of a reported position, m: better than anything that measures under water, and far
-/// from what would make an estimate's arithmetic stiff.
-pub const REPORT_SIGMA_MIN: f64 = 0.01;
 /// Largest, m: beyond it a fix says nothing.
 const REPORT_SIGMA_MAX: f64 = 1.0e4;
+
 /// Largest element of a covariance, in m², m²/s or m²/s².
 const COVARIANCE_MAX: f64 = 1.0e10;
+
 /// By how much a covariance may fall short of one through rounding, relative to its largest element.
 const COVARIANCE_ROUNDING: f64 = 1.0e-9;
 
 const HALF_TURN: f64 = std::f64::consts::PI;
 
 impl Check {
-    /// Of AUV number `i`, told at time `now`, s.
-    pub(super) fn evidence(&mut self, i: usize, evidence: &Evidence, now: f64) {
+    /// Of AUV number `i`, declared at time `now`, s.
+    pub(crate) fn evidence(&mut self, i: usize, evidence: &Evidence, now: f64) {
         match evidence {
             Evidence::State(state) => self.state(i, state),
             Evidence::Reports(reports) => {

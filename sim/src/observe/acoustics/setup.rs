@@ -2,7 +2,7 @@
 
 use super::super::setup::{InvalidSetup, within};
 
-/// Who may speak when, how sound travels, what is measured, what is lost.
+/// Time slots, sound propagation, measurement errors and losses.
 ///
 /// Every σ is a standard deviation; 0 means without error.
 #[derive(Clone, Debug, PartialEq)]

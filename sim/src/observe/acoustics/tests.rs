@@ -1,7 +1,7 @@
 use rand::SeedableRng;
 
 use super::{super::setup::InvalidSetup, *};
-use crate::inner_loop::PERIOD;
+use crate::world::inner_loop::PERIOD;
 
 /// Steps of the usual frame of 10 s.
 const FRAME_STEPS: u32 = 100;
@@ -68,7 +68,7 @@ fn each_vehicle_is_heard_once_a_frame_with_the_truth_of_its_slot() {
     let mut channel = channel(&clear(3), 1);
     let mut heard = vec![];
     for step in 0..50 * FRAME_STEPS {
-        // A vehicle that moves 1 m a step tells when it was looked at.
+        // The position of a vehicle that moves 1 m a step gives the time of the look.
         let north = f64::from(step % 400);
         let emissions = [at(north, 5.0), at(north, 6.0), at(north, 7.0)];
         channel.step(step, &Vector2::zeros(), &emissions, &[false; 3]);

@@ -1,4 +1,4 @@
-//! What a scenario file says that the planner is told of the craft: the members of the JSON object `craft`.
+//! The craft description that a scenario file gives to the planner: the members of the JSON object `craft`.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -9,62 +9,62 @@ use crate::scenario::quantity::{
     PowerCoefficient, Quantity, RelativeUncertainty, SwayPerYawRate,
 };
 
-/// What the planner is told of how the craft answers its references; what is left out is the preset's or, without
-/// one, learnt.
+/// Closed-loop response of the craft as given to the planner; what is left out is the preset's or, without one,
+/// estimated.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CraftFile {
-    /// Name of a known craft of which everything is taken that is not told here.
+    /// Name of a known craft whose values stand for every member that is not given here; none if left out.
     pub preset: Option<String>,
-    /// How the heading loop answers.
+    /// Response of the heading loop; the preset's if left out.
     #[serde(default)]
-    pub heading_loop: ToldHeadingLoopFile,
-    /// How the speed loop answers.
+    pub heading_loop: HeadingResponseFile,
+    /// Response of the speed loop; the preset's if left out.
     #[serde(default)]
-    pub surge_loop: ToldSurgeLoopFile,
-    /// Sway per surge and yaw rate, s, positive where the craft drifts outwards in a turn.
+    pub surge_loop: SurgeResponseFile,
+    /// Sway per surge and yaw rate, s, positive where the craft drifts outwards in a turn; the preset's if left out.
     pub sway_per_yaw_rate_s: Option<Quantity<SwayPerYawRate>>,
-    /// Power that propulsion draws at a steady speed through the water.
+    /// Power that propulsion draws at a steady speed through the water; the preset's if left out.
     pub power: Option<PowerFile>,
-    /// What the speed reference is held against.
+    /// What the speed reference is held against; the preset's if left out.
     pub speed_held: Option<SpeedHeldFile>,
-    /// What the heading reference is held against.
+    /// What the heading reference is held against; the preset's if left out.
     pub heading_held: Option<HeadingHeldFile>,
-    /// Standard deviation of the numbers told, as a part of each.
+    /// Standard deviation of the numbers given, as a share of each; the preset's if left out.
     pub relative_uncertainty: Option<Quantity<RelativeUncertainty>>,
 }
 
-/// How a heading loop answers: with a time constant, or with a natural frequency and a damping ratio.
+/// Response of a heading loop: a time constant, or a natural frequency and a damping ratio.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct ToldHeadingLoopFile {
-    /// Time constant of a first-order answer, s.
+pub struct HeadingResponseFile {
+    /// Time constant of a first-order answer, s; the preset's if left out.
     pub time_constant_s: Option<Quantity<LoopLag>>,
-    /// Natural frequency of a second-order answer, rad/s; together with `damping`.
+    /// Natural frequency of a second-order answer, rad/s; together with `damping`; the preset's if left out.
     pub natural_frequency_radps: Option<Quantity<NaturalFrequency>>,
-    /// Damping ratio of a second-order answer; together with `natural_frequency_radps`.
+    /// Damping ratio of a second-order answer; together with `natural_frequency_radps`; the preset's if left out.
     pub damping: Option<Quantity<LoopDamping>>,
-    /// Time until a reference begins to act, s.
+    /// Time until a reference begins to act, s; the preset's if left out.
     pub delay_s: Option<Quantity<LoopDelay>>,
-    /// Fastest turn that the loop makes, rad/s.
+    /// Fastest turn that the loop makes, rad/s; the preset's if left out.
     pub rate_max_radps: Option<Quantity<LoopRate>>,
 }
 
-/// How a speed loop answers.
+/// Response of a speed loop.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct ToldSurgeLoopFile {
-    /// Time constant of the answer to a small step, s.
+pub struct SurgeResponseFile {
+    /// Time constant of the answer to a small step, s; the preset's if left out.
     pub time_constant_s: Option<Quantity<LoopLag>>,
-    /// Time until a reference begins to act, s.
+    /// Time until a reference begins to act, s; the preset's if left out.
     pub delay_s: Option<Quantity<LoopDelay>>,
-    /// Largest acceleration ahead, m/s².
+    /// Largest acceleration ahead, m/s²; the preset's if left out.
     pub acceleration_max_mps2: Option<Quantity<LoopAcceleration>>,
-    /// Largest deceleration, m/s², positive.
+    /// Largest deceleration, m/s², positive; the preset's if left out.
     pub deceleration_max_mps2: Option<Quantity<LoopAcceleration>>,
-    /// Whether the loop has an integrator that winds up noticeably; learnt if neither this nor its time is given.
+    /// Whether the loop has an integrator that winds up noticeably; estimated if left out, as is its time.
     pub integrates: Option<bool>,
-    /// Time in which the integrator gathers what the proportional part asks for, s.
+    /// Integral time of the loop, s: the integrator gathers the proportional part in it; the preset's if left out.
     pub integral_time_s: Option<Quantity<IntegralTime>>,
 }
 

@@ -2,17 +2,18 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
+use planner::snapshot::ID_LENGTH_MAX;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{CraftFile, Point};
+use super::{CraftFile, ITEMS_MAX, LANES_MAX, NAME_PATTERN, Point};
 use crate::{
     scenario::quantity::{
         Acceleration, Angle, ClockTime, CommandDelay, Coordinate, CraftMass, Depth, LeastSpeed, Length,
         LoopLag, MissionTime, OffsetComponent, PathSpeed, Pitch, Quantity, SlantRange, Speed,
         TunedAcceleration, TunedLag, TurnRate, Weight,
     },
-    surface_craft::random::RandomCraft,
+    world::surface_craft::random::RandomCraft,
 };
 
 /// The surface craft at the start, and its task.
@@ -29,22 +30,22 @@ pub struct SurfaceCraftFile {
     pub heading_rad: Quantity<Angle>,
     /// Surge speed through the water, m/s.
     pub speed_mps: Quantity<Speed>,
-    /// Whether its surge loop makes up for drag at once. Without, a MEDUSA needs 39 s for 63 % of the way from
-    /// 0.3 to 1.5 m/s and cannot slow down again at will, which drowns what guidance does. A craft that is drawn has
-    /// it or not by itself.
+    /// Whether its surge loop has drag feed-forward. Without it a MEDUSA takes so long to change its speed that the
+    /// guidance hardly shows. A drawn craft has its own.
+    // The time that it takes: docs/tuning.md#sim-drag-feed-forward.
     #[serde(default = "yes")]
     pub drag_feed_forward: bool,
     /// Its task.
     pub goal: GoalFile,
-    /// Where to be, seen from what the goal follows: an underwater vehicle or, of several, their mean or the place
-    /// nearest to all. Right above it if left out.
+    /// Offset of the goal from what it follows: an underwater vehicle or, of several, their mean or the place nearest
+    /// to all. Right above it if left out.
     pub goal_offset: Option<OffsetFile>,
     /// Slant range to an underwater vehicle that counts as contact, m.
     pub contact_range_m: Quantity<Length>,
-    /// What the planner is told that the craft can do, where that differs from its class.
+    /// Limits given to the planner, where they differ from those of the class; those of the class if left out.
     #[serde(default)]
     pub limits: LimitsFile,
-    /// What the planner is told of how the craft answers its references; the truth if left out, and nothing if empty.
+    /// Closed-loop response given to the planner; the true one if left out, none if empty.
     pub craft: Option<CraftFile>,
     /// The craft of a random class, where it was drawn before: drawing one takes as long as a mission.
     #[serde(skip)]
@@ -63,7 +64,7 @@ pub enum SurfaceClassFile {
     Medusa,
     /// Otter: 3 m/s.
     Otter,
-    /// A craft that the planner has not met: hull, thrusters and autopilot are drawn, and step-tested.
+    /// A craft that the planner does not know: hull, thrusters and autopilot are drawn, and step-tested.
     Random(RandomCraftFile),
 }
 
@@ -73,23 +74,23 @@ pub enum SurfaceClassFile {
 pub struct RandomCraftFile {
     /// Which craft; another one for every seed of the mission if left out.
     pub seed: Option<u64>,
-    /// Dry mass, kg.
+    /// Dry mass, kg; drawn if left out.
     pub mass_kg: Option<Quantity<CraftMass>>,
-    /// Kind of heading loop.
+    /// Kind of heading loop; drawn if left out.
     pub heading_loop: Option<HeadingLoopFile>,
-    /// Lag that the heading loop is tuned for, the delay not counted, s.
+    /// Lag that the heading loop is tuned for, the delay not counted, s; drawn if left out.
     pub heading_lag_s: Option<Quantity<TunedLag>>,
-    /// What the heading loop holds.
+    /// What the heading loop holds; drawn if left out.
     pub heading_held: Option<HeadingHeldFile>,
-    /// Kind of surge loop.
+    /// Kind of surge loop; drawn if left out.
     pub surge_loop: Option<SurgeLoopFile>,
-    /// Lag that the surge loop is tuned for, the delay not counted, s.
+    /// Lag that the surge loop is tuned for, the delay not counted, s; drawn if left out.
     pub surge_lag_s: Option<Quantity<TunedLag>>,
-    /// What the surge loop holds.
+    /// What the surge loop holds; drawn if left out.
     pub speed_held: Option<SpeedHeldFile>,
-    /// Largest acceleration that the surge loop asks for, m/s².
+    /// Largest acceleration that the surge loop asks for, m/s²; drawn if left out.
     pub acceleration_mps2: Option<Quantity<TunedAcceleration>>,
-    /// Time until a reference reaches the loops, s.
+    /// Time until a reference reaches the loops, s; drawn if left out.
     pub delay_s: Option<Quantity<CommandDelay>>,
 }
 
@@ -176,7 +177,7 @@ pub enum GoalFile {
     },
 }
 
-/// Where to be, seen from what a goal follows.
+/// Offset of a goal from what it follows.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum OffsetFile {
@@ -208,27 +209,28 @@ pub enum OffsetFile {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LimitsFile {
-    /// Slowest speed reference, m/s.
+    /// Slowest speed reference, m/s; the class's if left out.
     pub speed_min_mps: Option<Quantity<LeastSpeed>>,
-    /// Fastest speed reference, m/s.
+    /// Fastest speed reference, m/s; the class's if left out.
     pub speed_max_mps: Option<Quantity<Speed>>,
-    /// Largest yaw rate, rad/s.
+    /// Largest yaw rate, rad/s; the class's if left out.
     pub turn_rate_max_radps: Option<Quantity<TurnRate>>,
-    /// Largest acceleration, m/s².
+    /// Largest acceleration, m/s²; the class's if left out.
     pub acceleration_max_mps2: Option<Quantity<Acceleration>>,
-    /// Largest deceleration, m/s².
+    /// Largest deceleration, m/s²; the class's if left out.
     pub deceleration_max_mps2: Option<Quantity<Acceleration>>,
-    /// Time constant of the surge loop, s: a member of `craft`, here for files that say no more of it.
+    /// Time constant of the surge loop, s: a member of `craft`, here for files without one; that of `craft` if left out.
     pub surge_lag_s: Option<Quantity<LoopLag>>,
 }
 
-/// An underwater vehicle: where it starts, relative to the beginning of its path, and what it does.
+/// An underwater vehicle: its class, its path, and where it starts relative to the beginning of the path.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AuvFile {
-    /// Its name.
+    /// Its name: lower-case letters, digits and hyphens.
+    #[schemars(length(min = 1, max = ID_LENGTH_MAX), regex(pattern = NAME_PATTERN))]
     pub id: String,
-    /// Its hull, loops, navigation, speed and dive.
+    /// Its hull, loops, navigation, speed and dive; `medusa` if left out.
     #[serde(default)]
     pub class: UnderwaterClassFile,
     /// How far north of the path's beginning it starts, m; 0 if left out.
@@ -244,9 +246,10 @@ pub struct AuvFile {
     pub leg: LegFile,
     /// Speed along its body, m/s; the class's if left out.
     pub speed_mps: Option<Quantity<PathSpeed>>,
-    /// Speed along its body over arc length, [m, m/s] at each knot, linear between; in place of `speed_mps`.
+    /// Speed along its body over arc length, [m, m/s] at each knot, linear between, instead of `speed_mps`; none if left out.
+    #[schemars(length(min = 1, max = ITEMS_MAX))]
     pub speed_profile: Option<Vec<SpeedKnot>>,
-    /// Its sawtooth, where it differs from the class's.
+    /// Its sawtooth, where it differs from the class's; the class's if left out.
     pub dive: Option<DiveFile>,
     /// Its path.
     pub path: PathFile,
@@ -311,7 +314,7 @@ pub enum PathFile {
         /// Distance of neighbouring lanes, m.
         lane_spacing_m: Quantity<Length>,
         /// How many lanes.
-        #[schemars(range(min = 1, max = 100))]
+        #[schemars(range(min = 1, max = LANES_MAX))]
         lanes: usize,
     },
     /// Straight legs between way-points, corners rounded by arcs.

@@ -1,4 +1,4 @@
-//! What a start tells the planner of its craft.
+//! The craft description that a start gives to the planner.
 
 use planner::craft::{
     CraftDescription, HeadingDynamics, HeadingHeld, Integrator, PRESETS, Preset, PropulsionPower, SpeedHeld,
@@ -6,22 +6,21 @@ use planner::craft::{
 
 use super::{Draw, InvalidScenario, invalid};
 use crate::scenario::file::{
-    CraftFile, HeadingHeldFile, LimitsFile, SpeedHeldFile, ToldHeadingLoopFile, ToldSurgeLoopFile,
+    CraftFile, HeadingHeldFile, HeadingResponseFile, LimitsFile, SpeedHeldFile, SurgeResponseFile,
 };
 
 /// Where the random numbers of a craft's description begin, beyond those of every other number that a file can have:
 /// describing the craft changes no other draw.
 const NUMBERS_FROM: u64 = 1 << 32;
 
-/// How the craft is said to answer: as the file says, else as the craft truly does. The surge lag among the limits
-/// counts over both.
-pub(super) fn told_craft(
+/// The craft description of the file, else the true one. The surge lag among the limits takes precedence over both.
+pub(super) fn craft_description(
     file: Option<&CraftFile>,
     limits: &LimitsFile,
     truth: CraftDescription,
     draw: &mut Draw,
 ) -> Result<CraftDescription, InvalidScenario> {
-    let told = match file {
+    let given = match file {
         Some(file) => described(
             file,
             &mut Draw {
@@ -31,7 +30,7 @@ pub(super) fn told_craft(
         )?,
         None => truth,
     };
-    let lag = draw.take_any(limits.surge_lag_s.as_ref());
+    let lag = draw.take_optional(limits.surge_lag_s.as_ref());
     if lag.is_some() && file.is_some_and(|file| file.surge_loop.time_constant_s.is_some()) {
         return Err(invalid(
             "surface_craft.limits.surge_lag_s",
@@ -39,8 +38,8 @@ pub(super) fn told_craft(
         ));
     }
     Ok(CraftDescription {
-        surge_time_constant: lag.or(told.surge_time_constant),
-        ..told
+        surge_time_constant: lag.or(given.surge_time_constant),
+        ..given
     })
 }
 
@@ -59,26 +58,26 @@ fn described(file: &CraftFile, draw: &mut Draw) -> Result<CraftDescription, Inva
     Ok(CraftDescription {
         preset,
         heading_dynamics: heading_dynamics(heading, draw)?,
-        heading_delay: draw.take_any(heading.delay_s.as_ref()),
-        heading_rate_max: draw.take_any(heading.rate_max_radps.as_ref()),
-        surge_time_constant: draw.take_any(surge.time_constant_s.as_ref()),
-        surge_delay: draw.take_any(surge.delay_s.as_ref()),
-        acceleration_max: draw.take_any(surge.acceleration_max_mps2.as_ref()),
-        deceleration_max: draw.take_any(surge.deceleration_max_mps2.as_ref()),
+        heading_delay: draw.take_optional(heading.delay_s.as_ref()),
+        heading_rate_max: draw.take_optional(heading.rate_max_radps.as_ref()),
+        surge_time_constant: draw.take_optional(surge.time_constant_s.as_ref()),
+        surge_delay: draw.take_optional(surge.delay_s.as_ref()),
+        acceleration_max: draw.take_optional(surge.acceleration_max_mps2.as_ref()),
+        deceleration_max: draw.take_optional(surge.deceleration_max_mps2.as_ref()),
         integrator: integrator(surge, draw)?,
-        sway_per_yaw_rate: draw.take_any(file.sway_per_yaw_rate_s.as_ref()),
+        sway_per_yaw_rate: draw.take_optional(file.sway_per_yaw_rate_s.as_ref()),
         power: file.power.as_ref().map(|power| PropulsionPower {
             linear: draw.take_or(power.linear_w_per_mps.as_ref(), 0.0),
             cubic: draw.take_or(power.cubic_w_per_mps3.as_ref(), 0.0),
         }),
         speed_held: file.speed_held.map(SpeedHeld::from),
         heading_held: file.heading_held.map(HeadingHeld::from),
-        relative_uncertainty: draw.take_any(file.relative_uncertainty.as_ref()),
+        relative_uncertainty: draw.take_optional(file.relative_uncertainty.as_ref()),
     })
 }
 
 fn heading_dynamics(
-    file: &ToldHeadingLoopFile,
+    file: &HeadingResponseFile,
     draw: &mut Draw,
 ) -> Result<Option<HeadingDynamics>, InvalidScenario> {
     let wrong = |member: &str, reason: &str| {
@@ -89,9 +88,9 @@ fn heading_dynamics(
     };
     let together = "natural_frequency_radps and damping come together or not at all";
     let numbers = (
-        draw.take_any(file.time_constant_s.as_ref()),
-        draw.take_any(file.natural_frequency_radps.as_ref()),
-        draw.take_any(file.damping.as_ref()),
+        draw.take_optional(file.time_constant_s.as_ref()),
+        draw.take_optional(file.natural_frequency_radps.as_ref()),
+        draw.take_optional(file.damping.as_ref()),
     );
     match numbers {
         (None, None, None) => Ok(None),
@@ -109,14 +108,14 @@ fn heading_dynamics(
     }
 }
 
-fn integrator(file: &ToldSurgeLoopFile, draw: &mut Draw) -> Result<Option<Integrator>, InvalidScenario> {
+fn integrator(file: &SurgeResponseFile, draw: &mut Draw) -> Result<Option<Integrator>, InvalidScenario> {
     let wrong = |member: &str, reason: &str| {
         Err(invalid(
             format!("surface_craft.craft.surge_loop.{member}"),
             reason,
         ))
     };
-    match (file.integrates, draw.take_any(file.integral_time_s.as_ref())) {
+    match (file.integrates, draw.take_optional(file.integral_time_s.as_ref())) {
         (None, None) => Ok(None),
         (Some(false), None) => Ok(Some(Integrator::Absent)),
         (None | Some(true), Some(time)) => Ok(Some(Integrator::Gathers { time })),

@@ -1,36 +1,40 @@
-//! The vehicles of a start: craft, goal, underwater vehicles, paths.
+//! The vehicles of a start: surface craft and AUVs.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::sync::Arc;
 
 use nalgebra::Vector2;
 use planner::{
     craft::{CraftDescription, HeadingHeld, SpeedHeld},
-    path::{Path, Segment, SpeedProfile},
-    snapshot::{Goal, Limits, Offset, VehicleId},
+    snapshot::{Limits, VehicleId},
 };
 
-use super::{Draw, InvalidScenario, at_most, invalid, side, told_craft};
+use super::{
+    Draw, InvalidScenario, craft_description, invalid,
+    path::{point_out_of_range, speed_profile},
+};
 use crate::{
-    datum::Datum,
-    dive::{Dive, Leg},
-    diver::Diver,
-    fault::Conduct,
-    inner_loop::{DragFeedForward, SurfaceAutopilot, SurgeLoop},
     observe::Briefing,
-    path_following::PathFollowingGains,
     record::{Bounds, Origin},
-    scenario::file::{
-        AuvFile, CurrentKnowledge, GoalFile, HeadingLoopFile, LegFile, LimitsFile, OffsetFile, PathFile,
-        RandomCraftFile, Scenario, SegmentFile, SpeedKnot, SurfaceClassFile, SurfaceCraftFile, SurgeLoopFile,
-        ToldAs, UnderwaterClassFile,
+    scenario::{
+        file::{
+            AuvFile, CurrentKnowledge, HeadingLoopFile, LegFile, LimitsFile, RandomCraftFile, ReportedAs,
+            Scenario, SurfaceClassFile, SurfaceCraftFile, SurgeLoopFile, UnderwaterClassFile,
+        },
+        quantity::{Coordinate, Kind},
     },
-    scenario::quantity::{Coordinate, Kind},
-    surface_craft::{
-        SurfaceClass, SurfaceHull,
-        random::{CraftWishes, HeadingLoopKind, RandomCraft, SurgeLoopKind},
+    world::{
+        SurfaceCraft,
+        auv::SimulatedAuv,
+        dive::{Dive, Leg},
+        fault::Conduct,
+        inner_loop::{DragFeedForward, SurfaceAutopilot, SurgeLoop},
+        path_following::PathFollowingGains,
+        surface_craft::{
+            SurfaceClass, SurfaceHull,
+            random::{CraftWishes, HeadingLoopKind, RandomCraft, SurgeLoopKind},
+        },
+        underwater_vehicle::{UnderwaterClass, UnderwaterState},
     },
-    underwater_vehicle::{UnderwaterClass, UnderwaterState},
-    world::SurfaceCraft,
 };
 
 impl Scenario {
@@ -58,14 +62,14 @@ impl Scenario {
                 None => None,
             },
             limits: limits(&file.limits, &kind.limits, draw)?,
-            craft: told_craft(file.craft.as_ref(), &file.limits, kind.craft, draw)?,
+            craft: craft_description(file.craft.as_ref(), &file.limits, kind.craft, draw)?,
             current: self.knowledge.current == CurrentKnowledge::Known,
             paths: self.knowledge.paths,
             newest_as_state: self
                 .knowledge
                 .acoustics
                 .as_ref()
-                .is_some_and(|acoustics| acoustics.told_as == ToldAs::State),
+                .is_some_and(|acoustics| acoustics.reported_as == ReportedAs::State),
             bounds: Bounds::default(),
         };
         Ok((craft, briefing, draw.take(&file.contact_range_m)))
@@ -105,103 +109,26 @@ impl Scenario {
         })
     }
 
-    fn goal(&self, file: &GoalFile, draw: &mut Draw) -> Result<Goal, InvalidScenario> {
-        let called = |field: &str, id: &String| {
-            self.diver_called(field, id)?;
-            Ok(VehicleId(id.clone()))
-        };
-        let all = |kind: &str, ids: &[String]| {
-            if ids.is_empty() {
-                return Err(invalid(
-                    format!("surface_craft.goal.{kind}.auvs"),
-                    "a goal needs at least one vehicle",
-                ));
-            }
-            let each = ids.iter().enumerate().map(|(i, id)| {
-                let field = format!("surface_craft.goal.{kind}.auvs[{i}]");
-                if ids[..i].contains(id) {
-                    return Err(invalid(field, format_args!("{id:?} is named twice")));
-                }
-                called(&field, id)
-            });
-            each.collect::<Result<Vec<_>, _>>()
-        };
-        Ok(match file {
-            GoalFile::Track { auv } => Goal::Track {
-                auv: called("surface_craft.goal.track.auv", auv)?,
-            },
-            GoalFile::Intermittent {
-                auvs,
-                dwell_s,
-                epoch_s,
-            } => Goal::Intermittent {
-                auvs: all("intermittent", auvs)?,
-                dwell: draw.take(dwell_s),
-                epoch: draw.take(epoch_s),
-            },
-            GoalFile::Midpoint { auvs } => Goal::Midpoint {
-                auvs: all("midpoint", auvs)?,
-            },
-            GoalFile::Weighted { weights } => {
-                let field = "surface_craft.goal.weighted.weights";
-                let weigh = |(id, weight)| Ok((called(&format!("{field}.{id}"), id)?, draw.take(weight)));
-                let weights: BTreeMap<_, _> = weights.iter().map(weigh).collect::<Result<_, _>>()?;
-                if weights.values().all(|weight| *weight == 0.0) {
-                    return Err(invalid(field, "at least one of them must be above 0"));
-                }
-                Goal::Weighted { weights }
-            }
-            GoalFile::Range { auvs, range_m } => Goal::Range {
-                auvs: all("range", auvs)?,
-                radius: draw.take(range_m),
-            },
-        })
-    }
-
-    fn offset(&self, file: &OffsetFile, goal: &GoalFile, draw: &mut Draw) -> Result<Offset, InvalidScenario> {
-        let mut pair = |first, second| Vector2::new(draw.take(first), draw.take(second));
-        Ok(match file {
-            OffsetFile::Ned { north_m, east_m } => Offset::Ned(pair(north_m, east_m)),
-            OffsetFile::Target { ahead_m, starboard_m } => Offset::Target(pair(ahead_m, starboard_m)),
-            OffsetFile::Path { ahead_m, starboard_m } => {
-                let field = "surface_craft.goal_offset.path";
-                if !matches!(goal, GoalFile::Track { .. } | GoalFile::Intermittent { .. }) {
-                    return Err(invalid(
-                        field,
-                        "only a goal that follows one vehicle at a time has a path",
-                    ));
-                }
-                if !self.knowledge.paths {
-                    return Err(invalid(
-                        field,
-                        "the surface craft knows no paths; set knowledge.paths",
-                    ));
-                }
-                Offset::Path(pair(ahead_m, starboard_m))
-            }
-        })
-    }
-
-    pub(super) fn diver(
+    pub(super) fn auv(
         &self,
         i: usize,
         file: &AuvFile,
         origin: Option<Origin>,
         draw: &mut Draw,
-    ) -> Result<Diver, InvalidScenario> {
+    ) -> Result<SimulatedAuv, InvalidScenario> {
         let class = match file.class {
             UnderwaterClassFile::Medusa => UnderwaterClass::Medusa,
             UnderwaterClassFile::Slocum => UnderwaterClass::Slocum,
         };
         let path = self.path(&format!("auvs[{i}].path"), &file.path, origin, draw)?;
-        if let Some(far) = farthest_out(&path) {
+        if let Some(far) = point_out_of_range(&path) {
             return Err(invalid(
                 format!("auvs[{i}].path"),
                 format_args!(
                     "it goes to {:.0} m north, {:.0} m east of the datum, and {} m are allowed",
                     far.x,
                     far.y,
-                    Coordinate::MOST
+                    Coordinate::MAX
                 ),
             ));
         }
@@ -242,14 +169,14 @@ impl Scenario {
             0.0,
             0.0,
         ]);
-        Ok(Diver {
+        Ok(SimulatedAuv {
             id: VehicleId(file.id.clone()),
             hull,
             state,
             loops: class.loops(),
             surge: SurgeLoop::settled_at(speed.at(0.0), DragFeedForward::Off, hull.drag_surge),
             navigation: class.navigation(),
-            believed: position,
+            position_estimate: position,
             gains: PathFollowingGains::LAB,
             path: Arc::new(path),
             gamma: 0.0,
@@ -261,79 +188,6 @@ impl Scenario {
             },
             conduct: Conduct::FollowsPath,
         })
-    }
-
-    fn path(
-        &self,
-        field: &str,
-        file: &PathFile,
-        origin: Option<Origin>,
-        draw: &mut Draw,
-    ) -> Result<Path, InvalidScenario> {
-        match file {
-            PathFile::LawnMower {
-                from,
-                heading_rad,
-                lane_length_m,
-                lane_spacing_m,
-                lanes,
-            } => {
-                if !(1..=100).contains(lanes) {
-                    return Err(invalid(
-                        format!("{field}.lawn_mower.lanes"),
-                        format_args!("{lanes} is outside 1 to 100"),
-                    ));
-                }
-                let from = draw.point(from);
-                let heading = draw.take(heading_rad);
-                let (length, spacing) = (draw.take(lane_length_m), draw.take(lane_spacing_m));
-                let path = Path::lawn_mower(from, heading, length, spacing, *lanes);
-                path.check()
-                    .map_err(|error| invalid(format!("{field}.lawn_mower"), error))?;
-                Ok(path)
-            }
-            PathFile::Waypoints {
-                points,
-                fillet_m,
-                closed,
-            } => Path::waypoints(&draw.points(points), draw.take(fillet_m), *closed)
-                .map_err(|error| invalid(format!("{field}.waypoints"), error)),
-            PathFile::Circle {
-                centre,
-                radius_m,
-                turn,
-                bearing_rad,
-            } => {
-                let centre = draw.point(centre);
-                let radius = draw.take(radius_m);
-                let bearing = draw.take_or(bearing_rad.as_ref(), 0.0);
-                Path::circle(centre, radius, side(*turn), bearing)
-                    .map_err(|error| invalid(format!("{field}.circle"), error))
-            }
-            PathFile::Segments { segments, closed } => {
-                let segments: Vec<Segment> = segments.iter().map(|file| segment(file, draw)).collect();
-                Path::from_segments(&segments, *closed)
-                    .map_err(|error| invalid(format!("{field}.segments"), error))
-            }
-            PathFile::Geojson { file, fillet_m } => {
-                let origin = origin.ok_or_else(|| {
-                    invalid(
-                        format!("{field}.geojson"),
-                        "latitudes and longitudes need a datum: add [origin]",
-                    )
-                })?;
-                let line = self
-                    .files
-                    .line(file)
-                    .map_err(|error| invalid(format!("{field}.geojson.file"), error))?;
-                let not_on_earth = |error| invalid(format!("{field}.geojson.file"), error);
-                let datum = Datum::new(&origin).map_err(not_on_earth)?;
-                let points = line.iter().map(|place| datum.to_local(place));
-                let points = points.collect::<Result<Vec<_>, _>>().map_err(not_on_earth)?;
-                Path::waypoints(&points, draw.take(fillet_m), false)
-                    .map_err(|error| invalid(format!("{field}.geojson"), error))
-            }
-        }
     }
 }
 
@@ -348,35 +202,25 @@ struct SurfaceKind {
 
 fn wishes(file: &RandomCraftFile, draw: &mut Draw) -> CraftWishes {
     CraftWishes {
-        mass: draw.take_any(file.mass_kg.as_ref()),
+        mass: draw.take_optional(file.mass_kg.as_ref()),
         heading_loop: file.heading_loop.map(|kind| match kind {
             HeadingLoopFile::Pd => HeadingLoopKind::ProportionalDerivative,
             HeadingLoopFile::Pid => HeadingLoopKind::ProportionalIntegralDerivative,
             HeadingLoopFile::ReferenceModel => HeadingLoopKind::ReferenceModel,
             HeadingLoopFile::Cascade => HeadingLoopKind::Cascade,
         }),
-        heading_lag: draw.take_any(file.heading_lag_s.as_ref()),
+        heading_lag: draw.take_optional(file.heading_lag_s.as_ref()),
         surge_loop: file.surge_loop.map(|kind| match kind {
             SurgeLoopFile::P => SurgeLoopKind::Proportional,
             SurgeLoopFile::Pi => SurgeLoopKind::AntiWindup,
             SurgeLoopFile::PiWindup => SurgeLoopKind::Windup,
         }),
-        surge_lag: draw.take_any(file.surge_lag_s.as_ref()),
-        acceleration: draw.take_any(file.acceleration_mps2.as_ref()),
-        delay: draw.take_any(file.delay_s.as_ref()),
+        surge_lag: draw.take_optional(file.surge_lag_s.as_ref()),
+        acceleration: draw.take_optional(file.acceleration_mps2.as_ref()),
+        delay: draw.take_optional(file.delay_s.as_ref()),
         speed_held: file.speed_held.map(SpeedHeld::from),
         heading_held: file.heading_held.map(HeadingHeld::from),
     }
-}
-
-/// A point of `path` beyond the coordinates that a file may name, if there is one.
-fn farthest_out(path: &Path) -> Option<Vector2<f64>> {
-    /// A path has at most a few hundred pieces.
-    const LOOKS: u32 = 2000;
-    let point = |k: u32| path.at(path.length() * f64::from(k) / f64::from(LOOKS)).position;
-    (0..=LOOKS)
-        .map(point)
-        .find(|point| Coordinate::MOST < point.amax())
 }
 
 fn limits(file: &LimitsFile, class: &Limits, draw: &mut Draw) -> Result<Limits, InvalidScenario> {
@@ -398,61 +242,4 @@ fn limits(file: &LimitsFile, class: &Limits, draw: &mut Draw) -> Result<Limits, 
         ));
     }
     Ok(limits)
-}
-
-/// Speed along the path; none that the hull cannot reach.
-fn speed_profile(
-    i: usize,
-    file: &AuvFile,
-    class: UnderwaterClass,
-    draw: &mut Draw,
-) -> Result<SpeedProfile, InvalidScenario> {
-    let field = format!("auvs[{i}].speed_profile");
-    let mut knots = vec![(0.0, draw.take_or(file.speed_mps.as_ref(), class.speed()))];
-    if let Some(profile) = &file.speed_profile {
-        if file.speed_mps.is_some() {
-            return Err(invalid(field, "speed_mps is given too; give one of them"));
-        }
-        at_most(&field, profile.len())?;
-        if profile.is_empty() {
-            return Err(invalid(field, "a profile has at least one knot"));
-        }
-        let knot = |knot: &SpeedKnot| (draw.take(&knot.along_m), draw.take(&knot.speed_mps));
-        knots = profile.iter().map(knot).collect();
-    }
-    let hull = class.hull();
-    for (_, speed) in &knots {
-        if hull.force_max < hull.drag_surge.resistance(*speed) {
-            return Err(invalid(
-                format!("auvs[{i}].speed_mps"),
-                format_args!("{speed} m/s take more than the {} N that it has", hull.force_max),
-            ));
-        }
-    }
-    SpeedProfile::new(knots).map_err(|error| invalid(field, error))
-}
-
-fn segment(file: &SegmentFile, draw: &mut Draw) -> Segment {
-    match file {
-        SegmentFile::Line { from, to } => {
-            let from = draw.point(from);
-            Segment::Line {
-                from,
-                to: draw.point(to),
-            }
-        }
-        SegmentFile::Arc {
-            from,
-            centre,
-            angle_rad,
-        } => {
-            let from = draw.point(from);
-            let centre = draw.point(centre);
-            Segment::Arc {
-                from,
-                centre,
-                angle: draw.take(angle_rad),
-            }
-        }
-    }
 }

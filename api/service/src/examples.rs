@@ -1,0 +1,107 @@
+//! Requests that are ready to post, the same files that the repository shows its readers.
+
+use axum::{
+    Json,
+    extract::{Path, rejection::PathRejection},
+    http::header,
+    response::{IntoResponse, Response},
+};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::problem::{Problem, ProblemDocument};
+use wire::PlanRequest;
+
+/// A request that is ready to post.
+#[derive(Clone, Copy, Debug)]
+pub struct Example {
+    /// Its name in `/v1/examples/{name}`.
+    pub name: &'static str,
+    /// What it shows, in a line.
+    pub title: &'static str,
+    /// The body.
+    pub body: &'static str,
+}
+
+macro_rules! example {
+    ($name:literal, $title:literal) => {
+        Example {
+            name: $name,
+            title: $title,
+            body: include_str!(concat!("../../../examples/snapshots/", $name, ".json")),
+        }
+    };
+}
+
+/// Every example, the first the one to begin with.
+pub const EXAMPLES: [Example; 10] = [
+    example!("track", "Follow one AUV, from behind and pointing away"),
+    example!("intermittent", "Two AUVs in turn, 25 s before the hand-over"),
+    example!("midpoint", "The midpoint of two AUVs, one of them turning"),
+    example!("weighted", "A weighted mean of two AUVs"),
+    example!(
+        "range",
+        "In range of three AUVs, as near to the farthest as can be"
+    ),
+    example!(
+        "offset",
+        "To starboard of an AUV that is about to turn to starboard"
+    ),
+    example!("cross-current", "Follow one AUV across a known current"),
+    example!("about-face", "Ahead of the AUV and facing it"),
+    example!(
+        "reports",
+        "Follow one AUV that is known by raw fixes, one of them an outlier"
+    ),
+    example!(
+        "crowded",
+        "A hand-over past discs to keep out of, in an area and in acoustic range"
+    ),
+];
+
+/// The examples there are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ExampleList {
+    /// One entry each.
+    pub examples: Vec<ExampleEntry>,
+}
+
+/// An example by name.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ExampleEntry {
+    /// Its name in `/v1/examples/{name}`.
+    pub name: String,
+    /// What it shows, in a line.
+    pub title: String,
+}
+
+/// Lists the examples.
+#[utoipa::path(get, path = "/v1/examples", tag = "examples",
+    responses((status = 200, description = "Names and titles.", body = ExampleList)))]
+pub(crate) async fn list_examples() -> Json<ExampleList> {
+    let entry = |example: &Example| ExampleEntry {
+        name: example.name.to_owned(),
+        title: example.title.to_owned(),
+    };
+    Json(ExampleList {
+        examples: EXAMPLES.iter().map(entry).collect(),
+    })
+}
+
+/// A request that is ready to post.
+#[utoipa::path(get, path = "/v1/examples/{name}", tag = "examples",
+    params(("name" = String, Path, description = "A name that `/v1/examples` lists.")),
+    responses(
+        (status = 200, description = "A body for `/v1/plan`.", body = PlanRequest),
+        (status = 404, description = "No such example.", body = ProblemDocument,
+            content_type = "application/problem+json")))]
+pub(crate) async fn get_example(name: Result<Path<String>, PathRejection>) -> Result<Response, Problem> {
+    let wanted = name.map(|Path(name)| name).unwrap_or_default();
+    let example = EXAMPLES
+        .iter()
+        .find(|example| example.name == wanted)
+        .ok_or_else(|| Problem::NoExample {
+            known: EXAMPLES.iter().map(|example| example.name).collect(),
+        })?;
+    Ok(([(header::CONTENT_TYPE, "application/json")], example.body).into_response())
+}

@@ -1,0 +1,21 @@
+//! Missions: vehicles, real or simulated, for which the service plans for hours.
+//!
+//! ```text
+//! routes → check → registry → actor (live, simulated) → event → store
+//!                               └ state, simulation, clock
+//! stream, record, replay ← event ← store
+//! ```
+
+mod actor;
+pub(crate) mod check;
+mod clock;
+pub mod event;
+pub mod record;
+mod registry;
+pub mod replay;
+pub(crate) mod routes;
+mod simulation;
+mod state;
+mod stream;
+
+pub use registry::Missions;

@@ -1,0 +1,393 @@
+//! One mission under way: its commands, its clock, and its state. Clients hear only of what is on the disk.
+//!
+//! ```text
+//! requests ──► command ──► events ──► event store ──► state ──► view, event streams
+//!              clock, every period ──► plan ──┘
+//! ```
+
+use std::{
+    collections::BTreeMap,
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+use serde::{Deserialize, Serialize};
+use tokio::{
+    sync::{
+        broadcast,
+        mpsc::{self, error::TryRecvError},
+        oneshot, watch,
+    },
+    task::spawn_blocking,
+    time::{sleep_until, timeout},
+};
+
+use super::{
+    clock::Clock,
+    event::{Event, StoredAnswer, json},
+    state::MissionState,
+};
+use crate::{
+    planners::Planners,
+    problem::Problem,
+    store::{Append, Appended, EventStore, KeyedAnswer, StoredEvent},
+};
+use wire::mission::{Accepted, Live, Mission, Reports, Status};
+
+pub(super) mod live;
+pub(super) mod simulated;
+
+/// Requests that may wait for a mission: some seconds of a few vehicles' reports.
+const MAILBOX: usize = 32;
+
+/// How long the actor of a mission that is over waits for another request, such as one that is sent again.
+const REST: Duration = Duration::from_secs(5);
+
+/// Events that a reader of the stream may be behind before it misses some.
+const STREAM: usize = 64;
+
+/// Why a simulated mission refuses reports.
+pub(super) const NO_REPORTS: &str = "a simulated mission hears its own vehicles; reports are for live ones";
+
+/// A command to a mission, and where the reply goes. The client may be gone: then the reply is dropped.
+#[derive(Debug)]
+pub(super) struct Request {
+    pub(super) command: Command,
+    pub(super) key: Option<IdempotencyKey>,
+    pub(super) reply: oneshot::Sender<Result<Vec<u8>, Problem>>,
+}
+
+#[derive(Debug)]
+pub(super) enum Command {
+    /// Takes up reports of vehicles.
+    Report(Box<Reports>),
+    /// Begins or goes on, so many seconds of the mission in one.
+    Run(Option<f64>),
+    /// Holds the mission.
+    Pause,
+    /// Goes on for so many plans.
+    Step(u32),
+    /// Ends the mission.
+    Finish,
+}
+
+/// A client's name for a request, which shows that it is sent again.
+#[derive(Clone, Debug)]
+pub(crate) struct IdempotencyKey {
+    pub(crate) key: String,
+    /// Hash of the request.
+    pub(crate) request: [u8; 32],
+}
+
+impl IdempotencyKey {
+    /// The key with its answer, as it is stored.
+    pub(super) fn with(self, answer: Vec<u8>) -> KeyedAnswer {
+        let Self { key, request } = self;
+        KeyedAnswer { key, request, answer }
+    }
+
+    /// What the key was answered with before.
+    pub(super) async fn answered(
+        &self,
+        store: &EventStore,
+        mission: &str,
+    ) -> Result<Option<Vec<u8>>, Problem> {
+        let (store, mission, key) = (store.clone(), mission.to_owned(), self.key.clone());
+        let before = spawn_blocking(move || store.reader()?.answered(&mission, &key));
+        match before.await.map_err(|_| Problem::Panicked)?? {
+            None => Ok(None),
+            Some((request, answer)) if request == self.request => Ok(Some(answer)),
+            Some(_) => Err(Problem::KeyTaken),
+        }
+    }
+}
+
+/// What clients see of a mission.
+#[derive(Clone, Debug)]
+pub(super) struct View {
+    pub(super) mission: Mission,
+    /// The last plan.
+    pub(super) plan: Option<Arc<StoredPlan>>,
+    /// Vehicles without recent reports that the next plan needs.
+    pub(super) waits_for: Vec<String>,
+    /// Plans that were due and not made.
+    pub(super) missed: u64,
+}
+
+/// A plan that was stored.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct StoredPlan {
+    /// Number of the event that stored it.
+    pub(super) sequence: u64,
+    /// When it was made, on the mission's clock, s.
+    pub(super) time: f64,
+    /// How long after it was due, s.
+    pub(super) late: f64,
+    pub(super) answer: StoredAnswer,
+    /// When each vehicle was last heard, on the mission's clock, s.
+    pub(super) heard: BTreeMap<String, f64>,
+}
+
+/// The fold of a mission's events, stored beside them so that a start reads few of them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Snapshot {
+    /// The state of a live mission.
+    #[serde(rename = "known")]
+    pub(super) state: Option<MissionState>,
+    /// The last plan.
+    pub(super) plan: Option<Arc<StoredPlan>>,
+}
+
+/// A mission under way. It ends when its last handle is dropped.
+#[derive(Clone, Debug)]
+pub(super) struct Handle {
+    pub(super) requests: mpsc::Sender<Request>,
+    pub(super) view: watch::Receiver<View>,
+    pub(super) events: broadcast::WeakSender<StoredEvent>,
+    /// What a live mission was made with.
+    pub(super) live: Option<Arc<LiveMission>>,
+}
+
+/// What a live mission was made with.
+#[derive(Debug)]
+pub(super) struct LiveMission {
+    pub(super) config: Live,
+    pub(super) clock: Clock,
+}
+
+/// A mission of either kind at work.
+pub(super) trait Actor: Send {
+    fn context(&mut self) -> &mut Context;
+    /// When to advance, if the mission is running.
+    fn due(&self) -> Instant;
+    /// Carries out a command of a mission that is not over, and answers it.
+    fn carry_out(
+        &mut self,
+        command: Command,
+        key: Option<IdempotencyKey>,
+    ) -> impl Future<Output = Result<Vec<u8>, Problem>> + Send;
+    fn advance(&mut self) -> impl Future<Output = ()> + Send;
+}
+
+/// Lets an actor work as long as it has a handle and something to do.
+pub(super) async fn run(mut actor: impl Actor) {
+    while !actor.context().superseded {
+        // By turns, so that neither a flood of requests nor a slow disk keeps the other waiting.
+        match actor.context().requests.try_recv() {
+            Ok(request) => serve(&mut actor, request).await,
+            Err(TryRecvError::Empty) => {}
+            Err(TryRecvError::Disconnected) => return,
+        }
+        let running = actor.context().is_running();
+        let due = actor.due();
+        if running && due <= Instant::now() {
+            actor.advance().await;
+            continue;
+        }
+        tokio::select! {
+            request = actor.context().next_request() => match request {
+                Some(request) => serve(&mut actor, request).await,
+                None => return,
+            },
+            () = sleep_until(due.into()), if running => {}
+        }
+    }
+}
+
+async fn serve(actor: &mut impl Actor, request: Request) {
+    let answer = answer(actor, request.command, request.key).await;
+    let _ = request.reply.send(answer);
+}
+
+async fn answer(
+    actor: &mut impl Actor,
+    command: Command,
+    key: Option<IdempotencyKey>,
+) -> Result<Vec<u8>, Problem> {
+    let context = actor.context();
+    let status = context.mission.status;
+    // The store looks up the key of reports when it stores them.
+    if let Some(key) = &key
+        && (status.is_over() || !matches!(command, Command::Report(_)))
+        && let Some(before) = key.answered(&context.store, &context.mission.id).await?
+    {
+        return Ok(before);
+    }
+    match (command, status) {
+        (Command::Finish, Status::Finished) | (Command::Pause, Status::Created | Status::Paused) => {
+            context.unchanged(key).await
+        }
+        _ if status.is_over() => Err(Problem::conflict("the mission is over")),
+        (command, _) => actor.carry_out(command, key).await,
+    }
+}
+
+/// What an actor of either kind works with.
+#[derive(Debug)]
+pub(super) struct Context {
+    requests: mpsc::Receiver<Request>,
+    /// Number of the mission in the store.
+    number: u64,
+    mission: Mission,
+    /// Whether the mission was deleted or has events that this actor does not know. The actor ends then.
+    superseded: bool,
+    store: EventStore,
+    view: watch::Sender<View>,
+    events: broadcast::Sender<StoredEvent>,
+    planners: Planners,
+}
+
+/// The answer to a request whose events were to be stored.
+struct Stored {
+    answer: Vec<u8>,
+    /// Whether the events are stored now; else the key had this answer before.
+    is_new: bool,
+}
+
+impl Context {
+    /// The context of `mission`, and the handle to the actor that will work with it.
+    pub(super) fn new(
+        number: u64,
+        mission: Mission,
+        plan: Option<Arc<StoredPlan>>,
+        live: Option<Arc<LiveMission>>,
+        store: EventStore,
+        planners: Planners,
+    ) -> (Self, Handle) {
+        let (requests_in, requests) = mpsc::channel(MAILBOX);
+        let (view, view_out) = watch::channel(View {
+            mission: mission.clone(),
+            plan,
+            waits_for: vec![],
+            missed: 0,
+        });
+        let (events, _) = broadcast::channel(STREAM);
+        let handle = Handle {
+            requests: requests_in,
+            view: view_out,
+            events: events.downgrade(),
+            live,
+        };
+        let context = Self {
+            requests,
+            number,
+            mission,
+            superseded: false,
+            store,
+            view,
+            events,
+            planners,
+        };
+        (context, handle)
+    }
+
+    fn is_running(&self) -> bool {
+        self.mission.status == Status::Running
+    }
+
+    /// The next request. None when no more will come: there is no handle, or the mission is over and has rested.
+    async fn next_request(&mut self) -> Option<Request> {
+        if !self.mission.status.is_over() {
+            return self.requests.recv().await;
+        }
+        if let Ok(request) = timeout(REST, self.requests.recv()).await {
+            return request;
+        }
+        // Requests that were sent until now are still served.
+        self.requests.close();
+        self.requests.recv().await
+    }
+
+    /// Stores events of the mission, and then publishes them: what is not on the disk has not happened. `snapshot` is
+    /// the fold of all events after them.
+    async fn append(
+        &mut self,
+        events: Vec<Event>,
+        key: Option<IdempotencyKey>,
+        snapshot: Option<Vec<u8>>,
+    ) -> Result<Stored, Problem> {
+        let mut after = self.mission.clone();
+        let mut stored = vec![];
+        for event in &events {
+            apply(&mut after, event);
+            stored.push(event.stored(after.sequence));
+        }
+        let answer = match events.first() {
+            Some(Event::Reported { .. }) => json(&Accepted {
+                sequence: after.sequence,
+            }),
+            _ => json(&after),
+        };
+        let append = Append {
+            mission: after.id.clone(),
+            number: Some(self.number),
+            events: stored.clone(),
+            status: after.status.name().to_owned(),
+            summary: json(&after),
+            snapshot,
+            answered: key.map(|key| key.with(answer.clone())),
+        };
+        match self.store.append(append).await? {
+            Appended::Stored => {}
+            Appended::AnsweredBefore(answer) => {
+                let is_new = false;
+                return Ok(Stored { answer, is_new });
+            }
+            Appended::KeyTaken => return Err(Problem::KeyTaken),
+            Appended::MissionGone => {
+                self.superseded = true;
+                return Err(Problem::NoMission);
+            }
+            Appended::OutOfSequence => {
+                self.superseded = true;
+                return Err(Problem::Behind);
+            }
+        }
+        self.mission = after.clone();
+        self.view.send_modify(|view| view.mission = after);
+        for event in stored {
+            // Fails without readers.
+            let _ = self.events.send(event);
+        }
+        Ok(Stored { answer, is_new: true })
+    }
+
+    /// Shows the last plan, which is stored.
+    fn show(&self, plan: Option<Arc<StoredPlan>>) {
+        self.view.send_modify(|view| {
+            view.plan = plan;
+            view.waits_for.clear();
+        });
+    }
+
+    /// Answers a request that changes nothing, and remembers its key.
+    async fn unchanged(&mut self, key: Option<IdempotencyKey>) -> Result<Vec<u8>, Problem> {
+        if key.is_none() {
+            return Ok(json(&self.mission));
+        }
+        Ok(self.append(vec![], key, None).await?.answer)
+    }
+}
+
+/// What an event changes of what a mission shows of itself.
+fn apply(mission: &mut Mission, event: &Event) {
+    mission.sequence += 1;
+    match event {
+        Event::Created { .. } | Event::Reported { .. } => {}
+        Event::Ran { at_s, speed_factor } => {
+            mission.status = Status::Running;
+            mission.started_s.get_or_insert(*at_s);
+            mission.speed_factor = *speed_factor;
+        }
+        Event::Paused { .. } => mission.status = Status::Paused,
+        Event::Planned(planned) => mission.t_s = planned.t_s,
+        Event::Finished { at_s } => {
+            mission.status = Status::Finished;
+            mission.finished_s = Some(*at_s);
+        }
+        Event::Failed { at_s, .. } => {
+            mission.status = Status::Failed;
+            mission.finished_s = Some(*at_s);
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! A mission of real vehicles: plans once a period from the reports until then, also when none came.
+
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+use super::{Actor, Command, Context, IdempotencyKey, LiveMission, Snapshot, StoredPlan};
+use crate::{
+    deadline::Arrival,
+    missions::{
+        clock::{Clock, unix_now},
+        event::{Event, answer, json, planned},
+        state::MissionState,
+    },
+    problem::Problem,
+};
+use planner::snapshot::Snapshot as Facts;
+use wire::PreviousPlan;
+
+/// Reports that a start reads one by one at most.
+const FOLD_MAX: u32 = 64;
+
+pub(in crate::missions) struct Live {
+    context: Context,
+    state: MissionState,
+    made: Arc<LiveMission>,
+    /// Between two plans, real time.
+    period: Duration,
+    due: Instant,
+    /// Events since the last snapshot.
+    unfolded: u32,
+}
+
+impl Live {
+    pub(in crate::missions) fn new(context: Context, made: Arc<LiveMission>, state: MissionState) -> Self {
+        let LiveMission { config, clock } = &*made;
+        let this = Self {
+            due: next_due(clock, config.period_s),
+            period: Duration::from_secs_f64(config.period_s / config.clock_rate),
+            context,
+            state,
+            made,
+            unfolded: 0,
+        };
+        this.show_waits_for();
+        this
+    }
+}
+
+impl Actor for Live {
+    fn context(&mut self) -> &mut Context {
+        &mut self.context
+    }
+
+    fn due(&self) -> Instant {
+        self.due
+    }
+
+    async fn carry_out(&mut self, command: Command, key: Option<IdempotencyKey>) -> Result<Vec<u8>, Problem> {
+        let at_s = unix_now();
+        let event = match command {
+            Command::Step(_) => {
+                let why = "a live mission goes on by itself; only simulated ones take steps";
+                return Err(Problem::conflict(why));
+            }
+            Command::Run(Some(_)) => {
+                let why = "a live mission is as fast as life; only simulated ones take a speed_factor";
+                return Err(Problem::conflict(why));
+            }
+            Command::Run(None) if self.context.is_running() => return self.context.unchanged(key).await,
+            Command::Report(heard) => return self.report(Event::Reported { at_s, heard }, key).await,
+            Command::Run(None) => {
+                self.due = next_due(&self.made.clock, self.made.config.period_s);
+                let speed_factor = None;
+                Event::Ran { at_s, speed_factor }
+            }
+            Command::Pause => Event::Paused { at_s },
+            Command::Finish => Event::Finished { at_s },
+        };
+        let stored = self.context.append(vec![event], key, None).await?;
+        self.unfolded += u32::from(stored.is_new);
+        Ok(stored.answer)
+    }
+
+    async fn advance(&mut self) {
+        let due = self.due;
+        self.set_next_due();
+        let now = self.made.clock.now();
+        let planned = match self.state.snapshot(now) {
+            None => return self.show_waits_for(),
+            Some(Ok(facts)) => self.plan_for(facts, now, due).await,
+            Some(Err(wrong)) => Err(Problem::Invalid(wrong)),
+        };
+        if let Err(problem) = planned {
+            tracing::warn!(mission = self.context.mission.id, ?problem, "no plan");
+            self.miss(1);
+        }
+    }
+}
+
+impl Live {
+    /// Stores the event of reports, and takes them up.
+    async fn report(&mut self, event: Event, key: Option<IdempotencyKey>) -> Result<Vec<u8>, Problem> {
+        let mut state = self.state.clone();
+        state.apply(&event, &self.made.clock);
+        // Every plan leaves a snapshot; where none is made, reports do now and then.
+        let folds = FOLD_MAX <= self.unfolded;
+        let snapshot = folds.then(|| {
+            json(&Snapshot {
+                state: Some(state.clone()),
+                plan: self.context.view.borrow().plan.clone(),
+            })
+        });
+        let stored = self.context.append(vec![event], key, snapshot).await?;
+        if stored.is_new {
+            self.unfolded = if folds { 0 } else { self.unfolded + 1 };
+            self.state = state;
+            self.show_waits_for();
+        }
+        Ok(stored.answer)
+    }
+
+    async fn plan_for(&mut self, facts: Facts, now: f64, due: Instant) -> Result<(), Problem> {
+        // The other half of the period is for the disk, and for other missions.
+        let made = self
+            .context
+            .planners
+            .plan_in_turn(facts, Arrival(due), self.period / 2)
+            .await?;
+        let answer = answer(&made);
+        let previous = PreviousPlan::from(&answer.answer);
+        let late = due.elapsed();
+        let event = planned(now, late, &made, &answer, &previous);
+        let mut state = self.state.clone();
+        state.set_previous_plan(previous);
+        let plan = Some(Arc::new(StoredPlan {
+            sequence: self.context.mission.sequence + 1,
+            time: now,
+            late: late.as_secs_f64(),
+            answer,
+            heard: state.heard(),
+        }));
+        let snapshot = Snapshot {
+            state: Some(state.clone()),
+            plan: plan.clone(),
+        };
+        let event = Event::Planned(Box::new(event));
+        self.context
+            .append(vec![event], None, Some(json(&snapshot)))
+            .await?;
+        self.context.show(plan);
+        self.state = state;
+        self.unfolded = 0;
+        Ok(())
+    }
+
+    /// The next plan is due a period after this one; plans whose time is past are missed.
+    fn set_next_due(&mut self) {
+        let now = Instant::now();
+        self.due += self.period;
+        let mut missed = 0;
+        while self.due < now {
+            self.due += self.period;
+            missed += 1;
+        }
+        if 0 < missed {
+            self.miss(missed);
+        }
+    }
+
+    fn miss(&self, plans: u64) {
+        self.context.view.send_modify(|view| view.missed += plans);
+    }
+
+    fn show_waits_for(&self) {
+        let waits_for = self.state.waits_for(self.made.clock.now());
+        self.context.view.send_if_modified(|view| {
+            let changed = view.waits_for != waits_for;
+            view.waits_for = waits_for;
+            changed
+        });
+    }
+}
+
+/// When the mission's clock next shows a whole number of periods since it was made: a restart moves no mission's plans
+/// onto its neighbours'.
+fn next_due(clock: &Clock, period: f64) -> Instant {
+    let since = (clock.now() - clock.created) / period;
+    let left = (since.ceil() - since).clamp(0.0, 1.0) * period / clock.rate;
+    Instant::now() + Duration::from_secs_f64(left)
+}

@@ -1,0 +1,178 @@
+//! A mission of the simulator: steps as fast as the client asked for.
+
+use std::{
+    collections::BTreeMap,
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+use tokio::task::spawn_blocking;
+
+use super::{Actor, Command, Context, IdempotencyKey, NO_REPORTS, Snapshot, Stored, StoredPlan};
+use crate::{
+    missions::{
+        clock::unix_now,
+        event::{Event, json},
+        simulation::{Simulation, Tick},
+    },
+    problem::Problem,
+    store::StoreError,
+};
+use wire::mission;
+
+/// Plans that are stored together where nothing paces them: some tens of milliseconds of work.
+const TICKS_AT_ONCE: u32 = 16;
+
+/// When to try again what was not stored.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// Longest of these times after failures in a row: each try may simulate everything again.
+const PATIENCE_MAX: Duration = Duration::from_mins(1);
+
+pub(in crate::missions) struct Simulated {
+    context: Context,
+    config: mission::Simulated,
+    /// None until it is needed: then it is simulated again up to the last stored event.
+    simulation: Option<Box<Simulation>>,
+    due: Instant,
+    patience: Duration,
+}
+
+impl Simulated {
+    pub(in crate::missions) fn new(context: Context, config: mission::Simulated) -> Self {
+        Self {
+            context,
+            config,
+            simulation: None,
+            due: Instant::now(),
+            patience: PATIENCE,
+        }
+    }
+}
+
+impl Actor for Simulated {
+    fn context(&mut self) -> &mut Context {
+        &mut self.context
+    }
+
+    fn due(&self) -> Instant {
+        self.due
+    }
+
+    async fn carry_out(&mut self, command: Command, key: Option<IdempotencyKey>) -> Result<Vec<u8>, Problem> {
+        let at_s = unix_now();
+        let event = match command {
+            Command::Report(_) => return Err(Problem::conflict(NO_REPORTS)),
+            Command::Step(_) if self.context.is_running() => {
+                return Err(Problem::conflict("the mission is running: pause it first"));
+            }
+            Command::Step(ticks) => return Ok(self.step(ticks, key).await?.answer),
+            Command::Run(speed_factor) => {
+                self.due = Instant::now();
+                Event::Ran { at_s, speed_factor }
+            }
+            Command::Pause => Event::Paused { at_s },
+            Command::Finish => Event::Finished { at_s },
+        };
+        Ok(self.context.append(vec![event], key, None).await?.answer)
+    }
+
+    /// Makes one plan, or some where nothing paces them.
+    async fn advance(&mut self) {
+        let ticks = match self.context.mission.speed_factor {
+            Some(factor) => {
+                // A late plan delays those after it: none is made in a hurry.
+                self.due = Instant::now().max(self.due + Duration::from_secs_f64(1.0 / factor));
+                1
+            }
+            None => TICKS_AT_ONCE,
+        };
+        if let Err(problem) = self.step(ticks, None).await {
+            tracing::warn!(mission = self.context.mission.id, ?problem, "did not go on");
+            self.due = Instant::now() + self.patience;
+            self.patience = PATIENCE_MAX.min(2 * self.patience);
+        } else {
+            self.patience = PATIENCE;
+        }
+    }
+}
+
+impl Simulated {
+    /// Goes on for `ticks` plans, or to the end. A simulation whose events are not stored is dropped.
+    async fn step(&mut self, ticks: u32, key: Option<IdempotencyKey>) -> Result<Stored, Problem> {
+        let simulation = match self.simulation.take() {
+            Some(simulation) => simulation,
+            None => self.simulate_again().await?,
+        };
+        let permit = self.context.planners.simulation().await;
+        let worked = spawn_blocking(move || {
+            let _permit = permit;
+            simulate(simulation, ticks)
+        });
+        let (simulation, ticks, end) = worked.await.map_err(|_| Problem::Panicked)?;
+        let n_plans = ticks.len() as u64;
+        let plan = ticks.last().map(|tick| {
+            Arc::new(StoredPlan {
+                sequence: self.context.mission.sequence + n_plans,
+                time: tick.planned.t_s,
+                late: 0.0,
+                answer: tick.answer.clone(),
+                heard: BTreeMap::new(),
+            })
+        });
+        let planned = |tick: Tick| Event::Planned(Box::new(tick.planned));
+        let events = ticks.into_iter().map(planned).chain(end).collect();
+        let snapshot = plan.is_some().then(|| {
+            json(&Snapshot {
+                state: None,
+                plan: plan.clone(),
+            })
+        });
+        let stored = self.context.append(events, key, snapshot).await?;
+        if stored.is_new {
+            self.simulation = Some(simulation);
+            if plan.is_some() {
+                self.context.show(plan);
+            }
+        }
+        Ok(stored)
+    }
+
+    /// The simulation as it was after the last stored event.
+    async fn simulate_again(&self) -> Result<Box<Simulation>, Problem> {
+        let (store, config) = (self.context.store.clone(), self.config.clone());
+        let (number, sequence) = (self.context.number, self.context.mission.sequence);
+        let permit = self.context.planners.simulation().await;
+        let again = spawn_blocking(move || {
+            let _permit = permit;
+            let mut simulation = Simulation::new(&config).map_err(StoreError::Damaged)?;
+            store.reader()?.each(number, 0, sequence, &mut |stored| {
+                if let Event::Planned(planned) = Event::read(stored)? {
+                    let ticked = simulation.tick(Some(&planned));
+                    ticked.map_err(|error| StoreError::Damaged(error.to_string()))?;
+                }
+                Ok(())
+            })?;
+            Ok::<_, StoreError>(Box::new(simulation))
+        });
+        Ok(again.await.map_err(|_| Problem::Panicked)??)
+    }
+}
+
+/// Some plans, and the event of the end if it came.
+fn simulate(mut simulation: Box<Simulation>, n_ticks: u32) -> (Box<Simulation>, Vec<Tick>, Option<Event>) {
+    let mut ticks = vec![];
+    for _ in 0..n_ticks {
+        match simulation.tick(None) {
+            Ok(tick) => ticks.push(tick),
+            Err(error) => {
+                let reason = error.to_string();
+                let at_s = unix_now();
+                return (simulation, ticks, Some(Event::Failed { at_s, reason }));
+            }
+        }
+        if simulation.is_over() {
+            return (simulation, ticks, Some(Event::Finished { at_s: unix_now() }));
+        }
+    }
+    (simulation, ticks, None)
+}

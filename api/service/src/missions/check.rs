@@ -1,0 +1,237 @@
+//! What is wrong with a mission that is to be made, or with reports that were posted.
+
+use std::ops::RangeInclusive;
+
+use planner::snapshot::{AUVS_MAX, REPORTS_MAX, Snapshot};
+use serde_json::json;
+use sim::datum::Datum;
+
+use super::{
+    simulation,
+    state::{AHEAD_MAX, trial_request},
+};
+use wire::FieldError;
+use wire::{
+    METADATA_BYTES_MAX,
+    mission::{Live, NewMission, Reports, Simulated},
+    unsupported_version,
+};
+
+/// Longest title, bytes.
+const TITLE_BYTES_MAX: usize = 200;
+/// Longest scenario, bytes.
+const SCENARIO_BYTES_MAX: usize = 64 << 10;
+/// Time between two plans, s.
+const PERIOD: RangeInclusive<f64> = 0.5..=60.0;
+/// Seconds of a rehearsal's clock in one.
+const CLOCK_RATE: RangeInclusive<f64> = 1.0..=60.0;
+/// Shortest time between two plans of a rehearsal in real time, s.
+const REAL_PERIOD_MIN: f64 = 0.05;
+/// Seconds of a simulated mission in one.
+const SPEED_FACTOR: RangeInclusive<f64> = 0.1..=1000.0;
+/// Plans that are asked for at once.
+const TICKS: RangeInclusive<u32> = 1..=60;
+/// How old what was heard may be, s: what is older is no time on the mission's clock.
+const AGE_MAX: f64 = 86_400.0;
+
+pub(crate) fn new_mission(new: &NewMission) -> Result<(), Vec<FieldError>> {
+    let mut errors = vec![];
+    errors.extend(unsupported_version(&new.schema_version));
+    if let Some(title) = &new.title
+        && TITLE_BYTES_MAX < title.len()
+    {
+        errors.push(too_long("/title", title.len(), TITLE_BYTES_MAX));
+    }
+    let metadata = serde_json::to_vec(&new.metadata).map_or(0, |bytes| bytes.len());
+    if METADATA_BYTES_MAX < metadata {
+        errors.push(too_long("/metadata", metadata, METADATA_BYTES_MAX));
+    }
+    match (&new.live, &new.simulated) {
+        (Some(live), None) => errors.extend(check_live(live)),
+        (None, Some(simulated)) => errors.extend(check_simulated(simulated)),
+        _ => errors.push(FieldError::new(
+            "",
+            "one_of",
+            "give either simulated or live, and not both",
+        )),
+    }
+    none(errors)
+}
+
+fn check_live(config: &Live) -> Vec<FieldError> {
+    let mut errors = vec![];
+    errors.extend(within("/live/period_s", config.period_s, &PERIOD));
+    errors.extend(within("/live/clock_rate", config.clock_rate, &CLOCK_RATE));
+    if errors.is_empty() && config.period_s / config.clock_rate < REAL_PERIOD_MIN {
+        let most = config.period_s / REAL_PERIOD_MIN;
+        errors.extend(within("/live/clock_rate", config.clock_rate, &(1.0..=most)));
+    }
+    if let Some(origin) = &config.origin {
+        let place = sim::record::Origin {
+            latitude: origin.lat_deg.to_radians(),
+            longitude: origin.lon_deg.to_radians(),
+        };
+        if let Err(error) = Datum::new(&place) {
+            errors.push(FieldError::new("/live/origin", "out_of_range", error.to_string()));
+        }
+    }
+    if let Some(auv) = config.auvs.iter().position(|auv| auv.id == "asc") {
+        let detail = "is what the surface craft is called";
+        errors.push(FieldError::new(format!("/live/auvs/{auv}/id"), "reserved", detail).given("asc"));
+    }
+    if let Err(wrong) = Snapshot::try_from(&trial_request(config, 0.0)) {
+        errors.extend(moved(wrong, "", "/live"));
+    }
+    errors
+}
+
+fn check_simulated(config: &Simulated) -> Vec<FieldError> {
+    let (pointer, length) = match (&config.scenario, &config.scenario_file) {
+        (Some(_), None) => ("/simulated/scenario", 0),
+        (None, Some(text)) => ("/simulated/scenario_file", text.len()),
+        _ => ("/simulated", 0),
+    };
+    if SCENARIO_BYTES_MAX < length {
+        return vec![too_long(pointer, length, SCENARIO_BYTES_MAX)];
+    }
+    // Some scenarios cannot start with some seeds.
+    let started = simulation::Simulation::new(config);
+    let errors = started
+        .err()
+        .map(|wrong| FieldError::new(pointer, "invalid", wrong));
+    errors.into_iter().collect()
+}
+
+/// What is wrong with `heard` by the mission's clock at `now`, s.
+pub(crate) fn reports(config: &Live, heard: &Reports, now: f64) -> Result<(), Vec<FieldError>> {
+    let mut errors = vec![];
+    let time = |pointer: String, time: f64| {
+        let limits = now - AGE_MAX..=now + AHEAD_MAX;
+        let on_the_clock =
+            "must be a time on the mission's clock: Unix time, s, at most a day old and a second ahead";
+        (!limits.contains(&time)).then(|| {
+            FieldError::new(pointer, "out_of_range", on_the_clock)
+                .given(json!(time))
+                .limit(json!({ "least": limits.start(), "most": limits.end() }))
+        })
+    };
+    errors.extend(
+        heard
+            .received_s
+            .and_then(|received| time("/received_s".to_owned(), received)),
+    );
+    if heard.auvs.is_empty() && heard.asc.is_empty() {
+        errors.push(FieldError::new("", "missing", "give auvs, asc, or both"));
+    }
+    if AUVS_MAX < heard.auvs.len() {
+        errors.push(too_long("/auvs", heard.auvs.len(), AUVS_MAX));
+    }
+    for (pointer, given) in [("/asc", heard.asc.len())]
+        .into_iter()
+        .chain(heard.auvs.values().map(|fixes| ("/auvs", fixes.len())))
+    {
+        if REPORTS_MAX < given {
+            errors.push(too_long(pointer, given, REPORTS_MAX));
+        }
+    }
+    if !errors.is_empty() {
+        return Err(errors);
+    }
+    let mut trial = trial_request(config, now);
+    for (id, fixes) in &heard.auvs {
+        let Some(auv) = config.auvs.iter().position(|auv| auv.id == *id) else {
+            let known: Vec<&str> = config.auvs.iter().map(|auv| auv.id.as_str()).collect();
+            errors.push(
+                FieldError::new(
+                    format!("/auvs/{}", token(id)),
+                    "unknown_auv",
+                    "the mission has no such AUV",
+                )
+                .given(id.clone())
+                .limit(json!(known)),
+            );
+            continue;
+        };
+        for (i, fix) in fixes.iter().enumerate() {
+            errors.extend(time(format!("/auvs/{}/{i}/t_s", token(id)), fix.t_s));
+        }
+        // Values are checked as those of fixes of now: their times are checked above, and kept.
+        let fixes = fixes.iter().map(|fix| wire::Report { t_s: now, ..*fix });
+        trial.auvs[auv].reports = Some(fixes.collect());
+        if let Err(wrong) = Snapshot::try_from(&trial) {
+            let here = format!("/auvs/{auv}/reports");
+            errors.extend(moved(wrong, &here, &format!("/auvs/{}", token(id))));
+        }
+        trial.auvs[auv].reports = trial_request(config, now).auvs.swap_remove(auv).reports;
+    }
+    for (i, state) in heard.asc.iter().enumerate() {
+        errors.extend(time(format!("/asc/{i}/t_s"), state.t_s));
+        trial.asc = state.state.clone();
+        if let Err(wrong) = Snapshot::try_from(&trial) {
+            errors.extend(moved(wrong, "/asc", &format!("/asc/{i}/state")));
+        }
+    }
+    none(errors)
+}
+
+pub(crate) fn speed_factor(given: Option<f64>) -> Result<(), Vec<FieldError>> {
+    none(
+        given
+            .and_then(|factor| within("/speed_factor", factor, &SPEED_FACTOR))
+            .into_iter()
+            .collect(),
+    )
+}
+
+pub(crate) fn ticks(given: u32) -> Result<(), Vec<FieldError>> {
+    if TICKS.contains(&given) {
+        return Ok(());
+    }
+    let (least, most) = TICKS.into_inner();
+    let error = FieldError::new(
+        "/ticks",
+        "out_of_range",
+        format!("must be from {least} to {most}"),
+    );
+    Err(vec![
+        error.given(given).limit(json!({ "least": least, "most": most })),
+    ])
+}
+
+fn within(pointer: &str, given: f64, limits: &RangeInclusive<f64>) -> Option<FieldError> {
+    let (least, most) = (limits.start(), limits.end());
+    (!limits.contains(&given)).then(|| {
+        FieldError::new(pointer, "out_of_range", format!("must be from {least} to {most}"))
+            .given(json!(given))
+            .limit(json!({ "least": least, "most": most }))
+    })
+}
+
+fn too_long(pointer: &str, given: usize, limit: usize) -> FieldError {
+    FieldError::new(
+        pointer,
+        "too_long",
+        format!("must be at most {limit} long, not {given}"),
+    )
+    .given(given)
+    .limit(json!({ "most": limit }))
+}
+
+fn none(errors: Vec<FieldError>) -> Result<(), Vec<FieldError>> {
+    if errors.is_empty() { Ok(()) } else { Err(errors) }
+}
+
+/// The same errors, where the client finds what they are about.
+fn moved(errors: Vec<FieldError>, from: &str, to: &str) -> Vec<FieldError> {
+    let moved = |mut error: FieldError| {
+        let rest = error.pointer.strip_prefix(from).unwrap_or(&error.pointer);
+        error.pointer = format!("{to}{rest}");
+        error
+    };
+    errors.into_iter().map(moved).collect()
+}
+
+/// Source: RFC 6901, section 3.
+fn token(name: &str) -> String {
+    name.replace('~', "~0").replace('/', "~1")
+}

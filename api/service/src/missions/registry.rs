@@ -1,0 +1,383 @@
+//! All missions: those under way as actors, the others in the event store.
+
+use std::{
+    collections::HashMap,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    time::Duration,
+};
+
+use sha2::{Digest as _, Sha256};
+use tokio::{
+    sync::{OwnedSemaphorePermit, Semaphore, mpsc::error::TrySendError, oneshot},
+    task::spawn_blocking,
+    time::timeout,
+};
+
+use super::{
+    actor::{
+        Command, Context, Handle, IdempotencyKey, LiveMission, NO_REPORTS, Request, Snapshot, live::Live,
+        run, simulated::Simulated,
+    },
+    check,
+    clock::{Clock, unix_now},
+    event::{Event, created, hexadecimal, json, parsed},
+    state::MissionState,
+};
+use crate::{
+    edge::fresh_id,
+    planners::Planners,
+    problem::Problem,
+    store::{Append, Appended, EventReader, EventStore, StoreError, StoredMission},
+};
+use wire::mission::{Mission, NewMission, Reports, Status};
+
+/// Missions that may be under way at once: more than two processors plan for once a second.
+const ACTORS_MAX: usize = 1_024;
+
+/// Readers of event streams at once.
+const STREAMS_MAX: usize = 256;
+
+/// Records written at once, each on a thread of its own.
+const RECORDS_MAX: usize = 4;
+
+/// Threads that read the store at once.
+const READERS_MAX: usize = 16;
+
+/// How long a mission may take to reply before the client is told to ask again.
+const ANSWER_TIME: Duration = Duration::from_secs(10);
+
+/// Every mission of a data directory. Clones share them.
+#[derive(Clone, Debug)]
+pub struct Missions {
+    store: EventStore,
+    planners: Planners,
+    /// Missions under way, by id. None once the service stops.
+    actors: Arc<Mutex<Option<HashMap<String, Handle>>>>,
+    pub(super) streams: Slots,
+    pub(super) records: Slots,
+    reading: Arc<Semaphore>,
+}
+
+/// A limit on how many run at once. Dropping the permit frees its slot.
+#[derive(Clone, Debug)]
+pub(super) struct Slots {
+    what: &'static str,
+    limit: usize,
+    free: Arc<Semaphore>,
+}
+
+impl Slots {
+    fn new(what: &'static str, limit: usize) -> Self {
+        Self {
+            what,
+            limit,
+            free: Arc::new(Semaphore::new(limit)),
+        }
+    }
+
+    pub(super) fn take(&self) -> Result<OwnedSemaphorePermit, Problem> {
+        let Self { what, limit, .. } = *self;
+        let permit = Arc::clone(&self.free).try_acquire_owned();
+        permit.map_err(|_| Problem::Crowded { what, limit })
+    }
+}
+
+impl Missions {
+    /// The missions of `store`. Those that were running go on.
+    pub(crate) async fn resume(store: EventStore, planners: Planners) -> Result<Self, StoreError> {
+        let missions = Self {
+            store,
+            planners,
+            actors: Arc::new(Mutex::new(Some(HashMap::new()))),
+            streams: Slots::new("event streams", STREAMS_MAX),
+            records: Slots::new("records", RECORDS_MAX),
+            reading: Arc::new(Semaphore::new(READERS_MAX)),
+        };
+        let running = missions
+            .store
+            .reader()?
+            .missions_with_status(Status::Running.name())?;
+        let n_running = running.len();
+        for mission in running {
+            let id = mission.id.clone();
+            if let Err(problem) = missions.start_actor(mission).await {
+                // A damaged mission must not keep the others from going on; its clients get the error.
+                tracing::error!(mission = id, ?problem, "does not go on");
+            }
+        }
+        if 0 < n_running {
+            tracing::info!(n_running, "missions go on");
+        }
+        let store = missions.store.clone();
+        std::thread::spawn(move || store.inspect());
+        Ok(missions)
+    }
+
+    /// Ends every actor and every stream. The next start goes on with what is stored.
+    pub fn close(&self) {
+        *self.actors() = None;
+    }
+
+    /// Whether anything can be stored.
+    pub(crate) async fn probe(&self) -> Result<(), StoreError> {
+        self.store.probe().await
+    }
+
+    /// Makes a mission.
+    pub(super) async fn create(
+        &self,
+        new: NewMission,
+        key: Option<IdempotencyKey>,
+    ) -> Result<Mission, Problem> {
+        // The check starts the scenario, which takes as long as a simulation.
+        let permit = match &new.simulated {
+            Some(_) => Some(self.planners.simulation().await),
+            None => None,
+        };
+        let new = spawn_blocking(move || {
+            let _permit = permit;
+            check::new_mission(&new).map(|()| new)
+        });
+        let new = new
+            .await
+            .map_err(|_| Problem::Panicked)?
+            .map_err(Problem::Invalid)?;
+        let at_s = unix_now();
+        let id = mission_id(&key.as_ref().map_or_else(
+            || format!("{} {at_s}", fresh_id()),
+            |key| format!("key {}", key.key),
+        ));
+        let mission = Mission {
+            title: new.title.clone().unwrap_or_else(|| id.clone()),
+            kind: if new.live.is_some() { "live" } else { "simulated" }.to_owned(),
+            status: Status::Created,
+            created_s: at_s,
+            started_s: None,
+            finished_s: None,
+            t_s: if new.live.is_some() { at_s } else { 0.0 },
+            speed_factor: None,
+            sequence: 1,
+            metadata: new.metadata.clone(),
+            id,
+        };
+        let snapshot = new.live.clone().map(|config| {
+            json(&Snapshot {
+                state: Some(MissionState::new(config)),
+                plan: None,
+            })
+        });
+        let event = Event::Created {
+            at_s,
+            mission: Box::new(new),
+        };
+        let append = Append {
+            mission: mission.id.clone(),
+            number: None,
+            status: mission.status.name().to_owned(),
+            events: vec![event.stored(mission.sequence)],
+            summary: json(&mission),
+            snapshot,
+            answered: key.map(|key| key.with(json(&mission))),
+        };
+        match self.store.append(append).await? {
+            Appended::Stored => {
+                // A mission of that name may have been deleted just now.
+                if let Some(actors) = self.actors().as_mut() {
+                    actors.remove(&mission.id);
+                }
+                Ok(mission)
+            }
+            Appended::AnsweredBefore(answer) => Ok(parsed(&answer)?),
+            Appended::KeyTaken => Err(Problem::KeyTaken),
+            Appended::MissionGone | Appended::OutOfSequence => Err(Problem::NoMission),
+        }
+    }
+
+    /// At most `most` missions after the one numbered `after`, and its number with each.
+    pub(super) async fn list(&self, after: u64, most: usize) -> Result<Vec<(u64, Mission)>, Problem> {
+        let stored = self.read(move |reader| reader.missions(after, most)).await?;
+        let read = |stored: &StoredMission| Ok((stored.number, parsed(&stored.summary)?));
+        Ok(stored.iter().map(read).collect::<Result<_, StoreError>>()?)
+    }
+
+    /// The mission called `id`, as it was stored last, and its number.
+    pub(super) async fn find(&self, id: &str) -> Result<(u64, Mission), Problem> {
+        let stored = self.stored(id).await?;
+        Ok((stored.number, parsed(&stored.summary)?))
+    }
+
+    async fn stored(&self, id: &str) -> Result<StoredMission, Problem> {
+        let id = id.to_owned();
+        let found = self.read(move |reader| reader.mission(&id)).await?;
+        found.ok_or(Problem::NoMission)
+    }
+
+    /// Deletes the mission called `id`.
+    pub(super) async fn delete(&self, id: &str) -> Result<(), Problem> {
+        // Its actor ends after its last request: nothing of a deleted mission is stored.
+        let gone = self.store.delete(id.to_owned()).await?;
+        if let Some(actors) = self.actors().as_mut() {
+            actors.remove(id);
+        }
+        if gone { Ok(()) } else { Err(Problem::NoMission) }
+    }
+
+    /// Takes up reports, and answers once they are on the disk.
+    pub(super) async fn report(
+        &self,
+        id: &str,
+        heard: Reports,
+        key: Option<IdempotencyKey>,
+    ) -> Result<Vec<u8>, Problem> {
+        let handle = self.handle(id).await?;
+        let Some(live) = &handle.live else {
+            return Err(Problem::conflict(NO_REPORTS));
+        };
+        if let Err(wrong) = check::reports(&live.config, &heard, live.clock.now()) {
+            // Reports that were right when they were first sent may be too old by now.
+            let before = match &key {
+                Some(key) => key.answered(&self.store, id).await?,
+                None => None,
+            };
+            return before.ok_or(Problem::Invalid(wrong));
+        }
+        self.send(id, Command::Report(Box::new(heard)), key).await
+    }
+
+    /// Sends a command to the mission called `id`, and waits for the reply.
+    pub(super) async fn send(
+        &self,
+        id: &str,
+        command: Command,
+        key: Option<IdempotencyKey>,
+    ) -> Result<Vec<u8>, Problem> {
+        let (reply, answer) = oneshot::channel();
+        let mut request = Request { command, key, reply };
+        // The actor of a mission that is over may end just now; a new one answers then.
+        for _ in 0..2 {
+            match self.handle(id).await?.requests.try_send(request) {
+                Err(TrySendError::Closed(back)) => request = back,
+                Err(TrySendError::Full(_)) => return Err(Problem::Behind),
+                Ok(()) => {
+                    return match timeout(ANSWER_TIME, answer).await {
+                        Ok(Ok(answer)) => answer,
+                        // The mission was deleted meanwhile, or the service stops.
+                        Ok(Err(_)) => Err(Problem::NoMission),
+                        Err(_) => Err(Problem::Unanswered),
+                    };
+                }
+            }
+        }
+        Err(Problem::Behind)
+    }
+
+    /// The actor of the mission called `id`, started if it does not run.
+    pub(super) async fn handle(&self, id: &str) -> Result<Handle, Problem> {
+        let handle = match self.actors().as_ref() {
+            Some(actors) => actors.get(id).cloned(),
+            None => return Err(Problem::Log(StoreError::Closed)),
+        };
+        match handle.filter(|handle| !handle.requests.is_closed()) {
+            Some(handle) => Ok(handle),
+            None => self.start_actor(self.stored(id).await?).await,
+        }
+    }
+
+    async fn start_actor(&self, stored: StoredMission) -> Result<Handle, Problem> {
+        let StoredMission { number, id, summary } = stored;
+        let mission: Mission = parsed(&summary)?;
+        let (created_s, sequence) = (mission.created_s, mission.sequence);
+        let (created, Snapshot { state, plan }) = self
+            .read(move |reader| fold(reader, number, created_s, sequence))
+            .await?;
+        let mut actors = self.actors();
+        let actors = actors.as_mut().ok_or(Problem::Log(StoreError::Closed))?;
+        // The actors of missions that are over have ended.
+        actors.retain(|_, handle| !handle.requests.is_closed());
+        // Another request may have been faster.
+        if let Some(handle) = actors.get(&id) {
+            return Ok(handle.clone());
+        }
+        if ACTORS_MAX <= actors.len() {
+            // Idle actors end here, and start again with the next request.
+            actors.retain(|_, handle| {
+                let in_use = 1 < handle.requests.strong_count();
+                in_use || handle.view.borrow().mission.status == Status::Running
+            });
+        }
+        if ACTORS_MAX <= actors.len() {
+            return Err(Problem::Crowded {
+                what: "running missions",
+                limit: ACTORS_MAX,
+            });
+        }
+        let clock = Clock::new(created_s, created.live.as_ref());
+        let live = created.live.map(|config| Arc::new(LiveMission { config, clock }));
+        let (store, planners) = (self.store.clone(), self.planners.clone());
+        let (context, handle) = Context::new(number, mission, plan, live.clone(), store, planners);
+        match (live, state, created.simulated) {
+            (Some(live), Some(state), _) => drop(tokio::spawn(run(Live::new(context, live, state)))),
+            (None, None, Some(config)) => drop(tokio::spawn(run(Simulated::new(context, config)))),
+            _ => return Err(StoreError::Damaged(format!("{id} is of no kind")).into()),
+        }
+        actors.insert(id, handle.clone());
+        Ok(handle)
+    }
+
+    /// Reads the store on a thread that may wait for the disk.
+    pub(super) async fn read<T: Send + 'static>(
+        &self,
+        read: impl FnOnce(&EventReader) -> Result<T, StoreError> + Send + 'static,
+    ) -> Result<T, Problem> {
+        let permit = Arc::clone(&self.reading).acquire_owned().await;
+        let permit = permit.expect("is never closed");
+        let store = self.store.clone();
+        let read = spawn_blocking(move || {
+            let _permit = permit;
+            read(&store.reader()?)
+        });
+        let read = read.await.map_err(|_| Problem::Panicked)?;
+        if let Err(StoreError::Damaged(what)) = &read {
+            self.store.note_damage(what.clone());
+        }
+        Ok(read?)
+    }
+
+    /// A connection of its own, for reading that takes long.
+    pub(super) fn reader(&self) -> Result<EventReader, StoreError> {
+        self.store.reader()
+    }
+
+    fn actors(&self) -> MutexGuard<'_, Option<HashMap<String, Handle>>> {
+        self.actors.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// What a mission was made with, and the fold of its events up to the one numbered `last`.
+fn fold(
+    reader: &EventReader,
+    number: u64,
+    created_s: f64,
+    last: u64,
+) -> Result<(NewMission, Snapshot), StoreError> {
+    let created = created(reader, number)?;
+    let Some((after, body)) = reader.snapshot(number)? else {
+        return Ok((created, Snapshot::default()));
+    };
+    let mut snapshot: Snapshot = parsed(&body)?;
+    // A simulated mission has no state to fold: it is simulated again.
+    if let Some(state) = &mut snapshot.state {
+        let clock = Clock::new(created_s, created.live.as_ref());
+        // Every plan leaves a snapshot, so that no plan is among these events.
+        reader.each(number, after, last, &mut |stored| {
+            state.apply(&Event::read(stored)?, &clock);
+            Ok(())
+        })?;
+    }
+    Ok((created, snapshot))
+}
+
+/// The same id for the same text, so that a request that is sent again finds the mission that it made.
+fn mission_id(text: &str) -> String {
+    format!("m-{}", &hexadecimal(&Sha256::digest(text))[..16])
+}

@@ -1,0 +1,111 @@
+//! Makes every plan of a mission again from its stored events, and compares the answers with those of then.
+
+use std::time::Duration;
+
+use planner::{
+    plan::{Workspace, plan},
+    policy::Policy,
+};
+
+use super::{
+    clock::Clock,
+    event::{Event, Planned, StoredAnswer, answer, created, parsed},
+    simulation::Simulation,
+    state::MissionState,
+};
+use crate::{
+    planners,
+    store::{EventReader, StoreError},
+};
+use wire::{PreviousPlan, mission::Mission};
+
+/// The result of the comparison.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Replayed {
+    /// Events, without a gap and each as it was stored.
+    pub events: u64,
+    /// Plans that came out the same, to the byte.
+    pub equal: u64,
+    /// Plans that a deadline cut short, which cannot be made again: taken as they were stored.
+    pub cut_short: u64,
+    /// Numbers of the events whose plans came out otherwise.
+    pub different: Vec<u64>,
+}
+
+/// Makes every plan of the mission called `id` again. `progress` is told the number of the event that it is at, and of
+/// the last.
+pub fn replay(
+    reader: &EventReader,
+    id: &str,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<Option<Replayed>, StoreError> {
+    let Some(listed) = reader.mission(id)? else {
+        return Ok(None);
+    };
+    let mission: Mission = parsed(&listed.summary)?;
+    let created = created(reader, listed.number)?;
+    let clock = Clock::new(mission.created_s, created.live.as_ref());
+    let mut run = match (created.live, created.simulated) {
+        (Some(config), _) => Run::Live(Box::new(MissionState::new(config)), Box::default()),
+        (None, Some(config)) => {
+            Run::Simulated(Box::new(Simulation::new(&config).map_err(StoreError::Damaged)?))
+        }
+        (None, None) => return Err(StoreError::Damaged(format!("{id} is of no kind"))),
+    };
+    let mut replayed = Replayed::default();
+    reader.each(listed.number, 0, mission.sequence, &mut |stored| {
+        replayed.events = stored.sequence;
+        progress(stored.sequence, mission.sequence);
+        match (Event::read(stored)?, &mut run) {
+            (Event::Planned(planned), run) => match run.plan(&planned)? {
+                None => replayed.cut_short += 1,
+                Some(answer) if answer.digest() == planned.answer_sha256 => replayed.equal += 1,
+                Some(_) => replayed.different.push(stored.sequence),
+            },
+            (event, Run::Live(state, _)) => state.apply(&event, &clock),
+            (_, Run::Simulated(_)) => {}
+        }
+        Ok(())
+    })?;
+    Ok(Some(replayed))
+}
+
+/// A mission on its way through its events.
+enum Run {
+    Live(Box<MissionState>, Box<Workspace>),
+    Simulated(Box<Simulation>),
+}
+
+impl Run {
+    /// The answer, made again; none where a deadline cut it short.
+    fn plan(&mut self, logged: &Planned) -> Result<Option<StoredAnswer>, StoreError> {
+        match self {
+            Self::Live(state, workspace) => {
+                if let Some(previous) = &logged.cut_short {
+                    state.set_previous_plan(PreviousPlan::clone(previous));
+                    return Ok(None);
+                }
+                let damaged =
+                    |what: &str| StoreError::Damaged(format!("the plan at {} s: {what}", logged.t_s));
+                let snapshot = state
+                    .snapshot(logged.t_s)
+                    .ok_or_else(|| damaged("nothing was known that it could rest on"))?
+                    .map_err(|_| damaged("what was known makes no snapshot"))?;
+                let plan = plan(&snapshot, &Policy::default(), workspace);
+                let made = planners::Planned {
+                    snapshot: snapshot.into(),
+                    plan,
+                    solve_time: Duration::from_nanos(logged.solve_time_ns),
+                };
+                let answer = answer(&made);
+                state.set_previous_plan(PreviousPlan::from(&answer.answer));
+                Ok(Some(answer))
+            }
+            Self::Simulated(simulation) => {
+                let ticked = simulation.tick(Some(logged));
+                let tick = ticked.map_err(|error| StoreError::Damaged(error.to_string()))?;
+                Ok(Some(tick.answer))
+            }
+        }
+    }
+}

@@ -1,0 +1,455 @@
+//! The calls that missions answer.
+
+use std::{collections::BTreeMap, convert::Infallible, time::Duration};
+
+use axum::{
+    Json,
+    body::Body,
+    extract::{FromRef, FromRequestParts, Path, Query, rejection::QueryRejection},
+    http::{HeaderValue, StatusCode, header, request::Parts},
+    response::{IntoResponse, Response},
+};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use serde_json::{Map, Value, json};
+use sha2::{Digest as _, Sha256};
+use tokio::time::{Instant, timeout_at};
+use utoipa::{
+    IntoParams, IntoResponses,
+    openapi::{self, ContentBuilder, KnownFormat, Object, RefOr, ResponseBuilder, SchemaFormat, Type},
+};
+
+use super::{
+    actor::{Command, Handle, IdempotencyKey, View},
+    check,
+    event::json,
+    record::RecordFormat,
+    registry::Missions,
+    stream,
+};
+use crate::{
+    posted::{Posted, PostedOrNothing},
+    problem::{MissionRefusals, Problem},
+};
+use wire::FieldError;
+use wire::mission::{Accepted, CurrentReference, Mission, MissionList, NewMission, Reports, Run, Step};
+
+/// Missions in one answer.
+const LIST_MAX: usize = 1_000;
+const LIST_DEFAULT: usize = 100;
+/// Longest wait for a plan, s.
+const WAIT_MAX: f64 = 60.0;
+/// Longest `Idempotency-Key`, bytes.
+const KEY_BYTES_MAX: usize = 200;
+
+/// What stands behind the `?`; whatever is wrong with it is a [`Problem`].
+pub(crate) struct Asked<T>(T);
+
+impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for Asked<T> {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
+        let asked: Result<Query<T>, QueryRejection> = Query::from_request_parts(parts, state).await;
+        let asked = asked.map_err(|rejection| {
+            Problem::Invalid(vec![FieldError::new("", "query", rejection.body_text())])
+        })?;
+        Ok(Self(asked.0))
+    }
+}
+
+/// The mission of a path.
+#[derive(IntoParams)]
+#[into_params(names("id"), parameter_in = Path)]
+pub(crate) struct Named(
+    /// The mission's `id`.
+    String,
+);
+
+impl<S: Send + Sync> FromRequestParts<S> for Named {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
+        let named = Path::from_request_parts(parts, state).await;
+        named.map(|Path(id)| Self(id)).map_err(|_| Problem::NoMission)
+    }
+}
+
+/// The `Idempotency-Key` header.
+#[derive(IntoParams)]
+#[into_params(names("Idempotency-Key"), parameter_in = Header)]
+pub(crate) struct IdempotencyKeyHeader(
+    /// The client's name for this request, visible ASCII: a request that is sent again with its key is carried out once,
+    /// and gets the same answer.
+    #[param(value_type = Option<String>)]
+    Option<HeaderValue>,
+);
+
+impl<S: Send + Sync> FromRequestParts<S> for IdempotencyKeyHeader {
+    type Rejection = Infallible;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Infallible> {
+        Ok(Self(parts.headers.get("idempotency-key").cloned()))
+    }
+}
+
+impl IdempotencyKeyHeader {
+    /// The key of a `call` that asks for `asked`.
+    fn of<T: Serialize>(self, call: &str, asked: &T) -> Result<Option<IdempotencyKey>, Problem> {
+        let Some(given) = self.0 else {
+            return Ok(None);
+        };
+        let key = given.to_str().unwrap_or_default();
+        if !(1..=KEY_BYTES_MAX).contains(&key.len()) {
+            let detail =
+                format!("the Idempotency-Key header must be 1 to {KEY_BYTES_MAX} visible ASCII characters");
+            return Err(Problem::Invalid(vec![FieldError::new(
+                "",
+                "idempotency_key",
+                detail,
+            )]));
+        }
+        let mut request = Sha256::new();
+        request.update(call);
+        request.update([0]);
+        request.update(json(asked));
+        Ok(Some(IdempotencyKey {
+            key: key.to_owned(),
+            request: request.finalize().into(),
+        }))
+    }
+}
+
+/// The `Last-Event-ID` header.
+#[derive(IntoParams)]
+#[into_params(names("Last-Event-ID"), parameter_in = Header)]
+pub(crate) struct LastEventId(
+    /// Number of the last event that the reader has: the stream goes on after it.
+    #[param(value_type = Option<u64>)]
+    Option<HeaderValue>,
+);
+
+impl<S: Send + Sync> FromRequestParts<S> for LastEventId {
+    type Rejection = Infallible;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Infallible> {
+        Ok(Self(parts.headers.get("last-event-id").cloned()))
+    }
+}
+
+impl LastEventId {
+    fn number(self) -> Result<Option<u64>, Problem> {
+        let Some(given) = self.0 else {
+            return Ok(None);
+        };
+        let id = given.to_str().ok().and_then(|text| text.parse().ok());
+        id.map(Some).ok_or_else(|| {
+            let detail = "the Last-Event-ID header must be the id of an event of this mission, a number";
+            Problem::Invalid(vec![FieldError::new("", "last_event_id", detail)])
+        })
+    }
+}
+
+impl<S: Send + Sync> FromRequestParts<S> for Missions
+where
+    Option<Missions>: FromRef<S>,
+{
+    type Rejection = Problem;
+
+    async fn from_request_parts(_: &mut Parts, state: &S) -> Result<Self, Problem> {
+        Option::from_ref(state).ok_or(Problem::NoMissions)
+    }
+}
+
+/// What each parameter that has limits may be, in the words of JSON Schema.
+pub(crate) fn parameter_limits() -> [(&'static str, Map<String, Value>); 3] {
+    let limits = [
+        (
+            "limit",
+            json!({ "minimum": 1, "maximum": LIST_MAX, "default": LIST_DEFAULT }),
+        ),
+        (
+            "wait_s",
+            json!({ "minimum": 0, "maximum": WAIT_MAX, "default": 0 }),
+        ),
+        (
+            "Idempotency-Key",
+            json!({ "minLength": 1, "maxLength": KEY_BYTES_MAX }),
+        ),
+    ];
+    limits.map(|(name, limits)| (name, limits.as_object().cloned().unwrap_or_default()))
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Page {
+    /// `next` of the answer before. Default: from the first one on.
+    #[serde(default)]
+    after: u64,
+    /// How many at most, from 1 to 1000. Default: 100.
+    limit: Option<usize>,
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Wait {
+    /// How long to wait for a newer plan, s, at most 60. Default: not at all.
+    #[serde(default)]
+    wait_s: f64,
+    /// Number of the event that stored the plan to wait for a newer one than. Default: that of the one there is.
+    after: Option<u64>,
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct After {
+    /// Number of the event before the first one wanted; a `Last-Event-ID` header goes before it. Default: the last one
+    /// there is.
+    after: Option<u64>,
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct In {
+    /// Which format.
+    #[param(inline)]
+    format: RecordFormat,
+}
+
+/// A record, by the format that was asked for.
+struct Record;
+
+impl IntoResponses for Record {
+    fn responses() -> BTreeMap<String, RefOr<openapi::Response>> {
+        let mut response = ResponseBuilder::new().description("The record, to be saved as a file.");
+        for format in RecordFormat::ALL {
+            let essence = format.media_type().split(';').next().unwrap_or_default();
+            let schema = match format {
+                RecordFormat::Geojson => Object::with_type(Type::Object),
+                RecordFormat::Ndjson | RecordFormat::EventsNdjson | RecordFormat::Csv => {
+                    Object::with_type(Type::String)
+                }
+                RecordFormat::Parquet | RecordFormat::Mcap => binary(),
+            };
+            response = response.content(essence, ContentBuilder::new().schema(Some(schema)).build());
+        }
+        [("200".to_owned(), RefOr::T(response.build()))].into()
+    }
+}
+
+fn binary() -> Object {
+    let binary = SchemaFormat::KnownFormat(KnownFormat::Binary);
+    Object::builder()
+        .schema_type(Type::String)
+        .format(Some(binary))
+        .build()
+}
+
+/// Makes a mission: of the simulator, or of real vehicles.
+#[utoipa::path(post, path = "/v1/missions", tag = "missions", request_body = NewMission,
+    params(IdempotencyKeyHeader),
+    responses((status = 201, description = "It was made; `run` begins it.", body = Mission), MissionRefusals))]
+pub(crate) async fn create_mission(
+    missions: Missions,
+    key: IdempotencyKeyHeader,
+    Posted(new): Posted<NewMission>,
+) -> Result<Response, Problem> {
+    let key = key.of("create", &new)?;
+    let mission = missions.create(new, key).await?;
+    let location = HeaderValue::from_str(&format!("/v1/missions/{}", mission.id));
+    let location = location.map_err(|_| Problem::Panicked)?;
+    Ok((StatusCode::CREATED, [(header::LOCATION, location)], Json(mission)).into_response())
+}
+
+/// Lists missions in the order in which they were made.
+#[utoipa::path(get, path = "/v1/missions", tag = "missions", params(Page),
+    responses((status = 200, description = "Some of them, and where the next ones begin.", body = MissionList), MissionRefusals))]
+pub(crate) async fn list_missions(
+    missions: Missions,
+    Asked(Page { after, limit }): Asked<Page>,
+) -> Result<Json<MissionList>, Problem> {
+    let most = limit.unwrap_or(LIST_DEFAULT);
+    if !(1..=LIST_MAX).contains(&most) {
+        let error = FieldError::new("", "out_of_range", format!("limit must be from 1 to {LIST_MAX}"));
+        return Err(Problem::Invalid(vec![error.given(most).limit(LIST_MAX)]));
+    }
+    let mut listed = missions.list(after, most + 1).await?;
+    let more = most < listed.len();
+    listed.truncate(most);
+    Ok(Json(MissionList {
+        next: if more {
+            listed.last().map(|(number, _)| *number)
+        } else {
+            None
+        },
+        missions: listed.into_iter().map(|(_, mission)| mission).collect(),
+    }))
+}
+
+/// A mission.
+#[utoipa::path(get, path = "/v1/missions/{id}", tag = "missions", params(Named),
+    responses((status = 200, description = "Where it is.", body = Mission), MissionRefusals))]
+pub(crate) async fn get_mission(missions: Missions, Named(id): Named) -> Result<Json<Mission>, Problem> {
+    Ok(Json(missions.find(&id).await?.1))
+}
+
+/// Ends a mission and forgets it, its log too.
+#[utoipa::path(delete, path = "/v1/missions/{id}", tag = "missions", params(Named),
+    responses((status = 204, description = "It is gone."), MissionRefusals))]
+pub(crate) async fn delete_mission(missions: Missions, Named(id): Named) -> Result<StatusCode, Problem> {
+    missions.delete(&id).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// Begins a mission, or goes on with it.
+#[utoipa::path(post, path = "/v1/missions/{id}/run", tag = "missions", params(Named, IdempotencyKeyHeader),
+    request_body = Option<Run>, responses((status = 200, description = "It runs.", body = Mission), MissionRefusals))]
+pub(crate) async fn run_mission(
+    missions: Missions,
+    Named(id): Named,
+    key: IdempotencyKeyHeader,
+    PostedOrNothing(run): PostedOrNothing<Run>,
+) -> Result<Response, Problem> {
+    check::speed_factor(run.speed_factor).map_err(Problem::Invalid)?;
+    let key = key.of("run", &run)?;
+    Ok(as_json(
+        missions.send(&id, Command::Run(run.speed_factor), key).await?,
+    ))
+}
+
+/// Holds a mission: no plans are made, reports are taken up.
+#[utoipa::path(post, path = "/v1/missions/{id}/pause", tag = "missions", params(Named, IdempotencyKeyHeader),
+    responses((status = 200, description = "It is held.", body = Mission), MissionRefusals))]
+pub(crate) async fn pause_mission(
+    missions: Missions,
+    Named(id): Named,
+    key: IdempotencyKeyHeader,
+) -> Result<Response, Problem> {
+    let key = key.of("pause", &())?;
+    Ok(as_json(missions.send(&id, Command::Pause, key).await?))
+}
+
+/// Ends a mission. What happened in it is kept.
+#[utoipa::path(post, path = "/v1/missions/{id}/finish", tag = "missions", params(Named, IdempotencyKeyHeader),
+    responses((status = 200, description = "It is over.", body = Mission), MissionRefusals))]
+pub(crate) async fn finish_mission(
+    missions: Missions,
+    Named(id): Named,
+    key: IdempotencyKeyHeader,
+) -> Result<Response, Problem> {
+    let key = key.of("finish", &())?;
+    Ok(as_json(missions.send(&id, Command::Finish, key).await?))
+}
+
+/// Goes on with a simulated mission for some plans.
+#[utoipa::path(post, path = "/v1/missions/{id}/step", tag = "missions", params(Named, IdempotencyKeyHeader),
+    request_body = Option<Step>, responses((status = 200, description = "It went on.", body = Mission), MissionRefusals))]
+pub(crate) async fn step_mission(
+    missions: Missions,
+    Named(id): Named,
+    key: IdempotencyKeyHeader,
+    PostedOrNothing(step): PostedOrNothing<Step>,
+) -> Result<Response, Problem> {
+    check::ticks(step.ticks).map_err(Problem::Invalid)?;
+    let key = key.of("step", &step)?;
+    Ok(as_json(missions.send(&id, Command::Step(step.ticks), key).await?))
+}
+
+/// Takes up what was heard in a live mission. The answer comes when it is on the disk.
+#[utoipa::path(post, path = "/v1/missions/{id}/reports", tag = "missions",
+    params(Named, IdempotencyKeyHeader),
+    request_body = Reports,
+    responses((status = 200, description = "It is on the disk.", body = Accepted), MissionRefusals))]
+pub(crate) async fn post_reports(
+    missions: Missions,
+    Named(id): Named,
+    key: IdempotencyKeyHeader,
+    Posted(heard): Posted<Reports>,
+) -> Result<Response, Problem> {
+    let key = key.of("reports", &heard)?;
+    Ok(as_json(missions.report(&id, heard, key).await?))
+}
+
+/// The reference that counts now, its age, and how it was come by.
+#[utoipa::path(get, path = "/v1/missions/{id}/reference", tag = "missions", params(Named, Wait),
+    responses((status = 200, description = "The newest there is.", body = CurrentReference), MissionRefusals))]
+pub(crate) async fn get_reference(
+    missions: Missions,
+    Named(id): Named,
+    Asked(Wait { wait_s, after }): Asked<Wait>,
+) -> Result<Json<CurrentReference>, Problem> {
+    if !(0.0..=WAIT_MAX).contains(&wait_s) {
+        let error = FieldError::new("", "out_of_range", format!("wait_s must be from 0 to {WAIT_MAX}"));
+        return Err(Problem::Invalid(vec![error.limit(WAIT_MAX)]));
+    }
+    let Handle { mut view, live, .. } = missions.handle(&id).await?;
+    if 0.0 < wait_s {
+        let newest = |view: &View| view.plan.as_ref().map_or(0, |plan| plan.sequence);
+        let after = after.unwrap_or_else(|| newest(&view.borrow()));
+        let end = Instant::now() + Duration::from_secs_f64(wait_s);
+        // Whether one came, the time was over or the mission ended: what there is then is the answer.
+        let newer = view.wait_for(|view| after < newest(view) || view.mission.status.is_over());
+        let _ = timeout_at(end, newer).await.map(drop);
+    }
+    let view = view.borrow().clone();
+    let Some(plan) = view.plan else {
+        return Err(Problem::NoPlanYet {
+            waits_for: view.waits_for,
+        });
+    };
+    let now = live.map_or(view.mission.t_s, |live| live.clock.now());
+    Ok(Json(CurrentReference {
+        mission: id,
+        status: view.mission.status,
+        sequence: plan.sequence,
+        t_s: plan.time,
+        late_s: plan.late,
+        age_s: (now - plan.time).max(0.0),
+        outcome: plan.answer.answer.outcome,
+        method: plan.answer.answer.method,
+        heard_s: plan.heard.clone(),
+        waits_for: view.waits_for,
+        missed: view.missed,
+        plan: plan.answer.answer.clone(),
+    }))
+}
+
+/// What happens, as it happens: server-sent events, whose `id` is the event's number in the mission.
+///
+/// After a break, `Last-Event-ID` resumes where the reader was. Who reads too slowly gets a `gap` with the numbers
+/// `from` and `to` of the events that it missed, and then the newest. Comments in between say that the stream lives.
+#[utoipa::path(get, path = "/v1/missions/{id}/events", tag = "missions", params(Named, LastEventId, After),
+    responses((status = 200, description = "Until the mission is over.", content_type = "text/event-stream",
+            body = super::event::Event),
+        (status = 204, description = "The mission is over, and there is nothing more to come."), MissionRefusals))]
+pub(crate) async fn stream_events(
+    missions: Missions,
+    Named(id): Named,
+    last: LastEventId,
+    Asked(After { after }): Asked<After>,
+) -> Result<Response, Problem> {
+    stream::events(missions, &id, last.number()?.or(after)).await
+}
+
+/// Everything that happened, in a format for other programs. StoredAnswer as it is read, at any length.
+#[utoipa::path(
+    get,
+    path = "/v1/missions/{id}/record",
+    tag = "missions",
+    params(Named, In),
+    responses(Record, MissionRefusals)
+)]
+pub(crate) async fn get_record(
+    missions: Missions,
+    Named(id): Named,
+    Asked(In { format }): Asked<In>,
+) -> Result<Response, Problem> {
+    stream::record(missions, &id, format).await
+}
+
+fn as_json(body: Vec<u8>) -> Response {
+    let json = HeaderValue::from_static("application/json");
+    ([(header::CONTENT_TYPE, json)], Body::from(body)).into_response()
+}

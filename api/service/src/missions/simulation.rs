@@ -1,0 +1,144 @@
+//! A run of the simulator, one plan at a time, the same each time it is simulated.
+
+use std::{collections::BTreeMap, time::Duration};
+
+use planner::{
+    angle::Heading,
+    los::Reference,
+    plan::{Workspace, plan},
+    policy::Policy,
+    snapshot::{Observation, PreviousPlan, Snapshot},
+};
+use sim::{
+    guide::{Guidance, GuideError},
+    record::Row,
+    scenario::{Files, Scenario},
+};
+
+use super::event::{Planned, StoredAnswer, answer, planned};
+use crate::planners;
+use wire::mission::{Simulated, TrueVehicle, Truth};
+
+/// The simulated world, and the planner's memory.
+#[derive(Debug)]
+pub(super) struct Simulation {
+    mission: sim::mission::Mission,
+    ids: Vec<String>,
+    policy: Policy,
+    workspace: Workspace,
+    previous: Option<PreviousPlan>,
+}
+
+/// A plan with its event.
+#[derive(Debug)]
+pub(super) struct Tick {
+    pub(super) planned: Planned,
+    pub(super) answer: StoredAnswer,
+}
+
+/// The scenario that the client named or sent; else a text for people.
+pub(super) fn scenario(config: &Simulated) -> Result<Scenario, String> {
+    let scenario = match (&config.scenario, &config.scenario_file) {
+        (Some(name), None) => Scenario::named(name)
+            .ok_or_else(|| format!("there is no such scenario, only {}", Scenario::names().join(", ")))?,
+        (None, Some(text)) => {
+            Scenario::parse(text, "scenario_file", Files::default()).map_err(|error| error.to_string())?
+        }
+        _ => return Err("give either scenario, a name, or scenario_file, the whole of one".to_owned()),
+    };
+    if scenario.has_surface_craft() {
+        Ok(scenario)
+    } else {
+        Err("there is no surface craft in it to plan for".to_owned())
+    }
+}
+
+impl Simulation {
+    pub(super) fn new(config: &Simulated) -> Result<Self, String> {
+        let mission = sim::mission::Mission::new(&scenario(config)?, "mpc", config.seed)
+            .map_err(|error| error.to_string())?;
+        Ok(Self {
+            ids: mission.record().auv_ids.clone(),
+            mission,
+            policy: Policy::default(),
+            workspace: Workspace::default(),
+            previous: None,
+        })
+    }
+
+    pub(super) fn is_over(&self) -> bool {
+        self.mission.is_over()
+    }
+
+    /// Plans, and follows the plan for a second. A simulation that is repeated follows the `logged` reference instead.
+    pub(super) fn tick(&mut self, logged: Option<&Planned>) -> Result<Tick, GuideError> {
+        let time = self.mission.time();
+        let seen = self.mission.look()?.ok_or("there is no surface craft")?;
+        let observation = Observation {
+            previous_plan: self.previous.take(),
+            ..Observation::clone(&seen)
+        };
+        let snapshot = Snapshot::try_from(observation)?;
+        let start = std::time::Instant::now();
+        let plan = plan(&snapshot, &self.policy, &mut self.workspace);
+        let solve_time = logged.map_or_else(
+            || start.elapsed(),
+            |logged| Duration::from_nanos(logged.solve_time_ns),
+        );
+        self.previous = Some(PreviousPlan::from(&plan));
+        let followed = logged.map_or(plan.reference, |logged| reference(&logged.reference));
+        let guidance = Guidance {
+            reference: followed,
+            method: plan.method,
+            predicted_rms: Some(plan.predicted.rms_error),
+            solve_time: None,
+        };
+        let made = planners::Planned {
+            snapshot: snapshot.into(),
+            plan,
+            solve_time,
+        };
+        let answer = answer(&made);
+        let previous = wire::PreviousPlan::from(&answer.answer);
+        let mut planned = planned(time, Duration::ZERO, &made, &answer, &previous);
+        self.mission.go_on(Some((&seen, guidance)));
+        let rows = self.mission.take_rows();
+        planned.truth = rows.last().and_then(|row| truth(row, &self.ids)).map(Box::new);
+        Ok(Tick { planned, answer })
+    }
+}
+
+fn reference(logged: &wire::Reference) -> Reference {
+    Reference {
+        speed: logged.speed_mps,
+        heading: Heading::new(logged.heading_rad),
+    }
+}
+
+fn truth(row: &Row, ids: &[String]) -> Option<Truth> {
+    let craft = row.surface_craft.as_ref()?;
+    let auvs = ids.iter().zip(&row.auvs).map(|(id, auv)| {
+        let vehicle = TrueVehicle {
+            north_m: auv.position.x,
+            east_m: auv.position.y,
+            depth_m: auv.depth,
+            heading_rad: auv.heading,
+            speed_mps: auv.surge,
+        };
+        (id.clone(), vehicle)
+    });
+    Some(Truth {
+        asc: TrueVehicle {
+            north_m: craft.position.x,
+            east_m: craft.position.y,
+            depth_m: 0.0,
+            heading_rad: craft.heading,
+            speed_mps: craft.surge,
+        },
+        auvs: auvs.collect::<BTreeMap<_, _>>(),
+        goal_north_m: craft.goal.x,
+        goal_east_m: craft.goal.y,
+        distance_m: craft.distance(),
+        energy_j: craft.energy,
+    })
+}

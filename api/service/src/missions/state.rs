@@ -1,0 +1,316 @@
+//! The state of a live mission: the fold of its events, and the planner's request that follows from it.
+
+use std::collections::BTreeMap;
+
+use planner::snapshot::{REPORTS_MAX, Snapshot};
+use serde::{Deserialize, Serialize};
+
+use super::{clock::Clock, event::Event};
+use wire::{
+    Asc, Auv, Fallback, FieldError, PlanRequest, PreviousPlan, Report, SCHEMA_VERSION,
+    mission::{AscReport, Live, LiveAuv, Reports},
+};
+
+/// How long the surface craft's last state is carried on by its velocity, s. After that its place is unknown, and no plan
+/// is made.
+pub(super) const ASC_AGE_MAX: f64 = 10.0;
+
+/// How far a vehicle's clock may be ahead of the service's, s of the mission's clock.
+pub(super) const AHEAD_MAX: f64 = 1.0;
+
+/// The planner's request but for its time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct MissionState {
+    config: Live,
+    /// The newest reports of each vehicle, in order of time.
+    reports: BTreeMap<String, Vec<Report>>,
+    asc: Option<AscReport>,
+    previous_plan: Option<PreviousPlan>,
+}
+
+impl MissionState {
+    /// The state before any report.
+    pub(super) fn new(config: Live) -> Self {
+        Self {
+            config,
+            reports: BTreeMap::new(),
+            asc: None,
+            previous_plan: None,
+        }
+    }
+
+    /// Applies an event: of all kinds only reports change the state.
+    pub(super) fn apply(&mut self, event: &Event, clock: &Clock) {
+        if let Event::Reported { heard, at_s } = event {
+            self.take_reports(heard, clock.at(*at_s));
+        }
+    }
+
+    /// Takes up reports at `now` on the mission's clock, s: of each vehicle the newest 64 fixes, each once; of the surface
+    /// craft the newest state. Reports dated later are from before the clock was set back, and are forgotten.
+    fn take_reports(&mut self, heard: &Reports, now: f64) {
+        for kept in self.reports.values_mut() {
+            kept.retain(|fix| !is_ahead(fix.t_s, now));
+        }
+        self.asc.take_if(|asc| is_ahead(asc.t_s, now));
+        for (id, fixes) in &heard.auvs {
+            let kept = self.reports.entry(id.clone()).or_default();
+            for fix in fixes {
+                let place = kept.partition_point(|earlier| earlier.t_s <= fix.t_s);
+                let same_time = kept[..place]
+                    .iter()
+                    .rev()
+                    .take_while(|earlier| earlier.t_s >= fix.t_s);
+                if same_time.into_iter().all(|earlier| earlier != fix) {
+                    kept.insert(place, *fix);
+                }
+            }
+            let surplus = kept.len().saturating_sub(REPORTS_MAX);
+            kept.drain(..surplus);
+        }
+        let newest = heard.asc.iter().max_by(|a, b| a.t_s.total_cmp(&b.t_s));
+        if let Some(newest) = newest
+            && self.asc.as_ref().is_none_or(|known| known.t_s < newest.t_s)
+        {
+            self.asc = Some(newest.clone());
+        }
+    }
+
+    /// The next request hands this plan back to the planner.
+    pub(super) fn set_previous_plan(&mut self, plan: PreviousPlan) {
+        self.previous_plan = Some(plan);
+    }
+
+    /// The vehicles without reports that a plan at `now` on the mission's clock, s, needs: `asc`, or AUVs of the goal.
+    pub(super) fn waits_for(&self, now: f64) -> Vec<String> {
+        let asc = self.asc.as_ref();
+        let asc = asc.filter(|asc| now - asc.t_s <= ASC_AGE_MAX && !is_ahead(asc.t_s, now));
+        let asc = asc.is_none().then(|| "asc".to_owned());
+        let unheard = goal_members(&self.config).filter(|id| self.fixes(id, now).next().is_none());
+        asc.into_iter().chain(unheard.map(str::to_owned)).collect()
+    }
+
+    /// Fixes of an AUV that count at `now`.
+    fn fixes(&self, id: &str, now: f64) -> impl Iterator<Item = &Report> {
+        let fixes = self.reports.get(id).into_iter().flatten();
+        fixes.filter(move |fix| !is_ahead(fix.t_s, now))
+    }
+
+    /// When each vehicle was last heard, on the mission's clock, s: `asc` and the AUVs.
+    pub(super) fn heard(&self) -> BTreeMap<String, f64> {
+        let asc = self.asc.iter().map(|asc| ("asc".to_owned(), asc.t_s));
+        let newest = |(id, fixes): (&String, &Vec<Report>)| Some((id.clone(), fixes.last()?.t_s));
+        asc.chain(self.reports.iter().filter_map(newest)).collect()
+    }
+
+    /// The facts for a plan at `now` on the mission's clock, s; none as long as the mission waits for a vehicle. A previous
+    /// plan that makes no valid snapshot, such as one that leads beyond all coordinates, is left out.
+    pub(super) fn snapshot(&self, now: f64) -> Option<Result<Snapshot, Vec<FieldError>>> {
+        let mut request = self.request(now)?;
+        Some(Snapshot::try_from(&request).or_else(|_| {
+            request.previous_plan = None;
+            Snapshot::try_from(&request)
+        }))
+    }
+
+    fn request(&self, now: f64) -> Option<PlanRequest> {
+        if !self.waits_for(now).is_empty() {
+            return None;
+        }
+        let asc = self.asc.as_ref()?;
+        let auv = |auv: &LiveAuv| {
+            let fixes: Vec<Report> = self.fixes(&auv.id, now).map(|fix| aged(fix, now)).collect();
+            (!fixes.is_empty()).then(|| Auv {
+                id: auv.id.clone(),
+                state: None,
+                reports: Some(fixes),
+                path: auv.path.clone(),
+                dive: auv.dive,
+            })
+        };
+        Some(request(
+            &self.config,
+            now,
+            carried(&asc.state, now - asc.t_s, self.previous_plan.as_ref()),
+            self.config.auvs.iter().filter_map(auv).collect(),
+            self.previous_plan.clone(),
+        ))
+    }
+}
+
+/// Whether a time lies in the future of a clock that shows `now`, s, by more than clocks differ.
+fn is_ahead(time: f64, now: f64) -> bool {
+    now + AHEAD_MAX < time
+}
+
+/// The AUVs that the goal names.
+fn goal_members(config: &Live) -> impl Iterator<Item = &str> {
+    let goal = &config.goal;
+    let one = goal.auv.iter();
+    let several = goal.auvs.iter().flatten();
+    let weighted = goal.weights.iter().flatten().map(|(id, _)| id);
+    one.chain(several).chain(weighted).map(String::as_str)
+}
+
+fn request(
+    config: &Live,
+    now: f64,
+    asc: Asc,
+    auvs: Vec<Auv>,
+    previous_plan: Option<PreviousPlan>,
+) -> PlanRequest {
+    PlanRequest {
+        schema_version: SCHEMA_VERSION.to_owned(),
+        t_s: now,
+        asc,
+        auvs,
+        goal: config.goal.clone(),
+        current: config.current,
+        limits: config.limits.clone(),
+        craft: config.craft.clone(),
+        keep_outs: config.keep_outs.clone(),
+        area: config.area.clone(),
+        acoustics: config.acoustics,
+        surfacing_separation_m: config.surfacing_separation_m,
+        forecast: config.forecast,
+        fallback: Fallback::Los,
+        hold: config.hold,
+        deadline_ms: None,
+        previous_plan,
+        metadata: serde_json::Map::new(),
+    }
+}
+
+/// A fix as a request takes it: a fix dated ahead counts as one of now.
+fn aged(fix: &Report, now: f64) -> Report {
+    Report {
+        t_s: fix.t_s.min(now),
+        ..*fix
+    }
+}
+
+/// The surface craft `age` seconds after its state: moved by its velocity over ground, with the same heading and speed.
+fn carried(asc: &Asc, age: f64, previous: Option<&PreviousPlan>) -> Asc {
+    let (sin, cos) = asc.heading_rad.sin_cos();
+    let through_water = (
+        asc.speed_mps * cos - asc.sway_mps * sin,
+        asc.speed_mps * sin + asc.sway_mps * cos,
+    );
+    let current = previous.and_then(|plan| plan.current);
+    let current = current.map_or((0.0, 0.0), |current| (current.north_mps, current.east_mps));
+    let north = asc.ground_north_mps.unwrap_or(through_water.0 + current.0);
+    let east = asc.ground_east_mps.unwrap_or(through_water.1 + current.1);
+    let age = age.max(0.0);
+    Asc {
+        north_m: asc.north_m + north * age,
+        east_m: asc.east_m + east * age,
+        ..*asc
+    }
+}
+
+/// The request of a mission whose vehicles all lie still at the datum: what is wrong with it is wrong with the mission.
+pub(super) fn trial_request(config: &Live, now: f64) -> PlanRequest {
+    let fix = Report {
+        t_s: now,
+        north_m: 0.0,
+        east_m: 0.0,
+        sigma_m: 1.0,
+        depth_m: None,
+        course_rad: None,
+        speed_mps: None,
+        turn_rate_radps: None,
+    };
+    let auv = |auv: &LiveAuv| Auv {
+        id: auv.id.clone(),
+        state: None,
+        reports: Some(vec![fix]),
+        path: auv.path.clone(),
+        dive: auv.dive,
+    };
+    let asc = Asc {
+        north_m: 0.0,
+        east_m: 0.0,
+        heading_rad: 0.0,
+        speed_mps: 0.0,
+        sway_mps: 0.0,
+        yaw_rate_radps: 0.0,
+        ground_north_mps: None,
+        ground_east_mps: None,
+    };
+    request(config, now, asc, config.auvs.iter().map(auv).collect(), None)
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn state() -> MissionState {
+        let config = json!({
+            "auvs": [{ "id": "a" }, { "id": "b" }],
+            "goal": { "kind": "weighted", "weights": { "a": 1.0, "b": 0.0 } },
+        });
+        MissionState::new(serde_json::from_value(config).expect("has the shape"))
+    }
+
+    /// Fixes of a and b, and a state of the surface craft going north at 1 m/s, `north` m north of the datum.
+    fn heard(t_s: f64, north: f64) -> Reports {
+        let fix = json!([{ "t_s": t_s, "north_m": north, "east_m": 5.0, "sigma_m": 1.0 }]);
+        let heard = json!({ "auvs": { "a": fix, "b": fix }, "asc": [{ "t_s": t_s, "state": { "north_m": north,
+            "east_m": 0.0, "heading_rad": 0.0, "speed_mps": 1.0, "sway_mps": 0.0, "yaw_rate_radps": 0.0 } }] });
+        serde_json::from_value(heard).expect("has the shape")
+    }
+
+    #[test]
+    fn the_surface_craft_is_carried_on_for_ten_seconds_and_every_vehicle_of_the_goal_is_waited_for() {
+        let mut state = state();
+        assert_eq!(state.waits_for(0.0), ["asc", "a", "b"]);
+        state.take_reports(&heard(100.0, 7.0), 100.0);
+        let north = |now: f64| state.request(now).expect("all are heard").asc.north_m;
+        assert_eq!([north(100.0), north(104.0), north(110.0)], [7.0, 11.0, 17.0]);
+        assert_eq!(state.waits_for(110.1), ["asc"]);
+    }
+
+    #[test]
+    fn the_order_in_which_fixes_come_and_how_often_changes_nothing() {
+        let (mut in_order, mut shuffled) = (state(), state());
+        let times: Vec<f64> = (0..100).map(f64::from).collect();
+        for &time in &times {
+            in_order.take_reports(&heard(time, time), 100.0);
+        }
+        for k in 0..300 {
+            let time = times[(37 * k) % 100];
+            shuffled.take_reports(&heard(time, time), 100.0);
+        }
+        assert_eq!(in_order, shuffled);
+        assert_eq!(in_order.reports["a"].len(), REPORTS_MAX);
+        assert_eq!(in_order.reports["a"][0].t_s, 36.0);
+    }
+
+    #[test]
+    fn what_was_heard_before_the_clock_was_set_back_is_not_taken_for_news() {
+        let mut state = state();
+        state.take_reports(&heard(1800.0, 500.0), 1800.0);
+        // Half an hour back.
+        assert_eq!(state.waits_for(0.0), ["asc", "a", "b"]);
+        state.take_reports(&heard(1.0, 3.0), 1.0);
+        let request = state.request(1.0).expect("all are heard again");
+        assert_eq!(request.asc.north_m, 3.0);
+        let fixes = request.auvs[0].reports.as_ref().expect("are there");
+        assert_eq!(fixes.iter().map(|fix| fix.north_m).collect::<Vec<_>>(), [3.0]);
+    }
+
+    #[test]
+    fn a_previous_plan_that_leads_beyond_all_coordinates_ends_no_mission() {
+        let mut state = state();
+        state.take_reports(&heard(10.0, 1e6), 10.0);
+        let beyond = json!({ "trajectory": [{ "t_s": 9.0, "north_m": 2e6, "east_m": 0.0, "speed_mps": 1.0,
+            "heading_rad": 0.0 }] });
+        state.set_previous_plan(serde_json::from_value(beyond).expect("has the shape"));
+        state
+            .snapshot(10.0)
+            .expect("waits for no vehicle")
+            .expect("is made without it");
+    }
+}

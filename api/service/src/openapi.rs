@@ -1,0 +1,77 @@
+//! What `/openapi.json` says of the service.
+
+use std::sync::LazyLock;
+
+use serde_json::{Map, Value};
+use utoipa::OpenApi;
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use crate::{Shared, crafts, examples, health, missions, planning};
+
+mod limits;
+
+/// The document, which is the same as long as the program is.
+pub(crate) fn document() -> &'static Value {
+    static DOCUMENT: LazyLock<Value> = LazyLock::new(|| {
+        let document = documented().into_openapi();
+        let mut document = serde_json::to_value(document).expect("names, texts and numbers only");
+        let paths = document["paths"].as_object_mut();
+        for call in paths.into_iter().flat_map(Map::values_mut) {
+            if let Some(body) = call.pointer_mut("/post/requestBody/content/application~1json/schema") {
+                never_null(body);
+            }
+        }
+        limits::write(&mut document);
+        document
+    });
+    &DOCUMENT
+}
+
+/// The routes that the document lists.
+pub(crate) fn documented() -> OpenApiRouter<Shared> {
+    #[derive(OpenApi)]
+    #[openapi(info(
+        title = "Pilotfish",
+        description = "Formation planner: snapshots of underwater vehicles in, speed and heading references for \
+            a surface craft out. SI units and radians, named in every field; positions are local north-east-down; \
+            headings and courses are 0 at north, positive clockwise. Every refusal is a problem document, but for \
+            what the HTTP library refuses before the service sees it, with no body: malformed HTTP (400), a path over \
+            64 KiB (414), and a head that is too long or has over 100 headers (431)."
+    ))]
+    struct Document;
+
+    OpenApiRouter::with_openapi(Document::openapi())
+        .routes(routes!(planning::plan))
+        .routes(routes!(planning::compare))
+        .routes(routes!(examples::list_examples))
+        .routes(routes!(examples::get_example))
+        .routes(routes!(crafts::list_crafts))
+        .routes(routes!(
+            missions::routes::create_mission,
+            missions::routes::list_missions
+        ))
+        .routes(routes!(
+            missions::routes::get_mission,
+            missions::routes::delete_mission
+        ))
+        .routes(routes!(missions::routes::run_mission))
+        .routes(routes!(missions::routes::pause_mission))
+        .routes(routes!(missions::routes::finish_mission))
+        .routes(routes!(missions::routes::step_mission))
+        .routes(routes!(missions::routes::post_reports))
+        .routes(routes!(missions::routes::get_reference))
+        .routes(routes!(missions::routes::stream_events))
+        .routes(routes!(missions::routes::get_record))
+        .routes(routes!(health::livez))
+        .routes(routes!(health::readyz))
+        .routes(routes!(health::version))
+}
+
+/// A body may be left out where utoipa takes it for null, which is refused.
+fn never_null(schema: &mut Value) {
+    let shape = schema["oneOf"].as_array_mut();
+    let shape = shape.and_then(|shapes| shapes.iter_mut().find(|shape| shape["$ref"].is_string()));
+    if let Some(shape) = shape.map(Value::take) {
+        *schema = shape;
+    }
+}

@@ -1,0 +1,82 @@
+//! The calls that plan.
+
+use axum::{Extension, Json, extract::State};
+use planner::{
+    los::LosLaw,
+    plan::Degraded,
+    snapshot::{Fallback, Snapshot},
+};
+use serde_json::{Map, Value};
+
+use crate::{
+    deadline::Arrival,
+    planners::{Planned, Planners},
+    posted::Posted,
+    problem::{Problem, Refusals},
+};
+use wire::{Answer, Comparison, PlanRequest, PlanResponse, Plans, degraded_reason};
+
+/// Plans: a snapshot in, speed and heading references out.
+#[utoipa::path(post, path = "/v1/plan", tag = "plan", request_body = PlanRequest, responses(
+    (status = 200, description = "A plan; `outcome` says whether it is what was asked for.", body = PlanResponse),
+    Refusals))]
+pub(crate) async fn plan(
+    State(planners): State<Planners>,
+    Extension(arrival): Extension<Arrival>,
+    Posted(request): Posted<PlanRequest>,
+) -> Result<Json<PlanResponse>, Problem> {
+    let (planned, metadata) = planned(&planners, arrival, request).await?;
+    Ok(Json(answer(&planned, &metadata).planned()))
+}
+
+/// The same snapshot through the planner and through every line-of-sight law, whose gains are the service's own.
+#[utoipa::path(post, path = "/v1/plan/compare", tag = "plan", request_body = PlanRequest, responses(
+    (status = 200, description = "A plan from each, by name.", body = Comparison),
+    Refusals))]
+pub(crate) async fn compare(
+    State(planners): State<Planners>,
+    Extension(arrival): Extension<Arrival>,
+    Posted(request): Posted<PlanRequest>,
+) -> Result<Json<Comparison>, Problem> {
+    let (planned, metadata) = planned(&planners, arrival, request).await?;
+    let answer = answer(&planned, &metadata);
+    // A rollout each: little beside the program, so they run where the answer is written.
+    let law = |law| answer.law(law, planners.policy());
+    Ok(Json(Comparison {
+        plans: Plans {
+            mpc: answer.planned(),
+            saturated_los: answer.line_of_sight(),
+            saturated_los_tracker_frame: law(LosLaw::TrackerFrame),
+            integral_los: law(LosLaw::Integral),
+            waypoint_box: law(LosLaw::WaypointBox),
+            printed_los: law(LosLaw::Printed),
+        },
+    }))
+}
+
+async fn planned(
+    planners: &Planners,
+    arrival: Arrival,
+    request: PlanRequest,
+) -> Result<(Planned, Map<String, Value>), Problem> {
+    let snapshot = Snapshot::try_from(&request).map_err(Problem::Invalid)?;
+    let planned = planners.plan(snapshot, arrival, request.deadline_ms).await?;
+    refuse_a_lower_rung(&planned)?;
+    Ok((planned, request.metadata))
+}
+
+/// Where nothing but a solved program will do.
+pub(crate) fn refuse_a_lower_rung(planned: &Planned) -> Result<(), Problem> {
+    match planned.plan.degraded {
+        Some(_) if planned.snapshot.fallback != Fallback::None => Ok(()),
+        Some(Degraded::Deadline) => Err(Problem::TimedOut),
+        Some(degraded) => Err(Problem::NoSolution {
+            reason: degraded_reason(degraded),
+        }),
+        None => Ok(()),
+    }
+}
+
+pub(crate) fn answer<'a>(planned: &'a Planned, metadata: &'a Map<String, Value>) -> Answer<'a> {
+    Answer::new(&planned.snapshot, &planned.plan, planned.solve_time, metadata)
+}

@@ -1,0 +1,42 @@
+//! What a service is built with.
+
+use std::{num::NonZeroUsize, time::Duration};
+
+use planner::{
+    plan::{Plan, Workspace},
+    policy::Policy,
+    snapshot::Snapshot,
+    stop::Stop,
+};
+
+/// What makes a plan of a snapshot: [`planner::plan::plan_until`], or in tests something that fails on purpose.
+pub type PlanFn = fn(&Snapshot, &Policy, &mut Workspace, &Stop) -> Plan;
+
+/// What a service is built with.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// What makes the plans.
+    pub plan: PlanFn,
+    /// Plans made at once.
+    pub planners: usize,
+    /// Requests that may wait for a planner; more are turned away.
+    pub waiting: usize,
+    /// Longest time for a body to arrive.
+    pub body_time_limit: Duration,
+    /// Longest time for an answer, from the head of its request on. A request may ask for a shorter one.
+    pub deadline: Duration,
+}
+
+impl Default for Settings {
+    /// One planner for each processor; a queue that empties in well under the deadline; time for a body long
+    /// enough for a slow link, short enough to notice; a deadline of the interval at which references are renewed.
+    fn default() -> Self {
+        Self {
+            plan: planner::plan::plan_until,
+            planners: std::thread::available_parallelism().map_or(1, NonZeroUsize::get),
+            waiting: 64,
+            body_time_limit: Duration::from_secs(10),
+            deadline: Duration::from_secs(1),
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! The event store: what happened to every mission, on the disk before any client hears of it.
+//!
+//! ```text
+//! actors ── Append ──► one writer thread: BEGIN; all waiting appends; COMMIT (fsync) ──► a reply to each
+//! readers ── connections of their own, which see whole commits only
+//! ```
+//! SQLite in WAL mode with `synchronous = FULL`: acknowledged events survive a power cut. Appends that wait while one
+//! commit is on its way to the disk share the next. The store knows nothing of what events mean.
+
+use std::{
+    fs::{self, File, TryLockError},
+    path::{Path, PathBuf},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        mpsc::{SyncSender, TrySendError, sync_channel},
+    },
+    thread,
+};
+
+use rusqlite::Connection;
+use tokio::sync::oneshot;
+
+mod entry;
+mod error;
+mod idempotency;
+mod reader;
+mod schema;
+mod sql;
+#[cfg(test)]
+mod tests;
+mod write_ahead;
+mod writer;
+
+pub use entry::{Append, Appended, StoredEvent, StoredMission};
+pub use error::StoreError;
+pub use idempotency::{KeyedAnswer, PreviousAnswer};
+pub use reader::{EventReader, FILE_NAME};
+use sql::LOCK_TIME;
+use writer::{Command, Reply, Writer};
+
+/// Name of the file whose lock belongs to the process that writes.
+const LOCK_NAME: &str = "missions.lock";
+
+/// Appends that may wait for the writer: a second of a thousand missions.
+const WAITING_MAX: usize = 1_024;
+
+/// Longest that the empty write-ahead file stays, bytes.
+const JOURNAL_BYTES: i64 = 16 << 20;
+
+/// The event store of a data directory. Clones share it.
+#[derive(Clone, Debug)]
+pub struct EventStore {
+    shared: Arc<Shared>,
+    writer: SyncSender<Command>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    path: PathBuf,
+    /// Locked as long as this lives.
+    _lock: File,
+    /// Damage that was found in what is stored.
+    damage: Mutex<Option<String>>,
+}
+
+impl EventStore {
+    /// Opens the store in `directory`, makes both if they are not there, and brings the store to the newest schema.
+    pub fn open(directory: &Path) -> Result<Self, StoreError> {
+        let path = directory.join(FILE_NAME);
+        fs::create_dir_all(directory).map_err(|error| StoreError::open(&path, &error))?;
+        let lock = lock(directory, &path)?;
+        write_ahead::check(&path)?;
+        let mut connection = Connection::open(&path)
+            .and_then(|connection| configure(&connection).map(|()| connection))
+            .map_err(|error| StoreError::open(&path, &error))?;
+        schema::migrate(&mut connection, &path)?;
+        Self::start(connection, path, lock)
+    }
+
+    fn start(connection: Connection, path: PathBuf, lock: File) -> Result<Self, StoreError> {
+        let (sender, commands) = sync_channel(WAITING_MAX);
+        let writer = Writer::new(connection)?;
+        let thread = thread::Builder::new().name("mission-log".to_owned());
+        thread
+            .spawn(move || writer.run(&commands))
+            .map_err(|error| StoreError::open(&path, &error))?;
+        let shared = Shared {
+            path,
+            _lock: lock,
+            damage: Mutex::default(),
+        };
+        Ok(Self {
+            shared: Arc::new(shared),
+            writer: sender,
+        })
+    }
+
+    /// Appends. After `Ok` it is on the disk, now or from an earlier request with the same key.
+    pub async fn append(&self, append: Append) -> Result<Appended, StoreError> {
+        self.send(|reply| Command::Append(append, reply)).await
+    }
+
+    /// Deletes the mission called `id`; whether there was one.
+    pub async fn delete(&self, id: String) -> Result<bool, StoreError> {
+        self.send(|reply| Command::Delete(id, reply)).await
+    }
+
+    /// Fails if damage was found, or if nothing can be stored.
+    pub async fn probe(&self) -> Result<(), StoreError> {
+        let damage = self.damage().clone();
+        match damage {
+            Some(what) => Err(StoreError::Damaged(what)),
+            None => self.send(Command::Probe).await,
+        }
+    }
+
+    async fn send<T>(&self, command: impl FnOnce(Reply<T>) -> Command) -> Result<T, StoreError> {
+        let (reply, answer) = oneshot::channel();
+        self.writer
+            .try_send(command(reply))
+            .map_err(|error| match error {
+                TrySendError::Full(_) => StoreError::Busy,
+                TrySendError::Disconnected(_) => StoreError::Closed,
+            })?;
+        answer.await.map_err(|_| StoreError::Closed)?
+    }
+
+    /// A connection that reads. It sees whole commits only.
+    pub fn reader(&self) -> Result<EventReader, StoreError> {
+        EventReader::open(&self.shared.path)
+    }
+
+    /// Looks through everything for damage, which [`Self::probe`] then reports. Takes its time.
+    pub fn inspect(&self) {
+        match self.reader().and_then(|reader| reader.inspect()) {
+            Ok(()) => {}
+            Err(StoreError::Damaged(what)) => self.note_damage(what),
+            Err(other) => self.note_damage(other.to_string()),
+        }
+    }
+
+    /// Remembers the first damage that was found.
+    pub fn note_damage(&self, what: String) {
+        tracing::error!(what, "the mission log is not what was stored");
+        self.damage().get_or_insert(what);
+    }
+
+    fn damage(&self) -> MutexGuard<'_, Option<String>> {
+        self.shared.damage.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Takes the directory for this process alone.
+fn lock(directory: &Path, path: &Path) -> Result<File, StoreError> {
+    let refused = |error| StoreError::open(path, &error);
+    let file = File::create(directory.join(LOCK_NAME)).map_err(refused)?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(StoreError::InUse {
+            path: path.to_owned(),
+        }),
+        Err(TryLockError::Error(error)) => Err(refused(error)),
+    }
+}
+
+/// WAL, and a commit that waits for the disk.
+fn configure(connection: &Connection) -> rusqlite::Result<()> {
+    connection.busy_timeout(LOCK_TIME)?;
+    connection.pragma_update(None, "journal_mode", "WAL")?;
+    connection.pragma_update(None, "synchronous", "FULL")?;
+    connection.pragma_update(None, "journal_size_limit", JOURNAL_BYTES)?;
+    connection.pragma_update(None, "foreign_keys", true)
+}

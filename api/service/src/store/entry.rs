@@ -1,0 +1,60 @@
+//! What the event store keeps of a mission, and what it is asked to keep.
+
+use super::idempotency::KeyedAnswer;
+use std::sync::Arc;
+
+/// An event as it is stored. Only the missions know what its body means.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StoredEvent {
+    /// Its number in its mission, from 1 on without a gap.
+    pub sequence: u64,
+    /// Its kind.
+    pub kind: String,
+    /// JSON.
+    pub body: Arc<[u8]>,
+}
+
+/// A mission as the list of all missions shows it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StoredMission {
+    /// Its number, by which lists are ordered and continued.
+    pub number: u64,
+    /// Its name in paths.
+    pub id: String,
+    /// JSON of the mission after its last event.
+    pub summary: Vec<u8>,
+}
+
+/// What is appended to one mission, all of it or nothing.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Append {
+    /// The mission's name.
+    pub mission: String,
+    /// The mission's number; none for a new mission. A name is free again after its mission is deleted, a number is not.
+    pub number: Option<u64>,
+    /// Events, whose sequence continues that of the mission.
+    pub events: Vec<StoredEvent>,
+    /// The mission's status after these events. A start finds running missions by it.
+    pub status: String,
+    /// JSON of the mission after these events.
+    pub summary: Vec<u8>,
+    /// The fold of all events up to the last of these, where it is worth keeping.
+    pub snapshot: Option<Vec<u8>>,
+    /// The client's key of the request, and its answer.
+    pub answered: Option<KeyedAnswer>,
+}
+
+/// What became of an append. All but `Stored` store nothing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Appended {
+    /// It is stored.
+    Stored,
+    /// Its key had this answer before.
+    AnsweredBefore(Vec<u8>),
+    /// Its key was answered before, for another request.
+    KeyTaken,
+    /// The mission is deleted.
+    MissionGone,
+    /// The mission has events that the caller does not know.
+    OutOfSequence,
+}

@@ -1,0 +1,45 @@
+//! Idempotency keys: a request that is sent again with its key gets the answer that it had.
+
+use rusqlite::{Connection, OptionalExtension as _, Transaction, params};
+
+/// An answer that the same key gets again.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct KeyedAnswer {
+    /// The client's key.
+    pub key: String,
+    /// Hash of the request: the same key for another request is a mistake.
+    pub request: [u8; 32],
+    /// The answer, JSON.
+    pub answer: Vec<u8>,
+}
+
+/// Hash of an earlier request, and its answer.
+pub type PreviousAnswer = ([u8; 32], Vec<u8>);
+
+/// The earlier answer to the client's key, and the hash of its request.
+pub(super) fn find(
+    connection: &Connection,
+    mission: &str,
+    key: &str,
+) -> rusqlite::Result<Option<PreviousAnswer>> {
+    let mut statement = connection.prepare_cached(
+        "SELECT request, answer FROM answered JOIN missions ON number = mission WHERE id = ?1 AND key = ?2
+         AND status <> 'deleted'",
+    )?;
+    statement
+        .query_row(params![mission, key], |row| Ok((row.get(0)?, row.get(1)?)))
+        .optional()
+}
+
+/// Stores an answer of mission `number` under its key.
+pub(super) fn keep(
+    transaction: &Transaction<'_>,
+    number: i64,
+    answered: &KeyedAnswer,
+) -> rusqlite::Result<()> {
+    let KeyedAnswer { key, request, answer } = answered;
+    transaction
+        .prepare_cached("INSERT INTO answered (mission, key, request, answer) VALUES (?1, ?2, ?3, ?4)")?
+        .execute(params![number, key, request, answer])?;
+    Ok(())
+}

@@ -1,0 +1,184 @@
+//! Reads whole commits, and fails at what is not as it was stored.
+
+use std::{path::Path, sync::Arc, thread, time::Instant};
+
+use rusqlite::{Connection, OpenFlags, OptionalExtension as _, Params, params};
+
+use super::{
+    entry::{StoredEvent, StoredMission},
+    error::StoreError,
+    idempotency::{self, PreviousAnswer},
+    schema,
+    sql::{LOCK_TIME, SNAPSHOT, digest, limit, signed, unsigned},
+};
+
+/// Name of the store's file in the data directory.
+pub const FILE_NAME: &str = "missions.sqlite3";
+
+/// Events and missions that are read at once.
+const PAGE: usize = 64;
+
+/// Reads the event store.
+#[derive(Debug)]
+pub struct EventReader(pub(super) Connection);
+
+impl EventReader {
+    /// Reads the store in `directory`, whether a service writes to it or not.
+    pub fn of(directory: &Path) -> Result<Self, StoreError> {
+        let path = directory.join(FILE_NAME);
+        if !path.exists() {
+            let reason = "there is none: name the directory that the service was started with, --data";
+            return Err(StoreError::open(&path, &reason));
+        }
+        let reader = Self::open(&path)?;
+        schema::require_newest(&reader.0, &path)?;
+        Ok(reader)
+    }
+
+    pub(super) fn open(path: &Path) -> Result<Self, StoreError> {
+        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+        let connection = Connection::open_with_flags(path, flags)?;
+        connection.busy_timeout(LOCK_TIME)?;
+        Ok(Self(connection))
+    }
+
+    /// At most `most` missions whose number is above `after`, in order.
+    pub fn missions(&self, after: u64, most: usize) -> Result<Vec<StoredMission>, StoreError> {
+        let page = "number > ?1 AND status <> 'deleted' ORDER BY number LIMIT ?2";
+        self.missions_where(page, params![signed(after), limit(most)])
+    }
+
+    /// All missions of that status, in order.
+    pub fn missions_with_status(&self, status: &str) -> Result<Vec<StoredMission>, StoreError> {
+        self.missions_where("status = ?1 ORDER BY number", [status])
+    }
+
+    /// The mission of that name.
+    pub fn mission(&self, id: &str) -> Result<Option<StoredMission>, StoreError> {
+        let mut named = self.missions_where("id = ?1 AND status <> 'deleted'", [id])?;
+        Ok(named.pop())
+    }
+
+    fn missions_where(&self, condition: &str, params: impl Params) -> Result<Vec<StoredMission>, StoreError> {
+        let select = format!("SELECT number, id, summary FROM missions WHERE {condition}");
+        let mut statement = self.0.prepare_cached(&select)?;
+        let rows = statement.query_map(params, |row| {
+            Ok(StoredMission {
+                number: unsigned(row.get(0)?),
+                id: row.get(1)?,
+                summary: row.get(2)?,
+            })
+        })?;
+        Ok(rows.collect::<rusqlite::Result<_>>()?)
+    }
+
+    /// The earlier answer to the client's key, and the hash of its request.
+    pub fn answered(&self, mission: &str, key: &str) -> Result<Option<PreviousAnswer>, StoreError> {
+        Ok(idempotency::find(&self.0, mission, key)?)
+    }
+
+    /// The newest snapshot, and the sequence of the last event in it.
+    pub fn snapshot(&self, mission: u64) -> Result<Option<(u64, Vec<u8>)>, StoreError> {
+        let mut statement = self
+            .0
+            .prepare_cached("SELECT sequence, body, digest FROM snapshots WHERE mission = ?1")?;
+        let found = statement.query_row([signed(mission)], |row| row.try_into());
+        let found: Option<(i64, Vec<u8>, Vec<u8>)> = found.optional()?;
+        let Some((sequence, body, stored)) = found else {
+            return Ok(None);
+        };
+        if stored != digest(signed(mission), sequence, SNAPSHOT, &body) {
+            return Err(StoreError::Damaged(format!(
+                "the snapshot of mission number {mission}"
+            )));
+        }
+        Ok(Some((unsigned(sequence), body)))
+    }
+
+    /// Hands over every event after `after` up to `last`, some at a time.
+    pub fn each(
+        &self,
+        mission: u64,
+        mut after: u64,
+        last: u64,
+        take: &mut dyn FnMut(&StoredEvent) -> Result<(), StoreError>,
+    ) -> Result<(), StoreError> {
+        while after < last {
+            let left = usize::try_from(last - after).unwrap_or(PAGE);
+            let page = self.events(mission, after, left.min(PAGE))?;
+            let Some(end) = page.last() else {
+                return Err(StoreError::Damaged(format!(
+                    "events after {after} of mission number {mission} are not there"
+                )));
+            };
+            after = end.sequence;
+            page.iter().try_for_each(&mut *take)?;
+        }
+        Ok(())
+    }
+
+    /// At most `most` events after `sequence`, in order: the next ones, without a gap, as they were stored.
+    pub fn events(&self, mission: u64, after: u64, most: usize) -> Result<Vec<StoredEvent>, StoreError> {
+        let mut statement = self.0.prepare_cached(
+            "SELECT sequence, kind, body, digest FROM events WHERE mission = ?1 AND sequence > ?2
+             ORDER BY sequence LIMIT ?3",
+        )?;
+        let mut rows = statement.query(params![signed(mission), signed(after), limit(most)])?;
+        let mut events = vec![];
+        let mut next = signed(after).saturating_add(1);
+        while let Some(row) = rows.next()? {
+            let (sequence, kind, body, stored): (i64, String, Arc<[u8]>, Vec<u8>) = row.try_into()?;
+            if sequence != next || stored != digest(signed(mission), sequence, &kind, &body) {
+                return Err(StoreError::Damaged(format!(
+                    "event {next} of mission number {mission}"
+                )));
+            }
+            next += 1;
+            events.push(StoredEvent {
+                sequence: unsigned(sequence),
+                kind,
+                body,
+            });
+        }
+        Ok(events)
+    }
+
+    /// Number of the mission's last event; 0 of one without events.
+    pub fn last_sequence(&self, mission: u64) -> Result<u64, StoreError> {
+        let mut statement = self
+            .0
+            .prepare_cached("SELECT max(sequence) FROM events WHERE mission = ?1")?;
+        let last: Option<i64> = statement.query_row([signed(mission)], |row| row.get(0))?;
+        Ok(last.map_or(0, unsigned))
+    }
+
+    /// Reads everything, and fails at what is not as it was stored.
+    pub(super) fn inspect(&self) -> Result<(), StoreError> {
+        let verdict: String = self.0.query_row("PRAGMA quick_check(1)", [], |row| row.get(0))?;
+        if verdict != "ok" {
+            return Err(StoreError::Damaged(verdict));
+        }
+        let mut after = 0;
+        loop {
+            let some = self.missions(after, PAGE)?;
+            let Some(end) = some.last() else { return Ok(()) };
+            after = end.number;
+            for mission in &some {
+                self.inspect_mission(mission.number)?;
+            }
+        }
+    }
+
+    fn inspect_mission(&self, mission: u64) -> Result<(), StoreError> {
+        self.snapshot(mission)?;
+        let mut after = 0;
+        loop {
+            let start = Instant::now();
+            let page = self.events(mission, after, PAGE)?;
+            let Some(end) = page.last() else { return Ok(()) };
+            after = end.sequence;
+            // Planners need the processor more.
+            thread::sleep(start.elapsed());
+        }
+    }
+}

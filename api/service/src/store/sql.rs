@@ -1,0 +1,37 @@
+//! What the store's reader and its writer share: digests and numbers.
+
+use std::time::Duration;
+
+use sha2::{Digest as _, Sha256};
+
+/// How long a connection waits for another's lock. Only a checkpoint takes one.
+pub(super) const LOCK_TIME: Duration = Duration::from_secs(5);
+
+/// A snapshot's digest has this instead of an event's kind.
+pub(super) const SNAPSHOT: &str = "snapshot";
+
+/// Shows that a row is what was stored: SQLite itself notices only damage to its own structure.
+pub(super) fn digest(mission: i64, sequence: i64, kind: &str, body: &[u8]) -> [u8; 16] {
+    let mut hash = Sha256::new();
+    hash.update(mission.to_le_bytes());
+    hash.update(sequence.to_le_bytes());
+    hash.update(kind);
+    hash.update([0]);
+    hash.update(body);
+    let mut short = [0; 16];
+    short.copy_from_slice(&hash.finalize()[..16]);
+    short
+}
+
+pub(super) fn limit(most: usize) -> i64 {
+    i64::try_from(most).unwrap_or(i64::MAX)
+}
+
+/// SQLite counts with a sign; nothing here comes near its end.
+pub(super) fn signed(number: u64) -> i64 {
+    i64::try_from(number).unwrap_or(i64::MAX)
+}
+
+pub(super) fn unsigned(number: i64) -> u64 {
+    u64::try_from(number).unwrap_or(0)
+}

@@ -1,0 +1,280 @@
+//! The writer thread: appends that wait together share a commit, and each gets its own reply.
+
+use std::{
+    sync::mpsc::{Receiver, RecvTimeoutError},
+    time::Duration,
+};
+
+use rusqlite::{Connection, OptionalExtension as _, Transaction, params};
+use tokio::sync::oneshot;
+
+use super::{
+    entry::{Append, Appended, StoredEvent},
+    error::StoreError,
+    idempotency::{self, KeyedAnswer},
+    sql::{SNAPSHOT, digest, limit, signed},
+};
+
+/// Most appends in one commit, so that the first of them does not wait for long.
+const COMMIT_MAX: usize = 256;
+
+/// Events of a deleted mission that are removed in one commit: some milliseconds.
+const PURGE: i64 = 500;
+
+/// When to try a removal again that failed.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// What should be free beyond an append that was refused before the log is well again, bytes.
+const PROBE_BYTES: usize = 64 << 10;
+
+/// Where the reply goes. The caller may be gone: then the reply is dropped.
+pub(super) type Reply<T> = oneshot::Sender<Result<T, StoreError>>;
+
+/// What the writer does.
+pub(super) enum Command {
+    Append(Append, Reply<Appended>),
+    /// Hides a mission at once and purges it by and by.
+    Delete(String, Reply<bool>),
+    /// Tries whether anything can be stored.
+    Probe(Reply<()>),
+}
+
+/// The one connection that writes.
+pub(super) struct Writer {
+    connection: Connection,
+    /// Missions whose events are removed a few at a time, when no command waits.
+    purge: Vec<i64>,
+    /// Whether the last removal failed, as on a full disk.
+    stuck: bool,
+    /// Size of the largest append that was not stored, bytes: until as much can be stored, the store is not well.
+    refused: Option<usize>,
+}
+
+impl Writer {
+    pub(super) fn new(connection: Connection) -> rusqlite::Result<Self> {
+        let deleted = "SELECT number FROM missions WHERE status = 'deleted'";
+        let purge = connection
+            .prepare(deleted)?
+            .query_map([], |row| row.get(0))?
+            .collect::<rusqlite::Result<_>>()?;
+        Ok(Self {
+            connection,
+            purge,
+            stuck: false,
+            refused: None,
+        })
+    }
+
+    /// Writes until every handle of the store is dropped.
+    pub(super) fn run(mut self, commands: &Receiver<Command>) {
+        loop {
+            let patience = match (self.purge.is_empty(), self.stuck) {
+                (true, _) => Duration::MAX,
+                (false, true) => PATIENCE,
+                (false, false) => Duration::ZERO,
+            };
+            match commands.recv_timeout(patience) {
+                Ok(first) => self.carry_out(first, commands),
+                Err(RecvTimeoutError::Timeout) => self.purge_some(),
+                Err(RecvTimeoutError::Disconnected) => return,
+            }
+        }
+    }
+
+    /// Carries out `first`, and the appends that wait behind it in the same commit.
+    fn carry_out(&mut self, first: Command, commands: &Receiver<Command>) {
+        let mut appends = vec![];
+        let mut next = Some(first);
+        while let Some(command) = next {
+            match command {
+                Command::Append(append, reply) => appends.push((append, reply)),
+                Command::Delete(id, reply) => {
+                    self.store(std::mem::take(&mut appends));
+                    let _ = reply.send(self.delete(&id).map_err(StoreError::from));
+                }
+                Command::Probe(reply) => {
+                    let _ = reply.send(self.probe().map_err(StoreError::from));
+                }
+            }
+            next = (appends.len() < COMMIT_MAX)
+                .then(|| commands.try_recv().ok())
+                .flatten();
+        }
+        self.store(appends);
+    }
+
+    fn store(&mut self, mut batch: Vec<(Append, Reply<Appended>)>) {
+        if batch.is_empty() {
+            return;
+        }
+        let appends: Vec<&Append> = batch.iter().map(|(append, _)| append).collect();
+        let committed = commit(&mut self.connection, &appends);
+        if committed.is_err() {
+            let bytes = appends.iter().map(|append| size(append)).sum();
+            self.refused = self.refused.max(Some(bytes));
+        }
+        match committed {
+            Ok(appended) => reply_to_each(batch, appended.into_iter().map(Ok)),
+            // One that cannot be stored must not take the others with it.
+            Err(_) if 1 < batch.len() => {
+                for alone in batch {
+                    self.store(vec![alone]);
+                }
+            }
+            Err(error) => reply_to_each([batch.remove(0)], [Err(error)]),
+        }
+    }
+
+    /// Tries to store as much as was refused last: a disk may be full for one append and not for another.
+    fn probe(&mut self) -> rusqlite::Result<()> {
+        let mut try_out = self
+            .connection
+            .prepare_cached("UPDATE probes SET count = count + 1, room = zeroblob(?1)")?;
+        if let Some(bytes) = self.refused {
+            let with_indexes = bytes.saturating_mul(2) + PROBE_BYTES;
+            try_out.execute([limit(with_indexes)])?;
+            self.refused = None;
+        }
+        try_out.execute([0])?;
+        Ok(())
+    }
+
+    /// Hides the mission at once; purging gives its room on the disk back by and by.
+    fn delete(&mut self, id: &str) -> rusqlite::Result<bool> {
+        let mut hidden = self.connection.prepare_cached(
+            "UPDATE missions SET status = 'deleted', id = 'deleted ' || number WHERE id = ?1 RETURNING number",
+        )?;
+        let number: Option<i64> = hidden.query_row([id], |row| row.get(0)).optional()?;
+        self.purge.extend(number);
+        Ok(number.is_some())
+    }
+
+    fn purge_some(&mut self) {
+        let Some(&number) = self.purge.last() else { return };
+        let purged = purge(&self.connection, number);
+        self.stuck = purged.is_err();
+        match purged {
+            Ok(true) => {
+                self.purge.pop();
+            }
+            Ok(false) => {}
+            Err(error) => tracing::warn!(%error, "a deleted mission keeps its room on the disk for now"),
+        }
+    }
+}
+
+/// Removes some events of a deleted mission, and the mission after the last one; whether the mission is gone.
+fn purge(connection: &Connection, number: i64) -> rusqlite::Result<bool> {
+    let mut some = connection.prepare_cached(
+        "DELETE FROM events WHERE mission = ?1 AND sequence <=
+         (SELECT min(sequence) FROM events WHERE mission = ?1) + ?2",
+    )?;
+    if 0 < some.execute(params![number, PURGE])? {
+        return Ok(false);
+    }
+    connection.execute("DELETE FROM missions WHERE number = ?1", [number])?;
+    Ok(true)
+}
+
+/// Roughly how much of the disk an append takes, bytes.
+fn size(append: &Append) -> usize {
+    let events = append.events.iter().map(|event| event.body.len());
+    let snapshot = append.snapshot.as_ref().map_or(0, Vec::len);
+    events.sum::<usize>() + append.summary.len() + snapshot
+}
+
+fn reply_to_each(
+    batch: impl IntoIterator<Item = (Append, Reply<Appended>)>,
+    results: impl IntoIterator<Item = Result<Appended, StoreError>>,
+) {
+    for ((append, reply), result) in batch.into_iter().zip(results) {
+        if let Err(error) = &result {
+            tracing::error!(%error, mission = append.mission, "the mission log did not store");
+        }
+        let _ = reply.send(result);
+    }
+}
+
+fn commit(connection: &mut Connection, appends: &[&Append]) -> Result<Vec<Appended>, StoreError> {
+    let transaction = connection.transaction()?;
+    let appended = appends
+        .iter()
+        .map(|append| store(&transaction, append))
+        .collect::<rusqlite::Result<_>>()?;
+    transaction.commit()?;
+    Ok(appended)
+}
+
+fn store(transaction: &Transaction<'_>, append: &Append) -> rusqlite::Result<Appended> {
+    if let Some(KeyedAnswer { key, request, .. }) = &append.answered
+        && let Some((asked, answer)) = idempotency::find(transaction, &append.mission, key)?
+    {
+        return Ok(if asked == *request {
+            Appended::AnsweredBefore(answer)
+        } else {
+            Appended::KeyTaken
+        });
+    }
+    let number = match append.number {
+        None => {
+            let mut made = transaction.prepare_cached(
+                "INSERT INTO missions (id, status, summary) VALUES (?1, ?2, ?3) RETURNING number",
+            )?;
+            made.query_row(params![append.mission, append.status, append.summary], |row| {
+                row.get(0)
+            })?
+        }
+        Some(number) => {
+            let number = signed(number);
+            let mut last = transaction.prepare_cached(
+                "SELECT (SELECT max(sequence) FROM events WHERE mission = number) FROM missions
+                 WHERE number = ?1 AND status <> 'deleted'",
+            )?;
+            let last: Option<Option<i64>> = last.query_row([number], |row| row.get(0)).optional()?;
+            let Some(last) = last else {
+                return Ok(Appended::MissionGone);
+            };
+            if append
+                .events
+                .first()
+                .is_some_and(|event| signed(event.sequence) != last.unwrap_or(0) + 1)
+            {
+                return Ok(Appended::OutOfSequence);
+            }
+            let mut became = transaction
+                .prepare_cached("UPDATE missions SET status = ?2, summary = ?3 WHERE number = ?1")?;
+            became.execute(params![number, append.status, append.summary])?;
+            number
+        }
+    };
+    let mut event = transaction.prepare_cached(
+        "INSERT INTO events (mission, sequence, kind, body, digest) VALUES (?1, ?2, ?3, ?4, ?5)",
+    )?;
+    for StoredEvent { sequence, kind, body } in &append.events {
+        let sequence = signed(*sequence);
+        event.execute(params![
+            number,
+            sequence,
+            kind,
+            body,
+            digest(number, sequence, kind, body)
+        ])?;
+    }
+    if let Some(snapshot) = &append.snapshot {
+        let last = append.events.last().map_or(0, |event| signed(event.sequence));
+        let mut kept = transaction.prepare_cached(
+            "INSERT INTO snapshots (mission, sequence, body, digest) VALUES (?1, ?2, ?3, ?4)
+             ON CONFLICT (mission) DO UPDATE SET sequence = ?2, body = ?3, digest = ?4",
+        )?;
+        kept.execute(params![
+            number,
+            last,
+            snapshot,
+            digest(number, last, SNAPSHOT, snapshot)
+        ])?;
+    }
+    if let Some(answered) = &append.answered {
+        idempotency::keep(transaction, number, answered)?;
+    }
+    Ok(Appended::Stored)
+}

@@ -1,0 +1,66 @@
+//! One wrong field of a request: where, what, and what would do.
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use utoipa::ToSchema;
+
+/// Longest piece of a request that is repeated in a document, characters.
+const QUOTE_LENGTH_MAX: usize = 200;
+
+/// One wrong field of a request.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct FieldError {
+    /// Where, as a JSON pointer (RFC 6901); empty for the whole body.
+    pub pointer: String,
+    /// What is wrong, for programs.
+    pub code: String,
+    /// What is wrong, for people.
+    pub detail: String,
+    /// The value given, where it is a number or a name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Value)]
+    pub given: Option<Value>,
+    /// What would have been accepted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Value)]
+    pub limit: Option<Value>,
+}
+
+impl FieldError {
+    /// An error at `pointer`.
+    pub fn new(pointer: impl Into<String>, code: &str, detail: impl Into<String>) -> Self {
+        Self {
+            pointer: pointer.into(),
+            code: code.to_owned(),
+            detail: shortened(detail.into()),
+            given: None,
+            limit: None,
+        }
+    }
+
+    /// With the value that was given.
+    #[must_use]
+    pub fn given(mut self, given: impl Into<Value>) -> Self {
+        self.given = Some(match given.into() {
+            Value::String(text) => Value::String(shortened(text)),
+            other => other,
+        });
+        self
+    }
+
+    /// With what would have been accepted.
+    #[must_use]
+    pub fn limit(mut self, limit: impl Into<Value>) -> Self {
+        self.limit = Some(limit.into());
+        self
+    }
+}
+
+/// `text`, cut to what a document repeats of a request.
+#[must_use]
+pub fn shortened(text: String) -> String {
+    match text.char_indices().nth(QUOTE_LENGTH_MAX) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
+    }
+}

@@ -1,0 +1,144 @@
+//! What is wrong with a field, from the planner's words to a problem document's.
+
+use std::ops::RangeInclusive;
+
+use planner::snapshot::{InvalidField, InvalidReason};
+use serde_json::json;
+
+use crate::FieldError;
+
+impl From<&InvalidField> for FieldError {
+    fn from(invalid: &InvalidField) -> Self {
+        let pointer = format!("/{}", invalid.field);
+        match &invalid.reason {
+            InvalidReason::OutOfRange { given, least, most } => out_of_range(pointer, *given, *least, *most),
+            InvalidReason::Length { given, least, most } => {
+                // Names are measured in bytes, lists in items.
+                let unit = if pointer.ends_with("/id") {
+                    "bytes"
+                } else {
+                    "items"
+                };
+                length(pointer, *given, *least..=*most, unit)
+            }
+            InvalidReason::Duplicate { given } => {
+                Self::new(pointer, "duplicate", "this name stands twice").given(given.as_str())
+            }
+            InvalidReason::UnknownVehicle { given } => {
+                Self::new(pointer, "unknown_vehicle", "no vehicle in `auvs` has this id")
+                    .given(given.as_str())
+            }
+            InvalidReason::AllZero => Self::new(pointer, "all_zero", "at least one of them must be above 0"),
+            InvalidReason::NoPath { given: Some(given) } => {
+                Self::new(pointer, "no_path", "this vehicle has no `path`").given(given.as_str())
+            }
+            InvalidReason::NoPath { given: None } => Self::new(
+                pointer,
+                "no_path",
+                "only a goal that follows one vehicle at a time has a path",
+            ),
+            InvalidReason::NotIncreasing { given, before } => Self::new(
+                pointer,
+                "not_increasing",
+                format!("must come after {before} s, the time before it"),
+            )
+            .given(*given)
+            .limit(json!({ "above": before })),
+            InvalidReason::NegativeVariance { given } => Self::new(
+                pointer,
+                "negative_variance",
+                format!("no covariance has the eigenvalue {given}"),
+            )
+            .given(*given)
+            .limit(json!({ "least": 0 })),
+            InvalidReason::Gap { given, most } => above_most(
+                pointer,
+                "gap",
+                format!("begins {given} m from where the path is"),
+                *given,
+                *most,
+            ),
+            InvalidReason::Kink { given, most } => above_most(
+                pointer,
+                "kink",
+                format!("the path turns by {given} rad at a point; round corners by fillets or arcs"),
+                *given,
+                *most,
+            ),
+            InvalidReason::Fillet { given, most } => above_most(
+                pointer,
+                "fillet",
+                format!("the legs that meet here have room for fillets of {most} m only"),
+                *given,
+                *most,
+            ),
+            InvalidReason::NotConvex { given } => Self::new(
+                pointer,
+                "not_convex",
+                "the corners, in order, must go once round a convex area; this one does not fit",
+            )
+            .given(*given)
+            .limit(json!({ "least": 0.0 })),
+            InvalidReason::TooNear { given, least } => below_least(
+                pointer,
+                "too_near",
+                format!("is {given} m from the corner before it; give every corner once"),
+                *given,
+                *least,
+            ),
+            InvalidReason::TooNarrow { given, least } => below_least(
+                pointer,
+                "too_narrow",
+                format!("the area is only {given} m wide"),
+                *given,
+                *least,
+            ),
+        }
+    }
+}
+
+fn below_least(pointer: String, code: &str, detail: String, given: f64, least: f64) -> FieldError {
+    FieldError::new(pointer, code, detail)
+        .given(given)
+        .limit(json!({ "least": least }))
+}
+
+fn above_most(pointer: String, code: &str, detail: String, given: f64, most: f64) -> FieldError {
+    FieldError::new(pointer, code, detail)
+        .given(given)
+        .limit(json!({ "most": most }))
+}
+
+pub(super) fn out_of_range(pointer: String, given: f64, least: f64, most: f64) -> FieldError {
+    FieldError::new(pointer, "out_of_range", format!("must be from {least} to {most}"))
+        .given(given)
+        .limit(json!({ "least": least, "most": most }))
+}
+
+pub(super) fn length(pointer: String, given: usize, range: RangeInclusive<usize>, unit: &str) -> FieldError {
+    let (least, most) = range.into_inner();
+    FieldError::new(pointer, "length", format!("must have {least} to {most} {unit}"))
+        .given(given)
+        .limit(json!({ "least": least, "most": most }))
+}
+
+/// Notes every one of the `present` members of the `what` at `pointer` that is missing or too much, where its kind
+/// needs those that are `needed`. Whether all is well.
+pub(super) fn members_fit(
+    pointer: &str,
+    what: &str,
+    needed: &[&str],
+    present: &[(&str, bool)],
+    invalid: &mut Vec<FieldError>,
+) -> bool {
+    let before = invalid.len();
+    for (name, present) in present {
+        let (code, detail) = match (needed.contains(name), present) {
+            (true, false) => ("missing", format!("this kind of {what} needs it")),
+            (false, true) => ("unexpected", format!("this kind of {what} has no such member")),
+            (true, true) | (false, false) => continue,
+        };
+        invalid.push(FieldError::new(format!("{pointer}/{name}"), code, detail));
+    }
+    before == invalid.len()
+}

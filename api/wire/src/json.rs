@@ -1,0 +1,492 @@
+//! A body of JSON, parsed once, into a tree of which any shape is read.
+//!
+//! ```text
+//! bytes ── parse: is it JSON? ──► Json ── read: has it the shape? ──► T
+//! ```
+//! The tree keeps members in their order, twice where they stand twice, so that what is wrong is found where the client
+//! wrote it. What is wrong is a [`FieldError`] from the beginning: no message of another library is looked into for it.
+
+use std::{borrow::Cow, fmt};
+
+use serde::{
+    Deserialize, Deserializer,
+    de::{
+        self, DeserializeOwned, DeserializeSeed, Expected, IntoDeserializer, MapAccess, SeqAccess,
+        Unexpected, Visitor, value::StrDeserializer,
+    },
+    forward_to_deserialize_any,
+};
+use serde_json::{Number, json};
+
+use crate::FieldError;
+
+/// What UTF-8 text from some editors begins with, and JSON must not (RFC 8259, section 8.1).
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// Longest name of a member that is repeated in a pointer, characters.
+const TOKEN_LENGTH_MAX: usize = 80;
+
+/// Why a body is not read.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Unread {
+    /// It is not JSON.
+    Syntax(Box<FieldError>),
+    /// It is JSON of another shape.
+    Misfit(Box<FieldError>),
+}
+
+/// The `T` that `body` is.
+pub fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T, Unread> {
+    let json = parse(body)?;
+    T::deserialize(Node::whole(&json)).map_err(|Misfit(error)| Unread::Misfit(error))
+}
+
+/// A value of JSON.
+#[derive(Debug)]
+enum Json<'a> {
+    Null,
+    Bool(bool),
+    Number(Number),
+    Text(Cow<'a, str>),
+    List(Vec<Json<'a>>),
+    /// Members in the order in which they stand.
+    Object(Vec<(Cow<'a, str>, Json<'a>)>),
+}
+
+impl Json<'_> {
+    /// What people call it.
+    fn name(&self) -> &'static str {
+        match self {
+            Json::Null => "null",
+            Json::Bool(_) => "true or false",
+            Json::Number(_) => "a number",
+            Json::Text(_) => "text",
+            Json::List(_) => "a list",
+            Json::Object(_) => "an object",
+        }
+    }
+}
+
+fn parse(body: &[u8]) -> Result<Json<'_>, Unread> {
+    let mut deserializer = serde_json::Deserializer::from_slice(body);
+    let parsed = serde_path_to_error::deserialize(&mut deserializer)
+        .map_err(|error| (pointer(error.path()), error.into_inner()));
+    let whole = parsed.and_then(|json| match deserializer.end() {
+        Ok(()) => Ok(json),
+        Err(error) => Err((String::new(), error)),
+    });
+    whole.map_err(|(pointer, error)| {
+        let detail = if body.starts_with(BYTE_ORDER_MARK) {
+            "starts with a byte order mark: send UTF-8 without one".to_owned()
+        } else {
+            plain_syntax(&error)
+        };
+        Unread::Syntax(Box::new(FieldError::new(pointer, "syntax", detail)))
+    })
+}
+
+/// serde_json's words, but where they are about its own reading and not about the text.
+fn plain_syntax(error: &serde_json::Error) -> String {
+    let (line, column) = (error.line(), error.column());
+    let words = error.to_string();
+    let words = words
+        .strip_suffix(&format!(" at line {line} column {column}"))
+        .unwrap_or(&words);
+    let plain = match words {
+        _ if error.is_eof() => "the text ends before the value does",
+        "expected ident" | "expected value" => "there is no JSON value",
+        "number out of range" => "the number is too large",
+        "recursion limit exceeded" => "nested too deeply",
+        other => other,
+    };
+    format!("{plain} at line {line} column {column}")
+}
+
+fn pointer(path: &serde_path_to_error::Path) -> String {
+    use serde_path_to_error::Segment;
+    path.iter()
+        .map(|segment| match segment {
+            Segment::Seq { index } => token(&index.to_string()),
+            Segment::Map { key } => token(key),
+            Segment::Enum { .. } | Segment::Unknown => String::new(),
+        })
+        .collect()
+}
+
+/// A step of a pointer. Source: RFC 6901, section 3.
+fn token(name: &str) -> String {
+    let short: String = name.chars().take(TOKEN_LENGTH_MAX).collect();
+    format!("/{}", short.replace('~', "~0").replace('/', "~1"))
+}
+
+impl<'de> Deserialize<'de> for Json<'de> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Tree)
+    }
+}
+
+/// Text, borrowed where it stands in the body as it is meant.
+#[derive(Deserialize)]
+#[serde(transparent)]
+struct Name<'a>(#[serde(borrow)] Cow<'a, str>);
+
+struct Tree;
+
+impl<'de> Visitor<'de> for Tree {
+    type Value = Json<'de>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("any JSON value")
+    }
+
+    fn visit_unit<E>(self) -> Result<Json<'de>, E> {
+        Ok(Json::Null)
+    }
+
+    fn visit_bool<E>(self, value: bool) -> Result<Json<'de>, E> {
+        Ok(Json::Bool(value))
+    }
+
+    fn visit_u64<E>(self, value: u64) -> Result<Json<'de>, E> {
+        Ok(Json::Number(value.into()))
+    }
+
+    fn visit_i64<E>(self, value: i64) -> Result<Json<'de>, E> {
+        Ok(Json::Number(value.into()))
+    }
+
+    fn visit_f64<E>(self, value: f64) -> Result<Json<'de>, E> {
+        Ok(Number::from_f64(value).map_or(Json::Null, Json::Number))
+    }
+
+    fn visit_str<E>(self, value: &str) -> Result<Json<'de>, E> {
+        Ok(Json::Text(Cow::Owned(value.to_owned())))
+    }
+
+    fn visit_borrowed_str<E>(self, value: &'de str) -> Result<Json<'de>, E> {
+        Ok(Json::Text(Cow::Borrowed(value)))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Json<'de>, A::Error> {
+        let mut list = Vec::new();
+        while let Some(item) = items.next_element()? {
+            list.push(item);
+        }
+        Ok(Json::List(list))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut members: A) -> Result<Json<'de>, A::Error> {
+        let mut object = Vec::new();
+        while let Some(Name(name)) = members.next_key()? {
+            object.push((name, members.next_value()?));
+        }
+        Ok(Json::Object(object))
+    }
+}
+
+/// The first thing by which JSON is not of a shape; its pointer leads there from where it is read.
+#[derive(Debug)]
+struct Misfit(Box<FieldError>);
+
+impl Misfit {
+    fn new(pointer: String, code: &str, detail: impl Into<String>) -> Self {
+        Self(Box::new(FieldError::new(pointer, code, detail)))
+    }
+
+    /// The same, seen from the object or list of which the member or item called `name` is at fault.
+    fn within(mut self, name: &str) -> Self {
+        self.0.pointer.insert_str(0, &token(name));
+        self
+    }
+}
+
+impl fmt::Display for Misfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.0.pointer, self.0.detail)
+    }
+}
+
+impl std::error::Error for Misfit {}
+
+impl de::Error for Misfit {
+    fn custom<T: fmt::Display>(detail: T) -> Self {
+        Self::new(String::new(), "wrong_type", detail.to_string())
+    }
+
+    /// A name is a value that does not fit where the object says that it was there before: see `each_name_once`.
+    fn invalid_value(unexpected: Unexpected<'_>, expected: &dyn Expected) -> Self {
+        match unexpected {
+            Unexpected::Str(name) => Self::new(token(name), "duplicate_field", "stands twice"),
+            other => Self::custom(format_args!("must be {expected}, not {other}")),
+        }
+    }
+
+    fn missing_field(name: &'static str) -> Self {
+        Self::new(token(name), "missing", "must be given")
+    }
+
+    fn duplicate_field(name: &'static str) -> Self {
+        Self::new(token(name), "duplicate_field", "stands twice")
+    }
+
+    fn unknown_field(name: &str, known: &'static [&'static str]) -> Self {
+        let detail = format!("there is no such member, only {}", listed(known));
+        Self::new(token(name), "unknown_field", detail)
+    }
+
+    fn unknown_variant(_: &str, known: &'static [&'static str]) -> Self {
+        let one_of = if known.len() > 2 { "one of " } else { "" };
+        Self::new(
+            String::new(),
+            "unknown_variant",
+            format!("must be {one_of}{}", listed(known)),
+        )
+    }
+}
+
+fn listed(names: &[&str]) -> String {
+    let quoted: Vec<_> = names.iter().map(|name| format!("`{name}`")).collect();
+    quoted.join(if names.len() == 2 { " or " } else { ", " })
+}
+
+/// A place in the tree, where a shape is read.
+#[derive(Clone, Copy)]
+struct Node<'a> {
+    json: &'a Json<'a>,
+    /// Whether it is an item of a list of fixed length.
+    in_fixed_list: bool,
+}
+
+impl<'a> Node<'a> {
+    fn whole(json: &'a Json<'a>) -> Self {
+        let in_fixed_list = false;
+        Self { json, in_fixed_list }
+    }
+
+    fn must_be<T>(self, expected: &str) -> Result<T, Misfit> {
+        let detail = format!("must be {expected}, not {}", self.json.name());
+        Err(Misfit::new(String::new(), "wrong_type", detail))
+    }
+
+    /// A whole number; one that the visitor does not take is too large, negative or broken.
+    fn whole_number<'de, V: Visitor<'de>>(self, most: u64, visitor: V) -> Result<V::Value, Misfit> {
+        let expected = format!("a whole number from 0 to {most}");
+        match self.json {
+            Json::Number(number) => visit_number(number, visitor)
+                .map_err(|Misfit(_)| Misfit::new(String::new(), "wrong_type", format!("must be {expected}"))),
+            _ => self.must_be(&expected),
+        }
+    }
+}
+
+fn visit_number<'de, V: Visitor<'de>>(number: &Number, visitor: V) -> Result<V::Value, Misfit> {
+    match (number.as_u64(), number.as_i64()) {
+        (Some(whole), _) => visitor.visit_u64(whole),
+        (None, Some(negative)) => visitor.visit_i64(negative),
+        (None, None) => visitor.visit_f64(number.as_f64().expect("is neither whole nor arbitrarily precise")),
+    }
+}
+
+impl<'de> IntoDeserializer<'de, Misfit> for Node<'de> {
+    type Deserializer = Self;
+
+    fn into_deserializer(self) -> Self {
+        self
+    }
+}
+
+impl<'de> Deserializer<'de> for Node<'de> {
+    type Error = Misfit;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        match self.json {
+            Json::Null => visitor.visit_unit(),
+            Json::Bool(value) => visitor.visit_bool(*value),
+            Json::Number(number) => visit_number(number, visitor),
+            Json::Text(text) => visitor.visit_str(text),
+            Json::List(items) => visitor.visit_seq(Items::new(items, false)),
+            Json::Object(members) => visitor.visit_map(Members::new(members)),
+        }
+    }
+
+    fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        match self.json {
+            Json::Bool(value) => visitor.visit_bool(*value),
+            _ => self.must_be("true or false"),
+        }
+    }
+
+    fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        match self.json {
+            Json::Number(number) => visit_number(number, visitor),
+            _ => self.must_be("a number"),
+        }
+    }
+
+    fn deserialize_u32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        self.whole_number(u32::MAX.into(), visitor)
+    }
+
+    fn deserialize_u64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        self.whole_number(u64::MAX, visitor)
+    }
+
+    fn deserialize_str<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        match self.json {
+            Json::Text(text) => visitor.visit_str(text),
+            _ => self.must_be("text"),
+        }
+    }
+
+    fn deserialize_string<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        self.deserialize_str(visitor)
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        match self.json {
+            Json::Null => visitor.visit_none(),
+            _ => visitor.visit_some(self),
+        }
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, Misfit> {
+        visitor.visit_newtype_struct(self)
+    }
+
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        match self.json {
+            Json::List(items) => visitor.visit_seq(Items::new(items, false)),
+            _ => self.must_be("a list"),
+        }
+    }
+
+    /// A list of fixed length: a point, a covariance, or a row of one.
+    fn deserialize_tuple<V: Visitor<'de>>(self, n_items: usize, visitor: V) -> Result<V::Value, Misfit> {
+        let what = match (n_items, self.in_fixed_list) {
+            (2, _) => "a point, a list of its north and east",
+            (_, false) => "a symmetric positive semidefinite 4×4 matrix, a list of 4 rows",
+            (_, true) => "a row of 4 numbers of a symmetric positive semidefinite 4×4 matrix",
+        };
+        let Json::List(items) = self.json else {
+            return self.must_be(what);
+        };
+        let n_given = items.len();
+        // What is wrong with an item comes first. None is, where the visitor complains of the whole.
+        match visitor.visit_seq(Items::new(&items[..n_given.min(n_items)], true)) {
+            Err(Misfit(error)) if !error.pointer.is_empty() => Err(Misfit(error)),
+            Ok(list) if n_given == n_items => Ok(list),
+            Ok(_) | Err(_) => {
+                let detail = format!("must have {n_items} items, not {n_given}: {what}");
+                let error = FieldError::new("", "length", detail).given(n_given);
+                let limit = json!({ "least": n_items, "most": n_items });
+                Err(Misfit(Box::new(error.limit(limit))))
+            }
+        }
+    }
+
+    fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        match self.json {
+            Json::Object(members) => visitor.visit_map(Members::new(members)),
+            _ => self.must_be("an object"),
+        }
+    }
+
+    /// Never a list: members by their order say nothing of what they are.
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Misfit> {
+        self.deserialize_map(visitor)
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Misfit> {
+        match self.json {
+            Json::Text(text) => visitor.visit_enum(StrDeserializer::new(text)),
+            _ => self.must_be("text"),
+        }
+    }
+
+    fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+        visitor.visit_unit()
+    }
+
+    forward_to_deserialize_any! {
+        i8 i16 i32 i64 i128 u8 u16 u128 f32 char bytes byte_buf unit unit_struct tuple_struct identifier
+    }
+}
+
+/// The items of a list, each with its place.
+struct Items<'a> {
+    items: std::iter::Enumerate<std::slice::Iter<'a, Json<'a>>>,
+    fixed: bool,
+}
+
+impl<'a> Items<'a> {
+    fn new(items: &'a [Json<'a>], fixed: bool) -> Self {
+        Self {
+            items: items.iter().enumerate(),
+            fixed,
+        }
+    }
+}
+
+impl<'de> SeqAccess<'de> for Items<'de> {
+    type Error = Misfit;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Misfit> {
+        let Some((i, json)) = self.items.next() else {
+            return Ok(None);
+        };
+        let node = Node {
+            json,
+            in_fixed_list: self.fixed,
+        };
+        let item = seed
+            .deserialize(node)
+            .map_err(|misfit| misfit.within(&i.to_string()));
+        item.map(Some)
+    }
+}
+
+/// The members of an object, each with its name.
+struct Members<'a> {
+    members: std::slice::Iter<'a, (Cow<'a, str>, Json<'a>)>,
+    /// The one of which the name was read last.
+    member: Option<&'a (Cow<'a, str>, Json<'a>)>,
+}
+
+impl<'a> Members<'a> {
+    fn new(members: &'a [(Cow<'a, str>, Json<'a>)]) -> Self {
+        Self {
+            members: members.iter(),
+            member: None,
+        }
+    }
+}
+
+impl<'de> MapAccess<'de> for Members<'de> {
+    type Error = Misfit;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, Misfit> {
+        self.member = self.members.next();
+        let name = self.member.map(|(name, _)| StrDeserializer::new(name));
+        name.map(|name| seed.deserialize(name)).transpose()
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Misfit> {
+        let (name, json) = self.member.expect("a name is read before its value");
+        seed.deserialize(Node::whole(json))
+            .map_err(|misfit| misfit.within(name))
+    }
+}

@@ -1,0 +1,339 @@
+//! Missions as clients make, feed and see them.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use utoipa::ToSchema;
+
+use super::{
+    Method, Outcome, PlanResponse,
+    both::{Current, Forecast},
+    craft::Craft,
+    each_name_once::each_name_once,
+    request::{Acoustics, Asc, Dive, Goal, Hold, KeepOut, Limits, Path, Report},
+};
+
+/// A mission to be made: either `simulated` or `live`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NewMission {
+    /// Version of this shape: `"1.0"`.
+    #[schema(example = "1.0")]
+    pub schema_version: String,
+    /// What people call it, at most 200 bytes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    /// Vehicles of the bundled simulator.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub simulated: Option<Simulated>,
+    /// Real vehicles, whose fixes are posted as they arrive.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub live: Option<Live>,
+    /// Anything; comes back with the mission. At most 4096 bytes.
+    #[serde(default, skip_serializing_if = "Map::is_empty")]
+    #[schema(value_type = Object)]
+    pub metadata: Map<String, Value>,
+}
+
+/// A mission of the simulator: `scenario` by name, or a whole one as `scenario_file`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Simulated {
+    /// Name of a built-in scenario with a surface craft.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = "paper-intermittent")]
+    pub scenario: Option<String>,
+    /// A scenario as its TOML file has it, at most 64 KiB. It may name no other file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scenario_file: Option<String>,
+    /// Seed of everything that the scenario leaves to chance. Default: 1.
+    #[serde(default = "one")]
+    pub seed: u64,
+}
+
+fn one() -> u64 {
+    1
+}
+
+/// A mission of real vehicles. Its times are Unix times, s, but for a rehearsal's.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Live {
+    /// The underwater vehicles, 1 to 16, and what is known of their plans.
+    pub auvs: Vec<LiveAuv>,
+    /// What to do.
+    pub goal: Goal,
+    /// Current at the surface, as in a snapshot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub current: Option<Current>,
+    /// What the surface craft is allowed, as in a snapshot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<Limits>,
+    /// How the surface craft answers its references, as in a snapshot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub craft: Option<Craft>,
+    /// Discs to keep out of, as in a snapshot.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub keep_outs: Vec<KeepOut>,
+    /// Corners of the area to stay in, as in a snapshot.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub area: Vec<[f64; 2]>,
+    /// What the acoustic link needs, as in a snapshot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub acoustics: Option<Acoustics>,
+    /// Horizontal distance to keep from surfacing vehicles, as in a snapshot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surfacing_separation_m: Option<f64>,
+    /// How to guess the underwater vehicles' future, as in a snapshot.
+    #[serde(default)]
+    pub forecast: Forecast,
+    /// What the last rung of the ladder does, as in a snapshot.
+    #[serde(default)]
+    pub hold: Hold,
+    /// Time between two plans, s, from 0.5 to 60. Default: 1.
+    #[serde(default = "unit")]
+    pub period_s: f64,
+    /// For rehearsals: how many seconds pass on the mission's clock in one, from 1 to 60, since the mission was made.
+    /// Default: 1. The mission's clock shows `created_s + clock_rate · (Unix time − created_s)`.
+    #[serde(default = "unit")]
+    pub clock_rate: f64,
+    /// Where the datum of all positions lies on Earth: records as GeoJSON need it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<Origin>,
+}
+
+fn unit() -> f64 {
+    1.0
+}
+
+/// A place on Earth, WGS 84.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Origin {
+    /// Geodetic latitude, degrees, positive north.
+    pub lat_deg: f64,
+    /// Longitude, degrees, positive east.
+    pub lon_deg: f64,
+}
+
+/// An underwater vehicle of a live mission.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LiveAuv {
+    /// Its name, unique in the mission, 1 to 64 bytes.
+    #[schema(example = "auv-1")]
+    pub id: String,
+    /// The path that it follows, where that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub path: Option<Path>,
+    /// The sawtooth in which it dives, where that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dive: Option<Dive>,
+}
+
+/// What was heard, in any order: late, twice, out of turn. All of it is stored, or nothing.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Reports {
+    /// When the surface craft received them, Unix time, s. Default: when the service did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub received_s: Option<f64>,
+    /// Fixes, at most 64 of each underwater vehicle; `t_s` of each is the Unix time when it was sent.
+    #[serde(
+        default,
+        skip_serializing_if = "BTreeMap::is_empty",
+        deserialize_with = "each_name_once"
+    )]
+    pub auvs: BTreeMap<String, Vec<Report>>,
+    /// States of the surface craft, at most 64. The newest counts.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub asc: Vec<AscReport>,
+}
+
+/// A state of the surface craft.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AscReport {
+    /// When it was so, Unix time, s: at most a day ago, and at most 1 s ahead.
+    pub t_s: f64,
+    /// What it was.
+    pub state: Asc,
+}
+
+/// Where a mission is in its life.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// Made, and not begun.
+    Created,
+    /// Under way.
+    Running,
+    /// Held, to be gone on with.
+    Paused,
+    /// Over.
+    Finished,
+    /// Over, for a reason that its events tell.
+    Failed,
+}
+
+impl Status {
+    /// Whether nothing more will happen.
+    #[must_use]
+    pub fn is_over(self) -> bool {
+        matches!(self, Self::Finished | Self::Failed)
+    }
+
+    /// Its name in JSON.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Created => "created",
+            Self::Running => "running",
+            Self::Paused => "paused",
+            Self::Finished => "finished",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// A mission.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Mission {
+    /// Its name in paths.
+    pub id: String,
+    /// What people call it.
+    pub title: String,
+    /// `simulated` or `live`.
+    pub kind: String,
+    /// Where it is in its life.
+    pub status: Status,
+    /// When it was made, Unix time, s.
+    pub created_s: f64,
+    /// When it was begun, Unix time, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub started_s: Option<f64>,
+    /// When it was over, Unix time, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub finished_s: Option<f64>,
+    /// When it was planned for last, on its own clock: s since the start of a simulated mission, Unix time of a live one.
+    pub t_s: f64,
+    /// How many seconds of it pass in one; none: as fast as it can, or it is live.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_factor: Option<f64>,
+    /// Number of its last event.
+    pub sequence: u64,
+    /// What the client gave it along.
+    #[serde(default, skip_serializing_if = "Map::is_empty")]
+    #[schema(value_type = Object)]
+    pub metadata: Map<String, Value>,
+}
+
+/// Missions, in the order in which they were made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct MissionList {
+    /// Some of them.
+    pub missions: Vec<Mission>,
+    /// Where the next ones begin: the `after` to ask for them with. None: there are no more.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next: Option<u64>,
+}
+
+/// How to go on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    /// How many seconds of a simulated mission pass in one, from 0.1 to 1000. Default: as fast as it can.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_factor: Option<f64>,
+}
+
+/// How far to go on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Step {
+    /// How many plans to make and follow, from 1 to 60. Default: 1.
+    #[serde(default = "one_tick")]
+    pub ticks: u32,
+}
+
+fn one_tick() -> u32 {
+    1
+}
+
+impl Default for Step {
+    fn default() -> Self {
+        Self { ticks: one_tick() }
+    }
+}
+
+/// What was heard is on the disk.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Accepted {
+    /// Number of the event that stores it.
+    pub sequence: u64,
+}
+
+/// Where everybody truly is in a simulated mission, when a plan is made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Truth {
+    /// The surface craft.
+    pub asc: TrueVehicle,
+    /// The underwater vehicles, by name.
+    pub auvs: BTreeMap<String, TrueVehicle>,
+    /// The goal's position, m.
+    pub goal_north_m: f64,
+    /// The goal's position, m.
+    pub goal_east_m: f64,
+    /// From the surface craft to the goal, m.
+    pub distance_m: f64,
+    /// Propulsion energy since the start, J.
+    pub energy_j: f64,
+}
+
+/// A vehicle of a simulated mission.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TrueVehicle {
+    /// Position, m.
+    pub north_m: f64,
+    /// Position, m.
+    pub east_m: f64,
+    /// Depth, m, positive down.
+    pub depth_m: f64,
+    /// Heading, rad, in (−π, π].
+    pub heading_rad: f64,
+    /// Surge speed through the water, m/s.
+    pub speed_mps: f64,
+}
+
+/// The reference that counts now.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct CurrentReference {
+    /// The mission.
+    pub mission: String,
+    /// Where it is in its life: only one that is running plans anew.
+    pub status: Status,
+    /// Number of the event that stored the plan.
+    pub sequence: u64,
+    /// When the plan was made, on the mission's clock, s.
+    pub t_s: f64,
+    /// How long after it was due the plan was made, s.
+    pub late_s: f64,
+    /// Its age, s of the mission's clock. Beyond `plan.reference.valid_until_s` it should not be followed.
+    pub age_s: f64,
+    /// Whether it is what was asked for.
+    pub outcome: Outcome,
+    /// What led to it.
+    pub method: Method,
+    /// When each vehicle was last heard, on the mission's clock, s: `asc` and the AUVs of the plan.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub heard_s: BTreeMap<String, f64>,
+    /// Of whom nothing is known that another plan could rest on; empty as long as there is one every period.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub waits_for: Vec<String>,
+    /// Plans that were due and not made since the service took the mission up: it had too much to do, the disk took nothing,
+    /// or what was known made no valid facts.
+    pub missed: u64,
+    /// The plan, whole.
+    pub plan: PlanResponse,
+}

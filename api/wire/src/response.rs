@@ -1,0 +1,333 @@
+//! What clients receive.
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use utoipa::ToSchema;
+
+use super::{
+    both::{Current, Drift, Forecast, TrajectoryPoint},
+    craft::{HeadingHeld, SpeedHeld},
+};
+
+/// A plan for the surface craft.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PlanResponse {
+    /// Version of this shape: `"1.0"`.
+    pub schema_version: String,
+    /// SHA-256 of the request's meaning, hexadecimal: spelling, order of members and metadata apart,
+    /// the same request has the same id.
+    pub plan_id: String,
+    /// Whether this is what was asked for.
+    pub outcome: Outcome,
+    /// The rung of the ladder that answered; in a comparison, the law.
+    pub method: Method,
+    /// Why the outcome is `degraded`: `deadline` (it came before any program was solved), `solver_` and the status,
+    /// `certificate`, or `stale_report`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// What to steer now.
+    pub reference: Reference,
+    /// The planned trajectory, from now on, for replay until the next answer.
+    pub trajectory: Vec<TrajectoryPoint>,
+    /// Course of what the goal follows, its offset apart, when that last moved, rad, in (−π, π].
+    pub goal_course_rad: f64,
+    /// What is known of the craft: the next request's `previous_plan` needs it.
+    pub craft_estimate: CraftEstimate,
+    /// What the current was taken for, where anything tells it: the next request's `previous_plan` needs it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub current: Option<Current>,
+    /// Where the goal is expected.
+    pub goal: GoalTrajectory,
+    /// Where each underwater vehicle is expected, in the request's order.
+    pub targets: Vec<PlannedTarget>,
+    /// What the line-of-sight law would do.
+    pub baseline: Baseline,
+    /// What the solver did; absent where no program takes part.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub solver: Option<Solver>,
+    /// What the trajectory is predicted to lead to.
+    pub predicted: Predicted,
+    /// Soft limits that the plan does not keep.
+    pub violations: Vec<Violation>,
+    /// What the client should know of its own request.
+    pub warnings: Vec<Warning>,
+    /// The request's metadata.
+    #[serde(default)]
+    #[schema(value_type = Object)]
+    pub metadata: Map<String, Value>,
+}
+
+/// Whether an answer is what was asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// It is: a program was solved, and whoever is predicted to do best answered, be it the program or not.
+    Ok,
+    /// No program was solved, or the goal rests on a report that is too old; `reason` says why.
+    Degraded,
+}
+
+/// Who answered: a rung of the decision ladder, or a law that is only compared with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// The convex program.
+    Mpc,
+    /// The previous plan, followed further.
+    PreviousPlan,
+    /// The saturated line-of-sight law.
+    SaturatedLos,
+    /// Slow turn or stop.
+    Hold,
+    /// Line of sight in the tracker's frame; in comparisons only.
+    SaturatedLosTrackerFrame,
+    /// Integral line of sight; in comparisons only.
+    IntegralLos,
+    /// Way-points round a box; in comparisons only.
+    WaypointBox,
+    /// Line of sight as its source prints it, which fails; in comparisons only.
+    PrintedLos,
+}
+
+/// What is known of the craft, from what was told and from how it answered.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct CraftEstimate {
+    /// By how much the heading is behind a reference that turns steadily, its delay included, s.
+    pub heading_lag_s: Learnt,
+    /// What the heading stays off its reference, rad.
+    pub heading_offset_rad: Learnt,
+    /// What the heading loop is taken to hold.
+    pub heading_held: HeadingHeld,
+    /// By how much the speed is behind a reference that rises steadily, its delay included, s.
+    pub surge_lag_s: Learnt,
+    /// What the speed loop is taken to hold.
+    pub speed_held: SpeedHeld,
+    /// Acceleration that the speed loop gives unasked, m/s².
+    pub surge_bias_mps2: Learnt,
+    /// Sway per surge and yaw rate, s, positive where the craft drifts outwards in a turn.
+    pub sway_per_yaw_rate_s: Learnt,
+    /// Whether the craft does what is predicted of it; where not, a warning says what was expected and what was seen.
+    pub follows: bool,
+    /// Speed through the water that this answer asks for, m/s.
+    pub asked_speed_mps: f64,
+    /// Heading that it asks for, rad, in (−π, π].
+    pub asked_heading_rad: f64,
+    /// What the filters remember, to be handed back as it is.
+    pub memory: Vec<f64>,
+}
+
+/// A number that was learnt.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Learnt {
+    /// Its likeliest value, in the unit of the member's name.
+    pub value: f64,
+    /// Its standard deviation.
+    pub sigma: f64,
+}
+
+/// What the inner loops are to follow.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Reference {
+    /// Speed that the craft's loop is to hold, m/s: through the water, or over ground where `craft.speed_held` says so.
+    pub speed_mps: f64,
+    /// Heading, or course over ground where `craft.heading_held` says so, rad, in (−π, π].
+    pub heading_rad: f64,
+    /// The same for people, degrees, in [0, 360).
+    pub heading_deg: f64,
+    /// Do not follow it after this time, s on the request's clock.
+    pub valid_until_s: f64,
+}
+
+/// Where the goal is expected.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct GoalTrajectory {
+    /// One point for each of the plan's trajectory.
+    pub trajectory: Vec<GoalPoint>,
+}
+
+/// The goal at one time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct GoalPoint {
+    /// Time, s on the request's clock.
+    pub t_s: f64,
+    /// Position north of the datum, m.
+    pub north_m: f64,
+    /// Position east of the datum, m.
+    pub east_m: f64,
+    /// Northward velocity over ground, m/s.
+    pub north_mps: f64,
+    /// Eastward velocity over ground, m/s.
+    pub east_mps: f64,
+}
+
+/// Where an underwater vehicle is expected.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PlannedTarget {
+    /// The vehicle.
+    pub id: String,
+    /// Where it was when it was last heard of, from which the forecast starts.
+    pub estimate: Estimate,
+    /// The forecast model used, never `auto`.
+    pub forecast: Forecast,
+    /// How it moves beyond what its reports and the model explain, as past answers found out from one `state` without a
+    /// covariance to the next: a glider's velocity through the water, for one. Zero where nothing tells it. The next
+    /// request's `previous_plan` needs it.
+    pub drift: Drift,
+    /// One point for each of the plan's trajectory.
+    pub trajectory: Vec<TargetPoint>,
+    /// Its depth at the times of the trajectory, m, positive down.
+    pub depths_m: Vec<f64>,
+    /// How far from the trajectory it may be at its times, m: root mean square of the horizontal distance.
+    pub position_sigma_m: Vec<f64>,
+}
+
+/// Where an underwater vehicle was when it was last heard of: the request's `state`, or what its `reports` amount to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Estimate {
+    /// How long ago that was, s: age of the newest report that the estimate rests on.
+    pub age_s: f64,
+    /// Position north of the datum then, m.
+    pub north_m: f64,
+    /// Position east of the datum then, m.
+    pub east_m: f64,
+    /// Depth then, m, positive down.
+    pub depth_m: f64,
+    /// Northward velocity over ground then, m/s.
+    pub north_mps: f64,
+    /// Eastward velocity over ground then, m/s.
+    pub east_mps: f64,
+    /// Rate of turn of the course that the forecast starts with, rad/s, positive clockwise.
+    pub turn_rate_radps: f64,
+    /// Covariance of north, east, north velocity and east velocity then, row by row, in m², m²/s and m²/s². Absent
+    /// where the request gives a state without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<[[f64; 4]; 4]>,
+    /// Root mean square distance between the estimate, carried to now, and the vehicle, m. Absent as `covariance` is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_sigma_m: Option<f64>,
+    /// Which of the `reports` the estimate does not rest on, by their index, ascending: outliers, those before a jump,
+    /// and what was said twice.
+    pub rejected: Vec<usize>,
+}
+
+/// An underwater vehicle at one time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TargetPoint {
+    /// Time, s on the request's clock.
+    pub t_s: f64,
+    /// Position north of the datum, m.
+    pub north_m: f64,
+    /// Position east of the datum, m.
+    pub east_m: f64,
+}
+
+/// What the line-of-sight law would do with the same request.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Baseline {
+    /// The law.
+    pub method: Method,
+    /// Its speed reference through the water, m/s.
+    pub speed_mps: f64,
+    /// Its heading reference, rad, in (−π, π].
+    pub heading_rad: f64,
+    /// Its predicted merit, to be compared with `predicted.merit`.
+    pub predicted_merit: f64,
+    /// Its predicted root mean square distance to the goal, m.
+    pub predicted_rms_error_m: f64,
+    /// Its predicted propulsion energy over the horizon, J.
+    pub predicted_energy_j: f64,
+}
+
+/// What the solver did.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Solver {
+    /// Status of the last pass, in snake case.
+    pub status: String,
+    /// Programs solved.
+    pub passes: usize,
+    /// Interior-point iterations over all passes.
+    pub iterations: u32,
+    /// Whether the deadline cut the work short. With the outcome `ok`, a program had been solved by then, and further
+    /// ones were not tried or not finished: the best of what there was answered, whatever its `method`.
+    pub deadline_hit: bool,
+    /// Time for the whole plan, ms: the one member that differs between two equal requests.
+    pub solve_time_ms: f64,
+    /// Residuals of the last pass, recomputed outside the solver.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residuals: Option<Residuals>,
+}
+
+/// How well a solution satisfies the optimality conditions, each relative to the size of its terms.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Residuals {
+    /// Of the constraints.
+    pub primal: f64,
+    /// Of the stationarity of the cost.
+    pub dual: f64,
+    /// Between the two objectives.
+    pub gap: f64,
+}
+
+/// What a trajectory is predicted to lead to over the horizon.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Predicted {
+    /// Cost of the trajectory; less is better.
+    pub merit: f64,
+    /// Root mean square distance to the goal, m.
+    pub rms_error_m: f64,
+    /// Propulsion energy, J.
+    pub energy_j: f64,
+}
+
+/// A soft limit that a plan does not keep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Violation {
+    /// Which: `forward_speed`, `turn_rate`, `acoustic_range` (less the doubt of where the vehicle is),
+    /// `area`, `keep_out` (a disc) or `surfacing_separation` (an underwater vehicle at the surface).
+    pub limit: String,
+    /// What breaks it worst, as a JSON pointer into the request: the disc (`/keep_outs/0`), the underwater vehicle
+    /// (`/auvs/1`) or the `/area`. Absent for what the craft's own motion breaks.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pointer: Option<String>,
+    /// When it is worst, s on the request's clock.
+    pub t_s: f64,
+    /// By how much, in `unit`.
+    pub amount: f64,
+    /// Unit of `amount`.
+    pub unit: String,
+}
+
+/// Something that the client should know of its own request.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Warning {
+    /// Which, for programs.
+    pub code: String,
+    /// Where in the request, as a JSON pointer.
+    pub pointer: String,
+    /// Which, for people.
+    pub detail: String,
+}
+
+/// The same snapshot through the planner and through the laws that it is compared with.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Comparison {
+    /// The plans by controller.
+    pub plans: Plans,
+}
+
+/// Plans by controller.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Plans {
+    /// The planner's answer.
+    pub mpc: PlanResponse,
+    /// The saturated line-of-sight law's, errors in the target's frame.
+    pub saturated_los: PlanResponse,
+    /// The saturated line-of-sight law's, errors in the tracker's frame.
+    pub saturated_los_tracker_frame: PlanResponse,
+    /// Integral line of sight's. Its integral starts at zero in every request: see its warning.
+    pub integral_los: PlanResponse,
+    /// Way-points round a box. The box is drawn about one fix in every request: see its warning.
+    pub waypoint_box: PlanResponse,
+    /// The line-of-sight law's exactly as its source prints it. It runs away from the goal, and is here to show so.
+    pub printed_los: PlanResponse,
+}

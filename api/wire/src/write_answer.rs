@@ -1,0 +1,473 @@
+//! From a plan to the answer that clients receive.
+
+use std::time::Duration;
+
+use nalgebra::Vector2;
+use planner::{
+    certificate,
+    los::{LosLaw, Reference as DomainReference},
+    plan as domain,
+    plan::{Plan, SoftLimit, Subject},
+    policy::Policy,
+    snapshot as facts,
+    snapshot::{CURRENT_MAX, Evidence, Snapshot},
+    solve::SolverStatus,
+};
+use serde_json::{Map, Value};
+
+use super::{
+    SCHEMA_VERSION,
+    both::{Current, Drift, Forecast, TrajectoryPoint},
+    response::{
+        Baseline, CraftEstimate, Estimate, GoalPoint, GoalTrajectory, Learnt, Method, Outcome, PlanResponse,
+        PlannedTarget, Predicted, Reference, Residuals, Solver, TargetPoint, Violation, Warning,
+    },
+    write_request::{plan_id, rows},
+};
+
+/// A report older than this is worth a warning, s: three of the ten-second slots in which an acoustic
+/// network usually hears of every vehicle.
+const REPORT_AGE_STALE: f64 = 30.0;
+
+/// A plan with all that its answer is made of.
+#[derive(Clone, Debug)]
+pub struct Answer<'a> {
+    snapshot: &'a Snapshot,
+    plan: &'a Plan,
+    solve_time: Duration,
+    metadata: &'a Map<String, Value>,
+    plan_id: String,
+}
+
+impl<'a> Answer<'a> {
+    /// The answer to the request of `snapshot` and `metadata`, for which the planner took `solve_time`.
+    #[must_use]
+    pub fn new(
+        snapshot: &'a Snapshot,
+        plan: &'a Plan,
+        solve_time: Duration,
+        metadata: &'a Map<String, Value>,
+    ) -> Self {
+        Self {
+            snapshot,
+            plan,
+            solve_time,
+            metadata,
+            plan_id: plan_id(snapshot),
+        }
+    }
+
+    /// The planner's answer.
+    #[must_use]
+    pub fn planned(&self) -> PlanResponse {
+        let Plan {
+            reference,
+            trajectory,
+            predicted,
+            solver,
+            ..
+        } = self.plan;
+        PlanResponse {
+            outcome: if self.plan.degraded.is_some() {
+                Outcome::Degraded
+            } else {
+                Outcome::Ok
+            },
+            method: method(self.plan.method),
+            reason: self.plan.degraded.map(degraded_reason),
+            solver: Some(Solver {
+                status: status_name(solver.status).to_owned(),
+                passes: solver.scp_iterations,
+                iterations: solver.iterations,
+                deadline_hit: solver.deadline_hit,
+                solve_time_ms: self.solve_time.as_secs_f64() * 1e3,
+                residuals: solver
+                    .residuals
+                    .map(|certificate::Residuals { primal, dual, gap }| Residuals { primal, dual, gap }),
+            }),
+            violations: self.plan.violations.iter().map(violation).collect(),
+            ..self.along(
+                *reference,
+                self.plan.reference_through_water,
+                trajectory,
+                *predicted,
+            )
+        }
+    }
+
+    /// The line-of-sight law's answer to the same snapshot, in the same shape.
+    #[must_use]
+    pub fn line_of_sight(&self) -> PlanResponse {
+        let domain::Baseline {
+            reference,
+            trajectory,
+            predicted,
+            violations,
+        } = &self.plan.baseline;
+        PlanResponse {
+            violations: violations.iter().map(violation).collect(),
+            ..self.along(*reference, *reference, trajectory, *predicted)
+        }
+    }
+
+    /// Another law's answer to the same snapshot at the gains of `policy`, in the same shape. What it would remember
+    /// starts from nothing, and a warning says so.
+    #[must_use]
+    pub fn law(&self, law: LosLaw, policy: &Policy) -> PlanResponse {
+        let domain::Baseline {
+            reference,
+            trajectory,
+            predicted,
+            violations,
+        } = domain::baseline(self.snapshot, policy, law);
+        let mut answer = PlanResponse {
+            method: method(law.into()),
+            violations: violations.iter().map(violation).collect(),
+            ..self.along(reference, reference, &trajectory, predicted)
+        };
+        answer.warnings.extend(no_memory(law));
+        answer
+    }
+
+    /// What all answers have in common, and line of sight's own outcome.
+    fn along(
+        &self,
+        reference: DomainReference,
+        asked: DomainReference,
+        trajectory: &[facts::TrajectoryPoint],
+        predicted: domain::Predicted,
+    ) -> PlanResponse {
+        let baseline = &self.plan.baseline;
+        PlanResponse {
+            schema_version: SCHEMA_VERSION.to_owned(),
+            plan_id: self.plan_id.clone(),
+            outcome: Outcome::Ok,
+            method: Method::SaturatedLos,
+            reason: None,
+            reference: Reference {
+                speed_mps: reference.speed,
+                heading_rad: reference.heading.radians(),
+                heading_deg: reference.heading.compass_degrees(),
+                valid_until_s: self.plan.valid_until,
+            },
+            trajectory: trajectory.iter().map(TrajectoryPoint::from).collect(),
+            goal_course_rad: self.plan.goal_course.radians(),
+            craft_estimate: craft_estimate(self.snapshot, &self.plan.craft, asked),
+            current: self.plan.current.map(|current| Current {
+                north_mps: current.x,
+                east_mps: current.y,
+            }),
+            goal: GoalTrajectory {
+                trajectory: self.goal(),
+            },
+            targets: self
+                .plan
+                .targets
+                .iter()
+                .map(|target| self.target(target))
+                .collect(),
+            baseline: Baseline {
+                method: Method::SaturatedLos,
+                speed_mps: baseline.reference.speed,
+                heading_rad: baseline.reference.heading.radians(),
+                predicted_merit: baseline.predicted.cost,
+                predicted_rms_error_m: baseline.predicted.rms_error,
+                predicted_energy_j: baseline.predicted.energy,
+            },
+            solver: None,
+            predicted: Predicted {
+                merit: predicted.cost,
+                rms_error_m: predicted.rms_error,
+                energy_j: predicted.energy,
+            },
+            violations: Vec::new(),
+            warnings: warnings(self.snapshot, self.plan),
+            metadata: self.metadata.clone(),
+        }
+    }
+
+    fn times(&self) -> impl Iterator<Item = f64> {
+        self.plan.trajectory.iter().map(|point| point.time)
+    }
+
+    fn goal(&self) -> Vec<GoalPoint> {
+        self.times()
+            .zip(&self.plan.goal)
+            .map(|(t_s, motion)| GoalPoint {
+                t_s,
+                north_m: motion.position.x,
+                east_m: motion.position.y,
+                north_mps: motion.velocity.x,
+                east_mps: motion.velocity.y,
+            })
+            .collect()
+    }
+
+    fn target(&self, target: &domain::TargetForecast) -> PlannedTarget {
+        let point = |(t_s, position): (f64, &Vector2<f64>)| TargetPoint {
+            t_s,
+            north_m: position.x,
+            east_m: position.y,
+        };
+        PlannedTarget {
+            id: target.id.0.clone(),
+            estimate: estimate(&target.estimate),
+            forecast: Forecast::from(target.model),
+            drift: Drift::from(&target.drift),
+            trajectory: self.times().zip(&target.positions).map(point).collect(),
+            depths_m: target.depths.clone(),
+            position_sigma_m: target.position_sigmas.clone(),
+        }
+    }
+}
+
+impl From<&Vector2<f64>> for Drift {
+    fn from(drift: &Vector2<f64>) -> Self {
+        Self {
+            north_mps: drift.x,
+            east_mps: drift.y,
+        }
+    }
+}
+
+fn estimate(estimate: &planner::estimate::Estimate) -> Estimate {
+    let state = &estimate.state;
+    let velocity = state.velocity();
+    Estimate {
+        age_s: state.age,
+        north_m: state.position.x,
+        east_m: state.position.y,
+        depth_m: state.depth,
+        north_mps: velocity.x,
+        east_mps: velocity.y,
+        turn_rate_radps: state.turn_rate,
+        covariance: state.covariance.as_ref().map(rows),
+        position_sigma_m: estimate.position_sigma(),
+        rejected: estimate.rejected.clone(),
+    }
+}
+
+impl From<&facts::TrajectoryPoint> for TrajectoryPoint {
+    fn from(point: &facts::TrajectoryPoint) -> Self {
+        Self {
+            t_s: point.time,
+            north_m: point.position.x,
+            east_m: point.position.y,
+            speed_mps: point.speed,
+            heading_rad: point.heading.radians(),
+        }
+    }
+}
+
+fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
+    let stale = snapshot
+        .auvs
+        .iter()
+        .zip(snapshot.estimates())
+        .enumerate()
+        .filter(|(_, (_, estimate))| REPORT_AGE_STALE < estimate.state.age);
+    let mut warnings: Vec<_> = stale
+        .map(|(i, (auv, estimate))| Warning {
+            code: "stale_report".to_owned(),
+            pointer: match auv.evidence {
+                Evidence::State(_) => format!("/auvs/{i}/state/age_s"),
+                Evidence::Reports(_) => format!("/auvs/{i}/reports"),
+            },
+            detail: format!(
+                "{} was last heard of {} s ago; its forecast starts there",
+                auv.id, estimate.state.age
+            ),
+        })
+        .collect();
+    warnings.extend(no_current(snapshot));
+    warnings.extend(about_the_craft(snapshot, plan));
+    warnings
+}
+
+/// What the craft is not known to do, does not do, or cannot do.
+fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = Warning> {
+    let warning = |code: &str, pointer: &str, detail: String| Warning {
+        code: code.to_owned(),
+        pointer: pointer.to_owned(),
+        detail,
+    };
+    let (prior, model) = (snapshot.craft_prior(), snapshot.craft_model());
+    let unknown = (!prior.heading_declared && !prior.surge_declared).then(|| {
+        let detail = format!(
+            "nothing is told of how the craft answers: a cautious generic one is assumed (heading {:.1} s behind, {:.2} \
+             rad/s, {:.2} m/s²) and learnt from; GET /v1/crafts lists those that are known by name",
+            model.heading_lag(), model.limits.turn_rate_max, model.limits.acceleration_max
+        );
+        warning("craft_unknown", "/craft", detail)
+    });
+    let monitor = &plan.craft.monitor;
+    let does_not_follow = monitor.alarm.then(|| {
+        let asc = &snapshot.asc;
+        let detail = format!(
+            "expected heading {:.2} rad and {:.2} m/s, seen {:.2} rad and {:.2} m/s: a slower craft is planned for; check \
+             thrusters, rudder and autopilot",
+            planner::angle::wrap(asc.heading.radians() - monitor.heading_error),
+            asc.surge - monitor.speed_error,
+            asc.heading.radians(),
+            asc.surge
+        );
+        warning("craft_does_not_follow", "/asc", detail)
+    });
+    let speed_max = snapshot.limits.speed_max;
+    let current = snapshot.current();
+    let too_strong = (speed_max < current.norm()).then(|| {
+        let detail = format!(
+            "a current of {:.2} m/s is faster than the craft, {speed_max:.2} m/s: it cannot stay anywhere",
+            current.norm()
+        );
+        warning("current_exceeds_speed", "/current", detail)
+    });
+    let through_water = plan.goal.iter().map(|goal| (goal.velocity - current).norm());
+    let slowest = through_water.fold(f64::INFINITY, f64::min);
+    let outrun = (slowest.is_finite() && speed_max < slowest).then(|| {
+        let detail = format!(
+            "the goal moves through the water at {slowest:.2} m/s or more, faster than the craft, {speed_max:.2} m/s: it \
+             is not caught up with"
+        );
+        warning("goal_unreachable", "/goal", detail)
+    });
+    [unknown, does_not_follow, too_strong, outrun]
+        .into_iter()
+        .flatten()
+}
+
+fn craft_estimate(
+    snapshot: &Snapshot,
+    known: &planner::craft::CraftEstimate,
+    asked: DomainReference,
+) -> CraftEstimate {
+    let (heading_held, speed_held) = known.modes(snapshot.craft_prior());
+    let learnt = |(value, sigma): (f64, f64)| Learnt { value, sigma };
+    CraftEstimate {
+        heading_lag_s: learnt(known.heading_lag()),
+        heading_offset_rad: learnt(known.heading_offset()),
+        heading_held: heading_held.into(),
+        surge_lag_s: learnt(known.surge_lag()),
+        speed_held: speed_held.into(),
+        surge_bias_mps2: learnt(known.surge_disturbance()),
+        sway_per_yaw_rate_s: learnt((known.drift.mean, known.drift.variance.max(0.0).sqrt())),
+        follows: !known.monitor.alarm,
+        asked_speed_mps: asked.speed,
+        asked_heading_rad: asked.heading.radians(),
+        memory: known.memory().to_vec(),
+    }
+}
+
+/// Why this request does not tell the current, where it does not.
+fn no_current(snapshot: &Snapshot) -> Option<Warning> {
+    if snapshot.current.is_some() {
+        return None;
+    }
+    let previous = snapshot.previous_plan.as_ref();
+    let learnt = previous.and_then(|previous| previous.craft?.current_from_positions());
+    let instead = if snapshot.asc.ground_velocity.is_none() && learnt.is_some() {
+        "the one that positions and speed through the water tell is taken"
+    } else if snapshot.known_current().is_some() {
+        "the previous plan's current is taken"
+    } else {
+        "still water is assumed"
+    };
+    let Some(apparent) = snapshot.asc.apparent_current() else {
+        return Some(Warning {
+            code: "current_unknown".to_owned(),
+            pointer: "/current".to_owned(),
+            detail: format!("neither a current nor a ground velocity is given: {instead}"),
+        });
+    };
+    let axes = [("north", apparent.x), ("east", apparent.y)];
+    let (axis, speed) = axes.into_iter().find(|(_, speed)| CURRENT_MAX < speed.abs())?;
+    Some(Warning {
+        code: "velocities_contradict".to_owned(),
+        pointer: format!("/asc/ground_{axis}_mps"),
+        detail: format!(
+            "less the velocity through the water it leaves a current of {speed:.2} m/s, and more than {CURRENT_MAX} \
+             m/s is not believed: {instead}"
+        ),
+    })
+}
+
+/// What the law would know in a mission and does not know in a request.
+fn no_memory(law: LosLaw) -> Option<Warning> {
+    let detail = match law {
+        LosLaw::Integral => {
+            "the integral of the cross-track error starts at zero: an error that lasts is not yet felt"
+        }
+        LosLaw::WaypointBox => "the box is drawn about one fix, and its 360 s begin with this request",
+        LosLaw::SaturatedLos | LosLaw::TrackerFrame | LosLaw::Printed => return None,
+    };
+    Some(Warning {
+        code: "law_without_memory".to_owned(),
+        pointer: String::new(),
+        detail: format!("{}: {detail}", law.name()),
+    })
+}
+
+fn method(method: domain::Method) -> Method {
+    match method {
+        domain::Method::Mpc => Method::Mpc,
+        domain::Method::PreviousPlan => Method::PreviousPlan,
+        domain::Method::SaturatedLos => Method::SaturatedLos,
+        domain::Method::Hold => Method::Hold,
+        domain::Method::SaturatedLosTrackerFrame => Method::SaturatedLosTrackerFrame,
+        domain::Method::IntegralLos => Method::IntegralLos,
+        domain::Method::WaypointBox => Method::WaypointBox,
+        domain::Method::PrintedLos => Method::PrintedLos,
+    }
+}
+
+/// Why an answer is degraded, as one word for programs.
+#[must_use]
+pub fn degraded_reason(degraded: domain::Degraded) -> String {
+    match degraded {
+        domain::Degraded::Solver(status) => format!("solver_{}", status_name(status)),
+        domain::Degraded::Certificate => "certificate".to_owned(),
+        domain::Degraded::StaleReport => "stale_report".to_owned(),
+        domain::Degraded::Deadline => "deadline".to_owned(),
+    }
+}
+
+pub(super) fn status_name(status: SolverStatus) -> &'static str {
+    match status {
+        SolverStatus::Unsolved => "unsolved",
+        SolverStatus::Solved => "solved",
+        SolverStatus::AlmostSolved => "almost_solved",
+        SolverStatus::PrimalInfeasible => "primal_infeasible",
+        SolverStatus::DualInfeasible => "dual_infeasible",
+        SolverStatus::AlmostPrimalInfeasible => "almost_primal_infeasible",
+        SolverStatus::AlmostDualInfeasible => "almost_dual_infeasible",
+        SolverStatus::MaxIterations => "max_iterations",
+        SolverStatus::MaxTime => "max_time",
+        SolverStatus::NumericalError => "numerical_error",
+        SolverStatus::InsufficientProgress => "insufficient_progress",
+        SolverStatus::CallbackTerminated => "callback_terminated",
+    }
+}
+
+fn violation(violation: &domain::Violation) -> Violation {
+    let (limit, unit) = match violation.limit {
+        SoftLimit::ForwardSpeed => ("forward_speed", "m/s"),
+        SoftLimit::TurnRate => ("turn_rate", "m/s²"),
+        SoftLimit::AcousticRange => ("acoustic_range", "m"),
+        SoftLimit::Area => ("area", "m"),
+        SoftLimit::KeepOut => ("keep_out", "m"),
+        SoftLimit::SurfacingSeparation => ("surfacing_separation", "m"),
+    };
+    let pointer = match (violation.about, violation.limit) {
+        (Some(Subject::KeepOut(i)), _) => Some(format!("/keep_outs/{i}")),
+        (Some(Subject::Auv(i)), _) => Some(format!("/auvs/{i}")),
+        (None, SoftLimit::Area) => Some("/area".to_owned()),
+        (None, _) => None,
+    };
+    Violation {
+        limit: limit.to_owned(),
+        pointer,
+        t_s: violation.time,
+        amount: violation.amount,
+        unit: unit.to_owned(),
+    }
+}

@@ -1,0 +1,81 @@
+//! From a snapshot to a plan.
+
+use crate::{
+    choose::select::{baseline_of, select_answer},
+    los::law::LosLaw,
+    problem::policy::Policy,
+    program::build::Program,
+    snapshot::build::Snapshot,
+    solve::{
+        clarabel::{Solution, Solvers},
+        stop::Stop,
+    },
+};
+
+pub use crate::{
+    choose::answer::{Baseline, Method, Plan, TargetForecast},
+    problem::violation::{SoftLimit, Subject, Violation},
+    scp::{
+        predicted_cost::Predicted,
+        result::{Degraded, SolverReport},
+    },
+};
+
+/// Memory that a caller keeps between plans: programs and solvers by problem shape. It saves time and has no effect on
+/// any answer.
+#[derive(Debug, Default)]
+pub struct Workspace {
+    programs: Programs,
+    solvers: Solvers,
+}
+
+/// Programs that were stated, by shape: the part of a [`Workspace`] that is no solver's.
+#[derive(Debug, Default)]
+pub struct Programs {
+    by_shape: Vec<Program>,
+}
+
+impl Programs {
+    /// How many are kept: one for each of the shapes used last, no more than
+    /// [`SHAPES_MAX`](crate::solve::SHAPES_MAX).
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.by_shape.len()
+    }
+}
+
+/// Plans for `snapshot`.
+///
+/// The answer is always a plan: [`Plan::method`] names the fallback level that gave it.
+#[must_use]
+pub fn plan(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace) -> Plan {
+    plan_until(snapshot, policy, workspace, &Stop::never())
+}
+
+/// [`plan`] that stops when `stop` is due: the last SCP iteration that was finished answers, or else a fallback level.
+/// An answer that was not stopped is the one of [`plan`], to the bit.
+#[must_use]
+pub fn plan_until(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
+    let Workspace { programs, solvers } = workspace;
+    let solve = &mut |program: &Program| solvers.solve_until(program, stop);
+    select_answer(snapshot, policy, &mut programs.by_shape, stop, solve)
+}
+
+/// What a line-of-sight law would do with `snapshot`, at the policy's gains: [`Plan::baseline`] for each law.
+///
+/// The law starts here, whatever was answered before: an integral at zero, a box from one fix.
+#[must_use]
+pub fn baseline(snapshot: &Snapshot, policy: &Policy, law: LosLaw) -> Baseline {
+    baseline_of(snapshot, policy, law)
+}
+
+/// [`plan`] with another solver instead of Clarabel: a peer to compare with, or a failure to force.
+#[must_use]
+pub fn plan_with(
+    snapshot: &Snapshot,
+    policy: &Policy,
+    programs: &mut Programs,
+    solve: &mut dyn FnMut(&Program) -> Solution,
+) -> Plan {
+    select_answer(snapshot, policy, &mut programs.by_shape, &Stop::never(), solve)
+}

@@ -1,0 +1,318 @@
+//! Fallback levels, and the one that answers: one snapshot, one answer, never silence.
+//!
+//! Solved program → previous plan, followed further → saturated line of sight → hold.
+
+use crate::{
+    choose::answer::{Baseline, Method, Plan, TargetForecast},
+    craft::{
+        estimate::CraftEstimate,
+        response::{HALF_HOLD, Rollout, Stage},
+    },
+    facts::{
+        angle::{Heading, angle_of, wrap},
+        asc::AscNow,
+        options::HoldStyle,
+        reference::{Reference, TrajectoryPoint},
+    },
+    los::{
+        law::{LosLaw, LosTuning},
+        saturated::saturated_los,
+        tracking_law::TrackingLaw,
+    },
+    predict::goal::GoalForecast,
+    problem::{frame::SPEED_WITHOUT_DIRECTION, horizon::Horizon, policy::Policy},
+    program::build::Program,
+    scp::{
+        follower::{follow, invert_response, slew_limited, speed_lead, stage_at},
+        iterations::Scp,
+        predicted_cost::predict,
+        result::{Candidate, Degraded, ScpResult, SolverReport},
+    },
+    snapshot::build::Snapshot,
+    solve::{clarabel::Solution, stop::Stop},
+};
+
+/// Predicted costs that differ by less are as good, m² s: right above its goal a craft's is what the solver's tolerance
+/// leaves, 10⁻¹² m² s.
+const COST_TIE: f64 = 1e-6;
+
+/// How far a slow turn's heading reference leads the craft, rad, starboard.
+const SLOW_TURN_LEAD: f64 = 0.2;
+
+/// What one fallback level offers.
+#[derive(Clone)]
+struct Level {
+    method: Method,
+    reference: Reference,
+    candidate: Candidate,
+}
+
+/// Plans for `snapshot`: of the fallback levels that are available, the one of least predicted cost answers.
+pub(crate) fn select_answer(
+    snapshot: &Snapshot,
+    policy: &Policy,
+    programs: &mut Vec<Program>,
+    stop: &Stop,
+    solve: &mut dyn FnMut(&Program) -> Solution,
+) -> Plan {
+    // 1. The problem: goal and craft on the grid.
+    let goal = GoalForecast::new(snapshot);
+    let horizon = Horizon::new(snapshot, policy, &goal);
+    // 2. The law: baseline, initial guess and fallback.
+    let los_rollout = horizon.line_of_sight(snapshot, &goal, tuning(LosLaw::SaturatedLos, policy));
+    let law = saturated_los(
+        &AscNow::from(snapshot),
+        &goal.at(0.0),
+        horizon.goal_course,
+        policy.los,
+        &snapshot.limits,
+    );
+    let los = Level {
+        method: Method::SaturatedLos,
+        reference: law,
+        candidate: rolled_out(&horizon, los_rollout.stages.clone(), &los_rollout),
+    };
+    // 3. The program, unless the goal rests on a report that is too old.
+    let stale = |auv: usize| policy.is_stale(&snapshot.estimates()[auv]);
+    let scp = if goal.needs_now().any(stale) {
+        ScpResult::none(Degraded::StaleReport)
+    } else {
+        let mut scp = Scp {
+            snapshot,
+            policy,
+            horizon: &horizon,
+            goal: &goal,
+            stop,
+            solve,
+            programs,
+        };
+        scp.run(&los_rollout, los.candidate.predicted.cost)
+    };
+    // 4. The level that answers.
+    let distance = (goal.at(0.0).position - snapshot.asc.position).norm();
+    let craft = answered(snapshot, distance);
+    let best = if craft.realised.law_steers && scp.degraded != Some(Degraded::StaleReport) {
+        steered(los.clone(), snapshot, policy, &horizon)
+    } else {
+        best_level(snapshot, policy, &horizon, &scp, &los)
+    };
+    // 5. The answer.
+    let (command, through_water) = commanded(best.reference, snapshot);
+    let broken_by_program = (best.method == Method::Mpc).then_some(scp.violations);
+    let violations = best.candidate.violations.into_iter();
+    Plan {
+        method: best.method,
+        current: snapshot.known_current(),
+        craft,
+        degraded: scp.degraded,
+        reference: command,
+        reference_through_water: through_water,
+        valid_until: snapshot.time + policy.validity,
+        trajectory: horizon.trajectory(&best.candidate.stages).collect(),
+        goal: horizon.times.iter().map(|time| goal.at(*time)).collect(),
+        goal_course: goal.course(),
+        targets: TargetForecast::of_all(snapshot, &horizon.times, goal.auvs()),
+        baseline: Baseline {
+            reference: snapshot.command(&law),
+            trajectory: horizon.trajectory(&los.candidate.stages).collect(),
+            predicted: los.candidate.predicted,
+            violations: los.candidate.violations.into_iter().flatten().collect(),
+        },
+        solver: SolverReport {
+            deadline_hit: stop.was_due(),
+            ..scp.report
+        },
+        predicted: best.candidate.predicted,
+        violations: violations
+            .chain(broken_by_program.into_iter().flatten())
+            .flatten()
+            .collect(),
+        range_unattainable: horizon.constraints.range_unattainable,
+    }
+}
+
+/// The command with which the craft does what was `asked`, and what that comes to through the water.
+fn commanded(asked: Reference, snapshot: &Snapshot) -> (Reference, Reference) {
+    let asked = without_heading_offset(asked, snapshot);
+    let command = snapshot.slew_limited_command(&asked);
+    let held_back = wrap(command.heading.radians() - snapshot.command(&asked).heading.radians());
+    let through_water = Reference {
+        heading: Heading::new(asked.heading.radians() + held_back),
+        ..asked
+    };
+    (command, through_water)
+}
+
+/// The reference that makes the craft turn to that of `asked`: less what its heading stays off its reference.
+fn without_heading_offset(asked: Reference, snapshot: &Snapshot) -> Reference {
+    Reference {
+        heading: Heading::new(asked.heading.radians() - snapshot.craft_model().heading_offset),
+        ..asked
+    }
+}
+
+/// The level that answers: of those that are as good, the first.
+fn best_level(
+    snapshot: &Snapshot,
+    policy: &Policy,
+    horizon: &Horizon<'_>,
+    scp: &ScpResult,
+    los: &Level,
+) -> Level {
+    if scp.degraded == Some(Degraded::StaleReport) {
+        return hold(snapshot, horizon);
+    }
+    let planned = scp
+        .candidate
+        .as_ref()
+        .map(|candidate| planned(horizon, candidate.clone(), snapshot, policy));
+    let levels = [
+        planned,
+        previous_plan(snapshot, policy, horizon),
+        Some(los.clone()),
+    ];
+    let cost = |level: &Level| level.candidate.predicted.cost;
+    let best = levels.into_iter().flatten().reduce(|best, next| {
+        if policy.cost_decides && cost(&next) + COST_TIE < cost(&best) {
+            next
+        } else {
+            best
+        }
+    });
+    let best = best.expect("line of sight is always there");
+    steered(best, snapshot, policy, horizon)
+}
+
+/// What is known of the craft, and of who keeps it how near to its goal, `distance` m being how near now.
+fn answered(snapshot: &Snapshot, distance: f64) -> CraftEstimate {
+    let estimate = *snapshot.craft_estimate();
+    let previous = snapshot.previous_plan.as_ref();
+    let elapsed = previous
+        .and_then(|previous| Some(snapshot.time - previous.trajectory.first()?.time))
+        .map_or(0.0, |elapsed| elapsed.clamp(0.0, 10.0));
+    CraftEstimate {
+        realised: estimate.realised.after(distance, elapsed, estimate.monitor.alarm),
+        ..estimate
+    }
+}
+
+/// A level as it steers where another level may take over: the law's heading reference turns no faster than the craft, and at
+/// speed no faster than a plan's. What it is predicted to lead to stays that of the law itself.
+///
+/// Asked for a hard turn at full speed, thrusters at their limits give neither, and the heading swings for 10 s.
+/// From rest the law may turn as fast as the craft can; see `docs/tuning.md#references`.
+fn steered(level: Level, snapshot: &Snapshot, policy: &Policy, horizon: &Horizon<'_>) -> Level {
+    if level.method != Method::SaturatedLos {
+        return level;
+    }
+    let craft = snapshot.craft_model();
+    let planned = policy.planned(craft).limits;
+    let at_speed = policy.hard_turn_share * planned.speed_max < snapshot.asc.surge;
+    let rate = if at_speed {
+        planned.turn_rate_max
+    } else {
+        craft.limits.turn_rate_max
+    };
+    Level {
+        reference: slew_limited(level.reference, snapshot, horizon, rate),
+        ..level
+    }
+}
+
+/// What `law` would do from a start without memory.
+pub(crate) fn baseline_of(snapshot: &Snapshot, policy: &Policy, law: LosLaw) -> Baseline {
+    let goal = GoalForecast::new(snapshot);
+    let horizon = Horizon::new(snapshot, policy, &goal);
+    let tuning = tuning(law, policy);
+    let rollout = horizon.line_of_sight(snapshot, &goal, tuning);
+    let (predicted, violations) = predict(&horizon, &rollout, &horizon.weights);
+    let mut tracking = TrackingLaw::new(tuning, Some(horizon.goal_course));
+    Baseline {
+        reference: tracking.steer(0.0, &AscNow::from(snapshot), &goal.at(0.0), &snapshot.limits),
+        trajectory: horizon.trajectory(&rollout.stages).collect(),
+        predicted,
+        violations: violations.into_iter().flatten().collect(),
+    }
+}
+
+fn tuning(law: LosLaw, policy: &Policy) -> LosTuning {
+    LosTuning {
+        law,
+        gains: policy.los,
+        integral_gain: policy.integral_gain,
+    }
+}
+
+/// The program's own level.
+fn planned(horizon: &Horizon<'_>, candidate: Candidate, snapshot: &Snapshot, policy: &Policy) -> Level {
+    let next = horizon.trajectory(&candidate.stages).nth(1);
+    let next = next.expect("a horizon has an interval");
+    let surge = horizon.start.velocity.x;
+    let craft = policy.planned(snapshot.craft_model());
+    let lead = craft.course_lag() + HALF_HOLD;
+    let later = stage_at(horizon, &candidate.stages, 0, lead).velocity;
+    let next = TrajectoryPoint {
+        heading: if later.norm() < SPEED_WITHOUT_DIRECTION {
+            next.heading
+        } else {
+            Heading::new(snapshot.asc.heading.radians() + angle_of(&later))
+        },
+        speed: stage_at(horizon, &candidate.stages, 0, speed_lead(&craft))
+            .velocity
+            .norm(),
+        ..next
+    };
+    let asked = invert_response(surge, &next, craft.surge_disturbance, &craft);
+    Level {
+        method: Method::Mpc,
+        reference: slew_limited(asked, snapshot, horizon, craft.limits.turn_rate_max),
+        candidate,
+    }
+}
+
+/// The previous plan, followed further: its trajectory from now on, held at its end.
+fn previous_plan(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon<'_>) -> Option<Level> {
+    let previous = horizon.previous.as_ref()?;
+    let stages = horizon.stages_along(previous);
+    let rollout = follow(horizon, &stages, snapshot, policy);
+    let craft = policy.planned(snapshot.craft_model());
+    let lead = craft.course_lag() + HALF_HOLD;
+    let next = TrajectoryPoint {
+        heading: previous.at(snapshot.time + lead).heading,
+        ..previous.at(snapshot.time + speed_lead(&craft))
+    };
+    let surge = horizon.start.velocity.x;
+    let asked = invert_response(surge, &next, craft.surge_disturbance, &craft);
+    Some(Level {
+        method: Method::PreviousPlan,
+        reference: slew_limited(asked, snapshot, horizon, craft.limits.turn_rate_max),
+        candidate: rolled_out(horizon, stages, &rollout),
+    })
+}
+
+/// The candidate of `stages`, `rollout` being what following it leads to.
+fn rolled_out(horizon: &Horizon<'_>, stages: Vec<Stage>, rollout: &Rollout) -> Candidate {
+    let (predicted, violations) = predict(horizon, rollout, &horizon.weights);
+    Candidate {
+        stages,
+        predicted,
+        violations,
+    }
+}
+
+/// Nothing to follow: turn slowly on the spot, or stop, as the client chose.
+fn hold(snapshot: &Snapshot, horizon: &Horizon<'_>) -> Level {
+    let law = |heading: Heading| match snapshot.hold {
+        HoldStyle::Stop => Reference { speed: 0.0, heading },
+        HoldStyle::SlowTurn => Reference {
+            speed: snapshot.limits.speed_min,
+            heading: Heading::new(heading.radians() + SLOW_TURN_LEAD),
+        },
+    };
+    let rollout = horizon.roll_out(snapshot.craft_model(), |_, asc, _| law(asc.heading));
+    Level {
+        method: Method::Hold,
+        reference: law(snapshot.asc.heading),
+        candidate: rolled_out(horizon, rollout.stages.clone(), &rollout),
+    }
+}

@@ -1,0 +1,196 @@
+//! The surface craft with its inner loops closed, as the planner sees it: a first-order surge within
+//! its acceleration limits, and a heading that turns no faster than it can.
+
+use nalgebra::Vector2;
+
+use crate::{
+    craft::model::CraftModel,
+    facts::{
+        angle::{Heading, wrap},
+        asc::AscNow,
+        reference::Reference,
+    },
+};
+
+/// Longest interval at which a rolled-out law looks again, s: the rate at which plans are asked for.
+const LAW_INTERVAL: f64 = 1.0;
+
+/// Half of the time for which a reference is held, s: plans are asked for once a second.
+pub(crate) const HALF_HOLD: f64 = 0.5;
+
+/// The surge disturbance an interval later, m/s²: the loop's integral part gathers what its proportional part, `acceleration − bias`,
+/// asks for. Without an integrator it stays.
+///
+/// ```text
+/// ḃ = (a − b) / T_i
+/// ```
+fn disturbance_after(dt: f64, bias: f64, acceleration: f64, craft: &CraftModel) -> f64 {
+    let (limits, most) = (&craft.limits, craft.surge_disturbance_max());
+    let Some(integral_time) = craft.integral_time else {
+        return bias;
+    };
+    let asked = (acceleration - bias).clamp(-limits.deceleration_max, limits.acceleration_max);
+    (bias + asked * (1.0 - (-dt / integral_time).exp())).clamp(-most, most)
+}
+
+/// The surge disturbance at the stages of a trajectory, m/s²: the craft's first, then what the trajectory's own accelerations make of it.
+pub(crate) fn surge_disturbances(
+    stages: &[Stage],
+    steps: &[f64],
+    craft: &CraftModel,
+) -> impl Iterator<Item = f64> {
+    let later = stages
+        .windows(2)
+        .zip(steps)
+        .scan(craft.surge_disturbance, |bias, (pair, dt)| {
+            let acceleration = (pair[1].velocity.norm() - pair[0].velocity.norm()) / dt;
+            *bias = disturbance_after(*dt, *bias, acceleration, craft);
+            Some(*bias)
+        });
+    std::iter::once(craft.surge_disturbance).chain(later)
+}
+
+/// Position and velocity through the water at one stage.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stage {
+    /// Position (north, east) or (ahead, starboard), m.
+    pub(crate) position: Vector2<f64>,
+    /// Velocity through the water in the same frame, m/s.
+    pub(crate) velocity: Vector2<f64>,
+}
+
+/// Where a law leads.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Rollout {
+    /// The craft at the stages 0 … N.
+    pub(crate) stages: Vec<Stage>,
+    /// Where it is after every second at most.
+    pub(crate) waypoints: Vec<Waypoint>,
+}
+
+/// A place between two stages.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Waypoint {
+    /// The stage k that the interval ends with.
+    pub(crate) stage: usize,
+    /// How much of the interval is over, in (0, 1].
+    pub(crate) share: f64,
+    /// Position in the frame of the stages, m.
+    pub(crate) position: Vector2<f64>,
+}
+
+/// A craft's surge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Surge {
+    /// Speed through the water, m/s.
+    pub(crate) speed: f64,
+    /// Acceleration that the surge loop gives unasked, m/s².
+    pub(crate) bias: f64,
+}
+
+/// A craft that does what a guidance law asks, as far as it can.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Response<'a> {
+    /// How the craft answers.
+    pub(crate) craft: &'a CraftModel,
+    /// Current, m/s, in the frame of the stages.
+    pub(crate) current: Vector2<f64>,
+    /// Heading reference that the craft is following at the start, in the frame of the stages, where one is known.
+    pub(crate) heading_reference: Option<Heading>,
+}
+
+impl Response<'_> {
+    /// Stages 0 … N of the craft that starts at `start` on `heading` and follows `law` over `steps`, and where it
+    /// is in between. The law is asked once a second at most; it gets the time
+    /// since the start, s, the craft, and its surge. Its heading reference reaches the craft through the slew limiter that
+    /// every answer passes: it turns no faster than the craft.
+    pub(crate) fn roll_out(
+        &self,
+        start: Stage,
+        heading: Heading,
+        steps: &[f64],
+        mut law: impl FnMut(f64, &AscNow, Surge) -> Reference,
+    ) -> Rollout {
+        let mut asc = AscNow {
+            position: start.position,
+            heading,
+            current: self.current,
+        };
+        let mut surge = Surge {
+            speed: start.velocity.dot(&heading.unit()),
+            bias: self.craft.surge_disturbance,
+        };
+        let mut followed = self.heading_reference;
+        let (mut stages, mut waypoints) = (vec![start], Vec::new());
+        let mut time = 0.0;
+        for (i, step) in steps.iter().enumerate() {
+            let n_parts = (step / LAW_INTERVAL).ceil().max(1.0);
+            let dt = step / n_parts;
+            let (begin, end) = (time, time + step);
+            while time < end - 0.5 * dt {
+                let asked = law(time, &asc, surge);
+                let slew = self.craft.limits.turn_rate_max * dt;
+                let reference = Reference {
+                    heading: followed.map_or(asked.heading, |from| {
+                        limited_heading(asked.heading, from, asc.heading, slew)
+                    }),
+                    ..asked
+                };
+                followed = Some(reference.heading);
+                (asc, surge) = self.after(dt, &asc, surge, &reference);
+                time += dt;
+                waypoints.push(Waypoint {
+                    stage: i + 1,
+                    share: ((time - begin) / step).min(1.0),
+                    position: asc.position,
+                });
+            }
+            time = end;
+            stages.push(Stage {
+                position: asc.position,
+                velocity: asc.heading.unit() * surge.speed,
+            });
+        }
+        Rollout { stages, waypoints }
+    }
+
+    /// The craft and its speed an interval later, midpoint in position.
+    fn after(&self, dt: f64, asc: &AscNow, surge: Surge, reference: &Reference) -> (AscNow, Surge) {
+        let (craft, limits) = (self.craft, &self.craft.limits);
+        let Surge { speed, bias } = surge;
+        // (u_ref − (u + u′)/2)/τ with u′ = u + a dt, solved for a.
+        let asked = (reference.speed - speed) / (craft.surge_lag().max(0.5 * dt) + 0.5 * dt);
+        let acceleration = asked.clamp(-limits.deceleration_max, limits.acceleration_max) + bias;
+        let (psi, psi_ref) = (asc.heading.radians(), reference.heading.radians());
+        let turn_rate = (wrap(psi_ref - psi) / craft.heading_lag().max(dt))
+            .clamp(-limits.turn_rate_max, limits.turn_rate_max);
+        let middle = Heading::new(psi + 0.5 * dt * turn_rate).unit();
+        let velocity = middle * (speed + 0.5 * dt * acceleration) + self.current;
+        let heading = Heading::new(psi + dt * turn_rate);
+        let asc = AscNow {
+            position: asc.position + velocity * dt,
+            heading,
+            ..*asc
+        };
+        let surge = Surge {
+            speed: speed + dt * acceleration,
+            bias: disturbance_after(dt, bias, acceleration, craft),
+        };
+        (asc, surge)
+    }
+}
+
+/// Farthest that a heading reference may be from the bow, rad: beyond half a turn a heading loop takes the other way round.
+const REFERENCE_AHEAD_MAX: f64 = 2.6;
+
+/// The heading reference that follows `from` on the way to `asked`, no farther than `slew`, rad. It turns the way that the
+/// bow has to turn, and stays on that side of it.
+///
+/// Limited about the *reference before*, not about the bow: a craft whose loop lags must be asked for what lies ahead of
+/// its bow by rate times lag, or it never turns as fast as it can.
+pub(crate) fn limited_heading(asked: Heading, from: Heading, bow: Heading, slew: f64) -> Heading {
+    let psi = bow.radians();
+    let ahead = wrap(from.radians() - psi);
+    let step = (wrap(asked.radians() - psi) - ahead).clamp(-slew, slew);
+    Heading::new(psi + (ahead + step).clamp(-REFERENCE_AHEAD_MAX, REFERENCE_AHEAD_MAX))
+}

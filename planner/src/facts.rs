@@ -1,0 +1,14 @@
+//! Facts: what is measured, declared or asked for, each with the range in which it is accepted.
+
+pub mod angle;
+pub(crate) mod asc;
+pub(crate) mod auv;
+pub(crate) mod bounds;
+pub(crate) mod evidence;
+pub(crate) mod goal;
+pub(crate) mod invalid_field;
+pub(crate) mod known_path;
+pub(crate) mod options;
+pub mod path;
+pub(crate) mod ranges;
+pub(crate) mod reference;

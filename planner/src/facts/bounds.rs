@@ -1,0 +1,317 @@
+//! Where the craft is meant to stay: discs to keep out of, an area to stay in, an acoustic range to keep, and how far
+//! from AUVs at the surface.
+
+use std::{f64::consts::TAU, ops::RangeInclusive};
+
+use nalgebra::Vector2;
+
+use crate::facts::{
+    invalid_field::{InvalidField, InvalidReason},
+    ranges::COORDINATE_MAX,
+};
+
+/// Most discs to keep out of.
+pub const KEEP_OUTS_MAX: usize = 32;
+
+/// Radius of a disc to keep out of, m: from what a craft can distinguish from a point to a large harbour.
+pub const KEEP_OUT_RADIUS: RangeInclusive<f64> = 0.1..=1.0e4;
+
+/// Number of corners of an area.
+pub const AREA_CORNERS: RangeInclusive<usize> = 3..=64;
+
+/// Acoustic range, m: nearer than the least no craft stays, farther than the most no modem reaches.
+pub const ACOUSTIC_RANGE: RangeInclusive<f64> = 1.0..=2.0e4;
+
+/// Distance to keep from an AUV at the surface, m. Assumption: from half the length of a small craft to what a craft
+/// that looks after AUVs may still be asked for.
+pub const SURFACING_SEPARATION: RangeInclusive<f64> = 0.5..=100.0;
+
+/// Shortest side of an area and its least width, m: what is smaller is a mistake.
+const AREA_SIZE_MIN: f64 = 0.1;
+
+/// How far a corner may turn to the wrong side, rad: corners on a straight side are welcome, however they were
+/// rounded. A side of a kilometre then leaves the area by a millimetre.
+const STRAIGHT: f64 = 1.0e-6;
+
+/// A disc to keep out of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeepOut {
+    /// Its centre (north, east), m.
+    pub centre: Vector2<f64>,
+    /// Its radius, m.
+    pub radius: f64,
+}
+
+/// Everything that is wrong with the bounds of an observation, by field.
+#[must_use]
+pub fn bounds_faults(
+    keep_outs: &[KeepOut],
+    area: &[Vector2<f64>],
+    range_max: Option<f64>,
+) -> Vec<InvalidField> {
+    let mut faults = Vec::new();
+    if KEEP_OUTS_MAX < keep_outs.len() {
+        faults.push(wrong_length("keep_outs", keep_outs.len(), 0..=KEEP_OUTS_MAX));
+    }
+    for (i, disc) in keep_outs.iter().enumerate() {
+        for (name, given, range) in [
+            ("north_m", disc.centre.x, -COORDINATE_MAX..=COORDINATE_MAX),
+            ("east_m", disc.centre.y, -COORDINATE_MAX..=COORDINATE_MAX),
+            ("radius_m", disc.radius, KEEP_OUT_RADIUS),
+        ] {
+            faults.extend(outside(format!("keep_outs/{i}/{name}"), given, range));
+        }
+    }
+    faults.extend(area_faults(area));
+    if let Some(range) = range_max {
+        faults.extend(outside("acoustics/range_max_m".to_owned(), range, ACOUSTIC_RANGE));
+    }
+    faults
+}
+
+/// What is wrong with the distance to keep from an AUV at the surface.
+pub(crate) fn separation_fault(separation: Option<f64>) -> Option<InvalidField> {
+    outside(
+        "surfacing_separation_m".to_owned(),
+        separation?,
+        SURFACING_SEPARATION,
+    )
+}
+
+/// The corners of a checked area clockwise, seen from above, and the first of them as before.
+pub(crate) fn clockwise(mut area: Vec<Vector2<f64>>) -> Vec<Vector2<f64>> {
+    if doubled_area(&area) < 0.0 {
+        area[1..].reverse();
+    }
+    area
+}
+
+fn area_faults(area: &[Vector2<f64>]) -> Vec<InvalidField> {
+    if area.is_empty() {
+        return Vec::new();
+    }
+    if !AREA_CORNERS.contains(&area.len()) {
+        return vec![wrong_length("area", area.len(), AREA_CORNERS)];
+    }
+    let mut faults = Vec::new();
+    for (i, corner) in area.iter().enumerate() {
+        for (axis, given) in [corner.x, corner.y].into_iter().enumerate() {
+            let range = -COORDINATE_MAX..=COORDINATE_MAX;
+            faults.extend(outside(format!("area/{i}/{axis}"), given, range));
+        }
+    }
+    // Numbers that are not finite have no sides to measure.
+    if faults.is_empty() {
+        faults.extend(shape_fault(area));
+    }
+    faults
+}
+
+/// The first reason why `area` is not the border of a convex area, once round.
+fn shape_fault(area: &[Vector2<f64>]) -> Option<InvalidField> {
+    let fault = |field: String, reason| Some(InvalidField { field, reason });
+    let n = area.len();
+    let side = |i: usize| area[(i + 1) % n] - area[i % n];
+    for i in 0..n {
+        let given = side(i).norm();
+        if given < AREA_SIZE_MIN {
+            let least = AREA_SIZE_MIN;
+            return fault(
+                format!("area/{}", (i + 1) % n),
+                InvalidReason::TooNear { given, least },
+            );
+        }
+    }
+    let given = (0..n).map(|i| width_from(area, i)).fold(f64::INFINITY, f64::min);
+    if given < AREA_SIZE_MIN {
+        let least = AREA_SIZE_MIN;
+        return fault("area".to_owned(), InvalidReason::TooNarrow { given, least });
+    }
+    let turn = |i: usize| {
+        let (before, after) = (side(i + n - 1), side(i));
+        before.perp(&after).atan2(before.dot(&after))
+    };
+    let orientation = doubled_area(area).signum();
+    let mut turned = 0.0;
+    for i in 0..n {
+        // Measured as a corner of an area turns that goes round it the way that this one does.
+        let given = orientation * turn(i);
+        turned += given;
+        // Rounding adds up to far less than the radian that tells one turn from two.
+        if given < -STRAIGHT || TAU + 1.0 < turned {
+            return fault(format!("area/{i}"), InvalidReason::NotConvex { given });
+        }
+    }
+    None
+}
+
+/// Distance of the farthest corner from the line along side `i`, m.
+fn width_from(area: &[Vector2<f64>], i: usize) -> f64 {
+    let along = (area[(i + 1) % area.len()] - area[i]).normalize();
+    let across = area.iter().map(|corner| along.perp(&(corner - area[i])).abs());
+    across.fold(0.0, f64::max)
+}
+
+/// Twice the enclosed area, m², positive where the corners go clockwise seen from above.
+fn doubled_area(area: &[Vector2<f64>]) -> f64 {
+    // From one of the corners: far from the datum the differences would drown.
+    let fan = area
+        .windows(2)
+        .map(|pair| (pair[0] - area[0]).perp(&(pair[1] - area[0])));
+    fan.sum()
+}
+
+fn outside(field: String, given: f64, range: RangeInclusive<f64>) -> Option<InvalidField> {
+    let within = range.contains(&given);
+    let (least, most) = range.into_inner();
+    let reason = InvalidReason::OutOfRange { given, least, most };
+    (!within).then_some(InvalidField { field, reason })
+}
+
+fn wrong_length(field: &str, given: usize, range: RangeInclusive<usize>) -> InvalidField {
+    let (least, most) = range.into_inner();
+    InvalidField {
+        field: field.to_owned(),
+        reason: InvalidReason::Length { given, least, most },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn corners(points: &[[f64; 2]]) -> Vec<Vector2<f64>> {
+        points.iter().map(|point| Vector2::from(*point)).collect()
+    }
+
+    /// Where the area is at fault, and why.
+    fn fault(points: &[[f64; 2]]) -> Option<(String, InvalidReason)> {
+        let faults = area_faults(&corners(points));
+        assert!(faults.len() < 2, "{faults:?}");
+        faults.into_iter().next().map(|fault| (fault.field, fault.reason))
+    }
+
+    const SQUARE: [[f64; 2]; 4] = [[0.0, 0.0], [100.0, 0.0], [100.0, 50.0], [0.0, 50.0]];
+
+    #[test]
+    fn a_convex_area_may_go_round_either_way_and_have_corners_on_its_sides() {
+        let mut points = SQUARE.to_vec();
+        assert_eq!(fault(&points), None);
+        points.reverse();
+        assert_eq!(fault(&points), None);
+        // A third of the way along two of the sides, as rounded as doubles are.
+        let (north, east) = (100.0 / 3.0, 50.0 / 3.0);
+        let dense = [
+            SQUARE[0],
+            [north, 0.0],
+            SQUARE[1],
+            SQUARE[2],
+            SQUARE[3],
+            [0.0, east],
+        ];
+        assert_eq!(fault(&dense), None);
+    }
+
+    #[test]
+    fn a_corner_that_turns_the_other_way_is_named_whichever_way_the_area_goes_round() {
+        let mut points = vec![SQUARE[0], SQUARE[1], [40.0, 20.0], SQUARE[2], SQUARE[3]];
+        let (field, reason) = fault(&points).expect("a notch");
+        assert_eq!(field, "area/2");
+        assert!(matches!(reason, InvalidReason::NotConvex { given } if given < -0.5));
+        points.reverse();
+        assert_eq!(fault(&points).expect("a notch").0, "area/2");
+    }
+
+    #[test]
+    fn a_border_that_goes_round_twice_or_crosses_itself_is_not_convex() {
+        let star: Vec<_> = (0..5)
+            .map(|k| (f64::from(k) * 0.8 * std::f64::consts::PI).sin_cos())
+            .map(|(sin, cos)| [100.0 * cos, 100.0 * sin])
+            .collect();
+        let (_, reason) = fault(&star).expect("a pentagram turns twice");
+        assert!(matches!(reason, InvalidReason::NotConvex { given } if given > 0.0));
+        let bow_tie = [SQUARE[0], SQUARE[2], SQUARE[1], SQUARE[3]];
+        assert!(matches!(
+            fault(&bow_tie),
+            Some((_, InvalidReason::NotConvex { .. }))
+        ));
+    }
+
+    #[test]
+    fn a_point_given_twice_and_an_area_without_width_are_refused() {
+        let closed = [SQUARE[0], SQUARE[1], SQUARE[2], SQUARE[0]];
+        let (field, reason) = fault(&closed).expect("closed as some formats close it");
+        assert_eq!(field, "area/0");
+        assert_eq!(
+            reason,
+            InvalidReason::TooNear {
+                given: 0.0,
+                least: AREA_SIZE_MIN
+            }
+        );
+        let sliver = [[0.0, 0.0], [100.0, 0.0], [50.0, 0.05]];
+        let (field, reason) = fault(&sliver).expect("5 cm wide");
+        assert_eq!(field, "area");
+        assert!(matches!(reason, InvalidReason::TooNarrow { given, .. } if given < 0.05 + 1e-12));
+        let line = [[0.0, 0.0], [100.0, 0.0], [200.0, 0.0]];
+        assert!(fault(&line).is_some());
+    }
+
+    #[test]
+    fn no_number_that_is_not_finite_and_no_size_goes_unseen() {
+        let disc = |radius| KeepOut {
+            centre: Vector2::new(1.0, f64::NAN),
+            radius,
+        };
+        let fields: Vec<_> = bounds_faults(
+            &[disc(1.0), disc(0.05)],
+            &corners(&[[0.0; 2]; 2]),
+            Some(f64::INFINITY),
+        )
+        .into_iter()
+        .map(|fault| fault.field)
+        .collect();
+        let expected = [
+            "keep_outs/0/east_m",
+            "keep_outs/1/east_m",
+            "keep_outs/1/radius_m",
+            "area",
+            "acoustics/range_max_m",
+        ];
+        assert_eq!(fields, expected);
+        assert_eq!(
+            fault(&[[0.0, 0.0], [1.0, f64::INFINITY], [2.0, 0.0]])
+                .expect("not finite")
+                .0,
+            "area/1/1"
+        );
+        let many = vec![[0.0; 2]; 65];
+        assert!(matches!(
+            fault(&many),
+            Some((_, InvalidReason::Length { given: 65, .. }))
+        ));
+    }
+
+    #[test]
+    fn a_separation_that_is_none_is_named_with_its_range() {
+        for given in [0.499, 100.001, -5.0, f64::INFINITY] {
+            let fault = separation_fault(Some(given)).expect("outside");
+            let (least, most) = (0.5, 100.0);
+            assert_eq!(fault.field, "surfacing_separation_m");
+            assert_eq!(fault.reason, InvalidReason::OutOfRange { given, least, most });
+        }
+        assert!(separation_fault(Some(f64::NAN)).is_some());
+        for welcome in [None, Some(0.5), Some(5.0), Some(100.0)] {
+            assert_eq!(separation_fault(welcome), None);
+        }
+    }
+
+    #[test]
+    fn a_stored_area_goes_clockwise_from_the_corner_that_was_first() {
+        let clock = corners(&SQUARE);
+        assert_eq!(clockwise(clock.clone()), clock);
+        let counter = corners(&[SQUARE[0], SQUARE[3], SQUARE[2], SQUARE[1]]);
+        assert_eq!(clockwise(counter), clock);
+        assert!(clockwise(Vec::new()).is_empty());
+    }
+}

@@ -1,0 +1,156 @@
+//! What is wrong with a field that came from outside.
+
+use std::fmt;
+
+/// One reason why what was given cannot be used.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InvalidField {
+    /// Where, as slash-separated names that carry units: `auvs/0/state/speed_mps`.
+    pub field: String,
+    /// What is wrong.
+    pub reason: InvalidReason,
+}
+
+/// What is wrong with a field.
+#[derive(Clone, Debug, PartialEq)]
+pub enum InvalidReason {
+    /// Not finite, or outside its range.
+    OutOfRange {
+        /// The value.
+        given: f64,
+        /// Least value accepted.
+        least: f64,
+        /// Largest value accepted.
+        most: f64,
+    },
+    /// Too few or too many items or bytes.
+    Length {
+        /// How many there are.
+        given: usize,
+        /// Fewest accepted.
+        least: usize,
+        /// Most accepted.
+        most: usize,
+    },
+    /// A name stands twice.
+    Duplicate {
+        /// The name.
+        given: String,
+    },
+    /// A name that no vehicle has.
+    UnknownVehicle {
+        /// The name.
+        given: String,
+    },
+    /// Weights of which none is positive.
+    AllZero,
+    /// A path is needed, and none is known.
+    NoPath {
+        /// Of which vehicle; none where several are followed together, which have no path in common.
+        given: Option<String>,
+    },
+    /// Times that do not increase, s, or arc lengths, m.
+    NotIncreasing {
+        /// The one that is not after the one before it.
+        given: f64,
+        /// The one before it.
+        before: f64,
+    },
+    /// A covariance by which something would be known better than exactly.
+    NegativeVariance {
+        /// Its least eigenvalue.
+        given: f64,
+    },
+    /// A segment that does not begin where the one before it ends.
+    Gap {
+        /// How far away it begins, m.
+        given: f64,
+        /// Farthest accepted, m.
+        most: f64,
+    },
+    /// A path that changes its direction at a point.
+    Kink {
+        /// By how much, rad, never negative.
+        given: f64,
+        /// Most accepted, rad.
+        most: f64,
+    },
+    /// A fillet that its legs have no room for.
+    Fillet {
+        /// Its radius, m.
+        given: f64,
+        /// Largest radius for which all legs have room, m.
+        most: f64,
+    },
+    /// A corner that no convex area has: it turns to the other side than the area does, or the corners before it
+    /// have gone round once already.
+    NotConvex {
+        /// By how much it turns, rad, positive to the side to which the area turns.
+        given: f64,
+    },
+    /// A corner on the corner before it, or almost.
+    TooNear {
+        /// How far from it, m.
+        given: f64,
+        /// Least distance accepted, m.
+        least: f64,
+    },
+    /// An area that is hardly more than a line.
+    TooNarrow {
+        /// How wide it is, m.
+        given: f64,
+        /// Least width accepted, m.
+        least: f64,
+    },
+}
+
+impl fmt::Display for InvalidField {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.field, self.reason)
+    }
+}
+
+impl fmt::Display for InvalidReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            InvalidReason::OutOfRange { given, least, most } => {
+                write!(f, "{given} is not in [{least}, {most}]")
+            }
+            InvalidReason::Length { given, least, most } => {
+                write!(f, "has {given} items or bytes, {least} to {most} are accepted")
+            }
+            InvalidReason::Duplicate { given } => write!(f, "the name {given:?} stands twice"),
+            InvalidReason::UnknownVehicle { given } => write!(f, "no vehicle is called {given:?}"),
+            InvalidReason::AllZero => f.write_str("every weight is 0"),
+            InvalidReason::NoPath { given: Some(given) } => write!(f, "no path is known of {given:?}"),
+            InvalidReason::NoPath { given: None } => f.write_str("several vehicles have no path in common"),
+            InvalidReason::NotIncreasing { given, before } => {
+                write!(f, "{given} does not come after {before}")
+            }
+            InvalidReason::NegativeVariance { given } => {
+                write!(f, "is no covariance: it has the eigenvalue {given}")
+            }
+            InvalidReason::Gap { given, most } => {
+                write!(f, "begins {given} m from where the path is, {most} m is accepted")
+            }
+            InvalidReason::Kink { given, most } => {
+                write!(f, "turns by {given} rad at a point, {most} rad is accepted")
+            }
+            InvalidReason::Fillet { given, most } => {
+                write!(f, "no room for a fillet of {given} m, only {most} m")
+            }
+            InvalidReason::NotConvex { given } => {
+                write!(f, "turns by {given} rad, as no corner of a convex area does")
+            }
+            InvalidReason::TooNear { given, least } => {
+                write!(
+                    f,
+                    "is {given} m from the corner before it, {least} m is the least"
+                )
+            }
+            InvalidReason::TooNarrow { given, least } => {
+                write!(f, "is {given} m wide, {least} m is the least")
+            }
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! A path that an AUV is known to follow: where on it the AUV is, and how fast it goes along it.
+
+use std::sync::Arc;
+
+use nalgebra::Vector2;
+
+use crate::facts::{
+    angle::{direction, ned_from_body},
+    evidence::{AuvState, SPEED_AT_REST},
+    path::curve::Path,
+};
+
+/// A path that an AUV is known to follow.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KnownPath {
+    /// The path.
+    pub path: Arc<Path>,
+    /// Horizontal speed through the water `u_h`, m/s.
+    #[doc(alias = "u_h")]
+    pub horizontal_speed: f64,
+}
+
+/// Farther than this from its path, an AUV is not on it yet, and [`ForecastChoice::Auto`] guesses from its motion
+/// alone, m.
+///
+/// Assumption: ten standard deviations of an acoustic fix (1.5 m); less than any lane is long.
+pub(crate) const OFFSET_FROM_PATH_MAX: f64 = 15.0;
+
+/// Position uncertainty in the search for the place on the path, m: two standard deviations of an acoustic fix (1.5 m),
+/// or what a follower is off its path in a current. Within it, the course says more than the distance.
+const POSITION_UNCERTAINTY: f64 = 3.0;
+
+/// By how much a place on the path that leads against the reported course must be closer than one that leads
+/// along it. Assumption: lanes of a lawn-mower are distinguished up to four fifths of the way between them.
+const WRONG_WAY: f64 = 4.0;
+
+/// Arc length at which a vehicle in `state` is on the path that it is known to follow: the closest place, but a place
+/// that leads against the vehicle's course counts as farther away.
+pub(crate) fn place_on_path(state: &AuvState, known: &KnownPath, current: &Vector2<f64>) -> f64 {
+    known.path.closest_by(&state.position, |distance, point| {
+        // Against a strong current the vehicle goes backwards along its path.
+        let forward = speed_along(known.horizontal_speed, current, point.tangent).signum();
+        let agreement = if state.speed < SPEED_AT_REST {
+            1.0
+        } else {
+            (direction(point.tangent) * forward).dot(&state.course.unit())
+        };
+        (distance + POSITION_UNCERTAINTY) * (1.0 + (WRONG_WAY - 1.0) * 0.5 * (1.0 - agreement))
+    })
+}
+
+/// Speed over ground along a tangent, m/s, of a vehicle of horizontal speed `u_h` through the water that holds its
+/// course in a `current` (north, east), m/s.
+pub(crate) fn speed_along(u_h: f64, current: &Vector2<f64>, tangent: f64) -> f64 {
+    let in_path_frame = ned_from_body(tangent).transpose() * current;
+    let (along, across) = (in_path_frame.x, in_path_frame.y);
+    along + (u_h * u_h - across * across).max(0.0).sqrt()
+}

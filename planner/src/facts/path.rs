@@ -1,0 +1,19 @@
+//! Horizontal paths made of lines and arcs, parametrised by arc length.
+//!
+//! A [`Path`] is put together from lengths and angles ([`Path::starting_at`], [`Path::lawn_mower`]), or from
+//! what comes from outside and is checked ([`Path::from_segments`], [`Path::waypoints`], [`Path::circle`]).
+//! A [`SpeedProfile`] says how fast to go along one.
+
+mod build;
+mod closest;
+pub(crate) mod curve;
+pub(crate) mod piece;
+pub(crate) mod segment;
+pub(crate) mod speed_profile;
+#[cfg(test)]
+mod tests;
+
+pub use curve::{Path, Side};
+pub use piece::PathPoint;
+pub use segment::{GAP_MAX, InvalidPath, KINK_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX, Segment};
+pub use speed_profile::SpeedProfile;

@@ -1,0 +1,93 @@
+//! Paths from segments, way-points or a circle, checked.
+
+use std::f64::consts::TAU;
+
+use nalgebra::Vector2;
+
+use crate::facts::{
+    angle::{direction, wrap},
+    invalid_field::InvalidReason,
+    path::{
+        curve::{Path, Side},
+        piece::Piece,
+        segment::{GAP_MAX, InvalidPath, SEGMENTS_MAX, Segment, invalid, require_count, require_straight},
+    },
+};
+
+impl Path {
+    /// A path of segments that join, each where and in which direction the one before it ends; if `closed`,
+    /// the first at the end of the last.
+    ///
+    /// A closed path of way-points alone returns to its first point by itself, with a fillet there too.
+    ///
+    /// Fails with the first segment or point that is not finite, too short or too far ([`LENGTH_MIN`](super::LENGTH_MIN),
+    /// [`LENGTH_MAX`](super::LENGTH_MAX)), begins elsewhere ([`GAP_MAX`]), turns at a point ([`KINK_MAX`](super::KINK_MAX)), or has legs too short
+    /// for its fillets.
+    pub fn from_segments(segments: &[Segment], closed: bool) -> Result<Self, InvalidPath> {
+        let given = segments.iter().map(Segment::count).sum();
+        require_count("segments", given, 1..=SEGMENTS_MAX)?;
+        let mut path = Self::starting_at(Vector2::zeros(), 0.0);
+        let ring = closed && segments.len() == 1;
+        for (i, segment) in segments.iter().enumerate() {
+            let field = format!("segments/{i}");
+            segment.check(&field, ring)?;
+            let pieces = segment.pieces_of(ring);
+            if let (Some(next), false) = (pieces.first(), path.pieces.is_empty()) {
+                path.require_joint(&field, next)?;
+            }
+            for piece in pieces {
+                path.append(piece);
+            }
+            path.segments.push(segment.clone());
+        }
+        if let (Some(first), true) = (path.pieces.first(), closed) {
+            path.require_joint("segments/0", first)?;
+        }
+        path.closed = closed;
+        Ok(path)
+    }
+
+    /// Straight legs between `points` (north, east), m, joined by fillets of `fillet_radius` metres, which may
+    /// be 0 where there is no corner; if `closed`, back to the first point, which is not repeated, with a
+    /// fillet there too. A closed path begins where the fillet at its first point ends.
+    ///
+    /// Fails as [`Path::from_segments`]; the corner at fault is a point of `segments/0`.
+    pub fn waypoints(points: &[Vector2<f64>], fillet_radius: f64, closed: bool) -> Result<Self, InvalidPath> {
+        let points = points.to_vec();
+        Self::from_segments(
+            &[Segment::Waypoints {
+                points,
+                fillet_radius,
+            }],
+            closed,
+        )
+    }
+
+    /// A circle of `radius` metres around `centre`, turning to `side`, from its point in the direction
+    /// `bearing` of the centre on, rad.
+    ///
+    /// Fails as [`Path::from_segments`].
+    pub fn circle(centre: Vector2<f64>, radius: f64, side: Side, bearing: f64) -> Result<Self, InvalidPath> {
+        let from = centre + direction(bearing) * radius;
+        let angle = match side {
+            Side::Port => -TAU,
+            Side::Starboard => TAU,
+        };
+        Self::from_segments(&[Segment::Arc { from, centre, angle }], true)
+    }
+
+    /// Whether its segments pass [`Path::from_segments`]: a path put together from lengths and angles, such as
+    /// a lawn-mower, may not.
+    pub fn check(&self) -> Result<(), InvalidPath> {
+        Self::from_segments(&self.segments, self.closed).map(drop)
+    }
+
+    fn require_joint(&self, field: &str, next: &Piece) -> Result<(), InvalidPath> {
+        let gap = (next.start - self.end.position).norm();
+        if GAP_MAX < gap {
+            let (given, most) = (gap, GAP_MAX);
+            return Err(invalid(field, InvalidReason::Gap { given, most }));
+        }
+        require_straight(field, wrap(next.tangent - self.end.tangent))
+    }
+}

@@ -1,0 +1,211 @@
+//! The path itself, by arc length.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::Vector2;
+
+use crate::facts::{
+    angle::{direction, wrap},
+    path::{
+        piece::{PathPoint, Piece, starboard},
+        segment::Segment,
+    },
+};
+
+/// A path with a continuous tangent.
+///
+/// An open path goes on straight before its beginning and after its end. A closed one goes round and round:
+/// positions repeat with its length, while the tangent angle grows on by the path's own turn each time, so
+/// that a vehicle that follows it sees no jump at the seam.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Path {
+    pub(super) segments: Vec<Segment>,
+    pub(super) pieces: Vec<Piece>,
+    pub(super) start: PathPoint,
+    pub(super) end: PathPoint,
+    pub(super) length: f64,
+    pub(super) closed: bool,
+}
+
+/// To which side a path turns, seen in its own direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// To the left.
+    Port,
+    /// To the right.
+    Starboard,
+}
+
+impl Side {
+    /// Starboard first: of two candidates that are as good, it is taken.
+    pub(crate) const BOTH: [Self; 2] = [Self::Starboard, Self::Port];
+
+    /// 1 to starboard, −1 to port, as angles count.
+    pub(crate) fn sign(self) -> f64 {
+        match self {
+            Self::Starboard => 1.0,
+            Self::Port => -1.0,
+        }
+    }
+}
+
+impl Path {
+    /// An open path of no length at `start` (north, east), m, that points along `tangent`, rad.
+    #[must_use]
+    pub fn starting_at(start: Vector2<f64>, tangent: f64) -> Self {
+        let end = PathPoint {
+            position: start,
+            tangent,
+            curvature: 0.0,
+        };
+        Self {
+            segments: vec![],
+            pieces: vec![],
+            start: end,
+            end,
+            length: 0.0,
+            closed: false,
+        }
+    }
+
+    /// Appends a line of `length` metres, positive; none where it is 0.
+    #[must_use]
+    pub fn line(mut self, length: f64) -> Self {
+        if length != 0.0 {
+            let from = self.end.position;
+            let to = from + direction(self.end.tangent) * length;
+            self.push(Segment::Line { from, to });
+        }
+        self
+    }
+
+    /// Appends an arc of `radius` metres through `angle` radians, both positive.
+    #[must_use]
+    pub fn arc(mut self, side: Side, radius: f64, angle: f64) -> Self {
+        let from = self.end.position;
+        let to_starboard = starboard(self.end.tangent) * radius;
+        let (centre, angle) = match side {
+            Side::Port => (from - to_starboard, -angle),
+            Side::Starboard => (from + to_starboard, angle),
+        };
+        self.push(Segment::Arc { from, centre, angle });
+        self
+    }
+
+    /// Lanes of `lane_length` metres, `lane_spacing` metres apart, joined by half circles; the first
+    /// turn is to starboard.
+    #[must_use]
+    pub fn lawn_mower(
+        start: Vector2<f64>,
+        tangent: f64,
+        lane_length: f64,
+        lane_spacing: f64,
+        n_lanes: usize,
+    ) -> Self {
+        let first = Self::starting_at(start, tangent).line(lane_length);
+        (1..n_lanes).fold(first, |path, lane| {
+            let side = if lane % 2 == 1 {
+                Side::Starboard
+            } else {
+                Side::Port
+            };
+            path.arc(side, 0.5 * lane_spacing, PI).line(lane_length)
+        })
+    }
+
+    /// Length, m; of a closed path, once round.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// Whether the path leads from its end to its beginning again.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        self.closed
+    }
+
+    /// What it is made of: [`Path::from_segments`] makes the same path of them, to the bit.
+    #[must_use]
+    pub fn segments(&self) -> &[Segment] {
+        &self.segments
+    }
+
+    /// The point at arc length `gamma`, m, any finite number.
+    #[must_use]
+    pub fn at(&self, gamma: f64) -> PathPoint {
+        let (laps, gamma) = self.lap_of(gamma);
+        if !self.closed && gamma < 0.0 {
+            return beyond(&self.start, gamma);
+        }
+        match self.piece_over(gamma) {
+            Some(piece) if self.closed || gamma <= piece.end() => {
+                let point = piece.at(gamma - piece.from);
+                PathPoint {
+                    tangent: point.tangent + laps * self.turn_of_a_lap(),
+                    ..point
+                }
+            }
+            _ => beyond(&self.end, gamma - self.length),
+        }
+    }
+
+    pub(crate) fn pieces(&self) -> &[Piece] {
+        &self.pieces
+    }
+
+    /// How often a closed path was gone round before `gamma`, and how far since then.
+    pub(crate) fn lap_of(&self, gamma: f64) -> (f64, f64) {
+        if self.closed {
+            let laps = (gamma / self.length).floor();
+            (laps, (gamma - laps * self.length).max(0.0).min(self.length))
+        } else {
+            (0.0, gamma)
+        }
+    }
+
+    /// The last piece that begins at or before `gamma`, on the first lap.
+    fn piece_over(&self, gamma: f64) -> Option<&Piece> {
+        let after = self.pieces.partition_point(|piece| piece.from <= gamma);
+        self.pieces[..after].last()
+    }
+
+    /// Whole turns, whatever the rounding: 0 for a figure of eight.
+    fn turn_of_a_lap(&self) -> f64 {
+        TAU * ((self.end.tangent - self.start.tangent) / TAU).round()
+    }
+
+    fn push(&mut self, segment: Segment) {
+        for piece in segment.pieces() {
+            self.append(piece);
+        }
+        self.segments.push(segment);
+    }
+
+    /// Appends a piece where it is, and carries its tangent angle on without a jump of 2π.
+    pub(super) fn append(&mut self, mut piece: Piece) {
+        if !self.pieces.is_empty() {
+            piece.tangent = self.end.tangent + wrap(piece.tangent - self.end.tangent);
+        }
+        piece.from = self.length;
+        if self.pieces.is_empty() {
+            self.start = PathPoint {
+                curvature: 0.0,
+                ..piece.at(0.0)
+            };
+        }
+        self.end = PathPoint {
+            curvature: 0.0,
+            ..piece.at(piece.length)
+        };
+        self.length += piece.length;
+        self.pieces.push(piece);
+    }
+}
+
+fn beyond(point: &PathPoint, length: f64) -> PathPoint {
+    PathPoint {
+        position: point.position + direction(point.tangent) * length,
+        ..*point
+    }
+}

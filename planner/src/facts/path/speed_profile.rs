@@ -1,0 +1,62 @@
+//! How fast to go along a path.
+
+use crate::facts::{
+    invalid_field::InvalidReason,
+    path::segment::{InvalidPath, LENGTH_MAX, invalid, require_within},
+};
+
+/// Fastest speed along a path, m/s: that of the fastest AUV that a snapshot accepts.
+const SPEED_MAX: f64 = 10.0;
+
+/// Slowest speed along a path, m/s: what is slower does not follow one.
+const SPEED_MIN: f64 = 1e-3;
+
+/// Speed along a path `U_d`(γ), m/s, over arc length γ, m: straight lines between knots, constant before the
+/// first and after the last.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpeedProfile {
+    /// Arc length and speed, at least one, arc lengths increasing.
+    knots: Vec<(f64, f64)>,
+}
+
+impl SpeedProfile {
+    /// The same `speed` everywhere, m/s. Fails where it is not positive and finite.
+    pub fn constant(speed: f64) -> Result<Self, InvalidPath> {
+        Self::new(vec![(0.0, speed)])
+    }
+
+    /// Through `knots`: arc length, m, and speed, m/s. Fails where there is none, arc lengths do not increase
+    /// or are not finite, or a speed is not positive and finite; names the first.
+    pub fn new(knots: Vec<(f64, f64)>) -> Result<Self, InvalidPath> {
+        if knots.is_empty() {
+            let (given, least, most) = (0, 1, usize::MAX);
+            return Err(invalid("knots", InvalidReason::Length { given, least, most }));
+        }
+        for (k, (gamma, speed)) in knots.iter().enumerate() {
+            require_within(&format!("knots/{k}/0"), *gamma, -LENGTH_MAX, LENGTH_MAX)?;
+            require_within(&format!("knots/{k}/1"), *speed, SPEED_MIN, SPEED_MAX)?;
+        }
+        for (k, pair) in knots.windows(2).enumerate() {
+            let (before, given) = (pair[0].0, pair[1].0);
+            if given <= before {
+                let field = format!("knots/{}/0", k + 1);
+                return Err(invalid(&field, InvalidReason::NotIncreasing { given, before }));
+            }
+        }
+        Ok(Self { knots })
+    }
+
+    /// Speed at arc length `gamma`, m/s, always positive.
+    #[must_use]
+    pub fn at(&self, gamma: f64) -> f64 {
+        let after = self.knots.partition_point(|(at, _)| *at <= gamma);
+        if after == 0 {
+            return self.knots[0].1;
+        }
+        if after == self.knots.len() {
+            return self.knots[after - 1].1;
+        }
+        let ((from, slow), (to, fast)) = (self.knots[after - 1], self.knots[after]);
+        slow + (fast - slow) * (gamma - from) / (to - from)
+    }
+}

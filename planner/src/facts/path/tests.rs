@@ -1,0 +1,342 @@
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::Vector2;
+
+use super::*;
+use crate::facts::{
+    angle::direction,
+    invalid_field::{InvalidField, InvalidReason},
+    path::piece::Piece,
+};
+
+fn mower() -> Path {
+    Path::lawn_mower(Vector2::new(3.0, -2.0), 0.4, 50.0, 20.0, 4)
+}
+
+fn square(fillet_radius: f64) -> Result<Path, InvalidPath> {
+    let corners = [(0.0, 0.0), (40.0, 0.0), (40.0, 30.0), (0.0, 30.0)].map(|(n, e)| Vector2::new(n, e));
+    Path::waypoints(&corners, fillet_radius, true)
+}
+
+fn corners_of_zigzag() -> [Vector2<f64>; 5] {
+    [
+        (0.0, 0.0),
+        (30.0, 5.0),
+        (35.0, -20.0),
+        (70.0, -20.0),
+        (80.0, 15.0),
+    ]
+    .map(|(n, e)| Vector2::new(n, e))
+}
+
+fn zigzag() -> Path {
+    Path::waypoints(&corners_of_zigzag(), 4.0, false).expect("fits")
+}
+
+fn several() -> [Path; 4] {
+    let circle = Path::circle(Vector2::new(10.0, 20.0), 15.0, Side::Port, 0.3);
+    [
+        mower(),
+        zigzag(),
+        square(6.0).expect("fits"),
+        circle.expect("is one"),
+    ]
+}
+
+/// Numbers in [0, 1) without a generator: the fractions of multiples of the golden ratio and of √2.
+fn scattered(k: u32) -> (f64, f64) {
+    let k = f64::from(k);
+    ((k * 0.618_033_988_75).fract(), (k * 0.414_213_562_37).fract())
+}
+
+#[test]
+fn arc_length_tangent_and_curvature_agree_with_finite_differences() {
+    let h = 1e-4;
+    for path in several() {
+        // Beyond both ends, which on a closed path is round again.
+        for gamma in [-5.3, 10.1, 55.2, 70.4, 100.7, 140.9, 301.3] {
+            let off_joints = |piece: &Piece| {
+                let (_, local) = path.lap_of(gamma);
+                (local - piece.from).abs() > h && (local - piece.end()).abs() > h
+            };
+            assert!(
+                path.pieces.iter().all(off_joints),
+                "the curvature jumps at {gamma}"
+            );
+            let (before, here, after) = (path.at(gamma - h), path.at(gamma), path.at(gamma + h));
+            let slope = (after.position - before.position) / (2.0 * h);
+            // h²/6 κ² of the central difference, and rounding of 10² m over h.
+            assert!(
+                (slope - direction(here.tangent)).norm() < 1e-7,
+                "tangent at {gamma}"
+            );
+            let turn = (after.tangent - before.tangent) / (2.0 * h);
+            assert!((turn - here.curvature).abs() < 1e-7, "curvature at {gamma}");
+        }
+    }
+}
+
+#[test]
+fn the_path_and_its_tangent_have_no_jump_not_even_at_the_seam() {
+    for path in several() {
+        for piece in &path.pieces {
+            for lap in [-2.0, 0.0, 1.0] {
+                let lap = if path.is_closed() { lap } else { 0.0 };
+                for joint in [piece.from, piece.end()].map(|joint| joint + lap * path.length()) {
+                    let (before, after) = (path.at(joint - 1e-9), path.at(joint + 1e-9));
+                    assert!((before.position - after.position).norm() < 1e-8);
+                    assert!((before.tangent - after.tangent).abs() < 1e-8);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_closed_path_repeats_its_points_while_its_tangent_turns_on() {
+    for (path, turn) in [(square(6.0).expect("fits"), TAU), (several()[3].clone(), -TAU)] {
+        for gamma in [-31.0, 0.0, 17.0, 60.0] {
+            let (here, again) = (path.at(gamma), path.at(gamma + 3.0 * path.length()));
+            assert!((here.position - again.position).norm() < 1e-9);
+            assert!((again.tangent - here.tangent - 3.0 * turn).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn lanes_lie_their_spacing_apart_and_run_back_and_forth() {
+    let path = Path::lawn_mower(Vector2::zeros(), 0.0, 50.0, 20.0, 3);
+    let second = path.at(50.0 + 10.0 * PI);
+    assert!((second.position - Vector2::new(50.0, 20.0)).norm() < 1e-9);
+    assert!((path.at(path.length()).position - Vector2::new(50.0, 40.0)).norm() < 1e-9);
+    assert!((path.length() - (150.0 + 20.0 * PI)).abs() < 1e-9);
+}
+
+#[test]
+fn a_fillet_shortens_each_corner_by_two_tangents_less_an_arc() {
+    // L = Σ legs − Σ 2 r tan(θ/2) + Σ r θ, with the corners' angles by the law of cosines.
+    let points = corners_of_zigzag();
+    let legs: f64 = points.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum();
+    let rounding: f64 = points
+        .windows(3)
+        .map(|corner: &[Vector2<f64>]| {
+            let (a, b) = (corner[1] - corner[0], corner[2] - corner[1]);
+            let theta = f64::acos(a.dot(&b) / (a.norm() * b.norm()));
+            4.0 * theta - 8.0 * (theta / 2.0).tan()
+        })
+        .sum();
+    assert!((zigzag().length() - (legs + rounding)).abs() < 1e-9);
+    // A rectangle of 40 by 30 m: four quarter circles make one circle.
+    let expected = 140.0 - 8.0 * 6.0 + TAU * 6.0;
+    assert!((square(6.0).expect("fits").length() - expected).abs() < 1e-9);
+}
+
+#[test]
+fn a_fillet_touches_both_legs() {
+    let path = square(6.0).expect("fits");
+    for (gamma, north, east) in [(0.0, 6.0, 0.0), (28.0, 34.0, 0.0), (28.0 + 3.0 * PI, 40.0, 6.0)] {
+        assert!((path.at(gamma).position - Vector2::new(north, east)).norm() < 1e-9);
+    }
+}
+
+#[test]
+fn the_closest_point_is_the_one_that_a_search_finds() {
+    for path in several() {
+        for k in 0..200 {
+            let (a, b) = scattered(k);
+            let position = Vector2::new(160.0 * a - 50.0, 160.0 * b - 50.0);
+            let distance = |gamma: f64| (path.at(gamma).position - position).norm();
+            let gamma = path.closest(&position);
+            let inside = gamma.clamp(0.0, path.length());
+            let searched = (0..20_000)
+                .map(|i| distance(f64::from(i) / 19_999.0 * path.length()))
+                .fold(f64::INFINITY, f64::min);
+            // The search stands at most half its step of 2 cm off the best point.
+            assert!(
+                distance(inside) <= searched + 1e-9,
+                "{position} {gamma} {searched}"
+            );
+            assert!(searched <= distance(inside) + 0.011);
+            assert!(distance(gamma) <= distance(inside) + 1e-9);
+        }
+    }
+}
+
+#[test]
+fn the_closest_point_nearby_is_the_one_that_a_search_nearby_finds() {
+    for path in several() {
+        for k in 0..200 {
+            let ((a, b), (c, d)) = (scattered(k), scattered(k + 1_000));
+            let position = Vector2::new(160.0 * a - 50.0, 160.0 * b - 50.0);
+            let (around, reach) = (path.length() * (1.4 * c - 0.2), 1.0 + 40.0 * d);
+            let distance = |gamma: f64| (path.at(gamma).position - position).norm();
+            let gamma = path.closest_near(&position, around, reach);
+            assert!((gamma - around).abs() <= reach + 1e-9);
+            let reach = if path.is_closed() {
+                reach.min(0.5 * path.length())
+            } else {
+                reach
+            };
+            let searched = (0..4_001)
+                .map(|i| distance(around + reach * (f64::from(i) / 2_000.0 - 1.0)))
+                .fold(f64::INFINITY, f64::min);
+            assert!(distance(gamma) <= searched + 1e-9, "{gamma} around {around}");
+            assert!(searched <= distance(gamma) + 0.011);
+        }
+    }
+}
+
+#[test]
+fn who_is_beyond_an_end_has_its_foot_on_the_continuation() {
+    let path = Path::starting_at(Vector2::zeros(), 0.0).line(50.0);
+    assert!((path.closest(&Vector2::new(-7.0, 2.0)) + 7.0).abs() < 1e-12);
+    assert!((path.closest(&Vector2::new(58.0, -2.0)) - 58.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_path_made_of_its_own_segments_is_the_same_to_the_bit() {
+    for path in several() {
+        assert_eq!(
+            Path::from_segments(path.segments(), path.is_closed()),
+            Ok(path.clone())
+        );
+    }
+}
+
+fn refused(path: Result<Path, InvalidPath>) -> (String, InvalidReason) {
+    let InvalidPath(InvalidField { field, reason }) = path.expect_err("is none");
+    (field, reason)
+}
+
+#[test]
+fn a_fillet_without_room_is_refused_with_the_largest_that_has() {
+    let (field, reason) = refused(square(15.1));
+    // Two right angles on the leg of 30 m: 15 m each.
+    let InvalidReason::Fillet { given, most } = reason else {
+        panic!("{reason:?}")
+    };
+    assert!(field.starts_with("segments/0/points/"));
+    assert!(given == 15.1 && (most - 15.0).abs() < 1e-9);
+    assert!(square(most).is_ok());
+    let back = [(0.0, 0.0), (30.0, 0.0), (0.0, 0.0)].map(|(n, e)| Vector2::new(n, e));
+    let (field, reason) = refused(Path::waypoints(&back, 1.0, false));
+    assert_eq!(field, "segments/0/points/1");
+    assert!(matches!(reason, InvalidReason::Fillet { most, .. } if most < 1e-9));
+}
+
+#[test]
+fn a_corner_without_a_fillet_is_a_kink_and_a_straight_line_needs_none() {
+    let (field, reason) = refused(square(0.0));
+    assert_eq!(field, "segments/0/points/0");
+    assert!(
+        matches!(reason, InvalidReason::Kink { given, most: KINK_MAX } if (given - PI / 2.0).abs() < 1e-9)
+    );
+    let row = [0.0, 10.0, 25.0].map(|north| Vector2::new(north, 2.0 * north));
+    let path = Path::waypoints(&row, 0.0, false).expect("has no corner");
+    assert!((path.length() - 25.0 * 5_f64.sqrt()).abs() < 1e-9);
+}
+
+#[test]
+fn segments_that_do_not_join_are_refused_with_the_size_of_the_gap_or_kink() {
+    let line = |from: [f64; 2], to: [f64; 2]| Segment::Line {
+        from: Vector2::from(from),
+        to: Vector2::from(to),
+    };
+    let first = line([0.0, 0.0], [10.0, 0.0]);
+    let gap = [first.clone(), line([10.0, 0.002], [20.0, 0.002])];
+    let (field, reason) = refused(Path::from_segments(&gap, false));
+    assert_eq!(field, "segments/1");
+    assert!(matches!(reason, InvalidReason::Gap { given, most: GAP_MAX } if (given - 0.002).abs() < 1e-12));
+    let kink = [first.clone(), line([10.0, 0.0], [20.0, 0.1])];
+    let (field, reason) = refused(Path::from_segments(&kink, false));
+    assert_eq!(field, "segments/1");
+    assert!(matches!(reason, InvalidReason::Kink { given, .. } if (given - 0.01_f64.atan()).abs() < 1e-12));
+    let (field, reason) = refused(Path::from_segments(std::slice::from_ref(&first), true));
+    assert_eq!(field, "segments/0");
+    assert!(matches!(reason, InvalidReason::Gap { given: 10.0, .. }));
+    // What is rounded to millimetres joins.
+    let rounded = [first, line([10.0, 0.0004], [20.0, 0.0])];
+    assert!(Path::from_segments(&rounded, false).is_ok());
+}
+
+#[test]
+fn strange_numbers_are_refused_by_name() {
+    let origin = Vector2::zeros();
+    for strange in [f64::NAN, f64::INFINITY, -f64::INFINITY, 1.1e6] {
+        for (segment, at_fault) in [
+            (
+                Segment::Line {
+                    from: origin,
+                    to: Vector2::new(strange, 0.0),
+                },
+                "segments/0/to/0",
+            ),
+            (
+                Segment::Arc {
+                    from: Vector2::new(0.0, strange),
+                    centre: origin,
+                    angle: 1.0,
+                },
+                "segments/0/from/1",
+            ),
+            (
+                Segment::Arc {
+                    from: Vector2::new(5.0, 0.0),
+                    centre: origin,
+                    angle: strange,
+                },
+                "segments/0/angle_rad",
+            ),
+            (
+                Segment::Waypoints {
+                    points: vec![origin, Vector2::new(5.0, 0.0), Vector2::new(9.0, 9.0)],
+                    fillet_radius: strange,
+                },
+                "segments/0/fillet_m",
+            ),
+        ] {
+            assert_eq!(refused(Path::from_segments(&[segment], false)).0, at_fault);
+        }
+        let endless = Path::starting_at(origin, 0.0).line(strange);
+        assert!(endless.check().is_err());
+        assert!(Path::circle(origin, strange, Side::Port, 0.0).is_err());
+    }
+    let point = Segment::Line {
+        from: origin,
+        to: origin,
+    };
+    assert_eq!(refused(Path::from_segments(&[point], false)).0, "segments/0/to");
+    assert_eq!(refused(Path::from_segments(&[], false)).0, "segments");
+    let repeated = Path::waypoints(
+        &[origin, Vector2::new(5.0, 0.0), Vector2::new(5.0, 0.0)],
+        1.0,
+        false,
+    );
+    assert_eq!(refused(repeated).0, "segments/0/points/2");
+}
+
+#[test]
+fn a_speed_profile_is_straight_between_its_knots_and_constant_outside() {
+    let profile = SpeedProfile::new(vec![(10.0, 0.2), (20.0, 0.4), (40.0, 0.1)]).expect("is one");
+    for (gamma, speed) in [
+        (-5.0, 0.2),
+        (10.0, 0.2),
+        (15.0, 0.3),
+        (20.0, 0.4),
+        (30.0, 0.25),
+        (90.0, 0.1),
+    ] {
+        assert!((profile.at(gamma) - speed).abs() < 1e-12, "at {gamma}");
+    }
+    assert!(SpeedProfile::constant(0.3).is_ok_and(|profile| profile.at(1e5) == 0.3));
+    for (knots, at_fault) in [
+        (vec![], "knots"),
+        (vec![(0.0, 0.0)], "knots/0/1"),
+        (vec![(0.0, f64::NAN)], "knots/0/1"),
+        (vec![(0.0, 0.1), (f64::INFINITY, 0.1)], "knots/1/0"),
+        (vec![(0.0, 0.1), (1.0, 0.1), (1.0, 0.2)], "knots/2/0"),
+    ] {
+        let InvalidPath(invalid) = SpeedProfile::new(knots).expect_err("is none");
+        assert_eq!(invalid.field, at_fault);
+    }
+}

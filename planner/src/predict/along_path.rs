@@ -1,0 +1,329 @@
+//! Where an AUV will be that follows a path which is known.
+
+use std::sync::Arc;
+
+use nalgebra::Vector2;
+
+use crate::{
+    facts::{
+        angle::direction,
+        evidence::{AuvState, SPEED_AT_REST},
+        known_path::{KnownPath, place_on_path, speed_along},
+        path::{
+            curve::Path,
+            piece::{Piece, starboard},
+        },
+    },
+    predict::{covariance::OnPath, dive::Lead, motion::Motion},
+};
+
+/// Largest turn over which the speed along an arc is taken to change linearly, rad. At it, in a current half as
+/// fast as the vehicle, the place on an arc of 10 m is right to a centimetre.
+const TURN_OF_A_STRETCH: f64 = 0.1;
+
+/// Most stretches, apart from one for each line and arc: it bounds the work on paths that wind without end.
+const STRETCHES_MAX: f64 = 1000.0;
+
+/// Least part of its speed over ground that the foot of a vehicle is taken to have on a bend of its path.
+///
+/// The foot of one that is far inside a bend is fast, at the centre of the bend infinitely so. At half the radius
+/// it has twice the vehicle's speed, and a vehicle that is farther inside does not follow the bend.
+const FOOT_FACTOR_MIN: f64 = 0.5;
+
+/// Distance in which a vehicle that is not at its steady offset gets there, m: its course relative to the path falls
+/// off by a factor of e. Tuned on the simulated follower, see `docs/tuning.md#forecasts`.
+const APPROACH_LENGTH: f64 = 2.0;
+
+/// A vehicle that goes along a path with the offset that it has.
+///
+/// ```text
+/// p(t) = p_P(γ) + y n(γ)        (1 − κ y) γ̇ = v_c∥ + √(u_h² − v_c⊥²)
+/// y(t) = y₁ + ℓ sin χ_e (1 − exp(−‖v‖ t / ℓ))
+/// ```
+/// n is 90° clockwise of the tangent; v_c∥ and v_c⊥ are the current's components along and across the tangent,
+/// the root 0 where the current across is faster than the vehicle; χ_e is the reported course relative to the
+/// tangent. A vehicle that follows a path in a current it does not know holds a steady offset, and its course
+/// shows that: the offset goes on as it does at the report and stays, and is not led to zero. On bends γ̇ is
+/// taken at the offset y₁.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct AlongPath {
+    path: Arc<Path>,
+    /// Horizontal speed through the water, m/s.
+    horizontal_speed: f64,
+    /// Cross-track offset at the report y₁, m, positive to starboard.
+    offset: f64,
+    /// What the offset changes by in the end, m.
+    approach: f64,
+    /// How fast it gets there, 1/s.
+    approach_rate: f64,
+    /// Tangent angle of the path at the report, rad.
+    reported_tangent: f64,
+    /// Time and arc length of a whole round of a closed path.
+    lap: Option<(f64, f64)>,
+    /// In order of time, at least one.
+    stretches: Vec<Stretch>,
+}
+
+/// A stretch on which γ̇ is linear in γ.
+///
+/// ```text
+/// γ(τ) = γ₀ + γ̇₀ (exp(λ τ) − 1) / λ        γ̇(τ) = γ̇₀ exp(λ τ)
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Stretch {
+    /// When it begins, s after the report.
+    time: f64,
+    /// Arc length where it begins γ₀, m.
+    gamma: f64,
+    /// γ̇₀, m/s, negative for a vehicle that a current carries back.
+    rate: f64,
+    /// λ = dγ̇/dγ, 1/s.
+    growth: f64,
+}
+
+impl AlongPath {
+    /// The future of an AUV in `state` on the path it is known to follow, in a `current` (north, east), m/s.
+    pub(crate) fn new(state: &AuvState, known: &KnownPath, current: &Vector2<f64>) -> Self {
+        let mut stretches = Vec::new();
+        let KnownPath {
+            path,
+            horizontal_speed,
+        } = known;
+        let ground_speed = |tangent: f64| speed_along(*horizontal_speed, current, tangent);
+        let gamma = place_on_path(state, known, current);
+        let point = path.at(gamma);
+        let offset = (state.position - point.position).dot(&starboard(point.tangent));
+        let mut schedule = Schedule {
+            path,
+            offset,
+            ground_speed,
+            turn: turn_of_a_stretch(path, current),
+            sense: ground_speed(point.tangent).signum(),
+            time: 0.0,
+            stretches: &mut stretches,
+        };
+        let lap = schedule.fill(gamma);
+        let cross_course = if state.speed < SPEED_AT_REST {
+            0.0
+        } else {
+            state.course.unit().dot(&starboard(point.tangent))
+        };
+        Self {
+            path: Arc::clone(path),
+            horizontal_speed: *horizontal_speed,
+            offset,
+            approach: APPROACH_LENGTH * cross_course,
+            approach_rate: state.speed.max(SPEED_AT_REST) / APPROACH_LENGTH,
+            reported_tangent: point.tangent,
+            lap,
+            stretches,
+        }
+    }
+
+    /// Cross-track offset at the report y₁, m, positive to starboard.
+    pub(crate) fn offset(&self) -> f64 {
+        self.offset
+    }
+
+    /// Horizontal speed through the water, m/s.
+    pub(crate) fn horizontal_speed(&self) -> f64 {
+        self.horizontal_speed
+    }
+
+    /// Motion `elapsed` seconds after the report, of a vehicle that leads by so much over its horizontal speed.
+    ///
+    /// The lead counts along the path: what a current across takes of it is left out (a sixth, at 0.1 m/s).
+    pub(crate) fn at(&self, elapsed: f64, lead: Lead) -> Motion {
+        let (gamma, rate) = self.foot(elapsed);
+        let point = self.path.at(gamma + lead.distance);
+        let left = self.left_to_approach(elapsed);
+        let offset = self.offset + self.approach * (1.0 - left);
+        let across = starboard(point.tangent);
+        Motion {
+            position: point.position + across * offset,
+            velocity: direction(point.tangent) * ((rate + lead.speed) * (1.0 - point.curvature * offset))
+                + across * (self.approach * self.approach_rate * left),
+        }
+    }
+
+    /// Tangent angle of the path beside the vehicle, rad, and its rate, rad/s, `elapsed` seconds after the report.
+    pub(crate) fn tangent(&self, elapsed: f64, lead: Lead) -> (f64, f64) {
+        let (gamma, rate) = self.foot(elapsed);
+        let point = self.path.at(gamma + lead.distance);
+        (point.tangent, point.curvature * (rate + lead.speed))
+    }
+
+    /// What the covariance of the place depends on, `elapsed` seconds after the report.
+    pub(crate) fn on_path(&self, elapsed: f64, lead: Lead) -> OnPath {
+        OnPath {
+            reported: self.reported_tangent,
+            tangent: self.path.at(self.foot(elapsed).0 + lead.distance).tangent,
+            speed: self.horizontal_speed,
+            approached: 1.0 - self.left_to_approach(elapsed),
+        }
+    }
+
+    /// Share of the approach to the steady offset that is left, from 1 to 0.
+    fn left_to_approach(&self, elapsed: f64) -> f64 {
+        (-self.approach_rate * elapsed).exp()
+    }
+
+    /// Arc length of the point abeam of the vehicle, m, and its rate, m/s.
+    fn foot(&self, elapsed: f64) -> (f64, f64) {
+        let (laps_length, elapsed) = match self.lap {
+            Some((time, length)) => {
+                let laps = (elapsed / time).floor();
+                (laps * length, elapsed - laps * time)
+            }
+            None => (0.0, elapsed),
+        };
+        let after = self
+            .stretches
+            .partition_point(|stretch| stretch.time <= elapsed)
+            .max(1);
+        let stretch = &self.stretches[after - 1];
+        let since = elapsed - stretch.time;
+        let gamma = stretch.gamma + stretch.rate * since * exponential_mean(stretch.growth * since);
+        let rate = stretch.rate * (stretch.growth * since).exp();
+        (gamma + laps_length, rate)
+    }
+}
+
+/// The stretches that are being laid one after the other.
+struct Schedule<'a, F> {
+    path: &'a Path,
+    offset: f64,
+    ground_speed: F,
+    turn: f64,
+    /// 1 for a vehicle that goes forward along its path, −1 for one that is carried back.
+    sense: f64,
+    time: f64,
+    stretches: &'a mut Vec<Stretch>,
+}
+
+impl<F: Fn(f64) -> f64> Schedule<'_, F> {
+    /// Lays stretches from `gamma` on: to where the vehicle stands, else out of the path's end, or once round a
+    /// closed path; of a round, time and signed length.
+    fn fill(&mut self, gamma: f64) -> Option<(f64, f64)> {
+        let length = self.path.length();
+        let (laps, start) = self.path.lap_of(gamma);
+        let before_lap = laps * length;
+        let goes_on = if self.path.is_closed() {
+            self.over_pieces(start, if self.sense > 0.0 { length } else { 0.0 }, before_lap)
+                && self.over_pieces(
+                    if self.sense > 0.0 { 0.0 } else { length },
+                    start,
+                    before_lap + self.sense * length,
+                )
+        } else {
+            let (near, far) = if self.sense > 0.0 {
+                (0.0, length)
+            } else {
+                (length, 0.0)
+            };
+            let outside = self.sense * (start - near) < 0.0;
+            (!outside || self.over(start, near, 0.0))
+                && self.over_pieces(if outside { near } else { start }, far, 0.0)
+                && self.straight_on(far + self.sense * (self.sense * (start - far)).max(0.0))
+        };
+        (self.path.is_closed() && goes_on).then_some((self.time, self.sense * length))
+    }
+
+    /// Over the path's pieces between two arc lengths of the first lap, `shift` added to each. Whether the
+    /// vehicle gets there.
+    fn over_pieces(&mut self, start: f64, end: f64, shift: f64) -> bool {
+        let (low, high) = (start.min(end), start.max(end));
+        let path = self.path;
+        let over = |piece: &Piece| low < piece.end() && piece.from < high;
+        let mut lay = |piece: &Piece| {
+            let (from, to) = (piece.from.max(low) + shift, piece.end().min(high) + shift);
+            let (from, to) = if self.sense > 0.0 { (from, to) } else { (to, from) };
+            self.over(from, to, piece.curvature)
+        };
+        let mut pieces = path.pieces().iter().filter(|piece| over(piece));
+        if start <= end {
+            pieces.all(&mut lay)
+        } else {
+            pieces.rev().all(&mut lay)
+        }
+    }
+
+    /// Over a piece of constant curvature, in parts of a small turn. Whether the vehicle gets there.
+    fn over(&mut self, start: f64, end: f64, curvature: f64) -> bool {
+        let parts = ((end - start) * curvature / self.turn).abs().ceil().max(1.0);
+        let length = (end - start).abs() / parts;
+        let mut part = 0.0;
+        while part < parts {
+            let from = start + self.sense * length * part;
+            if !self.lay(from, length, curvature) {
+                return false;
+            }
+            part += 1.0;
+        }
+        true
+    }
+
+    fn lay(&mut self, gamma: f64, length: f64, curvature: f64) -> bool {
+        if length <= 0.0 {
+            return true;
+        }
+        // The piece's own tangents, whichever piece `at` takes at a joint.
+        let tangent = self.path.at(gamma + 0.5 * self.sense * length).tangent;
+        let half_turn = 0.5 * self.sense * length * curvature;
+        let before = self.rate(tangent - half_turn, curvature).max(0.0);
+        let after = self.rate(tangent + half_turn, curvature);
+        let change = (after - before) / length;
+        self.stretches.push(Stretch {
+            time: self.time,
+            gamma,
+            rate: self.sense * before,
+            growth: if before > 0.0 { change } else { 0.0 },
+        });
+        // Where the speed falls to nothing within, the vehicle comes ever closer and never there.
+        if before <= 0.0 || after <= 0.0 {
+            return false;
+        }
+        self.time += length / (before * logarithmic_mean_inverse(after / before - 1.0));
+        true
+    }
+
+    fn straight_on(&mut self, gamma: f64) -> bool {
+        let tangent = self.path.at(gamma + self.sense).tangent;
+        let rate = self.rate(tangent, 0.0).max(0.0);
+        self.stretches.push(Stretch {
+            time: self.time,
+            gamma,
+            rate: self.sense * rate,
+            growth: 0.0,
+        });
+        rate > 0.0
+    }
+
+    /// Speed of the vehicle's foot along the path in its sense of travel, m/s.
+    fn rate(&self, tangent: f64, curvature: f64) -> f64 {
+        self.sense * (self.ground_speed)(tangent) / (1.0 - curvature * self.offset).max(FOOT_FACTOR_MIN)
+    }
+}
+
+/// Largest turn of a stretch, rad; in still water the speed along an arc does not change at all.
+fn turn_of_a_stretch(path: &Path, current: &Vector2<f64>) -> f64 {
+    if *current == Vector2::zeros() {
+        return f64::INFINITY;
+    }
+    let turn: f64 = path
+        .pieces()
+        .iter()
+        .map(|piece| (piece.curvature * piece.length).abs())
+        .sum();
+    TURN_OF_A_STRETCH.max(turn / STRETCHES_MAX)
+}
+
+/// (exp x − 1) / x, and its limit 1 at 0.
+fn exponential_mean(x: f64) -> f64 {
+    if x == 0.0 { 1.0 } else { x.exp_m1() / x }
+}
+
+/// x / ln(1 + x), and its limit 1 at 0.
+fn logarithmic_mean_inverse(x: f64) -> f64 {
+    if x == 0.0 { 1.0 } else { x / x.ln_1p() }
+}

@@ -1,0 +1,399 @@
+//! Where each AUV will be: closed forms of time, so that any grid may sample them.
+
+use nalgebra::{Matrix2, Matrix4, Vector2};
+
+use crate::{
+    facts::{
+        angle::{Course, angle_of, direction, sinc},
+        auv::{Auv, Dive},
+        evidence::{AuvState, FORECAST_AGE_MAX},
+        known_path::{KnownPath, OFFSET_FROM_PATH_MAX},
+        options::{ForecastChoice, ForecastModel},
+        reference::PreviousTarget,
+    },
+    predict::{
+        along_path::AlongPath,
+        covariance::{self, Free, default_covariance, free},
+        dive::DepthForecast,
+        drift::{MEMORY, fading, for_ever},
+    },
+};
+
+pub use crate::{facts::evidence::SPEED_AT_REST, predict::motion::Motion};
+
+/// A course that turns slower than this is forecast as straight by [`ForecastChoice::Auto`], rad/s.
+///
+/// Over the default horizon of 78 s it amounts to 9°.
+const TURN_RATE_STRAIGHT: f64 = 0.002;
+
+/// An AUV that is no deeper than this is in the way of the surface craft, m.
+///
+/// Assumption: draught of the craft, height of an AUV, error of its depth, half a metre each, and as much again
+/// between them.
+pub const SURFACED_DEPTH: f64 = 2.0;
+
+/// Longest time between two reports that drift is estimated from, s. Over longer ones a vehicle turns.
+const BETWEEN_MAX: f64 = 60.0;
+
+/// Reports nearer in time than this are one, s: their times come about by different sums.
+const BETWEEN_MIN: f64 = 1e-3;
+
+/// A vehicle farther than this from where it was expected has jumped, m, unless the time between the reports explains
+/// it: it surfaced and found out where it is, or was mistaken for another. That says nothing of how it goes on.
+///
+/// Assumption: two standard deviations of an acoustic fix (1.5 m).
+const JUMP: f64 = 3.0;
+
+/// Drift that explains a distance, m/s. Assumption: a strong current where AUVs work.
+const USUAL: f64 = 0.3;
+
+/// Fastest drift along an axis, m/s. Assumption: an AUV that stands more of it does not get home.
+const DRIFT_MAX: f64 = 0.5;
+
+/// What is known of an AUV's plans.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Intent<'a> {
+    /// The path that it follows.
+    pub path: Option<&'a KnownPath>,
+    /// The sawtooth in which it dives.
+    pub dive: Option<Dive>,
+}
+
+impl<'a> From<&'a Auv> for Intent<'a> {
+    fn from(auv: &'a Auv) -> Self {
+        Self {
+            path: auv.path.as_ref(),
+            dive: auv.dive,
+        }
+    }
+}
+
+/// The forecast of one AUV.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AuvForecast {
+    /// The model it uses.
+    pub model: ForecastModel,
+    /// Age of the report, s.
+    age: f64,
+    propagation: Propagation,
+    depth: DepthForecast,
+    /// Covariance of (north, east, north velocity, east velocity) at the report.
+    covariance: Matrix4<f64>,
+    /// Velocity (north, east) beyond what its model explains, m/s.
+    drift: Vector2<f64>,
+}
+
+/// How it goes on from the report.
+#[derive(Clone, Debug, PartialEq)]
+enum Propagation {
+    Turning(Turning),
+    AlongPath(AlongPath),
+}
+
+/// At constant speed and rate of turn, either of which may be zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Turning {
+    /// Position at the time of the report, m.
+    position: Vector2<f64>,
+    /// Velocity over ground at the time of the report, m/s.
+    velocity: Vector2<f64>,
+    /// Rate of turn, rad/s.
+    turn_rate: f64,
+}
+
+impl AuvForecast {
+    /// The forecast of an AUV from its `state`, under the model that `choice` gives, in a `current` (north, east),
+    /// m/s.
+    #[must_use]
+    pub fn new(state: &AuvState, intent: Intent<'_>, choice: ForecastChoice, current: &Vector2<f64>) -> Self {
+        let along_path = |known| AlongPath::new(state, known, current);
+        let choice = if state.age <= FORECAST_AGE_MAX {
+            choice
+        } else {
+            ForecastChoice::Model(ForecastModel::Hold)
+        };
+        let along = match (choice, intent.path) {
+            (ForecastChoice::Model(ForecastModel::Path), Some(known)) => Some(along_path(known)),
+            (ForecastChoice::Auto, Some(known)) if SPEED_AT_REST <= state.speed => {
+                Some(along_path(known)).filter(|along| along.offset().abs() <= OFFSET_FROM_PATH_MAX)
+            }
+            _ => None,
+        };
+        if let Some(along_path) = along {
+            return Self {
+                model: ForecastModel::Path,
+                age: state.age,
+                depth: DepthForecast::at_speed(state.depth, intent.dive, along_path.horizontal_speed()),
+                propagation: Propagation::AlongPath(along_path),
+                covariance: state.covariance.unwrap_or_else(default_covariance),
+                drift: Vector2::zeros(),
+            };
+        }
+        let model = match choice {
+            ForecastChoice::Auto | ForecastChoice::Model(ForecastModel::Path) => from_motion_alone(state),
+            ForecastChoice::Model(model) => model,
+        };
+        let (velocity, turn_rate) = match model {
+            ForecastModel::Hold => (Vector2::zeros(), 0.0),
+            ForecastModel::ConstantTurn => (state.velocity(), state.turn_rate),
+            ForecastModel::ConstantVelocity | ForecastModel::Path => (state.velocity(), 0.0),
+        };
+        Self {
+            model,
+            age: state.age,
+            propagation: Propagation::Turning(Turning {
+                position: state.position,
+                velocity,
+                turn_rate,
+            }),
+            depth: match model {
+                ForecastModel::Hold => DepthForecast::Held(state.depth),
+                ForecastModel::ConstantVelocity | ForecastModel::ConstantTurn | ForecastModel::Path => {
+                    DepthForecast::from_motion(state, intent.dive, current)
+                }
+            },
+            covariance: state.covariance.unwrap_or_else(default_covariance),
+            drift: Vector2::zeros(),
+        }
+    }
+
+    /// Motion `ahead` seconds after the snapshot.
+    ///
+    /// Along a path, a vehicle that dives is forecast to surge ahead where it goes level between two legs.
+    #[must_use]
+    pub fn at(&self, ahead: f64) -> Motion {
+        let elapsed = self.age + ahead;
+        match &self.propagation {
+            Propagation::Turning(turning) => for_ever(self.drift, elapsed).beyond(turning.at(elapsed)),
+            Propagation::AlongPath(along_path) => {
+                let lead = self.depth.lead(elapsed);
+                fading(self.drift, elapsed).beyond(along_path.at(elapsed, lead))
+            }
+        }
+    }
+
+    /// Expected depth `ahead` seconds after the snapshot, m, positive down: along its sawtooth, where that is known
+    /// and the vehicle does not rest, else what it was. Where the report does not say whether the vehicle goes
+    /// down or up, the mean of both.
+    #[must_use]
+    pub fn depth_at(&self, ahead: f64) -> f64 {
+        self.depth.at(self.age + ahead)
+    }
+
+    /// Whether the surface craft must keep clear of it `ahead` seconds after the snapshot: whether it may be as
+    /// shallow as [`SURFACED_DEPTH`], going down or up where the report does not say which.
+    #[must_use]
+    pub fn surfaced(&self, ahead: f64) -> bool {
+        self.depth.shallowest(self.age + ahead) <= SURFACED_DEPTH
+    }
+
+    /// Covariance of the position (north, east) `ahead` seconds after the snapshot, m².
+    ///
+    /// Its trace never decreases. Along a path it grows with the variance of the speed along it, and across it only up to
+    /// what a follower strays; else with the variance of the velocity and with accelerations that are not foreseen.
+    #[must_use]
+    pub fn position_covariance(&self, ahead: f64) -> Matrix2<f64> {
+        let elapsed = self.age + ahead;
+        match &self.propagation {
+            Propagation::Turning(turning) => {
+                let course = Free {
+                    speed: turning.velocity.norm(),
+                    turned: turning.turn_rate * elapsed,
+                };
+                free(&self.covariance, elapsed, &course)
+            }
+            Propagation::AlongPath(along_path) => {
+                let on_path = along_path.on_path(elapsed, self.depth.lead(elapsed));
+                covariance::along_path(&self.covariance, elapsed, &on_path)
+            }
+        }
+    }
+
+    /// Trace of [`AuvForecast::position_covariance`], m²: the mean square of the distance between where the vehicle
+    /// is and where it is forecast.
+    #[must_use]
+    pub fn position_variance(&self, ahead: f64) -> f64 {
+        self.position_covariance(ahead).trace()
+    }
+
+    /// Tangent angle ψ_P of the path, rad, and its rate, rad/s, where the AUV is `ahead` seconds after the
+    /// snapshot; none of one that is not forecast along a path.
+    #[must_use]
+    pub fn tangent(&self, ahead: f64) -> Option<(f64, f64)> {
+        match &self.propagation {
+            Propagation::Turning(_) => None,
+            Propagation::AlongPath(along_path) => Some({
+                let elapsed = self.age + ahead;
+                along_path.tangent(elapsed, self.depth.lead(elapsed))
+            }),
+        }
+    }
+}
+
+/// What [`ForecastChoice::Auto`] uses for an AUV whose path is not known.
+fn from_motion_alone(state: &AuvState) -> ForecastModel {
+    if state.speed < SPEED_AT_REST {
+        ForecastModel::Hold
+    } else if state.turn_rate.abs() < TURN_RATE_STRAIGHT {
+        ForecastModel::ConstantVelocity
+    } else {
+        ForecastModel::ConstantTurn
+    }
+}
+
+impl Turning {
+    /// Motion `elapsed` seconds after the report.
+    ///
+    /// ```text
+    /// p(t) = p + ‖v‖ t sinc(ω t / 2) [cos(χ + ω t / 2), sin(χ + ω t / 2)]
+    /// ```
+    /// The chord of an arc: exact, and regular where the rate of turn ω vanishes.
+    fn at(&self, elapsed: f64) -> Motion {
+        let (speed, course) = (self.velocity.norm(), angle_of(&self.velocity));
+        let half_turn = 0.5 * self.turn_rate * elapsed;
+        Motion {
+            position: self.position + direction(course + half_turn) * (speed * elapsed * sinc(half_turn)),
+            velocity: direction(course + 2.0 * half_turn) * speed,
+        }
+    }
+}
+
+impl AuvForecast {
+    /// Velocity over ground (north, east) beyond what the model and the report explain, m/s.
+    #[must_use]
+    pub fn drift(&self) -> Vector2<f64> {
+        self.drift
+    }
+
+    /// The forecast from `state` that also knows what an earlier answer knew from a report `between` seconds before: how
+    /// fast the AUV drifted, and where from.
+    ///
+    /// ```text
+    /// d = d⁻ + (p − p⁻) / max(τ, Δ)          τ = 30 s
+    /// ```
+    /// with p the position of the newest report, p⁻ the one forecast for its time from the report before, with the drift
+    /// d⁻, and Δ the time between the two; as it was, where the newest report is no newer, Δ is above a minute, or p − p⁻
+    /// is a jump. Noise of the positions mostly cancels from report to report.
+    ///
+    /// Along paths a drift that did not fade would do harm, see `docs/tuning.md#forecasts`.
+    pub(crate) fn after(
+        earlier: &PreviousTarget,
+        between: f64,
+        state: &AuvState,
+        (intent, choice, current): (Intent<'_>, ForecastChoice, &Vector2<f64>),
+    ) -> Self {
+        let drift = earlier.drift.map(|along| along.clamp(-DRIFT_MAX, DRIFT_MAX));
+        let tells = earlier.model != ForecastModel::Hold && (BETWEEN_MIN..=BETWEEN_MAX).contains(&between);
+        let expected = tells.then(|| {
+            let before = AuvState {
+                position: earlier.position,
+                depth: earlier.depth,
+                course: Course::of(&earlier.velocity),
+                speed: earlier.velocity.norm(),
+                turn_rate: earlier.turn_rate,
+                age: 0.0,
+                covariance: None,
+            };
+            let choice = ForecastChoice::Model(earlier.model);
+            let forecast = Self::new(&before, intent, choice, current);
+            Self { drift, ..forecast }.at(between).position
+        });
+        let mut forecast = Self::new(state, intent, choice, current);
+        // What a path does not explain says nothing of motion, nor the other way round.
+        let along_path = |model| model == ForecastModel::Path;
+        if forecast.model == ForecastModel::Hold || along_path(forecast.model) != along_path(earlier.model) {
+            return forecast;
+        }
+        forecast.drift = drift;
+        let off = expected.map_or_else(Vector2::zeros, |expected| state.position - expected);
+        if off.norm() <= JUMP.max(USUAL * between) {
+            let drift = drift + off / between.max(MEMORY);
+            forecast.drift = drift.map(|along| along.clamp(-DRIFT_MAX, DRIFT_MAX));
+        }
+        forecast
+    }
+}
+
+#[cfg(test)]
+mod along_path_tests;
+#[cfg(test)]
+mod covariance_tests;
+#[cfg(test)]
+mod dive_tests;
+#[cfg(test)]
+mod drift_tests;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::facts::angle::Course;
+
+    fn state(turn_rate: f64, age: f64) -> AuvState {
+        AuvState {
+            position: Vector2::new(3.0, -4.0),
+            depth: 5.0,
+            course: Course::new(0.7),
+            speed: 0.193,
+            turn_rate,
+            age,
+            covariance: None,
+        }
+    }
+
+    fn forecast(state: &AuvState, choice: ForecastChoice) -> AuvForecast {
+        AuvForecast::new(state, Intent::default(), choice, &Vector2::zeros())
+    }
+
+    #[test]
+    fn a_constant_turn_integrates_its_own_velocity() {
+        let forecast = forecast(&state(0.02, 1.5), ForecastChoice::Auto);
+        assert_eq!(forecast.model, ForecastModel::ConstantTurn);
+        for ahead in [0.0, 10.0, 78.0] {
+            let h = 1e-3;
+            let slope = (forecast.at(ahead + h).position - forecast.at(ahead - h).position) / (2.0 * h);
+            // Central difference: error h²/6 · ‖v‖ ω², far below the tolerance.
+            assert!((slope - forecast.at(ahead).velocity).norm() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_constant_turn_closes_its_circle() {
+        let forecast = forecast(
+            &state(0.05, 0.0),
+            ForecastChoice::Model(ForecastModel::ConstantTurn),
+        );
+        let period = std::f64::consts::TAU / 0.05;
+        assert!((forecast.at(period).position - forecast.at(0.0).position).norm() < 1e-12);
+    }
+
+    #[test]
+    fn no_turn_is_the_limit_of_a_slow_turn() {
+        let straight = forecast(
+            &state(0.0, 2.0),
+            ForecastChoice::Model(ForecastModel::ConstantVelocity),
+        );
+        let slow = forecast(
+            &state(1e-9, 2.0),
+            ForecastChoice::Model(ForecastModel::ConstantTurn),
+        );
+        assert!((straight.at(78.0).position - slow.at(78.0).position).norm() < 1e-6);
+    }
+
+    #[test]
+    fn an_old_report_is_carried_to_now() {
+        let forecast = forecast(&state(0.0, 10.0), ForecastChoice::Auto);
+        let moved = forecast.at(0.0).position - Vector2::new(3.0, -4.0);
+        assert!((moved.norm() - 1.93).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_slow_auv_is_held() {
+        let slow = AuvState {
+            speed: 0.049,
+            ..state(0.1, 0.0)
+        };
+        let forecast = forecast(&slow, ForecastChoice::Auto);
+        assert_eq!(forecast.model, ForecastModel::Hold);
+        assert_eq!(forecast.at(60.0).position, slow.position);
+    }
+}

@@ -1,0 +1,249 @@
+use nalgebra::{SMatrix, Vector4};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+use super::*;
+use crate::{
+    facts::{
+        angle::{Course, ned_from_body},
+        auv::{Auv, VehicleId},
+        evidence::{AuvState, Evidence},
+        known_path::KnownPath,
+        options::ForecastModel,
+        path::curve::{Path, Side},
+    },
+    predict::covariance::default_covariance,
+};
+
+const U_H: f64 = 0.193;
+
+/// Samples of a Monte Carlo: a variance is then known to 2 % (one standard deviation 1 %).
+const SAMPLES: usize = 20_000;
+
+/// Four standard deviations of a sampled variance.
+const SAMPLED: f64 = 0.04;
+
+/// Spectral density of the acceleration, m²/s³, a second time.
+const Q: f64 = 6.0e-5;
+
+fn auv(turn_rate: f64, path: Option<Path>) -> Auv {
+    Auv {
+        id: VehicleId("a".into()),
+        evidence: Evidence::State(AuvState {
+            position: Vector2::new(3.0, -4.0),
+            depth: 5.0,
+            course: Course::new(0.4),
+            speed: U_H,
+            turn_rate,
+            age: 0.0,
+            covariance: None,
+        }),
+        path: path.map(|path| KnownPath {
+            path: std::sync::Arc::new(path),
+            horizontal_speed: U_H,
+        }),
+        dive: None,
+    }
+}
+
+fn state(auv: &mut Auv) -> &mut AuvState {
+    auv.evidence.state_mut().expect("the state is told")
+}
+
+/// The same vehicle, known so well.
+fn with_covariance(mut auv: Auv, covariance: Matrix4<f64>) -> Auv {
+    state(&mut auv).covariance = Some(covariance);
+    auv
+}
+
+fn forecast(auv: &Auv, model: ForecastModel) -> AuvForecast {
+    AuvForecast::new(
+        auv.evidence.state().expect("told"),
+        auv.into(),
+        ForecastChoice::Model(model),
+        &Vector2::zeros(),
+    )
+}
+
+/// A covariance without any symmetry, as a filter that has seen a course better than a speed leaves it.
+fn filtered() -> Matrix4<f64> {
+    let root = Matrix4::new(
+        1.2, 0.0, 0.0, 0.0, //
+        0.3, 0.8, 0.0, 0.0, //
+        0.02, 0.01, 0.03, 0.0, //
+        0.0, 0.03, -0.01, 0.02,
+    );
+    root * root.transpose()
+}
+
+fn normal<const N: usize>(rng: &mut ChaCha8Rng) -> SMatrix<f64, N, 1> {
+    SMatrix::from_fn(|_, _| rng.sample::<f64, _>(StandardNormal))
+}
+
+fn covariance(samples: impl Iterator<Item = Vector2<f64>>) -> Matrix2<f64> {
+    let (mut n, mut sum) = (0.0, Matrix2::zeros());
+    for error in samples {
+        n += 1.0;
+        sum += error * error.transpose();
+    }
+    sum / n
+}
+
+/// Errors of vehicles that accelerate at random, from states that are wrong as `filtered` says. The forecast's own
+/// rate of turn makes the true velocity turn too, as long as nothing else happens.
+fn unforeseen_variance(turn_rate: f64, seconds: u32) -> Matrix2<f64> {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let root = filtered().cholesky().expect("is positive definite").l();
+    let step = 0.5;
+    let turn = ned_from_body(turn_rate * step);
+    covariance((0..SAMPLES).map(|_| {
+        let wrong: Vector4<f64> = root * normal::<4>(&mut rng);
+        let (mut position, mut velocity) = (
+            wrong.fixed_rows::<2>(0).into_owned(),
+            wrong.fixed_rows::<2>(2).into_owned(),
+        );
+        for _ in 0..2 * seconds {
+            let before = velocity;
+            velocity = turn * velocity + normal::<2>(&mut rng) * (Q * step).sqrt();
+            position += (before + velocity) * (0.5 * step);
+        }
+        position
+    }))
+}
+
+#[test]
+fn the_doubt_of_a_straight_course_is_that_of_many_vehicles_that_stray() {
+    for (model, seconds) in [
+        (ForecastModel::ConstantVelocity, 20),
+        (ForecastModel::ConstantVelocity, 78),
+        (ForecastModel::Hold, 78),
+    ] {
+        let expected = unforeseen_variance(0.0, seconds);
+        let said = forecast(&with_covariance(auv(0.0, None), filtered()), model)
+            .position_covariance(f64::from(seconds));
+        assert!(
+            (said - expected).norm() < SAMPLED * expected.norm(),
+            "{model:?} {seconds} s: {said} {expected}"
+        );
+    }
+}
+
+#[test]
+fn the_doubt_of_a_turn_is_an_upper_bound_and_a_near_one_up_to_a_quarter_turn() {
+    for turned in [0.2, 1.5, 4.0] {
+        let seconds = 60;
+        let turn_rate = turned / f64::from(seconds);
+        let truth = unforeseen_variance(turn_rate, seconds).trace();
+        let said = forecast(
+            &with_covariance(auv(turn_rate, None), filtered()),
+            ForecastModel::ConstantTurn,
+        )
+        .position_variance(f64::from(seconds));
+        assert!(truth * (1.0 - SAMPLED) < said, "{turned} rad: {said}, {truth}");
+        assert!(
+            turned > 1.6 || said < 1.3 * truth,
+            "{turned} rad: {said}, {truth}"
+        );
+    }
+}
+
+#[test]
+fn the_doubt_on_a_path_is_that_of_many_followers() {
+    // Out of a lane, round an arc and along: followers that know their speed to a tenth and take up offsets of 0.7 m.
+    let path = Path::starting_at(Vector2::zeros(), 0.4)
+        .line(3.0)
+        .arc(Side::Starboard, 100.0, 0.3);
+    let path = path.line(1e3);
+    let mut vehicle = auv(0.0, Some(path.clone()));
+    state(&mut vehicle).position = Vector2::zeros();
+    let forecast = forecast(&with_covariance(vehicle, filtered()), ForecastModel::Path);
+    let seconds = 300.0;
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    let root = filtered()
+        .fixed_view::<2, 2>(0, 0)
+        .cholesky()
+        .expect("is positive definite")
+        .l();
+    let expected = covariance((0..SAMPLES).map(|_| {
+        let reported = ned_from_body(0.4).transpose() * (root * normal::<2>(&mut rng));
+        let drawn = normal::<2>(&mut rng);
+        let ahead = reported.x + 0.1 * U_H * seconds * drawn.x;
+        let point = path.at(U_H * seconds + ahead);
+        point.position + crate::facts::path::piece::starboard(point.tangent) * (reported.y + 0.7 * drawn.y)
+            - forecast.at(seconds).position
+    }));
+    let said = forecast.position_covariance(seconds);
+    assert!(
+        (said - expected).norm() < SAMPLED * expected.norm(),
+        "{said} {expected}"
+    );
+}
+
+#[test]
+fn waiting_never_tells_where_a_vehicle_is() {
+    let mut shrinking = filtered();
+    // A vehicle too far ahead is too slow: exact without accelerations, and an estimate that no filter trusts.
+    let opposed = -0.9 * (filtered()[(0, 0)] * filtered()[(2, 2)]).sqrt();
+    (shrinking[(0, 2)], shrinking[(2, 0)]) = (opposed, opposed);
+    let mower = Path::lawn_mower(Vector2::zeros(), 0.4, 50.0, 20.0, 4);
+    for covariance in [None, Some(filtered()), Some(shrinking)] {
+        for (model, turn_rate, path) in [
+            (ForecastModel::Hold, 0.0, None),
+            (ForecastModel::ConstantVelocity, 0.0, None),
+            (ForecastModel::ConstantTurn, 0.05, None),
+            (ForecastModel::Path, 0.0, Some(mower.clone())),
+        ] {
+            let mut vehicle = auv(turn_rate, path);
+            state(&mut vehicle).covariance = covariance;
+            let forecast = forecast(&vehicle, model);
+            let mut before = covariance
+                .unwrap_or_else(default_covariance)
+                .fixed_view::<2, 2>(0, 0)
+                .trace();
+            assert!((forecast.position_variance(0.0) - before).abs() < 1e-12);
+            for ahead in 1..600 {
+                let covariance = forecast.position_covariance(f64::from(ahead));
+                assert!(before <= covariance.trace() + 1e-12, "{model:?} after {ahead} s");
+                assert!(covariance.symmetric_eigenvalues().min() > 0.0);
+                before = covariance.trace();
+            }
+        }
+    }
+}
+
+#[test]
+fn across_a_path_the_doubt_is_bounded_and_along_it_is_not() {
+    let straight = Path::starting_at(Vector2::new(3.0, -4.0), 0.4).line(1e5);
+    let forecast = forecast(&auv(0.0, Some(straight)), ForecastModel::Path);
+    let ned_from_path = ned_from_body(0.4);
+    let in_path = ned_from_path.transpose() * forecast.position_covariance(3_600.0) * ned_from_path;
+    assert!(in_path[(1, 1)] < 1.5 * 1.5 + 0.7 * 0.7 + 1e-9);
+    assert!(in_path[(0, 0)] > 60.0 * 60.0);
+}
+
+#[test]
+fn an_older_report_is_doubted_as_if_one_had_waited() {
+    let fresh = forecast(&auv(0.02, None), ForecastModel::ConstantTurn);
+    let mut old = auv(0.02, None);
+    state(&mut old).age = 30.0;
+    let old = forecast(&old, ForecastModel::ConstantTurn);
+    assert_eq!(old.position_covariance(10.0), fresh.position_covariance(40.0));
+}
+
+#[test]
+fn a_faster_vehicle_is_doubted_as_a_slow_one_whose_time_goes_faster() {
+    // On the same lanes, what a vehicle of 5 · 0.193 m/s does in 10 s is what one of 0.193 m/s does in 50 s.
+    let known = with_covariance(auv(0.0, None), Matrix4::identity() * 1e-12);
+    let slow = forecast(&known, ForecastModel::ConstantVelocity);
+    let mut fast = known;
+    state(&mut fast).speed = 5.0 * 0.193;
+    state(&mut fast).covariance = Some(Matrix4::identity() * 1e-12);
+    let fast = forecast(&fast, ForecastModel::ConstantVelocity);
+    let ratio = fast.position_variance(10.0) / slow.position_variance(50.0);
+    // q t³: 5³ times the density, 5⁻³ of the time cubed. The slow one's speed is 0.19302 m/s.
+    assert!((ratio - 1.0).abs() < 1e-2, "{ratio}");
+    // It cannot be farther off than the other way round, however long it was not heard of.
+    let longest = fast.position_variance(3000.0).sqrt();
+    assert!(longest < 2.0 * 5.0 * 0.193 * 3000.0, "{longest} m");
+}

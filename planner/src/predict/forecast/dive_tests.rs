@@ -1,0 +1,232 @@
+use nalgebra::Vector2;
+
+use super::*;
+use crate::facts::{
+    angle::{Course, direction},
+    auv::{Dive, VehicleId},
+    evidence::{AuvState, Evidence},
+    known_path::KnownPath,
+    path::curve::Path,
+};
+
+/// The body's speed of the vehicles at hand, m/s.
+const U_D: f64 = 0.3;
+
+const STILL: Vector2<f64> = Vector2::new(0.0, 0.0);
+
+fn sawtooth(descending: Option<bool>) -> Dive {
+    Dive {
+        depth_min: 1.0,
+        depth_max: 23.0,
+        pitch: 50_f64.to_radians(),
+        reversal: Dive::REVERSAL_MEDUSA,
+        descending,
+    }
+}
+
+/// A vehicle on a straight path due north that dives in `dive` and is at `depth`.
+fn auv(dive: Dive, depth: f64) -> Auv {
+    let u_h = U_D * dive.pitch.cos();
+    Auv {
+        id: VehicleId("a".into()),
+        evidence: Evidence::State(AuvState {
+            position: STILL,
+            depth,
+            course: Course::new(0.0),
+            speed: u_h,
+            turn_rate: 0.0,
+            age: 0.0,
+            covariance: None,
+        }),
+        path: Some(KnownPath {
+            path: std::sync::Arc::new(Path::starting_at(STILL, 0.0).line(1e4)),
+            horizontal_speed: u_h,
+        }),
+        dive: Some(dive),
+    }
+}
+
+fn state(auv: &mut Auv) -> &mut AuvState {
+    auv.evidence.state_mut().expect("an auv's state is told")
+}
+
+fn forecast(auv: &Auv) -> AuvForecast {
+    AuvForecast::new(
+        auv.evidence.state().expect("told"),
+        auv.into(),
+        ForecastChoice::Auto,
+        &STILL,
+    )
+}
+
+/// Times of a cycle and a half, s.
+fn times() -> impl Iterator<Item = f64> {
+    (0..3_000).map(|k| f64::from(k) * 0.1)
+}
+
+#[test]
+fn over_ground_and_down_it_is_never_faster_nor_slower_than_its_body() {
+    // Second route: slopes by finite differences must be the two legs of a triangle whose third is the speed.
+    for (depth, descending) in [(10.0, true), (10.0, false), (23.1, true), (0.9, true)] {
+        let forecast = forecast(&auv(sawtooth(Some(descending)), depth));
+        let h = 1e-4;
+        for t in times().skip(1) {
+            let sink = (forecast.depth_at(t + h) - forecast.depth_at(t - h)) / (2.0 * h);
+            let along = (forecast.at(t + h).position.x - forecast.at(t - h).position.x) / (2.0 * h);
+            // Curvature of the depth times h, where a reversal begins.
+            assert!((sink.hypot(along) - U_D).abs() < 1e-4, "{t} s: {sink}, {along}");
+            assert!((forecast.at(t).velocity.x - along).abs() < 1e-4, "{t} s");
+        }
+    }
+}
+
+#[test]
+fn it_begins_where_and_as_it_was_reported_and_repeats_after_a_cycle() {
+    for descending in [true, false] {
+        for k in 0..=240 {
+            let depth = 0.85 + 0.093 * f64::from(k);
+            let forecast = forecast(&auv(sawtooth(Some(descending)), depth));
+            assert!((forecast.depth_at(0.0) - depth).abs() < 1e-12, "{depth} m");
+            let deeper = forecast.depth_at(0.05) > depth;
+            // In the last instants before the deepest and the highest point the direction may change.
+            assert!(
+                deeper == descending || !(0.9..=23.1).contains(&depth),
+                "{depth} m"
+            );
+            // Two legs and two reversals: 198.66 s, where the simulated AUV takes 198.6.
+            let cycle = 2.0 * (22.0 / (U_D * 50_f64.to_radians().sin()) + 3.6);
+            assert!((forecast.depth_at(cycle) - depth).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn it_turns_a_little_beyond_the_depths_that_end_its_legs() {
+    let forecast = forecast(&auv(sawtooth(Some(true)), 10.0));
+    let deepest = times().map(|t| forecast.depth_at(t)).fold(0.0, f64::max);
+    let shallowest = times().map(|t| forecast.depth_at(t)).fold(99.0, f64::min);
+    // The simulated AUV: 23.203 and 0.780 m.
+    assert!((deepest - 23.2).abs() < 0.02, "{deepest}");
+    assert!((shallowest - 0.79).abs() < 0.02, "{shallowest}");
+    assert!(times().any(|t| forecast.surfaced(t)) && times().any(|t| !forecast.surfaced(t)));
+}
+
+#[test]
+fn a_vehicle_beyond_its_sawtooth_goes_there_straight() {
+    let w = U_D * 50_f64.to_radians().sin();
+    for descending in [Some(true), Some(false), None] {
+        let deep = forecast(&auv(sawtooth(descending), 40.0));
+        assert!((deep.depth_at(30.0) - (40.0 - 30.0 * w)).abs() < 1e-12);
+        let joined = deep.depth_at(17.0 / w + 2.0);
+        assert!((joined - (23.0 - 2.0 * w)).abs() < 1e-9);
+        let shallow = forecast(&auv(sawtooth(descending), 0.0));
+        assert!((shallow.depth_at(10.0) - 10.0 * w).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn without_a_direction_it_is_the_mean_of_both_and_surfaced_if_either_is() {
+    let of = |descending| forecast(&auv(sawtooth(descending), 6.0));
+    let (unknown, down, up) = (of(None), of(Some(true)), of(Some(false)));
+    for t in times() {
+        let mean = 0.5 * (down.depth_at(t) + up.depth_at(t));
+        assert!((unknown.depth_at(t) - mean).abs() < 1e-12);
+        assert_eq!(unknown.surfaced(t), down.surfaced(t) || up.surfaced(t));
+    }
+}
+
+#[test]
+fn whoever_does_not_dive_or_rests_stays_as_deep_as_it_is() {
+    let diving = auv(sawtooth(Some(true)), 10.0);
+    let level = Auv {
+        dive: None,
+        ..diving.clone()
+    };
+    let mut at_rest = diving.clone();
+    state(&mut at_rest).speed = 0.01;
+    for auv in [level, at_rest] {
+        assert!(times().all(|t| forecast(&auv).depth_at(t) == 10.0));
+    }
+    let hold = ForecastChoice::Model(ForecastModel::Hold);
+    assert!(times().all(|t| {
+        AuvForecast::new(
+            diving.evidence.state().expect("told"),
+            (&diving).into(),
+            hold,
+            &STILL,
+        )
+        .depth_at(t)
+            == 10.0
+    }));
+}
+
+#[test]
+fn without_a_path_it_dives_at_the_speed_through_the_water_that_it_tells() {
+    let current = Vector2::new(-0.1, 0.2);
+    let mut on_path = auv(sawtooth(Some(true)), 10.0);
+    let ground = direction(0.0) * state(&mut on_path).speed + current;
+    let mut carried = Auv {
+        path: None,
+        ..on_path.clone()
+    };
+    (state(&mut carried).course, state(&mut carried).speed) = (Course::of(&ground), ground.norm());
+    let carried = AuvForecast::new(
+        carried.evidence.state().expect("told"),
+        (&carried).into(),
+        ForecastChoice::Auto,
+        &current,
+    );
+    let expected = forecast(&on_path);
+    for t in times() {
+        assert!((carried.depth_at(t) - expected.depth_at(t)).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn an_old_report_has_dived_on() {
+    let mut old = auv(sawtooth(Some(true)), 10.0);
+    state(&mut old).age = 60.0;
+    let fresh = auv(sawtooth(Some(true)), 10.0);
+    for t in times() {
+        assert!((forecast(&old).depth_at(t) - forecast(&fresh).depth_at(t + 60.0)).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn whatever_a_snapshot_accepts_is_forecast_with_finite_numbers_under_water() {
+    for (depth_min, depth_max) in [(0.0, 0.5), (1.0, 23.0), (0.0, 12_000.0)] {
+        for (pitch, reversal) in [(0.05, 0.1), (0.05, 120.0), (1.4, 0.1), (1.4, 120.0)] {
+            for speed in [0.01, 0.05, 10.0] {
+                for depth in [-10.0, 0.0, 0.25, 0.5, 22.0, 12_000.0] {
+                    for descending in [Some(true), Some(false), None] {
+                        let dive = Dive {
+                            depth_min,
+                            depth_max,
+                            pitch,
+                            reversal,
+                            descending,
+                        };
+                        let mut auv = auv(dive, depth);
+                        state(&mut auv).speed = speed;
+                        auv.path = auv.path.map(|known| KnownPath {
+                            horizontal_speed: speed,
+                            ..known
+                        });
+                        let forecast = AuvForecast::new(
+                            auv.evidence.state().expect("told"),
+                            (&auv).into(),
+                            ForecastChoice::Model(ForecastModel::Path),
+                            &STILL,
+                        );
+                        for ahead in [0.0, 1.0, 78.0, 3_600.0, 1e5] {
+                            let deep = forecast.depth_at(ahead);
+                            assert!(deep.is_finite() && deep >= depth.min(0.0), "{deep} m of {dive:?}");
+                            assert!(forecast.at(ahead).position.norm().is_finite());
+                            assert!(forecast.at(ahead).velocity.norm() <= speed / pitch.cos() + 1e-9);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,303 @@
+//! From the AUVs' forecasts to the motion that the surface craft is to match.
+
+use nalgebra::Vector2;
+use smallvec::SmallVec;
+
+use crate::{
+    estimate::from_reports::Estimate,
+    facts::{
+        angle::Course,
+        auv::{Auv, VehicleId},
+        evidence::{AuvState, Evidence},
+        goal::{Goal, Offset},
+        ranges::AUVS_MAX,
+    },
+    predict::{
+        forecast::{AuvForecast, Intent},
+        motion::{Motion, target_course},
+        offset::{Axes, displaced},
+        smallest_circle::{Below, nearest_to_all},
+    },
+    snapshot::build::Snapshot,
+};
+
+/// The goal's motion over time, and that of every AUV.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GoalForecast {
+    /// Forecasts of all AUVs, in the snapshot's order.
+    auvs: Vec<AuvForecast>,
+    /// The AUVs that the goal depends on, in its order.
+    members: Vec<Member>,
+    rule: Rule,
+    offset: Option<Offset>,
+    /// Course of what is followed, when it last moved.
+    course: Course,
+}
+
+/// An AUV that the goal depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Member {
+    /// Its place among the snapshot's AUVs.
+    auv: usize,
+    /// How much it counts in a mean; the sum over all members is 1.
+    share: f64,
+    at_rest: AtRest,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Rule {
+    Mean,
+    /// Time since the epoch at the snapshot, and the dwell time, s.
+    InTurn {
+        since_epoch: f64,
+        dwell: f64,
+    },
+    NearestToAll,
+}
+
+/// Axes of a member whose forecast gives it none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct AtRest {
+    /// The course that it reported.
+    course: Course,
+    /// Tangent angle of its path where that is closest to it now, rad; 0 without a path.
+    tangent: f64,
+}
+
+impl GoalForecast {
+    /// The goal of `snapshot`, forecast as it asks. Where what it follows stands still, its course is the one
+    /// that the previous plan remembers.
+    #[must_use]
+    pub fn new(snapshot: &Snapshot) -> Self {
+        let previous = snapshot.previous_plan.as_ref();
+        Self::holding(snapshot, previous.and_then(|previous| previous.goal_course))
+    }
+
+    /// The goal of `snapshot`, `held` the course of what it follows when that last moved: an earlier forecast's
+    /// [`GoalForecast::course`].
+    #[must_use]
+    pub fn holding(snapshot: &Snapshot, held: Option<Course>) -> Self {
+        let auvs = forecast_all(snapshot);
+        let mut forecast = Self {
+            members: members(snapshot, &auvs),
+            auvs,
+            rule: Rule::of(snapshot),
+            offset: snapshot.offset,
+            course: Course::new(0.0),
+        };
+        let now = forecast.followed(0.0);
+        let still = now.velocity == Vector2::zeros();
+        let first = forecast.member_in_turn(0.0).unwrap_or(0);
+        let reported = still.then(|| forecast.members[first].at_rest.course);
+        forecast.course = target_course(&now, held.or(reported));
+        forecast
+    }
+
+    /// The goal's motion `ahead` seconds after the snapshot.
+    ///
+    /// Where an offset turns with what is followed, its velocity has the part ω × r.
+    #[must_use]
+    pub fn at(&self, ahead: f64) -> Motion {
+        let followed = self.followed(ahead);
+        match self.offset {
+            None => followed,
+            Some(Offset::Ned(by)) => displaced(&followed, &by, Axes::NED),
+            Some(Offset::Target(by)) => displaced(&followed, &by, self.target_axes(ahead)),
+            Some(Offset::Path(by)) => displaced(&followed, &by, self.path_axes(ahead)),
+        }
+    }
+
+    /// Motion of what the goal follows, its offset apart, `ahead` seconds after the snapshot.
+    ///
+    /// A mean moves with the mean of the velocities; headings are never averaged. Intervals of an
+    /// intermittent goal are half-open, [k T, (k+1) T), and go on backwards before the epoch. The place
+    /// nearest to all moves with the mean of those that hold it there, by their weights in it: exact where they
+    /// move as one body, never faster than the fastest of them, and continuous while they stay the same.
+    #[must_use]
+    pub fn followed(&self, ahead: f64) -> Motion {
+        self.followed_in_turn(ahead, ahead)
+    }
+
+    /// Course of what the goal follows, its offset apart, when that last moved: to be remembered for when it rests.
+    #[must_use]
+    pub fn course(&self) -> Course {
+        self.course
+    }
+
+    /// Forecasts of the AUVs that the goal depends on, in its order; those of weight 0 left out.
+    #[must_use]
+    pub fn members(&self) -> impl ExactSizeIterator<Item = &AuvForecast> {
+        self.members.iter().map(|member| &self.auvs[member.auv])
+    }
+
+    /// The AUVs without which there is no goal now, by their place in the snapshot: the one in turn, else all that the
+    /// goal depends on.
+    pub(crate) fn needs_now(&self) -> impl Iterator<Item = usize> {
+        let turn = self.member_in_turn(0.0);
+        let members = self.members.iter().enumerate();
+        members
+            .filter(move |(i, _)| turn.is_none_or(|turn| turn == *i))
+            .map(|(_, member)| member.auv)
+    }
+
+    /// Forecasts of all AUVs, in the snapshot's order.
+    #[must_use]
+    pub fn auvs(&self) -> &[AuvForecast] {
+        &self.auvs
+    }
+
+    /// Motion `ahead` seconds after the snapshot of what the goal follows at the time `turn`.
+    fn followed_in_turn(&self, turn: f64, ahead: f64) -> Motion {
+        match self.rule {
+            Rule::InTurn { since_epoch, dwell } => {
+                let member = in_turn(since_epoch + turn, dwell, self.members.len());
+                self.auvs[self.members[member].auv].at(ahead)
+            }
+            Rule::Mean => {
+                let shares = self.members.iter().map(|member| member.share);
+                weighted_mean(self.members().map(|member| member.at(ahead)).zip(shares))
+            }
+            Rule::NearestToAll => {
+                let motions: SmallVec<[Motion; AUVS_MAX]> =
+                    self.members().map(|member| member.at(ahead)).collect();
+                let below = motions.iter().zip(self.members()).map(|(motion, member)| Below {
+                    position: motion.position,
+                    depth: member.depth_at(ahead),
+                });
+                let nearest = nearest_to_all(&below.collect::<SmallVec<[_; AUVS_MAX]>>());
+                Motion {
+                    position: nearest.position,
+                    velocity: weighted_mean(motions.into_iter().zip(nearest.weights)).velocity,
+                }
+            }
+        }
+    }
+
+    /// Who is followed `ahead` seconds after the snapshot, where that is one after the other.
+    fn member_in_turn(&self, ahead: f64) -> Option<usize> {
+        match self.rule {
+            Rule::InTurn { since_epoch, dwell } => {
+                Some(in_turn(since_epoch + ahead, dwell, self.members.len()))
+            }
+            Rule::Mean | Rule::NearestToAll => None,
+        }
+    }
+
+    fn target_axes(&self, ahead: f64) -> Axes {
+        let turn = self.member_in_turn(ahead);
+        let held = match turn {
+            Some(member) if turn != self.member_in_turn(0.0) => self.members[member].at_rest.course,
+            Some(_) | None => self.course,
+        };
+        let velocity = |time| self.followed_in_turn(ahead, time).velocity;
+        Axes::along_course(velocity, ahead, held)
+    }
+
+    fn path_axes(&self, ahead: f64) -> Axes {
+        // A checked goal with such an offset follows one AUV at a time.
+        let member = &self.members[self.member_in_turn(ahead).unwrap_or(0)];
+        let held = (member.at_rest.tangent, 0.0);
+        let (angle, rate) = self.auvs[member.auv].tangent(ahead).unwrap_or(held);
+        Axes { angle, rate }
+    }
+}
+
+/// Forecasts every AUV of `snapshot`.
+fn forecast_all(snapshot: &Snapshot) -> Vec<AuvForecast> {
+    let current = snapshot.current();
+    let forecast = |(auv, estimate): (&Auv, &Estimate)| {
+        let state = &estimate.state;
+        let (intent, choice) = (Intent::from(auv), snapshot.forecast);
+        match (&auv.evidence, snapshot.remembered(&auv.id)) {
+            // A client that declares a covariance has a filter, whose velocity is that of its positions already.
+            (Evidence::State(AuvState { covariance: None, .. }), Some((earlier, reported))) => {
+                let between = snapshot.time - state.age - reported;
+                AuvForecast::after(earlier, between, state, (intent, choice, &current))
+            }
+            _ => AuvForecast::new(state, intent, choice, &current),
+        }
+    };
+    snapshot
+        .auvs
+        .iter()
+        .zip(snapshot.estimates())
+        .map(forecast)
+        .collect()
+}
+
+/// The AUVs that the goal depends on, in its order; their shares sum to 1.
+fn members(snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Vec<Member> {
+    let member = |id: &VehicleId| {
+        let place = snapshot.auvs.iter().position(|auv| auv.id == *id);
+        let auv = place.expect("a snapshot's goal names only vehicles that are in it");
+        let weight = match &snapshot.goal {
+            Goal::Weighted { weights } => weights[id],
+            Goal::Track { .. } | Goal::Midpoint { .. } | Goal::Intermittent { .. } | Goal::Range { .. } => {
+                1.0
+            }
+        };
+        Member {
+            auv,
+            share: weight,
+            at_rest: AtRest::of(&snapshot.auvs[auv], &snapshot.estimates()[auv], &forecasts[auv]),
+        }
+    };
+    let mut members: Vec<_> = snapshot.goal.vehicles().map(member).collect();
+    let sum: f64 = members.iter().map(|member| member.share).sum();
+    for member in &mut members {
+        member.share /= sum;
+    }
+    members
+}
+
+impl Rule {
+    fn of(snapshot: &Snapshot) -> Self {
+        match &snapshot.goal {
+            Goal::Track { .. } | Goal::Midpoint { .. } | Goal::Weighted { .. } => Self::Mean,
+            Goal::Intermittent { dwell, epoch, .. } => Self::InTurn {
+                since_epoch: snapshot.time - epoch,
+                dwell: *dwell,
+            },
+            Goal::Range { .. } => Self::NearestToAll,
+        }
+    }
+}
+
+impl AtRest {
+    fn of(auv: &Auv, estimate: &Estimate, member: &AuvForecast) -> Self {
+        let tangent = auv.path.as_ref().map(|known| {
+            let path = &known.path;
+            path.at(path.closest(&member.at(0.0).position)).tangent
+        });
+        Self {
+            course: estimate.state.course,
+            tangent: tangent.unwrap_or(0.0),
+        }
+    }
+}
+
+fn weighted_mean(motions_and_shares: impl Iterator<Item = (Motion, f64)>) -> Motion {
+    let still = Motion {
+        position: Vector2::zeros(),
+        velocity: Vector2::zeros(),
+    };
+    motions_and_shares.fold(still, |sum, (motion, share)| Motion {
+        position: sum.position + motion.position * share,
+        velocity: sum.velocity + motion.velocity * share,
+    })
+}
+
+/// Which of `n` members has the turn `elapsed` seconds after the epoch, also before it.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    clippy::cast_precision_loss,
+    reason = "rem_euclid by n <= 16 is an integer in 0..n"
+)]
+fn in_turn(elapsed: f64, dwell: f64, n: usize) -> usize {
+    let turn = (elapsed / dwell).floor();
+    (turn.rem_euclid(n as f64) as usize).min(n - 1)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,320 @@
+use std::sync::Arc;
+
+use super::*;
+use crate::{
+    craft::description::CraftDescription,
+    facts::{
+        angle::{Heading, direction, wrap},
+        asc::{AscState, Limits},
+        auv::VehicleId,
+        evidence::{AuvState, Evidence},
+        known_path::KnownPath,
+        options::{Fallback, ForecastChoice, HoldStyle},
+        path::curve::Path,
+    },
+    snapshot::observation::{Observation, PreviousPlan},
+};
+
+fn auv(id: &str, north: f64, east: f64, course: f64) -> Auv {
+    Auv {
+        id: VehicleId(id.into()),
+        evidence: Evidence::State(AuvState {
+            position: Vector2::new(north, east),
+            depth: 5.0,
+            course: Course::new(course),
+            speed: 0.193,
+            turn_rate: 0.0,
+            age: 0.0,
+            covariance: None,
+        }),
+        path: None,
+        dive: None,
+    }
+}
+
+fn state(auv: &mut Auv) -> &mut AuvState {
+    auv.evidence.state_mut().expect("the state is told")
+}
+
+fn ids(names: &[&str]) -> Vec<VehicleId> {
+    names.iter().map(|name| VehicleId((*name).into())).collect()
+}
+
+fn observation(auvs: Vec<Auv>, goal: Goal) -> Observation {
+    Observation {
+        time: 0.0,
+        asc: AscState {
+            position: Vector2::zeros(),
+            heading: Heading::new(0.0),
+            surge: 0.3,
+            sway: 0.0,
+            yaw_rate: 0.0,
+            ground_velocity: None,
+        },
+        auvs,
+        goal,
+        offset: None,
+        current: None,
+        limits: Limits::MEDUSA,
+        craft: CraftDescription::default(),
+        keep_outs: vec![],
+        area: vec![],
+        range_max: None,
+        surfacing_separation: None,
+        forecast: ForecastChoice::Auto,
+        fallback: Fallback::Ladder,
+        hold: HoldStyle::SlowTurn,
+        previous_plan: None,
+    }
+}
+
+fn track(vehicle: Auv, offset: Offset) -> Observation {
+    let goal = Goal::Track {
+        auv: vehicle.id.clone(),
+    };
+    Observation {
+        offset: Some(offset),
+        ..observation(vec![vehicle], goal)
+    }
+}
+
+fn forecast(observation: &Observation) -> GoalForecast {
+    GoalForecast::new(&Snapshot::try_from(observation.clone()).expect("valid"))
+}
+
+/// Three AUVs that go different ways, one of them turning, at three depths.
+fn three() -> Vec<Auv> {
+    let mut three = vec![
+        auv("a", 0.0, 0.0, 0.3),
+        auv("b", 40.0, 55.0, 1.1),
+        auv("c", -20.0, 70.0, -0.4),
+    ];
+    state(&mut three[0]).turn_rate = 0.02;
+    state(&mut three[1]).depth = 20.0;
+    three
+}
+
+/// On the first lane of a lawn-mower, 10 m before its turn of 10 m radius, 2 m to starboard of it.
+fn mower() -> Auv {
+    let path = Path::lawn_mower(Vector2::zeros(), 0.0, 50.0, 20.0, 3);
+    Auv {
+        path: Some(KnownPath {
+            path: Arc::new(path),
+            horizontal_speed: 0.5,
+        }),
+        ..auv("a", 40.0, 2.0, 0.0)
+    }
+}
+
+#[test]
+fn turns_are_half_open_and_go_on_before_the_epoch() {
+    let at = |elapsed: [f64; 6], n| elapsed.map(|elapsed| in_turn(elapsed, 240.0, n));
+    assert_eq!(
+        at([-480.1, -240.0, -0.1, 0.0, 239.9, 240.0], 2),
+        [1, 1, 1, 0, 0, 1]
+    );
+    assert_eq!(at([0.0, 240.0, 480.0, 719.9, 720.0, -0.1], 3), [0, 1, 2, 2, 0, 2]);
+}
+
+#[test]
+fn equal_weights_are_the_midpoint_and_no_weight_is_not_there() {
+    let goal = |weights: &[f64]| Goal::Weighted {
+        weights: ids(&["a", "b", "c"])
+            .into_iter()
+            .zip(weights.iter().copied())
+            .collect(),
+    };
+    let at = |goal: Goal, ahead| forecast(&observation(three(), goal)).at(ahead);
+    let midpoint = |names: &[&str]| Goal::Midpoint { auvs: ids(names) };
+    for ahead in [0.0, 30.0, 78.0] {
+        for (weighted, plain) in [
+            (goal(&[0.3, 0.3, 0.3]), midpoint(&["a", "b", "c"])),
+            (goal(&[5e5, 0.0, 5e5]), midpoint(&["a", "c"])),
+            (goal(&[0.0, 1e-300, 0.0]), midpoint(&["b"])),
+        ] {
+            let (weighted, plain) = (at(weighted, ahead), at(plain, ahead));
+            assert!((weighted.position - plain.position).norm() < 1e-12);
+            assert!((weighted.velocity - plain.velocity).norm() < 1e-12);
+        }
+    }
+    // Seven parts and three lie three tenths along the way.
+    let (a, b) = (at(midpoint(&["a"]), 9.0), at(midpoint(&["b"]), 9.0));
+    let between = at(goal(&[0.7, 0.3, 0.0]), 9.0);
+    assert!((between.position - a.position.lerp(&b.position, 0.3)).norm() < 1e-12);
+    assert_eq!(
+        forecast(&observation(three(), goal(&[0.7, 0.3, 0.0])))
+            .members()
+            .len(),
+        2
+    );
+}
+
+#[test]
+fn a_goal_in_range_is_as_far_from_its_farthest_and_moves_with_a_formation() {
+    let goal = Goal::Range {
+        auvs: ids(&["a", "b", "c"]),
+        radius: 90.0,
+    };
+    let slants = |auvs: &[Auv], place: Vector2<f64>| -> Vec<f64> {
+        let slant = |auv: &Auv| {
+            let state = auv.evidence.state().expect("told");
+            (place - state.position).norm().hypot(state.depth)
+        };
+        auvs.iter().map(slant).collect()
+    };
+    let auvs = three();
+    let here = forecast(&observation(auvs.clone(), goal.clone())).at(0.0);
+    let slants = slants(&auvs, here.position);
+    let worst = slants.iter().copied().fold(0.0, f64::max);
+    let farthest = slants.iter().filter(|slant| worst - **slant < 1e-9).count();
+    assert!(2 <= farthest, "{slants:?}");
+
+    // All about one centre at one rate: each at its own speed, and the place as one of them.
+    let centre = Vector2::new(10.0, -30.0);
+    let mut formation = three();
+    for auv in &mut formation {
+        let state = state(auv);
+        let arm = state.position - centre;
+        let velocity = Vector2::new(-arm.y, arm.x) * 0.01;
+        (state.course, state.speed, state.turn_rate) = (Course::of(&velocity), velocity.norm(), 0.01);
+    }
+    assert_velocity_is_the_slope(&observation(formation, goal), &[0.0, 25.0, 78.0]);
+}
+
+/// Central differences over 2 ms: of second order, and coordinates of 100 m leave 10⁻¹¹ m/s to rounding.
+fn assert_velocity_is_the_slope(observation: &Observation, times: &[f64]) {
+    let (goal, h) = (forecast(observation), 1e-3);
+    for ahead in times {
+        let slope = (goal.at(ahead + h).position - goal.at(ahead - h).position) / (2.0 * h);
+        let velocity = goal.at(*ahead).velocity;
+        assert!(
+            (slope - velocity).norm() < 1e-7,
+            "{velocity} and {slope} at {ahead} s"
+        );
+    }
+}
+
+#[test]
+fn an_offset_adds_to_the_velocity_what_its_turning_does() {
+    let by = Vector2::new(-12.0, 7.0);
+    let mut turning = auv("a", 3.0, 4.0, 2.0);
+    state(&mut turning).turn_rate = -0.02;
+    let times = [0.0, 10.0, 19.0, 31.3, 78.0];
+    for offset in [Offset::Ned(by), Offset::Target(by)] {
+        assert_velocity_is_the_slope(&track(turning.clone(), offset), &times);
+    }
+    // The path's arc begins after 20 s, at 0.5 m/s, and ends before 83 s.
+    for offset in [Offset::Ned(by), Offset::Target(by), Offset::Path(by)] {
+        let mut drifting = track(mower(), offset);
+        assert_velocity_is_the_slope(&drifting, &times);
+        drifting.current = Some(Vector2::new(0.05, 0.1));
+        assert_velocity_is_the_slope(&drifting, &times);
+    }
+    for goal in [
+        Goal::Midpoint {
+            auvs: ids(&["a", "b", "c"]),
+        },
+        Goal::Intermittent {
+            auvs: ids(&["b", "a"]),
+            dwell: 15.0,
+            epoch: -6.5,
+        },
+    ] {
+        let offset = Some(Offset::Target(by));
+        let seen = Observation {
+            offset,
+            ..observation(three(), goal)
+        };
+        assert_velocity_is_the_slope(&seen, &times);
+    }
+}
+
+#[test]
+fn an_offset_is_laid_off_along_the_axes_that_it_names() {
+    let by = Vector2::new(10.0, 3.0);
+    let vehicle = mower();
+    let arm = |offset, ahead| {
+        let goal = forecast(&track(vehicle.clone(), offset));
+        goal.at(ahead).position - goal.followed(ahead).position
+    };
+    // The lane leads north.
+    for offset in [Offset::Ned(by), Offset::Target(by), Offset::Path(by)] {
+        assert!((arm(offset, 0.0) - by).norm() < 1e-9, "{offset:?}");
+    }
+    // After the half circle it leads south.
+    for (offset, sign) in [
+        (Offset::Ned(by), 1.0),
+        (Offset::Target(by), -1.0),
+        (Offset::Path(by), -1.0),
+    ] {
+        assert!((arm(offset, 100.0) - by * sign).norm() < 1e-9, "{offset:?}");
+    }
+    // In still water the course is the path's tangent all the way.
+    let apart = arm(Offset::Target(by), 50.0) - arm(Offset::Path(by), 50.0);
+    assert!(apart.norm() < 1e-9);
+}
+
+#[test]
+fn a_path_that_the_auv_does_not_follow_still_gives_its_direction() {
+    let mut resting = mower();
+    (state(&mut resting).speed, state(&mut resting).course) = (0.0, Course::new(2.5));
+    let by = Vector2::new(10.0, 3.0);
+    let goal = forecast(&track(resting, Offset::Path(by)));
+    assert!((goal.at(60.0).position - Vector2::new(50.0, 5.0)).norm() < 1e-9);
+    assert_eq!(goal.at(60.0).velocity, Vector2::zeros());
+}
+
+#[test]
+fn at_rest_the_axes_stay_as_they_are_remembered_or_else_reported() {
+    let mut resting = auv("a", 0.0, 0.0, 1.0);
+    state(&mut resting).speed = 0.0;
+    let mut seen = track(resting, Offset::Target(Vector2::new(10.0, 0.0)));
+    assert!((forecast(&seen).at(40.0).position - direction(1.0) * 10.0).norm() < 1e-12);
+    seen.previous_plan = Some(PreviousPlan {
+        trajectory: vec![],
+        goal_course: Some(Course::new(-2.0)),
+        reference: None,
+        command: None,
+        craft: None,
+        current: None,
+        targets: vec![],
+    });
+    assert!((forecast(&seen).at(40.0).position - direction(-2.0) * 10.0).norm() < 1e-12);
+    assert_eq!(forecast(&seen).course(), Course::new(-2.0));
+    assert_eq!(forecast(&seen).at(40.0).velocity, Vector2::zeros());
+    let snapshot = Snapshot::try_from(seen).expect("valid");
+    let asked = GoalForecast::holding(&snapshot, Some(Course::new(0.5)));
+    assert!((asked.at(0.0).position - direction(0.5) * 10.0).norm() < 1e-12);
+}
+
+#[test]
+fn a_mean_that_comes_to_rest_keeps_the_course_that_it_came_with() {
+    // One goes straight on and the other turns to starboard until they go opposite ways, after 62.8 s: the mean
+    // slows down, and its course turns half as fast.
+    let mut turning = auv("b", 0.0, 30.0, 0.0);
+    state(&mut turning).turn_rate = 0.05;
+    let goal = Goal::Midpoint {
+        auvs: ids(&["a", "b"]),
+    };
+    let seen = Observation {
+        offset: Some(Offset::Target(Vector2::new(10.0, 0.0))),
+        ..observation(vec![auv("a", 0.0, 0.0, 0.0), turning], goal)
+    };
+    let goal = forecast(&seen);
+    let arm = |ahead: f64| goal.at(ahead).position - goal.followed(ahead).position;
+    // ‖v_m‖ = 0.193 cos(ω t / 2): below 0.05 m/s where the mean has turned by acos(0.05/0.193), for the first time.
+    let turned = (0.05_f64 / 0.193).acos();
+    let stop = turned / 0.025;
+    assert!((arm(stop - 1e-3) - direction(turned) * 10.0).norm() < 1e-3);
+    for ahead in [stop + 1e-3, stop + 1.0, 62.8] {
+        assert!((arm(ahead) - direction(turned) * 10.0).norm() < 1e-5, "{ahead}");
+        assert_eq!(goal.at(ahead).velocity, goal.followed(ahead).velocity);
+    }
+    // On the far side of the rest it goes backwards.
+    let start = std::f64::consts::TAU / 0.05 - stop;
+    let back = crate::facts::angle::angle_of(&arm(start + 1e-3));
+    assert!(
+        wrap(back - (turned + 2.0 * (std::f64::consts::FRAC_PI_2 - turned) + std::f64::consts::PI)).abs()
+            < 1e-3
+    );
+}

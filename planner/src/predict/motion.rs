@@ -1,0 +1,24 @@
+//! Position and velocity of what is followed.
+
+use nalgebra::Vector2;
+
+use crate::facts::{angle::Course, evidence::SPEED_AT_REST};
+
+/// The target's course, held while the target stands still (slower than 0.05 m/s): the course of a
+/// vehicle at rest is noise. `held` is the course when it last moved.
+#[must_use]
+pub fn target_course(target: &Motion, held: Option<Course>) -> Course {
+    match held {
+        Some(course) if target.velocity.norm() < SPEED_AT_REST => course,
+        Some(_) | None => Course::of(&target.velocity),
+    }
+}
+
+/// Position and velocity over ground at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Position (north, east), m.
+    pub position: Vector2<f64>,
+    /// Velocity over ground (north, east), m/s.
+    pub velocity: Vector2<f64>,
+}

@@ -1,0 +1,348 @@
+//! The place at the surface from which the farthest of several vehicles is nearest.
+
+use nalgebra::Vector2;
+use smallvec::{SmallVec, smallvec};
+
+use crate::facts::ranges::AUVS_MAX;
+
+/// By how much a squared distance may exceed the largest, relative to it, and still count as equal: some
+/// fifty roundings. The place is then right to the root of it, 10⁻⁷ of the distance, in the worst case.
+const SQUARE_TOLERANCE: f64 = 1e-14;
+
+/// Twice the sine of the angle under which three vehicles count as in line: a hundred times what rounding leaves.
+const SINE_IN_LINE: f64 = 1e-12;
+
+/// A vehicle seen from the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Below {
+    /// Position (north, east), m.
+    pub position: Vector2<f64>,
+    /// Depth, m.
+    pub depth: f64,
+}
+
+/// Where the worst slant range is least.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Nearest {
+    /// The place (north, east), m.
+    pub position: Vector2<f64>,
+    /// Its weights: the place is the mean of the vehicles' positions by these, none negative, their sum 1. At
+    /// most three are positive, those of vehicles that are all equally far, and none is farther.
+    pub weights: SmallVec<[f64; AUVS_MAX]>,
+}
+
+/// The place that is nearest to its farthest vehicle, in slant range.
+///
+/// ```text
+/// minimise over c   max_i  ‖c − p_i‖² + z_i²
+/// ```
+/// At equal depths it is the centre of the smallest circle around the vehicles. The squares differ by what is
+/// linear in c, so that each step projects a vehicle on the half-planes from which it is the farthest: the
+/// one that is farther than the best place for those before it belongs to the answer.
+///
+/// Source: E. Welzl, *Smallest enclosing disks (balls and ellipsoids)*, 1991, for the order of the steps; the
+/// depths, and the vehicles in the order given and not a random one, are departures: sixteen need no luck.
+///
+/// # Panics
+/// Where `vehicles` is empty.
+#[must_use]
+pub fn nearest_to_all(vehicles: &[Below]) -> Nearest {
+    // Differences to the first: coordinates of 10⁶ m leave few digits to squares.
+    let origin = vehicles[0].position;
+    let points: SmallVec<[Lifted; AUVS_MAX]> = vehicles
+        .iter()
+        .map(|vehicle| Lifted {
+            position: vehicle.position - origin,
+            square: vehicle.depth * vehicle.depth,
+        })
+        .collect();
+    let mut best = Place::above(&points, 0);
+    for i in 1..points.len() {
+        if best.is_nearer_to(i, best.support[0], &points) {
+            continue;
+        }
+        best = farthest_is(i, &points[..=i]);
+    }
+    Nearest {
+        position: best.position + origin,
+        weights: best.weights(&points),
+    }
+}
+
+/// A vehicle of which only the square of its depth matters.
+#[derive(Clone, Copy, Debug)]
+struct Lifted {
+    position: Vector2<f64>,
+    square: f64,
+}
+
+impl Lifted {
+    fn square_range(&self, place: &Vector2<f64>) -> f64 {
+        (place - self.position).norm_squared() + self.square
+    }
+}
+
+/// A candidate, and the vehicles that hold it there.
+#[derive(Clone, Debug)]
+struct Place {
+    position: Vector2<f64>,
+    support: SmallVec<[usize; 3]>,
+}
+
+impl Place {
+    fn above(points: &[Lifted], i: usize) -> Self {
+        Self {
+            position: points[i].position,
+            support: smallvec![i],
+        }
+    }
+
+    /// Whether `a` is no farther than `b`.
+    fn is_nearer_to(&self, a: usize, b: usize, points: &[Lifted]) -> bool {
+        let [a, b] = [a, b].map(|i| points[i].square_range(&self.position));
+        a <= b + SQUARE_TOLERANCE * a
+    }
+
+    /// Barycentric coordinates of the place in its support.
+    fn weights(&self, points: &[Lifted]) -> SmallVec<[f64; AUVS_MAX]> {
+        let p = |i: usize| points[i].position;
+        let mut weights: SmallVec<[f64; AUVS_MAX]> = smallvec![0.0; points.len()];
+        match *self.support.as_slice() {
+            [i, j] => {
+                let side = p(j) - p(i);
+                let share = (self.position - p(i)).dot(&side) / side.norm_squared();
+                (weights[i], weights[j]) = (1.0 - share, share);
+            }
+            [i, j, k] => {
+                let area = (p(j) - p(i)).perp(&(p(k) - p(i)));
+                let share = |a: usize, b: usize| (p(a) - self.position).perp(&(p(b) - self.position)) / area;
+                (weights[i], weights[j], weights[k]) = (share(j, k), share(k, i), share(i, j));
+            }
+            _ => weights[self.support[0]] = 1.0,
+        }
+        // Inside the support but for rounding.
+        for weight in &mut weights {
+            *weight = weight.max(0.0);
+        }
+        let sum: f64 = weights.iter().sum();
+        weights.iter().map(|weight| weight / sum).collect()
+    }
+}
+
+/// The best place among those from which none of `points` is farther than the `i`-th, the last.
+fn farthest_is(i: usize, points: &[Lifted]) -> Place {
+    let mut best = Place::above(points, i);
+    for j in 0..i {
+        if !best.is_nearer_to(j, i, points) {
+            best = equally_far_are(i, j, points).unwrap_or(best);
+        }
+    }
+    best
+}
+
+/// The best place on the line from which `i` and `j` are equally far, among those from which none of the
+/// vehicles before `j` is farther; none where `i` and `j` are one above the other.
+///
+/// With q = p − p_i, m the foot of the line as seen from p_i, and e along it:
+/// ```text
+/// c = p_i + m + τ e    m = q_j (½ + (z_j² − z_i²) / 2‖q_j‖²)    2 e·q_k τ ≥ ‖q_k‖² + z_k² − z_i² − 2 m·q_k
+/// ```
+fn equally_far_are(i: usize, j: usize, points: &[Lifted]) -> Option<Place> {
+    let from_i = |k: usize| points[k].position - points[i].position;
+    let higher = |k: usize| points[k].square - points[i].square;
+    let q_j = from_i(j);
+    let length_square = q_j.norm_squared();
+    if length_square <= f64::MIN_POSITIVE {
+        return None;
+    }
+    let m = q_j * (0.5 + 0.5 * higher(j) / length_square);
+    let along = Vector2::new(-q_j.y, q_j.x) / length_square.sqrt();
+    let (mut low, mut high) = ((f64::NEG_INFINITY, None), (f64::INFINITY, None));
+    for k in 0..j {
+        let q_k = from_i(k);
+        let slope = 2.0 * along.dot(&q_k);
+        // In line with the other two, it allows every place on the line or none.
+        if slope.abs() <= SINE_IN_LINE * q_k.norm() {
+            continue;
+        }
+        let bound = (q_k.norm_squared() + higher(k) - 2.0 * m.dot(&q_k)) / slope;
+        if slope > 0.0 && low.0 < bound {
+            low = (bound, Some(k));
+        } else if slope < 0.0 && bound < high.0 {
+            high = (bound, Some(k));
+        }
+    }
+    let (tau, third) = match (low, high) {
+        (low, _) if 0.0 < low.0 => low,
+        (_, high) if high.0 < 0.0 => high,
+        _ => (0.0, None),
+    };
+    Some(Place {
+        position: points[i].position + m + along * tau,
+        support: [i, j].into_iter().chain(third).collect(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn below(north: f64, east: f64, depth: f64) -> Below {
+        Below {
+            position: Vector2::new(north, east),
+            depth,
+        }
+    }
+
+    fn range(place: &Vector2<f64>, vehicle: &Below) -> f64 {
+        (place - vehicle.position).norm().hypot(vehicle.depth)
+    }
+
+    fn worst(place: &Vector2<f64>, vehicles: &[Below]) -> f64 {
+        let ranges = vehicles.iter().map(|vehicle| range(place, vehicle));
+        ranges.fold(0.0, f64::max)
+    }
+
+    /// The conditions that are sufficient for the least maximum of convex functions: a mean of the gradients of
+    /// those that attain it vanishes.
+    fn assert_least(vehicles: &[Below], size: f64) {
+        let found = nearest_to_all(vehicles);
+        let (place, worst) = (found.position, worst(&found.position, vehicles));
+        assert!(found.weights.iter().all(|weight| 0.0 <= *weight), "{found:?}");
+        assert!(
+            (found.weights.iter().sum::<f64>() - 1.0).abs() < 1e-12,
+            "{found:?}"
+        );
+        let pairs = || found.weights.iter().zip(vehicles);
+        let mean: Vector2<f64> = pairs().map(|(weight, vehicle)| vehicle.position * *weight).sum();
+        assert!((mean - place).norm() <= 1e-7 * size, "{found:?} of {vehicles:?}");
+        for (weight, vehicle) in pairs() {
+            // A squared range counts as equal within 1e-14 of itself, and a coordinate keeps 16 digits.
+            let short = weight * (worst - range(&place, vehicle));
+            assert!(short <= 1e-9 * size, "{short} at {vehicle:?} of {vehicles:?}");
+        }
+    }
+
+    #[test]
+    fn one_vehicle_is_best_seen_from_above() {
+        let found = nearest_to_all(&[below(3.0, -4.0, 9.0)]);
+        assert_eq!(
+            (found.position, found.weights.as_slice()),
+            (Vector2::new(3.0, -4.0), [1.0].as_slice())
+        );
+    }
+
+    #[test]
+    fn the_circle_around_an_obtuse_triangle_is_that_of_its_longest_side() {
+        let found = nearest_to_all(&[below(0.0, 0.0, 2.0), below(10.0, 1.0, 2.0), below(20.0, 0.0, 2.0)]);
+        assert!((found.position - Vector2::new(10.0, 0.0)).norm() < 1e-12);
+        assert_eq!(found.weights.as_slice(), [0.5, 0.0, 0.5]);
+    }
+
+    #[test]
+    fn the_circle_around_an_equilateral_triangle_is_about_its_centroid() {
+        let corner = |k: f64| crate::facts::angle::direction(k * std::f64::consts::TAU / 3.0) * 30.0;
+        let vehicles = [0.0, 1.0, 2.0].map(|k| Below {
+            position: corner(k) + Vector2::new(5.0e5, -7.0e5),
+            depth: 4.0,
+        });
+        let found = nearest_to_all(&vehicles);
+        assert!((found.position - Vector2::new(5.0e5, -7.0e5)).norm() < 1e-9);
+        assert!(
+            found
+                .weights
+                .iter()
+                .all(|weight| (weight - 1.0 / 3.0).abs() < 1e-9)
+        );
+    }
+
+    #[test]
+    fn the_deeper_of_two_draws_the_place_to_itself_until_it_is_right_above() {
+        // 30 m of a triangle 40 m, 50 m: from 35.0625 m on the 60 m between them both are equally far.
+        let depth: f64 = 40.0;
+        let share = |depth: f64| 0.5 + depth * depth / (2.0 * 60.0 * 60.0);
+        let found = nearest_to_all(&[below(0.0, 0.0, 0.0), below(60.0, 0.0, depth)]);
+        assert!((found.position.x - 60.0 * share(depth)).abs() < 1e-12);
+        assert!((found.weights[1] - share(depth)).abs() < 1e-12);
+        let found = nearest_to_all(&[below(0.0, 0.0, 0.0), below(60.0, 0.0, 60.5)]);
+        assert_eq!(
+            (found.position.x, found.weights.as_slice()),
+            (60.0, [0.0, 1.0].as_slice())
+        );
+    }
+
+    #[test]
+    fn coincident_collinear_and_cocircular_vehicles_have_one_best_place() {
+        let circle = |n: u32| {
+            (0..n)
+                .map(|k| crate::facts::angle::direction(f64::from(k) * 0.7) * 50.0)
+                .map(|p| below(p.x, p.y, 3.0))
+                .collect::<Vec<_>>()
+        };
+        let stacked: Vec<_> = (0..5).map(|k| below(1.0, 2.0, f64::from(k))).collect();
+        let twins = vec![below(1.0, 2.0, 3.0); 16];
+        let line: Vec<_> = (0..16)
+            .map(|k| below(f64::from(k * 5 % 16) * 0.3, f64::from(k * 5 % 16) * 0.1, 7.0))
+            .collect();
+        let mut nearly_twins = twins.clone();
+        for (k, twin) in (0..).zip(&mut nearly_twins) {
+            twin.position.x += 1e-9 * f64::from(k * 7 % 16);
+            twin.position.y += 1e-9 * f64::from(k * 3 % 16);
+        }
+        nearly_twins.push(below(40.0, 60.0, 3.0));
+        for vehicles in [
+            circle(3),
+            circle(9),
+            circle(16),
+            stacked,
+            twins,
+            line,
+            nearly_twins,
+        ] {
+            assert_least(&vehicles, 100.0);
+        }
+        assert!(nearest_to_all(&circle(16)).position.norm() < 1e-9);
+    }
+
+    fn any_vehicles() -> impl Strategy<Value = Vec<Below>> {
+        // A coarse grid brings ties, coincidences and lines.
+        let fine = (-200.0..200.0, -200.0..200.0, 0.0..200.0);
+        let coarse = (-3_i32..4, -3_i32..4, 0_i32..3)
+            .prop_map(|(n, e, d)| (20.0 * f64::from(n), 20.0 * f64::from(e), 30.0 * f64::from(d)));
+        let vehicle = |(north, east, depth)| below(north, east, depth);
+        prop_oneof![
+            prop::collection::vec(fine.prop_map(vehicle), 1..=16),
+            prop::collection::vec(coarse.prop_map(vehicle), 1..=16),
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn no_place_is_better_than_the_one_found(
+            vehicles in any_vehicles(),
+            steps in prop::collection::vec((-1.0..1.0, -1.0..1.0, -6_i32..3), 50),
+        ) {
+            assert_least(&vehicles, 400.0);
+            let place = nearest_to_all(&vehicles).position;
+            let least = worst(&place, &vehicles);
+            for (north, east, power) in steps {
+                let other = place + Vector2::new(north, east) * 10_f64.powi(power);
+                prop_assert!(least <= worst(&other, &vehicles) + 1e-9);
+            }
+        }
+
+        #[test]
+        fn the_order_of_the_vehicles_does_not_move_the_place(vehicles in any_vehicles()) {
+            let place = nearest_to_all(&vehicles).position;
+            let mut turned = vehicles.clone();
+            turned.reverse();
+            prop_assert!((nearest_to_all(&turned).position - place).norm() < 1e-5);
+            turned.rotate_left(vehicles.len() / 2);
+            prop_assert!((nearest_to_all(&turned).position - place).norm() < 1e-5);
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! Whether discs have a point in common: whether one place is in range of all.
+
+use nalgebra::Vector2;
+
+/// Rounding, m.
+const ROUNDING: f64 = 1.0e-6;
+
+/// Centre and radius, m, of a disc that includes its edge.
+pub(crate) type Place = (Vector2<f64>, f64);
+
+/// Whether some point is in all of `discs`.
+///
+/// The discs' intersection, where there is one, is a convex region. Either its edge is a whole circle, the one of a disc
+/// inside all others, whose centre is then in all; or it has a corner, where two circles cross.
+pub(crate) fn have_a_common_point(discs: &[Place]) -> bool {
+    let in_all = |point: &Vector2<f64>| {
+        discs
+            .iter()
+            .all(|(centre, radius)| (point - centre).norm() <= radius + ROUNDING)
+    };
+    let pairs = || {
+        discs
+            .iter()
+            .enumerate()
+            .flat_map(|(i, a)| discs[i + 1..].iter().map(move |b| (a, b)))
+    };
+    discs.is_empty()
+        || discs.iter().any(|(centre, _)| in_all(centre))
+        || pairs()
+            .flat_map(|(a, b)| crossings(a, b))
+            .any(|point| in_all(&point))
+}
+
+/// Where two circles cross; twice the point nearest to both where they touch, or fail to by rounding; far off where they
+/// do not meet.
+fn crossings((a, ra): &Place, (b, rb): &Place) -> [Vector2<f64>; 2] {
+    let apart = b - a;
+    let distance = apart.norm().max(f64::MIN_POSITIVE);
+    let along = (distance * distance + ra * ra - rb * rb) / (2.0 * distance);
+    let across = (ra * ra - along * along).max(0.0).sqrt();
+    let axis = apart / distance;
+    let foot = a + axis * along;
+    let off = Vector2::new(-axis.y, axis.x) * across;
+    [foot + off, foot - off]
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn place(north: f64, east: f64, radius: f64) -> Place {
+        (Vector2::new(north, east), radius)
+    }
+
+    #[test]
+    fn discs_that_touch_have_a_point_in_common_and_discs_apart_have_none() {
+        assert!(have_a_common_point(&[]));
+        assert!(have_a_common_point(&[place(0.0, 0.0, 0.0)]));
+        assert!(have_a_common_point(&[
+            place(0.0, 0.0, 300.0),
+            place(600.0, 0.0, 300.0)
+        ]));
+        assert!(!have_a_common_point(&[
+            place(0.0, 0.0, 300.0),
+            place(600.1, 0.0, 300.0)
+        ]));
+        // One inside another, and two at one place.
+        assert!(have_a_common_point(&[
+            place(0.0, 0.0, 50.0),
+            place(1.0, 2.0, 3.0)
+        ]));
+        assert!(have_a_common_point(&[place(1.0, 2.0, 5.0), place(1.0, 2.0, 3.0)]));
+    }
+
+    #[test]
+    fn three_discs_of_which_every_two_meet_need_not_have_a_point_in_common() {
+        // An equilateral triangle of sides 2: its centre is 2/√3 = 1.1547 from the corners.
+        let discs = |radius: f64| {
+            [0.0, 1.0, 2.0].map(|i: f64| {
+                let angle = i * std::f64::consts::TAU / 3.0;
+                (
+                    crate::facts::angle::direction(angle) * (2.0 / 3.0_f64.sqrt()),
+                    radius,
+                )
+            })
+        };
+        assert!(!have_a_common_point(&discs(1.15)));
+        assert!(have_a_common_point(&discs(1.16)));
+    }
+
+    proptest! {
+        /// Second route: the largest excess of distance over radius is convex, and subgradient steps find its least.
+        #[test]
+        fn it_is_so_where_the_least_of_the_largest_excess_is_not_above_0(
+            discs in proptest::collection::vec(
+                (-100.0..100.0_f64, -100.0..100.0_f64, 0.0..150.0_f64).prop_map(|(n, e, r)| place(n, e, r)),
+                1..6,
+            ),
+        ) {
+            let worst = |point: &Vector2<f64>| {
+                discs
+                    .iter()
+                    .map(|(centre, radius)| ((point - centre).norm() - radius, *centre))
+                    .fold((f64::NEG_INFINITY, *point), |a, b| if a.0 < b.0 { b } else { a })
+            };
+            let mut point = Vector2::zeros();
+            let mut least = f64::INFINITY;
+            let mut step = 100.0;
+            for _ in 0..4000 {
+                let (excess, centre) = worst(&point);
+                least = least.min(excess);
+                point += (centre - point).cap_magnitude(step);
+                step *= 0.997;
+            }
+            // The steps end below a millimetre; what is nearer to the edge than they get tells nothing.
+            if least.abs() > 0.05 {
+                prop_assert_eq!(have_a_common_point(&discs), least < 0.0, "{}", least);
+            }
+        }
+    }
+}

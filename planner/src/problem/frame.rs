@@ -1,0 +1,102 @@
+//! The craft's own frame: origin at its position, first axis along its bow, time 0 now.
+
+use nalgebra::{Matrix2, Vector2};
+
+use crate::{
+    craft::response::Stage,
+    facts::{
+        angle::{Heading, angle_of, ned_from_body},
+        reference::TrajectoryPoint,
+    },
+    predict::motion::Motion,
+    snapshot::build::Snapshot,
+};
+
+/// Slower than this, a velocity has no direction worth following, m/s.
+pub(crate) const SPEED_WITHOUT_DIRECTION: f64 = 0.02;
+
+/// Transforms between north-east and (ahead, starboard) of the craft now.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    /// Snapshot time, s.
+    now: f64,
+    origin: Vector2<f64>,
+    ned_from_craft: Matrix2<f64>,
+    heading: Heading,
+}
+
+impl Frame {
+    /// The frame of the craft of `snapshot`.
+    pub(crate) fn of(snapshot: &Snapshot) -> Self {
+        Self {
+            now: snapshot.time,
+            origin: snapshot.asc.position,
+            ned_from_craft: ned_from_body(snapshot.asc.heading.radians()),
+            heading: snapshot.asc.heading,
+        }
+    }
+
+    /// Time on the snapshot's clock of what is `ahead` seconds after the snapshot, s.
+    pub(crate) fn time(&self, ahead: f64) -> f64 {
+        self.now + ahead
+    }
+
+    /// A NED angle as an angle from the bow, rad, not wrapped.
+    pub(crate) fn angle(&self, ned: f64) -> f64 {
+        ned - self.heading.radians()
+    }
+
+    /// A position (north, east) in the craft's frame, m.
+    pub(crate) fn position(&self, ned: &Vector2<f64>) -> Vector2<f64> {
+        self.ned_from_craft.transpose() * (ned - self.origin)
+    }
+
+    /// A vector (north, east) in the craft's frame.
+    pub(crate) fn vector(&self, ned: &Vector2<f64>) -> Vector2<f64> {
+        self.ned_from_craft.transpose() * ned
+    }
+
+    /// A motion in the craft's frame.
+    pub(crate) fn motion(&self, ned: &Motion) -> Motion {
+        let craft_from_ned = self.ned_from_craft.transpose();
+        Motion {
+            position: craft_from_ned * (ned.position - self.origin),
+            velocity: craft_from_ned * ned.velocity,
+        }
+    }
+
+    /// A point of a trajectory as a stage in the craft's frame.
+    pub(crate) fn stage(&self, point: &TrajectoryPoint) -> Stage {
+        let craft_from_ned = self.ned_from_craft.transpose();
+        Stage {
+            position: craft_from_ned * (point.position - self.origin),
+            velocity: craft_from_ned * point.heading.unit() * point.speed,
+        }
+    }
+
+    /// `stages` at `times` after the snapshot, s, as a trajectory in NED. A stage too slow to have a direction keeps the
+    /// heading of the one before.
+    pub(crate) fn trajectory(
+        &self,
+        stages: &[Stage],
+        times: &[f64],
+    ) -> impl Iterator<Item = TrajectoryPoint> {
+        let mut heading = self.heading;
+        stages
+            .iter()
+            .zip(times)
+            .enumerate()
+            .map(move |(k, (stage, time))| {
+                let velocity = self.ned_from_craft * stage.velocity;
+                if k > 0 && velocity.norm() >= SPEED_WITHOUT_DIRECTION {
+                    heading = Heading::new(angle_of(&velocity));
+                }
+                TrajectoryPoint {
+                    time: self.now + time,
+                    position: self.origin + self.ned_from_craft * stage.position,
+                    speed: stage.velocity.norm(),
+                    heading,
+                }
+            })
+    }
+}

@@ -1,0 +1,189 @@
+//! The planning problem in the craft's own frame, sampled on the policy's grid.
+
+use nalgebra::Vector2;
+
+use crate::{
+    craft::{
+        closed_loop::PropulsionPower,
+        model::CraftModel,
+        response::{HALF_HOLD, Response, Rollout, Stage, Surge},
+    },
+    facts::{
+        angle::{Course, Heading, wrap},
+        asc::AscNow,
+        reference::{Reference, TrajectoryPoint},
+    },
+    los::{law::LosTuning, tracking_law::TrackingLaw},
+    predict::{
+        goal::GoalForecast,
+        motion::{Motion, target_course},
+    },
+    problem::{
+        frame::{Frame, SPEED_WITHOUT_DIRECTION},
+        policy::{Policy, Weights},
+        previous_trajectory::PreviousTrajectory,
+        stage_constraints::StageConstraints,
+    },
+    snapshot::build::Snapshot,
+};
+
+/// Facts of one snapshot in the frame of the craft. A plan made of them cannot depend on where north or the datum is.
+#[derive(Clone, Debug)]
+pub(crate) struct Horizon<'a> {
+    pub(crate) frame: Frame,
+    /// Lengths of the intervals, s.
+    pub(crate) steps: &'a [f64],
+    /// Times of the stages after the snapshot, s: 0 first.
+    pub(crate) times: Vec<f64>,
+    /// Goal at the stages, craft frame.
+    pub(crate) goal: Vec<Motion>,
+    /// Goal's course when it last moved, NED.
+    pub(crate) goal_course: Course,
+    /// Current, craft frame, m/s.
+    pub(crate) current: Vector2<f64>,
+    /// The craft now, craft frame.
+    pub(crate) start: Stage,
+    /// Yaw rate that the craft has now, rad/s.
+    yaw_rate: f64,
+    /// The previous plan's trajectory, if it is usable.
+    pub(crate) previous: Option<PreviousTrajectory<'a>>,
+    /// Propulsion power of the craft.
+    pub(crate) power: PropulsionPower,
+    /// Weights of the cost, as the goal is known.
+    pub(crate) weights: Weights,
+    /// Limits of position at the stages, craft frame.
+    pub(crate) constraints: StageConstraints,
+}
+
+impl<'a> Horizon<'a> {
+    /// The horizon of `snapshot`.
+    pub(crate) fn new(snapshot: &'a Snapshot, policy: &'a Policy, goal: &GoalForecast) -> Self {
+        let frame = Frame::of(snapshot);
+        let later = policy.steps.iter().scan(0.0, |time, step| {
+            *time += step;
+            Some(*time)
+        });
+        let times: Vec<f64> = std::iter::once(0.0).chain(later).collect();
+        let previous = PreviousTrajectory::of(snapshot, policy);
+        let yaw_rate = yaw_rate(snapshot, previous.as_ref());
+        let goal_at = |time: &f64| frame.motion(&goal.at(*time));
+        let goal_motions: Vec<_> = times.iter().map(goal_at).collect();
+        let goal_now = goal_motions[0].position;
+        Self {
+            frame,
+            steps: &policy.steps,
+            goal: goal_motions,
+            goal_course: target_course(&goal.at(0.0), Some(goal.course())),
+            current: frame.vector(&snapshot.current()),
+            start: Stage {
+                position: Vector2::zeros(),
+                velocity: snapshot.velocity_now(yaw_rate),
+            },
+            yaw_rate,
+            previous,
+            power: snapshot.craft_model().power,
+            weights: policy.weights_for(snapshot, goal),
+            constraints: StageConstraints::new(snapshot, policy, &frame, &times, &goal_now, goal.auvs()),
+            times,
+        }
+    }
+
+    /// A line-of-sight law from a start without memory, rolled out on the response model.
+    pub(crate) fn line_of_sight(
+        &self,
+        snapshot: &Snapshot,
+        goal: &GoalForecast,
+        tuning: LosTuning,
+    ) -> Rollout {
+        let mut tracking = TrackingLaw::new(tuning, Some(self.local_goal_course()));
+        let law = |time, asc: &_, _| {
+            tracking.steer(time, asc, &self.frame.motion(&goal.at(time)), &snapshot.limits)
+        };
+        self.roll_out(snapshot.craft_model(), law)
+    }
+
+    /// Acceleration through the water until now, craft frame, m/s²: across the direction of travel, what the yaw rate makes.
+    pub(crate) fn acceleration(&self) -> Vector2<f64> {
+        let velocity = self.start.velocity;
+        Vector2::new(-velocity.y, velocity.x) * self.yaw_rate
+    }
+
+    /// A law that is asked in the craft's frame, rolled out on the response model.
+    pub(crate) fn roll_out(
+        &self,
+        craft: &CraftModel,
+        law: impl FnMut(f64, &AscNow, Surge) -> Reference,
+    ) -> Rollout {
+        let followed = self.previous.and_then(|previous| previous.followed_heading);
+        let response = Response {
+            craft,
+            current: self.current,
+            heading_reference: followed.map(|reference| Heading::new(self.frame.angle(reference.radians()))),
+        };
+        response.roll_out(self.start, Heading::new(0.0), self.steps, law)
+    }
+
+    /// Directions of travel, craft frame: the bow first, then those of `stages`; where these are too
+    /// slow to have one, the direction before.
+    pub(crate) fn directions_of(stages: &[Stage]) -> impl Iterator<Item = Vector2<f64>> {
+        let ahead = Vector2::new(1.0, 0.0);
+        let later = stages[1..].iter().scan(ahead, |last, stage| {
+            *last = stage
+                .velocity
+                .try_normalize(SPEED_WITHOUT_DIRECTION)
+                .unwrap_or(*last);
+            Some(*last)
+        });
+        std::iter::once(ahead).chain(later)
+    }
+
+    /// An earlier trajectory at this horizon's stages, craft frame.
+    pub(crate) fn stages_along(&self, previous: &PreviousTrajectory<'_>) -> Vec<Stage> {
+        let later = self.times[1..]
+            .iter()
+            .map(|time| self.frame.stage(&previous.at(self.frame.time(*time))));
+        std::iter::once(self.start).chain(later).collect()
+    }
+
+    /// The goal's course when it last moved, as an angle from the bow.
+    pub(crate) fn local_goal_course(&self) -> Course {
+        Course::new(self.frame.angle(self.goal_course.radians()))
+    }
+
+    /// `stages` at a time in the interval that begins with stage k, or just beyond it: a linear velocity, and the
+    /// position that it leads to.
+    pub(crate) fn between(&self, stages: &[Stage], k: usize, time: f64) -> Stage {
+        let (from, to) = (&stages[k], &stages[k + 1]);
+        let (dt, since) = (self.times[k + 1] - self.times[k], time - self.times[k]);
+        let share = (since / dt).min(1.0);
+        let acceleration = (to.velocity - from.velocity) / dt;
+        let velocity = from.velocity + acceleration * (share * dt);
+        let mean = (from.velocity + velocity) * 0.5 + self.current;
+        Stage {
+            position: from.position + mean * since,
+            velocity,
+        }
+    }
+
+    /// Time of a stage on the snapshot's clock, s.
+    pub(crate) fn time(&self, stage: usize) -> f64 {
+        self.frame.time(self.times[stage])
+    }
+
+    /// Stages as a trajectory in NED.
+    pub(crate) fn trajectory(&self, stages: &[Stage]) -> impl Iterator<Item = TrajectoryPoint> {
+        self.frame.trajectory(stages, &self.times)
+    }
+}
+
+/// Yaw rate now, rad/s: what the response model makes of the reference that the craft follows, which has no sensor's
+/// noise; else as measured. Never faster than the craft can turn.
+fn yaw_rate(snapshot: &Snapshot, previous: Option<&PreviousTrajectory<'_>>) -> f64 {
+    let craft = snapshot.craft_model();
+    let reference = previous.and_then(|previous| previous.followed_heading);
+    let followed = reference.map(|reference| {
+        wrap(reference.radians() - snapshot.asc.heading.radians()) / craft.heading_lag().max(HALF_HOLD)
+    });
+    let most = craft.limits.turn_rate_max;
+    followed.unwrap_or(snapshot.asc.yaw_rate).clamp(-most, most)
+}

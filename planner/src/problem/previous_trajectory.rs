@@ -1,0 +1,68 @@
+//! The previous plan's trajectory, as far as it still leads the craft.
+
+use crate::{
+    facts::{
+        angle::{Heading, wrap},
+        reference::TrajectoryPoint,
+    },
+    problem::policy::Policy,
+    snapshot::build::Snapshot,
+};
+
+/// A previous trajectory that is young enough, reaches into the future, and leads through where the craft is: the one
+/// of another mission does not.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PreviousTrajectory<'a> {
+    points: &'a [TrajectoryPoint],
+    /// Heading to which the craft has been turning since: its reference, and what it stays off that.
+    pub(crate) followed_heading: Option<Heading>,
+}
+
+impl<'a> PreviousTrajectory<'a> {
+    /// The trajectory of `snapshot`'s previous plan, if it is usable.
+    pub(crate) fn of(snapshot: &'a Snapshot, policy: &Policy) -> Option<Self> {
+        let previous = snapshot.previous_plan.as_ref()?;
+        let points = previous.trajectory.as_slice();
+        let (first, last, now) = (points.first()?, points.last()?, snapshot.time);
+        let young = first.time <= now && now - first.time < policy.previous_plan_age_max && now < last.time;
+        let miss = (point_at(points, now).position - snapshot.asc.position).norm();
+        let offset = snapshot.craft_model().heading_offset;
+        (young && miss < policy.previous_plan_miss_max).then(|| Self {
+            points,
+            followed_heading: previous
+                .reference
+                .map(|reference| Heading::new(reference.heading.radians() + offset)),
+        })
+    }
+
+    /// When it was planned, s on the snapshot's clock.
+    pub(crate) fn planned_at(&self) -> f64 {
+        self.points[0].time
+    }
+
+    /// Its point at `time`, s on the snapshot's clock.
+    pub(crate) fn at(&self, time: f64) -> TrajectoryPoint {
+        point_at(self.points, time)
+    }
+}
+
+/// A trajectory at a time between its points, linear in position and speed, along the shorter arc in
+/// heading; its ends beyond them.
+fn point_at(points: &[TrajectoryPoint], time: f64) -> TrajectoryPoint {
+    let after = points.partition_point(|point| point.time <= time);
+    if after == 0 {
+        return points[0];
+    }
+    if after == points.len() {
+        return points[after - 1];
+    }
+    let (from, to) = (&points[after - 1], &points[after]);
+    let share = (time - from.time) / (to.time - from.time);
+    let turn = wrap(to.heading.radians() - from.heading.radians());
+    TrajectoryPoint {
+        time,
+        position: from.position.lerp(&to.position, share),
+        speed: from.speed + share * (to.speed - from.speed),
+        heading: Heading::new(from.heading.radians() + share * turn),
+    }
+}

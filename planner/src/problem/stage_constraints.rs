@@ -1,0 +1,366 @@
+//! The limits of position at the stages of a horizon, in the craft's frame: acoustic ranges, discs, edges of the area, and
+//! the AUVs of a minimax range.
+
+use std::iter::repeat_n;
+
+use nalgebra::Vector2;
+use smallvec::SmallVec;
+
+use crate::{
+    craft::response::Stage,
+    facts::{angle::starboard_of, auv::VehicleId, bounds::KEEP_OUTS_MAX, goal::Goal, ranges::AUVS_MAX},
+    predict::{forecast::AuvForecast, motion::Motion},
+    problem::{
+        common_point::{Place, have_a_common_point},
+        frame::Frame,
+        limits::{AcousticRange, Disc, Edge, MinimaxRange},
+        policy::Policy,
+        violation::Subject,
+    },
+    snapshot::build::Snapshot,
+};
+
+/// Radius of a disc that is not there, m: with any other number below 0 a disc would come and go at another share of
+/// the interval in which it does.
+const NOT_THERE: f64 = -1.0;
+
+/// Where the craft may go, and the AUVs of a minimax range.
+#[derive(Clone, Debug)]
+pub(crate) struct StageConstraints {
+    pub(crate) ranges: Vec<AcousticRange>,
+    pub(crate) discs: Vec<Disc>,
+    pub(crate) edges: Vec<Edge>,
+    pub(crate) minimax: Vec<MinimaxRange>,
+    /// The keep-outs by their place in the snapshot, in the order of the discs, of which they are the first.
+    keep_outs: Vec<usize>,
+    /// The AUVs by their place in the snapshot, in the order of their ranges and of the discs after the keep-outs: those
+    /// that the goal names first.
+    auvs: Vec<usize>,
+    /// The AUVs whose range cannot be kept, by their place in the snapshot, ascending.
+    pub(crate) range_unattainable: Vec<usize>,
+}
+
+/// Priority of a limit of acoustic range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum RangePriority {
+    /// About an AUV that the goal names.
+    Named,
+    /// About another.
+    Other,
+    /// About another, which cannot be kept: it is reported as broken and costs nothing.
+    GivenUp,
+}
+
+impl StageConstraints {
+    /// The constraints at `times` after the snapshot, s; `goal` is the goal now, and `forecasts` those of all AUVs, in the
+    /// snapshot's order.
+    pub(crate) fn new(
+        snapshot: &Snapshot,
+        policy: &Policy,
+        frame: &Frame,
+        times: &[f64],
+        goal: &Vector2<f64>,
+        forecasts: &[AuvForecast],
+    ) -> Self {
+        // In geometric order, so that nothing depends on who was named first.
+        let centres = snapshot.keep_outs.iter().map(|disc| disc.centre);
+        let keep_outs = sorted(centres, frame);
+        let positions = forecasts.iter().map(|forecast| forecast.at(0.0).position);
+        let mut auvs = sorted(positions, frame);
+        // No limit holds about an AUV that was not heard of for long.
+        auvs.retain(|auv| !policy.is_stale(&snapshot.estimates()[*auv]));
+        let named = |auv: usize| {
+            let id = &snapshot.auvs[auv].id;
+            snapshot.goal.vehicles().any(|named| named == id)
+        };
+        let (first, others): (Vec<_>, Vec<_>) = auvs.into_iter().partition(|auv| named(*auv));
+        let auvs = [first, others].concat();
+
+        let sampling = Sampling { frame, times };
+        let mut discs: Vec<Disc> = keep_outs
+            .iter()
+            .map(|place| {
+                let keep_out = &snapshot.keep_outs[*place];
+                sampling.fixed_disc(&keep_out.centre, keep_out.radius)
+            })
+            .collect();
+        if let Some(separation) = snapshot.surfacing_separation {
+            let moving = |auv: &usize| sampling.surfacing_disc(&forecasts[*auv], separation);
+            discs.extend(auvs.iter().map(moving));
+        }
+        let ranges = snapshot.range_max.map_or_else(Vec::new, |range_max| {
+            let range = |auv: &usize| AcousticRange {
+                named: named(*auv),
+                ..sampling.acoustic_range(&forecasts[*auv], range_max, policy.range_back_off)
+            };
+            auvs.iter().map(range).collect()
+        });
+        let counting = auvs
+            .iter()
+            .filter(|auv| is_minimax(snapshot, &snapshot.auvs[**auv].id));
+        let minimax = counting.map(|auv| sampling.minimax_range(&forecasts[*auv]));
+        let mut constraints = Self {
+            minimax: minimax.collect(),
+            edges: edges(&snapshot.area, frame).collect(),
+            ranges,
+            discs,
+            keep_outs,
+            auvs,
+            range_unattainable: Vec::new(),
+        };
+        constraints.give_up_unattainable_ranges(goal);
+        constraints
+    }
+
+    /// Finds out whose range cannot be kept now, and gives up the limits about those of them that the goal does not name:
+    /// half-way between what is out of range of either, a craft is of no use to either.
+    ///
+    /// Given up are, of those that the goal names, the ones out of range where the goal is met, if no place is in range of
+    /// all; of the others, taken from the nearest to the goal on, each that has no place in range of all kept so far.
+    fn give_up_unattainable_ranges(&mut self, goal: &Vector2<f64>) {
+        let place = |range: &AcousticRange| (range.centres[0], range.radii[0]);
+        let distance = |range: &AcousticRange| (range.centres[0] - goal).norm();
+        let n_named = self.ranges.iter().filter(|range| range.named).count();
+        let mut kept: SmallVec<[Place; AUVS_MAX]> = self.ranges[..n_named].iter().map(place).collect();
+        if !have_a_common_point(&kept) {
+            let named = self.ranges[..n_named].iter().zip(&self.auvs);
+            let out_of_range = named.filter(|(range, _)| range.radii[0] < distance(range));
+            self.range_unattainable.extend(out_of_range.map(|(_, auv)| *auv));
+        }
+        let mut others: SmallVec<[usize; AUVS_MAX]> = (n_named..self.ranges.len()).collect();
+        others.sort_by(|a, b| distance(&self.ranges[*a]).total_cmp(&distance(&self.ranges[*b])));
+        for i in others {
+            kept.push(place(&self.ranges[i]));
+            if !have_a_common_point(&kept) {
+                kept.pop();
+                self.range_unattainable.push(self.auvs[i]);
+            }
+        }
+        self.range_unattainable.sort_unstable();
+    }
+
+    /// The AUVs whose ranges have this priority.
+    pub(crate) fn ranges(&self, priority: RangePriority) -> impl Iterator<Item = (Subject, &AcousticRange)> {
+        let ranges = self.auvs.iter().zip(&self.ranges);
+        let of_it = ranges.filter(move |(auv, range)| self.priority(**auv, range) == priority);
+        of_it.map(|(auv, range)| (Subject::Auv(*auv), range))
+    }
+
+    fn priority(&self, auv: usize, range: &AcousticRange) -> RangePriority {
+        if range.named {
+            RangePriority::Named
+        } else if self.range_unattainable.contains(&auv) {
+            RangePriority::GivenUp
+        } else {
+            RangePriority::Other
+        }
+    }
+
+    /// The discs that a snapshot names.
+    pub(crate) fn keep_outs(&self) -> impl Iterator<Item = (Subject, &Disc)> {
+        let keep_outs = self.keep_outs.iter().copied();
+        keep_outs.map(Subject::KeepOut).zip(&self.discs)
+    }
+
+    /// The discs about the AUVs that may be at the surface, where a distance is to be kept from them.
+    pub(crate) fn separations(&self) -> impl Iterator<Item = (Subject, &Disc)> {
+        let moving = self.discs.iter().skip(self.keep_outs.len());
+        self.auvs.iter().copied().map(Subject::Auv).zip(moving)
+    }
+
+    /// Where the goal is a worst range: its square at stage k less the least possible, m².
+    pub(crate) fn minimax_excess(
+        &self,
+        k: usize,
+        position: &Vector2<f64>,
+        goal: &Vector2<f64>,
+    ) -> Option<f64> {
+        let worst = |place: &Vector2<f64>| {
+            let range = |member: &MinimaxRange| {
+                (place - member.positions[k]).norm_squared() + member.depths[k] * member.depths[k]
+            };
+            self.minimax.iter().map(range).fold(0.0, f64::max)
+        };
+        (!self.minimax.is_empty()).then(|| (worst(position) - worst(goal)).max(0.0))
+    }
+
+    /// Makes the numbers fit for a program, for a craft that gets no farther than `reach` and a goal that is brought
+    /// nearer: what is out of reach stays there, but is not so far that rounding counts.
+    pub(crate) fn limit_to_reach(&mut self, reach: f64, goal: &[Motion], near_goal: &[Vector2<f64>]) {
+        let far = 2.0 * reach;
+        let near = self;
+        for (i, range) in near.ranges.iter_mut().enumerate() {
+            let given_up = !range.named && near.range_unattainable.contains(&near.auvs[i]);
+            for (centre, radius) in range.centres.iter_mut().zip(&mut range.radii) {
+                let beyond = (centre.norm() - far).max(0.0);
+                *centre = centre.cap_magnitude(far);
+                // A row that holds wherever the craft gets.
+                let at_least = if given_up { 2.0 * far } else { 0.0 };
+                *radius = (*radius - beyond).clamp(at_least, 2.0 * far);
+            }
+        }
+        for disc in &mut near.discs {
+            for (centre, radius) in disc.centres.iter_mut().zip(&mut disc.radii) {
+                let beyond = (centre.norm() - far).max(0.0);
+                *centre = centre.cap_magnitude(far);
+                *radius = (*radius - beyond).clamp(-far, far);
+            }
+        }
+        for edge in &mut near.edges {
+            edge.offset = edge.offset.clamp(-far, far);
+        }
+        // Members that are far apart keep their directions from the goal, which say where the largest range grows.
+        let spread = near
+            .minimax
+            .iter()
+            .flat_map(|member| member.positions.iter().zip(goal));
+        let spread = spread.map(|(position, goal)| (position - goal.position).norm());
+        let deepest = near.minimax.iter().flat_map(|member| &member.depths).copied();
+        let shrink = (far / spread.chain(deepest).fold(far, f64::max)).min(1.0);
+        for member in &mut near.minimax {
+            for ((position, goal), near_goal) in member.positions.iter_mut().zip(goal).zip(near_goal) {
+                *position = near_goal + (*position - goal.position) * shrink;
+            }
+            for depth in &mut member.depths {
+                *depth *= shrink;
+            }
+        }
+    }
+
+    /// Makes the keep-outs wider by `margin`, m.
+    pub(crate) fn widen_keep_outs(&mut self, margin: f64) {
+        let keep_outs = self.discs.iter_mut().take(self.keep_outs.len());
+        for radius in keep_outs.flat_map(|disc| &mut disc.radii) {
+            *radius += margin;
+        }
+    }
+
+    /// Turns the discs' normals to the side on which `stages` pass each of them.
+    pub(crate) fn set_normals(&mut self, stages: &[Stage]) {
+        for disc in &mut self.discs {
+            // The first is of no interval.
+            disc.normals.resize(stages.len(), Vector2::new(1.0, 0.0));
+            for k in 1..stages.len() {
+                let (from, to) = (stages[k - 1].position, stages[k].position);
+                let nearest = nearest_of_chord(&from, &to, &disc.centres[k]);
+                let abeam =
+                    || starboard_of((to - from).try_normalize(1e-9).unwrap_or(Vector2::new(1.0, 0.0)));
+                disc.normals[k] = (nearest - disc.centres[k])
+                    .try_normalize(1e-6)
+                    .unwrap_or_else(abeam);
+            }
+        }
+    }
+}
+
+/// Places in the snapshot, sorted by where what is there is in the craft's frame.
+fn sorted(positions: impl Iterator<Item = Vector2<f64>>, frame: &Frame) -> Vec<usize> {
+    let local = positions.map(|position| frame.position(&position));
+    let mut order: SmallVec<[(usize, Vector2<f64>); KEEP_OUTS_MAX]> = local.enumerate().collect();
+    order.sort_by(|(_, a), (_, b)| in_order(a, b));
+    order.into_iter().map(|(place, _)| place).collect()
+}
+
+/// Samples limits at the stages, in the craft's frame.
+#[derive(Clone, Copy)]
+struct Sampling<'a> {
+    frame: &'a Frame,
+    times: &'a [f64],
+}
+
+impl Sampling<'_> {
+    fn fixed_disc(&self, centre: &Vector2<f64>, radius: f64) -> Disc {
+        let n = self.times.len();
+        Disc {
+            centres: repeat_n(self.frame.position(centre), n).collect(),
+            radii: repeat_n(radius, n).collect(),
+            normals: Vec::new(),
+        }
+    }
+
+    /// The disc about an AUV where it may be at the surface.
+    fn surfacing_disc(&self, forecast: &AuvForecast, separation: f64) -> Disc {
+        let radius = |time: &f64| {
+            if forecast.surfaced(*time) {
+                separation
+            } else {
+                NOT_THERE
+            }
+        };
+        Disc {
+            centres: self.positions_of(forecast),
+            radii: self.times.iter().map(radius).collect(),
+            normals: Vec::new(),
+        }
+    }
+
+    /// Horizontal distance to keep within of an AUV: √(R² − z²) less the back-off, `deviations` times √(tr P).
+    fn acoustic_range(&self, forecast: &AuvForecast, range_max: f64, deviations: f64) -> AcousticRange {
+        let radius = |time: &f64| {
+            let (depth, sigma) = (forecast.depth_at(*time), forecast.position_variance(*time).sqrt());
+            let across = (range_max * range_max - depth * depth).max(0.0).sqrt();
+            (across - deviations * sigma).max(0.0)
+        };
+        AcousticRange {
+            centres: self.positions_of(forecast),
+            radii: self.times.iter().map(radius).collect(),
+            named: false,
+        }
+    }
+
+    fn minimax_range(&self, forecast: &AuvForecast) -> MinimaxRange {
+        let depth = |time: &f64| forecast.depth_at(*time);
+        MinimaxRange {
+            positions: self.positions_of(forecast),
+            depths: self.times.iter().map(depth).collect(),
+        }
+    }
+
+    /// Where an AUV is forecast at the stages.
+    fn positions_of(&self, auv: &AuvForecast) -> Vec<Vector2<f64>> {
+        let position = |time: &f64| self.frame.position(&auv.at(*time).position);
+        self.times.iter().map(position).collect()
+    }
+}
+
+/// Whether the goal is the worst range, and this AUV's is one of those. Beside the place where it is least, the goal
+/// is a place like any other.
+fn is_minimax(snapshot: &Snapshot, id: &VehicleId) -> bool {
+    let Goal::Range { .. } = &snapshot.goal else {
+        return false;
+    };
+    snapshot.offset.is_none() && snapshot.goal.vehicles().any(|named| named == id)
+}
+
+/// Edges of an area whose corners go clockwise.
+fn edges(corners: &[Vector2<f64>], frame: &Frame) -> impl Iterator<Item = Edge> {
+    let after = corners.iter().cycle().skip(1);
+    corners.iter().zip(after).map(|(from, to)| {
+        // Clockwise seen from above, the area is to starboard of its edge.
+        let along = (to - from).normalize();
+        let normal = frame.vector(&-starboard_of(along));
+        Edge {
+            normal,
+            offset: normal.dot(&frame.position(from)),
+        }
+    })
+}
+
+fn in_order(a: &Vector2<f64>, b: &Vector2<f64>) -> std::cmp::Ordering {
+    a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y))
+}
+
+pub(crate) fn nearest_of_chord(
+    from: &Vector2<f64>,
+    to: &Vector2<f64>,
+    centre: &Vector2<f64>,
+) -> Vector2<f64> {
+    let chord = to - from;
+    let length = chord.norm_squared();
+    let share = if length > 0.0 {
+        ((centre - from).dot(&chord) / length).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    from + chord * share
+}

@@ -1,0 +1,157 @@
+//! The second-order cone program of one subproblem: what is promised, and where each number stands.
+//!
+//! Standard form, the one Clarabel solves:
+//!
+//! ```text
+//! minimise ½ xᵀ P x + qᵀ x   subject to   A x + s = b,  s ∈ K
+//! ```
+//! Variables, stage by stage k = 1 … N over intervals Δt_0 … Δt_{N−1}: deviation from the goal
+//! d_k = p_k − r_k, velocity through the water v_k, one slack for each kind of soft row; where the goal is a worst
+//! range its excess τ_k, and where energy has a price a bound σ_k of the speed, m_k ≥ σ_k² and e_k ≥ σ_k³. The
+//! acceleration of an interval, a_k = (v_{k+1} − v_k) / Δt_k, is eliminated. The frame is the craft's own:
+//! origin and axes (ahead, starboard) are those of its position and heading now, so that a plan cannot depend on
+//! where north or the datum is. Positions are counted in units of [`LENGTH_UNIT`], slacks in units of
+//! [`SLACK_UNIT`], the cost in units of [`COST_UNIT`].
+
+use nalgebra::Vector2;
+
+use crate::program::{
+    layout::{Layout, Slack},
+    sparse::{Sparse, Triplet},
+    standard_form::{Cone, StandardForm},
+    subproblem::Subproblem,
+    units::{COST_UNIT, SLACK_UNIT},
+};
+
+/// One program in standard form.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Program {
+    /// Where each number stands.
+    pub layout: Layout,
+    /// Quadratic cost, upper triangle.
+    pub quadratic: Sparse,
+    /// Linear cost.
+    pub linear: Vec<f64>,
+    /// Constraint matrix.
+    pub constraints: Sparse,
+    /// Right-hand side.
+    pub bounds: Vec<f64>,
+    /// Cones of the rows, in order.
+    pub cones: Vec<Cone>,
+    pub(super) cost_triplets: Vec<Triplet>,
+    pub(super) row_triplets: Vec<Triplet>,
+}
+
+impl Program {
+    /// States `subproblem` as a program.
+    #[must_use]
+    pub fn new(subproblem: &Subproblem<'_>) -> Self {
+        let layout = subproblem.layout();
+        let (n, n_stages) = (layout.n_variables(), layout.n_stages);
+        let mut cones = vec![
+            Cone::Zero(2 * n_stages),
+            Cone::Nonnegative(layout.n_inequalities()),
+        ];
+        let n_cones_of_three = n_stages * (1 + layout.n_ranges);
+        cones.extend((0..n_cones_of_three).map(|_| Cone::SecondOrder(3)));
+        cones.extend((0..n_stages * layout.n_minimax).map(|_| Cone::SecondOrder(4)));
+        let n_energy_cones = if layout.energy { 2 * n_stages } else { 0 };
+        cones.extend((0..n_energy_cones).map(|_| Cone::SecondOrder(3)));
+        let mut program = Self {
+            layout,
+            quadratic: Sparse::default(),
+            linear: vec![0.0; n],
+            constraints: Sparse::default(),
+            bounds: vec![0.0; layout.n_rows()],
+            cones,
+            cost_triplets: Vec::new(),
+            row_triplets: Vec::new(),
+        };
+        program.write(subproblem);
+        program.quadratic = Sparse::new(n, n, &program.cost_triplets);
+        program.constraints = Sparse::new(layout.n_rows(), n, &program.row_triplets);
+        program
+    }
+
+    /// The same in the form that a solver takes.
+    #[must_use]
+    pub(crate) fn standard_form(&self) -> StandardForm<'_> {
+        StandardForm {
+            quadratic: &self.quadratic,
+            linear: &self.linear,
+            constraints: &self.constraints,
+            bounds: &self.bounds,
+            cones: &self.cones,
+        }
+    }
+
+    /// Rewrites the numbers for another subproblem of the same shape; allocates nothing.
+    pub(crate) fn restate(&mut self, subproblem: &Subproblem<'_>) {
+        self.write(subproblem);
+        self.quadratic.fill(&self.cost_triplets);
+        self.constraints.fill(&self.row_triplets);
+    }
+
+    /// The two columns of v_1, ahead and starboard, and what one unit of a variable there is, m/s: all that a reader
+    /// of the bare numbers needs to know what they steer.
+    #[must_use]
+    pub fn first_velocity(&self) -> ([usize; 2], f64) {
+        let column = self.layout.velocity(1);
+        ([column, column + 1], 1.0)
+    }
+
+    fn write(&mut self, subproblem: &Subproblem<'_>) {
+        debug_assert_eq!(subproblem.layout(), self.layout);
+        self.cost_triplets.clear();
+        self.row_triplets.clear();
+        self.linear.fill(0.0);
+        self.bounds.fill(0.0);
+        if subproblem.minimax.is_empty() {
+            self.tracking_cost(subproblem);
+        } else {
+            self.minimax_range_cost(subproblem);
+        }
+        self.velocity_cost(subproblem);
+        self.acceleration_cost(subproblem);
+        if self.layout.energy {
+            self.energy_cost(subproblem);
+        }
+        self.slack_cost(subproblem);
+        let quadratic = self.cost_triplets.iter_mut().map(|(_, _, value)| value);
+        for cost in quadratic.chain(&mut self.linear) {
+            *cost /= COST_UNIT;
+        }
+        self.dynamics(subproblem);
+        self.acceleration_limits(subproblem);
+        self.forward_speed(subproblem);
+        self.turn_rate(subproblem);
+        self.top_speed(subproblem);
+        self.acoustic_ranges(subproblem);
+        self.area(subproblem);
+        self.keep_outs(subproblem);
+    }
+
+    pub(super) fn stages(&self) -> std::ops::RangeInclusive<usize> {
+        1..=self.layout.n_stages
+    }
+
+    pub(super) fn add_velocity(&mut self, row: usize, k: usize, coefficient: Vector2<f64>) {
+        for axis in 0..2 {
+            self.row_triplets
+                .push((row, self.layout.velocity(k) + axis, coefficient[axis]));
+        }
+    }
+
+    pub(super) fn add_deviation(&mut self, row: usize, k: usize, coefficient: Vector2<f64>) {
+        for axis in 0..2 {
+            self.row_triplets
+                .push((row, self.layout.deviation(k) + axis, coefficient[axis]));
+        }
+    }
+
+    /// Widens a row by the slack of its kind; `unit` is that of the row's own numbers.
+    pub(super) fn soften(&mut self, row: usize, k: usize, slack: Slack, unit: f64) {
+        self.row_triplets
+            .push((row, self.layout.slack(k, slack), -SLACK_UNIT / unit));
+    }
+}

@@ -1,0 +1,66 @@
+//! The convex subproblem of one SCP iteration.
+
+use nalgebra::Vector2;
+
+use crate::{
+    craft::closed_loop::PropulsionPower,
+    facts::asc::Limits,
+    problem::{
+        limits::{AcousticRange, Disc, Edge, MinimaxRange},
+        policy::Weights,
+    },
+    program::layout::Layout,
+};
+
+/// The facts of one subproblem, in the craft's frame.
+#[derive(Clone, Debug)]
+pub struct Subproblem<'a> {
+    /// Lengths of the intervals Δt_0 … Δt_{N−1}, s.
+    pub steps: &'a [f64],
+    /// Velocity through the water now, v_0, m/s.
+    pub velocity: Vector2<f64>,
+    /// Acceleration through the water until now a_{−1}, m/s².
+    pub acceleration: Vector2<f64>,
+    /// By how much the direction of travel is behind a heading reference that turns T, s.
+    pub course_lag: f64,
+    /// Current v_c, m/s.
+    pub current: Vector2<f64>,
+    /// Goal positions r_0 … r_N, m.
+    pub goal: &'a [Vector2<f64>],
+    /// Velocity through the water that matches the goal's at stages 0 … N, m/s.
+    pub goal_velocity: &'a [Vector2<f64>],
+    /// Directions of travel c_0 … c_N: unit vectors.
+    pub directions: &'a [Vector2<f64>],
+    /// What the craft can do.
+    pub limits: &'a Limits,
+    /// Acceleration that the surge loop gives unasked at the start of each interval, m/s².
+    pub surge_disturbance: &'a [f64],
+    /// AUVs to stay within acoustic range of, those that the goal names first.
+    pub ranges: &'a [AcousticRange],
+    /// Discs to stay out of.
+    pub discs: &'a [Disc],
+    /// Edges of the area to stay in.
+    pub edges: &'a [Edge],
+    /// AUVs whose largest range is to be small; none where the goal is a point.
+    pub minimax: &'a [MinimaxRange],
+    /// Weights of the cost.
+    pub weights: &'a Weights,
+    /// What energy there is a price for.
+    pub power: PropulsionPower,
+}
+
+impl Subproblem<'_> {
+    /// The shape of the subproblem's program.
+    #[must_use]
+    pub fn layout(&self) -> Layout {
+        Layout {
+            n_stages: self.steps.len(),
+            n_ranges: self.ranges.len(),
+            n_other_ranges: self.ranges.iter().filter(|range| !range.named).count(),
+            n_discs: self.discs.len(),
+            n_edges: self.edges.len(),
+            n_minimax: self.minimax.len(),
+            energy: self.weights.energy > 0.0,
+        }
+    }
+}

@@ -1,0 +1,8 @@
+//! Sequential convex programming (SCP): convex subproblems, each linearised about the solution of the one before.
+
+pub(crate) mod detours;
+pub(crate) mod follower;
+pub(crate) mod initial_guesses;
+pub(crate) mod iterations;
+pub(crate) mod predicted_cost;
+pub(crate) mod result;

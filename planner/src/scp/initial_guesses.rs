@@ -1,0 +1,203 @@
+//! Initial guesses: trajectories that the first SCP iteration is linearised about. A convex subproblem finds the best
+//! trajectory on its side of a disc or of a turn, and no other.
+
+use crate::{
+    craft::response::{Stage, Surge},
+    facts::{
+        angle::{Heading, angle_of, wrap},
+        asc::{AscNow, Limits},
+        path::curve::Side,
+        reference::Reference,
+    },
+    los::saturated::saturated_los,
+    predict::{
+        goal::GoalForecast,
+        motion::{Motion, target_course},
+    },
+    problem::{horizon::Horizon, policy::Policy},
+    scp::detours::{Wall, add, clear_course},
+    snapshot::build::Snapshot,
+};
+
+/// Bearing error beyond which it is open to which side to turn, rad: 115°.
+const TURN_TO_EITHER_SIDE: f64 = 2.0;
+
+/// Nearer than this to its goal, a craft steers by its motion and not by its bearing, m: a look-ahead distance.
+const NEAR: f64 = 10.0;
+
+/// Longest time over which a goal's motion is led when it is steered for, s.
+const LEAD_MAX: f64 = 60.0;
+
+/// A turn to the wrong side of less than this is not worth forcing, rad.
+const TURN_WORTH_FORCING: f64 = 0.5;
+
+/// Rate of turn of a loiter, rad/s: a circle of 0.33 m at the least speed of the MEDUSA class, once in 42 s.
+const LOITER_RATE: f64 = 0.15;
+
+/// Most guesses that are tried anew: each costs two SCP iterations.
+const GUESSES_MAX: usize = 4;
+
+/// What initial guesses are made from.
+#[derive(Clone, Copy)]
+pub(crate) struct InitialGuesses<'a> {
+    pub(crate) snapshot: &'a Snapshot,
+    pub(crate) policy: &'a Policy,
+    pub(crate) horizon: &'a Horizon<'a>,
+    pub(crate) goal: &'a GoalForecast,
+}
+
+impl InitialGuesses<'_> {
+    /// Guesses to begin with if nothing is known of an earlier plan; `los` is the line-of-sight law's trajectory.
+    ///
+    /// In order: both sides of a wall of discs, both sides of a turn or of a circle, line of sight, straight to the goal's
+    /// end; each that leads through a disc is replaced by two that pass it. No more than [`GUESSES_MAX`] are kept.
+    pub(crate) fn anew(&self, los: &[Stage]) -> Vec<Vec<Stage>> {
+        let discs = &self.horizon.constraints.discs;
+        let direct = self.direct();
+        let mut guesses = Vec::new();
+        if Wall::is_across(discs, los) || Wall::is_across(discs, &direct) {
+            guesses.extend(Side::BOTH.map(|side| self.around_walls(side)));
+        }
+        if self.turns_to_either_side(los) {
+            for side in Side::BOTH {
+                add(discs, self.turning(side), &mut guesses);
+            }
+        } else if self.loiters() {
+            for side in Side::BOTH {
+                add(discs, self.loitering(side), &mut guesses);
+            }
+        }
+        add(discs, los.to_vec(), &mut guesses);
+        add(discs, direct, &mut guesses);
+        guesses.truncate(GUESSES_MAX);
+        guesses
+    }
+
+    /// Guesses to try beside an earlier plan's trajectory that does not circle, if the goal stands still.
+    pub(crate) fn beside(&self, earlier: &[Stage]) -> Vec<Vec<Stage>> {
+        let directions = || Horizon::directions_of(earlier);
+        let turned: f64 = directions()
+            .zip(directions().skip(1))
+            .map(|(from, to)| wrap(angle_of(&to) - angle_of(&from)))
+            .sum();
+        if self.loiters() && turned.abs() < std::f64::consts::FRAC_PI_2 {
+            Side::BOTH.map(|side| self.loitering(side)).into()
+        } else {
+            Vec::new()
+        }
+    }
+
+    fn turns_to_either_side(&self, los: &[Stage]) -> bool {
+        let to_goal = self.horizon.goal[0].position;
+        let bearing_error = if to_goal.norm() > NEAR {
+            angle_of(&to_goal)
+        } else {
+            // Where the law has turned the craft to in the end.
+            angle_of(&los[los.len() - 1].velocity)
+        };
+        TURN_TO_EITHER_SIDE < bearing_error.abs()
+    }
+
+    fn loiters(&self) -> bool {
+        loiters(self.horizon, &self.snapshot.limits)
+    }
+
+    /// At full speed for the goal, turning to that side however far it is, then as line of sight says.
+    fn turning(&self, side: Side) -> Vec<Stage> {
+        let speed_max = self.snapshot.limits.speed_max;
+        self.roll_out(|_, target, asc, los| {
+            let reference = for_the_goal(target, asc, los, speed_max);
+            let turn = wrap(reference.heading.radians() - asc.heading.radians());
+            if turn * side.sign() < -TURN_WORTH_FORCING {
+                let aside = asc.heading.radians() + side.sign() * std::f64::consts::FRAC_PI_2;
+                return Reference {
+                    heading: Heading::new(aside),
+                    ..reference
+                };
+            }
+            reference
+        })
+    }
+
+    /// At full speed along the outline of whatever wall hides the goal, then for the goal.
+    fn around_walls(&self, side: Side) -> Vec<Stage> {
+        let (horizon, speed_max) = (self.horizon, self.snapshot.limits.speed_max);
+        let discs = &horizon.constraints.discs;
+        self.roll_out(|time, target, asc, los| {
+            let stage = horizon.times.partition_point(|begun| *begun <= time) - 1;
+            match clear_course(discs, stage, &asc.position, &target.position, side) {
+                None => for_the_goal(target, asc, los, speed_max),
+                Some(course) => Reference {
+                    speed: speed_max,
+                    heading: Heading::new(course),
+                },
+            }
+        })
+    }
+
+    /// Straight to where the goal is at the end of the horizon, to be there then: what line of sight, which is
+    /// astern of a goal that hands over, never tries.
+    fn direct(&self) -> Vec<Stage> {
+        let horizon = self.horizon;
+        let duration = horizon.times[horizon.times.len() - 1];
+        let end = horizon.goal[horizon.goal.len() - 1].position;
+        let limits = &self.snapshot.limits;
+        let law = |time: f64, asc: &AscNow, _: Surge| {
+            let to_end = end - asc.position;
+            let left = (duration - time).max(1.0);
+            let through_water = to_end / left - horizon.current;
+            let speed = through_water.norm();
+            Reference {
+                speed: speed.clamp(limits.speed_min, limits.speed_max),
+                heading: if speed < f64::EPSILON {
+                    asc.heading
+                } else {
+                    Heading::new(angle_of(&through_water))
+                },
+            }
+        };
+        horizon.roll_out(self.snapshot.craft_model(), law).stages
+    }
+
+    /// Slowly around a goal that stands still.
+    fn loitering(&self, side: Side) -> Vec<Stage> {
+        let speed_min = self.snapshot.limits.speed_min;
+        self.roll_out(|_, _, asc, _| Reference {
+            speed: speed_min,
+            heading: Heading::new(asc.heading.radians() + side.sign() * LOITER_RATE),
+        })
+    }
+
+    fn roll_out(&self, law: impl Fn(f64, &Motion, &AscNow, Reference) -> Reference) -> Vec<Stage> {
+        let horizon = self.horizon;
+        let mut held = horizon.local_goal_course();
+        let limits = &self.snapshot.limits;
+        let law = |time: f64, asc: &AscNow, _: Surge| {
+            let target = horizon.frame.motion(&self.goal.at(time));
+            held = target_course(&target, Some(held));
+            let los = saturated_los(asc, &target, held, self.policy.los, limits);
+            law(time, &target, asc, los)
+        };
+        horizon.roll_out(self.snapshot.craft_model(), law).stages
+    }
+}
+
+/// At full speed to where the goal will be; near it, as line of sight says.
+fn for_the_goal(goal: &Motion, asc: &AscNow, los: Reference, speed_max: f64) -> Reference {
+    let to_goal = goal.position - asc.position;
+    if to_goal.norm() < NEAR {
+        return los;
+    }
+    let lead = (to_goal.norm() / speed_max).min(LEAD_MAX);
+    Reference {
+        speed: speed_max,
+        heading: Heading::new(angle_of(&(to_goal + goal.velocity * lead))),
+    }
+}
+
+/// Whether the goal is near and slower through the water than the craft can go.
+fn loiters(horizon: &Horizon<'_>, limits: &Limits) -> bool {
+    let goal = &horizon.goal[0];
+    let through_water = goal.velocity - horizon.current;
+    goal.position.norm() < NEAR && through_water.norm() < limits.speed_min
+}

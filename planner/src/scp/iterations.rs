@@ -1,0 +1,321 @@
+//! Sequential convex programming: each iteration solves a convex subproblem that is linearised about the directions of
+//! travel of the trajectory before.
+
+use nalgebra::Vector2;
+
+use crate::{
+    craft::response::{Rollout, Stage, surge_disturbances},
+    predict::{goal::GoalForecast, motion::Motion},
+    problem::{
+        horizon::Horizon,
+        policy::Policy,
+        stage_constraints::StageConstraints,
+        violation::{SoftLimit, Violation},
+    },
+    program::{
+        build::Program,
+        layout::{Layout, Slack},
+        subproblem::Subproblem,
+        units::{LENGTH_UNIT, SLACK_UNIT},
+    },
+    scp::{
+        follower::follow,
+        initial_guesses::InitialGuesses,
+        predicted_cost::{Violations, predict},
+        result::{Candidate, Degraded, ScpResult},
+    },
+    snapshot::build::Snapshot,
+    solve::{
+        certificate::Residuals,
+        clarabel::{SHAPES_MAX, Solution, SolverStatus},
+        stop::Stop,
+    },
+};
+
+/// Cosine of the turn, 45°, beyond which an iteration's solution was pressed against the cone of its linearisation.
+const PRESSED_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// A slack below this is the solver's tolerance, not a broken limit, m/s or m/s².
+const SLACK_NOTICEABLE: f64 = 1e-3;
+
+/// A goal beyond this multiple of the distance that the horizon allows, or faster than this multiple of the top speed,
+/// pulls no harder for being farther or faster: it bounds the cost's gradient, and with it the price at which soft limits hold.
+const GOAL_REACH: f64 = 1.5;
+
+/// A predicted cost that no craft shows, m² s: a centimetre over a hundred seconds.
+const NEGLIGIBLE_COST: f64 = 0.01;
+
+/// Sequential convex programming on one snapshot.
+pub(crate) struct Scp<'a> {
+    pub(crate) snapshot: &'a Snapshot,
+    pub(crate) policy: &'a Policy,
+    pub(crate) horizon: &'a Horizon<'a>,
+    pub(crate) goal: &'a GoalForecast,
+    pub(crate) stop: &'a Stop,
+    pub(crate) solve: &'a mut dyn FnMut(&Program) -> Solution,
+    /// Programs stated before, one for each of the [`SHAPES_MAX`] shapes used last, to be restated in place.
+    pub(crate) programs: &'a mut Vec<Program>,
+}
+
+/// What a subproblem is linearised about, and the facts within its reach, craft frame.
+struct Linearisation {
+    /// Directions of travel.
+    directions: Vec<Vector2<f64>>,
+    /// The goal, within reach.
+    goal: Vec<Vector2<f64>>,
+    /// Velocity through the water that matches the goal's, m/s.
+    goal_velocity: Vec<Vector2<f64>>,
+    /// Acceleration that the surge loop gives unasked, m/s².
+    surge_disturbance: Vec<f64>,
+    constraints: StageConstraints,
+}
+
+/// A subproblem solved.
+struct Solved {
+    layout: Layout,
+    /// The goal that the solution's deviations count from.
+    goal: Vec<Vector2<f64>>,
+    solution: Solution,
+    /// How good the solution is, where there is one.
+    residuals: Option<Residuals>,
+}
+
+impl Scp<'_> {
+    /// The best result from the previous plan's trajectory and, where that does not do, from guesses made anew.
+    ///
+    /// Guesses are made anew where there is no previous plan, where its trajectory led to something worse than line of
+    /// sight, and where the iterations still turn: if the goal has changed under a plan, two iterations cannot leave a
+    /// cone that points elsewhere.
+    pub(crate) fn run(&mut self, los: &Rollout, los_cost: f64) -> ScpResult {
+        let guesses = InitialGuesses {
+            snapshot: self.snapshot,
+            policy: self.policy,
+            horizon: self.horizon,
+            goal: self.goal,
+        };
+        let Some(previous) = &self.horizon.previous else {
+            return self.best_of(None, guesses.anew(&los.stages));
+        };
+        let previous = self.horizon.stages_along(previous);
+        let first = self.iterate(previous.clone());
+        let others = if first.converged && first.cost() <= los_cost + NEGLIGIBLE_COST {
+            guesses.beside(&previous)
+        } else {
+            guesses.anew(&los.stages)
+        };
+        self.best_of(Some(first), others)
+    }
+
+    fn best_of(&mut self, first: Option<ScpResult>, guesses: Vec<Vec<Stage>>) -> ScpResult {
+        let results = guesses.into_iter().map(|guess| self.iterate(guess));
+        first
+            .into_iter()
+            .chain(results)
+            .reduce(ScpResult::or)
+            .unwrap_or_else(|| ScpResult::none(Degraded::Solver(SolverStatus::Unsolved)))
+    }
+
+    /// Iterates from `guess` until the trajectory changes little. An iteration that fails leaves the result of the one
+    /// before it.
+    fn iterate(&mut self, guess: Vec<Stage>) -> ScpResult {
+        let mut result = ScpResult::none(Degraded::Solver(SolverStatus::Unsolved));
+        let mut about = guess;
+        for _ in 0..self.policy.scp_iterations {
+            if self.stop.is_due() {
+                if result.candidate.is_none() {
+                    result.degraded = Some(Degraded::Deadline);
+                }
+                break;
+            }
+            // 1. Linearise and solve.
+            let solved = self.solve_subproblem(&about);
+            result.report.scp_iterations += 1;
+            result.report.iterations += solved.solution.iterations;
+            if let Err(reason) = accept(&solved.solution, solved.residuals.as_ref(), self.policy) {
+                if result.candidate.is_none() {
+                    result.report.status = solved.solution.status;
+                    result.degraded = Some(reason);
+                }
+                break;
+            }
+            // 2. Follow the solution on the response model, and predict what that costs.
+            let stages = solved.stages(self.horizon);
+            let turned = cosine_of_turn(&about, &stages);
+            let rollout = follow(self.horizon, &stages, self.snapshot, self.policy);
+            let (predicted, violations) = predict(self.horizon, &rollout, &self.horizon.weights);
+            // 3. Keep the best. A later iteration may do worse: it is another linearisation, not a step of a descent.
+            if predicted.cost <= result.cost() {
+                result.report.status = solved.solution.status;
+                result.report.residuals = solved.residuals;
+                result.degraded = None;
+                result.violations = solved.violations(self.horizon);
+                result.converged = turned > PRESSED_COSINE;
+                result.candidate = Some(Candidate {
+                    stages: stages.clone(),
+                    predicted,
+                    violations,
+                });
+            }
+            if turned > self.policy.converged_cosine {
+                break;
+            }
+            about = stages;
+        }
+        result
+    }
+
+    /// States and solves the subproblem that is linearised about `stages`.
+    fn solve_subproblem(&mut self, stages: &[Stage]) -> Solved {
+        let (horizon, policy) = (self.horizon, self.policy);
+        let about = Linearisation::about(stages, horizon, self.snapshot, policy);
+        let craft = policy.planned(self.snapshot.craft_model());
+        let subproblem = Subproblem {
+            steps: horizon.steps,
+            velocity: horizon.start.velocity,
+            acceleration: horizon.acceleration(),
+            course_lag: craft.course_lag(),
+            current: horizon.current,
+            goal: &about.goal,
+            goal_velocity: &about.goal_velocity,
+            directions: &about.directions,
+            limits: &craft.limits,
+            surge_disturbance: &about.surge_disturbance,
+            ranges: &about.constraints.ranges,
+            discs: &about.constraints.discs,
+            edges: &about.constraints.edges,
+            minimax: &about.constraints.minimax,
+            weights: &horizon.weights,
+            power: craft.power,
+        };
+        let program = restated(self.programs, &subproblem);
+        let solution = (self.solve)(program);
+        let is_whole = solution.primal.len() == program.layout.n_variables();
+        let residuals = is_whole.then(|| Residuals::of(program, &solution));
+        Solved {
+            layout: program.layout,
+            goal: about.goal,
+            solution,
+            residuals,
+        }
+    }
+}
+
+impl Solved {
+    /// The trajectory that the solution says.
+    fn stages(&self, horizon: &Horizon<'_>) -> Vec<Stage> {
+        let Self {
+            layout,
+            goal,
+            solution,
+            ..
+        } = self;
+        let later = (1..=layout.n_stages).map(|k| Stage {
+            position: goal[k] + vector_at(solution, layout.deviation(k)) * LENGTH_UNIT,
+            velocity: vector_at(solution, layout.velocity(k)),
+        });
+        std::iter::once(horizon.start).chain(later).collect()
+    }
+
+    /// The worst violation of each soft limit of motion, where it is noticeable.
+    fn violations(&self, horizon: &Horizon<'_>) -> Violations<2> {
+        let (layout, solution) = (self.layout, &self.solution);
+        [SoftLimit::ForwardSpeed, SoftLimit::TurnRate].map(|limit| {
+            let rows = |k| match limit {
+                SoftLimit::TurnRate => layout.turn_rate(k)..layout.turn_rate(k) + 2,
+                _ => layout.forward_speed(k)..layout.forward_speed(k) + 1,
+            };
+            let amount = |k: usize| {
+                // s is what the row leaves, ξ included: ξ − s is by how much it is broken.
+                let least = solution.slack[rows(k)]
+                    .iter()
+                    .copied()
+                    .fold(f64::INFINITY, f64::min);
+                solution.primal[layout.slack(k, Slack::Motion)] * SLACK_UNIT - least
+            };
+            let worst = (1..=layout.n_stages).max_by(|a, b| amount(*a).total_cmp(&amount(*b)))?;
+            (amount(worst) > SLACK_NOTICEABLE).then(|| Violation {
+                limit,
+                about: None,
+                time: horizon.time(worst),
+                amount: amount(worst),
+            })
+        })
+    }
+}
+
+impl Linearisation {
+    /// The facts of `horizon` for a subproblem about `stages`.
+    fn about(stages: &[Stage], horizon: &Horizon<'_>, snapshot: &Snapshot, policy: &Policy) -> Self {
+        let reach = GOAL_REACH * snapshot.limits.speed_max * policy.steps.iter().sum::<f64>();
+        let near = |motion: &Motion| motion.position.cap_magnitude(reach);
+        let goal: Vec<_> = horizon.goal.iter().map(near).collect();
+        let fastest = GOAL_REACH * snapshot.limits.speed_max;
+        let slow = |motion: &Motion| (motion.velocity - horizon.current).cap_magnitude(fastest);
+        let mut constraints = horizon.constraints.clone();
+        constraints.widen_keep_outs(policy.keep_out_margin);
+        constraints.set_normals(stages);
+        constraints.limit_to_reach(reach, &horizon.goal, &goal);
+        Self {
+            directions: Horizon::directions_of(stages).collect(),
+            goal_velocity: horizon.goal.iter().map(slow).collect(),
+            goal,
+            surge_disturbance: surge_disturbances(stages, &policy.steps, snapshot.craft_model()).collect(),
+            constraints,
+        }
+    }
+}
+
+/// Cosine of the largest angle between directions before and after an iteration.
+fn cosine_of_turn(before: &[Stage], after: &[Stage]) -> f64 {
+    Horizon::directions_of(before)
+        .zip(Horizon::directions_of(after))
+        .map(|(before, after)| before.dot(&after))
+        .fold(1.0, f64::min)
+}
+
+/// Whether a solution may be followed: one that a solver got to, however it names it, if the certificate holds.
+/// Every status by name: a new one must be thought about.
+fn accept(solution: &Solution, residuals: Option<&Residuals>, policy: &Policy) -> Result<(), Degraded> {
+    let certified = residuals.is_some_and(|residuals| residuals.within(policy.certificate_tolerance));
+    match solution.status {
+        SolverStatus::Solved
+        | SolverStatus::AlmostSolved
+        | SolverStatus::MaxIterations
+        | SolverStatus::InsufficientProgress
+            if certified =>
+        {
+            Ok(())
+        }
+        SolverStatus::Solved | SolverStatus::AlmostSolved => Err(Degraded::Certificate),
+        status @ (SolverStatus::Unsolved
+        | SolverStatus::PrimalInfeasible
+        | SolverStatus::DualInfeasible
+        | SolverStatus::AlmostPrimalInfeasible
+        | SolverStatus::AlmostDualInfeasible
+        | SolverStatus::MaxIterations
+        | SolverStatus::MaxTime
+        | SolverStatus::NumericalError
+        | SolverStatus::InsufficientProgress) => Err(Degraded::Solver(status)),
+        SolverStatus::CallbackTerminated => Err(Degraded::Deadline),
+    }
+}
+
+/// The program of the subproblem's shape, stated anew or restated in place.
+fn restated<'p>(programs: &'p mut Vec<Program>, subproblem: &Subproblem<'_>) -> &'p Program {
+    let layout = subproblem.layout();
+    if let Some(index) = programs.iter().position(|program| program.layout == layout) {
+        programs[index..].rotate_left(1);
+        let last = programs.len() - 1;
+        programs[last].restate(subproblem);
+        return &programs[last];
+    }
+    if programs.len() == SHAPES_MAX {
+        programs.remove(0);
+    }
+    programs.push(Program::new(subproblem));
+    &programs[programs.len() - 1]
+}
+
+fn vector_at(solution: &Solution, column: usize) -> Vector2<f64> {
+    Vector2::new(solution.primal[column], solution.primal[column + 1])
+}

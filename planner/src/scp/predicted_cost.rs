@@ -1,0 +1,202 @@
+//! What a trajectory is predicted to cost when the craft follows it: one measure for every candidate, whatever led to it.
+
+use nalgebra::Vector2;
+
+use crate::{
+    craft::response::{Rollout, Stage, Waypoint},
+    problem::{
+        horizon::Horizon,
+        limits::{AcousticRange, Disc},
+        policy::Weights,
+        stage_constraints::RangePriority,
+        violation::{SoftLimit, Subject, Violation},
+    },
+};
+
+/// What a trajectory costs, computed from the trajectory alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Predicted {
+    /// Tracking, velocity and acceleration terms of the program's cost.
+    pub cost: f64,
+    /// Root mean square distance to the goal over the horizon, m.
+    pub rms_error: f64,
+    /// Propulsion energy over the horizon, J.
+    pub energy: f64,
+}
+
+/// A violation below this is rounding, m.
+const NOTICEABLE: f64 = 1e-3;
+
+/// The worst of each of several soft limits, where it is noticeably broken.
+pub(crate) type Violations<const N: usize> = [Option<Violation>; N];
+
+/// By how much a limit of position is broken, m, and by what.
+type Excess = (f64, Option<Subject>);
+
+/// What `rollout` is predicted to lead to, and the limits of position that it breaks.
+///
+/// The cost is the program's own cost in natural units, without its scale and its cap on far goals, and the
+/// program's price of every limit of position that is broken, by the worst of each interval on the way, not only at the
+/// stages alone. What the craft cannot do, a rollout does not do, so that nothing else can be broken.
+pub(crate) fn predict(
+    horizon: &Horizon<'_>,
+    rollout: &Rollout,
+    weights: &Weights,
+) -> (Predicted, Violations<4>) {
+    let mut predicted = track(horizon, &rollout.stages, weights);
+    let mut pricing = Pricing {
+        horizon,
+        rollout,
+        cost: &mut predicted.cost,
+    };
+    let [named] = pricing.add([Limit::NamedRange], weights.range_slack);
+    let [other] = pricing.add([Limit::OtherRange], weights.other_range_slack);
+    let [area] = pricing.add([Limit::Area], weights.area_slack);
+    let around_discs = [Limit::KeepOut, Limit::SurfacingSeparation];
+    let [keep_out, separation] = pricing.add(around_discs, weights.keep_out_slack);
+    let [given_up] = pricing.add([Limit::RangeGivenUp], (0.0, 0.0));
+    let range = worse(worse(named, other), given_up);
+    (predicted, [range, area, keep_out, separation])
+}
+
+/// Limits of position, as they are priced.
+#[derive(Clone, Copy)]
+enum Limit {
+    /// Ranges of the AUVs that the goal names.
+    NamedRange,
+    /// Ranges of the others.
+    OtherRange,
+    /// Of these, ranges that cannot be kept.
+    RangeGivenUp,
+    Area,
+    KeepOut,
+    SurfacingSeparation,
+}
+
+impl Limit {
+    fn broken(self) -> SoftLimit {
+        match self {
+            Self::NamedRange | Self::OtherRange | Self::RangeGivenUp => SoftLimit::AcousticRange,
+            Self::Area => SoftLimit::Area,
+            Self::KeepOut => SoftLimit::KeepOut,
+            Self::SurfacingSeparation => SoftLimit::SurfacingSeparation,
+        }
+    }
+}
+
+/// The one of two that is broken by more.
+fn worse(a: Option<Violation>, b: Option<Violation>) -> Option<Violation> {
+    match (a, b) {
+        (Some(first), Some(second)) if first.amount < second.amount => b,
+        (Some(_), _) => a,
+        (None, _) => b,
+    }
+}
+
+/// Adds the price of broken limits to a cost.
+struct Pricing<'a> {
+    horizon: &'a Horizon<'a>,
+    rollout: &'a Rollout,
+    cost: &'a mut f64,
+}
+
+impl Pricing<'_> {
+    /// Adds the price of `limits`, and answers the worst of each. They share a slack, so that only the one of them
+    /// that is broken most has its price.
+    fn add<const N: usize>(&mut self, limits: [Limit; N], slack_price: (f64, f64)) -> Violations<N> {
+        let (linear, quadratic) = slack_price;
+        let mut broken: Violations<N> = [None; N];
+        for interval in self.rollout.waypoints.chunk_by(|a, b| a.stage == b.stage) {
+            let mut slack: f64 = 0.0;
+            for (limit, worst) in limits.into_iter().zip(&mut broken) {
+                let excesses = interval.iter().map(|place| excess(self.horizon, limit, place));
+                let (amount, about) = most(excesses);
+                slack = slack.max(amount);
+                if NOTICEABLE < amount && worst.is_none_or(|worst| worst.amount < amount) {
+                    *worst = Some(Violation {
+                        limit: limit.broken(),
+                        about,
+                        time: self.horizon.time(interval[0].stage),
+                        amount,
+                    });
+                }
+            }
+            *self.cost += slack * (linear + quadratic * slack);
+        }
+        broken
+    }
+}
+
+/// By how much a limit of position is broken at a place; 0 where it is kept.
+fn excess(horizon: &Horizon<'_>, limit: Limit, place: &Waypoint) -> Excess {
+    let constraints = &horizon.constraints;
+    let (k, share) = (place.stage, place.share);
+    let number = |numbers: &[f64]| numbers[k - 1] + share * (numbers[k] - numbers[k - 1]);
+    let distance =
+        |centres: &[Vector2<f64>]| (place.position - centres[k - 1].lerp(&centres[k], share)).norm();
+    let too_near = |(subject, disc): (Subject, &Disc)| {
+        let amount = number(&disc.radii) - distance(&disc.centres);
+        (amount, Some(subject))
+    };
+    let too_far = |(subject, range): (Subject, &AcousticRange)| {
+        let amount = distance(&range.centres) - number(&range.radii);
+        (amount, Some(subject))
+    };
+    match limit {
+        Limit::NamedRange => most(constraints.ranges(RangePriority::Named).map(too_far)),
+        Limit::OtherRange => most(constraints.ranges(RangePriority::Other).map(too_far)),
+        Limit::RangeGivenUp => most(constraints.ranges(RangePriority::GivenUp).map(too_far)),
+        Limit::Area => most(constraints.edges.iter().map(|edge| {
+            let amount = edge.normal.dot(&place.position) - edge.offset;
+            (amount, None)
+        })),
+        Limit::KeepOut => most(constraints.keep_outs().map(too_near)),
+        Limit::SurfacingSeparation => most(constraints.separations().map(too_near)),
+    }
+}
+
+/// The first of the largest above 0.
+fn most(excesses: impl Iterator<Item = Excess>) -> Excess {
+    excesses.fold(
+        (0.0, None),
+        |most, next| if most.0 < next.0 { next } else { most },
+    )
+}
+
+/// Cost of the stages, without limits.
+fn track(horizon: &Horizon<'_>, stages: &[Stage], weights: &Weights) -> Predicted {
+    let (mut sum, mut square_error, mut square_miss, mut energy) = (0.0, 0.0, 0.0, 0.0);
+    let miss = |k: usize| {
+        let (stage, goal) = (&stages[k], &horizon.goal[k]);
+        let error = (stage.position - goal.position).norm_squared();
+        let relative = (stage.velocity + horizon.current - goal.velocity).norm_squared();
+        let excess = horizon
+            .constraints
+            .minimax_excess(k, &stage.position, &goal.position);
+        let power = horizon.power.at(stage.velocity.norm());
+        (error, excess.unwrap_or(error), relative, power)
+    };
+    let mut last = miss(0);
+    for k in 1..stages.len() {
+        let dt = horizon.times[k] - horizon.times[k - 1];
+        let (from, to) = (last, miss(k));
+        last = to;
+        square_error += 0.5 * dt * (from.0 + to.0);
+        square_miss += 0.5 * dt * (from.1 + to.1);
+        sum += 0.5 * dt * weights.velocity * (from.2 + to.2);
+        energy += 0.5 * dt * (from.3 + to.3);
+        let acceleration = (stages[k].velocity - stages[k - 1].velocity) / dt;
+        sum += dt * weights.acceleration * acceleration.norm_squared();
+    }
+    let (_, last_miss, last_relative, _) = last;
+    sum += weights.position * square_miss
+        + weights.terminal_position * last_miss
+        + weights.terminal_velocity * last_relative
+        + weights.energy * energy;
+    let duration = horizon.times[horizon.times.len() - 1];
+    Predicted {
+        cost: sum,
+        rms_error: (square_error / duration).sqrt(),
+        energy,
+    }
+}

@@ -1,0 +1,291 @@
+//! The only file that knows Clarabel: a program in, a solution out.
+
+use clarabel::{
+    algebra::CscMatrix,
+    solver::{DefaultInfo, DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, SupportedConeT},
+};
+
+use crate::{
+    program::{
+        build::Program,
+        layout::Layout,
+        sparse::Sparse,
+        standard_form::{Cone, StandardForm},
+    },
+    solve::stop::Stop,
+};
+
+/// Optimality tolerance in production: moves the first planned velocity by less than 1 mm/s against 1e-9 (a test holds
+/// it to that).
+pub const TOLERANCE: f64 = 1e-7;
+
+/// Feasibility tolerance of a kept solver as a multiple of its optimality tolerance: with 1, some programs stall without
+/// refinement; see `docs/tuning.md#solver`.
+const FEASIBILITY: f64 = 10.0;
+
+/// Most shapes of programs that a workspace remembers, those used last: the client chooses the shapes,
+/// and a solver of a large one takes megabytes.
+pub const SHAPES_MAX: usize = 16;
+
+/// Most interior-point iterations of one subproblem: more than twice what the hardest took, see `docs/tuning.md#solver`.
+const ITERATIONS_MAX: u32 = 100;
+
+/// How a solve ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SolverStatus {
+    /// Not started.
+    Unsolved,
+    /// Optimal within tolerance.
+    Solved,
+    /// Optimal within a wider tolerance.
+    AlmostSolved,
+    /// No point satisfies the constraints.
+    PrimalInfeasible,
+    /// The cost is unbounded below.
+    DualInfeasible,
+    /// Primal infeasible within a wider tolerance.
+    AlmostPrimalInfeasible,
+    /// Dual infeasible within a wider tolerance.
+    AlmostDualInfeasible,
+    /// Out of iterations.
+    MaxIterations,
+    /// Out of time.
+    MaxTime,
+    /// The arithmetic failed, or the data was not a program.
+    NumericalError,
+    /// Steps became too short.
+    InsufficientProgress,
+    /// The caller asked it to stop.
+    CallbackTerminated,
+}
+
+/// What a solver answers. `primal`, `dual` and `slack` mean nothing unless the status says so.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution {
+    /// How it ended.
+    pub status: SolverStatus,
+    /// Variables x.
+    pub primal: Vec<f64>,
+    /// Multipliers z of the rows.
+    pub dual: Vec<f64>,
+    /// Slacks s of the rows.
+    pub slack: Vec<f64>,
+    /// Interior-point iterations.
+    pub iterations: u32,
+}
+
+impl Solution {
+    /// No solution, and why.
+    #[must_use]
+    pub fn none(status: SolverStatus) -> Self {
+        Self {
+            status,
+            primal: Vec::new(),
+            dual: Vec::new(),
+            slack: Vec::new(),
+            iterations: 0,
+        }
+    }
+}
+
+/// Solves a program that nothing like it will follow: memory is set up for it alone, and Clarabel may scale
+/// it as it likes.
+#[must_use]
+pub(crate) fn solve_once(program: &StandardForm<'_>, tolerance: f64) -> Solution {
+    settings(tolerance, tolerance).map_or_else(
+        || Solution::none(SolverStatus::NumericalError),
+        |settings| solve_with_care(program, settings, &Stop::never()),
+    )
+}
+
+/// Solves with refinement and Clarabel's own scaling: slower, and it gets through where the arithmetic is at its end.
+fn solve_with_care(program: &StandardForm<'_>, settings: DefaultSettings<f64>, stop: &Stop) -> Solution {
+    let settings = DefaultSettings {
+        iterative_refinement_enable: true,
+        equilibrate_enable: true,
+        ..settings
+    };
+    let Some(mut solver) = new_solver(program, settings) else {
+        return Solution::none(SolverStatus::NumericalError);
+    };
+    solve_until_due(&mut solver, stop)
+}
+
+/// Solvers kept by problem shape: symbolic factorisation and memory are set up once, the numbers are
+/// replaced. Without equilibration a reused solver does exactly what a new one would.
+pub struct Solvers {
+    tolerance: f64,
+    by_shape: Vec<(Layout, DefaultSolver<f64>)>,
+}
+
+impl Default for Solvers {
+    fn default() -> Self {
+        Self::with_tolerance(TOLERANCE)
+    }
+}
+
+impl std::fmt::Debug for Solvers {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_list()
+            .entries(self.by_shape.iter().map(|(layout, _)| layout))
+            .finish()
+    }
+}
+
+impl Solvers {
+    /// Solvers that stop at another tolerance than [`TOLERANCE`], to check it by.
+    #[must_use]
+    pub fn with_tolerance(tolerance: f64) -> Self {
+        Self {
+            tolerance,
+            by_shape: Vec::new(),
+        }
+    }
+
+    /// Solves `program` from a cold start.
+    pub fn solve(&mut self, program: &Program) -> Solution {
+        self.solve_until(program, &Stop::never())
+    }
+
+    /// [`Solvers::solve`], given up at the first iteration that finds `stop` due.
+    pub fn solve_until(&mut self, program: &Program, stop: &Stop) -> Solution {
+        let Some(solver) = self.prepared(program) else {
+            return Solution::none(SolverStatus::NumericalError);
+        };
+        // The solver adds up its time over all solves otherwise.
+        solver.timers = Some(clarabel::timers::Timers::default());
+        let solution = solve_until_due(solver, stop);
+        let gave_up = matches!(
+            solution.status,
+            SolverStatus::MaxIterations | SolverStatus::InsufficientProgress | SolverStatus::NumericalError
+        );
+        if !gave_up {
+            return solution;
+        }
+        // Rare: the numbers lie far apart, see `docs/tuning.md#solver`.
+        let Some(settings) = settings(self.tolerance, FEASIBILITY * self.tolerance) else {
+            return solution;
+        };
+        let careful = solve_with_care(&program.standard_form(), settings, stop);
+        Solution {
+            iterations: solution.iterations + careful.iterations,
+            ..careful
+        }
+    }
+
+    /// The solver for the program's shape, with the program's numbers; `None` where Clarabel refuses
+    /// them, as it does for nothing that [`Program`] can state.
+    fn prepared(&mut self, program: &Program) -> Option<&mut DefaultSolver<f64>> {
+        let known = self
+            .by_shape
+            .iter()
+            .position(|(layout, _)| *layout == program.layout);
+        if let Some(index) = known {
+            self.by_shape[index..].rotate_left(1);
+            let last = self.by_shape.len() - 1;
+            let solver = &mut self.by_shape[last].1;
+            solver.update_P(&program.quadratic.values).ok()?;
+            solver.update_q(&program.linear).ok()?;
+            solver.update_A(&program.constraints.values).ok()?;
+            solver.update_b(&program.bounds).ok()?;
+        } else {
+            let solver = new_solver(
+                &program.standard_form(),
+                settings(self.tolerance, FEASIBILITY * self.tolerance)?,
+            )?;
+            if self.by_shape.len() == SHAPES_MAX {
+                self.by_shape.remove(0);
+            }
+            self.by_shape.push((program.layout, solver));
+        }
+        self.by_shape.last_mut().map(|(_, solver)| solver)
+    }
+}
+
+/// Solves, given up at the first iteration that finds `stop` due.
+fn solve_until_due(solver: &mut DefaultSolver<f64>, stop: &Stop) -> Solution {
+    let stop = stop.clone();
+    solver.set_termination_callback(move |_: &DefaultInfo<f64>| stop.is_due());
+    solver.solve();
+    // A kept solver must not hold on to what the caller put into the signal.
+    solver.unset_termination_callback();
+    let answer = &solver.solution;
+    Solution {
+        status: status_of(answer.status),
+        primal: answer.x.clone(),
+        dual: answer.z.clone(),
+        slack: answer.s.clone(),
+        iterations: answer.iterations,
+    }
+}
+
+fn new_solver(program: &StandardForm<'_>, settings: DefaultSettings<f64>) -> Option<DefaultSolver<f64>> {
+    DefaultSolver::new(
+        &csc(program.quadratic),
+        program.linear,
+        &csc(program.constraints),
+        program.bounds,
+        &program.cones.iter().map(cone).collect::<Vec<_>>(),
+        settings,
+    )
+    .ok()
+}
+
+fn settings(tolerance: f64, feasibility: f64) -> Option<DefaultSettings<f64>> {
+    DefaultSettingsBuilder::default()
+        .verbose(false)
+        .max_iter(ITERATIONS_MAX)
+        .tol_gap_abs(tolerance)
+        .tol_gap_rel(tolerance)
+        .tol_feas(feasibility)
+        // Every program has a solution and a bounded cost, by its slacks: what looks like a proof of the contrary is
+        // rounding, and no proof at a tolerance of 0 counts.
+        .tol_infeas_rel(0.0)
+        .reduced_tol_infeas_rel(0.0)
+        .max_threads(1)
+        // It takes about half of the time, and the certificate sees what its absence could spoil: `docs/tuning.md#solver`.
+        .iterative_refinement_enable(false)
+        // Updates re-apply the first data's scaling, so a kept solver would depend on its past: the
+        // program scales itself instead.
+        .equilibrate_enable(false)
+        .presolve_enable(false)
+        .input_sparse_dropzeros(false)
+        .build()
+        .ok()
+}
+
+fn csc(matrix: &Sparse) -> CscMatrix<f64> {
+    CscMatrix::new(
+        matrix.n_rows,
+        matrix.n_cols,
+        matrix.column_starts.clone(),
+        matrix.row_indices.clone(),
+        matrix.values.clone(),
+    )
+}
+
+fn cone(cone: &Cone) -> SupportedConeT<f64> {
+    match *cone {
+        Cone::Zero(n) => SupportedConeT::ZeroConeT(n),
+        Cone::Nonnegative(n) => SupportedConeT::NonnegativeConeT(n),
+        Cone::SecondOrder(n) => SupportedConeT::SecondOrderConeT(n),
+    }
+}
+
+fn status_of(status: clarabel::solver::SolverStatus) -> SolverStatus {
+    use clarabel::solver::SolverStatus as Theirs;
+    match status {
+        Theirs::Unsolved => SolverStatus::Unsolved,
+        Theirs::Solved => SolverStatus::Solved,
+        Theirs::AlmostSolved => SolverStatus::AlmostSolved,
+        Theirs::PrimalInfeasible => SolverStatus::PrimalInfeasible,
+        Theirs::DualInfeasible => SolverStatus::DualInfeasible,
+        Theirs::AlmostPrimalInfeasible => SolverStatus::AlmostPrimalInfeasible,
+        Theirs::AlmostDualInfeasible => SolverStatus::AlmostDualInfeasible,
+        Theirs::MaxIterations => SolverStatus::MaxIterations,
+        Theirs::MaxTime => SolverStatus::MaxTime,
+        Theirs::NumericalError => SolverStatus::NumericalError,
+        Theirs::InsufficientProgress => SolverStatus::InsufficientProgress,
+        Theirs::CallbackTerminated => SolverStatus::CallbackTerminated,
+    }
+}

@@ -1,0 +1,99 @@
+//! When to stop looking for a better plan.
+
+use std::{
+    fmt,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+};
+
+/// A signal to stop, looked at once per interior-point iteration and once per SCP iteration. Clones share it.
+///
+/// The planner has no clock: the caller, who has one, says what a look finds. Once a look has found that it is time to
+/// stop, every later one does.
+#[derive(Clone)]
+pub struct Stop {
+    /// None: there is always time.
+    look: Option<Arc<dyn Fn() -> bool + Send + Sync>>,
+    found: Arc<AtomicBool>,
+}
+
+impl Stop {
+    /// Never: the plan takes as long as it takes.
+    #[must_use]
+    pub fn never() -> Self {
+        Self {
+            look: None,
+            found: Arc::default(),
+        }
+    }
+
+    /// As soon as `look` says so.
+    #[must_use]
+    pub fn when(look: impl Fn() -> bool + Send + Sync + 'static) -> Self {
+        Self {
+            look: Some(Arc::new(look)),
+            found: Arc::default(),
+        }
+    }
+
+    /// Before the first program: a lower fallback level answers.
+    #[must_use]
+    pub fn at_once() -> Self {
+        Self::when(|| true)
+    }
+
+    /// Looks whether it is time to stop.
+    #[must_use]
+    pub fn is_due(&self) -> bool {
+        let Some(look) = &self.look else { return false };
+        // One flag that nothing else hangs on.
+        let due = self.was_due() || look();
+        self.found.store(due, Ordering::Relaxed);
+        due
+    }
+
+    /// Whether a look has found that it is time to stop. Does not look again.
+    #[must_use]
+    pub fn was_due(&self) -> bool {
+        self.found.load(Ordering::Relaxed)
+    }
+}
+
+impl fmt::Debug for Stop {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Stop")
+            .field("ever", &self.look.is_some())
+            .field("found", &self.was_due())
+            .finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicU32;
+
+    use super::*;
+
+    #[test]
+    fn once_due_it_stays_due_for_every_clone_and_is_not_looked_at_again() {
+        let looks = Arc::new(AtomicU32::new(0));
+        let counted = Arc::clone(&looks);
+        // Due at the third look only.
+        let stop = Stop::when(move || counted.fetch_add(1, Ordering::Relaxed) == 2);
+        let clone = stop.clone();
+        assert!(!stop.is_due() && !clone.is_due() && !clone.was_due());
+        assert!(clone.is_due());
+        assert!(stop.was_due() && stop.is_due());
+        assert_eq!(looks.load(Ordering::Relaxed), 3);
+    }
+
+    #[test]
+    fn never_is_never_due_and_at_once_is_due_at_the_first_look() {
+        assert!(!Stop::never().is_due());
+        let stop = Stop::at_once();
+        assert!(!stop.was_due());
+        assert!(stop.is_due());
+    }
+}

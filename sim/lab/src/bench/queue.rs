@@ -1,0 +1,73 @@
+//! Many jobs on several threads, with answers in the order of the jobs.
+
+use std::{
+    num::NonZeroUsize,
+    sync::{
+        Mutex,
+        atomic::{AtomicBool, AtomicUsize, Ordering},
+    },
+    thread,
+};
+
+/// What every one of `jobs` comes to, in their order, whichever thread did them; or the error of the first of those
+/// that failed. Jobs that were not begun by then are left undone. `done` hears of every job that ends, one at a
+/// time.
+pub(super) fn in_parallel<Job: Sync, Answer: Send, Failure: Send>(
+    jobs: &[Job],
+    threads: NonZeroUsize,
+    work: impl Fn(&Job) -> Result<Answer, Failure> + Sync,
+    done: &mut (dyn FnMut(&Job) + Send),
+) -> Result<Vec<Answer>, Failure> {
+    let next = AtomicUsize::new(0);
+    let failed = AtomicBool::new(false);
+    let answers: Vec<Mutex<Option<Result<Answer, Failure>>>> =
+        jobs.iter().map(|_| Mutex::new(None)).collect();
+    let done = Mutex::new(done);
+    thread::scope(|scope| {
+        for _ in 0..threads.get().min(jobs.len()) {
+            scope.spawn(|| {
+                while !failed.load(Ordering::Relaxed) {
+                    let i = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(job) = jobs.get(i) else { break };
+                    let answer = work(job);
+                    failed.fetch_or(answer.is_err(), Ordering::Relaxed);
+                    *answers[i].lock().expect("no job panics while it holds a lock") = Some(answer);
+                    (*done.lock().expect("telling of progress does not panic"))(job);
+                }
+            });
+        }
+    });
+    // Jobs are begun in order: whatever is missing comes after the failure.
+    answers
+        .into_iter()
+        .filter_map(|answer| answer.into_inner().expect("no job panics while it holds a lock"))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn answers_come_in_the_order_of_the_jobs_on_any_number_of_threads() {
+        let jobs: Vec<u64> = (0..100).collect();
+        for threads in [1, 2, 7, 200] {
+            let mut ended = 0;
+            let threads = NonZeroUsize::new(threads).expect("positive");
+            let work = |job: &u64| Ok::<_, ()>(job * job);
+            let answers = in_parallel(&jobs, threads, work, &mut |_| ended += 1);
+            assert_eq!(answers, Ok(jobs.iter().map(|job| job * job).collect()));
+            assert_eq!(ended, 100);
+        }
+    }
+
+    #[test]
+    fn the_first_failure_in_order_is_the_answer_and_later_jobs_are_left() {
+        let jobs: Vec<u64> = (0..1_000).collect();
+        let two = NonZeroUsize::new(2).expect("positive");
+        let work = |job: &u64| if *job < 5 { Ok(()) } else { Err(*job) };
+        let mut ended = 0;
+        assert_eq!(in_parallel(&jobs, two, work, &mut |_| ended += 1), Err(5));
+        assert!(ended < 1_000, "{ended}");
+    }
+}

@@ -1,0 +1,269 @@
+//! What a guide does not see, and what is other than a scenario says.
+
+use nalgebra::Vector2;
+use planner::snapshot::{Goal, Observation, Snapshot, VehicleId};
+
+use sim::{
+    guide::{Guidance, Guide, GuideError},
+    scenario::{
+        CurrentKnowledge, FaultFile, FaultKindFile, GoalFile, Quantity, Scenario, Start, SurfaceClassFile,
+    },
+    surface_craft::{Drag, SurfaceHull},
+};
+
+/// What is other than the scenario says, or than the craft is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Variation {
+    /// Masses, inertia and drags of the surface craft's hull are this many times theirs; what it is said to be able
+    /// to do stays.
+    Hull(f64),
+    /// An Otter instead of a MEDUSA.
+    Otter,
+    /// This is added to every current that is known (north, east), m/s.
+    WrongCurrent(f64, f64),
+    /// The surface craft's clock is ahead by this, s.
+    ClockAhead(f64),
+    /// A fix is known later than the scenario says, by this, s.
+    LateReports(f64),
+    /// The guide takes the surge loop for one without lag.
+    NoSurgeLag,
+    /// The guide takes it that the craft turns as fast as any may.
+    NoTurnRate,
+    /// The guide follows the vehicle whose turn it is, and knows of no turn to come.
+    NoPreview,
+    /// The guide is asked every so many seconds, and its answer is held meanwhile.
+    Seldom(u32),
+}
+
+/// Fastest turn that a snapshot may say of its craft, rad/s.
+const TURN_RATE_ANY: f64 = 3.0;
+
+impl Variation {
+    /// Whether it makes a difference in `scenario`.
+    pub(super) fn applies(self, scenario: &Scenario) -> bool {
+        let craft = scenario.surface_craft.as_ref();
+        match self {
+            Self::Otter => craft.is_some_and(|craft| craft.class != SurfaceClassFile::Otter),
+            Self::WrongCurrent(..) => scenario.knowledge.current == CurrentKnowledge::Known,
+            Self::LateReports(_) => scenario.knowledge.acoustics.is_some(),
+            Self::NoPreview => craft.is_some_and(|craft| matches!(craft.goal, GoalFile::Intermittent { .. })),
+            Self::Hull(_) | Self::ClockAhead(_) | Self::NoSurgeLag | Self::NoTurnRate | Self::Seldom(_) => {
+                true
+            }
+        }
+    }
+
+    pub(super) fn vary_scenario(self, scenario: &mut Scenario) {
+        match self {
+            Self::Otter => {
+                if let Some(craft) = &mut scenario.surface_craft {
+                    craft.class = SurfaceClassFile::Otter;
+                }
+            }
+            Self::ClockAhead(by) => scenario.faults.push(FaultFile {
+                from_s: Quantity::fixed(0.0),
+                until_s: None,
+                what: FaultKindFile::ClockOffset {
+                    offset_s: Quantity::fixed(by),
+                },
+            }),
+            Self::LateReports(by) => {
+                if let Some(acoustics) = &mut scenario.knowledge.acoustics {
+                    acoustics.latency_s = Quantity::fixed(acoustics.latency_s.most() + by);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    pub(super) fn vary_start(self, start: &mut Start) {
+        if let (Self::Hull(factor), Some(craft)) = (self, &mut start.world.surface_craft) {
+            craft.hull = heavier(&craft.hull, factor);
+        }
+    }
+
+    fn vary_observation(self, observation: &mut Observation) {
+        match self {
+            Self::WrongCurrent(north, east) => {
+                if let Some(current) = &mut observation.current {
+                    *current += Vector2::new(north, east);
+                }
+            }
+            Self::NoSurgeLag => observation.craft.surge_time_constant = Some(0.0),
+            Self::NoTurnRate => {
+                observation.limits.turn_rate_max = TURN_RATE_ANY;
+                observation.craft.heading_rate_max = Some(TURN_RATE_ANY);
+            }
+            Self::NoPreview => {
+                if let Goal::Intermittent { auvs, dwell, epoch } = &observation.goal {
+                    observation.goal = Goal::Track {
+                        auv: in_turn(auvs, (observation.time - epoch) / dwell),
+                    };
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// `guide`, seeing what this leaves it.
+    pub(super) fn around(self, guide: Box<dyn Guide>) -> Box<dyn Guide> {
+        Box::new(Varied {
+            guide,
+            variation: self,
+            asked: 0,
+            held: None,
+        })
+    }
+}
+
+/// Whose turn it is after so many dwells.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_possible_wrap,
+    reason = "a mission has few dwells, and rem_euclid is never negative"
+)]
+fn in_turn(auvs: &[VehicleId], dwells: f64) -> VehicleId {
+    auvs[(dwells.floor() as i64).rem_euclid(auvs.len() as i64) as usize].clone()
+}
+
+fn heavier(hull: &SurfaceHull, factor: f64) -> SurfaceHull {
+    let drag = |drag: Drag| Drag {
+        linear: factor * drag.linear,
+        quadratic: factor * drag.quadratic,
+    };
+    let mut heavier = *hull;
+    heavier.mass_surge *= factor;
+    heavier.mass_sway *= factor;
+    heavier.inertia_yaw *= factor;
+    heavier.coriolis.surge *= factor;
+    heavier.coriolis.sway *= factor;
+    heavier.drag_surge = drag(hull.drag_surge);
+    heavier.drag_sway = drag(hull.drag_sway);
+    heavier.drag_yaw = drag(hull.drag_yaw);
+    heavier
+}
+
+struct Varied {
+    guide: Box<dyn Guide>,
+    variation: Variation,
+    asked: u32,
+    held: Option<Guidance>,
+}
+
+impl Guide for Varied {
+    fn name(&self) -> &'static str {
+        self.guide.name()
+    }
+
+    fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
+        let every = if let Variation::Seldom(every) = self.variation {
+            every
+        } else {
+            1
+        };
+        let due = self.asked.is_multiple_of(every);
+        self.asked += 1;
+        if let Some(held) = self.held.filter(|_| !due) {
+            return Ok(held);
+        }
+        let mut observation = Observation::clone(snapshot);
+        self.variation.vary_observation(&mut observation);
+        let guidance = self.guide.guide(&Snapshot::try_from(observation)?)?;
+        self.held = Some(guidance);
+        Ok(guidance)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use planner::los::LosLaw;
+
+    use super::*;
+    use crate::bench::{Contender, fly};
+    use sim::record::Record;
+
+    fn short(name: &str) -> Scenario {
+        Scenario::named(name).expect("exists").lasting(60.0)
+    }
+
+    fn varied(variation: Variation, scenario: &Scenario) -> Record {
+        let contender = Contender {
+            variation: Some(variation),
+            ..Contender::law(LosLaw::SaturatedLos)
+        };
+        fly(&contender, None, scenario, 1).expect("runs")
+    }
+
+    fn plain(scenario: &Scenario) -> Record {
+        fly(&Contender::law(LosLaw::SaturatedLos), None, scenario, 1).expect("runs")
+    }
+
+    #[test]
+    fn a_variation_that_changes_nothing_changes_nothing() {
+        let scenario = short("cross-current");
+        for variation in [
+            Variation::Hull(1.0),
+            Variation::WrongCurrent(0.0, 0.0),
+            Variation::ClockAhead(0.0),
+            Variation::Seldom(1),
+        ] {
+            assert_eq!(
+                varied(variation, &scenario).rows,
+                plain(&scenario).rows,
+                "{variation:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn every_variation_of_the_world_changes_the_run() {
+        let scenario = short("noisy-fixes");
+        for variation in [
+            Variation::Hull(0.7),
+            Variation::Otter,
+            Variation::WrongCurrent(0.1, 0.0),
+            Variation::LateReports(5.0),
+            Variation::Seldom(2),
+        ] {
+            assert_ne!(
+                varied(variation, &scenario).rows,
+                plain(&scenario).rows,
+                "{variation:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_reference_is_held_between_two_questions() {
+        let record = varied(Variation::Seldom(5), &short("paper-tracking"));
+        let references = record
+            .rows
+            .iter()
+            .map(|row| row.surface_craft.as_ref().expect("has one").reference);
+        let references: Vec<_> = references.collect();
+        for held in references.chunks(5) {
+            assert!(held.iter().all(|reference| *reference == held[0]));
+        }
+        assert_ne!(references[0], references[5]);
+    }
+
+    #[test]
+    fn a_guide_without_preview_follows_whose_turn_it_is() {
+        let auvs = ["a", "b"].map(|id| VehicleId(id.to_owned()));
+        let turns = [-0.5, 0.0, 0.99, 1.0, 2.0].map(|dwells| in_turn(&auvs, dwells).0);
+        assert_eq!(turns, ["b", "a", "a", "b", "a"]);
+        assert!(Variation::NoPreview.applies(&short("switching")));
+        assert!(!Variation::NoPreview.applies(&short("calm")));
+    }
+
+    #[test]
+    fn a_heavier_hull_is_slower_to_move_but_told_the_same_limits() {
+        let scenario = short("paper-tracking");
+        let (heavy, usual) = (varied(Variation::Hull(1.3), &scenario), plain(&scenario));
+        assert_eq!(heavy.limits, usual.limits);
+        let fastest = |record: &Record| record.plant.expect("calm water").speed_max;
+        // Quadratic drag: top speed falls with its root.
+        let ratio = fastest(&heavy) / fastest(&usual);
+        assert!((ratio - 1.3_f64.powf(-0.5)).abs() < 0.02, "{ratio}");
+    }
+}

@@ -1,0 +1,131 @@
+//! Maps: paths and tracks, north up.
+
+use nalgebra::Vector2;
+use sim::record::{Record, SurfaceCraftRow};
+
+use super::Both;
+use crate::chart::{Axes, BLACK_INK, BLUE, GREEN, GREY, Line, PURPLE, Panel, Sheet, Stroke, VERMILION};
+
+/// Height of the panel of `run_map` that shows distances, units.
+const DISTANCE_HEIGHT: u32 = 560;
+
+/// Fig. 3: underwater vehicles and their paths.
+pub(super) fn alone(record: &Record) -> Sheet {
+    sheet(vec![map(record.title.clone(), under_water(record))])
+}
+
+/// Figs. 8 and 14: the same under the surface craft, with either controller.
+pub(super) fn both(both: &Both) -> Sheet {
+    beside(both, |_| None)
+}
+
+/// Fig. 15: with the goal, which is none of the vehicles.
+pub(super) fn both_with_goal(both: &Both) -> Sheet {
+    beside(both, |record| Some(goal(record, "midpoint")))
+}
+
+/// A map for each controller, with the line that `more` makes.
+fn beside(both: &Both, more: impl Fn(&Record) -> Option<Line>) -> Sheet {
+    let maps = sides(both).map(|(heading, record)| {
+        let mut lines = under_water(record);
+        lines.extend(more(record));
+        lines.push(surface_craft(record));
+        map(heading.to_owned(), lines)
+    });
+    sheet(maps.into())
+}
+
+fn goal(record: &Record, name: &str) -> Line {
+    Line {
+        name: name.to_owned(),
+        colour: PURPLE,
+        stroke: Stroke::Wide,
+        points: craft_points(record, |craft| craft.goal),
+    }
+}
+
+/// One mission with its goal, and how far the surface craft is from it over time, as SVG.
+#[must_use]
+pub(crate) fn run_map(record: &Record, title: &str) -> String {
+    let mut lines = under_water(record);
+    lines.push(goal(record, "goal"));
+    lines.push(surface_craft(record));
+    let distances = record.rows.iter().filter_map(|row| {
+        let craft = row.surface_craft.as_ref()?;
+        Some((row.time, craft.distance()))
+    });
+    let line = Line {
+        name: "surface craft".into(),
+        colour: BLACK_INK,
+        stroke: Stroke::Solid,
+        points: distances.collect(),
+    };
+    let over_time = Panel {
+        heading: "distance to the goal".to_owned(),
+        ..Panel::over_time("distance, m", Axes::Time(DISTANCE_HEIGHT), vec![line])
+    };
+    sheet(vec![map("tracks".to_owned(), lines), over_time]).svg(title)
+}
+
+fn sides(both: &Both) -> [(&'static str, &Record); 2] {
+    [
+        ("planner", &both.planner),
+        ("line of sight, tuned", &both.line_of_sight),
+    ]
+}
+
+fn sheet(panels: Vec<Panel>) -> Sheet {
+    Sheet {
+        columns: panels.len(),
+        panels,
+    }
+}
+
+fn map(heading: String, lines: Vec<Line>) -> Panel {
+    Panel {
+        heading,
+        x_label: "east, m",
+        y_label: "north, m",
+        axes: Axes::Map,
+        lines,
+    }
+}
+
+fn under_water(record: &Record) -> Vec<Line> {
+    let paths = record.paths.iter().map(|path| Line {
+        name: "path".into(),
+        colour: GREY,
+        stroke: Stroke::Wide,
+        points: path.iter().map(east_north).collect(),
+    });
+    let tracks = record.auv_ids.iter().enumerate().map(|(i, id)| Line {
+        name: id.clone(),
+        colour: [BLUE, GREEN, VERMILION][i % 3],
+        stroke: Stroke::Track,
+        points: record
+            .rows
+            .iter()
+            .filter_map(|row| row.auvs.get(i))
+            .map(|auv| east_north(&auv.position))
+            .collect(),
+    });
+    paths.chain(tracks).collect()
+}
+
+fn surface_craft(record: &Record) -> Line {
+    Line {
+        name: "surface craft".into(),
+        colour: BLACK_INK,
+        stroke: Stroke::Track,
+        points: craft_points(record, |craft| craft.position),
+    }
+}
+
+fn craft_points(record: &Record, of: fn(&SurfaceCraftRow) -> Vector2<f64>) -> Vec<(f64, f64)> {
+    let craft = record.rows.iter().filter_map(|row| row.surface_craft.as_ref());
+    craft.map(|craft| east_north(&of(craft))).collect()
+}
+
+fn east_north(point: &Vector2<f64>) -> (f64, f64) {
+    (point.y, point.x)
+}

@@ -1,0 +1,329 @@
+//! A sea trial: half an hour of manoeuvres that show how a craft answers, and a simulated craft that makes them.
+//!
+//! Zig-zag and turning circle are those of the IMO's *Standards for ship manoeuvrability* (resolution MSC.137(76), 2002),
+//! in small, with references and not rudder angles; speed and heading steps are what a response model is fitted to, and the
+//! drift test shows the current.
+
+use std::f64::consts::TAU;
+
+use nalgebra::Vector2;
+use planner::{
+    angle::{Heading, ned_from_body},
+    los::Reference,
+    snapshot::Limits,
+};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::identify::LogRow;
+use sim::{
+    fault::Faults,
+    inner_loop::{DragFeedForward, PERIOD, SurfaceAutopilot},
+    observe::{SensorSetup, SurfaceSensors, SurfaceTruth},
+    scenario::{Scenario, ScenarioError},
+    surface_craft::{SurfaceClass, SurfaceHull},
+    water::{Water, WaterSetup},
+    world::{SurfaceCraft, World},
+};
+
+/// Inner-loop periods from one row of a log to the next: five rows a second.
+const PERIODS_PER_ROW: u32 = 2;
+
+/// Working speed, as a part of the top speed.
+const WORKING: f64 = 0.5;
+/// The way back, rad: not a half turn, which may be made to either side.
+const BACK: f64 = 170.0 / 180.0 * std::f64::consts::PI;
+
+/// Current of a trial (north, east), m/s: enough to tell speed through the water from speed over ground.
+const CURRENT: Vector2<f64> = Vector2::new(0.12, 0.09);
+
+/// How far round a circle goes: once, whatever the craft is behind, and not to where the way back is a half turn.
+const ROUNDS: f64 = 1.3;
+
+/// A part of a trial with one reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leg {
+    /// What it belongs to.
+    pub manoeuvre: Manoeuvre,
+    /// How long it lasts, s.
+    pub duration: f64,
+    /// Speed reference, m/s.
+    pub speed: f64,
+    /// Heading reference at its start, rad.
+    pub heading: f64,
+    /// Rate at which the heading reference turns, rad/s.
+    pub turn_rate: f64,
+}
+
+/// The manoeuvres of a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Manoeuvre {
+    /// Straight ahead until all is steady.
+    Settle,
+    /// Steps of the speed reference on a straight course.
+    SpeedSteps,
+    /// Steps of the heading reference at working speed.
+    HeadingSteps,
+    /// From one side to the other.
+    ZigZag,
+    /// Once round.
+    Circle,
+    /// Speed reference 0.
+    Drift,
+}
+
+/// Legs, one after the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trial {
+    /// The legs.
+    pub legs: Vec<Leg>,
+}
+
+impl Trial {
+    /// Half an hour for a craft of that top speed, m/s, and fastest turn, rad/s.
+    #[must_use]
+    pub(crate) fn half_hour(speed_max: f64, turn_rate_max: f64) -> Self {
+        use Manoeuvre::{Circle, Drift, HeadingSteps, Settle, SpeedSteps, ZigZag};
+        let mut legs = Vec::new();
+        let mut leg = |manoeuvre, duration, speed: f64, heading: f64| {
+            legs.push(Leg {
+                manoeuvre,
+                duration,
+                speed: speed * speed_max,
+                heading,
+                turn_rate: 0.0,
+            });
+        };
+        leg(Settle, 60.0, WORKING, 0.0);
+        // Up and down on one course and back on the other: small steps for the time constant, large ones for the limits.
+        for heading in [0.0, BACK] {
+            leg(Settle, 30.0, WORKING, heading);
+            for speed in [0.6, 0.5, 0.4, 0.5] {
+                leg(SpeedSteps, 30.0, speed, heading);
+            }
+            for speed in [0.25, 0.85, 0.25, 0.85, 0.25] {
+                leg(SpeedSteps, 45.0, speed, heading);
+            }
+        }
+        leg(Settle, 40.0, WORKING, BACK);
+        for degrees in [10.0_f64, 0.0, -30.0, 0.0, 60.0, 0.0, 90.0, 180.0, -20.0, 0.0] {
+            leg(HeadingSteps, 35.0, WORKING, BACK + degrees.to_radians());
+        }
+        for degrees in [20.0_f64, -20.0, 20.0, -20.0, 45.0, -45.0, 45.0, -45.0, 0.0] {
+            leg(ZigZag, 15.0, WORKING, BACK + degrees.to_radians());
+        }
+        // Half of the fastest turn: the reference is followed all the way round.
+        let turn_rate = 0.5 * turn_rate_max;
+        for (turn_rate, speed) in [(turn_rate, WORKING), (-turn_rate, WORKING)] {
+            legs.push(Leg {
+                manoeuvre: Circle,
+                duration: ROUNDS * TAU / turn_rate.abs(),
+                speed: speed * speed_max,
+                heading: BACK,
+                turn_rate,
+            });
+            legs.push(Leg {
+                manoeuvre: Circle,
+                duration: 30.0,
+                speed: speed * speed_max,
+                heading: BACK,
+                turn_rate: 0.0,
+            });
+        }
+        legs.push(Leg {
+            manoeuvre: Drift,
+            duration: 120.0,
+            speed: 0.0,
+            heading: BACK,
+            turn_rate: 0.0,
+        });
+        Self { legs }
+    }
+
+    /// How long it lasts, s.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.legs.iter().map(|leg| leg.duration).sum()
+    }
+
+    /// Speed and heading reference at `time` s after its start: the last leg goes on.
+    #[must_use]
+    pub fn reference(&self, time: f64) -> (f64, f64) {
+        let mut begin = 0.0;
+        for leg in &self.legs {
+            if time < begin + leg.duration {
+                return (leg.speed, leg.heading + leg.turn_rate * (time - begin));
+            }
+            begin += leg.duration;
+        }
+        self.legs.last().map_or((0.0, 0.0), |leg| {
+            (leg.speed, leg.heading + leg.turn_rate * leg.duration)
+        })
+    }
+}
+
+/// Who makes a trial, where, and with which sensors.
+#[derive(Clone, Debug)]
+pub struct TrialSetup {
+    /// What is to be done.
+    pub trial: Trial,
+    /// The craft in its water.
+    world: World,
+    /// What measures it.
+    sensors: SensorSetup,
+}
+
+/// Why a scenario has no trial.
+#[derive(Debug, thiserror::Error)]
+pub enum NoTrial {
+    /// It has no craft that could make one.
+    #[error("the scenario has no surface craft")]
+    NoSurfaceCraft,
+    /// It does not start.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+}
+
+impl TrialSetup {
+    /// A MEDUSA-class craft with drag feed-forward, in a current of 0.15 m/s, with a small craft's sensors.
+    #[must_use]
+    pub fn medusa() -> Self {
+        Self::of_class(SurfaceClass::Medusa)
+    }
+
+    /// An Otter, likewise.
+    #[must_use]
+    pub fn otter() -> Self {
+        Self::of_class(SurfaceClass::Otter)
+    }
+
+    fn of_class(class: SurfaceClass) -> Self {
+        let autopilot = class.autopilot(DragFeedForward::On);
+        Self::with(class.hull(), autopilot, &class.limits())
+    }
+
+    /// A craft of that hull and autopilot, likewise.
+    #[must_use]
+    pub fn with(hull: SurfaceHull, autopilot: SurfaceAutopilot, limits: &Limits) -> Self {
+        let trial = Trial::half_hour(limits.speed_max, limits.turn_rate_max);
+        let (speed, heading) = trial.reference(0.0);
+        let craft = SurfaceCraft::cruising(hull, autopilot, &Vector2::zeros(), heading, speed);
+        let water = Water::new(&WaterSetup::constant(CURRENT), ChaCha8Rng::seed_from_u64(0));
+        Self {
+            world: World::new(Some(craft), Vec::new(), water, Faults(Vec::new())),
+            trial,
+            sensors: SensorSetup::SMALL_CRAFT,
+        }
+    }
+
+    /// The surface craft of `scenario` in its water, with a small craft's sensors.
+    pub fn of(scenario: &Scenario, seed: u64) -> Result<Self, NoTrial> {
+        let start = scenario.start(seed)?;
+        let (Some(_), Some(limits)) = (&start.world.surface_craft, &start.limits) else {
+            return Err(NoTrial::NoSurfaceCraft);
+        };
+        let mut world = start.world;
+        world.auvs.clear();
+        Ok(Self {
+            trial: Trial::half_hour(limits.speed_max, limits.turn_rate_max),
+            world,
+            sensors: SensorSetup::SMALL_CRAFT,
+        })
+    }
+
+    /// The log of the trial; `seed` draws the sensors' errors.
+    #[must_use]
+    pub fn fly(&self, seed: u64) -> Vec<LogRow> {
+        let mut sensors = SurfaceSensors::new(self.sensors, ChaCha8Rng::seed_from_u64(seed));
+        fly(&self.trial, &mut self.world.clone(), &mut sensors)
+    }
+}
+
+/// Lets the surface craft of `world` make `trial`, and logs what its sensors measure. Nothing where there is no craft.
+fn fly(trial: &Trial, world: &mut World, sensors: &mut SurfaceSensors) -> Vec<LogRow> {
+    let mut rows = Vec::new();
+    let mut energy = world.surface_craft.as_ref().map_or(0.0, |craft| craft.energy);
+    while world.time() < trial.duration() {
+        let (speed, heading) = trial.reference(world.time());
+        let reference = Reference {
+            speed,
+            heading: Heading::new(heading),
+        };
+        if world.periods().is_multiple_of(PERIODS_PER_ROW) {
+            let Some(craft) = &world.surface_craft else {
+                return rows;
+            };
+            let interval = f64::from(PERIODS_PER_ROW) * PERIOD;
+            let current = world.water.current(&craft.position(), 0.0);
+            let through_water = Vector2::new(craft.state[3], craft.state[4]);
+            let truth = SurfaceTruth {
+                position: craft.position(),
+                heading: craft.state[2],
+                surge: craft.state[3],
+                sway: craft.state[4],
+                yaw_rate: craft.state[5],
+                ground_velocity: ned_from_body(craft.state[2]) * through_water + current,
+            };
+            let works = world.faults.gnss_works(world.time());
+            let measured = sensors.measure(&truth, works, interval);
+            rows.push(LogRow {
+                time: world.time(),
+                speed_reference: speed,
+                heading_reference: reference.heading.radians(),
+                heading: measured.heading.radians(),
+                surge: Some(measured.surge),
+                sway: Some(measured.sway),
+                ground_velocity: measured.ground_velocity,
+                position: Some(measured.position),
+                power: (!rows.is_empty()).then_some((craft.energy - energy) / interval),
+            });
+            energy = craft.energy;
+        }
+        world.step(Some(&reference));
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trial_lasts_half_an_hour_and_no_step_of_heading_is_a_half_turn() {
+        for (speed_max, turn_rate_max) in [(1.5, 0.3), (2.0, 0.2), (1.0, 0.1)] {
+            let trial = Trial::half_hour(speed_max, turn_rate_max);
+            let minutes = trial.duration() / 60.0;
+            assert!((25.0..=36.0).contains(&minutes), "{minutes}");
+            for two in trial.legs.windows(2) {
+                let before = two[0].heading + two[0].turn_rate * two[0].duration;
+                let step = planner::angle::wrap(two[1].heading - before);
+                assert!(step.abs() < 172.0_f64.to_radians(), "{two:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn references_are_those_of_the_leg_and_go_round_in_a_circle() {
+        let trial = Trial::half_hour(1.5, 0.3);
+        assert_eq!(trial.reference(0.0), (0.75, 0.0));
+        let mut begin = 0.0;
+        for leg in &trial.legs {
+            let (speed, heading) = trial.reference(begin + 0.5 * leg.duration);
+            assert_eq!(speed, leg.speed);
+            assert!((heading - leg.heading - 0.5 * leg.turn_rate * leg.duration).abs() < 1e-9);
+            begin += leg.duration;
+        }
+        assert_eq!(trial.reference(begin + 100.0).0, 0.0, "the drift test goes on");
+    }
+
+    #[test]
+    fn a_log_has_five_rows_a_second_and_follows_from_its_seed() {
+        let setup = TrialSetup::medusa();
+        let log = setup.fly(3);
+        assert_eq!(log, setup.fly(3));
+        assert_ne!(log, setup.fly(4));
+        assert!((log[5].time - log[0].time - 1.0).abs() < 1e-9);
+        let rows = 5.0 * setup.trial.duration();
+        assert!((rows - f64::from(u32::try_from(log.len()).expect("thousands"))).abs() <= 1.0);
+    }
+}

@@ -1,0 +1,169 @@
+//! The planner against the line-of-sight law tuned for the very mission, on the same observations.
+
+use pilotfish_lab::tuning::{tune, tune_los};
+use planner::{los::LosLaw, plan::Method, policy::Policy};
+use sim::{
+    guide::MpcGuide,
+    metrics::{Metrics, SurfaceCraftMetrics},
+    mission::run,
+    record::Record,
+    scenario::Scenario,
+};
+
+/// Starts up to 1 m and 0.1 rad apart.
+const SEEDS: [u64; 3] = [1, 2, 3];
+
+/// Where nothing comes up that the plan before did not foresee, a program solved anew is predicted to do best but for
+/// near ties: another rung answers once in so many times at most.
+const ONE_IN: usize = 100;
+
+/// Time from one hand-over to the next in paper-intermittent, s.
+const DWELL: f64 = 240.0;
+
+/// How long after a hand-over the plan made before it may still be as good as a new one, s. Measured: 29 s, as the craft
+/// comes alongside.
+const JUST_HANDED_OVER: f64 = 30.0;
+
+/// Tuned line of sight, then the planner, and the planner's record.
+fn both(scenario: &Scenario, seed: u64) -> ([SurfaceCraftMetrics; 2], Record) {
+    let name = &scenario.name;
+    let (gains, los) = tune_los(scenario, seed, &mut |_| {}).expect("tunes");
+    let record = run(scenario, &mut MpcGuide::new(Policy::default()), seed, &mut |_| {}).expect("runs");
+    let metrics = [los, Metrics::of(&record)].map(|metrics| metrics.surface_craft.expect("has one"));
+    for (method, of) in ["los", "mpc"].into_iter().zip(&metrics) {
+        println!(
+            "{name} {seed} {method}: rms {:.3} settled {:.3} energy {:.0} travel {:.1} {:?} (los {gains:?})",
+            of.rms_m, of.settled_rms_m, of.energy_j, of.heading_travel_rad, of.rungs
+        );
+    }
+    (metrics, record)
+}
+
+/// Asserts that a program gave nearly every answer at the times, s, that are `counted`.
+fn assert_by_the_program(record: &Record, counted: impl Fn(f64) -> bool) {
+    let rows = record.rows.iter().filter(|row| counted(row.time));
+    let methods: Vec<_> = rows
+        .filter_map(|row| Some(row.surface_craft.as_ref()?.method))
+        .collect();
+    let others = methods.iter().filter(|method| **method != Method::Mpc).count();
+    let (name, seed, n) = (&record.scenario, record.seed, methods.len());
+    assert!(
+        0 < n && others * ONE_IN <= n,
+        "{name}, seed {seed}: {others} of {n}"
+    );
+}
+
+/// Most of the whole mission's error is the approach, which the thrusters bound for both.
+#[test]
+fn the_planner_is_never_worse_than_tuned_line_of_sight() {
+    for name in ["paper-tracking", "paper-midpoint", "cross-current"] {
+        let scenario = Scenario::named(name).expect("exists");
+        for seed in SEEDS {
+            let ([los, mpc], record) = both(&scenario, seed);
+            assert!(
+                mpc.rms_m <= los.rms_m,
+                "{name}, seed {seed}: {} against {}",
+                mpc.rms_m,
+                los.rms_m
+            );
+            assert!(
+                mpc.settled_rms_m <= 0.5 * los.settled_rms_m,
+                "{name}, seed {seed}"
+            );
+            // Measured: all, but for the approach in paper-midpoint, where two are other rungs'.
+            assert_by_the_program(&record, |_| true);
+        }
+    }
+}
+
+/// The strongest of the laws, which the planner does not beat everywhere: measured, its approach is up to 1.8 %
+/// nearer, for more energy.
+#[test]
+fn line_of_sight_in_the_tracker_s_frame_gains_a_little_on_the_approach_and_loses_the_rest() {
+    for name in ["paper-tracking", "paper-midpoint", "cross-current"] {
+        let scenario = Scenario::named(name).expect("exists");
+        let (_, law) = tune(LosLaw::TrackerFrame, &scenario, SEEDS[0], &mut |_| {}).expect("tunes");
+        let law = law.surface_craft.expect("has one");
+        let ([_, mpc], _) = both(&scenario, SEEDS[0]);
+        assert!(
+            mpc.rms_m <= 1.03 * law.rms_m,
+            "{name}: {} against {}",
+            mpc.rms_m,
+            law.rms_m
+        );
+        assert!(mpc.settled_rms_m < law.settled_rms_m, "{name}");
+        assert!(mpc.energy_j < law.energy_j, "{name}");
+    }
+}
+
+/// The gliders of `slocum` tell their velocity through the water, 0.05 m/s of current short. Taken for a velocity over
+/// ground, it leaves the craft 0.37 m behind.
+#[test]
+fn a_current_that_the_vehicles_do_not_know_of_is_found_out() {
+    let scenario = Scenario::named("slocum").expect("exists").lasting(400.0);
+    let record = run(
+        &scenario,
+        &mut MpcGuide::new(Policy::default()),
+        SEEDS[0],
+        &mut |_| {},
+    )
+    .expect("runs");
+    let craft = record.rows.iter().filter(|row| 300.0 <= row.time);
+    let distances = craft.filter_map(|row| Some(row.surface_craft.as_ref()?.distance()));
+    let farthest = distances.fold(0.0, f64::max);
+    assert!(0.0 < farthest && farthest < 0.05, "{farthest}");
+}
+
+#[test]
+fn anticipating_the_hand_over_halves_the_error() {
+    let scenario = Scenario::named("paper-intermittent").expect("exists");
+    for seed in SEEDS {
+        let ([los, mpc], record) = both(&scenario, seed);
+        assert!(
+            mpc.rms_m <= 0.5 * los.rms_m,
+            "seed {seed}: {} against {}",
+            mpc.rms_m,
+            los.rms_m
+        );
+        // While a hand-over comes into sight, and just after it, the plan before may be as good: measured, in a tenth of
+        // the answers then. Line of sight does not foresee it and is never better.
+        let horizon: f64 = Policy::default().steps.iter().sum();
+        let far_from_hand_overs =
+            |time: f64| (JUST_HANDED_OVER..DWELL - horizon).contains(&time.rem_euclid(DWELL));
+        assert_by_the_program(&record, far_from_hand_overs);
+        let rungs = mpc.rungs;
+        assert_eq!(
+            (rungs.saturated_los, rungs.hold),
+            (0, 0),
+            "seed {seed}: {rungs:?}"
+        );
+    }
+}
+
+/// The loop that winds up: the planner's model of it is optimistic. Its approach is slower than line of
+/// sight's by a few per cent, it keeps closer afterwards and at hand-overs, and pays with energy and with
+/// circles that it turns while the loop slows down.
+#[test]
+fn without_drag_feed_forward_the_approach_is_lost_by_a_little_and_the_rest_won() {
+    for (name, share) in [
+        ("paper-tracking", 1.04),
+        ("paper-midpoint", 1.04),
+        ("cross-current", 1.04),
+        ("paper-intermittent", 0.5),
+    ] {
+        let mut scenario = Scenario::named(name).expect("exists");
+        scenario
+            .surface_craft
+            .as_mut()
+            .expect("has one")
+            .drag_feed_forward = false;
+        let ([los, mpc], _) = both(&scenario, SEEDS[0]);
+        assert!(
+            mpc.rms_m <= share * los.rms_m,
+            "{name}: {} against {}",
+            mpc.rms_m,
+            los.rms_m
+        );
+        assert!(mpc.settled_rms_m <= 0.5 * los.settled_rms_m, "{name}");
+    }
+}

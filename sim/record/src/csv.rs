@@ -1,0 +1,54 @@
+//! The table as comma-separated values (RFC 4180, lines ended by LF): one header line, one line a row.
+
+use std::{
+    fmt::Write as _,
+    io::{self, Write},
+};
+
+use csv::ErrorKind;
+
+use crate::{
+    Source,
+    table::{COLUMNS, Cell, Row},
+};
+
+/// Numbers have the fewest digits that give the same bits back. Nothing where nothing is known.
+pub(super) fn write<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S::Error> {
+    let mut lines = csv::Writer::from_writer(out);
+    let header = COLUMNS.iter().map(|column| column.name);
+    lines.write_record(header).map_err(not_written)?;
+    let mut digits = String::new();
+    source.for_each(&mut |entry| {
+        for row in &entry.rows {
+            line(&mut lines, row, &mut digits).map_err(not_written)?;
+        }
+        Ok(())
+    })?;
+    Ok(lines.flush()?)
+}
+
+fn line(lines: &mut csv::Writer<impl Write>, row: &Row<'_>, digits: &mut String) -> csv::Result<()> {
+    for column in COLUMNS {
+        digits.clear();
+        let written = match (column.cell)(row) {
+            Cell::Nothing => Ok(()),
+            Cell::Count(count) => write!(digits, "{count}"),
+            Cell::Number(number) => write!(digits, "{number}"),
+            Cell::Word(word) => {
+                lines.write_field(word)?;
+                continue;
+            }
+        };
+        written.expect("a string takes everything");
+        lines.write_field(&digits)?;
+    }
+    lines.write_record(None::<&[u8]>)
+}
+
+/// What the file refused with.
+fn not_written(error: csv::Error) -> io::Error {
+    match error.into_kind() {
+        ErrorKind::Io(error) => error,
+        kind => io::Error::other(format!("{kind:?}")),
+    }
+}

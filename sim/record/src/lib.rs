@@ -1,0 +1,268 @@
+//! Records: what happened in a mission, flown or simulated, as files that other programs open.
+//!
+//! ```text
+//! simulated run ┐                                ┌► csv, parquet, ndjson: the table
+//!               ├► Source: entries, each of rows ┼► mcap: the table, poses, the scene, events
+//! mission ──────┘                                └► geojson: tracks and the scene on Earth
+//! ```
+//! [`table`] is the one table; `docs/records.md` has it for users. A record is written as it is gone through: no format
+//! holds it in memory. [`datum`] says where on Earth the local frame (north, east, m) lies.
+
+use std::{
+    fmt,
+    io::{self, BufWriter, Write},
+    path::{Path, PathBuf},
+};
+
+use serde_json::Value;
+
+mod csv;
+pub mod datum;
+mod geojson;
+pub mod mcap;
+pub mod parquet;
+#[cfg(test)]
+mod sample;
+mod source;
+pub mod table;
+
+pub use datum::Origin;
+pub use source::{Disc, Entry, Scene, Source};
+
+use datum::NotOnEarth;
+
+/// The version of the table that files tell.
+pub const SCHEMA_VERSION: &str = "2";
+
+/// What lines and numbers are gathered into before the file takes them, bytes.
+const PIECE: usize = 64 << 10;
+
+/// A file format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Comma-separated values: one header line, one line a row of the table.
+    Csv,
+    /// Apache Parquet: the same table with nulls, compressed.
+    Parquet,
+    /// `GeoJSON` (RFC 7946): tracks, paths and bounds on Earth.
+    Geojson,
+    /// MCAP with the schemas of Foxglove and Lichtblick.
+    Mcap,
+    /// Lines of JSON: an object a row of the table.
+    Ndjson,
+}
+
+/// Why a record was not written.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// The name of the file says no format.
+    #[error("{path} has no ending that says what to write: .csv, .parquet, .geojson, .mcap or .ndjson")]
+    UnknownExtension {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The format holds places on Earth and the record none.
+    #[error("GeoJSON needs the place on Earth: give the scenario an [origin] with lat_deg and lon_deg")]
+    NoOrigin,
+    /// The record's origin is no place on Earth.
+    #[error("the record's origin cannot be used")]
+    Origin(#[from] NotOnEarth),
+    /// The file did not take it.
+    #[error(transparent)]
+    Write(#[from] io::Error),
+}
+
+impl Format {
+    /// Every format.
+    pub const ALL: [Self; 5] = [Self::Csv, Self::Parquet, Self::Geojson, Self::Mcap, Self::Ndjson];
+
+    /// The format that the ending of `path` names, in capitals or not.
+    pub fn of(path: &Path) -> Result<Self, ExportError> {
+        let extension = path.extension().and_then(|extension| extension.to_str());
+        Self::ALL
+            .into_iter()
+            .find(|format| extension.is_some_and(|given| given.eq_ignore_ascii_case(format.extension())))
+            .ok_or_else(|| ExportError::UnknownExtension {
+                path: path.to_owned(),
+            })
+    }
+
+    /// The ending of its files, without the dot.
+    #[must_use]
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Csv => "csv",
+            Self::Parquet => "parquet",
+            Self::Geojson => "geojson",
+            Self::Mcap => "mcap",
+            Self::Ndjson => "ndjson",
+        }
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.extension())
+    }
+}
+
+/// Writes the record to `out`. Equal records give equal bytes. After an error, what was written is not whole.
+pub fn write<S: Source>(source: &S, format: Format, out: &mut (impl Write + Send)) -> Result<(), S::Error> {
+    let mut out = BufWriter::with_capacity(PIECE, out);
+    match format {
+        Format::Csv => csv::write(source, &mut out)?,
+        Format::Parquet => parquet::write(source, &mut out)?,
+        Format::Geojson => geojson::write(source, &mut out)?,
+        Format::Mcap => mcap::write(source, &mut out)?,
+        Format::Ndjson => ndjson(source, &mut out)?,
+    }
+    Ok(out.flush()?)
+}
+
+fn ndjson<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S::Error> {
+    source.for_each(&mut |entry| {
+        for row in &entry.rows {
+            serde_json::to_writer(&mut *out, row).map_err(io::Error::from)?;
+            out.write_all(b"\n")?;
+        }
+        Ok(())
+    })
+}
+
+/// A value as a file's metadata has it: words without quotes.
+fn plain(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ending_names_the_format_in_capitals_or_not() {
+        for format in Format::ALL {
+            let path = format!("some.where/run.2.{format}");
+            assert_eq!(Format::of(Path::new(&path)).expect("is known"), format);
+            let shouted = path.to_uppercase();
+            assert_eq!(Format::of(Path::new(&shouted)).expect("is known"), format);
+        }
+    }
+
+    #[test]
+    fn another_ending_is_refused_with_the_five_that_work() {
+        for path in ["run.xlsx", "run", "csv", ".csv", "run.csv.gz"] {
+            let said = Format::of(Path::new(path)).expect_err("is unknown").to_string();
+            assert!(said.contains(path), "{said}");
+            for format in Format::ALL {
+                assert!(said.contains(&format!(".{format}")), "{said}");
+            }
+        }
+    }
+
+    #[test]
+    fn equal_records_give_equal_bytes_in_every_format() {
+        for format in Format::ALL {
+            let bytes = || {
+                let mut bytes = vec![];
+                write(&sample::record(), format, &mut bytes).expect("can be written");
+                bytes
+            };
+            let first = bytes();
+            assert!(!first.is_empty());
+            // Hashed containers differ from one instance to the next.
+            for _ in 0..5 {
+                assert!(first == bytes(), "{format}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_file_that_takes_nothing_is_an_error_and_no_panic() {
+        struct Full;
+        impl Write for Full {
+            fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+                Err(io::ErrorKind::StorageFull.into())
+            }
+            fn flush(&mut self) -> io::Result<()> {
+                Err(io::ErrorKind::StorageFull.into())
+            }
+        }
+        for format in Format::ALL {
+            let error = write(&sample::record(), format, &mut Full).expect_err("is full");
+            assert!(
+                matches!(&error, ExportError::Write(error) if error.kind() == io::ErrorKind::StorageFull),
+                "{format}: {error:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn only_geojson_needs_an_origin_and_says_what_to_do() {
+        let mut record = sample::record();
+        record.origin = None;
+        for format in Format::ALL {
+            let written = write(&record, format, &mut vec![]);
+            match format {
+                Format::Geojson => {
+                    let error = written.expect_err("has no place on Earth");
+                    assert!(error.to_string().contains("[origin]"), "{error}");
+                }
+                Format::Csv | Format::Parquet | Format::Mcap | Format::Ndjson => {
+                    written.expect("can be written");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_record_without_rows_or_vehicles_is_written_too() {
+        let empty = sample::Sample {
+            path: vec![],
+            keep_outs: vec![],
+            area: vec![],
+            instants: 0,
+            ..sample::record()
+        };
+        for format in Format::ALL {
+            write(&empty, format, &mut vec![]).expect("can be written");
+        }
+    }
+
+    #[test]
+    fn lines_of_json_and_of_csv_are_the_rows() {
+        let record = sample::record();
+        let written = |format| {
+            let mut bytes = vec![];
+            write(&record, format, &mut bytes).expect("can be written");
+            String::from_utf8(bytes).expect("is text")
+        };
+        let (ndjson, csv) = (written(Format::Ndjson), written(Format::Csv));
+        let names: Vec<&str> = csv.lines().next().expect("is a header").split(',').collect();
+        assert_eq!(
+            names,
+            table::COLUMNS
+                .iter()
+                .map(|column| column.name)
+                .collect::<Vec<_>>()
+        );
+        let rows = record.rows();
+        assert_eq!(
+            (ndjson.lines().count(), csv.lines().count()),
+            (rows.len(), rows.len() + 1)
+        );
+        for ((object, line), row) in ndjson.lines().zip(csv.lines().skip(1)).zip(rows) {
+            let object: Value = serde_json::from_str(object).expect("is JSON");
+            assert_eq!(object, serde_json::to_value(row).expect("is JSON"));
+            for (name, cell) in names.iter().zip(line.split(',')) {
+                let told = object.get(*name);
+                let expected = match told {
+                    // Whole numbers have no decimal point in a table.
+                    Some(Value::Number(number)) => number.as_f64().expect("is one").to_string(),
+                    Some(word) => plain(word),
+                    None => String::new(),
+                };
+                assert_eq!(cell, expected, "{name}");
+            }
+        }
+    }
+}

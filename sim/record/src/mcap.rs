@@ -1,0 +1,271 @@
+//! A record as MCAP: JSON messages with the schemas that Foxglove and Lichtblick draw.
+//!
+//! The frame `world` is east-north-up at the datum: x east, y north, z up, so that z is minus the depth. A
+//! vehicle's frame, named as the vehicle, is x forward, y to port, z up (ROS REP 103).
+//!
+//! | topic | schema | messages |
+//! |---|---|---|
+//! | `/rows` | `pilotfish.Row` | one a row of the table, as in the lines of JSON |
+//! | `/tf` | `foxglove.FrameTransforms` | one a row that tells where a vehicle was: it in `world` |
+//! | `/{vehicle}/pose` | `foxglove.PoseInFrame` | the same |
+//! | `/{vehicle}/fix` | `foxglove.LocationFix` | the same, where the datum lies on Earth |
+//! | `/scene` | `foxglove.SceneUpdate` | one, where something stands still: paths, keep-out discs, area |
+//! | `/events` | `pilotfish.Event` | of a mission, one an event |
+//!
+//! Times are those of the mission's clock: from its start on of a simulated one, from 1970 on of a live one. What was
+//! heard is logged when the service received it, and published when it was so.
+
+use std::{
+    collections::BTreeMap,
+    io::{self, Write},
+};
+
+use mcap::{
+    McapError, McapResult, WriteOptions, Writer,
+    records::{MessageHeader, Metadata},
+    write::NoSeek,
+};
+use serde_json::Value;
+
+use crate::{Entry, ExportError, Scene, Source, datum::Datum, plain};
+use messages::{Time, Vehicle};
+
+mod messages;
+mod scene;
+mod schemas;
+
+/// The topic whose messages are the rows of the table.
+pub const ROWS: &str = "/rows";
+
+pub(super) fn write<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S::Error> {
+    let datum = source.origin().as_ref().map(Datum::new).transpose();
+    let datum = datum.map_err(ExportError::from)?;
+    let about = source.about();
+    let mut log = Log::new(out, datum.as_ref()).map_err(not_written)?;
+    let mut scene = Some(source.scene()).filter(|scene| !scene.is_empty());
+    let told = log.metadata(&about).map_err(not_written).map_err(S::Error::from);
+    let told = told.and_then(|()| {
+        source.for_each(&mut |entry| Ok(log.entry(entry, scene.take()).map_err(not_written)?))
+    });
+    match told {
+        Ok(()) => Ok(log.file.finish().map(drop).map_err(not_written)?),
+        Err(error) => {
+            // Without its end, which dropping it would write, the file is not taken for whole.
+            log.file.into_inner();
+            Err(error)
+        }
+    }
+}
+
+/// What a file refused with, where it was the file.
+fn not_written(error: McapError) -> io::Error {
+    match error {
+        McapError::Io(error) => error,
+        error => io::Error::other(error),
+    }
+}
+
+/// An MCAP file being written. Its index, of some hundred bytes a megabyte, is in memory until its end.
+struct Log<'a, W: Write> {
+    file: Writer<NoSeek<W>>,
+    datum: Option<&'a Datum>,
+    /// The channel of each topic, and the messages on it.
+    channels: BTreeMap<String, (u16, u32)>,
+}
+
+impl<'a, W: Write> Log<'a, W> {
+    /// Never seeks, so that a pipe will do. Chunks, indexes, statistics and the summary are on by default,
+    /// compression is not: it would bring C code.
+    fn new(out: W, datum: Option<&'a Datum>) -> McapResult<Self> {
+        let file = WriteOptions::new()
+            .library(concat!("pilotfish ", env!("CARGO_PKG_VERSION")))
+            .disable_seeking(true)
+            .create(NoSeek::new(out))?;
+        Ok(Self {
+            file,
+            datum,
+            channels: BTreeMap::new(),
+        })
+    }
+
+    /// What the file says of itself.
+    fn metadata(&mut self, about: &[(&'static str, Value)]) -> McapResult<()> {
+        let pairs = about.iter().map(|(key, value)| ((*key).to_owned(), plain(value)));
+        self.file.write_metadata(&Metadata {
+            name: "pilotfish".to_owned(),
+            metadata: pairs.collect(),
+        })
+    }
+
+    fn entry(&mut self, entry: &Entry<'_>, scene: Option<Scene<'_>>) -> McapResult<()> {
+        let logged = Time::of_seconds(entry.logged_s);
+        if let Some(scene) = scene {
+            let update = scene::update(&scene, logged).to_string();
+            self.message(
+                "/scene",
+                schemas::scene_update,
+                [logged, logged],
+                update.as_bytes(),
+            )?;
+        }
+        if let Some(event) = entry.event {
+            self.message("/events", schemas::event, [logged, logged], event)?;
+        }
+        for row in &entry.rows {
+            let time = Time::of_seconds(row.t_s.unwrap_or_default());
+            let times = [time, logged];
+            let json = serde_json::to_vec(row).expect("an object of numbers and words");
+            self.message(ROWS, schemas::row, times, &json)?;
+            let Some((id, vehicle)) = Vehicle::of(row) else {
+                continue;
+            };
+            let transforms = messages::frame_transforms(id, &vehicle, time).to_string();
+            self.message("/tf", schemas::frame_transforms, times, transforms.as_bytes())?;
+            let pose = messages::pose_in_frame(&vehicle, time).to_string();
+            self.message(
+                &format!("/{id}/pose"),
+                schemas::pose_in_frame,
+                times,
+                pose.as_bytes(),
+            )?;
+            if let Some(datum) = self.datum {
+                let fix = messages::location_fix(id, &vehicle, datum, time).to_string();
+                self.message(
+                    &format!("/{id}/fix"),
+                    schemas::location_fix,
+                    times,
+                    fix.as_bytes(),
+                )?;
+            }
+        }
+        Ok(())
+    }
+
+    /// A message, in JSON, of what was so at one time and known at another. The topic's schema is named by its title.
+    fn message(
+        &mut self,
+        topic: &str,
+        schema: fn() -> Value,
+        [published, logged]: [Time; 2],
+        message: &[u8],
+    ) -> McapResult<()> {
+        if !self.channels.contains_key(topic) {
+            let schema = schema();
+            let name = schema["title"].as_str().unwrap_or_default();
+            let schema = self
+                .file
+                .add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
+            let channel = self.file.add_channel(schema, topic, "json", &BTreeMap::new())?;
+            self.channels.insert(topic.to_owned(), (channel, 0));
+        }
+        let (channel_id, written) = self.channels.get_mut(topic).expect("is made above");
+        let header = MessageHeader {
+            channel_id: *channel_id,
+            sequence: *written,
+            log_time: logged.nanoseconds(),
+            publish_time: published.nanoseconds(),
+        };
+        *written += 1;
+        self.file.write_to_known_channel(&header, message)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mcap::{MessageStream, Summary};
+    use serde_json::json;
+
+    use super::*;
+    use crate::sample::{self, Sample};
+
+    fn written(record: &Sample) -> Vec<u8> {
+        let mut bytes = vec![];
+        write(record, &mut bytes).expect("can be written");
+        bytes
+    }
+
+    /// Time in ns and body of every message on `topic`.
+    fn messages(file: &[u8], topic: &str) -> Vec<(u64, Value)> {
+        MessageStream::new(file)
+            .expect("is MCAP")
+            .map(|message| message.expect("can be read"))
+            .filter(|message| message.channel.topic == topic)
+            .map(|message| {
+                let body = serde_json::from_slice(&message.data).expect("is JSON");
+                (message.log_time, body)
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_summary_counts_the_messages_of_every_topic() {
+        let file = written(&sample::record());
+        let summary = Summary::read(&file).expect("is MCAP").expect("has a summary");
+        let counts = summary.stats.expect("has statistics").channel_message_counts;
+        let counted: BTreeMap<&str, (&str, u64)> = summary
+            .channels
+            .values()
+            .map(|channel| {
+                let schema = channel.schema.as_ref().expect("has a schema");
+                assert_eq!(
+                    (&*schema.encoding, &*channel.message_encoding),
+                    ("jsonschema", "json")
+                );
+                (
+                    channel.topic.as_str(),
+                    (schema.name.as_str(), counts[&channel.id]),
+                )
+            })
+            .collect();
+        let expected = [
+            ("/asc/fix", ("foxglove.LocationFix", 3)),
+            ("/asc/pose", ("foxglove.PoseInFrame", 3)),
+            ("/auv-1/fix", ("foxglove.LocationFix", 3)),
+            ("/auv-1/pose", ("foxglove.PoseInFrame", 3)),
+            ("/rows", ("pilotfish.Row", 12)),
+            ("/scene", ("foxglove.SceneUpdate", 1)),
+            ("/tf", ("foxglove.FrameTransforms", 6)),
+        ];
+        assert_eq!(counted, BTreeMap::from(expected));
+        assert!(!summary.chunk_indexes.is_empty());
+        assert_eq!(summary.metadata_indexes.len(), 1);
+    }
+
+    #[test]
+    fn time_starts_at_nought_and_agrees_within_a_message() {
+        let file = written(&sample::record());
+        let poses = messages(&file, "/auv-1/pose");
+        let times: Vec<u64> = poses.iter().map(|(time, _)| *time).collect();
+        assert_eq!(times, [0, 500_000_000, 1_000_000_000]);
+        assert_eq!(poses[1].1["timestamp"], json!({"sec": 0, "nsec": 500_000_000}));
+        assert_eq!(poses[2].1["timestamp"], json!({"sec": 1, "nsec": 0}));
+    }
+
+    #[test]
+    fn the_rows_are_those_of_the_table_and_events_are_as_they_are() {
+        let mut record = sample::record();
+        record.events = vec![
+            r#"{"sequence":1,"kind":"ran"}"#,
+            r#"{"sequence":2,"kind":"finished"}"#,
+        ];
+        let file = written(&record);
+        let rows: Vec<Value> = messages(&file, ROWS).into_iter().map(|(_, row)| row).collect();
+        assert_eq!(json!(rows), json!(record.rows()));
+        let events = messages(&file, "/events");
+        assert_eq!(
+            events[1],
+            (500_000_000, json!({"sequence": 2, "kind": "finished"}))
+        );
+        assert_eq!(events.len(), 2);
+    }
+
+    #[test]
+    fn without_a_place_on_earth_there_are_no_fixes() {
+        let file = written(&Sample {
+            origin: None,
+            ..sample::record()
+        });
+        assert_eq!(messages(&file, "/asc/fix").len(), 0);
+        assert_eq!(messages(&file, "/asc/pose").len(), 3);
+    }
+}

@@ -1,0 +1,188 @@
+//! Vehicles as messages: from north-east-down into the viewers' east-north-up.
+
+use std::f64::consts::FRAC_PI_2;
+
+use nalgebra::{UnitQuaternion, Vector2, Vector3};
+use serde_json::{Value, json};
+
+use crate::{datum::Datum, table::Row};
+
+/// The frame that does not move.
+pub(super) const WORLD: &str = "world";
+
+/// The covariance of a place that has none.
+const UNKNOWN: u8 = 0;
+const COVARIANCE: [f64; 9] = [0.0; 9];
+
+/// A time since the mission's start.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Time(u64);
+
+impl Time {
+    const PER_SECOND: u64 = 1_000_000_000;
+
+    /// To the nearest nanosecond; 0 for what lies before the start.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        clippy::cast_precision_loss,
+        reason = "missions last days, not the 584 years that fit, and the cast saturates"
+    )]
+    pub(super) fn of_seconds(seconds: f64) -> Self {
+        Self((seconds * Self::PER_SECOND as f64).round() as u64)
+    }
+
+    pub(super) fn nanoseconds(self) -> u64 {
+        self.0
+    }
+
+    pub(super) fn json(self) -> Value {
+        json!({"sec": self.0 / Self::PER_SECOND, "nsec": self.0 % Self::PER_SECOND})
+    }
+}
+
+/// Where a vehicle is and how it lies, north-east-down.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Vehicle {
+    /// (north, east), m.
+    pub(super) position: Vector2<f64>,
+    /// m, positive down.
+    pub(super) depth: f64,
+    /// rad.
+    pub(super) heading: f64,
+    /// rad, positive bow up.
+    pub(super) pitch: f64,
+}
+
+impl Vehicle {
+    /// The vehicle that a row tells of, where it tells its place. It lies level where its pitch is not told, at the
+    /// surface where its depth is not; it points where the course leads where its heading is not told, else north.
+    pub(super) fn of<'a>(row: &Row<'a>) -> Option<(&'a str, Self)> {
+        let (id, position) = row.place()?;
+        let vehicle = Self {
+            position,
+            depth: row.depth_m.unwrap_or(0.0),
+            heading: row.heading_rad.or(row.course_rad).unwrap_or(0.0),
+            pitch: row.pitch_rad.unwrap_or(0.0),
+        };
+        Some((id, vehicle))
+    }
+
+    /// Rotation from forward-port-up to east-north-up.
+    ///
+    /// ```text
+    /// R = R_z(π/2 − ψ) R_y(−θ)
+    /// ```
+    ///
+    /// z is up, so that positive turns are counter-clockwise and from the east; y is to port, so that a
+    /// positive turn about it is nose-down.
+    fn orientation(&self) -> UnitQuaternion<f64> {
+        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), FRAC_PI_2 - self.heading)
+            * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -self.pitch)
+    }
+
+    fn position_json(&self) -> Value {
+        point(&self.position, self.depth)
+    }
+
+    fn orientation_json(&self) -> Value {
+        let q = self.orientation();
+        json!({"x": q.i, "y": q.j, "z": q.k, "w": q.w})
+    }
+}
+
+/// x, y, z in `world` of a position (north, east) at a depth, m.
+pub(super) fn point(position: &Vector2<f64>, depth: f64) -> Value {
+    // A difference, because the sea surface is at 0 and not at −0.
+    json!({"x": position.y, "y": position.x, "z": 0.0 - depth})
+}
+
+pub(super) fn frame_transforms(id: &str, vehicle: &Vehicle, time: Time) -> Value {
+    json!({"transforms": [{
+        "timestamp": time.json(),
+        "parent_frame_id": WORLD,
+        "child_frame_id": id,
+        "translation": vehicle.position_json(),
+        "rotation": vehicle.orientation_json(),
+    }]})
+}
+
+pub(super) fn pose_in_frame(vehicle: &Vehicle, time: Time) -> Value {
+    json!({
+        "timestamp": time.json(),
+        "frame_id": WORLD,
+        "pose": {"position": vehicle.position_json(), "orientation": vehicle.orientation_json()},
+    })
+}
+
+pub(super) fn location_fix(id: &str, vehicle: &Vehicle, datum: &Datum, time: Time) -> Value {
+    let place = datum.from_local(&vehicle.position);
+    json!({
+        "timestamp": time.json(),
+        "frame_id": id,
+        "latitude": place.latitude.to_degrees(),
+        "longitude": place.longitude.to_degrees(),
+        "altitude": 0.0 - vehicle.depth,
+        "position_covariance": COVARIANCE,
+        "position_covariance_type": UNKNOWN,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use nalgebra::{Matrix3, Rotation3};
+
+    use super::*;
+
+    fn lying(heading: f64, pitch: f64) -> Vehicle {
+        Vehicle {
+            position: Vector2::new(3.0, 4.0),
+            depth: 5.0,
+            heading,
+            pitch,
+        }
+    }
+
+    #[test]
+    fn the_quaternion_is_the_north_east_down_rotation_between_two_changes_of_axes() {
+        // North, east, down → east, north, up; and forward, port, up → forward, starboard, down.
+        let enu_from_ned = Matrix3::new(0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, -1.0);
+        let starboard_down_from_port_up = Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0));
+        for heading in [-PI, -2.0, -0.3, 0.0, 0.5, FRAC_PI_2, 3.0] {
+            for pitch in [-0.873, 0.0, 0.4, 0.873] {
+                let ned_from_body = Rotation3::from_euler_angles(0.0, pitch, heading);
+                let expected = enu_from_ned * ned_from_body.matrix() * starboard_down_from_port_up;
+                let rotation = lying(heading, pitch).orientation().to_rotation_matrix();
+                // A few roundings of numbers below 1.
+                assert!((rotation.matrix() - expected).norm() < 1e-14, "{heading} {pitch}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_bow_of_a_vehicle_that_dives_to_the_east_points_east_and_down() {
+        let bow = lying(FRAC_PI_2, -0.5).orientation() * Vector3::x();
+        let expected = Vector3::new(0.5_f64.cos(), 0.0, -0.5_f64.sin());
+        assert!((bow - expected).norm() < 1e-15, "{bow}");
+    }
+
+    #[test]
+    fn a_position_is_east_north_and_minus_the_depth() {
+        assert_eq!(
+            lying(0.0, 0.0).position_json(),
+            json!({"x": 4.0, "y": 3.0, "z": -5.0})
+        );
+    }
+
+    #[test]
+    fn a_time_is_rounded_once_and_never_negative() {
+        assert_eq!(
+            Time::of_seconds(1919.1).json(),
+            json!({"sec": 1919, "nsec": 100_000_000})
+        );
+        assert_eq!(Time::of_seconds(-1.0).nanoseconds(), 0);
+        assert_eq!(Time::of_seconds(f64::NAN).nanoseconds(), 0);
+    }
+}

@@ -1,0 +1,338 @@
+//! Tables as Apache Parquet, compressed with Snappy: full precision, nulls where nothing is known, and what a table is
+//! of in the file's key-value metadata.
+
+use std::{
+    borrow::Cow,
+    io::{self, Write},
+    sync::Arc,
+};
+
+use parquet::{
+    basic::{Compression, LogicalType, Repetition, Type as PhysicalType},
+    data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int64Type},
+    errors::ParquetError,
+    file::{
+        metadata::KeyValue,
+        properties::WriterProperties,
+        writer::{SerializedColumnWriter, SerializedFileWriter},
+    },
+    schema::types::Type,
+};
+
+use crate::{
+    ExportError, Source, plain,
+    table::{COLUMNS, Cell, Kind},
+};
+
+/// Rows that are in memory at once, here and in its reader.
+const GROUP: usize = 16_384;
+
+/// Definition levels of an optional column's cells.
+const NULL: i16 = 0;
+const VALUE: i16 = 1;
+
+/// Any table: columns of equal length.
+pub struct Table {
+    /// The schema's name.
+    pub name: &'static str,
+    /// The columns, at least one.
+    pub columns: Vec<Column>,
+    /// What the file says of itself.
+    pub about: Vec<(&'static str, String)>,
+}
+
+/// A column: its name, with the unit, and one value a row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// Name.
+    pub name: String,
+    /// Values, as many as there are rows.
+    pub values: Values,
+}
+
+/// Values of a column.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// Numbers, in the unit that the name says; `None` where nothing is known.
+    Numbers(Vec<Option<f64>>),
+    /// Words.
+    Words(Vec<Cow<'static, str>>),
+}
+
+/// Writes `table`. Equal tables give equal bytes.
+pub fn write_table(table: &Table, out: &mut (impl Write + Send)) -> Result<(), ExportError> {
+    let kind = |column: &Column| match column.values {
+        Values::Numbers(_) => Kind::Number,
+        Values::Words(_) => Kind::Word,
+    };
+    let columns = table.columns.iter();
+    let columns = columns.map(|column| (column.name.as_str(), kind(column)));
+    let mut file = File::new(table.name, columns, &table.about, out)?;
+    for (column, cells) in table.columns.iter().zip(&mut file.columns) {
+        match &column.values {
+            Values::Numbers(numbers) => numbers
+                .iter()
+                .for_each(|number| cells.push(number.map_or(Cell::Nothing, Cell::Number))),
+            Values::Words(words) => words.iter().for_each(|word| cells.push(Cell::Word(word))),
+        }
+    }
+    file.end_group()?;
+    Ok(file.finish()?)
+}
+
+/// Writes the record, a group of rows at a time.
+pub(super) fn write<S: Source>(source: &S, out: &mut (impl Write + Send)) -> Result<(), S::Error> {
+    in_groups(source, GROUP, out)
+}
+
+fn in_groups<S: Source>(source: &S, group: usize, out: &mut (impl Write + Send)) -> Result<(), S::Error> {
+    let about: Vec<_> = source
+        .about()
+        .iter()
+        .map(|(key, value)| (*key, plain(value)))
+        .collect();
+    let columns = COLUMNS.iter().map(|column| (column.name, column.kind));
+    let mut file = File::new("record", columns, &about, out).map_err(not_written)?;
+    source.for_each(&mut |entry| {
+        for row in &entry.rows {
+            for (column, cells) in COLUMNS.iter().zip(&mut file.columns) {
+                cells.push((column.cell)(row));
+            }
+            if file.n_rows() == group {
+                file.end_group().map_err(not_written)?;
+            }
+        }
+        Ok(())
+    })?;
+    let ended = file.end_group().and_then(|()| file.finish());
+    Ok(ended.map_err(not_written)?)
+}
+
+/// What a file refused with, where it was the file.
+fn not_written(error: ParquetError) -> io::Error {
+    match error {
+        ParquetError::External(source) => match source.downcast::<io::Error>() {
+            Ok(error) => *error,
+            Err(source) => io::Error::other(source),
+        },
+        error => io::Error::other(error),
+    }
+}
+
+impl From<ParquetError> for ExportError {
+    fn from(error: ParquetError) -> Self {
+        Self::Write(not_written(error))
+    }
+}
+
+/// A file being written, and the group of rows that is gathered for it.
+struct File<W: Write + Send> {
+    out: SerializedFileWriter<W>,
+    columns: Vec<Cells>,
+}
+
+impl<W: Write + Send> File<W> {
+    /// A table of columns whose cells may be null.
+    fn new<'a>(
+        name: &str,
+        columns: impl Iterator<Item = (&'a str, Kind)>,
+        about: &[(&'static str, String)],
+        out: W,
+    ) -> Result<Self, ParquetError> {
+        let (mut fields, mut gathered) = (vec![], vec![]);
+        for (name, kind) in columns {
+            let (cells, physical) = match kind {
+                Kind::Count => (Present::Counts(vec![]), PhysicalType::INT64),
+                Kind::Number => (Present::Numbers(vec![]), PhysicalType::DOUBLE),
+                Kind::Word => (Present::Words(vec![]), PhysicalType::BYTE_ARRAY),
+            };
+            let field = Type::primitive_type_builder(name, physical)
+                .with_logical_type((kind == Kind::Word).then_some(LogicalType::String))
+                .with_repetition(Repetition::OPTIONAL);
+            fields.push(Arc::new(field.build()?));
+            gathered.push(Cells {
+                levels: vec![],
+                values: cells,
+            });
+        }
+        let schema = Type::group_type_builder(name).with_fields(fields).build()?;
+        let pairs = about
+            .iter()
+            .map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone()));
+        let properties = WriterProperties::builder()
+            .set_compression(Compression::SNAPPY)
+            .set_key_value_metadata(Some(pairs.collect()));
+        Ok(Self {
+            out: SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties.build()))?,
+            columns: gathered,
+        })
+    }
+
+    fn n_rows(&self) -> usize {
+        self.columns.first().map_or(0, |cells| cells.levels.len())
+    }
+
+    /// Writes the rows that are gathered, if there are any, and forgets them.
+    fn end_group(&mut self) -> Result<(), ParquetError> {
+        if self.n_rows() == 0 {
+            return Ok(());
+        }
+        let mut group = self.out.next_row_group()?;
+        for cells in &mut self.columns {
+            let column = group.next_column()?.expect("the schema has as many columns");
+            cells.write(column)?;
+        }
+        group.close()?;
+        Ok(())
+    }
+
+    fn finish(self) -> Result<(), ParquetError> {
+        self.out.close()?;
+        Ok(())
+    }
+}
+
+/// The cells of a column: which of them there are, and those.
+struct Cells {
+    levels: Vec<i16>,
+    values: Present,
+}
+
+enum Present {
+    Counts(Vec<i64>),
+    Numbers(Vec<f64>),
+    Words(Vec<ByteArray>),
+}
+
+impl Cells {
+    fn push(&mut self, cell: Cell<'_>) {
+        self.levels.push(if cell == Cell::Nothing { NULL } else { VALUE });
+        match (&mut self.values, cell) {
+            (_, Cell::Nothing) => {}
+            (Present::Counts(counts), Cell::Count(count)) => counts.push(count.cast_signed()),
+            (Present::Numbers(numbers), Cell::Number(number)) => numbers.push(number),
+            (Present::Words(words), Cell::Word(word)) => words.push(word.into()),
+            _ => unreachable!("a column's cells are of its kind"),
+        }
+    }
+
+    fn write(&mut self, column: SerializedColumnWriter<'_>) -> Result<(), ParquetError> {
+        let Self { levels, values } = self;
+        match values {
+            Present::Counts(counts) => write_cells::<Int64Type>(levels, counts, column),
+            Present::Numbers(numbers) => write_cells::<DoubleType>(levels, numbers, column),
+            Present::Words(words) => write_cells::<ByteArrayType>(levels, words, column),
+        }
+    }
+}
+
+fn write_cells<D: DataType>(
+    levels: &mut Vec<i16>,
+    values: &mut Vec<D::T>,
+    mut column: SerializedColumnWriter<'_>,
+) -> Result<(), ParquetError> {
+    column.typed::<D>().write_batch(values, Some(levels), None)?;
+    levels.clear();
+    values.clear();
+    column.close()
+}
+
+#[cfg(test)]
+mod tests {
+    use bytes::Bytes;
+    use parquet::{
+        file::reader::{FileReader as _, SerializedFileReader},
+        record::Field,
+    };
+
+    use super::*;
+    use crate::sample;
+
+    fn read(group: usize) -> SerializedFileReader<Bytes> {
+        let mut bytes = vec![];
+        in_groups(&sample::record(), group, &mut bytes).expect("can be written");
+        SerializedFileReader::new(Bytes::from(bytes)).expect("is a Parquet file")
+    }
+
+    #[test]
+    fn every_cell_comes_back_bit_for_bit_however_the_rows_are_grouped() {
+        let expected = sample::record().rows();
+        for (group, groups) in [(1_000, 1), (10, 2), (1, expected.len())] {
+            let file = read(group);
+            assert_eq!(file.num_row_groups(), groups);
+            let rows: Vec<_> = file.get_row_iter(None).expect("has rows").collect();
+            assert_eq!(rows.len(), expected.len());
+            for (row, expected) in rows.into_iter().zip(&expected) {
+                let row = row.expect("can be read");
+                assert_eq!(row.len(), COLUMNS.len());
+                for ((name, field), column) in row.get_column_iter().zip(COLUMNS) {
+                    assert_eq!(name, column.name);
+                    let expected = match (column.cell)(expected) {
+                        Cell::Nothing => Field::Null,
+                        Cell::Count(count) => Field::Long(count.cast_signed()),
+                        Cell::Number(number) => Field::Double(number),
+                        Cell::Word(word) => Field::Str(word.to_owned()),
+                    };
+                    assert_eq!(field, &expected, "{name}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_columns_are_compressed() {
+        let file = read(1_000);
+        let group = file.metadata().row_group(0);
+        assert!(
+            group
+                .columns()
+                .iter()
+                .all(|column| column.compression() == Compression::SNAPPY)
+        );
+    }
+
+    #[test]
+    fn the_file_says_what_it_is_of() {
+        let file = read(10);
+        let pairs = file.metadata().file_metadata().key_value_metadata();
+        let pairs = pairs.expect("has pairs").iter();
+        let pairs: Vec<_> = pairs
+            .map(|pair| (pair.key.as_str(), pair.value.as_deref().unwrap_or_default()))
+            .collect();
+        let expected = [("schema_version", "2"), ("scenario", "by-hand"), ("seed", "7")];
+        assert_eq!(pairs, expected);
+    }
+
+    #[test]
+    fn any_table_is_written_column_by_column() {
+        let table = Table {
+            name: "runs",
+            columns: vec![
+                Column {
+                    name: "law".to_owned(),
+                    values: Values::Words(vec![Cow::Borrowed("mpc"), Cow::Borrowed("hold")]),
+                },
+                Column {
+                    name: "rms_m".to_owned(),
+                    values: Values::Numbers(vec![Some(0.5), None]),
+                },
+            ],
+            about: vec![],
+        };
+        let mut bytes = vec![];
+        write_table(&table, &mut bytes).expect("can be written");
+        let file = SerializedFileReader::new(Bytes::from(bytes)).expect("is a Parquet file");
+        let rows = file.get_row_iter(None).expect("has rows");
+        let rows: Vec<Vec<Field>> = rows
+            .map(|row| {
+                let row = row.expect("can be read");
+                row.get_column_iter().map(|(_, field)| field.clone()).collect()
+            })
+            .collect();
+        let word = |word: &str| Field::Str(word.to_owned());
+        assert_eq!(
+            rows,
+            [[word("mpc"), Field::Double(0.5)], [word("hold"), Field::Null]]
+        );
+    }
+}

@@ -1,0 +1,87 @@
+//! What a record is written from: a simulated run in memory, or a mission's events out of their store.
+
+use std::io;
+
+use nalgebra::Vector2;
+use serde_json::Value;
+
+use crate::{ExportError, datum::Origin, table::Row};
+
+/// A record that can be gone through, more than once, without holding it in memory.
+pub trait Source {
+    /// Why it was not read, or not written.
+    type Error: From<ExportError> + From<io::Error>;
+
+    /// What a file says of the record as a whole, as names and values.
+    fn about(&self) -> Vec<(&'static str, Value)>;
+
+    /// Where the datum lies on Earth, where that is known.
+    fn origin(&self) -> Option<Origin>;
+
+    /// What stands still.
+    fn scene(&self) -> Scene<'_> {
+        Scene::default()
+    }
+
+    /// Hands every entry to `take`, in order, until it fails.
+    fn for_each(
+        &self,
+        take: &mut dyn FnMut(&Entry<'_>) -> Result<(), Self::Error>,
+    ) -> Result<(), Self::Error>;
+
+    /// As [`Source::for_each`], but may pass over entries that tell no vehicle's place.
+    fn for_each_with_places(
+        &self,
+        take: &mut dyn FnMut(&Entry<'_>) -> Result<(), Self::Error>,
+    ) -> Result<(), Self::Error> {
+        self.for_each(take)
+    }
+}
+
+/// An event of a mission and what it tells, or an instant of a simulated run.
+#[derive(Clone, Debug, Default)]
+pub struct Entry<'a> {
+    /// What the mission's clock showed, s.
+    pub logged_s: f64,
+    /// The event in JSON, with its number; none of a simulated run.
+    pub event: Option<&'a [u8]>,
+    /// What was observed.
+    pub rows: Vec<Row<'a>>,
+}
+
+/// What stands still. Points are (north, east), m.
+#[derive(Clone, Debug, Default)]
+pub struct Scene<'a> {
+    /// The AUVs' ids and the paths that they are to follow.
+    pub paths: Vec<(&'a str, &'a [Vector2<f64>])>,
+    /// Discs to stay out of.
+    pub keep_outs: Vec<Disc>,
+    /// Corners of the area to stay in; empty for no limit.
+    pub area: &'a [Vector2<f64>],
+}
+
+impl Scene<'_> {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.paths.is_empty() && self.keep_outs.is_empty() && self.area.is_empty()
+    }
+}
+
+/// A disc.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disc {
+    /// Centre (north, east), m.
+    pub centre: Vector2<f64>,
+    /// Radius, m.
+    pub radius: f64,
+}
+
+impl Disc {
+    /// A polygon within 0.12 % of the radius, 1 − cos(π/64); its corners go round clockwise seen from above.
+    pub(crate) fn outline(&self) -> Vec<Vector2<f64>> {
+        const CORNERS: u32 = 64;
+        let angle = |k| std::f64::consts::TAU * f64::from(k) / f64::from(CORNERS);
+        (0..CORNERS)
+            .map(|k| self.centre + crate::datum::direction(angle(k)) * self.radius)
+            .collect()
+    }
+}

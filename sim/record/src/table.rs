@@ -1,0 +1,174 @@
+//! The table: one row an observation, one definition of every column for every format.
+
+use serde::ser::{Serialize, SerializeMap as _, Serializer};
+
+/// A column of the table.
+#[derive(Clone, Copy, Debug)]
+pub struct Column {
+    /// Name, with the unit.
+    pub name: &'static str,
+    /// What its cells are.
+    pub kind: Kind,
+    /// Unit; empty where there is none.
+    pub unit: &'static str,
+    /// What it says, in a sentence without its full stop.
+    pub meaning: &'static str,
+    /// Its cell of a row.
+    pub cell: for<'a> fn(&Row<'a>) -> Cell<'a>,
+}
+
+/// What the cells of a column are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Whole numbers.
+    Count,
+    /// Numbers, in SI and radians.
+    Number,
+    /// Words, or sentences.
+    Word,
+}
+
+/// A cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cell<'a> {
+    /// Not known.
+    Nothing,
+    /// A whole number.
+    Count(u64),
+    /// A number.
+    Number(f64),
+    /// A word, or a sentence.
+    Word(&'a str),
+}
+
+type Count<'a> = u64;
+type Number<'a> = f64;
+type Word<'a> = &'a str;
+
+/// The row and the columns, each told once.
+macro_rules! columns {
+    ($($name:ident: $kind:ident, $unit:literal, $meaning:literal;)*) => {
+        /// Something that was observed, planned, or done to the mission. What is not known is `None`.
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        pub struct Row<'a> {
+            $(#[doc = concat!($meaning, ".")] pub $name: Option<$kind<'a>>,)*
+        }
+
+        /// The columns, in the order in which files have them.
+        pub const COLUMNS: &[Column] = &[$(Column {
+            name: stringify!($name),
+            kind: Kind::$kind,
+            unit: $unit,
+            meaning: $meaning,
+            cell: |row| row.$name.map_or(Cell::Nothing, Cell::$kind),
+        }),*];
+    };
+}
+
+columns! {
+    sequence: Count, "", "Number of the mission's event that tells it; a simulated run has no events";
+    kind: Word, "", "What the row tells: one of the kinds above";
+    t_s: Number, "s", "When it was so, on the mission's clock: from the start on, or Unix time of a live mission";
+    received_s: Number, "s", "When it was received: a report by the surface craft, on the mission's clock; an order by the service, Unix time";
+    vehicle: Word, "", "The vehicle that it is about: `asc`, the surface craft, or the AUV's id";
+    north_m: Number, "m", "Position north of the datum";
+    east_m: Number, "m", "Position east of the datum";
+    depth_m: Number, "m", "Depth, positive down";
+    pitch_rad: Number, "rad", "Pitch, positive nose-up";
+    heading_rad: Number, "rad", "Heading of the bow, 0 at north, clockwise";
+    course_rad: Number, "rad", "Course over ground, 0 at north, clockwise";
+    speed_mps: Number, "m/s", "Surge through the water; horizontal speed over ground in a `fix`, and in what is `known` of an AUV";
+    sway_mps: Number, "m/s", "Sway through the water, positive to starboard";
+    yaw_rate_radps: Number, "rad/s", "Yaw rate, in a `fix` the rate of turn of the course, positive to starboard";
+    current_north_mps: Number, "m/s", "Current northward, where the vehicle is";
+    current_east_mps: Number, "m/s", "Current eastward, where the vehicle is";
+    sigma_m: Number, "m", "Standard deviation of the position along either axis";
+    age_s: Number, "s", "Time since what is `known` of an AUV was so, by the surface craft's clock";
+    clock_s: Number, "s", "What the surface craft's own clock shows";
+    thrust_port_n: Number, "N", "Thrust of the port thruster";
+    thrust_starboard_n: Number, "N", "Thrust of the starboard thruster";
+    energy_j: Number, "J", "Propulsion energy since the start";
+    heading_travel_rad: Number, "rad", "Sum of the absolute changes of heading since the start";
+    goal_north_m: Number, "m", "True position of the goal, north of the datum";
+    goal_east_m: Number, "m", "True position of the goal, east of the datum";
+    goal_distance_m: Number, "m", "True horizontal distance from the surface craft to the goal";
+    path_north_m: Number, "m", "The point of its path that the AUV follows, north of the datum";
+    path_east_m: Number, "m", "The point of its path that the AUV follows, east of the datum";
+    along_track_m: Number, "m", "True along-track error, positive ahead of that point";
+    cross_track_m: Number, "m", "True cross-track error, positive to starboard of the path";
+    reference_speed_mps: Number, "m/s", "Speed reference from then on: of the surface craft where `planned`, else of the AUV along its body";
+    reference_heading_rad: Number, "rad", "Heading reference from then on, likewise";
+    reference_pitch_rad: Number, "rad", "Pitch reference of the AUV from then on, positive nose-up";
+    outcome: Word, "", "Whether the plan is what was asked for: `ok` or `degraded`";
+    method: Word, "", "What led to the plan: `mpc`, `previous_plan`, `saturated_los`, `hold`, or another law";
+    reason: Word, "", "Why the plan is degraded, or the mission failed";
+    predicted_rms_m: Number, "m", "Distance to the goal that the plan predicts over its horizon, root mean square";
+    solve_ms: Number, "ms", "Time that planning took";
+    late_s: Number, "s", "Time from when the plan was due until it was about to be stored";
+}
+
+/// The `vehicle` of rows about the surface craft.
+pub const SURFACE_CRAFT: &str = "asc";
+
+/// The `kind` of rows about what the surface craft knew; others tell where their vehicle was.
+pub const KNOWN: &str = "known";
+
+impl<'a> Row<'a> {
+    /// The vehicle and its position (north, east), m, where the row tells where a vehicle was.
+    pub(crate) fn place(&self) -> Option<(&'a str, nalgebra::Vector2<f64>)> {
+        let position = nalgebra::Vector2::new(self.north_m?, self.east_m?);
+        (self.kind != Some(KNOWN)).then_some((self.vehicle?, position))
+    }
+}
+
+/// An object of what is known: absent members, not nulls, because the viewers' schemas have one type a member.
+impl Serialize for Row<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut members = serializer.serialize_map(None)?;
+        for column in COLUMNS {
+            match (column.cell)(self) {
+                Cell::Nothing => {}
+                Cell::Count(count) => members.serialize_entry(column.name, &count)?,
+                Cell::Number(number) => members.serialize_entry(column.name, &number)?,
+                Cell::Word(word) => members.serialize_entry(column.name, word)?,
+            }
+        }
+        members.end()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_documents_table_is_that_of_the_code() {
+        let document = include_str!("../../../docs/records.md");
+        let lines = document
+            .lines()
+            .skip_while(|line| !line.starts_with("| column |"));
+        let told: Vec<String> = lines
+            .skip(2)
+            .take_while(|line| line.starts_with('|'))
+            .map(str::to_owned)
+            .collect();
+        let row = |column: &Column| format!("| `{}` | {} | {} |", column.name, column.unit, column.meaning);
+        let expected: Vec<String> = COLUMNS.iter().map(row).collect();
+        assert_eq!(told, expected);
+    }
+
+    #[test]
+    fn a_row_is_an_object_of_what_is_known() {
+        let row = Row {
+            kind: Some("fix"),
+            sequence: Some(3),
+            north_m: Some(0.1 + 0.2),
+            ..Row::default()
+        };
+        let text = serde_json::to_string(&row).expect("is JSON");
+        assert_eq!(
+            text,
+            r#"{"sequence":3,"kind":"fix","north_m":0.30000000000000004}"#
+        );
+    }
+}

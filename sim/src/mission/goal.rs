@@ -1,0 +1,189 @@
+//! The true goal, from the true positions and velocities of the vehicles and not from what a guide knows.
+
+use nalgebra::Vector2;
+use planner::{
+    angle::{Course, direction, ned_from_body},
+    forecast::SPEED_AT_REST,
+    smallest_circle::{Below, nearest_to_all},
+    snapshot::{Goal, Offset, VehicleId},
+};
+
+use crate::{auv::SimulatedAuv, world::World};
+
+/// A goal, and what has to be remembered of it.
+#[derive(Clone, Debug)]
+pub(crate) struct TrueGoal {
+    goal: Goal,
+    offset: Option<Offset>,
+    /// Course of what it follows when that last moved.
+    course: Course,
+}
+
+/// What a goal follows, its offset apart.
+struct Followed<'a> {
+    position: Vector2<f64>,
+    /// Velocity over ground (north, east), m/s.
+    velocity: Vector2<f64>,
+    /// The one vehicle that it follows, where there is only one at a time.
+    auv: Option<&'a SimulatedAuv>,
+}
+
+impl TrueGoal {
+    pub(crate) fn new(goal: Goal, offset: Option<Offset>) -> Self {
+        Self {
+            goal,
+            offset,
+            course: Course::new(0.0),
+        }
+    }
+
+    /// Where it is now (north, east), m. Calls must be in order of time: a goal at rest keeps its course.
+    pub(crate) fn position(&mut self, world: &World) -> Vector2<f64> {
+        let followed = followed(&self.goal, world);
+        if SPEED_AT_REST <= followed.velocity.norm() {
+            self.course = Course::of(&followed.velocity);
+        }
+        let arm = match self.offset {
+            None => Vector2::zeros(),
+            Some(Offset::Ned(by)) => by,
+            Some(Offset::Target(by)) => ned_from_body(self.course.radians()) * by,
+            Some(Offset::Path(by)) => {
+                let auv = followed.auv.expect("a start checks that there is one");
+                ned_from_body(auv.path.at(auv.gamma).tangent) * by
+            }
+        };
+        followed.position + arm
+    }
+}
+
+fn followed<'a>(goal: &Goal, world: &'a World) -> Followed<'a> {
+    let named = |id: &VehicleId| -> &'a SimulatedAuv {
+        let mut auvs = world.auvs.iter();
+        auvs.find(|auv| auv.id == *id)
+            .expect("a scenario's goal names its own vehicles")
+    };
+    let one = |auv: &'a SimulatedAuv| Followed {
+        position: auv.position(),
+        velocity: ground_velocity(auv, world),
+        auv: Some(auv),
+    };
+    match goal {
+        Goal::Track { auv } => one(named(auv)),
+        Goal::Intermittent { auvs, dwell, epoch } => {
+            one(named(&auvs[in_turn(world.time() - epoch, *dwell, auvs.len())]))
+        }
+        Goal::Midpoint { auvs } => mean(world, auvs.iter().map(|id| (named(id), 1.0))),
+        Goal::Weighted { weights } => mean(world, weights.iter().map(|(id, weight)| (named(id), *weight))),
+        Goal::Range { auvs, .. } => {
+            let auvs: Vec<_> = auvs.iter().map(named).collect();
+            let below = auvs.iter().map(|auv| Below {
+                position: auv.position(),
+                depth: auv.depth(),
+            });
+            let nearest = nearest_to_all(&below.collect::<Vec<_>>());
+            Followed {
+                position: nearest.position,
+                ..mean(world, auvs.into_iter().zip(nearest.weights))
+            }
+        }
+    }
+}
+
+fn mean<'a>(world: &World, weighted: impl Iterator<Item = (&'a SimulatedAuv, f64)>) -> Followed<'a> {
+    let (mut position, mut velocity, mut sum) = (Vector2::zeros(), Vector2::zeros(), 0.0);
+    for (auv, weight) in weighted {
+        position += auv.position() * weight;
+        velocity += ground_velocity(auv, world) * weight;
+        sum += weight;
+    }
+    Followed {
+        position: position / sum,
+        velocity: velocity / sum,
+        auv: None,
+    }
+}
+
+fn ground_velocity(auv: &SimulatedAuv, world: &World) -> Vector2<f64> {
+    direction(auv.heading()) * auv.horizontal_speed() + world.water.current(&auv.position(), auv.depth())
+}
+
+/// Whose turn it is `elapsed` s after the epoch: half-open intervals [k T, (k + 1) T), in turn.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_possible_wrap,
+    reason = "a mission has few dwells, and rem_euclid is never negative"
+)]
+fn in_turn(elapsed: f64, dwell: f64, n: usize) -> usize {
+    ((elapsed / dwell).floor() as i64).rem_euclid(n as i64) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::Scenario;
+
+    #[test]
+    fn the_goal_changes_hands_at_the_dwell_and_not_after_it() {
+        assert_eq!(
+            [0.0, 239.9, 240.0, 479.9, 480.0].map(|t| in_turn(t, 240.0, 2)),
+            [0, 0, 1, 1, 0]
+        );
+    }
+
+    fn world() -> World {
+        let scenario = Scenario::named("paper-midpoint").expect("exists");
+        scenario.start(0).expect("valid").world
+    }
+
+    #[test]
+    fn of_two_vehicles_at_the_surface_every_mean_and_the_nearest_place_are_between_them() {
+        let mut world = world();
+        let auvs: Vec<_> = world.auvs.iter().map(|auv| auv.id.clone()).collect();
+        for auv in &mut world.auvs {
+            auv.state[2] = 0.0;
+        }
+        let [a, b] = [0, 1].map(|i| world.auvs[i].position());
+        let at = |goal| TrueGoal::new(goal, None).position(&world);
+        let radius = 100.0;
+        for goal in [
+            Goal::Midpoint { auvs: auvs.clone() },
+            Goal::Weighted {
+                weights: auvs.iter().map(|id| (id.clone(), 3.0)).collect(),
+            },
+            Goal::Range {
+                auvs: auvs.clone(),
+                radius,
+            },
+        ] {
+            assert!((at(goal) - (a + b) * 0.5).norm() < 1e-12);
+        }
+        let weights = auvs.into_iter().zip([1.0, 3.0]).collect();
+        assert!((at(Goal::Weighted { weights }) - (a * 0.25 + b * 0.75)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn an_offset_turns_with_its_vehicle_and_stays_where_that_stops() {
+        let mut world = world();
+        let auv = world.auvs[0].id.clone();
+        let by = Vector2::new(4.0, -7.0);
+        let mut goals = [Offset::Ned(by), Offset::Target(by), Offset::Path(by)]
+            .map(|offset| TrueGoal::new(Goal::Track { auv: auv.clone() }, Some(offset)));
+        let mut arms = |world: &World| {
+            let here = world.auvs[0].position();
+            goals.each_mut().map(|goal| goal.position(world) - here)
+        };
+        for _ in 0..3_000 {
+            world.step(None);
+            let auv = &world.auvs[0];
+            let tangent = auv.path.at(auv.gamma).tangent;
+            let expected = [0.0, auv.heading(), tangent].map(|angle| ned_from_body(angle) * by);
+            for (arm, expected) in arms(&world).into_iter().zip(expected) {
+                // Still water: the course is the heading.
+                assert!((arm - expected).norm() < 1e-9, "{arm} and {expected}");
+            }
+        }
+        let before = arms(&world);
+        (world.auvs[0].state[4], world.auvs[0].state[5]) = (1.0, 0.0);
+        assert_eq!(arms(&world), before);
+    }
+}

@@ -1,0 +1,158 @@
+//! The record as rows of the table that every format is written from.
+
+use ::record::{
+    Disc, Entry, ExportError, SCHEMA_VERSION, Scene, Source,
+    table::{KNOWN, Row as TableRow, SURFACE_CRAFT},
+};
+use serde_json::{Value, json};
+
+use super::{AuvRow, Origin, Record, Row, SurfaceCraftRow, method_name};
+
+/// The kind of rows that tell where a vehicle truly was.
+const TRUTH: &str = "truth";
+
+impl Source for Record {
+    type Error = ExportError;
+
+    fn about(&self) -> Vec<(&'static str, Value)> {
+        vec![
+            ("schema_version", json!(SCHEMA_VERSION)),
+            ("scenario", json!(self.scenario)),
+            ("title", json!(self.title)),
+            ("guide", json!(self.guide)),
+            ("seed", json!(self.seed)),
+            ("interval_s", json!(self.interval)),
+        ]
+    }
+
+    fn origin(&self) -> Option<Origin> {
+        self.origin
+    }
+
+    fn scene(&self) -> Scene<'_> {
+        let paths = self.auv_ids.iter().zip(&self.paths);
+        let discs = self.bounds.keep_outs.iter().map(|disc| Disc {
+            centre: disc.centre,
+            radius: disc.radius,
+        });
+        Scene {
+            paths: paths.map(|(id, path)| (id.as_str(), path.as_slice())).collect(),
+            keep_outs: discs.collect(),
+            area: &self.bounds.area,
+        }
+    }
+
+    fn for_each(
+        &self,
+        take: &mut dyn FnMut(&Entry<'_>) -> Result<(), ExportError>,
+    ) -> Result<(), ExportError> {
+        self.rows.iter().try_for_each(|row| {
+            take(&Entry {
+                logged_s: row.time,
+                event: None,
+                rows: self.table_rows(row),
+            })
+        })
+    }
+}
+
+impl Record {
+    /// One instant: the plan, the surface craft and each AUV, and what was known of them.
+    fn table_rows(&self, row: &Row) -> Vec<TableRow<'_>> {
+        let at = TableRow {
+            t_s: Some(row.time),
+            ..TableRow::default()
+        };
+        let craft = row
+            .surface_craft
+            .iter()
+            .flat_map(|craft| surface_craft(&at, craft));
+        let auvs = self.auv_ids.iter().zip(&row.auvs);
+        craft.chain(auvs.flat_map(|(id, is)| auv(&at, id, is))).collect()
+    }
+}
+
+fn surface_craft<'a>(at: &TableRow<'a>, row: &SurfaceCraftRow) -> [TableRow<'a>; 3] {
+    let asc = TableRow {
+        vehicle: Some(SURFACE_CRAFT),
+        ..*at
+    };
+    let planned = TableRow {
+        kind: Some("planned"),
+        reference_speed_mps: Some(row.reference.speed),
+        reference_heading_rad: Some(row.reference.heading.radians()),
+        method: Some(method_name(row.method)),
+        predicted_rms_m: row.predicted_rms,
+        solve_ms: row.solve_ms,
+        ..*at
+    };
+    let truth = TableRow {
+        kind: Some(TRUTH),
+        north_m: Some(row.position.x),
+        east_m: Some(row.position.y),
+        depth_m: Some(0.0),
+        heading_rad: Some(row.heading),
+        speed_mps: Some(row.surge),
+        sway_mps: Some(row.sway),
+        yaw_rate_radps: Some(row.yaw_rate),
+        current_north_mps: Some(row.current.x),
+        current_east_mps: Some(row.current.y),
+        thrust_port_n: Some(row.thrust_port),
+        thrust_starboard_n: Some(row.thrust_starboard),
+        energy_j: Some(row.energy),
+        heading_travel_rad: Some(row.heading_travel),
+        goal_north_m: Some(row.goal.x),
+        goal_east_m: Some(row.goal.y),
+        goal_distance_m: Some(row.distance()),
+        ..asc
+    };
+    let known = TableRow {
+        kind: Some(KNOWN),
+        clock_s: Some(row.known.time),
+        north_m: Some(row.known.position.x),
+        east_m: Some(row.known.position.y),
+        heading_rad: Some(row.known.heading.radians()),
+        speed_mps: Some(row.known.surge),
+        current_north_mps: row.known.current.map(|current| current.x),
+        current_east_mps: row.known.current.map(|current| current.y),
+        ..asc
+    };
+    [planned, truth, known]
+}
+
+fn auv<'a>(at: &TableRow<'a>, id: &'a str, row: &AuvRow) -> impl Iterator<Item = TableRow<'a>> + use<'a> {
+    let auv = TableRow {
+        vehicle: Some(id),
+        ..*at
+    };
+    let truth = TableRow {
+        kind: Some(TRUTH),
+        north_m: Some(row.position.x),
+        east_m: Some(row.position.y),
+        depth_m: Some(row.depth),
+        pitch_rad: Some(row.pitch),
+        heading_rad: Some(row.heading),
+        speed_mps: Some(row.surge),
+        current_north_mps: Some(row.current.x),
+        current_east_mps: Some(row.current.y),
+        path_north_m: Some(row.path_point.x),
+        path_east_m: Some(row.path_point.y),
+        along_track_m: Some(row.along_track),
+        cross_track_m: Some(row.cross_track),
+        reference_speed_mps: Some(row.reference.surge),
+        reference_heading_rad: Some(row.reference.heading),
+        reference_pitch_rad: Some(row.reference.pitch),
+        ..auv
+    };
+    let known = row.known.map(|known| TableRow {
+        kind: Some(KNOWN),
+        north_m: Some(known.position.x),
+        east_m: Some(known.position.y),
+        depth_m: Some(known.depth),
+        course_rad: Some(known.course),
+        speed_mps: Some(known.speed),
+        age_s: Some(known.age),
+        ..auv
+    });
+    [truth].into_iter().chain(known)
+}

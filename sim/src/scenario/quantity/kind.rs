@@ -1,0 +1,150 @@
+//! What the numbers of a scenario count, and between which limits.
+
+use planner::{
+    craft::description,
+    snapshot::{ACOUSTIC_RANGE, CURRENT_MAX, KEEP_OUT_RADIUS, OFFSET_MAX},
+};
+
+use crate::world::surface_craft::random;
+
+/// What a number counts, and between which limits.
+pub trait Kind {
+    /// Its name in the schema.
+    const NAME: &'static str;
+    /// Its unit, for people.
+    const UNIT: &'static str;
+    /// Least value.
+    const MIN: f64;
+    /// Largest value.
+    const MAX: f64;
+}
+
+macro_rules! kinds {
+    ($($(#[$doc:meta])* $name:ident: $min:expr, $max:expr, $unit:literal;)*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum $name {}
+
+        impl Kind for $name {
+            const NAME: &'static str = stringify!($name);
+            const UNIT: &'static str = $unit;
+            const MIN: f64 = $min;
+            const MAX: f64 = $max;
+        }
+    )*};
+}
+
+kinds! {
+    /// North or east of the datum. A tenth of what a snapshot accepts: no vehicle leaves that
+    /// in a day at 3 m/s in a current of 3 m/s.
+    Coordinate: -1.0e5, 1.0e5, "m";
+    /// A length that must not vanish.
+    Length: 0.01, 1.0e5, "m";
+    /// Slant range to stay within; what a snapshot accepts.
+    SlantRange: 1.0, 2.0e4, "m";
+    /// A component of an offset; what a snapshot accepts.
+    OffsetComponent: -OFFSET_MAX, OFFSET_MAX, "m";
+    /// Weight of a vehicle in a mean; what a snapshot accepts.
+    Weight: 0.0, 1.0e6, "";
+    /// Depth, positive down. Twice the deepest that gliders go, and more than most seas.
+    Depth: 0.0, 2000.0, "m";
+    /// A heading or a change of one, rad.
+    Angle: -std::f64::consts::TAU, std::f64::consts::TAU, "rad";
+    /// Pitch of a dive: steep enough to dive, short of the vertical, where yaw loses its meaning.
+    Pitch: 0.05, 1.3, "rad";
+    /// Speed through the water.
+    Speed: 0.0, 5.0, "m/s";
+    /// Speed of an underwater vehicle along its path.
+    PathSpeed: 0.05, 3.0, "m/s";
+    /// A component of the current; what a snapshot accepts.
+    CurrentComponent: -CURRENT_MAX, CURRENT_MAX, "m/s";
+    /// How long a mission lasts: up to a day.
+    MissionTime: 1.0, 86_400.0, "s";
+    /// An instant of a mission.
+    Instant: 0.0, 86_400.0, "s";
+    /// A time on a clock, or an offset of one.
+    ClockTime: -86_400.0, 86_400.0, "s";
+    /// A time constant, a period, a delay.
+    Period: 0.0, 3600.0, "s";
+    /// A share of a whole.
+    Share: 0.0, 1.0, "";
+    /// A factor on a current.
+    Factor: 0.0, 2.0, "";
+    /// Standard deviation of a position.
+    PositionNoise: 0.0, 1000.0, "m";
+    /// Standard deviation of a measured speed.
+    SpeedNoise: 0.0, 0.4, "m/s";
+    /// Standard deviation of a speed of the water.
+    WaterSpeedNoise: 0.0, 1.0, "m/s";
+    /// Standard deviation of an angle.
+    AngleNoise: 0.0, 0.5, "rad";
+    /// Bias of an angle.
+    AngleBias: -1.0, 1.0, "rad";
+    /// Standard deviation of a rate of turn.
+    RateNoise: 0.0, 0.2, "rad/s";
+    /// Standard deviation of a depth.
+    DepthNoise: 0.0, 1.0, "m";
+    /// Damping ratio of a wave spectrum.
+    Damping: 0.01, 0.5, "";
+    /// Peak period of waves.
+    WavePeriod: 1.0, 30.0, "s";
+    /// Time after which a process has forgotten itself.
+    CorrelationTime: 0.1, 1.0e6, "s";
+    /// Half a turn to either side.
+    HalfTurn: -std::f64::consts::PI, std::f64::consts::PI, "rad";
+    /// Depth down to which a current changes.
+    ShearDepth: 0.1, 2000.0, "m";
+    /// Radius of a disc to keep out of; what a snapshot accepts.
+    KeepOutRadius: *KEEP_OUT_RADIUS.start(), *KEEP_OUT_RADIUS.end(), "m";
+    /// Slant range to keep within; what a snapshot accepts.
+    RangeToKeep: *ACOUSTIC_RANGE.start(), *ACOUSTIC_RANGE.end(), "m";
+    /// Range of an acoustic modem.
+    AcousticRange: 0.01, 20_000.0, "m";
+    /// Time from one slot to the next.
+    FrameTime: 1.0, 3600.0, "s";
+    /// Length of a message, or of its processing.
+    MessageTime: 0.001, 30.0, "s";
+    /// Time constant of a control loop; what a snapshot accepts.
+    LoopLag: *description::TIME_CONSTANT.start(), *description::TIME_CONSTANT.end(), "s";
+    /// Least speed of a craft that steers.
+    LeastSpeed: 0.0, 2.0, "m/s";
+    /// Speed of sound in water.
+    SoundSpeed: 1400.0, 1600.0, "m/s";
+    /// Largest rate of turn.
+    TurnRate: 0.01, 2.0, "rad/s";
+    /// Largest acceleration.
+    Acceleration: 0.005, 5.0, "m/s²";
+    /// Dry mass of a surface craft that is drawn.
+    CraftMass: random::MASS[0], random::MASS[1], "kg";
+    /// Lag that a loop of a craft that is drawn is tuned for.
+    TunedLag: random::LAG[0], random::LAG[1], "s";
+    /// Acceleration that the surge loop of a craft that is drawn asks for.
+    TunedAcceleration: random::ACCELERATION[0], random::ACCELERATION[1], "m/s²";
+    /// Delay of references on their way to the loops.
+    CommandDelay: random::DELAY[0], random::DELAY[1], "s";
+    /// Natural frequency of a heading loop; this and what follows as a snapshot accepts them.
+    NaturalFrequency: *description::NATURAL_FREQUENCY.start(), *description::NATURAL_FREQUENCY.end(), "rad/s";
+    /// Damping ratio of a heading loop.
+    LoopDamping: *description::DAMPING.start(), *description::DAMPING.end(), "";
+    /// Delay of a loop.
+    LoopDelay: *description::DELAY.start(), *description::DELAY.end(), "s";
+    /// Fastest turn that a heading loop makes.
+    LoopRate: *description::RATE_MAX.start(), *description::RATE_MAX.end(), "rad/s";
+    /// Largest acceleration of a speed loop.
+    LoopAcceleration: *description::ACCELERATION.start(), *description::ACCELERATION.end(), "m/s²";
+    /// Time of a speed loop's integrator.
+    IntegralTime: *description::INTEGRAL_TIME.start(), *description::INTEGRAL_TIME.end(), "s";
+    /// Sway per surge and yaw rate.
+    SwayPerYawRate: *description::SWAY_PER_YAW_RATE.start(), *description::SWAY_PER_YAW_RATE.end(), "s";
+    /// Coefficient of propulsion power.
+    PowerCoefficient: *description::POWER_COEFFICIENT.start(), *description::POWER_COEFFICIENT.end(), "W/(m/s)ⁿ";
+    /// Relative uncertainty of a craft description.
+    RelativeUncertainty:
+        *description::RELATIVE_UNCERTAINTY.start(), *description::RELATIVE_UNCERTAINTY.end(), "";
+    /// Propulsion energy.
+    Energy: 0.0, 1.0e12, "J";
+    /// Latitude of the datum.
+    Latitude: -90.0, 90.0, "°";
+    /// Longitude of the datum.
+    Longitude: -180.0, 180.0, "°";
+}

@@ -1,0 +1,302 @@
+//! The text of a scenario file: lines for messages, and messages about members of the wrong form.
+
+use std::ops::Range;
+
+use toml::{
+    Spanned,
+    de::{DeTable, DeValue},
+};
+
+use super::{InvalidScenario, ScenarioError};
+
+/// Most characters of a file that a message repeats.
+const QUOTED_MAX: usize = 60;
+
+/// Where a scenario was read from: what its mistakes are shown in.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Source {
+    /// Name of the file.
+    pub file: String,
+    /// What it says.
+    pub text: String,
+}
+
+impl Source {
+    /// The error of a file that cannot be read as a scenario because of its member `field`.
+    pub(super) fn refused(&self, error: &toml::de::Error, field: String) -> ScenarioError {
+        if let Some((line, wrong)) = misshapen(&self.text, &field) {
+            return self.invalid(line, wrong);
+        }
+        let reason = error.message().to_owned();
+        let line = error.span().map_or(1, |span| line_of(&self.text, span.start));
+        self.invalid(line, InvalidScenario { field, reason })
+    }
+
+    /// The error of a scenario whose members do not fit together.
+    pub(super) fn wrong(&self, wrong: InvalidScenario) -> ScenarioError {
+        self.invalid(line_of_field(&self.text, &wrong.field), wrong)
+    }
+
+    fn invalid(&self, line: usize, wrong: InvalidScenario) -> ScenarioError {
+        ScenarioError::Invalid {
+            file: self.file.clone(),
+            line,
+            wrong,
+        }
+    }
+}
+
+/// The form of a member that is often written otherwise, for a message with an example.
+struct Form {
+    /// The member without indices, as `auvs[].path`.
+    place: &'static str,
+    shape: Shape,
+    example: &'static str,
+}
+
+/// What a value looks like.
+enum Shape {
+    Text,
+    WholeNumber,
+    Table,
+    /// A table with one of these as its only key, or one of these as text.
+    OneOf(&'static [&'static str]),
+}
+
+const FORMS: &[Form] = &[
+    Form {
+        place: "schema_version",
+        shape: Shape::Text,
+        example: "schema_version = \"1\"",
+    },
+    Form {
+        place: "water.current",
+        shape: Shape::OneOf(&["constant", "grid"]),
+        example: "current = {constant = {north_mps = 0, east_mps = 0.12}}",
+    },
+    Form {
+        place: "knowledge.current",
+        shape: Shape::Text,
+        example: "current = \"unknown\"",
+    },
+    Form {
+        place: "surface_craft.goal",
+        shape: Shape::OneOf(&["track", "intermittent", "midpoint", "weighted", "range"]),
+        example: "goal = {track = {auv = \"auv-1\"}}",
+    },
+    Form {
+        place: "surface_craft.goal_offset",
+        shape: Shape::OneOf(&["ned", "target", "path"]),
+        example: "goal_offset = {ned = {north_m = -5, east_m = 10}}",
+    },
+    Form {
+        place: "auvs[].path",
+        shape: Shape::OneOf(&["lawn_mower", "waypoints", "circle", "segments", "geojson"]),
+        example: "path = {waypoints = {points = [[0, 0], [100, 0]], fillet_m = 10}}",
+    },
+    Form {
+        place: "auvs[].path.waypoints",
+        shape: Shape::Table,
+        example: "waypoints = {points = [[0, 0], [100, 0]], fillet_m = 10}",
+    },
+    Form {
+        place: "auvs[].path.lawn_mower.lanes",
+        shape: Shape::WholeNumber,
+        example: "lanes = 4",
+    },
+];
+
+impl Shape {
+    fn fits(&self, value: &DeValue<'_>) -> bool {
+        match (self, value) {
+            (Self::Text, DeValue::String(_))
+            | (Self::WholeNumber, DeValue::Integer(_))
+            | (Self::Table, DeValue::Table(_)) => true,
+            (Self::OneOf(names), DeValue::Table(table)) => {
+                table.len() == 1 && names.iter().any(|name| table.contains_key(*name))
+            }
+            (Self::OneOf(names), DeValue::String(text)) => names.contains(&text.as_ref()),
+            _ => false,
+        }
+    }
+
+    fn wanted(&self) -> String {
+        match self {
+            Self::Text => "a text in quotes".to_owned(),
+            Self::WholeNumber => "a whole number".to_owned(),
+            Self::Table => "a table".to_owned(),
+            Self::OneOf(names) => format!("a table with one of {}", names.join(", ")),
+        }
+    }
+}
+
+/// A member of a file, on the way to a member inside it.
+struct Member<'a> {
+    /// Its name, as `auvs[0].path`.
+    field: String,
+    /// The same without indices, as `auvs[].path`.
+    place: String,
+    value: Spanned<DeValue<'a>>,
+}
+
+/// The outermost member on the way to `field` that has not its form: its line, and a message with an example.
+fn misshapen(text: &str, field: &str) -> Option<(usize, InvalidScenario)> {
+    members_to(text, field).into_iter().find_map(|member| {
+        let form = FORMS.iter().find(|form| form.place == member.place)?;
+        if form.shape.fits(member.value.get_ref()) {
+            return None;
+        }
+        let (given, wanted) = (given(text, &member.value), form.shape.wanted());
+        let reason = format!("{given} is not {wanted}; write for example {}", form.example);
+        let line = line_of(text, member.value.span().start);
+        let field = member.field;
+        Some((line, InvalidScenario { field, reason }))
+    })
+}
+
+/// What a file says at `value`, shortened.
+fn given(text: &str, value: &Spanned<DeValue<'_>>) -> String {
+    if let DeValue::Table(table) = value.get_ref() {
+        let keys: Vec<&str> = table.keys().map(|key| key.get_ref().as_ref()).collect();
+        return format!("a table with {}", keys.join(", "));
+    }
+    let Range { start, end } = value.span();
+    let words: Vec<&str> = text[start..end].split_whitespace().collect();
+    let words = words.join(" ");
+    if words.chars().count() <= QUOTED_MAX {
+        return words;
+    }
+    words.chars().take(QUOTED_MAX).chain("…".chars()).collect()
+}
+
+/// The members on the way to `field`, as `auvs[0].path`, from the outermost inwards, as far as they are there.
+fn members_to<'a>(text: &'a str, field: &str) -> Vec<Member<'a>> {
+    let mut members: Vec<Member<'a>> = vec![];
+    let Ok(document) = DeTable::parse(text) else {
+        return members;
+    };
+    let document = DeValue::Table(document.into_inner());
+    for step in field.split(['.', '[']) {
+        let here = members.last().map_or(&document, |member| member.value.get_ref());
+        let index = step.strip_suffix(']');
+        let next = match (here, index) {
+            (DeValue::Table(table), None) => table.get(step),
+            (DeValue::Array(items), Some(index)) => index.parse::<usize>().ok().and_then(|i| items.get(i)),
+            _ => None,
+        };
+        let Some(value) = next.cloned() else { break };
+        let (mut field, mut place) = members.last().map_or_else(Default::default, |member| {
+            (member.field.clone(), member.place.clone())
+        });
+        match index {
+            Some(index) => {
+                field = format!("{field}[{index}]");
+                place += "[]";
+            }
+            None if field.is_empty() => (field, place) = (step.to_owned(), step.to_owned()),
+            None => {
+                field = format!("{field}.{step}");
+                place = format!("{place}.{step}");
+            }
+        }
+        members.push(Member { field, place, value });
+    }
+    members
+}
+
+fn line_of(text: &str, byte: usize) -> usize {
+    1 + text.bytes().take(byte).filter(|byte| *byte == b'\n').count()
+}
+
+/// The line of the member at `field`, or of the innermost table around it that is there.
+fn line_of_field(text: &str, field: &str) -> usize {
+    let members = members_to(text, field);
+    members
+        .last()
+        .map_or(1, |member| line_of(text, member.value.span().start))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scenario::{Files, Scenario};
+
+    fn refused(name: &str, right: &str, wrong: &str) -> String {
+        let text = Scenario::text(name).expect("exists");
+        assert!(text.contains(right), "{right}");
+        let text = text.replacen(right, wrong, 1);
+        let error = Scenario::parse(&text, "my.toml", Files::default()).expect_err(wrong);
+        error.to_string()
+    }
+
+    #[test]
+    fn a_member_of_the_wrong_form_is_refused_with_an_example_of_the_right_one() {
+        let lanes = "lawn_mower.lanes: ";
+        let constant = "[water.current.constant]\nnorth_mps = 0\neast_mps = 0.12";
+        let current = |given: &str| format!("[water]\ncurrent = {given}");
+        let mower = "[auvs.path.lawn_mower]\nfrom = [0, 0]\nheading_rad = 0\nlane_length_m = 100\n\
+                     lane_spacing_m = 20\nlanes = 4";
+        for (right, wrong, says) in [
+            (
+                "schema_version = \"1\"",
+                "schema_version = 1",
+                "schema_version: 1 is not a text in quotes; write for example schema_version = \"1\"",
+            ),
+            (
+                "lanes = 4",
+                "lanes = 2.5",
+                "path.lawn_mower.lanes: 2.5 is not a whole number; write for example lanes = 4",
+            ),
+            ("lanes = 4", "lanes = \"four\"", lanes),
+            (
+                constant,
+                &current("{north_mps = 0, east_mps = 0.12}"),
+                "water.current: a table with east_mps, north_mps is not a table with one of constant, grid; write \
+                 for example current = {constant = {north_mps = 0, east_mps = 0.12}}",
+            ),
+            (
+                constant,
+                &current("[0, 0.12]"),
+                "water.current: [0, 0.12] is not a table with one of constant, grid; write for example",
+            ),
+            (
+                constant,
+                &current("{east_mps = 0.12}"),
+                "water.current: a table with east_mps is not",
+            ),
+            (
+                mower,
+                "[auvs.path]\nwaypoints = [[0, 0], [100, 0]]",
+                "auvs[0].path.waypoints: [[0, 0], [100, 0]] is not a table; write for example waypoints = {points = \
+                 [[0, 0], [100, 0]], fillet_m = 10}",
+            ),
+            (
+                mower,
+                "path = [[0, 0], [100, 0]]",
+                "auvs[0].path: [[0, 0], [100, 0]] is not a table with one of lawn_mower, waypoints",
+            ),
+        ] {
+            let message = refused("cross-current", right, wrong);
+            assert!(message.contains(says), "{message}");
+            assert!(message.starts_with("my.toml:"), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_mistake_inside_a_member_of_the_right_form_is_named_as_what_it_is() {
+        let message = refused("cross-current", "east_mps = 0.12", "east_mps = 9");
+        assert!(
+            message.contains("water.current.constant.east_mps: 9 is outside -3 to 3 m/s"),
+            "{message}"
+        );
+    }
+
+    #[test]
+    fn every_example_of_a_form_is_accepted() {
+        for form in super::FORMS {
+            let (_, key) = form.place.rsplit_once('.').unwrap_or(("", form.place));
+            let table = toml::de::DeTable::parse(form.example).expect("is TOML");
+            let value = table.get_ref().get(key).expect("is of its key");
+            assert!(form.shape.fits(value.get_ref()), "{}", form.example);
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! The environment of a start: water, bounds, faults, sensors, acoustics.
+
+use nalgebra::Vector2;
+use planner::snapshot::{InvalidField, KeepOut, bounds_faults};
+
+use super::{Draw, InvalidScenario, Stream, check_count, invalid, side, stream};
+use crate::{
+    observe::{Acoustics, AcousticsSetup, Briefing, InvalidSetup, Observer, SensorSetup, SurfaceSensors},
+    record::Bounds,
+    scenario::file::{
+        AcousticsFile, BoundsFile, CurrentFile, FaultFile, FaultKindFile, Scenario, SensorsFile, WaterFile,
+    },
+    world::{
+        World,
+        fault::{Fault, FaultKind, Faults},
+        inner_loop::PERIOD,
+        water::{GaussMarkov, MeanCurrent, Shear, Water, WaterSetup, Waves},
+    },
+};
+
+impl Scenario {
+    pub(super) fn water(
+        &self,
+        file: &WaterFile,
+        seed: u64,
+        draw: &mut Draw,
+    ) -> Result<Water, InvalidScenario> {
+        let current = match &file.current {
+            None => MeanCurrent::Constant(Vector2::zeros()),
+            Some(CurrentFile::Constant { north_mps, east_mps }) => {
+                let north = draw.take(north_mps);
+                MeanCurrent::Constant(Vector2::new(north, draw.take(east_mps)))
+            }
+            Some(CurrentFile::Grid { file }) => MeanCurrent::Gridded(
+                self.files
+                    .grid(file)
+                    .map_err(|error| invalid("water.current.grid.file", error))?,
+            ),
+        };
+        let setup = WaterSetup {
+            current,
+            gauss_markov: file.gauss_markov.as_ref().map(|file| GaussMarkov {
+                sigma: draw.take(&file.sigma_mps),
+                correlation_time: draw.take(&file.correlation_s),
+            }),
+            shear: file.shear.as_ref().map(|file| Shear {
+                depth: draw.take(&file.depth_m),
+                factor: draw.take(&file.factor),
+                turn: draw.take_or(file.turn_rad.as_ref(), 0.0),
+            }),
+            waves: file.waves.as_ref().map(|file| Waves {
+                heading_sigma: draw.take(&file.heading_sigma_rad),
+                surge_sigma: draw.take(&file.surge_sigma_mps),
+                peak_period: draw.take(&file.peak_period_s),
+                damping: draw.take(&file.damping),
+            }),
+        };
+        setup.check().map_err(|error| {
+            let field = format!("water.{}", error.field.replace('/', "."));
+            invalid(
+                field,
+                format_args!("{} is not in [{}, {}]", error.given, error.least, error.most),
+            )
+        })?;
+        Ok(Water::new(&setup, stream(seed, Stream::Water)))
+    }
+
+    pub(super) fn faults(&self, draw: &mut Draw) -> Result<Faults, InvalidScenario> {
+        check_count("faults", self.faults.len())?;
+        let faults = (0..).zip(&self.faults).map(|(i, file)| self.fault(i, file, draw));
+        Ok(Faults(faults.collect::<Result<Vec<_>, _>>()?))
+    }
+
+    fn fault(&self, i: usize, file: &FaultFile, draw: &mut Draw) -> Result<Fault, InvalidScenario> {
+        let from = draw.take(&file.from_s);
+        let until = draw.take_or(file.until_s.as_ref(), f64::INFINITY);
+        if until <= from {
+            return Err(invalid(
+                format!("faults[{i}].until_s"),
+                format_args!("{until} s is not after its beginning at {from} s"),
+            ));
+        }
+        let auv = |kind: &str, id: &str| self.auv_called(&format!("faults[{i}].what.{kind}.auv"), id);
+        let what = match &file.what {
+            FaultKindFile::Thruster { side: which, share } => FaultKind::Thruster {
+                side: side(*which),
+                share: draw.take(share),
+            },
+            FaultKindFile::GnssOutage => FaultKind::GnssOutage,
+            FaultKindFile::ClockOffset { offset_s } => FaultKind::ClockOffset(draw.take(offset_s)),
+            FaultKindFile::Silence { auv: id } => FaultKind::Silence(auv("silence", id)?),
+            FaultKindFile::AuvStops { auv: id } => FaultKind::Stops(auv("auv_stops", id)?),
+            FaultKindFile::AuvDies { auv: id } => FaultKind::Dies(auv("auv_dies", id)?),
+            FaultKindFile::AuvLeavesPath { auv: id } => FaultKind::LeavesPath(auv("auv_leaves_path", id)?),
+        };
+        Ok(Fault { from, until, what })
+    }
+
+    pub(super) fn observer(
+        &self,
+        world: &World,
+        briefing: Briefing,
+        seed: u64,
+        draw: &mut Draw,
+    ) -> Result<Observer, InvalidScenario> {
+        let sensors = sensors(&self.knowledge.sensors, draw);
+        sensors.check().map_err(|error| invalid_knowledge(&error))?;
+        let acoustics = match &self.knowledge.acoustics {
+            None => None,
+            Some(file) => {
+                let setup = self.acoustics(file, draw)?;
+                setup
+                    .check(self.auvs.len())
+                    .map_err(|error| invalid_knowledge(&error))?;
+                Some(Acoustics::new(&setup, PERIOD, stream(seed, Stream::Acoustics)))
+            }
+        };
+        let sensors = SurfaceSensors::new(sensors, stream(seed, Stream::Sensors));
+        Ok(Observer::new(world, briefing, sensors, acoustics))
+    }
+
+    fn acoustics(&self, file: &AcousticsFile, draw: &mut Draw) -> Result<AcousticsSetup, InvalidScenario> {
+        for id in file.slots_s.keys() {
+            self.auv_called("knowledge.acoustics.slots_s", id)?;
+        }
+        let slots = self.auvs.iter().map(|auv| {
+            let slot = file.slots_s.get(&auv.id).ok_or_else(|| {
+                invalid(
+                    "knowledge.acoustics.slots_s",
+                    format_args!("{:?} has no slot", auv.id),
+                )
+            })?;
+            Ok(draw.take(slot))
+        });
+        let slots = slots.collect::<Result<Vec<_>, _>>()?;
+        let loss = draw.take_or(file.loss.as_ref(), 0.0);
+        let position_sigma = draw.take(&file.position_sigma_m);
+        Ok(AcousticsSetup {
+            frame: draw.take(&file.frame_s),
+            slot_length: draw.take(&file.slot_length_s),
+            slots,
+            sound_speed: draw.take_or(file.sound_speed_mps.as_ref(), 1500.0),
+            latency: draw.take(&file.latency_s),
+            position_sigma,
+            depth_sigma: draw.take_or(file.depth_sigma_m.as_ref(), 0.0),
+            course_sigma: draw.take_or(file.course_sigma_rad.as_ref(), 0.0),
+            speed_sigma: draw.take_or(file.speed_sigma_mps.as_ref(), 0.0),
+            range_max: draw.take(&file.range_max_m),
+            loss,
+            loss_at_range_max: draw.take_or(file.loss_at_range_max.as_ref(), loss),
+            outlier_share: draw.take_or(file.outlier_share.as_ref(), 0.0),
+            outlier_sigma: draw.take_or(file.outlier_sigma_m.as_ref(), 10.0 * position_sigma),
+        })
+    }
+}
+
+pub(super) fn bounds(file: &BoundsFile, draw: &mut Draw) -> Result<Bounds, InvalidScenario> {
+    check_count("bounds.keep_outs", file.keep_outs.len())?;
+    check_count("bounds.area", file.area.len())?;
+    let keep_outs = file.keep_outs.iter().map(|disc| KeepOut {
+        centre: Vector2::new(draw.take(&disc.north_m), draw.take(&disc.east_m)),
+        radius: draw.take(&disc.radius_m),
+    });
+    let keep_outs = keep_outs.collect();
+    let bounds = Bounds {
+        keep_outs,
+        area: draw.points(&file.area),
+        range_max: file.range_max_m.as_ref().map(|range| draw.take(range)),
+        energy_max: file.energy_max_j.as_ref().map(|energy| draw.take(energy)),
+    };
+    // A snapshot gives them to the planner, and must accept them.
+    match bounds_faults(&bounds.keep_outs, &bounds.area, bounds.range_max).first() {
+        None => Ok(bounds),
+        Some(InvalidField { field, reason }) => Err(invalid(field_in_file(field), reason)),
+    }
+}
+
+/// A field of a snapshot's bounds as a scenario file calls it: `area/2` is `bounds.area[2]` there.
+fn field_in_file(field: &str) -> String {
+    let parts = field.split('/').filter(|part| *part != "acoustics");
+    parts.fold("bounds".to_owned(), |name, part| match part.parse::<usize>() {
+        Ok(index) => format!("{name}[{index}]"),
+        Err(_) => format!("{name}.{part}"),
+    })
+}
+
+fn sensors(file: &SensorsFile, draw: &mut Draw) -> SensorSetup {
+    SensorSetup {
+        position_sigma: draw.take_or(file.position_sigma_m.as_ref(), 0.0),
+        position_correlation_time: draw.take_or(file.position_correlation_s.as_ref(), 0.0),
+        velocity_sigma: draw.take_or(file.velocity_sigma_mps.as_ref(), 0.0),
+        heading_sigma: draw.take_or(file.heading_sigma_rad.as_ref(), 0.0),
+        heading_bias: draw.take_or(file.heading_bias_rad.as_ref(), 0.0),
+        yaw_rate_sigma: draw.take_or(file.yaw_rate_sigma_radps.as_ref(), 0.0),
+        speed_sigma: draw.take_or(file.speed_sigma_mps.as_ref(), 0.0),
+    }
+}
+
+fn invalid_knowledge(error: &InvalidSetup) -> InvalidScenario {
+    match error {
+        InvalidSetup::OutOfRange {
+            field,
+            given,
+            least,
+            most,
+        } => {
+            let field = format!("knowledge.{}", field.replace('/', "."));
+            invalid(field, format_args!("{given} is not in [{least}, {most}]"))
+        }
+        InvalidSetup::SlotCount { .. } => invalid("knowledge.acoustics.slots_s", error),
+    }
+}

@@ -1,0 +1,157 @@
+//! An AUV's path at a start, and its speed along it.
+
+use nalgebra::Vector2;
+use planner::path::{Path, Segment, SpeedProfile};
+
+use super::{Draw, InvalidScenario, check_count, invalid, side};
+use crate::{
+    datum::Datum,
+    record::Origin,
+    scenario::{
+        file::{AuvFile, LANES_MAX, PathFile, Scenario, SegmentFile, SpeedKnot},
+        quantity::{Coordinate, Kind},
+    },
+    world::underwater_vehicle::UnderwaterClass,
+};
+
+impl Scenario {
+    pub(super) fn path(
+        &self,
+        field: &str,
+        file: &PathFile,
+        origin: Option<Origin>,
+        draw: &mut Draw,
+    ) -> Result<Path, InvalidScenario> {
+        match file {
+            PathFile::LawnMower {
+                from,
+                heading_rad,
+                lane_length_m,
+                lane_spacing_m,
+                lanes,
+            } => {
+                if !(1..=LANES_MAX).contains(lanes) {
+                    return Err(invalid(
+                        format!("{field}.lawn_mower.lanes"),
+                        format_args!("{lanes} is outside 1 to {LANES_MAX}"),
+                    ));
+                }
+                let from = draw.point(from);
+                let heading = draw.take(heading_rad);
+                let (length, spacing) = (draw.take(lane_length_m), draw.take(lane_spacing_m));
+                let path = Path::lawn_mower(from, heading, length, spacing, *lanes);
+                path.check()
+                    .map_err(|error| invalid(format!("{field}.lawn_mower"), error))?;
+                Ok(path)
+            }
+            PathFile::Waypoints {
+                points,
+                fillet_m,
+                closed,
+            } => Path::waypoints(&draw.points(points), draw.take(fillet_m), *closed)
+                .map_err(|error| invalid(format!("{field}.waypoints"), error)),
+            PathFile::Circle {
+                centre,
+                radius_m,
+                turn,
+                bearing_rad,
+            } => {
+                let centre = draw.point(centre);
+                let radius = draw.take(radius_m);
+                let bearing = draw.take_or(bearing_rad.as_ref(), 0.0);
+                Path::circle(centre, radius, side(*turn), bearing)
+                    .map_err(|error| invalid(format!("{field}.circle"), error))
+            }
+            PathFile::Segments { segments, closed } => {
+                let segments: Vec<Segment> = segments.iter().map(|file| segment(file, draw)).collect();
+                Path::from_segments(&segments, *closed)
+                    .map_err(|error| invalid(format!("{field}.segments"), error))
+            }
+            PathFile::Geojson { file, fillet_m } => {
+                let origin = origin.ok_or_else(|| {
+                    invalid(
+                        format!("{field}.geojson"),
+                        "latitudes and longitudes need a datum: add [origin]",
+                    )
+                })?;
+                let line = self
+                    .files
+                    .line(file)
+                    .map_err(|error| invalid(format!("{field}.geojson.file"), error))?;
+                let not_on_earth = |error| invalid(format!("{field}.geojson.file"), error);
+                let datum = Datum::new(&origin).map_err(not_on_earth)?;
+                let points = line.iter().map(|place| datum.to_local(place));
+                let points = points.collect::<Result<Vec<_>, _>>().map_err(not_on_earth)?;
+                Path::waypoints(&points, draw.take(fillet_m), false)
+                    .map_err(|error| invalid(format!("{field}.geojson"), error))
+            }
+        }
+    }
+}
+
+/// A point of `path` beyond the coordinates that a file may name, if there is one.
+pub(super) fn point_out_of_range(path: &Path) -> Option<Vector2<f64>> {
+    /// A path has at most a few hundred pieces.
+    const LOOKS: u32 = 2000;
+    let point = |k: u32| path.at(path.length() * f64::from(k) / f64::from(LOOKS)).position;
+    (0..=LOOKS)
+        .map(point)
+        .find(|point| Coordinate::MAX < point.amax())
+}
+
+/// Speed along the path; none that the hull cannot reach.
+pub(super) fn speed_profile(
+    i: usize,
+    file: &AuvFile,
+    class: UnderwaterClass,
+    draw: &mut Draw,
+) -> Result<SpeedProfile, InvalidScenario> {
+    let field = format!("auvs[{i}].speed_profile");
+    let mut knots = vec![(0.0, draw.take_or(file.speed_mps.as_ref(), class.speed()))];
+    if let Some(profile) = &file.speed_profile {
+        if file.speed_mps.is_some() {
+            return Err(invalid(field, "speed_mps is given too; give one of them"));
+        }
+        check_count(&field, profile.len())?;
+        if profile.is_empty() {
+            return Err(invalid(field, "a profile has at least one knot"));
+        }
+        let knot = |knot: &SpeedKnot| (draw.take(&knot.along_m), draw.take(&knot.speed_mps));
+        knots = profile.iter().map(knot).collect();
+    }
+    let hull = class.hull();
+    for (_, speed) in &knots {
+        if hull.force_max < hull.drag_surge.resistance(*speed) {
+            return Err(invalid(
+                format!("auvs[{i}].speed_mps"),
+                format_args!("{speed} m/s take more than the {} N that it has", hull.force_max),
+            ));
+        }
+    }
+    SpeedProfile::new(knots).map_err(|error| invalid(field, error))
+}
+
+fn segment(file: &SegmentFile, draw: &mut Draw) -> Segment {
+    match file {
+        SegmentFile::Line { from, to } => {
+            let from = draw.point(from);
+            Segment::Line {
+                from,
+                to: draw.point(to),
+            }
+        }
+        SegmentFile::Arc {
+            from,
+            centre,
+            angle_rad,
+        } => {
+            let from = draw.point(from);
+            let centre = draw.point(centre);
+            Segment::Arc {
+                from,
+                centre,
+                angle: draw.take(angle_rad),
+            }
+        }
+    }
+}

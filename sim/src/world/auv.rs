@@ -1,0 +1,218 @@
+//! A whole AUV: hull, inner loops, path follower, sawtooth, and its estimate of its own position.
+
+use std::sync::Arc;
+
+use nalgebra::Vector2;
+use planner::{
+    angle::{direction, wrap},
+    path::{Path, SpeedProfile},
+    snapshot::VehicleId,
+};
+
+use crate::world::{
+    dive::{Dive, Leg},
+    fault::Conduct,
+    hull::{UnderwaterHull, UnderwaterInput, UnderwaterState, heading_rate},
+    inner_loop::{PERIOD, SurgeLoop, UnderwaterLoops, UnderwaterReference},
+    integrate::rk4,
+    path_following::{PathCommand, PathError, PathFollowingGains, follow_path},
+    underwater_vehicle::Navigation,
+};
+
+/// Shallower than this, a GNSS antenna on the vehicle's tail sees the sky, m. Assumption: half a vehicle's length.
+const ANTENNA_DEPTH: f64 = 1.0;
+
+/// How much further along its path than it strayed a vehicle looks for the nearest point when it rejoins, m.
+/// Assumption: less than the way into the next lane of any lawn-mower that it can turn on.
+const REJOIN_REACH: f64 = 10.0;
+
+/// An underwater vehicle.
+#[derive(Clone, Debug)]
+pub struct SimulatedAuv {
+    /// Its name.
+    pub id: VehicleId,
+    /// Its hull.
+    pub hull: UnderwaterHull,
+    /// Its true state.
+    pub state: UnderwaterState,
+    /// Gains of its inner loops.
+    pub loops: UnderwaterLoops,
+    /// State of its surge loop.
+    pub surge: SurgeLoop,
+    /// How it knows where it is.
+    pub navigation: Navigation,
+    /// Its estimate of its own position (north, east), m: the input of its path follower.
+    pub position_estimate: Vector2<f64>,
+    /// Gains of its path follower.
+    pub gains: PathFollowingGains,
+    /// The path it follows.
+    pub path: Arc<Path>,
+    /// Arc length of the point it follows γ, m.
+    pub gamma: f64,
+    /// Speed reference along the body `U_d(γ)`.
+    pub speed: SpeedProfile,
+    /// Its sawtooth.
+    pub dive: Dive,
+    /// The leg it is on.
+    pub leg: Leg,
+    /// What it does at the moment.
+    pub conduct: Conduct,
+}
+
+impl SimulatedAuv {
+    /// Horizontal position (north, east), m.
+    #[must_use]
+    pub fn position(&self) -> Vector2<f64> {
+        self.state.fixed_rows::<2>(0).into_owned()
+    }
+
+    /// Depth, m.
+    #[must_use]
+    pub fn depth(&self) -> f64 {
+        self.state[2]
+    }
+
+    /// Pitch θ, rad.
+    #[must_use]
+    pub fn pitch(&self) -> f64 {
+        self.state[3]
+    }
+
+    /// Heading ψ, rad, not wrapped.
+    #[must_use]
+    pub fn heading(&self) -> f64 {
+        self.state[4]
+    }
+
+    /// Horizontal speed through the water u cosθ, m/s.
+    #[must_use]
+    pub fn horizontal_speed(&self) -> f64 {
+        self.state[5] * self.pitch().cos()
+    }
+
+    /// Heading rate ψ̇ = r / cosθ, rad/s.
+    #[must_use]
+    pub fn heading_rate(&self) -> f64 {
+        heading_rate(self.pitch(), self.state[7])
+    }
+
+    /// Speed reference along the body at arc length `gamma`, m/s; on a closed path the same on every lap.
+    #[must_use]
+    pub fn speed_at(&self, gamma: f64) -> f64 {
+        if self.path.is_closed() {
+            self.speed.at(gamma.rem_euclid(self.path.length()))
+        } else {
+            self.speed.at(gamma)
+        }
+    }
+
+    /// True deviation from the point it follows.
+    #[must_use]
+    pub fn path_error(&self) -> PathError {
+        PathError::new(&self.position(), self.heading(), &self.path.at(self.gamma))
+    }
+
+    /// Heading that it approaches, ψ_P + δ, rad, in (−π, π]; its own while it does not follow its path.
+    #[must_use]
+    pub fn heading_reference(&self) -> f64 {
+        match self.conduct {
+            Conduct::FollowsPath => {
+                let point = self.path.at(self.gamma);
+                let estimated = PathError::new(&self.position_estimate, self.heading(), &point);
+                wrap(point.tangent + self.gains.approach_angle(estimated.y_1))
+            }
+            Conduct::KeepsHeading | Conduct::WaitsAtTheTop | Conduct::Drifts => wrap(self.heading()),
+        }
+    }
+
+    /// Reference for its inner loops; none if it has no power.
+    #[must_use]
+    pub fn reference(&self) -> Option<UnderwaterReference> {
+        self.reference_for(&self.command())
+    }
+
+    fn command(&self) -> PathCommand {
+        match self.conduct {
+            Conduct::FollowsPath => self.path_command(),
+            Conduct::KeepsHeading | Conduct::WaitsAtTheTop | Conduct::Drifts => PathCommand {
+                point_speed: 0.0,
+                heading_rate: 0.0,
+            },
+        }
+    }
+
+    fn reference_for(&self, command: &PathCommand) -> Option<UnderwaterReference> {
+        match self.conduct {
+            Conduct::Drifts => None,
+            Conduct::WaitsAtTheTop if self.depth() <= self.dive.depth_min => Some(UnderwaterReference {
+                surge: 0.0,
+                pitch: 0.0,
+                yaw_rate: 0.0,
+            }),
+            Conduct::FollowsPath | Conduct::KeepsHeading | Conduct::WaitsAtTheTop => {
+                Some(self.inner_loop_reference(command))
+            }
+        }
+    }
+
+    /// Command of the path-following law at the estimated position.
+    fn path_command(&self) -> PathCommand {
+        let point = self.path.at(self.gamma);
+        let error = PathError::new(&self.position_estimate, self.heading(), &point);
+        follow_path(&error, point.curvature, self.horizontal_speed(), &self.gains)
+    }
+
+    /// The law's rate is ψ̇, that of the inner loops the body's yaw rate r = cosθ ψ̇.
+    fn inner_loop_reference(&self, command: &PathCommand) -> UnderwaterReference {
+        UnderwaterReference {
+            surge: self.speed_at(self.gamma),
+            pitch: self.leg.pitch(&self.dive),
+            yaw_rate: command.heading_rate * self.pitch().cos(),
+        }
+    }
+
+    /// Lets one inner-loop period pass in a current (north, east), m/s.
+    pub(crate) fn step(&mut self, conduct: Conduct, current: &Vector2<f64>) {
+        if conduct == Conduct::FollowsPath && self.conduct != conduct {
+            // After a fault it rejoins at the nearest point of its path that is not on another lane.
+            let left_at = self.path.at(self.gamma).position;
+            let reach = (self.position_estimate - left_at).norm() + REJOIN_REACH;
+            self.gamma = self.path.closest_near(&self.position_estimate, self.gamma, reach);
+        }
+        self.conduct = conduct;
+        self.leg = match conduct {
+            Conduct::WaitsAtTheTop => Leg::Up,
+            Conduct::FollowsPath | Conduct::KeepsHeading | Conduct::Drifts => {
+                self.leg.next(self.depth(), &self.dive)
+            }
+        };
+        let command = self.command();
+        let input = match self.reference_for(&command) {
+            Some(reference) => self
+                .loops
+                .command(&self.hull, &mut self.surge, &self.state, &reference),
+            None => UnderwaterInput::default(),
+        };
+        let through_water = direction(self.heading()) * self.horizontal_speed();
+        self.state = rk4(&self.state, PERIOD, |state| {
+            self.hull.derivative(state, input, current)
+        });
+        self.gamma += command.point_speed * PERIOD;
+        // No vehicle leaves the water.
+        self.state[2] = self.state[2].max(0.0);
+        self.navigate(&through_water);
+    }
+
+    /// Dead reckoning knows heading and speed through the water, and nothing of the current.
+    fn navigate(&mut self, through_water: &Vector2<f64>) {
+        self.position_estimate = match self.navigation {
+            Navigation::GpsAtSurface if ANTENNA_DEPTH < self.depth() => {
+                self.position_estimate + through_water * PERIOD
+            }
+            Navigation::Exact | Navigation::GpsAtSurface => self.position(),
+        };
+    }
+}
+
+#[cfg(test)]
+mod forecast_tests;

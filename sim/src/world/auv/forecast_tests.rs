@@ -1,0 +1,152 @@
+use planner::{
+    angle::Course,
+    forecast::AuvForecast,
+    snapshot::{self, Auv, AuvState, Evidence, ForecastChoice, ForecastModel, KnownPath},
+};
+
+use super::*;
+use crate::scenario::Scenario;
+
+const STILL: Vector2<f64> = Vector2::new(0.0, 0.0);
+/// Inner-loop periods of a second.
+const SECOND: usize = 10;
+
+/// The first AUV of a scenario, on a path due north, `east` of it.
+fn auv(scenario: &str, east: f64) -> SimulatedAuv {
+    let start = Scenario::named(scenario)
+        .expect("exists")
+        .start(1)
+        .expect("valid");
+    let mut auv = start.world.auvs[0].clone();
+    auv.path = Arc::new(Path::starting_at(STILL, 0.0).line(1e4));
+    (auv.state[0], auv.state[1], auv.state[4]) = (0.0, east, 0.0);
+    auv.position_estimate = auv.position();
+    auv
+}
+
+/// The AUV at every second.
+fn followed(mut auv: SimulatedAuv, current: Vector2<f64>, seconds: usize) -> Vec<SimulatedAuv> {
+    let mut states = Vec::with_capacity(seconds);
+    for period in 0..seconds * SECOND {
+        if period % SECOND == 0 {
+            states.push(auv.clone());
+        }
+        auv.step(Conduct::FollowsPath, &current);
+    }
+    states
+}
+
+/// What a craft that knows everything may know of it.
+fn known(auv: &SimulatedAuv, current: Vector2<f64>, diving: bool) -> Auv {
+    let ground = direction(auv.heading()) * auv.horizontal_speed() + current;
+    Auv {
+        id: auv.id.clone(),
+        evidence: Evidence::State(AuvState {
+            position: auv.position(),
+            depth: auv.depth(),
+            course: Course::of(&ground),
+            speed: ground.norm(),
+            turn_rate: 0.0,
+            age: 0.0,
+            covariance: None,
+        }),
+        path: Some(KnownPath {
+            path: auv.path.clone(),
+            horizontal_speed: auv.speed_at(auv.gamma) * auv.dive.pitch.cos(),
+        }),
+        dive: diving.then(|| snapshot::Dive {
+            depth_min: auv.dive.depth_min,
+            depth_max: auv.dive.depth_max,
+            pitch: auv.dive.pitch,
+            reversal: auv.loops.reversal_time(),
+            descending: Some(auv.pitch() < 0.0),
+        }),
+    }
+}
+
+fn forecast(auv: &Auv, current: Vector2<f64>) -> AuvForecast {
+    AuvForecast::new(
+        auv.evidence.state().expect("told"),
+        auv.into(),
+        ForecastChoice::Model(ForecastModel::Path),
+        &current,
+    )
+}
+
+/// Root mean square and largest of `values`.
+fn size(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (mut n, mut sum, mut most) = (0.0, 0.0, 0.0_f64);
+    for value in values {
+        n += 1.0;
+        sum += value * value;
+        most = most.max(value.abs());
+    }
+    ((sum / n).sqrt(), most)
+}
+
+#[test]
+fn the_forecast_depth_is_the_auvs_over_a_whole_cycle() {
+    for (scenario, speed_settles, worst) in [("paper-tracking", 30, 0.3), ("slocum", 100, 0.3)] {
+        let auvs = followed(auv(scenario, 0.0), STILL, 900);
+        let errors = (speed_settles..600).step_by(7).flat_map(|now| {
+            let forecast = forecast(&known(&auvs[now], STILL, true), STILL);
+            let auvs = &auvs;
+            (0_u32..=200)
+                .map(move |ahead| forecast.depth_at(f64::from(ahead)) - auvs[now + ahead as usize].depth())
+        });
+        let (rms, most) = size(errors);
+        println!("{scenario}: depth over 200 s wrong by {rms:.3} m, at most {most:.3} m");
+        assert!(most < worst, "{scenario}: {most} m");
+    }
+}
+
+#[test]
+fn an_auv_surges_ahead_at_its_reversals_as_forecast() {
+    let auvs = followed(auv("paper-tracking", 0.0), STILL, 900);
+    let error = |diving| {
+        let auvs = &auvs;
+        size((30..600).flat_map(move |now| {
+            let forecast = forecast(&known(&auvs[now], STILL, diving), STILL);
+            (0_u32..=78).map(move |ahead| {
+                let then = auvs[now + ahead as usize].position();
+                (forecast.at(f64::from(ahead)).position - then).norm()
+            })
+        }))
+    };
+    let (with, without) = (error(true), error(false));
+    println!("position over 78 s wrong by {with:?} m (rms, most), without the dive {without:?} m");
+    assert!(with.0 < 0.25 * without.0 && without.0 > 0.1);
+}
+
+#[test]
+fn the_offset_is_forecast_better_than_kept_off_a_steady_one_and_as_well_at_it() {
+    for current in [Vector2::new(0.0, 0.1), STILL] {
+        for (what, starts, first, last) in [
+            ("transient", vec![-4.0, -2.0, 0.0, 2.0, 4.0], 0, 30),
+            ("steady", vec![0.0], 120, 480),
+        ] {
+            let (mut forecasts, mut kept) = (Vec::new(), Vec::new());
+            for east in starts {
+                let auvs = followed(auv("paper-tracking", east), current, last + 61);
+                for now in first..last {
+                    let forecast = forecast(&known(&auvs[now], current, true), current);
+                    for ahead in 0_u32..=60 {
+                        let then = auvs[now + ahead as usize].position().y;
+                        forecasts.push(forecast.at(f64::from(ahead)).position.y - then);
+                        kept.push(auvs[now].position().y - then);
+                    }
+                }
+            }
+            let (with, without) = (size(forecasts.into_iter()).0, size(kept.into_iter()).0);
+            println!(
+                "{what}, {} m/s across: wrong by {with:.3} m, kept {without:.3} m",
+                current.y
+            );
+            if what == "transient" {
+                assert!(with < 0.65 * without, "{with}, {without}");
+            } else {
+                assert!(with < 0.1, "{with}");
+            }
+        }
+    }
+}

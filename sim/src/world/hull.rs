@@ -1,0 +1,33 @@
+//! Hulls and what moves them: masses, drag, thrusters, equations of motion.
+
+mod surface;
+mod underwater;
+
+pub use surface::{
+    CoriolisMasses, SurfaceHull, SurfaceInput, SurfaceState, Thrust, ThrusterHealth, Thrusters,
+};
+pub use underwater::{PITCH_MAX, UnderwaterHull, UnderwaterInput, UnderwaterState, heading_rate};
+
+/// Resistance of the water to one motion: (d + d₂ |v|) v.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drag {
+    /// Linear coefficient d, N/(m/s) or N m/(rad/s).
+    pub linear: f64,
+    /// Quadratic coefficient d₂, N/(m/s)² or N m/(rad/s)².
+    pub quadratic: f64,
+}
+
+impl Drag {
+    /// Force or moment that a motion of `velocity` has to overcome; it has the motion's sign. N or N m.
+    #[must_use]
+    pub fn resistance(&self, velocity: f64) -> f64 {
+        (self.linear + self.quadratic * velocity.abs()) * velocity
+    }
+
+    /// The speed at which it takes `load`, N or N m, not negative: m/s or rad/s.
+    #[must_use]
+    pub fn speed_against(&self, load: f64) -> f64 {
+        // 2 load / (d + √(d² + 4 d₂ load)) is the root that does not cancel where d₂ is small.
+        2.0 * load / (self.linear + (self.linear * self.linear + 4.0 * self.quadratic * load).sqrt())
+    }
+}

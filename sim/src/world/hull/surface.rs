@@ -1,0 +1,212 @@
+//! The surface craft's hull: surge, sway and yaw under two stern thrusters.
+
+use nalgebra::{SVector, Vector2, Vector3};
+use planner::{angle::ned_from_body, snapshot::Limits};
+
+use super::Drag;
+
+mod otter;
+mod thrusters;
+
+pub use thrusters::{Thrust, ThrusterHealth, Thrusters};
+
+/// The masses that turn a moving craft's velocity in its body frame, kg.
+///
+/// With added mass they are m_u and m_v, and their difference makes the Munk moment (c_u − c_v) u v,
+/// which turns a slender hull across its way. Without it both are the dry mass and there is no such
+/// moment. Either choice does no work.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoriolisMasses {
+    /// Of surge c_u, kg.
+    pub surge: f64,
+    /// Of sway c_v, kg.
+    pub sway: f64,
+}
+
+/// A hull with two fixed stern thrusters, side by side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceHull {
+    /// Mass with added mass in surge m_u, kg.
+    pub mass_surge: f64,
+    /// Mass with added mass in sway m_v, kg.
+    pub mass_sway: f64,
+    /// Moment of inertia in yaw with added inertia m_r, kg m².
+    pub inertia_yaw: f64,
+    /// Masses of the Coriolis terms.
+    pub coriolis: CoriolisMasses,
+    /// Drag in surge.
+    pub drag_surge: Drag,
+    /// Drag in sway.
+    pub drag_sway: Drag,
+    /// Drag in yaw.
+    pub drag_yaw: Drag,
+    /// Its thrusters.
+    pub thrusters: Thrusters,
+}
+
+/// State of the surface craft: (north, east, ψ, u, v, r, T_port, T_starboard) in m, rad, m/s, rad/s, N.
+///
+/// Velocities are through the water, in the body frame; ψ is not wrapped; thrust is what each
+/// thruster gives at the moment, positive ahead.
+pub type SurfaceState = SVector<f64, 8>;
+
+/// A force ahead and a moment to starboard, of the thrusters together or of the waves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SurfaceInput {
+    /// Force ahead τ_u, N.
+    pub surge_force: f64,
+    /// Moment to starboard τ_r, N m.
+    pub yaw_moment: f64,
+}
+
+impl SurfaceHull {
+    /// A MEDUSA-class craft: 30 kg dry, 1.62 m/s flat out.
+    ///
+    /// Source: the public parameters of the vehicle's laboratory (IST Lisbon). No public value exists
+    /// for the thrusters' dead zone and lag: 0.2 N and 0.1 s are assumptions, to which a step of the heading
+    /// is not sensitive (docs/tuning.md#sim-thruster-lag).
+    pub const MEDUSA: Self = Self {
+        mass_surge: 50.0,
+        mass_sway: 60.0,
+        inertia_yaw: 4.64,
+        coriolis: CoriolisMasses {
+            surge: 50.0,
+            sway: 60.0,
+        },
+        drag_surge: Drag {
+            linear: 0.0,
+            quadratic: 27.5,
+        },
+        drag_sway: Drag {
+            linear: 55.1,
+            quadratic: 101.0,
+        },
+        drag_yaw: Drag {
+            linear: 4.14,
+            quadratic: 6.23,
+        },
+        thrusters: Thrusters {
+            ahead_max: 36.0,
+            astern_max: 36.0,
+            arm: 0.15,
+            dead_zone: 0.2,
+            lag: 0.1,
+        },
+    };
+
+    /// The craft at a steady `speed` through the water, m/s, on a straight course, its thrusters in
+    /// balance with its drag. Position (north, east), m; heading ψ, rad.
+    #[must_use]
+    pub fn cruising(&self, position: &Vector2<f64>, heading: f64, speed: f64) -> SurfaceState {
+        let thrust = 0.5 * self.drag_surge.resistance(speed);
+        SurfaceState::from([position.x, position.y, heading, speed, 0.0, 0.0, thrust, thrust])
+    }
+
+    /// Speed through the water flat out, straight ahead, m/s.
+    #[must_use]
+    pub fn speed_top(&self) -> f64 {
+        self.drag_surge.speed_against(2.0 * self.thrusters.ahead_max)
+    }
+
+    /// Slowest speed reference worth giving, m/s: its thrusters are well out of their dead zone there.
+    #[must_use]
+    pub fn speed_least(&self) -> f64 {
+        let margin = 2.0;
+        let out_of_dead_zone = self
+            .drag_surge
+            .speed_against(margin * 2.0 * self.thrusters.dead_zone);
+        out_of_dead_zone.max(Limits::MEDUSA.speed_min)
+    }
+
+    /// Acceleration (u̇, v̇, ṙ) in the body frame, m/s² and rad/s².
+    ///
+    /// ```text
+    /// m_u u̇ = τ_u + c_v v r − D_u(u)
+    /// m_v v̇ =     − c_u u r − D_v(v)
+    /// m_r ṙ = τ_r + (c_u − c_v) u v − D_r(r)
+    /// ```
+    /// Source: T. I. Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control* (2011), the
+    /// three-degree-of-freedom manoeuvring model; eq. (5) of the paper prints the sway row's Coriolis
+    /// term with the other sign, which would create energy.
+    #[must_use]
+    pub fn acceleration(&self, velocity: &Vector3<f64>, input: SurfaceInput) -> Vector3<f64> {
+        let (u, v, r) = (velocity.x, velocity.y, velocity.z);
+        let (c_u, c_v) = (self.coriolis.surge, self.coriolis.sway);
+        Vector3::new(
+            (input.surge_force + c_v * v * r - self.drag_surge.resistance(u)) / self.mass_surge,
+            (-c_u * u * r - self.drag_sway.resistance(v)) / self.mass_sway,
+            (input.yaw_moment + (c_u - c_v) * u * v - self.drag_yaw.resistance(r)) / self.inertia_yaw,
+        )
+    }
+
+    /// Time derivative of `state`.
+    ///
+    /// `steady` is the thrust that the thrusters tend to, [`Thrusters::steady`] of their command: N.
+    /// `disturbance` is what the waves add. `current` is (north, east), m/s, constant and without rotation,
+    /// so that it moves the craft and does not push it.
+    #[must_use]
+    pub fn derivative(
+        &self,
+        state: &SurfaceState,
+        steady: Thrust,
+        disturbance: SurfaceInput,
+        current: &Vector2<f64>,
+    ) -> SurfaceState {
+        let velocity = Vector3::new(state[3], state[4], state[5]);
+        let over_ground = ned_from_body(state[2]) * velocity.xy() + current;
+        let propulsion = self.thrusters.force(thrust(state));
+        let acceleration = self.acceleration(
+            &velocity,
+            SurfaceInput {
+                surge_force: propulsion.surge_force + disturbance.surge_force,
+                yaw_moment: propulsion.yaw_moment + disturbance.yaw_moment,
+            },
+        );
+        let lag = self.thrusters.lag;
+        SurfaceState::from([
+            over_ground.x,
+            over_ground.y,
+            velocity.z,
+            acceleration.x,
+            acceleration.y,
+            acceleration.z,
+            (steady.port - state[6]) / lag,
+            (steady.starboard - state[7]) / lag,
+        ])
+    }
+
+    /// Kinetic energy of hull and entrained water, J.
+    #[must_use]
+    pub fn kinetic_energy(&self, velocity: &Vector3<f64>) -> f64 {
+        let masses = Vector3::new(self.mass_surge, self.mass_sway, self.inertia_yaw);
+        0.5 * velocity.component_mul(velocity).dot(&masses)
+    }
+
+    /// Power that the thrusters give to hull and water, W, negative while they brake: τ_u u + τ_r r.
+    #[must_use]
+    pub fn thrust_power(&self, state: &SurfaceState) -> f64 {
+        let propulsion = self.thrusters.force(thrust(state));
+        propulsion.surge_force * state[3] + propulsion.yaw_moment * state[5]
+    }
+
+    /// Power that the thrusters draw, W, never negative: thrust times the speed of the hull where the
+    /// thruster stands, each taken by its size, because a braking propeller gives nothing back.
+    ///
+    /// ```text
+    /// |T_port (u + a r)| + |T_starboard (u − a r)|
+    /// ```
+    /// The losses of propeller and motor are left out, for want of a public value.
+    #[must_use]
+    pub fn propulsion_power(&self, state: &SurfaceState) -> f64 {
+        let (u, swing) = (state[3], self.thrusters.arm * state[5]);
+        (state[6] * (u + swing)).abs() + (state[7] * (u - swing)).abs()
+    }
+}
+
+/// What the thrusters give at the moment, N.
+fn thrust(state: &SurfaceState) -> Thrust {
+    Thrust {
+        port: state[6],
+        starboard: state[7],
+    }
+}

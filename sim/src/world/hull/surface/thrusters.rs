@@ -1,0 +1,215 @@
+//! Two fixed stern thrusters: thrust allocation, limits and lag.
+
+use super::SurfaceInput;
+
+/// Thrust of each thruster, N, positive ahead: a command, or what it gives.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Thrust {
+    /// Of the port thruster, N.
+    pub port: f64,
+    /// Of the starboard thruster, N.
+    pub starboard: f64,
+}
+
+/// Two equal thrusters beside the centre line, pointing ahead.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Thrusters {
+    /// Largest thrust of one thruster ahead, N, positive.
+    pub ahead_max: f64,
+    /// Largest thrust of one thruster astern, N, positive.
+    pub astern_max: f64,
+    /// Distance of each thruster from the centre line, m.
+    pub arm: f64,
+    /// Least thrust in either direction, N: for a smaller command the propeller stands still.
+    pub dead_zone: f64,
+    /// Time constant with which thrust comes and goes, s. At least 0.04 s: below it the explicit integration
+    /// over a period of 0.1 s is unstable (h/τ ≤ 2.78).
+    pub lag: f64,
+}
+
+/// Health of the thrusters, which the autopilot does not know.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThrusterHealth {
+    /// Share of its steady thrust that the port thruster gives: 1 sound, 0 lost.
+    pub port: f64,
+    /// The same of the starboard thruster.
+    pub starboard: f64,
+    /// Where the steering is stuck, if it is: the share of the largest yaw moment that it gives whatever is asked for, −1 to
+    /// 1, positive to starboard.
+    pub steering_stuck: Option<f64>,
+}
+
+impl ThrusterHealth {
+    /// Both thrusters as built.
+    pub const SOUND: Self = Self {
+        port: 1.0,
+        starboard: 1.0,
+        steering_stuck: None,
+    };
+}
+
+impl Thrusters {
+    /// Force and moment of both.
+    ///
+    /// ```text
+    /// τ_u = T_port + T_starboard      τ_r = a (T_port − T_starboard)
+    /// ```
+    #[must_use]
+    pub fn force(&self, thrust: Thrust) -> SurfaceInput {
+        SurfaceInput {
+            surge_force: thrust.port + thrust.starboard,
+            yaw_moment: self.arm * (thrust.port - thrust.starboard),
+        }
+    }
+
+    /// The commands that come nearest to `wanted`, inside what each thruster can give.
+    ///
+    /// The moment is served first: a craft that turns late is off its course, one that accelerates
+    /// late is only late. Where thrust astern is less than ahead, the largest moments therefore come
+    /// with a push ahead.
+    ///
+    /// ```text
+    /// d = clamp(τ_r / 2a, ±(ahead + astern)/2)     c = clamp(τ_u / 2, |d| − astern, ahead − |d|)
+    /// T_port = c + d     T_starboard = c − d
+    /// ```
+    #[must_use]
+    pub fn allocate(&self, wanted: SurfaceInput) -> Thrust {
+        let differential_max = 0.5 * (self.ahead_max + self.astern_max);
+        let differential = (wanted.yaw_moment / (2.0 * self.arm)).clamp(-differential_max, differential_max);
+        let common = (0.5 * wanted.surge_force)
+            .max(differential.abs() - self.astern_max)
+            .min(self.ahead_max - differential.abs());
+        Thrust {
+            port: common + differential,
+            starboard: common - differential,
+        }
+    }
+
+    /// Steady thrust for `command`: the difference at which the steering is stuck, within the limits, nothing inside the
+    /// dead zone, and the share that their health leaves.
+    #[must_use]
+    pub fn steady(&self, command: Thrust, health: ThrusterHealth) -> Thrust {
+        let command = health.steering_stuck.map_or(command, |share| {
+            self.allocate(SurfaceInput {
+                surge_force: command.port + command.starboard,
+                yaw_moment: share * self.arm * (self.ahead_max + self.astern_max),
+            })
+        });
+        let one = |command: f64, health: f64| {
+            if command.abs() < self.dead_zone {
+                0.0
+            } else {
+                health * command.clamp(-self.astern_max, self.ahead_max)
+            }
+        };
+        Thrust {
+            port: one(command.port, health.port),
+            starboard: one(command.starboard, health.starboard),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::hull::SurfaceHull;
+
+    const CRAFT: [Thrusters; 2] = [SurfaceHull::MEDUSA.thrusters, SurfaceHull::OTTER.thrusters];
+
+    fn wanted(surge_force: f64, yaw_moment: f64) -> SurfaceInput {
+        SurfaceInput {
+            surge_force,
+            yaw_moment,
+        }
+    }
+
+    #[test]
+    fn what_is_within_reach_is_given_exactly() {
+        for thrusters in CRAFT {
+            for (surge_force, yaw_moment) in [(20.0, 3.0), (-15.0, -4.0), (0.0, 9.0)] {
+                let given = thrusters.force(thrusters.allocate(wanted(surge_force, yaw_moment)));
+                assert!((given.surge_force - surge_force).abs() < 1e-12);
+                assert!((given.yaw_moment - yaw_moment).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn no_wish_takes_a_thruster_past_its_limits_and_the_moment_comes_first() {
+        for thrusters in CRAFT {
+            let differential_max = thrusters.ahead_max + thrusters.astern_max;
+            for step in -20..=20 {
+                let moment = 0.1 * f64::from(step) * thrusters.arm * differential_max;
+                for surge in [-1e3, -30.0, 0.0, 30.0, 1e3] {
+                    let command = thrusters.allocate(wanted(surge, moment));
+                    for thrust in [command.port, command.starboard] {
+                        assert!(-thrusters.astern_max - 1e-12 <= thrust);
+                        assert!(thrust <= thrusters.ahead_max + 1e-12);
+                    }
+                    let moment_max = thrusters.arm * differential_max;
+                    let reachable = moment.clamp(-moment_max, moment_max);
+                    assert!((thrusters.force(command).yaw_moment - reachable).abs() < 1e-9);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_stuck_rudder_turns_the_craft_whatever_is_asked_for() {
+        for thrusters in CRAFT {
+            let health = ThrusterHealth {
+                steering_stuck: Some(0.25),
+                ..ThrusterHealth::SOUND
+            };
+            let moment = 0.25 * thrusters.arm * (thrusters.ahead_max + thrusters.astern_max);
+            for asked in [-5.0, 0.0, 5.0] {
+                let command = thrusters.allocate(wanted(20.0, asked));
+                let given = thrusters.force(thrusters.steady(command, health));
+                assert!((given.yaw_moment - moment).abs() < 1e-9, "{given:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn full_ahead_with_half_the_moment_stops_the_inner_thruster() {
+        // By hand: 5.4 N m at 0.15 m each is a difference of 36 N, and port is full ahead.
+        let command = SurfaceHull::MEDUSA.thrusters.allocate(wanted(500.0, 5.4));
+        assert!((command.port - 36.0).abs() < 1e-12 && command.starboard.abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_command_inside_the_dead_zone_gives_nothing() {
+        for thrusters in CRAFT {
+            let just_in = 0.99 * thrusters.dead_zone;
+            let command = Thrust {
+                port: just_in,
+                starboard: -just_in,
+            };
+            assert_eq!(
+                thrusters.steady(command, ThrusterHealth::SOUND),
+                Thrust::default()
+            );
+            let just_out = 1.01 * thrusters.dead_zone;
+            let command = Thrust {
+                port: just_out,
+                starboard: -just_out,
+            };
+            assert_eq!(thrusters.steady(command, ThrusterHealth::SOUND), command);
+        }
+    }
+
+    #[test]
+    fn a_lost_thruster_leaves_the_force_of_the_other_and_its_moment() {
+        let thrusters = SurfaceHull::MEDUSA.thrusters;
+        let health = ThrusterHealth {
+            port: 0.0,
+            ..ThrusterHealth::SOUND
+        };
+        let command = Thrust {
+            port: 20.0,
+            starboard: 20.0,
+        };
+        let given = thrusters.force(thrusters.steady(command, health));
+        assert_eq!(given, wanted(20.0, -0.15 * 20.0));
+    }
+}

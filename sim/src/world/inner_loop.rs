@@ -1,0 +1,107 @@
+//! The vehicles' inner loops: from references to forces and moments, ten times a second.
+
+use crate::world::hull::Drag;
+
+mod surface;
+mod underwater;
+
+pub use surface::{AutopilotMemory, DELAY_PERIODS_MAX, HeadingLoop, Measured, SpeedSlew, SurfaceAutopilot};
+pub use underwater::{UnderwaterLoops, UnderwaterReference};
+
+/// Period of every inner loop, s. Also the integration step: inputs are held for exactly one step.
+pub const PERIOD: f64 = 0.1;
+
+/// Whether the surge loop adds the drag at the measured speed to its output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DragFeedForward {
+    /// Proportional and integral part alone, as on the laboratory's vehicles: large steps wait for
+    /// the integral part.
+    Off,
+    /// Drag is made up for at once; the loop sees a free mass.
+    On,
+}
+
+impl DragFeedForward {
+    /// What it adds at a measured `speed`, m/s: N.
+    fn force(self, speed: f64, drag: &Drag) -> f64 {
+        match self {
+            Self::Off => 0.0,
+            Self::On => drag.resistance(speed),
+        }
+    }
+}
+
+/// A difference between wanted and given force below this, N, is rounding and not saturation: the forces of two
+/// thrusters, up to 200 N and added up again, are wrong in the fourteenth place.
+const ROUNDING: f64 = 1e-9;
+
+/// Gains of a surge loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurgeGains {
+    /// Proportional gain k_p, N/(m/s).
+    pub proportional: f64,
+    /// Integral gain k_i, N/m; 0 of a loop that is proportional alone.
+    pub integral: f64,
+    /// Largest speed error that the loop acts on ε_max, m/s.
+    pub error_max: f64,
+    /// What its integral part does while the actuators are at their limits.
+    pub anti_windup: AntiWindup,
+}
+
+/// What an integral part does while the actuators give less than is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AntiWindup {
+    /// It goes on integrating, and has to be unwound afterwards.
+    Off,
+    /// It waits.
+    On,
+}
+
+impl SurgeGains {
+    fn error(&self, reference: f64, measured: f64) -> f64 {
+        (reference - measured).clamp(-self.error_max, self.error_max)
+    }
+}
+
+/// A surge loop's memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurgeLoop {
+    /// Integral part, N.
+    integral: f64,
+}
+
+impl SurgeLoop {
+    /// A loop that already holds `speed`, m/s, in steady state on a hull of that drag.
+    #[must_use]
+    pub fn settled_at(speed: f64, feed_forward: DragFeedForward, hull_drag: Drag) -> Self {
+        let integral = match feed_forward {
+            DragFeedForward::Off => hull_drag.resistance(speed),
+            DragFeedForward::On => 0.0,
+        };
+        Self { integral }
+    }
+
+    /// Force wanted, N, for a speed reference and a measured speed, m/s, before drag feed-forward.
+    ///
+    /// ```text
+    /// ε = clamp(u_ref − u, ±ε_max)      τ_u = k_p ε + k_i ∫ε dt
+    /// ```
+    fn force(self, gains: &SurgeGains, reference: f64, measured: f64) -> f64 {
+        gains.proportional * gains.error(reference, measured) + self.integral
+    }
+
+    /// Integrates the error, with anti-windup unless the actuators at their limits give less than was
+    /// `wanted` in the error's direction, or more against it.
+    ///
+    /// `given` is what saturation leaves, whatever the reason: less thrust astern than ahead, or a moment
+    /// that was served first. A dead zone is no such limit: integrating is what leads out of it, and what
+    /// the loop can store there is no more than its width.
+    fn integrate(&mut self, gains: &SurgeGains, reference: f64, measured: f64, wanted: f64, given: f64) {
+        let error = gains.error(reference, measured);
+        let withheld = wanted - given;
+        let free = withheld.abs() < ROUNDING || withheld * error <= 0.0;
+        if free || gains.anti_windup == AntiWindup::Off {
+            self.integral += gains.integral * error * PERIOD;
+        }
+    }
+}

@@ -1,0 +1,285 @@
+//! The surface craft's loops: speed and heading to thrust.
+
+use nalgebra::Vector2;
+use planner::{
+    angle::{Heading, direction, ned_from_body},
+    craft::{HeadingHeld, SpeedHeld},
+    los::Reference,
+};
+
+use super::{AntiWindup, DragFeedForward, PERIOD, SurgeGains, SurgeLoop};
+use crate::world::hull::{Drag, SurfaceHull, SurfaceInput, SurfaceState, Thrust};
+
+mod delay;
+mod heading;
+
+use delay::CommandDelay;
+pub use delay::DELAY_PERIODS_MAX;
+pub use heading::HeadingLoop;
+use heading::HeadingMemory;
+
+/// Speed over ground below which a course is noise and the loop holds the heading, m/s. Assumption: twice the
+/// 0.05 m/s that satellite receivers err by.
+const COURSE_SPEED_MIN: f64 = 0.1;
+
+/// A surface craft's inner loops as data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceAutopilot {
+    /// The heading loop.
+    pub heading: HeadingLoop,
+    /// What the heading loop holds.
+    pub heading_held: HeadingHeld,
+    /// Of the surge loop.
+    pub surge: SurgeGains,
+    /// Mode of the surge loop.
+    pub feed_forward: DragFeedForward,
+    /// What the surge loop holds.
+    pub speed_held: SpeedHeld,
+    /// How fast the speed reference is allowed to change before it reaches the loop; at once if none.
+    pub speed_slew: Option<SpeedSlew>,
+    /// Periods until a reference reaches the loops, at most [`DELAY_PERIODS_MAX`].
+    pub delay_periods: usize,
+}
+
+/// Slew-rate limit of a speed reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedSlew {
+    /// Upwards, m/s².
+    pub acceleration: f64,
+    /// Downwards, m/s², positive.
+    pub deceleration: f64,
+}
+
+/// State of the autopilot from one period to the next.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AutopilotMemory {
+    surge: SurgeLoop,
+    heading: HeadingMemory,
+    delay: CommandDelay,
+    /// Speed reference behind the slew-rate limit, m/s.
+    speed: f64,
+}
+
+impl AutopilotMemory {
+    /// Of loops that have held `speed`, m/s, and `heading` for long, on a hull of that surge drag.
+    #[must_use]
+    pub fn settled_at(autopilot: &SurfaceAutopilot, drag_surge: Drag, speed: f64, heading: f64) -> Self {
+        Self {
+            surge: SurgeLoop::settled_at(speed, autopilot.feed_forward, drag_surge),
+            heading: HeadingMemory::settled_at(heading),
+            delay: CommandDelay::holding(Reference {
+                speed,
+                heading: Heading::new(heading),
+            }),
+            speed,
+        }
+    }
+}
+
+/// Measurements of the autopilot: its own craft without error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// Heading ψ, rad, not wrapped.
+    pub heading: f64,
+    /// Surge speed through the water, m/s.
+    pub surge: f64,
+    /// Yaw rate, rad/s.
+    pub yaw_rate: f64,
+    /// Velocity over ground (north, east), m/s.
+    pub over_ground: Vector2<f64>,
+}
+
+impl Measured {
+    /// Of a craft in a current (north, east), m/s.
+    #[must_use]
+    pub fn of(state: &SurfaceState, current: &Vector2<f64>) -> Self {
+        Self {
+            heading: state[2],
+            surge: state[3],
+            yaw_rate: state[5],
+            over_ground: ned_from_body(state[2]) * Vector2::new(state[3], state[4]) + current,
+        }
+    }
+
+    fn speed(&self, held: SpeedHeld) -> f64 {
+        match held {
+            SpeedHeld::ThroughWater => self.surge,
+            SpeedHeld::OverGround => self.over_ground.dot(&direction(self.heading)),
+        }
+    }
+
+    /// The angle that the heading loop holds, rad.
+    fn angle(&self, held: HeadingHeld) -> f64 {
+        match held {
+            HeadingHeld::Course if COURSE_SPEED_MIN <= self.over_ground.norm() => {
+                self.over_ground.y.atan2(self.over_ground.x)
+            }
+            HeadingHeld::Course | HeadingHeld::Heading => self.heading,
+        }
+    }
+}
+
+impl SurfaceAutopilot {
+    /// The MEDUSA class's, without drag feed-forward. Source: the laboratory's vehicles (IST Lisbon).
+    pub const MEDUSA: Self = Self {
+        heading: HeadingLoop::ProportionalDerivative {
+            frequency: 1.6,
+            damping: 0.8,
+        },
+        heading_held: HeadingHeld::Heading,
+        surge: SurgeGains {
+            proportional: 26.0,
+            integral: 3.0,
+            error_max: 0.2,
+            anti_windup: AntiWindup::On,
+        },
+        feed_forward: DragFeedForward::Off,
+        speed_held: SpeedHeld::ThroughWater,
+        speed_slew: None,
+        delay_periods: 0,
+    };
+
+    /// The Otter's: the MEDUSA's, scaled.
+    ///
+    /// Surge gains grow with m_u (85.5 to 50 kg), which keeps k_p/m_u = 0.52 rad/s and k_i/k_p; the error's
+    /// clamp doubles as does the top speed, so that 18 of 239 N are left to acceleration where the
+    /// MEDUSA has 5 of 72. The yaw loop gives moments as the inertia, so ωn and ζ carry over: the moment
+    /// saturates from 40° of error on (74 of 106 N m/rad), the MEDUSA's from 52° on.
+    pub const OTTER: Self = Self {
+        surge: SurgeGains {
+            proportional: 44.5,
+            integral: 5.1,
+            error_max: 0.4,
+            anti_windup: AntiWindup::On,
+        },
+        ..Self::MEDUSA
+    };
+
+    /// One period: the commands to the thrusters, within their limits.
+    ///
+    /// ```text
+    /// τ_u = k_p ε + k_i ∫ε dt (+ D_u(u))      τ_r as the heading loop has it
+    /// ```
+    /// u is the speed that the loop holds, and so is that of the drag: a craft that knows its speed over ground
+    /// alone feeds forward the drag in still water.
+    #[must_use]
+    pub fn command(
+        &self,
+        hull: &SurfaceHull,
+        memory: &mut AutopilotMemory,
+        measured: &Measured,
+        reference: &Reference,
+    ) -> Thrust {
+        let reference = memory.delay.pass(*reference, self.delay_periods);
+        let (u, psi) = (measured.speed(self.speed_held), measured.angle(self.heading_held));
+        memory.speed = self.slewed(memory.speed, reference.speed);
+        let wanted = SurfaceInput {
+            surge_force: memory.surge.force(&self.surge, memory.speed, u)
+                + self.feed_forward.force(u, &hull.drag_surge),
+            yaw_moment: self.heading.moment(
+                hull,
+                &mut memory.heading,
+                psi,
+                measured.yaw_rate,
+                reference.heading,
+            ),
+        };
+        let command = hull.thrusters.allocate(wanted);
+        let given = hull.thrusters.force(command);
+        memory.surge.integrate(
+            &self.surge,
+            memory.speed,
+            u,
+            wanted.surge_force,
+            given.surge_force,
+        );
+        memory.heading.integrate(wanted.yaw_moment, given.yaw_moment);
+        command
+    }
+
+    fn slewed(&self, before: f64, asked: f64) -> f64 {
+        match self.speed_slew {
+            None => asked,
+            Some(slew) => asked.clamp(
+                before - slew.deceleration * PERIOD,
+                before + slew.acceleration * PERIOD,
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(u: f64, r: f64) -> Measured {
+        let state = SurfaceState::from([0.0, 0.0, 0.0, u, 0.0, r, 0.0, 0.0]);
+        Measured::of(&state, &Vector2::zeros())
+    }
+
+    #[test]
+    fn a_moment_that_leaves_thrust_enough_never_stops_the_surge_loop() {
+        // The moment is split over both thrusters and the force added up again: what rounding leaves of it
+        // is no saturation.
+        let (autopilot, hull) = (SurfaceAutopilot::MEDUSA, SurfaceHull::MEDUSA);
+        for k in 0..1000 {
+            let reference = Reference {
+                speed: 0.3 + 0.0001 * f64::from(k % 7 - 3),
+                heading: Heading::new(0.001 * f64::from(k % 100)),
+            };
+            let settled = AutopilotMemory::settled_at(&autopilot, hull.drag_surge, 0.3, 0.0);
+            let mut memory = settled.clone();
+            let measured = at(0.3, 0.0007 * f64::from(k));
+            let _ = autopilot.command(&hull, &mut memory, &measured, &reference);
+            assert!(
+                reference.speed == 0.3 || memory.surge != settled.surge,
+                "period {k}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_delayed_reference_acts_as_many_periods_later() {
+        let hull = SurfaceHull::MEDUSA;
+        let asked = Reference {
+            speed: 0.5,
+            heading: Heading::new(0.2),
+        };
+        for delay_periods in [0, 1, 7, DELAY_PERIODS_MAX] {
+            let autopilot = SurfaceAutopilot {
+                delay_periods,
+                ..SurfaceAutopilot::MEDUSA
+            };
+            let mut memory = AutopilotMemory::settled_at(&autopilot, hull.drag_surge, 0.3, 0.0);
+            let mut turns = || autopilot.command(&hull, &mut memory, &at(0.3, 0.0), &asked);
+            let waited = (0..).take_while(|_| {
+                let thrust = turns();
+                (thrust.port - thrust.starboard).abs() < 1e-9
+            });
+            assert_eq!(waited.count(), delay_periods);
+        }
+    }
+
+    #[test]
+    fn over_ground_a_loop_makes_up_for_the_current_that_it_does_not_know() {
+        let autopilot = SurfaceAutopilot {
+            speed_held: SpeedHeld::OverGround,
+            heading_held: HeadingHeld::Course,
+            ..SurfaceAutopilot::MEDUSA
+        };
+        // By hand: 0.3 m/s to the north through water that flows at 0.4 m/s to the east.
+        let measured = Measured {
+            heading: 0.0,
+            surge: 0.3,
+            yaw_rate: 0.0,
+            over_ground: Vector2::new(0.3, 0.4),
+        };
+        assert!((measured.speed(autopilot.speed_held) - 0.3).abs() < 1e-12);
+        assert!((measured.angle(autopilot.heading_held) - (4.0_f64 / 3.0).atan()).abs() < 1e-12);
+        let adrift = Measured {
+            over_ground: Vector2::new(0.05, 0.05),
+            ..measured
+        };
+        assert_eq!(adrift.angle(autopilot.heading_held), 0.0);
+    }
+}

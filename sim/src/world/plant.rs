@@ -1,0 +1,291 @@
+//! What a hull can physically do under any guidance: top speed and largest acceleration through the water.
+//!
+//! Both come from the three-degree-of-freedom model of [`crate::world::hull`] alone, with every force and
+//! moment at its largest and in the worst direction, so that they bound every motion the model has:
+//!
+//! ```text
+//! m_u u̇ = F + c_v v r − D_u(u),   m_v v̇ = −c_u u r − D_v(v),   m_r ṙ = M + (c_u − c_v) u v − D_r(r)
+//! ```
+//! **Speed.** With α = c_u m_u / (c_v m_v) the yaw rate drops out of W = α u² + v²:
+//!
+//! ```text
+//! ½ dW/dt = α u (F − D_u(u)) / m_u − v D_v(v) / m_v
+//! ```
+//! W can rise only where the first term is the larger, so W ≤ W_max once it is, W_max being the largest W
+//! where both are equal with F at its largest: 0 ≤ u ≤ U with D_u(U) = F_max, v ≥ 0. The speed is at most
+//! √(W_max max(1, 1/α)). For a hull with sway drag enough that is U itself, thrust in balance with drag.
+//!
+//! **Acceleration.** In a frame that does not turn it is, ahead and to starboard,
+//!
+//! ```text
+//! u̇ − r v = F / m_u + (c_v / m_u − 1) v r − D_u(u) / m_u
+//! v̇ + r u =           (1 − c_u / m_v) u r − D_v(v) / m_v
+//! ```
+//! taken term by term at |u| ≤ √(W_max/α), at |v| ≤ √W_max and at most what the largest turn drives it to,
+//! D_v(v) = c_u |u| |r|, and at D_r(r) = M_max + |c_u − c_v| W_max / (2 √α), as |u v| is at most that.
+//!
+//! A craft that starts within these bounds stays within them; a current moves it and adds nothing.
+
+use crate::world::hull::{Drag, SurfaceHull};
+
+/// Factor on what the formulas give: steps of integration and the grid of the search for W_max err by less.
+const MARGIN: f64 = 1.01;
+
+/// Points of the search for W_max.
+const GRID: u32 = 1000;
+
+/// Halvings of an interval that holds a root: all that a double can distinguish.
+const BISECTIONS: u32 = 64;
+
+/// What a craft can physically do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plant {
+    /// Top speed through the water, m/s.
+    pub speed_max: f64,
+    /// Largest acceleration through the water, in any direction, m/s².
+    pub acceleration_max: f64,
+}
+
+/// What moves and brakes a hull. Masses and drags are positive, and every drag grows without limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Loads {
+    /// Mass with added mass in surge m_u, kg.
+    pub mass_surge: f64,
+    /// Mass with added mass in sway m_v, kg.
+    pub mass_sway: f64,
+    /// Mass of the Coriolis terms in surge c_u, kg.
+    pub coriolis_surge: f64,
+    /// Mass of the Coriolis terms in sway c_v, kg.
+    pub coriolis_sway: f64,
+    /// Drag in surge D_u.
+    pub drag_surge: Drag,
+    /// Drag in sway D_v.
+    pub drag_sway: Drag,
+    /// Drag in yaw D_r.
+    pub drag_yaw: Drag,
+    /// Largest force along the hull F_max, N, ahead or astern: thrusters and waves together.
+    pub surge_force_max: f64,
+    /// Largest moment in yaw M_max, N m: thrusters and waves together.
+    pub yaw_moment_max: f64,
+}
+
+impl Loads {
+    /// Those of `hull` with sound thrusters in calm water.
+    #[must_use]
+    pub fn of(hull: &SurfaceHull) -> Self {
+        let thrusters = &hull.thrusters;
+        Self {
+            mass_surge: hull.mass_surge,
+            mass_sway: hull.mass_sway,
+            coriolis_surge: hull.coriolis.surge,
+            coriolis_sway: hull.coriolis.sway,
+            drag_surge: hull.drag_surge,
+            drag_sway: hull.drag_sway,
+            drag_yaw: hull.drag_yaw,
+            surge_force_max: 2.0 * thrusters.ahead_max.max(thrusters.astern_max),
+            yaw_moment_max: thrusters.arm * (thrusters.ahead_max + thrusters.astern_max),
+        }
+    }
+}
+
+impl Plant {
+    /// The plant that a hull under `loads` is.
+    #[must_use]
+    pub fn of(loads: &Loads) -> Self {
+        let (m_u, m_v) = (loads.mass_surge, loads.mass_sway);
+        let (c_u, c_v) = (loads.coriolis_surge, loads.coriolis_sway);
+        let alpha = c_u * m_u / (c_v * m_v);
+        let w_max = weighted_speed_squared_max(loads, alpha);
+        let (u_max, largest_product) = ((w_max / alpha).sqrt(), 0.5 * w_max / alpha.sqrt());
+        let r_max = speed_against(
+            &loads.drag_yaw,
+            loads.yaw_moment_max + (c_u - c_v).abs() * largest_product,
+        );
+        let v_max = speed_against(&loads.drag_sway, c_u * u_max * r_max).min(w_max.sqrt());
+        let ahead = loads.surge_force_max + loads.drag_surge.resistance(u_max);
+        let ahead = (ahead + (c_v - m_u).abs() * v_max * r_max) / m_u;
+        let starboard = ((m_v - c_u).abs() * u_max * r_max + loads.drag_sway.resistance(v_max)) / m_v;
+        Self {
+            speed_max: MARGIN * u_max.max(w_max.sqrt()),
+            acceleration_max: MARGIN * ahead.hypot(starboard),
+        }
+    }
+}
+
+/// `W_max`: over the surge speeds that full thrust can still raise, the largest α u² + v² with v where sway drag
+/// takes as much as thrust gives.
+fn weighted_speed_squared_max(loads: &Loads, alpha: f64) -> f64 {
+    let force = loads.surge_force_max;
+    let top = speed_against(&loads.drag_surge, force);
+    let weighted = |i: u32| {
+        let u = top * f64::from(i) / f64::from(GRID);
+        let gain = alpha * u * (force - loads.drag_surge.resistance(u)) / loads.mass_surge;
+        let lost = |v: f64| v * loads.drag_sway.resistance(v) / loads.mass_sway;
+        let v = root(|v| lost(v) - gain);
+        alpha * u * u + v * v
+    };
+    (0..=GRID).map(weighted).fold(0.0, f64::max)
+}
+
+/// Speed, m/s or rad/s, at which `drag` takes up `load`, N or N m.
+fn speed_against(drag: &Drag, load: f64) -> f64 {
+    root(|speed| drag.resistance(speed) - load)
+}
+
+/// The upper end of where the rising function is at most 0, from 0 on.
+fn root(rising: impl Fn(f64) -> f64) -> f64 {
+    let (mut below, mut above) = (0.0, 1.0);
+    // A drag that grows without limit takes up any load long before the numbers end.
+    while rising(above) < 0.0 && above < f64::MAX.sqrt() {
+        above *= 2.0;
+    }
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (below + above);
+        if rising(middle) < 0.0 {
+            below = middle;
+        } else {
+            above = middle;
+        }
+    }
+    above
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector2;
+    use planner::angle::ned_from_body;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    /// The MEDUSA-class hull of the surface craft.
+    const MEDUSA: Loads = Loads {
+        mass_surge: 50.0,
+        mass_sway: 60.0,
+        coriolis_surge: 50.0,
+        coriolis_sway: 60.0,
+        drag_surge: Drag {
+            linear: 0.0,
+            quadratic: 27.5,
+        },
+        drag_sway: Drag {
+            linear: 55.1,
+            quadratic: 101.0,
+        },
+        drag_yaw: Drag {
+            linear: 4.14,
+            quadratic: 6.23,
+        },
+        surge_force_max: 72.0,
+        yaw_moment_max: 10.8,
+    };
+
+    /// A hull that sways easily and turns hard, so that more than the balance ahead matters.
+    const SLIPPERY: Loads = Loads {
+        drag_sway: Drag {
+            linear: 5.0,
+            quadratic: 8.0,
+        },
+        yaw_moment_max: 40.0,
+        ..MEDUSA
+    };
+
+    /// A hull whose water is not carried along in a turn.
+    const DRY: Loads = Loads {
+        coriolis_surge: 30.0,
+        coriolis_sway: 30.0,
+        ..MEDUSA
+    };
+
+    fn derivative(loads: &Loads, [u, v, r]: [f64; 3], force: f64, moment: f64) -> [f64; 3] {
+        let (c_u, c_v) = (loads.coriolis_surge, loads.coriolis_sway);
+        [
+            (force + c_v * v * r - loads.drag_surge.resistance(u)) / loads.mass_surge,
+            (-c_u * u * r - loads.drag_sway.resistance(v)) / loads.mass_sway,
+            // The inertia of the surface craft's hull, kg m².
+            (moment + (c_u - c_v) * u * v - loads.drag_yaw.resistance(r)) / 4.64,
+        ]
+    }
+
+    /// Largest speed and acceleration over random full-force manoeuvres from rest.
+    fn driven(loads: &Loads, seed: u64) -> (f64, f64) {
+        const STEP: f64 = 0.002;
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let (mut state, mut psi, mut most) = ([0.0; 3], 0.0, (0.0_f64, 0.0_f64));
+        let mut velocity = Vector2::zeros();
+        for _ in 0..200 {
+            let hold = rng.random_range(0.2..20.0_f64);
+            let mut full = |most: f64| {
+                if rng.random_range(0.0..1.0) < 0.5 {
+                    most
+                } else {
+                    -most
+                }
+            };
+            let (force, moment) = (full(loads.surge_force_max), full(loads.yaw_moment_max));
+            let mut time = 0.0;
+            while time < hold {
+                let slope = derivative(loads, state, force, moment);
+                state = std::array::from_fn(|i| state[i] + STEP * slope[i]);
+                psi += STEP * state[2];
+                // The acceleration as seen from a frame that does not turn, without the formula for it.
+                let now = ned_from_body(psi) * Vector2::new(state[0], state[1]);
+                most = (most.0.max(now.norm()), most.1.max((now - velocity).norm() / STEP));
+                velocity = now;
+                time += STEP;
+            }
+        }
+        most
+    }
+
+    #[test]
+    fn a_hull_that_hardly_sways_is_as_fast_as_thrust_and_drag_balance() {
+        let plant = Plant::of(&MEDUSA);
+        let balance = (72.0_f64 / 27.5).sqrt();
+        assert!((plant.speed_max / MARGIN - balance).abs() < 1e-3, "{plant:?}");
+    }
+
+    #[test]
+    fn no_manoeuvre_at_full_force_breaks_the_bounds() {
+        for loads in [MEDUSA, SLIPPERY, DRY] {
+            let plant = Plant::of(&loads);
+            for seed in 0..4 {
+                let (speed, acceleration) = driven(&loads, seed);
+                assert!(speed < plant.speed_max, "{speed} against {plant:?}");
+                assert!(
+                    acceleration < plant.acceleration_max,
+                    "{acceleration} against {plant:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn full_ahead_and_then_full_astern_comes_near_the_bounds() {
+        let plant = Plant::of(&MEDUSA);
+        let ahead = (0..30_000).fold([0.0; 3], |[u, ..], _| {
+            [
+                u + 0.001 * derivative(&MEDUSA, [u, 0.0, 0.0], 72.0, 0.0)[0],
+                0.0,
+                0.0,
+            ]
+        });
+        assert!(0.98 * plant.speed_max < ahead[0], "{ahead:?} of {plant:?}");
+        // Thrust and drag together; what a turn adds at worst is the rest.
+        let braking = -derivative(&MEDUSA, ahead, -72.0, 0.0)[0];
+        assert!(0.7 * plant.acceleration_max < braking, "{braking} of {plant:?}");
+    }
+
+    #[test]
+    fn more_force_makes_a_faster_and_livelier_craft() {
+        let (plant, other) = (
+            Plant::of(&MEDUSA),
+            Plant::of(&Loads {
+                surge_force_max: 100.0,
+                ..MEDUSA
+            }),
+        );
+        assert!(plant.speed_max < other.speed_max && plant.acceleration_max < other.acceleration_max);
+    }
+}

@@ -1,0 +1,84 @@
+//! The classes of underwater vehicle: hull, inner loops, dive, speed and navigation of each.
+
+pub use super::hull::{PITCH_MAX, UnderwaterHull, UnderwaterInput, UnderwaterState, heading_rate};
+use super::{dive::Dive, inner_loop::UnderwaterLoops};
+
+/// The underwater vehicles that the simulator knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnderwaterClass {
+    /// MEDUSA-class AUV.
+    Medusa,
+    /// Slocum-class glider.
+    Slocum,
+}
+
+/// How an underwater vehicle knows where it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Navigation {
+    /// Its own estimate is its true position.
+    Exact,
+    /// A satellite fix while at the surface, dead reckoning by compass and speed through the water
+    /// below: a current carries the estimate away until the next surfacing.
+    GpsAtSurface,
+}
+
+impl UnderwaterClass {
+    /// Its hull and actuators.
+    #[must_use]
+    pub fn hull(self) -> UnderwaterHull {
+        match self {
+            Self::Medusa => UnderwaterHull::MEDUSA,
+            Self::Slocum => UnderwaterHull::SLOCUM,
+        }
+    }
+
+    /// Its inner loops.
+    #[must_use]
+    pub fn loops(self) -> UnderwaterLoops {
+        match self {
+            Self::Medusa => UnderwaterLoops::MEDUSA,
+            Self::Slocum => UnderwaterLoops::SLOCUM,
+        }
+    }
+
+    /// Its sawtooth, unless the scenario gives another.
+    ///
+    /// The MEDUSA's is the paper's. The Slocum's is 26° to 30 m, what its shallowest buoyancy engine is
+    /// made for, and up to 0.5 m, where the tail's antenna comes out.
+    #[must_use]
+    pub fn dive(self) -> Dive {
+        match self {
+            Self::Medusa => Dive::paper(),
+            Self::Slocum => Dive {
+                depth_min: 0.5,
+                depth_max: 30.0,
+                pitch: SLOCUM_PITCH,
+            },
+        }
+    }
+
+    /// Its speed along the body, through the water, m/s.
+    ///
+    /// 0.3 m/s of the MEDUSA is Fig. 6 of the paper. The Slocum makes 0.29 m/s over the horizontal.
+    #[must_use]
+    pub fn speed(self) -> f64 {
+        match self {
+            Self::Medusa => 0.3,
+            Self::Slocum => SLOCUM_HORIZONTAL_SPEED / SLOCUM_PITCH.cos(),
+        }
+    }
+
+    /// How it knows where it is.
+    #[must_use]
+    pub fn navigation(self) -> Navigation {
+        match self {
+            Self::Medusa => Navigation::Exact,
+            Self::Slocum => Navigation::GpsAtSurface,
+        }
+    }
+}
+
+/// Pitch of the Slocum's glides, rad: 26°.
+const SLOCUM_PITCH: f64 = 26.0 / 180.0 * std::f64::consts::PI;
+/// Horizontal speed of the Slocum's glides, m/s, a usual one; it makes 0.35 m/s at most.
+const SLOCUM_HORIZONTAL_SPEED: f64 = 0.29;

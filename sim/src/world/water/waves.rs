@@ -1,0 +1,382 @@
+//! Wave-frequency motion of the surface craft in surge and heading.
+//!
+//! The spectrum is that of the usual second-order shaping filter driven by white noise w,
+//!
+//! ```text
+//! h(s) = K_w s / (s² + 2 λ ω₀ s + ω₀²),   K_w = 2 σ √(λ ω₀)   (∫ |h(iω)|² dω / 2π over all ω is σ²)
+//! ```
+//!
+//! Source: T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, Wiley 2011, chapter 8,
+//! linear wave-response approximation. The filter itself is not what runs here. Its output is ẋ₁ of the state
+//! ẋ₁ = x₂, ẋ₂ = −ω₀² x₁ − 2 λ ω₀ x₂ + K_w w: the output's rate holds the white noise, so a surge
+//! acceleration would have infinite variance and a heading acceleration more than that, and a stepped
+//! approximation of either would grow with the step rate. So the motion is a sum of sinusoids drawn from
+//! |h(iω)|² between half and twice ω₀, with random phases: every derivative exists, is exact, and is finite;
+//! time is an argument, so no step length enters. The band holds (2/π) atan(3 / (4 λ)) of the filter's power,
+//! 92 % at λ = 0.1; the sinusoids share the whole σ².
+//!
+//! With ω = ω₀ eˢ, |h(iω)|² depends on |s| only and is a Cauchy density in sinh s; the rest of dω weighs the
+//! two signs of s. So frequencies are drawn exactly, without rejection or tables:
+//!
+//! ```text
+//! sinh|s| = λ tan(q θ),   tan θ = sinh(ln 2) / λ,   q uniform in (0, 1)
+//! s > 0 with probability 1 / (1 + e^(−2|s|))
+//! ```
+//!
+//! q is stratified, one draw in each of N equal parts, so that even one realisation has the filter's shape.
+
+use std::f64::consts::{LN_2, TAU};
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+/// Sinusoids in each motion: enough for a normal distribution (kurtosis 3 − 3 / 2N = 2.95), few enough to
+/// cost little (docs/tuning.md#sim-sinusoids).
+const N_SINUSOIDS: u32 = 32;
+/// Logarithm of the band's upper edge over ω₀; the lower edge is as far below. Assumption: swell and wind
+/// waves that move a small craft lie within an octave of the peak.
+const BAND: f64 = LN_2;
+
+/// Statistics of the motion that waves give a hull left to itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Waves {
+    /// Standard deviation of the heading ψ_w, rad, in [0, 0.5].
+    pub heading_sigma: f64,
+    /// Standard deviation of the surge velocity u_w, m/s, in [0, 1].
+    pub surge_sigma: f64,
+    /// Period of the spectrum's peak 2π/ω₀ as met by the craft, s, in [1, 30].
+    pub peak_period: f64,
+    /// Relative damping λ: the width of the peak, in [0.01, 0.5]; 0.1 for a narrow sea, 0.26 for a fully
+    /// developed one (same source).
+    pub damping: f64,
+}
+
+/// Acceleration that waves alone would give a hull; times its inertia, with added mass, the force and the
+/// moment.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WaveAcceleration {
+    /// u̇_w, m/s², ahead.
+    pub surge: f64,
+    /// ψ̈_w, rad/s², positive clockwise.
+    pub yaw: f64,
+}
+
+/// One realisation of the waves. Surge and heading are independent of each other.
+#[derive(Clone, Debug)]
+pub(super) struct WaveMotion {
+    surge: Oscillation,
+    heading: Oscillation,
+}
+
+impl WaveMotion {
+    pub(super) fn new(waves: &Waves, rng: &mut ChaCha8Rng) -> Self {
+        Self {
+            surge: Oscillation::new(waves.surge_sigma, waves, rng),
+            heading: Oscillation::new(waves.heading_sigma, waves, rng),
+        }
+    }
+
+    /// At `time` s.
+    pub(super) fn acceleration(&self, time: f64) -> WaveAcceleration {
+        WaveAcceleration {
+            surge: self.surge.rate(time),
+            yaw: self.heading.acceleration(time),
+        }
+    }
+}
+
+/// A stationary motion: N sinusoids of one amplitude σ √(2/N).
+#[derive(Clone, Debug)]
+struct Oscillation {
+    amplitude: f64,
+    sinusoids: [Sinusoid; N_SINUSOIDS as usize],
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Sinusoid {
+    /// ω, rad/s.
+    frequency: f64,
+    /// Phase at time 0, rad.
+    phase: f64,
+}
+
+impl Oscillation {
+    fn new(sigma: f64, waves: &Waves, rng: &mut ChaCha8Rng) -> Self {
+        let n = f64::from(N_SINUSOIDS);
+        let (lambda, omega_0) = (waves.damping, TAU / waves.peak_period);
+        let theta = (BAND.sinh() / lambda).atan();
+        let mut stratum = 0.0;
+        let sinusoids = std::array::from_fn(|_| {
+            let q = (stratum + rng.random_range(0.0..1.0)) / n;
+            stratum += 1.0;
+            let s = (lambda * (q * theta).tan()).asinh();
+            let above = rng.random_range(0.0..1.0) * (1.0 + (-2.0 * s).exp()) < 1.0;
+            Sinusoid {
+                frequency: omega_0 * if above { s.exp() } else { (-s).exp() },
+                phase: rng.random_range(0.0..TAU),
+            }
+        });
+        Self {
+            amplitude: sigma * (2.0 / n).sqrt(),
+            sinusoids,
+        }
+    }
+
+    /// First derivative in time at `time` s.
+    fn rate(&self, time: f64) -> f64 {
+        let sum: f64 = self
+            .sinusoids
+            .iter()
+            .map(|Sinusoid { frequency, phase }| -frequency * (frequency * time + phase).sin())
+            .sum();
+        self.amplitude * sum
+    }
+
+    /// Second derivative in time at `time` s.
+    fn acceleration(&self, time: f64) -> f64 {
+        let sum: f64 = self
+            .sinusoids
+            .iter()
+            .map(|Sinusoid { frequency, phase }| -frequency.powi(2) * (frequency * time + phase).cos())
+            .sum();
+        self.amplitude * sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use rand::SeedableRng;
+
+    use super::*;
+
+    const SETUP: Waves = Waves {
+        heading_sigma: 0.05,
+        surge_sigma: 0.12,
+        peak_period: 4.0,
+        damping: 0.1,
+    };
+    const OMEGA_0: f64 = TAU / SETUP.peak_period;
+    const SEEDS: u64 = 200;
+
+    fn motion(seed: u64) -> WaveMotion {
+        WaveMotion::new(&SETUP, &mut ChaCha8Rng::seed_from_u64(seed))
+    }
+
+    /// The motion itself, of which the module knows the derivatives only.
+    fn value(oscillation: &Oscillation, time: f64) -> f64 {
+        let cosines = oscillation
+            .sinusoids
+            .iter()
+            .map(|sinusoid| (sinusoid.frequency * time + sinusoid.phase).cos());
+        oscillation.amplitude * cosines.sum::<f64>()
+    }
+
+    /// ∫ g(ω) |h(iω)|² dω between two frequencies as multiples of ω₀: the transfer function and the midpoint
+    /// rule, none of the substitutions by which frequencies are drawn.
+    fn integral(from: f64, to: f64, g: impl Fn(f64) -> f64) -> f64 {
+        let n = 20_000;
+        let width = (to - from) * OMEGA_0 / f64::from(n);
+        let power = |w: f64| {
+            let (real, imaginary) = (OMEGA_0.powi(2) - w * w, 2.0 * SETUP.damping * OMEGA_0 * w);
+            w * w / (real * real + imaginary * imaginary)
+        };
+        (0..n)
+            .map(|i| {
+                let w = from * OMEGA_0 + (f64::from(i) + 0.5) * width;
+                g(w) * power(w) * width
+            })
+            .sum()
+    }
+
+    /// Mean of a power of the frequency over the band's spectrum.
+    fn moment(power: i32) -> f64 {
+        integral(0.5, 2.0, |w| w.powi(power)) / integral(0.5, 2.0, |_| 1.0)
+    }
+
+    fn times(period: f64, n: u32) -> impl Iterator<Item = f64> {
+        (0..n).map(move |i| f64::from(i) * period)
+    }
+
+    fn count<T>(items: impl Iterator<Item = T>) -> f64 {
+        items.map(|_| 1.0).sum()
+    }
+
+    fn root_mean_square(samples: impl Iterator<Item = f64>) -> f64 {
+        let (n, sum) = samples.fold((0.0, 0.0), |(n, sum), x| (n + 1.0, sum + x * x));
+        (sum / n).sqrt()
+    }
+
+    #[test]
+    fn surge_and_heading_have_the_sigma_asked_for() {
+        // Over 20 000 s sinusoids of neighbouring frequencies decorrelate but for the closest pairs: 0.6 % of
+        // σ at worst was measured.
+        for seed in 0..5 {
+            let motion = motion(seed);
+            let sigma = |of: &Oscillation| root_mean_square(times(0.5, 40_000).map(|t| value(of, t)));
+            assert!((sigma(&motion.surge) / SETUP.surge_sigma - 1.0).abs() < 0.02);
+            assert!((sigma(&motion.heading) / SETUP.heading_sigma - 1.0).abs() < 0.02);
+        }
+    }
+
+    #[test]
+    fn across_seeds_the_motion_at_one_moment_is_normal_with_that_sigma() {
+        let n = 4000_u32;
+        let samples = (0..n).map(|seed| value(&motion(seed.into()).surge, 77.0) / SETUP.surge_sigma);
+        let (second, fourth) = samples.fold((0.0, 0.0), |(second, fourth), x| {
+            (second + x.powi(2), fourth + x.powi(4))
+        });
+        // Four standard errors: √(2/n) of a normal variance, √(96/n) of its fourth moment 3; the sum of N
+        // sinusoids has 3 (1 − 1 / 2N).
+        let n = f64::from(n);
+        assert!(
+            (second / n - 1.0).abs() < 4.0 * (2.0 / n).sqrt(),
+            "{}",
+            second / n
+        );
+        let kurtosis = 3.0 * (1.0 - 0.5 / f64::from(N_SINUSOIDS));
+        assert!(
+            (fourth / n - kurtosis).abs() < 4.0 * (96.0 / n).sqrt(),
+            "{}",
+            fourth / n
+        );
+    }
+
+    #[test]
+    fn frequencies_follow_the_filters_spectrum() {
+        // Share of the sinusoids in slices of the band against the spectrum's integral over the slice.
+        // Shares are binomial at worst, stratified draws less: four standard errors.
+        let frequencies: Vec<f64> = (0..SEEDS)
+            .flat_map(|seed| motion(seed).surge.sinusoids)
+            .map(|sinusoid| sinusoid.frequency / OMEGA_0)
+            .collect();
+        let n = count(frequencies.iter());
+        let whole = integral(0.5, 2.0, |_| 1.0);
+        let edges = [0.5, 0.8, 0.9, 0.97, 1.0, 1.03, 1.1, 1.25, 2.0];
+        for pair in edges.windows(2) {
+            let slice = pair[0]..pair[1];
+            let share = count(frequencies.iter().filter(|w| slice.contains(*w))) / n;
+            let asked = integral(slice.start, slice.end, |_| 1.0) / whole;
+            let bound = 4.0 * (asked * (1.0 - asked) / n).sqrt();
+            assert!((share - asked).abs() < bound, "{slice:?}: {share} for {asked}");
+        }
+        assert!(frequencies.iter().all(|w| (0.5..=2.0).contains(w)));
+    }
+
+    #[test]
+    fn the_band_holds_the_share_of_the_filters_power_that_the_doc_gives() {
+        // ∫₀^∞ |h|² dω of s / (s² + a s + b) is π / 2a.
+        let all = PI / (2.0 * 2.0 * SETUP.damping * OMEGA_0);
+        let share = integral(0.5, 2.0, |_| 1.0) / all;
+        assert!((share - 2.0 / PI * (0.75 / SETUP.damping).atan()).abs() < 1e-6);
+        assert!((share - 0.92).abs() < 0.005, "{share}");
+    }
+
+    #[test]
+    fn the_periodogram_peaks_at_the_peak_period() {
+        // Power at a frequency from many short records: resolution 2π/100 s, four per cent of ω₀.
+        let power = |w: f64| -> f64 {
+            (0..SEEDS)
+                .map(|seed| {
+                    let surge = motion(seed).surge;
+                    let (cos, sin) = times(0.5, 200).fold((0.0, 0.0), |(cos, sin), t| {
+                        let u = value(&surge, t);
+                        (cos + u * (w * t).cos(), sin + u * (w * t).sin())
+                    });
+                    cos * cos + sin * sin
+                })
+                .sum()
+        };
+        let ratios = [0.5, 0.7, 0.8, 0.88, 0.94, 1.0, 1.06, 1.14, 1.25, 1.43, 2.0];
+        let powers = ratios.map(|ratio| power(ratio * OMEGA_0));
+        for (i, (ratio, pair)) in ratios.iter().zip(powers.windows(2)).enumerate() {
+            let rises = pair[0] < pair[1];
+            assert_eq!(rises, i < 5, "from {ratio} ω₀: {pair:?}");
+        }
+    }
+
+    #[test]
+    fn zero_crossings_come_at_the_mean_period_of_the_spectrum() {
+        // Rice: a normal process crosses zero upwards √(m₂ / m₀) / 2π times a second.
+        let expected = moment(2).sqrt() / TAU;
+        let (n, period) = (40_000_u32, 0.1);
+        let crossings: f64 = (0..20)
+            .map(|seed| {
+                let surge = motion(seed).surge;
+                let samples: Vec<f64> = times(period, n).map(|t| value(&surge, t)).collect();
+                count(samples.windows(2).filter(|pair| pair[0] < 0.0 && 0.0 <= pair[1]))
+            })
+            .sum();
+        let rate = crossings / (20.0 * f64::from(n) * period);
+        // The mean period differs from the peak's by more than what is allowed here: the test tells them
+        // apart.
+        assert!((rate / expected - 1.0).abs() < 0.01, "{rate} for {expected}");
+        assert!(expected * SETUP.peak_period > 1.02);
+    }
+
+    #[test]
+    fn accelerations_are_the_derivatives_of_the_motion_and_have_its_finite_variance() {
+        let motion = motion(1);
+        let h = 1e-3;
+        for time in times(0.37, 200) {
+            // Central differences: h² / 6 times the third, h² / 12 times the fourth derivative, each at most
+            // √(2N) σ (2ω₀)ⁿ; the second also loses 4 ε √(2N) σ / h² to rounding.
+            let (before, at, after) = (time - h, time, time + h);
+            let surge = (value(&motion.surge, after) - value(&motion.surge, before)) / (2.0 * h);
+            let most = (2.0 * f64::from(N_SINUSOIDS)).sqrt() * SETUP.surge_sigma;
+            let given = motion.acceleration(at);
+            assert!((given.surge - surge).abs() < h * h / 6.0 * most * (2.0 * OMEGA_0).powi(3) + 1e-10);
+
+            let [x, y, z] = [before, at, after].map(|t| value(&motion.heading, t));
+            let most = (2.0 * f64::from(N_SINUSOIDS)).sqrt() * SETUP.heading_sigma;
+            let rounding = 4.0 * f64::EPSILON * most / (h * h) * 8.0;
+            let bound = h * h / 12.0 * most * (2.0 * OMEGA_0).powi(4) + rounding;
+            assert!((given.yaw - (z - 2.0 * y + x) / (h * h)).abs() < bound);
+        }
+        // σ of the accelerations from the spectrum's moments: sampling of N frequencies leaves a few per
+        // cent.
+        let mean_square = |of: fn(&WaveAcceleration) -> f64| {
+            let seeds = (0..20).map(|seed| {
+                let motion = self::motion(seed);
+                root_mean_square(times(0.5, 4000).map(|t| of(&motion.acceleration(t)))).powi(2)
+            });
+            seeds.sum::<f64>() / 20.0
+        };
+        let surge = mean_square(|a| a.surge).sqrt() / (SETUP.surge_sigma * moment(2).sqrt());
+        let yaw = mean_square(|a| a.yaw).sqrt() / (SETUP.heading_sigma * moment(4).sqrt());
+        assert!((surge - 1.0).abs() < 0.02, "{surge}");
+        assert!((yaw - 1.0).abs() < 0.05, "{yaw}");
+    }
+
+    #[test]
+    fn the_widest_and_the_narrowest_setup_accepted_give_finite_motion() {
+        for (peak_period, damping) in [(1.0, 0.5), (1.0, 0.01), (30.0, 0.5), (30.0, 0.01)] {
+            let setup = Waves {
+                heading_sigma: 0.5,
+                surge_sigma: 1.0,
+                peak_period,
+                damping,
+            };
+            let motion = WaveMotion::new(&setup, &mut ChaCha8Rng::seed_from_u64(2));
+            let most = (2.0 * f64::from(N_SINUSOIDS)).sqrt();
+            let omega_max = 2.0 * TAU / peak_period;
+            for time in times(0.1, 1000) {
+                let acceleration = motion.acceleration(time);
+                assert!(acceleration.surge.abs() <= most * omega_max);
+                assert!(acceleration.yaw.abs() <= 0.5 * most * omega_max.powi(2));
+            }
+        }
+    }
+
+    #[test]
+    fn waves_of_no_size_do_nothing() {
+        let flat = Waves {
+            heading_sigma: 0.0,
+            surge_sigma: 0.0,
+            ..SETUP
+        };
+        let motion = WaveMotion::new(&flat, &mut ChaCha8Rng::seed_from_u64(2));
+        assert_eq!(motion.acceleration(3.0), WaveAcceleration::default());
+    }
+}
