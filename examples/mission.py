@@ -201,14 +201,14 @@ def ask(session, url, body):
 
 
 def fly(url, duration):
-    """One row a second: time, craft's and AUV's north and east; how often each rung answered, and how often degraded."""
+    """One row a second: time, craft's and AUV's north and east; how often each method answered, and how often degraded."""
     craft = SurfaceCraft(north=-15.0, east=-8.0, heading=np.pi / 4, surge=0.3)
     auv = Auv()
     session = requests.Session()
-    rows, rungs, degraded, plan = [], {}, 0, None
+    rows, answers, degraded, plan = [], {}, 0, None
     for second in range(duration):
         plan = ask(session, url, snapshot(float(second), craft, auv, plan))
-        rungs[plan["method"]] = rungs.get(plan["method"], 0) + 1
+        answers[plan["method"]] = answers.get(plan["method"], 0) + 1
         degraded += plan["outcome"] != "ok"
         rows.append([second, *craft.state[:2], *auv.where()[:2]])
         for _ in range(STEPS_PER_PLAN):
@@ -218,7 +218,7 @@ def fly(url, duration):
             print(f"\r{second + 1} s of {duration} s ", end="", file=sys.stderr, flush=True)
     if sys.stderr.isatty():
         print("\r", end="", file=sys.stderr)
-    return np.array(rows), craft, rungs, degraded
+    return np.array(rows), craft, answers, degraded
 
 
 def plot(rows, file):
@@ -250,7 +250,7 @@ def main():
         parser.error("--duration must be at least 1")
 
     start = time.perf_counter()
-    rows, craft, rungs, degraded = fly(arguments.url.rstrip("/"), arguments.duration)
+    rows, craft, answers, degraded = fly(arguments.url.rstrip("/"), arguments.duration)
     elapsed = time.perf_counter() - start
 
     distance = np.hypot(rows[:, 1] - rows[:, 3], rows[:, 2] - rows[:, 4])
@@ -260,8 +260,8 @@ def main():
         print(f"settled_rms_m       {np.sqrt(np.mean(settled**2)):10.3f}")
     print(f"energy_j            {craft.energy:10.0f}")
     print(f"heading_travel_rad  {craft.heading_travel:10.2f}")
-    for method, count in sorted(rungs.items()):
-        print(f"{'rungs.' + method:<20}{count:10d}")
+    for method, count in sorted(answers.items()):
+        print(f"{'answers.' + method:<20}{count:10d}")
     print(f"degraded            {degraded:10d}")
     print(f"requests_per_s      {len(rows) / elapsed:10.1f}")
     if arguments.plot:

@@ -81,12 +81,12 @@ fn fly(arguments: &Arguments) -> Result<(), GuideError> {
 }
 
 fn print_scores(metrics: &SurfaceCraftMetrics) {
-    let rungs = &metrics.rungs;
+    let answers = &metrics.answers_by_method;
     println!("{:<20}{:>10.3}", "rms_m", metrics.rms_m);
     println!("{:<20}{:>10.0}", "energy_j", metrics.energy_j);
     println!("{:<20}{:>10.2}", "heading_travel_rad", metrics.heading_travel_rad);
-    println!("{:<20}{:>10}", "rungs.mpc", rungs.mpc);
-    println!("{:<20}{:>10}", "rungs.previous_plan", rungs.previous_plan);
-    println!("{:<20}{:>10}", "rungs.saturated_los", rungs.saturated_los);
-    println!("{:<20}{:>10}", "rungs.hold", rungs.hold);
+    println!("{:<20}{:>10}", "answers.mpc", answers.mpc);
+    println!("{:<20}{:>10}", "answers.previous_plan", answers.previous_plan);
+    println!("{:<20}{:>10}", "answers.saturated_los", answers.saturated_los);
+    println!("{:<20}{:>10}", "answers.hold", answers.hold);
 }

@@ -164,14 +164,14 @@ fn assert_no_worse(seed: u64, scene: &Snapshot, answer: &Plan, policy: &Policy) 
         _ => forward().following(&answer.trajectory),
     };
     // Coordinates of a thousand kilometres leave half a micrometre to rounding, and far goals square it.
-    let tolerance = |merit: f64| 1e-5 * merit.abs().max(1.0);
-    for (told, expected, what) in [
+    let tolerance = |cost: f64| 1e-5 * cost.abs().max(1.0);
+    for (stated, expected, what) in [
         (answer.baseline.predicted.cost, los, "line of sight"),
         (answer.predicted.cost, ours, "the answer"),
     ] {
         assert!(
-            (told - expected).abs() <= tolerance(expected),
-            "seed {seed}: {what}: merit {told}, here {expected}"
+            (stated - expected).abs() <= tolerance(expected),
+            "seed {seed}: {what}: cost {stated}, here {expected}"
         );
     }
     assert!(
@@ -274,7 +274,7 @@ impl<'a> Forward<'a> {
         }
     }
 
-    /// Merit of the law in the target's frame, equation by equation.
+    /// Predicted cost of the law in the target's frame, equation by equation.
     fn line_of_sight(self, gains: LosGains) -> f64 {
         let mut held = Some(target_course(&self.goal.at(0.0), Some(self.goal.course())));
         self.run(move |this, time| {
@@ -298,7 +298,7 @@ impl<'a> Forward<'a> {
         })
     }
 
-    /// Merit of following a trajectory.
+    /// Predicted cost of following a trajectory.
     fn following(mut self, points: &[TrajectoryPoint]) -> f64 {
         let limits = &mut self.craft.limits;
         limits.speed_max = (0.98 * limits.speed_max).max(limits.speed_max.min(limits.speed_min + 0.05));
@@ -497,7 +497,7 @@ impl<'a> Forward<'a> {
     }
 }
 
-/// Horizontal range that depth and doubt leave.
+/// Horizontal range that depth and back-off leave.
 fn radius(range: f64, forecast: &AuvForecast, ahead: f64, policy: &Policy) -> f64 {
     let across = (range.powi(2) - forecast.depth_at(ahead).powi(2)).max(0.0).sqrt();
     (across - policy.range_back_off * forecast.position_variance(ahead).sqrt()).max(0.0)

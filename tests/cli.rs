@@ -516,12 +516,12 @@ fn a_comparison_has_every_metric_of_all_controllers_and_what_they_knew() {
         assert!(scores["violations"]["turn_rate_radps"]["count"].is_number());
         assert!(scores["regret_m"].as_f64().is_some_and(|value| value > 0.0));
         assert_eq!(scores["information"]["current_known"], true);
-        let rungs = scores["rungs"].as_object().expect("is an object");
-        let on_a_rung = ["mpc", "saturated_los"].contains(&controller);
+        let answers = scores["answers_by_method"].as_object().expect("is an object");
+        let is_a_method = ["mpc", "saturated_los"].contains(&controller);
         assert_eq!(
-            rungs.values().filter_map(Value::as_u64).sum::<u64>(),
-            if on_a_rung { 1_920 } else { 0 },
-            "one answer a second, and no law that is only compared with is a rung"
+            answers.values().filter_map(Value::as_u64).sum::<u64>(),
+            if is_a_method { 1_920 } else { 0 },
+            "one answer a second, and none by a law that is only compared with"
         );
         assert_eq!(
             scores.get("never_a_winner").is_some(),
@@ -534,10 +534,10 @@ fn a_comparison_has_every_metric_of_all_controllers_and_what_they_knew() {
     }
     // In 98 s of 240 a hand-over is inside the horizon or just past, and a plan made before it may be as good as a new
     // one; else the program answers. Measured: 1807 of 1920 answers, and the previous plan the others.
-    let rung = |name: &str| controllers["mpc"]["rungs"][name].as_u64().expect("is a count");
-    let by_program = rung("mpc");
+    let answers = |name: &str| controllers["mpc"]["answers_by_method"][name].as_u64().expect("is a count");
+    let by_program = answers("mpc");
     assert!(1_920 * (240 - 98) / 240 <= by_program, "{by_program}");
-    assert_eq!((rung("saturated_los"), rung("hold")), (0, 0));
+    assert_eq!((answers("saturated_los"), answers("hold")), (0, 0));
     let gains = &controllers["saturated_los"]["gains"];
     assert!(gains["look_ahead_m"].is_number() && gains["along_track_gain_per_s"].is_number());
     let rms = |controller: &str| controllers[controller]["rms_m"].as_f64().expect("is a number");

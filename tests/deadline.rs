@@ -53,14 +53,14 @@ fn a_signal_that_is_never_due_changes_no_bit() {
         let watched = plan_until(&snapshot, &Policy::default(), &mut Workspace::default(), &stop);
         assert_eq!(watched, alone);
         assert!(!watched.solver.deadline_hit);
-        // Once before each pass, and at least once for each iteration.
+        // Once before each SCP iteration, and at least once for each of the interior-point solver.
         let least = alone.solver.iterations as usize + alone.solver.scp_iterations;
         assert!(least <= looks.load(Ordering::Relaxed));
     }
 }
 
 #[test]
-fn whenever_the_signal_comes_the_last_finished_pass_answers_and_before_the_first_the_law_does() {
+fn whenever_the_signal_comes_the_last_finished_iteration_answers_and_before_the_first_the_law_does() {
     let snapshot = snapshot(observation(goals()[1].clone()));
     let whole = decision(plan(&snapshot, &Policy::default(), &mut Workspace::default()));
     let law = decision(stopped_at(0, &snapshot, &mut Workspace::default()));
@@ -78,7 +78,7 @@ fn whenever_the_signal_comes_the_last_finished_pass_answers_and_before_the_first
         let answer = plan_until(&snapshot, &Policy::default(), &mut workspace, &stop);
         let hit = answer.solver.deadline_hit;
         assert_eq!(hit, answers.len() < looks.load(Ordering::Relaxed));
-        // A certificate stands behind an answer that is not degraded, whichever rung gave it.
+        // A certificate stands behind an answer that is not degraded, whatever its method.
         let unproved = answer.solver.residuals.is_none();
         assert_eq!(answer.degraded, unproved.then_some(Degraded::Deadline));
         answers.push(decision(answer));
@@ -86,15 +86,15 @@ fn whenever_the_signal_comes_the_last_finished_pass_answers_and_before_the_first
             break;
         }
     }
-    let merits = answers.iter().map(|answer| -answer.predicted.cost);
-    assert!(merits.is_sorted(), "later signals leave better answers");
+    let costs = answers.iter().map(|answer| answer.predicted.cost);
+    assert!(costs.rev().is_sorted(), "later signals leave better answers");
     assert_eq!((&answers[0], &answers[answers.len() - 1]), (&law, &whole));
     let cut_short = |answer: &&Plan| answer.degraded.is_none() && **answer != whole;
     assert!(answers.iter().any(|answer| cut_short(&answer)));
 }
 
 #[test]
-fn without_a_finished_pass_a_previous_plan_is_followed_further() {
+fn without_a_finished_iteration_a_previous_plan_is_followed_further() {
     let later = followed(2.0);
     for n in [0, 1, 4] {
         let answer = stopped_at(n, &snapshot(later.clone()), &mut Workspace::default());

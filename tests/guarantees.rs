@@ -326,7 +326,7 @@ fn a_goal_that_changes_under_a_plan_costs_no_more_than_forgetting_the_plan() {
         let least = forgetful.predicted.cost.min(answer.baseline.predicted.cost);
         worst = worst.max(answer.predicted.cost / least);
     }
-    println!("{rescued} plans were made anew; at worst {worst:.3} times the least merit");
+    println!("{rescued} plans were made anew; at worst {worst:.3} times the least predicted cost");
     assert!(worst <= 1.1, "{worst}");
     assert!(rescued > 0, "no case was hard enough to tell");
 }

@@ -84,7 +84,7 @@ pub fn observation(goal: Goal) -> Observation {
         range_max: None,
         surfacing_separation: None,
         forecast: ForecastChoice::Auto,
-        fallback: Fallback::Ladder,
+        fallback: Fallback::Los,
         hold: HoldStyle::SlowTurn,
         previous_plan: None,
     }

@@ -141,7 +141,7 @@ impl Draw {
                 ForecastChoice::Model(ForecastModel::ConstantTurn),
                 ForecastChoice::Model(ForecastModel::Path),
             ][self.rng.random_range(0..6)],
-            fallback: Fallback::Ladder,
+            fallback: Fallback::Los,
             hold: if self.chance(0.5) {
                 HoldStyle::Stop
             } else {

@@ -1198,7 +1198,7 @@ async fn a_request_more_than_the_queue_holds_is_turned_away_and_the_others_are_a
 }
 
 #[tokio::test]
-async fn a_deadline_that_no_pass_can_keep_is_refused_if_nothing_else_will_do() {
+async fn a_deadline_that_no_iteration_can_keep_is_refused_if_nothing_else_will_do() {
     let mut strict = example("track");
     strict["fallback"] = json!("none");
     strict["deadline_ms"] = json!(20.0);
@@ -1257,7 +1257,7 @@ fn gives_up(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, sto
 }
 
 #[tokio::test]
-async fn without_a_solution_the_client_chooses_between_a_lower_rung_and_a_refusal() {
+async fn without_a_solution_the_client_chooses_between_a_lower_fallback_level_and_a_refusal() {
     let settings = Settings {
         plan: gives_up,
         ..Settings::default()

@@ -27,7 +27,7 @@ async fn every_example_is_planned_and_no_worse_than_line_of_sight() {
             plan.method
         );
         assert!(
-            plan.predicted.merit <= plan.baseline.predicted_merit,
+            plan.predicted.cost <= plan.baseline.predicted_cost,
             "{}",
             example.name
         );
@@ -38,7 +38,7 @@ async fn every_example_is_planned_and_no_worse_than_line_of_sight() {
         assert!(plan.targets.iter().all(|target| target.depths_m.len() == n));
         for target in &plan.targets {
             assert_eq!(target.position_sigma_m.len(), n);
-            assert!(target.position_sigma_m.is_sorted(), "doubt grows with time");
+            assert!(target.position_sigma_m.is_sorted(), "uncertainty grows with time");
         }
         assert!(plan.warnings.is_empty(), "{}: {:?}", example.name, plan.warnings);
     }
@@ -64,8 +64,8 @@ async fn a_comparison_says_which_limits_every_law_breaks() {
     let broken = &plans["saturated_los"]["violations"];
     assert_eq!(broken[0]["limit"], "keep_out", "{broken}");
     assert_eq!(broken[0]["pointer"], "/keep_outs/0", "{broken}");
-    let merit = |name: &str| plans[name]["predicted"]["merit"].as_f64().expect("is a number");
-    assert!(merit("mpc") < merit("saturated_los"));
+    let cost = |name: &str| plans[name]["predicted"]["cost"].as_f64().expect("is a number");
+    assert!(cost("mpc") < cost("saturated_los"));
 }
 
 #[tokio::test]

@@ -324,3 +324,26 @@ fn an_answer_handed_back_is_the_plan_that_was_made() {
     let handed_back = domain::PreviousPlan::from(&PreviousPlan::from(&received));
     assert_eq!(handed_back, domain::PreviousPlan::from(&plan));
 }
+
+#[test]
+fn an_answer_with_the_names_of_older_answers_is_read_as_the_same_answer() {
+    let snapshot = snapshot(observation(goals()[0].clone()));
+    let plan = planned(&snapshot);
+    let metadata = serde_json::Map::new();
+    let answer = wire::Answer::new(&snapshot, &plan, std::time::Duration::ZERO, &metadata).planned();
+    let mut older = serde_json::to_value(&answer).expect("becomes JSON");
+    for (object, name, older_name) in [
+        ("/solver", "scp_iterations", "passes"),
+        ("/predicted", "cost", "merit"),
+        ("/baseline", "predicted_cost", "predicted_merit"),
+    ] {
+        let object = older.pointer_mut(object).and_then(|value| value.as_object_mut());
+        let object = object.expect("is an object");
+        let value = object.remove(name).expect("is there");
+        object.insert(older_name.to_owned(), value);
+    }
+    let received: PlanResponse = serde_json::from_value(older.clone()).expect("has the shape");
+    assert_eq!(received, answer);
+    let previous: PreviousPlan = serde_json::from_value(older).expect("has the shape");
+    assert_eq!(previous, PreviousPlan::from(&answer));
+}

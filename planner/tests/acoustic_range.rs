@@ -12,8 +12,8 @@ use pilotfish_planner::{
 };
 
 const RANGE: f64 = 300.0;
-/// By what the doubt of a state without covariance shortens a range now, m: 1.73 · √2 · 1.5, and as much again.
-const DOUBT: f64 = 8.0;
+/// Back-off of a range now for a state without covariance, m: 1.73 · √2 · 1.5, and as much again.
+const BACK_OFF: f64 = 8.0;
 
 fn auv(id: &str, east: f64) -> Auv {
     Auv {
@@ -59,7 +59,7 @@ fn scene(craft: Vector2<f64>, others: &[f64]) -> Observation {
         range_max: Some(RANGE),
         surfacing_separation: None,
         forecast: ForecastChoice::Auto,
-        fallback: Fallback::Ladder,
+        fallback: Fallback::Los,
         hold: HoldStyle::SlowTurn,
         previous_plan: None,
     }
@@ -134,7 +134,7 @@ fn what_can_be_kept_beside_the_goal_is_kept() {
     assert_eq!(answer.range_unattainable, [0; 0]);
     let (to_goal, to_other) = (apart(&observation, 0), apart(&observation, 1));
     assert!(
-        (0.5 * RANGE..0.5 * RANGE + 4.0 * DOUBT).contains(&to_goal),
+        (0.5 * RANGE..0.5 * RANGE + 4.0 * BACK_OFF).contains(&to_goal),
         "{to_goal} m"
     );
     assert!(to_other < RANGE, "{to_other} m");

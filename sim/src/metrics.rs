@@ -43,7 +43,7 @@ pub struct SurfaceCraftMetrics {
     /// Time of an answer that 99 % do not exceed, ms.
     pub solve_ms_p99: Option<f64>,
     /// How many references each fallback level gave.
-    pub rungs: Rungs,
+    pub answers_by_method: AnswersByMethod,
 }
 
 /// Violations of the craft's limits and of its scenario's bounds, judged by the true state.
@@ -76,7 +76,7 @@ pub struct Violation {
 
 /// References by the fallback level of the planner that gave them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Rungs {
+pub struct AnswersByMethod {
     /// The program, solved.
     pub mpc: usize,
     /// The previous plan, followed further.
@@ -153,7 +153,7 @@ impl SurfaceCraftMetrics {
             reference_jerk: reference_jerk(&rows, record.interval),
             solve_ms_p50: quantile(&times, 50),
             solve_ms_p99: quantile(&times, 99),
-            rungs: Rungs::of(&rows),
+            answers_by_method: AnswersByMethod::of(&rows),
         })
     }
 }
@@ -252,7 +252,7 @@ fn outside(area: &[Vector2<f64>], position: &Vector2<f64>) -> f64 {
     (0..n).map(beyond).fold(f64::NEG_INFINITY, f64::max)
 }
 
-impl Rungs {
+impl AnswersByMethod {
     fn of(rows: &[&SurfaceCraftRow]) -> Self {
         let count = |method| rows.iter().filter(|row| row.method == method).count();
         Self {

@@ -215,7 +215,7 @@ impl Observer {
             range_max: briefing.bounds.range_max,
             surfacing_separation: None,
             forecast: ForecastChoice::Auto,
-            fallback: Fallback::Ladder,
+            fallback: Fallback::Los,
             hold: HoldStyle::SlowTurn,
             previous_plan: None,
         })

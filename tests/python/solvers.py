@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The program of one pass: how long the planner's solver takes and how long others do, as one table.
+"""The program of one SCP iteration: how long the planner's solver takes and how long others do, as one table.
 
     python3 tests/python/solvers.py    # runs `cargo bench` too: a build from nothing takes minutes
 

@@ -17,7 +17,7 @@ use planner::{
 use crate::{
     deadline::{Arrival, Deadline},
     planners::Planned,
-    planning::{answer, refuse_a_lower_rung},
+    planning::{answer, refuse_a_lower_level},
     posted::{BODY_BYTES_MAX, parse},
     problem::Problem,
 };
@@ -63,6 +63,6 @@ pub fn plan(
         snapshot: Arc::new(snapshot),
         plan,
     };
-    refuse_a_lower_rung(&planned)?;
+    refuse_a_lower_level(&planned)?;
     Ok(answer(&planned, &request.metadata).planned())
 }

@@ -81,7 +81,7 @@ impl Planners {
     }
 
     /// Plans on a thread of its own, until the sooner of the service's deadline and `deadline_ms` after `arrival`.
-    /// When that comes before a planner is free or done, the lower rungs of the ladder answer. Fails at once when
+    /// When that comes before a planner is free or done, the lower fallback levels answer. Fails at once when
     /// the queue is full.
     pub(crate) async fn plan(
         &self,
@@ -127,11 +127,11 @@ impl Planners {
         let turn = timeout_at(last_stretch, Arc::clone(&self.running).acquire_owned());
         let Ok(turn) = turn.await else {
             let planners = self.clone();
-            let lower_rungs = spawn_blocking(move || {
+            let lower_levels = spawn_blocking(move || {
                 let _permit = admitted;
-                planners.lower_rungs(snapshot)
+                planners.lower_levels(snapshot)
             });
-            return lower_rungs.await.map_err(|_| Problem::Panicked);
+            return lower_levels.await.map_err(|_| Problem::Panicked);
         };
         let running = turn.expect("is never closed");
         let mut planned = self.start(&snapshot, deadline, (admitted, running));
@@ -141,7 +141,7 @@ impl Planners {
         let planners = self.clone();
         let in_time = spawn_blocking(move || match wait(planned, deadline) {
             Some(planned) => planned,
-            None => Ok(planners.lower_rungs(snapshot)),
+            None => Ok(planners.lower_levels(snapshot)),
         });
         in_time.await.map_err(|_| Problem::Panicked)?
     }
@@ -185,7 +185,7 @@ impl Planners {
     }
 
     /// The answer without a program: well under a millisecond of arithmetic.
-    fn lower_rungs(&self, snapshot: Arc<Snapshot>) -> Planned {
+    fn lower_levels(&self, snapshot: Arc<Snapshot>) -> Planned {
         let start = Instant::now();
         let plan = plan_until(
             &snapshot,

@@ -61,12 +61,12 @@ async fn planned(
 ) -> Result<(Planned, Map<String, Value>), Problem> {
     let snapshot = Snapshot::try_from(&request).map_err(Problem::Invalid)?;
     let planned = planners.plan(snapshot, arrival, request.deadline_ms).await?;
-    refuse_a_lower_rung(&planned)?;
+    refuse_a_lower_level(&planned)?;
     Ok((planned, request.metadata))
 }
 
 /// Where nothing but a solved program will do.
-pub(crate) fn refuse_a_lower_rung(planned: &Planned) -> Result<(), Problem> {
+pub(crate) fn refuse_a_lower_level(planned: &Planned) -> Result<(), Problem> {
     match planned.plan.degraded {
         Some(_) if planned.snapshot.fallback != Fallback::None => Ok(()),
         Some(Degraded::Deadline) => Err(Problem::TimedOut),

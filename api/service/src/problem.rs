@@ -281,11 +281,11 @@ impl Problem {
             Self::Overloaded => "the queue is full; try again after the time in Retry-After".to_owned(),
             Self::TimedOut => {
                 "no program was solved by the deadline; try again after the time in Retry-After, or \
-                               with \"fallback\":\"los\" for a lower rung of the ladder"
+                               with \"fallback\":\"los\" for a lower fallback level"
                     .to_owned()
             }
             Self::NoSolution { reason } => {
-                format!("{reason}; with \"fallback\":\"los\" a lower rung of the ladder would have answered")
+                format!("{reason}; with \"fallback\":\"los\" a lower fallback level would have answered")
             }
             Self::NotReady { reason } => reason.clone(),
             Self::NoMission => "GET /v1/missions lists them".to_owned(),

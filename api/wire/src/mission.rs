@@ -88,7 +88,7 @@ pub struct Live {
     /// How to guess the underwater vehicles' future, as in a snapshot.
     #[serde(default)]
     pub forecast: Forecast,
-    /// What the last rung of the ladder does, as in a snapshot.
+    /// What the last fallback level does, as in a snapshot.
     #[serde(default)]
     pub hold: Hold,
     /// Time between two plans, s, from 0.5 to 60. Default: 1.

@@ -73,7 +73,7 @@ impl TryFrom<&PlanRequest> for Snapshot {
             surfacing_separation: request.surfacing_separation_m,
             forecast: forecast(request.forecast),
             fallback: match request.fallback {
-                Fallback::Los => domain::Fallback::Ladder,
+                Fallback::Los => domain::Fallback::Los,
                 Fallback::None => domain::Fallback::None,
             },
             hold: match request.hold {

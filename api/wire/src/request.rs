@@ -62,7 +62,7 @@ pub struct PlanRequest {
     /// What to do when no program was solved, and for a goal of which the last report is too old. Default: `los`.
     #[serde(default)]
     pub fallback: Fallback,
-    /// What the last rung of the ladder does. Default: `slow_turn`.
+    /// What the last fallback level does. Default: `slow_turn`.
     #[serde(default)]
     pub hold: Hold,
     /// Time for the answer, ms, from 0.05 to 60 000, counted from the arrival of the request's head. When it comes
@@ -415,7 +415,7 @@ pub enum Fallback {
     None,
 }
 
-/// What the last rung of the ladder does.
+/// What the last fallback level does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Hold {

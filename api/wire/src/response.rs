@@ -19,7 +19,7 @@ pub struct PlanResponse {
     pub plan_id: String,
     /// Whether this is what was asked for.
     pub outcome: Outcome,
-    /// The rung of the ladder that answered; in a comparison, the law.
+    /// The fallback level that answered; in a comparison, the law.
     pub method: Method,
     /// Why the outcome is `degraded`: `deadline` (it came before any program was solved), `solver_` and the status,
     /// `certificate`, or `stale_report`.
@@ -61,13 +61,13 @@ pub struct PlanResponse {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// It is: a program was solved, and whoever is predicted to do best answered, be it the program or not.
+    /// A program was solved, and the fallback level of least predicted cost answered, be it the program or not.
     Ok,
     /// No program was solved, or the goal rests on a report that is too old; `reason` says why.
     Degraded,
 }
 
-/// Who answered: a rung of the decision ladder, or a law that is only compared with.
+/// What answered: a fallback level, or a law that is only compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
@@ -89,7 +89,7 @@ pub enum Method {
     PrintedLos,
 }
 
-/// What is known of the craft, from what was told and from how it answered.
+/// What is known of the craft, from what the client declared and from how it answered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CraftEstimate {
     /// By how much the heading is behind a reference that turns steadily, its delay included, s.
@@ -230,8 +230,9 @@ pub struct Baseline {
     pub speed_mps: f64,
     /// Its heading reference, rad, in (−π, π].
     pub heading_rad: f64,
-    /// Its predicted merit, to be compared with `predicted.merit`.
-    pub predicted_merit: f64,
+    /// Its predicted cost, to be compared with `predicted.cost`.
+    #[serde(alias = "predicted_merit")]
+    pub predicted_cost: f64,
     /// Its predicted root mean square distance to the goal, m.
     pub predicted_rms_error_m: f64,
     /// Its predicted propulsion energy over the horizon, J.
@@ -241,18 +242,19 @@ pub struct Baseline {
 /// What the solver did.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Solver {
-    /// Status of the last pass, in snake case.
+    /// Status of the last SCP iteration, in snake case.
     pub status: String,
-    /// Programs solved.
-    pub passes: usize,
-    /// Interior-point iterations over all passes.
+    /// Iterations of the sequential convex programming: convex subproblems solved.
+    #[serde(alias = "passes")]
+    pub scp_iterations: usize,
+    /// Interior-point iterations over all subproblems.
     pub iterations: u32,
     /// Whether the deadline cut the work short. With the outcome `ok`, a program had been solved by then, and further
     /// ones were not tried or not finished: the best of what there was answered, whatever its `method`.
     pub deadline_hit: bool,
     /// Time for the whole plan, ms: the one member that differs between two equal requests.
     pub solve_time_ms: f64,
-    /// Residuals of the last pass, recomputed outside the solver.
+    /// Residuals of the last subproblem, recomputed outside the solver.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residuals: Option<Residuals>,
 }
@@ -271,8 +273,9 @@ pub struct Residuals {
 /// What a trajectory is predicted to lead to over the horizon.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Predicted {
-    /// Cost of the trajectory; less is better.
-    pub merit: f64,
+    /// Predicted cost of the trajectory; less is better.
+    #[serde(alias = "merit")]
+    pub cost: f64,
     /// Root mean square distance to the goal, m.
     pub rms_error_m: f64,
     /// Propulsion energy, J.
@@ -282,7 +285,7 @@ pub struct Predicted {
 /// A soft limit that a plan does not keep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Violation {
-    /// Which: `forward_speed`, `turn_rate`, `acoustic_range` (less the doubt of where the vehicle is),
+    /// Which: `forward_speed`, `turn_rate`, `acoustic_range` (less the back-off for the uncertainty of the vehicle's position),
     /// `area`, `keep_out` (a disc) or `surfacing_separation` (an underwater vehicle at the surface).
     pub limit: String,
     /// What breaks it worst, as a JSON pointer into the request: the disc (`/keep_outs/0`), the underwater vehicle

@@ -61,7 +61,7 @@ impl From<&Snapshot> for PlanRequest {
                 ForecastChoice::Model(model) => Forecast::from(model),
             },
             fallback: match snapshot.fallback {
-                facts::Fallback::Ladder => Fallback::Los,
+                facts::Fallback::Los => Fallback::Los,
                 facts::Fallback::None => Fallback::None,
             },
             hold: match snapshot.hold {

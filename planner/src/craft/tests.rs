@@ -186,7 +186,7 @@ fn observation(told: &CraftDescription) -> Observation {
         range_max: None,
         surfacing_separation: None,
         forecast: ForecastChoice::Auto,
-        fallback: Fallback::Ladder,
+        fallback: Fallback::Los,
         hold: HoldStyle::SlowTurn,
         previous_plan: None,
     }

@@ -43,7 +43,7 @@ pub enum ForecastChoice {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fallback {
     /// The better of the previous plan followed further and line of sight answers; hold, where the report is too old.
-    Ladder,
+    Los,
     /// Nothing but a solved program will do.
     None,
 }

@@ -103,7 +103,7 @@ impl Observation {
             range_max: None,
             surfacing_separation: None,
             forecast: ForecastChoice::Auto,
-            fallback: Fallback::Ladder,
+            fallback: Fallback::Los,
             hold: HoldStyle::SlowTurn,
             previous_plan: None,
         }

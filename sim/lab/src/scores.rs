@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::regret::regret;
 use serde::Serialize;
 use sim::{
-    metrics::{AuvMetrics, Rungs, SurfaceCraftMetrics, Violation, Violations},
+    metrics::{AuvMetrics, AnswersByMethod, SurfaceCraftMetrics, Violation, Violations},
     record::Record,
 };
 
@@ -36,8 +36,8 @@ pub struct Scores {
     pub solve_ms_p50: Option<f64>,
     /// Time of an answer that 99 % do not exceed, ms.
     pub solve_ms_p99: Option<f64>,
-    /// Answers by the rung of the ladder that gave them.
-    pub rungs: RungScores,
+    /// Answers by the method that gave them.
+    pub answers_by_method: AnswerCounts,
     /// How much nearer to the goal any craft of this hull could have stayed that knew the whole future, m
     /// (root mean square); none in waves, whose push has no bound.
     pub regret_m: Option<f64>,
@@ -107,9 +107,9 @@ impl ViolationScores {
     }
 }
 
-/// Answers by rung.
+/// Answers by method.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct RungScores {
+pub struct AnswerCounts {
     /// The program, solved.
     pub mpc: usize,
     /// The previous plan, followed further.
@@ -132,12 +132,12 @@ impl Scores {
             range,
             energy,
         } = metrics.violations;
-        let Rungs {
+        let AnswersByMethod {
             mpc,
             previous_plan,
             saturated_los,
             hold,
-        } = metrics.rungs;
+        } = metrics.answers_by_method;
         Self {
             rms_m: metrics.rms_m,
             mean_m: metrics.mean_m,
@@ -164,7 +164,7 @@ impl Scores {
             solve_ms_p50: metrics.solve_ms_p50,
             solve_ms_p99: metrics.solve_ms_p99,
             regret_m: regret(record).ok().flatten().map(|regret| regret.regret_m),
-            rungs: RungScores {
+            answers_by_method: AnswerCounts {
                 mpc,
                 previous_plan,
                 saturated_los,
@@ -193,10 +193,10 @@ impl Scores {
             ("reference_jerk", format!("{:.4}", self.reference_jerk)),
             ("solve_ms_p50", milliseconds(self.solve_ms_p50)),
             ("solve_ms_p99", milliseconds(self.solve_ms_p99)),
-            ("rungs.mpc", self.rungs.mpc.to_string()),
-            ("rungs.previous_plan", self.rungs.previous_plan.to_string()),
-            ("rungs.saturated_los", self.rungs.saturated_los.to_string()),
-            ("rungs.hold", self.rungs.hold.to_string()),
+            ("answers.mpc", self.answers_by_method.mpc.to_string()),
+            ("answers.previous_plan", self.answers_by_method.previous_plan.to_string()),
+            ("answers.saturated_los", self.answers_by_method.saturated_los.to_string()),
+            ("answers.hold", self.answers_by_method.hold.to_string()),
         ]
         .into_iter()
         .map(|(name, value)| (name.to_owned(), value))

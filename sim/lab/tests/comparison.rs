@@ -14,7 +14,7 @@ use sim::{
 const SEEDS: [u64; 3] = [1, 2, 3];
 
 /// Where nothing comes up that the plan before did not foresee, a program solved anew is predicted to do best but for
-/// near ties: another rung answers once in so many times at most.
+/// near ties: a lower fallback level answers once in so many times at most.
 const ONE_IN: usize = 100;
 
 /// Time from one hand-over to the next in paper-intermittent, s.
@@ -33,7 +33,7 @@ fn both(scenario: &Scenario, seed: u64) -> ([SurfaceCraftMetrics; 2], Record) {
     for (method, of) in ["los", "mpc"].into_iter().zip(&metrics) {
         println!(
             "{name} {seed} {method}: rms {:.3} settled {:.3} energy {:.0} travel {:.1} {:?} (los {gains:?})",
-            of.rms_m, of.settled_rms_m, of.energy_j, of.heading_travel_rad, of.rungs
+            of.rms_m, of.settled_rms_m, of.energy_j, of.heading_travel_rad, of.answers_by_method
         );
     }
     (metrics, record)
@@ -70,7 +70,7 @@ fn the_planner_is_never_worse_than_tuned_line_of_sight() {
                 mpc.settled_rms_m <= 0.5 * los.settled_rms_m,
                 "{name}, seed {seed}"
             );
-            // Measured: all, but for the approach in paper-midpoint, where two are other rungs'.
+            // Measured: all, but for the approach in paper-midpoint, where two are of lower fallback levels.
             assert_by_the_program(&record, |_| true);
         }
     }
@@ -131,11 +131,11 @@ fn anticipating_the_hand_over_halves_the_error() {
         let far_from_hand_overs =
             |time: f64| (JUST_HANDED_OVER..DWELL - horizon).contains(&time.rem_euclid(DWELL));
         assert_by_the_program(&record, far_from_hand_overs);
-        let rungs = mpc.rungs;
+        let answers = mpc.answers_by_method;
         assert_eq!(
-            (rungs.saturated_los, rungs.hold),
+            (answers.saturated_los, answers.hold),
             (0, 0),
-            "seed {seed}: {rungs:?}"
+            "seed {seed}: {answers:?}"
         );
     }
 }

@@ -178,16 +178,16 @@ fn a_steady_reference_has_no_jerk_and_a_single_step_has_two_differences() {
 }
 
 #[test]
-fn rungs_are_counted() {
+fn answers_are_counted_by_method() {
     let mut record = record(&[0.0; 4]);
     craft(&mut record, 2).method = Method::Hold;
-    let rungs = surface_craft_metrics(&record).rungs;
+    let answers = surface_craft_metrics(&record).answers_by_method;
     assert_eq!(
-        rungs,
-        Rungs {
+        answers,
+        AnswersByMethod {
             mpc: 3,
             hold: 1,
-            ..Rungs::default()
+            ..AnswersByMethod::default()
         }
     );
 }

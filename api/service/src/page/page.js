@@ -229,7 +229,7 @@ function drawNumbers({ mpc, saturated_los: los }) {
     ["Heading reference", (p) => p.reference.heading_deg, 1, "°"],
     ["Predicted RMS error", (p) => p.predicted.rms_error_m, 2, "m", true],
     ["Predicted energy", (p) => p.predicted.energy_j, 0, "J", true],
-    ["Predicted merit", (p) => p.predicted.merit, 1, "", true],
+    ["Predicted cost", (p) => p.predicted.cost, 1, "", true],
     ["Method", (p) => p.method.replaceAll("_", " ")],
     ["Solver", (p) => p.solver ? `${p.solver.iterations} iterations` : "–"],
     ["Solve time", (p) => p.solver?.solve_time_ms, 2, "ms"],

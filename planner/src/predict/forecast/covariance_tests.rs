@@ -113,7 +113,7 @@ fn unforeseen_variance(turn_rate: f64, seconds: u32) -> Matrix2<f64> {
 }
 
 #[test]
-fn the_doubt_of_a_straight_course_is_that_of_many_vehicles_that_stray() {
+fn the_covariance_of_a_straight_course_is_that_of_many_vehicles_that_stray() {
     for (model, seconds) in [
         (ForecastModel::ConstantVelocity, 20),
         (ForecastModel::ConstantVelocity, 78),
@@ -130,7 +130,7 @@ fn the_doubt_of_a_straight_course_is_that_of_many_vehicles_that_stray() {
 }
 
 #[test]
-fn the_doubt_of_a_turn_is_an_upper_bound_and_a_near_one_up_to_a_quarter_turn() {
+fn the_covariance_of_a_turn_is_an_upper_bound_and_a_near_one_up_to_a_quarter_turn() {
     for turned in [0.2, 1.5, 4.0] {
         let seconds = 60;
         let turn_rate = turned / f64::from(seconds);
@@ -149,7 +149,7 @@ fn the_doubt_of_a_turn_is_an_upper_bound_and_a_near_one_up_to_a_quarter_turn() {
 }
 
 #[test]
-fn the_doubt_on_a_path_is_that_of_many_followers() {
+fn the_covariance_on_a_path_is_that_of_many_followers() {
     // Out of a lane, round an arc and along: followers that know their speed to a tenth and take up offsets of 0.7 m.
     let path = Path::starting_at(Vector2::zeros(), 0.4)
         .line(3.0)
@@ -213,7 +213,7 @@ fn waiting_never_tells_where_a_vehicle_is() {
 }
 
 #[test]
-fn across_a_path_the_doubt_is_bounded_and_along_it_is_not() {
+fn across_a_path_the_covariance_is_bounded_and_along_it_is_not() {
     let straight = Path::starting_at(Vector2::new(3.0, -4.0), 0.4).line(1e5);
     let forecast = forecast(&auv(0.0, Some(straight)), ForecastModel::Path);
     let ned_from_path = ned_from_body(0.4);
@@ -223,7 +223,7 @@ fn across_a_path_the_doubt_is_bounded_and_along_it_is_not() {
 }
 
 #[test]
-fn an_older_report_is_doubted_as_if_one_had_waited() {
+fn the_covariance_of_an_older_report_is_that_after_waiting() {
     let fresh = forecast(&auv(0.02, None), ForecastModel::ConstantTurn);
     let mut old = auv(0.02, None);
     state(&mut old).age = 30.0;
@@ -232,7 +232,7 @@ fn an_older_report_is_doubted_as_if_one_had_waited() {
 }
 
 #[test]
-fn a_faster_vehicle_is_doubted_as_a_slow_one_whose_time_goes_faster() {
+fn the_covariance_of_a_faster_vehicle_is_that_of_a_slow_one_whose_time_goes_faster() {
     // On the same lanes, what a vehicle of 5 · 0.193 m/s does in 10 s is what one of 0.193 m/s does in 50 s.
     let known = with_covariance(auv(0.0, None), Matrix4::identity() * 1e-12);
     let slow = forecast(&known, ForecastModel::ConstantVelocity);

@@ -62,7 +62,7 @@ fn observation(auvs: Vec<Auv>, goal: Goal) -> Observation {
         range_max: None,
         surfacing_separation: None,
         forecast: ForecastChoice::Auto,
-        fallback: Fallback::Ladder,
+        fallback: Fallback::Los,
         hold: HoldStyle::SlowTurn,
         previous_plan: None,
     }

@@ -123,7 +123,7 @@ impl Contender {
                 let already_known = scenario.knowledge.paths;
                 self.paths != Paths::Informed || !already_known && leaves_the_present_unsure(scenario)
             }
-            // Doubt about ranges makes no difference where none is to be kept, and doubt about the goal none where nothing
+            // The range back-off makes no difference where no range is to be kept, and the goal uncertainty none where nothing
             // but states is known, which bring no covariance.
             Pilot::Planner { ref policy, .. } => {
                 let usual = Policy::default();

@@ -85,13 +85,13 @@ pub fn ablations() -> Vec<Contender> {
         change(&mut policy);
         contenders.push(planner(name, &policy, None));
     };
-    without("one pass", &|policy| policy.scp_iterations = 1);
-    without("no range doubt", &|policy| policy.range_back_off = 0.0);
-    without("no doubt of the goal", &|policy| {
+    without("one SCP iteration", &|policy| policy.scp_iterations = 1);
+    without("no range back-off", &|policy| policy.range_back_off = 0.0);
+    without("no goal uncertainty", &|policy| {
         policy.uncertain_goal_share = 1.0;
     });
     without("a law in haste", &|policy| policy.hard_turn_share = 10.0);
-    without("no choice by merit", &|policy| policy.cost_decides = false);
+    without("no choice by predicted cost", &|policy| policy.cost_decides = false);
     contenders
 }
 

@@ -40,7 +40,7 @@ pub fn page(name: &str, found: &Identification) -> String {
     one_file(&format!("{name}: the craft"), &style, &body)
 }
 
-/// A line of the table: whether it is in doubt, name, estimate and interval, remark.
+/// A line of the table: whether it is uncertain, name, estimate and interval, remark.
 struct Row<'a>(bool, &'a str, [String; 3], &'a str);
 
 fn table(found: &Identification) -> Markup {

@@ -120,9 +120,9 @@ fn a_part_that_takes_no_part_has_a_dash_and_others_a_ratio() {
         table.rows[0][column.expect("is a column")].as_str()
     };
     // Nothing bounds the range in this scenario; it does hand over.
-    assert!(!table.columns.iter().any(|name| name == "no range doubt"));
+    assert!(!table.columns.iter().any(|name| name == "no range back-off"));
     assert!(cell("no preview of hand-overs").contains('['), "{table:?}");
-    assert!(cell("one pass").contains('['), "{table:?}");
+    assert!(cell("one SCP iteration").contains('['), "{table:?}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Each rung of the decision ladder, reached by forcing what would lead to it.
+//! Each fallback level, reached by forcing what would lead to it.
 
 use planner::{
     angle::{Course, Heading, wrap},
@@ -50,7 +50,7 @@ fn plan_with_status(snapshot: &Snapshot, status: SolverStatus) -> Plan {
 }
 
 #[test]
-fn a_solved_program_answers_on_the_first_rung() {
+fn a_solved_program_answers_on_the_first_fallback_level() {
     for goal in goals() {
         let answer = plan_with_status(&snapshot(observation(goal)), SolverStatus::Solved);
         assert_eq!((answer.method, answer.degraded), (Method::Mpc, None));
@@ -264,13 +264,13 @@ fn the_first_program_takes_its_directions_from_the_previous_plan() {
 }
 
 #[test]
-fn a_second_pass_that_fails_leaves_the_answer_to_the_first() {
+fn a_second_iteration_that_fails_leaves_the_answer_to_the_first() {
     let snapshot = snapshot(observation(goals()[0].clone()));
-    let only_the_first_is_solved = |passes| {
+    let only_the_first_is_solved = |scp_iterations| {
         let mut solvers = Solvers::default();
         let mut calls = 0;
         let policy = Policy {
-            scp_iterations: passes,
+            scp_iterations,
             ..Policy::default()
         };
         plan_with(&snapshot, &policy, &mut Programs::default(), &mut |program| {
@@ -282,9 +282,9 @@ fn a_second_pass_that_fails_leaves_the_answer_to_the_first() {
             }
         })
     };
-    let (answer, one_pass) = (only_the_first_is_solved(2), only_the_first_is_solved(1));
+    let (answer, one_iteration) = (only_the_first_is_solved(2), only_the_first_is_solved(1));
     assert_eq!((answer.method, answer.degraded), (Method::Mpc, None));
-    assert_eq!(answer.reference, one_pass.reference);
+    assert_eq!(answer.reference, one_iteration.reference);
 }
 
 #[test]
