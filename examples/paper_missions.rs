@@ -116,13 +116,13 @@ fn follow(missions: &RemoteMissions, id: &str, scenario: &'static str) -> Result
         .with_message(scenario);
     let mut last = 0;
     loop {
-        for told in insist(PATIENCE, || missions.events(id, last))? {
+        for event in insist(PATIENCE, || missions.events(id, last))? {
             // Where the stream breaks off, it is asked for what came after the last event.
-            let Ok(told) = told else { break };
-            last = told.sequence.unwrap_or(last);
-            match told.kind.as_str() {
+            let Ok(event) = event else { break };
+            last = event.sequence.unwrap_or(last);
+            match event.kind.as_str() {
                 "planned" => bar.inc(1),
-                "gap" => bar.inc(missed(&told.data)),
+                "gap" => bar.inc(missed(&event.data)),
                 _ => {}
             }
         }

@@ -1,7 +1,7 @@
 //! Missions of a Pilotfish server, as a client asks for them that outlives the server's restarts.
 //!
 //! Whatever changes something is asked for under a key, and asked for again under the same key until there is an answer:
-//! who was acknowledged without hearing of it is told the same again, and nothing happens twice.
+//! who was acknowledged without hearing of it gets the same answer again, and nothing happens twice.
 
 use std::{
     io::{self, BufRead, BufReader, Read},
@@ -200,7 +200,7 @@ pub struct Events(BufReader<Box<dyn Read + Send>>);
 
 /// An event, or the news that some were missed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Told {
+pub struct MissionEvent {
     /// Its number in the mission; a gap has none.
     pub sequence: Option<u64>,
     /// Its kind, such as `planned`, or `gap`.
@@ -210,7 +210,7 @@ pub struct Told {
 }
 
 impl Iterator for Events {
-    type Item = io::Result<Told>;
+    type Item = io::Result<MissionEvent>;
 
     fn next(&mut self) -> Option<Self::Item> {
         let (mut sequence, mut kind, mut data) = (None, String::new(), String::new());
@@ -218,7 +218,7 @@ impl Iterator for Events {
         loop {
             line.clear();
             match self.0.read_line(&mut line) {
-                // An event that is not whole has not been told.
+                // An event that is not whole does not count.
                 Ok(0) => return None,
                 Err(error) => return Some(Err(error)),
                 Ok(_) => {}
@@ -236,8 +236,8 @@ impl Iterator for Events {
                     }
                 }
                 None if text.is_empty() && !data.is_empty() => {
-                    let told = serde_json::from_str(&data).map_err(io::Error::from);
-                    return Some(told.map(|data| Told { sequence, kind, data }));
+                    let data = serde_json::from_str(&data).map_err(io::Error::from);
+                    return Some(data.map(|data| MissionEvent { sequence, kind, data }));
                 }
                 None => {}
             }

@@ -27,7 +27,7 @@ const SILENT: usize = 1;
 const START_EAST: [f64; 2] = [0.0, 60.0];
 /// Length of a lane, and from one to the next, m.
 const LANE: [f64; 2] = [60.0, 20.0];
-/// Radius of the corners of the path that is told, m: it must have one. The AUVs turn on the spot.
+/// Radius of the corners of the path that is sent, m: it must have one. The AUVs turn on the spot.
 const FILLET: f64 = 1.0;
 /// Horizontal speed that the AUVs are said to have, m/s.
 const SPEED_PLANNED: f64 = 0.40;
@@ -156,7 +156,7 @@ impl World {
         self.start + self.time()
     }
 
-    /// Lets a tenth of a second pass. Told nothing, the craft keeps its heading and stops.
+    /// Lets a tenth of a second pass. Without a reference the craft keeps its heading and stops.
     pub fn step(&mut self, steer: Option<Steer>) {
         self.craft.step(steer.unwrap_or(Steer {
             speed: 0.0,

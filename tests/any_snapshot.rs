@@ -106,9 +106,12 @@ fn assert_usable(seed: u64, scene: &Snapshot, answer: &Plan) {
         limits.speed_min <= speed && speed <= limits.speed_max || stopped,
         "seed {seed}: speed {speed}"
     );
-    // A current adds no more than itself to what a loop over ground is told, and never makes it negative.
-    let (told, most) = (answer.reference.speed, speed + scene.current().norm());
-    assert!(0.0 <= told && told <= most + 1e-12, "seed {seed}: speed {told}");
+    // A current adds no more than itself to the command of a loop over ground, and never makes it negative.
+    let (commanded, most) = (answer.reference.speed, speed + scene.current().norm());
+    assert!(
+        0.0 <= commanded && commanded <= most + 1e-12,
+        "seed {seed}: speed {commanded}"
+    );
     for reference in [answer.reference, answer.reference_through_water] {
         let heading = reference.heading.radians();
         assert!(-PI < heading && heading <= PI, "seed {seed}: heading {heading}");
@@ -159,7 +162,7 @@ fn assert_no_worse(seed: u64, scene: &Snapshot, answer: &Plan, policy: &Policy) 
     let slow = answer.trajectory[1..].iter().any(|point| point.speed < 0.02);
     let ours = match answer.method {
         Method::SaturatedLos => los,
-        // A trajectory tells no direction of what is slower than 0.02 m/s: what is told stands for it.
+        // A trajectory tells no direction of what is slower than 0.02 m/s: the stated cost stands for it.
         _ if slow => answer.predicted.cost,
         _ => forward().following(&answer.trajectory),
     };

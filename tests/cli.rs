@@ -534,7 +534,11 @@ fn a_comparison_has_every_metric_of_all_controllers_and_what_they_knew() {
     }
     // In 98 s of 240 a hand-over is inside the horizon or just past, and a plan made before it may be as good as a new
     // one; else the program answers. Measured: 1807 of 1920 answers, and the previous plan the others.
-    let answers = |name: &str| controllers["mpc"]["answers_by_method"][name].as_u64().expect("is a count");
+    let answers = |name: &str| {
+        controllers["mpc"]["answers_by_method"][name]
+            .as_u64()
+            .expect("is a count")
+    };
     let by_program = answers("mpc");
     assert!(1_920 * (240 - 98) / 240 <= by_program, "{by_program}");
     assert_eq!((answers("saturated_los"), answers("hold")), (0, 0));
@@ -1086,7 +1090,7 @@ fn a_trial_is_logged_and_identified_and_its_craft_file_is_one_that_requests_take
     let page = fs::read_to_string(&page).expect("written");
     assert!(page.ends_with("</html>\n") && page.contains("heading_loop"));
 
-    let told = |craft: &str| {
+    let surge_lag = |craft: &str| {
         let answer = plan_of(example_body("track"), &["-", "--craft", craft]);
         assert!(answer.status.success(), "{}", stderr(&answer));
         let answer: Value = serde_json::from_str(stdout(&answer)).expect("is JSON");
@@ -1094,8 +1098,8 @@ fn a_trial_is_logged_and_identified_and_its_craft_file_is_one_that_requests_take
             .as_f64()
             .expect("a lag")
     };
-    assert!(told("otter") < told("medusa"), "2 s and 2.5 s");
-    told(&file("craft.json"));
+    assert!(surge_lag("otter") < surge_lag("medusa"), "2 s and 2.5 s");
+    surge_lag(&file("craft.json"));
     let unknown = plan_of(example_body("track"), &["-", "--craft", "no-such"]);
     assert_eq!(unknown.status.code(), Some(1));
     assert!(

@@ -106,7 +106,7 @@ fn without_a_finished_iteration_a_previous_plan_is_followed_further() {
     }
 }
 
-/// A gate that a planner waits at, whatever it is told.
+/// A gate that a planner waits at, whatever its arguments.
 struct Gate {
     open: Mutex<bool>,
     opened: Condvar,

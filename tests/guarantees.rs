@@ -30,7 +30,7 @@ fn turned(vector: Vector2<f64>, angle: f64) -> Vector2<f64> {
     Rotation2::new(angle) * vector
 }
 
-/// The same scene, rotated about the datum, moved and told at another time.
+/// The same scene, rotated about the datum, moved and sent at another time.
 fn moved(scene: &Observation, angle: f64, shift: Vector2<f64>, delay: f64) -> Observation {
     let mut scene = scene.clone();
     scene.time += delay;
@@ -435,7 +435,11 @@ fn a_craft_above_a_surfaced_auv_leaves_and_says_that_it_is_too_near() {
     state(&mut scene, 1).position = Vector2::new(1.0, 1.0);
     let answer = planned(scene);
     let too_near = |violation: &&Violation| violation.limit == SoftLimit::SurfacingSeparation;
-    let violation = answer.violations.iter().find(too_near).expect("1.4 m are told");
+    let violation = answer
+        .violations
+        .iter()
+        .find(too_near)
+        .expect("1.4 m are reported");
     assert_eq!(violation.about, Some(Subject::Auv(1)));
     // After the first second, in which neither goes farther than 0.4 m.
     let amount = 5.0 - f64::sqrt(2.0);

@@ -1,5 +1,5 @@
 //! A service that is killed at any moment loses nothing that it acknowledged, takes nothing up twice, and goes on by
-//! itself where it was; one that is told to stop does not wait for clients that only listen.
+//! itself where it was; one that gets a stop signal does not wait for clients that only listen.
 //!
 //! `PILOTFISH_KILLS=200 cargo test -p pilotfish --test kill -- --nocapture` kills it more often than the usual run.
 
@@ -37,7 +37,7 @@ const PERIOD_S: f64 = 0.5;
 const PAUSE: Duration = Duration::from_millis(3);
 /// A wait that takes longer fails the test.
 const PATIENCE: Duration = Duration::from_secs(30);
-/// What the service gives requests under way when it is told to stop.
+/// What the service gives requests under way when it gets a stop signal.
 const DRAIN: Duration = Duration::from_secs(10);
 /// Longest record read, bytes: that of an hour of kills.
 const RECORD_BYTES_MAX: u64 = 1 << 30;
@@ -172,8 +172,8 @@ fn unix_now() -> f64 {
 
 fn terminate(server: &Server) {
     let id = server.process.id().to_string();
-    let told = Command::new("kill").args(["-TERM", &id]).status();
-    assert!(told.expect("there is a kill").success());
+    let killed = Command::new("kill").args(["-TERM", &id]).status();
+    assert!(killed.expect("there is a kill").success());
 }
 
 /// How it ended; it fails when it does not.
@@ -250,7 +250,7 @@ struct Journal {
     vain: u64,
 }
 
-/// Posts until it is told to stop, each post until it is acknowledged.
+/// Posts until it is asked to stop, each post until it is acknowledged.
 fn post(url: &str, client: usize, stop: &AtomicBool) -> Journal {
     let agent = agent();
     let mut journal = Journal::default();
@@ -413,7 +413,10 @@ fn check_posts(events: &[Value], journals: &[Journal], lives: &Lives) -> usize {
         saved += usize::from(lives.killed.iter().any(died_in_between));
     }
     // Every client went on until its last post was acknowledged.
-    assert!(stored.is_empty(), "no client was told of {stored:?}");
+    assert!(
+        stored.is_empty(),
+        "no client got an acknowledgement of {stored:?}"
+    );
     saved
 }
 
@@ -462,9 +465,9 @@ fn the_order_to_stop_ends_streams_and_those_who_wait_for_a_plan() {
         BufReader::new(socket)
     };
     let mut stream = asked("events?after=0");
-    let mut told = String::new();
-    while !told.contains("event: ran") {
-        assert_ne!(stream.read_line(&mut told).expect("goes on"), 0, "{told}");
+    let mut received = String::new();
+    while !received.contains("event: ran") {
+        assert_ne!(stream.read_line(&mut received).expect("goes on"), 0, "{received}");
     }
     // Nothing was heard, so that there is no plan to wait for.
     let mut wait = asked("reference?wait_s=60");
@@ -474,9 +477,9 @@ fn the_order_to_stop_ends_streams_and_those_who_wait_for_a_plan() {
     assert!(ended(&mut server).success());
     let took = begun.elapsed();
     assert!(took < DRAIN, "it took {took:?}");
-    stream.read_to_string(&mut told).expect("ends");
+    stream.read_to_string(&mut received).expect("ends");
     // The last chunk: the client knows that nothing was cut off.
-    assert!(told.ends_with("\r\n0\r\n\r\n"), "{told}");
+    assert!(received.ends_with("\r\n0\r\n\r\n"), "{received}");
     let mut answer = String::new();
     wait.read_to_string(&mut answer).expect("is answered");
     assert!(

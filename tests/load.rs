@@ -51,7 +51,7 @@ struct Arguments {
     /// For how long.
     #[arg(long, default_value_t = 10.0)]
     minutes: f64,
-    /// Process of the service, whose memory is told.
+    /// Process of the service, whose memory is reported.
     #[arg(long)]
     pid: Option<u32>,
     /// Add so many missions every minute instead, until the service has too much to do.

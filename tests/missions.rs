@@ -681,7 +681,7 @@ async fn a_stream_tells_every_event_once_from_where_the_reader_was_to_the_end() 
 }
 
 #[tokio::test]
-async fn a_reader_that_is_too_slow_is_told_which_events_it_missed() {
+async fn a_reader_that_is_too_slow_learns_which_events_it_missed() {
     let data = directory();
     let service = Service::start(data.path()).await;
     let mission = service.create(&live()).await;

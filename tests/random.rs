@@ -409,12 +409,12 @@ impl Draw {
         ]);
         memory.extend(self.covariance());
         memory.extend([(); 2].map(|()| self.number((0.0, 2.0), (0.0, 70.0))));
-        let (followed, told) = (self.reference(), self.reference());
+        let (followed, commanded) = (self.reference(), self.reference());
         memory.extend([
             followed.heading.radians(),
             followed.speed,
-            told.heading.radians(),
-            told.speed,
+            commanded.heading.radians(),
+            commanded.speed,
         ]);
         memory.extend([(); 2].map(|()| self.number((-6.0, 6.0), (-10.0, 10.0))));
         memory.extend([

@@ -236,7 +236,7 @@ async fn faults_of_reports(reports: Value) -> Vec<(String, String)> {
 }
 
 #[tokio::test]
-async fn a_report_that_is_none_is_told_where() {
+async fn an_invalid_report_is_located() {
     for (member, value, code) in [
         ("t_s", json!(-2.1e11), "out_of_range"),
         ("t_s", json!(121.1), "out_of_range"),
@@ -266,7 +266,7 @@ async fn a_report_that_is_none_is_told_where() {
 }
 
 #[tokio::test]
-async fn a_covariance_that_is_none_is_told_why() {
+async fn an_invalid_covariance_is_refused_with_the_reason() {
     let mut body = example("track");
     for ((row, column), value, pointer, code) in [
         ((0, 0), 2e10, "/0/0", "out_of_range"),
@@ -291,7 +291,7 @@ fn matrix(n_rows: usize, n_columns: usize) -> Value {
 }
 
 #[tokio::test]
-async fn a_covariance_of_another_shape_is_told_what_it_must_be() {
+async fn a_covariance_of_another_shape_is_refused_with_the_right_one() {
     let row = "a row of 4 numbers of a symmetric positive semidefinite 4×4 matrix";
     let whole = "a symmetric positive semidefinite 4×4 matrix, a list of 4 rows";
     for (given, at, code, detail) in [
@@ -421,7 +421,7 @@ fn places(value: &Value, at: &str) -> Vec<String> {
 }
 
 #[tokio::test]
-async fn nothing_is_told_to_be_what_it_is() {
+async fn no_error_demands_what_was_sent() {
     let whole = with_everything();
     let service = app(Settings::default());
     let mut n_wrong_types = 0;
@@ -531,13 +531,13 @@ async fn what_is_said_of_a_craft_is_checked_number_by_number() {
     assert_eq!(faults_after(|body| body["craft"] = half).await, missing);
 }
 
-/// What an earlier answer asked for and what it told the craft are two references: neither may be anything.
+/// What an earlier answer asked for and what it commanded the craft are two references: neither may be anything.
 #[tokio::test]
 async fn both_references_of_an_earlier_answer_are_checked() {
-    let previous = |asked: (f64, f64), told: (f64, f64)| {
+    let previous = |asked: (f64, f64), commanded: (f64, f64)| {
         json!({
             "trajectory": [{ "t_s": 119, "north_m": 0, "east_m": 0, "speed_mps": 0.3, "heading_rad": 0 }],
-            "reference": { "speed_mps": told.0, "heading_rad": told.1 },
+            "reference": { "speed_mps": commanded.0, "heading_rad": commanded.1 },
             "craft_estimate": { "asked_speed_mps": asked.0, "asked_heading_rad": asked.1, "memory": [0, 0.5] }
         })
     };
@@ -545,7 +545,7 @@ async fn both_references_of_an_earlier_answer_are_checked() {
     let whole = previous((0.3, 1.0), (0.4, 1.1));
     let status = status_after(|body| body["previous_plan"] = whole).await;
     assert_eq!(status, StatusCode::OK);
-    for (asked, told, pointer) in [
+    for (asked, commanded, pointer) in [
         ((41.0, 1.0), (0.4, 1.1), "craft_estimate/asked_speed_mps"),
         ((0.3, 45.0), (0.4, 1.1), "craft_estimate/asked_heading_rad"),
         ((0.3, 1.0), (1.0e300, 1.1), "reference/speed_mps"),
@@ -553,7 +553,7 @@ async fn both_references_of_an_earlier_answer_are_checked() {
         ((0.3, 1.0), (0.4, 45.0), "reference/heading_rad"),
     ] {
         let expected = fault(&format!("/previous_plan/{pointer}"), "out_of_range");
-        let given = previous(asked, told);
+        let given = previous(asked, commanded);
         assert_eq!(faults_after(|body| body["previous_plan"] = given).await, expected);
     }
 }
@@ -721,7 +721,7 @@ async fn a_path_that_joins_is_accepted_and_forecast_along() {
 }
 
 #[tokio::test]
-async fn a_path_that_is_none_is_told_where() {
+async fn an_invalid_path_is_located() {
     let at = "/auvs/0/path/segments";
     let corner =
         |fillet: f64| json!({ "kind": "waypoints", "points": [[0, 0], [9, 0], [9, 9]], "fillet_m": fillet });
@@ -787,7 +787,7 @@ async fn a_point_has_two_numbers() {
 }
 
 #[tokio::test]
-async fn bounds_that_are_none_are_told_where() {
+async fn invalid_bounds_are_located() {
     let disc = |radius: f64| json!({ "north_m": 0.0, "east_m": 0.0, "radius_m": radius });
     let notched = json!([[0, 0], [9, 0], [5, 2], [9, 9], [0, 9]]);
     let closed = json!([[0, 0], [9, 0], [9, 9], [0, 0]]);
@@ -857,7 +857,7 @@ async fn bounds_that_are_none_are_told_where() {
 }
 
 #[tokio::test]
-async fn a_dive_that_is_none_is_told_where() {
+async fn an_invalid_dive_is_located() {
     for (member, given, least, most) in [
         ("depth_min_m", -0.1, 0.0, 11_999.5),
         ("depth_max_m", 1.4, 1.5, 12_000.0),
@@ -882,7 +882,7 @@ async fn a_dive_that_is_none_is_told_where() {
 }
 
 #[tokio::test]
-async fn a_current_that_is_handed_back_is_no_faster_than_one_that_is_told() {
+async fn a_current_that_is_handed_back_is_no_faster_than_one_that_is_given() {
     for pointer in ["/current/north_mps", "/previous_plan/current/east_mps"] {
         let mut body = example("track");
         let still = json!({ "north_mps": 0, "east_mps": 0 });
@@ -1139,7 +1139,7 @@ async fn an_unknown_route_and_an_unknown_example_are_not_found() {
 }
 
 #[tokio::test]
-async fn a_wrong_method_is_told_the_right_ones() {
+async fn a_wrong_method_is_answered_with_the_right_ones() {
     for (method, path, allowed) in [
         (Method::GET, "/v1/plan", "POST"),
         (Method::DELETE, "/v1/examples", "GET,HEAD"),

@@ -473,22 +473,25 @@ fn range_in(description: &str) -> Option<(f64, f64)> {
 async fn the_openapi_document_has_the_ranges_that_are_checked_and_descriptions_tell_no_others() {
     let document = send(Settings::default(), get("/openapi.json")).await.json();
     let schemas = &document["components"]["schemas"];
-    let mut n_told = 0;
+    let mut n_documented = 0;
     for (shape, schema) in schemas.as_object().expect("an object") {
         for (member, schema) in schema["properties"].as_object().into_iter().flatten() {
-            let told = schema["description"].as_str().and_then(range_in);
+            let documented = schema["description"].as_str().and_then(range_in);
             let is_number = |kind: &Value| *kind == "number" || *kind == "integer";
             let kinds = &schema["type"];
-            if let Some((least, most)) = told
+            if let Some((least, most)) = documented
                 && (is_number(kinds) || kinds.as_array().is_some_and(|kinds| kinds.iter().any(is_number)))
             {
-                n_told += 1;
+                n_documented += 1;
                 let checked = (schema["minimum"].as_f64(), schema["maximum"].as_f64());
                 assert_eq!(checked, (Some(least), Some(most)), "{shape}.{member}: {schema}");
             }
         }
     }
-    assert!(n_told > 20, "only {n_told} descriptions tell a range");
+    assert!(
+        n_documented > 20,
+        "only {n_documented} descriptions state a range"
+    );
     for (place, limit) in [
         ("Report/properties/sigma_m/minimum", json!(0.01)),
         (

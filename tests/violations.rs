@@ -66,7 +66,7 @@ fn a_broken_limit_names_what_breaks_it_wherever_that_is_listed() {
 }
 
 #[test]
-fn a_disc_and_an_auv_at_the_surface_are_told_apart() {
+fn a_disc_and_an_auv_at_the_surface_are_distinguished() {
     let discs_only = broken(Observation {
         surfacing_separation: None,
         ..amiss()

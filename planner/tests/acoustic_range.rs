@@ -80,7 +80,7 @@ fn after_ten_minutes(mut observation: Observation) -> (Observation, Plan) {
         observation.asc.heading = next.heading;
         observation.asc.surge = next.speed;
         for auv in &mut observation.auvs {
-            auv.evidence.state_mut().expect("is told").position.x = 0.2 * next.time;
+            auv.evidence.state_mut().expect("is given").position.x = 0.2 * next.time;
         }
         // A craft that is set on its plan answers no reference: there is nothing to learn of it.
         observation.previous_plan = Some(PreviousPlan {
@@ -94,12 +94,12 @@ fn after_ten_minutes(mut observation: Observation) -> (Observation, Plan) {
 
 /// How far the craft is from an AUV, m.
 fn apart(observation: &Observation, auv: usize) -> f64 {
-    let state = observation.auvs[auv].evidence.state().expect("is told");
+    let state = observation.auvs[auv].evidence.state().expect("is given");
     (observation.asc.position - state.position).norm()
 }
 
 #[test]
-fn what_is_out_of_range_of_the_goal_changes_no_plan_and_is_told() {
+fn what_is_out_of_range_of_the_goal_changes_no_plan_and_is_reported() {
     for craft in [Vector2::new(0.0, 0.0), Vector2::new(-40.0, 200.0)] {
         let alone = planned(&scene(craft, &[]));
         let beside = planned(&scene(craft, &[2.0 * RANGE + 1.0]));
@@ -191,7 +191,7 @@ fn one_that_was_not_heard_of_for_an_hour_binds_nothing_unless_the_goal_needs_it(
     let fresh = planned(&scene);
     assert!(fresh.degraded.is_none());
     for age in [901.0, 3_600.0, 1.0e6, 1.0e11] {
-        scene.auvs[1].evidence.state_mut().expect("is told").age = age;
+        scene.auvs[1].evidence.state_mut().expect("is given").age = age;
         let answer = planned(&scene);
         assert_eq!((answer.degraded, &answer.range_unattainable[..]), (None, &[][..]));
         let alone = planned(&Observation {
@@ -224,7 +224,7 @@ fn one_in_turn_that_was_not_heard_of_is_held_in_its_turn_alone() {
         dwell: 240.0,
         epoch: 0.0,
     };
-    scene.auvs[1].evidence.state_mut().expect("is told").age = 5.0e3;
+    scene.auvs[1].evidence.state_mut().expect("is given").age = 5.0e3;
     for (time, held) in [(0.0, false), (200.0, false), (240.0, true), (480.0, false)] {
         scene.time = time;
         assert_eq!(planned(&scene).degraded.is_some(), held, "{time} s");

@@ -128,7 +128,7 @@ pub struct KnownSurfaceCraft {
     pub heading: Heading,
     /// Surge speed through the water, m/s.
     pub surge: f64,
-    /// Current (north, east), m/s, where it was told.
+    /// Current (north, east), m/s, where it was known.
     pub current: Option<Vector2<f64>>,
 }
 
@@ -147,7 +147,7 @@ pub struct AuvRow {
     pub surge: f64,
     /// Current where it is (north, east), m/s.
     pub current: Vector2<f64>,
-    /// What its inner loops are told.
+    /// References of its inner loops.
     pub reference: AuvReference,
     /// The point of its path that it follows (north, east), m.
     pub path_point: Vector2<f64>,

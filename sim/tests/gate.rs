@@ -48,7 +48,7 @@ fn exchanges(scenario: &Scenario, guide: &mut dyn Guide) -> Vec<(Snapshot, Guida
 }
 
 #[test]
-fn the_craft_is_told_the_bounds_that_it_is_judged_by() {
+fn the_craft_knows_the_bounds_that_it_is_judged_by() {
     let scenario = Scenario::named("crowded").expect("exists").lasting(2.0);
     let bounds = scenario.start(1).expect("valid").bounds;
     for (snapshot, _) in exchanges(&scenario, &mut los()) {
@@ -160,7 +160,7 @@ fn a_craft_without_satellites_does_not_see_itself_being_moved() {
 }
 
 #[test]
-fn every_law_is_told_with_the_same_errors() {
+fn every_law_gets_the_same_errors() {
     // Two laws steer differently; the errors of the craft's sensors, what is measured less what is so, are the
     // same for both. (Which messages arrive depends on the range, and so on where a law has gone.)
     let scenario = Scenario::named("rough-water").expect("exists").lasting(300.0);

@@ -6,7 +6,7 @@ use pilotfish_sim::{
     guide::LosGuide,
     metrics::Metrics,
     mission::run,
-    scenario::{Files, Scenario},
+    scenario::{Files, ReportedAs, Scenario},
     surface_craft::SurfaceClass,
 };
 use planner::{
@@ -407,7 +407,7 @@ fn a_vehicle_that_strayed_goes_on_where_it_left_and_not_in_the_next_lane() {
 }
 
 #[test]
-fn a_craft_table_is_what_the_planner_is_told_and_changes_no_draw() {
+fn a_craft_table_is_what_the_planner_gets_and_changes_no_draw() {
     let given = |table: &str| {
         let text = format!("{ALONE}{LINE}{CRAFT}{table}[water]\n");
         let text = text.replacen("north_m = 0", "north_m = {uniform = [-5, 5]}", 1);
@@ -445,4 +445,18 @@ fn a_craft_table_is_what_the_planner_is_told_and_changes_no_draw() {
     let (limited, _) = given("[surface_craft.limits]\nsurge_lag_s = 3\n");
     assert_eq!(limited.surge_time_constant, Some(3.0));
     assert_eq!(limited.preset, truth.preset);
+}
+
+#[test]
+fn a_scenario_with_the_older_name_of_reported_as_is_read_as_the_same_scenario() {
+    let text = Scenario::text("fast-lawn-mower").expect("is built in");
+    let read = |text: &str| {
+        let scenario = Scenario::parse(text, "my.toml", Files::default()).expect("is valid");
+        scenario.knowledge.acoustics.expect("are there").reported_as
+    };
+    for (value, expected) in [("reports", ReportedAs::Reports), ("state", ReportedAs::State)] {
+        let newer = text.replace("reported_as = \"reports\"", &format!("reported_as = \"{value}\""));
+        assert_eq!(read(&newer), expected);
+        assert_eq!(read(&newer.replace("reported_as", "told_as")), expected);
+    }
 }

@@ -13,7 +13,7 @@ use planner::{angle::Heading, los::Reference};
 use DragFeedForward::{Off, On};
 use SurfaceClass::{Medusa, Otter};
 
-/// A craft at the end of each period since it was told a speed and a heading.
+/// A craft at the end of each period since it got a speed and a heading reference.
 struct Trial {
     hull: SurfaceHull,
     class: SurfaceClass,
@@ -209,7 +209,7 @@ fn a_dead_zone_does_not_hold_a_slow_craft_back() {
 }
 
 #[test]
-fn the_limits_told_to_the_planner_are_met() {
+fn the_limits_declared_to_the_planner_are_met() {
     for class in [Medusa, Otter] {
         let limits = class.limits();
         // A heading that turns at the promised rate, at any promised speed.

@@ -25,9 +25,9 @@ const FLOOD_FIXES: u32 = 64;
 /// How long the slow one may read until it meets its gap.
 const CATCH_UP: Duration = Duration::from_mins(1);
 
-/// An event of a stream.
+/// An event of a stream, or the events missed.
 #[derive(Debug)]
-enum Told {
+enum StreamItem {
     Event(u64),
     Gap { from: u64, to: u64 },
 }
@@ -72,14 +72,14 @@ impl Reader {
     async fn step(&mut self) -> io::Result<bool> {
         match next(&mut self.lines).await? {
             None => return Ok(false),
-            Some(Told::Event(sequence)) => {
+            Some(StreamItem::Event(sequence)) => {
                 if sequence != self.last + 1 {
                     self.breaks.push((self.last + 1, sequence));
                 }
                 self.events += 1;
                 self.last = sequence;
             }
-            Some(Told::Gap { from, to }) => {
+            Some(StreamItem::Gap { from, to }) => {
                 if from != self.last + 1 {
                     self.breaks.push((self.last + 1, from));
                 }
@@ -102,7 +102,7 @@ impl Reader {
 
 /// The next event.
 /// Source: the HTML standard, section 9.2.6, "Interpreting an event stream".
-async fn next(lines: &mut Lines) -> io::Result<Option<Told>> {
+async fn next(lines: &mut Lines) -> io::Result<Option<StreamItem>> {
     let (mut id, mut kind, mut data) = (None, String::new(), String::new());
     while let Some(line) = lines.next().await? {
         match line.split_once(": ").unwrap_or((&line, "")) {
@@ -112,11 +112,11 @@ async fn next(lines: &mut Lines) -> io::Result<Option<Told>> {
             // The end of an event, unless it was one of comments alone.
             ("", "") if kind == "gap" => {
                 let Gap { from, to } = serde_json::from_str(&data)?;
-                return Ok(Some(Told::Gap { from, to }));
+                return Ok(Some(StreamItem::Gap { from, to }));
             }
             ("", "") => {
                 if let Some(sequence) = id {
-                    return Ok(Some(Told::Event(sequence)));
+                    return Ok(Some(StreamItem::Event(sequence)));
                 }
             }
             _ => {}

@@ -1,4 +1,4 @@
-//! What clients saw, and how it is told.
+//! What clients saw, and how it is reported.
 
 use std::{
     collections::BTreeMap,
@@ -9,12 +9,12 @@ use std::{
 
 use super::http::Answer;
 
-/// Measured values, since the beginning and since they were last told of.
+/// Measured values, since the beginning and since they were last reported.
 #[derive(Debug, Default)]
 pub(crate) struct Samples {
     values: Vec<f64>,
-    /// How many had been told of.
-    told: usize,
+    /// How many had been reported.
+    reported: usize,
 }
 
 impl Samples {
@@ -24,8 +24,8 @@ impl Samples {
 
     /// Those since the last call.
     fn fresh(&mut self) -> Spread {
-        let fresh = Spread::of(&self.values[self.told..]);
-        self.told = self.values.len();
+        let fresh = Spread::of(&self.values[self.reported..]);
+        self.reported = self.values.len();
         fresh
     }
 

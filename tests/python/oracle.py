@@ -106,7 +106,7 @@ class Program:
         for tolerance in TOLERANCES:
             tolerances = dict.fromkeys(SOLVERS[solver].tolerances, tolerance)
             with warnings.catch_warnings():
-                # That it is not sure is told by its status, too.
+                # That it is not sure shows in its status, too.
                 warnings.simplefilter("ignore")
                 try:
                     # A solver that CVXPY keeps goes on with the tolerances that it began with.

@@ -239,7 +239,7 @@ def with_parametrised_cvxpy(programs: list[ConeProgram]) -> list[Solve]:
 
 def solved(problem: cp.Problem, x: cp.Variable) -> Answer:
     with warnings.catch_warnings():
-        # That it is not sure is told by its status, too.
+        # That it is not sure shows in its status, too.
         warnings.simplefilter("ignore")
         problem.solve(solver=cp.CLARABEL)
     return Answer(x.value, problem.solver_stats.solve_time, problem.status == cp.OPTIMAL)

@@ -24,7 +24,7 @@ def read(path: File) -> pd.DataFrame:
     return pd.read_csv(path, dtype={"sequence": "Int64"})
 
 
-def told(table: pd.DataFrame, kind: str, vehicle: str | None = None) -> pd.DataFrame:
+def rows_of(table: pd.DataFrame, kind: str, vehicle: str | None = None) -> pd.DataFrame:
     """The rows of a kind, and of one vehicle if wanted."""
     rows = table[table["kind"] == kind]
     if vehicle is not None:

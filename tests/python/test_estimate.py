@@ -115,8 +115,8 @@ def take(both: IMMEstimator, z: np.ndarray, r: np.ndarray, h: np.ndarray) -> Non
 
 def predict(both: IMMEstimator, report: dict, t: float) -> None:
     known = np.sqrt(np.sum(both.x[2:] ** 2) + np.trace(both.P[2:, 2:]))
-    told = min(report.get("speed_mps", 0), known + ACCELERATION_MAX * t)
-    speed = max(told, known, MANOEUVRE_SPEED_MIN)
+    reported = min(report.get("speed_mps", 0), known + ACCELERATION_MAX * t)
+    speed = max(reported, known, MANOEUVRE_SPEED_MIN)
     straight, manoeuvre = both.filters
     straight.F, straight.Q = motion(0, STRAIGHT_DENSITY + STRAIGHT_DENSITY_OF_SPEED * speed**2, t)
     manoeuvre.F, manoeuvre.Q = motion(speed / FORGETTING_LENGTH, 2 * speed**3 / FORGETTING_LENGTH, t)

@@ -17,7 +17,7 @@ import pyarrow.parquet
 import pytest
 from scipy.spatial.transform import Rotation
 
-from program import program, read, told
+from program import program, read, rows_of
 
 SCENARIO = "paper-tracking"
 SEED = 5
@@ -71,7 +71,7 @@ def log(files):
 
 def track(table, vehicle):
     """East and north, m."""
-    return told(table, "truth", vehicle)[["east_m", "north_m"]].to_numpy()
+    return rows_of(table, "truth", vehicle)[["east_m", "north_m"]].to_numpy()
 
 
 def length(points):
@@ -103,19 +103,19 @@ def test_parquet_and_lines_of_json_have_the_table_of_the_csv_to_the_bit(files, t
 
 def test_an_instant_is_a_plan_the_truth_and_what_was_known(table):
     rows = table.groupby(["kind", "vehicle"], dropna=False)["t_s"].agg(list)
-    times = told(table, "planned")["t_s"].tolist()
+    times = rows_of(table, "planned")["t_s"].tolist()
     assert times == list(range(len(times)))
     expected = [(kind, vehicle) for kind in ("known", "truth") for vehicle in VEHICLES]
     assert [key for key in rows.index if key[0] != "planned"] == expected
     assert all(rows[key] == times for key in expected)
 
 
-def test_what_is_never_told_is_null_in_parquet(files):
-    # Line of sight predicts nothing; how long it took is told.
+def test_what_is_never_known_is_null_in_parquet(files):
+    # Line of sight predicts nothing; how long it took is recorded.
     parquet = pd.read_parquet(files["parquet"])
     assert parquet["predicted_rms_m"].dtype == np.float64
     assert parquet["predicted_rms_m"].isna().all()
-    assert (told(parquet, "planned")["solve_ms"] >= 0.0).all()
+    assert (rows_of(parquet, "planned")["solve_ms"] >= 0.0).all()
 
 
 def test_parquet_says_what_it_is_of(files):
@@ -160,7 +160,7 @@ def test_tracks_on_the_map_are_where_another_projection_puts_the_table(places, t
 def test_each_point_of_a_track_has_its_time_and_its_depth(places, table):
     row = places.loc[("auv", "auv-1")]
     times = np.array(json.loads(row["t_s"]) if isinstance(row["t_s"], str) else row["t_s"])
-    truths = told(table, "truth", "auv-1")
+    truths = rows_of(table, "truth", "auv-1")
     assert times == pytest.approx(truths["t_s"].to_numpy())
     altitudes = np.array(row.geometry.coords)[:, 2]
     # Altitudes have three decimals.
@@ -234,7 +234,7 @@ def test_every_message_keeps_to_its_schema(log):
 
 def test_poses_are_the_table_turned_to_east_north_up(log, table):
     for vehicle in VEHICLES:
-        poses, truths = log[1][f"/{vehicle}/pose"], told(table, "truth", vehicle)
+        poses, truths = log[1][f"/{vehicle}/pose"], rows_of(table, "truth", vehicle)
         for i in (0, len(truths) // 3, len(truths) - 1):
             row, (log_time, message) = truths.iloc[i], poses[i]
             assert log_time == round(row["t_s"] * 1e9)

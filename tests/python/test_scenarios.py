@@ -11,7 +11,7 @@ from pathlib import Path as File
 import pytest
 from jsonschema import Draft202012Validator
 
-from program import NAMES, SCENARIOS, pilotfish, read, told
+from program import NAMES, SCENARIOS, pilotfish, read, rows_of
 
 # Somebody's own file, with what the built-in ones leave out.
 OWN = (File(__file__).parent / "own_scenario.toml").read_text()
@@ -111,7 +111,7 @@ def start(cwd: File, scenario: str, seed: int) -> dict[str, float | str]:
     arguments = ["simulate", scenario, "--seed", str(seed), "--duration-s", "1", "--untimed"]
     run = pilotfish(*arguments, "--out", "start.csv", cwd=cwd)
     assert run.returncode == 0, run.stderr
-    truths = told(read(cwd / "start.csv"), "truth").set_index("vehicle").drop(columns="kind")
+    truths = rows_of(read(cwd / "start.csv"), "truth").set_index("vehicle").drop(columns="kind")
     return {f"{id} {name}": value for id, row in truths.iterrows() for name, value in row.dropna().items()}
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from integrate import Integrator, adaptive, rk4
 from path_following import Path, wrap
-from program import pilotfish, read, told
+from program import pilotfish, read, rows_of
 from vehicles import SurfaceCraft, Thrusters, UnderwaterVehicle
 
 THRUSTERS_OF_THE_SIMULATOR = Thrusters()
@@ -43,7 +43,7 @@ def record(folder: File, *arguments: str) -> pd.DataFrame:
 
 def columns_of(table: pd.DataFrame, vehicle: str, names: list[str]) -> pd.DataFrame:
     """Where a vehicle truly was, a row a second."""
-    truths = told(table, "truth", vehicle)
+    truths = rows_of(table, "truth", vehicle)
     assert np.array_equal(truths["t_s"], np.arange(len(truths))), "a row a second"
     return truths[names]
 
@@ -113,7 +113,7 @@ def test_an_independent_surface_craft_answers_the_same_references_alike(
 ) -> None:
     rows = record(tmp_path, "paper-tracking", "--controller", "saturated_los")
     simulator = columns_of(rows, "asc", CRAFT + THRUSTS)
-    expected = steered_again(simulator.iloc[0], told(rows, "planned")[REFERENCES], integrator)
+    expected = steered_again(simulator.iloc[0], rows_of(rows, "planned")[REFERENCES], integrator)
     largest = largest_differences(f"craft, {integrator.__name__}", simulator, expected)
     assert np.ptp(expected["speed_mps"]) > 0.5 and np.ptp(expected["heading_rad"]) > 3.0
     assert np.ptp(expected["thrust_port_n"]) > 20.0

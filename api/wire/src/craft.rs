@@ -1,6 +1,6 @@
 //! How a surface craft answers its references, in a client's JSON, and back.
 //!
-//! One shape wherever a craft is told: in a snapshot, a mission, a scenario, a craft file.
+//! One shape wherever a craft is described: in a snapshot, a mission, a scenario, a craft file.
 
 use planner::craft::{
     self as domain, CraftDescription, HeadingDynamics, Integrator, PRESETS, Preset, PropulsionPower,
@@ -11,12 +11,12 @@ use utoipa::ToSchema;
 
 use crate::FieldError;
 
-/// How the surface craft answers its references, its own loops closed. All members may be left out: what is not told
+/// How the surface craft answers its references, its own loops closed. All members may be left out: what is not stated
 /// is taken from the `preset` and, without one, learnt.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Craft {
-    /// Name of a known craft of which everything is taken that is not told here: see `GET /v1/crafts`.
+    /// Name of a known craft of which everything is taken that is not stated here: see `GET /v1/crafts`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = "medusa")]
     pub preset: Option<String>,
@@ -40,7 +40,7 @@ pub struct Craft {
     /// What the heading reference is held against.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heading_held: Option<HeadingHeld>,
-    /// Standard deviation of the numbers told, as a part of each, from 0 (certain) to 2.
+    /// Standard deviation of the stated numbers, as a part of each, from 0 (certain) to 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 0.1)]
     pub relative_uncertainty: Option<f64>,
@@ -256,7 +256,7 @@ fn integrator(surge: &SurgeLoop, invalid: &mut Vec<FieldError>) -> Option<Integr
         (Some(true), None) => fault(
             "integral_time_s",
             "missing",
-            "an integrator is told by its time; leave `integrates` out to have it learnt",
+            "an integrator is stated by its time; leave `integrates` out to have it learnt",
         ),
         (Some(false), Some(_)) => fault(
             "integral_time_s",
@@ -267,7 +267,7 @@ fn integrator(surge: &SurgeLoop, invalid: &mut Vec<FieldError>) -> Option<Integr
 }
 
 impl From<&domain::Craft> for Craft {
-    /// Everything told, and nothing of how surely.
+    /// Everything stated, and nothing of how surely.
     fn from(craft: &domain::Craft) -> Self {
         Self::from(&CraftDescription::from(craft))
     }
@@ -303,8 +303,8 @@ impl From<&CraftDescription> for Craft {
         };
         Self {
             preset: description.preset.map(|preset| preset.name.to_owned()),
-            heading_loop: Some(heading_loop).filter(|told| *told != HeadingLoop::default()),
-            surge_loop: Some(surge_loop).filter(|told| *told != SurgeLoop::default()),
+            heading_loop: Some(heading_loop).filter(|stated| *stated != HeadingLoop::default()),
+            surge_loop: Some(surge_loop).filter(|stated| *stated != SurgeLoop::default()),
             sway_per_yaw_rate_s: description.sway_per_yaw_rate,
             power: description.power.map(|power| Power {
                 linear_w_per_mps: power.linear,
@@ -337,8 +337,8 @@ mod tests {
     }
 
     #[test]
-    fn a_craft_told_whole_is_read_as_told_and_written_as_read() {
-        let told = json!({
+    fn a_craft_stated_whole_is_read_as_stated_and_written_as_read() {
+        let stated = json!({
             "heading_loop": {
                 "natural_frequency_radps": 1.6, "damping": 0.8, "delay_s": 0.1, "rate_max_radps": 0.3
             },
@@ -352,7 +352,7 @@ mod tests {
             "heading_held": "course",
             "relative_uncertainty": 0.1
         });
-        let description = read(told.clone()).expect("right");
+        let description = read(stated.clone()).expect("right");
         assert_eq!(
             description.heading_dynamics,
             Some(HeadingDynamics::SecondOrder {
@@ -365,18 +365,18 @@ mod tests {
         assert_eq!(description.speed_held, Some(domain::SpeedHeld::OverGround));
         assert_eq!(description.heading_held, Some(domain::HeadingHeld::Course));
         let written = serde_json::to_value(Craft::from(&description)).expect("JSON");
-        assert_eq!(written, told);
+        assert_eq!(written, stated);
     }
 
     #[test]
-    fn a_craft_of_which_nothing_is_told_leaves_everything_to_be_learnt() {
+    fn a_craft_of_which_nothing_is_stated_leaves_everything_to_be_learnt() {
         assert_eq!(read(json!({})).expect("right"), CraftDescription::default());
         let written = serde_json::to_value(Craft::from(&CraftDescription::default())).expect("JSON");
         assert_eq!(written, json!({}));
     }
 
     #[test]
-    fn a_preset_is_known_by_its_name_and_an_unknown_one_is_told_the_names_there_are() {
+    fn a_preset_is_known_by_its_name_and_an_unknown_one_is_answered_with_the_names_there_are() {
         let description = read(json!({ "preset": "medusa" })).expect("right");
         assert_eq!(description.preset.map(|preset| preset.name), Some("medusa"));
         let faults = read(json!({ "preset": "titanic" })).expect_err("no such craft");

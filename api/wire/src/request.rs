@@ -167,7 +167,7 @@ pub struct Report {
     pub east_m: f64,
     /// Standard deviation of the position along either axis, m, from 0.01 to 10,000.
     pub sigma_m: f64,
-    /// Telemetered depth, m, positive down. Default: not told; where no report tells it, 0 is taken.
+    /// Telemetered depth, m, positive down. Default: not reported; where no report states it, 0 is taken.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub depth_m: Option<f64>,
     /// Telemetered course over ground, rad, within ±2π; together with `speed_mps` or not at all.
@@ -176,7 +176,7 @@ pub struct Report {
     /// Telemetered horizontal speed over ground, m/s, never negative; together with `course_rad` or not at all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_mps: Option<f64>,
-    /// Telemetered rate of turn of the course, rad/s, positive clockwise. Default: not told. The newest is believed
+    /// Telemetered rate of turn of the course, rad/s, positive clockwise. Default: not reported. The newest is used
     /// for 60 s; where none tells, the courses of the two newest do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn_rate_radps: Option<f64>,
@@ -322,7 +322,7 @@ pub struct Offset {
     pub bearing_rad: Option<f64>,
 }
 
-/// The axes that an offset is told in.
+/// The axes that an offset is given in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OffsetFrame {
@@ -334,7 +334,7 @@ pub enum OffsetFrame {
     /// Along the tangent of the path where the vehicle is on it: `ahead_m`, `starboard_m`. For a goal that follows
     /// one vehicle at a time, whose `path` is given.
     Path,
-    /// North and east, told as `range_m` and `bearing_rad`.
+    /// North and east, given as `range_m` and `bearing_rad`.
     Polar,
 }
 
@@ -489,9 +489,9 @@ pub struct PreviousEstimate {
     pub east_m: f64,
     /// Depth, m, positive down.
     pub depth_m: f64,
-    /// Northward velocity over ground, as it was told, m/s.
+    /// Northward velocity over ground, as it was reported, m/s.
     pub north_mps: f64,
-    /// Eastward velocity over ground, as it was told, m/s.
+    /// Eastward velocity over ground, as it was reported, m/s.
     pub east_mps: f64,
     /// Rate of turn of the course, rad/s, positive clockwise.
     pub turn_rate_radps: f64,

@@ -294,7 +294,7 @@ fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = War
     let (prior, model) = (snapshot.craft_prior(), snapshot.craft_model());
     let unknown = (!prior.heading_declared && !prior.surge_declared).then(|| {
         let detail = format!(
-            "nothing is told of how the craft answers: a cautious generic one is assumed (heading {:.1} s behind, {:.2} \
+            "nothing is stated about how the craft answers: a cautious generic one is assumed (heading {:.1} s behind, {:.2} \
              rad/s, {:.2} m/s²) and learnt from; GET /v1/crafts lists those that are known by name",
             model.heading_lag(), model.limits.turn_rate_max, model.limits.acceleration_max
         );
@@ -386,7 +386,7 @@ fn no_current(snapshot: &Snapshot) -> Option<Warning> {
         pointer: format!("/asc/ground_{axis}_mps"),
         detail: format!(
             "less the velocity through the water it leaves a current of {speed:.2} m/s, and more than {CURRENT_MAX} \
-             m/s is not believed: {instead}"
+             m/s is not used: {instead}"
         ),
     })
 }

@@ -40,7 +40,7 @@ impl CraftEstimate {
     }
 
     /// Weighs what the loops hold, where that is not declared: is the heading or the course nearer to its command, the speed
-    /// through the water or the one over ground along the bow? In still water neither can be told, and none need be.
+    /// through the water or the one over ground along the bow? In still water they cannot be distinguished, and none need be.
     pub(super) fn update_mode_evidence(
         &mut self,
         observation: &CraftObservation<'_>,

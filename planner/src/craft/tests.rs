@@ -97,17 +97,17 @@ impl Ship {
 /// What is known of the ship after `seconds` of references that `law` gives, with noise of that size (rad, m/s).
 fn learnt(
     ship: &mut Ship,
-    told: &CraftDescription,
+    declared: &CraftDescription,
     seconds: u32,
     noise: (f64, f64),
     mut law: impl FnMut(u32) -> (f64, f64),
     mut look: impl FnMut(&CraftEstimate),
 ) -> CraftEstimate {
-    let prior = Prior::from(told);
+    let prior = Prior::from(declared);
     let mut random = Noise(7);
     let mut known: Option<(CraftEstimate, Reference)> = None;
     for second in 0..seconds {
-        let mut seen = observation(told);
+        let mut seen = observation(declared);
         seen.time = f64::from(second);
         seen.asc = AscState {
             position: ship.position,
@@ -150,7 +150,7 @@ fn previous(time: f64, estimate: &CraftEstimate, asked: Reference) -> PreviousPl
     }
 }
 
-fn observation(told: &CraftDescription) -> Observation {
+fn observation(declared: &CraftDescription) -> Observation {
     let id = VehicleId("a".to_owned());
     Observation {
         time: 0.0,
@@ -180,7 +180,7 @@ fn observation(told: &CraftDescription) -> Observation {
         offset: None,
         current: None,
         limits: Limits::ANY,
-        craft: *told,
+        craft: *declared,
         keep_outs: vec![],
         area: vec![],
         range_max: None,
@@ -193,7 +193,7 @@ fn observation(told: &CraftDescription) -> Observation {
 }
 
 /// Loops without delay, whose limits are known and whose time constants are not.
-fn untold() -> CraftDescription {
+fn undeclared() -> CraftDescription {
     CraftDescription {
         heading_delay: Some(0.0),
         heading_rate_max: Some(Ship::RATE_MAX),
@@ -205,13 +205,13 @@ fn untold() -> CraftDescription {
     }
 }
 
-fn told(lag: f64) -> CraftDescription {
+fn declared(lag: f64) -> CraftDescription {
     CraftDescription {
         heading_dynamics: Some(HeadingDynamics::FirstOrder { time_constant: lag }),
         surge_time_constant: Some(lag),
         speed_held: Some(SpeedHeld::ThroughWater),
         heading_held: Some(HeadingHeld::Heading),
-        ..untold()
+        ..undeclared()
     }
 }
 
@@ -235,7 +235,7 @@ fn zig_zag(second: u32) -> (f64, f64) {
 fn lags_are_learnt_to_a_tenth_by_a_zig_zag() {
     for (heading_lag, surge_lag) in [(1.0, 4.0), (2.0, 2.0), (4.0, 1.2)] {
         let mut ship = Ship::new(heading_lag, surge_lag);
-        let known = learnt(&mut ship, &untold(), 300, (0.01, 0.01), zig_zag, |_| ());
+        let known = learnt(&mut ship, &undeclared(), 300, (0.01, 0.01), zig_zag, |_| ());
         let (heading, _) = known.heading_time();
         let (surge, _) = known.surge_time();
         assert!(
@@ -247,10 +247,10 @@ fn lags_are_learnt_to_a_tenth_by_a_zig_zag() {
 }
 
 #[test]
-fn what_is_not_excited_stays_as_it_was_told() {
-    let prior = Prior::from(&untold());
+fn what_is_not_excited_stays_as_declared() {
+    let prior = Prior::from(&undeclared());
     let mut ship = Ship::new(6.0, 6.0);
-    let known = learnt(&mut ship, &untold(), 600, (0.0, 0.0), |_| (0.6, 0.0), |_| ());
+    let known = learnt(&mut ship, &undeclared(), 600, (0.0, 0.0), |_| (0.6, 0.0), |_| ());
     assert!(
         (known.heading.y - prior.heading_lag.mean).abs() < 1e-3,
         "{known:?}"
@@ -278,33 +278,33 @@ fn what_the_loops_hold_is_found_in_a_current_and_not_in_still_water() {
             holds_ground_speed: holds,
             ..Ship::new(2.0, 2.0)
         };
-        let known = learnt(&mut ship, &untold(), 400, (0.02, 0.02), zig_zag, |_| ());
-        let modes = known.modes(&Prior::from(&untold()));
+        let known = learnt(&mut ship, &undeclared(), 400, (0.02, 0.02), zig_zag, |_| ());
+        let modes = known.modes(&Prior::from(&undeclared()));
         assert_eq!(modes, expected, "{holds} {current}: {:?}", known.evidence);
     }
 }
 
 #[test]
-fn what_is_told_of_the_loops_is_not_found_out() {
+fn what_is_declared_of_the_loops_is_not_estimated() {
     let mut ship = Ship {
         current: Vector2::new(0.2, -0.25),
         holds_course: true,
         ..Ship::new(2.0, 2.0)
     };
-    let known = learnt(&mut ship, &told(2.0), 400, (0.02, 0.02), zig_zag, |_| ());
-    assert_eq!(known.modes(&Prior::from(&told(2.0))).0, HeadingHeld::Heading);
+    let known = learnt(&mut ship, &declared(2.0), 400, (0.02, 0.02), zig_zag, |_| ());
+    assert_eq!(known.modes(&Prior::from(&declared(2.0))).0, HeadingHeld::Heading);
 }
 
 #[test]
-fn a_craft_that_does_as_told_raises_no_alarm_in_ten_hours() {
+fn a_craft_that_does_as_declared_raises_no_alarm_in_ten_hours() {
     let mut alarms = 0;
     let mut ship = Ship::new(2.0, 2.0);
     let look = |known: &CraftEstimate| alarms += u32::from(known.monitor.alarm);
-    let _ = learnt(&mut ship, &told(2.0), 36_000, (0.03, 0.03), zig_zag, look);
+    let _ = learnt(&mut ship, &declared(2.0), 36_000, (0.03, 0.03), zig_zag, look);
     assert_eq!(alarms, 0);
 }
 
-/// Told 2 s, the largest value of the monitor's statistic and whether it raised the alarm in ten minutes of turns of twice
+/// With 2 s declared, the largest value of the monitor's statistic and whether it raised the alarm in ten minutes of turns of twice
 /// `amplitude`, rad, every 20 s.
 fn monitored(lag: f64, amplitude: f64) -> (f64, bool) {
     let (mut worst, mut alarm) = (0.0_f64, false);
@@ -316,13 +316,20 @@ fn monitored(lag: f64, amplitude: f64) -> (f64, bool) {
         let (speed, heading) = zig_zag(second);
         (speed, heading * (amplitude / 0.4))
     };
-    let _ = learnt(&mut Ship::new(lag, lag), &told(2.0), 600, (0.03, 0.03), law, look);
+    let _ = learnt(
+        &mut Ship::new(lag, lag),
+        &declared(2.0),
+        600,
+        (0.03, 0.03),
+        law,
+        look,
+    );
     (worst, alarm)
 }
 
 #[test]
-fn a_craft_four_times_slower_than_told_raises_the_alarm_where_it_turns_hard() {
-    // Turns of 0.8 rad do not tell them apart well enough: the statistic reaches 3.6 of the 6 that are needed.
+fn a_craft_four_times_slower_than_declared_raises_the_alarm_where_it_turns_hard() {
+    // Turns of 0.8 rad do not distinguish them well enough: the statistic reaches 3.6 of the 6 that are needed.
     for amplitude in [0.8, 1.2, 1.5] {
         let (_, alarm) = monitored(8.0, amplitude);
         assert!(alarm, "{amplitude}");
@@ -334,7 +341,7 @@ fn a_craft_four_times_slower_than_told_raises_the_alarm_where_it_turns_hard() {
 #[test]
 fn a_memory_comes_back_to_the_bit_and_garbage_is_none() {
     let mut ship = Ship::new(3.0, 2.0);
-    let known = learnt(&mut ship, &untold(), 90, (0.02, 0.02), zig_zag, |_| ());
+    let known = learnt(&mut ship, &undeclared(), 90, (0.02, 0.02), zig_zag, |_| ());
     let memory = known.memory();
     let read = CraftEstimate::from_memory(&memory).expect("was just written");
     assert_eq!(read.memory().map(f64::to_bits), memory.map(f64::to_bits));
@@ -384,7 +391,7 @@ fn a_heading_reference_goes_the_way_the_bow_turns_in_steps_no_larger_than_the_sl
 }
 
 #[test]
-fn a_craft_is_told_the_course_and_speed_over_ground_that_its_loops_hold() {
+fn a_craft_is_commanded_the_course_and_speed_over_ground_that_its_loops_hold() {
     let mut random = Noise(5);
     for _ in 0..1000 {
         let (psi, speed) = (3.0 * random.next(), 0.9 + 0.8 * random.next());
@@ -393,7 +400,7 @@ fn a_craft_is_told_the_course_and_speed_over_ground_that_its_loops_hold() {
             speed,
             heading: Heading::new(psi),
         };
-        let told = |heading_held, speed_held| {
+        let command = |heading_held, speed_held| {
             let craft = Craft {
                 speed_held,
                 heading_held,
@@ -401,14 +408,14 @@ fn a_craft_is_told_the_course_and_speed_over_ground_that_its_loops_hold() {
             };
             craft.command(&reference, &Vector2::new(north, east))
         };
-        assert_eq!(told(HeadingHeld::Heading, SpeedHeld::ThroughWater), reference);
+        assert_eq!(command(HeadingHeld::Heading, SpeedHeld::ThroughWater), reference);
         // Over ground, component by component.
         let (v_n, v_e) = (speed * psi.cos() + north, speed * psi.sin() + east);
         let along = v_n * psi.cos() + v_e * psi.sin();
-        let over_ground = told(HeadingHeld::Heading, SpeedHeld::OverGround);
+        let over_ground = command(HeadingHeld::Heading, SpeedHeld::OverGround);
         assert!((over_ground.speed - along.max(0.0)).abs() < 1e-12);
         assert_eq!(over_ground.heading, reference.heading);
-        let course = told(HeadingHeld::Course, SpeedHeld::ThroughWater);
+        let course = command(HeadingHeld::Course, SpeedHeld::ThroughWater);
         assert_eq!(course.speed, speed);
         let expected = if v_n.hypot(v_e) < 0.05 {
             psi
@@ -421,9 +428,9 @@ fn a_craft_is_told_the_course_and_speed_over_ground_that_its_loops_hold() {
 
 #[test]
 fn without_a_ground_velocity_the_current_comes_from_positions_else_from_memory() {
-    let prior = Prior::from(&untold());
-    let told_nothing = observation(&untold());
-    let start = CraftEstimate::new(&told_nothing.of_the_craft(), &prior);
+    let prior = Prior::from(&undeclared());
+    let undeclared_craft = observation(&undeclared());
+    let start = CraftEstimate::new(&undeclared_craft.of_the_craft(), &prior);
     assert_eq!(start.current_from_positions(), None, "nothing has moved yet");
     let asked = Reference {
         speed: 0.6,
@@ -431,7 +438,7 @@ fn without_a_ground_velocity_the_current_comes_from_positions_else_from_memory()
     };
     let (remembered, learnt) = (Vector2::new(0.1, -0.2), Vector2::new(0.0, 0.15));
     let with = |estimate: CraftEstimate, ground_velocity| {
-        let mut later = observation(&untold());
+        let mut later = observation(&undeclared());
         later.time = 1.0;
         later.asc.ground_velocity = ground_velocity;
         later.previous_plan = Some(PreviousPlan {
@@ -460,7 +467,7 @@ fn a_command_turns_no_faster_than_the_craft_where_only_the_current_is_found_out(
     let craft = CraftDescription {
         heading_held: Some(HeadingHeld::Course),
         speed_held: Some(SpeedHeld::ThroughWater),
-        ..untold()
+        ..undeclared()
     };
     let asked = Reference {
         speed: 0.6,

@@ -87,17 +87,17 @@ impl Flight {
                 } else {
                     0.0
                 };
-                let told = band.telemetry != Telemetry::None;
+                let has_telemetry = band.telemetry != Telemetry::None;
                 flight.reports.push(Report {
                     time,
                     position: point.position + fix,
                     sigma: band.sigma.max(REPORT_SIGMA_MIN),
                     depth: None,
-                    ground_track: told.then(|| GroundTrack {
+                    ground_track: has_telemetry.then(|| GroundTrack {
                         course: Course::new(point.tangent + 0.05 * errors * telemetry.x),
                         speed: (band.speed + 0.03 * errors * telemetry.y).max(0.0),
                     }),
-                    turn_rate: told.then_some(point.curvature * band.speed),
+                    turn_rate: has_telemetry.then_some(point.curvature * band.speed),
                 });
             }
             time += INTERVAL;
@@ -254,7 +254,7 @@ fn of_noisy_reports_the_estimate_is_nearer_than_the_newest_of_them() {
             sigma: 1.5,
             telemetry: Telemetry::Noisy,
         });
-        // The faster, the more of the error is a turn that was not told.
+        // The faster, the more of the error is a turn that was not reported.
         assert!(
             outcome.miss < gain * outcome.miss_of_newest,
             "{speed} m/s: {outcome:?}"

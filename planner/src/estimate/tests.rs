@@ -80,7 +80,7 @@ fn flight(
         // Along the course σ_u; across it σ_u too, and what the course's error makes of the speed.
         let (speed, course) = (velocity.norm(), angle_of(&velocity));
         let across = SPEED_SIGMA.hypot(COURSE_SIGMA * speed);
-        let told =
+        let reported =
             ned_from_body(course) * Vector2::new(speed + SPEED_SIGMA * telemetry.x, across * telemetry.y);
         reports.push(Report {
             time,
@@ -88,8 +88,8 @@ fn flight(
             sigma: SIGMA,
             depth: Some(5.0),
             ground_track: Some(GroundTrack {
-                course: Course::of(&told),
-                speed: told.norm(),
+                course: Course::of(&reported),
+                speed: reported.norm(),
             }),
             turn_rate: Some(0.0),
         });
@@ -214,8 +214,8 @@ fn one_report_alone_is_the_estimate() {
     assert_eq!(only.state.position, reports[0].position);
     assert_eq!((only.state.age, only.state.depth), (3.0, 5.0));
     // What it says of its velocity outweighs not knowing anything of it, 3 m/s, ten thousand times.
-    let told = reports[0].ground_track.expect("is told").velocity();
-    assert!((only.state.velocity() - told).norm() < 1e-3 * told.norm());
+    let reported = reports[0].ground_track.expect("is reported").velocity();
+    assert!((only.state.velocity() - reported).norm() < 1e-3 * reported.norm());
     let bare = estimate(&positions_alone(&reports), 503.0).state;
     assert_eq!((bare.speed, bare.depth, bare.turn_rate), (0.0, 0.0, 0.0));
 }
@@ -283,7 +283,7 @@ fn the_fastest_vehicle_that_tells_no_speed_is_followed() {
 fn a_velocity_that_cannot_be_is_left_out_and_its_position_is_not() {
     let (mut reports, ..) = flight(&mut Random(7), 10, Vector2::new(0.2, 0.1));
     let sane = estimate(&reports, 595.0);
-    reports[9].ground_track.as_mut().expect("is told").speed = 5.0;
+    reports[9].ground_track.as_mut().expect("is reported").speed = 5.0;
     let found = estimate(&reports, 595.0);
     assert_eq!(found.rejected, [] as [usize; 0]);
     assert_eq!(found.state.age, 5.0);
@@ -291,7 +291,7 @@ fn a_velocity_that_cannot_be_is_left_out_and_its_position_is_not() {
 }
 
 #[test]
-fn a_turn_that_was_told_a_minute_ago_is_not_believed_any_more() {
+fn a_turn_that_was_reported_a_minute_ago_does_not_count_any_more() {
     let (mut reports, ..) = flight(&mut Random(8), 2, Vector2::new(0.2, 0.1));
     reports[0].turn_rate = Some(0.02);
     reports[1].turn_rate = None;
@@ -445,9 +445,9 @@ fn a_path_and_its_reports_in_another_place_give_the_same_estimate_there() {
     assert!((turn * position(&here) * turn.transpose() - position(&there)).amax() < 1e-9);
 }
 
-/// A vehicle that turns at a constant rate, told by exact states without it, `interval` seconds apart: the estimates of
+/// A vehicle that turns at a constant rate, reported by exact states without it, `interval` seconds apart: the estimates of
 /// its rate, each handed back with the next.
-fn told_by_states(rate: f64, interval: f64, n: u32, course_error: impl Fn(u32) -> f64) -> Vec<f64> {
+fn turn_rates_from_states(rate: f64, interval: f64, n: u32, course_error: impl Fn(u32) -> f64) -> Vec<f64> {
     let mut remembered: Option<(PreviousTarget, f64)> = None;
     let mut rates = Vec::new();
     for k in 0..n {
@@ -488,36 +488,36 @@ fn told_by_states(rate: f64, interval: f64, n: u32, course_error: impl Fn(u32) -
 }
 
 #[test]
-fn a_rate_of_turn_that_is_not_told_is_found_out_from_successive_states() {
+fn a_rate_of_turn_that_is_not_reported_is_estimated_from_successive_states() {
     for rate in [0.09, -0.03, 0.3] {
         for interval in [1.0, 5.0] {
-            let rates = told_by_states(rate, interval, 21, |_| 0.0);
+            let rates = turn_rates_from_states(rate, interval, 21, |_| 0.0);
             assert_eq!(rates[0], 0.0);
             // After n states exp(−n Δ/τ) of it is missing, but for what was too slow to tell.
             assert!((rates[20] - rate).abs() < 0.05 * rate.abs(), "{rate}: {rates:?}");
         }
     }
     // Straight on, it stays straight.
-    assert_eq!(told_by_states(0.0, 1.0, 30, |_| 0.0), [0.0; 30]);
+    assert_eq!(turn_rates_from_states(0.0, 1.0, 30, |_| 0.0), [0.0; 30]);
 }
 
 #[test]
 fn courses_that_err_make_no_turn_worth_telling() {
     let mut random = Random(3);
     let errors: Vec<_> = (0..400).map(|_| 0.05 * random.normal().x).collect();
-    let rates = told_by_states(0.0, 1.0, 400, |k| errors[usize::try_from(k).expect("few")]);
+    let rates = turn_rates_from_states(0.0, 1.0, 400, |k| errors[usize::try_from(k).expect("few")]);
     let rms = (rates.iter().map(|rate| rate * rate).sum::<f64>() / 400.0).sqrt();
     // As documented: the derivative of white noise through a filter of 5 s.
     assert!((0.002..0.014).contains(&rms), "{rms} rad/s");
 }
 
 #[test]
-fn a_rate_of_turn_that_is_told_is_not_second_guessed() {
+fn a_rate_of_turn_that_is_reported_is_not_estimated() {
     let (reports, ..) = flight(&mut Random(8), 3, Vector2::new(0.9, 0.1));
-    let rate = |told: [Option<f64>; 3], turned: f64| {
+    let rate = |reported: [Option<f64>; 3], turned: f64| {
         let mut reports = reports.clone();
-        for (k, (report, told)) in (0_u8..).zip(reports.iter_mut().zip(told)) {
-            report.turn_rate = told;
+        for (k, (report, reported)) in (0_u8..).zip(reports.iter_mut().zip(reported)) {
+            report.turn_rate = reported;
             let course = 0.1 + turned * f64::from(k);
             report.ground_track = Some(GroundTrack {
                 course: Course::new(course),
@@ -528,7 +528,7 @@ fn a_rate_of_turn_that_is_told_is_not_second_guessed() {
         estimate(&reports, 525.0).state.turn_rate
     };
     assert_eq!(rate([None, Some(0.02), None], 0.5), 0.02);
-    // Half a radian in ten seconds, where nothing is told; a tenth of that is no turn.
+    // Half a radian in ten seconds, where nothing is reported; a tenth of that is no turn.
     assert!((rate([None; 3], 0.5) - 0.05).abs() < 1e-12);
     assert_eq!(rate([None; 3], 0.04), 0.0);
 }

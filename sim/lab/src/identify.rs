@@ -10,7 +10,7 @@
 //! ground    along the bow: u + v_c · bow          to starboard: v + v_c · starboard − compass bias · u
 //! ```
 //! The current v_c is taken to be constant over the log, and is a nuisance parameter as the compass bias is. Whether speed
-//! is held through the water or over ground, and heading or course, is told by which of both fits better.
+//! is held through the water or over ground, and heading or course, is decided by which of both fits better.
 //!
 //! [`Log`] checks the rows, [`identify`] fits, [`Identification`] says what was found, how surely, and what is missing.
 //! Pure: reading files is the caller's affair.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::regret::regret;
 use serde::Serialize;
 use sim::{
-    metrics::{AuvMetrics, AnswersByMethod, SurfaceCraftMetrics, Violation, Violations},
+    metrics::{AnswersByMethod, AuvMetrics, SurfaceCraftMetrics, Violation, Violations},
     record::Record,
 };
 
@@ -194,8 +194,14 @@ impl Scores {
             ("solve_ms_p50", milliseconds(self.solve_ms_p50)),
             ("solve_ms_p99", milliseconds(self.solve_ms_p99)),
             ("answers.mpc", self.answers_by_method.mpc.to_string()),
-            ("answers.previous_plan", self.answers_by_method.previous_plan.to_string()),
-            ("answers.saturated_los", self.answers_by_method.saturated_los.to_string()),
+            (
+                "answers.previous_plan",
+                self.answers_by_method.previous_plan.to_string(),
+            ),
+            (
+                "answers.saturated_los",
+                self.answers_by_method.saturated_los.to_string(),
+            ),
             ("answers.hold", self.answers_by_method.hold.to_string()),
         ]
         .into_iter()

@@ -36,7 +36,7 @@ fn a_seed_gives_the_same_craft_every_time_and_another_seed_another() {
 
 /// 248 was fitted an integrator that takes three days to wind up.
 #[test]
-fn what_step_tests_find_can_be_told() {
+fn what_step_tests_find_can_be_declared() {
     for seed in 1..40 {
         let declared = CraftDescription::from(&craft(seed).tested.craft);
         assert_eq!(declared.faults(), [], "craft {seed}");

@@ -254,8 +254,8 @@ mod tests {
             let object: Value = serde_json::from_str(object).expect("is JSON");
             assert_eq!(object, serde_json::to_value(row).expect("is JSON"));
             for (name, cell) in names.iter().zip(line.split(',')) {
-                let told = object.get(*name);
-                let expected = match told {
+                let value = object.get(*name);
+                let expected = match value {
                     // Whole numbers have no decimal point in a table.
                     Some(Value::Number(number)) => number.as_f64().expect("is one").to_string(),
                     Some(word) => plain(word),

@@ -43,11 +43,11 @@ pub(super) fn write<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S
     let about = source.about();
     let mut log = Log::new(out, datum.as_ref()).map_err(not_written)?;
     let mut scene = Some(source.scene()).filter(|scene| !scene.is_empty());
-    let told = log.metadata(&about).map_err(not_written).map_err(S::Error::from);
-    let told = told.and_then(|()| {
+    let written = log.metadata(&about).map_err(not_written).map_err(S::Error::from);
+    let written = written.and_then(|()| {
         source.for_each(&mut |entry| Ok(log.entry(entry, scene.take()).map_err(not_written)?))
     });
-    match told {
+    match written {
         Ok(()) => Ok(log.file.finish().map(drop).map_err(not_written)?),
         Err(error) => {
             // Without its end, which dropping it would write, the file is not taken for whole.

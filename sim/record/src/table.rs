@@ -45,7 +45,7 @@ type Count<'a> = u64;
 type Number<'a> = f64;
 type Word<'a> = &'a str;
 
-/// The row and the columns, each told once.
+/// The row and the columns, each defined once.
 macro_rules! columns {
     ($($name:ident: $kind:ident, $unit:literal, $meaning:literal;)*) => {
         /// Something that was observed, planned, or done to the mission. What is not known is `None`.
@@ -147,14 +147,14 @@ mod tests {
         let lines = document
             .lines()
             .skip_while(|line| !line.starts_with("| column |"));
-        let told: Vec<String> = lines
+        let documented: Vec<String> = lines
             .skip(2)
             .take_while(|line| line.starts_with('|'))
             .map(str::to_owned)
             .collect();
         let row = |column: &Column| format!("| `{}` | {} | {} |", column.name, column.unit, column.meaning);
         let expected: Vec<String> = COLUMNS.iter().map(row).collect();
-        assert_eq!(told, expected);
+        assert_eq!(documented, expected);
     }
 
     #[test]

@@ -43,7 +43,7 @@ const RECORDS_MAX: usize = 4;
 /// Threads that read the store at once.
 const READERS_MAX: usize = 16;
 
-/// How long a mission may take to reply before the client is told to ask again.
+/// How long a mission may take to reply before the client is asked to retry.
 const ANSWER_TIME: Duration = Duration::from_secs(10);
 
 /// Every mission of a data directory. Clones share them.

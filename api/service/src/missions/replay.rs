@@ -32,7 +32,7 @@ pub struct Replayed {
     pub different: Vec<u64>,
 }
 
-/// Makes every plan of the mission called `id` again. `progress` is told the number of the event that it is at, and of
+/// Makes every plan of the mission called `id` again. `progress` gets the number of the event that it is at, and of
 /// the last.
 pub fn replay(
     reader: &EventReader,

@@ -331,7 +331,7 @@ fn cut(from: &Path, to: &Path) -> std::path::PathBuf {
 }
 
 #[tokio::test]
-async fn damage_in_the_write_ahead_file_is_told_apart_from_a_commit_that_was_under_way() {
+async fn damage_in_the_write_ahead_file_is_distinguished_from_a_commit_that_was_under_way() {
     let running = directory();
     let store = open(running.path());
     for sequence in 1..=5 {
@@ -356,7 +356,7 @@ async fn damage_in_the_write_ahead_file_is_told_apart_from_a_commit_that_was_und
     fs::write(&path, &wal[..end - 3000]).expect("is written");
     assert_eq!(bodies(&open(short.path()), "a").len(), 4);
 
-    // A page of a commit that others followed: their clients had been told that it is on the disk.
+    // A page of a commit that others followed: it was acknowledged to their clients.
     let middle = directory();
     let path = cut(running.path(), middle.path());
     let mut bytes = wal;

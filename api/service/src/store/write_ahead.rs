@@ -4,7 +4,7 @@
 //! a commit is on the disk before the next one begins, so those commits were acknowledged. SQLite goes back to the commit
 //! before the damage without a word, and what it then shows is whole, so that neither the events' digests nor
 //! `PRAGMA integrity_check` find anything wrong (tested). A damaged last commit is passed over with a warning: after a
-//! power cut it is one that no client was told of.
+//! power cut it is one that was acknowledged to no client.
 //!
 //! Source: the SQLite documentation, "Database File Format", section 4.
 
@@ -60,7 +60,7 @@ pub(super) fn check(store: &Path) -> Result<(), StoreError> {
     if 0 < tail.broken {
         tracing::warn!(
             "{name} ends with a commit that is not whole: it was under way when the machine stopped, or its last page \
-             is damaged; clients that were told of it should send it again"
+             is damaged; clients whose requests it held should send it again"
         );
     }
     Ok(())

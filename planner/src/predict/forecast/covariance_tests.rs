@@ -48,7 +48,7 @@ fn auv(turn_rate: f64, path: Option<Path>) -> Auv {
 }
 
 fn state(auv: &mut Auv) -> &mut AuvState {
-    auv.evidence.state_mut().expect("the state is told")
+    auv.evidence.state_mut().expect("the state is given")
 }
 
 /// The same vehicle, known so well.
@@ -59,7 +59,7 @@ fn with_covariance(mut auv: Auv, covariance: Matrix4<f64>) -> Auv {
 
 fn forecast(auv: &Auv, model: ForecastModel) -> AuvForecast {
     AuvForecast::new(
-        auv.evidence.state().expect("told"),
+        auv.evidence.state().expect("is given"),
         auv.into(),
         ForecastChoice::Model(model),
         &Vector2::zeros(),

@@ -47,12 +47,12 @@ fn auv(dive: Dive, depth: f64) -> Auv {
 }
 
 fn state(auv: &mut Auv) -> &mut AuvState {
-    auv.evidence.state_mut().expect("an auv's state is told")
+    auv.evidence.state_mut().expect("an auv's state is given")
 }
 
 fn forecast(auv: &Auv) -> AuvForecast {
     AuvForecast::new(
-        auv.evidence.state().expect("told"),
+        auv.evidence.state().expect("is given"),
         auv.into(),
         ForecastChoice::Auto,
         &STILL,
@@ -150,7 +150,7 @@ fn whoever_does_not_dive_or_rests_stays_as_deep_as_it_is() {
     let hold = ForecastChoice::Model(ForecastModel::Hold);
     assert!(times().all(|t| {
         AuvForecast::new(
-            diving.evidence.state().expect("told"),
+            diving.evidence.state().expect("is given"),
             (&diving).into(),
             hold,
             &STILL,
@@ -171,7 +171,7 @@ fn without_a_path_it_dives_at_the_speed_through_the_water_that_it_tells() {
     };
     (state(&mut carried).course, state(&mut carried).speed) = (Course::of(&ground), ground.norm());
     let carried = AuvForecast::new(
-        carried.evidence.state().expect("told"),
+        carried.evidence.state().expect("is given"),
         (&carried).into(),
         ForecastChoice::Auto,
         &current,
@@ -213,7 +213,7 @@ fn whatever_a_snapshot_accepts_is_forecast_with_finite_numbers_under_water() {
                             ..known
                         });
                         let forecast = AuvForecast::new(
-                            auv.evidence.state().expect("told"),
+                            auv.evidence.state().expect("is given"),
                             (&auv).into(),
                             ForecastChoice::Model(ForecastModel::Path),
                             &STILL,

@@ -8,8 +8,8 @@ const CURRENT: Vector2<f64> = Vector2::new(-0.03, 0.05);
 
 const STILL: Vector2<f64> = Vector2::new(0.0, 0.0);
 
-/// What is told of a vehicle `at` that time, `age` seconds later: where it is, and its velocity through the water.
-fn told(at: f64, age: f64) -> AuvState {
+/// What is reported of a vehicle `at` that time, `age` seconds later: where it is, and its velocity through the water.
+fn reported(at: f64, age: f64) -> AuvState {
     let through_the_water = crate::facts::angle::direction(HEADING) * 0.29;
     AuvState {
         position: (through_the_water + CURRENT) * at,
@@ -22,17 +22,17 @@ fn told(at: f64, age: f64) -> AuvState {
     }
 }
 
-/// Forecasts, one after the other: what is `told` at each of `times`, s, and what the forecast before left.
+/// Forecasts, one after the other: what is `reported` at each of `times`, s, and what the forecast before left.
 fn in_turn(
     choice: ForecastChoice,
     path: Option<&KnownPath>,
     times: impl IntoIterator<Item = f64>,
-    told: impl Fn(f64) -> AuvState,
+    reported: impl Fn(f64) -> AuvState,
 ) -> AuvForecast {
     let mut before: Option<(PreviousTarget, f64)> = None;
     let mut last = None;
     for now in times {
-        let (intent, state) = (Intent { path, dive: None }, told(now));
+        let (intent, state) = (Intent { path, dive: None }, reported(now));
         let forecast = match &before {
             None => AuvForecast::new(&state, intent, choice, &STILL),
             Some((before, reported)) => {
@@ -67,7 +67,12 @@ fn seconds(n: u32) -> impl Iterator<Item = f64> {
 #[test]
 fn a_velocity_through_the_water_is_found_out() {
     for model in [ForecastModel::ConstantVelocity, ForecastModel::ConstantTurn] {
-        let drift = |n| in_turn(ForecastChoice::Model(model), None, seconds(n), |at| told(at, 0.0)).drift();
+        let drift = |n| {
+            in_turn(ForecastChoice::Model(model), None, seconds(n), |at| {
+                reported(at, 0.0)
+            })
+            .drift()
+        };
         assert_eq!(drift(0), STILL);
         // What is left of it falls by a thirtieth a second.
         for n in [10, 60, 300] {
@@ -79,10 +84,10 @@ fn a_velocity_through_the_water_is_found_out() {
 
 #[test]
 fn then_it_is_expected_where_it_will_be() {
-    let forecast = in_turn(ForecastChoice::Auto, None, seconds(400), |at| told(at, 0.0));
+    let forecast = in_turn(ForecastChoice::Auto, None, seconds(400), |at| reported(at, 0.0));
     for ahead in [0.0, 10.0, 78.0] {
         let motion = forecast.at(ahead);
-        assert!((motion.position - told(400.0 + ahead, 0.0).position).norm() < 1e-3);
+        assert!((motion.position - reported(400.0 + ahead, 0.0).position).norm() < 1e-3);
         let h = 1e-3;
         let slope = (forecast.at(ahead + h).position - forecast.at(ahead - h).position) / (2.0 * h);
         assert!((slope - motion.velocity).norm() < 1e-9);
@@ -94,21 +99,21 @@ fn reports_that_are_late_or_rare_tell_the_same() {
     // Every ten seconds, and seven seconds on its way.
     let rare = in_turn(ForecastChoice::Auto, None, seconds(400), |now| {
         let sent = ((now - 7.0) / 10.0).floor() * 10.0;
-        told(sent, now - sent)
+        reported(sent, now - sent)
     });
     assert!((rare.drift() - CURRENT).norm() < 1e-4, "{}", rare.drift());
     // Every half minute: the whole of it is taken up at once. A minute tells it too.
     for interval in [30.0, 60.0] {
         let seldom = in_turn(ForecastChoice::Auto, None, seconds(125), |now| {
             let sent = (now / interval).floor() * interval;
-            told(sent, now - sent)
+            reported(sent, now - sent)
         });
         assert!((seldom.drift() - CURRENT).norm() < 1e-9, "{}", seldom.drift());
     }
     // In two minutes a vehicle may turn.
     let hardly = in_turn(ForecastChoice::Auto, None, seconds(1000), |now| {
         let sent = (now / 120.0).floor() * 120.0;
-        told(sent, now - sent)
+        reported(sent, now - sent)
     });
     assert_eq!(hardly.drift(), STILL);
 }
@@ -118,7 +123,7 @@ fn a_strong_current_is_found_out_however_rare_the_reports() {
     for interval in [1.0, 10.0, 30.0, 60.0] {
         let strong = in_turn(ForecastChoice::Auto, None, seconds(600), |now| {
             let sent = (now / interval).floor() * interval;
-            let mut state = told(sent, now - sent);
+            let mut state = reported(sent, now - sent);
             state.position.x -= 0.2 * sent;
             state
         });
@@ -132,10 +137,10 @@ fn a_strong_current_is_found_out_however_rare_the_reports() {
 
 #[test]
 fn a_report_that_is_not_renewed_changes_nothing() {
-    let before = in_turn(ForecastChoice::Auto, None, seconds(60), |at| told(at, 0.0));
+    let before = in_turn(ForecastChoice::Auto, None, seconds(60), |at| reported(at, 0.0));
     let silent = in_turn(ForecastChoice::Auto, None, seconds(120), |at| {
         let heard = at.min(60.0);
-        told(heard, at - heard)
+        reported(heard, at - heard)
     });
     assert!((before.drift() - silent.drift()).norm() < 1e-12);
 }
@@ -145,7 +150,7 @@ fn noise_of_positions_mostly_cancels() {
     // A metre to the left and a metre to the right, in turn.
     let noisy = |at: f64| {
         let side = if at.rem_euclid(2.0) < 0.5 { 1.0 } else { -1.0 };
-        let mut state = told(at, 0.0);
+        let mut state = reported(at, 0.0);
         state.position += Vector2::new(-HEADING.sin(), HEADING.cos()) * side;
         state
     };
@@ -157,7 +162,7 @@ fn noise_of_positions_mostly_cancels() {
 #[test]
 fn a_jump_tells_nothing() {
     let jumps = |at: f64| {
-        let mut state = told(at, 0.0);
+        let mut state = reported(at, 0.0);
         if 300.0 <= at {
             state.position.y += 20.0;
         }
@@ -173,7 +178,7 @@ fn a_turn_seen_between_two_whole_seconds_is_no_drift() {
         position: Vector2::new((0.02 * at).sin(), -(0.02 * at).cos()) * (0.29 / 0.02),
         course: Course::new(0.02 * at),
         turn_rate: 0.02,
-        ..told(at, 0.0)
+        ..reported(at, 0.0)
     };
     let halves = (0..200).map(|n| 0.5 * f64::from(n));
     assert!(
@@ -186,18 +191,18 @@ fn a_turn_seen_between_two_whole_seconds_is_no_drift() {
 
 #[test]
 fn what_a_path_does_not_explain_says_nothing_of_motion() {
-    let (state, next) = (told(60.0, 0.0), told(61.0, 0.0));
+    let (state, next) = (reported(60.0, 0.0), reported(61.0, 0.0));
     let before = left(
-        &in_turn(ForecastChoice::Auto, None, seconds(60), |at| told(at, 0.0)),
+        &in_turn(ForecastChoice::Auto, None, seconds(60), |at| reported(at, 0.0)),
         &state,
     );
     let drift_after = |model: ForecastModel| {
-        let told = (Intent::default(), ForecastChoice::Auto, &STILL);
+        let declared = (Intent::default(), ForecastChoice::Auto, &STILL);
         let before = PreviousTarget {
             model,
             ..before.clone()
         };
-        AuvForecast::after(&before, 1.0, &next, told).drift()
+        AuvForecast::after(&before, 1.0, &next, declared).drift()
     };
     assert_eq!(drift_after(ForecastModel::Path), STILL);
     assert_eq!(drift_after(ForecastModel::Hold), before.drift);
@@ -208,19 +213,19 @@ fn what_a_path_does_not_explain_says_nothing_of_motion() {
 
 #[test]
 fn an_older_report_changes_nothing() {
-    let (state, late) = (told(60.0, 0.0), told(50.0, 11.0));
-    let before = in_turn(ForecastChoice::Auto, None, seconds(60), |at| told(at, 0.0));
-    let told = (Intent::default(), ForecastChoice::Auto, &STILL);
-    let forecast = AuvForecast::after(&left(&before, &state), -10.0, &late, told);
+    let (state, late) = (reported(60.0, 0.0), reported(50.0, 11.0));
+    let before = in_turn(ForecastChoice::Auto, None, seconds(60), |at| reported(at, 0.0));
+    let declared = (Intent::default(), ForecastChoice::Auto, &STILL);
+    let forecast = AuvForecast::after(&left(&before, &state), -10.0, &late, declared);
     assert_eq!(forecast.drift(), before.drift());
 }
 
 #[test]
 fn one_that_is_held_stays_where_it_is() {
     let choice = ForecastChoice::Model(ForecastModel::Hold);
-    let held = in_turn(choice, None, seconds(60), |at| told(at, 0.0));
+    let held = in_turn(choice, None, seconds(60), |at| reported(at, 0.0));
     assert_eq!(held.drift(), STILL);
-    assert_eq!(held.at(60.0).position, told(60.0, 0.0).position);
+    assert_eq!(held.at(60.0).position, reported(60.0, 0.0).position);
 }
 
 #[test]
@@ -231,7 +236,7 @@ fn along_a_path_it_fades() {
         horizontal_speed: 0.29,
     };
     let carried = in_turn(ForecastChoice::Auto, Some(&known), seconds(200), |at| {
-        told(at, 0.0)
+        reported(at, 0.0)
     });
     assert_eq!(carried.model, ForecastModel::Path);
     assert!(
@@ -243,7 +248,7 @@ fn along_a_path_it_fades() {
         path: Some(&known),
         dive: None,
     };
-    let without = AuvForecast::new(&told(200.0, 0.0), intent, ForecastChoice::Auto, &STILL);
+    let without = AuvForecast::new(&reported(200.0, 0.0), intent, ForecastChoice::Auto, &STILL);
     // As far as thirty seconds of it, and no farther.
     let by = carried.at(900.0).position - without.at(900.0).position;
     assert!((by - carried.drift() * 30.0).norm() < 1e-9, "{by}");

@@ -33,7 +33,7 @@ fn auv(id: &str, north: f64, east: f64, course: f64) -> Auv {
 }
 
 fn state(auv: &mut Auv) -> &mut AuvState {
-    auv.evidence.state_mut().expect("the state is told")
+    auv.evidence.state_mut().expect("the state is given")
 }
 
 fn ids(names: &[&str]) -> Vec<VehicleId> {
@@ -157,7 +157,7 @@ fn a_goal_in_range_is_as_far_from_its_farthest_and_moves_with_a_formation() {
     };
     let slants = |auvs: &[Auv], place: Vector2<f64>| -> Vec<f64> {
         let slant = |auv: &Auv| {
-            let state = auv.evidence.state().expect("told");
+            let state = auv.evidence.state().expect("is given");
             (place - state.position).norm().hypot(state.depth)
         };
         auvs.iter().map(slant).collect()

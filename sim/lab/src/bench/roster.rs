@@ -91,7 +91,9 @@ pub fn ablations() -> Vec<Contender> {
         policy.uncertain_goal_share = 1.0;
     });
     without("a law in haste", &|policy| policy.hard_turn_share = 10.0);
-    without("no choice by predicted cost", &|policy| policy.cost_decides = false);
+    without("no choice by predicted cost", &|policy| {
+        policy.cost_decides = false
+    });
     contenders
 }
 

@@ -114,8 +114,8 @@ impl Knowledge {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Self::Declared => "told",
-            Self::Undeclared => "untold",
+            Self::Declared => "declared",
+            Self::Undeclared => "undeclared",
         }
     }
 

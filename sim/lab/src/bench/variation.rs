@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn a_heavier_hull_is_slower_to_move_but_told_the_same_limits() {
+    fn a_heavier_hull_is_slower_to_move_but_has_the_same_limits_declared() {
         let scenario = short("paper-tracking");
         let (heavy, usual) = (varied(Variation::Hull(1.3), &scenario), plain(&scenario));
         assert_eq!(heavy.limits, usual.limits);

@@ -9,7 +9,7 @@ use crate::chart::{Axes, BLACK_INK, BLUE, GREEN, Line, PURPLE, Panel, Sheet, Str
 const HEIGHT: u32 = 620;
 const COLUMNS: usize = 2;
 
-/// Laws farther off than so many times the nearest of them are left out, so that the others can be told apart.
+/// Laws farther off than so many times the nearest of them are left out, so that the others can be distinguished.
 const SHOWN: f64 = 2.0;
 
 /// Mean energy over mean root mean square distance, a panel a scenario, as SVG: every gain of every law a dot, the

@@ -17,7 +17,7 @@ const STEADY_FOR: f64 = 10.0;
 /// Standard deviation of a steady simulated speed, as a part of it. Assumption: what the fits of speed and current leave,
 /// and it is not seen in the residuals of power.
 const SPEED_SIGMA: f64 = 0.003;
-/// A motor that cannot be told from noise draws this, W.
+/// A motor that cannot be distinguished from noise draws this, W.
 const POWER_MIN: f64 = 1e-3;
 
 /// The coefficients of P = c₁ u + c₃ u³, none negative; nothing where the log has no power.

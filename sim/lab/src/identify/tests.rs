@@ -264,7 +264,7 @@ fn share_covered(n_logs: u64, colour: f64) -> f64 {
 
 /// The claim is 95 %. What is missing to it is the loops' interplay: intervals of one log miss together.
 #[test]
-fn in_fifty_logs_the_intervals_hold_the_truth_as_often_as_claimed_and_all_modes_are_told() {
+fn in_fifty_logs_the_intervals_hold_the_truth_as_often_as_claimed_and_all_modes_are_identified() {
     let share = share_covered(50, 0.0);
     assert!(0.90 <= share, "{share}");
 }
@@ -312,7 +312,7 @@ fn a_log_without_noise_gives_the_craft_back() {
 
 #[test]
 fn what_a_log_does_not_show_is_left_out_and_the_manoeuvre_is_named() {
-    // Small steps at one speed in still water: no limit is reached, nothing is told apart, and power has one speed.
+    // Small steps at one speed in still water: no limit is reached, no modes are distinguished, and power has one speed.
     let (craft, ocean) = some_craft(0);
     let leg = |speed: f64, degrees: f64| crate::trial::Leg {
         manoeuvre: crate::trial::Manoeuvre::HeadingSteps,

@@ -182,12 +182,16 @@ const SCORES: [Number; 26] = [
     ("energy_violations", |score| {
         Some(score.metrics.violations.energy.count as f64)
     }),
-    ("answers_mpc", |score| Some(score.metrics.answers_by_method.mpc as f64)),
+    ("answers_mpc", |score| {
+        Some(score.metrics.answers_by_method.mpc as f64)
+    }),
     ("answers_previous_plan", |score| {
         Some(score.metrics.answers_by_method.previous_plan as f64)
     }),
     ("answers_saturated_los", |score| {
         Some(score.metrics.answers_by_method.saturated_los as f64)
     }),
-    ("answers_hold", |score| Some(score.metrics.answers_by_method.hold as f64)),
+    ("answers_hold", |score| {
+        Some(score.metrics.answers_by_method.hold as f64)
+    }),
 ];

@@ -126,7 +126,7 @@ fn a_part_that_takes_no_part_has_a_dash_and_others_a_ratio() {
 }
 
 #[test]
-fn who_is_told_more_or_is_there_to_fail_never_wins() {
+fn a_controller_with_more_information_or_made_to_fail_never_wins() {
     let board = scaled(&[
         (PATH, 0.1),
         ("printed_los", 0.1),

@@ -147,7 +147,7 @@ fn cause(record: &Record, row: &Row, craft: &SurfaceCraftRow) -> String {
     let own_error = (craft.known.position - craft.position).norm();
     if EXPLAINED * distance < own_error {
         return format!(
-            "its own position believed {} m from where it was",
+            "its own position estimated {} m from where it was",
             number(own_error)
         );
     }

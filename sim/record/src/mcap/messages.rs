@@ -55,8 +55,8 @@ pub(super) struct Vehicle {
 }
 
 impl Vehicle {
-    /// The vehicle that a row tells of, where it tells its place. It lies level where its pitch is not told, at the
-    /// surface where its depth is not; it points where the course leads where its heading is not told, else north.
+    /// The vehicle of a row that has its position. It lies level where its pitch is not known, at the
+    /// surface where its depth is not; it points where the course leads where its heading is not known, else north.
     pub(super) fn of<'a>(row: &Row<'a>) -> Option<(&'a str, Self)> {
         let (id, position) = row.place()?;
         let vehicle = Self {

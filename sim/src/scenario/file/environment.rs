@@ -144,7 +144,7 @@ pub enum ReportedAs {
 #[serde(deny_unknown_fields)]
 pub struct AcousticsFile {
     /// How a snapshot carries the messages; `reports` if left out.
-    #[serde(default, rename = "told_as")]
+    #[serde(default, alias = "told_as")]
     pub reported_as: ReportedAs,
     /// Time from one slot of a vehicle to its next, s.
     pub frame_s: Quantity<FrameTime>,

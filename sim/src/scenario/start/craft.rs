@@ -121,7 +121,7 @@ fn integrator(file: &SurgeResponseFile, draw: &mut Draw) -> Result<Option<Integr
         (None | Some(true), Some(time)) => Ok(Some(Integrator::Gathers { time })),
         (Some(true), None) => wrong(
             "integrates",
-            "an integrator is told by its integral_time_s; leave integrates out to have it learnt",
+            "an integrator is stated by its integral_time_s; leave integrates out to have it learnt",
         ),
         (Some(false), Some(_)) => wrong(
             "integral_time_s",

@@ -66,7 +66,7 @@ fn known(auv: &SimulatedAuv, current: Vector2<f64>, diving: bool) -> Auv {
 
 fn forecast(auv: &Auv, current: Vector2<f64>) -> AuvForecast {
     AuvForecast::new(
-        auv.evidence.state().expect("told"),
+        auv.evidence.state().expect("is given"),
         auv.into(),
         ForecastChoice::Model(ForecastModel::Path),
         &current,

@@ -198,7 +198,7 @@ impl Trial<'_> {
     }
 
     /// The fastest turn, rad/s, at which the craft keeps a good part of its top speed, m/s, and which part that is: a
-    /// hull that could turn faster at half the speed is told to be what it is at most speeds.
+    /// hull that could turn faster at half the speed is declared as what it is at most speeds.
     fn turn_and_speed(&self, top: f64, turn_rate: f64) -> Result<(f64, f64), StepTestFailed> {
         let mut best: Option<(f64, f64)> = None;
         for share in TURN_SHARES {

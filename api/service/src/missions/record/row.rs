@@ -114,7 +114,7 @@ pub(super) fn rows(sequence: u64, time: f64, event: &Event) -> Vec<Row<'_>> {
             let fixes = heard
                 .auvs
                 .iter()
-                .flat_map(|(id, fixes)| fixes.iter().map(move |told| fix(&row, id, told)));
+                .flat_map(|(id, fixes)| fixes.iter().map(move |report| fix(&row, id, report)));
             states.chain(fixes).collect()
         }
         Event::Planned(plan) => {
@@ -124,33 +124,33 @@ pub(super) fn rows(sequence: u64, time: f64, event: &Event) -> Vec<Row<'_>> {
     }
 }
 
-fn asc_state<'a>(row: &Row<'a>, told: &AscReport) -> Row<'a> {
+fn asc_state<'a>(row: &Row<'a>, report: &AscReport) -> Row<'a> {
     Row {
         kind: Some("asc_state"),
-        t_s: Some(told.t_s),
+        t_s: Some(report.t_s),
         vehicle: Some(SURFACE_CRAFT),
-        north_m: Some(told.state.north_m),
-        east_m: Some(told.state.east_m),
-        heading_rad: Some(told.state.heading_rad),
-        speed_mps: Some(told.state.speed_mps),
-        sway_mps: Some(told.state.sway_mps),
-        yaw_rate_radps: Some(told.state.yaw_rate_radps),
+        north_m: Some(report.state.north_m),
+        east_m: Some(report.state.east_m),
+        heading_rad: Some(report.state.heading_rad),
+        speed_mps: Some(report.state.speed_mps),
+        sway_mps: Some(report.state.sway_mps),
+        yaw_rate_radps: Some(report.state.yaw_rate_radps),
         ..*row
     }
 }
 
-fn fix<'a>(row: &Row<'a>, id: &'a str, told: &Report) -> Row<'a> {
+fn fix<'a>(row: &Row<'a>, id: &'a str, report: &Report) -> Row<'a> {
     Row {
         kind: Some("fix"),
-        t_s: Some(told.t_s),
+        t_s: Some(report.t_s),
         vehicle: Some(id),
-        north_m: Some(told.north_m),
-        east_m: Some(told.east_m),
-        depth_m: told.depth_m,
-        course_rad: told.course_rad,
-        speed_mps: told.speed_mps,
-        yaw_rate_radps: told.turn_rate_radps,
-        sigma_m: Some(told.sigma_m),
+        north_m: Some(report.north_m),
+        east_m: Some(report.east_m),
+        depth_m: report.depth_m,
+        course_rad: report.course_rad,
+        speed_mps: report.speed_mps,
+        yaw_rate_radps: report.turn_rate_radps,
+        sigma_m: Some(report.sigma_m),
         ..*row
     }
 }

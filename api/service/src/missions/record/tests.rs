@@ -196,7 +196,7 @@ fn simulated() -> Vec<Event> {
 }
 
 #[tokio::test]
-async fn the_events_are_told_each_as_it_was_stored_behind_its_number() {
+async fn each_event_is_written_as_it_was_stored_behind_its_number() {
     for events in [live(), simulated()] {
         let logged = Logged::of(events.clone()).await;
         let text = String::from_utf8(logged.written(RecordFormat::EventsNdjson)).expect("is text");
@@ -310,7 +310,7 @@ async fn the_table_of_a_live_mission_tells_every_observation_when_it_was_so() {
 async fn the_table_of_a_simulated_mission_tells_who_was_where_on_the_missions_clock() {
     let logged = Logged::of(simulated()).await;
     let table = table(&logged.written(RecordFormat::Csv));
-    let told: Vec<_> = table
+    let cells: Vec<_> = table
         .iter()
         .map(|row| {
             let cell = |name: &str| row.get(name).map_or("", String::as_str);
@@ -334,7 +334,7 @@ async fn the_table_of_a_simulated_mission_tells_who_was_where_on_the_missions_cl
         ["truth", "1", "auv-1", "1.5", "9.5"],
         ["finished", "1", "", "", ""],
     ];
-    assert_eq!(told, expected);
+    assert_eq!(cells, expected);
     assert_eq!(table[8]["received_s"], (MADE + 2.0).to_string());
 }
 
@@ -367,11 +367,11 @@ fn messages(file: &[u8]) -> BTreeMap<String, Vec<(u64, u64, Value)>> {
     for message in MessageStream::new(file).expect("is MCAP") {
         let message = message.expect("can be read");
         let body = serde_json::from_slice(&message.data).expect("is JSON");
-        let told = (message.log_time, message.publish_time, body);
+        let entry = (message.log_time, message.publish_time, body);
         topics
             .entry(message.channel.topic.clone())
             .or_default()
-            .push(told);
+            .push(entry);
     }
     topics
 }
@@ -387,7 +387,7 @@ async fn mcap_of_a_live_mission_logs_what_was_heard_when_it_was_and_publishes_it
     let topics = messages(&logged.written(RecordFormat::Mcap));
     let counts: Vec<(&str, usize)> = topics
         .iter()
-        .map(|(topic, told)| (topic.as_str(), told.len()))
+        .map(|(topic, logged)| (topic.as_str(), logged.len()))
         .collect();
     let (odd_fix, odd_pose) = (format!("/{ODD}/fix"), format!("/{ODD}/pose"));
     let expected = [
@@ -590,10 +590,10 @@ async fn a_mission_that_is_gone_meanwhile_is_an_error_and_no_end() {
     let logged = Logged::of(live()).await;
     let mut events = MissionEvents::of(&logged.reader, logged.number).expect("reads");
     events.last += 1;
-    let mut told = events.stored().skip(6);
-    let error = told.next().expect("is told").expect_err("is gone");
+    let mut stored = events.stored().skip(6);
+    let error = stored.next().expect("is there").expect_err("is gone");
     assert!(error.to_string().contains("event 7"), "{error}");
-    assert!(told.next().is_none());
+    assert!(stored.next().is_none());
     let mut bytes = vec![];
     ::record::write(&events, Format::Mcap, &mut bytes).expect_err("is not whole");
     let read = MessageStream::new(&bytes)
@@ -664,7 +664,7 @@ impl Write for Counter {
 
 /// A mission that was heard of `n` times, some minutes late now and then.
 fn long(n: u32) -> impl Iterator<Item = Event> {
-    let told = (0..n).map(|k| {
+    let later = (0..n).map(|k| {
         let at = MADE + f64::from(k);
         let sent = at - f64::from(k % 7 * 60);
         let fix = json!({"t_s": sent, "north_m": f64::from(k), "east_m": 1.0 / 3.0, "sigma_m": 0.5});
@@ -673,7 +673,7 @@ fn long(n: u32) -> impl Iterator<Item = Event> {
             _ => planned(at, None),
         }
     });
-    [made_live()].into_iter().chain(told)
+    [made_live()].into_iter().chain(later)
 }
 
 #[tokio::test]
