@@ -160,7 +160,7 @@ async function checkRefusal(page, complaints) {
   assert.equal(await page.locator("#errors li").count(), 0, "the error is gone with its cause");
 }
 
-// The share of pixels that differ visibly between two PNG files of one size; 1 where the sizes differ. Letters are
+// The share of pixels that differ visibly between two PNG files of one size; 1 where the sizes differ. Characters are
 // drawn a little differently by other versions of fonts and browser.
 async function difference(browser, files) {
   const page = await browser.newPage();

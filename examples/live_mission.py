@@ -12,7 +12,7 @@ it twice, and of one of them nothing for three minutes. Once a second of mission
 for the reference.
 
 Kill the server on the way, and start it again with the same --data: the mission goes on. Until then the craft follows
-the last reference for as long as that is valid, and what nobody acknowledged is posted again under the same key.
+the last reference for as long as that is valid, and what the server did not acknowledge is posted again under the same key.
 
 Everywhere: metres, seconds, radians; north, east, depth positive down; headings clockwise from north.
 """
@@ -210,7 +210,7 @@ class Bridge:
     def __init__(self, missions, mission, run):
         self.missions, self.mission, self.run = missions, mission, run
         self.posts = 0
-        self.waiting = []  # reports that nobody has acknowledged, with their keys, the newest last
+        self.waiting = []  # reports that the server has not acknowledged, with their keys, the newest last
         self.acknowledged = self.retries = 0
         self.reference = None
 

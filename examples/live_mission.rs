@@ -6,7 +6,7 @@
 //! ```
 //! Once a second of mission time, what was heard is posted and the reference asked for. Kill the server on the way, and
 //! start it again with the same --data: the mission goes on. Until then the craft follows the last reference for as long
-//! as that is valid, and what nobody acknowledged is posted again.
+//! as that is valid, and what the server did not acknowledge is posted again.
 
 use std::{
     collections::BTreeMap,
@@ -242,7 +242,7 @@ struct Bridge<'a> {
     run: &'a str,
     /// Reports that were to be posted so far: the next one's number.
     posts: u32,
-    /// Reports with their keys that nobody has acknowledged, the newest last.
+    /// Reports with their keys that the server has not acknowledged, the newest last.
     waiting: Vec<(String, Reports)>,
     acknowledged: BTreeMap<u64, Reports>,
     retries: u32,

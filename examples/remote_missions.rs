@@ -138,13 +138,13 @@ impl RemoteMissions {
         }
     }
 
-    /// Everything that happened, as `format` has it, to be read to its end.
+    /// The record of all events, as `format` has it, to be read to its end.
     pub fn record(&self, id: &str, format: &str) -> Result<impl Read + use<>, NoAnswer> {
         let (_, response) = self.get(&format!("/{id}/record?format={format}"))?;
         Ok(response.into_body().into_reader())
     }
 
-    /// What happened since the event number `after`, and what happens, until the mission is over.
+    /// The events after number `after`, and those that follow, until the mission is over.
     pub fn events(&self, id: &str, after: u64) -> Result<Events, NoAnswer> {
         let (_, response) = self.get(&format!("/{id}/events?after={after}"))?;
         Ok(Events(BufReader::new(Box::new(
@@ -186,7 +186,7 @@ fn answer(
     if status.is_success() {
         return Ok((url, response));
     }
-    // Whoever stands between may answer in another language.
+    // A proxy may answer in another format.
     let problem = response.body_mut().read_json().unwrap_or(Value::Null);
     Err(match status.as_u16() {
         429 | 502..=504 => NoAnswer::Later { url, problem },
@@ -205,7 +205,7 @@ pub struct MissionEvent {
     pub sequence: Option<u64>,
     /// Its kind, such as `planned`, or `gap`.
     pub kind: String,
-    /// What happened.
+    /// Its data.
     pub data: Value,
 }
 

@@ -106,7 +106,7 @@ fn the_command_that_the_server_prints_works_when_pasted() {
 }
 
 #[test]
-fn a_server_goes_on_when_nobody_reads_what_it_prints() {
+fn a_server_goes_on_when_its_output_is_not_read() {
     let free = TcpListener::bind("127.0.0.1:0")
         .and_then(|listener| listener.local_addr())
         .expect("is free");
@@ -740,21 +740,21 @@ fn a_benchmark_leaves_a_page_in_two_forms_and_every_run_and_says_how_far_it_is()
 }
 
 #[test]
-fn a_benchmark_draws_the_front_where_nearness_has_a_price_and_flies_another_plant() {
-    let directory = std::env::temp_dir().join(format!("pilotfish-front-{}", std::process::id()));
+fn a_benchmark_draws_the_pareto_front_where_nearness_has_a_price_and_flies_another_plant() {
+    let directory = std::env::temp_dir().join(format!("pilotfish-pareto-{}", std::process::id()));
     let out = directory.to_str().expect("is text");
     let effort = ["--duration-s", "10", "--seeds", "1", "--tuning-seeds", "1"];
     for (scenario, drawn) in [("calm", false), ("about-face", true)] {
-        let more = ["--scenario", scenario, "--front", "1", "--other-plant", "1"];
+        let more = ["--scenario", scenario, "--pareto", "1", "--other-plant", "1"];
         let output = run(&[["bench", "--out", out].as_slice(), &more, &effort].concat());
         assert!(output.status.success(), "{}", stderr(&output));
         let text = fs::read_to_string(directory.join("benchmark.md")).expect("is written");
         assert!(text.contains(&format!("### {scenario} on an Otter")), "{text}");
-        assert_eq!(text.contains("](front.svg)"), drawn);
-        assert_eq!(directory.join("front.svg").exists(), drawn);
+        assert_eq!(text.contains("](pareto.svg)"), drawn);
+        assert_eq!(directory.join("pareto.svg").exists(), drawn);
         assert_eq!(text.contains("| points of laws that beat"), drawn);
     }
-    let picture = fs::read_to_string(directory.join("front.svg")).expect("is drawn");
+    let picture = fs::read_to_string(directory.join("pareto.svg")).expect("is drawn");
     for name in [
         "about-face",
         "saturated_los_tracker_frame",
@@ -767,7 +767,7 @@ fn a_benchmark_draws_the_front_where_nearness_has_a_price_and_flies_another_plan
 }
 
 #[test]
-fn a_benchmark_of_nobody_or_of_no_seeds_is_refused() {
+fn a_benchmark_of_no_craft_or_of_no_seeds_is_refused() {
     let directory = std::env::temp_dir();
     let out = directory.to_str().expect("is text");
     for (arguments, says) in [

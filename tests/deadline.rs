@@ -121,16 +121,16 @@ impl Gate {
     }
 
     fn wait(&self) {
-        let open = self.open.lock().expect("nobody panics with it");
+        let open = self.open.lock().expect("no thread panics with it");
         drop(
             self.opened
                 .wait_while(open, |open| !*open)
-                .expect("nobody panics with it"),
+                .expect("no thread panics with it"),
         );
     }
 
     fn open(&self) {
-        *self.open.lock().expect("nobody panics with it") = true;
+        *self.open.lock().expect("no thread panics with it") = true;
         self.opened.notify_all();
     }
 }

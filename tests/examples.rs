@@ -70,10 +70,10 @@ fn a_mission_over_http_is_the_mission_flown_beside_the_planner() {
 
 #[test]
 fn a_guide_without_a_server_says_how_to_start_one() {
-    // Port 1 is nobody's: binding it takes a privilege and no service has it.
+    // No service has port 1: binding it takes a privilege.
     let mut guide = RemoteGuide::new("http://127.0.0.1:1");
     let error =
-        mission::run(&short("paper-tracking"), &mut guide, 1, &mut |_| {}).expect_err("nobody answers");
+        mission::run(&short("paper-tracking"), &mut guide, 1, &mut |_| {}).expect_err("no server answers");
     assert!(error.to_string().contains("cargo run --release"), "{error}");
 }
 
@@ -170,7 +170,10 @@ fn a_live_mission_outlives_the_server_and_nothing_acknowledged_is_lost() {
     };
     let heard: BTreeMap<u64, Reports> = events.into_iter().filter_map(heard).collect();
     assert_eq!(heard, summary.acknowledged);
-    assert!(0 < summary.retries, "nobody noticed that the server was away");
+    assert!(
+        0 < summary.retries,
+        "the client did not notice that the server was away"
+    );
     assert!(summary.settled_rms_m < SETTLED_RMS_MAX_M, "{summary}");
     assert!(summary.silence_max_m < SILENCE_MAX_M, "{summary}");
     assert!(summary.unguided_s < UNGUIDED_MAX_S, "{summary}");

@@ -125,7 +125,7 @@ impl Home {
         }
     }
 
-    /// Everything that happened in a mission.
+    /// All events of a mission.
     fn record(&self, mission: &str) -> Vec<Value> {
         let mut answer = agent()
             .get(self.url(&format!("/{mission}/record?format=events_ndjson")))

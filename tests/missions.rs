@@ -1,4 +1,4 @@
-//! Missions, simulated and live, through the API: what is stored is what happened, and a restart changes nothing.
+//! Missions, simulated and live, through the API: what is stored is what the clients saw, and a restart changes nothing.
 
 use std::{
     path::Path,
@@ -730,13 +730,13 @@ async fn a_mission_with_too_much_to_do_says_when_to_come_again_and_its_neighbour
     let neighbour = service.create(&live()).await;
     let made = service.ask(&neighbour).await;
     let body = heard(mission_now(&made)).to_string();
-    let letters = (0..200).map(|_| {
+    let posts = (0..200).map(|_| {
         send_to(
             service.router.clone(),
             post(&format!("{flooded}/reports"), body.clone()),
         )
     });
-    let flood = futures_util::future::join_all(letters);
+    let flood = futures_util::future::join_all(posts);
     let reports = format!("{neighbour}/reports");
     let calm = heard(mission_now(&made));
     let beside = service.post(&reports, &calm);

@@ -1,4 +1,4 @@
-//! What happened in a mission, tick by tick: truth, knowledge, references, outcome.
+//! The record of a mission, tick by tick: truth, knowledge, references, outcome.
 
 use nalgebra::Vector2;
 use planner::{

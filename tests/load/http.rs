@@ -121,7 +121,7 @@ pub(crate) struct Lines {
 }
 
 impl Lines {
-    /// The answer to `request`, on a connection of its own, which keeps about `buffer` bytes that nobody reads.
+    /// The answer to `request`, on a connection of its own, which keeps about `buffer` bytes that are not read.
     pub(crate) async fn of(address: SocketAddr, request: &Request, buffer: Option<u32>) -> io::Result<Self> {
         let begun = timeout(PATIENCE, async {
             let mut socket = open(address, buffer).await?;

@@ -85,7 +85,7 @@ pub(crate) struct Shared(Arc<Mutex<Tally>>);
 
 impl Shared {
     pub(crate) fn lock(&self) -> MutexGuard<'_, Tally> {
-        self.0.lock().expect("nobody panics while counting")
+        self.0.lock().expect("no thread panics while counting")
     }
 }
 

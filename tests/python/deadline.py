@@ -59,7 +59,7 @@ def read(connection: socket.socket) -> bytes:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--example", default="intermittent")
-    parser.add_argument("--snapshot", type=File, help="a request of one's own, in place of an example")
+    parser.add_argument("--snapshot", type=File, help="a request of one's own, instead of an example")
     parser.add_argument("--count", type=int, default=1000, help="requests of each client for each deadline")
     parser.add_argument("--clients", type=int, default=1)
     arguments = parser.parse_args()

@@ -257,7 +257,7 @@ def constraints(program: ConeProgram, slack: cp.Expression) -> list[cp.Constrain
 
 @dataclass(frozen=True)
 class Peer:
-    """A solver: how it is set up, which nobody times, and what is to be known of what is timed then."""
+    """A solver: how it is set up, which is not timed, and what is to be known of what is timed then."""
 
     name: str
     set_up: Callable[[list[ConeProgram]], list[Solve]]

@@ -21,7 +21,7 @@ use crate::{
 };
 use wire::{PlanRequest, SCHEMA_VERSION};
 
-/// How long a verdict on readiness is believed, s: probes come every few seconds and should cost nothing.
+/// How long a verdict on readiness is valid, s: probes come every few seconds and should cost nothing.
 const VERDICT_LIFE: Duration = Duration::from_secs(10);
 
 /// How long the disk may take to store next to nothing.
@@ -121,7 +121,7 @@ pub(crate) async fn livez() -> Json<Health> {
     })
 }
 
-/// Can it plan, and store what missions hear? Tries both, and believes the result for ten seconds.
+/// Can it plan, and store what missions hear? Tries both, and keeps the result for ten seconds.
 #[utoipa::path(get, path = "/readyz", tag = "service", responses(
     (status = 200, description = "It can.", body = Health),
     (status = 503, description = "It cannot, every planner is busy, or the mission log is damaged or cannot be written.", body = ProblemDocument,

@@ -92,7 +92,7 @@ pub enum Problem {
     },
     /// There is no plan yet.
     NoPlanYet {
-        /// Of whom nothing is known.
+        /// Vehicles of which nothing is known.
         waits_for: Vec<String>,
     },
     /// The client's key was answered before, when it asked for something else.
@@ -132,7 +132,7 @@ pub struct ProblemDocument {
     pub title: String,
     /// The HTTP status code.
     pub status: u16,
-    /// What happened and what to do about it.
+    /// Which error it is, and what to do about it.
     pub detail: String,
     /// Path of the request.
     pub instance: String,

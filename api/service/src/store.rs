@@ -1,4 +1,4 @@
-//! The event store: what happened to every mission, on the disk before any client hears of it.
+//! The event store: the events of every mission, on the disk before any client hears of it.
 //!
 //! ```text
 //! actors ── Append ──► one writer thread: BEGIN; all waiting appends; COMMIT (fsync) ──► a reply to each

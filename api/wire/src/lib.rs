@@ -48,7 +48,7 @@ pub use write_request::plan_id;
 /// The version of these shapes that requests must name and answers carry.
 pub const SCHEMA_VERSION: &str = "1.0";
 
-/// Time for an answer, ms: less than the least is over before the request is read, and nobody steers by an answer
+/// Time for an answer, ms: less than the least is over before the request is read, and no client steers by an answer
 /// that takes longer than the most.
 pub const DEADLINE_MS: std::ops::RangeInclusive<f64> = 0.05..=60_000.0;
 

@@ -328,7 +328,7 @@ pub struct CurrentReference {
     /// When each vehicle was last heard, on the mission's clock, s: `asc` and the AUVs of the plan.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub heard_s: BTreeMap<String, f64>,
-    /// Of whom nothing is known that another plan could rest on; empty as long as there is one every period.
+    /// Vehicles of which nothing is known that another plan could rest on; empty as long as there is one every period.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub waits_for: Vec<String>,
     /// Plans that were due and not made since the service took the mission up: it had too much to do, the disk took nothing,

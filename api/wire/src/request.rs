@@ -260,16 +260,16 @@ pub enum SegmentKind {
 /// What the surface craft is to do. Which members are needed depends on `kind`.
 ///
 /// One flat shape and not one variant per kind: serde's tagged variants forget where in the document
-/// an error happened.
+/// an error is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Goal {
     /// Which goal.
     pub kind: GoalKind,
-    /// `track`: whom to follow.
+    /// `track`: the vehicle to follow.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub auv: Option<String>,
-    /// `intermittent`: whom to follow, in order. `midpoint`: whose mean to follow. `range`: whom to stay near.
+    /// `intermittent`: the vehicles to follow, in order. `midpoint`: those whose mean to follow. `range`: those to stay near.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub auvs: Option<Vec<String>>,
     /// `intermittent`: time spent with each, s.

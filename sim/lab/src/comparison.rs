@@ -90,7 +90,7 @@ pub struct Controller {
     /// True of a law that is shown because it fails.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub never_a_winner: bool,
-    /// What happened.
+    /// The record.
     #[serde(skip)]
     pub record: Record,
 }

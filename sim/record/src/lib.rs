@@ -1,4 +1,4 @@
-//! Records: what happened in a mission, flown or simulated, as files that other programs open.
+//! Records of missions, live or simulated, as files that other programs open.
 //!
 //! ```text
 //! simulated run ┐                                ┌► csv, parquet, ndjson: the table

@@ -298,7 +298,7 @@ impl Context {
         self.requests.recv().await
     }
 
-    /// Stores events of the mission, and then publishes them: what is not on the disk has not happened. `snapshot` is
+    /// Stores events of the mission, and then publishes them: an event that is not on the disk does not count. `snapshot` is
     /// the fold of all events after them.
     async fn append(
         &mut self,

@@ -20,7 +20,7 @@ use wire::{
     mission::{NewMission, Reports, Truth},
 };
 
-/// What happened. Times are Unix times, s, but for those of a simulated mission's own clock.
+/// An event of a mission. Times are Unix times, s, but for those of a simulated mission's own clock.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Event {

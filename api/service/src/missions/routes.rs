@@ -331,7 +331,7 @@ pub(crate) async fn pause_mission(
     Ok(as_json(missions.send(&id, Command::Pause, key).await?))
 }
 
-/// Ends a mission. What happened in it is kept.
+/// Ends a mission. Its events are kept.
 #[utoipa::path(post, path = "/v1/missions/{id}/finish", tag = "missions", params(Named, IdempotencyKeyHeader),
     responses((status = 200, description = "It is over.", body = Mission), MissionRefusals))]
 pub(crate) async fn finish_mission(
@@ -433,7 +433,7 @@ pub(crate) async fn stream_events(
     stream::events(missions, &id, last.number()?.or(after)).await
 }
 
-/// Everything that happened, in a format for other programs. StoredAnswer as it is read, at any length.
+/// All events of a mission, in a format for other programs, streamed at any length.
 #[utoipa::path(
     get,
     path = "/v1/missions/{id}/record",

@@ -213,7 +213,7 @@ fn least_request() -> Value {
     })
 }
 
-/// What the errors in a body of the `shape` say that is accepted. The first to speak of a member is believed.
+/// Writes the limits that the errors in a body of the `shape` state. The first error about a member counts.
 fn write_limits(document: &mut Value, shape: &str, wrong: &[FieldError]) {
     for error in wrong {
         let Some(limit) = &error.limit else { continue };

@@ -57,7 +57,7 @@ pub(crate) struct Bench {
     /// seeds 1 to N [5 if N is left out].
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "5",
         value_parser = scored_seeds())]
-    front: Option<u64>,
+    pareto: Option<u64>,
     /// Then fly the planner and the laws on an Otter instead of a MEDUSA [seeds as above].
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "5",
         value_parser = scored_seeds())]
@@ -79,7 +79,7 @@ pub(crate) struct Bench {
     #[arg(long, value_name = "SEED", default_value_t = 101, requires = "crafts", value_parser = scored_seeds())]
     first_craft: u64,
     /// Fly no scenarios.
-    #[arg(long, requires = "crafts", conflicts_with_all = ["scenario", "front", "other_plant", "ablations", "sensitivity", "worst"])]
+    #[arg(long, requires = "crafts", conflicts_with_all = ["scenario", "pareto", "other_plant", "ablations", "sensitivity", "worst"])]
     crafts_only: bool,
     /// Fly the planner's ten worst runs of each scenario again, and show them with a sentence each: `worst.html` and
     /// its pictures.
@@ -158,7 +158,7 @@ pub(crate) fn bench(arguments: &Bench) -> Result<(), MissionError> {
         pareto: more(
             "nearness and energy",
             pareto_front(),
-            arguments.front,
+            arguments.pareto,
             &transients,
         )?,
         other_plant: more("on an Otter", other_plant(), arguments.other_plant, all)?,
@@ -310,7 +310,7 @@ fn command(arguments: &Bench) -> String {
         )
     };
     for (name, seeds) in [
-        ("front", arguments.front),
+        ("pareto", arguments.pareto),
         ("other-plant", arguments.other_plant),
         ("ablations", arguments.ablations),
         ("sensitivity", arguments.sensitivity),

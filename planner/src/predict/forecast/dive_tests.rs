@@ -136,7 +136,7 @@ fn without_a_direction_it_is_the_mean_of_both_and_surfaced_if_either_is() {
 }
 
 #[test]
-fn whoever_does_not_dive_or_rests_stays_as_deep_as_it_is() {
+fn a_vehicle_that_does_not_dive_or_rests_stays_as_deep_as_it_is() {
     let diving = auv(sawtooth(Some(true)), 10.0);
     let level = Auv {
         dive: None,

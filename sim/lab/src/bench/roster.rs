@@ -1,4 +1,4 @@
-//! Who flies beside the board's usual contenders: for the Pareto front of nearness and energy, on another plant, for ablations
+//! Contenders beside the usual ones: for the Pareto front of nearness and energy, on another plant, for ablations
 //! and for sensitivity.
 
 use planner::{los::LosLaw, policy::Policy};

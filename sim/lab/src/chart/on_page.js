@@ -87,7 +87,7 @@ function timeAt(chart, event) {
 
 for (const chart of charts) {
   for (const event of ["pointermove", "pointerdown"]) {
-    chart.figure.addEventListener(event, (happened) => show(timeAt(chart, happened)));
+    chart.figure.addEventListener(event, (pointer) => show(timeAt(chart, pointer)));
   }
   chart.figure.addEventListener("pointerleave", () => show(undefined));
   chart.figure.addEventListener("keydown", (event) => {

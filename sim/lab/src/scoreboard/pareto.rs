@@ -5,7 +5,7 @@ use crate::bench::{Board, Entry, Match, Metric, statistics::mean};
 use super::{Block, Table, seeded, verdict::Verdict, with_half_width};
 
 /// Name of the picture beside the document.
-pub const PICTURE: &str = "front.svg";
+pub const PICTURE: &str = "pareto.svg";
 
 const TEXT: &str = "The planner of `mpc auto`, whose price of propulsion energy is 0, and at higher prices, beside every law \
     that may win at every gain of its grid: mean RMS distance and mean energy. Of the laws' points only those are \

@@ -34,7 +34,7 @@ pub fn write_runs(
 ) -> Result<(), ExportError> {
     let mut all = runs("contenders", &results.board);
     for (name, board) in [
-        ("front", &results.pareto),
+        ("pareto", &results.pareto),
         ("other_plant", &results.other_plant),
         ("ablations", &results.ablations),
         ("sensitivity", &results.sensitivity),

@@ -159,7 +159,7 @@ fn a_loss_is_shown_as_one_and_a_win_as_one() {
 }
 
 #[test]
-fn a_law_that_is_nearer_and_no_dearer_breaks_the_front_and_one_that_trades_does_not() {
+fn a_law_that_is_nearer_and_no_dearer_breaks_the_pareto_front_and_one_that_trades_does_not() {
     let with_law_at = |rms: f64, energy: f64| {
         let mut results = RESULTS.clone();
         let pareto = results.pareto.as_mut().expect("asked for");

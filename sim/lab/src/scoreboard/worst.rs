@@ -33,7 +33,7 @@ pub struct WorstRun {
     pub scenario: String,
     /// The seed.
     pub seed: u64,
-    /// What happened, in a sentence.
+    /// Explanation, in a sentence.
     pub sentence: String,
     /// Name of its picture's file.
     pub file_name: String,

@@ -192,7 +192,7 @@ fn messages_sent_apart_collide_where_the_travel_times_make_up_for_it() {
 }
 
 #[test]
-fn a_silent_vehicle_hits_nobody_and_is_not_heard() {
+fn a_silent_vehicle_collides_with_no_message_and_is_not_heard() {
     let shared = AcousticsSetup {
         slots: vec![3.0, 3.0],
         ..clear(2)
@@ -304,7 +304,7 @@ fn the_share_of_outliers_is_the_one_asked_for_and_they_look_like_any_other_fix()
 }
 
 #[test]
-fn luck_is_the_same_wherever_the_surface_craft_is_and_whoever_kept_silent_before() {
+fn luck_is_the_same_wherever_the_surface_craft_is_and_whichever_vehicle_kept_silent_before() {
     let setup = AcousticsSetup {
         loss: 0.3,
         loss_at_range_max: 0.3,
@@ -366,7 +366,7 @@ fn slots_do_not_drift_over_a_day_nor_depend_on_how_the_period_rounds() {
 }
 
 #[test]
-fn fixes_that_nobody_collects_are_forgotten_oldest_first() {
+fn fixes_that_are_not_collected_are_forgotten_oldest_first() {
     let mut channel = channel(&clear(1), 1);
     for step in 0..100 * FRAME_STEPS {
         channel.step(step, &Vector2::zeros(), &[at(5.0, 5.0)], &[false]);

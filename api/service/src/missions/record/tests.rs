@@ -556,21 +556,21 @@ async fn without_a_place_on_earth_there_is_no_geojson_and_not_a_byte_of_it() {
 }
 
 #[tokio::test]
-async fn a_mission_where_nothing_happened_yet_is_written_too() {
+async fn a_mission_without_events_is_written_too() {
     let logged = Logged::of([made_live()]).await;
     assert_eq!(table(&logged.written(RecordFormat::Csv)).len(), 1);
     assert_eq!(messages(&logged.written(RecordFormat::Mcap))["/events"].len(), 1);
     assert!(tracks(&logged.written(RecordFormat::Geojson)).is_empty());
-    let nobody = Logged {
+    let empty = Logged {
         number: logged.number + 1,
         ..logged
     };
-    assert!(nobody.written(RecordFormat::EventsNdjson).is_empty());
-    assert!(table(&nobody.written(RecordFormat::Csv)).is_empty());
-    assert!(messages(&nobody.written(RecordFormat::Mcap)).is_empty());
-    let file = SerializedFileReader::new(Bytes::from(nobody.written(RecordFormat::Parquet)));
+    assert!(empty.written(RecordFormat::EventsNdjson).is_empty());
+    assert!(table(&empty.written(RecordFormat::Csv)).is_empty());
+    assert!(messages(&empty.written(RecordFormat::Mcap)).is_empty());
+    let file = SerializedFileReader::new(Bytes::from(empty.written(RecordFormat::Parquet)));
     assert_eq!(file.expect("is Parquet").metadata().file_metadata().num_rows(), 0);
-    nobody.write(RecordFormat::Geojson).expect_err("lies nowhere");
+    empty.write(RecordFormat::Geojson).expect_err("lies nowhere");
 }
 
 #[tokio::test]
