@@ -395,9 +395,7 @@ pub(crate) async fn get_reference(
     }
     let view = view.borrow().clone();
     let Some(plan) = view.plan else {
-        return Err(Problem::NoPlanYet {
-            waits_for: view.waits_for,
-        });
+        return Err(Problem::NoPlanYet(view.waits_for));
     };
     let now = live.map_or(view.mission.t_s, |live| live.clock.now());
     Ok(Json(CurrentReference {
