@@ -1,4 +1,4 @@
-//! From a client's JSON to a snapshot, and from an answer to what the next request carries.
+//! From a client's JSON to a snapshot.
 
 use std::f64::consts::TAU;
 
@@ -20,11 +20,7 @@ use super::{
     craft::{Craft, read_craft},
     field_pointers::{length, out_of_range},
     read_evidence, read_goal, read_path,
-    request::{
-        Asc, Auv, Dive, Fallback, Hold, Limits, PlanRequest, PreviousCraft, PreviousEstimate, PreviousPlan,
-        PreviousReference, PreviousTarget,
-    },
-    response::{PlanResponse, PlannedTarget},
+    request::{Asc, Auv, Dive, Fallback, Hold, Limits, PlanRequest, PreviousPlan, PreviousTarget},
 };
 use crate::FieldError;
 
@@ -89,46 +85,6 @@ impl TryFrom<&PlanRequest> for Snapshot {
                 invalid.extend(fields.iter().map(FieldError::from));
                 Err(invalid)
             }
-        }
-    }
-}
-
-impl From<&PlanResponse> for PreviousPlan {
-    fn from(answer: &PlanResponse) -> Self {
-        Self {
-            trajectory: answer.trajectory.clone(),
-            goal_course_rad: Some(answer.goal_course_rad),
-            craft_estimate: Some(PreviousCraft {
-                asked_speed_mps: answer.craft_estimate.asked_speed_mps,
-                asked_heading_rad: answer.craft_estimate.asked_heading_rad,
-                memory: answer.craft_estimate.memory.clone(),
-            }),
-            current: answer.current,
-            reference: Some(PreviousReference {
-                speed_mps: answer.reference.speed_mps,
-                heading_rad: Some(answer.reference.heading_rad),
-            }),
-            targets: Some(answer.targets.iter().map(PreviousTarget::from).collect()),
-        }
-    }
-}
-
-impl From<&PlannedTarget> for PreviousTarget {
-    fn from(target: &PlannedTarget) -> Self {
-        let estimate = &target.estimate;
-        Self {
-            id: target.id.clone(),
-            estimate: Some(PreviousEstimate {
-                age_s: estimate.age_s,
-                north_m: estimate.north_m,
-                east_m: estimate.east_m,
-                depth_m: estimate.depth_m,
-                north_mps: estimate.north_mps,
-                east_mps: estimate.east_mps,
-                turn_rate_radps: estimate.turn_rate_radps,
-            }),
-            forecast: Some(target.forecast),
-            drift: Some(target.drift),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use planner::plan::Degraded;
+use planner::{plan::Degraded, snapshot};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::DeserializeOwned, de::Error as _};
 use serde_json::{
     Map,
@@ -100,13 +100,17 @@ pub(super) fn answer(made: &planners::Planned) -> StoredAnswer {
     planning::answer(made, &Map::new()).planned().into()
 }
 
+/// What the next plan needs of this one.
+pub(super) fn previous(made: &planners::Planned) -> PreviousPlan {
+    PreviousPlan::from(&snapshot::PreviousPlan::from(&made.plan))
+}
+
 /// The event of a plan made at `time` on the mission's clock.
 pub(super) fn planned(
     time: f64,
     late: Duration,
     made: &planners::Planned,
     written: &StoredAnswer,
-    previous: &PreviousPlan,
 ) -> Planned {
     let answer = &written.answer;
     let plan = &made.plan;
@@ -120,7 +124,7 @@ pub(super) fn planned(
         reason: answer.reason.clone(),
         reference: answer.reference,
         answer_sha256: written.digest(),
-        cut_short: cut_short.then(|| Box::new(previous.clone())),
+        cut_short: cut_short.then(|| Box::new(previous(made))),
         truth: None,
     }
 }

@@ -10,13 +10,12 @@ use crate::{
     deadline::Arrival,
     missions::{
         clock::{Clock, unix_now},
-        event::{Event, answer, json, planned},
+        event::{Event, answer, json, planned, previous},
         state::MissionState,
     },
     problem::Problem,
 };
 use planner::snapshot::Snapshot as Facts;
-use wire::PreviousPlan;
 
 /// Reports that a start reads one by one at most.
 const FOLD_MAX: u32 = 64;
@@ -129,11 +128,10 @@ impl Live {
             .plan_in_turn(facts, Arrival(due), self.period / 2)
             .await?;
         let answer = answer(&made);
-        let previous = PreviousPlan::from(&answer.answer);
         let late = due.elapsed();
-        let event = planned(now, late, &made, &answer, &previous);
+        let event = planned(now, late, &made, &answer);
         let mut state = self.state.clone();
-        state.set_previous_plan(previous);
+        state.set_previous_plan(previous(&made));
         let plan = Some(Arc::new(StoredPlan {
             sequence: self.context.mission.sequence + 1,
             time: now,
