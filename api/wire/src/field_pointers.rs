@@ -122,6 +122,14 @@ pub(super) fn length(pointer: String, given: usize, range: RangeInclusive<usize>
         .limit(json!({ "least": least, "most": most }))
 }
 
+/// Which of these members that may be left out are there, by name.
+macro_rules! present {
+    ($of:expr; $($member:ident),+) => {
+        [$((stringify!($member), $of.$member.is_some())),+]
+    };
+}
+pub(super) use present;
+
 /// Notes every one of the `present` members of the `what` at `pointer` that is missing or too much, where its kind
 /// needs those that are `needed`. Whether all is well.
 pub(super) fn members_fit(

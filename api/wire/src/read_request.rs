@@ -15,12 +15,12 @@ use serde_json::Value;
 
 use super::{
     DEADLINE_MS, METADATA_BYTES_MAX, SCHEMA_VERSION,
-    both::{Current, Forecast, TrajectoryPoint},
+    both::{Forecast, TrajectoryPoint},
     bounds,
     craft::{Craft, read_craft},
     field_pointers::{length, out_of_range},
     read_evidence, read_goal, read_path,
-    request::{Asc, Auv, Dive, Fallback, Hold, Limits, PlanRequest, PreviousPlan, PreviousTarget},
+    request::{Asc, Auv, Dive, Fallback, Limits, PlanRequest, PreviousPlan, PreviousTarget},
 };
 use crate::FieldError;
 
@@ -58,9 +58,7 @@ impl TryFrom<&PlanRequest> for Snapshot {
             auvs,
             goal,
             offset,
-            current: request
-                .current
-                .map(|Current { north_mps, east_mps }| Vector2::new(north_mps, east_mps)),
+            current: request.current.map(Vector2::from),
             limits: limits(request.limits.as_ref()),
             craft,
             keep_outs: request.keep_outs.iter().map(bounds::read_keep_out).collect(),
@@ -72,10 +70,7 @@ impl TryFrom<&PlanRequest> for Snapshot {
                 Fallback::Los => domain::Fallback::Ladder,
                 Fallback::None => domain::Fallback::None,
             },
-            hold: match request.hold {
-                Hold::SlowTurn => domain::HoldStyle::SlowTurn,
-                Hold::Stop => domain::HoldStyle::Stop,
-            },
+            hold: request.hold.into(),
             previous_plan: request.previous_plan.as_ref().map(previous_plan),
         };
         match Snapshot::try_from(observation) {
@@ -321,9 +316,7 @@ fn previous_plan(previous: &PreviousPlan) -> domain::PreviousPlan {
     domain::PreviousPlan {
         trajectory: previous.trajectory.iter().map(point).collect(),
         goal_course: previous.goal_course_rad.map(Course::new),
-        current: previous
-            .current
-            .map(|Current { north_mps, east_mps }| Vector2::new(north_mps, east_mps)),
+        current: previous.current.map(Vector2::from),
         reference: asked(previous),
         command: previous.reference.and_then(|reference| {
             Some(Reference {
@@ -373,6 +366,6 @@ fn previous_target(target: &PreviousTarget) -> Option<domain::PreviousTarget> {
         depth: estimate.depth_m,
         velocity: Vector2::new(estimate.north_mps, estimate.east_mps),
         turn_rate: estimate.turn_rate_radps,
-        drift: Vector2::new(drift.north_mps, drift.east_mps),
+        drift: drift.into(),
     })
 }

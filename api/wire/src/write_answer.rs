@@ -73,7 +73,7 @@ impl<'a> Answer<'a> {
             } else {
                 Outcome::Ok
             },
-            method: method(self.plan.method),
+            method: self.plan.method.into(),
             reason: self.plan.degraded.map(degraded_reason),
             solver: Some(Solver {
                 status: status_name(solver.status).to_owned(),
@@ -98,35 +98,25 @@ impl<'a> Answer<'a> {
     /// The line-of-sight law's answer to the same snapshot, in the same shape.
     #[must_use]
     pub fn line_of_sight(&self) -> PlanResponse {
-        let domain::Baseline {
-            reference,
-            trajectory,
-            predicted,
-            violations,
-        } = &self.plan.baseline;
-        PlanResponse {
-            violations: violations.iter().map(violation).collect(),
-            ..self.along(*reference, *reference, trajectory, *predicted)
-        }
+        self.of_law(LosLaw::SaturatedLos, &self.plan.baseline)
     }
 
     /// Another law's answer to the same snapshot at the gains of `policy`, in the same shape. What it would remember
     /// starts from nothing, and a warning says so.
     #[must_use]
     pub fn law(&self, law: LosLaw, policy: &Policy) -> PlanResponse {
-        let domain::Baseline {
-            reference,
-            trajectory,
-            predicted,
-            violations,
-        } = domain::baseline(self.snapshot, policy, law);
-        let mut answer = PlanResponse {
-            method: method(law.into()),
-            violations: violations.iter().map(violation).collect(),
-            ..self.along(reference, reference, &trajectory, predicted)
-        };
+        let mut answer = self.of_law(law, &domain::baseline(self.snapshot, policy, law));
         answer.warnings.extend(no_memory(law));
         answer
+    }
+
+    fn of_law(&self, law: LosLaw, baseline: &domain::Baseline) -> PlanResponse {
+        let reference = baseline.reference;
+        PlanResponse {
+            method: domain::Method::from(law).into(),
+            violations: baseline.violations.iter().map(violation).collect(),
+            ..self.along(reference, reference, &baseline.trajectory, baseline.predicted)
+        }
     }
 
     /// What all answers have in common, and line of sight's own outcome.
@@ -153,10 +143,7 @@ impl<'a> Answer<'a> {
             trajectory: trajectory.iter().map(TrajectoryPoint::from).collect(),
             goal_course_rad: self.plan.goal_course.radians(),
             craft_estimate: craft_estimate(self.snapshot, &self.plan.craft, asked),
-            current: self.plan.current.map(|current| Current {
-                north_mps: current.x,
-                east_mps: current.y,
-            }),
+            current: self.plan.current.map(Current::from),
             goal: GoalTrajectory {
                 trajectory: self.goal(),
             },
@@ -213,19 +200,10 @@ impl<'a> Answer<'a> {
             id: target.id.0.clone(),
             estimate: estimate(&target.estimate),
             forecast: Forecast::from(target.model),
-            drift: Drift::from(&target.drift),
+            drift: Drift::from(target.drift),
             trajectory: self.times().zip(&target.positions).map(point).collect(),
             depths_m: target.depths.clone(),
             position_sigma_m: target.position_sigmas.clone(),
-        }
-    }
-}
-
-impl From<&Vector2<f64>> for Drift {
-    fn from(drift: &Vector2<f64>) -> Self {
-        Self {
-            north_mps: drift.x,
-            east_mps: drift.y,
         }
     }
 }
@@ -405,19 +383,6 @@ fn no_memory(law: LosLaw) -> Option<Warning> {
         pointer: String::new(),
         detail: format!("{}: {detail}", law.name()),
     })
-}
-
-fn method(method: domain::Method) -> Method {
-    match method {
-        domain::Method::Mpc => Method::Mpc,
-        domain::Method::PreviousPlan => Method::PreviousPlan,
-        domain::Method::SaturatedLos => Method::SaturatedLos,
-        domain::Method::Hold => Method::Hold,
-        domain::Method::SaturatedLosTrackerFrame => Method::SaturatedLosTrackerFrame,
-        domain::Method::IntegralLos => Method::IntegralLos,
-        domain::Method::WaypointBox => Method::WaypointBox,
-        domain::Method::PrintedLos => Method::PrintedLos,
-    }
 }
 
 /// Why an answer is degraded, as one word for programs.

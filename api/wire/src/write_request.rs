@@ -16,9 +16,9 @@ use super::{
     bounds,
     craft::Craft,
     request::{
-        Asc, Auv, AuvState, Dive, Fallback, Goal, GoalKind, Hold, Limits, Offset, OffsetFrame, Path,
-        PlanRequest, PreviousCraft, PreviousEstimate, PreviousPlan, PreviousReference, PreviousTarget,
-        Report, Segment, SegmentKind,
+        Asc, Auv, AuvState, Dive, Fallback, Goal, GoalKind, Limits, Offset, OffsetFrame, Path, PlanRequest,
+        PreviousCraft, PreviousEstimate, PreviousPlan, PreviousReference, PreviousTarget, Report, Segment,
+        SegmentKind,
     },
 };
 
@@ -46,10 +46,7 @@ impl From<&Snapshot> for PlanRequest {
                 offset: snapshot.offset.as_ref().map(offset),
                 ..goal(&snapshot.goal)
             },
-            current: snapshot.current.map(|v| Current {
-                north_mps: v.x,
-                east_mps: v.y,
-            }),
+            current: snapshot.current.map(Current::from),
             limits: Some(limits(&snapshot.limits)),
             craft: Some(Craft::from(&snapshot.craft)),
             keep_outs: snapshot.keep_outs.iter().map(bounds::write_keep_out).collect(),
@@ -64,10 +61,7 @@ impl From<&Snapshot> for PlanRequest {
                 facts::Fallback::Ladder => Fallback::Los,
                 facts::Fallback::None => Fallback::None,
             },
-            hold: match snapshot.hold {
-                facts::HoldStyle::SlowTurn => Hold::SlowTurn,
-                facts::HoldStyle::Stop => Hold::Stop,
-            },
+            hold: snapshot.hold.into(),
             deadline_ms: None,
             previous_plan: snapshot.previous_plan.as_ref().map(PreviousPlan::from),
             metadata: Map::new(),
@@ -88,10 +82,7 @@ impl From<&facts::PreviousPlan> for PreviousPlan {
                     asked_heading_rad: reference.heading.radians(),
                     memory: craft.memory().to_vec(),
                 }),
-            current: previous.current.map(|current| Current {
-                north_mps: current.x,
-                east_mps: current.y,
-            }),
+            current: previous.current.map(Current::from),
             reference: previous.command.map(|reference| PreviousReference {
                 speed_mps: reference.speed,
                 heading_rad: Some(reference.heading.radians()),
@@ -126,7 +117,7 @@ impl From<&facts::PreviousTarget> for PreviousTarget {
                 turn_rate_radps: target.turn_rate,
             }),
             forecast: Some(Forecast::from(target.model)),
-            drift: Some(Drift::from(&target.drift)),
+            drift: Some(Drift::from(target.drift)),
         }
     }
 }

@@ -3,10 +3,11 @@
 use std::time::Duration;
 
 use ::record::table::{Row, SURFACE_CRAFT};
+use sim::record::method_name;
 
 use crate::missions::event::{Event, Planned};
 use wire::{
-    Method, Outcome, Report,
+    Outcome, Report,
     mission::{AscReport, TrueVehicle, Truth},
 };
 
@@ -14,19 +15,6 @@ pub(super) fn outcome(outcome: Outcome) -> &'static str {
     match outcome {
         Outcome::Ok => "ok",
         Outcome::Degraded => "degraded",
-    }
-}
-
-pub(super) fn method(method: Method) -> &'static str {
-    match method {
-        Method::Mpc => "mpc",
-        Method::PreviousPlan => "previous_plan",
-        Method::SaturatedLos => "saturated_los",
-        Method::Hold => "hold",
-        Method::SaturatedLosTrackerFrame => "saturated_los_tracker_frame",
-        Method::IntegralLos => "integral_los",
-        Method::WaypointBox => "waypoint_box",
-        Method::PrintedLos => "printed_los",
     }
 }
 
@@ -160,7 +148,7 @@ fn planned<'a>(row: &Row<'a>, plan: &'a Planned) -> Row<'a> {
         reference_speed_mps: Some(plan.reference.speed_mps),
         reference_heading_rad: Some(plan.reference.heading_rad),
         outcome: Some(outcome(plan.outcome)),
-        method: Some(method(plan.method)),
+        method: Some(method_name(plan.method.into())),
         reason: plan.reason.as_deref(),
         solve_ms: Some(Duration::from_nanos(plan.solve_time_ns).as_secs_f64() * 1e3),
         late_s: Some(plan.late_s),
