@@ -12,7 +12,7 @@ use planner::solve::TOLERANCE;
 use serde::Serialize;
 use serde_json::Value;
 use service::{offline, problem::ProblemDocument};
-use wire::ProgramDump;
+use wire::program_dump;
 
 use crate::cli::{
     declared_craft::DeclaredCraft,
@@ -78,7 +78,7 @@ pub(crate) fn plan(arguments: &Plan) -> Result<(), Box<dyn Error>> {
     let mut last = None;
     let answer = offline::plan(&body, arguments.tolerance, &mut |program, solution| {
         if dump.is_some() {
-            last = Some(ProgramDump::new(program, solution));
+            last = Some(program_dump(program, solution));
         }
     });
     match answer {
@@ -91,8 +91,7 @@ pub(crate) fn plan(arguments: &Plan) -> Result<(), Box<dyn Error>> {
     }
     let Some(file) = dump else { return Ok(()) };
     let last = last.ok_or_else(|| PlanError::NothingToDump(file.name.clone()))?;
-    let json = serde_json::to_string(&last).expect("numbers and names are JSON");
-    Ok(file.write_text(&(json + "\n"))?)
+    Ok(file.write_text(&format!("{last}\n"))?)
 }
 
 /// The snapshot, with that `craft`. What is no JSON object is left as it is: the planner says what is wrong with it.

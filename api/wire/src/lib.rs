@@ -29,7 +29,7 @@ mod write_request;
 
 pub use both::{Current, Drift, Forecast, TrajectoryPoint};
 pub use craft::{Craft, HeadingHeld, HeadingLoop, Power, SpeedHeld, SurgeLoop};
-pub use dump::{ConeKind, DumpedCone, DumpedMatrix, DumpedSolution, FirstVelocity, ProgramDump};
+pub use dump::program_dump;
 pub use field_error::{FieldError, shortened};
 pub use json::{Unread, read};
 pub use read_request::unsupported_version;
