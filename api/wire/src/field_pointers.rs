@@ -11,7 +11,9 @@ impl From<&InvalidField> for FieldError {
     fn from(invalid: &InvalidField) -> Self {
         let pointer = format!("/{}", invalid.field);
         match &invalid.reason {
-            InvalidReason::OutOfRange { given, least, most } => out_of_range(pointer, *given, *least, *most),
+            InvalidReason::OutOfRange { given, least, most } => {
+                Self::out_of_range(pointer, *given, *least, *most)
+            }
             InvalidReason::Length { given, least, most } => {
                 // Names are measured in bytes, lists in items.
                 let unit = if pointer.ends_with("/id") {
@@ -107,12 +109,6 @@ fn above_most(pointer: String, code: &str, detail: String, given: f64, most: f64
     FieldError::new(pointer, code, detail)
         .given(given)
         .limit(json!({ "most": most }))
-}
-
-pub(super) fn out_of_range(pointer: String, given: f64, least: f64, most: f64) -> FieldError {
-    FieldError::new(pointer, "out_of_range", format!("must be from {least} to {most}"))
-        .given(given)
-        .limit(json!({ "least": least, "most": most }))
 }
 
 pub(super) fn length(pointer: String, given: usize, range: RangeInclusive<usize>, unit: &str) -> FieldError {

@@ -9,7 +9,7 @@ use planner::{
 };
 
 use super::{
-    field_pointers::{members_fit, out_of_range, present},
+    field_pointers::{members_fit, present},
     request::{Goal, GoalKind, OffsetFrame},
 };
 use crate::FieldError;
@@ -75,13 +75,15 @@ pub(super) fn offset(goal: &Goal, invalid: &mut Vec<FieldError>) -> Option<domai
 
 /// Its bearing is lost behind this point, so that it is checked here.
 fn polar(range: f64, bearing: f64, invalid: &mut Vec<FieldError>) -> Vector2<f64> {
-    for (name, value, least, most) in [
-        ("range_m", range, 0.0, OFFSET_MAX),
-        ("bearing_rad", bearing, -TAU, TAU),
-    ] {
-        if !(least..=most).contains(&value) {
-            invalid.push(out_of_range(format!("/goal/offset/{name}"), value, least, most));
-        }
-    }
+    invalid.extend(FieldError::outside(
+        "/goal/offset/range_m",
+        range,
+        &(0.0..=OFFSET_MAX),
+    ));
+    invalid.extend(FieldError::outside(
+        "/goal/offset/bearing_rad",
+        bearing,
+        &(-TAU..=TAU),
+    ));
     direction(bearing) * range.clamp(0.0, OFFSET_MAX)
 }

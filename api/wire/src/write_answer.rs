@@ -237,6 +237,14 @@ impl From<&facts::TrajectoryPoint> for TrajectoryPoint {
     }
 }
 
+fn warning(code: &str, pointer: &str, detail: String) -> Warning {
+    Warning {
+        code: code.to_owned(),
+        pointer: pointer.to_owned(),
+        detail,
+    }
+}
+
 fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
     let stale = snapshot
         .auvs
@@ -245,16 +253,14 @@ fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
         .enumerate()
         .filter(|(_, (_, estimate))| REPORT_AGE_STALE < estimate.state.age);
     let mut warnings: Vec<_> = stale
-        .map(|(i, (auv, estimate))| Warning {
-            code: "stale_report".to_owned(),
-            pointer: match auv.evidence {
+        .map(|(i, (auv, estimate))| {
+            let pointer = match auv.evidence {
                 Evidence::State(_) => format!("/auvs/{i}/state/age_s"),
                 Evidence::Reports(_) => format!("/auvs/{i}/reports"),
-            },
-            detail: format!(
-                "{} was last heard of {} s ago; its forecast starts there",
-                auv.id, estimate.state.age
-            ),
+            };
+            let (id, age) = (&auv.id, estimate.state.age);
+            let detail = format!("{id} was last heard of {age} s ago; its forecast starts there");
+            warning("stale_report", &pointer, detail)
         })
         .collect();
     warnings.extend(no_current(snapshot));
@@ -264,11 +270,6 @@ fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
 
 /// What the craft is not known to do, does not do, or cannot do.
 fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = Warning> {
-    let warning = |code: &str, pointer: &str, detail: String| Warning {
-        code: code.to_owned(),
-        pointer: pointer.to_owned(),
-        detail,
-    };
     let (prior, model) = (snapshot.craft_prior(), snapshot.craft_model());
     let unknown = (!prior.heading_declared && !prior.surge_declared).then(|| {
         let detail = format!(
@@ -351,22 +352,17 @@ fn no_current(snapshot: &Snapshot) -> Option<Warning> {
         "still water is assumed"
     };
     let Some(apparent) = snapshot.asc.apparent_current() else {
-        return Some(Warning {
-            code: "current_unknown".to_owned(),
-            pointer: "/current".to_owned(),
-            detail: format!("neither a current nor a ground velocity is given: {instead}"),
-        });
+        let detail = format!("neither a current nor a ground velocity is given: {instead}");
+        return Some(warning("current_unknown", "/current", detail));
     };
     let axes = [("north", apparent.x), ("east", apparent.y)];
     let (axis, speed) = axes.into_iter().find(|(_, speed)| CURRENT_MAX < speed.abs())?;
-    Some(Warning {
-        code: "velocities_contradict".to_owned(),
-        pointer: format!("/asc/ground_{axis}_mps"),
-        detail: format!(
-            "less the velocity through the water it leaves a current of {speed:.2} m/s, and more than {CURRENT_MAX} \
-             m/s is not believed: {instead}"
-        ),
-    })
+    let detail = format!(
+        "less the velocity through the water it leaves a current of {speed:.2} m/s, and more than {CURRENT_MAX} m/s is \
+         not believed: {instead}"
+    );
+    let pointer = format!("/asc/ground_{axis}_mps");
+    Some(warning("velocities_contradict", &pointer, detail))
 }
 
 /// What the law would know in a mission and does not know in a request.
@@ -378,11 +374,8 @@ fn no_memory(law: LosLaw) -> Option<Warning> {
         LosLaw::WaypointBox => "the box is drawn about one fix, and its 360 s begin with this request",
         LosLaw::SaturatedLos | LosLaw::TrackerFrame | LosLaw::Printed => return None,
     };
-    Some(Warning {
-        code: "law_without_memory".to_owned(),
-        pointer: String::new(),
-        detail: format!("{}: {detail}", law.name()),
-    })
+    let detail = format!("{}: {detail}", law.name());
+    Some(warning("law_without_memory", "", detail))
 }
 
 /// Why an answer is degraded, as one word for programs.

@@ -13,12 +13,11 @@ use sha2::{Digest, Sha256};
 use super::{
     SCHEMA_VERSION,
     both::{Current, Drift, Forecast, TrajectoryPoint},
-    bounds,
     craft::Craft,
     request::{
-        Asc, Auv, AuvState, Dive, Fallback, Goal, GoalKind, Limits, Offset, OffsetFrame, Path, PlanRequest,
-        PreviousCraft, PreviousEstimate, PreviousPlan, PreviousReference, PreviousTarget, Report, Segment,
-        SegmentKind,
+        Acoustics, Asc, Auv, AuvState, Dive, Fallback, Goal, GoalKind, KeepOut, Limits, Offset, OffsetFrame,
+        Path, PlanRequest, PreviousCraft, PreviousEstimate, PreviousPlan, PreviousReference, PreviousTarget,
+        Report, Segment, SegmentKind,
     },
 };
 
@@ -27,11 +26,17 @@ use super::{
 pub fn plan_id(snapshot: &Snapshot) -> String {
     let canonical =
         serde_json::to_vec(&PlanRequest::from(snapshot)).expect("strings, numbers and lists only");
-    let mut id = String::new();
-    for byte in Sha256::digest(&canonical) {
-        write!(id, "{byte:02x}").expect("a string takes everything");
+    sha256(&canonical)
+}
+
+/// SHA-256, hexadecimal.
+#[must_use]
+pub fn sha256(bytes: &[u8]) -> String {
+    let mut text = String::new();
+    for byte in Sha256::digest(bytes) {
+        write!(text, "{byte:02x}").expect("a string takes everything");
     }
-    id
+    text
 }
 
 impl From<&Snapshot> for PlanRequest {
@@ -49,9 +54,9 @@ impl From<&Snapshot> for PlanRequest {
             current: snapshot.current.map(Current::from),
             limits: Some(limits(&snapshot.limits)),
             craft: Some(Craft::from(&snapshot.craft)),
-            keep_outs: snapshot.keep_outs.iter().map(bounds::write_keep_out).collect(),
+            keep_outs: snapshot.keep_outs.iter().map(keep_out).collect(),
             area: snapshot.area.iter().map(|corner| [corner.x, corner.y]).collect(),
-            acoustics: snapshot.range_max.map(bounds::write_acoustics),
+            acoustics: snapshot.range_max.map(|range_max_m| Acoustics { range_max_m }),
             surfacing_separation_m: snapshot.surfacing_separation,
             forecast: match snapshot.forecast {
                 ForecastChoice::Auto => Forecast::Auto,
@@ -291,6 +296,14 @@ fn offset(offset: &facts::Offset) -> Offset {
         starboard_m: (!fixed).then_some(by.y),
         range_m: None,
         bearing_rad: None,
+    }
+}
+
+fn keep_out(disc: &facts::KeepOut) -> KeepOut {
+    KeepOut {
+        north_m: disc.centre.x,
+        east_m: disc.centre.y,
+        radius_m: disc.radius,
     }
 }
 

@@ -8,7 +8,6 @@ use serde_json::{
     Map,
     value::{RawValue, to_raw_value},
 };
-use sha2::{Digest as _, Sha256};
 use utoipa::ToSchema;
 
 use crate::{
@@ -18,6 +17,7 @@ use crate::{
 use wire::{
     Method, Outcome, PlanResponse, PreviousPlan, Reference,
     mission::{NewMission, Reports, Truth},
+    sha256,
 };
 
 /// What happened. Times are Unix times, s, but for those of a simulated mission's own clock.
@@ -139,7 +139,7 @@ pub(super) struct StoredAnswer {
 impl StoredAnswer {
     /// SHA-256 of the answer's JSON, hexadecimal.
     pub(super) fn digest(&self) -> String {
-        hexadecimal(&Sha256::digest(self.json.get()))
+        sha256(self.json.get().as_bytes())
     }
 }
 
@@ -188,15 +188,6 @@ pub(super) fn created(reader: &EventReader, number: u64) -> Result<NewMission, S
             "mission number {number} has no beginning"
         ))),
     }
-}
-
-pub(super) fn hexadecimal(bytes: &[u8]) -> String {
-    use std::fmt::Write as _;
-    let mut text = String::with_capacity(2 * bytes.len());
-    for byte in bytes {
-        write!(text, "{byte:02x}").expect("a string takes everything");
-    }
-    text
 }
 
 impl Event {

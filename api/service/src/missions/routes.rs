@@ -4,7 +4,6 @@ use std::{collections::BTreeMap, convert::Infallible, time::Duration};
 
 use axum::{
     Json,
-    body::Body,
     extract::{FromRef, FromRequestParts, Path, Query, rejection::QueryRejection},
     http::{HeaderValue, StatusCode, header, request::Parts},
     response::{IntoResponse, Response},
@@ -101,11 +100,8 @@ impl IdempotencyKeyHeader {
         if !(1..=KEY_BYTES_MAX).contains(&key.len()) {
             let detail =
                 format!("the Idempotency-Key header must be 1 to {KEY_BYTES_MAX} visible ASCII characters");
-            return Err(Problem::Invalid(vec![FieldError::new(
-                "",
-                "idempotency_key",
-                detail,
-            )]));
+            let error = FieldError::new("", "idempotency_key", detail);
+            return Err(Problem::Invalid(vec![error]));
         }
         let mut request = Sha256::new();
         request.update(call);
@@ -258,9 +254,8 @@ pub(crate) async fn create_mission(
 ) -> Result<Response, Problem> {
     let key = key.of("create", &new)?;
     let mission = missions.create(new, key).await?;
-    let location = HeaderValue::from_str(&format!("/v1/missions/{}", mission.id));
-    let location = location.map_err(|_| Problem::Panicked)?;
-    Ok((StatusCode::CREATED, [(header::LOCATION, location)], Json(mission)).into_response())
+    let location = [(header::LOCATION, format!("/v1/missions/{}", mission.id))];
+    Ok((StatusCode::CREATED, location, Json(mission)).into_response())
 }
 
 /// Lists missions in the order in which they were made.
@@ -448,6 +443,5 @@ pub(crate) async fn get_record(
 }
 
 fn as_json(body: Vec<u8>) -> Response {
-    let json = HeaderValue::from_static("application/json");
-    ([(header::CONTENT_TYPE, json)], Body::from(body)).into_response()
+    ([(header::CONTENT_TYPE, "application/json")], body).into_response()
 }
