@@ -291,6 +291,16 @@ fn forecast(choice: Forecast) -> domain::ForecastChoice {
 }
 
 fn previous_plan(previous: &PreviousPlan) -> domain::PreviousPlan {
+    let reference = |speed, heading| Reference {
+        speed,
+        heading: Heading::new(heading),
+    };
+    let command = previous
+        .reference
+        .and_then(|given| Some(reference(given.speed_mps, given.heading_rad?)));
+    let craft = previous.craft_estimate.as_ref();
+    // Without an estimate of the craft, the command counts as asked through the water.
+    let asked = craft.map(|craft| reference(craft.asked_speed_mps, craft.asked_heading_rad));
     let point = |point: &TrajectoryPoint| domain::TrajectoryPoint {
         time: point.t_s,
         position: Vector2::new(point.north_m, point.east_m),
@@ -301,17 +311,9 @@ fn previous_plan(previous: &PreviousPlan) -> domain::PreviousPlan {
         trajectory: previous.trajectory.iter().map(point).collect(),
         goal_course: previous.goal_course_rad.map(Course::new),
         current: previous.current.map(Vector2::from),
-        reference: asked(previous),
-        command: previous.reference.and_then(|reference| {
-            Some(Reference {
-                speed: reference.speed_mps,
-                heading: Heading::new(reference.heading_rad?),
-            })
-        }),
-        craft: previous
-            .craft_estimate
-            .as_ref()
-            .and_then(|craft| CraftEstimate::from_memory(&craft.memory)),
+        reference: asked.or(command),
+        command,
+        craft: craft.and_then(|craft| CraftEstimate::from_memory(&craft.memory)),
         targets: previous
             .targets
             .iter()
@@ -319,21 +321,6 @@ fn previous_plan(previous: &PreviousPlan) -> domain::PreviousPlan {
             .filter_map(previous_target)
             .collect(),
     }
-}
-
-/// Speed through the water and heading that an earlier answer asked for.
-fn asked(previous: &PreviousPlan) -> Option<Reference> {
-    if let Some(craft) = &previous.craft_estimate {
-        return Some(Reference {
-            speed: craft.asked_speed_mps,
-            heading: Heading::new(craft.asked_heading_rad),
-        });
-    }
-    let reference = previous.reference?;
-    Some(Reference {
-        speed: reference.speed_mps,
-        heading: Heading::new(reference.heading_rad?),
-    })
 }
 
 /// None of one that is not whole.

@@ -162,12 +162,8 @@ impl Missions {
             metadata: new.metadata.clone(),
             id,
         };
-        let snapshot = new.live.clone().map(|config| {
-            json(&Snapshot {
-                state: Some(MissionState::new(config)),
-                plan: None,
-            })
-        });
+        let state = new.live.clone().map(MissionState::new);
+        let snapshot = state.map(|state| Snapshot::json(Some(state), None));
         let event = Event::Created {
             at_s,
             mission: Box::new(new),

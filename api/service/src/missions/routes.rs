@@ -119,25 +119,18 @@ impl IdempotencyKeyHeader {
 #[into_params(names("Last-Event-ID"), parameter_in = Header)]
 pub(crate) struct LastEventId(
     /// Number of the last event that the reader has: the stream goes on after it.
-    #[param(value_type = Option<u64>)]
-    Option<HeaderValue>,
+    Option<u64>,
 );
 
 impl<S: Send + Sync> FromRequestParts<S> for LastEventId {
-    type Rejection = Infallible;
+    type Rejection = Problem;
 
-    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Infallible> {
-        Ok(Self(parts.headers.get("last-event-id").cloned()))
-    }
-}
-
-impl LastEventId {
-    fn number(self) -> Result<Option<u64>, Problem> {
-        let Some(given) = self.0 else {
-            return Ok(None);
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Problem> {
+        let Some(given) = parts.headers.get("last-event-id") else {
+            return Ok(Self(None));
         };
         let id = given.to_str().ok().and_then(|text| text.parse().ok());
-        id.map(Some).ok_or_else(|| {
+        id.map(|id| Self(Some(id))).ok_or_else(|| {
             let detail = "the Last-Event-ID header must be the id of an event of this mission, a number";
             Problem::Invalid(vec![FieldError::new("", "last_event_id", detail)])
         })
@@ -420,10 +413,10 @@ pub(crate) async fn get_reference(
 pub(crate) async fn stream_events(
     missions: Missions,
     Named(id): Named,
-    last: LastEventId,
     Asked(After { after }): Asked<After>,
+    LastEventId(last): LastEventId,
 ) -> Result<Response, Problem> {
-    stream::events(missions, &id, last.number()?.or(after)).await
+    stream::events(missions, &id, last.or(after)).await
 }
 
 /// Everything that happened, in a format for other programs. StoredAnswer as it is read, at any length.

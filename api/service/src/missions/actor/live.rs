@@ -10,7 +10,7 @@ use crate::{
     deadline::Arrival,
     missions::{
         clock::{Clock, unix_now},
-        event::{Event, answer, json, planned, previous},
+        event::{Event, answer, planned, previous},
         state::MissionState,
     },
     problem::Problem,
@@ -105,12 +105,8 @@ impl Live {
         state.apply(&event, &self.made.clock);
         // Every plan leaves a snapshot; where none is made, reports do now and then.
         let folds = FOLD_MAX <= self.unfolded;
-        let snapshot = folds.then(|| {
-            json(&Snapshot {
-                state: Some(state.clone()),
-                plan: self.context.view.borrow().plan.clone(),
-            })
-        });
+        let plan = || self.context.view.borrow().plan.clone();
+        let snapshot = folds.then(|| Snapshot::json(Some(state.clone()), plan()));
         let stored = self.context.append(vec![event], key, snapshot).await?;
         if stored.is_new {
             self.unfolded = if folds { 0 } else { self.unfolded + 1 };
@@ -139,14 +135,9 @@ impl Live {
             answer,
             heard: state.heard(),
         }));
-        let snapshot = Snapshot {
-            state: Some(state.clone()),
-            plan: plan.clone(),
-        };
-        let event = Event::Planned(Box::new(event));
-        self.context
-            .append(vec![event], None, Some(json(&snapshot)))
-            .await?;
+        let snapshot = Snapshot::json(Some(state.clone()), plan.clone());
+        let events = vec![Event::Planned(Box::new(event))];
+        self.context.append(events, None, Some(snapshot)).await?;
         self.context.show(plan);
         self.state = state;
         self.unfolded = 0;
