@@ -18,7 +18,7 @@ use planner::{
     },
 };
 use tests::{goals, observation, snapshot, state};
-use wire::{PlanRequest, PlanResponse, PreviousPlan, plan_id};
+use wire::{PlanRequest, PreviousPlan, plan_id};
 
 fn through_json(snapshot: &Snapshot) -> Snapshot {
     let text = serde_json::to_string(&PlanRequest::from(snapshot)).expect("becomes JSON");
@@ -320,8 +320,8 @@ fn an_answer_handed_back_is_the_plan_that_was_made() {
     let metadata = serde_json::Map::new();
     let answer = wire::Answer::new(&snapshot, &plan, std::time::Duration::ZERO, &metadata);
     let text = serde_json::to_string(&answer.planned()).expect("becomes JSON");
-    let received: PlanResponse = serde_json::from_str(&text).expect("has the shape");
-    let handed_back = domain::PreviousPlan::from(&PreviousPlan::from(&received));
+    let received: PreviousPlan = serde_json::from_str(&text).expect("has the shape");
+    let handed_back = domain::PreviousPlan::from(&received);
     assert_eq!(handed_back, domain::PreviousPlan::from(&plan));
 }
 

@@ -32,7 +32,7 @@ use planner::{
     sparse::Sparse,
 };
 use serde_json::json;
-use wire::ProgramDump;
+use wire::program_dump;
 
 /// Programs of a horizon: enough that none is a special case, few enough that all stay in the cache.
 const N_SCENES: u32 = 40;
@@ -279,8 +279,7 @@ impl Measured {
 
     fn dump(&self, folder: &Path, name: &str, programs: &[Program]) {
         for (i, (program, solution)) in programs.iter().zip(&self.solutions).enumerate() {
-            let dump = ProgramDump::new(program, solution);
-            let text = serde_json::to_string(&dump).expect("numbers and names are JSON");
+            let text = program_dump(program, solution).to_string();
             fs::write(folder.join(format!("{name}-{i:02}.json")), text)
                 .expect("a folder that can be written");
         }

@@ -105,9 +105,10 @@ impl Readiness {
         match planned.plan.degraded {
             None => Ok(()),
             Some(Degraded::Deadline) => Err(Problem::TimedOut),
-            Some(why) => Err(Problem::NotReady {
-                reason: format!("a plain snapshot was not solved: {why:?}"),
-            }),
+            Some(why) => {
+                let reason = format!("a plain snapshot was not solved: {why:?}");
+                Err(Problem::NotReady(reason))
+            }
         }
     }
 }

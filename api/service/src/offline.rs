@@ -32,9 +32,7 @@ pub fn plan(
 ) -> Result<PlanResponse, Problem> {
     let arrival = Arrival(Instant::now());
     if BODY_BYTES_MAX < body.len() {
-        return Err(Problem::TooLarge {
-            limit: BODY_BYTES_MAX,
-        });
+        return Err(Problem::TooLarge);
     }
     let request: PlanRequest = parse(body)?;
     let snapshot = Snapshot::try_from(&request).map_err(Problem::Invalid)?;

@@ -70,9 +70,7 @@ pub(crate) fn refuse_a_lower_level(planned: &Planned) -> Result<(), Problem> {
     match planned.plan.degraded {
         Some(_) if planned.snapshot.fallback != Fallback::None => Ok(()),
         Some(Degraded::Deadline) => Err(Problem::TimedOut),
-        Some(degraded) => Err(Problem::NoSolution {
-            reason: degraded_reason(degraded),
-        }),
+        Some(degraded) => Err(Problem::NoSolution(degraded_reason(degraded))),
         None => Ok(()),
     }
 }

@@ -42,12 +42,10 @@ where
         let BodyTimeLimit(limit) = BodyTimeLimit::from_ref(state);
         let body = tokio::time::timeout(limit, Bytes::from_request(request, state))
             .await
-            .map_err(|_| Problem::BodyTimedOut { limit })?
+            .map_err(|_| Problem::BodyTimedOut(limit))?
             .map_err(|rejection| match rejection {
                 BytesRejection::FailedToBufferBody(FailedToBufferBody::LengthLimitError(_)) => {
-                    Problem::TooLarge {
-                        limit: BODY_BYTES_MAX,
-                    }
+                    Problem::TooLarge
                 }
                 _ => Problem::BodyUnreadable,
             })?;
@@ -78,24 +76,20 @@ where
 
 fn require_json(headers: &HeaderMap) -> Result<(), Problem> {
     let Some(given) = headers.get(header::CONTENT_TYPE) else {
-        return Err(Problem::NotJson { given: None });
+        return Err(Problem::NotJson(None));
     };
     let given = String::from_utf8_lossy(given.as_bytes());
     let mut parts = given.split(';').map(|part| part.trim().to_ascii_lowercase());
     let essence = parts.next().unwrap_or_default();
     if essence != "application/json" && !(essence.starts_with("application/") && essence.ends_with("+json")) {
-        return Err(Problem::NotJson {
-            given: Some(given.into_owned()),
-        });
+        return Err(Problem::NotJson(Some(given.into_owned())));
     }
     for parameter in parts {
         let charset = parameter
             .strip_prefix("charset=")
             .map(|name| name.trim_matches('"'));
         if charset.is_some_and(|name| name != "utf-8") {
-            return Err(Problem::NotUtf8 {
-                given: given.into_owned(),
-            });
+            return Err(Problem::NotUtf8(given.into_owned()));
         }
     }
     Ok(())
@@ -108,9 +102,7 @@ fn require_uncoded(headers: &HeaderMap) -> Result<(), Problem> {
             .split(',')
             .any(|coding| !coding.trim().eq_ignore_ascii_case("identity"))
         {
-            return Err(Problem::Coded {
-                given: given.into_owned(),
-            });
+            return Err(Problem::Coded(given.into_owned()));
         }
     }
     Ok(())
@@ -121,9 +113,7 @@ fn require_short(headers: &HeaderMap) -> Result<(), Problem> {
     let announced = headers.get(header::CONTENT_LENGTH);
     let announced = announced.and_then(|length| length.to_str().ok()?.parse::<usize>().ok());
     if announced.is_some_and(|length| BODY_BYTES_MAX < length) {
-        return Err(Problem::TooLarge {
-            limit: BODY_BYTES_MAX,
-        });
+        return Err(Problem::TooLarge);
     }
     Ok(())
 }

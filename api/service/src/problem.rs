@@ -17,7 +17,7 @@ use utoipa::{
 
 use wire::{FieldError, shortened};
 
-use crate::store::StoreError;
+use crate::{examples::EXAMPLES, posted::BODY_BYTES_MAX, store::StoreError};
 
 /// Most field errors in one document: a client mends the first few and asks again.
 const FIELD_ERRORS_MAX: usize = 64;
@@ -33,68 +33,38 @@ pub enum Problem {
     Syntax(Box<FieldError>),
     /// The body is JSON but not a valid request.
     Invalid(Vec<FieldError>),
-    /// The body is announced as something other than JSON.
-    NotJson {
-        /// The content type given.
-        given: Option<String>,
-    },
-    /// The body is announced in a character set other than UTF-8.
-    NotUtf8 {
-        /// The content type given.
-        given: String,
-    },
-    /// The body is compressed or coded otherwise.
-    Coded {
-        /// The content encoding given.
-        given: String,
-    },
+    /// The body is announced as something other than JSON, by this content type if any.
+    NotJson(Option<String>),
+    /// The body is announced in a character set other than UTF-8, by this content type.
+    NotUtf8(String),
+    /// The body is compressed or coded otherwise: its content encoding.
+    Coded(String),
     /// The body is longer than accepted.
-    TooLarge {
-        /// Longest body accepted, bytes.
-        limit: usize,
-    },
+    TooLarge,
     /// The body ended early.
     BodyUnreadable,
-    /// The body came too slowly.
-    BodyTimedOut {
-        /// Longest time for a body.
-        limit: Duration,
-    },
+    /// The body came too slowly: the longest time for one.
+    BodyTimedOut(Duration),
     /// No such route.
     NoRoute,
     /// No such example.
-    NoExample {
-        /// The examples there are.
-        known: Vec<&'static str>,
-    },
+    NoExample,
     /// The route does not know the method.
     MethodNotAllowed,
     /// Every planner is busy and the queue is full.
     Overloaded,
     /// The plan took too long.
     TimedOut,
-    /// No program was solved, and the client accepts nothing else.
-    NoSolution {
-        /// What the solver said.
-        reason: String,
-    },
-    /// The service cannot plan.
-    NotReady {
-        /// Why.
-        reason: String,
-    },
+    /// No program was solved, and the client accepts nothing else: what the solver said.
+    NoSolution(String),
+    /// The service cannot plan, and why.
+    NotReady(String),
     /// No such mission.
     NoMission,
-    /// The mission is not such that this could be done.
-    Conflict {
-        /// Why.
-        why: String,
-    },
-    /// There is no plan yet.
-    NoPlanYet {
-        /// Vehicles of which nothing is known.
-        waits_for: Vec<String>,
-    },
+    /// The mission is not such that this could be done, and why.
+    Conflict(String),
+    /// There is no plan yet: the vehicles of which nothing is known.
+    NoPlanYet(Vec<String>),
     /// The client's key was answered before, when it asked for something else.
     KeyTaken,
     /// The mission has more to do than it gets done.
@@ -146,137 +116,64 @@ pub struct ProblemDocument {
 
 impl Problem {
     pub(crate) fn conflict(why: &str) -> Self {
-        Self::Conflict { why: why.to_owned() }
+        Self::Conflict(why.to_owned())
     }
 
     /// Status, code and title.
-    fn kind(&self) -> (StatusCode, &'static str, &'static str) {
+    fn kind(&self) -> (u16, &'static str, &'static str) {
         match self {
-            Self::Syntax(_) => (StatusCode::BAD_REQUEST, "syntax", "The body is not JSON"),
-            Self::BodyUnreadable => (StatusCode::BAD_REQUEST, "body_unreadable", "The body ended early"),
-            Self::Invalid(_) => (
-                StatusCode::UNPROCESSABLE_ENTITY,
-                "invalid_request",
-                "The request is not valid",
-            ),
-            Self::NotJson { .. } => (
-                StatusCode::UNSUPPORTED_MEDIA_TYPE,
-                "unsupported_media_type",
-                "JSON is the only format",
-            ),
-            Self::NotUtf8 { .. } => (
-                StatusCode::UNSUPPORTED_MEDIA_TYPE,
-                "unsupported_charset",
-                "UTF-8 is the only character set",
-            ),
-            Self::Coded { .. } => (
-                StatusCode::UNSUPPORTED_MEDIA_TYPE,
-                "unsupported_content_encoding",
-                "Bodies are not decoded",
-            ),
-            Self::BodyTimedOut { .. } => (
-                StatusCode::REQUEST_TIMEOUT,
-                "body_timed_out",
-                "The body came too slowly",
-            ),
-            Self::TooLarge { .. } => (
-                StatusCode::PAYLOAD_TOO_LARGE,
-                "body_too_large",
-                "The body is too large",
-            ),
-            Self::NoRoute => (StatusCode::NOT_FOUND, "no_route", "There is nothing here"),
-            Self::NoExample { .. } => (StatusCode::NOT_FOUND, "no_example", "There is no such example"),
-            Self::MethodNotAllowed => (
-                StatusCode::METHOD_NOT_ALLOWED,
-                "method_not_allowed",
-                "The method is not allowed",
-            ),
-            Self::Overloaded => (
-                StatusCode::SERVICE_UNAVAILABLE,
-                "overloaded",
-                "Every planner is busy",
-            ),
-            Self::TimedOut => (StatusCode::GATEWAY_TIMEOUT, "timed_out", "The plan took too long"),
-            Self::NoSolution { .. } => (
-                StatusCode::SERVICE_UNAVAILABLE,
-                "no_solution",
-                "No program was solved",
-            ),
-            Self::NotReady { .. } => (
-                StatusCode::SERVICE_UNAVAILABLE,
-                "not_ready",
-                "The service cannot plan",
-            ),
-            Self::NoMission => (StatusCode::NOT_FOUND, "no_mission", "There is no such mission"),
-            Self::Behind => (
-                StatusCode::SERVICE_UNAVAILABLE,
-                "mission_behind",
-                "The mission has too much to do",
-            ),
-            Self::Conflict { .. } => (StatusCode::CONFLICT, "conflict", "The mission is not such"),
-            Self::NoPlanYet { .. } => (StatusCode::CONFLICT, "no_plan_yet", "There is no plan yet"),
+            Self::Syntax(_) => (400, "syntax", "The body is not JSON"),
+            Self::BodyUnreadable => (400, "body_unreadable", "The body ended early"),
+            Self::Invalid(_) => (422, "invalid_request", "The request is not valid"),
+            Self::NotJson(_) => (415, "unsupported_media_type", "JSON is the only format"),
+            Self::NotUtf8(_) => (415, "unsupported_charset", "UTF-8 is the only character set"),
+            Self::Coded(_) => (415, "unsupported_content_encoding", "Bodies are not decoded"),
+            Self::BodyTimedOut(_) => (408, "body_timed_out", "The body came too slowly"),
+            Self::TooLarge => (413, "body_too_large", "The body is too large"),
+            Self::NoRoute => (404, "no_route", "There is nothing here"),
+            Self::NoExample => (404, "no_example", "There is no such example"),
+            Self::MethodNotAllowed => (405, "method_not_allowed", "The method is not allowed"),
+            Self::Overloaded => (503, "overloaded", "Every planner is busy"),
+            Self::TimedOut => (504, "timed_out", "The plan took too long"),
+            Self::NoSolution(_) => (503, "no_solution", "No program was solved"),
+            Self::NotReady(_) => (503, "not_ready", "The service cannot plan"),
+            Self::NoMission => (404, "no_mission", "There is no such mission"),
+            Self::Behind => (503, "mission_behind", "The mission has too much to do"),
+            Self::Conflict(_) => (409, "conflict", "The mission is not such"),
+            Self::NoPlanYet(_) => (409, "no_plan_yet", "There is no plan yet"),
             Self::KeyTaken => (
-                StatusCode::UNPROCESSABLE_ENTITY,
+                422,
                 "idempotency_key_taken",
                 "The Idempotency-Key stands for another request",
             ),
-            Self::Unanswered => (
-                StatusCode::GATEWAY_TIMEOUT,
-                "mission_unanswered",
-                "The mission has not answered in time",
-            ),
-            Self::Crowded { .. } => (
-                StatusCode::SERVICE_UNAVAILABLE,
-                "crowded",
-                "The service has taken on all it can",
-            ),
-            Self::NoMissions => (
-                StatusCode::SERVICE_UNAVAILABLE,
-                "no_missions",
-                "There is no place for missions",
-            ),
-            Self::Log(StoreError::Full) => {
-                (StatusCode::INSUFFICIENT_STORAGE, "disk_full", "The disk is full")
-            }
-            Self::Log(_) => (
-                StatusCode::SERVICE_UNAVAILABLE,
-                "not_stored",
-                "Nothing can be stored",
-            ),
-            Self::Panicked => (
-                StatusCode::INTERNAL_SERVER_ERROR,
-                "internal",
-                "The service has a bug",
-            ),
+            Self::Unanswered => (504, "mission_unanswered", "The mission has not answered in time"),
+            Self::Crowded { .. } => (503, "crowded", "The service has taken on all it can"),
+            Self::NoMissions => (503, "no_missions", "There is no place for missions"),
+            Self::Log(StoreError::Full) => (507, "disk_full", "The disk is full"),
+            Self::Log(_) => (503, "not_stored", "Nothing can be stored"),
+            Self::Panicked => (500, "internal", "The service has a bug"),
         }
     }
 
     fn detail(&self) -> String {
         match self {
-            Self::Syntax(error) => format!("{}: {}", place(&error.pointer), error.detail),
+            Self::Syntax(error) => placed(error),
             Self::Invalid(errors) => match errors.as_slice() {
                 [] => "a field is not valid".to_owned(),
-                [only] => format!("{}: {}", place(&only.pointer), only.detail),
-                [first, rest @ ..] => {
-                    format!(
-                        "{}: {} (and {} more)",
-                        place(&first.pointer),
-                        first.detail,
-                        rest.len()
-                    )
-                }
+                [only] => placed(only),
+                [first, rest @ ..] => format!("{} (and {} more)", placed(first), rest.len()),
             },
-            Self::NotJson { given } => match given {
-                Some(given) => format!("send content-type: application/json, not {given}"),
-                None => "send content-type: application/json".to_owned(),
-            },
-            Self::NotUtf8 { given } => format!("send UTF-8, as application/json always is, not {given}"),
-            Self::Coded { given } => format!("send the body without content-encoding, not as {given}"),
-            Self::BodyTimedOut { limit } => format!("the whole body must arrive within {limit:?}"),
-            Self::TooLarge { limit } => format!("at most {limit} bytes are accepted"),
+            Self::NotJson(Some(given)) => format!("send content-type: application/json, not {given}"),
+            Self::NotJson(None) => "send content-type: application/json".to_owned(),
+            Self::NotUtf8(given) => format!("send UTF-8, as application/json always is, not {given}"),
+            Self::Coded(given) => format!("send the body without content-encoding, not as {given}"),
+            Self::BodyTimedOut(limit) => format!("the whole body must arrive within {limit:?}"),
+            Self::TooLarge => format!("at most {BODY_BYTES_MAX} bytes are accepted"),
             Self::BodyUnreadable => "the connection ended before the body did".to_owned(),
             Self::NoRoute => "GET /openapi.json lists every route".to_owned(),
-            Self::NoExample { known } => format!("the examples are {}", known.join(", ")),
+            Self::NoExample => {
+                format!("the examples are {}", EXAMPLES.map(|example| example.name).join(", "))
+            }
             Self::MethodNotAllowed => "the Allow header names the methods of this route".to_owned(),
             Self::Overloaded => "the queue is full; try again after the time in Retry-After".to_owned(),
             Self::TimedOut => {
@@ -284,25 +181,21 @@ impl Problem {
                                with \"fallback\":\"los\" for a lower fallback level"
                     .to_owned()
             }
-            Self::NoSolution { reason } => {
+            Self::NoSolution(reason) => {
                 format!("{reason}; with \"fallback\":\"los\" a lower fallback level would have answered")
             }
-            Self::NotReady { reason } => reason.clone(),
+            Self::NotReady(why) | Self::Conflict(why) => why.clone(),
             Self::NoMission => "GET /v1/missions lists them".to_owned(),
             Self::Behind => "its mailbox is full; try again after the time in Retry-After".to_owned(),
             Self::Unanswered => {
                 "it may still be carried out: send it again with the same Idempotency-Key, or look before you do".to_owned()
             }
-            Self::Conflict { why } => why.clone(),
-            Self::NoPlanYet { waits_for } if waits_for.is_empty() => {
+            Self::NoPlanYet(waits_for) if waits_for.is_empty() => {
                 "the mission has not been planned for; run it, and ask with ?wait_s= for the next plan"
                     .to_owned()
             }
-            Self::NoPlanYet { waits_for } => {
-                format!(
-                    "nothing recent is known of {}: POST reports",
-                    waits_for.join(", ")
-                )
+            Self::NoPlanYet(waits_for) => {
+                format!("nothing recent is known of {}: POST reports", waits_for.join(", "))
             }
             Self::KeyTaken => {
                 "choose a new key for each new request, and an old one for an old request only".to_owned()
@@ -329,7 +222,7 @@ impl Problem {
         ProblemDocument {
             kind: format!("urn:pilotfish:problem:{code}"),
             title: title.to_owned(),
-            status: status.as_u16(),
+            status,
             detail: shortened(self.detail()),
             instance: shortened(instance.to_owned()),
             code: code.to_owned(),
@@ -346,23 +239,17 @@ pub(crate) struct Refusals;
 impl IntoResponses for Refusals {
     fn responses() -> BTreeMap<String, RefOr<Documented>> {
         [
-            (StatusCode::BAD_REQUEST, "Not JSON, or not whole."),
-            (StatusCode::REQUEST_TIMEOUT, "The body came too slowly."),
-            (StatusCode::PAYLOAD_TOO_LARGE, "Over 1 MiB."),
+            (400, "Not JSON, or not whole."),
+            (408, "The body came too slowly."),
+            (413, "Over 1 MiB."),
+            (415, "Not announced as JSON, in UTF-8, without content encoding."),
+            (422, "Fields at fault, by pointer."),
+            (500, "A bug of the service."),
             (
-                StatusCode::UNSUPPORTED_MEDIA_TYPE,
-                "Not announced as JSON, in UTF-8, without content encoding.",
-            ),
-            (StatusCode::UNPROCESSABLE_ENTITY, "Fields at fault, by pointer."),
-            (StatusCode::INTERNAL_SERVER_ERROR, "A bug of the service."),
-            (
-                StatusCode::SERVICE_UNAVAILABLE,
+                503,
                 "Every planner is busy, or no solution and `fallback` is `none`.",
             ),
-            (
-                StatusCode::GATEWAY_TIMEOUT,
-                "Not in time, and `fallback` is `none`.",
-            ),
+            (504, "Not in time, and `fallback` is `none`."),
         ]
         .map(refusal)
         .into()
@@ -370,14 +257,14 @@ impl IntoResponses for Refusals {
 }
 
 /// A refusal of that status, as the `OpenAPI` document shows it.
-fn refusal((status, description): (StatusCode, &str)) -> (String, RefOr<Documented>) {
+fn refusal((status, description): (u16, &str)) -> (String, RefOr<Documented>) {
     let shape = Ref::from_schema_name("ProblemDocument");
     let content = ContentBuilder::new().schema(Some(shape)).build();
     let response = ResponseBuilder::new()
         .description(description)
         .content("application/problem+json", content)
         .build();
-    (status.as_str().to_owned(), RefOr::T(response))
+    (status.to_string(), RefOr::T(response))
 }
 
 /// Every way in which a call about missions is refused, for the `OpenAPI` document.
@@ -388,34 +275,34 @@ impl IntoResponses for MissionRefusals {
     fn responses() -> BTreeMap<String, RefOr<Documented>> {
         let mut all = Refusals::responses();
         let of_missions = [
-            (StatusCode::NOT_FOUND, "There is no such mission."),
+            (404, "There is no such mission."),
             (
-                StatusCode::CONFLICT,
+                409,
                 "The mission is over, of the other kind, running, or without a plan.",
             ),
-            (StatusCode::INSUFFICIENT_STORAGE, "The disk is full."),
+            (507, "The disk is full."),
             (
-                StatusCode::SERVICE_UNAVAILABLE,
+                503,
                 "The mission or the log has too much to do, the log cannot be written, or there is no place for missions.",
             ),
-            (
-                StatusCode::GATEWAY_TIMEOUT,
-                "The mission has not answered in time.",
-            ),
+            (504, "The mission has not answered in time."),
         ];
         all.extend(of_missions.map(refusal));
         all
     }
 }
 
-fn place(pointer: &str) -> &str {
-    if pointer.is_empty() { "the body" } else { pointer }
+/// What is wrong, and where.
+fn placed(FieldError { pointer, detail, .. }: &FieldError) -> String {
+    let place = if pointer.is_empty() { "the body" } else { pointer };
+    format!("{place}: {detail}")
 }
 
 impl IntoResponse for Problem {
     /// The status and the headers; the edge of the service writes the document.
     fn into_response(self) -> Response {
         let (status, ..) = self.kind();
+        let status = StatusCode::from_u16(status).expect("has three digits");
         let mut response = status.into_response();
         match self {
             Self::Overloaded
@@ -427,7 +314,7 @@ impl IntoResponse for Problem {
                 response.headers_mut().insert(header::RETRY_AFTER, RETRY_AFTER);
             }
             // What is still to come of the body is not waited for.
-            Self::BodyTimedOut { .. } => {
+            Self::BodyTimedOut(_) => {
                 let close = HeaderValue::from_static("close");
                 response.headers_mut().insert(header::CONNECTION, close);
             }

@@ -1,6 +1,6 @@
 //! `pilotfish crafts`: the craft that are known by name.
 
-use std::io;
+use std::error::Error;
 
 use clap::Args;
 use planner::craft::{PRESETS, Preset};
@@ -14,20 +14,16 @@ pub(crate) struct Crafts {
     craft: Option<String>,
 }
 
-/// Why there is no craft to show.
+/// There is no craft of that name.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum NoCraft {
-    #[error(
-        "there is no craft {0:?}; the craft are {list}",
-        list = PRESETS.iter().map(|preset| preset.name).collect::<Vec<_>>().join(", ")
-    )]
-    Unknown(String),
-    #[error("cannot print the result")]
-    Print(#[from] io::Error),
-}
+#[error(
+    "there is no craft {0:?}; the craft are {list}",
+    list = PRESETS.iter().map(|preset| preset.name).collect::<Vec<_>>().join(", ")
+)]
+struct NoCraft(String);
 
 /// Prints the list, or one craft's file.
-pub(crate) fn crafts(arguments: &Crafts) -> Result<(), NoCraft> {
+pub(crate) fn crafts(arguments: &Crafts) -> Result<(), Box<dyn Error>> {
     let Some(name) = &arguments.craft else {
         let line = |preset: &Preset| {
             format!(
@@ -37,7 +33,7 @@ pub(crate) fn crafts(arguments: &Crafts) -> Result<(), NoCraft> {
         };
         return Ok(print(&PRESETS.iter().map(line).collect::<String>())?);
     };
-    let preset = Preset::named(name).ok_or_else(|| NoCraft::Unknown(name.clone()))?;
+    let preset = Preset::named(name).ok_or_else(|| NoCraft(name.clone()))?;
     let craft = serde_json::to_string_pretty(&Craft::from(&preset.craft)).expect("a craft is JSON");
     Ok(print(&(craft + "\n"))?)
 }

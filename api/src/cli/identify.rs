@@ -1,10 +1,6 @@
 //! `pilotfish identify`: the craft that a log shows.
 
-use std::{
-    fmt::Write as _,
-    io::{self, Write as _},
-    path::{Path, PathBuf},
-};
+use std::{error::Error, fmt::Write as _, path::PathBuf};
 
 use clap::Args;
 use lab::{
@@ -29,45 +25,36 @@ pub(crate) struct Identify {
 
 /// Why a log was not identified.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum IdentifyError {
-    #[error("cannot use {path}")]
-    Log { path: PathBuf, source: LogFileError },
-    #[error("cannot write {path}: choose another file")]
-    Out { path: PathBuf, source: io::Error },
-    #[error("cannot print the result")]
-    Print(#[from] io::Error),
+#[error("cannot use {path}")]
+struct NoLog {
+    path: PathBuf,
+    source: LogFileError,
 }
 
 /// Prints what the log shows and what it does not, and keeps craft file and page where asked to.
-pub(crate) fn identify(arguments: &Identify) -> Result<(), IdentifyError> {
+pub(crate) fn identify(arguments: &Identify) -> Result<(), Box<dyn Error>> {
     // Before the fit: a file that cannot be written should not cost one.
-    let craft_file = out_file(arguments.craft.as_deref())?;
-    let page_file = out_file(arguments.report.as_deref())?;
-    let log = read(&arguments.log).map_err(|source| IdentifyError::Log {
+    let [craft_file, page_file] = [&arguments.craft, &arguments.report].map(|path| {
+        let file = path
+            .as_deref()
+            .map(|path| OutFile::new(path, "choose another file"));
+        file.transpose()
+    });
+    let (craft_file, page_file) = (craft_file?, page_file?);
+    let log = read(&arguments.log).map_err(|source| NoLog {
         path: arguments.log.clone(),
         source,
     })?;
     let found = identify::identify(&log);
     let craft = serde_json::to_string_pretty(&Craft::from(&found.description())).expect("a craft is JSON");
-    write(craft_file, &(craft + "\n"))?;
-    let name = arguments.log.file_name().unwrap_or(arguments.log.as_os_str());
-    write(page_file, &page(&name.to_string_lossy(), &found))?;
-    Ok(print(&summary(&found))?)
-}
-
-fn out_file(path: Option<&Path>) -> Result<Option<(PathBuf, OutFile)>, IdentifyError> {
-    let Some(path) = path else { return Ok(None) };
-    let path = path.to_owned();
-    match OutFile::new(&path) {
-        Ok(file) => Ok(Some((path, file))),
-        Err(source) => Err(IdentifyError::Out { path, source }),
+    if let Some(file) = craft_file {
+        file.write_text(&(craft + "\n"))?;
     }
-}
-
-fn write(file: Option<(PathBuf, OutFile)>, text: &str) -> Result<(), IdentifyError> {
-    let Some((path, file)) = file else { return Ok(()) };
-    file.write(|out| out.write_all(text.as_bytes()))
-        .map_err(|source| IdentifyError::Out { path, source })
+    let name = arguments.log.file_name().unwrap_or(arguments.log.as_os_str());
+    if let Some(file) = page_file {
+        file.write_text(&page(&name.to_string_lossy(), &found))?;
+    }
+    Ok(print(&summary(&found))?)
 }
 
 fn summary(found: &Identification) -> String {

@@ -1,8 +1,9 @@
 //! `pilotfish plan`: one snapshot, one answer, no server.
 
 use std::{
+    error::Error,
     fs,
-    io::{self, Read as _, Write as _},
+    io::{self, Read as _},
     path::{Path, PathBuf},
 };
 
@@ -11,11 +12,11 @@ use planner::solve::TOLERANCE;
 use serde::Serialize;
 use serde_json::Value;
 use service::{offline, problem::ProblemDocument};
-use wire::ProgramDump;
+use wire::program_dump;
 
 use crate::cli::{
-    declared_craft::{DeclaredCraft, NoDeclaredCraft},
-    out_file::{OutFile, print},
+    declared_craft::DeclaredCraft,
+    out_file::{NotPrinted, OutFile, print},
 };
 
 /// Stands for standard input, as everywhere.
@@ -51,24 +52,18 @@ fn tolerance(text: &str) -> Result<f64, String> {
 
 /// Why there is no answer.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum PlanError {
+enum PlanError {
     #[error("cannot read {path}")]
     Read { path: PathBuf, source: io::Error },
-    #[error(transparent)]
-    DeclaredCraft(#[from] NoDeclaredCraft),
-    #[error("cannot write {path}: choose another file with --dump")]
-    Dump { path: PathBuf, source: io::Error },
     #[error("no program was solved, so there is nothing to write to {0}")]
     NothingToDump(PathBuf),
     /// The problem document has been printed where the answer would have been.
     #[error("{}", .0.detail)]
     Refused(Box<ProblemDocument>),
-    #[error("cannot print the answer")]
-    Print(#[from] io::Error),
 }
 
 /// Prints the answer, or the problem document that the service would have sent.
-pub(crate) fn plan(arguments: &Plan) -> Result<(), PlanError> {
+pub(crate) fn plan(arguments: &Plan) -> Result<(), Box<dyn Error>> {
     let body = read(&arguments.file).map_err(|source| PlanError::Read {
         path: arguments.file.clone(),
         source,
@@ -77,11 +72,13 @@ pub(crate) fn plan(arguments: &Plan) -> Result<(), PlanError> {
         Some(craft) => with_craft(body, craft),
         None => body,
     };
-    let dump = arguments.dump.as_deref().map(dump_file).transpose()?;
+    let dump = arguments.dump.as_deref();
+    let dump = dump.map(|path| OutFile::new(path, "choose another file with --dump"));
+    let dump = dump.transpose()?;
     let mut last = None;
     let answer = offline::plan(&body, arguments.tolerance, &mut |program, solution| {
         if dump.is_some() {
-            last = Some(ProgramDump::new(program, solution));
+            last = Some(program_dump(program, solution));
         }
     });
     match answer {
@@ -89,19 +86,12 @@ pub(crate) fn plan(arguments: &Plan) -> Result<(), PlanError> {
         Err(problem) => {
             let document = problem.document(&arguments.file.to_string_lossy(), "pilotfish-plan");
             print_json(&document, arguments.compact)?;
-            return Err(PlanError::Refused(Box::new(document)));
+            return Err(PlanError::Refused(Box::new(document)).into());
         }
     }
-    match (dump, last) {
-        (None, _) => Ok(()),
-        (Some((path, _)), None) => Err(PlanError::NothingToDump(path)),
-        (Some((path, file)), Some(last)) => file
-            .write(|out| {
-                serde_json::to_writer(&mut *out, &last)?;
-                out.write_all(b"\n")
-            })
-            .map_err(|source| PlanError::Dump { path, source }),
-    }
+    let Some(file) = dump else { return Ok(()) };
+    let last = last.ok_or_else(|| PlanError::NothingToDump(file.name.clone()))?;
+    Ok(file.write_text(&format!("{last}\n"))?)
 }
 
 /// The snapshot, with that `craft`. What is no JSON object is left as it is: the planner says what is wrong with it.
@@ -124,15 +114,7 @@ fn read(path: &Path) -> io::Result<Vec<u8>> {
     Ok(body)
 }
 
-fn dump_file(path: &Path) -> Result<(PathBuf, OutFile), PlanError> {
-    let path = path.to_owned();
-    match OutFile::new(&path) {
-        Ok(file) => Ok((path, file)),
-        Err(source) => Err(PlanError::Dump { path, source }),
-    }
-}
-
-fn print_json(value: &impl Serialize, compact: bool) -> io::Result<()> {
+fn print_json(value: &impl Serialize, compact: bool) -> Result<(), NotPrinted> {
     let json = if compact {
         serde_json::to_string(value)
     } else {

@@ -1,12 +1,12 @@
 //! `pilotfish replay`: makes every plan of a stored mission again, and compares the answers to the byte.
 
-use std::{io, path::PathBuf};
+use std::{error::Error, path::PathBuf};
 
 use clap::Args;
 use indicatif::ProgressBar;
 use service::{
     missions::replay::{self, Replayed},
-    store::{EventReader, StoreError},
+    store::EventReader,
 };
 
 use crate::cli::out_file::print;
@@ -31,14 +31,10 @@ pub(crate) enum NotReplayed {
         n_plans: u64,
         first: u64,
     },
-    #[error(transparent)]
-    Log(#[from] StoreError),
-    #[error("cannot print the result")]
-    Print(#[from] io::Error),
 }
 
 /// Prints how many plans came out the same.
-pub(crate) fn replay(arguments: &Replay) -> Result<(), NotReplayed> {
+pub(crate) fn replay(arguments: &Replay) -> Result<(), Box<dyn Error>> {
     let reader = EventReader::of(&arguments.data)?;
     let bar = ProgressBar::new(0);
     let replayed = replay::replay(&reader, &arguments.mission, &mut |at, of| {
@@ -47,7 +43,7 @@ pub(crate) fn replay(arguments: &Replay) -> Result<(), NotReplayed> {
     })?;
     bar.finish_and_clear();
     let Some(replayed) = replayed else {
-        return Err(NotReplayed::Unknown(arguments.mission.clone()));
+        return Err(NotReplayed::Unknown(arguments.mission.clone()).into());
     };
     let Replayed {
         events,
@@ -68,6 +64,7 @@ pub(crate) fn replay(arguments: &Replay) -> Result<(), NotReplayed> {
             n_different: different.len(),
             n_plans,
             first,
-        }),
+        }
+        .into()),
     }
 }

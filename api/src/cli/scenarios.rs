@@ -1,6 +1,6 @@
 //! `pilotfish scenarios`: what there is to simulate, and how to write one's own.
 
-use std::{io, path::Path};
+use std::{error::Error, path::Path};
 
 use clap::Args;
 use sim::scenario::{Scenario, ScenarioError};
@@ -16,7 +16,7 @@ pub(crate) struct Scenarios {
     schema: bool,
 }
 
-/// Why no scenario was found, or shown.
+/// Why no scenario was found.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum NoScenario {
     #[error(
@@ -26,8 +26,6 @@ pub(crate) enum NoScenario {
     Unknown(String),
     #[error(transparent)]
     File(#[from] ScenarioError),
-    #[error("cannot print the result")]
-    Print(#[from] io::Error),
 }
 
 /// The scenario that a command line names: a built-in one, or the file at a path.
@@ -49,7 +47,7 @@ fn copied_out(text: &str) -> String {
 }
 
 /// Prints the list, a file, or the schema.
-pub(crate) fn scenarios(arguments: &Scenarios) -> Result<(), NoScenario> {
+pub(crate) fn scenarios(arguments: &Scenarios) -> Result<(), Box<dyn Error>> {
     if arguments.schema {
         let json = serde_json::to_string_pretty(&Scenario::schema()).expect("a schema is JSON");
         return Ok(print(&(json + "\n"))?);

@@ -1,37 +1,24 @@
 //! `pilotfish simulate --trial`: the log of a sea trial that a simulated craft made.
 
 use std::{
-    io::{self, Write as _},
+    error::Error,
     path::{Path, PathBuf},
 };
 
-use lab::{
-    log_file::write_csv,
-    trial::{NoTrial, TrialSetup},
-};
+use lab::{log_file::write_csv, trial::TrialSetup};
 
 use crate::cli::{
     out_file::{OutFile, print},
-    scenarios::{NoScenario, scenario},
+    scenarios::scenario,
 };
 
-/// Why there is no log.
+/// The file is of another kind.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum TrialError {
-    #[error(transparent)]
-    Scenario(#[from] NoScenario),
-    #[error(transparent)]
-    NoTrial(#[from] NoTrial),
-    #[error("cannot write {path}: see --out in `pilotfish simulate --help`")]
-    Out { path: PathBuf, source: io::Error },
-    #[error("{0}: a trial's log is a .csv file")]
-    Ending(PathBuf),
-    #[error("cannot print the result")]
-    Print(#[from] io::Error),
-}
+#[error("{0}: a trial's log is a .csv file")]
+struct NotCsv(PathBuf);
 
 /// Flies the trial of `craft`, and writes its log to every one of `paths`.
-pub(crate) fn trial(craft: &str, seed: u64, paths: &[PathBuf]) -> Result<(), TrialError> {
+pub(crate) fn trial(craft: &str, seed: u64, paths: &[PathBuf]) -> Result<(), Box<dyn Error>> {
     let files = paths.iter().map(|path| log_file(path));
     let files = files.collect::<Result<Vec<_>, _>>()?;
     let setup = match craft {
@@ -40,15 +27,8 @@ pub(crate) fn trial(craft: &str, seed: u64, paths: &[PathBuf]) -> Result<(), Tri
         other => TrialSetup::of(&scenario(other)?, seed)?,
     };
     let rows = setup.fly(seed);
-    for (path, file) in &files {
-        let written = file.write(|out| {
-            write_csv(&rows, out)?;
-            out.flush()
-        });
-        written.map_err(|source| TrialError::Out {
-            path: (*path).clone(),
-            source,
-        })?;
+    for file in &files {
+        file.write(|out| write_csv(&rows, out))?;
     }
     let minutes = setup.trial.duration() / 60.0;
     Ok(print(&format!(
@@ -61,15 +41,12 @@ pub(crate) fn trial(craft: &str, seed: u64, paths: &[PathBuf]) -> Result<(), Tri
     ))?)
 }
 
-fn log_file(path: &PathBuf) -> Result<(&PathBuf, OutFile), TrialError> {
-    let ending = Path::new(path).extension().and_then(|ending| ending.to_str());
-    let file = OutFile::new(path).map_err(|source| TrialError::Out {
-        path: path.clone(),
-        source,
-    })?;
+fn log_file(path: &Path) -> Result<OutFile, Box<dyn Error>> {
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    let file = OutFile::new(path, "see --out in `pilotfish simulate --help`")?;
     match ending {
-        Some("csv") => Ok((path, file)),
-        None if file.is_stream() => Ok((path, file)),
-        Some(_) | None => Err(TrialError::Ending(path.clone())),
+        Some("csv") => Ok(file),
+        None if file.is_stream() => Ok(file),
+        Some(_) | None => Err(NotCsv(path.to_owned()).into()),
     }
 }

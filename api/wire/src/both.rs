@@ -1,7 +1,67 @@
-//! What clients post and receive alike.
+//! What clients post and receive alike, and what is the planner's by the same names.
 
+use nalgebra::Vector2;
+use planner::{craft, plan, snapshot as facts};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
+
+use super::{
+    craft::{HeadingHeld, SpeedHeld},
+    request::Hold,
+    response::Method,
+};
+
+/// Both ways between a choice here and the planner's, whose names are the same.
+macro_rules! same_choice {
+    ($here:ty, $planner:ty: $($name:ident),+) => {
+        impl From<$planner> for $here {
+            fn from(choice: $planner) -> Self {
+                match choice {
+                    $(<$planner>::$name => Self::$name,)+
+                }
+            }
+        }
+
+        impl From<$here> for $planner {
+            fn from(choice: $here) -> Self {
+                match choice {
+                    $(<$here>::$name => Self::$name,)+
+                }
+            }
+        }
+    };
+}
+
+same_choice!(Hold, facts::HoldStyle: SlowTurn, Stop);
+same_choice!(SpeedHeld, craft::SpeedHeld: ThroughWater, OverGround);
+same_choice!(HeadingHeld, craft::HeadingHeld: Heading, Course);
+same_choice!(
+    Method, plan::Method: Mpc, PreviousPlan, SaturatedLos, Hold, SaturatedLosTrackerFrame, IntegralLos, WaypointBox,
+    PrintedLos
+);
+
+/// Both ways between a velocity here and the planner's.
+macro_rules! velocity {
+    ($here:ty) => {
+        impl From<Vector2<f64>> for $here {
+            fn from(velocity: Vector2<f64>) -> Self {
+                Self {
+                    north_mps: velocity.x,
+                    east_mps: velocity.y,
+                }
+            }
+        }
+
+        impl From<$here> for Vector2<f64> {
+            fn from(velocity: $here) -> Self {
+                Self::new(velocity.north_mps, velocity.east_mps)
+            }
+        }
+    };
+}
+
+velocity!(Current);
+velocity!(Drift);
 
 /// Velocity of the water over ground.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]

@@ -136,24 +136,6 @@ pub enum HeadingHeld {
     Course,
 }
 
-impl From<domain::SpeedHeld> for SpeedHeld {
-    fn from(held: domain::SpeedHeld) -> Self {
-        match held {
-            domain::SpeedHeld::ThroughWater => Self::ThroughWater,
-            domain::SpeedHeld::OverGround => Self::OverGround,
-        }
-    }
-}
-
-impl From<domain::HeadingHeld> for HeadingHeld {
-    fn from(held: domain::HeadingHeld) -> Self {
-        match held {
-            domain::HeadingHeld::Heading => Self::Heading,
-            domain::HeadingHeld::Course => Self::Course,
-        }
-    }
-}
-
 impl TryFrom<&Craft> for CraftDescription {
     type Error = Vec<FieldError>;
 
@@ -203,14 +185,8 @@ pub(super) fn read_craft(craft: &Craft, invalid: &mut Vec<FieldError>) -> CraftD
             linear: power.linear_w_per_mps,
             cubic: power.cubic_w_per_mps3,
         }),
-        speed_held: craft.speed_held.map(|held| match held {
-            SpeedHeld::ThroughWater => domain::SpeedHeld::ThroughWater,
-            SpeedHeld::OverGround => domain::SpeedHeld::OverGround,
-        }),
-        heading_held: craft.heading_held.map(|held| match held {
-            HeadingHeld::Heading => domain::HeadingHeld::Heading,
-            HeadingHeld::Course => domain::HeadingHeld::Course,
-        }),
+        speed_held: craft.speed_held.map(domain::SpeedHeld::from),
+        heading_held: craft.heading_held.map(domain::HeadingHeld::from),
         relative_uncertainty: craft.relative_uncertainty,
     }
 }

@@ -5,7 +5,7 @@ use planner::{
     solve::{Solution, SolverStatus},
     sparse::Sparse,
 };
-use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
 use super::write_answer::status_name;
 
@@ -14,135 +14,51 @@ use super::write_answer::status_name;
 /// ```text
 /// minimise ½ xᵀ P x + qᵀ x   subject to   A x + s = b,  s ∈ K
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ProgramDump {
-    /// Upper triangle of P.
-    #[serde(rename = "P")]
-    pub quadratic: DumpedMatrix,
-    /// q.
-    #[serde(rename = "q")]
-    pub linear: Vec<f64>,
-    /// A.
-    #[serde(rename = "A")]
-    pub constraints: DumpedMatrix,
-    /// b.
-    #[serde(rename = "b")]
-    pub bounds: Vec<f64>,
-    /// K, block after block of rows.
-    pub cones: Vec<DumpedCone>,
-    /// Where the first velocity stands among the variables.
-    pub v1: FirstVelocity,
-    /// How the solver ended, in snake case.
-    pub status: String,
-    /// What it found; absent where it found nothing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub solution: Option<DumpedSolution>,
-}
-
-/// A matrix in compressed sparse column form; indices begin at 0 and explicit zeros are kept.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DumpedMatrix {
-    /// Number of rows.
-    pub m: usize,
-    /// Number of columns.
-    pub n: usize,
-    /// Where each column begins; `n + 1` entries.
-    pub colptr: Vec<usize>,
-    /// Row of each stored value, increasing within a column.
-    pub rowval: Vec<usize>,
-    /// The stored values.
-    pub nzval: Vec<f64>,
-}
-
-/// A block of consecutive rows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct DumpedCone {
-    /// Which cone.
-    #[serde(rename = "type")]
-    pub kind: ConeKind,
-    /// How many rows.
-    pub dim: usize,
-}
-
-/// The cones.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ConeKind {
-    /// s = 0.
-    Zero,
-    /// s ≥ 0.
-    Nonneg,
-    /// s₀ ≥ ‖(s₁, s₂, …)‖.
-    Soc,
-}
-
-/// Velocity of the craft through the water after the first interval, ahead and starboard of its heading now.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FirstVelocity {
-    /// Its two columns.
-    pub columns: [usize; 2],
-    /// What a variable of 1 means there, m/s.
-    pub unit_mps: f64,
-}
-
-/// A point that a solver found.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DumpedSolution {
-    /// Variables.
-    pub x: Vec<f64>,
-    /// Multipliers of the rows.
-    pub z: Vec<f64>,
-    /// Slacks of the rows.
-    pub s: Vec<f64>,
-    /// ½ xᵀ P x + qᵀ x.
-    pub obj: f64,
-}
-
-impl ProgramDump {
-    /// The numbers of `program`, and of `solution` where its status gives them a meaning.
-    #[must_use]
-    pub fn new(program: &Program, solution: &Solution) -> Self {
-        let (columns, unit_mps) = program.first_velocity();
-        let found = matches!(solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
-        Self {
-            quadratic: DumpedMatrix::from(&program.quadratic),
-            linear: program.linear.clone(),
-            constraints: DumpedMatrix::from(&program.constraints),
-            bounds: program.bounds.clone(),
-            cones: program.cones.iter().map(DumpedCone::from).collect(),
-            v1: FirstVelocity { columns, unit_mps },
-            status: status_name(solution.status).to_owned(),
-            solution: found.then(|| DumpedSolution {
-                x: solution.primal.clone(),
-                z: solution.dual.clone(),
-                s: solution.slack.clone(),
-                obj: objective(program, &solution.primal),
-            }),
-        }
+/// ```text
+/// P, A       matrices in compressed sparse column form: m × n, where each column begins (colptr), row and value of each
+///            entry (rowval, nzval). Indices begin at 0, explicit zeros are kept, of P there is the upper triangle.
+/// q, b       vectors
+/// cones      K, block after block of rows: type and number of rows. zero: s = 0, nonneg: s ≥ 0, soc: s₀ ≥ ‖(s₁, s₂, …)‖
+/// v1         where among the variables the velocity of the craft through the water after the first interval stands, ahead
+///            and starboard of its heading now, and what a variable of 1 means there, m/s
+/// status     how the solver ended, in snake case
+/// solution   x, multipliers z, slacks s and the objective; absent where its status gives them no meaning
+/// ```
+#[must_use]
+pub fn program_dump(program: &Program, solution: &Solution) -> Value {
+    let (columns, unit_mps) = program.first_velocity();
+    let mut dump = json!({
+        "P": matrix(&program.quadratic),
+        "q": program.linear,
+        "A": matrix(&program.constraints),
+        "b": program.bounds,
+        "cones": program.cones.iter().map(cone).collect::<Vec<_>>(),
+        "v1": { "columns": columns, "unit_mps": unit_mps },
+        "status": status_name(solution.status),
+    });
+    if matches!(solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved) {
+        dump["solution"] = json!({
+            "x": solution.primal, "z": solution.dual, "s": solution.slack,
+            "obj": objective(program, &solution.primal),
+        });
     }
+    dump
 }
 
-impl From<&Sparse> for DumpedMatrix {
-    fn from(matrix: &Sparse) -> Self {
-        Self {
-            m: matrix.n_rows,
-            n: matrix.n_cols,
-            colptr: matrix.column_starts.clone(),
-            rowval: matrix.row_indices.clone(),
-            nzval: matrix.values.clone(),
-        }
-    }
+fn matrix(matrix: &Sparse) -> Value {
+    json!({
+        "m": matrix.n_rows, "n": matrix.n_cols,
+        "colptr": matrix.column_starts, "rowval": matrix.row_indices, "nzval": matrix.values,
+    })
 }
 
-impl From<&Cone> for DumpedCone {
-    fn from(cone: &Cone) -> Self {
-        let (kind, dim) = match *cone {
-            Cone::Zero(dim) => (ConeKind::Zero, dim),
-            Cone::Nonnegative(dim) => (ConeKind::Nonneg, dim),
-            Cone::SecondOrder(dim) => (ConeKind::Soc, dim),
-        };
-        Self { kind, dim }
-    }
+fn cone(cone: &Cone) -> Value {
+    let (kind, dim) = match *cone {
+        Cone::Zero(dim) => ("zero", dim),
+        Cone::Nonnegative(dim) => ("nonneg", dim),
+        Cone::SecondOrder(dim) => ("soc", dim),
+    };
+    json!({ "type": kind, "dim": dim })
 }
 
 /// ½ xᵀ P x + qᵀ x from the upper triangle of P: what is above the diagonal counts twice.

@@ -1,7 +1,9 @@
 //! One wrong field of a request: where, what, and what would do.
 
+use std::{fmt::Display, ops::RangeInclusive};
+
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Value, json};
 use utoipa::ToSchema;
 
 /// Longest piece of a request that is repeated in a document, characters.
@@ -36,6 +38,26 @@ impl FieldError {
             given: None,
             limit: None,
         }
+    }
+
+    /// What is wrong with a number at `pointer`, if it is not in its range.
+    pub fn outside<T: Copy + Display + PartialOrd + Serialize>(
+        pointer: impl Into<String>,
+        given: T,
+        range: &RangeInclusive<T>,
+    ) -> Option<Self> {
+        (!range.contains(&given)).then(|| Self::out_of_range(pointer, given, *range.start(), *range.end()))
+    }
+
+    pub(crate) fn out_of_range<T: Copy + Display + Serialize>(
+        pointer: impl Into<String>,
+        given: T,
+        least: T,
+        most: T,
+    ) -> Self {
+        Self::new(pointer, "out_of_range", format!("must be from {least} to {most}"))
+            .given(json!(given))
+            .limit(json!({ "least": least, "most": most }))
     }
 
     /// With the value that was given.

@@ -11,7 +11,9 @@ impl From<&InvalidField> for FieldError {
     fn from(invalid: &InvalidField) -> Self {
         let pointer = format!("/{}", invalid.field);
         match &invalid.reason {
-            InvalidReason::OutOfRange { given, least, most } => out_of_range(pointer, *given, *least, *most),
+            InvalidReason::OutOfRange { given, least, most } => {
+                Self::out_of_range(pointer, *given, *least, *most)
+            }
             InvalidReason::Length { given, least, most } => {
                 // Names are measured in bytes, lists in items.
                 let unit = if pointer.ends_with("/id") {
@@ -109,18 +111,20 @@ fn above_most(pointer: String, code: &str, detail: String, given: f64, most: f64
         .limit(json!({ "most": most }))
 }
 
-pub(super) fn out_of_range(pointer: String, given: f64, least: f64, most: f64) -> FieldError {
-    FieldError::new(pointer, "out_of_range", format!("must be from {least} to {most}"))
-        .given(given)
-        .limit(json!({ "least": least, "most": most }))
-}
-
 pub(super) fn length(pointer: String, given: usize, range: RangeInclusive<usize>, unit: &str) -> FieldError {
     let (least, most) = range.into_inner();
     FieldError::new(pointer, "length", format!("must have {least} to {most} {unit}"))
         .given(given)
         .limit(json!({ "least": least, "most": most }))
 }
+
+/// Which of these members that may be left out are there, by name.
+macro_rules! present {
+    ($of:expr; $($member:ident),+) => {
+        [$((stringify!($member), $of.$member.is_some())),+]
+    };
+}
+pub(super) use present;
 
 /// Notes every one of the `present` members of the `what` at `pointer` that is missing or too much, where its kind
 /// needs those that are `needed`. Whether all is well.

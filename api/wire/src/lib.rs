@@ -10,7 +10,6 @@
 //! client does the reverse with the same types.
 
 mod both;
-mod bounds;
 mod craft;
 mod dump;
 mod each_name_once;
@@ -29,7 +28,7 @@ mod write_request;
 
 pub use both::{Current, Drift, Forecast, TrajectoryPoint};
 pub use craft::{Craft, HeadingHeld, HeadingLoop, Power, SpeedHeld, SurgeLoop};
-pub use dump::{ConeKind, DumpedCone, DumpedMatrix, DumpedSolution, FirstVelocity, ProgramDump};
+pub use dump::program_dump;
 pub use field_error::{FieldError, shortened};
 pub use json::{Unread, read};
 pub use read_request::unsupported_version;
@@ -43,7 +42,7 @@ pub use response::{
     PlannedTarget, Plans, Predicted, Reference, Residuals, Solver, TargetPoint, Violation, Warning,
 };
 pub use write_answer::{Answer, degraded_reason};
-pub use write_request::plan_id;
+pub use write_request::{plan_id, sha256};
 
 /// The version of these shapes that requests must name and answers carry.
 pub const SCHEMA_VERSION: &str = "1.0";

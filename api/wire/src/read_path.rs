@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use planner::{path, snapshot::KnownPath};
 
 use super::{
-    field_pointers::members_fit,
+    field_pointers::{members_fit, present},
     request::{Path, Segment, SegmentKind},
 };
 use crate::FieldError;
@@ -42,45 +42,33 @@ pub(super) fn known_path(pointer: &str, given: &Path, invalid: &mut Vec<FieldErr
 
 /// The segment, if every member that its kind needs is there; what is missing or too much goes into `invalid`.
 fn segment(pointer: &str, segment: &Segment, invalid: &mut Vec<FieldError>) -> Option<path::Segment> {
-    let Segment {
-        kind,
-        from,
-        to,
-        centre,
-        angle_rad,
-        points,
-        fillet_m,
-    } = segment;
-    let needed: &[&str] = match kind {
+    let needed: &[&str] = match segment.kind {
         SegmentKind::Line => &["from", "to"],
         SegmentKind::Arc => &["from", "centre", "angle_rad"],
         SegmentKind::Waypoints => &["points", "fillet_m"],
     };
-    let present = [
-        ("from", from.is_some()),
-        ("to", to.is_some()),
-        ("centre", centre.is_some()),
-        ("angle_rad", angle_rad.is_some()),
-        ("points", points.is_some()),
-        ("fillet_m", fillet_m.is_some()),
-    ];
+    let present = present!(segment; from, to, centre, angle_rad, points, fillet_m);
     if !members_fit(pointer, "segment", needed, &present, invalid) {
         return None;
     }
-    let vector = |point: &[f64; 2]| Vector2::from(*point);
-    Some(match kind {
+    Some(match segment.kind {
         SegmentKind::Line => path::Segment::Line {
-            from: vector(from.as_ref()?),
-            to: vector(to.as_ref()?),
+            from: segment.from?.into(),
+            to: segment.to?.into(),
         },
         SegmentKind::Arc => path::Segment::Arc {
-            from: vector(from.as_ref()?),
-            centre: vector(centre.as_ref()?),
-            angle: (*angle_rad)?,
+            from: segment.from?.into(),
+            centre: segment.centre?.into(),
+            angle: segment.angle_rad?,
         },
         SegmentKind::Waypoints => path::Segment::Waypoints {
-            points: points.as_ref()?.iter().map(vector).collect(),
-            fillet_radius: (*fillet_m)?,
+            points: segment
+                .points
+                .iter()
+                .flatten()
+                .map(|point| Vector2::from(*point))
+                .collect(),
+            fillet_radius: segment.fillet_m?,
         },
     })
 }

@@ -1,4 +1,4 @@
-//! From a client's JSON to a snapshot, and from an answer to what the next request carries.
+//! From a client's JSON to a snapshot.
 
 use std::f64::consts::TAU;
 
@@ -9,22 +9,20 @@ use planner::{
     los::Reference,
     path::SEGMENTS_MAX,
     snapshot as domain,
-    snapshot::{Observation, Snapshot, VehicleId},
+    snapshot::{
+        AREA_CORNERS, AUVS_MAX, KEEP_OUTS_MAX, Observation, REPORTS_MAX, Snapshot, TRAJECTORY_POINTS_MAX,
+        VehicleId,
+    },
 };
 use serde_json::Value;
 
 use super::{
     DEADLINE_MS, METADATA_BYTES_MAX, SCHEMA_VERSION,
-    both::{Current, Forecast, TrajectoryPoint},
-    bounds,
+    both::{Forecast, TrajectoryPoint},
     craft::{Craft, read_craft},
-    field_pointers::{length, out_of_range},
+    field_pointers::length,
     read_evidence, read_goal, read_path,
-    request::{
-        Asc, Auv, Dive, Fallback, Hold, Limits, PlanRequest, PreviousCraft, PreviousEstimate, PreviousPlan,
-        PreviousReference, PreviousTarget,
-    },
-    response::{PlanResponse, PlannedTarget},
+    request::{Asc, Auv, Dive, Fallback, KeepOut, Limits, PlanRequest, PreviousPlan, PreviousTarget},
 };
 use crate::FieldError;
 
@@ -62,12 +60,10 @@ impl TryFrom<&PlanRequest> for Snapshot {
             auvs,
             goal,
             offset,
-            current: request
-                .current
-                .map(|Current { north_mps, east_mps }| Vector2::new(north_mps, east_mps)),
+            current: request.current.map(Vector2::from),
             limits: limits(request.limits.as_ref()),
             craft,
-            keep_outs: request.keep_outs.iter().map(bounds::read_keep_out).collect(),
+            keep_outs: request.keep_outs.iter().map(keep_out).collect(),
             area: request.area.iter().map(|corner| Vector2::from(*corner)).collect(),
             range_max: request.acoustics.map(|acoustics| acoustics.range_max_m),
             surfacing_separation: request.surfacing_separation_m,
@@ -76,10 +72,7 @@ impl TryFrom<&PlanRequest> for Snapshot {
                 Fallback::Los => domain::Fallback::Los,
                 Fallback::None => domain::Fallback::None,
             },
-            hold: match request.hold {
-                Hold::SlowTurn => domain::HoldStyle::SlowTurn,
-                Hold::Stop => domain::HoldStyle::Stop,
-            },
+            hold: request.hold.into(),
             previous_plan: request.previous_plan.as_ref().map(previous_plan),
         };
         match Snapshot::try_from(observation) {
@@ -89,46 +82,6 @@ impl TryFrom<&PlanRequest> for Snapshot {
                 invalid.extend(fields.iter().map(FieldError::from));
                 Err(invalid)
             }
-        }
-    }
-}
-
-impl From<&PlanResponse> for PreviousPlan {
-    fn from(answer: &PlanResponse) -> Self {
-        Self {
-            trajectory: answer.trajectory.clone(),
-            goal_course_rad: Some(answer.goal_course_rad),
-            craft_estimate: Some(PreviousCraft {
-                asked_speed_mps: answer.craft_estimate.asked_speed_mps,
-                asked_heading_rad: answer.craft_estimate.asked_heading_rad,
-                memory: answer.craft_estimate.memory.clone(),
-            }),
-            current: answer.current,
-            reference: Some(PreviousReference {
-                speed_mps: answer.reference.speed_mps,
-                heading_rad: Some(answer.reference.heading_rad),
-            }),
-            targets: Some(answer.targets.iter().map(PreviousTarget::from).collect()),
-        }
-    }
-}
-
-impl From<&PlannedTarget> for PreviousTarget {
-    fn from(target: &PlannedTarget) -> Self {
-        let estimate = &target.estimate;
-        Self {
-            id: target.id.clone(),
-            estimate: Some(PreviousEstimate {
-                age_s: estimate.age_s,
-                north_m: estimate.north_m,
-                east_m: estimate.east_m,
-                depth_m: estimate.depth_m,
-                north_mps: estimate.north_mps,
-                east_mps: estimate.east_mps,
-                turn_rate_radps: estimate.turn_rate_radps,
-            }),
-            forecast: Some(target.forecast),
-            drift: Some(target.drift),
         }
     }
 }
@@ -147,47 +100,38 @@ fn bound_lists(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
             invalid.push(length(pointer.to_owned(), given, least..=most, "items"));
         }
     };
-    bound("/auvs", request.auvs.len(), 1, domain::AUVS_MAX);
+    bound("/auvs", request.auvs.len(), 1, AUVS_MAX);
     for (i, auv) in request.auvs.iter().enumerate() {
         if let Some(reports) = &auv.reports {
-            bound(
-                &format!("/auvs/{i}/reports"),
-                reports.len(),
-                1,
-                domain::REPORTS_MAX,
-            );
+            bound(&format!("/auvs/{i}/reports"), reports.len(), 1, REPORTS_MAX);
         }
         if let Some(path) = &auv.path {
-            bound(
-                &format!("/auvs/{i}/path/segments"),
-                read_path::count(path),
-                1,
-                SEGMENTS_MAX,
-            );
+            let n_segments = read_path::count(path);
+            bound(&format!("/auvs/{i}/path/segments"), n_segments, 1, SEGMENTS_MAX);
         }
     }
     if let Some(auvs) = &request.goal.auvs {
-        bound("/goal/auvs", auvs.len(), 1, domain::AUVS_MAX);
+        bound("/goal/auvs", auvs.len(), 1, AUVS_MAX);
     }
     if let Some(weights) = &request.goal.weights {
-        bound("/goal/weights", weights.len(), 1, domain::AUVS_MAX);
+        bound("/goal/weights", weights.len(), 1, AUVS_MAX);
     }
-    for (pointer, given, least, most) in bounds::lengths(request) {
-        bound(pointer, given, least, most);
+    bound("/keep_outs", request.keep_outs.len(), 0, KEEP_OUTS_MAX);
+    if !request.area.is_empty() {
+        bound(
+            "/area",
+            request.area.len(),
+            *AREA_CORNERS.start(),
+            *AREA_CORNERS.end(),
+        );
     }
     if let Some(previous) = &request.previous_plan {
-        bound(
-            "/previous_plan/trajectory",
+        let (n_points, n_targets) = (
             previous.trajectory.len(),
-            0,
-            domain::TRAJECTORY_POINTS_MAX,
+            previous.targets.iter().flatten().count(),
         );
-        bound(
-            "/previous_plan/targets",
-            previous.targets.as_ref().map_or(0, Vec::len),
-            0,
-            domain::AUVS_MAX,
-        );
+        bound("/previous_plan/trajectory", n_points, 0, TRAJECTORY_POINTS_MAX);
+        bound("/previous_plan/targets", n_targets, 0, AUVS_MAX);
     }
 }
 
@@ -204,61 +148,45 @@ pub fn unsupported_version(given: &str) -> Option<FieldError> {
 
 fn check_envelope(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
     invalid.extend(unsupported_version(&request.schema_version));
-    if let Some(deadline) = request.deadline_ms {
-        let (least, most) = DEADLINE_MS.into_inner();
-        if !DEADLINE_MS.contains(&deadline) {
-            invalid.push(out_of_range("/deadline_ms".to_owned(), deadline, least, most));
-        }
-    }
+    let deadline = request.deadline_ms;
+    invalid.extend(deadline.and_then(|given| FieldError::outside("/deadline_ms", given, &DEADLINE_MS)));
     let bytes = Value::Object(request.metadata.clone()).to_string().len();
     if METADATA_BYTES_MAX < bytes {
-        invalid.push(length(
-            "/metadata".to_owned(),
-            bytes,
-            0..=METADATA_BYTES_MAX,
-            "bytes",
-        ));
+        let pointer = "/metadata".to_owned();
+        invalid.push(length(pointer, bytes, 0..=METADATA_BYTES_MAX, "bytes"));
     }
 }
 
 /// Headings and courses wrap whatever they are given, so a value in degrees would pass unseen behind
 /// this point.
 fn check_angles(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
-    let mut check = |pointer: String, angle: f64| {
-        if !(-TAU..=TAU).contains(&angle) {
-            invalid.push(out_of_range(pointer, angle, -TAU, TAU));
-        }
-    };
-    check("/asc/heading_rad".to_owned(), request.asc.heading_rad);
+    let mut check =
+        |pointer: &str, angle: f64| invalid.extend(FieldError::outside(pointer, angle, &(-TAU..=TAU)));
+    check("/asc/heading_rad", request.asc.heading_rad);
     for (i, auv) in request.auvs.iter().enumerate() {
         if let Some(state) = &auv.state {
-            check(format!("/auvs/{i}/state/course_rad"), state.course_rad);
+            check(&format!("/auvs/{i}/state/course_rad"), state.course_rad);
         }
         for (j, report) in auv.reports.iter().flatten().enumerate() {
             if let Some(course) = report.course_rad {
-                check(format!("/auvs/{i}/reports/{j}/course_rad"), course);
+                check(&format!("/auvs/{i}/reports/{j}/course_rad"), course);
             }
         }
     }
     if let Some(previous) = &request.previous_plan {
         if let Some(course) = previous.goal_course_rad {
-            check("/previous_plan/goal_course_rad".to_owned(), course);
+            check("/previous_plan/goal_course_rad", course);
         }
         if let Some(craft) = &previous.craft_estimate {
-            let heading = craft.asked_heading_rad;
-            check(
-                "/previous_plan/craft_estimate/asked_heading_rad".to_owned(),
-                heading,
-            );
+            let pointer = "/previous_plan/craft_estimate/asked_heading_rad";
+            check(pointer, craft.asked_heading_rad);
         }
         if let Some(heading) = previous.reference.and_then(|reference| reference.heading_rad) {
-            check("/previous_plan/reference/heading_rad".to_owned(), heading);
+            check("/previous_plan/reference/heading_rad", heading);
         }
         for (i, point) in previous.trajectory.iter().enumerate() {
-            check(
-                format!("/previous_plan/trajectory/{i}/heading_rad"),
-                point.heading_rad,
-            );
+            let pointer = format!("/previous_plan/trajectory/{i}/heading_rad");
+            check(&pointer, point.heading_rad);
         }
     }
 }
@@ -312,6 +240,13 @@ fn dive(given: Dive) -> domain::Dive {
     }
 }
 
+fn keep_out(disc: &KeepOut) -> domain::KeepOut {
+    domain::KeepOut {
+        centre: Vector2::new(disc.north_m, disc.east_m),
+        radius: disc.radius_m,
+    }
+}
+
 fn limits(given: Option<&Limits>) -> domain::Limits {
     let default = domain::Limits::ANY;
     let Some(given) = given else { return default };
@@ -356,6 +291,16 @@ fn forecast(choice: Forecast) -> domain::ForecastChoice {
 }
 
 fn previous_plan(previous: &PreviousPlan) -> domain::PreviousPlan {
+    let reference = |speed, heading| Reference {
+        speed,
+        heading: Heading::new(heading),
+    };
+    let command = previous
+        .reference
+        .and_then(|given| Some(reference(given.speed_mps, given.heading_rad?)));
+    let craft = previous.craft_estimate.as_ref();
+    // Without an estimate of the craft, the command counts as asked through the water.
+    let asked = craft.map(|craft| reference(craft.asked_speed_mps, craft.asked_heading_rad));
     let point = |point: &TrajectoryPoint| domain::TrajectoryPoint {
         time: point.t_s,
         position: Vector2::new(point.north_m, point.east_m),
@@ -365,20 +310,10 @@ fn previous_plan(previous: &PreviousPlan) -> domain::PreviousPlan {
     domain::PreviousPlan {
         trajectory: previous.trajectory.iter().map(point).collect(),
         goal_course: previous.goal_course_rad.map(Course::new),
-        current: previous
-            .current
-            .map(|Current { north_mps, east_mps }| Vector2::new(north_mps, east_mps)),
-        reference: asked(previous),
-        command: previous.reference.and_then(|reference| {
-            Some(Reference {
-                speed: reference.speed_mps,
-                heading: Heading::new(reference.heading_rad?),
-            })
-        }),
-        craft: previous
-            .craft_estimate
-            .as_ref()
-            .and_then(|craft| CraftEstimate::from_memory(&craft.memory)),
+        current: previous.current.map(Vector2::from),
+        reference: asked.or(command),
+        command,
+        craft: craft.and_then(|craft| CraftEstimate::from_memory(&craft.memory)),
         targets: previous
             .targets
             .iter()
@@ -386,21 +321,6 @@ fn previous_plan(previous: &PreviousPlan) -> domain::PreviousPlan {
             .filter_map(previous_target)
             .collect(),
     }
-}
-
-/// Speed through the water and heading that an earlier answer asked for.
-fn asked(previous: &PreviousPlan) -> Option<Reference> {
-    if let Some(craft) = &previous.craft_estimate {
-        return Some(Reference {
-            speed: craft.asked_speed_mps,
-            heading: Heading::new(craft.asked_heading_rad),
-        });
-    }
-    let reference = previous.reference?;
-    Some(Reference {
-        speed: reference.speed_mps,
-        heading: Heading::new(reference.heading_rad?),
-    })
 }
 
 /// None of one that is not whole.
@@ -417,6 +337,6 @@ fn previous_target(target: &PreviousTarget) -> Option<domain::PreviousTarget> {
         depth: estimate.depth_m,
         velocity: Vector2::new(estimate.north_mps, estimate.east_mps),
         turn_rate: estimate.turn_rate_radps,
-        drift: Vector2::new(drift.north_mps, drift.east_mps),
+        drift: drift.into(),
     })
 }

@@ -73,7 +73,7 @@ impl<'a> Answer<'a> {
             } else {
                 Outcome::Ok
             },
-            method: method(self.plan.method),
+            method: self.plan.method.into(),
             reason: self.plan.degraded.map(degraded_reason),
             solver: Some(Solver {
                 status: status_name(solver.status).to_owned(),
@@ -98,35 +98,25 @@ impl<'a> Answer<'a> {
     /// The line-of-sight law's answer to the same snapshot, in the same shape.
     #[must_use]
     pub fn line_of_sight(&self) -> PlanResponse {
-        let domain::Baseline {
-            reference,
-            trajectory,
-            predicted,
-            violations,
-        } = &self.plan.baseline;
-        PlanResponse {
-            violations: violations.iter().map(violation).collect(),
-            ..self.along(*reference, *reference, trajectory, *predicted)
-        }
+        self.of_law(LosLaw::SaturatedLos, &self.plan.baseline)
     }
 
     /// Another law's answer to the same snapshot at the gains of `policy`, in the same shape. What it would remember
     /// starts from nothing, and a warning says so.
     #[must_use]
     pub fn law(&self, law: LosLaw, policy: &Policy) -> PlanResponse {
-        let domain::Baseline {
-            reference,
-            trajectory,
-            predicted,
-            violations,
-        } = domain::baseline(self.snapshot, policy, law);
-        let mut answer = PlanResponse {
-            method: method(law.into()),
-            violations: violations.iter().map(violation).collect(),
-            ..self.along(reference, reference, &trajectory, predicted)
-        };
+        let mut answer = self.of_law(law, &domain::baseline(self.snapshot, policy, law));
         answer.warnings.extend(no_memory(law));
         answer
+    }
+
+    fn of_law(&self, law: LosLaw, baseline: &domain::Baseline) -> PlanResponse {
+        let reference = baseline.reference;
+        PlanResponse {
+            method: domain::Method::from(law).into(),
+            violations: baseline.violations.iter().map(violation).collect(),
+            ..self.along(reference, reference, &baseline.trajectory, baseline.predicted)
+        }
     }
 
     /// What all answers have in common, and line of sight's own outcome.
@@ -153,10 +143,7 @@ impl<'a> Answer<'a> {
             trajectory: trajectory.iter().map(TrajectoryPoint::from).collect(),
             goal_course_rad: self.plan.goal_course.radians(),
             craft_estimate: craft_estimate(self.snapshot, &self.plan.craft, asked),
-            current: self.plan.current.map(|current| Current {
-                north_mps: current.x,
-                east_mps: current.y,
-            }),
+            current: self.plan.current.map(Current::from),
             goal: GoalTrajectory {
                 trajectory: self.goal(),
             },
@@ -213,19 +200,10 @@ impl<'a> Answer<'a> {
             id: target.id.0.clone(),
             estimate: estimate(&target.estimate),
             forecast: Forecast::from(target.model),
-            drift: Drift::from(&target.drift),
+            drift: Drift::from(target.drift),
             trajectory: self.times().zip(&target.positions).map(point).collect(),
             depths_m: target.depths.clone(),
             position_sigma_m: target.position_sigmas.clone(),
-        }
-    }
-}
-
-impl From<&Vector2<f64>> for Drift {
-    fn from(drift: &Vector2<f64>) -> Self {
-        Self {
-            north_mps: drift.x,
-            east_mps: drift.y,
         }
     }
 }
@@ -259,6 +237,14 @@ impl From<&facts::TrajectoryPoint> for TrajectoryPoint {
     }
 }
 
+fn warning(code: &str, pointer: &str, detail: String) -> Warning {
+    Warning {
+        code: code.to_owned(),
+        pointer: pointer.to_owned(),
+        detail,
+    }
+}
+
 fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
     let stale = snapshot
         .auvs
@@ -267,16 +253,14 @@ fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
         .enumerate()
         .filter(|(_, (_, estimate))| REPORT_AGE_STALE < estimate.state.age);
     let mut warnings: Vec<_> = stale
-        .map(|(i, (auv, estimate))| Warning {
-            code: "stale_report".to_owned(),
-            pointer: match auv.evidence {
+        .map(|(i, (auv, estimate))| {
+            let pointer = match auv.evidence {
                 Evidence::State(_) => format!("/auvs/{i}/state/age_s"),
                 Evidence::Reports(_) => format!("/auvs/{i}/reports"),
-            },
-            detail: format!(
-                "{} was last heard of {} s ago; its forecast starts there",
-                auv.id, estimate.state.age
-            ),
+            };
+            let (id, age) = (&auv.id, estimate.state.age);
+            let detail = format!("{id} was last heard of {age} s ago; its forecast starts there");
+            warning("stale_report", &pointer, detail)
         })
         .collect();
     warnings.extend(no_current(snapshot));
@@ -286,11 +270,6 @@ fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
 
 /// What the craft is not known to do, does not do, or cannot do.
 fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = Warning> {
-    let warning = |code: &str, pointer: &str, detail: String| Warning {
-        code: code.to_owned(),
-        pointer: pointer.to_owned(),
-        detail,
-    };
     let (prior, model) = (snapshot.craft_prior(), snapshot.craft_model());
     let unknown = (!prior.heading_declared && !prior.surge_declared).then(|| {
         let detail = format!(
@@ -373,22 +352,17 @@ fn no_current(snapshot: &Snapshot) -> Option<Warning> {
         "still water is assumed"
     };
     let Some(apparent) = snapshot.asc.apparent_current() else {
-        return Some(Warning {
-            code: "current_unknown".to_owned(),
-            pointer: "/current".to_owned(),
-            detail: format!("neither a current nor a ground velocity is given: {instead}"),
-        });
+        let detail = format!("neither a current nor a ground velocity is given: {instead}");
+        return Some(warning("current_unknown", "/current", detail));
     };
     let axes = [("north", apparent.x), ("east", apparent.y)];
     let (axis, speed) = axes.into_iter().find(|(_, speed)| CURRENT_MAX < speed.abs())?;
-    Some(Warning {
-        code: "velocities_contradict".to_owned(),
-        pointer: format!("/asc/ground_{axis}_mps"),
-        detail: format!(
-            "less the velocity through the water it leaves a current of {speed:.2} m/s, and more than {CURRENT_MAX} \
-             m/s is not used: {instead}"
-        ),
-    })
+    let detail = format!(
+        "less the velocity through the water it leaves a current of {speed:.2} m/s, and more than {CURRENT_MAX} m/s is \
+         not used: {instead}"
+    );
+    let pointer = format!("/asc/ground_{axis}_mps");
+    Some(warning("velocities_contradict", &pointer, detail))
 }
 
 /// What the law would know in a mission and does not know in a request.
@@ -400,24 +374,8 @@ fn no_memory(law: LosLaw) -> Option<Warning> {
         LosLaw::WaypointBox => "the box is drawn about one fix, and its 360 s begin with this request",
         LosLaw::SaturatedLos | LosLaw::TrackerFrame | LosLaw::Printed => return None,
     };
-    Some(Warning {
-        code: "law_without_memory".to_owned(),
-        pointer: String::new(),
-        detail: format!("{}: {detail}", law.name()),
-    })
-}
-
-fn method(method: domain::Method) -> Method {
-    match method {
-        domain::Method::Mpc => Method::Mpc,
-        domain::Method::PreviousPlan => Method::PreviousPlan,
-        domain::Method::SaturatedLos => Method::SaturatedLos,
-        domain::Method::Hold => Method::Hold,
-        domain::Method::SaturatedLosTrackerFrame => Method::SaturatedLosTrackerFrame,
-        domain::Method::IntegralLos => Method::IntegralLos,
-        domain::Method::WaypointBox => Method::WaypointBox,
-        domain::Method::PrintedLos => Method::PrintedLos,
-    }
+    let detail = format!("{}: {detail}", law.name());
+    Some(warning("law_without_memory", "", detail))
 }
 
 /// Why an answer is degraded, as one word for programs.

@@ -13,11 +13,10 @@ use sha2::{Digest, Sha256};
 use super::{
     SCHEMA_VERSION,
     both::{Current, Drift, Forecast, TrajectoryPoint},
-    bounds,
     craft::Craft,
     request::{
-        Asc, Auv, AuvState, Dive, Fallback, Goal, GoalKind, Hold, Limits, Offset, OffsetFrame, Path,
-        PlanRequest, PreviousCraft, PreviousEstimate, PreviousPlan, PreviousReference, PreviousTarget,
+        Acoustics, Asc, Auv, AuvState, Dive, Fallback, Goal, GoalKind, KeepOut, Limits, Offset, OffsetFrame,
+        Path, PlanRequest, PreviousCraft, PreviousEstimate, PreviousPlan, PreviousReference, PreviousTarget,
         Report, Segment, SegmentKind,
     },
 };
@@ -27,11 +26,17 @@ use super::{
 pub fn plan_id(snapshot: &Snapshot) -> String {
     let canonical =
         serde_json::to_vec(&PlanRequest::from(snapshot)).expect("strings, numbers and lists only");
-    let mut id = String::new();
-    for byte in Sha256::digest(&canonical) {
-        write!(id, "{byte:02x}").expect("a string takes everything");
+    sha256(&canonical)
+}
+
+/// SHA-256, hexadecimal.
+#[must_use]
+pub fn sha256(bytes: &[u8]) -> String {
+    let mut text = String::new();
+    for byte in Sha256::digest(bytes) {
+        write!(text, "{byte:02x}").expect("a string takes everything");
     }
-    id
+    text
 }
 
 impl From<&Snapshot> for PlanRequest {
@@ -46,15 +51,12 @@ impl From<&Snapshot> for PlanRequest {
                 offset: snapshot.offset.as_ref().map(offset),
                 ..goal(&snapshot.goal)
             },
-            current: snapshot.current.map(|v| Current {
-                north_mps: v.x,
-                east_mps: v.y,
-            }),
+            current: snapshot.current.map(Current::from),
             limits: Some(limits(&snapshot.limits)),
             craft: Some(Craft::from(&snapshot.craft)),
-            keep_outs: snapshot.keep_outs.iter().map(bounds::write_keep_out).collect(),
+            keep_outs: snapshot.keep_outs.iter().map(keep_out).collect(),
             area: snapshot.area.iter().map(|corner| [corner.x, corner.y]).collect(),
-            acoustics: snapshot.range_max.map(bounds::write_acoustics),
+            acoustics: snapshot.range_max.map(|range_max_m| Acoustics { range_max_m }),
             surfacing_separation_m: snapshot.surfacing_separation,
             forecast: match snapshot.forecast {
                 ForecastChoice::Auto => Forecast::Auto,
@@ -64,10 +66,7 @@ impl From<&Snapshot> for PlanRequest {
                 facts::Fallback::Los => Fallback::Los,
                 facts::Fallback::None => Fallback::None,
             },
-            hold: match snapshot.hold {
-                facts::HoldStyle::SlowTurn => Hold::SlowTurn,
-                facts::HoldStyle::Stop => Hold::Stop,
-            },
+            hold: snapshot.hold.into(),
             deadline_ms: None,
             previous_plan: snapshot.previous_plan.as_ref().map(PreviousPlan::from),
             metadata: Map::new(),
@@ -88,10 +87,7 @@ impl From<&facts::PreviousPlan> for PreviousPlan {
                     asked_heading_rad: reference.heading.radians(),
                     memory: craft.memory().to_vec(),
                 }),
-            current: previous.current.map(|current| Current {
-                north_mps: current.x,
-                east_mps: current.y,
-            }),
+            current: previous.current.map(Current::from),
             reference: previous.command.map(|reference| PreviousReference {
                 speed_mps: reference.speed,
                 heading_rad: Some(reference.heading.radians()),
@@ -126,7 +122,7 @@ impl From<&facts::PreviousTarget> for PreviousTarget {
                 turn_rate_radps: target.turn_rate,
             }),
             forecast: Some(Forecast::from(target.model)),
-            drift: Some(Drift::from(&target.drift)),
+            drift: Some(Drift::from(target.drift)),
         }
     }
 }
@@ -300,6 +296,14 @@ fn offset(offset: &facts::Offset) -> Offset {
         starboard_m: (!fixed).then_some(by.y),
         range_m: None,
         bearing_rad: None,
+    }
+}
+
+fn keep_out(disc: &facts::KeepOut) -> KeepOut {
+    KeepOut {
+        north_m: disc.centre.x,
+        east_m: disc.centre.y,
+        radius_m: disc.radius,
     }
 }
 

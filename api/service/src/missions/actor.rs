@@ -138,6 +138,13 @@ pub(super) struct Snapshot {
     pub(super) plan: Option<Arc<StoredPlan>>,
 }
 
+impl Snapshot {
+    /// As it is stored.
+    pub(super) fn json(state: Option<MissionState>, plan: Option<Arc<StoredPlan>>) -> Vec<u8> {
+        json(&Self { state, plan })
+    }
+}
+
 /// A mission under way. It ends when its last handle is dropped.
 #[derive(Clone, Debug)]
 pub(super) struct Handle {

@@ -35,8 +35,7 @@ const TICKS: RangeInclusive<u32> = 1..=60;
 const AGE_MAX: f64 = 86_400.0;
 
 pub(crate) fn new_mission(new: &NewMission) -> Result<(), Vec<FieldError>> {
-    let mut errors = vec![];
-    errors.extend(unsupported_version(&new.schema_version));
+    let mut errors = Vec::from_iter(unsupported_version(&new.schema_version));
     if let Some(title) = &new.title
         && TITLE_BYTES_MAX < title.len()
     {
@@ -49,22 +48,22 @@ pub(crate) fn new_mission(new: &NewMission) -> Result<(), Vec<FieldError>> {
     match (&new.live, &new.simulated) {
         (Some(live), None) => errors.extend(check_live(live)),
         (None, Some(simulated)) => errors.extend(check_simulated(simulated)),
-        _ => errors.push(FieldError::new(
-            "",
-            "one_of",
-            "give either simulated or live, and not both",
-        )),
+        _ => {
+            let detail = "give either simulated or live, and not both";
+            errors.push(FieldError::new("", "one_of", detail));
+        }
     }
     none(errors)
 }
 
 fn check_live(config: &Live) -> Vec<FieldError> {
     let mut errors = vec![];
-    errors.extend(within("/live/period_s", config.period_s, &PERIOD));
-    errors.extend(within("/live/clock_rate", config.clock_rate, &CLOCK_RATE));
+    let rate = |range| FieldError::outside("/live/clock_rate", config.clock_rate, range);
+    errors.extend(FieldError::outside("/live/period_s", config.period_s, &PERIOD));
+    errors.extend(rate(&CLOCK_RATE));
     if errors.is_empty() && config.period_s / config.clock_rate < REAL_PERIOD_MIN {
         let most = config.period_s / REAL_PERIOD_MIN;
-        errors.extend(within("/live/clock_rate", config.clock_rate, &(1.0..=most)));
+        errors.extend(rate(&(1.0..=most)));
     }
     if let Some(origin) = &config.origin {
         let place = sim::record::Origin {
@@ -115,11 +114,8 @@ pub(crate) fn reports(config: &Live, heard: &Reports, now: f64) -> Result<(), Ve
                 .limit(json!({ "least": limits.start(), "most": limits.end() }))
         })
     };
-    errors.extend(
-        heard
-            .received_s
-            .and_then(|received| time("/received_s".to_owned(), received)),
-    );
+    let received = heard.received_s;
+    errors.extend(received.and_then(|received| time("/received_s".to_owned(), received)));
     if heard.auvs.is_empty() && heard.asc.is_empty() {
         errors.push(FieldError::new("", "missing", "give auvs, asc, or both"));
     }
@@ -141,15 +137,9 @@ pub(crate) fn reports(config: &Live, heard: &Reports, now: f64) -> Result<(), Ve
     for (id, fixes) in &heard.auvs {
         let Some(auv) = config.auvs.iter().position(|auv| auv.id == *id) else {
             let known: Vec<&str> = config.auvs.iter().map(|auv| auv.id.as_str()).collect();
-            errors.push(
-                FieldError::new(
-                    format!("/auvs/{}", token(id)),
-                    "unknown_auv",
-                    "the mission has no such AUV",
-                )
-                .given(id.clone())
-                .limit(json!(known)),
-            );
+            let pointer = format!("/auvs/{}", token(id));
+            let error = FieldError::new(pointer, "unknown_auv", "the mission has no such AUV");
+            errors.push(error.given(id.clone()).limit(json!(known)));
             continue;
         };
         for (i, fix) in fixes.iter().enumerate() {
@@ -175,49 +165,22 @@ pub(crate) fn reports(config: &Live, heard: &Reports, now: f64) -> Result<(), Ve
 }
 
 pub(crate) fn speed_factor(given: Option<f64>) -> Result<(), Vec<FieldError>> {
-    none(
-        given
-            .and_then(|factor| within("/speed_factor", factor, &SPEED_FACTOR))
-            .into_iter()
-            .collect(),
-    )
+    none(given.and_then(|factor| FieldError::outside("/speed_factor", factor, &SPEED_FACTOR)))
 }
 
 pub(crate) fn ticks(given: u32) -> Result<(), Vec<FieldError>> {
-    if TICKS.contains(&given) {
-        return Ok(());
-    }
-    let (least, most) = TICKS.into_inner();
-    let error = FieldError::new(
-        "/ticks",
-        "out_of_range",
-        format!("must be from {least} to {most}"),
-    );
-    Err(vec![
-        error.given(given).limit(json!({ "least": least, "most": most })),
-    ])
-}
-
-fn within(pointer: &str, given: f64, limits: &RangeInclusive<f64>) -> Option<FieldError> {
-    let (least, most) = (limits.start(), limits.end());
-    (!limits.contains(&given)).then(|| {
-        FieldError::new(pointer, "out_of_range", format!("must be from {least} to {most}"))
-            .given(json!(given))
-            .limit(json!({ "least": least, "most": most }))
-    })
+    none(FieldError::outside("/ticks", given, &TICKS))
 }
 
 fn too_long(pointer: &str, given: usize, limit: usize) -> FieldError {
-    FieldError::new(
-        pointer,
-        "too_long",
-        format!("must be at most {limit} long, not {given}"),
-    )
-    .given(given)
-    .limit(json!({ "most": limit }))
+    let detail = format!("must be at most {limit} long, not {given}");
+    FieldError::new(pointer, "too_long", detail)
+        .given(given)
+        .limit(json!({ "most": limit }))
 }
 
-fn none(errors: Vec<FieldError>) -> Result<(), Vec<FieldError>> {
+fn none(errors: impl IntoIterator<Item = FieldError>) -> Result<(), Vec<FieldError>> {
+    let errors = Vec::from_iter(errors);
     if errors.is_empty() { Ok(()) } else { Err(errors) }
 }
 

@@ -2,13 +2,12 @@
 
 use std::time::Duration;
 
-use planner::plan::Degraded;
+use planner::{plan::Degraded, snapshot};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::DeserializeOwned, de::Error as _};
 use serde_json::{
     Map,
     value::{RawValue, to_raw_value},
 };
-use sha2::{Digest as _, Sha256};
 use utoipa::ToSchema;
 
 use crate::{
@@ -18,6 +17,7 @@ use crate::{
 use wire::{
     Method, Outcome, PlanResponse, PreviousPlan, Reference,
     mission::{NewMission, Reports, Truth},
+    sha256,
 };
 
 /// An event of a mission. Times are Unix times, s, but for those of a simulated mission's own clock.
@@ -100,13 +100,17 @@ pub(super) fn answer(made: &planners::Planned) -> StoredAnswer {
     planning::answer(made, &Map::new()).planned().into()
 }
 
+/// What the next plan needs of this one.
+pub(super) fn previous(made: &planners::Planned) -> PreviousPlan {
+    PreviousPlan::from(&snapshot::PreviousPlan::from(&made.plan))
+}
+
 /// The event of a plan made at `time` on the mission's clock.
 pub(super) fn planned(
     time: f64,
     late: Duration,
     made: &planners::Planned,
     written: &StoredAnswer,
-    previous: &PreviousPlan,
 ) -> Planned {
     let answer = &written.answer;
     let plan = &made.plan;
@@ -120,7 +124,7 @@ pub(super) fn planned(
         reason: answer.reason.clone(),
         reference: answer.reference,
         answer_sha256: written.digest(),
-        cut_short: cut_short.then(|| Box::new(previous.clone())),
+        cut_short: cut_short.then(|| Box::new(previous(made))),
         truth: None,
     }
 }
@@ -135,7 +139,7 @@ pub(super) struct StoredAnswer {
 impl StoredAnswer {
     /// SHA-256 of the answer's JSON, hexadecimal.
     pub(super) fn digest(&self) -> String {
-        hexadecimal(&Sha256::digest(self.json.get()))
+        sha256(self.json.get().as_bytes())
     }
 }
 
@@ -184,15 +188,6 @@ pub(super) fn created(reader: &EventReader, number: u64) -> Result<NewMission, S
             "mission number {number} has no beginning"
         ))),
     }
-}
-
-pub(super) fn hexadecimal(bytes: &[u8]) -> String {
-    use std::fmt::Write as _;
-    let mut text = String::with_capacity(2 * bytes.len());
-    for byte in bytes {
-        write!(text, "{byte:02x}").expect("a string takes everything");
-    }
-    text
 }
 
 impl Event {

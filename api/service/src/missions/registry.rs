@@ -6,7 +6,6 @@ use std::{
     time::Duration,
 };
 
-use sha2::{Digest as _, Sha256};
 use tokio::{
     sync::{OwnedSemaphorePermit, Semaphore, mpsc::error::TrySendError, oneshot},
     task::spawn_blocking,
@@ -20,7 +19,7 @@ use super::{
     },
     check,
     clock::{Clock, unix_now},
-    event::{Event, created, hexadecimal, json, parsed},
+    event::{Event, created, json, parsed},
     state::MissionState,
 };
 use crate::{
@@ -29,7 +28,10 @@ use crate::{
     problem::Problem,
     store::{Append, Appended, EventReader, EventStore, StoreError, StoredMission},
 };
-use wire::mission::{Mission, NewMission, Reports, Status};
+use wire::{
+    mission::{Mission, NewMission, Reports, Status},
+    sha256,
+};
 
 /// Missions that may be under way at once: more than two processors plan for once a second.
 const ACTORS_MAX: usize = 1_024;
@@ -160,12 +162,8 @@ impl Missions {
             metadata: new.metadata.clone(),
             id,
         };
-        let snapshot = new.live.clone().map(|config| {
-            json(&Snapshot {
-                state: Some(MissionState::new(config)),
-                plan: None,
-            })
-        });
+        let state = new.live.clone().map(MissionState::new);
+        let snapshot = state.map(|state| Snapshot::json(Some(state), None));
         let event = Event::Created {
             at_s,
             mission: Box::new(new),
@@ -379,5 +377,5 @@ fn fold(
 
 /// The same id for the same text, so that a request that is sent again finds the mission that it made.
 fn mission_id(text: &str) -> String {
-    format!("m-{}", &hexadecimal(&Sha256::digest(text))[..16])
+    format!("m-{}", &sha256(text.as_bytes())[..16])
 }

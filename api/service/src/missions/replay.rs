@@ -9,7 +9,7 @@ use planner::{
 
 use super::{
     clock::Clock,
-    event::{Event, Planned, StoredAnswer, answer, created, parsed},
+    event::{Event, Planned, StoredAnswer, answer, created, parsed, previous},
     simulation::Simulation,
     state::MissionState,
 };
@@ -97,9 +97,8 @@ impl Run {
                     plan,
                     solve_time: Duration::from_nanos(logged.solve_time_ns),
                 };
-                let answer = answer(&made);
-                state.set_previous_plan(PreviousPlan::from(&answer.answer));
-                Ok(Some(answer))
+                state.set_previous_plan(previous(&made));
+                Ok(Some(answer(&made)))
             }
             Self::Simulated(simulation) => {
                 let ticked = simulation.tick(Some(logged));

@@ -4,7 +4,6 @@ use std::{collections::BTreeMap, convert::Infallible, time::Duration};
 
 use axum::{
     Json,
-    body::Body,
     extract::{FromRef, FromRequestParts, Path, Query, rejection::QueryRejection},
     http::{HeaderValue, StatusCode, header, request::Parts},
     response::{IntoResponse, Response},
@@ -101,11 +100,8 @@ impl IdempotencyKeyHeader {
         if !(1..=KEY_BYTES_MAX).contains(&key.len()) {
             let detail =
                 format!("the Idempotency-Key header must be 1 to {KEY_BYTES_MAX} visible ASCII characters");
-            return Err(Problem::Invalid(vec![FieldError::new(
-                "",
-                "idempotency_key",
-                detail,
-            )]));
+            let error = FieldError::new("", "idempotency_key", detail);
+            return Err(Problem::Invalid(vec![error]));
         }
         let mut request = Sha256::new();
         request.update(call);
@@ -123,25 +119,18 @@ impl IdempotencyKeyHeader {
 #[into_params(names("Last-Event-ID"), parameter_in = Header)]
 pub(crate) struct LastEventId(
     /// Number of the last event that the reader has: the stream goes on after it.
-    #[param(value_type = Option<u64>)]
-    Option<HeaderValue>,
+    Option<u64>,
 );
 
 impl<S: Send + Sync> FromRequestParts<S> for LastEventId {
-    type Rejection = Infallible;
+    type Rejection = Problem;
 
-    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Infallible> {
-        Ok(Self(parts.headers.get("last-event-id").cloned()))
-    }
-}
-
-impl LastEventId {
-    fn number(self) -> Result<Option<u64>, Problem> {
-        let Some(given) = self.0 else {
-            return Ok(None);
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Problem> {
+        let Some(given) = parts.headers.get("last-event-id") else {
+            return Ok(Self(None));
         };
         let id = given.to_str().ok().and_then(|text| text.parse().ok());
-        id.map(Some).ok_or_else(|| {
+        id.map(|id| Self(Some(id))).ok_or_else(|| {
             let detail = "the Last-Event-ID header must be the id of an event of this mission, a number";
             Problem::Invalid(vec![FieldError::new("", "last_event_id", detail)])
         })
@@ -258,9 +247,8 @@ pub(crate) async fn create_mission(
 ) -> Result<Response, Problem> {
     let key = key.of("create", &new)?;
     let mission = missions.create(new, key).await?;
-    let location = HeaderValue::from_str(&format!("/v1/missions/{}", mission.id));
-    let location = location.map_err(|_| Problem::Panicked)?;
-    Ok((StatusCode::CREATED, [(header::LOCATION, location)], Json(mission)).into_response())
+    let location = [(header::LOCATION, format!("/v1/missions/{}", mission.id))];
+    Ok((StatusCode::CREATED, location, Json(mission)).into_response())
 }
 
 /// Lists missions in the order in which they were made.
@@ -395,9 +383,7 @@ pub(crate) async fn get_reference(
     }
     let view = view.borrow().clone();
     let Some(plan) = view.plan else {
-        return Err(Problem::NoPlanYet {
-            waits_for: view.waits_for,
-        });
+        return Err(Problem::NoPlanYet(view.waits_for));
     };
     let now = live.map_or(view.mission.t_s, |live| live.clock.now());
     Ok(Json(CurrentReference {
@@ -427,10 +413,10 @@ pub(crate) async fn get_reference(
 pub(crate) async fn stream_events(
     missions: Missions,
     Named(id): Named,
-    last: LastEventId,
     Asked(After { after }): Asked<After>,
+    LastEventId(last): LastEventId,
 ) -> Result<Response, Problem> {
-    stream::events(missions, &id, last.number()?.or(after)).await
+    stream::events(missions, &id, last.or(after)).await
 }
 
 /// All events of a mission, in a format for other programs, streamed at any length.
@@ -450,6 +436,5 @@ pub(crate) async fn get_record(
 }
 
 fn as_json(body: Vec<u8>) -> Response {
-    let json = HeaderValue::from_static("application/json");
-    ([(header::CONTENT_TYPE, json)], Body::from(body)).into_response()
+    ([(header::CONTENT_TYPE, "application/json")], body).into_response()
 }

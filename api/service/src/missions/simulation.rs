@@ -99,8 +99,7 @@ impl Simulation {
             solve_time,
         };
         let answer = answer(&made);
-        let previous = wire::PreviousPlan::from(&answer.answer);
-        let mut planned = planned(time, Duration::ZERO, &made, &answer, &previous);
+        let mut planned = planned(time, Duration::ZERO, &made, &answer);
         self.mission.go_on(Some((&seen, guidance)));
         let rows = self.mission.take_rows();
         planned.truth = rows.last().and_then(|row| truth(row, &self.ids)).map(Box::new);

@@ -118,21 +118,15 @@ impl MissionState {
             return None;
         }
         let asc = self.asc.as_ref()?;
-        let auv = |auv: &LiveAuv| {
+        let heard = |auv: &LiveAuv| {
             let fixes: Vec<Report> = self.fixes(&auv.id, now).map(|fix| aged(fix, now)).collect();
-            (!fixes.is_empty()).then(|| Auv {
-                id: auv.id.clone(),
-                state: None,
-                reports: Some(fixes),
-                path: auv.path.clone(),
-                dive: auv.dive,
-            })
+            (!fixes.is_empty()).then(|| known_by(fixes, auv))
         };
         Some(request(
             &self.config,
             now,
             carried(&asc.state, now - asc.t_s, self.previous_plan.as_ref()),
-            self.config.auvs.iter().filter_map(auv).collect(),
+            self.config.auvs.iter().filter_map(heard).collect(),
             self.previous_plan.clone(),
         ))
     }
@@ -181,6 +175,16 @@ fn request(
     }
 }
 
+fn known_by(fixes: Vec<Report>, auv: &LiveAuv) -> Auv {
+    Auv {
+        id: auv.id.clone(),
+        state: None,
+        reports: Some(fixes),
+        path: auv.path.clone(),
+        dive: auv.dive,
+    }
+}
+
 /// A fix as a request takes it: a fix dated ahead counts as one of now.
 fn aged(fix: &Report, now: f64) -> Report {
     Report {
@@ -220,13 +224,7 @@ pub(super) fn trial_request(config: &Live, now: f64) -> PlanRequest {
         speed_mps: None,
         turn_rate_radps: None,
     };
-    let auv = |auv: &LiveAuv| Auv {
-        id: auv.id.clone(),
-        state: None,
-        reports: Some(vec![fix]),
-        path: auv.path.clone(),
-        dive: auv.dive,
-    };
+    let auvs = config.auvs.iter().map(|auv| known_by(vec![fix], auv));
     let asc = Asc {
         north_m: 0.0,
         east_m: 0.0,
@@ -237,7 +235,7 @@ pub(super) fn trial_request(config: &Live, now: f64) -> PlanRequest {
         ground_north_mps: None,
         ground_east_mps: None,
     };
-    request(config, now, asc, config.auvs.iter().map(auv).collect(), None)
+    request(config, now, asc, auvs.collect(), None)
 }
 
 #[cfg(test)]

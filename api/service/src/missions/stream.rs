@@ -7,7 +7,7 @@ use std::{
 
 use axum::{
     body::{Body, Bytes},
-    http::{HeaderValue, StatusCode, header},
+    http::{StatusCode, header},
     response::{
         IntoResponse, Response,
         sse::{Event as Sent, KeepAlive, Sse},
@@ -191,14 +191,8 @@ pub(super) async fn record(missions: Missions, id: &str, format: RecordFormat) -
     };
     let name = format!("attachment; filename=\"{id}.{}\"", format.extension());
     let headers = [
-        (
-            header::CONTENT_TYPE,
-            HeaderValue::from_static(format.media_type()),
-        ),
-        (
-            header::CONTENT_DISPOSITION,
-            HeaderValue::from_str(&name).map_err(|_| Problem::NoMission)?,
-        ),
+        (header::CONTENT_TYPE, format.media_type().to_owned()),
+        (header::CONTENT_DISPOSITION, name),
     ];
     Ok((headers, Body::from_stream(whole_or_broken_off(first, written))).into_response())
 }

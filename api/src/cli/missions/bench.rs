@@ -1,18 +1,18 @@
 //! `pilotfish bench`: the scoreboard as files.
 
 use std::{
+    error::Error,
     fmt::Write as _,
-    fs,
-    io::{self, IsTerminal as _, Write as _},
+    io::{self, IsTerminal as _},
     num::NonZeroUsize,
-    path::{Path, PathBuf},
+    path::PathBuf,
 };
 
 use clap::{Args, builder::RangedU64ValueParser};
 use lab::{
     bench::{
         Board, Contender, TRANSIENTS, TUNING_SEED, ablations, other_plant, pareto_front, sensitivity,
-        strangers::{FAULT_CRAFT, StrangersBench, StrangersBoard},
+        strangers::{FAULT_CRAFT, StrangersBench},
     },
     figures::pareto_chart,
     scoreboard::{
@@ -26,11 +26,12 @@ use sim::scenario::Scenario;
 use super::{
     declared::lasting,
     error::MissionError,
+    files::OTHER_DIRECTORY,
     progress::{bar, show},
 };
 use crate::cli::{
-    out_file::{OutFile, print},
-    scenarios::scenario,
+    out_file::{NotWritten, OutFile, directory, print},
+    scenarios::{NoScenario, scenario},
 };
 
 #[derive(Debug, Args)]
@@ -99,28 +100,21 @@ fn scored_seeds() -> RangedU64ValueParser {
 }
 
 /// Runs everything, writes the board, and prints where it is.
-pub(crate) fn bench(arguments: &Bench) -> Result<(), MissionError> {
-    let refused = |path: PathBuf| move |source| MissionError::Directory { path, source };
+pub(crate) fn bench(arguments: &Bench) -> Result<(), Box<dyn Error>> {
     let scenarios = scenarios(arguments)?;
     let (first, last) = (arguments.first_craft, TUNING_SEED - 1);
     let crafts = arguments.crafts.map_or(0, |crafts| crafts.max(FAULT_CRAFT));
     if last + 1 < first + crafts {
-        return Err(MissionError::CraftSeeds { first, crafts, last });
+        return Err(MissionError::CraftSeeds { first, crafts, last }.into());
     }
     // Before the missions: a directory that cannot be written should not cost them.
-    fs::create_dir_all(&arguments.out).map_err(refused(arguments.out.clone()))?;
-    let file = |name: &str| {
-        let path = arguments.out.join(name);
-        match OutFile::new(&path) {
-            Ok(file) => Ok((path, file)),
-            Err(source) => Err(MissionError::Directory { path, source }),
-        }
-    };
-    let (markdown, html, parquet) = (
-        file("benchmark.md")?,
-        file("benchmark.html")?,
+    directory(&arguments.out, OTHER_DIRECTORY)?;
+    let file = |name: &str| out_file(arguments, name);
+    let board = [
         file("runs.parquet")?,
-    );
+        file("benchmark.html")?,
+        file("benchmark.md")?,
+    ];
 
     let bench = lab::bench::Bench {
         scenarios,
@@ -174,82 +168,53 @@ pub(crate) fn bench(arguments: &Bench) -> Result<(), MissionError> {
         commit: arguments.commit.clone(),
         tuning_seeds: arguments.tuning_seeds,
     };
-    let document = document(&results, &provenance);
-    let written = parquet.1.write(|out| write_runs(&results, &provenance, out));
-    written.map_err(|source| MissionError::Out {
-        path: parquet.0.clone(),
-        source,
-    })?;
-    let mut names = format!("{}\n", parquet.0.display());
-    for ((path, file), text) in [(html, document.html()), (markdown, document.markdown())] {
-        let written = file.write(|out| out.write_all(text.as_bytes()));
-        written.map_err(refused(path.clone()))?;
-        writeln!(names, "{}", path.display()).expect("a string takes everything");
+    let mut written = write_board(arguments, &results, &provenance, board)?;
+    if arguments.worst {
+        let bar = bar();
+        let runs = worst_runs(&results.board, all, &mut |done| show(&bar, "worst runs", done))
+            .map_err(MissionError::Bench)?;
+        bar.finish_and_clear();
+        for run in &runs {
+            file(&run.file_name)?.write_text(&run.svg)?;
+        }
+        // Last: where it is, so is what it shows.
+        let page = file("worst.html")?;
+        page.write_text(&worst_document(&runs).html())?;
+        written.push(page);
     }
+    let names = written.iter().map(|file| format!("{}\n", file.name.display()));
+    Ok(print(&names.collect::<String>())?)
+}
+
+/// Writes the board; the files that it is in.
+fn write_board(
+    arguments: &Bench,
+    results: &Results,
+    provenance: &Provenance,
+    [parquet, html, markdown]: [OutFile; 3],
+) -> Result<Vec<OutFile>, NotWritten> {
+    let document = document(results, provenance);
+    parquet.write(|out| write_runs(results, provenance, out))?;
+    html.write_text(&document.html())?;
+    markdown.write_text(&document.markdown())?;
+    let mut written = vec![parquet, html, markdown];
     if let Some(board) = &results.pareto {
-        let path = arguments.out.join(PARETO_PICTURE);
-        write_text(&path, &pareto_chart(board, "Nearness and energy"))?;
-        writeln!(names, "{}", path.display()).expect("a string takes everything");
+        let picture = out_file(arguments, PARETO_PICTURE)?;
+        picture.write_text(&pareto_chart(board, "Nearness and energy"))?;
+        written.push(picture);
     }
     if let Some(board) = &results.strangers {
-        for path in write_crafts(arguments, board, &provenance)? {
-            writeln!(names, "{}", path.display()).expect("a string takes everything");
-        }
+        let flights = out_file(arguments, "strangers.parquet")?;
+        flights.write(|out| write_strangers(board, provenance, out))?;
+        let breakdowns = out_file(arguments, "breakdowns.parquet")?;
+        breakdowns.write(|out| write_breakdowns(board, provenance, out))?;
+        written.extend([flights, breakdowns]);
     }
-    if arguments.worst {
-        let path = worst(arguments, &results.board, &bench.scenarios)?;
-        writeln!(names, "{}", path.display()).expect("a string takes everything");
-    }
-    Ok(print(&names)?)
+    Ok(written)
 }
 
-/// Writes the rows of the strangers' flights, and of their breakdowns.
-fn write_crafts(
-    arguments: &Bench,
-    board: &StrangersBoard,
-    provenance: &Provenance,
-) -> Result<[PathBuf; 2], MissionError> {
-    let paths = ["strangers.parquet", "breakdowns.parquet"].map(|name| arguments.out.join(name));
-    let [flights, breakdowns] = paths.each_ref();
-    let out = |path: &Path| {
-        let path = path.to_owned();
-        move |source| MissionError::Out { path, source }
-    };
-    let file = |path: &PathBuf| {
-        OutFile::new(path).map_err(|source| MissionError::Directory {
-            path: path.clone(),
-            source,
-        })
-    };
-    file(flights)?
-        .write(|file| write_strangers(board, provenance, file))
-        .map_err(out(flights))?;
-    file(breakdowns)?
-        .write(|file| write_breakdowns(board, provenance, file))
-        .map_err(out(breakdowns))?;
-    Ok(paths)
-}
-
-/// Writes the page about the worst runs, its pictures first.
-fn worst(arguments: &Bench, board: &Board, scenarios: &[Scenario]) -> Result<PathBuf, MissionError> {
-    let bar = bar();
-    let runs = worst_runs(board, scenarios, &mut |done| show(&bar, "worst runs", done))?;
-    bar.finish_and_clear();
-    let page = arguments.out.join("worst.html");
-    for run in &runs {
-        write_text(&arguments.out.join(&run.file_name), &run.svg)?;
-    }
-    write_text(&page, &worst_document(&runs).html())?;
-    Ok(page)
-}
-
-fn write_text(path: &Path, text: &str) -> Result<(), MissionError> {
-    let refused = |source| MissionError::Directory {
-        path: path.to_owned(),
-        source,
-    };
-    let file = OutFile::new(path).map_err(refused)?;
-    file.write(|out| out.write_all(text.as_bytes())).map_err(refused)
+fn out_file(arguments: &Bench, name: &str) -> Result<OutFile, NotWritten> {
+    OutFile::new(&arguments.out.join(name), OTHER_DIRECTORY)
 }
 
 fn strangers_bench(arguments: &Bench) -> Option<StrangersBench> {
@@ -285,7 +250,7 @@ fn watched<Board>(
     Ok(board)
 }
 
-fn scenarios(arguments: &Bench) -> Result<Vec<Scenario>, MissionError> {
+fn scenarios(arguments: &Bench) -> Result<Vec<Scenario>, NoScenario> {
     let chosen = if arguments.scenario.is_empty() {
         let built_in = Scenario::names().into_iter().filter_map(Scenario::named);
         built_in.filter(Scenario::has_surface_craft).collect()

@@ -1,6 +1,6 @@
 //! `pilotfish compare`: one mission with every controller.
 
-use std::path::PathBuf;
+use std::{error::Error, path::PathBuf};
 
 use clap::{Args, ValueEnum};
 use lab::comparison::{Comparison, Stage};
@@ -8,7 +8,6 @@ use sim::record::Record;
 
 use super::{
     declared::{declare, lasting},
-    error::MissionError,
     files::{record_files, report_file, write_report},
     progress::{bar, show},
 };
@@ -48,10 +47,10 @@ enum Format {
 }
 
 /// Tunes the line-of-sight laws, runs all missions, prints all scores.
-pub(crate) fn compare(arguments: &Compare) -> Result<(), MissionError> {
+pub(crate) fn compare(arguments: &Compare) -> Result<(), Box<dyn Error>> {
     let scenario = lasting(scenario(&arguments.scenario)?, arguments.duration_s);
     let scenario = declare(scenario, &arguments.craft)?;
-    let page = report_file(arguments.report.as_deref())?;
+    let page = arguments.report.as_deref().map(report_file).transpose()?;
     let files = arguments.out.as_deref().map(record_files).transpose()?;
     let bar = bar();
     let comparison = Comparison::run(&scenario, arguments.seed, &mut |stage, done| {
@@ -72,7 +71,8 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), MissionError> {
         .zip(&runs)
         .map(|(file, record)| file.write(record))
         .fold(Ok(()), Result::and);
-    write_report(page, &runs).and(written)?;
+    let page = page.map_or(Ok(()), |file| write_report(&file, &runs));
+    page.and(written)?;
     match arguments.format {
         Format::Table => Ok(print(&comparison.to_string())?),
         Format::Json => {

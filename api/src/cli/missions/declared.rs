@@ -1,5 +1,7 @@
 //! A scenario, with what the command line says otherwise.
 
+use std::error::Error;
+
 use sim::scenario::Scenario;
 
 use super::error::MissionError;
@@ -13,7 +15,7 @@ pub(super) fn lasting(scenario: Scenario, duration_s: Option<u32>) -> Scenario {
 }
 
 /// The scenario, with the craft that the command line declares.
-pub(super) fn declare(mut scenario: Scenario, craft: &DeclaredCraft) -> Result<Scenario, MissionError> {
+pub(super) fn declare(mut scenario: Scenario, craft: &DeclaredCraft) -> Result<Scenario, Box<dyn Error>> {
     if let Some((_, craft)) = craft.read()? {
         let surface_craft = scenario.surface_craft.as_mut();
         surface_craft.ok_or(MissionError::NoSurfaceCraft)?.craft = Some(craft);

@@ -1,15 +1,15 @@
 //! `pilotfish figures`: the source paper's figures as files.
 
-use std::{fmt::Write as _, fs, io::Write as _, path::PathBuf};
+use std::{error::Error, fmt::Write as _, path::PathBuf};
 
 use clap::Args;
 use lab::figures::{PaperMissions, draw, gallery, stated, table};
 
 use super::{
-    error::MissionError,
+    files::OTHER_DIRECTORY,
     progress::{bar, show},
 };
-use crate::cli::out_file::{OutFile, print};
+use crate::cli::out_file::{OutFile, directory, print};
 
 #[derive(Debug, Args)]
 pub(crate) struct Figures {
@@ -25,12 +25,11 @@ pub(crate) struct Figures {
 }
 
 /// Flies the paper's missions, writes its figures, and prints its numbers beside the measured ones.
-pub(crate) fn figures(arguments: &Figures) -> Result<(), MissionError> {
-    let refused = |path: PathBuf| move |source| MissionError::Directory { path, source };
+pub(crate) fn figures(arguments: &Figures) -> Result<(), Box<dyn Error>> {
     // Before the missions: a directory that cannot be written should not cost them.
-    fs::create_dir_all(&arguments.out).map_err(refused(arguments.out.clone()))?;
+    directory(&arguments.out, OTHER_DIRECTORY)?;
     let index = arguments.out.join("index.html");
-    OutFile::new(&index).map_err(refused(index.clone()))?;
+    OutFile::new(&index, OTHER_DIRECTORY)?;
 
     let bar = bar();
     let duration_max = arguments.duration_s.map_or(f64::INFINITY, f64::from);
@@ -48,9 +47,7 @@ pub(crate) fn figures(arguments: &Figures) -> Result<(), MissionError> {
     files.push((index, gallery(&figures, &rows)));
     let mut written = String::new();
     for (path, text) in files {
-        let file = OutFile::new(&path).map_err(refused(path.clone()))?;
-        file.write(|out| out.write_all(text.as_bytes()))
-            .map_err(refused(path.clone()))?;
+        OutFile::new(&path, OTHER_DIRECTORY)?.write_text(&text)?;
         writeln!(written, "{}", path.display()).expect("a string takes everything");
     }
     Ok(print(&format!("{written}\n{}", table(&rows)))?)

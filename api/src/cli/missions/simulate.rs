@@ -1,6 +1,6 @@
 //! `pilotfish simulate`: one mission with one controller.
 
-use std::{fmt::Write as _, path::PathBuf};
+use std::{error::Error, fmt::Write as _, path::PathBuf};
 
 use clap::{Args, ValueEnum};
 use lab::{
@@ -131,18 +131,19 @@ impl Controller {
 }
 
 /// Runs one mission, prints what it is worth, and keeps the record where asked to.
-pub(crate) fn simulate(arguments: &Simulate) -> Result<(), MissionError> {
+pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
     let Some(name) = arguments.scenario.as_deref().filter(|_| !arguments.trial) else {
         let craft = arguments.scenario.as_deref().unwrap_or("medusa");
-        return Ok(trial(craft, arguments.seed, &arguments.out)?);
+        return trial(craft, arguments.seed, &arguments.out);
     };
     let scenario = declare(lasting(scenario(name)?, arguments.duration_s), &arguments.craft)?;
     check(arguments)?;
     // Before the mission: a file that cannot be written should not cost one.
     let files = arguments.out.iter().map(|path| record_file(path, &scenario));
     let files = files.collect::<Result<Vec<_>, _>>()?;
-    let page = report_file(arguments.report.as_deref())?;
-    let requests = snapshot_file(arguments.snapshots.as_deref())?;
+    let page = arguments.report.as_deref().map(report_file).transpose()?;
+    let requests = arguments.snapshots.as_deref().map(snapshot_file);
+    let requests = requests.transpose()?;
 
     let bar = bar();
     let tuning = match arguments.controller.law() {
@@ -176,8 +177,9 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), MissionError> {
     // The mission is not to be had again: what one file does not take, the others still get.
     let write = |file: &RecordFile| file.write(&record);
     let written = files.iter().map(write).fold(Ok(()), Result::and);
-    let written = write_snapshots(requests, &asked).and(written);
-    write_report(page, &[&record]).and(written)?;
+    let requests = requests.map_or(Ok(()), |file| write_snapshots(&file, &asked));
+    let page = page.map_or(Ok(()), |file| write_report(&file, &[&record]));
+    page.and(requests).and(written)?;
     let found = tuning
         .filter(|_| arguments.tuned)
         .map_or_else(String::new, |tuning| {

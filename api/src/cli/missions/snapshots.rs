@@ -2,15 +2,14 @@
 
 use std::{
     io::{self, Write as _},
-    path::{Path, PathBuf},
+    path::Path,
 };
 
 use planner::snapshot::Snapshot;
 use sim::guide::{Guidance, Guide, GuideError, MpcGuide};
 use wire::PlanRequest;
 
-use super::error::MissionError;
-use crate::cli::out_file::OutFile;
+use crate::cli::out_file::{NotWritten, OutFile};
 
 /// The planner, and where the first and every `every`-th further snapshot is kept that it is asked. They are
 /// written after the mission, so that writing does not count as planning.
@@ -36,27 +35,17 @@ impl Guide for Witness<'_> {
     }
 }
 
-/// A file for the snapshots, where one is asked for.
-pub(super) fn snapshot_file(path: Option<&Path>) -> Result<Option<(PathBuf, OutFile)>, MissionError> {
-    let Some(path) = path else { return Ok(None) };
-    let path = path.to_owned();
-    match OutFile::new(&path) {
-        Ok(file) => Ok(Some((path, file))),
-        Err(source) => Err(MissionError::Snapshots { path, source }),
-    }
+/// A file for the snapshots.
+pub(super) fn snapshot_file(path: &Path) -> Result<OutFile, NotWritten> {
+    OutFile::new(path, "choose another file with --snapshots")
 }
 
-pub(super) fn write_snapshots(
-    file: Option<(PathBuf, OutFile)>,
-    snapshots: &[Snapshot],
-) -> Result<(), MissionError> {
-    let Some((path, file)) = file else { return Ok(()) };
-    let written = file.write(|out| {
+pub(super) fn write_snapshots(file: &OutFile, snapshots: &[Snapshot]) -> Result<(), NotWritten> {
+    file.write(|out| {
         for snapshot in snapshots {
             serde_json::to_writer(&mut *out, &PlanRequest::from(snapshot))?;
             out.write_all(b"\n")?;
         }
         Ok::<(), io::Error>(())
-    });
-    written.map_err(|source| MissionError::Snapshots { path, source })
+    })
 }

@@ -10,13 +10,12 @@ use crate::{
     deadline::Arrival,
     missions::{
         clock::{Clock, unix_now},
-        event::{Event, answer, json, planned},
+        event::{Event, answer, planned, previous},
         state::MissionState,
     },
     problem::Problem,
 };
 use planner::snapshot::Snapshot as Facts;
-use wire::PreviousPlan;
 
 /// Reports that a start reads one by one at most.
 const FOLD_MAX: u32 = 64;
@@ -106,12 +105,8 @@ impl Live {
         state.apply(&event, &self.made.clock);
         // Every plan leaves a snapshot; where none is made, reports do now and then.
         let folds = FOLD_MAX <= self.unfolded;
-        let snapshot = folds.then(|| {
-            json(&Snapshot {
-                state: Some(state.clone()),
-                plan: self.context.view.borrow().plan.clone(),
-            })
-        });
+        let plan = || self.context.view.borrow().plan.clone();
+        let snapshot = folds.then(|| Snapshot::json(Some(state.clone()), plan()));
         let stored = self.context.append(vec![event], key, snapshot).await?;
         if stored.is_new {
             self.unfolded = if folds { 0 } else { self.unfolded + 1 };
@@ -129,11 +124,10 @@ impl Live {
             .plan_in_turn(facts, Arrival(due), self.period / 2)
             .await?;
         let answer = answer(&made);
-        let previous = PreviousPlan::from(&answer.answer);
         let late = due.elapsed();
-        let event = planned(now, late, &made, &answer, &previous);
+        let event = planned(now, late, &made, &answer);
         let mut state = self.state.clone();
-        state.set_previous_plan(previous);
+        state.set_previous_plan(previous(&made));
         let plan = Some(Arc::new(StoredPlan {
             sequence: self.context.mission.sequence + 1,
             time: now,
@@ -141,14 +135,9 @@ impl Live {
             answer,
             heard: state.heard(),
         }));
-        let snapshot = Snapshot {
-            state: Some(state.clone()),
-            plan: plan.clone(),
-        };
-        let event = Event::Planned(Box::new(event));
-        self.context
-            .append(vec![event], None, Some(json(&snapshot)))
-            .await?;
+        let snapshot = Snapshot::json(Some(state.clone()), plan.clone());
+        let events = vec![Event::Planned(Box::new(event))];
+        self.context.append(events, None, Some(snapshot)).await?;
         self.context.show(plan);
         self.state = state;
         self.unfolded = 0;

@@ -12,7 +12,7 @@ use super::{Actor, Command, Context, IdempotencyKey, NO_REPORTS, Snapshot, Store
 use crate::{
     missions::{
         clock::unix_now,
-        event::{Event, json},
+        event::Event,
         simulation::{Simulation, Tick},
     },
     problem::Problem,
@@ -121,12 +121,7 @@ impl Simulated {
         });
         let planned = |tick: Tick| Event::Planned(Box::new(tick.planned));
         let events = ticks.into_iter().map(planned).chain(end).collect();
-        let snapshot = plan.is_some().then(|| {
-            json(&Snapshot {
-                state: None,
-                plan: plan.clone(),
-            })
-        });
+        let snapshot = plan.is_some().then(|| Snapshot::json(None, plan.clone()));
         let stored = self.context.append(events, key, snapshot).await?;
         if stored.is_new {
             self.simulation = Some(simulation);

@@ -3,10 +3,14 @@
 use std::time::Duration;
 
 use ::record::table::{Row, SURFACE_CRAFT};
+use sim::record::method_name;
 
-use crate::missions::event::{Event, Planned};
+use crate::missions::{
+    clock::Clock,
+    event::{Event, Planned},
+};
 use wire::{
-    Method, Outcome, Report,
+    Outcome, Report,
     mission::{AscReport, TrueVehicle, Truth},
 };
 
@@ -17,37 +21,13 @@ pub(super) fn outcome(outcome: Outcome) -> &'static str {
     }
 }
 
-pub(super) fn method(method: Method) -> &'static str {
-    match method {
-        Method::Mpc => "mpc",
-        Method::PreviousPlan => "previous_plan",
-        Method::SaturatedLos => "saturated_los",
-        Method::Hold => "hold",
-        Method::SaturatedLosTrackerFrame => "saturated_los_tracker_frame",
-        Method::IntegralLos => "integral_los",
-        Method::WaypointBox => "waypoint_box",
-        Method::PrintedLos => "printed_los",
-    }
-}
-
 /// What a mission's clock showed, learnt from its events in order.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Timeline {
-    /// It stands still from one plan to the next: when the last was made, s since the start.
-    Simulated { planned: f64 },
-    /// It runs by itself.
-    Live {
-        /// When the mission was made, Unix time, s.
-        created: f64,
-        /// Seconds on it in one.
-        rate: f64,
-    },
-}
-
-impl Default for Timeline {
-    fn default() -> Self {
-        Self::Simulated { planned: 0.0 }
-    }
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Timeline {
+    /// A live mission's runs by itself.
+    live: Option<Clock>,
+    /// A simulated one's stands still from one plan to the next: when the last was made, s since the start.
+    planned: f64,
 }
 
 impl Timeline {
@@ -55,18 +35,12 @@ impl Timeline {
     pub(super) fn take_up(&mut self, event: &Event) -> f64 {
         let at_s = match event {
             Event::Planned(plan) => {
-                if let Self::Simulated { planned } = self {
-                    *planned = plan.t_s;
-                }
+                self.planned = plan.t_s;
                 return plan.t_s;
             }
             Event::Created { at_s, mission } => {
-                if let Some(live) = &mission.live {
-                    *self = Self::Live {
-                        created: *at_s,
-                        rate: live.clock_rate,
-                    };
-                }
+                let live = mission.live.as_ref();
+                self.live = live.map(|live| Clock::new(*at_s, Some(live)));
                 *at_s
             }
             Event::Ran { at_s, .. }
@@ -75,11 +49,11 @@ impl Timeline {
             | Event::Finished { at_s }
             | Event::Failed { at_s, .. } => *at_s,
         };
-        match *self {
-            Self::Simulated { planned } => planned,
+        match self.live {
+            None => self.planned,
             // To the bit, where the mission's clock is the service's.
-            Self::Live { rate: 1.0, .. } => at_s,
-            Self::Live { created, rate } => created + rate * (at_s - created),
+            Some(Clock { rate: 1.0, .. }) => at_s,
+            Some(clock) => clock.at(at_s),
         }
     }
 }
@@ -160,7 +134,7 @@ fn planned<'a>(row: &Row<'a>, plan: &'a Planned) -> Row<'a> {
         reference_speed_mps: Some(plan.reference.speed_mps),
         reference_heading_rad: Some(plan.reference.heading_rad),
         outcome: Some(outcome(plan.outcome)),
-        method: Some(method(plan.method)),
+        method: Some(method_name(plan.method.into())),
         reason: plan.reason.as_deref(),
         solve_ms: Some(Duration::from_nanos(plan.solve_time_ns).as_secs_f64() * 1e3),
         late_s: Some(plan.late_s),

@@ -6,12 +6,10 @@ use ::parquet::file::reader::{FileReader as _, SerializedFileReader};
 use allocation_counter::measure;
 use axum::body::Bytes;
 use serde_json::{Value, json};
+use sim::record::method_name;
 use tempfile::TempDir;
 
-use super::{
-    row::{method, outcome},
-    *,
-};
+use super::{row::outcome, *};
 use crate::{
     missions::event::Planned,
     store::{Append, EventStore},
@@ -630,7 +628,10 @@ fn words_are_those_of_the_answers() {
         Method::PrintedLos,
     ];
     for word in methods {
-        assert_eq!(serde_json::to_value(word).expect("is a word"), method(word));
+        assert_eq!(
+            serde_json::to_value(word).expect("is a word"),
+            method_name(word.into())
+        );
     }
     for word in [Outcome::Ok, Outcome::Degraded] {
         assert_eq!(serde_json::to_value(word).expect("is a word"), outcome(word));
