@@ -92,7 +92,7 @@ pub fn ablations() -> Vec<Contender> {
     });
     without("a law in haste", &|policy| policy.hard_turn_share = 10.0);
     without("no choice by predicted cost", &|policy| {
-        policy.cost_decides = false
+        policy.cost_decides = false;
     });
     contenders
 }
