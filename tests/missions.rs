@@ -2,6 +2,7 @@
 
 use std::{
     path::Path,
+    sync::Arc,
     time::{Duration, SystemTime, UNIX_EPOCH},
 };
 
@@ -11,7 +12,12 @@ use axum::{
     http::{HeaderValue, Request, StatusCode},
 };
 use futures_util::StreamExt as _;
-use planner::policy::Policy;
+use planner::{
+    plan::{Plan, Workspace, plan_until},
+    policy::Policy,
+    snapshot::Snapshot,
+    stop::Stop,
+};
 use serde_json::{Value, json};
 use service::{
     Settings,
@@ -31,15 +37,17 @@ struct Service {
 impl Service {
     /// On the store in `data`, as soon as no other service has it.
     async fn start(data: &Path) -> Self {
+        Self::start_with(Settings::default(), data).await
+    }
+
+    async fn start_with(settings: Settings, data: &Path) -> Self {
         let store = loop {
             match EventStore::open(data) {
                 Err(StoreError::InUse { .. }) => sleep(Duration::from_millis(5)).await,
                 opened => break opened.expect("opens"),
             }
         };
-        let (router, missions) = service::service(Settings::default(), store)
-            .await
-            .expect("starts");
+        let (router, missions) = service::service(settings, store).await.expect("starts");
         Self { router, missions }
     }
 
@@ -617,6 +625,102 @@ async fn missions_are_listed_in_order_page_by_page_and_a_deleted_one_is_gone() {
     for query in ["limit=0", "limit=1001", "limit=x", "page=2"] {
         let refused = service.get(&format!("/v1/missions?{query}")).await;
         assert_eq!(refused.status, StatusCode::UNPROCESSABLE_ENTITY, "{query}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_is_deleted_under_its_readers_is_gone_and_not_damaged() {
+    let data = directory();
+    let service = Arc::new(Service::start(data.path()).await);
+    for _ in 0..4 {
+        let mission = service.create(&live()).await;
+        service.order(&format!("{mission}/run"), json!({})).await;
+        let now = mission_now(&service.ask(&mission).await);
+        for _ in 0..40 {
+            service.order(&format!("{mission}/reports"), heard(now)).await;
+        }
+        let readers: Vec<_> = [
+            "reference",
+            "reference?wait_s=1",
+            "record?format=csv",
+            "events?after=0",
+        ]
+        .map(|call| {
+            let (service, path) = (Arc::clone(&service), format!("{mission}/{call}"));
+            tokio::spawn(async move {
+                loop {
+                    let request = Request::get(&path).body(Body::empty()).expect("is a path");
+                    let answer = service.router.clone().oneshot(request).await.expect("answers");
+                    let status = answer.status();
+                    // A stream or a record may break off: what is written is not whole.
+                    let mut pieces = answer.into_body().into_data_stream();
+                    while let Some(Ok(_)) = pieces.next().await {}
+                    match status {
+                        StatusCode::OK | StatusCode::CONFLICT => {}
+                        StatusCode::NOT_FOUND => return,
+                        other => panic!("{path}: {other}"),
+                    }
+                }
+            })
+        })
+        .into();
+        sleep(Duration::from_millis(50)).await;
+        let delete = Request::delete(&mission).body(Body::empty()).expect("is a path");
+        let gone = send_to(service.router.clone(), delete).await;
+        assert_eq!(gone.status, StatusCode::NO_CONTENT);
+        for reader in readers {
+            timeout(Duration::from_secs(30), reader)
+                .await
+                .expect("ends")
+                .expect("sees no damage");
+        }
+    }
+    assert_eq!(service.get("/readyz").await.status, StatusCode::OK);
+}
+
+/// Holds its planner for longer than a mission's deadline, whatever that is, for all but missions with two AUVs.
+fn slow_for_requests(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
+    if snapshot.auvs.len() == 1 {
+        std::thread::sleep(Duration::from_millis(400));
+    }
+    plan_until(snapshot, policy, workspace, stop)
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn requests_that_hold_every_planner_keep_no_mission_waiting() {
+    let data = directory();
+    let settings = Settings {
+        plan: slow_for_requests,
+        planners: 1,
+        ..Settings::default()
+    };
+    let service = Arc::new(Service::start_with(settings, data.path()).await);
+    let mission = service.create(&live()).await;
+    let now = mission_now(&service.ask(&mission).await);
+    service.order(&format!("{mission}/reports"), heard(now)).await;
+    let requests: Vec<_> = (0..8)
+        .map(|_| {
+            let service = Arc::clone(&service);
+            tokio::spawn(async move {
+                for _ in 0..4 {
+                    service.post("/v1/plan", &tests::client::example("track")).await;
+                }
+            })
+        })
+        .collect();
+    service.order(&format!("{mission}/run"), json!({})).await;
+    let (mut after, mut in_time) = (0, 0);
+    for _ in 0..5 {
+        let next = service
+            .ask(&format!("{mission}/reference?wait_s=10&after={after}"))
+            .await;
+        after = next["sequence"].as_u64().expect("is a number");
+        in_time += u32::from(next["outcome"] == "ok");
+    }
+    // A busy machine may miss 50 ms; one planner for all would miss every one.
+    assert!(3 <= in_time, "{in_time} of 5 plans were solved");
+    for request in requests {
+        request.abort();
     }
 }
 

@@ -18,7 +18,7 @@ use planner::{
     stop::Stop,
 };
 use serde_json::{Value, json};
-use service::{Settings, app, examples::EXAMPLES};
+use service::{Hosts, Settings, app, examples::EXAMPLES};
 use tests::client::{Answer, example, get, post, send, send_to};
 use tokio::net::TcpListener;
 
@@ -159,6 +159,25 @@ async fn a_member_that_stands_twice_is_named() {
     assert_eq!(answer.faults(), fault("/t_s", "duplicate_field"));
     let answer = planned(r#"{"asc":{"north_m":1,"north_m":2}}"#).await;
     assert_eq!(answer.faults(), fault("/asc/north_m", "duplicate_field"));
+}
+
+#[tokio::test]
+async fn a_name_that_stands_twice_in_metadata_is_named_too_and_so_is_a_flood_of_values() {
+    let body = example("track").to_string();
+    let with = |metadata: &str| body.replacen('{', &format!("{{\"metadata\":{metadata},"), 1);
+    let answer = planned(with(r#"{"a":[{"b":1,"c":2,"b":3}]}"#)).await;
+    assert_eq!(answer.faults(), fault("/metadata/a/0/b", "duplicate_field"));
+    let answer = planned(with(&format!("[{}0]", "0,".repeat(200_000)))).await;
+    assert_eq!(answer.faults(), fault("", "too_many_values"));
+}
+
+#[tokio::test]
+async fn a_control_character_in_a_name_is_refused() {
+    let faults = faults_after(|body| {
+        body["auvs"][0]["id"] = json!("auv\u{0}1");
+        body["goal"]["auv"] = json!("auv\u{0}1");
+    });
+    assert_eq!(faults.await, fault("/auvs/0/id", "control_character"));
 }
 
 #[tokio::test]
@@ -1262,7 +1281,7 @@ async fn without_a_solution_the_client_chooses_between_a_lower_fallback_level_an
         plan: gives_up,
         ..Settings::default()
     };
-    let degraded = send(settings, post("/v1/plan", EXAMPLES[0].body)).await;
+    let degraded = send(settings.clone(), post("/v1/plan", EXAMPLES[0].body)).await;
     assert_eq!(degraded.status, StatusCode::OK);
     assert_eq!(degraded.json()["outcome"], "degraded");
     assert_eq!(degraded.json()["reason"], "solver_max_iterations");
@@ -1290,4 +1309,36 @@ async fn a_service_whose_planner_gives_up_is_not_ready() {
     )
     .await;
     assert_do_not_try_again(&answer, "not_ready");
+}
+
+#[tokio::test]
+async fn a_page_of_another_site_and_another_name_are_told_why() {
+    let settings = || Settings {
+        hosts: Some(Hosts::default()),
+        ..Settings::default()
+    };
+    let with = async |name: &'static str, value: &'static str| {
+        let mut request = post("/v1/plan", EXAMPLES[0].body);
+        let headers = request.headers_mut();
+        headers.insert("host", HeaderValue::from_static("localhost:8080"));
+        headers.insert(name, HeaderValue::from_static(value));
+        send(settings(), request).await
+    };
+    assert_eq!(
+        with("origin", "http://localhost:8080").await.status,
+        StatusCode::OK
+    );
+    let foreign = with("origin", "http://evil.example").await;
+    assert_eq!(foreign.status, StatusCode::FORBIDDEN);
+    assert_eq!(foreign.problem()["code"], "cross_site");
+    let rebound = with("host", "evil.example").await;
+    assert_eq!(rebound.status, StatusCode::MISDIRECTED_REQUEST);
+    assert!(
+        rebound.text.contains("--allow-host evil.example"),
+        "{}",
+        rebound.text
+    );
+    let nameless = send(settings(), post("/v1/plan", EXAMPLES[0].body)).await;
+    assert_eq!(nameless.status, StatusCode::BAD_REQUEST);
+    assert_eq!(nameless.problem()["code"], "host_header");
 }

@@ -18,7 +18,7 @@ use axum::{
     response::{IntoResponse, Response},
 };
 
-use crate::{deadline::Arrival, problem::Problem};
+use crate::{deadline::Arrival, hosts::Hosts, problem::Problem};
 
 static REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
@@ -41,13 +41,19 @@ const HEADERS: [(HeaderName, HeaderValue); 3] = [
 ];
 
 /// Finishes whatever answer comes out.
-pub(crate) async fn pass(mut request: Request, next: Next) -> Response {
+pub(crate) async fn pass(hosts: Option<Hosts>, mut request: Request, next: Next) -> Response {
     let start = Instant::now();
     request.extensions_mut().insert(Arrival(start));
     let id = request_id(request.headers());
     let (method, path) = (request.method().clone(), request.uri().path().to_owned());
 
-    let mut response = next.run(request).await;
+    let refused = hosts.map_or(Ok(()), |hosts| {
+        hosts.check(&method, request.version(), request.headers())
+    });
+    let mut response = match refused {
+        Ok(()) => next.run(request).await,
+        Err(problem) => problem.into_response(),
+    };
     if let Some(problem) = response.extensions_mut().remove::<Problem>() {
         write_document(&mut response, &problem, &path, &id);
     }

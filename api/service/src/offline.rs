@@ -18,7 +18,7 @@ use crate::{
     deadline::{Arrival, Deadline},
     planners::Planned,
     planning::{answer, refuse_a_lower_level},
-    posted::{BODY_BYTES_MAX, parse},
+    posted::{BODY_BYTES_MAX, read},
     problem::Problem,
 };
 use wire::{PlanRequest, PlanResponse};
@@ -34,7 +34,7 @@ pub fn plan(
     if BODY_BYTES_MAX < body.len() {
         return Err(Problem::TooLarge);
     }
-    let request: PlanRequest = parse(body)?;
+    let request: PlanRequest = read(body)?;
     let snapshot = Snapshot::try_from(&request).map_err(Problem::Invalid)?;
     let stop = match request.deadline_ms {
         Some(wish) => Deadline::new(arrival, Some(wish), Duration::MAX).stop(),

@@ -1,4 +1,9 @@
-//! The planners behind the service: a few at a time, a short queue, and every answer in time.
+//! The planners behind the service: those for missions, those for requests, and every answer in time.
+//!
+//! ```text
+//! request ──► admission ──► reading (pool) ──► planning (pool) ──► answer, or the lower levels at the deadline
+//! mission ────────────────► planning, at a higher priority than either pool
+//! ```
 
 use std::{
     sync::{Arc, Mutex, PoisonError},
@@ -14,15 +19,18 @@ use planner::{
 };
 use tokio::{
     sync::{
-        OwnedSemaphorePermit, Semaphore,
+        Semaphore,
         oneshot::{self, Receiver, error::TryRecvError},
     },
     task::spawn_blocking,
-    time::timeout_at,
+    time::{timeout, timeout_at},
 };
 
 use crate::{
+    admission::{Admission, Ticket},
     deadline::{Arrival, Deadline},
+    pool::{Lane, Pool},
+    posted::SHORT,
     problem::Problem,
     settings::{PlanFn, Settings},
 };
@@ -30,6 +38,9 @@ use crate::{
 /// The coarsest that Tokio's timers are, and the wake-up of a thread: the last stretch before a deadline is
 /// waited for in shorter steps.
 const LAST_STRETCH: Duration = Duration::from_micros(1500);
+/// How long a client waits for the check of a simulation before it is told to come again.
+const CHECK_TIME: Duration = Duration::from_secs(5);
+
 /// A step of the last stretch: what the kernel adds to a shorter sleep by itself.
 const STEP: Duration = Duration::from_micros(50);
 
@@ -40,10 +51,17 @@ pub(crate) struct Planners {
     policy: Arc<Policy>,
     /// Memory of planners at rest. Which one a request gets changes its time, never its answer.
     idle: Arc<Mutex<Vec<Workspace>>>,
-    running: Arc<Semaphore>,
-    admitted: Arc<Semaphore>,
-    /// Simulations take half of the processors, so that requests for plans do not wait for them.
-    simulating: Arc<Semaphore>,
+    /// Of requests with short bodies and of those with long ones: neither is turned away for the other.
+    short: Admission,
+    long: Admission,
+    /// Reads bodies and builds what they describe.
+    reading: Pool,
+    /// Plans for requests.
+    planning: Pool,
+    /// Plans for missions: at most as many at once as there are processors.
+    missions: Arc<Semaphore>,
+    /// Half of the processors, so that requests for plans do not wait for simulations.
+    simulating: Pool,
     deadline: Duration,
 }
 
@@ -68,9 +86,12 @@ impl Planners {
             plan,
             policy: Arc::new(Policy::default()),
             idle: Arc::default(),
-            running: Arc::new(Semaphore::new(planners)),
-            admitted: Arc::new(Semaphore::new(planners + waiting)),
-            simulating: Arc::new(Semaphore::new((planners / 2).max(1))),
+            short: Admission::new(planners, waiting),
+            long: Admission::new(planners, waiting),
+            reading: Pool::new("read", planners),
+            planning: Pool::new("plan", planners),
+            missions: Arc::new(Semaphore::new(planners)),
+            simulating: Pool::new("simulate", (planners / 2).max(1)),
             deadline,
         }
     }
@@ -80,61 +101,113 @@ impl Planners {
         &self.policy
     }
 
-    /// Plans on a thread of its own, until the sooner of the service's deadline and `deadline_ms` after `arrival`.
-    /// When that comes before a planner is free or done, the lower fallback levels answer. Fails at once when
-    /// the queue is full.
+    /// Takes on a request that arrived at `arrival` with a body of `bytes`. Fails at once when those before it leave no
+    /// time for it.
+    pub(crate) fn admit(&self, bytes: usize, arrival: Arrival) -> Result<Arc<Ticket>, Problem> {
+        let due = Deadline::new(arrival, None, self.deadline);
+        let (admission, lane) = if bytes <= SHORT {
+            (&self.short, Lane::Short)
+        } else {
+            (&self.long, Lane::Long)
+        };
+        admission.admit(bytes, lane, due.instant())
+    }
+
+    /// Does what a request that was taken on costs before it can be planned, by the service's deadline.
+    pub(crate) async fn read<T: Send + 'static>(
+        &self,
+        ticket: &Arc<Ticket>,
+        arrival: Arrival,
+        read: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Problem> {
+        let due = Deadline::new(arrival, None, self.deadline);
+        let (sender, receiver) = oneshot::channel();
+        let waiting = Arc::downgrade(ticket);
+        self.reading.push(ticket.lane, move || {
+            if let Some(ticket) = waiting.upgrade() {
+                let done = ticket.work(read);
+                drop(ticket);
+                let _ = sender.send(done);
+            }
+        });
+        let read = timeout_at(due.instant().into(), receiver).await;
+        read.map_err(|_| Problem::Overloaded)?
+            .map_err(|_| Problem::Panicked)
+    }
+
+    /// Does what a request about a mission costs before the mission hears of it, ahead of all other requests.
+    pub(crate) async fn read_for_mission<T: Send + 'static>(
+        &self,
+        read: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Problem> {
+        let read = self.reading.run(Lane::Mission, read).await;
+        read.map_err(|_| Problem::Panicked)
+    }
+
+    /// Plans for a request that was taken on, until the sooner of the service's deadline and `deadline_ms` after
+    /// `arrival`. When that comes before a planner is free or done, the lower fallback levels answer.
     pub(crate) async fn plan(
         &self,
+        ticket: Arc<Ticket>,
         snapshot: Snapshot,
         arrival: Arrival,
         deadline_ms: Option<f64>,
     ) -> Result<Planned, Problem> {
-        let admitted = Arc::clone(&self.admitted)
-            .try_acquire_owned()
-            .map_err(|_| Problem::Overloaded)?;
         let deadline = Deadline::new(arrival, deadline_ms, self.deadline);
-        self.plan_by(snapshot, deadline, Some(admitted)).await
+        let snapshot = Arc::new(snapshot);
+        let (planners, planned) = (self.clone(), Arc::clone(&snapshot));
+        let (sender, receiver) = oneshot::channel();
+        let waiting = Arc::downgrade(&ticket);
+        self.planning.push(ticket.lane, move || {
+            // A request that was answered while this waited for its turn has given its ticket back. From here on the
+            // thread holds it: a client that goes away does not free a planner that still works.
+            let Some(ticket) = waiting.upgrade() else { return };
+            let planned = ticket.work(|| planners.plan_now(planned, &deadline.stop()));
+            drop(ticket);
+            // The client may be gone.
+            let _ = sender.send(planned);
+        });
+        let planned = self.in_time(receiver, snapshot, deadline).await;
+        drop(ticket);
+        planned
     }
 
-    /// Plans for a mission, of which there are not more than the service took on, until `limit` after `due`. Waits for
-    /// its turn behind earlier requests.
+    /// Plans for a mission, of which there are not more than the service took on, until `limit` after `due`, from what
+    /// `facts` makes. Waits for its turn behind other missions.
     pub(crate) async fn plan_in_turn(
         &self,
-        snapshot: Snapshot,
+        facts: impl FnOnce() -> Result<Snapshot, Problem> + Send + 'static,
         due: Arrival,
         limit: Duration,
     ) -> Result<Planned, Problem> {
-        self.plan_by(snapshot, Deadline::new(due, None, limit), None)
-            .await
+        let deadline = Deadline::new(due, None, limit);
+        let turn = Arc::clone(&self.missions).acquire_owned().await;
+        let facts = spawn_blocking(move || (facts(), turn));
+        let (snapshot, turn) = facts.await.map_err(|_| Problem::Panicked)?;
+        let snapshot = Arc::new(snapshot?);
+        let (sender, planned) = oneshot::channel();
+        let (planners, facts) = (self.clone(), Arc::clone(&snapshot));
+        spawn_blocking(move || {
+            // Declared before the turn, and so dropped after it if the planner panics.
+            let sender = sender;
+            let turn = turn;
+            let planned = planners.plan_now(facts, &deadline.stop());
+            drop(turn);
+            // The mission may be gone.
+            let _ = sender.send(planned);
+        });
+        self.in_time(planned, snapshot, deadline).await
     }
 
-    /// Waits for one of the processors that simulations have.
-    pub(crate) async fn simulation(&self) -> OwnedSemaphorePermit {
-        let turn = Arc::clone(&self.simulating).acquire_owned().await;
-        turn.expect("is never closed")
-    }
-
-    async fn plan_by(
+    /// What is planned by the deadline, or else the answer of the lower fallback levels.
+    async fn in_time(
         &self,
-        snapshot: Snapshot,
+        mut planned: Receiver<Planned>,
+        snapshot: Arc<Snapshot>,
         deadline: Deadline,
-        admitted: Option<OwnedSemaphorePermit>,
     ) -> Result<Planned, Problem> {
         let last_stretch = deadline.instant().checked_sub(LAST_STRETCH);
         let last_stretch = last_stretch.unwrap_or(deadline.instant()).into();
-        let snapshot = Arc::new(snapshot);
-
-        let turn = timeout_at(last_stretch, Arc::clone(&self.running).acquire_owned());
-        let Ok(turn) = turn.await else {
-            let planners = self.clone();
-            let lower_levels = spawn_blocking(move || {
-                let _permit = admitted;
-                planners.lower_levels(snapshot)
-            });
-            return lower_levels.await.map_err(|_| Problem::Panicked);
-        };
-        let running = turn.expect("is never closed");
-        let mut planned = self.start(&snapshot, deadline, (admitted, running));
         if let Ok(planned) = timeout_at(last_stretch, &mut planned).await {
             return planned.map_err(|_| Problem::Panicked);
         }
@@ -146,27 +219,24 @@ impl Planners {
         in_time.await.map_err(|_| Problem::Panicked)?
     }
 
-    /// Starts to plan on a thread. The sender of the answer is dropped if the planner panics.
-    fn start(
+    /// Simulates on one of the processors that simulations have.
+    pub(crate) async fn simulate<T: Send + 'static>(
         &self,
-        snapshot: &Arc<Snapshot>,
-        deadline: Deadline,
-        permits: (Option<OwnedSemaphorePermit>, OwnedSemaphorePermit),
-    ) -> Receiver<Planned> {
-        let (sender, receiver) = oneshot::channel();
-        let (planners, snapshot) = (self.clone(), Arc::clone(snapshot));
-        spawn_blocking(move || {
-            // Declared before the permits, and so dropped after them if the planner panics: a client that has an answer
-            // may ask again at once.
-            let sender = sender;
-            // Held by the thread: a client that goes away does not free a planner that still works.
-            let permits = permits;
-            let planned = planners.plan_now(snapshot, &deadline.stop());
-            drop(permits);
-            // The client may be gone.
-            let _ = sender.send(planned);
-        });
-        receiver
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Problem> {
+        let worked = self.simulating.run(Lane::Long, work).await;
+        worked.map_err(|_| Problem::Panicked)
+    }
+
+    /// Checks a simulation that a client asks for: ahead of the others, but not for ever.
+    pub(crate) async fn try_simulation<T: Send + 'static>(
+        &self,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Problem> {
+        let worked = timeout(CHECK_TIME, self.simulating.run(Lane::Mission, work)).await;
+        worked
+            .map_err(|_| Problem::Overloaded)?
+            .map_err(|_| Problem::Panicked)
     }
 
     fn plan_now(&self, snapshot: Arc<Snapshot>, stop: &Stop) -> Planned {

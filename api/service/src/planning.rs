@@ -11,7 +11,7 @@ use serde_json::{Map, Value};
 use crate::{
     deadline::Arrival,
     planners::{Planned, Planners},
-    posted::Posted,
+    posted::PostedBytes,
     problem::{Problem, Refusals},
 };
 use wire::{Answer, Comparison, PlanRequest, PlanResponse, Plans, degraded_reason};
@@ -23,9 +23,9 @@ use wire::{Answer, Comparison, PlanRequest, PlanResponse, Plans, degraded_reason
 pub(crate) async fn plan(
     State(planners): State<Planners>,
     Extension(arrival): Extension<Arrival>,
-    Posted(request): Posted<PlanRequest>,
+    body: PostedBytes,
 ) -> Result<Json<PlanResponse>, Problem> {
-    let (planned, metadata) = planned(&planners, arrival, request).await?;
+    let (planned, metadata) = planned(&planners, arrival, body).await?;
     Ok(Json(answer(&planned, &metadata).planned()))
 }
 
@@ -36,9 +36,9 @@ pub(crate) async fn plan(
 pub(crate) async fn compare(
     State(planners): State<Planners>,
     Extension(arrival): Extension<Arrival>,
-    Posted(request): Posted<PlanRequest>,
+    body: PostedBytes,
 ) -> Result<Json<Comparison>, Problem> {
-    let (planned, metadata) = planned(&planners, arrival, request).await?;
+    let (planned, metadata) = planned(&planners, arrival, body).await?;
     let answer = answer(&planned, &metadata);
     // A rollout each: little beside the program, so they run where the answer is written.
     let law = |law| answer.law(law, planners.policy());
@@ -57,12 +57,18 @@ pub(crate) async fn compare(
 async fn planned(
     planners: &Planners,
     arrival: Arrival,
-    request: PlanRequest,
+    body: PostedBytes,
 ) -> Result<(Planned, Map<String, Value>), Problem> {
-    let snapshot = Snapshot::try_from(&request).map_err(Problem::Invalid)?;
-    let planned = planners.plan(snapshot, arrival, request.deadline_ms).await?;
+    let ticket = planners.admit(body.bytes.len(), arrival)?;
+    let read = planners.read(&ticket, arrival, || {
+        let request: PlanRequest = body.read()?;
+        let snapshot = Snapshot::try_from(&request).map_err(Problem::Invalid)?;
+        Ok::<_, Problem>((snapshot, request.deadline_ms, request.metadata))
+    });
+    let (snapshot, deadline_ms, metadata) = read.await??;
+    let planned = planners.plan(ticket, snapshot, arrival, deadline_ms).await?;
     refuse_a_lower_level(&planned)?;
-    Ok((planned, request.metadata))
+    Ok((planned, metadata))
 }
 
 /// Where nothing but a solved program will do.

@@ -1,37 +1,73 @@
 //! JSON bodies, every rejection of which is a [`Problem`].
 
-use std::time::Duration;
+use std::{sync::Arc, time::Duration};
 
 use axum::{
-    body::Bytes,
-    extract::{
-        FromRef, FromRequest, Request,
-        rejection::{BytesRejection, FailedToBufferBody},
-    },
+    body::Body,
+    extract::{FromRef, FromRequest, Request},
     http::{HeaderMap, header},
 };
+use futures_util::StreamExt as _;
 use http_body::Body as _;
 use serde::de::DeserializeOwned;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-use crate::problem::Problem;
+use crate::{planners::Planners, problem::Problem};
 use wire::Unread;
 
 /// Longest body accepted, bytes.
 pub const BODY_BYTES_MAX: usize = 1 << 20;
 
-/// Longest time for a body to arrive.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct BodyTimeLimit(pub(crate) Duration);
+/// Longest body that is read where it arrives, bytes: a fraction of a millisecond. Longer ones are read on threads whose
+/// work keeps no mission waiting.
+pub(crate) const SHORT: usize = 16 << 10;
 
-/// A body that was JSON of the shape `T`.
+/// Room for bodies that are arriving or waiting to be read, KiB: this bounds the memory that clients can take.
+const ROOM: usize = 256 << 10;
+
+/// How bodies are received.
+#[derive(Clone, Debug)]
+pub(crate) struct Bodies {
+    /// Longest time for a body to arrive.
+    time_limit: Duration,
+    room: Arc<Semaphore>,
+}
+
+impl Bodies {
+    pub(crate) fn new(time_limit: Duration) -> Self {
+        Self {
+            time_limit,
+            room: Arc::new(Semaphore::new(ROOM)),
+        }
+    }
+}
+
+/// A body that was announced as JSON, not yet read.
 #[derive(Debug)]
-pub(crate) struct Posted<T>(pub(crate) T);
+pub(crate) struct PostedBytes {
+    pub(crate) bytes: Vec<u8>,
+    /// Held as long as the bytes.
+    room: Option<OwnedSemaphorePermit>,
+}
 
-impl<T, S> FromRequest<S> for Posted<T>
+impl PostedBytes {
+    /// The `T` that it is.
+    pub(crate) fn read<T: DeserializeOwned>(self) -> Result<T, Problem> {
+        read(&self.bytes)
+    }
+}
+
+/// The `T` that `body` is.
+pub(crate) fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T, Problem> {
+    wire::read(body).map_err(|unread| match unread {
+        Unread::Syntax(error) => Problem::Syntax(error),
+        Unread::Misfit(error) => Problem::Invalid(vec![*error]),
+    })
+}
+
+impl<S: Send + Sync> FromRequest<S> for PostedBytes
 where
-    T: DeserializeOwned,
-    S: Send + Sync,
-    BodyTimeLimit: FromRef<S>,
+    Bodies: FromRef<S>,
 {
     type Rejection = Problem;
 
@@ -39,17 +75,61 @@ where
         require_json(request.headers())?;
         require_uncoded(request.headers())?;
         require_short(request.headers())?;
-        let BodyTimeLimit(limit) = BodyTimeLimit::from_ref(state);
-        let body = tokio::time::timeout(limit, Bytes::from_request(request, state))
+        let Bodies { time_limit, room } = Bodies::from_ref(state);
+        tokio::time::timeout(time_limit, received(request.into_body(), &room))
             .await
-            .map_err(|_| Problem::BodyTimedOut(limit))?
-            .map_err(|rejection| match rejection {
-                BytesRejection::FailedToBufferBody(FailedToBufferBody::LengthLimitError(_)) => {
-                    Problem::TooLarge
-                }
-                _ => Problem::BodyUnreadable,
-            })?;
-        parse(&body).map(Self)
+            .map_err(|_| Problem::BodyTimedOut(time_limit))?
+    }
+}
+
+/// The whole body, for which room is taken as it arrives.
+async fn received(body: Body, room: &Arc<Semaphore>) -> Result<PostedBytes, Problem> {
+    let mut received = PostedBytes {
+        bytes: vec![],
+        room: None,
+    };
+    let mut pieces = body.into_data_stream();
+    let mut taken = 0;
+    while let Some(piece) = pieces.next().await {
+        let piece = piece.map_err(|_| Problem::BodyUnreadable)?;
+        received.bytes.extend_from_slice(&piece);
+        if BODY_BYTES_MAX < received.bytes.len() {
+            return Err(Problem::TooLarge);
+        }
+        let more = received.bytes.len().div_ceil(1 << 10) - taken;
+        let more = u32::try_from(more).expect("a body is at most a MiB");
+        let permit = Arc::clone(room).try_acquire_many_owned(more);
+        let permit = permit.map_err(|_| Problem::Overloaded)?;
+        taken += more as usize;
+        match &mut received.room {
+            Some(room) => room.merge(permit),
+            none => *none = Some(permit),
+        }
+    }
+    Ok(received)
+}
+
+/// A body that was JSON of the shape `T`, about a mission.
+#[derive(Debug)]
+pub(crate) struct Posted<T>(pub(crate) T);
+
+impl<T, S> FromRequest<S> for Posted<T>
+where
+    T: DeserializeOwned + Send + 'static,
+    S: Send + Sync,
+    Bodies: FromRef<S>,
+    Planners: FromRef<S>,
+{
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
+        let posted = PostedBytes::from_request(request, state).await?;
+        if posted.bytes.len() <= SHORT {
+            return posted.read().map(Self);
+        }
+        let planners = Planners::from_ref(state);
+        let read = planners.read_for_mission(|| posted.read()).await?;
+        read.map(Self)
     }
 }
 
@@ -59,9 +139,10 @@ pub(crate) struct PostedOrNothing<T>(pub(crate) T);
 
 impl<T, S> FromRequest<S> for PostedOrNothing<T>
 where
-    T: DeserializeOwned + Default,
+    T: DeserializeOwned + Default + Send + 'static,
     S: Send + Sync,
-    BodyTimeLimit: FromRef<S>,
+    Bodies: FromRef<S>,
+    Planners: FromRef<S>,
 {
     type Rejection = Problem;
 
@@ -116,12 +197,4 @@ fn require_short(headers: &HeaderMap) -> Result<(), Problem> {
         return Err(Problem::TooLarge);
     }
     Ok(())
-}
-
-/// The `T` that `body` is.
-pub(crate) fn parse<T: DeserializeOwned>(body: &[u8]) -> Result<T, Problem> {
-    wire::read(body).map_err(|unread| match unread {
-        Unread::Syntax(error) => Problem::Syntax(error),
-        Unread::Misfit(error) => Problem::Invalid(vec![*error]),
-    })
 }

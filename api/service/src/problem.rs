@@ -45,6 +45,12 @@ pub enum Problem {
     BodyUnreadable,
     /// The body came too slowly: the longest time for one.
     BodyTimedOut(Duration),
+    /// The request names no host, several, or one that is none.
+    HostHeader,
+    /// The request is for another host: its name.
+    UnknownHost(String),
+    /// A page of another site sent the request.
+    CrossSite,
     /// No such route.
     NoRoute,
     /// No such example.
@@ -88,7 +94,10 @@ pub enum Problem {
 
 impl From<StoreError> for Problem {
     fn from(error: StoreError) -> Self {
-        Self::Log(error)
+        match error {
+            StoreError::Gone => Self::NoMission,
+            error => Self::Log(error),
+        }
     }
 }
 
@@ -130,6 +139,9 @@ impl Problem {
             Self::Coded(_) => (415, "unsupported_content_encoding", "Bodies are not decoded"),
             Self::BodyTimedOut(_) => (408, "body_timed_out", "The body came too slowly"),
             Self::TooLarge => (413, "body_too_large", "The body is too large"),
+            Self::HostHeader => (400, "host_header", "The request does not name one host"),
+            Self::UnknownHost(_) => (421, "unknown_host", "The service has another name"),
+            Self::CrossSite => (403, "cross_site", "Pages of other sites may not call the service"),
             Self::NoRoute => (404, "no_route", "There is nothing here"),
             Self::NoExample => (404, "no_example", "There is no such example"),
             Self::MethodNotAllowed => (405, "method_not_allowed", "The method is not allowed"),
@@ -170,6 +182,11 @@ impl Problem {
             Self::BodyTimedOut(limit) => format!("the whole body must arrive within {limit:?}"),
             Self::TooLarge => format!("at most {BODY_BYTES_MAX} bytes are accepted"),
             Self::BodyUnreadable => "the connection ended before the body did".to_owned(),
+            Self::HostHeader => "send exactly one Host header, as HTTP/1.1 asks".to_owned(),
+            Self::UnknownHost(given) => {
+                format!("{given} is not a name of this service: call it by its address, or start it with --allow-host {given}")
+            }
+            Self::CrossSite => "call it from its own page, or without a browser".to_owned(),
             Self::NoRoute => "GET /openapi.json lists every route".to_owned(),
             Self::NoExample => {
                 format!("the examples are {}", EXAMPLES.map(|example| example.name).join(", "))

@@ -9,11 +9,13 @@ use planner::{
     stop::Stop,
 };
 
+use crate::hosts::Hosts;
+
 /// What makes a plan of a snapshot: [`planner::plan::plan_until`], or in tests something that fails on purpose.
 pub type PlanFn = fn(&Snapshot, &Policy, &mut Workspace, &Stop) -> Plan;
 
 /// What a service is built with.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Settings {
     /// What makes the plans.
     pub plan: PlanFn,
@@ -25,6 +27,8 @@ pub struct Settings {
     pub body_time_limit: Duration,
     /// Longest time for an answer, from the head of its request on. A request may ask for a shorter one.
     pub deadline: Duration,
+    /// Names under which clients may call the service over a network; none where requests come from this program.
+    pub hosts: Option<Hosts>,
 }
 
 impl Default for Settings {
@@ -37,6 +41,7 @@ impl Default for Settings {
             waiting: 64,
             body_time_limit: Duration::from_secs(10),
             deadline: Duration::from_secs(1),
+            hosts: None,
         }
     }
 }

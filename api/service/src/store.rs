@@ -8,7 +8,9 @@
 //! commit is on its way to the disk share the next. The store knows nothing of what events mean.
 
 use std::{
-    fs::{self, File, TryLockError},
+    fs::{self, DirBuilder, File, OpenOptions, Permissions, TryLockError},
+    io,
+    os::unix::fs::{DirBuilderExt as _, OpenOptionsExt as _, PermissionsExt as _},
     path::{Path, PathBuf},
     sync::{
         Arc, Mutex, MutexGuard, PoisonError,
@@ -67,7 +69,7 @@ impl EventStore {
     /// Opens the store in `directory`, makes both if they are not there, and brings the store to the newest schema.
     pub fn open(directory: &Path) -> Result<Self, StoreError> {
         let path = directory.join(FILE_NAME);
-        fs::create_dir_all(directory).map_err(|error| StoreError::open(&path, &error))?;
+        make_private(directory, &path).map_err(|error| StoreError::open(&path, &error))?;
         let lock = lock(directory, &path)?;
         write_ahead::check(&path)?;
         let mut connection = Connection::open(&path)
@@ -125,6 +127,11 @@ impl EventStore {
         answer.await.map_err(|_| StoreError::Closed)?
     }
 
+    /// Ends the writer, once everything before is stored, and leaves the store's file whole by itself. Later appends fail.
+    pub async fn close(&self) -> Result<(), StoreError> {
+        self.send(Command::Close).await
+    }
+
     /// A connection that reads. It sees whole commits only.
     pub fn reader(&self) -> Result<EventReader, StoreError> {
         EventReader::open(&self.shared.path)
@@ -150,6 +157,18 @@ impl EventStore {
     }
 }
 
+/// Makes the directory and the store's file where they are not there. Only the service's user may read what is made here:
+/// SQLite gives the files beside the store's the same mode.
+fn make_private(directory: &Path, path: &Path) -> io::Result<()> {
+    DirBuilder::new().recursive(true).mode(0o700).create(directory)?;
+    OpenOptions::new()
+        .append(true)
+        .create(true)
+        .mode(0o600)
+        .open(path)?;
+    fs::set_permissions(path, Permissions::from_mode(0o600))
+}
+
 /// Takes the directory for this process alone.
 fn lock(directory: &Path, path: &Path) -> Result<File, StoreError> {
     let refused = |error| StoreError::open(path, &error);
@@ -166,6 +185,8 @@ fn lock(directory: &Path, path: &Path) -> Result<File, StoreError> {
 /// WAL, and a commit that waits for the disk.
 fn configure(connection: &Connection) -> rusqlite::Result<()> {
     connection.busy_timeout(LOCK_TIME)?;
+    // Takes effect before the first table is made; an older store keeps its room until `VACUUM`.
+    connection.pragma_update(None, "auto_vacuum", "INCREMENTAL")?;
     connection.pragma_update(None, "journal_mode", "WAL")?;
     connection.pragma_update(None, "synchronous", "FULL")?;
     connection.pragma_update(None, "journal_size_limit", JOURNAL_BYTES)?;

@@ -2,8 +2,9 @@
 
 use std::{
     io::{self, Write},
-    net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr},
+    net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs as _},
     path::{Path, PathBuf},
+    sync::Arc,
     time::Duration,
 };
 
@@ -15,13 +16,18 @@ use hyper_util::{
     server::graceful::GracefulShutdown,
     service::TowerToHyperService,
 };
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use service::{
-    Settings,
+    Hosts, Settings,
     examples::EXAMPLES,
     service,
     store::{EventStore, StoreError},
 };
-use tokio::net::TcpListener;
+use tokio::{
+    io::AsyncWriteExt as _,
+    net::{TcpListener, TcpStream},
+    sync::Semaphore,
+};
 use wire::DEADLINE_MS;
 
 /// How long requests under way may take to finish after the order to stop: as long as a body may take to arrive.
@@ -30,11 +36,35 @@ const DRAIN: Duration = Duration::from_secs(10);
 /// How long a connection may take to say what it wants, the wait for its next request included.
 const HEADER_TIME: Duration = Duration::from_secs(10);
 
+/// Most connections at once: a few for every mission that may be under way.
+const CONNECTIONS_MAX: usize = 4_096;
+
+/// Files that the service itself needs: the mission log and its readers, records, and connections that are turned away.
+const FILES_OF_OUR_OWN: usize = 256;
+
+/// Connections that are being turned away; more are closed without a word.
+const TURNED_AWAY_MAX: usize = 64;
+
+/// How long one may take to hear that it is turned away.
+const TURN_AWAY_TIME: Duration = Duration::from_millis(500);
+
+/// What one is told.
+const NO_PLACE: &str = r#"{"type":"urn:pilotfish:problem:crowded","title":"The service has taken on all it can","status":503,"code":"crowded","detail":"there are too many connections; try again after the time in Retry-After"}"#;
+
 #[derive(Clone, Debug, Args)]
 pub(crate) struct Serve {
-    /// Address to listen on.
-    #[arg(long, env = "PILOTFISH_HOST", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
-    host: IpAddr,
+    /// Address to listen on, or a name that stands for one.
+    #[arg(long, env = "PILOTFISH_HOST", default_value = "127.0.0.1")]
+    host: String,
+    /// Another name under which clients may call the service, as of a proxy before it; may be given several times.
+    // The environment lists them with commas.
+    #[arg(
+        long,
+        env = "PILOTFISH_ALLOW_HOST",
+        value_name = "NAME",
+        value_delimiter = ','
+    )]
+    allow_host: Vec<String>,
     /// Port to listen on; 0 takes a free one.
     #[arg(long, env = "PILOTFISH_PORT", default_value_t = 8080)]
     port: u16,
@@ -60,8 +90,13 @@ pub(crate) enum ServeError {
     Exposed(IpAddr),
     #[error("port {0} is taken: choose another with --port, or --port 0 for any free one")]
     PortTaken(u16),
-    #[error("cannot listen on {address}: choose another with --host and --port")]
-    Listen { address: SocketAddr, source: io::Error },
+    #[error("cannot listen on {addresses:?}: choose another with --host and --port")]
+    Listen {
+        addresses: Vec<SocketAddr>,
+        source: io::Error,
+    },
+    #[error("{0} stands for no address: choose another with --host")]
+    UnknownHost(String, #[source] io::Error),
     #[error("missions cannot be kept in the directory; --data names another")]
     Log(#[from] StoreError),
     #[error("the service stopped")]
@@ -70,16 +105,31 @@ pub(crate) enum ServeError {
 
 /// Serves until ctrl-c or SIGTERM, then lets requests under way finish.
 pub(crate) fn serve(arguments: &Serve) -> Result<(), ServeError> {
-    if !arguments.host.is_loopback() && !arguments.insecure {
-        return Err(ServeError::Exposed(arguments.host));
+    let host = arguments.host.trim_start_matches('[').trim_end_matches(']');
+    let addresses: Vec<SocketAddr> = (host, arguments.port)
+        .to_socket_addrs()
+        .map_err(|source| ServeError::UnknownHost(host.to_owned(), source))?
+        .collect();
+    let exposed = addresses.iter().find(|address| !address.ip().is_loopback());
+    if let Some(address) = exposed {
+        if !arguments.insecure {
+            return Err(ServeError::Exposed(address.ip()));
+        }
+        tracing::warn!(
+            address = %address.ip(),
+            "whoever reaches this address may plan, and change and delete missions (--insecure)"
+        );
     }
+    let names = [host.to_owned()]
+        .into_iter()
+        .chain(arguments.allow_host.iter().cloned());
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     let settings = Settings {
         deadline: Duration::from_secs_f64(1e-3 * arguments.deadline_ms),
+        hosts: Some(Hosts::new(names)),
         ..Settings::default()
     };
-    let address = SocketAddr::new(arguments.host, arguments.port);
-    runtime.block_on(run(address, settings, &arguments.data))?;
+    runtime.block_on(run(&addresses, settings, &arguments.data))?;
     // A planner that outlives the drain is not waited for.
     runtime.shutdown_background();
     Ok(())
@@ -94,12 +144,15 @@ fn deadline_ms(text: &str) -> Result<f64, String> {
     Err(format!("not from {least} to {most} ms"))
 }
 
-async fn run(address: SocketAddr, settings: Settings, data: &Path) -> Result<(), ServeError> {
-    let listener = TcpListener::bind(address)
+async fn run(addresses: &[SocketAddr], settings: Settings, data: &Path) -> Result<(), ServeError> {
+    let listener = TcpListener::bind(addresses)
         .await
-        .map_err(|source| match source.kind() {
-            io::ErrorKind::AddrInUse => ServeError::PortTaken(address.port()),
-            _ => ServeError::Listen { address, source },
+        .map_err(|source| match (source.kind(), addresses) {
+            (io::ErrorKind::AddrInUse, [address, ..]) => ServeError::PortTaken(address.port()),
+            _ => ServeError::Listen {
+                addresses: addresses.to_vec(),
+                source,
+            },
         })?;
     let (router, missions) = service(settings, EventStore::open(data)?).await?;
     // Before the URL is printed: its reader may send the signal at once.
@@ -117,15 +170,27 @@ async fn run(address: SocketAddr, settings: Settings, data: &Path) -> Result<(),
     http.timer(TokioTimer::new()).header_read_timeout(HEADER_TIME);
     let router = TowerToHyperService::new(router);
     let connections = GracefulShutdown::new();
+    let places = Arc::new(Semaphore::new(places_for_connections()));
+    let at_the_door = Arc::new(Semaphore::new(TURNED_AWAY_MAX));
     let mut stop = std::pin::pin!(signal.any());
     loop {
         let socket = tokio::select! {
             (socket, _) = Listener::accept(&mut listener) => socket,
             () = &mut stop => break,
         };
+        let Ok(place) = Arc::clone(&places).try_acquire_owned() else {
+            if let Ok(place) = Arc::clone(&at_the_door).try_acquire_owned() {
+                tokio::spawn(async {
+                    turn_away(socket).await;
+                    drop(place);
+                });
+            }
+            continue;
+        };
         let connection = http.serve_connection(TokioIo::new(socket), router.clone());
         let connection = connections.watch(connection);
         tokio::spawn(async {
+            let _place = place;
             if let Err(error) = connection.await {
                 tracing::debug!(%error, "a connection ended early");
             }
@@ -138,12 +203,51 @@ async fn run(address: SocketAddr, settings: Settings, data: &Path) -> Result<(),
     if tokio::time::timeout(DRAIN, connections.shutdown()).await.is_err() {
         tracing::warn!("gave up on requests that did not finish");
     }
+    if let Err(error) = missions.close_store().await {
+        tracing::warn!(%error, "the mission log keeps its write-ahead file; the next start reads it");
+    }
     Ok(())
+}
+
+/// How many connections there may be: as many as the system gives files for, but for those that the service itself needs.
+fn places_for_connections() -> usize {
+    let mut files = getrlimit(Resource::Nofile);
+    // The service starts with the modest limit of a shell; it may raise that as far as the administrator allows.
+    let raised = Rlimit {
+        current: files.maximum,
+        ..files
+    };
+    if setrlimit(Resource::Nofile, raised).is_ok() {
+        files = raised;
+    }
+    let files = files.current.map_or(CONNECTIONS_MAX, |files| {
+        usize::try_from(files).unwrap_or(CONNECTIONS_MAX)
+    });
+    files.saturating_sub(FILES_OF_OUR_OWN).clamp(1, CONNECTIONS_MAX)
+}
+
+/// Tells a client for which there is no place to come again, whatever it wants.
+async fn turn_away(mut socket: TcpStream) {
+    let answer = format!(
+        "HTTP/1.1 503 Service Unavailable\r\nretry-after: 1\r\nconnection: close\r\n\
+         content-type: application/problem+json\r\ncontent-length: {}\r\n\r\n{NO_PLACE}",
+        NO_PLACE.len()
+    );
+    let told = async {
+        socket.write_all(answer.as_bytes()).await?;
+        socket.shutdown().await?;
+        // A socket that is closed with something unread takes its answer back.
+        tokio::io::copy(&mut socket, &mut tokio::io::sink()).await
+    };
+    // The client may be gone, or not listen.
+    let _ = tokio::time::timeout(TURN_AWAY_TIME, told).await;
 }
 
 /// The URL, and a command that shows a plan when pasted into a shell.
 fn greet(mut address: SocketAddr) {
+    let mut everywhere = String::new();
     if address.ip().is_unspecified() {
+        everywhere = format!(", as on every address of this machine ({address})");
         address.set_ip(match address {
             SocketAddr::V4(_) => Ipv4Addr::LOCALHOST.into(),
             SocketAddr::V6(_) => Ipv6Addr::LOCALHOST.into(),
@@ -151,7 +255,7 @@ fn greet(mut address: SocketAddr) {
     }
     let example = EXAMPLES[0].name;
     let greeting = format!(
-        "Pilotfish is listening on http://{address}\n\
+        "Pilotfish is listening on http://{address}{everywhere}\n\
          Open that in a browser, or ask for a plan:\n\n  \
          curl -s http://{address}/v1/examples/{example} |\n    \
          curl -s -H 'content-type: application/json' --data-binary @- http://{address}/v1/plan\n\n"

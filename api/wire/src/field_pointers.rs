@@ -26,6 +26,10 @@ impl From<&InvalidField> for FieldError {
             InvalidReason::Duplicate { given } => {
                 Self::new(pointer, "duplicate", "this name stands twice").given(given.as_str())
             }
+            InvalidReason::ControlCharacter { given } => {
+                Self::new(pointer, "control_character", "a name has no control characters")
+                    .given(given.as_str())
+            }
             InvalidReason::UnknownVehicle { given } => {
                 Self::new(pointer, "unknown_vehicle", "no vehicle in `auvs` has this id")
                     .given(given.as_str())

@@ -12,7 +12,6 @@
 mod both;
 mod craft;
 mod dump;
-mod each_name_once;
 mod field_error;
 mod field_pointers;
 mod json;

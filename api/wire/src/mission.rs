@@ -10,7 +10,6 @@ use super::{
     Method, Outcome, PlanResponse,
     both::{Current, Forecast},
     craft::Craft,
-    each_name_once::each_name_once,
     request::{Acoustics, Asc, Dive, Goal, Hold, KeepOut, Limits, Path, Report},
 };
 
@@ -140,11 +139,7 @@ pub struct Reports {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub received_s: Option<f64>,
     /// Fixes, at most 64 of each underwater vehicle; `t_s` of each is the Unix time when it was sent.
-    #[serde(
-        default,
-        skip_serializing_if = "BTreeMap::is_empty",
-        deserialize_with = "each_name_once"
-    )]
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub auvs: BTreeMap<String, Vec<Report>>,
     /// States of the surface craft, at most 64. The newest counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -9,7 +9,6 @@ use utoipa::ToSchema;
 use super::{
     both::{Current, Drift, Forecast, TrajectoryPoint},
     craft::Craft,
-    each_name_once::if_any_each_name_once,
 };
 
 /// A snapshot of what is known now, and what the surface craft is to do.
@@ -280,11 +279,7 @@ pub struct Goal {
     pub epoch_s: Option<f64>,
     /// `weighted`: how much each vehicle counts in the mean, by name, relative to the others: from 0 to 10⁶,
     /// at least one above 0.
-    #[serde(
-        default,
-        skip_serializing_if = "Option::is_none",
-        deserialize_with = "if_any_each_name_once"
-    )]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = json!({ "auv-1": 0.7, "auv-2": 0.3 }))]
     pub weights: Option<BTreeMap<String, f64>>,
     /// `range`: slant range to stay within of each, m, from 1 to 20,000.

@@ -37,6 +37,11 @@ pub enum InvalidReason {
         /// The name.
         given: String,
     },
+    /// A name with a character that no screen shows.
+    ControlCharacter {
+        /// The name.
+        given: String,
+    },
     /// A name that no vehicle has.
     UnknownVehicle {
         /// The name.
@@ -120,6 +125,9 @@ impl fmt::Display for InvalidReason {
                 write!(f, "has {given} items or bytes, {least} to {most} are accepted")
             }
             InvalidReason::Duplicate { given } => write!(f, "the name {given:?} stands twice"),
+            InvalidReason::ControlCharacter { given } => {
+                write!(f, "the name {given:?} has a control character")
+            }
             InvalidReason::UnknownVehicle { given } => write!(f, "no vehicle is called {given:?}"),
             InvalidReason::AllZero => f.write_str("every weight is 0"),
             InvalidReason::NoPath { given: Some(given) } => write!(f, "no path is known of {given:?}"),

@@ -158,6 +158,13 @@ impl Check {
         let mut seen = HashSet::new();
         for (i, auv) in auvs.iter().enumerate() {
             self.length(format_args!("auvs/{i}/id"), auv.id.0.len(), 1..=ID_LENGTH_MAX);
+            if auv.id.0.chars().any(char::is_control) {
+                let given = auv.id.0.clone();
+                self.fail(
+                    format_args!("auvs/{i}/id"),
+                    InvalidReason::ControlCharacter { given },
+                );
+            }
             if !seen.insert(&auv.id) {
                 let given = auv.id.0.clone();
                 self.fail(format_args!("auvs/{i}/id"), InvalidReason::Duplicate { given });

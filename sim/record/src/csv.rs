@@ -12,6 +12,10 @@ use crate::{
     table::{COLUMNS, Cell, Row},
 };
 
+/// What a spreadsheet takes for a formula at the beginning of a cell. A word that begins so gets an apostrophe before it.
+/// Source: OWASP, "CSV Injection".
+const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
+
 /// Numbers have the fewest digits that give the same bits back. Nothing where nothing is known.
 pub(super) fn write<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S::Error> {
     let mut lines = csv::Writer::from_writer(out);
@@ -35,7 +39,11 @@ fn line(lines: &mut csv::Writer<impl Write>, row: &Row<'_>, digits: &mut String)
             Cell::Count(count) => write!(digits, "{count}"),
             Cell::Number(number) => write!(digits, "{number}"),
             Cell::Word(word) => {
-                lines.write_field(word)?;
+                if word.starts_with(FORMULA) {
+                    lines.write_field(format!("'{word}"))?;
+                } else {
+                    lines.write_field(word)?;
+                }
                 continue;
             }
         };

@@ -126,6 +126,19 @@ pub(super) struct StoredPlan {
     pub(super) answer: StoredAnswer,
     /// When each vehicle was last heard, on the mission's clock, s.
     pub(super) heard: BTreeMap<String, f64>,
+    /// When it was made, by a clock that is never set; none of a plan from before the service was started.
+    #[serde(skip)]
+    pub(super) made: Option<Instant>,
+}
+
+impl StoredPlan {
+    /// Its age by the mission's `clock`, s.
+    pub(super) fn age(&self, clock: &Clock) -> f64 {
+        match self.made {
+            Some(made) => clock.rate * made.elapsed().as_secs_f64(),
+            None => (clock.now() - self.time).max(0.0),
+        }
+    }
 }
 
 /// The fold of a mission's events, stored beside them so that a start reads few of them.
@@ -380,7 +393,7 @@ impl Context {
 fn apply(mission: &mut Mission, event: &Event) {
     mission.sequence += 1;
     match event {
-        Event::Created { .. } | Event::Reported { .. } => {}
+        Event::Created { .. } | Event::Reported { .. } | Event::ClockSet { .. } => {}
         Event::Ran { at_s, speed_factor } => {
             mission.status = Status::Running;
             mission.started_s.get_or_insert(*at_s);

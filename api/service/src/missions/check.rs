@@ -12,7 +12,7 @@ use super::{
 };
 use wire::FieldError;
 use wire::{
-    METADATA_BYTES_MAX,
+    METADATA_BYTES_MAX, Segment, SegmentKind,
     mission::{Live, NewMission, Reports, Simulated},
     unsupported_version,
 };
@@ -134,6 +134,25 @@ pub(crate) fn reports(config: &Live, heard: &Reports, now: f64) -> Result<(), Ve
         return Err(errors);
     }
     let mut trial = trial_request(config, now);
+    // What the mission was made with was checked then, and is long to check again.
+    trial.keep_outs.clear();
+    for auv in &mut trial.auvs {
+        auv.dive = None;
+        // A goal may need one.
+        if let Some(path) = &mut auv.path {
+            path.closed = false;
+            path.segments = vec![Segment {
+                kind: SegmentKind::Line,
+                from: Some([0.0, 0.0]),
+                to: Some([1.0, 0.0]),
+                centre: None,
+                angle_rad: None,
+                points: None,
+                fillet_m: None,
+            }];
+        }
+    }
+    let at_rest = trial.auvs.first().and_then(|auv| auv.reports.clone());
     for (id, fixes) in &heard.auvs {
         let Some(auv) = config.auvs.iter().position(|auv| auv.id == *id) else {
             let known: Vec<&str> = config.auvs.iter().map(|auv| auv.id.as_str()).collect();
@@ -152,7 +171,7 @@ pub(crate) fn reports(config: &Live, heard: &Reports, now: f64) -> Result<(), Ve
             let here = format!("/auvs/{auv}/reports");
             errors.extend(moved(wrong, &here, &format!("/auvs/{}", token(id))));
         }
-        trial.auvs[auv].reports = trial_request(config, now).auvs.swap_remove(auv).reports;
+        trial.auvs[auv].reports.clone_from(&at_rest);
     }
     for (i, state) in heard.asc.iter().enumerate() {
         errors.extend(time(format!("/asc/{i}/t_s"), state.t_s));

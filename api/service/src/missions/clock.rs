@@ -1,8 +1,11 @@
 //! The clock of a live mission.
 
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use wire::mission::Live;
+
+/// Shortest way by which a clock counts as set, s: that of reports that are refused for being ahead.
+const SET_MIN: f64 = 1.0;
 
 /// Unix time, or the clock of a rehearsal, which is faster from the moment on when the mission was made.
 #[derive(Clone, Copy, Debug)]
@@ -31,9 +34,62 @@ impl Clock {
     }
 }
 
+/// Notices that the clock of this machine was set.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ClockWatch {
+    unix: f64,
+    instant: Instant,
+}
+
+impl ClockWatch {
+    /// Watches from now on.
+    pub(super) fn new() -> Self {
+        Self {
+            unix: unix_now(),
+            instant: Instant::now(),
+        }
+    }
+
+    /// How far the clock was set forward since it was last asked, s, negative where back; none where less than a second,
+    /// which clocks are slewed by.
+    pub(super) fn set_by(&mut self) -> Option<f64> {
+        self.set_by_at(Self::new())
+    }
+
+    fn set_by_at(&mut self, now: Self) -> Option<f64> {
+        let before = std::mem::replace(self, now);
+        let by = (now.unix - before.unix) - (now.instant - before.instant).as_secs_f64();
+        (SET_MIN < by.abs()).then_some(by)
+    }
+}
+
 /// Time since 1970, s.
 pub(super) fn unix_now() -> f64 {
     SystemTime::now()
         .duration_since(UNIX_EPOCH)
         .map_or(0.0, |since| since.as_secs_f64())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn a_clock_that_is_set_is_noticed_once_and_one_that_drifts_is_not() {
+        let start = ClockWatch {
+            unix: 1e9,
+            instant: Instant::now(),
+        };
+        let after = |seconds: f64, unix: f64| ClockWatch {
+            unix: start.unix + unix,
+            instant: start.instant + Duration::from_secs_f64(seconds),
+        };
+        let mut watch = start;
+        assert_eq!(watch.set_by_at(after(10.0, 10.5)), None);
+        let back = watch.set_by_at(after(20.0, 20.5 - 7200.0)).expect("was set");
+        assert!((back + 7200.0).abs() < 1e-6, "{back}");
+        assert_eq!(watch.set_by_at(after(30.0, 30.5 - 7200.0)), None);
+    }
 }

@@ -53,6 +53,13 @@ pub enum Event {
     },
     /// A plan was made of what had been heard until then.
     Planned(Box<Planned>),
+    /// The service's clock was set, while the mission went on.
+    ClockSet {
+        /// When, by the new time.
+        at_s: f64,
+        /// How far it was set forward; back where negative, s.
+        by_s: f64,
+    },
     /// It was over.
     Finished {
         /// When.
@@ -184,9 +191,7 @@ pub(super) fn created(reader: &EventReader, number: u64) -> Result<NewMission, S
     let first = reader.events(number, 0, 1)?;
     match first.first().map(Event::read).transpose()? {
         Some(Event::Created { mission, .. }) => Ok(*mission),
-        _ => Err(StoreError::Damaged(format!(
-            "mission number {number} has no beginning"
-        ))),
+        _ => Err(reader.damaged(number, format!("mission number {number} has no beginning"))),
     }
 }
 
@@ -215,6 +220,7 @@ impl Event {
             Self::Paused { .. } => "paused",
             Self::Reported { .. } => "reported",
             Self::Planned(_) => "planned",
+            Self::ClockSet { .. } => "clock_set",
             Self::Finished { .. } => "finished",
             Self::Failed { .. } => "failed",
         }

@@ -290,11 +290,9 @@ impl Iterator for Stored<'_> {
             }
         }
         let Some(event) = self.page.next() else {
-            // The mission was deleted meanwhile: what is written is not whole.
-            let missing = StoreError::Damaged(format!(
-                "event {} of mission number {number} is gone",
-                self.after + 1
-            ));
+            // What is written is not whole.
+            let what = format!("event {} of mission number {number} is not there", self.after + 1);
+            let missing = reader.damaged(number, what);
             self.after = last;
             return Some(Err(missing));
         };

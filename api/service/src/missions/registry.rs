@@ -36,11 +36,14 @@ use wire::{
 /// Missions that may be under way at once: more than two processors plan for once a second.
 const ACTORS_MAX: usize = 1_024;
 
+/// Hexadecimal digits of a mission's id.
+const ID_DIGITS: usize = 24;
+
 /// Readers of event streams at once.
 const STREAMS_MAX: usize = 256;
 
-/// Records written at once, each on a thread of its own.
-const RECORDS_MAX: usize = 4;
+/// Records written at once, each on a thread of its own and in at most 9 MB.
+const RECORDS_MAX: usize = 16;
 
 /// Threads that read the store at once.
 const READERS_MAX: usize = 16;
@@ -55,6 +58,8 @@ pub struct Missions {
     planners: Planners,
     /// Missions under way, by id. None once the service stops.
     actors: Arc<Mutex<Option<HashMap<String, Handle>>>>,
+    /// The store's.
+    salt: Arc<[u8]>,
     pub(super) streams: Slots,
     pub(super) records: Slots,
     reading: Arc<Semaphore>,
@@ -87,7 +92,9 @@ impl Slots {
 impl Missions {
     /// The missions of `store`. Those that were running go on.
     pub(crate) async fn resume(store: EventStore, planners: Planners) -> Result<Self, StoreError> {
+        let salt = store.reader()?.salt()?.into();
         let missions = Self {
+            salt,
             store,
             planners,
             actors: Arc::new(Mutex::new(Some(HashMap::new()))),
@@ -120,6 +127,11 @@ impl Missions {
         *self.actors() = None;
     }
 
+    /// Ends the event store once everything is stored, after [`Self::close`] and the last request.
+    pub async fn close_store(&self) -> Result<(), StoreError> {
+        self.store.close().await
+    }
+
     /// Whether anything can be stored.
     pub(crate) async fn probe(&self) -> Result<(), StoreError> {
         self.store.probe().await
@@ -131,21 +143,17 @@ impl Missions {
         new: NewMission,
         key: Option<IdempotencyKey>,
     ) -> Result<Mission, Problem> {
-        // The check starts the scenario, which takes as long as a simulation.
-        let permit = match &new.simulated {
-            Some(_) => Some(self.planners.simulation().await),
-            None => None,
+        let is_simulated = new.simulated.is_some();
+        let check = move || check::new_mission(&new).map(|()| new);
+        // The check of a simulated one starts the scenario, which takes as long as a simulation.
+        let new = if is_simulated {
+            self.planners.try_simulation(check).await?
+        } else {
+            self.planners.read_for_mission(check).await?
         };
-        let new = spawn_blocking(move || {
-            let _permit = permit;
-            check::new_mission(&new).map(|()| new)
-        });
-        let new = new
-            .await
-            .map_err(|_| Problem::Panicked)?
-            .map_err(Problem::Invalid)?;
+        let new = new.map_err(Problem::Invalid)?;
         let at_s = unix_now();
-        let id = mission_id(&key.as_ref().map_or_else(
+        let id = self.mission_id(&key.as_ref().map_or_else(
             || format!("{} {at_s}", fresh_id()),
             |key| format!("key {}", key.key),
         ));
@@ -228,10 +236,15 @@ impl Missions {
         key: Option<IdempotencyKey>,
     ) -> Result<Vec<u8>, Problem> {
         let handle = self.handle(id).await?;
-        let Some(live) = &handle.live else {
+        let Some(live) = handle.live else {
             return Err(Problem::conflict(NO_REPORTS));
         };
-        if let Err(wrong) = check::reports(&live.config, &heard, live.clock.now()) {
+        let check = move || {
+            let checked = check::reports(&live.config, &heard, live.clock.now());
+            (checked, heard)
+        };
+        let (checked, heard) = self.planners.read_for_mission(check).await?;
+        if let Err(wrong) = checked {
             // Reports that were right when they were first sent may be too old by now.
             let before = match &key {
                 Some(key) => key.answered(&self.store, id).await?,
@@ -346,6 +359,15 @@ impl Missions {
         self.store.reader()
     }
 
+    /// The same id for the same text, so that a request that is sent again finds the mission that it made; unguessable for
+    /// a client that does not know the store's salt.
+    fn mission_id(&self, text: &str) -> String {
+        format!(
+            "m-{}",
+            &sha256(&[&*self.salt, text.as_bytes()].concat())[..ID_DIGITS]
+        )
+    }
+
     fn actors(&self) -> MutexGuard<'_, Option<HashMap<String, Handle>>> {
         self.actors.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -373,9 +395,4 @@ fn fold(
         })?;
     }
     Ok((created, snapshot))
-}
-
-/// The same id for the same text, so that a request that is sent again finds the mission that it made.
-fn mission_id(text: &str) -> String {
-    format!("m-{}", &sha256(text.as_bytes())[..16])
 }

@@ -11,7 +11,7 @@ use super::{
     clock::Clock,
     event::{Event, Planned, StoredAnswer, answer, created, parsed, previous},
     simulation::Simulation,
-    state::MissionState,
+    state::{MissionState, facts},
 };
 use crate::{
     planners,
@@ -87,10 +87,10 @@ impl Run {
                 }
                 let damaged =
                     |what: &str| StoreError::Damaged(format!("the plan at {} s: {what}", logged.t_s));
-                let snapshot = state
-                    .snapshot(logged.t_s)
-                    .ok_or_else(|| damaged("nothing was known that it could rest on"))?
-                    .map_err(|_| damaged("what was known makes no snapshot"))?;
+                let request = state
+                    .request(logged.t_s)
+                    .ok_or_else(|| damaged("nothing was known that it could rest on"))?;
+                let snapshot = facts(request).map_err(|_| damaged("what was known makes no snapshot"))?;
                 let plan = plan(&snapshot, &Policy::default(), workspace);
                 let made = planners::Planned {
                     snapshot: snapshot.into(),

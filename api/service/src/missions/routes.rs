@@ -385,14 +385,17 @@ pub(crate) async fn get_reference(
     let Some(plan) = view.plan else {
         return Err(Problem::NoPlanYet(view.waits_for));
     };
-    let now = live.map_or(view.mission.t_s, |live| live.clock.now());
+    let age_s = match live {
+        Some(live) => plan.age(&live.clock),
+        None => view.mission.t_s - plan.time,
+    };
     Ok(Json(CurrentReference {
         mission: id,
         status: view.mission.status,
         sequence: plan.sequence,
         t_s: plan.time,
         late_s: plan.late,
-        age_s: (now - plan.time).max(0.0),
+        age_s,
         outcome: plan.answer.answer.outcome,
         method: plan.answer.answer.method,
         heard_s: plan.heard.clone(),

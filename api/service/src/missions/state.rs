@@ -103,17 +103,8 @@ impl MissionState {
         asc.chain(self.reports.iter().filter_map(newest)).collect()
     }
 
-    /// The facts for a plan at `now` on the mission's clock, s; none as long as the mission waits for a vehicle. A previous
-    /// plan that makes no valid snapshot, such as one that leads beyond all coordinates, is left out.
-    pub(super) fn snapshot(&self, now: f64) -> Option<Result<Snapshot, Vec<FieldError>>> {
-        let mut request = self.request(now)?;
-        Some(Snapshot::try_from(&request).or_else(|_| {
-            request.previous_plan = None;
-            Snapshot::try_from(&request)
-        }))
-    }
-
-    fn request(&self, now: f64) -> Option<PlanRequest> {
+    /// The request for a plan at `now` on the mission's clock, s; none as long as the mission waits for a vehicle.
+    pub(super) fn request(&self, now: f64) -> Option<PlanRequest> {
         if !self.waits_for(now).is_empty() {
             return None;
         }
@@ -130,6 +121,15 @@ impl MissionState {
             self.previous_plan.clone(),
         ))
     }
+}
+
+/// The facts of a mission's request. A previous plan that makes no valid snapshot, such as one that leads beyond all
+/// coordinates, is left out.
+pub(super) fn facts(mut request: PlanRequest) -> Result<Snapshot, Vec<FieldError>> {
+    Snapshot::try_from(&request).or_else(|_| {
+        request.previous_plan = None;
+        Snapshot::try_from(&request)
+    })
 }
 
 /// Whether a time lies in the future of a clock that shows `now`, s, by more than clocks differ.
@@ -306,9 +306,7 @@ mod tests {
         let beyond = json!({ "trajectory": [{ "t_s": 9.0, "north_m": 2e6, "east_m": 0.0, "speed_mps": 1.0,
             "heading_rad": 0.0 }] });
         state.set_previous_plan(serde_json::from_value(beyond).expect("has the shape"));
-        state
-            .snapshot(10.0)
-            .expect("waits for no vehicle")
-            .expect("is made without it");
+        let request = state.request(10.0).expect("waits for no vehicle");
+        facts(request).expect("is made without it");
     }
 }

@@ -39,7 +39,7 @@ const HEARTBEAT: Duration = Duration::from_secs(15);
 const RETRY: Duration = Duration::from_secs(1);
 
 /// Events that are read from the store at once, for a client that was away: each may be over 100 kB.
-const PAGE: usize = 16;
+const PAGE: usize = 4;
 
 /// Pieces of a record on their way: with the size of one, what a slow reader costs.
 const PIECES: usize = 4;
@@ -47,7 +47,7 @@ const PIECES: usize = 4;
 const PIECE: usize = 64 << 10;
 
 /// How long the client of a record may leave a piece waiting.
-const PATIENCE: Duration = Duration::from_mins(1);
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// A client that reads a mission's events.
 struct Subscription {

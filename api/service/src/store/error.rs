@@ -57,6 +57,9 @@ pub enum StoreError {
     /// What was written cannot be read back as it was.
     #[error("the mission log is damaged: {0}")]
     Damaged(String),
+    /// The mission was deleted.
+    #[error("the mission was deleted")]
+    Gone,
     /// The disk does not take it.
     #[error("the mission log cannot be written: {0}; nothing was stored")]
     Refused(String),

@@ -9,7 +9,7 @@ use super::{
     error::StoreError,
     idempotency::{self, PreviousAnswer},
     schema,
-    sql::{LOCK_TIME, SNAPSHOT, digest, limit, signed, unsigned},
+    sql::{LOCK_TIME, SNAPSHOT, digest, limit, signed, summary_digest, unsigned},
 };
 
 /// Name of the store's file in the data directory.
@@ -60,16 +60,30 @@ impl EventReader {
     }
 
     fn missions_where(&self, condition: &str, params: impl Params) -> Result<Vec<StoredMission>, StoreError> {
-        let select = format!("SELECT number, id, summary FROM missions WHERE {condition}");
+        let select = format!("SELECT number, id, status, summary, digest FROM missions WHERE {condition}");
         let mut statement = self.0.prepare_cached(&select)?;
-        let rows = statement.query_map(params, |row| {
-            Ok(StoredMission {
-                number: unsigned(row.get(0)?),
-                id: row.get(1)?,
-                summary: row.get(2)?,
-            })
-        })?;
-        Ok(rows.collect::<rusqlite::Result<_>>()?)
+        let mut rows = statement.query(params)?;
+        let mut missions = vec![];
+        while let Some(row) = rows.next()? {
+            let (number, id, status, summary, stored): (i64, String, String, Vec<u8>, Vec<u8>) =
+                row.try_into()?;
+            if stored != summary_digest(&id, &status, &summary) {
+                return Err(StoreError::Damaged(format!(
+                    "the summary of mission number {number}"
+                )));
+            }
+            missions.push(StoredMission {
+                number: unsigned(number),
+                id,
+                summary,
+            });
+        }
+        Ok(missions)
+    }
+
+    /// A secret of this store, of which ids are made.
+    pub fn salt(&self) -> Result<Vec<u8>, StoreError> {
+        Ok(self.0.query_row("SELECT salt FROM salts", [], |row| row.get(0))?)
     }
 
     /// The earlier answer to the client's key, and the hash of its request.
@@ -88,9 +102,7 @@ impl EventReader {
             return Ok(None);
         };
         if stored != digest(signed(mission), sequence, SNAPSHOT, &body) {
-            return Err(StoreError::Damaged(format!(
-                "the snapshot of mission number {mission}"
-            )));
+            return Err(self.damaged(mission, format!("the snapshot of mission number {mission}")));
         }
         Ok(Some((unsigned(sequence), body)))
     }
@@ -107,9 +119,8 @@ impl EventReader {
             let left = usize::try_from(last - after).unwrap_or(PAGE);
             let page = self.events(mission, after, left.min(PAGE))?;
             let Some(end) = page.last() else {
-                return Err(StoreError::Damaged(format!(
-                    "events after {after} of mission number {mission} are not there"
-                )));
+                let what = format!("events after {after} of mission number {mission} are not there");
+                return Err(self.damaged(mission, what));
             };
             after = end.sequence;
             page.iter().try_for_each(&mut *take)?;
@@ -129,9 +140,7 @@ impl EventReader {
         while let Some(row) = rows.next()? {
             let (sequence, kind, body, stored): (i64, String, Arc<[u8]>, Vec<u8>) = row.try_into()?;
             if sequence != next || stored != digest(signed(mission), sequence, &kind, &body) {
-                return Err(StoreError::Damaged(format!(
-                    "event {next} of mission number {mission}"
-                )));
+                return Err(self.damaged(mission, format!("event {next} of mission number {mission}")));
             }
             next += 1;
             events.push(StoredEvent {
@@ -141,6 +150,21 @@ impl EventReader {
             });
         }
         Ok(events)
+    }
+
+    /// Why something of a mission is not there as it was stored: damage, unless the mission is deleted. Deleting marks
+    /// the mission first and then removes its events, some at a time.
+    pub fn damaged(&self, mission: u64, what: String) -> StoreError {
+        let mark = "SELECT 1 FROM missions WHERE number = ?1 AND status <> 'deleted'";
+        let kept = self
+            .0
+            .prepare_cached(mark)
+            .and_then(|mut statement| statement.exists([signed(mission)]));
+        match kept {
+            Ok(true) => StoreError::Damaged(what),
+            Ok(false) => StoreError::Gone,
+            Err(error) => error.into(),
+        }
     }
 
     /// Number of the mission's last event; 0 of one without events.
@@ -164,7 +188,10 @@ impl EventReader {
             let Some(end) = some.last() else { return Ok(()) };
             after = end.number;
             for mission in &some {
-                self.inspect_mission(mission.number)?;
+                match self.inspect_mission(mission.number) {
+                    Ok(()) | Err(StoreError::Gone) => {}
+                    Err(error) => return Err(error),
+                }
             }
         }
     }

@@ -6,11 +6,11 @@ use rusqlite::{Connection, Transaction, params};
 
 use super::{
     error::StoreError,
-    sql::{SNAPSHOT, digest},
+    sql::{SNAPSHOT, digest, summary_digest},
 };
 
 /// The step from each version to the next, in order.
-const STEPS: [fn(&Transaction<'_>) -> rusqlite::Result<()>; 2] = [first, digests];
+const STEPS: [fn(&Transaction<'_>) -> rusqlite::Result<()>; 3] = [first, digests, summaries];
 
 /// Missions, their events, a snapshot of each, and the requests that were answered.
 fn first(transaction: &Transaction<'_>) -> rusqlite::Result<()> {
@@ -74,6 +74,25 @@ INSERT INTO probes VALUES (0, x'');
     while let Some(row) = rows.next()? {
         let (mission, sequence, body): (i64, i64, Vec<u8>) = row.try_into()?;
         mark.execute(params![mission, digest(mission, sequence, SNAPSHOT, &body)])?;
+    }
+    Ok(())
+}
+
+/// Digests of the missions' summaries too, and a salt that makes ids unguessable.
+fn summaries(transaction: &Transaction<'_>) -> rusqlite::Result<()> {
+    transaction.execute_batch(
+        "
+ALTER TABLE missions ADD COLUMN digest BLOB NOT NULL DEFAULT x'';
+CREATE TABLE salts (salt BLOB NOT NULL) STRICT;
+INSERT INTO salts VALUES (randomblob(32));
+",
+    )?;
+    let mut rows = transaction.prepare("SELECT number, id, status, summary FROM missions")?;
+    let mut mark = transaction.prepare("UPDATE missions SET digest = ?2 WHERE number = ?1")?;
+    let mut rows = rows.query([])?;
+    while let Some(row) = rows.next()? {
+        let (number, id, status, summary): (i64, String, String, Vec<u8>) = row.try_into()?;
+        mark.execute(params![number, summary_digest(&id, &status, &summary)])?;
     }
     Ok(())
 }

@@ -23,6 +23,11 @@ pub(super) fn digest(mission: i64, sequence: i64, kind: &str, body: &[u8]) -> [u
     short
 }
 
+/// Shows that a mission in the list of all is what was stored.
+pub(super) fn summary_digest(id: &str, status: &str, summary: &[u8]) -> [u8; 16] {
+    digest(0, 0, &format!("{id}\0{status}"), summary)
+}
+
 pub(super) fn limit(most: usize) -> i64 {
     i64::try_from(most).unwrap_or(i64::MAX)
 }

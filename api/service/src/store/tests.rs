@@ -453,3 +453,82 @@ async fn a_damaged_page_of_the_log_shows_in_the_probe() {
         Err(found) => assert!(found.to_string().contains("malformed"), "{found}"),
     }
 }
+
+#[tokio::test]
+async fn a_closed_log_is_whole_without_its_write_ahead_file_and_an_emptied_one_is_refused() {
+    let directory = directory();
+    let path = directory.path().join(FILE_NAME);
+    let ahead = directory.path().join(format!("{FILE_NAME}-wal"));
+    let store = open(directory.path());
+    add(&store, append("a", vec![event(1, "x")])).await;
+    // What a copy of a running service holds, were its main file emptied.
+    let emptied = tempfile::tempdir().expect("is made");
+    fs::copy(&ahead, emptied.path().join(format!("{FILE_NAME}-wal"))).expect("is copied");
+    fs::write(emptied.path().join(FILE_NAME), []).expect("is written");
+    let refused = EventStore::open(emptied.path()).expect_err("lost a mission");
+    assert!(refused.to_string().contains("is empty or missing"), "{refused}");
+
+    store.close().await.expect("is closed");
+    assert_eq!(store.append(append("b", vec![])).await, Err(StoreError::Closed));
+    let alone = tempfile::tempdir().expect("is made");
+    fs::copy(&path, alone.path().join(FILE_NAME)).expect("is copied");
+    assert_eq!(bodies(&open(alone.path()), "a"), [b"x"]);
+}
+
+#[tokio::test]
+async fn only_the_service_s_user_may_read_the_log() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let directory = directory();
+    let made = directory.path().join("made");
+    let store = open(&made);
+    add(&store, append("a", vec![event(1, "x")])).await;
+    assert_eq!(
+        fs::metadata(&made).expect("is there").permissions().mode() & 0o777,
+        0o700
+    );
+    for name in [FILE_NAME.to_owned(), format!("{FILE_NAME}-wal")] {
+        let mode = fs::metadata(made.join(&name))
+            .expect("is there")
+            .permissions()
+            .mode();
+        assert_eq!(mode & 0o777, 0o600, "{name}");
+    }
+}
+
+#[tokio::test]
+async fn the_file_shrinks_after_a_mission_is_deleted() {
+    let directory = directory();
+    let store = open(directory.path());
+    let long = "x".repeat(10_000);
+    add(&store, append("a", (1..=400).map(|k| event(k, &long)).collect())).await;
+    let pages = || -> i64 {
+        let reader = store.reader().expect("opens");
+        reader
+            .0
+            .query_row("PRAGMA page_count", [], |row| row.get(0))
+            .expect("reads")
+    };
+    let full = pages();
+    assert!(store.delete("a".to_owned()).await.expect("is deleted"));
+    for _ in 0..500 {
+        if pages() < full / 10 {
+            return;
+        }
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    }
+    panic!("{full} pages became {}", pages());
+}
+
+#[tokio::test]
+async fn a_summary_that_is_not_what_was_stored_is_found() {
+    let directory = directory();
+    let store = open(directory.path());
+    add(&store, append("a", vec![event(1, "x")])).await;
+    store.close().await.expect("is closed");
+    let other = Connection::open(directory.path().join(FILE_NAME)).expect("opens");
+    other
+        .execute("UPDATE missions SET summary = x'5b5d'", [])
+        .expect("is written");
+    let found = store.reader().expect("opens").missions(0, 1);
+    assert!(matches!(found, Err(StoreError::Damaged(_))), "{found:?}");
+}

@@ -9,7 +9,7 @@
 //! Source: the SQLite documentation, "Database File Format", section 4.
 
 use std::{
-    fs::File,
+    fs::{self, File},
     io::{self, BufReader, Read},
     path::{Path, PathBuf},
 };
@@ -45,6 +45,13 @@ pub(super) fn check(store: &Path) -> Result<(), StoreError> {
         read => read.map_err(|error| StoreError::open(&path, &error))?,
     };
     let name = path.display();
+    let beside_nothing = fs::metadata(store).map_or(0, |file| file.len()) == 0;
+    if beside_nothing && 0 < tail.whole {
+        return Err(StoreError::Damaged(format!(
+            "{} is empty or missing, and {name} belongs to what it was; restore the directory from a copy",
+            store.display()
+        )));
+    }
     if tail.headless {
         return Err(StoreError::Damaged(format!(
             "{name} has no beginning, and what it holds was acknowledged; restore the directory from a copy"

@@ -1,6 +1,7 @@
 //! The writer thread: appends that wait together share a commit, and each gets its own reply.
 
 use std::{
+    ops::ControlFlow,
     sync::mpsc::{Receiver, RecvTimeoutError},
     time::Duration,
 };
@@ -12,13 +13,13 @@ use super::{
     entry::{Append, Appended, StoredEvent},
     error::StoreError,
     idempotency::{self, KeyedAnswer},
-    sql::{SNAPSHOT, digest, limit, signed},
+    sql::{SNAPSHOT, digest, limit, signed, summary_digest},
 };
 
 /// Most appends in one commit, so that the first of them does not wait for long.
 const COMMIT_MAX: usize = 256;
 
-/// Events of a deleted mission that are removed in one commit: some milliseconds.
+/// Events of a deleted mission that are removed in one commit, and pages that are given back in one: some milliseconds.
 const PURGE: i64 = 500;
 
 /// When to try a removal again that failed.
@@ -37,6 +38,8 @@ pub(super) enum Command {
     Delete(String, Reply<bool>),
     /// Tries whether anything can be stored.
     Probe(Reply<()>),
+    /// Moves everything from the write-ahead file into the store's own file, and ends.
+    Close(Reply<()>),
 }
 
 /// The one connection that writes.
@@ -44,6 +47,8 @@ pub(super) struct Writer {
     connection: Connection,
     /// Missions whose events are removed a few at a time, when no command waits.
     purge: Vec<i64>,
+    /// Whether the file has pages that are free since missions were deleted.
+    free_pages: bool,
     /// Whether the last removal failed, as on a full disk.
     stuck: bool,
     /// Size of the largest append that was not stored, bytes: until as much can be stored, the store is not well.
@@ -60,6 +65,7 @@ impl Writer {
         Ok(Self {
             connection,
             purge,
+            free_pages: true,
             stuck: false,
             refused: None,
         })
@@ -69,20 +75,25 @@ impl Writer {
     pub(super) fn run(mut self, commands: &Receiver<Command>) {
         loop {
             let patience = match (self.purge.is_empty(), self.stuck) {
+                (true, _) if self.free_pages => Duration::ZERO,
                 (true, _) => Duration::MAX,
                 (false, true) => PATIENCE,
                 (false, false) => Duration::ZERO,
             };
             match commands.recv_timeout(patience) {
-                Ok(first) => self.carry_out(first, commands),
+                Ok(first) => {
+                    if self.carry_out(first, commands).is_break() {
+                        return;
+                    }
+                }
                 Err(RecvTimeoutError::Timeout) => self.purge_some(),
                 Err(RecvTimeoutError::Disconnected) => return,
             }
         }
     }
 
-    /// Carries out `first`, and the appends that wait behind it in the same commit.
-    fn carry_out(&mut self, first: Command, commands: &Receiver<Command>) {
+    /// Carries out `first`, and the appends that wait behind it in the same commit; breaks after the last command.
+    fn carry_out(&mut self, first: Command, commands: &Receiver<Command>) -> ControlFlow<()> {
         let mut appends = vec![];
         let mut next = Some(first);
         while let Some(command) = next {
@@ -95,12 +106,25 @@ impl Writer {
                 Command::Probe(reply) => {
                     let _ = reply.send(self.probe().map_err(StoreError::from));
                 }
+                Command::Close(reply) => {
+                    self.store(std::mem::take(&mut appends));
+                    let _ = reply.send(self.checkpoint().map_err(StoreError::from));
+                    return ControlFlow::Break(());
+                }
             }
             next = (appends.len() < COMMIT_MAX)
                 .then(|| commands.try_recv().ok())
                 .flatten();
         }
         self.store(appends);
+        ControlFlow::Continue(())
+    }
+
+    /// After this the store's own file is whole without its write-ahead file.
+    fn checkpoint(&self) -> rusqlite::Result<()> {
+        // Busy, if a reader still reads: the write-ahead file keeps the rest.
+        self.connection
+            .query_row("PRAGMA wal_checkpoint(TRUNCATE)", [], |_| Ok(()))
     }
 
     fn store(&mut self, mut batch: Vec<(Append, Reply<Appended>)>) {
@@ -149,13 +173,19 @@ impl Writer {
         Ok(number.is_some())
     }
 
+    /// Removes some events, or gives some pages back to the disk.
     fn purge_some(&mut self) {
-        let Some(&number) = self.purge.last() else { return };
+        let Some(&number) = self.purge.last() else {
+            // Not worth a second try: the next deletion gives the pages back.
+            self.free_pages = give_back(&self.connection).unwrap_or(false);
+            return;
+        };
         let purged = purge(&self.connection, number);
         self.stuck = purged.is_err();
         match purged {
             Ok(true) => {
                 self.purge.pop();
+                self.free_pages = true;
             }
             Ok(false) => {}
             Err(error) => tracing::warn!(%error, "a deleted mission keeps its room on the disk for now"),
@@ -174,6 +204,18 @@ fn purge(connection: &Connection, number: i64) -> rusqlite::Result<bool> {
     }
     connection.execute("DELETE FROM missions WHERE number = ?1", [number])?;
     Ok(true)
+}
+
+/// Gives some free pages back to the disk; whether any were left to give.
+fn give_back(connection: &Connection) -> rusqlite::Result<bool> {
+    let free = || connection.query_row("PRAGMA freelist_count", [], |row| row.get::<_, i64>(0));
+    let before = free()?;
+    // Steps once for each page.
+    let mut vacuum = connection.prepare_cached(&format!("PRAGMA incremental_vacuum({PURGE})"))?;
+    let mut pages = vacuum.query([])?;
+    while pages.next()?.is_some() {}
+    let after = free()?;
+    Ok(0 < after && after < before)
 }
 
 /// Roughly how much of the disk an append takes, bytes.
@@ -215,14 +257,16 @@ fn store(transaction: &Transaction<'_>, append: &Append) -> rusqlite::Result<App
             Appended::KeyTaken
         });
     }
+    let summary = summary_digest(&append.mission, &append.status, &append.summary);
     let number = match append.number {
         None => {
             let mut made = transaction.prepare_cached(
-                "INSERT INTO missions (id, status, summary) VALUES (?1, ?2, ?3) RETURNING number",
+                "INSERT INTO missions (id, status, summary, digest) VALUES (?1, ?2, ?3, ?4) RETURNING number",
             )?;
-            made.query_row(params![append.mission, append.status, append.summary], |row| {
-                row.get(0)
-            })?
+            made.query_row(
+                params![append.mission, append.status, append.summary, summary],
+                |row| row.get(0),
+            )?
         }
         Some(number) => {
             let number = signed(number);
@@ -241,9 +285,10 @@ fn store(transaction: &Transaction<'_>, append: &Append) -> rusqlite::Result<App
             {
                 return Ok(Appended::OutOfSequence);
             }
-            let mut became = transaction
-                .prepare_cached("UPDATE missions SET status = ?2, summary = ?3 WHERE number = ?1")?;
-            became.execute(params![number, append.status, append.summary])?;
+            let mut became = transaction.prepare_cached(
+                "UPDATE missions SET status = ?2, summary = ?3, digest = ?4 WHERE number = ?1",
+            )?;
+            became.execute(params![number, append.status, append.summary, summary])?;
             number
         }
     };

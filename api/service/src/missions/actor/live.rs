@@ -9,13 +9,13 @@ use super::{Actor, Command, Context, IdempotencyKey, LiveMission, Snapshot, Stor
 use crate::{
     deadline::Arrival,
     missions::{
-        clock::{Clock, unix_now},
+        clock::{Clock, ClockWatch, unix_now},
         event::{Event, answer, planned, previous},
-        state::MissionState,
+        state::{MissionState, facts},
     },
     problem::Problem,
 };
-use planner::snapshot::Snapshot as Facts;
+use wire::PlanRequest;
 
 /// Reports that a start reads one by one at most.
 const FOLD_MAX: u32 = 64;
@@ -29,6 +29,7 @@ pub(in crate::missions) struct Live {
     due: Instant,
     /// Events since the last snapshot.
     unfolded: u32,
+    watch: ClockWatch,
 }
 
 impl Live {
@@ -41,6 +42,7 @@ impl Live {
             state,
             made,
             unfolded: 0,
+            watch: ClockWatch::new(),
         };
         this.show_waits_for();
         this
@@ -85,13 +87,12 @@ impl Actor for Live {
     async fn advance(&mut self) {
         let due = self.due;
         self.set_next_due();
+        self.note_clock_set().await;
         let now = self.made.clock.now();
-        let planned = match self.state.snapshot(now) {
-            None => return self.show_waits_for(),
-            Some(Ok(facts)) => self.plan_for(facts, now, due).await,
-            Some(Err(wrong)) => Err(Problem::Invalid(wrong)),
+        let Some(request) = self.state.request(now) else {
+            return self.show_waits_for();
         };
-        if let Err(problem) = planned {
+        if let Err(problem) = self.plan_for(request, now, due).await {
             tracing::warn!(mission = self.context.mission.id, ?problem, "no plan");
             self.miss(1);
         }
@@ -116,12 +117,17 @@ impl Live {
         Ok(stored.answer)
     }
 
-    async fn plan_for(&mut self, facts: Facts, now: f64, due: Instant) -> Result<(), Problem> {
+    async fn plan_for(&mut self, request: PlanRequest, now: f64, due: Instant) -> Result<(), Problem> {
+        let made_at = Instant::now();
         // The other half of the period is for the disk, and for other missions.
         let made = self
             .context
             .planners
-            .plan_in_turn(facts, Arrival(due), self.period / 2)
+            .plan_in_turn(
+                || facts(request).map_err(Problem::Invalid),
+                Arrival(due),
+                self.period / 2,
+            )
             .await?;
         let answer = answer(&made);
         let late = due.elapsed();
@@ -134,6 +140,7 @@ impl Live {
             late: late.as_secs_f64(),
             answer,
             heard: state.heard(),
+            made: Some(made_at),
         }));
         let snapshot = Snapshot::json(Some(state.clone()), plan.clone());
         let events = vec![Event::Planned(Box::new(event))];
@@ -142,6 +149,22 @@ impl Live {
         self.state = state;
         self.unfolded = 0;
         Ok(())
+    }
+
+    /// Tells the mission's log where the service's clock was set since the last plan was due: reports of before and after
+    /// do not fit together then.
+    async fn note_clock_set(&mut self) {
+        let Some(by_s) = self.watch.set_by() else { return };
+        tracing::warn!(mission = self.context.mission.id, by_s, "the clock was set");
+        let at_s = unix_now();
+        match self
+            .context
+            .append(vec![Event::ClockSet { at_s, by_s }], None, None)
+            .await
+        {
+            Ok(_) => self.unfolded += 1,
+            Err(problem) => tracing::warn!(?problem, "the log does not tell it"),
+        }
     }
 
     /// The next plan is due a period after this one; plans whose time is past are missed.

@@ -6,8 +6,6 @@ use std::{
     time::{Duration, Instant},
 };
 
-use tokio::task::spawn_blocking;
-
 use super::{Actor, Command, Context, IdempotencyKey, NO_REPORTS, Snapshot, Stored, StoredPlan};
 use crate::{
     missions::{
@@ -103,12 +101,11 @@ impl Simulated {
             Some(simulation) => simulation,
             None => self.simulate_again().await?,
         };
-        let permit = self.context.planners.simulation().await;
-        let worked = spawn_blocking(move || {
-            let _permit = permit;
-            simulate(simulation, ticks)
-        });
-        let (simulation, ticks, end) = worked.await.map_err(|_| Problem::Panicked)?;
+        let worked = self
+            .context
+            .planners
+            .simulate(move || simulate(simulation, ticks));
+        let (simulation, ticks, end) = worked.await?;
         let n_plans = ticks.len() as u64;
         let plan = ticks.last().map(|tick| {
             Arc::new(StoredPlan {
@@ -117,6 +114,7 @@ impl Simulated {
                 late: 0.0,
                 answer: tick.answer.clone(),
                 heard: BTreeMap::new(),
+                made: None,
             })
         });
         let planned = |tick: Tick| Event::Planned(Box::new(tick.planned));
@@ -136,9 +134,7 @@ impl Simulated {
     async fn simulate_again(&self) -> Result<Box<Simulation>, Problem> {
         let (store, config) = (self.context.store.clone(), self.config.clone());
         let (number, sequence) = (self.context.number, self.context.mission.sequence);
-        let permit = self.context.planners.simulation().await;
-        let again = spawn_blocking(move || {
-            let _permit = permit;
+        let again = self.context.planners.simulate(move || {
             let mut simulation = Simulation::new(&config).map_err(StoreError::Damaged)?;
             store.reader()?.each(number, 0, sequence, &mut |stored| {
                 if let Event::Planned(planned) = Event::read(stored)? {
@@ -149,7 +145,7 @@ impl Simulated {
             })?;
             Ok::<_, StoreError>(Box::new(simulation))
         });
-        Ok(again.await.map_err(|_| Problem::Panicked)??)
+        Ok(again.await??)
     }
 }
 

@@ -1,0 +1,190 @@
+//! Which requests are taken on: those that can be answered in time. Others are turned away before they cost anything.
+
+use std::{
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    time::{Duration, Instant},
+};
+
+use crate::{pool::Lane, problem::Problem};
+
+/// Work that every request costs, in bytes of a body.
+const COST_MIN: f64 = 4096.0;
+
+/// Share of the newest request in the estimate of what a byte costs.
+const NEWEST: f64 = 0.05;
+
+/// Work on one request that the estimate follows at most, s: the rest is another request's deadline.
+const BUSY_MAX: f64 = 1.0;
+
+/// How long a queue may stand before it counts as one that does not go away: a burst is over sooner.
+/// Source: Nichols and Jacobson, "Controlling Queue Delay", 2012: the interval of `CoDel`.
+const STANDING: Duration = Duration::from_millis(100);
+
+/// Wait that a standing queue is shortened to, in mean times of work, and the least, s.
+const STANDING_WAIT: f64 = 1.0;
+const STANDING_WAIT_MIN: f64 = 2e-3;
+
+/// Decides on admission. Clones share what it knows.
+#[derive(Clone, Debug)]
+pub(crate) struct Admission(Arc<Mutex<Load>>);
+
+/// A request that was taken on, until it is dropped.
+#[derive(Debug)]
+pub(crate) struct Ticket {
+    /// Where its work waits.
+    pub(crate) lane: Lane,
+    admission: Admission,
+    cost: f64,
+    busy: Mutex<Duration>,
+}
+
+#[derive(Debug)]
+struct Load {
+    n_threads: f64,
+    n_max: usize,
+    /// Requests taken on.
+    n: usize,
+    /// Their cost, in bytes.
+    cost: f64,
+    /// What a byte costs, s of a thread.
+    rate: f64,
+    /// Mean work on a request, s.
+    busy: f64,
+    /// Since when the queue has been longer than it should stand.
+    standing_since: Option<Instant>,
+}
+
+impl Admission {
+    /// For `n_threads`, with at most `n_waiting` more requests than threads.
+    pub(crate) fn new(n_threads: usize, n_waiting: usize) -> Self {
+        Self(Arc::new(Mutex::new(Load {
+            n_threads: float(n_threads),
+            n_max: n_threads + n_waiting,
+            n: 0,
+            cost: 0.0,
+            rate: 0.0,
+            busy: 0.0,
+            standing_since: None,
+        })))
+    }
+
+    /// Takes on a request with a body of `bytes`, due at `due`, if those before it leave the time for it.
+    pub(crate) fn admit(&self, bytes: usize, lane: Lane, due: Instant) -> Result<Arc<Ticket>, Problem> {
+        self.admit_at(Instant::now(), bytes, lane, due)
+    }
+
+    fn admit_at(&self, now: Instant, bytes: usize, lane: Lane, due: Instant) -> Result<Arc<Ticket>, Problem> {
+        let cost = COST_MIN + float(bytes);
+        let mut load = self.load();
+        let waits = load.rate * load.cost / load.n_threads;
+        let stands = load.n_threads <= float(load.n)
+            && (1.0 + STANDING_WAIT) * load.busy.max(STANDING_WAIT_MIN) < waits;
+        let since = stands.then(|| *load.standing_since.get_or_insert(now));
+        if !stands {
+            load.standing_since = None;
+        }
+        let too_long = since.is_some_and(|since| STANDING < now.saturating_duration_since(since));
+        let hopeless = due.saturating_duration_since(now).as_secs_f64() <= waits;
+        if load.n_max <= load.n || too_long || (0 < load.n && hopeless) {
+            return Err(Problem::Overloaded);
+        }
+        load.n += 1;
+        load.cost += cost;
+        drop(load);
+        Ok(Arc::new(Ticket {
+            lane,
+            admission: self.clone(),
+            cost,
+            busy: Mutex::default(),
+        }))
+    }
+
+    fn load(&self) -> MutexGuard<'_, Load> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Counts and lengths here are far below where this rounds.
+#[expect(clippy::cast_precision_loss, reason = "bodies and queues are limited")]
+fn float(count: usize) -> f64 {
+    count as f64
+}
+
+impl Ticket {
+    /// Does `work` for the request, and takes the time of it.
+    pub(crate) fn work<T>(&self, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let done = work();
+        *self.busy.lock().unwrap_or_else(PoisonError::into_inner) += start.elapsed();
+        done
+    }
+}
+
+impl Drop for Ticket {
+    fn drop(&mut self) {
+        let busy = self.busy.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let busy = busy.as_secs_f64().min(BUSY_MAX);
+        let mut load = self.admission.load();
+        load.n -= 1;
+        // Sums of floats do not come back to nothing.
+        load.cost = if load.n == 0 {
+            0.0
+        } else {
+            (load.cost - self.cost).max(0.0)
+        };
+        if 0.0 < busy {
+            load.rate += NEWEST * (busy / self.cost - load.rate);
+            load.busy += NEWEST * (busy - load.busy);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One thread that takes 10 ms for each request of 4 KiB.
+    fn slow() -> Admission {
+        let admission = Admission::new(1, 64);
+        let mut load = admission.load();
+        load.rate = 10e-3 / (2.0 * COST_MIN);
+        load.busy = 10e-3;
+        drop(load);
+        admission
+    }
+
+    fn ms(ms: u64) -> Duration {
+        Duration::from_millis(ms)
+    }
+
+    #[test]
+    fn a_request_that_cannot_be_in_time_is_turned_away_and_a_patient_one_is_not() {
+        let (admission, now) = (slow(), Instant::now());
+        let admit = |due| admission.admit_at(now, 4096, Lane::Short, now + ms(due));
+        let _working: Vec<_> = (0..3).map(|_| admit(1000).expect("has time")).collect();
+        assert_eq!(admit(29).err(), Some(Problem::Overloaded));
+        admit(31).expect("has time");
+    }
+
+    #[test]
+    fn a_burst_waits_and_a_queue_that_stands_is_cut_to_its_least() {
+        let (admission, start) = (slow(), Instant::now());
+        let admit = |at| admission.admit_at(start + ms(at), 4096, Lane::Short, start + ms(at + 1000));
+        let mut waiting: Vec<_> = (0..10).map(|_| admit(0).expect("is a burst")).collect();
+        waiting.push(admit(90).expect("may still go away"));
+        assert_eq!(admit(101).err(), Some(Problem::Overloaded));
+        waiting.truncate(2);
+        drop(admit(102).expect("is worked off"));
+    }
+
+    #[test]
+    fn an_idle_service_takes_on_whatever_comes() {
+        let (admission, now) = (slow(), Instant::now());
+        drop(
+            admission
+                .admit_at(now, 1 << 20, Lane::Long, now + ms(1))
+                .expect("nothing is before it"),
+        );
+        assert_eq!(admission.load().cost, 0.0);
+    }
+}

@@ -1,0 +1,169 @@
+//! Which requests a browser may bring: none from pages of other sites, and none under a name that is not the service's.
+//!
+//! Any page can make a browser send requests to this machine. Those it says about, in `Sec-Fetch-Site` or `Origin`. A page
+//! whose own name was pointed at this machine afterwards (DNS rebinding) is of the same origin to the browser; its name
+//! in `Host` shows it. An address in `Host` cannot be pointed anywhere.
+
+use std::{net::IpAddr, sync::Arc};
+
+use axum::http::{
+    HeaderMap, Method, Version,
+    header::{HOST, HeaderName, ORIGIN},
+    uri::Authority,
+};
+
+use crate::problem::Problem;
+
+const SEC_FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
+const SEC_FETCH_MODE: HeaderName = HeaderName::from_static("sec-fetch-mode");
+
+/// Names under which clients may call the service, beside `localhost` and every address.
+#[derive(Clone, Debug, Default)]
+pub struct Hosts(Arc<[String]>);
+
+impl Hosts {
+    /// Hosts of those names.
+    #[must_use]
+    pub fn new(names: impl IntoIterator<Item = String>) -> Self {
+        Self(names.into_iter().map(|name| name.to_ascii_lowercase()).collect())
+    }
+
+    /// Fails if the request is for another host, or from a page of another site.
+    pub(crate) fn check(
+        &self,
+        method: &Method,
+        version: Version,
+        headers: &HeaderMap,
+    ) -> Result<(), Problem> {
+        let mut given = headers.get_all(HOST).iter();
+        let host = match (given.next(), given.next()) {
+            (Some(host), None) => Some(host),
+            (None, None) if version < Version::HTTP_11 => None,
+            _ => return Err(Problem::HostHeader),
+        };
+        let host = host
+            .map(|host| {
+                let text = host.to_str().map_err(|_| Problem::HostHeader)?;
+                text.parse::<Authority>().map_err(|_| Problem::HostHeader)
+            })
+            .transpose()?;
+        if let Some(host) = &host
+            && !self.knows(host.host())
+        {
+            return Err(Problem::UnknownHost(host.host().to_owned()));
+        }
+        from_here(method, headers, host.as_ref())
+    }
+
+    fn knows(&self, host: &str) -> bool {
+        let host = host.to_ascii_lowercase();
+        let address = host.trim_start_matches('[').trim_end_matches(']');
+        host == "localhost" || address.parse::<IpAddr>().is_ok() || self.0.contains(&host)
+    }
+}
+
+/// Fails if a browser says that a page of another site sends the request. A link that is followed is no such request.
+fn from_here(method: &Method, headers: &HeaderMap, host: Option<&Authority>) -> Result<(), Problem> {
+    let follows_link =
+        method == Method::GET && headers.get(SEC_FETCH_MODE).is_some_and(|mode| mode == "navigate");
+    if let Some(site) = headers.get(SEC_FETCH_SITE)
+        && site != "same-origin"
+        && site != "none"
+        && !follows_link
+    {
+        return Err(Problem::CrossSite);
+    }
+    if let Some(origin) = headers.get(ORIGIN) {
+        let origin = origin.to_str().ok().and_then(|origin| origin.split_once("://"));
+        let same = origin
+            .is_some_and(|(_, origin)| host.is_some_and(|host| host.as_str().eq_ignore_ascii_case(origin)));
+        if !same {
+            return Err(Problem::CrossSite);
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn verdict(method: &Method, lines: &[(&'static str, &str)]) -> Result<(), Problem> {
+        let mut headers = HeaderMap::new();
+        for (name, value) in lines {
+            headers.append(*name, value.parse().expect("is a value"));
+        }
+        Hosts::new(["Pilot.example".to_owned()]).check(method, Version::HTTP_11, &headers)
+    }
+
+    #[test]
+    fn a_name_that_is_not_the_service_s_is_refused_and_every_address_is_known() {
+        for known in [
+            "localhost:8080",
+            "127.0.0.1:8080",
+            "[::1]:8080",
+            "192.168.7.2",
+            "pilot.EXAMPLE:1",
+        ] {
+            assert_eq!(verdict(&Method::GET, &[("host", known)]), Ok(()), "{known}");
+        }
+        for unknown in [
+            "evil.example",
+            "127.0.0.1.evil.example",
+            "localhost.evil.example:8080",
+        ] {
+            let refused = verdict(&Method::GET, &[("host", unknown)]);
+            assert!(matches!(refused, Err(Problem::UnknownHost(_))), "{unknown}");
+        }
+    }
+
+    #[test]
+    fn there_is_exactly_one_host_but_in_the_first_version_of_http() {
+        assert_eq!(verdict(&Method::GET, &[]), Err(Problem::HostHeader));
+        let twice = [("host", "localhost"), ("host", "localhost")];
+        assert_eq!(verdict(&Method::GET, &twice), Err(Problem::HostHeader));
+        assert_eq!(
+            verdict(&Method::GET, &[("host", "a b")]),
+            Err(Problem::HostHeader)
+        );
+        let first = Hosts::default().check(&Method::GET, Version::HTTP_10, &HeaderMap::new());
+        assert_eq!(first, Ok(()));
+    }
+
+    #[test]
+    fn a_page_of_another_site_is_refused_whatever_its_browser_says_of_it() {
+        let host = ("host", "127.0.0.1:8080");
+        for told in [
+            ("sec-fetch-site", "cross-site"),
+            ("sec-fetch-site", "same-site"),
+            ("origin", "http://evil.example"),
+            ("origin", "http://127.0.0.1:9090"),
+            ("origin", "null"),
+        ] {
+            assert_eq!(
+                verdict(&Method::POST, &[host, told]),
+                Err(Problem::CrossSite),
+                "{told:?}"
+            );
+            assert_eq!(
+                verdict(&Method::GET, &[host, told]),
+                Err(Problem::CrossSite),
+                "{told:?}"
+            );
+        }
+        for told in [
+            ("sec-fetch-site", "same-origin"),
+            ("sec-fetch-site", "none"),
+            ("origin", "http://127.0.0.1:8080"),
+        ] {
+            assert_eq!(verdict(&Method::POST, &[host, told]), Ok(()), "{told:?}");
+        }
+        let link = [
+            host,
+            ("sec-fetch-site", "cross-site"),
+            ("sec-fetch-mode", "navigate"),
+        ];
+        assert_eq!(verdict(&Method::GET, &link), Ok(()));
+        assert_eq!(verdict(&Method::POST, &link), Err(Problem::CrossSite));
+    }
+}
