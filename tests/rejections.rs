@@ -10,6 +10,7 @@ use axum::{
     body::Body,
     http::{HeaderValue, Method, Request, StatusCode},
 };
+use futures_util::StreamExt as _;
 use planner::{
     plan::{Degraded, Plan, Workspace, plan_until},
     policy::Policy,
@@ -1070,6 +1071,24 @@ async fn a_body_that_comes_too_slowly_is_given_up_before_the_planner_is_asked() 
     assert!(answer.contains(r#""code":"body_timed_out""#), "{answer}");
 }
 
+#[tokio::test]
+async fn a_body_that_takes_longer_than_an_answer_may_is_answered_by_a_lower_level() {
+    let settings = Settings {
+        deadline: Duration::from_millis(50),
+        ..Settings::default()
+    };
+    let (head, tail) = EXAMPLES[0].body.split_at(20);
+    let pieces = futures_util::stream::once(async move { Ok::<_, std::io::Error>(head) }).chain(
+        futures_util::stream::once(async move {
+            tokio::time::sleep(Duration::from_millis(200)).await;
+            Ok(tail)
+        }),
+    );
+    let answer = send(settings, post("/v1/plan", Body::from_stream(pieces))).await;
+    assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+    assert_eq!(answer.json()["reason"], "deadline");
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn what_http_itself_refuses_has_a_status_and_no_body() {
     let listener = TcpListener::bind("127.0.0.1:0").await.expect("is free");
@@ -1254,6 +1273,8 @@ async fn a_panic_is_a_problem_document_and_the_next_request_is_served() {
         plan: panics_ahead_of_north,
         planners: 1,
         waiting: 0,
+        // A debug build takes a second and more to print where it panicked.
+        deadline: Duration::from_mins(1),
         ..Settings::default()
     });
     let mut far = example("track");

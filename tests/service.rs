@@ -124,6 +124,60 @@ async fn a_comparison_has_a_whole_answer_of_every_law_and_says_what_each_starts_
 }
 
 #[tokio::test]
+async fn a_batch_answers_each_as_alone_and_one_that_is_wrong_spoils_no_other() {
+    let mut wrong = example("track");
+    wrong["asc"]["speed_mps"] = json!(100.0);
+    let mut odd = example("track");
+    odd["auv"] = json!([]);
+    let batch = json!({ "requests": [example("track"), wrong, odd, example("crowded")] });
+    let answer = send(Settings::default(), post("/v1/plan/batch", batch.to_string())).await;
+    assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+    let answers = answer.json()["answers"].clone();
+    for (i, name) in [(0, "track"), (3, "crowded")] {
+        let alone = send(Settings::default(), post("/v1/plan", example(name).to_string())).await;
+        assert_eq!(answers[i]["status"], 200);
+        assert_eq!(answers[i]["plan"]["plan_id"], alone.json()["plan_id"], "{name}");
+        assert_eq!(
+            answers[i]["plan"]["reference"],
+            alone.json()["reference"],
+            "{name}"
+        );
+    }
+    for (i, pointer) in [(1, "/requests/1/asc/speed_mps"), (2, "/requests/2/auv")] {
+        let problem = &answers[i]["problem"];
+        assert_eq!(answers[i]["status"], 422);
+        assert_eq!(problem["errors"][0]["pointer"], pointer);
+        assert!(!problem["request_id"].as_str().expect("is text").is_empty());
+    }
+    for (body, pointer) in [
+        (json!([]), "/requests"),
+        (json!({ "requests": [] }), "/requests"),
+        (json!({ "requests": vec![0; 65] }), "/requests"),
+    ] {
+        let refused = send(Settings::default(), post("/v1/plan/batch", body.to_string())).await;
+        assert_eq!(refused.status, StatusCode::UNPROCESSABLE_ENTITY);
+        assert_eq!(refused.problem()["errors"][0]["pointer"], pointer);
+    }
+}
+
+#[tokio::test]
+async fn a_snapshot_is_looked_at_without_a_plan() {
+    let looked_at = send(Settings::default(), post("/v1/plan/validate", EXAMPLES[0].body)).await;
+    let planned = send(Settings::default(), post("/v1/plan", EXAMPLES[0].body)).await;
+    assert_eq!(looked_at.json()["plan_id"], planned.json()["plan_id"]);
+    let spelled_out = looked_at.json()["request"].to_string();
+    let again = send(Settings::default(), post("/v1/plan/validate", spelled_out)).await;
+    assert_eq!(again.json(), looked_at.json());
+    let wrong = send(Settings::default(), post("/v1/plan/validate", "{}")).await;
+    assert_eq!(wrong.status, StatusCode::UNPROCESSABLE_ENTITY);
+    let limits = send(Settings::default(), get("/v1/limits")).await.json();
+    assert_eq!(
+        (&limits["auvs"], &limits["deadline_most_ms"]),
+        (&json!(16), &json!(1000.0))
+    );
+}
+
+#[tokio::test]
 async fn the_same_request_gets_the_same_answer_but_for_the_time_it_took() {
     let mut answers = Vec::new();
     for _ in 0..3 {
@@ -346,6 +400,9 @@ async fn the_openapi_document_has_every_route_and_resolves_every_reference() {
     for path in [
         "/v1/plan",
         "/v1/plan/compare",
+        "/v1/plan/batch",
+        "/v1/plan/validate",
+        "/v1/limits",
         "/v1/examples",
         "/v1/examples/{name}",
         "/v1/crafts",

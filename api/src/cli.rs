@@ -4,6 +4,7 @@ use std::error::Error;
 
 use clap::{Parser, Subcommand};
 
+mod backup;
 mod crafts;
 mod declared_craft;
 mod identify;
@@ -16,6 +17,7 @@ mod serve;
 mod trial;
 
 use self::{
+    backup::{Backup, back_up},
     crafts::{Crafts, crafts},
     identify::{Identify, identify},
     missions::{Bench, Compare, Figures, Simulate, bench, compare, figures, simulate},
@@ -55,6 +57,8 @@ enum Command {
     Figures(Figures),
     /// Make every plan of a stored mission again and compare.
     Replay(Replay),
+    /// Copy the log of missions, while the service runs.
+    Backup(Backup),
     /// Score every controller in every scenario over many seeds.
     Bench(Bench),
 }
@@ -71,6 +75,7 @@ impl Arguments {
             Command::Crafts(arguments) => crafts(&arguments)?,
             Command::Figures(arguments) => figures(&arguments)?,
             Command::Replay(arguments) => replay(&arguments)?,
+            Command::Backup(arguments) => back_up(&arguments)?,
             Command::Bench(arguments) => bench(&arguments)?,
         }
         Ok(())

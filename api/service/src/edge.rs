@@ -40,11 +40,16 @@ const HEADERS: [(HeaderName, HeaderValue); 3] = [
     (header::CACHE_CONTROL, HeaderValue::from_static("no-store")),
 ];
 
+/// What a request is called in answers and logs.
+#[derive(Clone, Debug)]
+pub(crate) struct RequestId(pub(crate) String);
+
 /// Finishes whatever answer comes out.
 pub(crate) async fn pass(hosts: Option<Hosts>, mut request: Request, next: Next) -> Response {
     let start = Instant::now();
     request.extensions_mut().insert(Arrival(start));
     let id = request_id(request.headers());
+    request.extensions_mut().insert(RequestId(id.clone()));
     let (method, path) = (request.method().clone(), request.uri().path().to_owned());
 
     let refused = hosts.map_or(Ok(()), |hosts| {

@@ -25,7 +25,13 @@ impl Hosts {
     /// Hosts of those names.
     #[must_use]
     pub fn new(names: impl IntoIterator<Item = String>) -> Self {
-        Self(names.into_iter().map(|name| name.to_ascii_lowercase()).collect())
+        let known = |name: String| {
+            let host = name
+                .parse::<Authority>()
+                .map(|authority| authority.host().to_owned());
+            host.unwrap_or(name).to_ascii_lowercase()
+        };
+        Self(names.into_iter().map(known).collect())
     }
 
     /// Fails if the request is for another host, or from a page of another site.
@@ -66,12 +72,13 @@ impl Hosts {
 fn from_here(method: &Method, headers: &HeaderMap, host: Option<&Authority>) -> Result<(), Problem> {
     let follows_link =
         method == Method::GET && headers.get(SEC_FETCH_MODE).is_some_and(|mode| mode == "navigate");
-    if let Some(site) = headers.get(SEC_FETCH_SITE)
-        && site != "same-origin"
-        && site != "none"
-        && !follows_link
-    {
-        return Err(Problem::CrossSite);
+    if let Some(site) = headers.get(SEC_FETCH_SITE) {
+        // No page can write this header. Behind a proxy `Origin` and `Host` may differ nevertheless.
+        return if site == "same-origin" || site == "none" || follows_link {
+            Ok(())
+        } else {
+            Err(Problem::CrossSite)
+        };
     }
     if let Some(origin) = headers.get(ORIGIN) {
         let origin = origin.to_str().ok().and_then(|origin| origin.split_once("://"));
@@ -93,7 +100,7 @@ mod tests {
         for (name, value) in lines {
             headers.append(*name, value.parse().expect("is a value"));
         }
-        Hosts::new(["Pilot.example".to_owned()]).check(method, Version::HTTP_11, &headers)
+        Hosts::new(["Pilot.example:8443".to_owned()]).check(method, Version::HTTP_11, &headers)
     }
 
     #[test]

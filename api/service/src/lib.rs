@@ -10,6 +10,7 @@ use axum::{Json, Router, extract::FromRef, middleware, routing::get};
 use tower_http::catch_panic::CatchPanicLayer;
 
 mod admission;
+pub mod batch;
 pub mod crafts;
 mod deadline;
 mod edge;

@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 use utoipa::OpenApi;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use crate::{Shared, crafts, examples, health, missions, planning};
+use crate::{Shared, batch, crafts, examples, health, missions, planning};
 
 mod limits;
 
@@ -43,6 +43,9 @@ pub(crate) fn documented() -> OpenApiRouter<Shared> {
     OpenApiRouter::with_openapi(Document::openapi())
         .routes(routes!(planning::plan))
         .routes(routes!(planning::compare))
+        .routes(routes!(batch::plan_batch))
+        .routes(routes!(batch::validate_plan))
+        .routes(routes!(batch::get_limits))
         .routes(routes!(examples::list_examples))
         .routes(routes!(examples::get_example))
         .routes(routes!(crafts::list_crafts))

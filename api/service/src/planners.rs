@@ -38,9 +38,6 @@ use crate::{
 /// The coarsest that Tokio's timers are, and the wake-up of a thread: the last stretch before a deadline is
 /// waited for in shorter steps.
 const LAST_STRETCH: Duration = Duration::from_micros(1500);
-/// How long a client waits for the check of a simulation before it is told to come again.
-const CHECK_TIME: Duration = Duration::from_secs(5);
-
 /// A step of the last stretch: what the kernel adds to a shorter sleep by itself.
 const STEP: Duration = Duration::from_micros(50);
 
@@ -101,47 +98,42 @@ impl Planners {
         &self.policy
     }
 
-    /// Takes on a request that arrived at `arrival` with a body of `bytes`. Fails at once when those before it leave no
-    /// time for it.
-    pub(crate) fn admit(&self, bytes: usize, arrival: Arrival) -> Result<Arc<Ticket>, Problem> {
-        let due = Deadline::new(arrival, None, self.deadline);
+    /// Longest time for an answer.
+    pub(crate) fn deadline(&self) -> Duration {
+        self.deadline
+    }
+
+    /// Takes on a request with a body of `bytes`, which is there. Fails at once when those before it leave no time for it.
+    pub(crate) fn admit(&self, bytes: usize) -> Result<Arc<Ticket>, Problem> {
         let (admission, lane) = if bytes <= SHORT {
             (&self.short, Lane::Short)
         } else {
             (&self.long, Lane::Long)
         };
-        admission.admit(bytes, lane, due.instant())
+        admission.admit(bytes, lane, Instant::now() + self.deadline)
     }
 
-    /// Does what a request that was taken on costs before it can be planned, by the service's deadline.
+    /// Does what a request that was taken on costs before it can be planned, for as long as an answer may take.
     pub(crate) async fn read<T: Send + 'static>(
         &self,
         ticket: &Arc<Ticket>,
-        arrival: Arrival,
         read: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Problem> {
-        let due = Deadline::new(arrival, None, self.deadline);
-        let (sender, receiver) = oneshot::channel();
-        let waiting = Arc::downgrade(ticket);
-        self.reading.push(ticket.lane, move || {
-            if let Some(ticket) = waiting.upgrade() {
-                let done = ticket.work(read);
-                drop(ticket);
-                let _ = sender.send(done);
-            }
-        });
-        let read = timeout_at(due.instant().into(), receiver).await;
+        let (lane, ticket) = (ticket.lane, Arc::clone(ticket));
+        let (read, _job) = self.reading.run(lane, move || ticket.work(read));
+        let read = timeout(self.deadline, read).await;
         read.map_err(|_| Problem::Overloaded)?
             .map_err(|_| Problem::Panicked)
     }
 
-    /// Does what a request about a mission costs before the mission hears of it, ahead of all other requests.
+    /// Does what a request about missions costs before a mission hears of it.
     pub(crate) async fn read_for_mission<T: Send + 'static>(
         &self,
+        lane: Lane,
         read: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Problem> {
-        let read = self.reading.run(Lane::Mission, read).await;
-        read.map_err(|_| Problem::Panicked)
+        let (read, _job) = self.reading.run(lane, read);
+        read.await.map_err(|_| Problem::Panicked)
     }
 
     /// Plans for a request that was taken on, until the sooner of the service's deadline and `deadline_ms` after
@@ -156,20 +148,11 @@ impl Planners {
         let deadline = Deadline::new(arrival, deadline_ms, self.deadline);
         let snapshot = Arc::new(snapshot);
         let (planners, planned) = (self.clone(), Arc::clone(&snapshot));
-        let (sender, receiver) = oneshot::channel();
-        let waiting = Arc::downgrade(&ticket);
-        self.planning.push(ticket.lane, move || {
-            // A request that was answered while this waited for its turn has given its ticket back. From here on the
-            // thread holds it: a client that goes away does not free a planner that still works.
-            let Some(ticket) = waiting.upgrade() else { return };
-            let planned = ticket.work(|| planners.plan_now(planned, &deadline.stop()));
-            drop(ticket);
-            // The client may be gone.
-            let _ = sender.send(planned);
+        // Once it has begun, the thread holds the ticket: a client that goes away does not free a planner that still works.
+        let (planned, _job) = self.planning.run(ticket.lane, move || {
+            ticket.work(|| planners.plan_now(planned, &deadline.stop()))
         });
-        let planned = self.in_time(receiver, snapshot, deadline).await;
-        drop(ticket);
-        planned
+        self.in_time(planned, snapshot, deadline).await
     }
 
     /// Plans for a mission, of which there are not more than the service took on, until `limit` after `due`, from what
@@ -219,24 +202,13 @@ impl Planners {
         in_time.await.map_err(|_| Problem::Panicked)?
     }
 
-    /// Simulates on one of the processors that simulations have.
+    /// Simulates on one of the processors that simulations have, in turn.
     pub(crate) async fn simulate<T: Send + 'static>(
         &self,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Problem> {
-        let worked = self.simulating.run(Lane::Long, work).await;
-        worked.map_err(|_| Problem::Panicked)
-    }
-
-    /// Checks a simulation that a client asks for: ahead of the others, but not for ever.
-    pub(crate) async fn try_simulation<T: Send + 'static>(
-        &self,
-        work: impl FnOnce() -> T + Send + 'static,
-    ) -> Result<T, Problem> {
-        let worked = timeout(CHECK_TIME, self.simulating.run(Lane::Mission, work)).await;
-        worked
-            .map_err(|_| Problem::Overloaded)?
-            .map_err(|_| Problem::Panicked)
+        let (worked, _job) = self.simulating.run(Lane::Long, work);
+        worked.await.map_err(|_| Problem::Panicked)
     }
 
     fn plan_now(&self, snapshot: Arc<Snapshot>, stop: &Stop) -> Planned {

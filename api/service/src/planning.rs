@@ -1,5 +1,7 @@
 //! The calls that plan.
 
+use std::sync::Arc;
+
 use axum::{Extension, Json, extract::State};
 use planner::{
     los::LosLaw,
@@ -9,6 +11,7 @@ use planner::{
 use serde_json::{Map, Value};
 
 use crate::{
+    admission::Ticket,
     deadline::Arrival,
     planners::{Planned, Planners},
     posted::PostedBytes,
@@ -59,16 +62,44 @@ async fn planned(
     arrival: Arrival,
     body: PostedBytes,
 ) -> Result<(Planned, Map<String, Value>), Problem> {
-    let ticket = planners.admit(body.bytes.len(), arrival)?;
-    let read = planners.read(&ticket, arrival, || {
-        let request: PlanRequest = body.read()?;
-        let snapshot = Snapshot::try_from(&request).map_err(Problem::Invalid)?;
-        Ok::<_, Problem>((snapshot, request.deadline_ms, request.metadata))
-    });
-    let (snapshot, deadline_ms, metadata) = read.await??;
-    let planned = planners.plan(ticket, snapshot, arrival, deadline_ms).await?;
-    refuse_a_lower_level(&planned)?;
-    Ok((planned, metadata))
+    let ticket = planners.admit(body.bytes.len())?;
+    let read = planners.read(&ticket, || Posed::new(body.read()?));
+    read.await??.planned(planners, ticket, arrival).await
+}
+
+/// A request to plan, whose snapshot is valid.
+#[derive(Debug)]
+pub(crate) struct Posed {
+    pub(crate) snapshot: Snapshot,
+    pub(crate) deadline_ms: Option<f64>,
+    pub(crate) metadata: Map<String, Value>,
+}
+
+impl Posed {
+    pub(crate) fn new(request: PlanRequest) -> Result<Self, Problem> {
+        Ok(Self {
+            snapshot: Snapshot::try_from(&request).map_err(Problem::Invalid)?,
+            deadline_ms: request.deadline_ms,
+            metadata: request.metadata,
+        })
+    }
+
+    /// Its plan, and its metadata again.
+    pub(crate) async fn planned(
+        self,
+        planners: &Planners,
+        ticket: Arc<Ticket>,
+        arrival: Arrival,
+    ) -> Result<(Planned, Map<String, Value>), Problem> {
+        let Self {
+            snapshot,
+            deadline_ms,
+            metadata,
+        } = self;
+        let planned = planners.plan(ticket, snapshot, arrival, deadline_ms).await?;
+        refuse_a_lower_level(&planned)?;
+        Ok((planned, metadata))
+    }
 }
 
 /// Where nothing but a solved program will do.

@@ -3,7 +3,7 @@
 use std::{
     collections::VecDeque,
     panic::{AssertUnwindSafe, catch_unwind},
-    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak},
     thread,
 };
 
@@ -13,7 +13,13 @@ use tokio::sync::oneshot;
 /// gets a quarter of a processor, and all of it when no mission plans.
 const NICE: i32 = 5;
 
-type Job = Box<dyn FnOnce() + Send>;
+/// Queued jobs of a lane beyond which those that were given up are looked for.
+const LOOK_FOR_ABANDONED: usize = 256;
+
+type Work = Box<dyn FnOnce() + Send>;
+
+/// Work that waits for its turn, for as long as its caller holds this: what is given up holds no memory.
+pub(crate) struct Job(Mutex<Option<Work>>);
 
 /// Who asks, in the order in which they are served.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +48,7 @@ struct Shared {
 #[derive(Default)]
 struct Queues {
     /// By lane.
-    jobs: [VecDeque<Job>; 3],
+    jobs: [VecDeque<Weak<Job>>; 3],
     closed: bool,
 }
 
@@ -65,30 +71,35 @@ impl Pool {
         Self(Arc::new(Owner(shared)))
     }
 
-    /// Has a thread do `work`. The receiver fails if it panics; work whose receiver is dropped before it begins is not
-    /// done.
+    /// Has a thread do `work`, unless the job is dropped before it begins. The receiver fails if it panics.
     pub(crate) fn run<T: Send + 'static>(
         &self,
         lane: Lane,
         work: impl FnOnce() -> T + Send + 'static,
-    ) -> oneshot::Receiver<T> {
+    ) -> (oneshot::Receiver<T>, Arc<Job>) {
         let (sender, receiver) = oneshot::channel();
-        self.push(lane, move || {
-            if !sender.is_closed() {
-                // The caller may be gone by the end.
-                let _ = sender.send(work());
-            }
+        let work = Box::new(move || {
+            // What the work holds is dropped before its result is seen. The caller may be gone by then.
+            let done = work();
+            let _ = sender.send(done);
         });
-        receiver
-    }
-
-    /// Has a thread do `job`.
-    pub(crate) fn push(&self, lane: Lane, job: impl FnOnce() + Send + 'static) {
+        let job = Arc::new(Job(Mutex::new(Some(work))));
         let Owner(shared) = &*self.0;
         let mut queues = shared.queues();
-        queues.jobs[lane as usize].push_back(Box::new(job));
+        let jobs = &mut queues.jobs[lane as usize];
+        if LOOK_FOR_ABANDONED <= jobs.len() {
+            jobs.retain(|job| 0 < job.strong_count());
+        }
+        jobs.push_back(Arc::downgrade(&job));
         drop(queues);
         shared.wake.notify_one();
+        (receiver, job)
+    }
+}
+
+impl Job {
+    fn take(&self) -> Option<Work> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 }
 
@@ -110,13 +121,16 @@ impl Shared {
             tracing::warn!(%error, "requests share the processors with missions as equals");
         }
         while let Some(job) = self.next() {
-            // The panic hook has told of it; the caller sees that no result came.
-            let _ = catch_unwind(AssertUnwindSafe(job));
+            let work = job.upgrade().and_then(|job| job.take());
+            if let Some(work) = work {
+                // The panic hook has told of it; the caller sees that no result came.
+                let _ = catch_unwind(AssertUnwindSafe(work));
+            }
         }
     }
 
     /// The next job; none when the pool is dropped.
-    fn next(&self) -> Option<Job> {
+    fn next(&self) -> Option<Weak<Job>> {
         let mut queues = self.queues();
         loop {
             if queues.closed {
@@ -140,32 +154,49 @@ mod tests {
     fn a_mission_goes_first_a_short_body_next_and_a_panic_takes_no_thread() {
         let pool = Pool::new("test", 1);
         let (open, gate) = mpsc::channel::<()>();
-        let held = pool.run(Lane::Short, move || gate.recv());
+        let (begun, begins) = mpsc::channel();
+        let wait = move || {
+            begun.send(()).expect("is heard");
+            gate.recv()
+        };
+        let (held, _held) = pool.run(Lane::Short, wait);
+        begins.recv().expect("begins");
         let (order, done) = mpsc::channel();
         let tell = |what: &'static str| {
             let order = order.clone();
             move || order.send(what).expect("is heard")
         };
-        let long = pool.run(Lane::Long, tell("long"));
-        let later = [
-            pool.run(Lane::Short, tell("short")),
-            pool.run(Lane::Short, || panic!("on purpose")),
-            pool.run(Lane::Mission, tell("mission")),
-        ];
+        let (long, _long) = pool.run(Lane::Long, tell("long"));
+        let (short, _short) = pool.run(Lane::Short, tell("short"));
+        let (panicked, _panicked) = pool.run(Lane::Short, || panic!("on purpose"));
+        let (mission, _mission) = pool.run(Lane::Mission, tell("mission"));
         drop(pool.run(Lane::Mission, tell("given up")));
         open.send(()).expect("is waited for");
-        let [short, panicked, mission] = later;
         held.blocking_recv().expect("is done").expect("was opened");
         mission.blocking_recv().expect("is done");
         short.blocking_recv().expect("is done");
         long.blocking_recv().expect("is done");
         assert!(panicked.blocking_recv().is_err());
-        pool.run(Lane::Short, tell("after"))
-            .blocking_recv()
-            .expect("is done");
+        let (after, _after) = pool.run(Lane::Short, tell("after"));
+        after.blocking_recv().expect("is done");
         assert_eq!(
             done.try_iter().collect::<Vec<_>>(),
             ["mission", "short", "long", "after"]
         );
+    }
+    #[test]
+    fn what_is_given_up_holds_nothing() {
+        let pool = Pool::new("test", 1);
+        let (open, gate) = mpsc::channel::<()>();
+        let (_held, _job) = pool.run(Lane::Short, move || gate.recv());
+        let held = Arc::new(());
+        for _ in 0..3 * LOOK_FOR_ABANDONED {
+            let holds = Arc::clone(&held);
+            drop(pool.run(Lane::Long, move || drop(holds)));
+        }
+        assert_eq!(Arc::strong_count(&held), 1);
+        let Owner(shared) = &*pool.0;
+        assert!(shared.queues().jobs[Lane::Long as usize].len() <= LOOK_FOR_ABANDONED);
+        open.send(()).expect("is waited for");
     }
 }

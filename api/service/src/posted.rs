@@ -12,7 +12,7 @@ use http_body::Body as _;
 use serde::de::DeserializeOwned;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-use crate::{planners::Planners, problem::Problem};
+use crate::{planners::Planners, pool::Lane, problem::Problem};
 use wire::Unread;
 
 /// Longest body accepted, bytes.
@@ -30,14 +30,15 @@ const ROOM: usize = 256 << 10;
 pub(crate) struct Bodies {
     /// Longest time for a body to arrive.
     time_limit: Duration,
-    room: Arc<Semaphore>,
+    /// For plans and for missions, neither of which takes the other's.
+    rooms: [Arc<Semaphore>; 2],
 }
 
 impl Bodies {
     pub(crate) fn new(time_limit: Duration) -> Self {
         Self {
             time_limit,
-            room: Arc::new(Semaphore::new(ROOM)),
+            rooms: [ROOM, ROOM].map(|room| Arc::new(Semaphore::new(room / 2))),
         }
     }
 }
@@ -55,14 +56,33 @@ impl PostedBytes {
     pub(crate) fn read<T: DeserializeOwned>(self) -> Result<T, Problem> {
         read(&self.bytes)
     }
+
+    /// The items of the only member, `name`, of which there may be `most`: each a `T`, or what is wrong with it.
+    pub(crate) fn read_each<T: DeserializeOwned>(
+        self,
+        name: &str,
+        most: usize,
+    ) -> Result<Vec<Result<T, Problem>>, Problem> {
+        let items = wire::read_each(&self.bytes, name, most).map_err(Problem::from)?;
+        Ok(items
+            .into_iter()
+            .map(|item| item.map_err(Problem::from))
+            .collect())
+    }
 }
 
 /// The `T` that `body` is.
 pub(crate) fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T, Problem> {
-    wire::read(body).map_err(|unread| match unread {
-        Unread::Syntax(error) => Problem::Syntax(error),
-        Unread::Misfit(error) => Problem::Invalid(vec![*error]),
-    })
+    wire::read(body).map_err(Problem::from)
+}
+
+impl From<Unread> for Problem {
+    fn from(unread: Unread) -> Self {
+        match unread {
+            Unread::Syntax(error) => Self::Syntax(error),
+            Unread::Misfit(error) => Self::Invalid(vec![*error]),
+        }
+    }
 }
 
 impl<S: Send + Sync> FromRequest<S> for PostedBytes
@@ -75,8 +95,9 @@ where
         require_json(request.headers())?;
         require_uncoded(request.headers())?;
         require_short(request.headers())?;
-        let Bodies { time_limit, room } = Bodies::from_ref(state);
-        tokio::time::timeout(time_limit, received(request.into_body(), &room))
+        let Bodies { time_limit, rooms } = Bodies::from_ref(state);
+        let room = &rooms[usize::from(request.uri().path().starts_with("/v1/missions"))];
+        tokio::time::timeout(time_limit, received(request.into_body(), room))
             .await
             .map_err(|_| Problem::BodyTimedOut(time_limit))?
     }
@@ -96,7 +117,9 @@ async fn received(body: Body, room: &Arc<Semaphore>) -> Result<PostedBytes, Prob
         if BODY_BYTES_MAX < received.bytes.len() {
             return Err(Problem::TooLarge);
         }
-        let more = received.bytes.len().div_ceil(1 << 10) - taken;
+        // Of short ones there are no more than connections.
+        let long = received.bytes.len().saturating_sub(SHORT);
+        let more = long.div_ceil(1 << 10) - taken;
         let more = u32::try_from(more).expect("a body is at most a MiB");
         let permit = Arc::clone(room).try_acquire_many_owned(more);
         let permit = permit.map_err(|_| Problem::Overloaded)?;
@@ -128,7 +151,7 @@ where
             return posted.read().map(Self);
         }
         let planners = Planners::from_ref(state);
-        let read = planners.read_for_mission(|| posted.read()).await?;
+        let read = planners.read_for_mission(Lane::Long, || posted.read()).await?;
         read.map(Self)
     }
 }

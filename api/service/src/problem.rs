@@ -128,6 +128,16 @@ impl Problem {
         Self::Conflict(why.to_owned())
     }
 
+    /// The same problem of what stands at `place` of the body.
+    pub(crate) fn within(mut self, place: &str) -> Self {
+        if let Self::Invalid(errors) = &mut self {
+            for error in errors {
+                error.pointer.insert_str(0, place);
+            }
+        }
+        self
+    }
+
     /// Status, code and title.
     fn kind(&self) -> (u16, &'static str, &'static str) {
         match self {

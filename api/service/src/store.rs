@@ -36,7 +36,7 @@ mod writer;
 pub use entry::{Append, Appended, StoredEvent, StoredMission};
 pub use error::StoreError;
 pub use idempotency::{KeyedAnswer, PreviousAnswer};
-pub use reader::{EventReader, FILE_NAME};
+pub use reader::{EventReader, FILE_NAME, MaybeDamaged};
 use sql::LOCK_TIME;
 use writer::{Command, Reply, Writer};
 
@@ -71,6 +71,13 @@ impl EventStore {
         let path = directory.join(FILE_NAME);
         make_private(directory, &path).map_err(|error| StoreError::open(&path, &error))?;
         let lock = lock(directory, &path)?;
+        for name in [
+            FILE_NAME.to_owned(),
+            format!("{FILE_NAME}-wal"),
+            format!("{FILE_NAME}-shm"),
+        ] {
+            hide(&directory.join(name));
+        }
         write_ahead::check(&path)?;
         let mut connection = Connection::open(&path)
             .and_then(|connection| configure(&connection).map(|()| connection))
@@ -166,7 +173,16 @@ fn make_private(directory: &Path, path: &Path) -> io::Result<()> {
         .create(true)
         .mode(0o600)
         .open(path)?;
-    fs::set_permissions(path, Permissions::from_mode(0o600))
+    Ok(())
+}
+
+/// Takes a file of an older version from other users' eyes.
+fn hide(path: &Path) {
+    if let Err(error) = fs::set_permissions(path, Permissions::from_mode(0o600))
+        && error.kind() != io::ErrorKind::NotFound
+    {
+        tracing::warn!(%error, path = %path.display(), "other users may read the mission log");
+    }
 }
 
 /// Takes the directory for this process alone.

@@ -24,7 +24,7 @@ use crate::FieldError;
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Most values in a body, about: twice what 16 AUVs with 256 segments and 64 reports each come to.
-const VALUES_MAX: usize = 100_000;
+pub const VALUES_MAX: usize = 100_000;
 
 /// Longest name of a member that is repeated in a pointer, characters.
 const TOKEN_LENGTH_MAX: usize = 80;
@@ -44,6 +44,44 @@ pub fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T, Unread> {
     json.each_name_once()
         .and_then(|()| T::deserialize(Node::whole(&json)))
         .map_err(|Misfit(error)| Unread::Misfit(error))
+}
+
+/// The items of the list that is the only member, `name`, of `body`, and has 1 to `most` of them: each a `T`, or what is
+/// wrong with it, seen from the item.
+pub fn read_each<T: DeserializeOwned>(
+    body: &[u8],
+    name: &str,
+    most: usize,
+) -> Result<Vec<Result<T, Unread>>, Unread> {
+    let json = parse(body)?;
+    let refused = |code: &str, detail: String| {
+        let error = FieldError::new(token(name), code, detail);
+        Unread::Misfit(Box::new(error.limit(most)))
+    };
+    let Json::Object(members) = &json else {
+        return Err(refused(
+            "wrong_type",
+            format!("the body must be an object with `{name}`"),
+        ));
+    };
+    let [(given, Json::List(items))] = members.as_slice() else {
+        return Err(refused(
+            "wrong_type",
+            format!("the body must have the list `{name}`, and no more"),
+        ));
+    };
+    if given != name || !(1..=most).contains(&items.len()) {
+        return Err(refused(
+            "length",
+            format!("the body must have the list `{name}` of 1 to {most} items"),
+        ));
+    }
+    let read = |item: &Json<'_>| {
+        item.each_name_once()
+            .and_then(|()| T::deserialize(Node::whole(item)))
+            .map_err(|Misfit(error)| Unread::Misfit(error))
+    };
+    Ok(items.iter().map(read).collect())
 }
 
 /// A value of JSON.

@@ -29,7 +29,7 @@ pub use both::{Current, Drift, Forecast, TrajectoryPoint};
 pub use craft::{Craft, HeadingHeld, HeadingLoop, Power, SpeedHeld, SurgeLoop};
 pub use dump::program_dump;
 pub use field_error::{FieldError, shortened};
-pub use json::{Unread, read};
+pub use json::{Unread, VALUES_MAX, read, read_each};
 pub use read_request::unsupported_version;
 pub use request::{
     Acoustics, Asc, Auv, AuvState, Fallback, Goal, GoalKind, Hold, KeepOut, Limits, Offset, OffsetFrame,

@@ -134,10 +134,11 @@ pub(super) struct StoredPlan {
 impl StoredPlan {
     /// Its age by the mission's `clock`, s.
     pub(super) fn age(&self, clock: &Clock) -> f64 {
-        match self.made {
-            Some(made) => clock.rate * made.elapsed().as_secs_f64(),
-            None => (clock.now() - self.time).max(0.0),
-        }
+        // A clock that is set back makes the one too small, a machine that sleeps the other.
+        let steady = self
+            .made
+            .map_or(0.0, |made| clock.rate * made.elapsed().as_secs_f64());
+        steady.max(clock.now() - self.time)
     }
 }
 

@@ -25,6 +25,7 @@ use super::{
 use crate::{
     edge::fresh_id,
     planners::Planners,
+    pool::Lane,
     problem::Problem,
     store::{Append, Appended, EventReader, EventStore, StoreError, StoredMission},
 };
@@ -47,6 +48,9 @@ const RECORDS_MAX: usize = 16;
 
 /// Threads that read the store at once.
 const READERS_MAX: usize = 16;
+
+/// How long a client waits for the check of a simulation before it is told to come again.
+const CHECK_TIME: Duration = Duration::from_secs(5);
 
 /// How long a mission may take to reply before the client is asked to retry.
 const ANSWER_TIME: Duration = Duration::from_secs(10);
@@ -108,6 +112,13 @@ impl Missions {
             .missions_with_status(Status::Running.name())?;
         let n_running = running.len();
         for mission in running {
+            let mission = match mission {
+                Ok(mission) => mission,
+                Err(error) => {
+                    missions.store.note_damage(error.to_string());
+                    continue;
+                }
+            };
             let id = mission.id.clone();
             if let Err(problem) = missions.start_actor(mission).await {
                 // A damaged mission must not keep the others from going on; its clients get the error.
@@ -143,13 +154,25 @@ impl Missions {
         new: NewMission,
         key: Option<IdempotencyKey>,
     ) -> Result<Mission, Problem> {
+        // A key that was answered before ids had a salt.
+        if let Some(key) = &key
+            && let Some(before) = key
+                .answered(
+                    &self.store,
+                    &format!("m-{}", &sha256(format!("key {}", key.key).as_bytes())[..16]),
+                )
+                .await?
+        {
+            return Ok(parsed(&before)?);
+        }
         let is_simulated = new.simulated.is_some();
         let check = move || check::new_mission(&new).map(|()| new);
         // The check of a simulated one starts the scenario, which takes as long as a simulation.
         let new = if is_simulated {
-            self.planners.try_simulation(check).await?
+            let checked = timeout(CHECK_TIME, self.planners.simulate(check)).await;
+            checked.map_err(|_| Problem::Overloaded)??
         } else {
-            self.planners.read_for_mission(check).await?
+            self.planners.read_for_mission(Lane::Long, check).await?
         };
         let new = new.map_err(Problem::Invalid)?;
         let at_s = unix_now();
@@ -202,8 +225,14 @@ impl Missions {
     /// At most `most` missions after the one numbered `after`, and its number with each.
     pub(super) async fn list(&self, after: u64, most: usize) -> Result<Vec<(u64, Mission)>, Problem> {
         let stored = self.read(move |reader| reader.missions(after, most)).await?;
-        let read = |stored: &StoredMission| Ok((stored.number, parsed(&stored.summary)?));
-        Ok(stored.iter().map(read).collect::<Result<_, StoreError>>()?)
+        let mut listed = vec![];
+        for mission in stored {
+            match mission {
+                Ok(mission) => listed.push((mission.number, parsed(&mission.summary)?)),
+                Err(error) => self.store.note_damage(error.to_string()),
+            }
+        }
+        Ok(listed)
     }
 
     /// The mission called `id`, as it was stored last, and its number.
@@ -243,7 +272,7 @@ impl Missions {
             let checked = check::reports(&live.config, &heard, live.clock.now());
             (checked, heard)
         };
-        let (checked, heard) = self.planners.read_for_mission(check).await?;
+        let (checked, heard) = self.planners.read_for_mission(Lane::Mission, check).await?;
         if let Err(wrong) = checked {
             // Reports that were right when they were first sent may be too old by now.
             let before = match &key {

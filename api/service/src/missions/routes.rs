@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, convert::Infallible, time::Duration};
 
 use axum::{
     Json,
-    extract::{FromRef, FromRequestParts, Path, Query, rejection::QueryRejection},
+    extract::{FromRef, FromRequestParts, Path, Query, State, rejection::QueryRejection},
     http::{HeaderValue, StatusCode, header, request::Parts},
     response::{IntoResponse, Response},
 };
@@ -26,7 +26,9 @@ use super::{
     stream,
 };
 use crate::{
-    posted::{Posted, PostedOrNothing},
+    planners::Planners,
+    pool::Lane,
+    posted::{Posted, PostedBytes, PostedOrNothing, SHORT},
     problem::{MissionRefusals, Problem},
 };
 use wire::FieldError;
@@ -351,11 +353,20 @@ pub(crate) async fn step_mission(
     request_body = Reports,
     responses((status = 200, description = "It is on the disk.", body = Accepted), MissionRefusals))]
 pub(crate) async fn post_reports(
+    State(planners): State<Planners>,
     missions: Missions,
     Named(id): Named,
     key: IdempotencyKeyHeader,
-    Posted(heard): Posted<Reports>,
+    body: PostedBytes,
 ) -> Result<Response, Problem> {
+    // A client without a mission does not use a mission's right of way.
+    missions.handle(&id).await?;
+    let heard = if body.bytes.len() <= SHORT {
+        body.read::<Reports>()?
+    } else {
+        let read = || body.read::<Reports>();
+        planners.read_for_mission(Lane::Mission, read).await??
+    };
     let key = key.of("reports", &heard)?;
     Ok(as_json(missions.report(&id, heard, key).await?))
 }

@@ -1,6 +1,13 @@
 //! Reads whole commits, and fails at what is not as it was stored.
 
-use std::{path::Path, sync::Arc, thread, time::Instant};
+use std::{
+    fs::{self, File},
+    io,
+    path::Path,
+    sync::Arc,
+    thread,
+    time::Instant,
+};
 
 use rusqlite::{Connection, OpenFlags, OptionalExtension as _, Params, params};
 
@@ -8,7 +15,7 @@ use super::{
     entry::{StoredEvent, StoredMission},
     error::StoreError,
     idempotency::{self, PreviousAnswer},
-    schema,
+    make_private, schema,
     sql::{LOCK_TIME, SNAPSHOT, digest, limit, signed, summary_digest, unsigned},
 };
 
@@ -17,6 +24,9 @@ pub const FILE_NAME: &str = "missions.sqlite3";
 
 /// Events and missions that are read at once.
 const PAGE: usize = 64;
+
+/// A mission of a list, or that it is damaged, which keeps no other from being read.
+pub type MaybeDamaged = Result<StoredMission, StoreError>;
 
 /// Reads the event store.
 #[derive(Debug)]
@@ -43,23 +53,23 @@ impl EventReader {
     }
 
     /// At most `most` missions whose number is above `after`, in order.
-    pub fn missions(&self, after: u64, most: usize) -> Result<Vec<StoredMission>, StoreError> {
+    pub fn missions(&self, after: u64, most: usize) -> Result<Vec<MaybeDamaged>, StoreError> {
         let page = "number > ?1 AND status <> 'deleted' ORDER BY number LIMIT ?2";
         self.missions_where(page, params![signed(after), limit(most)])
     }
 
     /// All missions of that status, in order.
-    pub fn missions_with_status(&self, status: &str) -> Result<Vec<StoredMission>, StoreError> {
+    pub fn missions_with_status(&self, status: &str) -> Result<Vec<MaybeDamaged>, StoreError> {
         self.missions_where("status = ?1 ORDER BY number", [status])
     }
 
     /// The mission of that name.
     pub fn mission(&self, id: &str) -> Result<Option<StoredMission>, StoreError> {
         let mut named = self.missions_where("id = ?1 AND status <> 'deleted'", [id])?;
-        Ok(named.pop())
+        named.pop().transpose()
     }
 
-    fn missions_where(&self, condition: &str, params: impl Params) -> Result<Vec<StoredMission>, StoreError> {
+    fn missions_where(&self, condition: &str, params: impl Params) -> Result<Vec<MaybeDamaged>, StoreError> {
         let select = format!("SELECT number, id, status, summary, digest FROM missions WHERE {condition}");
         let mut statement = self.0.prepare_cached(&select)?;
         let mut rows = statement.query(params)?;
@@ -67,15 +77,18 @@ impl EventReader {
         while let Some(row) = rows.next()? {
             let (number, id, status, summary, stored): (i64, String, String, Vec<u8>, Vec<u8>) =
                 row.try_into()?;
-            if stored != summary_digest(&id, &status, &summary) {
-                return Err(StoreError::Damaged(format!(
-                    "the summary of mission number {number}"
-                )));
-            }
-            missions.push(StoredMission {
+            let is_whole = stored == summary_digest(&id, &status, &summary);
+            let mission = StoredMission {
                 number: unsigned(number),
                 id,
                 summary,
+            };
+            missions.push(if is_whole {
+                Ok(mission)
+            } else {
+                Err(StoreError::Damaged(format!(
+                    "the summary of mission number {number}"
+                )))
             });
         }
         Ok(missions)
@@ -176,6 +189,41 @@ impl EventReader {
         Ok(last.map_or(0, unsigned))
     }
 
+    /// Writes everything up to the last commit into a new store in `directory`, which is made if it is not there, and
+    /// inspects it. Whole or not at all; services may write meanwhile.
+    pub fn back_up(&self, directory: &Path) -> Result<(), StoreError> {
+        let path = directory.join(FILE_NAME);
+        let partial = directory.join(format!("{FILE_NAME}.partial"));
+        let failed = |error: io::Error| StoreError::open(&path, &error);
+        if path.exists() {
+            return Err(StoreError::open(
+                &path,
+                &"there is one already: name another directory",
+            ));
+        }
+        make_private(directory, &partial).map_err(failed)?;
+        // What an earlier try left is no part of this one.
+        File::create(&partial).map_err(failed)?;
+        let name = partial.to_string_lossy();
+        let written = self
+            .0
+            .execute("VACUUM INTO ?1", [&name])
+            .map_err(StoreError::from)
+            .and_then(|_| Self::open(&partial)?.inspect())
+            .and_then(|()| {
+                File::open(&partial)
+                    .and_then(|file| file.sync_all())
+                    .and_then(|()| fs::rename(&partial, &path))
+                    .and_then(|()| File::open(directory)?.sync_all())
+                    .map_err(failed)
+            });
+        if written.is_err() {
+            // Nothing is lost with it.
+            let _ = fs::remove_file(&partial);
+        }
+        written
+    }
+
     /// Reads everything, and fails at what is not as it was stored.
     pub(super) fn inspect(&self) -> Result<(), StoreError> {
         let verdict: String = self.0.query_row("PRAGMA quick_check(1)", [], |row| row.get(0))?;
@@ -184,7 +232,10 @@ impl EventReader {
         }
         let mut after = 0;
         loop {
-            let some = self.missions(after, PAGE)?;
+            let some: Vec<_> = self
+                .missions(after, PAGE)?
+                .into_iter()
+                .collect::<Result<_, _>>()?;
             let Some(end) = some.last() else { return Ok(()) };
             after = end.number;
             for mission in &some {

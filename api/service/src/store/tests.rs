@@ -520,15 +520,73 @@ async fn the_file_shrinks_after_a_mission_is_deleted() {
 }
 
 #[tokio::test]
-async fn a_summary_that_is_not_what_was_stored_is_found() {
+async fn a_summary_that_is_not_what_was_stored_is_found_and_keeps_no_other_from_being_read() {
     let directory = directory();
     let store = open(directory.path());
     add(&store, append("a", vec![event(1, "x")])).await;
+    add(&store, append("b", vec![event(1, "y")])).await;
     store.close().await.expect("is closed");
     let other = Connection::open(directory.path().join(FILE_NAME)).expect("opens");
     other
-        .execute("UPDATE missions SET summary = x'5b5d'", [])
+        .execute("UPDATE missions SET summary = x'5b5d' WHERE id = 'a'", [])
         .expect("is written");
-    let found = store.reader().expect("opens").missions(0, 1);
-    assert!(matches!(found, Err(StoreError::Damaged(_))), "{found:?}");
+    let reader = store.reader().expect("opens");
+    let found = reader.missions_with_status("running").expect("reads");
+    assert!(
+        matches!(found.as_slice(), [Err(StoreError::Damaged(_)), Ok(mission)] if mission.id == "b"),
+        "{found:?}"
+    );
+    assert!(matches!(reader.mission("a"), Err(StoreError::Damaged(_))));
+}
+
+#[tokio::test]
+async fn a_log_that_is_read_while_it_is_closed_says_that_its_write_ahead_file_is_needed() {
+    let directory = directory();
+    let store = open(directory.path());
+    add(&store, append("a", vec![event(1, "x")])).await;
+    let reader = store.reader().expect("opens");
+    reader
+        .0
+        .execute_batch("BEGIN; SELECT * FROM missions")
+        .expect("reads");
+    assert_eq!(store.close().await, Err(StoreError::Busy));
+}
+
+#[tokio::test]
+async fn a_backup_under_writes_is_a_whole_log_of_its_own() {
+    let directory = directory();
+    let store = open(directory.path());
+    add(&store, append("a", vec![event(1, "x")])).await;
+    let writer = tokio::spawn({
+        let store = store.clone();
+        async move {
+            for k in 2..400 {
+                add(&store, append("a", vec![event(k, "y")])).await;
+            }
+        }
+    });
+    let to = directory.path().join("copy");
+    let (reader, copy) = (store.reader().expect("opens"), to.clone());
+    let copied = tokio::task::spawn_blocking(move || {
+        reader.back_up(&copy).expect("is copied");
+        reader.back_up(&copy)
+    });
+    let again = copied
+        .await
+        .expect("does not panic")
+        .expect_err("is there already");
+    assert!(again.to_string().contains("name another directory"), "{again}");
+    writer.await.expect("is stored");
+    let (whole, copied) = (bodies(&store, "a"), bodies(&open(&to), "a"));
+    assert!(whole.starts_with(&copied) && !copied.is_empty());
+    assert_eq!(
+        fs::read_dir(&to)
+            .expect("is there")
+            .filter(|entry| {
+                let name = entry.as_ref().expect("is there").file_name();
+                name.to_string_lossy().contains("partial")
+            })
+            .count(),
+        0
+    );
 }

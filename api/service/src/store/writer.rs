@@ -108,7 +108,7 @@ impl Writer {
                 }
                 Command::Close(reply) => {
                     self.store(std::mem::take(&mut appends));
-                    let _ = reply.send(self.checkpoint().map_err(StoreError::from));
+                    let _ = reply.send(self.checkpoint());
                     return ControlFlow::Break(());
                 }
             }
@@ -121,10 +121,11 @@ impl Writer {
     }
 
     /// After this the store's own file is whole without its write-ahead file.
-    fn checkpoint(&self) -> rusqlite::Result<()> {
-        // Busy, if a reader still reads: the write-ahead file keeps the rest.
-        self.connection
-            .query_row("PRAGMA wal_checkpoint(TRUNCATE)", [], |_| Ok(()))
+    fn checkpoint(&self) -> Result<(), StoreError> {
+        let checkpoint = "PRAGMA wal_checkpoint(TRUNCATE)";
+        let busy: bool = self.connection.query_row(checkpoint, [], |row| row.get(0))?;
+        // A reader still reads: the write-ahead file keeps the rest.
+        if busy { Err(StoreError::Busy) } else { Ok(()) }
     }
 
     fn store(&mut self, mut batch: Vec<(Append, Reply<Appended>)>) {
