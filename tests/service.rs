@@ -124,6 +124,38 @@ async fn a_comparison_has_a_whole_answer_of_every_law_and_says_what_each_starts_
 }
 
 #[tokio::test]
+async fn every_law_is_compared_in_what_the_craft_s_loops_hold() {
+    let compared = async |held: Value| {
+        let mut body = example("cross-current");
+        body["craft"] = json!({ "preset": "medusa", "speed_held": held[0], "heading_held": held[1] });
+        body["current"] = json!({ "north_mps": 0.05, "east_mps": -0.08 });
+        let answer = send(Settings::default(), post("/v1/plan/compare", body.to_string())).await;
+        assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+        answer.json()["plans"].clone()
+    };
+    let water = compared(json!(["through_water", "heading"])).await;
+    let ground = compared(json!(["over_ground", "course"])).await;
+    for law in LosLaw::ALL {
+        let number = |plans: &Value, name: &str| {
+            plans[law.name()]["reference"][name]
+                .as_f64()
+                .expect("is a number")
+        };
+        let (speed, heading) = (number(&water, "speed_mps"), number(&water, "heading_rad"));
+        let (north, east) = (speed * heading.cos() + 0.05, speed * heading.sin() - 0.08);
+        let along = north * heading.cos() + east * heading.sin();
+        assert!(
+            (number(&ground, "speed_mps") - along.max(0.0)).abs() < 1e-9,
+            "{}",
+            law.name()
+        );
+        let course = east.atan2(north);
+        let apart = (number(&ground, "heading_rad") - course).sin();
+        assert!(apart.abs() < 1e-9, "{}", law.name());
+    }
+}
+
+#[tokio::test]
 async fn a_batch_answers_each_as_alone_and_one_that_is_wrong_spoils_no_other() {
     let mut wrong = example("track");
     wrong["asc"]["speed_mps"] = json!(100.0);

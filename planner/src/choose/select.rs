@@ -227,8 +227,9 @@ pub(crate) fn baseline_of(snapshot: &Snapshot, policy: &Policy, law: LosLaw) -> 
     let rollout = horizon.line_of_sight(snapshot, &goal, tuning);
     let (predicted, violations) = predict(&horizon, &rollout, &horizon.weights);
     let mut tracking = TrackingLaw::new(tuning, Some(horizon.goal_course));
+    let through_water = tracking.steer(0.0, &AscNow::from(snapshot), &goal.at(0.0), &snapshot.limits);
     Baseline {
-        reference: tracking.steer(0.0, &AscNow::from(snapshot), &goal.at(0.0), &snapshot.limits),
+        reference: snapshot.command(&through_water),
         trajectory: horizon.trajectory(&rollout.stages).collect(),
         predicted,
         violations: violations.into_iter().flatten().collect(),
