@@ -117,7 +117,7 @@ pub(crate) fn serve(arguments: &Serve) -> Result<(), ServeError> {
         }
         tracing::warn!(
             address = %address.ip(),
-            "whoever reaches this address may plan, and change and delete missions (--insecure)"
+            "every client that reaches this address may plan, and change and delete missions (--insecure)"
         );
     }
     let names = [host.to_owned()]
