@@ -207,6 +207,9 @@ async fn a_snapshot_is_looked_at_without_a_plan() {
         (&limits["auvs"], &limits["deadline_most_ms"]),
         (&json!(16), &json!(1000.0))
     );
+    let document = send(Settings::default(), get("/openapi.json")).await.json();
+    let batch = &document["components"]["schemas"]["Batch"]["properties"]["requests"];
+    assert_eq!(limits["batch_requests"], batch["maxItems"]);
 }
 
 #[tokio::test]

@@ -12,7 +12,7 @@ use crate::{
     deadline::Arrival,
     edge::RequestId,
     planners::Planners,
-    planning::{Posed, answer},
+    planning::{ValidRequest, answer},
     posted::{BODY_BYTES_MAX, PostedBytes},
     problem::{Problem, ProblemDocument, Refusals},
 };
@@ -91,15 +91,15 @@ pub(crate) async fn plan_batch(
     let ticket = planners.admit(body.bytes.len())?;
     let read = planners.read(&ticket, || {
         let requests = body.read_each::<PlanRequest>("requests", BATCH_MAX)?;
-        let posed = requests.into_iter().map(|request| Posed::new(request?));
-        Ok::<Vec<_>, Problem>(posed.collect())
+        let valid = requests.into_iter().map(|request| ValidRequest::new(request?));
+        Ok::<Vec<_>, Problem>(valid.collect())
     });
     // At once, so that none uses up the time of those behind it.
     let mut plans: Vec<JoinHandle<Result<PlanResponse, Problem>>> = vec![];
-    for posed in read.await?? {
+    for valid in read.await?? {
         let (planners, ticket) = (planners.clone(), Arc::clone(&ticket));
         plans.push(tokio::spawn(async move {
-            let (planned, metadata) = posed?.planned(&planners, ticket, arrival).await?;
+            let (planned, metadata) = valid?.planned(&planners, ticket, arrival).await?;
             Ok(answer(&planned, &metadata).planned())
         }));
     }
@@ -134,11 +134,11 @@ pub(crate) async fn validate_plan(
 ) -> Result<Json<Validation>, Problem> {
     let ticket = planners.admit(body.bytes.len())?;
     let read = planners.read(&ticket, || {
-        let Posed {
+        let ValidRequest {
             snapshot,
             deadline_ms,
             metadata,
-        } = Posed::new(body.read()?)?;
+        } = ValidRequest::new(body.read()?)?;
         Ok(Validation {
             plan_id: plan_id(&snapshot),
             request: PlanRequest {

@@ -63,19 +63,19 @@ async fn planned(
     body: PostedBytes,
 ) -> Result<(Planned, Map<String, Value>), Problem> {
     let ticket = planners.admit(body.bytes.len())?;
-    let read = planners.read(&ticket, || Posed::new(body.read()?));
+    let read = planners.read(&ticket, || ValidRequest::new(body.read()?));
     read.await??.planned(planners, ticket, arrival).await
 }
 
 /// A request to plan, whose snapshot is valid.
 #[derive(Debug)]
-pub(crate) struct Posed {
+pub(crate) struct ValidRequest {
     pub(crate) snapshot: Snapshot,
     pub(crate) deadline_ms: Option<f64>,
     pub(crate) metadata: Map<String, Value>,
 }
 
-impl Posed {
+impl ValidRequest {
     pub(crate) fn new(request: PlanRequest) -> Result<Self, Problem> {
         Ok(Self {
             snapshot: Snapshot::try_from(&request).map_err(Problem::Invalid)?,

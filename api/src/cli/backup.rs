@@ -1,11 +1,10 @@
 //! `pilotfish backup`: copies the log of missions while a service writes to it.
 
-use std::{error::Error, path::PathBuf};
+use std::{error::Error, path::PathBuf, time::Duration};
 
 use clap::Args;
 use indicatif::ProgressBar;
 use service::store::EventReader;
-use std::time::Duration;
 
 use crate::cli::out_file::print;
 
