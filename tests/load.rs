@@ -15,6 +15,8 @@ use tokio::{
 mod flight;
 #[path = "load/http.rs"]
 mod http;
+#[path = "load/overload.rs"]
+mod overload;
 #[path = "load/readers.rs"]
 mod readers;
 #[path = "load/record.rs"]
@@ -36,6 +38,8 @@ const TELL_EVERY: Duration = Duration::from_secs(30);
 const WARM: Duration = Duration::from_mins(2);
 /// Between two steps.
 const STEP: Duration = Duration::from_mins(1);
+/// More than missions need beside an overload to be made, and the measurements before and after it.
+const SETTLED: Duration = Duration::from_mins(10);
 /// Age of a plan that is late by half a period, s.
 const LATE_AGE: f64 = 1.5;
 
@@ -60,6 +64,9 @@ struct Arguments {
     /// Let so many read the events of one mission instead, and one not read.
     #[arg(long, conflicts_with = "step")]
     readers: Option<usize>,
+    /// Ask for plans beside the missions, so many times as often as the service keeps up with.
+    #[arg(long, value_name = "FACTOR", conflicts_with_all = ["step", "readers"])]
+    overload: Option<f64>,
 }
 
 #[tokio::main(flavor = "current_thread")]
@@ -75,9 +82,15 @@ async fn main() -> Result<(), Box<dyn Error>> {
     }
     let mut load = Load::new(address, arguments.pid);
     let time = Duration::from_secs_f64(60.0 * arguments.minutes);
-    match arguments.step {
-        Some(step) => load.step(step).await?,
-        None => load.keep(arguments.missions, time).await?,
+    match (arguments.step, arguments.overload) {
+        (Some(step), _) => load.step(step).await?,
+        (None, Some(factor)) => {
+            let end = load.begun + time + SETTLED;
+            load.add(arguments.missions, end).await?;
+            overload::run(address, factor, time, arguments.pid).await?;
+            load.flights.abort_all();
+        }
+        (None, None) => load.keep(arguments.missions, time).await?,
     }
     load.account().await
 }

@@ -52,7 +52,7 @@ impl Server {
         printed.read_line(&mut line).expect("prints its URL");
         let address = line
             .trim()
-            .rsplit_once("http://")
+            .rsplit_once("://")
             .expect("prints its URL")
             .1
             .to_owned();

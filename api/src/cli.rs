@@ -1,10 +1,11 @@
 //! The command line.
 
-use std::error::Error;
+use std::{error::Error, path::PathBuf};
 
 use clap::{Parser, Subcommand};
 
 mod backup;
+mod config;
 mod crafts;
 mod declared_craft;
 mod identify;
@@ -14,33 +15,46 @@ mod plan;
 mod replay;
 mod scenarios;
 mod serve;
+mod token;
 mod trial;
 
+pub(crate) use self::config::Config;
 use self::{
     backup::{Backup, back_up},
+    config::{CommonFlags, ConfigError, Layers, ServeFlags, show},
     crafts::{Crafts, crafts},
     identify::{Identify, identify},
     missions::{Bench, Compare, Figures, Simulate, bench, compare, figures, simulate},
     plan::{Plan, plan},
     replay::{Replay, replay},
     scenarios::{Scenarios, scenarios},
-    serve::{Serve, serve},
+    serve::serve,
+    token::{Token, token},
 };
 
 /// Formation planner for a surface craft that accompanies underwater vehicles.
 #[derive(Debug, Parser)]
-#[command(name = "pilotfish", version, args_conflicts_with_subcommands = true)]
+#[command(name = "pilotfish", version)]
 pub(crate) struct Arguments {
+    /// File of settings, TOML; its keys are the flags with _ in place of - [env: PILOTFISH_CONFIG]
+    #[arg(long, global = true, value_name = "FILE")]
+    config: Option<PathBuf>,
+    #[command(flatten)]
+    common: CommonFlags,
+    #[command(flatten)]
+    serve: ServeFlags,
     #[command(subcommand)]
     command: Option<Command>,
-    #[command(flatten)]
-    serve: Serve,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Answer HTTP requests (the default).
-    Serve(Serve),
+    Serve(ServeFlags),
+    /// Print the configuration, and where each value is from.
+    Config(ServeFlags),
+    /// Say who may call the service, and what each may do.
+    Token(Token),
     /// Plan for one snapshot without a server.
     Plan(Plan),
     /// Run one mission with one controller.
@@ -63,20 +77,47 @@ enum Command {
     Bench(Bench),
 }
 
+/// Why the command line cannot be carried out.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum UsageError {
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    #[error("{0} is for serve and config, not for this subcommand")]
+    NotOfService(String),
+}
+
 impl Arguments {
-    pub(crate) fn run(self) -> Result<(), Box<dyn Error>> {
-        match self.command.unwrap_or(Command::Serve(self.serve)) {
-            Command::Serve(arguments) => serve(&arguments)?,
-            Command::Plan(arguments) => plan(&arguments)?,
-            Command::Simulate(arguments) => simulate(&arguments)?,
-            Command::Compare(arguments) => compare(&arguments)?,
-            Command::Scenarios(arguments) => scenarios(&arguments)?,
-            Command::Identify(arguments) => identify(&arguments)?,
-            Command::Crafts(arguments) => crafts(&arguments)?,
-            Command::Figures(arguments) => figures(&arguments)?,
-            Command::Replay(arguments) => replay(&arguments)?,
-            Command::Backup(arguments) => back_up(&arguments)?,
-            Command::Bench(arguments) => bench(&arguments)?,
+    /// The configuration that these arguments, the environment and the file give.
+    pub(crate) fn layers(&self) -> Result<Layers, UsageError> {
+        let of_subcommand = match &self.command {
+            Some(Command::Serve(flags) | Command::Config(flags)) => Some(flags),
+            Some(_) => {
+                if let Some(flag) = self.serve.first() {
+                    return Err(UsageError::NotOfService(flag));
+                }
+                None
+            }
+            None => None,
+        };
+        let flags: Vec<_> = [&self.serve].into_iter().chain(of_subcommand).collect();
+        Ok(Layers::read(self.config.as_deref(), &self.common, &flags)?)
+    }
+
+    pub(crate) fn run(self, layers: &Layers, config: &Config) -> Result<(), Box<dyn Error>> {
+        match self.command {
+            None | Some(Command::Serve(_)) => serve(config)?,
+            Some(Command::Config(_)) => show(layers)?,
+            Some(Command::Token(arguments)) => token(&arguments, &config.tokens())?,
+            Some(Command::Plan(arguments)) => plan(&arguments)?,
+            Some(Command::Simulate(arguments)) => simulate(&arguments)?,
+            Some(Command::Compare(arguments)) => compare(&arguments)?,
+            Some(Command::Scenarios(arguments)) => scenarios(&arguments)?,
+            Some(Command::Identify(arguments)) => identify(&arguments)?,
+            Some(Command::Crafts(arguments)) => crafts(&arguments)?,
+            Some(Command::Figures(arguments)) => figures(&arguments)?,
+            Some(Command::Replay(arguments)) => replay(&arguments, &config.data)?,
+            Some(Command::Backup(arguments)) => back_up(&arguments, &config.data)?,
+            Some(Command::Bench(arguments)) => bench(&arguments)?,
         }
         Ok(())
     }

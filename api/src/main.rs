@@ -1,39 +1,63 @@
 //! The `pilotfish` program.
 
-use std::{env, io, process::ExitCode};
+use std::{env, error::Error, io, process::ExitCode};
 
 use clap::Parser;
 use tracing_subscriber::{
-    filter::{LevelFilter, Targets},
-    layer::SubscriberExt as _,
-    util::SubscriberInitExt as _,
+    Layer as _, filter::Targets, layer::SubscriberExt as _, util::SubscriberInitExt as _,
 };
+
+use crate::cli::{Arguments, Config};
 
 mod cli;
 
-fn main() -> ExitCode {
-    // RUST_LOG as targets and levels, such as `pilotfish=debug,warn`; ours are those whose names begin so.
-    let usual = || {
-        Targets::new()
-            .with_default(LevelFilter::WARN)
-            .with_target("pilotfish", LevelFilter::INFO)
-    };
-    let given = env::var("RUST_LOG").ok().and_then(|given| given.parse().ok());
-    tracing_subscriber::registry()
-        .with(given.unwrap_or_else(usual))
-        .with(tracing_subscriber::fmt::layer().with_writer(io::stderr))
-        .init();
+/// What the program ends with where the command line or the configuration cannot be used, as clap does.
+const USAGE: u8 = 2;
 
-    match cli::Arguments::parse().run() {
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let configured = arguments.layers().and_then(|layers| {
+        let config = layers.config()?;
+        Ok((layers, config))
+    });
+    let (layers, config) = match configured {
+        Ok(configured) => configured,
+        Err(error) => {
+            explain(&error);
+            return ExitCode::from(USAGE);
+        }
+    };
+    log(&config);
+    match arguments.run(&layers, &config) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("pilotfish: {error}");
-            let mut cause = error.source();
-            while let Some(error) = cause {
-                eprintln!("  because: {error}");
-                cause = error.source();
-            }
+            explain(&*error);
             ExitCode::FAILURE
         }
+    }
+}
+
+/// Lets the program log to standard error. `RUST_LOG` goes before the configuration, as people expect of Rust programs.
+fn log(config: &Config) {
+    let filter: Targets = env::var("RUST_LOG")
+        .ok()
+        .and_then(|given| given.parse().ok())
+        .or_else(|| config.log.parse().ok())
+        .unwrap_or_default();
+    let lines = tracing_subscriber::fmt::layer().with_writer(io::stderr);
+    let lines = if config.log_format == "json" {
+        lines.json().boxed()
+    } else {
+        lines.boxed()
+    };
+    tracing_subscriber::registry().with(filter).with(lines).init();
+}
+
+fn explain(error: &dyn Error) {
+    eprintln!("pilotfish: {error}");
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        eprintln!("  because: {error}");
+        cause = error.source();
     }
 }

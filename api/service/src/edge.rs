@@ -4,7 +4,7 @@ use std::{
     any::Any,
     hash::{BuildHasher, RandomState},
     sync::{
-        LazyLock,
+        Arc, LazyLock,
         atomic::{AtomicU64, Ordering},
     },
     time::Instant,
@@ -18,7 +18,12 @@ use axum::{
     response::{IntoResponse, Response},
 };
 
-use crate::{deadline::Arrival, hosts::Hosts, problem::Problem};
+use crate::{
+    access::{Caller, Tokens, is_public},
+    deadline::Arrival,
+    hosts::Hosts,
+    problem::Problem,
+};
 
 static REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
@@ -45,18 +50,27 @@ const HEADERS: [(HeaderName, HeaderValue); 3] = [
 pub(crate) struct RequestId(pub(crate) String);
 
 /// Finishes whatever answer comes out.
-pub(crate) async fn pass(hosts: Option<Hosts>, mut request: Request, next: Next) -> Response {
+pub(crate) async fn pass(
+    hosts: Option<Hosts>,
+    tokens: Option<Tokens>,
+    mut request: Request,
+    next: Next,
+) -> Response {
     let start = Instant::now();
     request.extensions_mut().insert(Arrival(start));
     let id = request_id(request.headers());
     request.extensions_mut().insert(RequestId(id.clone()));
     let (method, path) = (request.method().clone(), request.uri().path().to_owned());
 
-    let refused = hosts.map_or(Ok(()), |hosts| {
-        hosts.check(&method, request.version(), request.headers())
-    });
-    let mut response = match refused {
-        Ok(()) => next.run(request).await,
+    let mut caller = None;
+    let mut response = match admit(hosts.as_ref(), tokens.as_ref(), &request) {
+        Ok(known) => {
+            if let Some(known) = known {
+                caller = Some(Arc::clone(&known.name));
+                request.extensions_mut().insert(known);
+            }
+            next.run(request).await
+        }
         Err(problem) => problem.into_response(),
     };
     if let Some(problem) = response.extensions_mut().remove::<Problem>() {
@@ -69,12 +83,32 @@ pub(crate) async fn pass(hosts: Option<Hosts>, mut request: Request, next: Next)
     }
 
     let (status, ms) = (response.status().as_u16(), start.elapsed().as_secs_f64() * 1e3);
+    let caller = caller.as_deref();
     if response.status().is_server_error() {
-        tracing::warn!(%method, path, status, ms, id, "answered");
+        tracing::warn!(%method, path, status, ms, id, caller, "answered");
     } else {
-        tracing::debug!(%method, path, status, ms, id, "answered");
+        tracing::debug!(%method, path, status, ms, id, caller, "answered");
     }
     response
+}
+
+/// Who sends the request, where that matters. Fails if it may not be sent.
+fn admit(
+    hosts: Option<&Hosts>,
+    tokens: Option<&Tokens>,
+    request: &Request,
+) -> Result<Option<Caller>, Problem> {
+    let (method, path) = (request.method(), request.uri().path());
+    if let Some(hosts) = hosts {
+        hosts.check(method, request.version(), request.headers())?;
+    }
+    if is_public(path) {
+        return Ok(None);
+    }
+    let peer = request.extensions().get().copied();
+    let caller = Caller::of(tokens, peer, request.headers())?;
+    caller.may(method, path)?;
+    Ok(Some(caller))
 }
 
 fn write_document(response: &mut Response, problem: &Problem, path: &str, id: &str) {

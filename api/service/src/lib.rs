@@ -1,7 +1,7 @@
 //! The planner's outside: JSON, HTTP, the command line, and no control law.
 //!
 //! ```text
-//! edge (id, hosts) → posted (in time) → admission → pool: wire → planners (in time) → wire → edge (problems, headers)
+//! edge (id, hosts, access) → posted (in time) → admission → pool: wire → planners (in time) → wire → edge (problems, headers)
 //! ```
 //! Every failure on the way becomes a [`problem::Problem`], and only there a status code. [`app`] is the whole service
 //! without a socket, [`service`] the same with missions, whose events are in the [`store`].
@@ -9,6 +9,7 @@
 use axum::{Json, Router, extract::FromRef, middleware, routing::get};
 use tower_http::catch_panic::CatchPanicLayer;
 
+pub mod access;
 mod admission;
 pub mod batch;
 pub mod crafts;
@@ -77,7 +78,7 @@ fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) ->
         .method_not_allowed_fallback(async || Problem::MethodNotAllowed)
         .layer(CatchPanicLayer::custom(edge::caught_panic))
         .layer(middleware::from_fn(move |request, next| {
-            edge::pass(settings.hosts.clone(), request, next)
+            edge::pass(settings.hosts.clone(), settings.tokens.clone(), request, next)
         }))
         .with_state(shared)
 }

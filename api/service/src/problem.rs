@@ -17,7 +17,7 @@ use utoipa::{
 
 use wire::{FieldError, shortened};
 
-use crate::{examples::EXAMPLES, posted::BODY_BYTES_MAX, store::StoreError};
+use crate::{access::Role, examples::EXAMPLES, posted::BODY_BYTES_MAX, store::StoreError};
 
 /// Most field errors in one document: a client mends the first few and asks again.
 const FIELD_ERRORS_MAX: usize = 64;
@@ -51,6 +51,15 @@ pub enum Problem {
     UnknownHost(String),
     /// A page of another site sent the request.
     CrossSite,
+    /// The request has no valid token.
+    Unauthenticated,
+    /// The request's token is not for this call.
+    Forbidden {
+        /// The least role that the call needs.
+        needed: Role,
+        /// The token's.
+        role: Role,
+    },
     /// No such route.
     NoRoute,
     /// No such example.
@@ -152,6 +161,8 @@ impl Problem {
             Self::HostHeader => (400, "host_header", "The request does not name one host"),
             Self::UnknownHost(_) => (421, "unknown_host", "The service has another name"),
             Self::CrossSite => (403, "cross_site", "Pages of other sites may not call the service"),
+            Self::Unauthenticated => (401, "unauthenticated", "The service asks for a token"),
+            Self::Forbidden { .. } => (403, "forbidden", "The token is not for this call"),
             Self::NoRoute => (404, "no_route", "There is nothing here"),
             Self::NoExample => (404, "no_example", "There is no such example"),
             Self::MethodNotAllowed => (405, "method_not_allowed", "The method is not allowed"),
@@ -197,6 +208,12 @@ impl Problem {
                 format!("{given} is not a name of this service: call it by its address, or start it with --allow-host {given}")
             }
             Self::CrossSite => "call it from its own page, or without a browser".to_owned(),
+            Self::Unauthenticated => {
+                "send Authorization: Bearer and a token that is valid; pilotfish token add makes one".to_owned()
+            }
+            Self::Forbidden { needed, role } => {
+                format!("it needs the role {needed}, and this token is {role}")
+            }
             Self::NoRoute => "GET /openapi.json lists every route".to_owned(),
             Self::NoExample => {
                 format!("the examples are {}", EXAMPLES.map(|example| example.name).join(", "))
@@ -267,6 +284,11 @@ impl IntoResponses for Refusals {
     fn responses() -> BTreeMap<String, RefOr<Documented>> {
         [
             (400, "Not JSON, or not whole."),
+            (401, "No valid token, where the service asks for one."),
+            (
+                403,
+                "The token is not for this call, or a page of another site sent the request.",
+            ),
             (408, "The body came too slowly."),
             (413, "Over 1 MiB."),
             (415, "Not announced as JSON, in UTF-8, without content encoding."),
@@ -339,6 +361,10 @@ impl IntoResponse for Problem {
             | Self::Crowded { .. }
             | Self::Log(StoreError::Busy) => {
                 response.headers_mut().insert(header::RETRY_AFTER, RETRY_AFTER);
+            }
+            Self::Unauthenticated => {
+                let scheme = HeaderValue::from_static("Bearer");
+                response.headers_mut().insert(header::WWW_AUTHENTICATE, scheme);
             }
             // What is still to come of the body is not waited for.
             Self::BodyTimedOut(_) => {

@@ -9,7 +9,7 @@ use planner::{
     stop::Stop,
 };
 
-use crate::hosts::Hosts;
+use crate::{access::Tokens, hosts::Hosts};
 
 /// What makes a plan of a snapshot: [`planner::plan::plan_until`], or in tests something that fails on purpose.
 pub type PlanFn = fn(&Snapshot, &Policy, &mut Workspace, &Stop) -> Plan;
@@ -29,6 +29,8 @@ pub struct Settings {
     pub deadline: Duration,
     /// Names under which clients may call the service over a network; none where requests come from this program.
     pub hosts: Option<Hosts>,
+    /// Tokens of which every request needs one once one is made; none where whoever reaches the service may do everything.
+    pub tokens: Option<Tokens>,
 }
 
 impl Default for Settings {
@@ -42,6 +44,7 @@ impl Default for Settings {
             body_time_limit: Duration::from_secs(10),
             deadline: Duration::from_secs(1),
             hosts: None,
+            tokens: None,
         }
     }
 }

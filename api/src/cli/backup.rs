@@ -1,6 +1,10 @@
 //! `pilotfish backup`: copies the log of missions while a service writes to it.
 
-use std::{error::Error, path::PathBuf, time::Duration};
+use std::{
+    error::Error,
+    path::{Path, PathBuf},
+    time::Duration,
+};
 
 use clap::Args;
 use indicatif::ProgressBar;
@@ -12,14 +16,11 @@ use crate::cli::out_file::print;
 pub(crate) struct Backup {
     /// Directory for the copy, made if it is not there: `pilotfish serve --data` takes it as it is.
     to: PathBuf,
-    /// Directory of the log of missions. The service may be running.
-    #[arg(long, env = "PILOTFISH_DATA", default_value = "pilotfish-data")]
-    data: PathBuf,
 }
 
 /// Copies everything that was acknowledged until now, and looks through the copy.
-pub(crate) fn back_up(arguments: &Backup) -> Result<(), Box<dyn Error>> {
-    let reader = EventReader::of(&arguments.data)?;
+pub(crate) fn back_up(arguments: &Backup, data: &Path) -> Result<(), Box<dyn Error>> {
+    let reader = EventReader::of(data)?;
     let spinner = ProgressBar::new_spinner().with_message("copying the mission log");
     spinner.enable_steady_tick(Duration::from_millis(100));
     let copied = reader.back_up(&arguments.to);
@@ -28,7 +29,7 @@ pub(crate) fn back_up(arguments: &Backup) -> Result<(), Box<dyn Error>> {
     print(&format!(
         "{} is a copy of {}, looked through: pilotfish serve --data {}\n",
         arguments.to.display(),
-        arguments.data.display(),
+        data.display(),
         arguments.to.display()
     ))?;
     Ok(())

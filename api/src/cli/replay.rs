@@ -1,6 +1,6 @@
 //! `pilotfish replay`: makes every plan of a stored mission again, and compares the answers to the byte.
 
-use std::{error::Error, path::PathBuf};
+use std::{error::Error, path::Path};
 
 use clap::Args;
 use indicatif::ProgressBar;
@@ -15,9 +15,6 @@ use crate::cli::out_file::print;
 pub(crate) struct Replay {
     /// The mission's id.
     mission: String,
-    /// Directory of the log of missions. The service may be running.
-    #[arg(long, env = "PILOTFISH_DATA", default_value = "pilotfish-data")]
-    data: PathBuf,
 }
 
 /// Why the plans were not compared, or are not the same.
@@ -34,8 +31,8 @@ pub(crate) enum NotReplayed {
 }
 
 /// Prints how many plans came out the same.
-pub(crate) fn replay(arguments: &Replay) -> Result<(), Box<dyn Error>> {
-    let reader = EventReader::of(&arguments.data)?;
+pub(crate) fn replay(arguments: &Replay, data: &Path) -> Result<(), Box<dyn Error>> {
+    let reader = EventReader::of(data)?;
     let bar = ProgressBar::new(0);
     let replayed = replay::replay(&reader, &arguments.mission, &mut |at, of| {
         bar.set_length(of);

@@ -3,91 +3,40 @@
 use std::{
     io::{self, Write},
     net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs as _},
-    path::{Path, PathBuf},
+    path::Path,
     sync::Arc,
     time::Duration,
 };
 
-use axum::serve::{Listener, ListenerExt};
-use clap::{Args, builder::BoolishValueParser};
-use hyper::server::conn::http1;
-use hyper_util::{
-    rt::{TokioIo, TokioTimer},
-    server::graceful::GracefulShutdown,
-    service::TowerToHyperService,
-};
-use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use service::{
     Hosts, Settings,
+    access::{TokenError, Tokens},
     examples::EXAMPLES,
     service,
     store::{EventStore, StoreError},
 };
 use tokio::{
-    io::AsyncWriteExt as _,
-    net::{TcpListener, TcpStream},
-    sync::Semaphore,
+    net::TcpListener,
+    signal::unix::{Signal, SignalKind, signal},
 };
-use wire::DEADLINE_MS;
 
-/// How long requests under way may take to finish after the order to stop: as long as a body may take to arrive.
-const DRAIN: Duration = Duration::from_secs(10);
+use self::{
+    connections::Connections,
+    tls::{Tls, TlsError},
+};
+use super::config::Config;
 
-/// How long a connection may take to say what it wants, the wait for its next request included.
-const HEADER_TIME: Duration = Duration::from_secs(10);
-
-/// Most connections at once: a few for every mission that may be under way.
-const CONNECTIONS_MAX: usize = 4_096;
-
-/// Files that the service itself needs: the mission log and its readers, records, and connections that are turned away.
-const FILES_OF_OUR_OWN: usize = 256;
-
-/// Connections that are being turned away; more are closed without a word.
-const TURNED_AWAY_MAX: usize = 64;
-
-/// How long one may take to hear that it is turned away.
-const TURN_AWAY_TIME: Duration = Duration::from_millis(500);
-
-/// What one is told.
-const NO_PLACE: &str = r#"{"type":"urn:pilotfish:problem:crowded","title":"The service has taken on all it can","status":503,"code":"crowded","detail":"there are too many connections; try again after the time in Retry-After"}"#;
-
-#[derive(Clone, Debug, Args)]
-pub(crate) struct Serve {
-    /// Address to listen on, or a name that stands for one.
-    #[arg(long, env = "PILOTFISH_HOST", default_value = "127.0.0.1")]
-    host: String,
-    /// Another name under which clients may call the service, as of a proxy before it; may be given several times.
-    // The environment lists them with commas.
-    #[arg(
-        long,
-        env = "PILOTFISH_ALLOW_HOST",
-        value_name = "NAME",
-        value_delimiter = ','
-    )]
-    allow_host: Vec<String>,
-    /// Port to listen on; 0 takes a free one.
-    #[arg(long, env = "PILOTFISH_PORT", default_value_t = 8080)]
-    port: u16,
-    /// Listen beyond this machine, though anyone who reaches the port may then use it.
-    // The environment says 1, true, yes or on.
-    #[arg(long, env = "PILOTFISH_INSECURE", value_parser = BoolishValueParser::new())]
-    insecure: bool,
-    /// Longest time for an answer, ms, from 0.05 to 60000; a request may ask for a shorter one.
-    #[arg(long, env = "PILOTFISH_DEADLINE_MS", default_value_t = 1000.0, value_parser = deadline_ms)]
-    deadline_ms: f64,
-    /// Directory for the log of missions, made if it is not there.
-    #[arg(long, env = "PILOTFISH_DATA", default_value = "pilotfish-data")]
-    data: PathBuf,
-}
+mod connections;
+mod tls;
 
 /// Why the service does not run.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum ServeError {
     #[error(
-        "{0} can be reached from other machines, and the service knows no passwords: listen on 127.0.0.1, \
-         or add --insecure if the network is trusted"
+        "{address} can be reached from other machines, and the service has {missing}: listen on 127.0.0.1, see to that, or \
+         add --insecure if the network is trusted"
     )]
-    Exposed(IpAddr),
+    Exposed { address: IpAddr, missing: String },
     #[error("port {0} is taken: choose another with --port, or --port 0 for any free one")]
     PortTaken(u16),
     #[error("cannot listen on {addresses:?}: choose another with --host and --port")]
@@ -97,6 +46,10 @@ pub(crate) enum ServeError {
     },
     #[error("{0} stands for no address: choose another with --host")]
     UnknownHost(String, #[source] io::Error),
+    #[error(transparent)]
+    Tokens(#[from] TokenError),
+    #[error(transparent)]
+    Tls(#[from] TlsError),
     #[error("missions cannot be kept in the directory; --data names another")]
     Log(#[from] StoreError),
     #[error("the service stopped")]
@@ -104,47 +57,60 @@ pub(crate) enum ServeError {
 }
 
 /// Serves until ctrl-c or SIGTERM, then lets requests under way finish.
-pub(crate) fn serve(arguments: &Serve) -> Result<(), ServeError> {
-    let host = arguments.host.trim_start_matches('[').trim_end_matches(']');
-    let addresses: Vec<SocketAddr> = (host, arguments.port)
+pub(crate) fn serve(config: &Config) -> Result<(), ServeError> {
+    let host = config.host.trim_start_matches('[').trim_end_matches(']');
+    let addresses: Vec<SocketAddr> = (host, config.port)
         .to_socket_addrs()
         .map_err(|source| ServeError::UnknownHost(host.to_owned(), source))?
         .collect();
-    let exposed = addresses.iter().find(|address| !address.ip().is_loopback());
-    if let Some(address) = exposed {
-        if !arguments.insecure {
-            return Err(ServeError::Exposed(address.ip()));
-        }
-        tracing::warn!(
-            address = %address.ip(),
-            "every client that reaches this address may plan, and change and delete missions (--insecure)"
-        );
+    let tokens = Tokens::open(&config.tokens())?;
+    let tls = Tls::open(config.tls_certificate.as_deref(), config.tls_key.as_deref())?;
+    if let Some(address) = addresses.iter().find(|address| !address.ip().is_loopback()) {
+        check_exposed(address.ip(), tokens.are_made(), tls.is_some(), config.insecure)?;
     }
     let names = [host.to_owned()]
         .into_iter()
-        .chain(arguments.allow_host.iter().cloned());
-    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
+        .chain(config.allow_host.iter().cloned());
     let settings = Settings {
-        deadline: Duration::from_secs_f64(1e-3 * arguments.deadline_ms),
+        deadline: Duration::from_secs_f64(1e-3 * config.deadline_ms),
         hosts: Some(Hosts::new(names)),
+        tokens: Some(tokens),
         ..Settings::default()
     };
-    runtime.block_on(run(&addresses, settings, &arguments.data))?;
+    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
+    runtime.block_on(run(&addresses, settings, tls, &config.data))?;
     // A planner that outlives the drain is not waited for.
     runtime.shutdown_background();
     Ok(())
 }
 
-fn deadline_ms(text: &str) -> Result<f64, String> {
-    let given: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    if DEADLINE_MS.contains(&given) {
-        return Ok(given);
+/// Fails if other machines reach the service without what keeps strangers out, unless that is wanted.
+fn check_exposed(address: IpAddr, has_tokens: bool, has_tls: bool, insecure: bool) -> Result<(), ServeError> {
+    let missing = match (has_tokens, has_tls) {
+        (true, true) => return Ok(()),
+        (false, true) => "no tokens (pilotfish token add)",
+        (true, false) => "no TLS (--tls-certificate, --tls-key)",
+        (false, false) => "neither tokens (pilotfish token add) nor TLS (--tls-certificate, --tls-key)",
+    };
+    if !insecure {
+        let missing = missing.to_owned();
+        return Err(ServeError::Exposed { address, missing });
     }
-    let (least, most) = DEADLINE_MS.into_inner();
-    Err(format!("not from {least} to {most} ms"))
+    let who = if has_tokens {
+        "whoever listens to the network may read tokens, and use them"
+    } else {
+        "every client that reaches this address may plan, and change and delete missions"
+    };
+    tracing::warn!(%address, "{who} (--insecure): the service has {missing}");
+    Ok(())
 }
 
-async fn run(addresses: &[SocketAddr], settings: Settings, data: &Path) -> Result<(), ServeError> {
+async fn run(
+    addresses: &[SocketAddr],
+    settings: Settings,
+    tls: Option<Tls>,
+    data: &Path,
+) -> Result<(), ServeError> {
     let listener = TcpListener::bind(addresses)
         .await
         .map_err(|source| match (source.kind(), addresses) {
@@ -156,95 +122,35 @@ async fn run(addresses: &[SocketAddr], settings: Settings, data: &Path) -> Resul
         })?;
     let (router, missions) = service(settings, EventStore::open(data)?).await?;
     // Before the URL is printed: its reader may send the signal at once.
-    let signal = Signals::listen()?;
-    greet(listener.local_addr()?);
-    // An answer's last segment should not wait for the client's acknowledgement of the first.
-    let mut listener = listener.tap_io(|socket| {
-        if let Err(error) = socket.set_nodelay(true) {
-            tracing::debug!(%error, "a connection stays without TCP_NODELAY");
-        }
-    });
-
-    // `axum::serve` waits for a header as long as the client likes.
-    let mut http = http1::Builder::new();
-    http.timer(TokioTimer::new()).header_read_timeout(HEADER_TIME);
-    let router = TowerToHyperService::new(router);
-    let connections = GracefulShutdown::new();
-    let places = Arc::new(Semaphore::new(places_for_connections()));
-    let at_the_door = Arc::new(Semaphore::new(TURNED_AWAY_MAX));
-    let mut stop = std::pin::pin!(signal.any());
+    let mut signals = Signals::listen()?;
+    greet(listener.local_addr()?, tls.is_some());
+    let tls = tls.map(Arc::new);
+    let connections = Connections::new(router, tls.clone());
     loop {
-        let socket = tokio::select! {
-            (socket, _) = Listener::accept(&mut listener) => socket,
-            () = &mut stop => break,
-        };
-        let Ok(place) = Arc::clone(&places).try_acquire_owned() else {
-            if let Ok(place) = Arc::clone(&at_the_door).try_acquire_owned() {
-                tokio::spawn(async {
-                    turn_away(socket).await;
-                    drop(place);
-                });
-            }
-            continue;
-        };
-        let connection = http.serve_connection(TokioIo::new(socket), router.clone());
-        let connection = connections.watch(connection);
-        tokio::spawn(async {
-            let _place = place;
-            if let Err(error) = connection.await {
-                tracing::debug!(%error, "a connection ended early");
-            }
-        });
+        tokio::select! {
+            () = connections.accept(&listener) => {}
+            order = signals.next() => match order {
+                Order::Stop => break,
+                Order::Reload => if let Some(tls) = &tls {
+                    tls.reload();
+                },
+            },
+        }
     }
     tracing::info!("stopping: requests under way may finish");
     drop(listener);
     // Streams would go on for as long as their missions.
     missions.close();
-    if tokio::time::timeout(DRAIN, connections.shutdown()).await.is_err() {
-        tracing::warn!("gave up on requests that did not finish");
-    }
+    connections.drain().await;
     if let Err(error) = missions.close_store().await {
         tracing::warn!(%error, "the mission log keeps its write-ahead file; the next start reads it");
     }
     Ok(())
 }
 
-/// How many connections there may be: as many as the system gives files for, but for those that the service itself needs.
-fn places_for_connections() -> usize {
-    let mut files = getrlimit(Resource::Nofile);
-    // The service starts with the modest limit of a shell; it may raise that as far as the administrator allows.
-    let raised = Rlimit {
-        current: files.maximum,
-        ..files
-    };
-    if setrlimit(Resource::Nofile, raised).is_ok() {
-        files = raised;
-    }
-    let files = files.current.map_or(CONNECTIONS_MAX, |files| {
-        usize::try_from(files).unwrap_or(CONNECTIONS_MAX)
-    });
-    files.saturating_sub(FILES_OF_OUR_OWN).clamp(1, CONNECTIONS_MAX)
-}
-
-/// Tells a client for which there is no place to come again, whatever it wants.
-async fn turn_away(mut socket: TcpStream) {
-    let answer = format!(
-        "HTTP/1.1 503 Service Unavailable\r\nretry-after: 1\r\nconnection: close\r\n\
-         content-type: application/problem+json\r\ncontent-length: {}\r\n\r\n{NO_PLACE}",
-        NO_PLACE.len()
-    );
-    let told = async {
-        socket.write_all(answer.as_bytes()).await?;
-        socket.shutdown().await?;
-        // A socket that is closed with something unread takes its answer back.
-        tokio::io::copy(&mut socket, &mut tokio::io::sink()).await
-    };
-    // The client may be gone, or not listen.
-    let _ = tokio::time::timeout(TURN_AWAY_TIME, told).await;
-}
-
 /// The URL, and a command that shows a plan when pasted into a shell.
-fn greet(mut address: SocketAddr) {
+fn greet(mut address: SocketAddr, tls: bool) {
+    let scheme = if tls { "https" } else { "http" };
     let mut everywhere = String::new();
     if address.ip().is_unspecified() {
         everywhere = format!(", as on every address of this machine ({address})");
@@ -255,10 +161,10 @@ fn greet(mut address: SocketAddr) {
     }
     let example = EXAMPLES[0].name;
     let greeting = format!(
-        "Pilotfish is listening on http://{address}{everywhere}\n\
+        "Pilotfish is listening on {scheme}://{address}{everywhere}\n\
          Open that in a browser, or ask for a plan:\n\n  \
-         curl -s http://{address}/v1/examples/{example} |\n    \
-         curl -s -H 'content-type: application/json' --data-binary @- http://{address}/v1/plan\n\n"
+         curl -s {scheme}://{address}/v1/examples/{example} |\n    \
+         curl -s -H 'content-type: application/json' --data-binary @- {scheme}://{address}/v1/plan\n\n"
     );
     // A service goes on without a reader of what it prints.
     if let Err(error) = io::stdout().write_all(greeting.as_bytes()) {
@@ -267,23 +173,33 @@ fn greet(mut address: SocketAddr) {
 }
 
 struct Signals {
-    interrupt: tokio::signal::unix::Signal,
-    terminate: tokio::signal::unix::Signal,
+    interrupt: Signal,
+    terminate: Signal,
+    hang_up: Signal,
 }
 
 impl Signals {
     fn listen() -> io::Result<Self> {
-        use tokio::signal::unix::{SignalKind, signal};
         Ok(Self {
             interrupt: signal(SignalKind::interrupt())?,
             terminate: signal(SignalKind::terminate())?,
+            hang_up: signal(SignalKind::hangup())?,
         })
     }
 
-    async fn any(mut self) {
+    /// Waits for one.
+    async fn next(&mut self) -> Order {
         tokio::select! {
-            _ = self.interrupt.recv() => {}
-            _ = self.terminate.recv() => {}
+            _ = self.interrupt.recv() => Order::Stop,
+            _ = self.terminate.recv() => Order::Stop,
+            _ = self.hang_up.recv() => Order::Reload,
         }
     }
+}
+
+/// What a signal asks for.
+enum Order {
+    Stop,
+    /// To read the certificate again.
+    Reload,
 }

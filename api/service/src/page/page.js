@@ -295,7 +295,7 @@ async function post(mine) {
   state("busy", "planning");
   $("errors").replaceChildren();
   const body = $("body").value;
-  const answer = await fetch("/v1/plan/compare", { method: "POST", headers: { "content-type": "application/json" }, body });
+  const answer = await ask("/v1/plan/compare", { method: "POST", headers: { "content-type": "application/json" }, body });
   const content = await answer.json();
   if (mine !== turn) return;
   if (!answer.ok) return fail(content);
@@ -305,6 +305,30 @@ async function post(mine) {
   drawNumbers(plans);
   if (plans.mpc.outcome === "ok") state("ready", "planned");
   else state("ready", `degraded: ${plans.mpc.method.replaceAll("_", " ")}`);
+}
+
+// Asks the service, and the user for a token where the service wants one.
+async function ask(path, options = {}) {
+  for (;;) {
+    const token = sessionStorage.getItem("token");
+    const headers = { ...options.headers, ...(token && { authorization: `Bearer ${token}` }) };
+    const answer = await fetch(path, { ...options, headers });
+    if (answer.status !== 401) return answer;
+    await tokenGiven();
+  }
+}
+
+async function tokenGiven() {
+  state("error", "needs a token");
+  const form = $("access");
+  form.hidden = false;
+  $("token").focus();
+  await new Promise((given) => form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    sessionStorage.setItem("token", $("token").value.trim());
+    given();
+  }, { once: true }));
+  form.hidden = true;
 }
 
 const guarded = (action) => async (...all) => {
@@ -318,7 +342,7 @@ const guarded = (action) => async (...all) => {
 
 async function load(mine) {
   state("busy", "loading");
-  const text = await (await fetch(`/v1/examples/${encodeURIComponent($("example").value)}`)).text();
+  const text = await (await ask(`/v1/examples/${encodeURIComponent($("example").value)}`)).text();
   if (mine !== turn) return;
   $("body").value = text;
   await post(mine);
@@ -343,7 +367,7 @@ function play() {
 
 async function start(mine) {
   legend();
-  const { examples } = await (await fetch("/v1/examples")).json();
+  const { examples } = await (await ask("/v1/examples")).json();
   $("example").replaceChildren(...examples.map(({ name, title }) => new Option(title, name)));
   const asked = new URLSearchParams(location.search).get("example");
   if (examples.some(({ name }) => name === asked)) $("example").value = asked;
