@@ -24,7 +24,8 @@ fn pilotfish() -> Command {
         .env_remove("PILOTFISH_INSECURE")
         .env_remove("PILOTFISH_DEADLINE_MS")
         .env_remove("PILOTFISH_PORT")
-        .env_remove("PILOTFISH_HOST");
+        .env_remove("PILOTFISH_HOST")
+        .env_remove("PILOTFISH_SHUTDOWN_DELAY_S");
     command
 }
 
@@ -171,15 +172,35 @@ fn the_order_to_stop_lets_a_request_under_way_finish() {
 }
 
 #[cfg(unix)]
+fn order_to_stop(server: &Server) {
+    let id = server.process.id().to_string();
+    let stop = Command::new("kill").args(["-TERM", &id]).status();
+    assert!(stop.expect("there is a kill").success());
+}
+
+#[cfg(unix)]
 #[test]
 fn the_order_to_stop_ends_the_server_well() {
     let mut server = serving(&[]);
-    let id = server.process.id().to_string();
-    let stop = Command::new("kill")
-        .args(["-TERM", &id])
-        .status()
-        .expect("there is a kill");
-    assert!(stop.success());
+    order_to_stop(&server);
+    assert!(server.process.wait().expect("ends").success());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_server_that_is_about_to_stop_says_so_and_answers_on_until_its_delay_is_over() {
+    let mut server = serving(&["--shutdown-delay-s", "30"]);
+    assert!(ask(&server, &get("/readyz")).starts_with("HTTP/1.1 200"));
+    order_to_stop(&server);
+    let not_ready = (0..100).any(|_| {
+        std::thread::sleep(Duration::from_millis(50));
+        let answer = ask(&server, &get("/readyz"));
+        answer.starts_with("HTTP/1.1 503") && answer.contains("about to stop")
+    });
+    assert!(not_ready);
+    assert!(ask(&server, &get("/livez")).starts_with("HTTP/1.1 200"));
+    // The second one is an order not to wait.
+    order_to_stop(&server);
     assert!(server.process.wait().expect("ends").success());
 }
 

@@ -1,7 +1,10 @@
 //! Whether the service lives, whether it can plan, and what it is.
 
 use std::{
-    sync::Arc,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
     time::{Duration, Instant},
 };
 
@@ -54,18 +57,25 @@ pub(crate) struct Readiness {
     planners: Planners,
     missions: Option<Missions>,
     verdict: Arc<Mutex<Option<Verdict>>>,
+    stopping: Arc<AtomicBool>,
 }
 
 impl Readiness {
-    pub(crate) fn new(planners: Planners, missions: Option<Missions>) -> Self {
+    pub(crate) fn new(planners: Planners, missions: Option<Missions>, stopping: Arc<AtomicBool>) -> Self {
         Self {
             planners,
             missions,
             verdict: Arc::default(),
+            stopping,
         }
     }
 
     async fn check(&self) -> Result<(), Problem> {
+        if self.stopping.load(Ordering::Relaxed) {
+            return Err(Problem::NotReady(
+                "the service is about to stop; ask another".to_owned(),
+            ));
+        }
         // Held while planning, so that a burst of probes is one plan.
         let mut verdict = self.verdict.lock().await;
         match &*verdict {
@@ -124,7 +134,7 @@ pub(crate) async fn livez() -> Json<Health> {
 /// Can it plan, and store what missions hear? Tries both, and keeps the result for ten seconds.
 #[utoipa::path(get, path = "/readyz", tag = "service", responses(
     (status = 200, description = "It can.", body = Health),
-    (status = 503, description = "It cannot, every planner is busy, or the mission log is damaged or cannot be written.", body = ProblemDocument,
+    (status = 503, description = "It cannot, it is about to stop, every planner is busy, or the mission log is damaged or cannot be written.", body = ProblemDocument,
         content_type = "application/problem+json"),
     (status = 504, description = "Not in time.", body = ProblemDocument,
         content_type = "application/problem+json")))]

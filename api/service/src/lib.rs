@@ -65,7 +65,7 @@ pub async fn service(settings: Settings, store: EventStore) -> Result<(Router, M
 
 fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) -> Router {
     let shared = Shared {
-        readiness: Readiness::new(planners.clone(), missions.clone()),
+        readiness: Readiness::new(planners.clone(), missions.clone(), settings.stopping.clone()),
         planners,
         missions,
         bodies: Bodies::new(settings.body_time_limit),

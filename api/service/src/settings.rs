@@ -1,6 +1,10 @@
 //! What a service is built with.
 
-use std::{num::NonZeroUsize, time::Duration};
+use std::{
+    num::NonZeroUsize,
+    sync::{Arc, atomic::AtomicBool},
+    time::Duration,
+};
 
 use planner::{
     plan::{Plan, Workspace},
@@ -31,6 +35,8 @@ pub struct Settings {
     pub hosts: Option<Hosts>,
     /// Tokens of which every request needs one once one is made; none where whoever reaches the service may do everything.
     pub tokens: Option<Tokens>,
+    /// True once the service is to stop: it answers on, and says that it is not ready.
+    pub stopping: Arc<AtomicBool>,
 }
 
 impl Default for Settings {
@@ -45,6 +51,7 @@ impl Default for Settings {
             deadline: Duration::from_secs(1),
             hosts: None,
             tokens: None,
+            stopping: Arc::default(),
         }
     }
 }

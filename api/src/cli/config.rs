@@ -42,6 +42,7 @@ pub(crate) struct Config {
     pub(crate) tls_key: Option<PathBuf>,
     pub(crate) insecure: bool,
     pub(crate) deadline_ms: f64,
+    pub(crate) shutdown_delay_s: f64,
 }
 
 impl Config {

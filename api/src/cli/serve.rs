@@ -4,7 +4,7 @@ use std::{
     io::{self, Write},
     net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs as _},
     path::Path,
-    sync::Arc,
+    sync::{Arc, atomic::Ordering},
     time::Duration,
 };
 
@@ -18,6 +18,7 @@ use service::{
 use tokio::{
     net::TcpListener,
     signal::unix::{Signal, SignalKind, signal},
+    time::Instant,
 };
 
 use self::{
@@ -78,7 +79,8 @@ pub(crate) fn serve(config: &Config) -> Result<(), ServeError> {
         ..Settings::default()
     };
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
-    runtime.block_on(run(&addresses, settings, tls, &config.data))?;
+    let delay = Duration::from_secs_f64(config.shutdown_delay_s);
+    runtime.block_on(run(&addresses, settings, tls, &config.data, delay))?;
     // A planner that outlives the drain is not waited for.
     runtime.shutdown_background();
     Ok(())
@@ -110,6 +112,7 @@ async fn run(
     settings: Settings,
     tls: Option<Tls>,
     data: &Path,
+    shutdown_delay: Duration,
 ) -> Result<(), ServeError> {
     let listener = TcpListener::bind(addresses)
         .await
@@ -120,23 +123,32 @@ async fn run(
                 source,
             },
         })?;
+    let stopping = Arc::clone(&settings.stopping);
     let (router, missions) = service(settings, EventStore::open(data)?).await?;
     // Before the URL is printed: its reader may send the signal at once.
     let mut signals = Signals::listen()?;
     greet(listener.local_addr()?, tls.is_some());
     let tls = tls.map(Arc::new);
     let connections = Connections::new(router, tls.clone());
+    // Until the first order to stop, and then until the delay is over or the second order.
+    let mut end = None;
     loop {
         tokio::select! {
             () = connections.accept(&listener) => {}
-            order = signals.next() => match order {
-                Order::Stop => break,
-                Order::Reload => if let Some(tls) = &tls {
-                    tls.reload();
-                },
+            () = at(end) => break,
+            order = signals.next() => match (order, &tls) {
+                (Order::Stop, _) if end.is_none() && !shutdown_delay.is_zero() => {
+                    stopping.store(true, Ordering::Relaxed);
+                    tracing::info!(?shutdown_delay, "not ready any more; the service stops after the delay");
+                    end = Some(Instant::now() + shutdown_delay);
+                }
+                (Order::Stop, _) => break,
+                (Order::Reload, Some(tls)) => tls.reload(),
+                (Order::Reload, None) => {}
             },
         }
     }
+    stopping.store(true, Ordering::Relaxed);
     tracing::info!("stopping: requests under way may finish");
     drop(listener);
     // Streams would go on for as long as their missions.
@@ -146,6 +158,14 @@ async fn run(
         tracing::warn!(%error, "the mission log keeps its write-ahead file; the next start reads it");
     }
     Ok(())
+}
+
+/// Waits until then, or for ever.
+async fn at(end: Option<Instant>) {
+    match end {
+        Some(end) => tokio::time::sleep_until(end).await,
+        None => std::future::pending().await,
+    }
 }
 
 /// The URL, and a command that shows a plan when pasted into a shell.

@@ -118,6 +118,13 @@ pub(crate) const SERVE: &[Setting] = &[
         value_name: "MS",
         help: "Longest time for an answer, ms, from 0.05 to 60000; a request may ask for a shorter one",
     },
+    Setting {
+        name: "shutdown_delay_s",
+        kind: Kind::Number(|| 0.0..=30.0),
+        default: Some("0"),
+        value_name: "S",
+        help: "How long to answer on after the order to stop while /readyz says no, s, from 0 to 30: time for a proxy to notice",
+    },
 ];
 
 /// Every setting.
