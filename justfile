@@ -26,6 +26,10 @@ python:
 deny:
     cargo deny check bans licenses sources
 
+# The Debian package, into target/debian (needs cargo-deb)
+deb:
+    .ci/deb
+
 # Time of one plan, in the library and over HTTP
 bench:
     cargo bench -p tests --bench plan

@@ -454,6 +454,46 @@ fn gains_of_line_of_sight_are_refused_where_the_planner_guides() {
 }
 
 #[test]
+fn every_shell_gets_completions_and_every_command_a_manual_page() {
+    let help = run(&["--help"]);
+    let (_, commands) = stdout(&help)
+        .split_once("Commands:\n")
+        .expect("lists its commands");
+    let commands: Vec<&str> = commands
+        .lines()
+        .take_while(|line| line.starts_with("  "))
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|command| *command != "help")
+        .collect();
+    assert!(
+        commands.contains(&"serve") && !commands.contains(&"man"),
+        "{commands:?}"
+    );
+
+    for shell in ["bash", "fish", "zsh"] {
+        let output = run(&["completions", shell]);
+        let missing = commands
+            .iter()
+            .find(|command| !stdout(&output).contains(*command));
+        assert_eq!(missing, None, "{shell}");
+    }
+    let pages = tempfile::tempdir().expect("there is room");
+    let directory = pages.path().join("man1");
+    assert!(
+        run(&["man", directory.to_str().expect("is text")])
+            .status
+            .success()
+    );
+    for command in commands {
+        let page = fs::read_to_string(directory.join(format!("pilotfish-{command}.1")));
+        assert!(page.is_ok_and(|page| page.contains(".SH SYNOPSIS")), "{command}");
+    }
+    let serve = fs::read_to_string(directory.join("pilotfish-serve.1")).expect("was written");
+    assert!(serve.contains("PILOTFISH_PORT"));
+    assert!(!directory.join("pilotfish-man.1").exists());
+}
+
+#[test]
 fn the_program_says_its_own_name_and_version() {
     assert_eq!(stdout(&run(&["--version"])), "pilotfish 0.1.0\n");
 }

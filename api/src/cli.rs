@@ -9,6 +9,7 @@ mod config;
 mod crafts;
 mod declared_craft;
 mod identify;
+mod manual;
 mod missions;
 mod out_file;
 mod plan;
@@ -24,6 +25,7 @@ use self::{
     config::{CommonFlags, ConfigError, Layers, ServeFlags, show},
     crafts::{Crafts, crafts},
     identify::{Identify, identify},
+    manual::{Completions, ManualPages, completions, manual_pages},
     missions::{Bench, Compare, Figures, Simulate, bench, compare, figures, simulate},
     plan::{Plan, plan},
     replay::{Replay, replay},
@@ -75,6 +77,12 @@ enum Command {
     Backup(Backup),
     /// Score every controller in every scenario over many seeds.
     Bench(Bench),
+    /// Print the file that completes commands in a shell.
+    #[command(hide = true)]
+    Completions(Completions),
+    /// Write the manual pages.
+    #[command(hide = true, name = "man")]
+    ManualPages(ManualPages),
 }
 
 /// Why the command line cannot be carried out.
@@ -118,6 +126,8 @@ impl Arguments {
             Some(Command::Replay(arguments)) => replay(&arguments, &config.data)?,
             Some(Command::Backup(arguments)) => back_up(&arguments, &config.data)?,
             Some(Command::Bench(arguments)) => bench(&arguments)?,
+            Some(Command::Completions(arguments)) => completions(&arguments)?,
+            Some(Command::ManualPages(arguments)) => manual_pages(&arguments)?,
         }
         Ok(())
     }
