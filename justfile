@@ -24,11 +24,15 @@ python:
     .ci/python-tests
 
 deny:
-    cargo deny check bans licenses sources
+    .ci/deny
 
 # The Debian package, into target/debian (needs cargo-deb)
 deb:
     .ci/deb
+
+# What the release is made of, as CycloneDX, into target (needs cargo-sbom)
+sbom:
+    .ci/sbom
 
 # Time of one plan, in the library and over HTTP
 bench:
