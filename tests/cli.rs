@@ -494,8 +494,15 @@ fn every_shell_gets_completions_and_every_command_a_manual_page() {
 }
 
 #[test]
-fn the_program_says_its_own_name_and_version() {
-    assert_eq!(stdout(&run(&["--version"])), "pilotfish 0.1.0\n");
+fn the_program_has_the_version_of_the_newest_changes() {
+    let changes = include_str!("../CHANGELOG.md");
+    let newest = changes
+        .lines()
+        .filter_map(|line| line.strip_prefix("## "))
+        .find(|heading| heading.starts_with(|first: char| first.is_ascii_digit()))
+        .and_then(|heading| heading.split_whitespace().next())
+        .expect("a version has changes");
+    assert_eq!(stdout(&run(&["--version"])), format!("pilotfish {newest}\n"));
 }
 
 #[test]

@@ -390,7 +390,7 @@ async fn health_readiness_and_version_say_what_they_should() {
         ("/readyz", json!({ "status": "ready" })),
         (
             "/version",
-            json!({ "name": "pilotfish", "version": "0.1.0", "schema_version": "1.0" }),
+            json!({ "name": "pilotfish", "version": env!("CARGO_PKG_VERSION"), "schema_version": "1.0" }),
         ),
     ] {
         let answer = send(Settings::default(), get(path)).await;
