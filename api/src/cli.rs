@@ -18,6 +18,7 @@ mod scenarios;
 mod serve;
 mod token;
 mod trial;
+mod upkeep;
 
 pub(crate) use self::config::Config;
 use self::{
@@ -32,6 +33,7 @@ use self::{
     scenarios::{Scenarios, scenarios},
     serve::serve,
     token::{Token, token},
+    upkeep::{Retain, retain, vacuum},
 };
 
 /// Formation planner for a surface craft that accompanies underwater vehicles.
@@ -75,6 +77,10 @@ enum Command {
     Replay(Replay),
     /// Copy the log of missions, while the service runs.
     Backup(Backup),
+    /// Delete missions that have been over for long, while no service runs: --keep-days is for one that does.
+    Retention(Retain),
+    /// Give the room of deleted missions back to the disk, while no service runs.
+    Vacuum,
     /// Score every controller in every scenario over many seeds.
     Bench(Bench),
     /// Print the file that completes commands in a shell.
@@ -125,6 +131,8 @@ impl Arguments {
             Some(Command::Figures(arguments)) => figures(&arguments)?,
             Some(Command::Replay(arguments)) => replay(&arguments, &config.data)?,
             Some(Command::Backup(arguments)) => back_up(&arguments, &config.data)?,
+            Some(Command::Retention(arguments)) => retain(&arguments, &config.data)?,
+            Some(Command::Vacuum) => vacuum(&config.data)?,
             Some(Command::Bench(arguments)) => bench(&arguments)?,
             Some(Command::Completions(arguments)) => completions(&arguments)?,
             Some(Command::ManualPages(arguments)) => manual_pages(&arguments)?,

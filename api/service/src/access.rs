@@ -5,10 +5,14 @@
 
 use std::{fmt, net::IpAddr, sync::Arc};
 
-use axum::http::{HeaderMap, Method, header};
+use axum::{
+    Extension,
+    extract::FromRequestParts,
+    http::{HeaderMap, Method, header, request::Parts},
+};
 use serde::{Deserialize, Serialize};
 
-use crate::problem::Problem;
+use crate::{edge::RequestId, missions::unix_now, problem::Problem, store::Order};
 
 mod tokens;
 
@@ -72,6 +76,8 @@ pub(crate) struct Caller {
     /// Name of the token, or the address where none is asked for.
     pub(crate) name: Arc<str>,
     pub(crate) role: Role,
+    /// Whether it is known by a token.
+    pub(crate) has_token: bool,
 }
 
 impl Caller {
@@ -89,6 +95,7 @@ impl Caller {
                     |Peer(address)| address.to_string().into(),
                 ),
                 role: Role::Admin,
+                has_token: false,
             }),
         }
     }
@@ -102,6 +109,53 @@ impl Caller {
         Err(Problem::Forbidden {
             needed,
             role: self.role,
+        })
+    }
+}
+
+/// Who gives an order, and in which request.
+pub(crate) struct By {
+    caller: Caller,
+    request: String,
+}
+
+impl By {
+    /// Name of the client's token, or its address.
+    pub(crate) fn name(&self) -> Arc<str> {
+        Arc::clone(&self.caller.name)
+    }
+
+    /// The order to do that, given now.
+    pub(crate) fn order(&self, action: &str) -> Order {
+        Order {
+            at_s: unix_now(),
+            caller: self.caller.name.to_string(),
+            request: self.request.clone(),
+            action: action.to_owned(),
+        }
+    }
+
+    /// The client's name for a request, which is another client's name for another request.
+    pub(crate) fn own(&self, key: &str) -> String {
+        if self.caller.has_token {
+            format!("{}\0{key}", self.caller.name)
+        } else {
+            key.to_owned()
+        }
+    }
+}
+
+impl<S: Send + Sync> FromRequestParts<S> for By {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Problem> {
+        let Extension(caller) = Extension::from_request_parts(parts, &())
+            .await
+            .map_err(|_| Problem::Unauthenticated)?;
+        let request = parts.extensions.get().map(|RequestId(id)| id.clone());
+        Ok(Self {
+            caller,
+            request: request.unwrap_or_default(),
         })
     }
 }

@@ -28,6 +28,7 @@ mod pool;
 mod posted;
 pub mod problem;
 mod settings;
+pub mod slots;
 pub mod store;
 
 use health::Readiness;

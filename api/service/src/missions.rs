@@ -13,9 +13,11 @@ pub mod event;
 pub mod record;
 mod registry;
 pub mod replay;
+pub mod retention;
 pub(crate) mod routes;
 mod simulation;
 mod state;
 mod stream;
 
+pub(crate) use clock::unix_now;
 pub use registry::Missions;

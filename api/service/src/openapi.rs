@@ -65,6 +65,7 @@ pub(crate) fn documented() -> OpenApiRouter<Shared> {
         .routes(routes!(missions::routes::get_reference))
         .routes(routes!(missions::routes::stream_events))
         .routes(routes!(missions::routes::get_record))
+        .routes(routes!(missions::routes::list_orders))
         .routes(routes!(health::livez))
         .routes(routes!(health::readyz))
         .routes(routes!(health::version))

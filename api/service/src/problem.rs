@@ -17,7 +17,7 @@ use utoipa::{
 
 use wire::{FieldError, shortened};
 
-use crate::{access::Role, examples::EXAMPLES, posted::BODY_BYTES_MAX, store::StoreError};
+use crate::{access::Role, examples::EXAMPLES, posted::BODY_BYTES_MAX, slots::NoSlot, store::StoreError};
 
 /// Most field errors in one document: a client mends the first few and asks again.
 const FIELD_ERRORS_MAX: usize = 64;
@@ -93,6 +93,13 @@ pub enum Problem {
         /// How many it takes on.
         limit: usize,
     },
+    /// The client has as many of something as one may.
+    Share {
+        /// What it has too many of.
+        what: &'static str,
+        /// How many one may have.
+        limit: usize,
+    },
     /// The service was started without a place for missions.
     NoMissions,
     /// The mission log does not do what it should.
@@ -133,6 +140,14 @@ pub struct ProblemDocument {
 }
 
 impl Problem {
+    /// Why there is no slot for `what`.
+    pub(crate) fn no_slot(no_slot: NoSlot, what: &'static str) -> Self {
+        match no_slot {
+            NoSlot::OfAll(limit) => Self::Crowded { what, limit },
+            NoSlot::OfClient(limit) => Self::Share { what, limit },
+        }
+    }
+
     pub(crate) fn conflict(why: &str) -> Self {
         Self::Conflict(why.to_owned())
     }
@@ -181,6 +196,7 @@ impl Problem {
             ),
             Self::Unanswered => (504, "mission_unanswered", "The mission has not answered in time"),
             Self::Crowded { .. } => (503, "crowded", "The service has taken on all it can"),
+            Self::Share { .. } => (429, "share_used", "The client has its share"),
             Self::NoMissions => (503, "no_missions", "There is no place for missions"),
             Self::Log(StoreError::Full) => (507, "disk_full", "The disk is full"),
             Self::Log(_) => (503, "not_stored", "Nothing can be stored"),
@@ -246,6 +262,9 @@ impl Problem {
             }
             Self::Crowded { what, limit } => {
                 format!("it takes on {limit} {what} at once; try again after the time in Retry-After")
+            }
+            Self::Share { what, limit } => {
+                format!("one client has at most {limit} {what}: end some, or try again after the time in Retry-After")
             }
             Self::NoMissions => "start it with --data DIRECTORY".to_owned(),
             Self::Log(error) => error.to_string(),
@@ -329,6 +348,10 @@ impl IntoResponses for MissionRefusals {
                 409,
                 "The mission is over, of the other kind, running, or without a plan.",
             ),
+            (
+                429,
+                "The client has as many missions, streams or records as one may.",
+            ),
             (507, "The disk is full."),
             (
                 503,
@@ -359,6 +382,7 @@ impl IntoResponse for Problem {
             | Self::Behind
             | Self::Unanswered
             | Self::Crowded { .. }
+            | Self::Share { .. }
             | Self::Log(StoreError::Busy) => {
                 response.headers_mut().insert(header::RETRY_AFTER, RETRY_AFTER);
             }

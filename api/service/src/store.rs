@@ -33,7 +33,7 @@ mod tests;
 mod write_ahead;
 mod writer;
 
-pub use entry::{Append, Appended, StoredEvent, StoredMission};
+pub use entry::{Append, Appended, Order, StoredEvent, StoredMission, StoredOrder};
 pub use error::StoreError;
 pub use idempotency::{KeyedAnswer, PreviousAnswer};
 pub use reader::{EventReader, FILE_NAME, MaybeDamaged};
@@ -109,9 +109,14 @@ impl EventStore {
         self.send(|reply| Command::Append(append, reply)).await
     }
 
-    /// Deletes the mission called `id`; whether there was one.
-    pub async fn delete(&self, id: String) -> Result<bool, StoreError> {
-        self.send(|reply| Command::Delete(id, reply)).await
+    /// Deletes the mission called `id`, as it was ordered; whether there was one.
+    pub async fn delete(&self, id: String, order: Order) -> Result<bool, StoreError> {
+        self.send(|reply| Command::Delete(id, order, reply)).await
+    }
+
+    /// Gives the room of everything that was deleted back to the disk. Nothing is stored meanwhile.
+    pub async fn vacuum(&self) -> Result<(), StoreError> {
+        self.send(Command::Vacuum).await
     }
 
     /// Fails if damage was found, or if nothing can be stored.

@@ -3,6 +3,7 @@
 use std::{
     env, fs, io,
     path::{Path, PathBuf},
+    time::Duration,
 };
 
 use figment::{
@@ -10,7 +11,7 @@ use figment::{
     value::{Dict, Map, Value},
 };
 use serde::Deserialize;
-use service::access::TOKEN_PREFIX;
+use service::{access::TOKEN_PREFIX, missions::retention::Retention};
 
 mod flags;
 mod setting;
@@ -42,6 +43,8 @@ pub(crate) struct Config {
     pub(crate) tls_key: Option<PathBuf>,
     pub(crate) insecure: bool,
     pub(crate) deadline_ms: f64,
+    pub(crate) keep_days: f64,
+    pub(crate) abandoned_hours: f64,
     pub(crate) shutdown_delay_s: f64,
 }
 
@@ -50,6 +53,15 @@ impl Config {
     pub(crate) fn tokens(&self) -> PathBuf {
         let beside_missions = || self.data.join("tokens.json");
         self.tokens.clone().unwrap_or_else(beside_missions)
+    }
+
+    /// How long missions are kept.
+    pub(crate) fn retention(&self) -> Retention {
+        let after = |hours: f64| (0.0 < hours).then(|| Duration::from_secs_f64(3600.0 * hours));
+        Retention {
+            over: after(24.0 * self.keep_days),
+            abandoned: after(self.abandoned_hours),
+        }
     }
 }
 

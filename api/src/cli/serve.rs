@@ -3,7 +3,6 @@
 use std::{
     io::{self, Write},
     net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs as _},
-    path::Path,
     sync::{Arc, atomic::Ordering},
     time::Duration,
 };
@@ -79,8 +78,7 @@ pub(crate) fn serve(config: &Config) -> Result<(), ServeError> {
         ..Settings::default()
     };
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
-    let delay = Duration::from_secs_f64(config.shutdown_delay_s);
-    runtime.block_on(run(&addresses, settings, tls, &config.data, delay))?;
+    runtime.block_on(run(&addresses, settings, tls, config))?;
     // A planner that outlives the drain is not waited for.
     runtime.shutdown_background();
     Ok(())
@@ -111,9 +109,9 @@ async fn run(
     addresses: &[SocketAddr],
     settings: Settings,
     tls: Option<Tls>,
-    data: &Path,
-    shutdown_delay: Duration,
+    config: &Config,
 ) -> Result<(), ServeError> {
+    let shutdown_delay = Duration::from_secs_f64(config.shutdown_delay_s);
     let listener = TcpListener::bind(addresses)
         .await
         .map_err(|source| match (source.kind(), addresses) {
@@ -124,7 +122,8 @@ async fn run(
             },
         })?;
     let stopping = Arc::clone(&settings.stopping);
-    let (router, missions) = service(settings, EventStore::open(data)?).await?;
+    let (router, missions) = service(settings, EventStore::open(&config.data)?).await?;
+    tokio::spawn(missions.clone().keep_for(config.retention()));
     // Before the URL is printed: its reader may send the signal at once.
     let mut signals = Signals::listen()?;
     greet(listener.local_addr()?, tls.is_some());

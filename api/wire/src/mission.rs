@@ -234,6 +234,33 @@ pub struct MissionList {
     pub next: Option<u64>,
 }
 
+/// An order that changed a mission, or deleted it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Order {
+    /// Its number.
+    pub number: u64,
+    /// When it was given, Unix time, s.
+    pub at_s: f64,
+    /// Who gave it: the name of a token, or an address where the service asks for none.
+    pub caller: String,
+    /// The request, as the service's log has it.
+    pub request_id: String,
+    /// The mission's `id`.
+    pub mission: String,
+    /// What was ordered: `create`, `run`, `pause`, `step`, `change`, `finish`, `delete` or, by the service itself, `expire`.
+    pub action: String,
+}
+
+/// Orders, in the order in which they were stored.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct OrderList {
+    /// Some of them.
+    pub orders: Vec<Order>,
+    /// Where the next ones begin: the `after` to ask for them with. None: there are no more.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next: Option<u64>,
+}
+
 /// How to go on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]

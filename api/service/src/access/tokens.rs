@@ -186,6 +186,7 @@ impl TokenFile {
         Ok(Caller {
             name: found.name.as_str().into(),
             role: found.role,
+            has_token: true,
         })
     }
 

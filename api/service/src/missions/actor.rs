@@ -30,7 +30,7 @@ use super::{
 use crate::{
     planners::Planners,
     problem::Problem,
-    store::{Append, Appended, EventStore, KeyedAnswer, StoredEvent},
+    store::{Append, Appended, EventStore, KeyedAnswer, Order, StoredEvent},
 };
 use wire::mission::{Accepted, Live, Mission, Reports, Status};
 
@@ -54,6 +54,8 @@ pub(super) const NO_REPORTS: &str = "a simulated mission hears its own vehicles;
 pub(super) struct Request {
     pub(super) command: Command,
     pub(super) key: Option<IdempotencyKey>,
+    /// Who orders it, where it is an order.
+    pub(super) order: Option<Order>,
     pub(super) reply: oneshot::Sender<Result<Vec<u8>, Problem>>,
 }
 
@@ -112,6 +114,8 @@ pub(super) struct View {
     pub(super) waits_for: Vec<String>,
     /// Plans that were due and not made.
     pub(super) missed: u64,
+    /// When the last report was stored, or since when the service runs.
+    pub(super) reported: Instant,
 }
 
 /// A plan that was stored.
@@ -216,7 +220,9 @@ pub(super) async fn run(mut actor: impl Actor) {
 }
 
 async fn serve(actor: &mut impl Actor, request: Request) {
+    actor.context().order = request.order;
     let answer = answer(actor, request.command, request.key).await;
+    actor.context().order = None;
     let _ = request.reply.send(answer);
 }
 
@@ -256,6 +262,8 @@ pub(super) struct Context {
     view: watch::Sender<View>,
     events: broadcast::Sender<StoredEvent>,
     planners: Planners,
+    /// The order that is carried out.
+    order: Option<Order>,
 }
 
 /// The answer to a request whose events were to be stored.
@@ -281,6 +289,7 @@ impl Context {
             plan,
             waits_for: vec![],
             missed: 0,
+            reported: Instant::now(),
         });
         let (events, _) = broadcast::channel(STREAM);
         let handle = Handle {
@@ -298,6 +307,7 @@ impl Context {
             view,
             events,
             planners,
+            order: None,
         };
         (context, handle)
     }
@@ -347,6 +357,8 @@ impl Context {
             summary: json(&after),
             snapshot,
             answered: key.map(|key| key.with(answer.clone())),
+            // What changes nothing was no order.
+            order: self.order.take_if(|_| !events.is_empty()),
         };
         match self.store.append(append).await? {
             Appended::Stored => {}
@@ -365,7 +377,13 @@ impl Context {
             }
         }
         self.mission = after.clone();
-        self.view.send_modify(|view| view.mission = after);
+        let is_report = matches!(events.first(), Some(Event::Reported { .. }));
+        self.view.send_modify(|view| {
+            view.mission = after;
+            if is_report {
+                view.reported = Instant::now();
+            }
+        });
         for event in stored {
             // Fails without readers.
             let _ = self.events.send(event);

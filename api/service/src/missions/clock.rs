@@ -64,7 +64,7 @@ impl ClockWatch {
 }
 
 /// Time since 1970, s.
-pub(super) fn unix_now() -> f64 {
+pub(crate) fn unix_now() -> f64 {
     SystemTime::now()
         .duration_since(UNIX_EPOCH)
         .map_or(0.0, |since| since.as_secs_f64())

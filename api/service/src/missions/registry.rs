@@ -7,7 +7,7 @@ use std::{
 };
 
 use tokio::{
-    sync::{OwnedSemaphorePermit, Semaphore, mpsc::error::TrySendError, oneshot},
+    sync::{Semaphore, mpsc::error::TrySendError, oneshot},
     task::spawn_blocking,
     time::timeout,
 };
@@ -27,7 +27,8 @@ use crate::{
     planners::Planners,
     pool::Lane,
     problem::Problem,
-    store::{Append, Appended, EventReader, EventStore, StoreError, StoredMission},
+    slots::Slots,
+    store::{Append, Appended, EventReader, EventStore, Order, StoreError, StoredMission},
 };
 use wire::{
     mission::{Mission, NewMission, Reports, Status},
@@ -39,6 +40,9 @@ const ACTORS_MAX: usize = 1_024;
 
 /// Hexadecimal digits of a mission's id.
 const ID_DIGITS: usize = 24;
+
+/// Missions of one client that are not over: the others keep room for theirs.
+const OPEN_SHARE: usize = ACTORS_MAX / 2;
 
 /// Readers of event streams at once.
 const STREAMS_MAX: usize = 256;
@@ -64,33 +68,9 @@ pub struct Missions {
     actors: Arc<Mutex<Option<HashMap<String, Handle>>>>,
     /// The store's.
     salt: Arc<[u8]>,
-    pub(super) streams: Slots,
-    pub(super) records: Slots,
+    pub(super) streams: Slots<Arc<str>>,
+    pub(super) records: Slots<Arc<str>>,
     reading: Arc<Semaphore>,
-}
-
-/// A limit on how many run at once. Dropping the permit frees its slot.
-#[derive(Clone, Debug)]
-pub(super) struct Slots {
-    what: &'static str,
-    limit: usize,
-    free: Arc<Semaphore>,
-}
-
-impl Slots {
-    fn new(what: &'static str, limit: usize) -> Self {
-        Self {
-            what,
-            limit,
-            free: Arc::new(Semaphore::new(limit)),
-        }
-    }
-
-    pub(super) fn take(&self) -> Result<OwnedSemaphorePermit, Problem> {
-        let Self { what, limit, .. } = *self;
-        let permit = Arc::clone(&self.free).try_acquire_owned();
-        permit.map_err(|_| Problem::Crowded { what, limit })
-    }
 }
 
 impl Missions {
@@ -102,8 +82,8 @@ impl Missions {
             store,
             planners,
             actors: Arc::new(Mutex::new(Some(HashMap::new()))),
-            streams: Slots::new("event streams", STREAMS_MAX),
-            records: Slots::new("records", RECORDS_MAX),
+            streams: Slots::new(STREAMS_MAX),
+            records: Slots::new(RECORDS_MAX),
             reading: Arc::new(Semaphore::new(READERS_MAX)),
         };
         let running = missions
@@ -153,6 +133,7 @@ impl Missions {
         &self,
         new: NewMission,
         key: Option<IdempotencyKey>,
+        order: Order,
     ) -> Result<Mission, Problem> {
         // A key that was answered before ids had a salt.
         if let Some(key) = &key
@@ -164,6 +145,13 @@ impl Missions {
                 .await?
         {
             return Ok(parsed(&before)?);
+        }
+        let caller = order.caller.clone();
+        if OPEN_SHARE <= self.read(move |reader| reader.count_open(&caller)).await? {
+            return Err(Problem::Share {
+                what: "missions that are not over",
+                limit: OPEN_SHARE,
+            });
         }
         let is_simulated = new.simulated.is_some();
         let check = move || check::new_mission(&new).map(|()| new);
@@ -207,6 +195,7 @@ impl Missions {
             summary: json(&mission),
             snapshot,
             answered: key.map(|key| key.with(json(&mission))),
+            order: Some(order),
         };
         match self.store.append(append).await? {
             Appended::Stored => {
@@ -248,9 +237,9 @@ impl Missions {
     }
 
     /// Deletes the mission called `id`.
-    pub(super) async fn delete(&self, id: &str) -> Result<(), Problem> {
+    pub(super) async fn delete(&self, id: &str, order: Order) -> Result<(), Problem> {
         // Its actor ends after its last request: nothing of a deleted mission is stored.
-        let gone = self.store.delete(id.to_owned()).await?;
+        let gone = self.store.delete(id.to_owned(), order).await?;
         if let Some(actors) = self.actors().as_mut() {
             actors.remove(id);
         }
@@ -281,7 +270,7 @@ impl Missions {
             };
             return before.ok_or(Problem::Invalid(wrong));
         }
-        self.send(id, Command::Report(Box::new(heard)), key).await
+        self.send(id, Command::Report(Box::new(heard)), key, None).await
     }
 
     /// Sends a command to the mission called `id`, and waits for the reply.
@@ -290,9 +279,15 @@ impl Missions {
         id: &str,
         command: Command,
         key: Option<IdempotencyKey>,
+        order: Option<Order>,
     ) -> Result<Vec<u8>, Problem> {
         let (reply, answer) = oneshot::channel();
-        let mut request = Request { command, key, reply };
+        let mut request = Request {
+            command,
+            key,
+            order,
+            reply,
+        };
         // The actor of a mission that is over may end just now; a new one answers then.
         for _ in 0..2 {
             match self.handle(id).await?.requests.try_send(request) {

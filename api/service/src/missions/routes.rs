@@ -26,13 +26,17 @@ use super::{
     stream,
 };
 use crate::{
+    access::By,
     planners::Planners,
     pool::Lane,
     posted::{Posted, PostedBytes, PostedOrNothing, SHORT},
     problem::{MissionRefusals, Problem},
+    store::{EventReader, StoredOrder},
 };
 use wire::FieldError;
-use wire::mission::{Accepted, CurrentReference, Mission, MissionList, NewMission, Reports, Run, Step};
+use wire::mission::{
+    Accepted, CurrentReference, Mission, MissionList, NewMission, Order, OrderList, Reports, Run, Step,
+};
 
 /// Missions in one answer.
 const LIST_MAX: usize = 1_000;
@@ -94,7 +98,7 @@ impl<S: Send + Sync> FromRequestParts<S> for IdempotencyKeyHeader {
 
 impl IdempotencyKeyHeader {
     /// The key of a `call` that asks for `asked`.
-    fn of<T: Serialize>(self, call: &str, asked: &T) -> Result<Option<IdempotencyKey>, Problem> {
+    fn of<T: Serialize>(self, by: &By, call: &str, asked: &T) -> Result<Option<IdempotencyKey>, Problem> {
         let Some(given) = self.0 else {
             return Ok(None);
         };
@@ -110,7 +114,7 @@ impl IdempotencyKeyHeader {
         request.update([0]);
         request.update(json(asked));
         Ok(Some(IdempotencyKey {
-            key: key.to_owned(),
+            key: by.own(key),
             request: request.finalize().into(),
         }))
     }
@@ -173,6 +177,29 @@ pub(crate) fn parameter_limits() -> [(&'static str, Map<String, Value>); 3] {
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Page {
+    /// `next` of the answer before. Default: from the first one on.
+    #[serde(default)]
+    after: u64,
+    /// How many at most, from 1 to 1000. Default: 100.
+    limit: Option<usize>,
+}
+
+/// How many are listed at once, where so many are asked for.
+fn page_length(limit: Option<usize>) -> Result<usize, Problem> {
+    let most = limit.unwrap_or(LIST_DEFAULT);
+    if !(1..=LIST_MAX).contains(&most) {
+        let error = FieldError::new("", "out_of_range", format!("limit must be from 1 to {LIST_MAX}"));
+        return Err(Problem::Invalid(vec![error.given(most).limit(LIST_MAX)]));
+    }
+    Ok(most)
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct OrdersPage {
+    /// Of which mission. Default: of all.
+    mission: Option<String>,
     /// `next` of the answer before. Default: from the first one on.
     #[serde(default)]
     after: u64,
@@ -244,11 +271,12 @@ fn binary() -> Object {
     responses((status = 201, description = "It was made; `run` begins it.", body = Mission), MissionRefusals))]
 pub(crate) async fn create_mission(
     missions: Missions,
+    by: By,
     key: IdempotencyKeyHeader,
     Posted(new): Posted<NewMission>,
 ) -> Result<Response, Problem> {
-    let key = key.of("create", &new)?;
-    let mission = missions.create(new, key).await?;
+    let key = key.of(&by, "create", &new)?;
+    let mission = missions.create(new, key, by.order("create")).await?;
     let location = [(header::LOCATION, format!("/v1/missions/{}", mission.id))];
     Ok((StatusCode::CREATED, location, Json(mission)).into_response())
 }
@@ -260,11 +288,7 @@ pub(crate) async fn list_missions(
     missions: Missions,
     Asked(Page { after, limit }): Asked<Page>,
 ) -> Result<Json<MissionList>, Problem> {
-    let most = limit.unwrap_or(LIST_DEFAULT);
-    if !(1..=LIST_MAX).contains(&most) {
-        let error = FieldError::new("", "out_of_range", format!("limit must be from 1 to {LIST_MAX}"));
-        return Err(Problem::Invalid(vec![error.given(most).limit(LIST_MAX)]));
-    }
+    let most = page_length(limit)?;
     let mut listed = missions.list(after, most + 1).await?;
     let more = most < listed.len();
     listed.truncate(most);
@@ -278,6 +302,43 @@ pub(crate) async fn list_missions(
     }))
 }
 
+/// Lists who ordered what of which mission, deleted ones included, in the order in which it was stored.
+#[utoipa::path(get, path = "/v1/audit", tag = "service", params(OrdersPage),
+    responses((status = 200, description = "Some orders, and where the next ones begin.", body = OrderList), MissionRefusals))]
+pub(crate) async fn list_orders(
+    missions: Missions,
+    Asked(OrdersPage {
+        mission,
+        after,
+        limit,
+    }): Asked<OrdersPage>,
+) -> Result<Json<OrderList>, Problem> {
+    let most = page_length(limit)?;
+    let read = move |reader: &EventReader| reader.orders(mission.as_deref(), after, most + 1);
+    let mut stored = missions.read(read).await?;
+    let more = most < stored.len();
+    stored.truncate(most);
+    let orders = stored.into_iter().map(
+        |StoredOrder {
+             number,
+             mission,
+             order,
+         }| Order {
+            number,
+            at_s: order.at_s,
+            caller: order.caller,
+            request_id: order.request,
+            mission,
+            action: order.action,
+        },
+    );
+    let orders: Vec<_> = orders.collect();
+    Ok(Json(OrderList {
+        next: orders.last().filter(|_| more).map(|order| order.number),
+        orders,
+    }))
+}
+
 /// A mission.
 #[utoipa::path(get, path = "/v1/missions/{id}", tag = "missions", params(Named),
     responses((status = 200, description = "Where it is.", body = Mission), MissionRefusals))]
@@ -288,8 +349,12 @@ pub(crate) async fn get_mission(missions: Missions, Named(id): Named) -> Result<
 /// Ends a mission and forgets it, its log too.
 #[utoipa::path(delete, path = "/v1/missions/{id}", tag = "missions", params(Named),
     responses((status = 204, description = "It is gone."), MissionRefusals))]
-pub(crate) async fn delete_mission(missions: Missions, Named(id): Named) -> Result<StatusCode, Problem> {
-    missions.delete(&id).await?;
+pub(crate) async fn delete_mission(
+    missions: Missions,
+    by: By,
+    Named(id): Named,
+) -> Result<StatusCode, Problem> {
+    missions.delete(&id, by.order("delete")).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -298,14 +363,17 @@ pub(crate) async fn delete_mission(missions: Missions, Named(id): Named) -> Resu
     request_body = Option<Run>, responses((status = 200, description = "It runs.", body = Mission), MissionRefusals))]
 pub(crate) async fn run_mission(
     missions: Missions,
+    by: By,
     Named(id): Named,
     key: IdempotencyKeyHeader,
     PostedOrNothing(run): PostedOrNothing<Run>,
 ) -> Result<Response, Problem> {
     check::speed_factor(run.speed_factor).map_err(Problem::Invalid)?;
-    let key = key.of("run", &run)?;
+    let key = key.of(&by, "run", &run)?;
     Ok(as_json(
-        missions.send(&id, Command::Run(run.speed_factor), key).await?,
+        missions
+            .send(&id, Command::Run(run.speed_factor), key, Some(by.order("run")))
+            .await?,
     ))
 }
 
@@ -314,11 +382,16 @@ pub(crate) async fn run_mission(
     responses((status = 200, description = "It is held.", body = Mission), MissionRefusals))]
 pub(crate) async fn pause_mission(
     missions: Missions,
+    by: By,
     Named(id): Named,
     key: IdempotencyKeyHeader,
 ) -> Result<Response, Problem> {
-    let key = key.of("pause", &())?;
-    Ok(as_json(missions.send(&id, Command::Pause, key).await?))
+    let key = key.of(&by, "pause", &())?;
+    Ok(as_json(
+        missions
+            .send(&id, Command::Pause, key, Some(by.order("pause")))
+            .await?,
+    ))
 }
 
 /// Ends a mission. Its events are kept.
@@ -326,11 +399,16 @@ pub(crate) async fn pause_mission(
     responses((status = 200, description = "It is over.", body = Mission), MissionRefusals))]
 pub(crate) async fn finish_mission(
     missions: Missions,
+    by: By,
     Named(id): Named,
     key: IdempotencyKeyHeader,
 ) -> Result<Response, Problem> {
-    let key = key.of("finish", &())?;
-    Ok(as_json(missions.send(&id, Command::Finish, key).await?))
+    let key = key.of(&by, "finish", &())?;
+    Ok(as_json(
+        missions
+            .send(&id, Command::Finish, key, Some(by.order("finish")))
+            .await?,
+    ))
 }
 
 /// Goes on with a simulated mission for some plans.
@@ -338,13 +416,18 @@ pub(crate) async fn finish_mission(
     request_body = Option<Step>, responses((status = 200, description = "It went on.", body = Mission), MissionRefusals))]
 pub(crate) async fn step_mission(
     missions: Missions,
+    by: By,
     Named(id): Named,
     key: IdempotencyKeyHeader,
     PostedOrNothing(step): PostedOrNothing<Step>,
 ) -> Result<Response, Problem> {
     check::ticks(step.ticks).map_err(Problem::Invalid)?;
-    let key = key.of("step", &step)?;
-    Ok(as_json(missions.send(&id, Command::Step(step.ticks), key).await?))
+    let key = key.of(&by, "step", &step)?;
+    Ok(as_json(
+        missions
+            .send(&id, Command::Step(step.ticks), key, Some(by.order("step")))
+            .await?,
+    ))
 }
 
 /// Takes up what was heard in a live mission. The answer comes when it is on the disk.
@@ -355,6 +438,7 @@ pub(crate) async fn step_mission(
 pub(crate) async fn post_reports(
     State(planners): State<Planners>,
     missions: Missions,
+    by: By,
     Named(id): Named,
     key: IdempotencyKeyHeader,
     body: PostedBytes,
@@ -367,7 +451,7 @@ pub(crate) async fn post_reports(
         let read = || body.read::<Reports>();
         planners.read_for_mission(Lane::Mission, read).await??
     };
-    let key = key.of("reports", &heard)?;
+    let key = key.of(&by, "reports", &heard)?;
     Ok(as_json(missions.report(&id, heard, key).await?))
 }
 
@@ -426,11 +510,12 @@ pub(crate) async fn get_reference(
         (status = 204, description = "The mission is over, and there is nothing more to come."), MissionRefusals))]
 pub(crate) async fn stream_events(
     missions: Missions,
+    by: By,
     Named(id): Named,
     Asked(After { after }): Asked<After>,
     LastEventId(last): LastEventId,
 ) -> Result<Response, Problem> {
-    stream::events(missions, &id, last.or(after)).await
+    stream::events(missions, &by, &id, last.or(after)).await
 }
 
 /// All events of a mission, in a format for other programs, streamed at any length.
@@ -443,10 +528,11 @@ pub(crate) async fn stream_events(
 )]
 pub(crate) async fn get_record(
     missions: Missions,
+    by: By,
     Named(id): Named,
     Asked(In { format }): Asked<In>,
 ) -> Result<Response, Problem> {
-    stream::record(missions, &id, format).await
+    stream::record(missions, &by, &id, format).await
 }
 
 fn as_json(body: Vec<u8>) -> Response {

@@ -2,6 +2,7 @@
 
 use std::{
     io::{self, Write},
+    sync::Arc,
     time::Duration,
 };
 
@@ -18,7 +19,6 @@ use serde_json::json;
 use tokio::{
     runtime,
     sync::{
-        OwnedSemaphorePermit,
         broadcast::{Receiver, error::RecvError},
         mpsc,
     },
@@ -30,7 +30,7 @@ use super::{
     record::{self, RecordError, RecordFormat},
     registry::Missions,
 };
-use crate::{problem::Problem, store::StoredEvent};
+use crate::{access::By, problem::Problem, slots::Slot, store::StoredEvent};
 
 /// Between two signs of life when nothing happens.
 const HEARTBEAT: Duration = Duration::from_secs(15);
@@ -62,12 +62,18 @@ struct Subscription {
     stream: Receiver<StoredEvent>,
     /// The event after a gap.
     kept: Option<StoredEvent>,
-    _slot: OwnedSemaphorePermit,
+    _slot: Slot<Arc<str>>,
 }
 
 /// The events of the mission called `id` after the one numbered `after`, or from now on.
-pub(super) async fn events(missions: Missions, id: &str, after: Option<u64>) -> Result<Response, Problem> {
-    let slot = missions.streams.take()?;
+pub(super) async fn events(
+    missions: Missions,
+    by: &By,
+    id: &str,
+    after: Option<u64>,
+) -> Result<Response, Problem> {
+    let slot = missions.streams.take(by.name());
+    let slot = slot.map_err(|none| Problem::no_slot(none, "event streams"))?;
     let handle = missions.handle(id).await?;
     // Before the store is read, so that no event falls between the two.
     let stream = handle.events.upgrade().ok_or(Problem::NoMission)?.subscribe();
@@ -156,8 +162,14 @@ impl Subscription {
 }
 
 /// The record of the mission called `id`.
-pub(super) async fn record(missions: Missions, id: &str, format: RecordFormat) -> Result<Response, Problem> {
-    let slot = missions.records.take()?;
+pub(super) async fn record(
+    missions: Missions,
+    by: &By,
+    id: &str,
+    format: RecordFormat,
+) -> Result<Response, Problem> {
+    let slot = missions.records.take(by.name());
+    let slot = slot.map_err(|none| Problem::no_slot(none, "records"))?;
     let (number, _) = missions.find(id).await?;
     let (pieces, mut written) = mpsc::channel(PIECES);
     let runtime = runtime::Handle::current();

@@ -26,7 +26,7 @@ pub struct StoredMission {
 }
 
 /// What is appended to one mission, all of it or nothing.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Append {
     /// The mission's name.
     pub mission: String,
@@ -42,6 +42,32 @@ pub struct Append {
     pub snapshot: Option<Vec<u8>>,
     /// The client's key of the request, and its answer.
     pub answered: Option<KeyedAnswer>,
+    /// Who ordered it, where it is an order.
+    pub order: Option<Order>,
+}
+
+/// An order to change a mission, as it is kept for those who ask who gave it. It outlives the mission.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Order {
+    /// When it was given, Unix time, s.
+    pub at_s: f64,
+    /// Name of the client's token, or its address.
+    pub caller: String,
+    /// Id of the request.
+    pub request: String,
+    /// What was ordered, such as `create` or `finish`.
+    pub action: String,
+}
+
+/// An order, as it was stored.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StoredOrder {
+    /// Its number, by which lists are ordered and continued.
+    pub number: u64,
+    /// Name of the mission.
+    pub mission: String,
+    /// The order.
+    pub order: Order,
 }
 
 /// What became of an append. All but `Stored` store nothing.

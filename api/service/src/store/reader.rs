@@ -12,11 +12,11 @@ use std::{
 use rusqlite::{Connection, OpenFlags, OptionalExtension as _, Params, params};
 
 use super::{
-    entry::{StoredEvent, StoredMission},
+    entry::{Order, StoredEvent, StoredMission, StoredOrder},
     error::StoreError,
     idempotency::{self, PreviousAnswer},
     make_private, schema,
-    sql::{LOCK_TIME, SNAPSHOT, digest, limit, signed, summary_digest, unsigned},
+    sql::{LOCK_TIME, SNAPSHOT, digest, limit, order_digest, signed, summary_digest, unsigned},
 };
 
 /// Name of the store's file in the data directory.
@@ -92,6 +92,49 @@ impl EventReader {
             });
         }
         Ok(missions)
+    }
+
+    /// At most `most` orders after the one numbered `after`, of one mission or of all.
+    pub fn orders(
+        &self,
+        mission: Option<&str>,
+        after: u64,
+        most: usize,
+    ) -> Result<Vec<StoredOrder>, StoreError> {
+        let mut statement = self.0.prepare_cached(
+            "SELECT number, at_s, caller, request, mission, action, digest FROM orders
+             WHERE ?1 < number AND (?2 IS NULL OR mission = ?2) ORDER BY number LIMIT ?3",
+        )?;
+        let mut rows = statement.query(params![signed(after), mission, limit(most)])?;
+        let mut orders = vec![];
+        while let Some(row) = rows.next()? {
+            let order = Order {
+                at_s: row.get(1)?,
+                caller: row.get(2)?,
+                request: row.get(3)?,
+                action: row.get(5)?,
+            };
+            let (number, mission, stored): (i64, String, Vec<u8>) = (row.get(0)?, row.get(4)?, row.get(6)?);
+            if stored != order_digest(&mission, &order) {
+                return Err(StoreError::Damaged(format!("order number {number}")));
+            }
+            orders.push(StoredOrder {
+                number: unsigned(number),
+                mission,
+                order,
+            });
+        }
+        Ok(orders)
+    }
+
+    /// How many missions that `caller` made are neither over nor deleted.
+    pub fn count_open(&self, caller: &str) -> Result<usize, StoreError> {
+        let mut count = self.0.prepare_cached(
+            "SELECT count(*) FROM missions WHERE status IN ('created', 'running', 'paused') AND EXISTS
+             (SELECT 1 FROM orders WHERE mission = id AND action = 'create' AND caller = ?1)",
+        )?;
+        let open: i64 = count.query_row([caller], |row| row.get(0))?;
+        Ok(usize::try_from(open).unwrap_or(usize::MAX))
     }
 
     /// A secret of this store, of which ids are made.

@@ -10,7 +10,7 @@ use super::{
 };
 
 /// The step from each version to the next, in order.
-const STEPS: [fn(&Transaction<'_>) -> rusqlite::Result<()>; 3] = [first, digests, summaries];
+const STEPS: [fn(&Transaction<'_>) -> rusqlite::Result<()>; 4] = [first, digests, summaries, orders];
 
 /// Missions, their events, a snapshot of each, and the requests that were answered.
 fn first(transaction: &Transaction<'_>) -> rusqlite::Result<()> {
@@ -95,6 +95,24 @@ INSERT INTO salts VALUES (randomblob(32));
         mark.execute(params![number, summary_digest(&id, &status, &summary)])?;
     }
     Ok(())
+}
+
+/// Who ordered what of which mission.
+fn orders(transaction: &Transaction<'_>) -> rusqlite::Result<()> {
+    transaction.execute_batch(
+        "
+CREATE TABLE orders (
+    number INTEGER PRIMARY KEY AUTOINCREMENT,
+    at_s REAL NOT NULL,
+    caller TEXT NOT NULL,
+    request TEXT NOT NULL,
+    mission TEXT NOT NULL,
+    action TEXT NOT NULL,
+    digest BLOB NOT NULL
+) STRICT;
+CREATE INDEX orders_by_mission ON orders (mission, number);
+",
+    )
 }
 
 /// The newest version.

@@ -4,11 +4,16 @@ use std::time::Duration;
 
 use sha2::{Digest as _, Sha256};
 
+use super::entry::Order;
+
 /// How long a connection waits for another's lock. Only a checkpoint takes one.
 pub(super) const LOCK_TIME: Duration = Duration::from_secs(5);
 
 /// A snapshot's digest has this instead of an event's kind.
 pub(super) const SNAPSHOT: &str = "snapshot";
+
+/// An order's digest has this instead.
+const ORDER: &str = "order";
 
 /// Shows that a row is what was stored: SQLite itself notices only damage to its own structure.
 pub(super) fn digest(mission: i64, sequence: i64, kind: &str, body: &[u8]) -> [u8; 16] {
@@ -26,6 +31,18 @@ pub(super) fn digest(mission: i64, sequence: i64, kind: &str, body: &[u8]) -> [u
 /// Shows that a mission in the list of all is what was stored.
 pub(super) fn summary_digest(id: &str, status: &str, summary: &[u8]) -> [u8; 16] {
     digest(0, 0, &format!("{id}\0{status}"), summary)
+}
+
+/// Shows that an order is what was stored.
+pub(super) fn order_digest(mission: &str, order: &Order) -> [u8; 16] {
+    let Order {
+        at_s,
+        caller,
+        request,
+        action,
+    } = order;
+    let said = format!("{mission}\0{caller}\0{request}\0{action}");
+    digest(0, 0, ORDER, &[&at_s.to_le_bytes(), said.as_bytes()].concat())
 }
 
 pub(super) fn limit(most: usize) -> i64 {

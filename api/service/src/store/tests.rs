@@ -20,6 +20,7 @@ fn append(mission: &str, events: Vec<StoredEvent>) -> Append {
         summary: b"{}".to_vec(),
         snapshot: Some(b"{}".to_vec()),
         answered: None,
+        order: None,
     }
 }
 
@@ -133,10 +134,15 @@ async fn a_deleted_mission_is_gone_at_once_takes_nothing_more_and_gives_its_room
     let store = open(directory.path());
     add(&store, append("a", (1..=5000).map(|k| event(k, "x")).collect())).await;
     add(&store, append("b", vec![event(1, "y")])).await;
-    assert!(store.delete("a".to_owned()).await.expect("is deleted"));
+    assert!(
+        store
+            .delete("a".to_owned(), Order::default())
+            .await
+            .expect("is deleted")
+    );
     assert!(
         !store
-            .delete("a".to_owned())
+            .delete("a".to_owned(), Order::default())
             .await
             .expect("is known not to be there")
     );
@@ -203,7 +209,10 @@ async fn a_full_disk_stores_nothing_says_so_and_goes_on_when_there_is_room() {
     assert!(0 < stored && stored < 80);
     assert_eq!(u64::try_from(bodies(&store, "a").len()).expect("small"), stored);
     assert_eq!(store.probe().await, Err(StoreError::Full));
-    store.delete("a".to_owned()).await.expect("makes room");
+    store
+        .delete("a".to_owned(), Order::default())
+        .await
+        .expect("makes room");
     // Deleting gives the pages back by and by.
     for _ in 0..500 {
         if store
@@ -509,7 +518,12 @@ async fn the_file_shrinks_after_a_mission_is_deleted() {
             .expect("reads")
     };
     let full = pages();
-    assert!(store.delete("a".to_owned()).await.expect("is deleted"));
+    assert!(
+        store
+            .delete("a".to_owned(), Order::default())
+            .await
+            .expect("is deleted")
+    );
     for _ in 0..500 {
         if pages() < full / 10 {
             return;

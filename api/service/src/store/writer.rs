@@ -10,10 +10,10 @@ use rusqlite::{Connection, OptionalExtension as _, Transaction, params};
 use tokio::sync::oneshot;
 
 use super::{
-    entry::{Append, Appended, StoredEvent},
+    entry::{Append, Appended, Order, StoredEvent},
     error::StoreError,
     idempotency::{self, KeyedAnswer},
-    sql::{SNAPSHOT, digest, limit, signed, summary_digest},
+    sql::{SNAPSHOT, digest, limit, order_digest, signed, summary_digest},
 };
 
 /// Most appends in one commit, so that the first of them does not wait for long.
@@ -34,10 +34,12 @@ pub(super) type Reply<T> = oneshot::Sender<Result<T, StoreError>>;
 /// What the writer does.
 pub(super) enum Command {
     Append(Append, Reply<Appended>),
-    /// Hides a mission at once and purges it by and by.
-    Delete(String, Reply<bool>),
+    /// Hides a mission at once, as it was ordered, and purges it by and by.
+    Delete(String, Order, Reply<bool>),
     /// Tries whether anything can be stored.
     Probe(Reply<()>),
+    /// Writes the store's file anew, without the room of what was deleted.
+    Vacuum(Reply<()>),
     /// Moves everything from the write-ahead file into the store's own file, and ends.
     Close(Reply<()>),
 }
@@ -99,9 +101,13 @@ impl Writer {
         while let Some(command) = next {
             match command {
                 Command::Append(append, reply) => appends.push((append, reply)),
-                Command::Delete(id, reply) => {
+                Command::Delete(id, order, reply) => {
                     self.store(std::mem::take(&mut appends));
-                    let _ = reply.send(self.delete(&id).map_err(StoreError::from));
+                    let _ = reply.send(self.delete(&id, &order).map_err(StoreError::from));
+                }
+                Command::Vacuum(reply) => {
+                    self.store(std::mem::take(&mut appends));
+                    let _ = reply.send(self.vacuum().map_err(StoreError::from));
                 }
                 Command::Probe(reply) => {
                     let _ = reply.send(self.probe().map_err(StoreError::from));
@@ -165,13 +171,30 @@ impl Writer {
     }
 
     /// Hides the mission at once; purging gives its room on the disk back by and by.
-    fn delete(&mut self, id: &str) -> rusqlite::Result<bool> {
-        let mut hidden = self.connection.prepare_cached(
-            "UPDATE missions SET status = 'deleted', id = 'deleted ' || number WHERE id = ?1 RETURNING number",
-        )?;
-        let number: Option<i64> = hidden.query_row([id], |row| row.get(0)).optional()?;
-        self.purge.extend(number);
-        Ok(number.is_some())
+    fn delete(&mut self, id: &str, order: &Order) -> rusqlite::Result<bool> {
+        let transaction = self.connection.transaction()?;
+        let hidden: Option<i64> = transaction
+            .prepare_cached(
+                "UPDATE missions SET status = 'deleted', id = 'deleted ' || number WHERE id = ?1 RETURNING number",
+            )?
+            .query_row([id], |row| row.get(0))
+            .optional()?;
+        if hidden.is_some() {
+            keep_order(&transaction, id, order)?;
+        }
+        transaction.commit()?;
+        self.purge.extend(hidden);
+        Ok(hidden.is_some())
+    }
+
+    /// Removes what is left of deleted missions, and their room.
+    fn vacuum(&mut self) -> rusqlite::Result<()> {
+        while let Some(&number) = self.purge.last() {
+            if purge(&self.connection, number)? {
+                self.purge.pop();
+            }
+        }
+        self.connection.execute_batch("VACUUM")
     }
 
     /// Removes some events, or gives some pages back to the disk.
@@ -322,5 +345,29 @@ fn store(transaction: &Transaction<'_>, append: &Append) -> rusqlite::Result<App
     if let Some(answered) = &append.answered {
         idempotency::keep(transaction, number, answered)?;
     }
+    if let Some(order) = &append.order {
+        keep_order(transaction, &append.mission, order)?;
+    }
     Ok(Appended::Stored)
+}
+
+fn keep_order(transaction: &Transaction<'_>, mission: &str, order: &Order) -> rusqlite::Result<()> {
+    let Order {
+        at_s,
+        caller,
+        request,
+        action,
+    } = order;
+    let mut kept = transaction.prepare_cached(
+        "INSERT INTO orders (at_s, caller, request, mission, action, digest) VALUES (?1, ?2, ?3, ?4, ?5, ?6)",
+    )?;
+    kept.execute(params![
+        at_s,
+        caller,
+        request,
+        mission,
+        action,
+        order_digest(mission, order)
+    ])?;
+    Ok(())
 }

@@ -119,6 +119,20 @@ pub(crate) const SERVE: &[Setting] = &[
         help: "Longest time for an answer, ms, from 0.05 to 60000; a request may ask for a shorter one",
     },
     Setting {
+        name: "keep_days",
+        kind: Kind::Number(|| 0.0..=36_500.0),
+        default: Some("0"),
+        value_name: "DAYS",
+        help: "How long a mission that is over is kept, days; 0 for ever",
+    },
+    Setting {
+        name: "abandoned_hours",
+        kind: Kind::Number(|| 0.0..=87_600.0),
+        default: Some("24"),
+        value_name: "HOURS",
+        help: "A live mission without a report for so long is finished, hours; 0 never",
+    },
+    Setting {
         name: "shutdown_delay_s",
         kind: Kind::Number(|| 0.0..=30.0),
         default: Some("0"),

@@ -1,6 +1,6 @@
 //! Connections: how many, how long each may take to say what it wants, and how they end.
 
-use std::{net::SocketAddr, sync::Arc, time::Duration};
+use std::{net::IpAddr, sync::Arc, time::Duration};
 
 use axum::{Router, body::Body, extract::Request};
 use hyper::{body::Incoming, server::conn::http1, service::service_fn};
@@ -9,7 +9,7 @@ use hyper_util::{
     server::graceful::{GracefulShutdown, Watcher},
 };
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
-use service::access::Peer;
+use service::{access::Peer, slots::Slots};
 use tokio::{
     io::{AsyncRead, AsyncWrite, AsyncWriteExt as _},
     net::{TcpListener, TcpStream},
@@ -50,7 +50,7 @@ pub(super) struct Connections {
     router: Router,
     tls: Option<Arc<Tls>>,
     under_way: GracefulShutdown,
-    places: Arc<Semaphore>,
+    places: Slots<IpAddr>,
     at_the_door: Arc<Semaphore>,
 }
 
@@ -64,7 +64,7 @@ impl Connections {
             router,
             tls,
             under_way: GracefulShutdown::new(),
-            places: Arc::new(Semaphore::new(places())),
+            places: Slots::new(places()),
             at_the_door: Arc::new(Semaphore::new(TURNED_AWAY_MAX)),
         }
     }
@@ -83,7 +83,8 @@ impl Connections {
         if let Err(error) = socket.set_nodelay(true) {
             tracing::debug!(%error, "a connection stays without TCP_NODELAY");
         }
-        let Ok(place) = Arc::clone(&self.places).try_acquire_owned() else {
+        let peer = peer.ip().to_canonical();
+        let Ok(place) = self.places.take(peer) else {
             self.turn_away(socket);
             return;
         };
@@ -129,9 +130,9 @@ async fn serve<S: AsyncRead + AsyncWrite + Unpin + 'static>(
     router: Router,
     watcher: Watcher,
     socket: S,
-    peer: SocketAddr,
+    peer: IpAddr,
 ) {
-    let peer = Peer(peer.ip().to_canonical());
+    let peer = Peer(peer);
     let answer = service_fn(move |mut request: Request<Incoming>| {
         request.extensions_mut().insert(peer);
         let router = router.clone();
