@@ -534,6 +534,120 @@ async fn reports_that_cannot_be_are_refused_whole_with_the_place_of_each_fault()
 }
 
 #[tokio::test]
+async fn a_clock_that_is_wrong_is_told_by_how_many_seconds() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let mission = service.create(&live()).await;
+    for (off, told) in [(1000.0, "ahead of"), (-90_000.0, "behind")] {
+        let now = mission_now(&service.ask(&mission).await);
+        let off_clock = json!({ "received_s": now + off, "auvs": { "auv-1": [fix(now + off, 0.0, 0.0)] }, "asc": asc(now + off) });
+        let refused = service.post(&format!("{mission}/reports"), &off_clock).await;
+        let document = refused.problem();
+        let errors = document["errors"].as_array().expect("a list");
+        let pointers: Vec<_> = errors.iter().map(|error| error["pointer"].as_str()).collect();
+        let expected = ["/received_s", "/auvs/auv-1/0/t_s", "/asc/0/t_s"].map(Some);
+        assert!(
+            pointers.iter().all(|pointer| expected.contains(pointer)),
+            "{document}"
+        );
+        for error in errors {
+            let detail = error["detail"].as_str().expect("a text");
+            let (seconds, rest) = detail
+                .strip_prefix("is ")
+                .and_then(|rest| rest.split_once(" s "))
+                .expect(detail);
+            assert!(
+                rest.starts_with(&format!("{told} the mission's clock")),
+                "{detail}"
+            );
+            // The mission's clock is ten times as fast as life.
+            let seconds: f64 = seconds.parse().expect("a number");
+            assert!((seconds - off.abs()).abs() < 100.0, "{detail}");
+        }
+    }
+}
+
+#[tokio::test]
+async fn a_wrong_parameter_is_named_of_every_call() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let mission = service.create(&live()).await;
+    let faults = async |request: Request<Body>| {
+        let refused = send_to(service.router.clone(), request).await;
+        assert_eq!(
+            refused.status,
+            StatusCode::UNPROCESSABLE_ENTITY,
+            "{}",
+            refused.text
+        );
+        let document = refused.problem();
+        let error = document["errors"][0].clone();
+        let (name, pointer) = (error["parameter"].as_str(), error["pointer"].as_str());
+        assert_eq!(pointer, Some(""), "{document}");
+        let name = name
+            .unwrap_or_else(|| panic!("no parameter: {document}"))
+            .to_owned();
+        let detail = document["detail"].as_str().expect("a text");
+        assert!(detail.starts_with(&format!("the parameter {name}: ")), "{detail}");
+        (name, error["code"].as_str().expect("a text").to_owned())
+    };
+    let fault = |name: &str, code: &str| (name.to_owned(), code.to_owned());
+    for (path, expected) in [
+        ("/v1/missions?after=-1".to_owned(), fault("after", "query")),
+        ("/v1/missions?limit=ten".to_owned(), fault("limit", "query")),
+        (
+            "/v1/missions?after=0&limit=0".to_owned(),
+            fault("limit", "out_of_range"),
+        ),
+        (
+            "/v1/missions?limit=1&limit=2".to_owned(),
+            fault("limit", "duplicate_field"),
+        ),
+        ("/v1/missions?page=1".to_owned(), fault("page", "query")),
+        (
+            format!("{mission}/reference?wait_s=soon"),
+            fault("wait_s", "query"),
+        ),
+        (
+            format!("{mission}/reference?wait_s=61"),
+            fault("wait_s", "out_of_range"),
+        ),
+        (format!("{mission}/reference?after=x"), fault("after", "query")),
+        (format!("{mission}/events?after=1.5"), fault("after", "query")),
+        (format!("{mission}/record?format=xlsx"), fault("format", "query")),
+        (format!("{mission}/record"), fault("format", "missing")),
+    ] {
+        assert_eq!(faults(get(&path)).await, expected, "{path}");
+    }
+    let with = |mut request: Request<Body>, name: &'static str, value: &str| {
+        let value = HeaderValue::from_bytes(value.as_bytes()).expect("is one");
+        request.headers_mut().insert(name, value);
+        request
+    };
+    let events = get(&format!("{mission}/events"));
+    assert_eq!(
+        faults(with(events, "last-event-id", "last")).await,
+        fault("Last-Event-ID", "last_event_id")
+    );
+    for call in ["run", "pause", "finish", "step"] {
+        let order = post(&format!("{mission}/{call}"), "{}");
+        let fault = fault("Idempotency-Key", "idempotency_key");
+        assert_eq!(faults(with(order, "idempotency-key", "é")).await, fault, "{call}");
+    }
+    for (path, body) in [
+        ("/v1/missions".to_owned(), live()),
+        (format!("{mission}/reports"), heard(unix_now())),
+    ] {
+        let sent = with(post(&path, body.to_string()), "idempotency-key", "");
+        assert_eq!(
+            faults(sent).await,
+            fault("Idempotency-Key", "idempotency_key"),
+            "{path}"
+        );
+    }
+}
+
+#[tokio::test]
 async fn what_a_mission_is_not_made_for_is_a_conflict() {
     let data = directory();
     let service = Service::start(data.path()).await;
@@ -583,9 +697,13 @@ async fn what_a_mission_is_not_made_for_is_a_conflict() {
         (unknown.status, unknown.problem()["code"].as_str()),
         (StatusCode::NOT_FOUND, Some("no_mission"))
     );
-    for query in ["?format=xlsx", "", "?format=csv&x=1"] {
+    for (query, code) in [
+        ("?format=xlsx", "query"),
+        ("", "missing"),
+        ("?format=csv&x=1", "query"),
+    ] {
         let refused = service.get(&format!("{real}/record{query}")).await;
-        assert_eq!(refused.faults()[0].1, "query", "{query}");
+        assert_eq!(refused.faults()[0].1, code, "{query}");
     }
 }
 

@@ -278,6 +278,14 @@ async fn an_invalid_report_is_located() {
         let expected = fault(&format!("/auvs/0/reports/1/{member}"), code);
         assert_eq!(faults, expected, "{member}: {value}");
     }
+    let ahead = json!([{ "t_s": 180.0, "north_m": 1, "east_m": 2, "sigma_m": 1.5 }]);
+    let mut body = example("track");
+    body["auvs"] = json!([{ "id": "auv-1", "reports": ahead }]);
+    let detail = planned(body.to_string()).await.problem()["detail"].to_string();
+    assert!(
+        detail.contains("is 60.0 s ahead of the request's `t_s`"),
+        "{detail}"
+    );
     let empty = faults_of_reports(json!([])).await;
     assert_eq!(empty, fault("/auvs/0/reports", "length"));
     let report = json!({ "t_s": 110.0, "north_m": 1, "east_m": 2, "sigma_m": 1.5 });

@@ -1,6 +1,9 @@
 //! What the service answers when all is well.
 
-use axum::http::StatusCode;
+use axum::{
+    body::Body,
+    http::{HeaderValue, Request, StatusCode},
+};
 use planner::{
     craft::{CraftDescription, PRESETS},
     los::LosLaw,
@@ -265,6 +268,183 @@ async fn a_whole_answer_is_accepted_as_the_previous_plan() {
     next["previous_plan"] = first;
     let answer = send(Settings::default(), post("/v1/plan", next.to_string())).await;
     assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+}
+
+#[tokio::test]
+async fn an_answer_that_leads_out_of_what_is_accepted_is_accepted_back() {
+    let most_m = 1.0e6;
+    for (north_m, east_m, t_s) in [
+        (most_m, most_m, 120.0),
+        (-most_m, most_m, -1.0e11),
+        (most_m, -most_m, 1.0e11),
+    ] {
+        let course = f64::atan2(east_m, north_m);
+        let mut body = example("track");
+        body["t_s"] = json!(t_s);
+        body["asc"] =
+            json!({ "north_m": north_m, "east_m": east_m, "heading_rad": course, "speed_mps": 5.0 });
+        body["auvs"] = json!([{ "id": "auv-1", "state": { "north_m": north_m, "east_m": east_m, "depth_m": 5.0,
+            "course_rad": course, "speed_mps": 10.0 } }]);
+        body["goal"] = json!({ "kind": "track", "auv": "auv-1" });
+        body["limits"] = json!({ "speed_max_mps": 20.0 });
+        let first = send(Settings::default(), post("/v1/plan", body.to_string()))
+            .await
+            .json();
+        let last = first["trajectory"]
+            .as_array()
+            .and_then(|points| points.last())
+            .expect("has points");
+        let leads_out = |member: &str, most: f64| most < last[member].as_f64().expect("a number").abs();
+        assert!(
+            leads_out("north_m", most_m) && leads_out("east_m", most_m),
+            "{last}"
+        );
+        assert_eq!(leads_out("t_s", 1.0e11), t_s == 1.0e11, "{last}");
+        body["previous_plan"] = first;
+        let answer = send(Settings::default(), post("/v1/plan", body.to_string())).await;
+        assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+    }
+}
+
+#[tokio::test]
+async fn no_answer_is_for_a_page_of_another_origin() {
+    let preflight = Request::options("/v1/plan")
+        .header("origin", "http://evil.example")
+        .header("access-control-request-method", "POST")
+        .header("access-control-request-headers", "content-type");
+    let preflight = preflight.body(Body::empty()).expect("is a request");
+    let mut posted = post("/v1/plan", EXAMPLES[0].body);
+    let origin = HeaderValue::from_static("http://evil.example");
+    posted.headers_mut().insert("origin", origin);
+    for (request, status) in [
+        (get("/"), StatusCode::OK),
+        (get("/openapi.json"), StatusCode::OK),
+        (get("/nowhere"), StatusCode::NOT_FOUND),
+        (post("/v1/plan", EXAMPLES[0].body), StatusCode::OK),
+        (posted, StatusCode::OK),
+        (preflight, StatusCode::METHOD_NOT_ALLOWED),
+    ] {
+        let path = request.uri().path().to_owned();
+        let answer = send(Settings::default(), request).await;
+        assert_eq!(answer.status, status, "{path}");
+        for (name, value) in [
+            ("x-frame-options", "DENY"),
+            ("referrer-policy", "no-referrer"),
+            ("cross-origin-resource-policy", "same-origin"),
+            ("cross-origin-opener-policy", "same-origin"),
+        ] {
+            assert_eq!(
+                answer.headers.get(name).map(HeaderValue::as_bytes),
+                Some(value.as_bytes()),
+                "{path}: {name}"
+            );
+        }
+        let shared = answer
+            .headers
+            .keys()
+            .find(|name| name.as_str().starts_with("access-control-"));
+        assert_eq!(shared, None, "{path}");
+    }
+}
+
+#[cfg(not(feature = "docs"))]
+#[tokio::test]
+async fn a_program_without_interactive_documentation_says_how_to_get_it() {
+    let answer = send(Settings::default(), get("/docs")).await;
+    assert_eq!(answer.status, StatusCode::NOT_FOUND);
+    assert_eq!(answer.problem()["code"], "not_built_in");
+    assert!(answer.text.contains("--features docs"), "{}", answer.text);
+}
+
+#[cfg(feature = "docs")]
+#[tokio::test]
+async fn interactive_documentation_is_whole_and_runs_no_script_but_its_own() {
+    for path in [
+        "/docs/",
+        "/docs/swagger-ui.css",
+        "/docs/swagger-ui-bundle.js",
+        "/docs/swagger-initializer.js",
+    ] {
+        let answer = send(Settings::default(), get(path)).await;
+        assert_eq!(answer.status, StatusCode::OK, "{path}");
+        let policy = answer.headers["content-security-policy"]
+            .to_str()
+            .expect("is text");
+        assert!(policy.starts_with("default-src 'self'; style-src"), "{policy}");
+        assert!(!policy.contains("script-src"), "{policy}");
+    }
+    let config = send(Settings::default(), get("/docs/swagger-initializer.js"))
+        .await
+        .text;
+    assert!(config.contains("\"/openapi.json\""), "{config}");
+    let nothing = send(Settings::default(), get("/docs/nothing")).await;
+    assert_eq!(nothing.problem()["code"], "no_route");
+}
+
+#[tokio::test]
+async fn the_openapi_document_says_what_members_mean_for_each_other() {
+    let document = send(Settings::default(), get("/openapi.json")).await.json();
+    let schemas = &document["components"]["schemas"];
+    let mut n_rules = 0;
+    for (shape, schema) in schemas.as_object().expect("an object") {
+        for rule in schema["allOf"].as_array().into_iter().flatten() {
+            let variants = ["oneOf", "anyOf"].iter().find_map(|word| rule[word].as_array());
+            for variant in variants.expect("one of them") {
+                let named = variant["properties"]
+                    .as_object()
+                    .into_iter()
+                    .flat_map(|names| names.keys());
+                let required = variant["required"]
+                    .as_array()
+                    .into_iter()
+                    .flatten()
+                    .filter_map(Value::as_str);
+                for name in named.map(String::as_str).chain(required) {
+                    assert!(schema["properties"][name].is_object(), "{shape} has no {name}");
+                }
+                n_rules += 1;
+            }
+        }
+    }
+    assert!(25 <= n_rules, "{n_rules}");
+    for (place, said) in [
+        ("Auv/allOf/0/oneOf/0/required", json!(["state"])),
+        ("Auv/allOf/0/oneOf/0/properties/reports/type", json!("null")),
+        (
+            "Goal/allOf/0/oneOf/1/properties/kind/enum",
+            json!(["intermittent"]),
+        ),
+        ("Goal/allOf/0/oneOf/1/properties/dwell_s/type", json!("number")),
+        ("PlanRequest/properties/schema_version/const", json!("1.0")),
+        ("PlanRequest/properties/area/items/maxItems", json!(2)),
+        ("Live/properties/area/items/items/maximum", json!(1e6)),
+        ("AuvState/properties/covariance/items/minItems", json!(4)),
+        ("Segment/properties/fillet_m/minimum", json!(0)),
+        ("Simulated/properties/seed/maximum", json!(u64::MAX)),
+    ] {
+        assert_eq!(schemas.pointer(&format!("/{place}")), Some(&said), "{place}");
+    }
+    let angle = &schemas["Segment"]["properties"]["angle_rad"];
+    assert_eq!(
+        angle["minimum"].as_f64(),
+        angle["maximum"].as_f64().map(|most| -most)
+    );
+    // What the least request says is no default, and what is not there is not null.
+    for place in [
+        "Goal/properties/auv/default",
+        "Auv/properties/id/default",
+        "PlanRequest/oneOf",
+    ] {
+        assert_eq!(schemas.pointer(&format!("/{place}")), None, "{place}");
+    }
+    let body = &document["paths"]["/v1/plan"]["post"]["requestBody"]["content"]["application/json"]["schema"];
+    assert_eq!(body, &json!({ "$ref": "#/components/schemas/PlanRequest" }));
+    let parameters = &document["paths"]["/v1/missions/{id}/events"]["get"]["parameters"];
+    for parameter in parameters.as_array().expect("a list") {
+        assert!(parameter["schema"]["type"].is_string(), "{parameter}");
+    }
+    let links = &document["paths"]["/v1/missions"]["post"]["responses"]["201"]["links"];
+    assert_eq!(links["run_mission"]["parameters"]["id"], "$response.body#/id");
 }
 
 #[tokio::test]
@@ -595,7 +775,7 @@ async fn the_openapi_document_has_the_ranges_that_are_checked_and_descriptions_t
         ("PlanRequest/properties/auvs/minItems", json!(1)),
         ("PlanRequest/properties/forecast/default", json!("auto")),
         ("PreviousPlan/properties/trajectory/maxItems", json!(256)),
-        ("TrajectoryPoint/properties/speed_mps/maximum", json!(40.0)),
+        ("TrajectoryPoint/properties/speed_mps/maximum", json!(2000.0)),
         ("PreviousEstimate/properties/age_s/minimum", json!(0.0)),
         ("Limits/properties/speed_max_mps/default", json!(1.5)),
         ("Live/properties/period_s/default", json!(1.0)),

@@ -30,13 +30,22 @@ static REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 /// Longest request id taken over from a client, bytes.
 const REQUEST_ID_LENGTH_MAX: usize = 64;
 
-/// On every answer. Pages load nothing from elsewhere, and nothing is guessed to be a script.
-const HEADERS: [(HeaderName, HeaderValue); 3] = [
+/// On every answer that has no other. Pages load nothing from elsewhere.
+const POLICY: HeaderValue = HeaderValue::from_static(
+    "default-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+);
+
+/// On every answer. Nothing is guessed to be a script, and no page of another origin frames, loads or opens any of it.
+const HEADERS: [(HeaderName, HeaderValue); 6] = [
+    (header::X_FRAME_OPTIONS, HeaderValue::from_static("DENY")),
+    (header::REFERRER_POLICY, HeaderValue::from_static("no-referrer")),
     (
-        header::CONTENT_SECURITY_POLICY,
-        HeaderValue::from_static(
-            "default-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
-        ),
+        HeaderName::from_static("cross-origin-resource-policy"),
+        HeaderValue::from_static("same-origin"),
+    ),
+    (
+        HeaderName::from_static("cross-origin-opener-policy"),
+        HeaderValue::from_static("same-origin"),
     ),
     (
         header::X_CONTENT_TYPE_OPTIONS,
@@ -78,6 +87,7 @@ pub(crate) async fn pass(
     }
     let headers = response.headers_mut();
     headers.extend(HEADERS);
+    headers.entry(header::CONTENT_SECURITY_POLICY).or_insert(POLICY);
     if let Ok(id) = HeaderValue::from_str(&id) {
         headers.insert(REQUEST_ID.clone(), id);
     }

@@ -14,6 +14,7 @@ mod admission;
 pub mod batch;
 pub mod crafts;
 mod deadline;
+mod docs;
 mod edge;
 pub mod examples;
 pub mod health;
@@ -74,6 +75,7 @@ fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) ->
     let (router, _) = openapi::documented().split_for_parts();
     router
         .merge(page::router())
+        .merge(docs::router())
         .route("/openapi.json", get(async || Json(openapi::document())))
         .fallback(async || Problem::NoRoute)
         .method_not_allowed_fallback(async || Problem::MethodNotAllowed)

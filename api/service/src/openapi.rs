@@ -2,13 +2,14 @@
 
 use std::sync::LazyLock;
 
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 use utoipa::OpenApi;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use crate::{Shared, batch, crafts, examples, health, missions, planning};
 
 mod limits;
+mod rules;
 
 /// The document, which is the same as long as the program is.
 pub(crate) fn document() -> &'static Value {
@@ -22,6 +23,9 @@ pub(crate) fn document() -> &'static Value {
             }
         }
         limits::write(&mut document);
+        rules::write(&mut document);
+        link_missions(&mut document);
+        describe_events(&mut document);
         document
     });
     &DOCUMENT
@@ -71,9 +75,41 @@ pub(crate) fn documented() -> OpenApiRouter<Shared> {
         .routes(routes!(health::version))
 }
 
+/// Where what is answered about a mission that was made is used.
+fn link_missions(document: &mut Value) {
+    let calls = document["paths"].as_object().into_iter().flatten();
+    let about_one = calls.filter(|(path, _)| path.starts_with("/v1/missions/{id}"));
+    let links: Map<_, _> = about_one
+        .flat_map(|(_, calls)| calls.as_object().into_iter().flatten())
+        .filter_map(|(_, call)| {
+            let id = call["operationId"].as_str()?;
+            let link = json!({ "operationId": id, "parameters": { "id": "$response.body#/id" } });
+            Some((id.to_owned(), link))
+        })
+        .collect();
+    document["paths"]["/v1/missions"]["post"]["responses"]["201"]["links"] = Value::Object(links);
+}
+
+/// A server-sent event by its fields, as OpenAPI 3.2 has them.
+fn describe_events(document: &mut Value) {
+    document["components"]["schemas"]["SentEvent"] = json!({
+        "type": "object", "required": ["event", "data"],
+        "description": "A server-sent event. The `data` of a `gap` are the numbers `from` and `to` of the events missed.",
+        "properties": {
+            "id": { "type": "string", "description": "The event's number in the mission." },
+            "event": { "type": "string", "description": "The event's `kind`, or `gap`." },
+            "retry": { "type": "integer", "description": "When to come again after a break, ms." },
+            "data": { "type": "string", "contentMediaType": "application/json",
+                "contentSchema": { "anyOf": [{ "$ref": "#/components/schemas/Event" }, { "type": "object" }] } },
+        },
+    });
+    let events = &mut document["paths"]["/v1/missions/{id}/events"]["get"]["responses"]["200"];
+    events["content"]["text/event-stream"]["schema"] = json!({ "$ref": "#/components/schemas/SentEvent" });
+}
+
 /// A body may be left out where utoipa takes it for null, which is refused.
 fn never_null(schema: &mut Value) {
-    let shape = schema["oneOf"].as_array_mut();
+    let shape = schema.get_mut("oneOf").and_then(Value::as_array_mut);
     let shape = shape.and_then(|shapes| shapes.iter_mut().find(|shape| shape["$ref"].is_string()));
     if let Some(shape) = shape.map(Value::take) {
         *schema = shape;

@@ -62,6 +62,8 @@ pub enum Problem {
     },
     /// No such route.
     NoRoute,
+    /// What was asked for is in a program that is built with this feature.
+    NotBuiltIn(&'static str),
     /// No such example.
     NoExample,
     /// The route does not know the method.
@@ -179,6 +181,7 @@ impl Problem {
             Self::Unauthenticated => (401, "unauthenticated", "The service asks for a token"),
             Self::Forbidden { .. } => (403, "forbidden", "The token is not for this call"),
             Self::NoRoute => (404, "no_route", "There is nothing here"),
+            Self::NotBuiltIn(_) => (404, "not_built_in", "The program was built without it"),
             Self::NoExample => (404, "no_example", "There is no such example"),
             Self::MethodNotAllowed => (405, "method_not_allowed", "The method is not allowed"),
             Self::Overloaded => (503, "overloaded", "Every planner is busy"),
@@ -231,6 +234,9 @@ impl Problem {
                 format!("it needs the role {needed}, and this token is {role}")
             }
             Self::NoRoute => "GET /openapi.json lists every route".to_owned(),
+            Self::NotBuiltIn(feature) => {
+                format!("build the program with --features {feature}; GET /openapi.json lists every route")
+            }
             Self::NoExample => {
                 format!("the examples are {}", EXAMPLES.map(|example| example.name).join(", "))
             }
@@ -365,9 +371,13 @@ impl IntoResponses for MissionRefusals {
 }
 
 /// What is wrong, and where.
-fn placed(FieldError { pointer, detail, .. }: &FieldError) -> String {
-    let place = if pointer.is_empty() { "the body" } else { pointer };
-    format!("{place}: {detail}")
+fn placed(error: &FieldError) -> String {
+    let place = match (&error.parameter, error.pointer.as_str()) {
+        (Some(name), _) => format!("the parameter {name}"),
+        (None, "") => "the body".to_owned(),
+        (None, pointer) => pointer.to_owned(),
+    };
+    format!("{place}: {}", error.detail)
 }
 
 impl IntoResponse for Problem {

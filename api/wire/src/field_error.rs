@@ -9,11 +9,14 @@ use utoipa::ToSchema;
 /// Longest piece of a request that is repeated in a document, characters.
 const QUOTE_LENGTH_MAX: usize = 200;
 
-/// One wrong field of a request.
+/// One wrong field of a request: a member of its body, or a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct FieldError {
-    /// Where, as a JSON pointer (RFC 6901); empty for the whole body.
+    /// Where, as a JSON pointer (RFC 6901); empty for the whole body, and for a parameter.
     pub pointer: String,
+    /// Name of the parameter at fault, where it is one: of the query, or a header.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub parameter: Option<String>,
     /// What is wrong, for programs.
     pub code: String,
     /// What is wrong, for people.
@@ -33,10 +36,46 @@ impl FieldError {
     pub fn new(pointer: impl Into<String>, code: &str, detail: impl Into<String>) -> Self {
         Self {
             pointer: pointer.into(),
+            parameter: None,
             code: code.to_owned(),
             detail: shortened(detail.into()),
             given: None,
             limit: None,
+        }
+    }
+
+    /// An error in the parameter called `name`.
+    #[must_use]
+    pub fn of_parameter(name: &str, code: &str, detail: impl Into<String>) -> Self {
+        Self {
+            parameter: Some(shortened(name.to_owned())),
+            ..Self::new("", code, detail)
+        }
+    }
+
+    /// A time at `pointer`, s, that is not in its range about `now`, which `clock` shows. Says how far the two are apart:
+    /// where the client meant the present, that is the skew of its clock.
+    pub fn off_the_clock(
+        pointer: impl Into<String>,
+        given: f64,
+        clock: &str,
+        now: f64,
+        range: &RangeInclusive<f64>,
+    ) -> Self {
+        let (least, most) = (*range.start(), *range.end());
+        let (side, allowed) = if given < least {
+            ("behind", now - least)
+        } else {
+            ("ahead of", most - now)
+        };
+        let apart = (given - now).abs();
+        let detail = format!(
+            "is {apart:.1} s {side} {clock}, which shows {now:.1} s, and at most {allowed} s is accepted: set the clock \
+             that times are taken from"
+        );
+        Self {
+            detail,
+            ..Self::out_of_range(pointer, given, least, most)
         }
     }
 

@@ -14,6 +14,12 @@ impl From<&InvalidField> for FieldError {
             InvalidReason::OutOfRange { given, least, most } => {
                 Self::out_of_range(pointer, *given, *least, *most)
             }
+            InvalidReason::OffTheClock {
+                given,
+                now,
+                least,
+                most,
+            } => Self::off_the_clock(pointer, *given, "the request's `t_s`", *now, &(*least..=*most)),
             InvalidReason::Length { given, least, most } => {
                 // Names are measured in bytes, lists in items.
                 let unit = if pointer.ends_with("/id") {

@@ -23,6 +23,17 @@ pub enum InvalidReason {
         /// Largest value accepted.
         most: f64,
     },
+    /// A time that is too far from now, s.
+    OffTheClock {
+        /// The time.
+        given: f64,
+        /// Now.
+        now: f64,
+        /// Earliest time accepted.
+        least: f64,
+        /// Latest time accepted.
+        most: f64,
+    },
     /// Too few or too many items or bytes.
     Length {
         /// How many there are.
@@ -120,6 +131,18 @@ impl fmt::Display for InvalidReason {
         match self {
             InvalidReason::OutOfRange { given, least, most } => {
                 write!(f, "{given} is not in [{least}, {most}]")
+            }
+            InvalidReason::OffTheClock {
+                given,
+                now,
+                least,
+                most,
+            } => {
+                write!(
+                    f,
+                    "{given} is {} s from now and not in [{least}, {most}]",
+                    (given - now).abs()
+                )
             }
             InvalidReason::Length { given, least, most } => {
                 write!(f, "has {given} items or bytes, {least} to {most} are accepted")

@@ -28,8 +28,15 @@ use crate::{
     snapshot::observation::{Observation, PreviousPlan},
 };
 
-/// Largest coordinate of where an AUV was taken to be, m: a filter may have led out of what is accepted.
-const ESTIMATE_MAX: f64 = 2.0 * COORDINATE_MAX;
+/// Largest coordinate of an earlier answer, m: it foresees what leaves the area that is accepted, and so may a filter.
+const FORESEEN_MAX: f64 = 2.0 * COORDINATE_MAX;
+
+/// Largest speed of an earlier answer, m/s: that of a craft that was taken to go at 40 m/s and drifts in its fastest turn as
+/// much as may be declared.
+const FORESEEN_SPEED_MAX: f64 = 2.0e3;
+
+/// Largest time of an earlier answer, s: it foresees what comes after now.
+const FORESEEN_TIME_MAX: f64 = 2.0 * TIME_MAX;
 
 /// Slowest speed along a path, m/s: what is slower does not follow one.
 const PATH_SPEED_MIN: f64 = 0.01;
@@ -351,10 +358,10 @@ impl Check {
         for (i, point) in points.iter().enumerate() {
             let angle = -std::f64::consts::PI..=std::f64::consts::PI;
             for (name, value, range) in [
-                ("t_s", point.time, -TIME_MAX..=TIME_MAX),
-                ("north_m", point.position.x, -COORDINATE_MAX..=COORDINATE_MAX),
-                ("east_m", point.position.y, -COORDINATE_MAX..=COORDINATE_MAX),
-                ("speed_mps", point.speed, 0.0..=40.0),
+                ("t_s", point.time, -FORESEEN_TIME_MAX..=FORESEEN_TIME_MAX),
+                ("north_m", point.position.x, -FORESEEN_MAX..=FORESEEN_MAX),
+                ("east_m", point.position.y, -FORESEEN_MAX..=FORESEEN_MAX),
+                ("speed_mps", point.speed, 0.0..=FORESEEN_SPEED_MAX),
                 ("heading_rad", point.heading.radians(), angle),
             ] {
                 self.within(format_args!("{field}/{i}/{name}"), value, range);
@@ -378,8 +385,8 @@ impl Check {
         for (i, target) in targets.iter().enumerate() {
             for (name, value, range) in [
                 ("age_s", target.report_age, 0.0..=REPORT_AGE_MAX),
-                ("north_m", target.position.x, -ESTIMATE_MAX..=ESTIMATE_MAX),
-                ("east_m", target.position.y, -ESTIMATE_MAX..=ESTIMATE_MAX),
+                ("north_m", target.position.x, -FORESEEN_MAX..=FORESEEN_MAX),
+                ("east_m", target.position.y, -FORESEEN_MAX..=FORESEEN_MAX),
                 ("depth_m", target.depth, -10.0..=DEPTH_MAX),
                 ("north_mps", target.velocity.x, -20.0..=20.0),
                 ("east_mps", target.velocity.y, -20.0..=20.0),

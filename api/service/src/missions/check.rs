@@ -106,13 +106,8 @@ pub(crate) fn reports(config: &Live, heard: &Reports, now: f64) -> Result<(), Ve
     let mut errors = vec![];
     let time = |pointer: String, time: f64| {
         let limits = now - AGE_MAX..=now + AHEAD_MAX;
-        let on_the_clock =
-            "must be a time on the mission's clock: Unix time, s, at most a day old and a second ahead";
-        (!limits.contains(&time)).then(|| {
-            FieldError::new(pointer, "out_of_range", on_the_clock)
-                .given(json!(time))
-                .limit(json!({ "least": limits.start(), "most": limits.end() }))
-        })
+        let clock = "the mission's clock (Unix time but in rehearsals)";
+        (!limits.contains(&time)).then(|| FieldError::off_the_clock(pointer, time, clock, now, &limits))
     };
     let received = heard.received_s;
     errors.extend(received.and_then(|received| time("/received_s".to_owned(), received)));

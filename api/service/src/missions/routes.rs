@@ -1,10 +1,14 @@
 //! The calls that missions answer.
 
-use std::{collections::BTreeMap, convert::Infallible, time::Duration};
+use std::{
+    collections::{BTreeMap, HashSet},
+    convert::Infallible,
+    time::Duration,
+};
 
 use axum::{
     Json,
-    extract::{FromRef, FromRequestParts, Path, Query, State, rejection::QueryRejection},
+    extract::{FromRef, FromRequestParts, Path, State},
     http::{HeaderValue, StatusCode, header, request::Parts},
     response::{IntoResponse, Response},
 };
@@ -52,13 +56,26 @@ pub(crate) struct Asked<T>(T);
 impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for Asked<T> {
     type Rejection = Problem;
 
-    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
-        let asked: Result<Query<T>, QueryRejection> = Query::from_request_parts(parts, state).await;
-        let asked = asked.map_err(|rejection| {
-            Problem::Invalid(vec![FieldError::new("", "query", rejection.body_text())])
-        })?;
-        Ok(Self(asked.0))
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Problem> {
+        let query = parts.uri.query().unwrap_or_default().as_bytes();
+        let mut names = HashSet::new();
+        for (name, _) in form_urlencoded::parse(query) {
+            if let Some(twice) = names.replace(name) {
+                return Err(wrong_parameter(&twice, "duplicate_field", "is given twice"));
+            }
+        }
+        let pairs = serde_urlencoded::Deserializer::new(form_urlencoded::parse(query));
+        serde_path_to_error::deserialize(pairs)
+            .map(Self)
+            .map_err(|error| {
+                let name = error.path().to_string();
+                wrong_parameter(&name, "query", error.into_inner().to_string())
+            })
     }
+}
+
+fn wrong_parameter(name: &str, code: &str, detail: impl Into<String>) -> Problem {
+    Problem::Invalid(vec![FieldError::of_parameter(name, code, detail)])
 }
 
 /// The mission of a path.
@@ -104,10 +121,8 @@ impl IdempotencyKeyHeader {
         };
         let key = given.to_str().unwrap_or_default();
         if !(1..=KEY_BYTES_MAX).contains(&key.len()) {
-            let detail =
-                format!("the Idempotency-Key header must be 1 to {KEY_BYTES_MAX} visible ASCII characters");
-            let error = FieldError::new("", "idempotency_key", detail);
-            return Err(Problem::Invalid(vec![error]));
+            let detail = format!("this header must be 1 to {KEY_BYTES_MAX} visible ASCII characters");
+            return Err(wrong_parameter("Idempotency-Key", "idempotency_key", detail));
         }
         let mut request = Sha256::new();
         request.update(call);
@@ -137,8 +152,8 @@ impl<S: Send + Sync> FromRequestParts<S> for LastEventId {
         };
         let id = given.to_str().ok().and_then(|text| text.parse().ok());
         id.map(|id| Self(Some(id))).ok_or_else(|| {
-            let detail = "the Last-Event-ID header must be the id of an event of this mission, a number";
-            Problem::Invalid(vec![FieldError::new("", "last_event_id", detail)])
+            let detail = "this header must be the id of an event of this mission, a number";
+            wrong_parameter("Last-Event-ID", "last_event_id", detail)
         })
     }
 }
@@ -167,7 +182,7 @@ pub(crate) fn parameter_limits() -> [(&'static str, Map<String, Value>); 3] {
         ),
         (
             "Idempotency-Key",
-            json!({ "minLength": 1, "maxLength": KEY_BYTES_MAX }),
+            json!({ "minLength": 1, "maxLength": KEY_BYTES_MAX, "pattern": "^[!-~]([\\t -~]*[!-~])?$" }),
         ),
     ];
     limits.map(|(name, limits)| (name, limits.as_object().cloned().unwrap_or_default()))
@@ -188,8 +203,10 @@ pub(crate) struct Page {
 fn page_length(limit: Option<usize>) -> Result<usize, Problem> {
     let most = limit.unwrap_or(LIST_DEFAULT);
     if !(1..=LIST_MAX).contains(&most) {
-        let error = FieldError::new("", "out_of_range", format!("limit must be from 1 to {LIST_MAX}"));
-        return Err(Problem::Invalid(vec![error.given(most).limit(LIST_MAX)]));
+        let error =
+            FieldError::of_parameter("limit", "out_of_range", format!("must be from 1 to {LIST_MAX}"));
+        let error = error.given(most).limit(json!({ "least": 1, "most": LIST_MAX }));
+        return Err(Problem::Invalid(vec![error]));
     }
     Ok(most)
 }
@@ -232,8 +249,8 @@ pub(crate) struct After {
 #[serde(deny_unknown_fields)]
 pub(crate) struct In {
     /// Which format.
-    #[param(inline)]
-    format: RecordFormat,
+    #[param(inline, required, value_type = RecordFormat)]
+    format: Option<RecordFormat>,
 }
 
 /// A record, by the format that was asked for.
@@ -464,8 +481,10 @@ pub(crate) async fn get_reference(
     Asked(Wait { wait_s, after }): Asked<Wait>,
 ) -> Result<Json<CurrentReference>, Problem> {
     if !(0.0..=WAIT_MAX).contains(&wait_s) {
-        let error = FieldError::new("", "out_of_range", format!("wait_s must be from 0 to {WAIT_MAX}"));
-        return Err(Problem::Invalid(vec![error.limit(WAIT_MAX)]));
+        let error =
+            FieldError::of_parameter("wait_s", "out_of_range", format!("must be from 0 to {WAIT_MAX}"));
+        let error = error.given(wait_s).limit(json!({ "least": 0, "most": WAIT_MAX }));
+        return Err(Problem::Invalid(vec![error]));
     }
     let Handle { mut view, live, .. } = missions.handle(&id).await?;
     if 0.0 < wait_s {
@@ -532,6 +551,7 @@ pub(crate) async fn get_record(
     Named(id): Named,
     Asked(In { format }): Asked<In>,
 ) -> Result<Response, Problem> {
+    let format = format.ok_or_else(|| wrong_parameter("format", "missing", "say which"))?;
     stream::record(missions, &by, &id, format).await
 }
 

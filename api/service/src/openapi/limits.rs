@@ -11,6 +11,7 @@ use wire::{
     mission::{NewMission, Reports, Step},
 };
 
+use super::rules;
 use crate::missions::{check, routes};
 
 /// Beyond every limit of a number, and finite.
@@ -37,10 +38,11 @@ pub(super) fn write(document: &mut Value) {
 
     let least: PlanRequest = serde_json::from_value(least_request()).expect("has the shape");
     let snapshot = Snapshot::try_from(&least).expect("is valid");
-    write_defaults(document, "PlanRequest", &json!(PlanRequest::from(&snapshot)));
+    let spelled_out = json!(PlanRequest::from(&snapshot));
+    write_defaults(document, "PlanRequest", &spelled_out, &least_request());
     let mission: NewMission = serde_json::from_value(least_mission()).expect("has the shape");
-    write_defaults(document, "NewMission", &json!(mission));
-    write_defaults(document, "Step", &json!(Step::default()));
+    write_defaults(document, "NewMission", &json!(mission), &least_mission());
+    write_defaults(document, "Step", &json!(Step::default()), &json!({}));
     let live = mission.live.expect("is live");
     let wrong = check::reports(&live, &long_reports(), 0.0).expect_err("is too long");
     write_limits(document, "Reports", &wrong);
@@ -65,6 +67,10 @@ fn write_parameter_limits(call: &mut Value) {
             {
                 schema.append(&mut limits);
             }
+        }
+        // What is left out is no null.
+        if let Some(kinds) = parameter.pointer_mut("/schema/type") {
+            *kinds = rules::kind(kinds);
         }
     }
 }
@@ -240,8 +246,8 @@ fn write_limits(document: &mut Value, shape: &str, wrong: &[FieldError]) {
     }
 }
 
-/// What a body of the `shape` comes to, where it leaves members out that need not be there.
-fn write_defaults(document: &mut Value, shape: &str, body: &Value) {
+/// What a body of the `shape` comes to, where it leaves members out that need not be there: those that are not in `said`.
+fn write_defaults(document: &mut Value, shape: &str, body: &Value, said: &Value) {
     let mut members = vec![(Vec::new(), body)];
     while let Some((tokens, value)) = members.pop() {
         match value {
@@ -254,21 +260,14 @@ fn write_defaults(document: &mut Value, shape: &str, body: &Value) {
                 (path, item)
             })),
             Value::Null => {}
+            _ if said.pointer(&format!("/{}", tokens.join("/"))).is_some() => {}
             scalar => write_default(document, shape, &tokens, scalar),
         }
     }
 }
 
 fn write_default(document: &mut Value, shape: &str, tokens: &[&str], value: &Value) {
-    let Some((name, parents)) = tokens.split_last() else {
-        return;
-    };
-    let parent = place(document, shape, parents);
-    let needed = parent.is_none_or(|parent| {
-        let required = parent["required"].as_array();
-        required.is_some_and(|required| required.iter().any(|required| required == name))
-    });
-    let Some(schema) = place(document, shape, tokens).filter(|_| !needed) else {
+    let Some(schema) = place(document, shape, tokens) else {
         return;
     };
     // What is as large as it may be is no limit.

@@ -56,8 +56,16 @@ impl Check {
     fn report(&mut self, field: &str, report: &Report, now: f64) {
         // Where now is no number, that is said; here everything counts as from now.
         if now.is_finite() {
-            let times = now - REPORT_AGE_MAX..=now + REPORT_AHEAD_MAX;
-            self.within(format_args!("{field}/t_s"), report.time, times);
+            let (given, least, most) = (report.time, now - REPORT_AGE_MAX, now + REPORT_AHEAD_MAX);
+            if !(least..=most).contains(&given) {
+                let reason = InvalidReason::OffTheClock {
+                    given,
+                    now,
+                    least,
+                    most,
+                };
+                self.fail(format_args!("{field}/t_s"), reason);
+            }
         }
         for (name, value, range) in [
             ("north_m", report.position.x, -COORDINATE_MAX..=COORDINATE_MAX),

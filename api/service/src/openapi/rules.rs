@@ -1,0 +1,259 @@
+//! What members and items mean for each other, in the `OpenAPI` document: rules that stand in no single member.
+//!
+//! They are written as `allOf`, which generators of clients pass over where they do not know it. A member that may be
+//! null is absent where it is.
+
+use planner::craft::PRESETS;
+use serde_json::{Map, Value, json};
+use wire::SCHEMA_VERSION;
+
+/// Writes every rule into `document`. Limits have been written before.
+pub(super) fn write(document: &mut Value) {
+    let schemas = &mut document["components"]["schemas"];
+    for (shape, variants) in one_of() {
+        let schema = &mut schemas[shape];
+        let rule: Vec<Value> = variants.iter().map(|variant| variant.rule(schema)).collect();
+        schema["allOf"] = json!([{ "oneOf": rule }]);
+    }
+    schemas["Reports"]["allOf"] = json!([{ "anyOf": [
+        { "required": ["auvs"], "properties": { "auvs": { "minProperties": 1 } } },
+        { "required": ["asc"], "properties": { "asc": { "minItems": 1 } } },
+    ] }]);
+    for (place, mut words) in words() {
+        let schema = schemas.pointer_mut(place).and_then(Value::as_object_mut);
+        schema.expect("is in the document").append(&mut words);
+    }
+    // Its limit is one of its size.
+    let angle = &mut schemas["Segment"]["properties"]["angle_rad"];
+    angle["minimum"] = json!(-angle["maximum"].as_f64().unwrap_or_default());
+    let corners = schemas["PlanRequest"]["properties"]["area"]["items"].clone();
+    for shape in ["PlanRequest", "Live"] {
+        let area = &mut schemas[shape]["properties"]["area"];
+        area["items"] = corners.clone();
+        // None is no limit.
+        area["allOf"] = json!([{ "anyOf": [{ "maxItems": 0 }, { "minItems": area["minItems"] }] }]);
+        area["minItems"] = json!(0);
+    }
+    unsigned(document);
+}
+
+/// Of a shape, which of some members are given together.
+#[derive(Clone, Copy)]
+struct Variant {
+    /// A member that chooses, and its values that choose this.
+    choice: Option<(&'static str, &'static [&'static str])>,
+    given: &'static [&'static str],
+    absent: &'static [&'static str],
+}
+
+impl Variant {
+    fn rule(&self, schema: &Value) -> Value {
+        let given = self.given.iter();
+        let given = given.map(|name| {
+            (
+                *name,
+                json!({ "type": kind(&schema["properties"][name]["type"]) }),
+            )
+        });
+        let absent = self.absent.iter().map(|name| (*name, json!({ "type": "null" })));
+        let choice = self
+            .choice
+            .iter()
+            .map(|(name, values)| (*name, json!({ "enum": values })));
+        let properties: Map<_, _> = given
+            .chain(absent)
+            .chain(choice)
+            .map(|(name, schema)| (name.to_owned(), schema))
+            .collect();
+        let mut rule = json!({ "properties": properties });
+        if !self.given.is_empty() {
+            rule["required"] = json!(self.given);
+        }
+        rule
+    }
+}
+
+/// Which of a schema's types is not null.
+pub(super) fn kind(kinds: &Value) -> Value {
+    match kinds {
+        Value::Array(kinds) => kinds
+            .iter()
+            .find(|kind| *kind != "null")
+            .cloned()
+            .unwrap_or_default(),
+        // It is of a shape with a name.
+        Value::Null => json!("object"),
+        only => only.clone(),
+    }
+}
+
+/// Shapes of whose variants exactly one is given.
+fn one_of() -> Vec<(&'static str, Vec<Variant>)> {
+    let either = |a, b| [variant(a, b), variant(b, a)].to_vec();
+    let together = |both| [variant(both, &[]), variant(&[], both)].to_vec();
+    let goal: fn(_, _, _) -> _ = |kind, given, absent| chosen("kind", kind, given, absent);
+    let offset: fn(_, _, _) -> _ = |frame, given, absent| chosen("frame", frame, given, absent);
+    vec![
+        ("Auv", either(&["state"], &["reports"])),
+        ("NewMission", either(&["live"], &["simulated"])),
+        ("Simulated", either(&["scenario"], &["scenario_file"])),
+        ("Asc", together(&["ground_north_mps", "ground_east_mps"])),
+        ("Report", together(&["course_rad", "speed_mps"])),
+        (
+            "HeadingLoop",
+            vec![
+                variant(&["time_constant_s"], &["natural_frequency_radps", "damping"]),
+                variant(&["natural_frequency_radps", "damping"], &["time_constant_s"]),
+                variant(&[], &["time_constant_s", "natural_frequency_radps", "damping"]),
+            ],
+        ),
+        (
+            "Goal",
+            vec![
+                goal(
+                    &["track"],
+                    &["auv"],
+                    &["auvs", "dwell_s", "epoch_s", "weights", "range_m"],
+                ),
+                goal(
+                    &["intermittent"],
+                    &["auvs", "dwell_s", "epoch_s"],
+                    &["auv", "weights", "range_m"],
+                ),
+                goal(
+                    &["midpoint"],
+                    &["auvs"],
+                    &["auv", "dwell_s", "epoch_s", "weights", "range_m"],
+                ),
+                goal(
+                    &["weighted"],
+                    &["weights"],
+                    &["auv", "auvs", "dwell_s", "epoch_s", "range_m"],
+                ),
+                goal(
+                    &["range"],
+                    &["auvs", "range_m"],
+                    &["auv", "dwell_s", "epoch_s", "weights"],
+                ),
+            ],
+        ),
+        (
+            "Offset",
+            vec![
+                offset(
+                    &["ned"],
+                    &["north_m", "east_m"],
+                    &["ahead_m", "starboard_m", "range_m", "bearing_rad"],
+                ),
+                offset(
+                    &["target", "path"],
+                    &["ahead_m", "starboard_m"],
+                    &["north_m", "east_m", "range_m", "bearing_rad"],
+                ),
+                offset(
+                    &["polar"],
+                    &["range_m", "bearing_rad"],
+                    &["north_m", "east_m", "ahead_m", "starboard_m"],
+                ),
+            ],
+        ),
+        (
+            "Segment",
+            vec![
+                goal(
+                    &["line"],
+                    &["from", "to"],
+                    &["centre", "angle_rad", "points", "fillet_m"],
+                ),
+                goal(
+                    &["arc"],
+                    &["from", "centre", "angle_rad"],
+                    &["to", "points", "fillet_m"],
+                ),
+                goal(
+                    &["waypoints"],
+                    &["points", "fillet_m"],
+                    &["from", "to", "centre", "angle_rad"],
+                ),
+            ],
+        ),
+    ]
+}
+
+const fn variant(given: &'static [&'static str], absent: &'static [&'static str]) -> Variant {
+    Variant {
+        choice: None,
+        given,
+        absent,
+    }
+}
+
+const fn chosen(
+    by: &'static str,
+    values: &'static [&'static str],
+    given: &'static [&'static str],
+    absent: &'static [&'static str],
+) -> Variant {
+    Variant {
+        choice: Some((by, values)),
+        ..variant(given, absent)
+    }
+}
+
+/// Lengths and patterns, by where they stand among the schemas.
+fn words() -> Vec<(&'static str, Map<String, Value>)> {
+    let exactly = |n: usize| json!({ "minItems": n, "maxItems": n });
+    // Names have no control characters, Unicode's general category Cc.
+    let name = json!({ "pattern": "^[^\\u0000-\\u001f\\u007f-\\u009f]*$" });
+    let presets: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
+    let version = json!({ "const": SCHEMA_VERSION });
+    let words = [
+        ("/PlanRequest/properties/schema_version", version.clone()),
+        ("/NewMission/properties/schema_version", version),
+        ("/Auv/properties/id", name.clone()),
+        ("/LiveAuv/properties/id", name),
+        ("/LiveAuv/properties/id", json!({ "not": { "const": "asc" } })),
+        ("/Goal/properties/auvs", json!({ "uniqueItems": true })),
+        (
+            "/Craft/properties/preset",
+            json!({ "pattern": format!("^({})$", presets.join("|")) }),
+        ),
+        ("/PlanRequest/properties/area/items", exactly(2)),
+        ("/Segment/properties/from", exactly(2)),
+        ("/Segment/properties/to", exactly(2)),
+        ("/Segment/properties/centre", exactly(2)),
+        ("/Segment/properties/points/items", exactly(2)),
+        ("/Segment/properties/points", json!({ "minItems": 2 })),
+        ("/Segment/properties/fillet_m", json!({ "minimum": 0 })),
+        ("/AuvState/properties/covariance", exactly(4)),
+        ("/AuvState/properties/covariance/items", exactly(4)),
+        ("/Batch", json!({ "additionalProperties": false })),
+        (
+            "/SurgeLoop",
+            json!({ "allOf": [{ "anyOf": [
+                { "properties": { "integrates": { "enum": [false, null] }, "integral_time_s": { "type": "null" } } },
+                { "required": ["integral_time_s"], "properties": {
+                    "integrates": { "enum": [true, null] }, "integral_time_s": { "type": "number" } } },
+            ] }] }),
+        ),
+    ];
+    words
+        .into_iter()
+        .map(|(place, words)| (place, words.as_object().cloned().unwrap_or_default()))
+        .collect()
+}
+
+/// utoipa says of every number of 64 bits that it may have a sign.
+fn unsigned(value: &mut Value) {
+    if value.get("format").is_some_and(|format| format == "int64")
+        && value.get("minimum").is_some_and(|least| *least == 0)
+    {
+        value["format"] = json!("uint64");
+        value["maximum"] = json!(u64::MAX);
+    }
+    match value {
+        Value::Array(items) => items.iter_mut().for_each(unsigned),
+        Value::Object(members) => members.values_mut().for_each(unsigned),
+        Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) => {}
+    }
+}
