@@ -41,6 +41,10 @@ const TELEMETRY_SIGMA: f64 = 0.05;
 /// Longest step in which the place along the path is carried on, s: at 0.3 m/s and 10 m radius a turn of 0.15 rad.
 const STEP_MAX: f64 = 5.0;
 
+/// Most steps between two reports: a quarter of an hour, after which no goal rests on the earlier one. Across a longer
+/// silence steps are longer, so that no list of reports takes long to filter.
+const STEPS_MAX: f64 = 180.0;
+
 /// Place along a path, error of the speed along it, and distance from it.
 ///
 /// ```text
@@ -154,7 +158,7 @@ impl<'a> OnPath<'a> {
     fn at(&self, time: f64) -> Self {
         let mut then = self.clone();
         let t = time - self.time;
-        let steps = (t / STEP_MAX).ceil();
+        let steps = (t / STEP_MAX).ceil().min(STEPS_MAX);
         let step = if steps > 0.0 { t / steps } else { 0.0 };
         let mut done = 0.0;
         while done < steps {
