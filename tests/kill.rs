@@ -193,6 +193,11 @@ fn auv(client: usize) -> String {
     format!("auv-{}", client + 1)
 }
 
+/// How far east a client's AUV goes north, m.
+fn lane_m(client: usize) -> f64 {
+    if client == 0 { 0.0 } else { 60.0 }
+}
+
 /// A post that no other one is like: its AUV is where it never was before and never will be again.
 #[derive(Clone, Copy)]
 struct Post {
@@ -217,8 +222,8 @@ impl Post {
 
     fn body(self) -> String {
         let now = unix_now();
-        let lane_m = if self.client == 0 { 0.0 } else { 60.0 };
-        let fix = json!({ "t_s": now, "north_m": self.north_m(), "east_m": lane_m, "sigma_m": 1.0 });
+        let lane = lane_m(self.client);
+        let fix = json!({ "t_s": now, "north_m": self.north_m(), "east_m": lane, "sigma_m": 1.0 });
         let state =
             json!({ "north_m": self.north_m(), "east_m": 30.0, "heading_rad": 0.0, "speed_mps": 0.2 });
         let heard = json!({
@@ -430,6 +435,44 @@ fn check_replay(home: &Home, mission: &str) -> String {
     assert!(output.status.success(), "{said}{errors}");
     assert!(!said.trim().is_empty(), "it does not say what it found");
     said.trim().to_owned()
+}
+
+#[test]
+fn a_change_that_was_acknowledged_outlives_a_kill_and_is_planned_by() {
+    let home = Home::new();
+    let mut server = home.start();
+    let mission = home.mission();
+    let url = home.url(&format!("/{mission}"));
+    let report = |counter: u32| {
+        for client in 0..CLIENTS {
+            let post = Post { client, counter };
+            try_once(&agent(), &format!("{url}/reports"), &post.key(), &post.body()).expect("is taken up");
+        }
+        home.await_plan(&mission, unix_now());
+    };
+    report(0);
+    for (counter, followed) in [(1, 1), (2, 0)] {
+        let goal = json!({ "kind": "track", "auv": auv(followed) });
+        let patch = json!({ "goal": goal }).to_string();
+        let changed = answered(
+            agent().patch(&url).content_type("application/json").send(patch),
+            200,
+        );
+        assert_eq!(changed["setting"]["goal"], goal);
+        server.process.kill().expect("is ours");
+        server.process.wait().expect("is ours");
+        server = home.start();
+        let found = answered(agent().get(&url).call(), 200);
+        assert_eq!(found["setting"], changed["setting"]);
+        report(counter);
+        let reference = answered(agent().get(format!("{url}/reference")).call(), 200);
+        let east = &reference["plan"]["goal"]["trajectory"][0]["east_m"];
+        let lane = lane_m(followed);
+        let off = east.as_f64().map(|east| (east - lane).abs());
+        assert!(off < Some(1.0), "{goal} is at {east} m east");
+    }
+    assert_eq!(of_kind(&home.record(&mission), "changed").count(), 2);
+    println!("{}", check_replay(&home, &mission));
 }
 
 #[test]

@@ -29,6 +29,9 @@ use tests::client::{Answer, get, post, send_to};
 use tokio::time::{Instant, sleep, timeout};
 use tower::ServiceExt as _;
 
+#[path = "missions/changes.rs"]
+mod changes;
+
 struct Service {
     router: Router,
     missions: Missions,

@@ -21,6 +21,7 @@ from pilotfish_client.api.missions import (
     get_record,
     get_reference,
     list_missions,
+    patch_mission,
     post_reports,
     run_mission,
 )
@@ -82,7 +83,7 @@ def heard():
 
 
 def check_mission(client):
-    """A mission is made, run and fed; it is listed, gives a reference, and leaves a record. Keys do what they are for."""
+    """A mission is made, run, fed and changed; it is listed, gives a reference, and leaves a record. Keys do what they are for."""
     run = uuid.uuid4().hex
     made = answer(
         create_mission.sync_detailed(client=client, body=new_mission(), idempotency_key=f"{run}-create"),
@@ -109,6 +110,11 @@ def check_mission(client):
     reference = answer(get_reference.sync_detailed(made.id, client=client, wait_s=WAIT))
     assert reference.mission == made.id, reference
     assert reference.plan.reference.valid_until_s > posted.asc[0].t_s, reference
+    disc = models.KeepOut(north_m=90.0, east_m=0.0, radius_m=5.0)
+    changed = answer(patch_mission.sync_detailed(made.id, client=client, body=models.Setting(keep_outs=[disc])))
+    assert changed.setting.keep_outs == [disc] and changed.setting.goal == new_mission().live.goal, changed
+    cleared = answer(patch_mission.sync_detailed(made.id, client=client, body=models.Setting(keep_outs=None)))
+    assert cleared.setting.keep_outs is None, cleared
     over = answer(finish_mission.sync_detailed(made.id, client=client, idempotency_key=f"{run}-finish"))
     assert over.status == models.Status.FINISHED, over
 

@@ -59,6 +59,7 @@ pub(crate) fn documented() -> OpenApiRouter<Shared> {
         ))
         .routes(routes!(
             missions::routes::get_mission,
+            missions::routes::patch_mission,
             missions::routes::delete_mission
         ))
         .routes(routes!(missions::routes::run_mission))

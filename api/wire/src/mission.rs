@@ -1,8 +1,8 @@
 //! Missions as clients make, feed and see them.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, mem};
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
@@ -104,6 +104,127 @@ pub struct Live {
 
 fn unit() -> f64 {
     1.0
+}
+
+/// What of a live mission can be changed while it runs, each member as the mission was made with it.
+///
+/// As a patch: a member that is given replaces the one there was as a whole, and is not merged with it; `null` leaves
+/// nothing; what is left out stays. At least one is given.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Setting {
+    /// What to do. No mission is without one: `null` is refused.
+    #[serde(
+        default,
+        deserialize_with = "required",
+        skip_serializing_if = "Option::is_none"
+    )]
+    #[schema(value_type = Goal, required = false)]
+    pub goal: Option<Goal>,
+    /// What the surface craft is allowed. Together with `craft`: where that is none, limits are also taken for what the
+    /// craft does.
+    #[serde(
+        default,
+        deserialize_with = "removable",
+        skip_serializing_if = "Option::is_none"
+    )]
+    #[schema(value_type = Option<Limits>)]
+    pub limits: Option<Option<Limits>>,
+    /// How the surface craft answers its references. With another one, what was learnt of the craft is learnt anew.
+    #[serde(
+        default,
+        deserialize_with = "removable",
+        skip_serializing_if = "Option::is_none"
+    )]
+    #[schema(value_type = Option<Craft>)]
+    pub craft: Option<Option<Craft>>,
+    /// Discs to keep out of.
+    #[serde(
+        default,
+        deserialize_with = "removable",
+        serialize_with = "null_if_empty",
+        skip_serializing_if = "Option::is_none"
+    )]
+    #[schema(value_type = Option<Vec<KeepOut>>)]
+    pub keep_outs: Option<Vec<KeepOut>>,
+    /// Corners of the area to stay in.
+    #[serde(
+        default,
+        deserialize_with = "removable",
+        serialize_with = "null_if_empty",
+        skip_serializing_if = "Option::is_none"
+    )]
+    #[schema(value_type = Option<Vec<[f64; 2]>>)]
+    pub area: Option<Vec<[f64; 2]>>,
+}
+
+/// A member that is given, and not as `null`.
+fn required<'de, T: Deserialize<'de>, D: Deserializer<'de>>(given: D) -> Result<Option<T>, D::Error> {
+    T::deserialize(given).map(Some)
+}
+
+/// A member that is given, of which `null` leaves nothing.
+fn removable<'de, T, D>(given: D) -> Result<Option<T>, D::Error>
+where
+    T: Deserialize<'de> + Default,
+    D: Deserializer<'de>,
+{
+    Option::deserialize(given).map(|given| Some(given.unwrap_or_default()))
+}
+
+#[expect(clippy::ref_option, reason = "this is how serde calls it")]
+fn null_if_empty<T: Serialize, S: Serializer>(
+    given: &Option<Vec<T>>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    given
+        .as_ref()
+        .filter(|items| !items.is_empty())
+        .serialize(serializer)
+}
+
+impl Setting {
+    /// How many members it has at most.
+    pub const MEMBERS: usize = 5;
+
+    /// Puts the members that are given into `config`, and keeps those that they replace instead.
+    pub fn exchange_with(&mut self, config: &mut Live) {
+        fn exchange<T>(given: Option<&mut T>, place: &mut T) {
+            if let Some(given) = given {
+                mem::swap(given, place);
+            }
+        }
+        exchange(self.goal.as_mut(), &mut config.goal);
+        exchange(self.limits.as_mut(), &mut config.limits);
+        exchange(self.craft.as_mut(), &mut config.craft);
+        exchange(self.keep_outs.as_mut(), &mut config.keep_outs);
+        exchange(self.area.as_mut(), &mut config.area);
+    }
+
+    /// The setting with the members that `patch` gives replaced.
+    #[must_use]
+    pub fn patched(self, patch: Self) -> Self {
+        Self {
+            goal: patch.goal.or(self.goal),
+            limits: patch.limits.or(self.limits),
+            craft: patch.craft.or(self.craft),
+            keep_outs: patch.keep_outs.or(self.keep_outs),
+            area: patch.area.or(self.area),
+        }
+    }
+}
+
+impl From<&Live> for Setting {
+    /// Every member, as the mission has it.
+    fn from(config: &Live) -> Self {
+        Self {
+            goal: Some(config.goal.clone()),
+            limits: Some(config.limits.clone()),
+            craft: Some(config.craft.clone()),
+            keep_outs: Some(config.keep_outs.clone()),
+            area: Some(config.area.clone()),
+        }
+    }
 }
 
 /// A place on Earth, WGS 84.
@@ -218,6 +339,9 @@ pub struct Mission {
     pub speed_factor: Option<f64>,
     /// Number of its last event.
     pub sequence: u64,
+    /// Of a live mission, what it does now and within which bounds: PATCH changes it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub setting: Option<Setting>,
     /// What the client gave it along.
     #[serde(default, skip_serializing_if = "Map::is_empty")]
     #[schema(value_type = Object)]

@@ -32,7 +32,7 @@ use crate::{
     problem::Problem,
     store::{Append, Appended, EventStore, KeyedAnswer, Order, StoredEvent},
 };
-use wire::mission::{Accepted, Live, Mission, Reports, Status};
+use wire::mission::{Accepted, Live, Mission, Reports, Setting, Status};
 
 pub(super) mod live;
 pub(super) mod simulated;
@@ -49,6 +49,10 @@ const STREAM: usize = 64;
 /// Why a simulated mission refuses reports.
 pub(super) const NO_REPORTS: &str = "a simulated mission hears its own vehicles; reports are for live ones";
 
+/// Why a simulated mission keeps its setting.
+pub(super) const FIXED_SETTING: &str = "a simulated mission does what its scenario says: make another one, with the goal, \
+    the keep-outs and the craft in its scenario_file";
+
 /// A command to a mission, and where the reply goes. The client may be gone: then the reply is dropped.
 #[derive(Debug)]
 pub(super) struct Request {
@@ -63,6 +67,8 @@ pub(super) struct Request {
 pub(super) enum Command {
     /// Takes up reports of vehicles.
     Report(Box<Reports>),
+    /// Replaces members of the setting.
+    Change(Box<Setting>),
     /// Begins or goes on, so many seconds of the mission in one.
     Run(Option<f64>),
     /// Holds the mission.
@@ -419,6 +425,10 @@ fn apply(mission: &mut Mission, event: &Event) {
             mission.speed_factor = *speed_factor;
         }
         Event::Paused { .. } => mission.status = Status::Paused,
+        Event::Changed { setting, .. } => {
+            let before = mission.setting.take().unwrap_or_default();
+            mission.setting = Some(before.patched(Setting::clone(setting)));
+        }
         Event::Planned(planned) => mission.t_s = planned.t_s,
         Event::Finished { at_s } => {
             mission.status = Status::Finished;

@@ -12,8 +12,8 @@ use super::{
 };
 use wire::FieldError;
 use wire::{
-    METADATA_BYTES_MAX, Segment, SegmentKind,
-    mission::{Live, NewMission, Reports, Simulated},
+    METADATA_BYTES_MAX, PlanRequest, Segment, SegmentKind,
+    mission::{Live, NewMission, Reports, Setting, Simulated},
     unsupported_version,
 };
 
@@ -128,25 +128,8 @@ pub(crate) fn reports(config: &Live, heard: &Reports, now: f64) -> Result<(), Ve
     if !errors.is_empty() {
         return Err(errors);
     }
-    let mut trial = trial_request(config, now);
-    // What the mission was made with was checked then, and is long to check again.
+    let mut trial = short_trial(config, now);
     trial.keep_outs.clear();
-    for auv in &mut trial.auvs {
-        auv.dive = None;
-        // A goal may need one.
-        if let Some(path) = &mut auv.path {
-            path.closed = false;
-            path.segments = vec![Segment {
-                kind: SegmentKind::Line,
-                from: Some([0.0, 0.0]),
-                to: Some([1.0, 0.0]),
-                centre: None,
-                angle_rad: None,
-                points: None,
-                fillet_m: None,
-            }];
-        }
-    }
     let at_rest = trial.auvs.first().and_then(|auv| auv.reports.clone());
     for (id, fixes) in &heard.auvs {
         let Some(auv) = config.auvs.iter().position(|auv| auv.id == *id) else {
@@ -176,6 +159,42 @@ pub(crate) fn reports(config: &Live, heard: &Reports, now: f64) -> Result<(), Ve
         }
     }
     none(errors)
+}
+
+/// What is wrong with a `patch`, whatever the mission.
+pub(crate) fn patch(patch: &Setting) -> Result<(), Vec<FieldError>> {
+    none((*patch == Setting::default()).then(|| {
+        let detail = "give what is to change: goal, limits, craft, keep_outs or area";
+        let limit = json!({ "least": 1, "most": Setting::MEMBERS });
+        FieldError::new("", "missing", detail).limit(limit)
+    }))
+}
+
+/// What is wrong with a mission whose setting was changed to the one in `config`. The pointers are those of the setting.
+pub(crate) fn changed(config: &Live) -> Result<(), Vec<FieldError>> {
+    Snapshot::try_from(&short_trial(config, 0.0)).map(drop)
+}
+
+/// [`trial_request`] without the paths and dives, which were checked when the mission was made and are long to check again.
+fn short_trial(config: &Live, now: f64) -> PlanRequest {
+    let mut trial = trial_request(config, now);
+    for auv in &mut trial.auvs {
+        auv.dive = None;
+        // A goal may need one.
+        if let Some(path) = &mut auv.path {
+            path.closed = false;
+            path.segments = vec![Segment {
+                kind: SegmentKind::Line,
+                from: Some([0.0, 0.0]),
+                to: Some([1.0, 0.0]),
+                centre: None,
+                angle_rad: None,
+                points: None,
+                fillet_m: None,
+            }];
+        }
+    }
+    trial
 }
 
 pub(crate) fn speed_factor(given: Option<f64>) -> Result<(), Vec<FieldError>> {

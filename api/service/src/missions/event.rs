@@ -16,7 +16,7 @@ use crate::{
 };
 use wire::{
     Method, Outcome, PlanResponse, PreviousPlan, Reference,
-    mission::{NewMission, Reports, Truth},
+    mission::{NewMission, Reports, Setting, Truth},
     sha256,
 };
 
@@ -43,6 +43,15 @@ pub enum Event {
     Paused {
         /// When.
         at_s: f64,
+    },
+    /// Its setting was changed: plans after it are made by the new one.
+    Changed {
+        /// When.
+        at_s: f64,
+        /// The members that are new. Those that are not here stayed.
+        setting: Box<Setting>,
+        /// What they replaced.
+        replaced: Box<Setting>,
     },
     /// Something was heard.
     Reported {
@@ -218,6 +227,7 @@ impl Event {
             Self::Created { .. } => "created",
             Self::Ran { .. } => "ran",
             Self::Paused { .. } => "paused",
+            Self::Changed { .. } => "changed",
             Self::Reported { .. } => "reported",
             Self::Planned(_) => "planned",
             Self::ClockSet { .. } => "clock_set",

@@ -31,7 +31,7 @@ use crate::{
     store::{Append, Appended, EventReader, EventStore, Order, StoreError, StoredMission},
 };
 use wire::{
-    mission::{Mission, NewMission, Reports, Status},
+    mission::{Mission, NewMission, Reports, Setting, Status},
     sha256,
 };
 
@@ -178,6 +178,7 @@ impl Missions {
             t_s: if new.live.is_some() { at_s } else { 0.0 },
             speed_factor: None,
             sequence: 1,
+            setting: new.live.as_ref().map(Setting::from),
             metadata: new.metadata.clone(),
             id,
         };
@@ -320,11 +321,13 @@ impl Missions {
 
     async fn start_actor(&self, stored: StoredMission) -> Result<Handle, Problem> {
         let StoredMission { number, id, summary } = stored;
-        let mission: Mission = parsed(&summary)?;
+        let mut mission: Mission = parsed(&summary)?;
         let (created_s, sequence) = (mission.created_s, mission.sequence);
         let (created, Snapshot { state, plan }) = self
             .read(move |reader| fold(reader, number, created_s, sequence))
             .await?;
+        // An older version did not write it there.
+        mission.setting = state.as_ref().map(|state| Setting::from(state.config()));
         let mut actors = self.actors();
         let actors = actors.as_mut().ok_or(Problem::Log(StoreError::Closed))?;
         // The actors of missions that are over have ended.

@@ -39,7 +39,7 @@ use crate::{
 };
 use wire::FieldError;
 use wire::mission::{
-    Accepted, CurrentReference, Mission, MissionList, NewMission, Order, OrderList, Reports, Run, Step,
+    Accepted, CurrentReference, Mission, MissionList, NewMission, Order, OrderList, Reports, Run, Setting, Step,
 };
 
 /// Missions in one answer.
@@ -361,6 +361,26 @@ pub(crate) async fn list_orders(
     responses((status = 200, description = "Where it is.", body = Mission), MissionRefusals))]
 pub(crate) async fn get_mission(missions: Missions, Named(id): Named) -> Result<Json<Mission>, Problem> {
     Ok(Json(missions.find(&id).await?.1))
+}
+
+/// Changes what a live mission does, before or while it runs: the next plan is made by it.
+///
+/// Members are replaced as a whole and not merged, unlike those inside a JSON merge patch (RFC 7396). Of `reference`,
+/// `?after=` with the `sequence` of the answer waits for a plan made by the new setting. What is so already is no event.
+#[utoipa::path(patch, path = "/v1/missions/{id}", tag = "missions", params(Named, IdempotencyKeyHeader),
+    request_body(content((Setting = "application/merge-patch+json"), (Setting = "application/json"))),
+    responses((status = 200, description = "It is on the disk.", body = Mission), MissionRefusals))]
+pub(crate) async fn patch_mission(
+    missions: Missions,
+    by: By,
+    Named(id): Named,
+    key: IdempotencyKeyHeader,
+    Posted(setting): Posted<Setting>,
+) -> Result<Response, Problem> {
+    check::patch(&setting).map_err(Problem::Invalid)?;
+    let key = key.of(&by, "patch", &setting)?;
+    let change = Command::Change(Box::new(setting));
+    Ok(as_json(missions.send(&id, change, key, Some(by.order("change"))).await?))
 }
 
 /// Ends a mission and forgets it, its log too.

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{clock::Clock, event::Event};
 use wire::{
-    Asc, Auv, Fallback, FieldError, PlanRequest, PreviousPlan, Report, SCHEMA_VERSION,
-    mission::{AscReport, Live, LiveAuv, Reports},
+    Asc, Auv, Fallback, FieldError, Goal, Limits, PlanRequest, PreviousPlan, Report, SCHEMA_VERSION,
+    mission::{AscReport, Live, LiveAuv, Reports, Setting},
 };
 
 /// How long the surface craft's last state is carried on by its velocity, s. After that its place is unknown, and no plan
@@ -39,10 +39,50 @@ impl MissionState {
         }
     }
 
-    /// Applies an event: of all kinds only reports change the state.
+    /// Applies an event: of all kinds only reports and changes of the setting change the state.
     pub(super) fn apply(&mut self, event: &Event, clock: &Clock) {
-        if let Event::Reported { heard, at_s } = event {
-            self.take_reports(heard, clock.at(*at_s));
+        match event {
+            Event::Reported { heard, at_s } => self.take_reports(heard, clock.at(*at_s)),
+            Event::Changed { setting, .. } => self.change(setting),
+            Event::Created { .. }
+            | Event::Ran { .. }
+            | Event::Paused { .. }
+            | Event::Planned(_)
+            | Event::ClockSet { .. }
+            | Event::Finished { .. }
+            | Event::Failed { .. } => {}
+        }
+    }
+
+    /// What the mission is to do, and all that is known of it but for reports and plans.
+    pub(super) fn config(&self) -> &Live {
+        &self.config
+    }
+
+    /// Replaces members of the setting, and forgets of the previous plan what was so by the old ones only.
+    ///
+    /// Its trajectory and its reference stay: the craft follows them until the next plan, whose heading turns from there, and
+    /// the trajectory is followed on only where the new goal predicts no lower cost for another.
+    fn change(&mut self, setting: &Setting) {
+        let mut replaced = setting.clone();
+        replaced.exchange_with(&mut self.config);
+        let Some(plan) = &mut self.previous_plan else {
+            return;
+        };
+        let config = &self.config;
+        let follows_another =
+            |before: &Goal| without_offset(before.clone()) != without_offset(config.goal.clone());
+        if replaced.goal.as_ref().is_some_and(follows_another) {
+            plan.goal_course_rad = None;
+        }
+        let is_another_craft = replaced.craft.is_some_and(|before| before != config.craft);
+        let has_another_lag = replaced
+            .limits
+            .is_some_and(|before| surge_lag(before.as_ref()) != surge_lag(config.limits.as_ref()));
+        if (is_another_craft || has_another_lag)
+            && let Some(craft) = &mut plan.craft_estimate
+        {
+            craft.memory.clear();
         }
     }
 
@@ -130,6 +170,15 @@ pub(super) fn facts(mut request: PlanRequest) -> Result<Snapshot, Vec<FieldError
         request.previous_plan = None;
         Snapshot::try_from(&request)
     })
+}
+
+fn without_offset(goal: Goal) -> Goal {
+    Goal { offset: None, ..goal }
+}
+
+/// What limits say of the craft itself.
+fn surge_lag(limits: Option<&Limits>) -> Option<f64> {
+    limits.and_then(|limits| limits.surge_lag_s)
 }
 
 /// Whether a time lies in the future of a clock that shows `now`, s, by more than clocks differ.
@@ -240,6 +289,11 @@ pub(super) fn trial_request(config: &Live, now: f64) -> PlanRequest {
 
 #[cfg(test)]
 mod tests {
+    use planner::{
+        plan::{Workspace, plan},
+        policy::Policy,
+        snapshot,
+    };
     use serde_json::json;
 
     use super::*;
@@ -297,6 +351,66 @@ mod tests {
         assert_eq!(request.asc.north_m, 3.0);
         let fixes = request.auvs[0].reports.as_ref().expect("are there");
         assert_eq!(fixes.iter().map(|fix| fix.north_m).collect::<Vec<_>>(), [3.0]);
+    }
+
+    /// A state in which all is heard at 10 s, a plan having been made at 9 s, and the same after a change.
+    fn before_and_after(change: serde_json::Value) -> [MissionState; 2] {
+        let mut before = state();
+        before.take_reports(&heard(10.0, 1.0), 10.0);
+        before.config.limits = Some(Limits::default());
+        let first = facts(before.request(9.0).expect("waits for no vehicle")).expect("is valid");
+        let plan = plan(&first, &Policy::default(), &mut Workspace::default());
+        before.set_previous_plan(PreviousPlan::from(&snapshot::PreviousPlan::from(&plan)));
+        let mut after = before.clone();
+        after.change(&serde_json::from_value(change).expect("has the shape"));
+        [before, after]
+    }
+
+    #[test]
+    fn of_the_plan_before_a_change_stays_what_is_still_so() {
+        let a = json!({ "kind": "track", "auv": "a" });
+        let beside = json!({ "kind": "weighted", "weights": { "a": 1.0, "b": 0.0 },
+            "offset": { "frame": "ned", "north_m": 1.0, "east_m": 0.0 } });
+        let disc = json!({ "north_m": 90.0, "east_m": 0.0, "radius_m": 9.0 });
+        for (change, course_stays, craft_stays) in [
+            (json!({ "goal": a }), false, true),
+            (json!({ "goal": beside, "keep_outs": [disc] }), true, true),
+            (
+                json!({ "limits": { "speed_max_mps": 0.5 }, "craft": null }),
+                true,
+                true,
+            ),
+            (json!({ "limits": { "surge_lag_s": 0.5 } }), true, false),
+            (
+                json!({ "goal": a, "craft": { "preset": "medusa" } }),
+                false,
+                false,
+            ),
+        ] {
+            let [before, after] = before_and_after(change.clone()).map(|state| state.previous_plan);
+            let mut expected = before.expect("is there");
+            expected.goal_course_rad = expected.goal_course_rad.filter(|_| course_stays);
+            let craft = expected.craft_estimate.as_mut().expect("is there");
+            craft.memory.retain(|_| craft_stays);
+            assert_eq!(after, Some(expected), "{change}");
+        }
+    }
+
+    #[test]
+    fn another_craft_is_known_by_what_is_said_of_it_alone_and_turns_on_from_where_it_was_asked_to() {
+        let craft = json!({ "preset": "medusa", "relative_uncertainty": 0.0 });
+        let snapshots = before_and_after(json!({ "craft": craft }))
+            .map(|state| facts(state.request(10.0).expect("waits for no vehicle")).expect("is valid"));
+        let lag = |snapshot: &Snapshot| {
+            let (known, said) = (snapshot.craft_estimate(), snapshot.craft_prior());
+            (known.heading.y, said.heading_lag.mean)
+        };
+        let [before, after] = &snapshots;
+        assert_ne!(lag(before).0, lag(before).1);
+        assert_eq!(lag(after).0, lag(after).1);
+        let asked = |snapshot: &Snapshot| snapshot.previous_plan.as_ref().expect("is there").reference;
+        assert!(asked(before).is_some());
+        assert_eq!(asked(before), asked(after));
     }
 
     #[test]

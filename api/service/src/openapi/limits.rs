@@ -8,7 +8,7 @@ use planner::snapshot::Snapshot;
 use serde_json::{Map, Value, json};
 use wire::{
     FieldError, PlanRequest,
-    mission::{NewMission, Reports, Step},
+    mission::{NewMission, Reports, Setting, Step},
 };
 
 use super::rules;
@@ -30,7 +30,16 @@ pub(super) fn write(document: &mut Value) {
         let mission: NewMission = serde_json::from_value(mission).expect("has the shape");
         let wrong = check::new_mission(&mission).expect_err("is beyond all limits");
         write_limits(document, "NewMission", &wrong);
+        // Its numbers are those of the shapes that it has in common with a mission.
+        let wrong = mission.live.as_ref().map(check::changed);
+        write_limits(
+            document,
+            "Setting",
+            &wrong.and_then(Result::err).unwrap_or_default(),
+        );
     }
+    let wrong = check::patch(&Setting::default()).expect_err("changes nothing");
+    write_limits(document, "Setting", &wrong);
     let wrong = check::speed_factor(Some(HUGE)).expect_err("is beyond all limits");
     write_limits(document, "Run", &wrong);
     let wrong = check::ticks(u32::MAX).expect_err("is beyond all limits");

@@ -9,13 +9,15 @@ use super::{Actor, Command, Context, IdempotencyKey, LiveMission, Snapshot, Stor
 use crate::{
     deadline::Arrival,
     missions::{
+        check,
         clock::{Clock, ClockWatch, unix_now},
         event::{Event, answer, planned, previous},
         state::{MissionState, facts},
     },
+    pool::Lane,
     problem::Problem,
 };
-use wire::PlanRequest;
+use wire::{PlanRequest, mission::Setting};
 
 /// Reports that a start reads one by one at most.
 const FOLD_MAX: u32 = 64;
@@ -70,7 +72,8 @@ impl Actor for Live {
                 return Err(Problem::conflict(why));
             }
             Command::Run(None) if self.context.is_running() => return self.context.unchanged(key).await,
-            Command::Report(heard) => return self.report(Event::Reported { at_s, heard }, key).await,
+            Command::Report(heard) => return self.take_up(Event::Reported { at_s, heard }, key).await,
+            Command::Change(setting) => return self.change(at_s, setting, key).await,
             Command::Run(None) => {
                 self.due = next_due(&self.made.clock, self.made.config.period_s);
                 let speed_factor = None;
@@ -100,8 +103,32 @@ impl Actor for Live {
 }
 
 impl Live {
-    /// Stores the event of reports, and takes them up.
-    async fn report(&mut self, event: Event, key: Option<IdempotencyKey>) -> Result<Vec<u8>, Problem> {
+    /// Changes the setting, if a mission can have what comes of it. One that is so already is left alone.
+    async fn change(
+        &mut self,
+        at_s: f64,
+        setting: Box<Setting>,
+        key: Option<IdempotencyKey>,
+    ) -> Result<Vec<u8>, Problem> {
+        let (mut replaced, mut config) = (setting.clone(), self.state.config().clone());
+        replaced.exchange_with(&mut config);
+        if replaced == setting {
+            return self.context.unchanged(key).await;
+        }
+        // Here and not where the request came in, so that no other change comes in between.
+        let check = move || check::changed(&config);
+        let checked = self.context.planners.read_for_mission(Lane::Mission, check);
+        checked.await?.map_err(Problem::Invalid)?;
+        let event = Event::Changed {
+            at_s,
+            setting,
+            replaced,
+        };
+        self.take_up(event, key).await
+    }
+
+    /// Stores an event that changes the state, and takes it up.
+    async fn take_up(&mut self, event: Event, key: Option<IdempotencyKey>) -> Result<Vec<u8>, Problem> {
         let mut state = self.state.clone();
         state.apply(&event, &self.made.clock);
         // Every plan leaves a snapshot; where none is made, reports do now and then.

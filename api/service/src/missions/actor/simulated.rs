@@ -6,7 +6,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::{Actor, Command, Context, IdempotencyKey, NO_REPORTS, Snapshot, Stored, StoredPlan};
+use super::{
+    Actor, Command, Context, FIXED_SETTING, IdempotencyKey, NO_REPORTS, Snapshot, Stored, StoredPlan,
+};
 use crate::{
     missions::{
         clock::unix_now,
@@ -60,6 +62,7 @@ impl Actor for Simulated {
         let at_s = unix_now();
         let event = match command {
             Command::Report(_) => return Err(Problem::conflict(NO_REPORTS)),
+            Command::Change(_) => return Err(Problem::conflict(FIXED_SETTING)),
             Command::Step(_) if self.context.is_running() => {
                 return Err(Problem::conflict("the mission is running: pause it first"));
             }

@@ -45,6 +45,7 @@ impl Timeline {
             }
             Event::Ran { at_s, .. }
             | Event::Paused { at_s }
+            | Event::Changed { at_s, .. }
             | Event::Reported { at_s, .. }
             | Event::ClockSet { at_s, .. }
             | Event::Finished { at_s }
@@ -71,6 +72,7 @@ pub(super) fn rows(sequence: u64, time: f64, event: &Event) -> Vec<Row<'_>> {
         Event::Created { at_s, .. }
         | Event::Ran { at_s, .. }
         | Event::Paused { at_s }
+        | Event::Changed { at_s, .. }
         | Event::ClockSet { at_s, .. }
         | Event::Finished { at_s } => vec![Row {
             received_s: Some(*at_s),
