@@ -42,6 +42,11 @@ impl Server {
     }
 
     fn start_in(data: Option<TempDir>, mut program: Command, port: u16) -> Self {
+        // Every call is logged at info: a test's output should show what is wrong alone.
+        let mut said = program.get_envs();
+        if !said.any(|(name, value)| name == "PILOTFISH_LOG" && value.is_some()) {
+            program.env("PILOTFISH_LOG", "warn");
+        }
         let mut process = program
             .args(["--port", &port.to_string()])
             .stdout(Stdio::piped())

@@ -4,15 +4,19 @@ use std::{env, error::Error, io, process::ExitCode};
 
 use clap::Parser;
 use tracing_subscriber::{
-    Layer as _, filter::Targets, layer::SubscriberExt as _, util::SubscriberInitExt as _,
+    Layer, Registry, filter::Targets, layer::SubscriberExt as _, util::SubscriberInitExt as _,
 };
 
 use crate::cli::{Arguments, Config};
 
 mod cli;
+#[cfg(feature = "otlp")]
+mod otlp;
 
 /// What the program ends with where the command line or the configuration cannot be used, as clap does.
 const USAGE: u8 = 2;
+
+type BoxedLayer = Box<dyn Layer<Registry> + Send + Sync>;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
@@ -27,7 +31,14 @@ fn main() -> ExitCode {
             return ExitCode::from(USAGE);
         }
     };
-    log(&config);
+    // Sends what is left when the program ends.
+    #[cfg(feature = "otlp")]
+    let tracer = otlp::Tracer::from_environment();
+    #[cfg(feature = "otlp")]
+    let traces = tracer.as_ref().map(|tracer| tracer.layer().boxed());
+    #[cfg(not(feature = "otlp"))]
+    let traces = None;
+    log(&config, traces);
     match arguments.run(&layers, &config) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -38,7 +49,7 @@ fn main() -> ExitCode {
 }
 
 /// Lets the program log to standard error. `RUST_LOG` goes before the configuration, as people expect of Rust programs.
-fn log(config: &Config) {
+fn log(config: &Config, traces: Option<BoxedLayer>) {
     let filter: Targets = env::var("RUST_LOG")
         .ok()
         .and_then(|given| given.parse().ok())
@@ -50,7 +61,10 @@ fn log(config: &Config) {
     } else {
         lines.boxed()
     };
-    tracing_subscriber::registry().with(filter).with(lines).init();
+    let layers: Vec<BoxedLayer> = [lines].into_iter().chain(traces).collect();
+    tracing_subscriber::registry()
+        .with(layers.with_filter(filter))
+        .init();
 }
 
 fn explain(error: &dyn Error) {

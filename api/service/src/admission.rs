@@ -5,6 +5,8 @@ use std::{
     time::{Duration, Instant},
 };
 
+use prometheus_client::metrics::gauge::Gauge;
+
 use crate::{pool::Lane, problem::Problem};
 
 /// Work that every request costs, in bytes of a body.
@@ -52,11 +54,13 @@ struct Load {
     busy: f64,
     /// Since when the queue has been longer than it should stand.
     standing_since: Option<Instant>,
+    /// Shows `n`.
+    gauge: Gauge,
 }
 
 impl Admission {
-    /// For `n_threads`, with at most `n_waiting` more requests than threads.
-    pub(crate) fn new(n_threads: usize, n_waiting: usize) -> Self {
+    /// For `n_threads`, with at most `n_waiting` more requests than threads; `gauge` shows how many there are.
+    pub(crate) fn new(n_threads: usize, n_waiting: usize, gauge: Gauge) -> Self {
         Self(Arc::new(Mutex::new(Load {
             n_threads: float(n_threads),
             n_max: n_threads + n_waiting,
@@ -65,6 +69,7 @@ impl Admission {
             rate: 0.0,
             busy: 0.0,
             standing_since: None,
+            gauge,
         })))
     }
 
@@ -89,6 +94,7 @@ impl Admission {
             return Err(Problem::Overloaded);
         }
         load.n += 1;
+        load.gauge.inc();
         load.cost += cost;
         drop(load);
         Ok(Arc::new(Ticket {
@@ -126,6 +132,7 @@ impl Drop for Ticket {
         let busy = busy.as_secs_f64().min(BUSY_MAX);
         let mut load = self.admission.load();
         load.n -= 1;
+        load.gauge.dec();
         // Sums of floats do not come back to nothing.
         load.cost = if load.n == 0 {
             0.0
@@ -145,7 +152,7 @@ mod tests {
 
     /// One thread that takes 10 ms for each request of 4 KiB.
     fn slow() -> Admission {
-        let admission = Admission::new(1, 64);
+        let admission = Admission::new(1, 64, Gauge::default());
         let mut load = admission.load();
         load.rate = 10e-3 / (2.0 * COST_MIN);
         load.busy = 10e-3;

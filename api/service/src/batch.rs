@@ -6,6 +6,7 @@ use axum::{Extension, Json, extract::State};
 use planner::snapshot::{AUVS_MAX, REPORTS_MAX};
 use serde::{Deserialize, Serialize};
 use tokio::task::JoinHandle;
+use tracing::Instrument as _;
 use utoipa::ToSchema;
 
 use crate::{
@@ -98,10 +99,11 @@ pub(crate) async fn plan_batch(
     let mut plans: Vec<JoinHandle<Result<PlanResponse, Problem>>> = vec![];
     for valid in read.await?? {
         let (planners, ticket) = (planners.clone(), Arc::clone(&ticket));
-        plans.push(tokio::spawn(async move {
+        let plan = async move {
             let (planned, metadata) = valid?.planned(&planners, ticket, arrival).await?;
             Ok(answer(&planned, &metadata).planned())
-        }));
+        };
+        plans.push(tokio::spawn(plan.in_current_span()));
     }
     let mut answers = Vec::with_capacity(plans.len());
     for (i, plan) in plans.into_iter().enumerate() {

@@ -4,31 +4,43 @@ use std::{
     any::Any,
     hash::{BuildHasher, RandomState},
     sync::{
-        Arc, LazyLock,
+        LazyLock,
         atomic::{AtomicU64, Ordering},
     },
-    time::Instant,
+    time::{Duration, Instant},
 };
 
 use axum::{
     body::Body,
-    extract::Request,
-    http::{HeaderMap, HeaderName, HeaderValue, header},
+    extract::{MatchedPath, Request},
+    http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header},
     middleware::Next,
     response::{IntoResponse, Response},
 };
+use tracing::{Instrument as _, Span, error_span, field::Empty};
 
 use crate::{
     access::{Caller, Tokens, is_public},
     deadline::Arrival,
     hosts::Hosts,
+    metrics::Metrics,
     problem::Problem,
+    trace::{TRACERESPONSE, TraceContext, TraceFn},
 };
 
 static REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
 /// Longest request id taken over from a client, bytes.
 const REQUEST_ID_LENGTH_MAX: usize = 64;
+
+/// The route of requests for which there is none.
+const UNMATCHED: &str = "unmatched";
+
+/// How routes of a mission begin.
+const MISSION: &str = "/v1/missions/{id}";
+
+/// Routes that machines ask every few seconds.
+const PROBES: [&str; 3] = ["/livez", "/readyz", "/metrics"];
 
 /// On every answer that has no other. Pages load nothing from elsewhere.
 const POLICY: HeaderValue = HeaderValue::from_static(
@@ -58,27 +70,54 @@ const HEADERS: [(HeaderName, HeaderValue); 6] = [
 #[derive(Clone, Debug)]
 pub(crate) struct RequestId(pub(crate) String);
 
+/// What every request passes.
+#[derive(Clone)]
+pub(crate) struct Edge {
+    pub(crate) hosts: Option<Hosts>,
+    pub(crate) tokens: Option<Tokens>,
+    pub(crate) trace: TraceFn,
+    pub(crate) metrics: Metrics,
+}
+
+impl Edge {
+    /// Who sends the request, where that matters. Fails if it may not be sent.
+    fn admit(&self, request: &Request) -> Result<Option<Caller>, Problem> {
+        let (method, path) = (request.method(), request.uri().path());
+        if let Some(hosts) = &self.hosts {
+            hosts.check(method, request.version(), request.headers())?;
+        }
+        if is_public(path) {
+            return Ok(None);
+        }
+        let peer = request.extensions().get().copied();
+        let caller = Caller::of(self.tokens.as_ref(), peer, request.headers())?;
+        caller.may(method, path)?;
+        Ok(Some(caller))
+    }
+}
+
 /// Finishes whatever answer comes out.
-pub(crate) async fn pass(
-    hosts: Option<Hosts>,
-    tokens: Option<Tokens>,
-    mut request: Request,
-    next: Next,
-) -> Response {
+pub(crate) async fn pass(edge: Edge, mut request: Request, next: Next) -> Response {
     let start = Instant::now();
     request.extensions_mut().insert(Arrival(start));
     let id = request_id(request.headers());
     request.extensions_mut().insert(RequestId(id.clone()));
     let (method, path) = (request.method().clone(), request.uri().path().to_owned());
+    let route = request.extensions().get::<MatchedPath>().cloned();
+    let route = route.as_ref().map_or(UNMATCHED, MatchedPath::as_str);
+    let span = span(&method, route, &path, &id);
+    let parent = TraceContext::of(request.headers());
+    let trace = (edge.trace)(&span, format_args!("{method} {route}"), parent)
+        .unwrap_or_else(|| TraceContext::within(parent, fresh));
+    span.record("trace_id", format_args!("{:032x}", trace.trace));
 
-    let mut caller = None;
-    let mut response = match admit(hosts.as_ref(), tokens.as_ref(), &request) {
-        Ok(known) => {
-            if let Some(known) = known {
-                caller = Some(Arc::clone(&known.name));
-                request.extensions_mut().insert(known);
+    let mut response = match edge.admit(&request) {
+        Ok(caller) => {
+            if let Some(caller) = caller {
+                span.record("caller", &*caller.name);
+                request.extensions_mut().insert(caller);
             }
-            next.run(request).await
+            next.run(request).instrument(span.clone()).await
         }
         Err(problem) => problem.into_response(),
     };
@@ -88,37 +127,45 @@ pub(crate) async fn pass(
     let headers = response.headers_mut();
     headers.extend(HEADERS);
     headers.entry(header::CONTENT_SECURITY_POLICY).or_insert(POLICY);
-    if let Ok(id) = HeaderValue::from_str(&id) {
-        headers.insert(REQUEST_ID.clone(), id);
+    for (name, value) in [(&REQUEST_ID, id), (&TRACERESPONSE, trace.to_string())] {
+        if let Ok(value) = HeaderValue::from_str(&value) {
+            headers.insert(name.clone(), value);
+        }
     }
 
-    let (status, ms) = (response.status().as_u16(), start.elapsed().as_secs_f64() * 1e3);
-    let caller = caller.as_deref();
-    if response.status().is_server_error() {
-        tracing::warn!(%method, path, status, ms, id, caller, "answered");
-    } else {
-        tracing::debug!(%method, path, status, ms, id, caller, "answered");
-    }
+    let took = start.elapsed();
+    edge.metrics.request(&method, route, response.status(), took);
+    span.in_scope(|| log(route, response.status(), took));
     response
 }
 
-/// Who sends the request, where that matters. Fails if it may not be sent.
-fn admit(
-    hosts: Option<&Hosts>,
-    tokens: Option<&Tokens>,
-    request: &Request,
-) -> Result<Option<Caller>, Problem> {
-    let (method, path) = (request.method(), request.uri().path());
-    if let Some(hosts) = hosts {
-        hosts.check(method, request.version(), request.headers())?;
+/// What a request's log lines say of it. At the level of errors, so that no filter takes it from a line that it lets through.
+fn span(method: &Method, route: &str, path: &str, id: &str) -> Span {
+    let mission = route.starts_with(MISSION).then(|| path.split('/').nth(3));
+    let mission = mission.flatten().filter(|id| id.len() <= REQUEST_ID_LENGTH_MAX);
+    error_span!(
+        "request",
+        %method,
+        route,
+        request_id = id,
+        trace_id = Empty,
+        mission,
+        caller = Empty,
+        // Of tracers.
+        otel.name = Empty,
+        otel.kind = Empty,
+    )
+}
+
+fn log(route: &str, status: StatusCode, took: Duration) {
+    let (status, ms) = (status.as_u16(), took.as_secs_f64() * 1e3);
+    if 500 <= status {
+        tracing::warn!(status, ms, "answered");
+    } else if PROBES.contains(&route) {
+        tracing::debug!(status, ms, "answered");
+    } else {
+        tracing::info!(status, ms, "answered");
     }
-    if is_public(path) {
-        return Ok(None);
-    }
-    let peer = request.extensions().get().copied();
-    let caller = Caller::of(tokens, peer, request.headers())?;
-    caller.may(method, path)?;
-    Ok(Some(caller))
 }
 
 fn write_document(response: &mut Response, problem: &Problem, path: &str, id: &str) {
@@ -160,7 +207,11 @@ fn request_id(headers: &HeaderMap) -> String {
 
 /// Unique in this process, and unlike those of other processes; no secret.
 pub(crate) fn fresh_id() -> String {
+    format!("{:016x}", fresh())
+}
+
+fn fresh() -> u64 {
     static PROCESS: LazyLock<RandomState> = LazyLock::new(RandomState::new);
     static COUNT: AtomicU64 = AtomicU64::new(0);
-    format!("{:016x}", PROCESS.hash_one(COUNT.fetch_add(1, Ordering::Relaxed)))
+    PROCESS.hash_one(COUNT.fetch_add(1, Ordering::Relaxed))
 }

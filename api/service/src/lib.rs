@@ -19,6 +19,7 @@ mod edge;
 pub mod examples;
 pub mod health;
 mod hosts;
+mod metrics;
 pub mod missions;
 pub mod offline;
 mod openapi;
@@ -31,9 +32,13 @@ pub mod problem;
 mod settings;
 pub mod slots;
 pub mod store;
+mod trace;
 
+use edge::Edge;
 use health::Readiness;
 pub use hosts::Hosts;
+pub use metrics::{Connections, Counted};
+use metrics::{Metrics, StoreMetrics};
 use missions::Missions;
 use planners::Planners;
 pub use posted::BODY_BYTES_MAX;
@@ -41,6 +46,7 @@ use posted::Bodies;
 use problem::Problem;
 pub use settings::{PlanFn, Settings};
 use store::{EventStore, StoreError};
+pub use trace::{TraceContext, TraceFn};
 
 #[derive(Clone, FromRef)]
 struct Shared {
@@ -48,29 +54,40 @@ struct Shared {
     missions: Option<Missions>,
     readiness: Readiness,
     bodies: Bodies,
+    metrics: Metrics,
 }
 
 /// The whole service, but for missions.
 ///
 /// Must be called inside a Tokio runtime's reach: plans run on its blocking threads.
 pub fn app(settings: Settings) -> Router {
-    let planners = Planners::new(&settings);
+    let metrics = Metrics::new(&settings.connections, &StoreMetrics::default());
+    let planners = Planners::new(&settings, metrics);
     routed(settings, planners, None)
 }
 
 /// The whole service, with the missions of `store`: those that were running go on.
 pub async fn service(settings: Settings, store: EventStore) -> Result<(Router, Missions), StoreError> {
-    let planners = Planners::new(&settings);
+    let metrics = Metrics::new(&settings.connections, store.metrics());
+    let planners = Planners::new(&settings, metrics);
     let missions = Missions::resume(store, planners.clone()).await?;
     Ok((routed(settings, planners, Some(missions.clone())), missions))
 }
 
 fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) -> Router {
+    let metrics = planners.metrics().clone();
+    let edge = Edge {
+        hosts: settings.hosts,
+        tokens: settings.tokens,
+        trace: settings.trace,
+        metrics: metrics.clone(),
+    };
     let shared = Shared {
         readiness: Readiness::new(planners.clone(), missions.clone(), settings.stopping.clone()),
         planners,
         missions,
-        bodies: Bodies::new(settings.body_time_limit),
+        bodies: Bodies::new(settings.body_time_limit, metrics.clone()),
+        metrics,
     };
     let (router, _) = openapi::documented().split_for_parts();
     router
@@ -81,7 +98,7 @@ fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) ->
         .method_not_allowed_fallback(async || Problem::MethodNotAllowed)
         .layer(CatchPanicLayer::custom(edge::caught_panic))
         .layer(middleware::from_fn(move |request, next| {
-            edge::pass(settings.hosts.clone(), settings.tokens.clone(), request, next)
+            edge::pass(edge.clone(), request, next)
         }))
         .with_state(shared)
 }

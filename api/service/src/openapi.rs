@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use utoipa::OpenApi;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use crate::{Shared, batch, crafts, examples, health, missions, planning};
+use crate::{Shared, batch, crafts, examples, health, metrics, missions, planning};
 
 mod limits;
 mod rules;
@@ -74,6 +74,7 @@ pub(crate) fn documented() -> OpenApiRouter<Shared> {
         .routes(routes!(health::livez))
         .routes(routes!(health::readyz))
         .routes(routes!(health::version))
+        .routes(routes!(metrics::get_metrics))
 }
 
 /// Where what is answered about a mission that was made is used.

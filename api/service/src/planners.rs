@@ -25,10 +25,12 @@ use tokio::{
     task::spawn_blocking,
     time::{timeout, timeout_at},
 };
+use tracing::{Instrument as _, Span, info_span};
 
 use crate::{
     admission::{Admission, Ticket},
     deadline::{Arrival, Deadline},
+    metrics::{Metrics, Shed},
     pool::{Lane, Pool},
     posted::SHORT,
     problem::Problem,
@@ -60,6 +62,7 @@ pub(crate) struct Planners {
     /// Half of the processors, so that requests for plans do not wait for simulations.
     simulating: Pool,
     deadline: Duration,
+    metrics: Metrics,
 }
 
 /// A snapshot's plan, and how long it took.
@@ -71,7 +74,7 @@ pub(crate) struct Planned {
 }
 
 impl Planners {
-    pub(crate) fn new(settings: &Settings) -> Self {
+    pub(crate) fn new(settings: &Settings, metrics: Metrics) -> Self {
         let &Settings {
             plan,
             planners,
@@ -79,18 +82,25 @@ impl Planners {
             deadline,
             ..
         } = settings;
+        let waiting_in = |pool| Lane::ALL.map(|lane| metrics.waiting(pool, lane.name()));
         Self {
             plan,
             policy: Arc::new(Policy::default()),
             idle: Arc::default(),
-            short: Admission::new(planners, waiting),
-            long: Admission::new(planners, waiting),
-            reading: Pool::new("read", planners),
-            planning: Pool::new("plan", planners),
+            short: Admission::new(planners, waiting, metrics.admitted("short")),
+            long: Admission::new(planners, waiting, metrics.admitted("long")),
+            reading: Pool::new("read", planners, waiting_in("read")),
+            planning: Pool::new("plan", planners, waiting_in("plan")),
             missions: Arc::new(Semaphore::new(planners)),
-            simulating: Pool::new("simulate", (planners / 2).max(1)),
+            simulating: Pool::new("simulate", (planners / 2).max(1), waiting_in("simulate")),
             deadline,
+            metrics,
         }
+    }
+
+    /// What the service counts.
+    pub(crate) fn metrics(&self) -> &Metrics {
+        &self.metrics
     }
 
     /// What the planners plan by.
@@ -110,7 +120,8 @@ impl Planners {
         } else {
             (&self.long, Lane::Long)
         };
-        admission.admit(bytes, lane, Instant::now() + self.deadline)
+        let admitted = admission.admit(bytes, lane, Instant::now() + self.deadline);
+        admitted.inspect_err(|_| self.metrics.shed(Shed::Admission))
     }
 
     /// Does what a request that was taken on costs before it can be planned, for as long as an answer may take.
@@ -120,10 +131,12 @@ impl Planners {
         read: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Problem> {
         let (lane, ticket) = (ticket.lane, Arc::clone(ticket));
-        let (read, _job) = self.reading.run(lane, move || ticket.work(read));
-        let read = timeout(self.deadline, read).await;
-        read.map_err(|_| Problem::Overloaded)?
-            .map_err(|_| Problem::Panicked)
+        let read = async {
+            let (read, _job) = self.reading.run(lane, move || ticket.work(read));
+            timeout(self.deadline, read).await
+        };
+        let read = read.instrument(info_span!("read")).await;
+        read.map_err(|_| self.too_late())?.map_err(|_| Problem::Panicked)
     }
 
     /// Does what a request about missions costs before a mission hears of it.
@@ -132,8 +145,18 @@ impl Planners {
         lane: Lane,
         read: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Problem> {
-        let (read, _job) = self.reading.run(lane, read);
-        read.await.map_err(|_| Problem::Panicked)
+        let read = async {
+            let (read, _job) = self.reading.run(lane, read);
+            read.await
+        };
+        let read = read.instrument(info_span!("read")).await;
+        read.map_err(|_| Problem::Panicked)
+    }
+
+    /// What a request is told that waited too long for a thread.
+    pub(crate) fn too_late(&self) -> Problem {
+        self.metrics.shed(Shed::Pool);
+        Problem::Overloaded
     }
 
     /// Plans for a request that was taken on, until the sooner of the service's deadline and `deadline_ms` after
@@ -149,10 +172,13 @@ impl Planners {
         let snapshot = Arc::new(snapshot);
         let (planners, planned) = (self.clone(), Arc::clone(&snapshot));
         // Once it has begun, the thread holds the ticket: a client that goes away does not free a planner that still works.
-        let (planned, _job) = self.planning.run(ticket.lane, move || {
-            ticket.work(|| planners.plan_now(planned, &deadline.stop()))
-        });
-        self.in_time(planned, snapshot, deadline).await
+        let plan = async {
+            let (planned, _job) = self.planning.run(ticket.lane, move || {
+                ticket.work(|| planners.plan_now(planned, &deadline.stop()))
+            });
+            self.in_time(planned, snapshot, deadline).await
+        };
+        plan.instrument(info_span!("plan")).await
     }
 
     /// Plans for a mission, of which there are not more than the service took on, until `limit` after `due`, from what
@@ -164,13 +190,19 @@ impl Planners {
         limit: Duration,
     ) -> Result<Planned, Problem> {
         let deadline = Deadline::new(due, None, limit);
-        let turn = Arc::clone(&self.missions).acquire_owned().await;
-        let facts = spawn_blocking(move || (facts(), turn));
+        let waits = self.metrics.mission_waits();
+        let turn = Arc::clone(&self.missions).acquire_owned();
+        let turn = turn.instrument(info_span!("queue")).await;
+        drop(waits);
+        let read = info_span!("read");
+        let facts = spawn_blocking(move || (read.in_scope(facts), turn));
         let (snapshot, turn) = facts.await.map_err(|_| Problem::Panicked)?;
         let snapshot = Arc::new(snapshot?);
         let (sender, planned) = oneshot::channel();
         let (planners, facts) = (self.clone(), Arc::clone(&snapshot));
+        let span = Span::current();
         spawn_blocking(move || {
+            let _in = span.entered();
             // Declared before the turn, and so dropped after it if the planner panics.
             let sender = sender;
             let turn = turn;
@@ -216,6 +248,7 @@ impl Planners {
         // A workspace that was in use when a planner panicked is not put back.
         let mut workspace = idle().pop().unwrap_or_default();
         let start = Instant::now();
+        let _solve = info_span!("solve").entered();
         let plan = (self.plan)(&snapshot, &self.policy, &mut workspace, stop);
         let solve_time = start.elapsed();
         idle().push(workspace);

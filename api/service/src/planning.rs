@@ -2,17 +2,24 @@
 
 use std::sync::Arc;
 
-use axum::{Extension, Json, extract::State};
+use axum::{
+    Extension, Json,
+    extract::State,
+    response::{IntoResponse as _, Response},
+};
 use planner::{
     los::LosLaw,
     plan::Degraded,
     snapshot::{Fallback, Snapshot},
 };
+use serde::Serialize;
 use serde_json::{Map, Value};
+use tracing::info_span;
 
 use crate::{
     admission::Ticket,
     deadline::Arrival,
+    metrics::PlanFor,
     planners::{Planned, Planners},
     posted::PostedBytes,
     problem::{Problem, Refusals},
@@ -27,9 +34,9 @@ pub(crate) async fn plan(
     State(planners): State<Planners>,
     Extension(arrival): Extension<Arrival>,
     body: PostedBytes,
-) -> Result<Json<PlanResponse>, Problem> {
+) -> Result<Response, Problem> {
     let (planned, metadata) = planned(&planners, arrival, body).await?;
-    Ok(Json(answer(&planned, &metadata).planned()))
+    Ok(written(|| answer(&planned, &metadata).planned()))
 }
 
 /// The same snapshot through the planner and through every line-of-sight law, whose gains are the service's own.
@@ -98,6 +105,8 @@ impl ValidRequest {
         } = self;
         let planned = planners.plan(ticket, snapshot, arrival, deadline_ms).await?;
         refuse_a_lower_level(&planned)?;
+        let metrics = planners.metrics();
+        metrics.plan(PlanFor::Request, &planned.plan, planned.solve_time);
         Ok((planned, metadata))
     }
 }
@@ -114,4 +123,9 @@ pub(crate) fn refuse_a_lower_level(planned: &Planned) -> Result<(), Problem> {
 
 pub(crate) fn answer<'a>(planned: &'a Planned, metadata: &'a Map<String, Value>) -> Answer<'a> {
     Answer::new(&planned.snapshot, &planned.plan, planned.solve_time, metadata)
+}
+
+/// The answer's JSON.
+fn written<T: Serialize>(answer: impl FnOnce() -> T) -> Response {
+    info_span!("write").in_scope(|| Json(answer()).into_response())
 }

@@ -7,7 +7,9 @@ use std::{
     thread,
 };
 
+use prometheus_client::metrics::gauge::Gauge;
 use tokio::sync::oneshot;
+use tracing::{Span, info_span};
 
 /// How much lower these threads' priority is, in steps of `nice`: beside a thread that plans for a mission one of these
 /// gets a quarter of a processor, and all of it when no mission plans.
@@ -42,6 +44,8 @@ struct Owner(Arc<Shared>);
 #[derive(Default)]
 struct Shared {
     queues: Mutex<Queues>,
+    /// Lengths of the queues, by lane.
+    waiting: [Gauge; 3],
     wake: Condvar,
 }
 
@@ -58,10 +62,27 @@ impl std::fmt::Debug for Shared {
     }
 }
 
+impl Lane {
+    /// In the order in which they are served.
+    pub(crate) const ALL: [Self; 3] = [Self::Mission, Self::Short, Self::Long];
+
+    /// Its name in metrics.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Mission => "mission",
+            Self::Short => "short",
+            Self::Long => "long",
+        }
+    }
+}
+
 impl Pool {
-    /// `n` threads called `name`.
-    pub(crate) fn new(name: &str, n: usize) -> Self {
-        let shared = Arc::new(Shared::default());
+    /// `n` threads called `name`; `waiting` shows the lengths of the queues, by lane.
+    pub(crate) fn new(name: &str, n: usize, waiting: [Gauge; 3]) -> Self {
+        let shared = Arc::new(Shared {
+            waiting,
+            ..Shared::default()
+        });
         for _ in 0..n {
             let shared = Arc::clone(&shared);
             let thread = thread::Builder::new().name(name.to_owned());
@@ -78,9 +99,11 @@ impl Pool {
         work: impl FnOnce() -> T + Send + 'static,
     ) -> (oneshot::Receiver<T>, Arc<Job>) {
         let (sender, receiver) = oneshot::channel();
+        let (span, queued) = (Span::current(), info_span!("queue"));
         let work = Box::new(move || {
+            drop(queued);
             // What the work holds is dropped before its result is seen. The caller may be gone by then.
-            let done = work();
+            let done = span.in_scope(work);
             let _ = sender.send(done);
         });
         let job = Arc::new(Job(Mutex::new(Some(work))));
@@ -91,6 +114,7 @@ impl Pool {
             jobs.retain(|job| 0 < job.strong_count());
         }
         jobs.push_back(Arc::downgrade(&job));
+        shared.waiting[lane as usize].set(length(jobs));
         drop(queues);
         shared.wake.notify_one();
         (receiver, job)
@@ -136,12 +160,19 @@ impl Shared {
             if queues.closed {
                 return None;
             }
-            if let Some(job) = queues.jobs.iter_mut().find_map(VecDeque::pop_front) {
-                return Some(job);
+            for (jobs, waiting) in queues.jobs.iter_mut().zip(&self.waiting) {
+                if let Some(job) = jobs.pop_front() {
+                    waiting.set(length(jobs));
+                    return Some(job);
+                }
             }
             queues = self.wake.wait(queues).unwrap_or_else(PoisonError::into_inner);
         }
     }
+}
+
+fn length<T>(queue: &VecDeque<T>) -> i64 {
+    i64::try_from(queue.len()).unwrap_or(i64::MAX)
 }
 
 #[cfg(test)]
@@ -152,7 +183,7 @@ mod tests {
 
     #[test]
     fn a_mission_goes_first_a_short_body_next_and_a_panic_takes_no_thread() {
-        let pool = Pool::new("test", 1);
+        let pool = Pool::new("test", 1, <[Gauge; 3]>::default());
         let (open, gate) = mpsc::channel::<()>();
         let (begun, begins) = mpsc::channel();
         let wait = move || {
@@ -186,7 +217,7 @@ mod tests {
     }
     #[test]
     fn what_is_given_up_holds_nothing() {
-        let pool = Pool::new("test", 1);
+        let pool = Pool::new("test", 1, <[Gauge; 3]>::default());
         let (open, gate) = mpsc::channel::<()>();
         let (_held, _job) = pool.run(Lane::Short, move || gate.recv());
         let held = Arc::new(());

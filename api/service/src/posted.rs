@@ -11,8 +11,14 @@ use futures_util::StreamExt as _;
 use http_body::Body as _;
 use serde::de::DeserializeOwned;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tracing::{Instrument as _, info_span};
 
-use crate::{planners::Planners, pool::Lane, problem::Problem};
+use crate::{
+    metrics::{Metrics, Shed},
+    planners::Planners,
+    pool::Lane,
+    problem::Problem,
+};
 use wire::Unread;
 
 /// Longest body accepted, bytes.
@@ -32,13 +38,15 @@ pub(crate) struct Bodies {
     time_limit: Duration,
     /// For plans and for missions, neither of which takes the other's.
     rooms: [Arc<Semaphore>; 2],
+    metrics: Metrics,
 }
 
 impl Bodies {
-    pub(crate) fn new(time_limit: Duration) -> Self {
+    pub(crate) fn new(time_limit: Duration, metrics: Metrics) -> Self {
         Self {
             time_limit,
             rooms: [ROOM, ROOM].map(|room| Arc::new(Semaphore::new(room / 2))),
+            metrics,
         }
     }
 }
@@ -95,11 +103,21 @@ where
         require_json(request.headers())?;
         require_uncoded(request.headers())?;
         require_short(request.headers())?;
-        let Bodies { time_limit, rooms } = Bodies::from_ref(state);
+        let Bodies {
+            time_limit,
+            rooms,
+            metrics,
+        } = Bodies::from_ref(state);
         let room = &rooms[usize::from(request.uri().path().starts_with("/v1/missions"))];
-        tokio::time::timeout(time_limit, received(request.into_body(), room))
+        let received = received(request.into_body(), room).instrument(info_span!("receive"));
+        let received = tokio::time::timeout(time_limit, received)
             .await
-            .map_err(|_| Problem::BodyTimedOut(time_limit))?
+            .map_err(|_| Problem::BodyTimedOut(time_limit))?;
+        received.inspect_err(|problem| {
+            if *problem == Problem::Overloaded {
+                metrics.shed(Shed::Room);
+            }
+        })
     }
 }
 

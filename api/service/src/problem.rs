@@ -17,7 +17,7 @@ use utoipa::{
 
 use wire::{FieldError, shortened};
 
-use crate::{access::Role, examples::EXAMPLES, posted::BODY_BYTES_MAX, slots::NoSlot, store::StoreError};
+use crate::{access::Role, examples::EXAMPLES, posted::BODY_BYTES_MAX, store::StoreError};
 
 /// Most field errors in one document: a client mends the first few and asks again.
 const FIELD_ERRORS_MAX: usize = 64;
@@ -142,14 +142,6 @@ pub struct ProblemDocument {
 }
 
 impl Problem {
-    /// Why there is no slot for `what`.
-    pub(crate) fn no_slot(no_slot: NoSlot, what: &'static str) -> Self {
-        match no_slot {
-            NoSlot::OfAll(limit) => Self::Crowded { what, limit },
-            NoSlot::OfClient(limit) => Self::Share { what, limit },
-        }
-    }
-
     pub(crate) fn conflict(why: &str) -> Self {
         Self::Conflict(why.to_owned())
     }

@@ -13,7 +13,7 @@ use planner::{
     stop::Stop,
 };
 
-use crate::{access::Tokens, hosts::Hosts};
+use crate::{access::Tokens, hosts::Hosts, metrics::Connections, trace::TraceFn};
 
 /// What makes a plan of a snapshot: [`planner::plan::plan_until`], or in tests something that fails on purpose.
 pub type PlanFn = fn(&Snapshot, &Policy, &mut Workspace, &Stop) -> Plan;
@@ -37,6 +37,10 @@ pub struct Settings {
     pub tokens: Option<Tokens>,
     /// True once the service is to stop: it answers on, and says that it is not ready.
     pub stopping: Arc<AtomicBool>,
+    /// The connections of the server before it.
+    pub connections: Connections,
+    /// What has requests traced.
+    pub trace: TraceFn,
 }
 
 impl Default for Settings {
@@ -52,6 +56,8 @@ impl Default for Settings {
             hosts: None,
             tokens: None,
             stopping: Arc::default(),
+            connections: Connections::default(),
+            trace: |_, _, _| None,
         }
     }
 }

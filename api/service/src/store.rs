@@ -22,6 +22,8 @@ use std::{
 use rusqlite::Connection;
 use tokio::sync::oneshot;
 
+use crate::metrics::StoreMetrics;
+
 mod entry;
 mod error;
 mod idempotency;
@@ -63,6 +65,7 @@ struct Shared {
     _lock: File,
     /// Damage that was found in what is stored.
     damage: Mutex<Option<String>>,
+    metrics: StoreMetrics,
 }
 
 impl EventStore {
@@ -88,7 +91,8 @@ impl EventStore {
 
     fn start(connection: Connection, path: PathBuf, lock: File) -> Result<Self, StoreError> {
         let (sender, commands) = sync_channel(WAITING_MAX);
-        let writer = Writer::new(connection)?;
+        let metrics = StoreMetrics::default();
+        let writer = Writer::new(connection, metrics.clone())?;
         let thread = thread::Builder::new().name("mission-log".to_owned());
         thread
             .spawn(move || writer.run(&commands))
@@ -97,11 +101,17 @@ impl EventStore {
             path,
             _lock: lock,
             damage: Mutex::default(),
+            metrics,
         };
         Ok(Self {
             shared: Arc::new(shared),
             writer: sender,
         })
+    }
+
+    /// What it counts.
+    pub(crate) fn metrics(&self) -> &StoreMetrics {
+        &self.shared.metrics
     }
 
     /// Appends. After `Ok` it is on the disk, now or from an earlier request with the same key.

@@ -75,6 +75,8 @@ pub(crate) fn serve(config: &Config) -> Result<(), ServeError> {
         deadline: Duration::from_secs_f64(1e-3 * config.deadline_ms),
         hosts: Some(Hosts::new(names)),
         tokens: Some(tokens),
+        #[cfg(feature = "otlp")]
+        trace: crate::otlp::place,
         ..Settings::default()
     };
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
@@ -122,13 +124,14 @@ async fn run(
             },
         })?;
     let stopping = Arc::clone(&settings.stopping);
+    let counted = settings.connections.clone();
     let (router, missions) = service(settings, EventStore::open(&config.data)?).await?;
     tokio::spawn(missions.clone().keep_for(config.retention()));
     // Before the URL is printed: its reader may send the signal at once.
     let mut signals = Signals::listen()?;
     greet(listener.local_addr()?, tls.is_some());
     let tls = tls.map(Arc::new);
-    let connections = Connections::new(router, tls.clone());
+    let connections = Connections::new(router, tls.clone(), counted);
     // Until the first order to stop, and then until the delay is over or the second order.
     let mut end = None;
     loop {

@@ -21,6 +21,7 @@ use tokio::{
     task::spawn_blocking,
     time::{sleep_until, timeout},
 };
+use tracing::{Instrument as _, Span, error_span, info_span};
 
 use super::{
     clock::Clock,
@@ -28,6 +29,7 @@ use super::{
     state::MissionState,
 };
 use crate::{
+    metrics::Counted,
     planners::Planners,
     problem::Problem,
     store::{Append, Appended, EventStore, KeyedAnswer, Order, StoredEvent},
@@ -61,6 +63,8 @@ pub(super) struct Request {
     /// Who orders it, where it is an order.
     pub(super) order: Option<Order>,
     pub(super) reply: oneshot::Sender<Result<Vec<u8>, Problem>>,
+    /// The client's request.
+    pub(super) span: Span,
 }
 
 #[derive(Debug)]
@@ -212,7 +216,8 @@ pub(super) async fn run(mut actor: impl Actor) {
         let running = actor.context().is_running();
         let due = actor.due();
         if running && due <= Instant::now() {
-            actor.advance().await;
+            let span = error_span!("advance", mission = actor.context().mission.id);
+            actor.advance().instrument(span).await;
             continue;
         }
         tokio::select! {
@@ -227,7 +232,8 @@ pub(super) async fn run(mut actor: impl Actor) {
 
 async fn serve(actor: &mut impl Actor, request: Request) {
     actor.context().order = request.order;
-    let answer = answer(actor, request.command, request.key).await;
+    let answer = answer(actor, request.command, request.key);
+    let answer = answer.instrument(request.span).await;
     actor.context().order = None;
     let _ = request.reply.send(answer);
 }
@@ -270,6 +276,8 @@ pub(super) struct Context {
     planners: Planners,
     /// The order that is carried out.
     order: Option<Order>,
+    /// Counts the mission as long as it is not over.
+    counted: Option<Counted>,
 }
 
 /// The answer to a request whose events were to be stored.
@@ -305,6 +313,7 @@ impl Context {
             live,
         };
         let context = Self {
+            counted: count(&planners, &mission),
             requests,
             number,
             mission,
@@ -366,7 +375,8 @@ impl Context {
             // What changes nothing was no order.
             order: self.order.take_if(|_| !events.is_empty()),
         };
-        match self.store.append(append).await? {
+        let append = self.store.append(append).instrument(info_span!("write"));
+        match append.await? {
             Appended::Stored => {}
             Appended::AnsweredBefore(answer) => {
                 let is_new = false;
@@ -381,6 +391,12 @@ impl Context {
                 self.superseded = true;
                 return Err(Problem::Behind);
             }
+        }
+        for event in &events {
+            log(&after.id, event);
+        }
+        if after.status != self.mission.status {
+            self.counted = count(&self.planners, &after);
         }
         self.mission = after.clone();
         let is_report = matches!(events.first(), Some(Event::Reported { .. }));
@@ -411,6 +427,26 @@ impl Context {
             return Ok(json(&self.mission));
         }
         Ok(self.append(vec![], key, None).await?.answer)
+    }
+}
+
+fn count(planners: &Planners, mission: &Mission) -> Option<Counted> {
+    let Mission { kind, status, .. } = mission;
+    (!status.is_over()).then(|| planners.metrics().mission(kind, status.name()))
+}
+
+/// Tells the log of a change.
+fn log(mission: &str, event: &Event) {
+    match event {
+        Event::Reported { .. } | Event::Planned(_) | Event::ClockSet { .. } => {}
+        Event::Failed { reason, .. } => tracing::warn!(mission, reason, "a mission failed"),
+        Event::Created { .. }
+        | Event::Ran { .. }
+        | Event::Paused { .. }
+        | Event::Changed { .. }
+        | Event::Finished { .. } => {
+            tracing::info!(mission, change = event.kind(), "a mission changed");
+        }
     }
 }
 

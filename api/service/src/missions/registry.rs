@@ -11,6 +11,7 @@ use tokio::{
     task::spawn_blocking,
     time::timeout,
 };
+use tracing::Span;
 
 use super::{
     actor::{
@@ -24,10 +25,11 @@ use super::{
 };
 use crate::{
     edge::fresh_id,
+    metrics::Shed,
     planners::Planners,
     pool::Lane,
     problem::Problem,
-    slots::Slots,
+    slots::{NoSlot, Slots},
     store::{Append, Appended, EventReader, EventStore, Order, StoreError, StoredMission},
 };
 use wire::{
@@ -158,7 +160,7 @@ impl Missions {
         // The check of a simulated one starts the scenario, which takes as long as a simulation.
         let new = if is_simulated {
             let checked = timeout(CHECK_TIME, self.planners.simulate(check)).await;
-            checked.map_err(|_| Problem::Overloaded)??
+            checked.map_err(|_| self.planners.too_late())??
         } else {
             self.planners.read_for_mission(Lane::Long, check).await?
         };
@@ -204,6 +206,9 @@ impl Missions {
                 if let Some(actors) = self.actors().as_mut() {
                     actors.remove(&mission.id);
                 }
+                let Mission { id, kind, .. } = &mission;
+                Span::current().record("mission", id);
+                tracing::info!(mission = id, kind, change = "created", "a mission changed");
                 Ok(mission)
             }
             Appended::AnsweredBefore(answer) => Ok(parsed(&answer)?),
@@ -244,7 +249,11 @@ impl Missions {
         if let Some(actors) = self.actors().as_mut() {
             actors.remove(id);
         }
-        if gone { Ok(()) } else { Err(Problem::NoMission) }
+        if !gone {
+            return Err(Problem::NoMission);
+        }
+        tracing::info!(mission = id, change = "deleted", "a mission changed");
+        Ok(())
     }
 
     /// Takes up reports, and answers once they are on the disk.
@@ -283,17 +292,22 @@ impl Missions {
         order: Option<Order>,
     ) -> Result<Vec<u8>, Problem> {
         let (reply, answer) = oneshot::channel();
+        let span = Span::current();
         let mut request = Request {
             command,
             key,
             order,
             reply,
+            span,
         };
         // The actor of a mission that is over may end just now; a new one answers then.
         for _ in 0..2 {
             match self.handle(id).await?.requests.try_send(request) {
                 Err(TrySendError::Closed(back)) => request = back,
-                Err(TrySendError::Full(_)) => return Err(Problem::Behind),
+                Err(TrySendError::Full(_)) => {
+                    self.planners.metrics().shed(Shed::Mailbox);
+                    return Err(Problem::Behind);
+                }
                 Ok(()) => {
                     return match timeout(ANSWER_TIME, answer).await {
                         Ok(Ok(answer)) => answer,
@@ -344,6 +358,7 @@ impl Missions {
             });
         }
         if ACTORS_MAX <= actors.len() {
+            self.planners.metrics().shed(Shed::Places);
             return Err(Problem::Crowded {
                 what: "running missions",
                 limit: ACTORS_MAX,
@@ -379,6 +394,15 @@ impl Missions {
             self.store.note_damage(what.clone());
         }
         Ok(read?)
+    }
+
+    /// Why there is no slot for `what`.
+    pub(super) fn no_slot(&self, no_slot: NoSlot, what: &'static str) -> Problem {
+        self.planners.metrics().shed(Shed::Places);
+        match no_slot {
+            NoSlot::OfAll(limit) => Problem::Crowded { what, limit },
+            NoSlot::OfClient(limit) => Problem::Share { what, limit },
+        }
     }
 
     /// A connection of its own, for reading that takes long.

@@ -39,7 +39,8 @@ use crate::{
 };
 use wire::FieldError;
 use wire::mission::{
-    Accepted, CurrentReference, Mission, MissionList, NewMission, Order, OrderList, Reports, Run, Setting, Step,
+    Accepted, CurrentReference, Mission, MissionList, NewMission, Order, OrderList, Reports, Run, Setting,
+    Step,
 };
 
 /// Missions in one answer.
@@ -380,7 +381,9 @@ pub(crate) async fn patch_mission(
     check::patch(&setting).map_err(Problem::Invalid)?;
     let key = key.of(&by, "patch", &setting)?;
     let change = Command::Change(Box::new(setting));
-    Ok(as_json(missions.send(&id, change, key, Some(by.order("change"))).await?))
+    Ok(as_json(
+        missions.send(&id, change, key, Some(by.order("change"))).await?,
+    ))
 }
 
 /// Ends a mission and forgets it, its log too.

@@ -34,6 +34,7 @@ pub(super) struct Simulation {
 pub(super) struct Tick {
     pub(super) planned: Planned,
     pub(super) answer: StoredAnswer,
+    pub(super) made: planners::Planned,
 }
 
 /// The scenario that the client named or sent; else a text for people.
@@ -103,7 +104,11 @@ impl Simulation {
         self.mission.go_on(Some((&seen, guidance)));
         let rows = self.mission.take_rows();
         planned.truth = rows.last().and_then(|row| truth(row, &self.ids)).map(Box::new);
-        Ok(Tick { planned, answer })
+        Ok(Tick {
+            planned,
+            answer,
+            made,
+        })
     }
 }
 

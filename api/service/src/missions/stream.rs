@@ -73,7 +73,7 @@ pub(super) async fn events(
     after: Option<u64>,
 ) -> Result<Response, Problem> {
     let slot = missions.streams.take(by.name());
-    let slot = slot.map_err(|none| Problem::no_slot(none, "event streams"))?;
+    let slot = slot.map_err(|none| missions.no_slot(none, "event streams"))?;
     let handle = missions.handle(id).await?;
     // Before the store is read, so that no event falls between the two.
     let stream = handle.events.upgrade().ok_or(Problem::NoMission)?.subscribe();
@@ -169,7 +169,7 @@ pub(super) async fn record(
     format: RecordFormat,
 ) -> Result<Response, Problem> {
     let slot = missions.records.take(by.name());
-    let slot = slot.map_err(|none| Problem::no_slot(none, "records"))?;
+    let slot = slot.map_err(|none| missions.no_slot(none, "records"))?;
     let (number, _) = missions.find(id).await?;
     let (pieces, mut written) = mpsc::channel(PIECES);
     let runtime = runtime::Handle::current();

@@ -3,7 +3,7 @@
 use std::{
     ops::ControlFlow,
     sync::mpsc::{Receiver, RecvTimeoutError},
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use rusqlite::{Connection, OptionalExtension as _, Transaction, params};
@@ -15,6 +15,7 @@ use super::{
     idempotency::{self, KeyedAnswer},
     sql::{SNAPSHOT, digest, limit, order_digest, signed, summary_digest},
 };
+use crate::metrics::StoreMetrics;
 
 /// Most appends in one commit, so that the first of them does not wait for long.
 const COMMIT_MAX: usize = 256;
@@ -55,10 +56,11 @@ pub(super) struct Writer {
     stuck: bool,
     /// Size of the largest append that was not stored, bytes: until as much can be stored, the store is not well.
     refused: Option<usize>,
+    metrics: StoreMetrics,
 }
 
 impl Writer {
-    pub(super) fn new(connection: Connection) -> rusqlite::Result<Self> {
+    pub(super) fn new(connection: Connection, metrics: StoreMetrics) -> rusqlite::Result<Self> {
         let deleted = "SELECT number FROM missions WHERE status = 'deleted'";
         let purge = connection
             .prepare(deleted)?
@@ -70,6 +72,7 @@ impl Writer {
             free_pages: true,
             stuck: false,
             refused: None,
+            metrics,
         })
     }
 
@@ -139,7 +142,10 @@ impl Writer {
             return;
         }
         let appends: Vec<&Append> = batch.iter().map(|(append, _)| append).collect();
+        let start = Instant::now();
         let committed = commit(&mut self.connection, &appends);
+        let n_events = committed.as_ref().ok().map(|done| n_stored(&appends, done));
+        self.metrics.committed(start.elapsed(), n_events);
         if committed.is_err() {
             let bytes = appends.iter().map(|append| size(append)).sum();
             self.refused = self.refused.max(Some(bytes));
@@ -247,6 +253,13 @@ fn size(append: &Append) -> usize {
     let events = append.events.iter().map(|event| event.body.len());
     let snapshot = append.snapshot.as_ref().map_or(0, Vec::len);
     events.sum::<usize>() + append.summary.len() + snapshot
+}
+
+/// Events that a commit stored.
+fn n_stored(appends: &[&Append], appended: &[Appended]) -> usize {
+    let each = appends.iter().zip(appended);
+    let stored = each.filter(|(_, appended)| matches!(appended, Appended::Stored));
+    stored.map(|(append, _)| append.events.len()).sum()
 }
 
 fn reply_to_each(

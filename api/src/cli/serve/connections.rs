@@ -9,7 +9,7 @@ use hyper_util::{
     server::graceful::{GracefulShutdown, Watcher},
 };
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
-use service::{access::Peer, slots::Slots};
+use service::{Connections as Count, access::Peer, slots::Slots};
 use tokio::{
     io::{AsyncRead, AsyncWrite, AsyncWriteExt as _},
     net::{TcpListener, TcpStream},
@@ -52,10 +52,11 @@ pub(super) struct Connections {
     under_way: GracefulShutdown,
     places: Slots<IpAddr>,
     at_the_door: Arc<Semaphore>,
+    count: Count,
 }
 
 impl Connections {
-    pub(super) fn new(router: Router, tls: Option<Arc<Tls>>) -> Self {
+    pub(super) fn new(router: Router, tls: Option<Arc<Tls>>, count: Count) -> Self {
         // `axum::serve` waits for a header as long as the client likes.
         let mut http = http1::Builder::new();
         http.timer(TokioTimer::new()).header_read_timeout(HEADER_TIME);
@@ -66,6 +67,7 @@ impl Connections {
             under_way: GracefulShutdown::new(),
             places: Slots::new(places()),
             at_the_door: Arc::new(Semaphore::new(TURNED_AWAY_MAX)),
+            count,
         }
     }
 
@@ -85,13 +87,15 @@ impl Connections {
         }
         let peer = peer.ip().to_canonical();
         let Ok(place) = self.places.take(peer) else {
+            self.count.turned_away();
             self.turn_away(socket);
             return;
         };
         let (http, router, watcher) = (self.http.clone(), self.router.clone(), self.under_way.watcher());
         let tls = self.tls.clone();
+        let held = (place, self.count.opened());
         tokio::spawn(async move {
-            let _place = place;
+            let _held = held;
             match tls {
                 None => serve(http, router, watcher, socket, peer).await,
                 Some(tls) => match timeout(HEADER_TIME, tls.accept(socket)).await {

@@ -8,6 +8,7 @@ use std::{
 use super::{Actor, Command, Context, IdempotencyKey, LiveMission, Snapshot, StoredPlan};
 use crate::{
     deadline::Arrival,
+    metrics::{Counted, PlanFor},
     missions::{
         check,
         clock::{Clock, ClockWatch, unix_now},
@@ -17,7 +18,7 @@ use crate::{
     pool::Lane,
     problem::Problem,
 };
-use wire::{PlanRequest, mission::Setting};
+use wire::{Outcome, PlanRequest, mission::Setting};
 
 /// Reports that a start reads one by one at most.
 const FOLD_MAX: u32 = 64;
@@ -32,12 +33,14 @@ pub(in crate::missions) struct Live {
     /// Events since the last snapshot.
     unfolded: u32,
     watch: ClockWatch,
+    /// Counts the mission as long as its craft does not follow.
+    does_not_follow: Option<Counted>,
 }
 
 impl Live {
     pub(in crate::missions) fn new(context: Context, made: Arc<LiveMission>, state: MissionState) -> Self {
         let LiveMission { config, clock } = &*made;
-        let this = Self {
+        let mut this = Self {
             due: next_due(clock, config.period_s),
             period: Duration::from_secs_f64(config.period_s / config.clock_rate),
             context,
@@ -45,8 +48,10 @@ impl Live {
             made,
             unfolded: 0,
             watch: ClockWatch::new(),
+            does_not_follow: None,
         };
         this.show_waits_for();
+        this.count_does_not_follow();
         this
     }
 }
@@ -84,6 +89,7 @@ impl Actor for Live {
         };
         let stored = self.context.append(vec![event], key, None).await?;
         self.unfolded += u32::from(stored.is_new);
+        self.count_does_not_follow();
         Ok(stored.answer)
     }
 
@@ -172,7 +178,12 @@ impl Live {
         let snapshot = Snapshot::json(Some(state.clone()), plan.clone());
         let events = vec![Event::Planned(Box::new(event))];
         self.context.append(events, None, Some(snapshot)).await?;
+        let metrics = self.context.planners.metrics();
+        metrics.plan(PlanFor::Live, &made.plan, made.solve_time);
+        metrics.late(late);
+        self.log_changes(plan.as_deref());
         self.context.show(plan);
+        self.count_does_not_follow();
         self.state = state;
         self.unfolded = 0;
         Ok(())
@@ -208,7 +219,41 @@ impl Live {
         }
     }
 
+    /// Tells the log where the newest plan is of another kind than the one before.
+    fn log_changes(&self, newest: Option<&StoredPlan>) {
+        let mission = &self.context.mission.id;
+        let before = self.context.view.borrow().plan.clone();
+        let degraded = |plan: &StoredPlan| plan.answer.answer.outcome == Outcome::Degraded;
+        match (
+            before.as_deref().is_some_and(degraded),
+            newest.is_some_and(degraded),
+        ) {
+            (false, true) => {
+                let reason = newest.and_then(|plan| plan.answer.answer.reason.as_deref());
+                tracing::warn!(mission, reason, "plans are degraded");
+            }
+            (true, false) => tracing::info!(mission, "plans are no longer degraded"),
+            (false, false) | (true, true) => {}
+        }
+        match (before.as_deref().is_none_or(follows), newest.is_none_or(follows)) {
+            (true, false) => tracing::warn!(mission, "the craft does not follow"),
+            (false, true) => tracing::info!(mission, "the craft follows again"),
+            (true, true) | (false, false) => {}
+        }
+    }
+
+    /// Counts the mission while it runs and its newest plan warns of the craft.
+    fn count_does_not_follow(&mut self) {
+        let warns =
+            self.context.is_running() && !self.context.view.borrow().plan.as_deref().is_none_or(follows);
+        if warns != self.does_not_follow.is_some() {
+            let metrics = self.context.planners.metrics();
+            self.does_not_follow = warns.then(|| metrics.does_not_follow());
+        }
+    }
+
     fn miss(&self, plans: u64) {
+        self.context.planners.metrics().missed(plans);
         self.context.view.send_modify(|view| view.missed += plans);
     }
 
@@ -220,6 +265,10 @@ impl Live {
             changed
         });
     }
+}
+
+fn follows(plan: &StoredPlan) -> bool {
+    plan.answer.answer.craft_estimate.follows
 }
 
 /// When the mission's clock next shows a whole number of periods since it was made: a restart moves no mission's plans

@@ -10,6 +10,7 @@ use super::{
     Actor, Command, Context, FIXED_SETTING, IdempotencyKey, NO_REPORTS, Snapshot, Stored, StoredPlan,
 };
 use crate::{
+    metrics::PlanFor,
     missions::{
         clock::unix_now,
         event::Event,
@@ -120,6 +121,10 @@ impl Simulated {
                 made: None,
             })
         });
+        let metrics = self.context.planners.metrics();
+        for Tick { made, .. } in &ticks {
+            metrics.plan(PlanFor::Simulated, &made.plan, made.solve_time);
+        }
         let planned = |tick: Tick| Event::Planned(Box::new(tick.planned));
         let events = ticks.into_iter().map(planned).chain(end).collect();
         let snapshot = plan.is_some().then(|| Snapshot::json(None, plan.clone()));
