@@ -663,7 +663,9 @@ async fn the_openapi_document_lists_every_refusal_of_a_posted_snapshot() {
         let listed: Vec<_> = responses.as_object().expect("an object").keys().collect();
         assert_eq!(
             listed,
-            ["200", "400", "408", "413", "415", "422", "500", "503", "504"],
+            [
+                "200", "400", "401", "403", "408", "413", "415", "422", "500", "503", "504"
+            ],
             "{path}"
         );
         for status in &listed[1..] {
