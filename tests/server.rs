@@ -60,6 +60,9 @@ impl Server {
             .rsplit_once("://")
             .expect("prints its URL")
             .1
+            .split(',')
+            .next()
+            .expect("a text has a beginning")
             .to_owned();
         Self {
             process,

@@ -1,7 +1,7 @@
 //! Who may do what: bearer tokens, each with a name and a role.
 //!
-//! A service for which no token was made serves whoever reaches it. One with tokens asks every request for one, but for those of
-//! [`is_public`]: the page's own files, the documentation, and whether the service lives.
+//! A service for which no token was made serves whoever reaches it. One with tokens asks every request for one, but for
+//! the page's own files, the documentation, and whether the service lives.
 
 use std::{fmt, net::IpAddr, sync::Arc};
 

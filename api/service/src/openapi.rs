@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use utoipa::OpenApi;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use crate::{Shared, batch, crafts, examples, health, metrics, missions, planning};
+use crate::{Shared, access::is_public, batch, crafts, examples, health, metrics, missions, planning};
 
 mod limits;
 mod rules;
@@ -26,9 +26,34 @@ pub(crate) fn document() -> &'static Value {
         rules::write(&mut document);
         link_missions(&mut document);
         describe_events(&mut document);
+        describe_tokens(&mut document);
         document
     });
     &DOCUMENT
+}
+
+/// Says which calls need a token where the service asks for tokens, and how they are refused without one.
+fn describe_tokens(document: &mut Value) {
+    document["components"]["securitySchemes"] = json!({ "token": {
+        "type": "http",
+        "scheme": "bearer",
+        "description": "Needed once a token was made: `pilotfish token add`.",
+    } });
+    let refusals = ["401", "403"].map(|status| {
+        let refusal = document["paths"]["/v1/plan"]["post"]["responses"][status].clone();
+        (status, refusal)
+    });
+    let paths = document["paths"].as_object_mut().into_iter().flatten();
+    for (_, item) in paths.filter(|(path, _)| !is_public(path)) {
+        for call in item.as_object_mut().into_iter().flat_map(Map::values_mut) {
+            call["security"] = json!([{}, { "token": [] }]);
+            if let Some(responses) = call["responses"].as_object_mut() {
+                for (status, refusal) in &refusals {
+                    responses.entry(*status).or_insert_with(|| refusal.clone());
+                }
+            }
+        }
+    }
 }
 
 /// The routes that the document lists.

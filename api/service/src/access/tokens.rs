@@ -3,7 +3,7 @@
 use std::{
     fs::{self, File, OpenOptions},
     io::{self, Write as _},
-    os::unix::fs::{MetadataExt as _, OpenOptionsExt as _},
+    os::unix::fs::{MetadataExt as _, OpenOptionsExt as _, fchown},
     path::{Path, PathBuf},
     sync::{Arc, Mutex, PoisonError},
     time::{Duration, Instant, SystemTime, UNIX_EPOCH},
@@ -206,6 +206,8 @@ impl TokenFile {
 /// Replaces the file at `path` at once, so that no reader sees half of it.
 fn write_whole(path: &Path, text: &[u8]) -> io::Result<()> {
     let new = path.with_extension("new");
+    let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+    let owner = fs::metadata(directory.unwrap_or(Path::new(".")))?;
     let mut file = OpenOptions::new()
         .write(true)
         .create(true)
@@ -213,6 +215,8 @@ fn write_whole(path: &Path, text: &[u8]) -> io::Result<()> {
         .mode(0o600)
         .open(&new)?;
     file.write_all(text)?;
+    // Where an administrator makes it, the service's user is to read it. Only an administrator can, and needs to.
+    let _ = fchown(&file, Some(owner.uid()), Some(owner.gid()));
     file.sync_all()?;
     fs::rename(&new, path)
 }

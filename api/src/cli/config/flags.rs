@@ -21,11 +21,16 @@ impl ServeFlags {
     }
 }
 
+/// What clap calls it: subcommands have arguments of the same names.
+fn id(setting: &Setting) -> String {
+    format!("setting {}", setting.name)
+}
+
 fn flag(setting: &'static Setting) -> Arg {
     let Setting { kind, .. } = *setting;
     let default = setting.default.filter(|default| !default.is_empty());
     let default = default.map_or_else(String::new, |default| format!(" [default: {default}]"));
-    let flag = Arg::new(setting.name)
+    let flag = Arg::new(id(setting))
         .long(setting.flag())
         .value_name(setting.value_name)
         .help(format!("{} [env: {}]{default}", setting.help, setting.variable()))
@@ -44,10 +49,11 @@ fn flag(setting: &'static Setting) -> Arg {
 fn given(settings: &[Setting], matches: &ArgMatches) -> Dict {
     let mut given = Dict::new();
     for setting in settings {
-        if matches.value_source(setting.name) != Some(ValueSource::CommandLine) {
+        let id = id(setting);
+        if matches.value_source(&id) != Some(ValueSource::CommandLine) {
             continue;
         }
-        let texts = matches.get_many::<String>(setting.name).into_iter().flatten();
+        let texts = matches.get_many::<String>(&id).into_iter().flatten();
         let text = texts.map(String::as_str).collect::<Vec<_>>().join(",");
         let value = setting.kind.read(&text).expect("clap has read it");
         given.insert(setting.name.to_owned(), value);

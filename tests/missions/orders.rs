@@ -1,0 +1,196 @@
+//! Who ordered what, how long missions are kept, and what each client has at most.
+
+use std::{net::Ipv4Addr, time::Duration};
+
+use axum::http::{HeaderValue, Method, StatusCode};
+use serde_json::{Value, json};
+use service::{
+    access::Peer,
+    missions::retention::{Retention, over_for},
+    store::{EventReader, EventStore},
+};
+use tests::client::{Answer, get, post, send_to};
+use tokio::time::{Instant, sleep};
+use tower::ServiceExt as _;
+
+use super::{Service, directory, heard, live, mission_now};
+
+/// Event streams of one client at most.
+const STREAM_SHARE: usize = 128;
+
+impl Service {
+    async fn delete(&self, mission: &str) -> Answer {
+        let mut request = get(mission);
+        *request.method_mut() = Method::DELETE;
+        send_to(self.router.clone(), request).await
+    }
+
+    async fn orders(&self, query: &str) -> Vec<Value> {
+        let listed = self.ask(&format!("/v1/audit{query}")).await;
+        listed["orders"].as_array().expect("is a list").clone()
+    }
+
+    /// Waits until nothing answers at `path` any more.
+    async fn until_gone(&self, path: &str) {
+        let end = Instant::now() + Duration::from_secs(20);
+        while self.get(path).await.status != StatusCode::NOT_FOUND {
+            assert!(Instant::now() < end, "{path} is still there");
+            sleep(Duration::from_millis(20)).await;
+        }
+    }
+}
+
+fn actions(orders: &[Value]) -> Vec<&str> {
+    orders
+        .iter()
+        .map(|order| order["action"].as_str().expect("is a word"))
+        .collect()
+}
+
+fn id(mission: &str) -> &str {
+    mission.rsplit('/').next().expect("is a path")
+}
+
+#[tokio::test]
+async fn every_order_is_kept_with_who_gave_it_also_of_a_mission_that_is_gone() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let mission = service.create(&live()).await;
+    let mut run = post(&format!("{mission}/run"), "{}".to_owned());
+    run.headers_mut()
+        .insert("x-request-id", HeaderValue::from_static("from-the-bridge"));
+    assert_eq!(send_to(service.router.clone(), run).await.status, StatusCode::OK);
+    let now = mission_now(&service.ask(&mission).await);
+    service.order(&format!("{mission}/reports"), heard(now)).await;
+    for action in ["pause", "pause", "finish"] {
+        service.order(&format!("{mission}/{action}"), json!({})).await;
+    }
+    let refused = service.post(&format!("{mission}/run"), &json!({})).await;
+    assert_eq!(refused.status, StatusCode::CONFLICT);
+    assert_eq!(service.delete(&mission).await.status, StatusCode::NO_CONTENT);
+    assert_eq!(service.delete(&mission).await.status, StatusCode::NOT_FOUND);
+
+    // What changed nothing was no order, and reports are in the mission's own log.
+    let orders = service.orders("").await;
+    assert_eq!(actions(&orders), ["create", "run", "pause", "finish", "delete"]);
+    assert!(
+        orders
+            .iter()
+            .all(|order| order["mission"] == id(&mission) && order["caller"] == "this program")
+    );
+    assert_eq!(orders[1]["request_id"], "from-the-bridge");
+
+    let other = service.create(&live()).await;
+    let of_other = service.orders(&format!("?mission={}", id(&other))).await;
+    assert_eq!(actions(&of_other), ["create"]);
+    let page = service.ask("/v1/audit?limit=4").await;
+    assert_eq!(page["orders"].as_array().expect("is a list").len(), 4);
+    let rest = service.orders(&format!("?after={}", page["next"])).await;
+    assert_eq!(actions(&rest), ["delete", "create"]);
+
+    let service = service.restart(data.path()).await;
+    assert_eq!(service.orders("").await.len(), 6);
+}
+
+#[tokio::test]
+async fn missions_that_are_over_or_abandoned_go_when_they_are_due() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let [over, silent, heard_of] = [
+        service.create(&live()).await,
+        service.create(&live()).await,
+        service.create(&live()).await,
+    ];
+    service.order(&format!("{over}/finish"), json!({})).await;
+    service.order(&format!("{silent}/run"), json!({})).await;
+
+    let none_is_due = Retention {
+        over: Some(Duration::from_hours(1)),
+        abandoned: Some(Duration::from_hours(1)),
+    };
+    let kept = tokio::spawn(service.missions.clone().keep_for(none_is_due));
+    sleep(Duration::from_millis(300)).await;
+    kept.abort();
+    assert_eq!(service.ask(&over).await["status"], "finished");
+    assert_eq!(service.ask(&silent).await["status"], "running");
+
+    let reader = EventReader::of(data.path()).expect("opens");
+    assert_eq!(
+        over_for(&reader, Duration::from_hours(1)).expect("is read"),
+        [""; 0]
+    );
+    assert_eq!(over_for(&reader, Duration::ZERO).expect("is read"), [id(&over)]);
+
+    sleep(Duration::from_millis(1_500)).await;
+    let now = mission_now(&service.ask(&heard_of).await);
+    service.order(&format!("{heard_of}/reports"), heard(now)).await;
+    let abandoned = Retention {
+        over: None,
+        abandoned: Some(Duration::from_secs(1)),
+    };
+    let kept = tokio::spawn(service.missions.clone().keep_for(abandoned));
+    service.until(&silent, "finished").await;
+    kept.abort();
+    assert_eq!(service.ask(&heard_of).await["status"], "created");
+
+    let all_over = Retention {
+        over: Some(Duration::ZERO),
+        abandoned: None,
+    };
+    let kept = tokio::spawn(service.missions.clone().keep_for(all_over));
+    service.until_gone(&over).await;
+    service.until_gone(&silent).await;
+    kept.abort();
+    assert_eq!(service.ask(&heard_of).await["status"], "created");
+    let orders = service.orders(&format!("?mission={}", id(&silent))).await;
+    assert_eq!(actions(&orders), ["create", "run", "expire", "expire"]);
+    assert_eq!(orders[2]["caller"], "the service");
+}
+
+#[tokio::test]
+async fn one_client_leaves_the_others_half_of_the_streams() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let mission = service.create(&live()).await;
+    let stream_of = |last: u8| {
+        let mut request = get(&format!("{mission}/events"));
+        request
+            .extensions_mut()
+            .insert(Peer(Ipv4Addr::new(192, 0, 2, last).into()));
+        service.router.clone().oneshot(request)
+    };
+    let mut open = vec![];
+    for _ in 0..STREAM_SHARE {
+        let stream = stream_of(1).await.expect("answers");
+        assert_eq!(stream.status(), StatusCode::OK);
+        open.push(stream);
+    }
+    let refused = stream_of(1).await.expect("answers");
+    assert_eq!(refused.status(), StatusCode::TOO_MANY_REQUESTS);
+    assert!(refused.headers().contains_key("retry-after"));
+    assert_eq!(stream_of(2).await.expect("answers").status(), StatusCode::OK);
+    open.pop();
+    assert_eq!(stream_of(1).await.expect("answers").status(), StatusCode::OK);
+}
+
+#[tokio::test]
+async fn a_vacuum_gives_the_room_of_deleted_missions_back() {
+    let data = directory();
+    let store = EventStore::open(data.path()).expect("opens");
+    let file = data.path().join(service::store::FILE_NAME);
+    let size = || std::fs::metadata(&file).expect("is there").len();
+    let big = service::store::Append {
+        mission: "a".to_owned(),
+        status: "finished".to_owned(),
+        summary: vec![b' '; 1 << 20],
+        ..service::store::Append::default()
+    };
+    store.append(big).await.expect("is stored");
+    store
+        .delete("a".to_owned(), service::store::Order::default())
+        .await
+        .expect("is deleted");
+    store.vacuum().await.expect("has room");
+    store.close().await.expect("ends");
+    assert!(size() < 1 << 18, "{} bytes are left", size());
+}
