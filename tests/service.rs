@@ -634,6 +634,7 @@ async fn the_openapi_document_has_every_route_and_resolves_every_reference() {
         "/livez",
         "/readyz",
         "/version",
+        "/metrics",
     ] {
         assert!(
             paths.iter().any(|listed| listed == path),
