@@ -103,17 +103,14 @@ pub(crate) enum UsageError {
 impl Arguments {
     /// The configuration that these arguments, the environment and the file give.
     pub(crate) fn layers(&self) -> Result<Layers, UsageError> {
-        let of_subcommand = match &self.command {
-            Some(Command::Serve(flags) | Command::Config(flags)) => Some(flags),
-            Some(_) => {
-                if let Some(flag) = self.serve.first() {
-                    return Err(UsageError::NotOfService(flag));
-                }
-                None
-            }
-            None => None,
+        let flags = match &self.command {
+            None => vec![&self.serve],
+            Some(Command::Serve(flags) | Command::Config(flags)) => vec![&self.serve, flags],
+            Some(_) => match self.serve.first() {
+                Some(flag) => return Err(UsageError::NotOfService(flag)),
+                None => vec![],
+            },
         };
-        let flags: Vec<_> = [&self.serve].into_iter().chain(of_subcommand).collect();
         Ok(Layers::read(self.config.as_deref(), &self.common, &flags)?)
     }
 

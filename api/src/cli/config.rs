@@ -17,7 +17,7 @@ mod flags;
 mod setting;
 
 pub(crate) use flags::{CommonFlags, ServeFlags};
-use setting::{PREFIX, Setting, all};
+use setting::{COMMON, PREFIX, SERVE, Setting, all};
 
 use super::out_file::{NotPrinted, print};
 
@@ -121,7 +121,8 @@ impl Provider for Layer {
 }
 
 impl Layers {
-    /// The layers of this process, with the file at `path` or the one that the environment names.
+    /// The layers of this process, with the file at `path` or the one that the environment names. Subcommands that do not
+    /// concern the service have no flags of it, and do not care for its variables.
     pub(crate) fn read(
         path: Option<&Path>,
         common: &CommonFlags,
@@ -135,7 +136,7 @@ impl Layers {
             layers = layers.merge(file(&path)?);
         }
         layers = layers
-            .merge(Layer::named(ENVIRONMENT, environment()?))
+            .merge(Layer::named(ENVIRONMENT, environment(!serve.is_empty())?))
             .merge(Layer::named(FLAGS, common.0.clone()));
         for flags in serve {
             layers = layers.merge(Layer::named(FLAGS, flags.0.clone()));
@@ -228,8 +229,8 @@ fn file(path: &Path) -> Result<Layer, ConfigError> {
 }
 
 /// The variables of this process. Others that begin alike may be of something else, such as a container's orchestrator, which
-/// names its services so: they are warned of.
-fn environment() -> Result<Dict, ConfigError> {
+/// names its services so: the service warns of them.
+fn environment(of_service: bool) -> Result<Dict, ConfigError> {
     let mut values = Dict::new();
     for (variable, text) in env::vars_os() {
         let Some(variable) = variable.to_str().filter(|variable| variable.starts_with(PREFIX)) else {
@@ -238,8 +239,11 @@ fn environment() -> Result<Dict, ConfigError> {
         if variable == FILE_VARIABLE {
             continue;
         }
-        let Some(setting) = all().find(|setting| setting.variable() == variable) else {
-            eprintln!("pilotfish: {variable} is no setting, and is ignored");
+        let mut known = COMMON.iter().chain(SERVE.iter().filter(|_| of_service));
+        let Some(setting) = known.find(|setting| setting.variable() == variable) else {
+            if of_service {
+                eprintln!("pilotfish: {variable} is no setting, and is ignored");
+            }
             continue;
         };
         let text = text.to_str().ok_or_else(|| ConfigError::NotText {
