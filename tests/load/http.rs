@@ -22,14 +22,15 @@ pub(crate) struct Request {
 impl Request {
     pub(crate) fn get(path: &str) -> Self {
         Self {
-            head: format!("GET {path} HTTP/1.1\r\nhost: load\r\n"),
+            head: format!("GET {path} HTTP/1.1\r\nhost: localhost\r\n"),
             body: String::new(),
         }
     }
 
     pub(crate) fn post(path: &str, body: String) -> Self {
         let length = body.len();
-        let about = format!("host: load\r\ncontent-type: application/json\r\ncontent-length: {length}\r\n");
+        let about =
+            format!("host: localhost\r\ncontent-type: application/json\r\ncontent-length: {length}\r\n");
         Self {
             head: format!("POST {path} HTTP/1.1\r\n{about}"),
             body,
