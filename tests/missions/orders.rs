@@ -121,12 +121,12 @@ async fn missions_that_are_over_or_abandoned_go_when_they_are_due() {
     );
     assert_eq!(over_for(&reader, Duration::ZERO).expect("is read"), [id(&over)]);
 
-    sleep(Duration::from_millis(1_500)).await;
+    sleep(Duration::from_millis(5_500)).await;
     let now = mission_now(&service.ask(&heard_of).await);
     service.order(&format!("{heard_of}/reports"), heard(now)).await;
     let abandoned = Retention {
         over: None,
-        abandoned: Some(Duration::from_secs(1)),
+        abandoned: Some(Duration::from_secs(5)),
     };
     let kept = tokio::spawn(service.missions.clone().keep_for(abandoned));
     service.until(&silent, "finished").await;
