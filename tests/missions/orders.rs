@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use service::{
     access::Peer,
     missions::retention::{Retention, over_for},
-    store::{EventReader, EventStore},
+    store::EventReader,
 };
 use tests::client::{Answer, get, post, send_to};
 use tokio::time::{Instant, sleep};
@@ -171,26 +171,4 @@ async fn one_client_leaves_the_others_half_of_the_streams() {
     assert_eq!(stream_of(2).await.expect("answers").status(), StatusCode::OK);
     open.pop();
     assert_eq!(stream_of(1).await.expect("answers").status(), StatusCode::OK);
-}
-
-#[tokio::test]
-async fn a_vacuum_gives_the_room_of_deleted_missions_back() {
-    let data = directory();
-    let store = EventStore::open(data.path()).expect("opens");
-    let file = data.path().join(service::store::FILE_NAME);
-    let size = || std::fs::metadata(&file).expect("is there").len();
-    let big = service::store::Append {
-        mission: "a".to_owned(),
-        status: "finished".to_owned(),
-        summary: vec![b' '; 1 << 20],
-        ..service::store::Append::default()
-    };
-    store.append(big).await.expect("is stored");
-    store
-        .delete("a".to_owned(), service::store::Order::default())
-        .await
-        .expect("is deleted");
-    store.vacuum().await.expect("has room");
-    store.close().await.expect("ends");
-    assert!(size() < 1 << 18, "{} bytes are left", size());
 }

@@ -604,3 +604,40 @@ async fn a_backup_under_writes_is_a_whole_log_of_its_own() {
         0
     );
 }
+
+#[tokio::test]
+async fn a_vacuum_gives_room_back_that_an_older_log_keeps() {
+    let directory = directory();
+    let file = directory.path().join(FILE_NAME);
+    // A file whose first table was made without it has no incremental vacuum.
+    let older = Connection::open(&file).expect("opens");
+    older
+        .execute_batch("CREATE TABLE first (x); DROP TABLE first; CREATE TABLE older (x)")
+        .expect("is SQL");
+    drop(older);
+    let size = || fs::metadata(&file).expect("is there").len();
+
+    let store = open(directory.path());
+    let big = Append {
+        summary: vec![b' '; 1 << 20],
+        ..append("a", vec![])
+    };
+    store.append(big).await.expect("is stored");
+    store
+        .delete("a".to_owned(), Order::default())
+        .await
+        .expect("is deleted");
+    store.close().await.expect("ends");
+    drop(store);
+    assert!(1 << 20 < size(), "only a vacuum gives the room back");
+
+    let store = loop {
+        match EventStore::open(directory.path()) {
+            Err(StoreError::InUse { .. }) => thread::yield_now(),
+            opened => break opened.expect("opens"),
+        }
+    };
+    store.vacuum().await.expect("has room");
+    store.close().await.expect("ends");
+    assert!(size() < 1 << 18, "{} bytes are left", size());
+}
