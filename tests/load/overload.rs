@@ -176,7 +176,7 @@ pub(crate) async fn run(
     #[expect(clippy::cast_precision_loss, reason = "counts of seconds")]
     let sustainable = several.borrow().planned.len() as f64 / PROBE.as_secs_f64();
     if sustainable == 0.0 {
-        return Err("the service plans for nobody".into());
+        return Err("the service makes no plan".into());
     }
     println!("memory before overload {}", memory(pid));
 

@@ -1,6 +1,6 @@
 //! Who may do what: bearer tokens, each with a name and a role.
 //!
-//! A service for which no token was made serves whoever reaches it. One with tokens asks every request for one, but for
+//! A service for which no token was made serves every client. One with tokens asks every request for one, but for
 //! the page's own files, the documentation, and whether the service lives.
 
 use std::{fmt, net::IpAddr, sync::Arc};

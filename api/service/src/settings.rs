@@ -33,7 +33,7 @@ pub struct Settings {
     pub deadline: Duration,
     /// Names under which clients may call the service over a network; none where requests come from this program.
     pub hosts: Option<Hosts>,
-    /// Tokens of which every request needs one once one is made; none where whoever reaches the service may do everything.
+    /// Tokens of which every request needs one once one is made; none where every client may do everything.
     pub tokens: Option<Tokens>,
     /// True once the service is to stop: it answers on, and says that it is not ready.
     pub stopping: Arc<AtomicBool>,

@@ -99,7 +99,7 @@ fn check_exposed(address: IpAddr, has_tokens: bool, has_tls: bool, insecure: boo
         return Err(ServeError::Exposed { address, missing });
     }
     let who = if has_tokens {
-        "whoever listens to the network may read tokens, and use them"
+        "tokens can be read on the network, and used"
     } else {
         "every client that reaches this address may plan, and change and delete missions"
     };

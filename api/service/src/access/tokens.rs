@@ -255,7 +255,7 @@ impl Tokens {
         Ok(Self(Arc::new(Mutex::new(reread))))
     }
 
-    /// Whether there is a token, so that nobody calls without one.
+    /// Whether there is a token, so that every client needs one.
     #[must_use]
     pub fn are_made(&self) -> bool {
         self.known().is_some_and(|known| !known.tokens.is_empty())
@@ -287,11 +287,11 @@ impl Reread {
                 self.known = Some(Arc::new(known));
             }
             Ok(None) => {
-                tracing::error!(path = %self.path.display(), "the file of tokens is gone; nobody may call");
+                tracing::error!(path = %self.path.display(), "the file of tokens is gone; every call is refused");
                 self.known = Some(Arc::default());
             }
             Err(error) => {
-                tracing::error!(%error, "the file of tokens is broken; nobody may call");
+                tracing::error!(%error, "the file of tokens is broken; every call is refused");
                 self.known = Some(Arc::default());
             }
         }
@@ -339,7 +339,7 @@ mod tests {
         }
 
         TokenFile::revoke(&path, "bridge").expect("is there");
-        tokens.0.lock().expect("nobody panicked").look();
+        tokens.0.lock().expect("no thread panics").look();
         assert_eq!(caller(&tokens, &token), Err(Problem::Unauthenticated));
         assert!(caller(&tokens, &other).is_ok());
         assert!(matches!(
@@ -361,20 +361,20 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_made_later_counts_and_one_that_is_gone_or_broken_lets_nobody_in() {
+    fn a_file_that_is_made_later_counts_and_one_that_is_gone_or_broken_has_no_valid_token() {
         let directory = tempfile::tempdir().expect("there is room");
         let path = directory.path().join("tokens.json");
         let tokens = Tokens::open(&path).expect("is read");
         assert!(tokens.known().is_none() && !tokens.are_made());
         let token = TokenFile::add(&path, new("bridge", Role::Operator, None)).expect("is made");
-        tokens.0.lock().expect("nobody panicked").look();
+        tokens.0.lock().expect("no thread panics").look();
         assert!(caller(&tokens, &token).is_ok() && tokens.are_made());
         for broken in [Some("{"), None] {
             match broken {
                 Some(text) => fs::write(&path, text).expect("is written"),
                 None => fs::remove_file(&path).expect("is there"),
             }
-            tokens.0.lock().expect("nobody panicked").look();
+            tokens.0.lock().expect("no thread panics").look();
             assert_eq!(
                 caller(&tokens, &token),
                 Err(Problem::Unauthenticated),

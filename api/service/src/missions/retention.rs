@@ -1,4 +1,4 @@
-//! How long missions are kept: those that are over, and those that nobody reports to any more.
+//! How long missions are kept: those that are over, and those for which reports have ceased.
 
 use std::time::Duration;
 
