@@ -219,6 +219,8 @@ impl World {
             t_s: self.clock(),
             north_m: north + error[0],
             east_m: east + error[1],
+            lat_deg: None,
+            lon_deg: None,
             sigma_m: FIX_SIGMA,
             depth_m: Some(DEPTH),
             course_rad: None,
@@ -252,6 +254,8 @@ impl Craft {
             state: Asc {
                 north_m: self.position[0],
                 east_m: self.position[1],
+                lat_deg: None,
+                lon_deg: None,
                 heading_rad: self.heading,
                 speed_mps: self.speed,
                 sway_mps: 0.0,

@@ -31,6 +31,8 @@ use tower::ServiceExt as _;
 
 #[path = "missions/changes.rs"]
 mod changes;
+#[path = "missions/earth.rs"]
+mod earth;
 #[path = "missions/orders.rs"]
 mod orders;
 

@@ -4,6 +4,8 @@ use axum::{
     body::Body,
     http::{HeaderValue, Request, StatusCode},
 };
+use geodesy::Datum;
+use nalgebra::Vector2;
 use planner::{
     craft::{CraftDescription, PRESETS},
     los::LosLaw,
@@ -829,4 +831,107 @@ async fn the_documented_defaults_of_the_limits_are_the_ones_used() {
             assert!(documented.contains("craft"), "{member}: {text}");
         }
     }
+}
+
+/// `body` with every position in latitude and longitude, from the origin that it is given.
+fn on_earth(body: &Value, origin: Value) -> Value {
+    fn place(datum: &Datum, north: &Value, east: &Value) -> Option<Value> {
+        let place = datum.from_local(&Vector2::new(north.as_f64()?, east.as_f64()?));
+        let [lat, lon] = [place.latitude, place.longitude].map(f64::to_degrees);
+        Some(json!({ "lat_deg": lat, "lon_deg": lon }))
+    }
+    fn moved(datum: &Datum, name: &str, value: &mut Value) {
+        match value {
+            Value::Array(items) if matches!(name, "from" | "to" | "centre" | "point") => {
+                *value = place(datum, &items[0], &items[1]).expect("is a point");
+            }
+            Value::Array(items) => {
+                let name = if matches!(name, "area" | "points") {
+                    "point"
+                } else {
+                    ""
+                };
+                items.iter_mut().for_each(|item| moved(datum, name, item));
+            }
+            Value::Object(members) if name != "offset" => {
+                if let (Some(north), Some(east)) = (members.get("north_m"), members.get("east_m")) {
+                    let mut place = place(datum, north, east).expect("is a place");
+                    members.retain(|name, _| !matches!(name.as_str(), "north_m" | "east_m"));
+                    members.append(place.as_object_mut().expect("is an object"));
+                }
+                members
+                    .iter_mut()
+                    .for_each(|(name, value)| moved(datum, name, value));
+            }
+            _ => {}
+        }
+    }
+    let given: wire::Origin = serde_json::from_value(origin.clone()).expect("has the shape");
+    let datum = Datum::new(&given.into()).expect("is on Earth");
+    let mut body = body.clone();
+    moved(&datum, "", &mut body);
+    body["origin"] = origin;
+    body
+}
+
+#[tokio::test]
+async fn a_request_on_earth_is_answered_as_the_same_in_metres() {
+    let plan = async |body: &Value| -> wire::PlanResponse {
+        let answer = send(Settings::default(), post("/v1/plan", body.to_string())).await;
+        assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+        serde_json::from_value(answer.json()).expect("has the shape")
+    };
+    // At the antimeridian and near a pole, too.
+    for place in [[38.41, -9.12], [-17.0, 179.9999], [89.9, 30.0]] {
+        let origin = json!({ "lat_deg": place[0], "lon_deg": place[1] });
+        for example in EXAMPLES {
+            let in_metres = serde_json::from_str(example.body).expect("is JSON");
+            let (local, earth) = (
+                plan(&in_metres).await,
+                plan(&on_earth(&in_metres, origin.clone())).await,
+            );
+            assert_eq!(local.method, earth.method, "{}", example.name);
+            assert_eq!((local.origin, local.trajectory[0].lat_deg), (None, None));
+            assert_eq!(json!(earth.origin), origin);
+            let datum = Datum::new(&earth.origin.expect("is given").into()).expect("is on Earth");
+            for (one, other) in local.trajectory.iter().zip(&earth.trajectory) {
+                let apart = (one.north_m - other.north_m).hypot(one.east_m - other.east_m);
+                assert!(apart < 1e-3, "{} at {place:?}: {apart} m", example.name);
+                let degrees = wire::Origin {
+                    lat_deg: other.lat_deg.expect("is there"),
+                    lon_deg: other.lon_deg.expect("is there"),
+                };
+                let back = datum.to_local(&degrees.into()).expect("is on Earth");
+                assert!((back - Vector2::new(other.north_m, other.east_m)).norm() < 1e-6);
+            }
+            let places = earth.goal.trajectory.iter().map(|point| point.lat_deg);
+            let targets = earth.targets.iter().flat_map(|target| &target.trajectory);
+            let places = places.chain(targets.map(|point| point.lat_deg));
+            let estimates = earth.targets.iter().map(|target| target.estimate.lat_deg);
+            assert!(
+                places.chain(estimates).all(|lat| lat.is_some()),
+                "{}",
+                example.name
+            );
+        }
+    }
+}
+
+#[tokio::test]
+async fn an_answer_on_earth_is_accepted_back_and_one_from_another_origin_is_not() {
+    let mut body = example("track");
+    body["origin"] = json!({ "lat_deg": 38.41, "lon_deg": -9.12 });
+    let plan = async |body: &Value| send(Settings::default(), post("/v1/plan", body.to_string())).await;
+    body["previous_plan"] = plan(&body).await.json();
+    let answer = plan(&body).await;
+    assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+    body["origin"]["lat_deg"] = json!(38.42);
+    let refused = plan(&body).await;
+    assert_eq!(
+        refused.status,
+        StatusCode::UNPROCESSABLE_ENTITY,
+        "{}",
+        refused.text
+    );
+    assert_eq!(refused.json()["errors"][0]["pointer"], "/previous_plan/origin");
 }

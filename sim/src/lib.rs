@@ -16,7 +16,7 @@
 //! - [`observe`]: the only gate from truth to knowledge.
 //! - [`guide`]: the guidance law that answers an observation with a reference.
 //! - [`mission`]: the closed loop from start to end.
-//! - [`record`] and [`metrics`]: the rows of a run, and its measures; [`datum`] places them on Earth.
+//! - [`record`] and [`metrics`]: the rows of a run, and its measures; `geodesy` places them on Earth.
 
 pub mod guide;
 pub mod metrics;
@@ -26,7 +26,6 @@ pub mod record;
 pub mod scenario;
 pub mod world;
 
-pub use ::record::datum;
 pub use world::{
     auv, dive, fault, inner_loop, integrate, path_following, plant, surface_craft, underwater_vehicle, water,
 };

@@ -13,7 +13,7 @@ use crate::{
     deadline::Arrival,
     edge::RequestId,
     planners::Planners,
-    planning::{ValidRequest, answer},
+    planning::{Context, ValidRequest, answer},
     posted::{BODY_BYTES_MAX, PostedBytes},
     problem::{Problem, ProblemDocument, Refusals},
 };
@@ -100,8 +100,8 @@ pub(crate) async fn plan_batch(
     for valid in read.await?? {
         let (planners, ticket) = (planners.clone(), Arc::clone(&ticket));
         let plan = async move {
-            let (planned, metadata) = valid?.planned(&planners, ticket, arrival).await?;
-            Ok(answer(&planned, &metadata).planned())
+            let (planned, context) = valid?.planned(&planners, ticket, arrival).await?;
+            Ok(answer(&planned, &context).planned())
         };
         plans.push(tokio::spawn(plan.in_current_span()));
     }
@@ -139,11 +139,12 @@ pub(crate) async fn validate_plan(
         let ValidRequest {
             snapshot,
             deadline_ms,
-            metadata,
+            context: Context { origin, metadata },
         } = ValidRequest::new(body.read()?)?;
         Ok(Validation {
             plan_id: plan_id(&snapshot),
             request: PlanRequest {
+                origin,
                 deadline_ms,
                 metadata,
                 ..PlanRequest::from(&snapshot)

@@ -17,7 +17,7 @@ use planner::{
 use crate::{
     deadline::{Arrival, Deadline},
     planners::Planned,
-    planning::{answer, refuse_a_lower_level},
+    planning::{Context, answer, refuse_a_lower_level},
     posted::{BODY_BYTES_MAX, read},
     problem::Problem,
 };
@@ -62,5 +62,6 @@ pub fn plan(
         plan,
     };
     refuse_a_lower_level(&planned)?;
-    Ok(answer(&planned, &request.metadata).planned())
+    let PlanRequest { origin, metadata, .. } = request;
+    Ok(answer(&planned, &Context { origin, metadata }).planned())
 }

@@ -24,7 +24,7 @@ use crate::{
     posted::PostedBytes,
     problem::{Problem, Refusals},
 };
-use wire::{Answer, Comparison, PlanRequest, PlanResponse, Plans, degraded_reason};
+use wire::{Answer, Comparison, Origin, PlanRequest, PlanResponse, Plans, degraded_reason};
 
 /// Plans: a snapshot in, speed and heading references out.
 #[utoipa::path(post, path = "/v1/plan", tag = "plan", request_body = PlanRequest, responses(
@@ -35,8 +35,8 @@ pub(crate) async fn plan(
     Extension(arrival): Extension<Arrival>,
     body: PostedBytes,
 ) -> Result<Response, Problem> {
-    let (planned, metadata) = planned(&planners, arrival, body).await?;
-    Ok(written(|| answer(&planned, &metadata).planned()))
+    let (planned, context) = planned(&planners, arrival, body).await?;
+    Ok(written(|| answer(&planned, &context).planned()))
 }
 
 /// The same snapshot through the planner and through every line-of-sight law, whose gains are the service's own.
@@ -48,8 +48,8 @@ pub(crate) async fn compare(
     Extension(arrival): Extension<Arrival>,
     body: PostedBytes,
 ) -> Result<Json<Comparison>, Problem> {
-    let (planned, metadata) = planned(&planners, arrival, body).await?;
-    let answer = answer(&planned, &metadata);
+    let (planned, context) = planned(&planners, arrival, body).await?;
+    let answer = answer(&planned, &context);
     // A rollout each: little beside the program, so they run where the answer is written.
     let law = |law| answer.law(law, planners.policy());
     Ok(Json(Comparison {
@@ -68,7 +68,7 @@ async fn planned(
     planners: &Planners,
     arrival: Arrival,
     body: PostedBytes,
-) -> Result<(Planned, Map<String, Value>), Problem> {
+) -> Result<(Planned, Context), Problem> {
     let ticket = planners.admit(body.bytes.len())?;
     let read = planners.read(&ticket, || ValidRequest::new(body.read()?));
     read.await??.planned(planners, ticket, arrival).await
@@ -79,6 +79,13 @@ async fn planned(
 pub(crate) struct ValidRequest {
     pub(crate) snapshot: Snapshot,
     pub(crate) deadline_ms: Option<f64>,
+    pub(crate) context: Context,
+}
+
+/// What an answer tells of its request beside the plan.
+#[derive(Debug, Default)]
+pub(crate) struct Context {
+    pub(crate) origin: Option<Origin>,
     pub(crate) metadata: Map<String, Value>,
 }
 
@@ -87,27 +94,30 @@ impl ValidRequest {
         Ok(Self {
             snapshot: Snapshot::try_from(&request).map_err(Problem::Invalid)?,
             deadline_ms: request.deadline_ms,
-            metadata: request.metadata,
+            context: Context {
+                origin: request.origin,
+                metadata: request.metadata,
+            },
         })
     }
 
-    /// Its plan, and its metadata again.
+    /// Its plan, and its context again.
     pub(crate) async fn planned(
         self,
         planners: &Planners,
         ticket: Arc<Ticket>,
         arrival: Arrival,
-    ) -> Result<(Planned, Map<String, Value>), Problem> {
+    ) -> Result<(Planned, Context), Problem> {
         let Self {
             snapshot,
             deadline_ms,
-            metadata,
+            context,
         } = self;
         let planned = planners.plan(ticket, snapshot, arrival, deadline_ms).await?;
         refuse_a_lower_level(&planned)?;
         let metrics = planners.metrics();
         metrics.plan(PlanFor::Request, &planned.plan, planned.solve_time);
-        Ok((planned, metadata))
+        Ok((planned, context))
     }
 }
 
@@ -121,8 +131,14 @@ pub(crate) fn refuse_a_lower_level(planned: &Planned) -> Result<(), Problem> {
     }
 }
 
-pub(crate) fn answer<'a>(planned: &'a Planned, metadata: &'a Map<String, Value>) -> Answer<'a> {
-    Answer::new(&planned.snapshot, &planned.plan, planned.solve_time, metadata)
+pub(crate) fn answer<'a>(planned: &'a Planned, context: &'a Context) -> Answer<'a> {
+    let Planned {
+        snapshot,
+        plan,
+        solve_time,
+        ..
+    } = planned;
+    Answer::new(snapshot, plan, *solve_time, &context.metadata).on_earth(context.origin)
 }
 
 /// The answer's JSON.

@@ -63,6 +63,34 @@ macro_rules! velocity {
 velocity!(Current);
 velocity!(Drift);
 
+/// A place on Earth, WGS 84, such as where the datum lies.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Origin {
+    /// Geodetic latitude, degrees, positive north.
+    pub lat_deg: f64,
+    /// Longitude, degrees, positive east.
+    pub lon_deg: f64,
+}
+
+impl From<Origin> for geodesy::Origin {
+    fn from(origin: Origin) -> Self {
+        Self {
+            latitude: origin.lat_deg.to_radians(),
+            longitude: origin.lon_deg.to_radians(),
+        }
+    }
+}
+
+impl From<geodesy::Origin> for Origin {
+    fn from(place: geodesy::Origin) -> Self {
+        Self {
+            lat_deg: place.latitude.to_degrees(),
+            lon_deg: place.longitude.to_degrees(),
+        }
+    }
+}
+
 /// Velocity of the water over ground.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -109,6 +137,12 @@ pub struct TrajectoryPoint {
     pub north_m: f64,
     /// Position east of the datum, m.
     pub east_m: f64,
+    /// Its latitude, degrees, positive north, where the request names an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lat_deg: Option<f64>,
+    /// Its longitude, degrees, positive east, where the request names an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lon_deg: Option<f64>,
     /// Speed through the water, m/s.
     pub speed_mps: f64,
     /// Heading, rad, in (−π, π].

@@ -18,7 +18,7 @@ use serde::{
 };
 use serde_json::{Number, json};
 
-use crate::FieldError;
+use crate::{FieldError, both::Origin, positions::Positions};
 
 /// What UTF-8 text from some editors begins with, and JSON must not (RFC 8259, section 8.1).
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
@@ -38,12 +38,43 @@ pub enum Unread {
     Misfit(Box<FieldError>),
 }
 
-/// The `T` that `body` is.
+/// The `T` that `body` is, with positions in metres from the `origin` in it.
 pub fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T, Unread> {
-    let json = parse(body)?;
-    json.each_name_once()
-        .and_then(|()| T::deserialize(Node::whole(&json)))
-        .map_err(|Misfit(error)| Unread::Misfit(error))
+    read_whole(parse(body)?)
+}
+
+/// The `T` that `body` is, with positions in metres from `origin`.
+pub fn read_from<T: DeserializeOwned>(body: &[u8], origin: Option<Origin>) -> Result<T, Unread> {
+    let mut json = parse(body)?;
+    let read = json.each_name_once().and_then(|()| {
+        let mut positions = Positions::from(origin, false)?;
+        positions.put_into_metres(&mut json)?;
+        T::deserialize(Node::whole(&json))
+    });
+    read.map_err(|Misfit(error)| Unread::Misfit(error))
+}
+
+/// As [`read_from`]; where there is no origin, the first position in latitude and longitude becomes it, and is handed
+/// back as it.
+pub fn read_reports<T: DeserializeOwned>(
+    body: &[u8],
+    origin: Option<Origin>,
+) -> Result<(T, Option<Origin>), Unread> {
+    let mut json = parse(body)?;
+    let read = json.each_name_once().and_then(|()| {
+        let mut positions = Positions::from(origin, true)?;
+        positions.put_into_metres(&mut json)?;
+        Ok((T::deserialize(Node::whole(&json))?, positions.origin))
+    });
+    read.map_err(|Misfit(error)| Unread::Misfit(error))
+}
+
+fn read_whole<T: DeserializeOwned>(mut json: Json<'_>) -> Result<T, Unread> {
+    let read = json.each_name_once().and_then(|()| {
+        Positions::of(&json)?.put_into_metres(&mut json)?;
+        T::deserialize(Node::whole(&json))
+    });
+    read.map_err(|Misfit(error)| Unread::Misfit(error))
 }
 
 /// The items of the list that is the only member, `name`, of `body`, and has 1 to `most` of them: each a `T`, or what is
@@ -58,13 +89,13 @@ pub fn read_each<T: DeserializeOwned>(
         let error = FieldError::new(token(name), code, detail);
         Unread::Misfit(Box::new(error.limit(most)))
     };
-    let Json::Object(members) = &json else {
+    let Json::Object(mut members) = json else {
         return Err(refused(
             "wrong_type",
             format!("the body must be an object with `{name}`"),
         ));
     };
-    let [(given, Json::List(items))] = members.as_slice() else {
+    let [(given, Json::List(items))] = members.as_mut_slice() else {
         return Err(refused(
             "wrong_type",
             format!("the body must have the list `{name}`, and no more"),
@@ -76,17 +107,12 @@ pub fn read_each<T: DeserializeOwned>(
             format!("the body must have the list `{name}` of 1 to {most} items"),
         ));
     }
-    let read = |item: &Json<'_>| {
-        item.each_name_once()
-            .and_then(|()| T::deserialize(Node::whole(item)))
-            .map_err(|Misfit(error)| Unread::Misfit(error))
-    };
-    Ok(items.iter().map(read).collect())
+    Ok(items.drain(..).map(read_whole).collect())
 }
 
 /// A value of JSON.
 #[derive(Debug)]
-enum Json<'a> {
+pub(crate) enum Json<'a> {
     Null,
     Bool(bool),
     Number(Number),
@@ -97,6 +123,24 @@ enum Json<'a> {
 }
 
 impl Json<'_> {
+    /// A member of an object that is there and not null.
+    pub(crate) fn member(&self, name: &str) -> Option<&Self> {
+        let Self::Object(members) = self else {
+            return None;
+        };
+        let found = members.iter().find(|(given, _)| given == name);
+        found
+            .map(|(_, value)| value)
+            .filter(|value| !matches!(value, Self::Null))
+    }
+
+    pub(crate) fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) => number.as_f64(),
+            _ => None,
+        }
+    }
+
     /// What people call it.
     fn name(&self) -> &'static str {
         match self {
@@ -259,15 +303,15 @@ impl<'de> Visitor<'de> for Tree {
 
 /// The first thing by which JSON is not of a shape; its pointer leads there from where it is read.
 #[derive(Debug)]
-struct Misfit(Box<FieldError>);
+pub(crate) struct Misfit(pub(crate) Box<FieldError>);
 
 impl Misfit {
-    fn new(pointer: String, code: &str, detail: impl Into<String>) -> Self {
+    pub(crate) fn new(pointer: String, code: &str, detail: impl Into<String>) -> Self {
         Self(Box::new(FieldError::new(pointer, code, detail)))
     }
 
     /// The same, seen from the object or list of which the member or item called `name` is at fault.
-    fn within(mut self, name: &str) -> Self {
+    pub(crate) fn within(mut self, name: &str) -> Self {
         self.0.pointer.insert_str(0, &token(name));
         self
     }
@@ -316,14 +360,14 @@ fn listed(names: &[&str]) -> String {
 
 /// A place in the tree, where a shape is read.
 #[derive(Clone, Copy)]
-struct Node<'a> {
+pub(crate) struct Node<'a> {
     json: &'a Json<'a>,
     /// Whether it is an item of a list of fixed length.
     in_fixed_list: bool,
 }
 
 impl<'a> Node<'a> {
-    fn whole(json: &'a Json<'a>) -> Self {
+    pub(crate) fn whole(json: &'a Json<'a>) -> Self {
         let in_fixed_list = false;
         Self { json, in_fixed_list }
     }

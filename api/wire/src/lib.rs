@@ -16,6 +16,7 @@ mod field_error;
 mod field_pointers;
 mod json;
 pub mod mission;
+mod positions;
 mod read_evidence;
 mod read_goal;
 mod read_path;
@@ -25,11 +26,12 @@ mod response;
 mod write_answer;
 mod write_request;
 
-pub use both::{Current, Drift, Forecast, TrajectoryPoint};
+pub use both::{Current, Drift, Forecast, Origin, TrajectoryPoint};
 pub use craft::{Craft, HeadingHeld, HeadingLoop, Power, SpeedHeld, SurgeLoop};
 pub use dump::program_dump;
 pub use field_error::{FieldError, shortened};
-pub use json::{Unread, VALUES_MAX, read, read_each};
+pub use json::{Unread, VALUES_MAX, read, read_each, read_from, read_reports};
+pub use positions::{LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG};
 pub use read_request::unsupported_version;
 pub use request::{
     Acoustics, Asc, Auv, AuvState, Fallback, Goal, GoalKind, Hold, KeepOut, Limits, Offset, OffsetFrame,

@@ -2,13 +2,15 @@
 
 use std::{collections::BTreeMap, mem};
 
+use geodesy::Datum;
+use nalgebra::Vector2;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
 use super::{
     Method, Outcome, PlanResponse,
-    both::{Current, Forecast},
+    both::{Current, Forecast, Origin},
     craft::Craft,
     request::{Acoustics, Asc, Dive, Goal, Hold, KeepOut, Limits, Path, Report},
 };
@@ -97,7 +99,8 @@ pub struct Live {
     /// Default: 1. The mission's clock shows `created_s + clock_rate · (Unix time − created_s)`.
     #[serde(default = "unit")]
     pub clock_rate: f64,
-    /// Where the datum of all positions lies on Earth: records as GeoJSON need it.
+    /// Where the datum of all positions lies on Earth, as in a snapshot. Default: where the first fix in latitude and
+    /// longitude is, as long as the mission has no position in metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
 }
@@ -227,16 +230,6 @@ impl From<&Live> for Setting {
     }
 }
 
-/// A place on Earth, WGS 84.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Origin {
-    /// Geodetic latitude, degrees, positive north.
-    pub lat_deg: f64,
-    /// Longitude, degrees, positive east.
-    pub lon_deg: f64,
-}
-
 /// An underwater vehicle of a live mission.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -256,6 +249,10 @@ pub struct LiveAuv {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reports {
+    /// Where the datum of the mission was put: by the first of these fixes, of a mission that had none. Written by the
+    /// service.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<Origin>,
     /// When the surface craft received them, Unix time, s. Default: when the service did.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub received_s: Option<f64>,
@@ -265,6 +262,51 @@ pub struct Reports {
     /// States of the surface craft, at most 64. The newest counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub asc: Vec<AscReport>,
+}
+
+impl Reports {
+    /// Every position, as north, east, latitude and longitude.
+    fn positions(
+        &mut self,
+    ) -> impl Iterator<Item = (&mut f64, &mut f64, &mut Option<f64>, &mut Option<f64>)> {
+        let states = self.asc.iter_mut().map(|report| {
+            let at = &mut report.state;
+            (&mut at.north_m, &mut at.east_m, &mut at.lat_deg, &mut at.lon_deg)
+        });
+        let fixes = self.auvs.values_mut().flatten();
+        states.chain(fixes.map(|at| (&mut at.north_m, &mut at.east_m, &mut at.lat_deg, &mut at.lon_deg)))
+    }
+
+    /// Writes every position both ways: in metres from `origin`, and in latitude and longitude. Which of them a client gave
+    /// stays as it is. Leaves all where `origin` is no place on Earth.
+    pub fn complete(&mut self, origin: Origin) {
+        let Ok(datum) = Datum::new(&origin.into()) else {
+            return;
+        };
+        for (north, east, lat_deg, lon_deg) in self.positions() {
+            if let (Some(lat_deg), Some(lon_deg)) = (*lat_deg, *lon_deg) {
+                if let Ok(local) = datum.to_local(&Origin { lat_deg, lon_deg }.into()) {
+                    (*north, *east) = (local.x, local.y);
+                }
+            } else {
+                let place = Origin::from(datum.from_local(&Vector2::new(*north, *east)));
+                (*lat_deg, *lon_deg) = (Some(place.lat_deg), Some(place.lon_deg));
+            }
+        }
+    }
+
+    /// The same without what the service writes: positions in latitude and longitude without their metres.
+    #[must_use]
+    pub fn as_posted(&self) -> Self {
+        let mut posted = self.clone();
+        posted.origin = None;
+        for (north, east, lat_deg, _) in posted.positions() {
+            if lat_deg.is_some() {
+                (*north, *east) = (0.0, 0.0);
+            }
+        }
+        posted
+    }
 }
 
 /// A state of the surface craft.
@@ -342,6 +384,9 @@ pub struct Mission {
     /// Of a live mission, what it does now and within which bounds: PATCH changes it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setting: Option<Setting>,
+    /// Where the datum of a live mission lies on Earth, where that is known: as it was made with, or by its first fix.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<Origin>,
     /// What the client gave it along.
     #[serde(default, skip_serializing_if = "Map::is_empty")]
     #[schema(value_type = Object)]
@@ -418,6 +463,9 @@ impl Default for Step {
 pub struct Accepted {
     /// Number of the event that stores it.
     pub sequence: u64,
+    /// Where the datum of the mission was put, by the first of these fixes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<Origin>,
 }
 
 /// Where everybody truly is in a simulated mission, when a plan is made.

@@ -148,6 +148,15 @@ pub fn unsupported_version(given: &str) -> Option<FieldError> {
 
 fn check_envelope(request: &PlanRequest, invalid: &mut Vec<FieldError>) {
     invalid.extend(unsupported_version(&request.schema_version));
+    if let Some(origin) = &request.origin {
+        invalid.extend(origin.wrong("/origin"));
+        let previous = request.previous_plan.as_ref().and_then(|plan| plan.origin);
+        if previous.is_some_and(|previous| previous != *origin) {
+            let detail =
+                "the previous plan counts from another origin: leave it out after a change of the origin";
+            invalid.push(FieldError::new("/previous_plan/origin", "contradicts", detail));
+        }
+    }
     let deadline = request.deadline_ms;
     invalid.extend(deadline.and_then(|given| FieldError::outside("/deadline_ms", given, &DEADLINE_MS)));
     let bytes = Value::Object(request.metadata.clone()).to_string().len();

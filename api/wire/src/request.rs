@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
 use super::{
-    both::{Current, Drift, Forecast, TrajectoryPoint},
+    both::{Current, Drift, Forecast, Origin, TrajectoryPoint},
     craft::Craft,
 };
 
@@ -20,6 +20,11 @@ pub struct PlanRequest {
     pub schema_version: String,
     /// Now, s, on any clock that all times of the request share.
     pub t_s: f64,
+    /// Where the datum of all positions lies on Earth. With it, any position may be given as `lat_deg` and `lon_deg`
+    /// instead of `north_m` and `east_m`, and a point of a list as an object of these two; answers have both. Default: not
+    /// known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<Origin>,
     /// The surface craft.
     pub asc: Asc,
     /// The underwater vehicles, 1 to 16, in any order.
@@ -86,6 +91,12 @@ pub struct Asc {
     pub north_m: f64,
     /// Position east of the datum, m.
     pub east_m: f64,
+    /// Latitude, degrees, positive north: with `lon_deg` instead of `north_m` and `east_m`, where there is an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lat_deg: Option<f64>,
+    /// Longitude, degrees, positive east.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lon_deg: Option<f64>,
     /// Heading, rad, within ±2π.
     pub heading_rad: f64,
     /// Surge speed through the water, m/s, positive ahead.
@@ -133,6 +144,12 @@ pub struct AuvState {
     pub north_m: f64,
     /// Position east of the datum, m.
     pub east_m: f64,
+    /// Latitude, degrees, positive north: with `lon_deg` instead of `north_m` and `east_m`, where there is an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lat_deg: Option<f64>,
+    /// Longitude, degrees, positive east.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lon_deg: Option<f64>,
     /// Depth, m, positive down.
     pub depth_m: f64,
     /// Course over ground, rad, within ±2π.
@@ -164,6 +181,12 @@ pub struct Report {
     pub north_m: f64,
     /// Position east of the datum, m.
     pub east_m: f64,
+    /// Latitude, degrees, positive north: with `lon_deg` instead of `north_m` and `east_m`, where there is an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lat_deg: Option<f64>,
+    /// Longitude, degrees, positive east.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lon_deg: Option<f64>,
     /// Standard deviation of the position along either axis, m, from 0.01 to 10,000.
     pub sigma_m: f64,
     /// Telemetered depth, m, positive down. Default: not reported; where no report states it, 0 is taken.
@@ -381,6 +404,12 @@ pub struct KeepOut {
     pub north_m: f64,
     /// Its centre, east of the datum, m.
     pub east_m: f64,
+    /// Its centre's latitude, degrees, positive north: with `lon_deg` instead of `north_m` and `east_m`, where there is an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lat_deg: Option<f64>,
+    /// Its centre's longitude, degrees, positive east.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lon_deg: Option<f64>,
     /// Its radius, m, from 0.1 to 10 000.
     pub radius_m: f64,
 }
@@ -424,6 +453,9 @@ pub enum Hold {
 /// An earlier answer. A whole one is accepted, these members of it are read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PreviousPlan {
+    /// Where its datum lay: where the request says so too, in the same place.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<Origin>,
     /// Its trajectory, in order of time, at most 256 points.
     pub trajectory: Vec<TrajectoryPoint>,
     /// Course of what the goal follows when that last moved, rad, within ±2π.

@@ -5,7 +5,7 @@ use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
 use super::{
-    both::{Current, Drift, Forecast, TrajectoryPoint},
+    both::{Current, Drift, Forecast, Origin, TrajectoryPoint},
     craft::{HeadingHeld, SpeedHeld},
 };
 
@@ -25,6 +25,9 @@ pub struct PlanResponse {
     /// `certificate`, or `stale_report`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+    /// Where the datum of all positions lies, as the request has it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<Origin>,
     /// What to steer now.
     pub reference: Reference,
     /// The planned trajectory, from now on, for replay until the next answer.
@@ -154,6 +157,12 @@ pub struct GoalPoint {
     pub north_m: f64,
     /// Position east of the datum, m.
     pub east_m: f64,
+    /// Its latitude, degrees, positive north, where the request names an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lat_deg: Option<f64>,
+    /// Its longitude, degrees, positive east, where the request names an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lon_deg: Option<f64>,
     /// Northward velocity over ground, m/s.
     pub north_mps: f64,
     /// Eastward velocity over ground, m/s.
@@ -190,6 +199,12 @@ pub struct Estimate {
     pub north_m: f64,
     /// Position east of the datum then, m.
     pub east_m: f64,
+    /// Its latitude, degrees, positive north, where the request names an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lat_deg: Option<f64>,
+    /// Its longitude, degrees, positive east, where the request names an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lon_deg: Option<f64>,
     /// Depth then, m, positive down.
     pub depth_m: f64,
     /// Northward velocity over ground then, m/s.
@@ -219,6 +234,12 @@ pub struct TargetPoint {
     pub north_m: f64,
     /// Position east of the datum, m.
     pub east_m: f64,
+    /// Its latitude, degrees, positive north, where the request names an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lat_deg: Option<f64>,
+    /// Its longitude, degrees, positive east, where the request names an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lon_deg: Option<f64>,
 }
 
 /// What the line-of-sight law would do with the same request.

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use geodesy::Datum;
 use nalgebra::Vector2;
 use planner::{
     certificate,
@@ -17,7 +18,7 @@ use serde_json::{Map, Value};
 
 use super::{
     SCHEMA_VERSION,
-    both::{Current, Drift, Forecast, TrajectoryPoint},
+    both::{Current, Drift, Forecast, Origin, TrajectoryPoint},
     response::{
         Baseline, CraftEstimate, Estimate, GoalPoint, GoalTrajectory, Learnt, Method, Outcome, PlanResponse,
         PlannedTarget, Predicted, Reference, Residuals, Solver, TargetPoint, Violation, Warning,
@@ -37,6 +38,8 @@ pub struct Answer<'a> {
     solve_time: Duration,
     metadata: &'a Map<String, Value>,
     plan_id: String,
+    /// Where the datum lies, where that is known.
+    place: Option<(Origin, Datum)>,
 }
 
 impl<'a> Answer<'a> {
@@ -54,7 +57,15 @@ impl<'a> Answer<'a> {
             solve_time,
             metadata,
             plan_id: plan_id(snapshot),
+            place: None,
         }
+    }
+
+    /// The same answer with latitudes and longitudes, where an `origin` is known. One that is no place on Earth is none.
+    #[must_use]
+    pub fn on_earth(self, origin: Option<Origin>) -> Self {
+        let place = origin.and_then(|origin| Some((origin, Datum::new(&origin.into()).ok()?)));
+        Self { place, ..self }
     }
 
     /// The planner's answer.
@@ -134,13 +145,14 @@ impl<'a> Answer<'a> {
             outcome: Outcome::Ok,
             method: Method::SaturatedLos,
             reason: None,
+            origin: self.place.map(|(origin, _)| origin),
             reference: Reference {
                 speed_mps: reference.speed,
                 heading_rad: reference.heading.radians(),
                 heading_deg: reference.heading.compass_degrees(),
                 valid_until_s: self.plan.valid_until,
             },
-            trajectory: trajectory.iter().map(TrajectoryPoint::from).collect(),
+            trajectory: trajectory.iter().map(|point| self.point(point)).collect(),
             goal_course_rad: self.plan.goal_course.radians(),
             craft_estimate: craft_estimate(self.snapshot, &self.plan.craft, asked),
             current: self.plan.current.map(Current::from),
@@ -180,25 +192,52 @@ impl<'a> Answer<'a> {
     fn goal(&self) -> Vec<GoalPoint> {
         self.times()
             .zip(&self.plan.goal)
-            .map(|(t_s, motion)| GoalPoint {
-                t_s,
-                north_m: motion.position.x,
-                east_m: motion.position.y,
-                north_mps: motion.velocity.x,
-                east_mps: motion.velocity.y,
+            .map(|(t_s, motion)| {
+                let (lat_deg, lon_deg) = self.degrees(&motion.position);
+                GoalPoint {
+                    t_s,
+                    north_m: motion.position.x,
+                    east_m: motion.position.y,
+                    lat_deg,
+                    lon_deg,
+                    north_mps: motion.velocity.x,
+                    east_mps: motion.velocity.y,
+                }
             })
             .collect()
     }
 
+    fn point(&self, point: &facts::TrajectoryPoint) -> TrajectoryPoint {
+        let (lat_deg, lon_deg) = self.degrees(&point.position);
+        TrajectoryPoint {
+            lat_deg,
+            lon_deg,
+            ..TrajectoryPoint::from(point)
+        }
+    }
+
+    /// Latitude and longitude of a position, where it is known where the datum lies.
+    fn degrees(&self, position: &Vector2<f64>) -> (Option<f64>, Option<f64>) {
+        let place = self
+            .place
+            .map(|(_, datum)| Origin::from(datum.from_local(position)));
+        (place.map(|place| place.lat_deg), place.map(|place| place.lon_deg))
+    }
+
     fn target(&self, target: &domain::TargetForecast) -> PlannedTarget {
-        let point = |(t_s, position): (f64, &Vector2<f64>)| TargetPoint {
-            t_s,
-            north_m: position.x,
-            east_m: position.y,
+        let point = |(t_s, position): (f64, &Vector2<f64>)| {
+            let (lat_deg, lon_deg) = self.degrees(position);
+            TargetPoint {
+                t_s,
+                north_m: position.x,
+                east_m: position.y,
+                lat_deg,
+                lon_deg,
+            }
         };
         PlannedTarget {
             id: target.id.0.clone(),
-            estimate: estimate(&target.estimate),
+            estimate: self.estimate(&target.estimate),
             forecast: Forecast::from(target.model),
             drift: Drift::from(target.drift),
             trajectory: self.times().zip(&target.positions).map(point).collect(),
@@ -206,22 +245,25 @@ impl<'a> Answer<'a> {
             position_sigma_m: target.position_sigmas.clone(),
         }
     }
-}
 
-fn estimate(estimate: &planner::estimate::Estimate) -> Estimate {
-    let state = &estimate.state;
-    let velocity = state.velocity();
-    Estimate {
-        age_s: state.age,
-        north_m: state.position.x,
-        east_m: state.position.y,
-        depth_m: state.depth,
-        north_mps: velocity.x,
-        east_mps: velocity.y,
-        turn_rate_radps: state.turn_rate,
-        covariance: state.covariance.as_ref().map(rows),
-        position_sigma_m: estimate.position_sigma(),
-        rejected: estimate.rejected.clone(),
+    fn estimate(&self, estimate: &planner::estimate::Estimate) -> Estimate {
+        let state = &estimate.state;
+        let velocity = state.velocity();
+        let (lat_deg, lon_deg) = self.degrees(&state.position);
+        Estimate {
+            age_s: state.age,
+            north_m: state.position.x,
+            east_m: state.position.y,
+            lat_deg,
+            lon_deg,
+            depth_m: state.depth,
+            north_mps: velocity.x,
+            east_mps: velocity.y,
+            turn_rate_radps: state.turn_rate,
+            covariance: state.covariance.as_ref().map(rows),
+            position_sigma_m: estimate.position_sigma(),
+            rejected: estimate.rejected.clone(),
+        }
     }
 }
 
@@ -231,6 +273,8 @@ impl From<&facts::TrajectoryPoint> for TrajectoryPoint {
             t_s: point.time,
             north_m: point.position.x,
             east_m: point.position.y,
+            lat_deg: None,
+            lon_deg: None,
             speed_mps: point.speed,
             heading_rad: point.heading.radians(),
         }

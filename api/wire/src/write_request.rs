@@ -45,6 +45,7 @@ impl From<&Snapshot> for PlanRequest {
         Self {
             schema_version: SCHEMA_VERSION.to_owned(),
             t_s: snapshot.time,
+            origin: None,
             asc: asc(&snapshot.asc),
             auvs: snapshot.auvs.iter().map(auv).collect(),
             goal: Goal {
@@ -77,6 +78,7 @@ impl From<&Snapshot> for PlanRequest {
 impl From<&facts::PreviousPlan> for PreviousPlan {
     fn from(previous: &facts::PreviousPlan) -> Self {
         Self {
+            origin: None,
             trajectory: previous.trajectory.iter().map(TrajectoryPoint::from).collect(),
             goal_course_rad: previous.goal_course.map(planner::angle::Course::radians),
             craft_estimate: previous
@@ -131,6 +133,8 @@ fn asc(asc: &facts::AscState) -> Asc {
     Asc {
         north_m: asc.position.x,
         east_m: asc.position.y,
+        lat_deg: None,
+        lon_deg: None,
         heading_rad: asc.heading.radians(),
         speed_mps: asc.surge,
         sway_mps: asc.sway,
@@ -168,6 +172,8 @@ fn state(state: &facts::AuvState) -> AuvState {
     AuvState {
         north_m: state.position.x,
         east_m: state.position.y,
+        lat_deg: None,
+        lon_deg: None,
         depth_m: state.depth,
         course_rad: state.course.radians(),
         speed_mps: state.speed,
@@ -182,6 +188,8 @@ fn report(report: &facts::Report) -> Report {
         t_s: report.time,
         north_m: report.position.x,
         east_m: report.position.y,
+        lat_deg: None,
+        lon_deg: None,
         sigma_m: report.sigma,
         depth_m: report.depth,
         course_rad: report.ground_track.map(|track| track.course.radians()),
@@ -303,6 +311,8 @@ fn keep_out(disc: &facts::KeepOut) -> KeepOut {
     KeepOut {
         north_m: disc.centre.x,
         east_m: disc.centre.y,
+        lat_deg: None,
+        lon_deg: None,
         radius_m: disc.radius,
     }
 }

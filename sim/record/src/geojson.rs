@@ -14,12 +14,12 @@ use std::{
     io::{self, Write},
 };
 
+use geodesy::{Datum, NotOnEarth, Origin};
 use nalgebra::Vector2;
 use serde_json::{Map, Value, json};
 
 use crate::{
     ExportError, Source,
-    datum::{Datum, NotOnEarth, Origin},
     table::{Row, SURFACE_CRAFT},
 };
 

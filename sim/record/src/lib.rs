@@ -6,7 +6,7 @@
 //! mission ──────┘                                └► geojson: tracks and the scene on Earth
 //! ```
 //! [`table`] is the one table; `docs/records.md` has it for users. A record is written as it is gone through: no format
-//! holds it in memory. [`datum`] says where on Earth the local frame (north, east, m) lies.
+//! holds it in memory. [`geodesy`] says where on Earth the local frame (north, east, m) lies.
 
 use std::{
     fmt,
@@ -17,7 +17,6 @@ use std::{
 use serde_json::Value;
 
 mod csv;
-pub mod datum;
 mod geojson;
 pub mod mcap;
 pub mod parquet;
@@ -26,13 +25,14 @@ mod sample;
 mod source;
 pub mod table;
 
-pub use datum::Origin;
+pub use geodesy::Origin;
 pub use source::{Disc, Entry, Scene, Source};
 
-use datum::NotOnEarth;
+use geodesy::{Datum, NotOnEarth};
+use source::OnEarth;
 
 /// The version of the table that files tell.
-pub const SCHEMA_VERSION: &str = "2";
+pub const SCHEMA_VERSION: &str = "3";
 
 /// What lines and numbers are gathered into before the file takes them, bytes.
 const PIECE: usize = 64 << 10;
@@ -108,6 +108,14 @@ impl fmt::Display for Format {
 
 /// Writes the record to `out`. Equal records give equal bytes. After an error, what was written is not whole.
 pub fn write<S: Source>(source: &S, format: Format, out: &mut (impl Write + Send)) -> Result<(), S::Error> {
+    let datum = source.origin().as_ref().map(Datum::new).transpose();
+    match datum.map_err(ExportError::from)? {
+        Some(datum) => write_rows(&OnEarth { source, datum }, format, out),
+        None => write_rows(source, format, out),
+    }
+}
+
+fn write_rows<S: Source>(source: &S, format: Format, out: &mut (impl Write + Send)) -> Result<(), S::Error> {
     let mut out = BufWriter::with_capacity(PIECE, out);
     match format {
         Format::Csv => csv::write(source, &mut out)?,

@@ -20,6 +20,7 @@ use std::{
     io::{self, Write},
 };
 
+use geodesy::Datum;
 use mcap::{
     McapError, McapResult, WriteOptions, Writer,
     records::{MessageHeader, Metadata},
@@ -27,7 +28,7 @@ use mcap::{
 };
 use serde_json::Value;
 
-use crate::{Entry, ExportError, Scene, Source, datum::Datum, plain};
+use crate::{Entry, ExportError, Scene, Source, plain};
 use messages::{Time, Vehicle};
 
 mod messages;

@@ -2,10 +2,11 @@
 
 use std::io;
 
+use geodesy::{Datum, Origin};
 use nalgebra::Vector2;
 use serde_json::Value;
 
-use crate::{ExportError, datum::Origin, table::Row};
+use crate::{ExportError, table::Row};
 
 /// A record that can be gone through, more than once, without holding it in memory.
 pub trait Source {
@@ -35,6 +36,63 @@ pub trait Source {
         take: &mut dyn FnMut(&Entry<'_>) -> Result<(), Self::Error>,
     ) -> Result<(), Self::Error> {
         self.for_each(take)
+    }
+}
+
+/// A record of which every position has its latitude and longitude.
+pub(crate) struct OnEarth<'a, S> {
+    pub(crate) source: &'a S,
+    pub(crate) datum: Datum,
+}
+
+impl<S> OnEarth<'_, S> {
+    fn placed<'a>(&self, entry: &Entry<'a>) -> Entry<'a> {
+        let rows = entry.rows.iter().map(|row| {
+            let Some((north, east)) = row.north_m.zip(row.east_m) else {
+                return *row;
+            };
+            let place = self.datum.from_local(&Vector2::new(north, east));
+            Row {
+                lat_deg: Some(place.latitude.to_degrees()),
+                lon_deg: Some(place.longitude.to_degrees()),
+                ..*row
+            }
+        });
+        Entry {
+            rows: rows.collect(),
+            ..*entry
+        }
+    }
+}
+
+impl<S: Source> Source for OnEarth<'_, S> {
+    type Error = S::Error;
+
+    fn about(&self) -> Vec<(&'static str, Value)> {
+        self.source.about()
+    }
+
+    fn origin(&self) -> Option<Origin> {
+        self.source.origin()
+    }
+
+    fn scene(&self) -> Scene<'_> {
+        self.source.scene()
+    }
+
+    fn for_each(
+        &self,
+        take: &mut dyn FnMut(&Entry<'_>) -> Result<(), Self::Error>,
+    ) -> Result<(), Self::Error> {
+        self.source.for_each(&mut |entry| take(&self.placed(entry)))
+    }
+
+    fn for_each_with_places(
+        &self,
+        take: &mut dyn FnMut(&Entry<'_>) -> Result<(), Self::Error>,
+    ) -> Result<(), Self::Error> {
+        self.source
+            .for_each_with_places(&mut |entry| take(&self.placed(entry)))
     }
 }
 
@@ -81,7 +139,7 @@ impl Disc {
         const CORNERS: u32 = 64;
         let angle = |k| std::f64::consts::TAU * f64::from(k) / f64::from(CORNERS);
         (0..CORNERS)
-            .map(|k| self.centre + crate::datum::direction(angle(k)) * self.radius)
+            .map(|k| self.centre + geodesy::direction(angle(k)) * self.radius)
             .collect()
     }
 }

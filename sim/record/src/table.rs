@@ -73,6 +73,8 @@ columns! {
     vehicle: Word, "", "The vehicle that it is about: `asc`, the surface craft, or the AUV's id";
     north_m: Number, "m", "Position north of the datum";
     east_m: Number, "m", "Position east of the datum";
+    lat_deg: Number, "°", "Latitude of the position, WGS 84, positive north, where it is known where the datum lies";
+    lon_deg: Number, "°", "Longitude of the position, WGS 84, positive east, likewise";
     depth_m: Number, "m", "Depth, positive down";
     pitch_rad: Number, "rad", "Pitch, positive nose-up";
     heading_rad: Number, "rad", "Heading of the bow, 0 at north, clockwise";

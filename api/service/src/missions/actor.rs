@@ -359,8 +359,9 @@ impl Context {
             stored.push(event.stored(after.sequence));
         }
         let answer = match events.first() {
-            Some(Event::Reported { .. }) => json(&Accepted {
+            Some(Event::Reported { heard, .. }) => json(&Accepted {
                 sequence: after.sequence,
+                origin: heard.origin,
             }),
             _ => json(&after),
         };
@@ -454,13 +455,14 @@ fn log(mission: &str, event: &Event) {
 fn apply(mission: &mut Mission, event: &Event) {
     mission.sequence += 1;
     match event {
-        Event::Created { .. } | Event::Reported { .. } | Event::ClockSet { .. } => {}
+        Event::Created { .. } | Event::ClockSet { .. } => {}
         Event::Ran { at_s, speed_factor } => {
             mission.status = Status::Running;
             mission.started_s.get_or_insert(*at_s);
             mission.speed_factor = *speed_factor;
         }
         Event::Paused { .. } => mission.status = Status::Paused,
+        Event::Reported { heard, .. } => mission.origin = mission.origin.or(heard.origin),
         Event::Changed { setting, .. } => {
             let before = mission.setting.take().unwrap_or_default();
             mission.setting = Some(before.patched(Setting::clone(setting)));

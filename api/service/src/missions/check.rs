@@ -4,7 +4,6 @@ use std::ops::RangeInclusive;
 
 use planner::snapshot::{AUVS_MAX, REPORTS_MAX, Snapshot};
 use serde_json::json;
-use sim::datum::Datum;
 
 use super::{
     simulation,
@@ -64,15 +63,6 @@ fn check_live(config: &Live) -> Vec<FieldError> {
     if errors.is_empty() && config.period_s / config.clock_rate < REAL_PERIOD_MIN {
         let most = config.period_s / REAL_PERIOD_MIN;
         errors.extend(rate(&(1.0..=most)));
-    }
-    if let Some(origin) = &config.origin {
-        let place = sim::record::Origin {
-            latitude: origin.lat_deg.to_radians(),
-            longitude: origin.lon_deg.to_radians(),
-        };
-        if let Err(error) = Datum::new(&place) {
-            errors.push(FieldError::new("/live/origin", "out_of_range", error.to_string()));
-        }
     }
     if let Some(auv) = config.auvs.iter().position(|auv| auv.id == "asc") {
         let detail = "is what the surface craft is called";

@@ -4,10 +4,7 @@ use std::time::Duration;
 
 use planner::{plan::Degraded, snapshot};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::DeserializeOwned, de::Error as _};
-use serde_json::{
-    Map,
-    value::{RawValue, to_raw_value},
-};
+use serde_json::value::{RawValue, to_raw_value};
 use utoipa::ToSchema;
 
 use crate::{
@@ -15,7 +12,7 @@ use crate::{
     store::{EventReader, StoreError, StoredEvent},
 };
 use wire::{
-    Method, Outcome, PlanResponse, PreviousPlan, Reference,
+    Method, Origin, Outcome, PlanResponse, PreviousPlan, Reference,
     mission::{NewMission, Reports, Setting, Truth},
     sha256,
 };
@@ -112,8 +109,12 @@ pub struct Planned {
 }
 
 /// The answer of a mission's plan. Unlike a request, a mission gives no metadata.
-pub(super) fn answer(made: &planners::Planned) -> StoredAnswer {
-    planning::answer(made, &Map::new()).planned().into()
+pub(super) fn answer(made: &planners::Planned, origin: Option<Origin>) -> StoredAnswer {
+    let context = planning::Context {
+        origin,
+        ..planning::Context::default()
+    };
+    planning::answer(made, &context).planned().into()
 }
 
 /// What the next plan needs of this one.

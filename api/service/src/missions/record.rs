@@ -177,6 +177,18 @@ impl<'a> MissionEvents<'a> {
         })
     }
 
+    /// Where the first fix put the datum of a live mission that was made without an origin.
+    fn first_fix(&self) -> Option<wire::Origin> {
+        let first = self
+            .stored()
+            .filter_map(Result::ok)
+            .find(|stored| stored.kind == "reported")?;
+        match Event::read(&first) {
+            Ok(Event::Reported { heard, .. }) => heard.origin,
+            _ => None,
+        }
+    }
+
     /// Its events as they are stored, in order.
     fn stored(&self) -> Stored<'_> {
         Stored {
@@ -229,14 +241,11 @@ impl Source for MissionEvents<'_> {
         about
     }
 
-    /// Where the client said so. Where a scenario lay that this program no longer has is not known.
+    /// Where the client said so, or the first fix was. Where a scenario lay that this program no longer has is not known.
     fn origin(&self) -> Option<Origin> {
         let made_as = self.made_as.as_ref()?;
         if let Some(live) = &made_as.live {
-            return live.origin.map(|origin| Origin {
-                latitude: origin.lat_deg.to_radians(),
-                longitude: origin.lon_deg.to_radians(),
-            });
+            return live.origin.or_else(|| self.first_fix()).map(Origin::from);
         }
         let simulated = made_as.simulated.as_ref()?;
         scenario(simulated).ok()?.start(simulated.seed).ok()?.origin

@@ -181,6 +181,7 @@ impl Missions {
             speed_factor: None,
             sequence: 1,
             setting: new.live.as_ref().map(Setting::from),
+            origin: new.live.as_ref().and_then(|live| live.origin),
             metadata: new.metadata.clone(),
             id,
         };
@@ -260,14 +261,18 @@ impl Missions {
     pub(super) async fn report(
         &self,
         id: &str,
-        heard: Reports,
+        mut heard: Reports,
         key: Option<IdempotencyKey>,
     ) -> Result<Vec<u8>, Problem> {
         let handle = self.handle(id).await?;
         let Some(live) = handle.live else {
             return Err(Problem::conflict(NO_REPORTS));
         };
+        let origin = handle.view.borrow().mission.origin.or(heard.origin);
         let check = move || {
+            if let Some(origin) = origin {
+                heard.complete(origin);
+            }
             let checked = check::reports(&live.config, &heard, live.clock.now());
             (checked, heard)
         };
@@ -342,6 +347,7 @@ impl Missions {
             .await?;
         // An older version did not write it there.
         mission.setting = state.as_ref().map(|state| Setting::from(state.config()));
+        mission.origin = state.as_ref().and_then(MissionState::origin);
         let mut actors = self.actors();
         let actors = actors.as_mut().ok_or(Problem::Log(StoreError::Closed))?;
         // The actors of missions that are over have ended.

@@ -98,7 +98,7 @@ impl Run {
                     solve_time: Duration::from_nanos(logged.solve_time_ns),
                 };
                 state.set_previous_plan(previous(&made));
-                Ok(Some(answer(&made)))
+                Ok(Some(answer(&made, state.origin())))
             }
             Self::Simulated(simulation) => {
                 let ticked = simulation.tick(Some(logged));

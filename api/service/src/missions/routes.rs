@@ -37,11 +37,11 @@ use crate::{
     problem::{MissionRefusals, Problem},
     store::{EventReader, StoredOrder},
 };
-use wire::FieldError;
 use wire::mission::{
     Accepted, CurrentReference, Mission, MissionList, NewMission, Order, OrderList, Reports, Run, Setting,
     Step,
 };
+use wire::{FieldError, Origin};
 
 /// Missions in one answer.
 const LIST_MAX: usize = 1_000;
@@ -376,8 +376,10 @@ pub(crate) async fn patch_mission(
     by: By,
     Named(id): Named,
     key: IdempotencyKeyHeader,
-    Posted(setting): Posted<Setting>,
+    body: PostedBytes,
 ) -> Result<Response, Problem> {
+    let origin = missions.handle(&id).await?.view.borrow().mission.origin;
+    let setting: Setting = wire::read_from(&body.bytes, origin)?;
     check::patch(&setting).map_err(Problem::Invalid)?;
     let key = key.of(&by, "patch", &setting)?;
     let change = Command::Change(Box::new(setting));
@@ -470,6 +472,21 @@ pub(crate) async fn step_mission(
     ))
 }
 
+/// Reports with their positions in metres from `origin`, or from the first of them in latitude and longitude.
+fn read_reports(body: &PostedBytes, origin: Option<Origin>) -> Result<Reports, Problem> {
+    let (mut heard, counted_from) = wire::read_reports::<Reports>(&body.bytes, origin)?;
+    if heard.origin.is_some() {
+        let detail = "the service writes it, from the mission or from the first fix";
+        return Err(Problem::Invalid(vec![FieldError::new(
+            "/origin",
+            "unexpected",
+            detail,
+        )]));
+    }
+    heard.origin = counted_from.filter(|_| origin.is_none());
+    Ok(heard)
+}
+
 /// Takes up what was heard in a live mission. The answer comes when it is on the disk.
 #[utoipa::path(post, path = "/v1/missions/{id}/reports", tag = "missions",
     params(Named, IdempotencyKeyHeader),
@@ -484,14 +501,15 @@ pub(crate) async fn post_reports(
     body: PostedBytes,
 ) -> Result<Response, Problem> {
     // A client without a mission does not use a mission's right of way.
-    missions.handle(&id).await?;
+    let handle = missions.handle(&id).await?;
+    let origin = handle.view.borrow().mission.origin;
     let heard = if body.bytes.len() <= SHORT {
-        body.read::<Reports>()?
+        read_reports(&body, origin)?
     } else {
-        let read = || body.read::<Reports>();
+        let read = move || read_reports(&body, origin);
         planners.read_for_mission(Lane::Mission, read).await??
     };
-    let key = key.of(&by, "reports", &heard)?;
+    let key = key.of(&by, "reports", &heard.as_posted())?;
     Ok(as_json(missions.report(&id, heard, key).await?))
 }
 

@@ -99,7 +99,8 @@ impl Simulation {
             plan,
             solve_time,
         };
-        let answer = answer(&made);
+        let origin = self.mission.record().origin;
+        let answer = answer(&made, origin.map(wire::Origin::from));
         let mut planned = planned(time, Duration::ZERO, &made, &answer);
         self.mission.go_on(Some((&seen, guidance)));
         let rows = self.mission.take_rows();

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{clock::Clock, event::Event};
 use wire::{
-    Asc, Auv, Fallback, FieldError, Goal, Limits, PlanRequest, PreviousPlan, Report, SCHEMA_VERSION,
+    Asc, Auv, Fallback, FieldError, Goal, Limits, Origin, PlanRequest, PreviousPlan, Report, SCHEMA_VERSION,
     mission::{AscReport, Live, LiveAuv, Reports, Setting},
 };
 
@@ -54,6 +54,26 @@ impl MissionState {
         }
     }
 
+    /// Where the datum lies, where that is known.
+    pub(super) fn origin(&self) -> Option<Origin> {
+        self.config.origin
+    }
+
+    /// Whether the first fix in latitude and longitude can become the origin: nothing counts from a datum yet.
+    pub(super) fn may_begin(&self) -> bool {
+        let Live {
+            origin,
+            auvs,
+            keep_outs,
+            area,
+            ..
+        } = &self.config;
+        let nothing_heard = self.asc.is_none() && self.reports.values().all(Vec::is_empty);
+        let nothing_told =
+            keep_outs.is_empty() && area.is_empty() && auvs.iter().all(|auv| auv.path.is_none());
+        origin.is_none() && nothing_heard && nothing_told
+    }
+
     /// What the mission is to do, and all that is known of it but for reports and plans.
     pub(super) fn config(&self) -> &Live {
         &self.config
@@ -93,6 +113,7 @@ impl MissionState {
             kept.retain(|fix| !is_ahead(fix.t_s, now));
         }
         self.asc.take_if(|asc| is_ahead(asc.t_s, now));
+        self.config.origin = self.config.origin.or(heard.origin);
         for (id, fixes) in &heard.auvs {
             let kept = self.reports.entry(id.clone()).or_default();
             for fix in fixes {
@@ -205,6 +226,7 @@ fn request(
     PlanRequest {
         schema_version: SCHEMA_VERSION.to_owned(),
         t_s: now,
+        origin: config.origin,
         asc,
         auvs,
         goal: config.goal.clone(),
@@ -257,6 +279,8 @@ fn carried(asc: &Asc, age: f64, previous: Option<&PreviousPlan>) -> Asc {
     Asc {
         north_m: asc.north_m + north * age,
         east_m: asc.east_m + east * age,
+        lat_deg: None,
+        lon_deg: None,
         ..*asc
     }
 }
@@ -267,6 +291,8 @@ pub(super) fn trial_request(config: &Live, now: f64) -> PlanRequest {
         t_s: now,
         north_m: 0.0,
         east_m: 0.0,
+        lat_deg: None,
+        lon_deg: None,
         sigma_m: 1.0,
         depth_m: None,
         course_rad: None,
@@ -277,6 +303,8 @@ pub(super) fn trial_request(config: &Live, now: f64) -> PlanRequest {
     let asc = Asc {
         north_m: 0.0,
         east_m: 0.0,
+        lat_deg: None,
+        lon_deg: None,
         heading_rad: 0.0,
         speed_mps: 0.0,
         sway_mps: 0.0,

@@ -5,7 +5,13 @@
 
 use planner::craft::PRESETS;
 use serde_json::{Map, Value, json};
-use wire::SCHEMA_VERSION;
+use wire::{LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG, SCHEMA_VERSION};
+
+/// Points (north, east) that may be places on Earth as well.
+const POINTS: [&str; 3] = ["from", "to", "centre"];
+
+/// Shapes with a position, in metres or on Earth.
+const POSITIONS: [&str; 4] = ["Asc", "AuvState", "Report", "KeepOut"];
 
 /// Writes every rule into `document`. Limits have been written before.
 pub(super) fn write(document: &mut Value) {
@@ -34,7 +40,44 @@ pub(super) fn write(document: &mut Value) {
         area["allOf"] = json!([{ "anyOf": [{ "maxItems": 0 }, { "minItems": area["minItems"] }] }]);
         area["minItems"] = json!(0);
     }
+    for shape in POSITIONS {
+        write_position(&mut schemas[shape]);
+    }
+    for shape in POSITIONS.iter().chain(&["Origin"]) {
+        for (name, most) in [("lat_deg", LATITUDE_MAX_DEG), ("lon_deg", LONGITUDE_MAX_DEG)] {
+            let degrees = &mut schemas[shape]["properties"][name];
+            degrees["minimum"] = json!(-most);
+            degrees["maximum"] = json!(most);
+        }
+    }
+    for shape in ["PlanRequest", "Live", "Setting"] {
+        or_on_earth(&mut schemas[shape]["properties"]["area"]["items"]);
+    }
+    let segment = &mut schemas["Segment"]["properties"];
+    for point in POINTS {
+        or_on_earth(&mut segment[point]);
+    }
+    or_on_earth(&mut segment["points"]["items"]);
     unsigned(document);
+}
+
+/// Either pair places what has this schema. Both may stand in what the service stored.
+fn write_position(schema: &mut Value) {
+    let pairs = [["north_m", "east_m"], ["lat_deg", "lon_deg"]];
+    if let Some(required) = schema["required"].as_array_mut() {
+        required.retain(|name| !pairs[0].iter().any(|metres| name == metres));
+    }
+    let either = json!({ "anyOf": pairs.map(|pair| json!({ "required": pair })) });
+    match schema["allOf"].as_array_mut() {
+        Some(rules) => rules.push(either),
+        None => schema["allOf"] = json!([either]),
+    }
+}
+
+/// A point of that schema, or a place on Earth.
+fn or_on_earth(point: &mut Value) {
+    let metres = point.take();
+    *point = json!({ "anyOf": [metres, { "$ref": "#/components/schemas/Origin" }] });
 }
 
 /// Of a shape, which of some members are given together.
@@ -50,10 +93,12 @@ impl Variant {
     fn rule(&self, schema: &Value) -> Value {
         let given = self.given.iter();
         let given = given.map(|name| {
-            (
-                *name,
-                json!({ "type": kind(&schema["properties"][name]["type"]) }),
-            )
+            let kind = if POINTS.contains(name) {
+                json!(["array", "object"])
+            } else {
+                kind(&schema["properties"][name]["type"])
+            };
+            (*name, json!({ "type": kind }))
         });
         let absent = self.absent.iter().map(|name| (*name, json!({ "type": "null" })));
         let choice = self

@@ -2,10 +2,11 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use geodesy::Datum;
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use serde_json::{Value, json};
 
-use crate::{datum::Datum, table::Row};
+use crate::table::Row;
 
 /// The frame that does not move.
 pub(super) const WORLD: &str = "world";

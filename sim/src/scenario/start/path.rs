@@ -1,11 +1,11 @@
 //! An AUV's path at a start, and its speed along it.
 
+use geodesy::Datum;
 use nalgebra::Vector2;
 use planner::path::{Path, Segment, SpeedProfile};
 
 use super::{Draw, InvalidScenario, check_count, invalid, side};
 use crate::{
-    datum::Datum,
     record::Origin,
     scenario::{
         file::{AuvFile, LANES_MAX, PathFile, Scenario, SegmentFile, SpeedKnot},

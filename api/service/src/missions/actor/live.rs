@@ -18,7 +18,10 @@ use crate::{
     pool::Lane,
     problem::Problem,
 };
-use wire::{Outcome, PlanRequest, mission::Setting};
+use wire::{
+    FieldError, Outcome, PlanRequest,
+    mission::{Reports, Setting},
+};
 
 /// Reports that a start reads one by one at most.
 const FOLD_MAX: u32 = 64;
@@ -77,7 +80,10 @@ impl Actor for Live {
                 return Err(Problem::conflict(why));
             }
             Command::Run(None) if self.context.is_running() => return self.context.unchanged(key).await,
-            Command::Report(heard) => return self.take_up(Event::Reported { at_s, heard }, key).await,
+            Command::Report(heard) => {
+                let heard = self.placed(heard)?;
+                return self.take_up(Event::Reported { at_s, heard }, key).await;
+            }
             Command::Change(setting) => return self.change(at_s, setting, key).await,
             Command::Run(None) => {
                 self.due = next_due(&self.made.clock, self.made.config.period_s);
@@ -109,6 +115,24 @@ impl Actor for Live {
 }
 
 impl Live {
+    /// Reports that count from the mission's own origin. Those that would begin one become it, unless others were faster.
+    fn placed(&self, mut heard: Box<Reports>) -> Result<Box<Reports>, Problem> {
+        match (heard.origin, self.state.origin()) {
+            (None, _) => {}
+            (Some(_), Some(origin)) => {
+                heard.origin = None;
+                heard.complete(origin);
+            }
+            (Some(_), None) if self.state.may_begin() => {}
+            (Some(_), None) => {
+                let detail = "the mission has positions in metres from a datum of which it is not known where it lies: give \
+                    metres, or make a mission with an `origin`";
+                return Err(Problem::Invalid(vec![FieldError::new("", "no_origin", detail)]));
+            }
+        }
+        Ok(heard)
+    }
+
     /// Changes the setting, if a mission can have what comes of it. One that is so already is left alone.
     async fn change(
         &mut self,
@@ -162,7 +186,7 @@ impl Live {
                 self.period / 2,
             )
             .await?;
-        let answer = answer(&made);
+        let answer = answer(&made, self.state.origin());
         let late = due.elapsed();
         let event = planned(now, late, &made, &answer);
         let mut state = self.state.clone();

@@ -83,7 +83,8 @@ impl Datum {
 }
 
 /// Unit vector (north, east) that points along `angle`, rad, clockwise from north.
-pub(crate) fn direction(angle: f64) -> Vector2<f64> {
+#[must_use]
+pub fn direction(angle: f64) -> Vector2<f64> {
     let (sin, cos) = angle.sin_cos();
     Vector2::new(cos, sin)
 }

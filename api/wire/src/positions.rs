@@ -1,0 +1,261 @@
+//! Positions in latitude and longitude, put into metres in the tree of a body before a shape is read of it.
+//!
+//! An object with `lat_deg` and `lon_deg` is a position on Earth. Alone they stand for a point, which the shapes have as
+//! [north, east]; beside other members they get `north_m` and `east_m`. Where the datum lies, `origin` says.
+
+use geodesy::Datum;
+use serde::Deserialize;
+use serde_json::Number;
+
+use crate::{
+    FieldError,
+    both::Origin,
+    json::{Json, Misfit, Node},
+};
+
+/// Members within which nothing is a position of the body's own: the origin itself, what is the client's alone, and an
+/// earlier answer, which has metres.
+const LEFT_ALONE: [&str; 3] = ["origin", "metadata", "previous_plan"];
+
+/// Latitude of a pole, degrees.
+pub const LATITUDE_MAX_DEG: f64 = 90.0;
+
+/// Largest longitude taken, degrees: 359.9 and −0.1 are the same meridian.
+pub const LONGITUDE_MAX_DEG: f64 = 360.0;
+
+/// Puts positions into metres from one datum.
+#[derive(Debug)]
+pub(crate) struct Positions {
+    datum: Option<Datum>,
+    /// Where the datum lies.
+    pub(crate) origin: Option<Origin>,
+    /// Whether the first position becomes the origin where there is none.
+    may_begin: bool,
+}
+
+impl Positions {
+    /// From the origin that the body names, if it names one.
+    pub(crate) fn of(body: &Json<'_>) -> Result<Self, Misfit> {
+        match (body.member("origin"), body.member("live")) {
+            (Some(origin), _) => Origin::deserialize(Node::whole(origin))
+                .and_then(|origin| Self::from(Some(origin), false))
+                .map_err(|wrong| wrong.within("origin")),
+            (None, Some(live)) => Self::of(live).map_err(|wrong| wrong.within("live")),
+            (None, None) => Self::from(None, false),
+        }
+    }
+
+    /// From `origin`, or from the first position, where there is none and it `may_begin`.
+    pub(crate) fn from(origin: Option<Origin>, may_begin: bool) -> Result<Self, Misfit> {
+        let datum = origin.map(|origin| datum(&origin)).transpose()?;
+        Ok(Self {
+            datum,
+            origin,
+            may_begin,
+        })
+    }
+
+    /// Gives every position in `json` its metres.
+    pub(crate) fn put_into_metres(&mut self, json: &mut Json<'_>) -> Result<(), Misfit> {
+        match json {
+            Json::List(items) => {
+                for (i, item) in items.iter_mut().enumerate() {
+                    self.put_into_metres(item)
+                        .map_err(|wrong| wrong.within(&i.to_string()))?;
+                }
+            }
+            Json::Object(members) => {
+                for (name, value) in members.iter_mut() {
+                    if !LEFT_ALONE.contains(&name.as_ref()) {
+                        self.put_into_metres(value).map_err(|wrong| wrong.within(name))?;
+                    }
+                }
+                let Some(metres) = self.metres(json)? else {
+                    return Ok(());
+                };
+                let [north, east] = metres.map(|m| Number::from_f64(m).map_or(Json::Null, Json::Number));
+                match json {
+                    Json::Object(members) if 2 < members.len() => {
+                        members.extend([("north_m".into(), north), ("east_m".into(), east)]);
+                    }
+                    point => *point = Json::List(vec![north, east]),
+                }
+            }
+            Json::Null | Json::Bool(_) | Json::Number(_) | Json::Text(_) => {}
+        }
+        Ok(())
+    }
+
+    /// North and east of the position on Earth that `object` is, m.
+    fn metres(&mut self, object: &Json<'_>) -> Result<Option<[f64; 2]>, Misfit> {
+        let number = |name| object.member(name).and_then(Json::number);
+        let place = match ["lat_deg", "lon_deg"].map(number) {
+            [None, None] => return Ok(None),
+            [Some(lat_deg), Some(lon_deg)] => Origin { lat_deg, lon_deg },
+            given => {
+                let missing = if given[0].is_none() {
+                    "/lat_deg"
+                } else {
+                    "/lon_deg"
+                };
+                let detail = "latitude and longitude come together";
+                return Err(Misfit::new(missing.to_owned(), "missing", detail));
+            }
+        };
+        let refused = |code: &str, detail: &str| Misfit::new("/lat_deg".to_owned(), code, detail);
+        if ["north_m", "east_m"]
+            .iter()
+            .any(|name| object.member(name).is_some())
+        {
+            let detail = "a position is given as north_m and east_m or as lat_deg and lon_deg, not as both";
+            return Err(refused("mixed", detail));
+        }
+        place.check()?;
+        if self.datum.is_none() && self.may_begin {
+            (self.datum, self.origin) = (Some(datum(&place)?), Some(place));
+        }
+        let Some(datum) = &self.datum else {
+            let detail = "positions in latitude and longitude count from an `origin`, and none is given";
+            return Err(refused("no_origin", detail));
+        };
+        let local = datum.to_local(&place.into());
+        local
+            .map(|local| Some([local.x, local.y]))
+            .map_err(|error| refused("out_of_range", &error.to_string()))
+    }
+}
+
+impl Origin {
+    /// Whether it is a place on Earth.
+    fn check(&self) -> Result<(), Misfit> {
+        let outside = FieldError::outside("/lat_deg", self.lat_deg, &(-LATITUDE_MAX_DEG..=LATITUDE_MAX_DEG))
+            .or_else(|| {
+                FieldError::outside(
+                    "/lon_deg",
+                    self.lon_deg,
+                    &(-LONGITUDE_MAX_DEG..=LONGITUDE_MAX_DEG),
+                )
+            });
+        outside.map_or(Ok(()), |wrong| Err(Misfit(Box::new(wrong))))
+    }
+
+    /// What is wrong with it, as a field at `pointer`.
+    pub(crate) fn wrong(&self, pointer: &str) -> Option<FieldError> {
+        self.check().err().map(|Misfit(mut wrong)| {
+            wrong.pointer.insert_str(0, pointer);
+            *wrong
+        })
+    }
+}
+
+fn datum(origin: &Origin) -> Result<Datum, Misfit> {
+    origin.check()?;
+    Datum::new(&(*origin).into())
+        .map_err(|error| Misfit::new("/lat_deg".to_owned(), "out_of_range", error.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use crate::{FieldError, PlanRequest, Unread, both::Origin, mission::Reports, read, read_reports};
+
+    fn snapshot(north: &Value) -> Value {
+        let mut body = json!({
+            "schema_version": "1.0", "t_s": 0.0,
+            "origin": { "lat_deg": 38.41, "lon_deg": -9.12 },
+            "asc": { "heading_rad": 0.0, "speed_mps": 0.2 },
+            "auvs": [{ "id": "a", "state": { "north_m": 1.0, "east_m": 2.0, "depth_m": 3.0, "course_rad": 0.0,
+                "speed_mps": 0.2 } }],
+            "goal": { "kind": "track", "auv": "a", "offset": { "frame": "ned", "north_m": 1.0, "east_m": 0.0 } },
+            "area": [{ "lat_deg": 38.41, "lon_deg": -9.12 }, [0.0, 90.0], [90.0, 0.0]],
+            "metadata": { "lat_deg": 1.0 },
+        });
+        let asc = body["asc"].as_object_mut().expect("is an object");
+        asc.append(&mut north.as_object().expect("is an object").clone());
+        body
+    }
+
+    fn read_value(body: &Value) -> Result<PlanRequest, FieldError> {
+        read(body.to_string().as_bytes()).map_err(|Unread::Syntax(error)| Unread::Misfit(error) | *error)
+    }
+
+    #[test]
+    fn a_position_on_earth_gets_its_metres_and_a_point_is_replaced() {
+        // A thousandth of a degree of the meridian at 38.41° is 111.005 m.
+        let body = snapshot(&json!({ "lat_deg": 38.411, "lon_deg": -9.12 }));
+        let request = read_value(&body).expect("is read");
+        assert!(
+            (request.asc.north_m - 111.005).abs() < 0.01,
+            "{}",
+            request.asc.north_m
+        );
+        assert!(request.asc.east_m.abs() < 1e-6);
+        assert_eq!(request.asc.lat_deg, Some(38.411));
+        assert_eq!(request.area[0], [0.0, 0.0]);
+        assert_eq!(request.metadata, *body["metadata"].as_object().expect("is one"));
+    }
+
+    #[test]
+    fn what_is_no_position_is_refused_where_it_stands() {
+        for (place, pointer, code) in [
+            (json!({}), "/asc/north_m", "missing"),
+            (json!({ "lat_deg": 38.0 }), "/asc/lon_deg", "missing"),
+            (
+                json!({ "lat_deg": 38.0, "lon_deg": 0.0, "north_m": 0.0 }),
+                "/asc/lat_deg",
+                "mixed",
+            ),
+            (
+                json!({ "lat_deg": 90.5, "lon_deg": 0.0 }),
+                "/asc/lat_deg",
+                "out_of_range",
+            ),
+            (
+                json!({ "lat_deg": 0.0, "lon_deg": 1e9 }),
+                "/asc/lon_deg",
+                "out_of_range",
+            ),
+            (
+                json!({ "lat_deg": "x", "lon_deg": 0.0 }),
+                "/asc/lat_deg",
+                "missing",
+            ),
+        ] {
+            let wrong = read_value(&snapshot(&place)).expect_err("is refused");
+            assert_eq!((&*wrong.pointer, &*wrong.code), (pointer, code), "{place}");
+        }
+        let mut without = snapshot(&json!({ "lat_deg": 38.0, "lon_deg": 0.0 }));
+        without["origin"] = Value::Null;
+        let wrong = read_value(&without).expect_err("is refused");
+        assert_eq!((&*wrong.pointer, &*wrong.code), ("/asc/lat_deg", "no_origin"));
+        without["origin"] = json!({ "lat_deg": 91.0, "lon_deg": 0.0 });
+        let wrong = read_value(&without).expect_err("is refused");
+        assert_eq!(
+            (&*wrong.pointer, &*wrong.code),
+            ("/origin/lat_deg", "out_of_range")
+        );
+    }
+
+    #[test]
+    fn the_first_fix_of_reports_may_become_the_origin() {
+        let fix = |lat: f64| json!({ "t_s": 1.0, "lat_deg": lat, "lon_deg": 180.0, "sigma_m": 1.0 });
+        let body = json!({ "auvs": { "a": [fix(-17.0), fix(-17.001)] } }).to_string();
+        let first = Origin {
+            lat_deg: -17.0,
+            lon_deg: 180.0,
+        };
+        let (heard, origin): (Reports, _) = read_reports(body.as_bytes(), None).expect("is read");
+        assert_eq!(origin, Some(first));
+        assert_eq!(heard.auvs["a"][0].north_m, 0.0);
+        assert!((heard.auvs["a"][1].north_m + 110.66).abs() < 0.02);
+        let elsewhere = Origin {
+            lat_deg: -17.001,
+            lon_deg: -180.0,
+        };
+        let (heard, origin): (Reports, _) = read_reports(body.as_bytes(), Some(elsewhere)).expect("is read");
+        assert_eq!(origin, Some(elsewhere));
+        assert!((heard.auvs["a"][0].north_m - 110.66).abs() < 0.02);
+        assert!(heard.auvs["a"][0].east_m.abs() < 1e-6);
+    }
+}
