@@ -22,8 +22,13 @@ const BUSY_MAX: f64 = 1.0;
 /// Source: Nichols and Jacobson, "Controlling Queue Delay", 2012: the interval of `CoDel`.
 const STANDING: Duration = Duration::from_millis(100);
 
-/// Wait that a standing queue is shortened to, in mean times of work, and the least, s.
-const STANDING_WAIT: f64 = 1.0;
+/// A queue that was cut stays short until none has been turned away for so long: else every `STANDING` would grow the
+/// next long queue, and under an overload that goes on most of what is taken on would wait in one.
+const CUT: Duration = Duration::from_secs(1);
+
+/// Wait that a standing queue is shortened to, in mean times of work, and the least, s. Twice as many requests as threads
+/// still wait for none: half as much would turn a service's few steady clients away, and tells nothing in the worst answers.
+const STANDING_WAIT: f64 = 0.5;
 const STANDING_WAIT_MIN: f64 = 2e-3;
 
 /// Decides on admission. Clones share what it knows.
@@ -54,6 +59,8 @@ struct Load {
     busy: f64,
     /// Since when the queue has been longer than it should stand.
     standing_since: Option<Instant>,
+    /// Until when no longer queue is let grow.
+    cut_until: Option<Instant>,
     /// Shows `n`.
     gauge: Gauge,
 }
@@ -69,6 +76,7 @@ impl Admission {
             rate: 0.0,
             busy: 0.0,
             standing_since: None,
+            cut_until: None,
             gauge,
         })))
     }
@@ -88,7 +96,11 @@ impl Admission {
         if !stands {
             load.standing_since = None;
         }
-        let too_long = since.is_some_and(|since| STANDING < now.saturating_duration_since(since));
+        let is_cut = load.cut_until.is_some_and(|until| now < until);
+        let too_long = since.is_some_and(|since| is_cut || STANDING < now.saturating_duration_since(since));
+        if too_long {
+            load.cut_until = Some(now + CUT);
+        }
         let hopeless = due.saturating_duration_since(now).as_secs_f64() <= waits;
         if load.n_max <= load.n || too_long || (0 < load.n && hopeless) {
             return Err(Problem::Overloaded);
@@ -180,8 +192,24 @@ mod tests {
         let mut waiting: Vec<_> = (0..10).map(|_| admit(0).expect("is a burst")).collect();
         waiting.push(admit(90).expect("may still go away"));
         assert_eq!(admit(101).err(), Some(Problem::Overloaded));
-        waiting.truncate(2);
+        waiting.truncate(1);
         drop(admit(102).expect("is worked off"));
+    }
+
+    #[test]
+    fn a_queue_that_was_cut_does_not_grow_again_while_requests_are_turned_away() {
+        let (admission, start) = (slow(), Instant::now());
+        let admit = |at| admission.admit_at(start + ms(at), 4096, Lane::Short, start + ms(at + 1000));
+        let mut waiting: Vec<_> = (0..10).map(|_| admit(0).expect("is a burst")).collect();
+        assert_eq!(admit(101).err(), Some(Problem::Overloaded));
+        waiting.clear();
+        // One may wait behind another: the third would stand, and is not waited for.
+        let short: Vec<_> = (0..2).map(|_| admit(600).expect("the queue is short")).collect();
+        assert_eq!(admit(600).err(), Some(Problem::Overloaded));
+        drop(short);
+        // The overload is over for a second: the next burst may wait.
+        waiting.extend((0..10).map_while(|_| admit(1601).ok()));
+        assert_eq!(waiting.len(), 10);
     }
 
     #[test]
