@@ -290,7 +290,7 @@ def guessed_tokens(service: Service) -> Callable[[float], Counter]:
 
 def batch() -> str:
     track = json.loads((EXAMPLES / "intermittent.json").read_text())
-    return json.dumps({"schema_version": "1.0", "requests": [track] * 64})
+    return json.dumps({"requests": [track] * 64})
 
 
 @dataclass(frozen=True)
@@ -304,7 +304,7 @@ class Attack:
 
 ATTACKS = {
     "none": Attack("nothing", lambda _: lambda end: time.sleep(end - time.monotonic()) or Counter()),
-    "plans": Attack("8 clients post plans of 189 kB", repeated(8, posted("/v1/plan", long_plan(110, 0)))),
+    "plans": Attack("8 clients post plans of 187 kB", repeated(8, posted("/v1/plan", long_plan(110, 0)))),
     "long-plans": Attack("64 clients post plans of 536 kB", repeated(64, posted("/v1/plan", long_plan(256, 64)))),
     "reports": Attack("8 clients report to a mission of 16 AUVs, 256 segments each", reports_to_a_large_mission),
     "metadata": Attack("8 clients post 917 kB of nested metadata", repeated(8, posted("/v1/plan", nested_metadata()))),

@@ -22,14 +22,20 @@ const BUSY_MAX: f64 = 1.0;
 /// Source: Nichols and Jacobson, "Controlling Queue Delay", 2012: the interval of `CoDel`.
 const STANDING: Duration = Duration::from_millis(100);
 
-/// A queue that was cut stays short until none has been turned away for so long: else every `STANDING` would grow the
-/// next long queue, and under an overload that goes on most of what is taken on would wait in one.
+/// A queue that was cut stays short until none has been turned away for so long: else the next long queue would grow at
+/// once, and under an overload that goes on most of what is taken on would wait in one.
 const CUT: Duration = Duration::from_secs(1);
 
-/// Wait that a standing queue is shortened to, in mean times of work, and the least, s. Twice as many requests as threads
-/// still wait for none: half as much would turn a service's few steady clients away, and tells nothing in the worst answers.
-const STANDING_WAIT: f64 = 0.5;
-const STANDING_WAIT_MIN: f64 = 2e-3;
+/// Wait that counts as one in a queue that stands, in mean times of work: up to sixteen steady clients of a service with two
+/// threads are all served, though each waits for some others.
+const LONG_WAIT: f64 = 7.0;
+
+/// The same once the queue was cut. What is taken on then waits little longer than without overload; twice as many requests
+/// as threads still wait for none.
+const SHORT_WAIT: f64 = 0.6;
+
+/// Mean time of work that these count in at least, s.
+const BUSY_MIN: f64 = 2e-3;
 
 /// Decides on admission. Clones share what it knows.
 #[derive(Clone, Debug)]
@@ -90,13 +96,13 @@ impl Admission {
         let cost = COST_MIN + float(bytes);
         let mut load = self.load();
         let waits = load.rate * load.cost / load.n_threads;
-        let stands = load.n_threads <= float(load.n)
-            && (1.0 + STANDING_WAIT) * load.busy.max(STANDING_WAIT_MIN) < waits;
+        let is_cut = load.cut_until.is_some_and(|until| now < until);
+        let wait = if is_cut { SHORT_WAIT } else { LONG_WAIT };
+        let stands = load.n_threads <= float(load.n) && (1.0 + wait) * load.busy.max(BUSY_MIN) < waits;
         let since = stands.then(|| *load.standing_since.get_or_insert(now));
         if !stands {
             load.standing_since = None;
         }
-        let is_cut = load.cut_until.is_some_and(|until| now < until);
         let too_long = since.is_some_and(|since| is_cut || STANDING < now.saturating_duration_since(since));
         if too_long {
             load.cut_until = Some(now + CUT);

@@ -199,6 +199,7 @@ impl Missions {
             snapshot,
             answered: key.map(|key| key.with(json(&mission))),
             order: Some(order),
+            needs_share: true,
         };
         match self.store.append(append).await? {
             Appended::Stored => {
@@ -213,6 +214,7 @@ impl Missions {
             }
             Appended::AnsweredBefore(answer) => Ok(parsed(&answer)?),
             Appended::KeyTaken => Err(Problem::KeyTaken),
+            Appended::ShareUsed => Err(Problem::DiskShare),
             Appended::MissionGone | Appended::OutOfSequence => Err(Problem::NoMission),
         }
     }
