@@ -1,17 +1,19 @@
 //! A service that is killed at any moment loses nothing that it acknowledged, takes nothing up twice, and goes on by
-//! itself where it was; one that gets a stop signal does not wait for clients that only listen.
+//! itself where it was; what was deleted stays deleted, and a backup taken at any moment is a service of its own. One that
+//! gets a stop signal does not wait for clients that only listen.
 //!
-//! `PILOTFISH_KILLS=200 cargo test -p pilotfish --test kill -- --nocapture` kills it more often than the usual run.
+//! `PILOTFISH_KILLS=200 PILOTFISH_STOPS=20 cargo test -p pilotfish --test kill -- --nocapture` ends it more often than the
+//! usual run.
 
 use std::{
-    collections::HashMap,
-    env,
+    collections::{HashMap, HashSet},
+    env, fs,
     io::{BufRead, BufReader, Read, Write},
     net::{Ipv4Addr, TcpListener, TcpStream},
     ops::RangeInclusive,
-    path::PathBuf,
+    path::{Path, PathBuf},
     process::{Command, ExitStatus},
-    sync::atomic::{AtomicBool, Ordering},
+    sync::atomic::{AtomicBool, AtomicU32, Ordering},
     thread,
     time::{Duration, Instant, SystemTime, UNIX_EPOCH},
 };
@@ -25,12 +27,20 @@ use ureq::Agent;
 
 /// Kills in one run, unless `PILOTFISH_KILLS` says otherwise.
 const KILLS: usize = 5;
+/// Orders to stop among them, unless `PILOTFISH_STOPS` says otherwise.
+const STOPS: usize = 1;
 /// From the moment when the service is ready to the kill, ms: from before its first commit to after its first plan.
 const LIFE_MS: RangeInclusive<u64> = 20..=600;
 /// Of the lives, the share that lasts until a plan was made, so that it shows that plans go on: one in three.
 const PLANS_IN_ONE_OF: usize = 3;
 /// Clients, each with an AUV of its own.
 const CLIENTS: usize = 2;
+/// Of the missions that are made beside, one in so many is kept, the others are deleted.
+const KEPT_ONE_OF: u64 = 20;
+/// Between two of these.
+const PAUSE_BESIDE: Duration = Duration::from_millis(10);
+/// Between two backups.
+const PAUSE_OF_BACKUPS: Duration = Duration::from_secs(1);
 /// Between two plans, s: the shortest period there is.
 const PERIOD_S: f64 = 0.5;
 /// Between two tries of a client that got no answer.
@@ -73,9 +83,7 @@ impl Home {
     }
 
     fn serve(&self) -> Command {
-        let mut serve = pilotfish();
-        serve.arg("serve").arg("--data").arg(self.data());
-        serve
+        serve_in(&self.data())
     }
 
     /// A service that is ready.
@@ -85,19 +93,11 @@ impl Home {
 
     /// The name of a live mission, made and begun.
     fn mission(&self) -> String {
-        let auvs: Vec<String> = (0..CLIENTS).map(auv).collect();
-        let listed: Vec<Value> = auvs.iter().map(|id| json!({ "id": id })).collect();
-        let live = json!({
-            "auvs": listed,
-            "goal": { "kind": "midpoint", "auvs": auvs },
-            "period_s": PERIOD_S,
-        });
-        let body = json!({ "schema_version": "1.0", "live": live }).to_string();
         let made = answered(
             agent()
                 .post(self.url(""))
                 .content_type("application/json")
-                .send(body),
+                .send(live_mission()),
             201,
         );
         let id = made["id"].as_str().expect("it has a name").to_owned();
@@ -127,15 +127,37 @@ impl Home {
 
     /// All events of a mission.
     fn record(&self, mission: &str) -> Vec<Value> {
-        let mut answer = agent()
-            .get(self.url(&format!("/{mission}/record?format=events_ndjson")))
-            .call()
-            .expect("the service answers");
-        let body = answer.body_mut().with_config().limit(RECORD_BYTES_MAX);
-        let text = body.read_to_string().expect("the record ends");
-        assert_eq!(answer.status(), 200, "{text}");
-        text.lines().map(parsed).collect()
+        record_at(&self.url(&format!("/{mission}")))
     }
+}
+
+/// All events of the mission at `url`.
+fn record_at(url: &str) -> Vec<Value> {
+    let mut answer = agent()
+        .get(format!("{url}/record?format=events_ndjson"))
+        .call()
+        .expect("the service answers");
+    let body = answer.body_mut().with_config().limit(RECORD_BYTES_MAX);
+    let text = body.read_to_string().expect("the record ends");
+    assert_eq!(answer.status(), 200, "{text}");
+    text.lines().map(parsed).collect()
+}
+
+fn serve_in(data: &Path) -> Command {
+    let mut serve = pilotfish();
+    serve.arg("serve").arg("--data").arg(data);
+    serve
+}
+
+fn live_mission() -> String {
+    let auvs: Vec<String> = (0..CLIENTS).map(auv).collect();
+    let listed: Vec<Value> = auvs.iter().map(|id| json!({ "id": id })).collect();
+    let live = json!({
+        "auvs": listed,
+        "goal": { "kind": "midpoint", "auvs": auvs },
+        "period_s": PERIOD_S,
+    });
+    json!({ "schema_version": "1.0", "live": live }).to_string()
 }
 
 fn pilotfish() -> Command {
@@ -255,8 +277,8 @@ struct Journal {
     vain: u64,
 }
 
-/// Posts until it is asked to stop, each post until it is acknowledged.
-fn post(url: &str, client: usize, stop: &AtomicBool) -> Journal {
+/// Posts until it is asked to stop, each post until it is acknowledged; `so_far` is how many are.
+fn post(url: &str, client: usize, stop: &AtomicBool, so_far: &AtomicU32) -> Journal {
     let agent = agent();
     let mut journal = Journal::default();
     for counter in 0.. {
@@ -265,19 +287,117 @@ fn post(url: &str, client: usize, stop: &AtomicBool) -> Journal {
         }
         let post = Post { client, counter };
         let (key, body) = (post.key(), post.body());
-        let begun = Instant::now();
-        let sequence = loop {
-            if let Some(sequence) = try_once(&agent, url, &key, &body) {
-                break sequence;
-            }
-            assert!(begun.elapsed() < PATIENCE, "{key} is not acknowledged");
-            journal.vain += 1;
-            thread::sleep(PAUSE);
-        };
+        let sequence = until_some(&mut journal.vain, || try_once(&agent, url, &key, &body));
         let at = unix_now();
         journal.acknowledged.push(Acknowledged { post, sequence, at });
+        so_far.store(counter + 1, Ordering::SeqCst);
     }
     journal
+}
+
+/// Tries until there is an answer; `vain` counts the tries without one.
+fn until_some<T>(vain: &mut u64, mut tried: impl FnMut() -> Option<T>) -> T {
+    let begun = Instant::now();
+    loop {
+        if let Some(answer) = tried() {
+            return answer;
+        }
+        assert!(begun.elapsed() < PATIENCE, "nothing is acknowledged any more");
+        *vain += 1;
+        thread::sleep(PAUSE);
+    }
+}
+
+/// Missions that were acknowledged as made, and of these as deleted.
+#[derive(Default)]
+struct Beside {
+    kept: Vec<String>,
+    deleted: Vec<String>,
+    vain: u64,
+}
+
+/// Makes missions, each until that is acknowledged, and deletes most of them again.
+fn make_and_delete(url: &str, stop: &AtomicBool) -> Beside {
+    let agent = agent();
+    let mut beside = Beside::default();
+    for counter in 0.. {
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
+        let key = format!("beside-{counter}");
+        let id = until_some(&mut beside.vain, || {
+            let request = agent.post(url).header("Idempotency-Key", &key);
+            let mut answer = request
+                .content_type("application/json")
+                .send(live_mission())
+                .ok()?;
+            let text = answer.body_mut().read_to_string().ok()?;
+            match answer.status().as_u16() {
+                201 => Some(parsed(&text)["id"].as_str().expect("it has a name").to_owned()),
+                503 => None,
+                other => panic!("{key} is answered with {other}: {text}"),
+            }
+        });
+        if counter % KEPT_ONE_OF == 0 {
+            beside.kept.push(id);
+        } else {
+            until_some(&mut beside.vain, || {
+                match agent.delete(format!("{url}/{id}")).call().ok()?.status().as_u16() {
+                    // Gone already: by a try whose answer a kill took away.
+                    204 | 404 => Some(()),
+                    503 => None,
+                    other => panic!("{id} cannot be deleted: {other}"),
+                }
+            });
+            beside.deleted.push(id);
+        }
+        thread::sleep(PAUSE_BESIDE);
+    }
+    beside
+}
+
+/// Backs up, again and again, and looks at each copy. How many there were, and the events of the newest.
+fn back_up_and_restore(
+    home: &Home,
+    mission: &str,
+    so_far: &[AtomicU32],
+    stop: &AtomicBool,
+) -> (usize, usize) {
+    let copy = home.folder.path().join("copy");
+    let (mut copies, mut n_events) = (0, 0);
+    while !stop.load(Ordering::Relaxed) {
+        let before: Vec<u32> = so_far.iter().map(|n| n.load(Ordering::SeqCst)).collect();
+        let mut back_up = pilotfish();
+        back_up.arg("backup").arg(&copy).arg("--data").arg(home.data());
+        let output = back_up.output().expect("the program starts");
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        let mut restored = Server::start_on(serve_in(&copy), 0);
+        let events = record_at(&format!("{}/v1/missions/{mission}", restored.url()));
+        check_numbers(&events);
+        let heard: HashSet<String> = of_kind(&events, "reported").flat_map(marks).collect();
+        for (client, n) in before.into_iter().enumerate() {
+            for counter in 0..n {
+                let post = Post { client, counter };
+                assert!(
+                    heard.contains(&post.mark()),
+                    "{} is not in the backup",
+                    post.key()
+                );
+            }
+        }
+        n_events = events.len();
+        terminate(&restored);
+        assert!(ended(&mut restored).success());
+        check_replay(&copy, mission);
+        fs::remove_dir_all(&copy).expect("is ours");
+        copies += 1;
+        thread::sleep(PAUSE_OF_BACKUPS);
+    }
+    (copies, n_events)
 }
 
 /// The number under which the service stored it, if it said so.
@@ -305,23 +425,34 @@ impl Drop for StopAtLast<'_> {
 /// When the service died and came back, Unix times, s.
 #[derive(Default)]
 struct Lives {
-    killed: Vec<f64>,
+    ended: Vec<f64>,
     ready: Vec<f64>,
 }
 
-/// Kills the service so many times, and starts it again each time.
-fn kill_again_and_again(home: &Home, mission: &str, kills: usize, mut server: Server) -> (Lives, Server) {
+/// Kills the service so many times, orders it to stop so many times in between, and starts it again each time.
+fn end_again_and_again(
+    home: &Home,
+    mission: &str,
+    (kills, stops): (usize, usize),
+    mut server: Server,
+) -> (Lives, Server) {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut lives = Lives::default();
     let mut ready = unix_now();
-    for life in 1..=kills {
+    for life in 1..=kills + stops {
         if life % PLANS_IN_ONE_OF == 0 {
             home.await_plan(mission, ready);
         }
         thread::sleep(Duration::from_millis(random.random_range(LIFE_MS)));
-        server.process.kill().expect("is ours");
-        server.process.wait().expect("is ours");
-        lives.killed.push(unix_now());
+        // Spread evenly.
+        if (life - 1) * stops / (kills + stops) < life * stops / (kills + stops) {
+            terminate(&server);
+            assert!(ended(&mut server).success());
+        } else {
+            server.process.kill().expect("is ours");
+            server.process.wait().expect("is ours");
+        }
+        lives.ended.push(unix_now());
         server = home.start();
         ready = unix_now();
         lives.ready.push(ready);
@@ -332,27 +463,44 @@ fn kill_again_and_again(home: &Home, mission: &str, kills: usize, mut server: Se
 
 #[test]
 fn a_service_that_is_killed_loses_nothing_acknowledged_and_takes_nothing_up_twice() {
-    let kills = env::var("PILOTFISH_KILLS").map_or(KILLS, |kills| kills.parse().expect("is a number"));
+    let number = |name, usual| env::var(name).map_or(usual, |given| given.parse().expect("is a number"));
+    let (kills, stops) = (number("PILOTFISH_KILLS", KILLS), number("PILOTFISH_STOPS", STOPS));
     let home = Home::new();
     let server = home.start();
     let mission = home.mission();
     let url = home.url(&format!("/{mission}/reports"));
     let stop = AtomicBool::new(false);
-    let (lives, mut server, journals) = thread::scope(|scope| {
-        let (url, stop) = (&url, &stop);
-        let spawn = |client| scope.spawn(move || post(url, client, stop));
+    let so_far: [AtomicU32; CLIENTS] = Default::default();
+    let (lives, mut server, journals, beside, copies) = thread::scope(|scope| {
+        let (home, mission, url, stop, so_far) = (&home, &*mission, &url, &stop, &so_far);
+        let spawn = |client: usize| scope.spawn(move || post(url, client, stop, &so_far[client]));
         let clients: Vec<_> = (0..CLIENTS).map(spawn).collect();
+        let beside = scope.spawn(|| make_and_delete(&home.url(""), stop));
+        let copies = scope.spawn(|| back_up_and_restore(home, mission, so_far, stop));
         let at_last = StopAtLast(stop);
-        let (lives, server) = kill_again_and_again(&home, &mission, kills, server);
+        let (lives, server) = end_again_and_again(home, mission, (kills, stops), server);
         drop(at_last);
         let journals = clients
             .into_iter()
-            .map(|client| client.join().expect("was answered well"));
-        (lives, server, journals.collect::<Vec<Journal>>())
+            .map(|client| client.join().expect("was answered well"))
+            .collect::<Vec<Journal>>();
+        let beside = beside.join().expect("was answered well");
+        (
+            lives,
+            server,
+            journals,
+            beside,
+            copies.join().expect("every copy is whole"),
+        )
     });
     let events = home.record(&mission);
     let found = answered(agent().get(home.url(&format!("/{mission}"))).call(), 200);
     assert_eq!(found["status"], "running");
+    for (ids, status) in [(&beside.kept, 200), (&beside.deleted, 404)] {
+        for id in ids {
+            answered(agent().get(home.url(&format!("/{id}"))).call(), status);
+        }
+    }
     terminate(&server);
     assert!(ended(&mut server).success());
 
@@ -364,24 +512,36 @@ fn a_service_that_is_killed_loses_nothing_acknowledged_and_takes_nothing_up_twic
     for ready in &lives.ready {
         assert!(plans.iter().any(|made| ready < made), "no plan after {ready}");
     }
-    let replayed = check_replay(&home, &mission);
+    let replayed = check_replay(&home.data(), &mission);
     let vain: u64 = journals.iter().map(|journal| journal.vain).sum();
     let acknowledged: usize = journals.iter().map(|journal| journal.acknowledged.len()).sum();
     let away = lives
-        .killed
+        .ended
         .iter()
         .zip(&lives.ready)
-        .map(|(killed, ready)| ready - killed);
+        .map(|(ended, ready)| ready - ended);
     println!(
-        "{kills} kills: {acknowledged} posts acknowledged, {vain} tries in vain, {saved} posts stored before a kill and \
-         acknowledged after it; {} plans; at most {:.3} s from a kill to the next greeting; {replayed}",
+        "{kills} kills, {stops} stops: {acknowledged} posts acknowledged, {vain} tries in vain, {saved} posts stored before \
+         an end and acknowledged after it; {} plans; at most {:.3} s from an end to the next greeting; {} missions made \
+         beside and kept, {} deleted, {} tries in vain; {} backups restored and replayed, the last of {} events; {replayed}",
         plans.len(),
         away.fold(0.0, f64::max),
+        beside.kept.len(),
+        beside.deleted.len(),
+        beside.vain,
+        copies.0,
+        copies.1,
     );
 }
 
 fn of_kind<'a>(events: &'a [Value], kind: &'a str) -> impl Iterator<Item = &'a Value> {
     events.iter().filter(move |event| event["kind"] == kind)
+}
+
+/// What the posts of a `reported` event are known by.
+fn marks(event: &Value) -> impl Iterator<Item = String> {
+    let fixes = event["heard"]["auvs"].as_object().expect("each has a fix");
+    fixes.iter().map(|(auv, fixes)| mark(auv, &fixes[0]["north_m"]))
 }
 
 /// Events are numbered from 1 on without a gap.
@@ -396,8 +556,7 @@ fn check_numbers(events: &[Value]) {
 fn check_posts(events: &[Value], journals: &[Journal], lives: &Lives) -> usize {
     let mut stored: HashMap<String, &Value> = HashMap::new();
     for event in of_kind(events, "reported") {
-        for (auv, fixes) in event["heard"]["auvs"].as_object().expect("each has a fix") {
-            let mark = mark(auv, &fixes[0]["north_m"]);
+        for mark in marks(event) {
             let before = stored.insert(mark, event);
             assert_eq!(before, None, "was taken up twice, again as {event}");
         }
@@ -414,8 +573,8 @@ fn check_posts(events: &[Value], journals: &[Journal], lives: &Lives) -> usize {
             post.key()
         );
         let taken_up = event["at_s"].as_f64().expect("has a time");
-        let died_in_between = |killed: &f64| taken_up < *killed && killed < at;
-        saved += usize::from(lives.killed.iter().any(died_in_between));
+        let ended_in_between = |ended: &f64| taken_up < *ended && ended < at;
+        saved += usize::from(lives.ended.iter().any(ended_in_between));
     }
     // Every client went on until its last post was acknowledged.
     assert!(
@@ -426,9 +585,9 @@ fn check_posts(events: &[Value], journals: &[Journal], lives: &Lives) -> usize {
 }
 
 /// What `replay` says, which finds nothing amiss.
-fn check_replay(home: &Home, mission: &str) -> String {
+fn check_replay(data: &Path, mission: &str) -> String {
     let mut replay = pilotfish();
-    replay.args(["replay", mission, "--data"]).arg(home.data());
+    replay.args(["replay", mission, "--data"]).arg(data);
     let output = replay.output().expect("the program starts");
     let said = String::from_utf8(output.stdout).expect("is text");
     let errors = String::from_utf8_lossy(&output.stderr);
@@ -472,7 +631,7 @@ fn a_change_that_was_acknowledged_outlives_a_kill_and_is_planned_by() {
         assert!(off < Some(1.0), "{goal} is at {east} m east");
     }
     assert_eq!(of_kind(&home.record(&mission), "changed").count(), 2);
-    println!("{}", check_replay(&home, &mission));
+    println!("{}", check_replay(&home.data(), &mission));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use std::{env, error::Error, io, process::ExitCode};
 
 use clap::Parser;
+use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::{
     Layer, Registry, filter::Targets, layer::SubscriberExt as _, util::SubscriberInitExt as _,
 };
@@ -15,6 +16,9 @@ mod otlp;
 
 /// What the program ends with where the command line or the configuration cannot be used, as clap does.
 const USAGE: u8 = 2;
+
+/// Lines of the log that wait for their reader at most: some 4 MB.
+const LINES_WAITING_MAX: usize = 8192;
 
 type BoxedLayer = Box<dyn Layer<Registry> + Send + Sync>;
 
@@ -38,8 +42,11 @@ fn main() -> ExitCode {
     let traces = tracer.as_ref().map(|tracer| tracer.layer().boxed());
     #[cfg(not(feature = "otlp"))]
     let traces = None;
-    log(&config, traces);
-    match arguments.run(&layers, &config) {
+    let lines = log(&config, traces);
+    let ended = arguments.run(&layers, &config);
+    // The lines of the log before what is said last.
+    drop(lines);
+    match ended {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             explain(&*error);
@@ -48,14 +55,18 @@ fn main() -> ExitCode {
     }
 }
 
-/// Lets the program log to standard error. `RUST_LOG` goes before the configuration, as people expect of Rust programs.
-fn log(config: &Config, traces: Option<BoxedLayer>) {
+/// Lets the program log to standard error, until what is answered is dropped: a thread of its own writes the lines, and
+/// drops them while their reader does not read, so that no request waits for it. `RUST_LOG` goes before the configuration,
+/// as people expect of Rust programs.
+fn log(config: &Config, traces: Option<BoxedLayer>) -> WorkerGuard {
     let filter: Targets = env::var("RUST_LOG")
         .ok()
         .and_then(|given| given.parse().ok())
         .or_else(|| config.log.parse().ok())
         .unwrap_or_default();
-    let lines = tracing_subscriber::fmt::layer().with_writer(io::stderr);
+    let waiting = NonBlockingBuilder::default().buffered_lines_limit(LINES_WAITING_MAX);
+    let (writer, guard) = waiting.finish(io::stderr());
+    let lines = tracing_subscriber::fmt::layer().with_writer(writer);
     let lines = if config.log_format == "json" {
         lines.json().boxed()
     } else {
@@ -65,6 +76,7 @@ fn log(config: &Config, traces: Option<BoxedLayer>) {
     tracing_subscriber::registry()
         .with(layers.with_filter(filter))
         .init();
+    guard
 }
 
 fn explain(error: &dyn Error) {

@@ -6,11 +6,14 @@ use std::{io, net::SocketAddr, time::Duration};
 use tokio::{
     io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader},
     net::{TcpSocket, TcpStream},
-    time::timeout,
+    time::{Instant, timeout},
 };
 
 /// Longer than the service lets anything take but streams and waits for a plan.
 const PATIENCE: Duration = Duration::from_secs(30);
+
+/// A connection that was not used for so long is made anew: the service closes them after 10 s.
+const IDLE_MAX: Duration = Duration::from_secs(5);
 
 /// A request, of which the rest is always the same.
 #[derive(Clone, Debug)]
@@ -72,6 +75,8 @@ struct Head {
 pub(crate) struct Connection {
     address: SocketAddr,
     socket: Option<BufReader<TcpStream>>,
+    /// When the newest answer ended.
+    used: Instant,
 }
 
 impl Connection {
@@ -79,13 +84,18 @@ impl Connection {
         Self {
             address,
             socket: None,
+            used: Instant::now(),
         }
     }
 
     /// The answer to `request`.
     pub(crate) async fn ask(&mut self, request: &Request) -> io::Result<Answer> {
+        if IDLE_MAX < self.used.elapsed() {
+            self.socket = None;
+        }
         let answer = timeout(PATIENCE, self.exchange(request)).await;
         let answer = answer.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()));
+        self.used = Instant::now();
         if answer.is_err() {
             self.socket = None;
         }

@@ -5,9 +5,10 @@ use std::{net::Ipv4Addr, time::Duration};
 use axum::http::{HeaderValue, Method, StatusCode};
 use serde_json::{Value, json};
 use service::{
+    Settings,
     access::Peer,
     missions::retention::{Retention, over_for},
-    store::EventReader,
+    store::{EventReader, EventStore},
 };
 use tests::client::{Answer, get, post, send_to};
 use tokio::time::{Instant, sleep};
@@ -171,4 +172,39 @@ async fn one_client_leaves_the_others_half_of_the_streams() {
     assert_eq!(stream_of(2).await.expect("answers").status(), StatusCode::OK);
     open.pop();
     assert_eq!(stream_of(1).await.expect("answers").status(), StatusCode::OK);
+}
+
+#[tokio::test]
+async fn a_client_that_has_its_share_of_the_disk_reports_no_more_and_its_mission_goes_on() {
+    let data = directory();
+    let store = EventStore::open_with(data.path(), 4_000).expect("opens");
+    let (router, missions) = service::service(Settings::default(), store)
+        .await
+        .expect("starts");
+    let service = Service { router, missions };
+    let mission = service.create(&live()).await;
+    service.order(&format!("{mission}/run"), json!({})).await;
+    let reports = format!("{mission}/reports");
+    let mut accepted = 0;
+    let refused = loop {
+        let now = mission_now(&service.ask(&mission).await);
+        let answer = service.post(&reports, &heard(now)).await;
+        if answer.status != StatusCode::OK {
+            break answer;
+        }
+        accepted += 1;
+        assert!(accepted < 100, "never has its share");
+    };
+    assert_eq!(refused.status, StatusCode::TOO_MANY_REQUESTS, "{}", refused.text);
+    assert_eq!(refused.json()["code"], "share_used");
+    assert!(0 < accepted);
+    let more = service.post("/v1/missions", &live()).await;
+    assert_eq!(more.status, StatusCode::TOO_MANY_REQUESTS, "{}", more.text);
+    // The newest plan is of what was heard until then; the next ones are made of it too, and stored.
+    let newest = service.ask(&format!("{mission}/reference?wait_s=10")).await;
+    let next = format!("{mission}/reference?wait_s=10&after={}", newest["sequence"]);
+    assert!(newest["sequence"].as_u64() < service.ask(&next).await["sequence"].as_u64());
+    service.order(&format!("{mission}/finish"), json!({})).await;
+    assert_eq!(service.delete(&mission).await.status, StatusCode::NO_CONTENT);
+    service.create(&live()).await;
 }

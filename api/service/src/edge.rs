@@ -3,8 +3,9 @@
 use std::{
     any::Any,
     hash::{BuildHasher, RandomState},
+    mem,
     sync::{
-        LazyLock,
+        LazyLock, Mutex, PoisonError,
         atomic::{AtomicU64, Ordering},
     },
     time::{Duration, Instant},
@@ -121,8 +122,9 @@ pub(crate) async fn pass(edge: Edge, mut request: Request, next: Next) -> Respon
         }
         Err(problem) => problem.into_response(),
     };
-    if let Some(problem) = response.extensions_mut().remove::<Problem>() {
-        write_document(&mut response, &problem, &path, &id);
+    let problem = response.extensions_mut().remove::<Problem>();
+    if let Some(problem) = &problem {
+        write_document(&mut response, problem, &path, &id);
     }
     let headers = response.headers_mut();
     headers.extend(HEADERS);
@@ -135,7 +137,7 @@ pub(crate) async fn pass(edge: Edge, mut request: Request, next: Next) -> Respon
 
     let took = start.elapsed();
     edge.metrics.request(&method, route, response.status(), took);
-    span.in_scope(|| log(route, response.status(), took));
+    span.in_scope(|| log(route, response.status(), took, problem.as_ref()));
     response
 }
 
@@ -157,14 +159,42 @@ fn span(method: &Method, route: &str, path: &str, id: &str) -> Span {
     )
 }
 
-fn log(route: &str, status: StatusCode, took: Duration) {
+fn log(route: &str, status: StatusCode, took: Duration, problem: Option<&Problem>) {
     let (status, ms) = (status.as_u16(), took.as_secs_f64() * 1e3);
-    if 500 <= status {
+    if problem == Some(&Problem::Overloaded) {
+        tracing::debug!(status, ms, "answered");
+        if let Some(requests) = TURNED_AWAY.count(Instant::now()) {
+            tracing::warn!(
+                requests,
+                "turned away since the last such line; this was the newest"
+            );
+        }
+    } else if 500 <= status {
         tracing::warn!(status, ms, "answered");
     } else if PROBES.contains(&route) {
         tracing::debug!(status, ms, "answered");
     } else {
         tracing::info!(status, ms, "answered");
+    }
+}
+
+/// Those that the service has no room for. Under overload a line for each would cost more than to turn it away.
+static TURNED_AWAY: Counted = Counted(Mutex::new((0, None)));
+
+/// Events of which a line a second is logged: those since that line, and when it was.
+struct Counted(Mutex<(u64, Option<Instant>)>);
+
+impl Counted {
+    /// Counts one more; how many there were, if a line is due.
+    fn count(&self, now: Instant) -> Option<u64> {
+        let mut counted = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        counted.0 += 1;
+        let since = counted.1.map(|line| now.saturating_duration_since(line));
+        if since.is_some_and(|since| since < Duration::from_secs(1)) {
+            return None;
+        }
+        counted.1 = Some(now);
+        Some(mem::take(&mut counted.0))
     }
 }
 

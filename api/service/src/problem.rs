@@ -102,6 +102,8 @@ pub enum Problem {
         /// How many one may have.
         limit: usize,
     },
+    /// The missions of the client who made this one take as much of the disk as they may.
+    DiskShare,
     /// The service was started without a place for missions.
     NoMissions,
     /// The mission log does not do what it should.
@@ -191,7 +193,7 @@ impl Problem {
             ),
             Self::Unanswered => (504, "mission_unanswered", "The mission has not answered in time"),
             Self::Crowded { .. } => (503, "crowded", "The service has taken on all it can"),
-            Self::Share { .. } => (429, "share_used", "The client has its share"),
+            Self::Share { .. } | Self::DiskShare => (429, "share_used", "The client has its share"),
             Self::NoMissions => (503, "no_missions", "There is no place for missions"),
             Self::Log(StoreError::Full) => (507, "disk_full", "The disk is full"),
             Self::Log(_) => (503, "not_stored", "Nothing can be stored"),
@@ -263,6 +265,9 @@ impl Problem {
             }
             Self::Share { what, limit } => {
                 format!("one client has at most {limit} {what}: end some, or try again after the time in Retry-After")
+            }
+            Self::DiskShare => {
+                "the missions of the client who made this one fill its share of the disk: delete some that are over".to_owned()
             }
             Self::NoMissions => "start it with --data DIRECTORY".to_owned(),
             Self::Log(error) => error.to_string(),

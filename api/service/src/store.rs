@@ -29,6 +29,7 @@ mod error;
 mod idempotency;
 mod reader;
 mod schema;
+mod shares;
 mod sql;
 #[cfg(test)]
 mod tests;
@@ -71,6 +72,11 @@ struct Shared {
 impl EventStore {
     /// Opens the store in `directory`, makes both if they are not there, and brings the store to the newest schema.
     pub fn open(directory: &Path) -> Result<Self, StoreError> {
+        Self::open_with(directory, u64::MAX)
+    }
+
+    /// As [`Self::open`]; the missions of one client may take at most `share` bytes.
+    pub fn open_with(directory: &Path, share: u64) -> Result<Self, StoreError> {
         let path = directory.join(FILE_NAME);
         make_private(directory, &path).map_err(|error| StoreError::open(&path, &error))?;
         let lock = lock(directory, &path)?;
@@ -86,13 +92,13 @@ impl EventStore {
             .and_then(|connection| configure(&connection).map(|()| connection))
             .map_err(|error| StoreError::open(&path, &error))?;
         schema::migrate(&mut connection, &path)?;
-        Self::start(connection, path, lock)
+        Self::start(connection, path, lock, share)
     }
 
-    fn start(connection: Connection, path: PathBuf, lock: File) -> Result<Self, StoreError> {
+    fn start(connection: Connection, path: PathBuf, lock: File, share: u64) -> Result<Self, StoreError> {
         let (sender, commands) = sync_channel(WAITING_MAX);
         let metrics = StoreMetrics::default();
-        let writer = Writer::new(connection, metrics.clone())?;
+        let writer = Writer::new(connection, share, metrics.clone())?;
         let thread = thread::Builder::new().name("mission-log".to_owned());
         thread
             .spawn(move || writer.run(&commands))

@@ -10,8 +10,9 @@ use figment::{
     Figment, Metadata, Profile, Provider, Source,
     value::{Dict, Map, Value},
 };
+use rustix::fs::statvfs;
 use serde::Deserialize;
-use service::{access::TOKEN_PREFIX, missions::retention::Retention};
+use service::{access::TOKEN_PREFIX, missions::retention::Retention, store::FILE_NAME};
 
 mod flags;
 mod setting;
@@ -29,6 +30,9 @@ const DEFAULTS: &str = "default";
 const ENVIRONMENT: &str = "environment";
 const FLAGS: &str = "flag";
 
+/// Bytes.
+const GIB: f64 = 1024.0 * 1024.0 * 1024.0;
+
 /// Every setting, after all layers.
 #[derive(Debug, Deserialize)]
 pub(crate) struct Config {
@@ -45,6 +49,7 @@ pub(crate) struct Config {
     pub(crate) deadline_ms: f64,
     pub(crate) keep_days: f64,
     pub(crate) abandoned_hours: f64,
+    client_gib: f64,
     pub(crate) shutdown_delay_s: f64,
 }
 
@@ -53,6 +58,30 @@ impl Config {
     pub(crate) fn tokens(&self) -> PathBuf {
         let beside_missions = || self.data.join("tokens.json");
         self.tokens.clone().unwrap_or_else(beside_missions)
+    }
+
+    /// Most that the missions of one client take of the disk, bytes.
+    pub(crate) fn disk_share(&self) -> u64 {
+        if 0.0 < self.client_gib {
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "is in the setting's range"
+            )]
+            return (self.client_gib * GIB) as u64;
+        }
+        // The directory may still have to be made.
+        let mut places = self
+            .data
+            .ancestors()
+            .filter(|place| !place.as_os_str().is_empty());
+        let disk = places
+            .find_map(|place| statvfs(place).ok())
+            .or_else(|| statvfs(".").ok());
+        let log = fs::metadata(self.data.join(FILE_NAME)).map_or(0, |log| log.len());
+        disk.map_or(u64::MAX, |disk| {
+            (disk.f_bavail.saturating_mul(disk.f_frsize) + log) / 2
+        })
     }
 
     /// How long missions are kept.

@@ -125,7 +125,11 @@ async fn run(
         })?;
     let stopping = Arc::clone(&settings.stopping);
     let counted = settings.connections.clone();
-    let (router, missions) = service(settings, EventStore::open(&config.data)?).await?;
+    let (router, missions) = service(
+        settings,
+        EventStore::open_with(&config.data, config.disk_share())?,
+    )
+    .await?;
     tokio::spawn(missions.clone().keep_for(config.retention()));
     // Before the URL is printed: its reader may send the signal at once.
     let mut signals = Signals::listen()?;

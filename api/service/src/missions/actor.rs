@@ -375,6 +375,10 @@ impl Context {
             answered: key.map(|key| key.with(answer.clone())),
             // What changes nothing was no order.
             order: self.order.take_if(|_| !events.is_empty()),
+            needs_share: matches!(
+                events.first(),
+                Some(Event::Reported { .. } | Event::Changed { .. })
+            ),
         };
         let append = self.store.append(append).instrument(info_span!("write"));
         match append.await? {
@@ -384,6 +388,7 @@ impl Context {
                 return Ok(Stored { answer, is_new });
             }
             Appended::KeyTaken => return Err(Problem::KeyTaken),
+            Appended::ShareUsed => return Err(Problem::DiskShare),
             Appended::MissionGone => {
                 self.superseded = true;
                 return Err(Problem::NoMission);

@@ -200,6 +200,7 @@ impl Missions {
             snapshot,
             answered: key.map(|key| key.with(json(&mission))),
             order: Some(order),
+            needs_share: true,
         };
         match self.store.append(append).await? {
             Appended::Stored => {
@@ -214,6 +215,7 @@ impl Missions {
             }
             Appended::AnsweredBefore(answer) => Ok(parsed(&answer)?),
             Appended::KeyTaken => Err(Problem::KeyTaken),
+            Appended::ShareUsed => Err(Problem::DiskShare),
             Appended::MissionGone | Appended::OutOfSequence => Err(Problem::NoMission),
         }
     }

@@ -44,6 +44,9 @@ pub struct Append {
     pub answered: Option<KeyedAnswer>,
     /// Who ordered it, where it is an order.
     pub order: Option<Order>,
+    /// Whether it is refused where the missions of the client who made this one have their share of the disk: what clients
+    /// send, unlike what a mission stores to go on or to end.
+    pub needs_share: bool,
 }
 
 /// An order to change a mission, as it is kept for those who ask who gave it. It outlives the mission.
@@ -83,4 +86,6 @@ pub enum Appended {
     MissionGone,
     /// The mission has events that the caller does not know.
     OutOfSequence,
+    /// The missions of the client who made it have their share of the disk.
+    ShareUsed,
 }

@@ -10,7 +10,7 @@ use super::{
 };
 
 /// The step from each version to the next, in order.
-const STEPS: [fn(&Transaction<'_>) -> rusqlite::Result<()>; 4] = [first, digests, summaries, orders];
+const STEPS: [fn(&Transaction<'_>) -> rusqlite::Result<()>; 5] = [first, digests, summaries, orders, shares];
 
 /// Missions, their events, a snapshot of each, and the requests that were answered.
 fn first(transaction: &Transaction<'_>) -> rusqlite::Result<()> {
@@ -111,6 +111,19 @@ CREATE TABLE orders (
     digest BLOB NOT NULL
 ) STRICT;
 CREATE INDEX orders_by_mission ON orders (mission, number);
+",
+    )
+}
+
+/// Who made each mission, and how much its events take, bytes.
+fn shares(transaction: &Transaction<'_>) -> rusqlite::Result<()> {
+    transaction.execute_batch(
+        "
+ALTER TABLE missions ADD COLUMN owner TEXT NOT NULL DEFAULT '';
+ALTER TABLE missions ADD COLUMN bytes INTEGER NOT NULL DEFAULT 0;
+UPDATE missions SET
+    owner = coalesce((SELECT caller FROM orders WHERE mission = id AND action = 'create' ORDER BY number DESC LIMIT 1), ''),
+    bytes = coalesce((SELECT sum(length(body) + 64) FROM events WHERE mission = number), 0);
 ",
     )
 }

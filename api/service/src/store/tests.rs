@@ -21,6 +21,7 @@ fn append(mission: &str, events: Vec<StoredEvent>) -> Append {
         snapshot: Some(b"{}".to_vec()),
         answered: None,
         order: None,
+        needs_share: true,
     }
 }
 
@@ -640,4 +641,54 @@ async fn a_vacuum_gives_room_back_that_an_older_log_keeps() {
     store.vacuum().await.expect("has room");
     store.close().await.expect("ends");
     assert!(size() < 1 << 18, "{} bytes are left", size());
+}
+
+#[tokio::test]
+async fn a_client_that_has_its_share_of_the_disk_stores_no_more_and_leaves_the_others_theirs() {
+    let by = |caller: &str| {
+        Some(Order {
+            caller: caller.to_owned(),
+            action: "create".to_owned(),
+            ..Order::default()
+        })
+    };
+    let made = |mission: &str, caller: &str| Append {
+        order: by(caller),
+        ..append(mission, vec![event(1, "made")])
+    };
+    let full = |store: &EventStore, append: Append| {
+        let store = store.clone();
+        async move {
+            assert_eq!(
+                store.append(append).await.expect("is answered"),
+                Appended::ShareUsed
+            )
+        }
+    };
+    let long = "x".repeat(700);
+    let directory = directory();
+    let store = EventStore::open_with(directory.path(), 1_000).expect("opens");
+    add(&store, made("a", "one")).await;
+    add(&store, append("a", vec![event(2, &long)])).await;
+    full(&store, append("a", vec![event(3, &long)])).await;
+    // What the mission stores itself goes on, though the share is used.
+    let own = Append {
+        needs_share: false,
+        ..append("a", vec![event(3, &long)])
+    };
+    add(&store, own).await;
+    full(&store, made("b", "one")).await;
+    add(&store, made("c", "two")).await;
+    drop(store);
+
+    let store = loop {
+        match EventStore::open_with(directory.path(), 1_000) {
+            Err(StoreError::InUse { .. }) => thread::sleep(Duration::from_millis(10)),
+            opened => break opened.expect("opens again"),
+        }
+    };
+    full(&store, made("b", "one")).await;
+    let deleted = store.delete("a".to_owned(), Order::default()).await;
+    assert_eq!(deleted, Ok(true));
+    add(&store, made("b", "one")).await;
 }

@@ -6,13 +6,14 @@ use std::{
     time::{Duration, Instant},
 };
 
-use rusqlite::{Connection, OptionalExtension as _, Transaction, params};
+use rusqlite::{Connection, OptionalExtension as _, Row, Transaction, params};
 use tokio::sync::oneshot;
 
 use super::{
     entry::{Append, Appended, Order, StoredEvent},
     error::StoreError,
     idempotency::{self, KeyedAnswer},
+    shares::{Shares, Taken},
     sql::{SNAPSHOT, digest, limit, order_digest, signed, summary_digest},
 };
 use crate::metrics::StoreMetrics;
@@ -56,17 +57,19 @@ pub(super) struct Writer {
     stuck: bool,
     /// Size of the largest append that was not stored, bytes: until as much can be stored, the store is not well.
     refused: Option<usize>,
+    shares: Shares,
     metrics: StoreMetrics,
 }
 
 impl Writer {
-    pub(super) fn new(connection: Connection, metrics: StoreMetrics) -> rusqlite::Result<Self> {
+    pub(super) fn new(connection: Connection, share: u64, metrics: StoreMetrics) -> rusqlite::Result<Self> {
         let deleted = "SELECT number FROM missions WHERE status = 'deleted'";
         let purge = connection
             .prepare(deleted)?
             .query_map([], |row| row.get(0))?
             .collect::<rusqlite::Result<_>>()?;
         Ok(Self {
+            shares: Shares::read(&connection, share)?,
             connection,
             purge,
             free_pages: true,
@@ -143,7 +146,7 @@ impl Writer {
         }
         let appends: Vec<&Append> = batch.iter().map(|(append, _)| append).collect();
         let start = Instant::now();
-        let committed = commit(&mut self.connection, &appends);
+        let committed = commit(&mut self.connection, &mut self.shares, &appends);
         let n_events = committed.as_ref().ok().map(|done| n_stored(&appends, done));
         self.metrics.committed(start.elapsed(), n_events);
         if committed.is_err() {
@@ -179,18 +182,21 @@ impl Writer {
     /// Hides the mission at once; purging gives its room on the disk back by and by.
     fn delete(&mut self, id: &str, order: &Order) -> rusqlite::Result<bool> {
         let transaction = self.connection.transaction()?;
-        let hidden: Option<i64> = transaction
+        let hidden: Option<(i64, Taken)> = transaction
             .prepare_cached(
-                "UPDATE missions SET status = 'deleted', id = 'deleted ' || number WHERE id = ?1 RETURNING number",
+                "UPDATE missions SET status = 'deleted', id = 'deleted ' || number WHERE id = ?1
+                 RETURNING number, owner, bytes",
             )?
-            .query_row([id], |row| row.get(0))
+            .query_row([id], |row| Ok((row.get(0)?, taken(row, 1)?)))
             .optional()?;
-        if hidden.is_some() {
-            keep_order(&transaction, id, order)?;
-        }
+        let Some((number, room)) = hidden else {
+            return Ok(false);
+        };
+        keep_order(&transaction, id, order)?;
         transaction.commit()?;
-        self.purge.extend(hidden);
-        Ok(hidden.is_some())
+        self.shares.give_back(&room);
+        self.purge.push(number);
+        Ok(true)
     }
 
     /// Removes what is left of deleted missions, and their room.
@@ -274,17 +280,37 @@ fn reply_to_each(
     }
 }
 
-fn commit(connection: &mut Connection, appends: &[&Append]) -> Result<Vec<Appended>, StoreError> {
+/// Who made the mission of a row, and what its events take: the columns from `first` on.
+fn taken(row: &Row<'_>, first: usize) -> rusqlite::Result<Taken> {
+    Ok(Taken {
+        owner: row.get(first)?,
+        bytes: row.get::<_, i64>(first + 1)?.unsigned_abs(),
+    })
+}
+
+fn commit(
+    connection: &mut Connection,
+    shares: &mut Shares,
+    appends: &[&Append],
+) -> Result<Vec<Appended>, StoreError> {
     let transaction = connection.transaction()?;
+    let mut taken = vec![];
     let appended = appends
         .iter()
-        .map(|append| store(&transaction, append))
+        .map(|append| store(&transaction, shares, append, &mut taken))
         .collect::<rusqlite::Result<_>>()?;
     transaction.commit()?;
+    taken.into_iter().for_each(|taken| shares.take(taken));
     Ok(appended)
 }
 
-fn store(transaction: &Transaction<'_>, append: &Append) -> rusqlite::Result<Appended> {
+/// Stores an append; what it takes of whose share goes into `taken`.
+fn store(
+    transaction: &Transaction<'_>,
+    shares: &Shares,
+    append: &Append,
+    taken: &mut Vec<Taken>,
+) -> rusqlite::Result<Appended> {
     if let Some(KeyedAnswer { key, request, .. }) = &append.answered
         && let Some((asked, answer)) = idempotency::find(transaction, &append.mission, key)?
     {
@@ -295,24 +321,42 @@ fn store(transaction: &Transaction<'_>, append: &Append) -> rusqlite::Result<App
         });
     }
     let summary = summary_digest(&append.mission, &append.status, &append.summary);
-    let number = match append.number {
+    let bytes = Shares::room_of(append.events.iter().map(|event| &*event.body));
+    let room = limit(usize::try_from(bytes).unwrap_or(usize::MAX));
+    let has_room = |owner: &str| !append.needs_share || shares.has_room(owner, bytes);
+    let (number, owner) = match append.number {
         None => {
+            let owner = append.order.as_ref().map(|order| order.caller.clone());
+            let owner = owner.unwrap_or_default();
+            if !has_room(&owner) {
+                return Ok(Appended::ShareUsed);
+            }
             let mut made = transaction.prepare_cached(
-                "INSERT INTO missions (id, status, summary, digest) VALUES (?1, ?2, ?3, ?4) RETURNING number",
+                "INSERT INTO missions (id, status, summary, digest, owner, bytes) VALUES (?1, ?2, ?3, ?4, ?5, ?6)
+                 RETURNING number",
             )?;
-            made.query_row(
-                params![append.mission, append.status, append.summary, summary],
+            let number = made.query_row(
+                params![
+                    append.mission,
+                    append.status,
+                    append.summary,
+                    summary,
+                    owner,
+                    room
+                ],
                 |row| row.get(0),
-            )?
+            )?;
+            (number, owner)
         }
         Some(number) => {
             let number = signed(number);
             let mut last = transaction.prepare_cached(
-                "SELECT (SELECT max(sequence) FROM events WHERE mission = number) FROM missions
+                "SELECT (SELECT max(sequence) FROM events WHERE mission = number), owner FROM missions
                  WHERE number = ?1 AND status <> 'deleted'",
             )?;
-            let last: Option<Option<i64>> = last.query_row([number], |row| row.get(0)).optional()?;
-            let Some(last) = last else {
+            let last: Option<(Option<i64>, String)> =
+                last.query_row([number], |row| row.try_into()).optional()?;
+            let Some((last, owner)) = last else {
                 return Ok(Appended::MissionGone);
             };
             if append
@@ -322,13 +366,17 @@ fn store(transaction: &Transaction<'_>, append: &Append) -> rusqlite::Result<App
             {
                 return Ok(Appended::OutOfSequence);
             }
+            if !has_room(&owner) {
+                return Ok(Appended::ShareUsed);
+            }
             let mut became = transaction.prepare_cached(
-                "UPDATE missions SET status = ?2, summary = ?3, digest = ?4 WHERE number = ?1",
+                "UPDATE missions SET status = ?2, summary = ?3, digest = ?4, bytes = bytes + ?5 WHERE number = ?1",
             )?;
-            became.execute(params![number, append.status, append.summary, summary])?;
-            number
+            became.execute(params![number, append.status, append.summary, summary, room])?;
+            (number, owner)
         }
     };
+    taken.push(Taken { owner, bytes });
     let mut event = transaction.prepare_cached(
         "INSERT INTO events (mission, sequence, kind, body, digest) VALUES (?1, ?2, ?3, ?4, ?5)",
     )?;

@@ -133,6 +133,13 @@ pub(crate) const SERVE: &[Setting] = &[
         help: "A live mission without a report for so long is finished, hours; 0 never",
     },
     Setting {
+        name: "client_gib",
+        kind: Kind::Number(|| 0.0..=1e6),
+        default: Some("0"),
+        value_name: "GIB",
+        help: "Most that the missions of one client take of the disk, GiB; 0 for half of what is free or the log has when the service starts",
+    },
+    Setting {
         name: "shutdown_delay_s",
         kind: Kind::Number(|| 0.0..=30.0),
         default: Some("0"),
