@@ -23,8 +23,8 @@ use examples::{
     small_world::{AUV_IDS, Steer, World, auvs},
 };
 use wire::{
-    Craft, Forecast, Goal, GoalKind, Hold, Outcome,
-    mission::{CurrentReference, Live, Mission, NewMission, Origin, Reports},
+    Craft, Forecast, Goal, GoalKind, Hold, Origin, Outcome,
+    mission::{CurrentReference, Live, Mission, NewMission, Reports},
 };
 
 /// Longest silence of one AUV, s, in the middle of the mission.

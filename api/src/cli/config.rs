@@ -79,9 +79,8 @@ impl Config {
             .find_map(|place| statvfs(place).ok())
             .or_else(|| statvfs(".").ok());
         let log = fs::metadata(self.data.join(FILE_NAME)).map_or(0, |log| log.len());
-        disk.map_or(u64::MAX, |disk| {
-            (disk.f_bavail.saturating_mul(disk.f_frsize) + log) / 2
-        })
+        let room = disk.map(|disk| disk.f_bavail.saturating_mul(disk.f_frsize).saturating_add(log));
+        room.map_or(u64::MAX, |room| room / 2)
     }
 
     /// How long missions are kept.

@@ -300,7 +300,9 @@ fn commit(
         .map(|append| store(&transaction, shares, append, &mut taken))
         .collect::<rusqlite::Result<_>>()?;
     transaction.commit()?;
-    taken.into_iter().for_each(|taken| shares.take(taken));
+    for taken in taken {
+        shares.take(taken);
+    }
     Ok(appended)
 }
 
