@@ -11,7 +11,7 @@ fmt:
     cargo fmt --all --check
 
 lint:
-    cargo clippy --workspace --all-targets -- -D warnings
+    cargo clippy --workspace --all-targets --all-features -- -D warnings
 
 docs:
     RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
@@ -22,6 +22,10 @@ test:
 # Records, opened in pandas, GeoPandas and the MCAP reader; not part of `check`, which needs Rust alone
 python:
     .ci/python-tests
+
+# The Python package: wheel, types, lints, tests, notebook
+python-package:
+    .ci/python-package
 
 deny:
     .ci/deny

@@ -36,7 +36,7 @@ mod tests;
 mod write_ahead;
 mod writer;
 
-pub use entry::{Append, Appended, Order, StoredEvent, StoredMission, StoredOrder};
+pub use entry::{Append, Appended, Order, Room, StoredEvent, StoredMission, StoredOrder};
 pub use error::StoreError;
 pub use idempotency::{KeyedAnswer, PreviousAnswer};
 pub use reader::{EventReader, FILE_NAME, MaybeDamaged};

@@ -277,22 +277,25 @@ impl Reports {
         states.chain(fixes.map(|at| (&mut at.north_m, &mut at.east_m, &mut at.lat_deg, &mut at.lon_deg)))
     }
 
-    /// Writes every position both ways: in metres from `origin`, and in latitude and longitude. Which of them a client gave
-    /// stays as it is. Leaves all where `origin` is no place on Earth.
+    /// Gives positions in metres from `origin` their latitude and longitude. Leaves all where `origin` is no place on Earth.
     pub fn complete(&mut self, origin: Origin) {
         let Ok(datum) = Datum::new(&origin.into()) else {
             return;
         };
         for (north, east, lat_deg, lon_deg) in self.positions() {
-            if let (Some(lat_deg), Some(lon_deg)) = (*lat_deg, *lon_deg) {
-                if let Ok(local) = datum.to_local(&Origin { lat_deg, lon_deg }.into()) {
-                    (*north, *east) = (local.x, local.y);
-                }
-            } else {
+            if lat_deg.is_none() {
                 let place = Origin::from(datum.from_local(&Vector2::new(*north, *east)));
                 (*lat_deg, *lon_deg) = (Some(place.lat_deg), Some(place.lon_deg));
             }
         }
+    }
+
+    /// Whether every position has its latitude.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        let fixes = self.auvs.values().flatten().map(|fix| fix.lat_deg);
+        let states = self.asc.iter().map(|report| report.state.lat_deg);
+        fixes.chain(states).all(|lat_deg| lat_deg.is_some())
     }
 
     /// The same without what the service writes: positions in latitude and longitude without their metres.

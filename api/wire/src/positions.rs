@@ -1,7 +1,7 @@
 //! Positions in latitude and longitude, put into metres in the tree of a body before a shape is read of it.
 //!
-//! An object with `lat_deg` and `lon_deg` is a position on Earth. Alone they stand for a point, which the shapes have as
-//! [north, east]; beside other members they get `north_m` and `east_m`. Where the datum lies, `origin` says.
+//! An object with `lat_deg` and `lon_deg` is a position on Earth. It gets `north_m` and `east_m`; a point of an area or a path
+//! becomes [north, east], as the shapes have it. Where the datum lies, `origin` says.
 
 use geodesy::Datum;
 use serde::Deserialize;
@@ -16,6 +16,16 @@ use crate::{
 /// Members within which nothing is a position of the body's own: the origin itself, what is the client's alone, and an
 /// earlier answer, which has metres.
 const LEFT_ALONE: [&str; 3] = ["origin", "metadata", "previous_plan"];
+
+/// Members that are points, or lists of points.
+const POINTS: [&str; 5] = ["area", "from", "to", "centre", "points"];
+
+/// Members of a position.
+const METRES: [&str; 2] = ["north_m", "east_m"];
+const DEGREES: [&str; 2] = ["lat_deg", "lon_deg"];
+
+/// Positions so near are the same, m.
+const SAME_M: f64 = 1e-3;
 
 /// Latitude of a pole, degrees.
 pub const LATITUDE_MAX_DEG: f64 = 90.0;
@@ -55,19 +65,25 @@ impl Positions {
         })
     }
 
-    /// Gives every position in `json` its metres.
-    pub(crate) fn put_into_metres(&mut self, json: &mut Json<'_>) -> Result<(), Misfit> {
+    /// Gives every position in `body` its metres.
+    pub(crate) fn put_into_metres(&mut self, body: &mut Json<'_>) -> Result<(), Misfit> {
+        self.put(body, false)
+    }
+
+    /// Gives every position in `json` its metres; itself may be a point.
+    fn put(&mut self, json: &mut Json<'_>, is_point: bool) -> Result<(), Misfit> {
         match json {
             Json::List(items) => {
                 for (i, item) in items.iter_mut().enumerate() {
-                    self.put_into_metres(item)
+                    self.put(item, is_point)
                         .map_err(|wrong| wrong.within(&i.to_string()))?;
                 }
             }
             Json::Object(members) => {
                 for (name, value) in members.iter_mut() {
                     if !LEFT_ALONE.contains(&name.as_ref()) {
-                        self.put_into_metres(value).map_err(|wrong| wrong.within(name))?;
+                        self.put(value, POINTS.contains(&name.as_ref()))
+                            .map_err(|wrong| wrong.within(name))?;
                     }
                 }
                 let Some(metres) = self.metres(json)? else {
@@ -75,8 +91,9 @@ impl Positions {
                 };
                 let [north, east] = metres.map(|m| Number::from_f64(m).map_or(Json::Null, Json::Number));
                 match json {
-                    Json::Object(members) if 2 < members.len() => {
-                        members.extend([("north_m".into(), north), ("east_m".into(), east)]);
+                    Json::Object(members) if !is_point => {
+                        members.retain(|(name, _)| !METRES.contains(&name.as_ref()));
+                        members.extend([(METRES[0].into(), north), (METRES[1].into(), east)]);
                     }
                     point => *point = Json::List(vec![north, east]),
                 }
@@ -88,28 +105,17 @@ impl Positions {
 
     /// North and east of the position on Earth that `object` is, m.
     fn metres(&mut self, object: &Json<'_>) -> Result<Option<[f64; 2]>, Misfit> {
-        let number = |name| object.member(name).and_then(Json::number);
-        let place = match ["lat_deg", "lon_deg"].map(number) {
+        let numbers = |names: [&str; 2]| names.map(|name| object.member(name).and_then(Json::number));
+        let place = match numbers(DEGREES) {
             [None, None] => return Ok(None),
             [Some(lat_deg), Some(lon_deg)] => Origin { lat_deg, lon_deg },
             given => {
-                let missing = if given[0].is_none() {
-                    "/lat_deg"
-                } else {
-                    "/lon_deg"
-                };
+                let missing = DEGREES[usize::from(given[0].is_some())];
                 let detail = "latitude and longitude come together";
-                return Err(Misfit::new(missing.to_owned(), "missing", detail));
+                return Err(Misfit::new(format!("/{missing}"), "missing", detail));
             }
         };
         let refused = |code: &str, detail: &str| Misfit::new("/lat_deg".to_owned(), code, detail);
-        if ["north_m", "east_m"]
-            .iter()
-            .any(|name| object.member(name).is_some())
-        {
-            let detail = "a position is given as north_m and east_m or as lat_deg and lon_deg, not as both";
-            return Err(refused("mixed", detail));
-        }
         place.check()?;
         if self.datum.is_none() && self.may_begin {
             (self.datum, self.origin) = (Some(datum(&place)?), Some(place));
@@ -118,10 +124,18 @@ impl Positions {
             let detail = "positions in latitude and longitude count from an `origin`, and none is given";
             return Err(refused("no_origin", detail));
         };
-        let local = datum.to_local(&place.into());
-        local
-            .map(|local| Some([local.x, local.y]))
-            .map_err(|error| refused("out_of_range", &error.to_string()))
+        let local = datum
+            .to_local(&place.into())
+            .map_err(|error| refused("out_of_range", &error.to_string()))?;
+        // What the service wrote has both.
+        let differs =
+            |(given, metres): (Option<f64>, f64)| given.is_some_and(|m| SAME_M < (m - metres).abs());
+        if numbers(METRES).into_iter().zip([local.x, local.y]).any(differs) {
+            let detail =
+                "lat_deg and lon_deg are another position than north_m and east_m: give one of the two";
+            return Err(refused("mixed", detail));
+        }
+        Ok(Some([local.x, local.y]))
     }
 }
 
@@ -177,7 +191,7 @@ mod tests {
     }
 
     fn read_value(body: &Value) -> Result<PlanRequest, FieldError> {
-        read(body.to_string().as_bytes()).map_err(|Unread::Syntax(error)| Unread::Misfit(error) | *error)
+        read(body.to_string().as_bytes()).map_err(|(Unread::Syntax(error) | Unread::Misfit(error))| *error)
     }
 
     #[test]
@@ -194,6 +208,15 @@ mod tests {
         assert_eq!(request.asc.lat_deg, Some(38.411));
         assert_eq!(request.area[0], [0.0, 0.0]);
         assert_eq!(request.metadata, *body["metadata"].as_object().expect("is one"));
+    }
+
+    #[test]
+    fn nothing_and_the_same_position_may_stand_beside_it() {
+        for metres in [json!(null), json!(0.0)] {
+            let both = json!({ "lat_deg": 38.41, "lon_deg": -9.12, "north_m": metres, "east_m": metres });
+            let request = read_value(&snapshot(&both)).expect("is read");
+            assert_eq!((request.asc.north_m, request.asc.east_m), (0.0, 0.0));
+        }
     }
 
     #[test]
@@ -221,6 +244,11 @@ mod tests {
                 "/asc/lat_deg",
                 "missing",
             ),
+            (
+                json!({ "lat_deg": 38.41, "lon_deg": -9.12, "north_m": 0.0, "east_m": 0.002 }),
+                "/asc/lat_deg",
+                "mixed",
+            ),
         ] {
             let wrong = read_value(&snapshot(&place)).expect_err("is refused");
             assert_eq!((&*wrong.pointer, &*wrong.code), (pointer, code), "{place}");
@@ -228,7 +256,8 @@ mod tests {
         let mut without = snapshot(&json!({ "lat_deg": 38.0, "lon_deg": 0.0 }));
         without["origin"] = Value::Null;
         let wrong = read_value(&without).expect_err("is refused");
-        assert_eq!((&*wrong.pointer, &*wrong.code), ("/asc/lat_deg", "no_origin"));
+        // Members are sorted here: the area comes first.
+        assert_eq!((&*wrong.pointer, &*wrong.code), ("/area/0/lat_deg", "no_origin"));
         without["origin"] = json!({ "lat_deg": 91.0, "lon_deg": 0.0 });
         let wrong = read_value(&without).expect_err("is refused");
         assert_eq!(

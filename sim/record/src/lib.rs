@@ -237,8 +237,35 @@ mod tests {
     }
 
     #[test]
-    fn lines_of_json_and_of_csv_are_the_rows() {
+    fn every_position_has_its_place_on_earth_where_the_datum_has_one() {
         let record = sample::record();
+        let datum = Datum::new(&record.origin.expect("is there")).expect("is on Earth");
+        let mut bytes = vec![];
+        write(&record, Format::Ndjson, &mut bytes).expect("can be written");
+        let mut n_places = 0;
+        for line in String::from_utf8(bytes).expect("is text").lines() {
+            let row: Value = serde_json::from_str(line).expect("is JSON");
+            let number = |name: &str| row.get(name).and_then(Value::as_f64);
+            let degrees = (number("lat_deg"), number("lon_deg"));
+            let (Some(north), Some(east)) = (number("north_m"), number("east_m")) else {
+                assert_eq!(degrees, (None, None));
+                continue;
+            };
+            let place = Origin {
+                latitude: degrees.0.expect("is there").to_radians(),
+                longitude: degrees.1.expect("is there").to_radians(),
+            };
+            let local = datum.to_local(&place).expect("is on Earth");
+            assert!((local.x - north).hypot(local.y - east) < 1e-6, "{line}");
+            n_places += 1;
+        }
+        assert!(0 < n_places);
+    }
+
+    #[test]
+    fn lines_of_json_and_of_csv_are_the_rows() {
+        let mut record = sample::record();
+        record.origin = None;
         let written = |format| {
             let mut bytes = vec![];
             write(&record, format, &mut bytes).expect("can be written");

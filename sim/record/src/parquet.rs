@@ -299,7 +299,7 @@ mod tests {
         let pairs: Vec<_> = pairs
             .map(|pair| (pair.key.as_str(), pair.value.as_deref().unwrap_or_default()))
             .collect();
-        let expected = [("schema_version", "2"), ("scenario", "by-hand"), ("seed", "7")];
+        let expected = [("schema_version", "3"), ("scenario", "by-hand"), ("seed", "7")];
         assert_eq!(pairs, expected);
     }
 

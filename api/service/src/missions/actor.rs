@@ -32,7 +32,7 @@ use crate::{
     metrics::Counted,
     planners::Planners,
     problem::Problem,
-    store::{Append, Appended, EventStore, KeyedAnswer, Order, StoredEvent},
+    store::{Append, Appended, EventStore, KeyedAnswer, Order, Room, StoredEvent},
 };
 use wire::mission::{Accepted, Live, Mission, Reports, Setting, Status};
 
@@ -375,10 +375,7 @@ impl Context {
             answered: key.map(|key| key.with(answer.clone())),
             // What changes nothing was no order.
             order: self.order.take_if(|_| !events.is_empty()),
-            needs_share: matches!(
-                events.first(),
-                Some(Event::Reported { .. } | Event::Changed { .. })
-            ),
+            room: self.room_for(events.first()),
         };
         let append = self.store.append(append).instrument(info_span!("write"));
         match append.await? {
@@ -417,6 +414,18 @@ impl Context {
             let _ = self.events.send(event);
         }
         Ok(Stored { answer, is_new: true })
+    }
+
+    /// How full the client's share of the disk may be for events that begin with this one.
+    fn room_for(&self, first: Option<&Event>) -> Room {
+        match first {
+            // A live mission's plan is made of what was heard already, and guides a craft.
+            Some(Event::Planned(_)) if self.mission.kind == "live" => Room::Any,
+            Some(
+                Event::Paused { .. } | Event::Finished { .. } | Event::Failed { .. } | Event::ClockSet { .. },
+            ) => Room::Any,
+            _ => Room::Share,
+        }
     }
 
     /// Shows the last plan, which is stored.

@@ -3,6 +3,7 @@
 //! A page of events is in memory, and what the format itself has to keep. No format holds the mission.
 
 use std::{
+    cell::OnceCell,
     fmt,
     io::{self, BufWriter, Write},
     vec,
@@ -160,6 +161,8 @@ struct MissionEvents<'a> {
     last: u64,
     /// What the client said when it made the mission.
     made_as: Option<Box<NewMission>>,
+    /// Where its datum lies, once that was looked for.
+    origin: OnceCell<Option<Origin>>,
 }
 
 impl<'a> MissionEvents<'a> {
@@ -174,7 +177,17 @@ impl<'a> MissionEvents<'a> {
             number,
             last: reader.last_sequence(number)?,
             made_as,
+            origin: OnceCell::new(),
         })
+    }
+
+    fn find_origin(&self) -> Option<Origin> {
+        let made_as = self.made_as.as_ref()?;
+        if let Some(live) = &made_as.live {
+            return live.origin.or_else(|| self.first_fix()).map(Origin::from);
+        }
+        let simulated = made_as.simulated.as_ref()?;
+        scenario(simulated).ok()?.start(simulated.seed).ok()?.origin
     }
 
     /// Where the first fix put the datum of a live mission that was made without an origin.
@@ -243,12 +256,7 @@ impl Source for MissionEvents<'_> {
 
     /// Where the client said so, or the first fix was. Where a scenario lay that this program no longer has is not known.
     fn origin(&self) -> Option<Origin> {
-        let made_as = self.made_as.as_ref()?;
-        if let Some(live) = &made_as.live {
-            return live.origin.or_else(|| self.first_fix()).map(Origin::from);
-        }
-        let simulated = made_as.simulated.as_ref()?;
-        scenario(simulated).ok()?.start(simulated.seed).ok()?.origin
+        *self.origin.get_or_init(|| self.find_origin())
     }
 
     fn for_each(

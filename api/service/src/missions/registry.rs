@@ -30,7 +30,7 @@ use crate::{
     pool::Lane,
     problem::Problem,
     slots::{NoSlot, Slots},
-    store::{Append, Appended, EventReader, EventStore, Order, StoreError, StoredMission},
+    store::{Append, Appended, EventReader, EventStore, Order, Room, StoreError, StoredMission},
 };
 use wire::{
     mission::{Mission, NewMission, Reports, Setting, Status},
@@ -200,7 +200,7 @@ impl Missions {
             snapshot,
             answered: key.map(|key| key.with(json(&mission))),
             order: Some(order),
-            needs_share: true,
+            room: Room::Half,
         };
         match self.store.append(append).await? {
             Appended::Stored => {
@@ -272,10 +272,10 @@ impl Missions {
         };
         let origin = handle.view.borrow().mission.origin.or(heard.origin);
         let check = move || {
-            if let Some(origin) = origin {
+            let checked = check::reports(&live.config, &heard, live.clock.now());
+            if let (Ok(()), Some(origin)) = (&checked, origin) {
                 heard.complete(origin);
             }
-            let checked = check::reports(&live.config, &heard, live.clock.now());
             (checked, heard)
         };
         let (checked, heard) = self.planners.read_for_mission(Lane::Mission, check).await?;

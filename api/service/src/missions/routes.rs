@@ -372,14 +372,21 @@ pub(crate) async fn get_mission(missions: Missions, Named(id): Named) -> Result<
     request_body(content((Setting = "application/merge-patch+json"), (Setting = "application/json"))),
     responses((status = 200, description = "It is on the disk.", body = Mission), MissionRefusals))]
 pub(crate) async fn patch_mission(
+    State(planners): State<Planners>,
     missions: Missions,
     by: By,
     Named(id): Named,
     key: IdempotencyKeyHeader,
     body: PostedBytes,
 ) -> Result<Response, Problem> {
+    let is_short = body.bytes.len() <= SHORT;
     let origin = missions.handle(&id).await?.view.borrow().mission.origin;
-    let setting: Setting = wire::read_from(&body.bytes, origin)?;
+    let read = move || wire::read_from::<Setting>(&body.bytes, origin);
+    let setting = if is_short {
+        read()?
+    } else {
+        planners.read_for_mission(Lane::Mission, read).await??
+    };
     check::patch(&setting).map_err(Problem::Invalid)?;
     let key = key.of(&by, "patch", &setting)?;
     let change = Command::Change(Box::new(setting));
@@ -484,6 +491,10 @@ fn read_reports(body: &PostedBytes, origin: Option<Origin>) -> Result<Reports, P
         )]));
     }
     heard.origin = counted_from.filter(|_| origin.is_none());
+    if heard.origin.is_some() && !heard.is_complete() {
+        let detail = "the first position in latitude and longitude becomes the mission's origin: give all of this post so";
+        return Err(Problem::Invalid(vec![FieldError::new("", "mixed", detail)]));
+    }
     Ok(heard)
 }
 

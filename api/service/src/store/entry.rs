@@ -44,9 +44,20 @@ pub struct Append {
     pub answered: Option<KeyedAnswer>,
     /// Who ordered it, where it is an order.
     pub order: Option<Order>,
-    /// Whether it is refused where the missions of the client who made this one have their share of the disk: what clients
-    /// send, unlike what a mission stores to go on or to end.
-    pub needs_share: bool,
+    /// How much of its share of the disk the client who made the mission must have left.
+    pub room: Room,
+}
+
+/// How full a client's share of the disk may be for an append. It is refused beyond that.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Room {
+    /// It is stored in any case: what a mission needs to be planned for, to pause or to end.
+    #[default]
+    Any,
+    /// Within the share: what goes on with a mission.
+    Share,
+    /// Within half of it, so that missions under way have the other half: what makes a new one.
+    Half,
 }
 
 /// An order to change a mission, as it is kept for those who ask who gave it. It outlives the mission.

@@ -1,14 +1,17 @@
-//! How much of the disk the missions of each client take, so that no client fills it for the others.
+//! How much of the disk the missions of each client take. What goes on by itself is counted and never refused.
 
 use std::collections::HashMap;
 
 use rusqlite::Connection;
 
-/// What an event takes beside its body, bytes.
-const BESIDE_BODY: u64 = 64;
+use super::entry::{Append, Room};
+
+/// What an event, an answer that is kept or an order takes beside its text, bytes.
+const BESIDE_TEXT: u64 = 64;
 
 /// The room of each client that made missions, and the most that one may take. Snapshots, which do not grow with a mission,
-/// are not counted, and neither is what a deleted mission leaves until it is purged.
+/// are not counted, and neither is what a deleted mission leaves until it is purged. Missions from before orders were kept
+/// belong to no client.
 #[derive(Debug)]
 pub(super) struct Shares {
     most: u64,
@@ -33,10 +36,15 @@ impl Shares {
         Ok(Self { most, taken })
     }
 
-    /// Whether `owner` may take as much.
-    pub(super) fn has_room(&self, owner: &str, bytes: u64) -> bool {
+    /// Whether `owner` may store an append that takes as much.
+    pub(super) fn has_room(&self, owner: &str, bytes: u64, room: Room) -> bool {
+        let most = match room {
+            Room::Share => self.most,
+            Room::Half => self.most / 2,
+            Room::Any => return true,
+        };
         let taken = self.taken.get(owner).copied().unwrap_or(0);
-        taken.saturating_add(bytes) <= self.most
+        owner.is_empty() || taken.saturating_add(bytes) <= most
     }
 
     pub(super) fn take(&mut self, Taken { owner, bytes }: Taken) {
@@ -49,8 +57,15 @@ impl Shares {
         }
     }
 
-    /// What events of such bodies take.
-    pub(super) fn room_of<'a>(bodies: impl Iterator<Item = &'a [u8]>) -> u64 {
-        bodies.map(|body| body.len() as u64 + BESIDE_BODY).sum()
+    /// What an append takes, bytes.
+    pub(super) fn bytes_of(append: &Append) -> u64 {
+        let events = append.events.iter().map(|event| event.body.len());
+        let answer = append.answered.iter().map(|answered| answered.answer.len());
+        let order = append
+            .order
+            .iter()
+            .map(|order| order.caller.len() + order.request.len());
+        let texts = events.chain(answer).chain(order);
+        texts.map(|length| length as u64 + BESIDE_TEXT).sum()
     }
 }

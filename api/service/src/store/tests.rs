@@ -21,7 +21,7 @@ fn append(mission: &str, events: Vec<StoredEvent>) -> Append {
         snapshot: Some(b"{}".to_vec()),
         answered: None,
         order: None,
-        needs_share: true,
+        room: Room::Share,
     }
 }
 
@@ -195,7 +195,7 @@ async fn a_full_disk_stores_nothing_says_so_and_goes_on_when_there_is_room() {
     };
     limit(&connection, 80);
     let file = File::create(directory.path().join("other.lock")).expect("is made");
-    let store = EventStore::start(connection, path, file).expect("starts");
+    let store = EventStore::start(connection, path, file, u64::MAX).expect("starts");
     let mut stored = 0;
     let full = loop {
         match store
@@ -420,7 +420,7 @@ async fn no_check_of_the_log_finds_what_damage_in_the_write_ahead_file_takes_fro
         let connection = Connection::open(&path).expect("opens");
         configure(&connection).expect("is configured");
         let lock = lock(copy.path(), &path).expect("is free");
-        let store = EventStore::start(connection, path, lock).expect("starts");
+        let store = EventStore::start(connection, path, lock, u64::MAX).expect("starts");
         let reader = store.reader().expect("opens");
         let whole = "PRAGMA integrity_check";
         let verdict: String = reader.0.query_row(whole, [], |row| row.get(0)).expect("reads");
@@ -654,6 +654,7 @@ async fn a_client_that_has_its_share_of_the_disk_stores_no_more_and_leaves_the_o
     };
     let made = |mission: &str, caller: &str| Append {
         order: by(caller),
+        room: Room::Half,
         ..append(mission, vec![event(1, "made")])
     };
     let full = |store: &EventStore, append: Append| {
@@ -667,22 +668,40 @@ async fn a_client_that_has_its_share_of_the_disk_stores_no_more_and_leaves_the_o
     };
     let long = "x".repeat(700);
     let directory = directory();
-    let store = EventStore::open_with(directory.path(), 1_000).expect("opens");
+    let store = EventStore::open_with(directory.path(), 2_000).expect("opens");
     add(&store, made("a", "one")).await;
     add(&store, append("a", vec![event(2, &long)])).await;
-    full(&store, append("a", vec![event(3, &long)])).await;
-    // What the mission stores itself goes on, though the share is used.
+    add(&store, append("a", vec![event(3, &long)])).await;
+    let keyed_at = |sequence| Append {
+        number: Some(1),
+        ..keyed(sequence, "key", 1, "answer")
+    };
+    add(&store, keyed_at(4)).await;
+    full(&store, append("a", vec![event(5, &long)])).await;
+    // A request that is sent again has its answer, and what the mission stores itself goes on.
+    let again = store.append(keyed_at(5)).await.expect("is answered");
+    assert_eq!(again, Appended::AnsweredBefore(b"answer".to_vec()));
     let own = Append {
-        needs_share: false,
-        ..append("a", vec![event(3, &long)])
+        room: Room::Any,
+        ..append("a", vec![event(5, &long)])
     };
     add(&store, own).await;
     full(&store, made("b", "one")).await;
     add(&store, made("c", "two")).await;
+    // Beyond half of it no mission is made.
+    add(
+        &store,
+        Append {
+            number: Some(2),
+            ..append("c", vec![event(2, &long)])
+        },
+    )
+    .await;
+    full(&store, made("d", "two")).await;
     drop(store);
 
     let store = loop {
-        match EventStore::open_with(directory.path(), 1_000) {
+        match EventStore::open_with(directory.path(), 2_000) {
             Err(StoreError::InUse { .. }) => thread::sleep(Duration::from_millis(10)),
             opened => break opened.expect("opens again"),
         }

@@ -323,9 +323,9 @@ fn store(
         });
     }
     let summary = summary_digest(&append.mission, &append.status, &append.summary);
-    let bytes = Shares::room_of(append.events.iter().map(|event| &*event.body));
+    let bytes = Shares::bytes_of(append);
     let room = limit(usize::try_from(bytes).unwrap_or(usize::MAX));
-    let has_room = |owner: &str| !append.needs_share || shares.has_room(owner, bytes);
+    let has_room = |owner: &str| shares.has_room(owner, bytes, append.room);
     let (number, owner) = match append.number {
         None => {
             let owner = append.order.as_ref().map(|order| order.caller.clone());

@@ -81,7 +81,7 @@ impl Actor for Live {
             }
             Command::Run(None) if self.context.is_running() => return self.context.unchanged(key).await,
             Command::Report(heard) => {
-                let heard = self.placed(heard)?;
+                self.check_origin(&heard)?;
                 return self.take_up(Event::Reported { at_s, heard }, key).await;
             }
             Command::Change(setting) => return self.change(at_s, setting, key).await,
@@ -115,22 +115,20 @@ impl Actor for Live {
 }
 
 impl Live {
-    /// Reports that count from the mission's own origin. Those that would begin one become it, unless others were faster.
-    fn placed(&self, mut heard: Box<Reports>) -> Result<Box<Reports>, Problem> {
+    /// Fails for reports that do not count from the mission's own origin: they were read before there was one.
+    fn check_origin(&self, heard: &Reports) -> Result<(), Problem> {
         match (heard.origin, self.state.origin()) {
-            (None, _) => {}
-            (Some(_), Some(origin)) => {
-                heard.origin = None;
-                heard.complete(origin);
-            }
-            (Some(_), None) if self.state.may_begin() => {}
+            (None, None) => Ok(()),
+            (None, Some(_)) if heard.is_complete() => Ok(()),
+            (Some(_), None) if self.state.may_begin() => Ok(()),
+            // Another post was first with its origin. Sent again, this one counts from that.
+            (_, Some(_)) => Err(Problem::Behind),
             (Some(_), None) => {
                 let detail = "the mission has positions in metres from a datum of which it is not known where it lies: give \
                     metres, or make a mission with an `origin`";
-                return Err(Problem::Invalid(vec![FieldError::new("", "no_origin", detail)]));
+                Err(Problem::Invalid(vec![FieldError::new("", "no_origin", detail)]))
             }
         }
-        Ok(heard)
     }
 
     /// Changes the setting, if a mission can have what comes of it. One that is so already is left alone.

@@ -1,0 +1,174 @@
+"""Missions that the service keeps."""
+
+import threading
+import time
+
+import pandas as pd
+import pytest
+from conftest import Service
+from live import LIVE, heard
+
+from pilotfish import Client, MissionFailed, Refused, Unreachable
+
+# From a kill until the service is started again, s.
+OUTAGE_S = 1.0
+
+SHORT = """
+schema_version = "1"
+name = "short"
+title = "twenty seconds"
+duration_s = 20
+settled_after_s = 10
+
+[surface_craft]
+class = "medusa"
+north_m = 0
+east_m = 10
+heading_rad = 0
+speed_mps = 0.3
+contact_range_m = 30
+goal.track.auv = "auv-1"
+
+[[auvs]]
+id = "auv-1"
+north_of_path_m = 0
+east_of_path_m = 0
+heading_off_path_rad = 0
+depth_m = 1
+leg = "down"
+path.lawn_mower = {from = [0, 0], heading_rad = 0, lane_length_m = 100, lane_spacing_m = 20, lanes = 4}
+"""
+
+
+def test_a_simulated_mission_becomes_a_table_and_files(client, tmp_path):
+    with client.simulate("paper-tracking", seed=2, title="table") as mission:
+        assert mission.step(30)["t_s"] == 29
+        table = mission.frame()
+        saved = mission.save(tmp_path / "mission.csv")
+    assert mission.look()["status"] == "finished"
+    assert len(table[(table.kind == "truth") & (table.vehicle == "asc")]) == 30
+    pd.testing.assert_series_equal(pd.read_csv(saved).north_m, table.north_m)
+    assert mission.save(tmp_path / "all", "events_ndjson").read_bytes() == mission.record("events_ndjson")
+    with pytest.raises(ValueError, match=r"\.parquet"):
+        mission.save(tmp_path / "mission.xlsx")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["all", "mission.csv"]
+
+
+def test_a_simulated_mission_runs_to_its_end(client, tmp_path):
+    scenario = tmp_path / "short.toml"
+    scenario.write_text(SHORT)
+    with client.simulate(scenario) as mission:
+        mission.run()
+        assert mission.wait(timeout_s=60)["status"] == "finished"
+        assert [event.kind for event in mission.events(after=20)] == ["planned", "planned", "finished"]
+        assert list(mission.events(after=None)) == []
+
+
+def test_a_mission_is_finished_at_the_end_of_its_context(client):
+    with client.create_mission(live=LIVE) as mission:
+        mission.run()
+    assert mission.look()["status"] == "finished"
+
+    with pytest.raises(ZeroDivisionError), client.create_mission(live=LIVE) as mission:
+        raise ZeroDivisionError
+    assert mission.look()["status"] == "finished"
+
+    with client.create_mission(live=LIVE, finish_at_exit=False) as mission:
+        mission.run()
+    assert mission.look()["status"] == "running"
+    with client.mission(mission.id) as same:
+        pass
+    assert same.look()["status"] == "running"
+    with client.mission(mission.id, finish_at_exit=True) as same:
+        same.delete()
+    with pytest.raises(Refused, match="404 no_mission"):
+        mission.look()
+
+
+def test_all_missions_are_listed_page_by_page(client):
+    made = [client.create_mission(live=LIVE).id for _ in range(101)]
+    listed = [mission["id"] for mission in client.missions()]
+    assert len(listed) == len(set(listed))
+    assert listed[-101:] == made
+    for name in made:
+        client.mission(name).delete()
+
+
+def test_a_live_mission_is_fed_steered_by_and_changed(client):
+    with client.create_mission(live=LIVE) as mission:
+        mission.run()
+        assert mission.reference() is None
+        mission.report(**heard())
+        reference = mission.reference(wait_s=10)
+        assert reference["plan"]["reference"]["valid_until_s"] > time.time()
+        changed = mission.change(keep_outs=[{"north_m": 90.0, "east_m": 0.0, "radius_m": 5.0}])
+        assert changed["setting"]["keep_outs"]
+        newer = mission.reference(wait_s=10, after=changed["sequence"])
+        assert newer["sequence"] > changed["sequence"]
+        assert mission.change(keep_outs=None)["setting"]["keep_outs"] is None
+        assert mission.pause()["status"] == "paused"
+        with pytest.raises(TimeoutError, match="paused"):
+            mission.wait(timeout_s=0.1)
+
+
+def test_a_report_has_its_key(client):
+    with client.create_mission(live=LIVE) as mission:
+        posted = heard()
+        first = mission.report(**posted)
+        assert mission.report(**posted) != first, "each call has a key of its own"
+        again = [mission.report(**posted, key="k")["sequence"] for _ in range(2)]
+        assert again[0] == again[1]
+
+
+def test_a_killed_service_costs_no_event_and_no_report(own_service: Service):
+    with Client(own_service.url) as client, client.create_mission(live=LIVE) as mission:
+        seen = []
+        watcher = threading.Thread(target=lambda: seen.extend(mission.events()))
+        watcher.start()
+        mission.run()
+        accepted = []
+        for post in range(30):
+            if post == 15:
+                own_service.kill()
+                threading.Timer(OUTAGE_S, own_service.start).start()
+            accepted.append(mission.report(**heard(10 + 0.02 * post))["sequence"])
+            time.sleep(0.1)
+        last = mission.finish()["sequence"]
+        watcher.join(timeout=30)
+    assert [event.sequence for event in seen] == list(range(1, last + 1))
+    assert seen[-1].kind == "finished"
+    assert [event.sequence for event in seen if event.kind == "reported"] == accepted
+    assert len(accepted) == 30
+    assert sum(event.kind == "planned" for event in seen) >= 2
+
+
+def test_patience_with_a_service_that_stays_away_is_bounded(own_service: Service):
+    with Client(own_service.url, patience_s=1.0) as client:
+        mission = client.create_mission(live=LIVE)
+        events = mission.events()
+        assert next(events).kind == "created"
+        own_service.kill()
+        for ask in (lambda: next(events), lambda: mission.report(**heard()), mission.look):
+            begin = time.monotonic()
+            with pytest.raises(Unreachable):
+                ask()
+            assert 1.0 <= time.monotonic() - begin < 5.0
+        with pytest.raises(ZeroDivisionError) as caught, mission:
+            raise ZeroDivisionError
+        assert "was not finished" in caught.value.__notes__[0]
+
+
+def test_a_mission_that_fails_says_why(own_service: Service, monkeypatch):
+    failed = {"status": "failed", "sequence": 7}
+    body = b'id: 7\nevent: failed\ndata: {"kind":"failed","at_s":1.0,"reason":"no water"}\n\n'
+    with Client(own_service.url) as client:
+        mission = client.mission("m-1")
+        answers = iter([failed, body])
+        monkeypatch.setattr("pilotfish.orders.ask", lambda *_: nothing_but(next(answers)))
+        with pytest.raises(MissionFailed, match="m-1 failed: no water"):
+            mission.wait()
+
+
+def nothing_but(value):
+    return value
+    yield

@@ -1,0 +1,45 @@
+"""What is said of the package, in files beside it."""
+
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pilotfish
+
+PACKAGE = Path(__file__).resolve().parents[1]
+README = (PACKAGE / "README.md").read_text(encoding="utf-8")
+
+# "A new user's afternoon": lines from nothing to a plot, the installation included.
+LINES_MAX = 14
+
+
+def test_the_version_is_the_workspaces():
+    workspace = tomllib.loads((PACKAGE.parents[1] / "Cargo.toml").read_text(encoding="utf-8"))
+    assert pilotfish.__version__ == workspace["workspace"]["package"]["version"]
+
+
+def test_types_are_as_the_service_says(url):
+    subprocess.run([sys.executable, PACKAGE / "generate.py", url, "--check"], check=True)
+
+
+def test_the_readme_gets_from_pip_to_a_plot(url, tmp_path):
+    install, code = re.findall(r"```(?:bash|python)\n(.*?)```", README, re.DOTALL)[:2]
+    lines = [line for line in (install + code).splitlines() if line.strip()]
+    assert len(lines) <= LINES_MAX
+    script = code.replace("Client()", f"Client({url!r})")
+    assert script != code
+    environment = {**os.environ, "MPLBACKEND": "Agg"}
+    subprocess.run([sys.executable, "-c", script], cwd=tmp_path, env=environment, check=True)
+    assert (tmp_path / "mission.png").stat().st_size > 10_000
+
+
+def test_the_readmes_other_pieces_run(client, url):
+    """In order, in one place, as a reader would type them."""
+    pieces = re.findall(r"```python\n(.*?)```", README, re.DOTALL)[1:]
+    assert pieces
+    scope = {"client": client}
+    for piece in pieces:
+        exec(piece.replace("AsyncClient()", f"AsyncClient({url!r})"), scope)
