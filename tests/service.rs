@@ -851,7 +851,9 @@ fn on_earth(body: &Value, origin: Value) -> Value {
                 } else {
                     ""
                 };
-                items.iter_mut().for_each(|item| moved(datum, name, item));
+                for item in items {
+                    moved(datum, name, item);
+                }
             }
             Value::Object(members) if name != "offset" => {
                 if let (Some(north), Some(east)) = (members.get("north_m"), members.get("east_m")) {
@@ -859,9 +861,9 @@ fn on_earth(body: &Value, origin: Value) -> Value {
                     members.retain(|name, _| !matches!(name.as_str(), "north_m" | "east_m"));
                     members.append(place.as_object_mut().expect("is an object"));
                 }
-                members
-                    .iter_mut()
-                    .for_each(|(name, value)| moved(datum, name, value));
+                for (name, value) in members {
+                    moved(datum, name, value);
+                }
             }
             _ => {}
         }

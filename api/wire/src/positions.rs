@@ -190,8 +190,8 @@ mod tests {
         body
     }
 
-    fn read_value(body: &Value) -> Result<PlanRequest, FieldError> {
-        read(body.to_string().as_bytes()).map_err(|(Unread::Syntax(error) | Unread::Misfit(error))| *error)
+    fn read_value(body: &Value) -> Result<PlanRequest, Box<FieldError>> {
+        read(body.to_string().as_bytes()).map_err(|(Unread::Syntax(error) | Unread::Misfit(error))| error)
     }
 
     #[test]

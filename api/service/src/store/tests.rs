@@ -663,7 +663,7 @@ async fn a_client_that_has_its_share_of_the_disk_stores_no_more_and_leaves_the_o
             assert_eq!(
                 store.append(append).await.expect("is answered"),
                 Appended::ShareUsed
-            )
+            );
         }
     };
     let long = "x".repeat(700);
