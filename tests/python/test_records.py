@@ -122,7 +122,7 @@ def test_parquet_says_what_it_is_of(files):
     pairs = pyarrow.parquet.read_schema(files["parquet"]).metadata
     assert pairs[b"scenario"] == SCENARIO.encode()
     assert pairs[b"seed"] == str(SEED).encode()
-    assert pairs[b"schema_version"] == b"2"
+    assert pairs[b"schema_version"] == b"3"
     assert float(pairs[b"interval_s"]) == 1.0
     assert {b"title", b"guide"} <= pairs.keys()
     columns = pyarrow.parquet.read_metadata(files["parquet"]).row_group(0)
