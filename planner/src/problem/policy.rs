@@ -43,6 +43,8 @@ pub struct Policy {
     /// Fastest that a heading reference of the program or the previous plan turns, and a trajectory is planned to, where the craft
     /// could turn faster, rad/s. A law at speed that is preferred to those turns no faster either.
     pub heading_rate_max: f64,
+    /// Share of its fastest turn with which a craft is planned that turns so fast that this is more than `heading_rate_max`.
+    pub quick_craft_share: f64,
     /// Share of the largest speed reference that is planned with, and asked for by all but a law that answers.
     pub speed_share: f64,
     /// How much farther than asked the program stays from a keep-out, m.
@@ -99,7 +101,10 @@ impl Policy {
                 // The least gap that a request may leave stays.
                 speed_max: (self.speed_share * limits.speed_max)
                     .max(limits.speed_max.min(limits.speed_min + SPEED_GAP)),
-                turn_rate_max: limits.turn_rate_max.min(self.heading_rate_max),
+                turn_rate_max: limits.turn_rate_max.min(
+                    self.heading_rate_max
+                        .max(self.quick_craft_share * limits.turn_rate_max),
+                ),
                 ..*limits
             },
             ..*craft
@@ -179,6 +184,8 @@ impl Default for Policy {
             converged_cosine: 0.94,
             // Just under 10°/s: what a small twin-thruster craft follows without a jerk; `docs/tuning.md#references`.
             heading_rate_max: 0.17,
+            // A quick boat that goes about at 10°/s is 16 m behind an AUV that sets off the other way; `docs/at-sea.md#measured-with-ardupilot`.
+            quick_craft_share: 0.2,
             // The surge loop overshoots, and thrusters at their limits cannot hold a heading; `docs/tuning.md#references`.
             speed_share: 0.98,
             // The least with which the craft is never inside; `docs/tuning.md#prices`.
