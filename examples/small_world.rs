@@ -263,6 +263,8 @@ impl Craft {
                 ground_north_mps: None,
                 ground_east_mps: None,
             },
+            current: None,
+            steered: true,
         }
     }
 }

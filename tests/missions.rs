@@ -496,17 +496,23 @@ async fn reports_that_cannot_be_are_refused_whole_with_the_place_of_each_fault()
     body["auvs"]["a/b"] = json!([fix(now, 0.0, 0.0)]);
     body["asc"][0]["state"]["speed_mps"] = json!(1e6);
     body["asc"][0]["t_s"] = json!(5.0);
+    body["asc"][0]["current"] = json!({ "north_mps": 1e6, "east_mps": 0 });
+    let note = |t_s: f64, length: usize| json!({ "t_s": t_s, "text": "x".repeat(length) });
+    body["notes"] = json!([note(now, 500), note(5.0, 3), note(now, 501)]);
     let refused = service.post(&format!("{mission}/reports"), &body).await;
     let mut pointers: Vec<String> = refused.faults().into_iter().map(|(pointer, _)| pointer).collect();
     pointers.sort();
     assert_eq!(
         pointers,
         [
+            "/asc/0/current/north_mps",
             "/asc/0/state/speed_mps",
             "/asc/0/t_s",
             "/auvs/auv-1/0/north_m",
             "/auvs/auv-2/0/sigma_m",
-            "/auvs/a~1b"
+            "/auvs/a~1b",
+            "/notes/1/t_s",
+            "/notes/2/text"
         ]
     );
     let ahead = json!({ "auvs": { "auv-1": [fix(now + 1000.0, 0.0, 0.0)] } });

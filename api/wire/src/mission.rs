@@ -262,6 +262,9 @@ pub struct Reports {
     /// States of the surface craft, at most 64. The newest counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub asc: Vec<AscReport>,
+    /// What happened aboard that the mission's log is to tell, at most 64. No plan depends on it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<Note>,
 }
 
 impl Reports {
@@ -312,6 +315,17 @@ impl Reports {
     }
 }
 
+/// Something that happened aboard: a person took over, a heartbeat was lost.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Note {
+    /// When, Unix time, s: at most a day ago, and at most 1 s ahead.
+    pub t_s: f64,
+    /// What, at most 500 bytes.
+    #[schema(example = "a person has the craft")]
+    pub text: String,
+}
+
 /// A state of the surface craft.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -320,6 +334,22 @@ pub struct AscReport {
     pub t_s: f64,
     /// What it was.
     pub state: Asc,
+    /// Current as the craft's own observer has it: it counts before the mission's `current`, and nothing is made of the velocities.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub current: Option<Current>,
+    /// Whether the mission's references steered it. Where a person did, nothing is learnt of how it answers references, what was learnt
+    /// stays, and the next reference turns from where the bow is. Default: yes.
+    #[serde(default = "yes", skip_serializing_if = "is_yes")]
+    pub steered: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references on")]
+fn is_yes(said: &bool) -> bool {
+    *said
 }
 
 /// Where a mission is in its life.

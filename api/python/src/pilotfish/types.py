@@ -55,8 +55,14 @@ class Asc(TypedDict):
 class AscReport(TypedDict):
     """A state of the surface craft."""
 
+    # Current as the craft's own observer has it: it counts before the mission's `current`, and nothing is made of
+    # the velocities.
+    current: NotRequired[Current | None]
     # What it was.
     state: Asc
+    # Whether the mission's references steered it. Where a person did, nothing is learnt of how it answers
+    # references, what was learnt stays, and the next reference turns from where the bow is. Default: yes.
+    steered: NotRequired[bool]
     # When it was so, Unix time, s: at most a day ago, and at most 1 s ahead.
     t_s: float
 
@@ -614,6 +620,15 @@ class NewMission(TypedDict):
     title: NotRequired[str | None]
 
 
+class Note(TypedDict):
+    """Something that happened aboard: a person took over, a heartbeat was lost."""
+
+    # When, Unix time, s: at most a day ago, and at most 1 s ahead.
+    t_s: float
+    # What, at most 500 bytes.
+    text: str
+
+
 class Offset(TypedDict):
     """Where to be, seen from what the goal follows: a vehicle or, of several, their mean or the place nearest to
     all. Which members are needed depends on `frame`.
@@ -1023,6 +1038,8 @@ class Reports(TypedDict):
     asc: NotRequired[list[AscReport]]
     # Fixes, at most 64 of each underwater vehicle; `t_s` of each is the Unix time when it was sent.
     auvs: NotRequired[dict[str, list[Report]]]
+    # What happened aboard that the mission's log is to tell, at most 64. No plan depends on it.
+    notes: NotRequired[list[Note]]
     # Where the datum of the mission was put: by the first of these fixes, of a mission that had none. Written by
     # the service.
     origin: NotRequired[Origin | None]

@@ -18,6 +18,8 @@ use wire::{
 
 /// Longest title, bytes.
 const TITLE_BYTES_MAX: usize = 200;
+/// Longest note, bytes.
+const NOTE_BYTES_MAX: usize = 500;
 /// Longest scenario, bytes.
 const SCENARIO_BYTES_MAX: usize = 64 << 10;
 /// Time between two plans, s.
@@ -101,13 +103,13 @@ pub(crate) fn reports(config: &Live, heard: &Reports, now: f64) -> Result<(), Ve
     };
     let received = heard.received_s;
     errors.extend(received.and_then(|received| time("/received_s".to_owned(), received)));
-    if heard.auvs.is_empty() && heard.asc.is_empty() {
-        errors.push(FieldError::new("", "missing", "give auvs, asc, or both"));
+    if heard.auvs.is_empty() && heard.asc.is_empty() && heard.notes.is_empty() {
+        errors.push(FieldError::new("", "missing", "give auvs, asc or notes"));
     }
     if AUVS_MAX < heard.auvs.len() {
         errors.push(too_long("/auvs", heard.auvs.len(), AUVS_MAX));
     }
-    for (pointer, given) in [("/asc", heard.asc.len())]
+    for (pointer, given) in [("/asc", heard.asc.len()), ("/notes", heard.notes.len())]
         .into_iter()
         .chain(heard.auvs.values().map(|fixes| ("/auvs", fixes.len())))
     {
@@ -141,11 +143,26 @@ pub(crate) fn reports(config: &Live, heard: &Reports, now: f64) -> Result<(), Ve
         }
         trial.auvs[auv].reports.clone_from(&at_rest);
     }
+    for (i, note) in heard.notes.iter().enumerate() {
+        errors.extend(time(format!("/notes/{i}/t_s"), note.t_s));
+        if NOTE_BYTES_MAX < note.text.len() {
+            errors.push(too_long(
+                &format!("/notes/{i}/text"),
+                note.text.len(),
+                NOTE_BYTES_MAX,
+            ));
+        }
+    }
     for (i, state) in heard.asc.iter().enumerate() {
         errors.extend(time(format!("/asc/{i}/t_s"), state.t_s));
         trial.asc = state.state.clone();
+        trial.current = state.current.or(config.current);
         if let Err(wrong) = Snapshot::try_from(&trial) {
-            errors.extend(moved(wrong, "/asc", &format!("/asc/{i}/state")));
+            let (current, state): (Vec<_>, Vec<_>) = wrong
+                .into_iter()
+                .partition(|error| error.pointer.starts_with("/current"));
+            errors.extend(moved(state, "/asc", &format!("/asc/{i}/state")));
+            errors.extend(moved(current, "/current", &format!("/asc/{i}/current")));
         }
     }
     none(errors)

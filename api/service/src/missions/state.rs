@@ -174,13 +174,38 @@ impl MissionState {
             let fixes: Vec<Report> = self.fixes(&auv.id, now).map(|fix| aged(fix, now)).collect();
             (!fixes.is_empty()).then(|| known_by(fixes, auv))
         };
-        Some(request(
+        let mut previous_plan = self.previous_plan.clone();
+        if let (false, Some(plan)) = (asc.steered, &mut previous_plan) {
+            ask_for_what_it_does(plan, &asc.state);
+        }
+        let request = request(
             &self.config,
             now,
             carried(&asc.state, now - asc.t_s, self.previous_plan.as_ref()),
             self.config.auvs.iter().filter_map(heard).collect(),
-            self.previous_plan.clone(),
-        ))
+            previous_plan,
+        );
+        Some(PlanRequest {
+            current: asc.current.or(request.current),
+            ..request
+        })
+    }
+}
+
+/// A craft that a person steers did not follow the reference of `plan`: it is taken to have been asked for what it does, so that nothing
+/// is learnt of how it answers, and the next reference turns from the bow.
+fn ask_for_what_it_does(plan: &mut PreviousPlan, asc: &Asc) {
+    let over_ground = asc
+        .ground_north_mps
+        .zip(asc.ground_east_mps)
+        .map(|(north, east)| north * asc.heading_rad.cos() + east * asc.heading_rad.sin());
+    if let Some(craft) = &mut plan.craft_estimate {
+        craft.asked_speed_mps = asc.speed_mps.max(0.0);
+        craft.asked_heading_rad = asc.heading_rad;
+    }
+    if let Some(reference) = &mut plan.reference {
+        reference.speed_mps = over_ground.unwrap_or(asc.speed_mps).max(0.0);
+        reference.heading_rad = Some(asc.heading_rad);
     }
 }
 
@@ -439,6 +464,39 @@ mod tests {
         let asked = |snapshot: &Snapshot| snapshot.previous_plan.as_ref().expect("is there").reference;
         assert!(asked(before).is_some());
         assert_eq!(asked(before), asked(after));
+    }
+
+    #[test]
+    fn a_craft_that_a_person_steers_is_taken_to_have_been_asked_for_what_it_does() {
+        let [mut state, _] = before_and_after(json!({ "craft": null }));
+        let asked = |state: &MissionState| {
+            let plan = state
+                .request(10.0)
+                .and_then(|request| request.previous_plan)
+                .expect("is there");
+            let craft = plan.craft_estimate.expect("is there");
+            (craft.asked_speed_mps, craft.asked_heading_rad, craft.memory)
+        };
+        let steered = asked(&state);
+        assert_ne!((steered.0, steered.1), (1.0, 0.0));
+        state.asc.as_mut().expect("is heard").steered = false;
+        // As the craft goes: 1 m/s to the north. What was learnt stays.
+        assert_eq!(asked(&state), (1.0, 0.0, steered.2));
+    }
+
+    #[test]
+    fn a_current_that_the_craft_observes_counts_before_that_of_the_mission() {
+        let mut state = state();
+        state.take_reports(&heard(100.0, 7.0), 100.0);
+        let east = |state: &MissionState| {
+            let request = state.request(100.0).expect("all are heard");
+            request.current.map(|current| current.east_mps)
+        };
+        let current = |east: f64| serde_json::from_value(json!({ "north_mps": 0.0, "east_mps": east }));
+        state.config.current = Some(current(0.1).expect("has the shape"));
+        assert_eq!(east(&state), Some(0.1));
+        state.asc.as_mut().expect("is heard").current = Some(current(0.3).expect("has the shape"));
+        assert_eq!(east(&state), Some(0.3));
     }
 
     #[test]

@@ -55,6 +55,8 @@ pub(super) fn write(document: &mut Value) {
     let live = mission.live.expect("is live");
     let wrong = check::reports(&live, &long_reports(), 0.0).expect_err("is too long");
     write_limits(document, "Reports", &wrong);
+    let wrong = check::reports(&live, &long_note(), 0.0).expect_err("is too long");
+    write_limits(document, "Reports", &wrong);
     for path in document["paths"]
         .as_object_mut()
         .into_iter()
@@ -207,7 +209,13 @@ fn missions() -> [Value; 2] {
 fn long_reports() -> Reports {
     let state = json!({ "north_m": 0, "east_m": 0, "heading_rad": 0, "speed_mps": 0 });
     let auvs: Map<_, _> = (0..LONG).map(|i| (i.to_string(), json!([]))).collect();
-    let reports = json!({ "auvs": auvs, "asc": vec![json!({ "t_s": 0, "state": state }); LONG] });
+    let note = json!({ "t_s": 0, "text": "x" });
+    let reports = json!({ "auvs": auvs, "asc": vec![json!({ "t_s": 0, "state": state }); LONG], "notes": vec![note; LONG] });
+    serde_json::from_value(reports).expect("has the shape")
+}
+
+fn long_note() -> Reports {
+    let reports = json!({ "notes": [{ "t_s": 0, "text": "x".repeat(4 * LONG) }] });
     serde_json::from_value(reports).expect("has the shape")
 }
 

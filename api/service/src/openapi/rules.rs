@@ -24,6 +24,7 @@ pub(super) fn write(document: &mut Value) {
     schemas["Reports"]["allOf"] = json!([{ "anyOf": [
         { "required": ["auvs"], "properties": { "auvs": { "minProperties": 1 } } },
         { "required": ["asc"], "properties": { "asc": { "minItems": 1 } } },
+        { "required": ["notes"], "properties": { "notes": { "minItems": 1 } } },
     ] }]);
     for (place, mut words) in words() {
         let schema = schemas.pointer_mut(place).and_then(Value::as_object_mut);
