@@ -1,5 +1,6 @@
 //! Snapshots that the tests start from, and the service without a socket and with one.
 
+pub mod autopilot;
 pub mod broken;
 pub mod client;
 pub mod random;

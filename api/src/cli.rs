@@ -5,6 +5,7 @@ use std::{error::Error, path::PathBuf};
 use clap::{Parser, Subcommand};
 
 mod backup;
+mod bridge;
 mod config;
 mod crafts;
 mod declared_craft;
@@ -23,6 +24,7 @@ mod upkeep;
 pub(crate) use self::config::Config;
 use self::{
     backup::{Backup, back_up},
+    bridge::{Bridge, Preflight, bridge, preflight},
     config::{CommonFlags, ConfigError, Layers, ServeFlags, show},
     crafts::{Crafts, crafts},
     identify::{Identify, identify},
@@ -73,6 +75,11 @@ enum Command {
     Crafts(Crafts),
     /// Draw the source paper's figures from missions flown here.
     Figures(Figures),
+    /// Connect a craft's autopilot to a live mission.
+    #[command(subcommand)]
+    Bridge(Bridge),
+    /// Look before departure at all that a bridge lives on: clocks, fixes, heading, current, parameters.
+    Preflight(Preflight),
     /// Make every plan of a stored mission again and compare.
     Replay(Replay),
     /// Copy the log of missions, while the service runs.
@@ -114,6 +121,16 @@ impl Arguments {
         Ok(Layers::read(self.config.as_deref(), &self.common, &flags)?)
     }
 
+    /// What is logged: of a bridge's own service only what is wrong, unless it is asked for, or its calls would drown the bridge's lines.
+    pub(crate) fn log_directives(&self, config: &Config) -> String {
+        match &self.command {
+            Some(Command::Bridge(_) | Command::Preflight(_)) => {
+                format!("pilotfish_service=warn,{}", config.log)
+            }
+            _ => config.log.clone(),
+        }
+    }
+
     pub(crate) fn run(self, layers: &Layers, config: &Config) -> Result<(), Box<dyn Error>> {
         match self.command {
             None | Some(Command::Serve(_)) => serve(config)?,
@@ -126,6 +143,8 @@ impl Arguments {
             Some(Command::Identify(arguments)) => identify(&arguments)?,
             Some(Command::Crafts(arguments)) => crafts(&arguments)?,
             Some(Command::Figures(arguments)) => figures(&arguments)?,
+            Some(Command::Bridge(arguments)) => bridge(arguments, config)?,
+            Some(Command::Preflight(arguments)) => preflight(&arguments, config)?,
             Some(Command::Replay(arguments)) => replay(&arguments, &config.data)?,
             Some(Command::Backup(arguments)) => back_up(&arguments, &config.data)?,
             Some(Command::Retention(arguments)) => retain(&arguments, &config.data)?,

@@ -42,7 +42,7 @@ fn main() -> ExitCode {
     let traces = tracer.as_ref().map(|tracer| tracer.layer().boxed());
     #[cfg(not(feature = "otlp"))]
     let traces = None;
-    let lines = log(&config, traces);
+    let lines = log(&arguments.log_directives(&config), &config, traces);
     let ended = arguments.run(&layers, &config);
     // The lines of the log before what is said last.
     drop(lines);
@@ -58,11 +58,11 @@ fn main() -> ExitCode {
 /// Lets the program log to standard error, until what is answered is dropped: a thread of its own writes the lines, and
 /// drops them while their reader does not read, so that no request waits for it. `RUST_LOG` goes before the configuration,
 /// as people expect of Rust programs.
-fn log(config: &Config, traces: Option<BoxedLayer>) -> WorkerGuard {
+fn log(directives: &str, config: &Config, traces: Option<BoxedLayer>) -> WorkerGuard {
     let filter: Targets = env::var("RUST_LOG")
         .ok()
         .and_then(|given| given.parse().ok())
-        .or_else(|| config.log.parse().ok())
+        .or_else(|| directives.parse().ok())
         .unwrap_or_default();
     let waiting = NonBlockingBuilder::default().buffered_lines_limit(LINES_WAITING_MAX);
     let (writer, guard) = waiting.finish(io::stderr());

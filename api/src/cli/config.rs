@@ -34,7 +34,7 @@ const FLAGS: &str = "flag";
 const GIB: f64 = 1024.0 * 1024.0 * 1024.0;
 
 /// Every setting, after all layers.
-#[derive(Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 pub(crate) struct Config {
     pub(crate) data: PathBuf,
     tokens: Option<PathBuf>,
@@ -54,6 +54,17 @@ pub(crate) struct Config {
 }
 
 impl Config {
+    /// The same for a service that this program alone calls: on any port of the loopback address, without TLS.
+    pub(crate) fn on_any_loopback_port(&self) -> Self {
+        Self {
+            host: "127.0.0.1".to_owned(),
+            port: 0,
+            tls_certificate: None,
+            tls_key: None,
+            ..self.clone()
+        }
+    }
+
     /// The file of tokens.
     pub(crate) fn tokens(&self) -> PathBuf {
         let beside_missions = || self.data.join("tokens.json");

@@ -58,6 +58,11 @@ pub(crate) enum ServeError {
 
 /// Serves until ctrl-c or SIGTERM, then lets requests under way finish.
 pub(crate) fn serve(config: &Config) -> Result<(), ServeError> {
+    serve_and(config, greet)
+}
+
+/// Serves, and says where, and whether by TLS, once it listens.
+pub(crate) fn serve_and(config: &Config, listens: impl FnOnce(SocketAddr, bool)) -> Result<(), ServeError> {
     let host = config.host.trim_start_matches('[').trim_end_matches(']');
     let addresses: Vec<SocketAddr> = (host, config.port)
         .to_socket_addrs()
@@ -80,7 +85,7 @@ pub(crate) fn serve(config: &Config) -> Result<(), ServeError> {
         ..Settings::default()
     };
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
-    runtime.block_on(run(&addresses, settings, tls, config))?;
+    runtime.block_on(run(&addresses, settings, tls, config, listens))?;
     // A planner that outlives the drain is not waited for.
     runtime.shutdown_background();
     Ok(())
@@ -112,6 +117,7 @@ async fn run(
     settings: Settings,
     tls: Option<Tls>,
     config: &Config,
+    listens: impl FnOnce(SocketAddr, bool),
 ) -> Result<(), ServeError> {
     let shutdown_delay = Duration::from_secs_f64(config.shutdown_delay_s);
     let listener = TcpListener::bind(addresses)
@@ -133,7 +139,7 @@ async fn run(
     tokio::spawn(missions.clone().keep_for(config.retention()));
     // Before the URL is printed: its reader may send the signal at once.
     let mut signals = Signals::listen()?;
-    greet(listener.local_addr()?, tls.is_some());
+    listens(listener.local_addr()?, tls.is_some());
     let tls = tls.map(Arc::new);
     let connections = Connections::new(router, tls.clone(), counted);
     // Until the first order to stop, and then until the delay is over or the second order.

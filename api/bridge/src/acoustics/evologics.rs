@@ -1,0 +1,292 @@
+//! Evologics S2C modems with USBL.
+//!
+//! ```text
+//! USBLLONG,<current time>,<measurement time>,<remote address>,<X>,<Y>,<Z>,<E>,<N>,<U>,
+//!     <roll>,<pitch>,<yaw>,<propagation time>,<rssi>,<integrity>,<accuracy>
+//! USBLANGLES,<current time>,<measurement time>,<remote address>,<local bearing>,<local elevation>,
+//!     <bearing>,<elevation>,<roll>,<pitch>,<yaw>,<rssi>,<integrity>,<accuracy>
+//! ```
+//!
+//! Times are s of the modem's own clock; only their difference is used, the age of the fix. Propagation time is
+//! µs, one way. Angles are rad, distances and the accuracy of `USBLLONG` m; the accuracy of `USBLANGLES` is rad,
+//! negative where the modem has no direction. In data mode a line is wrapped as `+++AT:<length>:<line>`, and the
+//! length is checked; in command mode it comes bare.
+//!
+//! Axes, as the published lines in the tests show: (E, N, U) = Rz(yaw) Ry(pitch) Rx(roll) (X, Y, Z), so a level
+//! modem's Z is up, and bearings are counter-clockwise from X, or from east, elevations up. With X forward, Y is
+//! to port. North is the compass's.
+//!
+//! Sources: `EvoLogics/evins`, `src/role_at.erl` (fields, −1 for no direction); `EvoLogics/dmac`, `src/parser.h`
+//! (bearing atan2(Y, X) and atan2(N, E), elevation atan2(Z, ‖X, Y‖), range propagation time · 1e-6 s · 1500 m/s);
+//! `LSTS/dune`, `src/Transports/Evologics/Driver.hpp` (fields, declination).
+
+use nalgebra::Vector3;
+
+use super::{
+    Frame,
+    sighting::{
+        ADDRESS, Axes, Clock, FIELDS, NO_POSITION, NUMBER, OTHER, Place, Sighting, line_of_sight, number,
+    },
+};
+
+const LENGTH: &str = "length does not match";
+const BACKWARDS: &str = "measured after it was told";
+
+/// Microseconds to seconds.
+const S_PER_US: f64 = 1e-6;
+
+/// What precedes a notification in data mode.
+const WRAPPER: &str = "+++AT:";
+
+/// The highest address of an S2C modem. Source: `AT!AM`, LSTS/dune, `src/Transports/Evologics/Task.cpp`.
+const ADDRESS_MAX: u16 = 254;
+
+pub(super) fn read(line: &str, frame: Frame, received_s: f64) -> Result<Sighting, &'static str> {
+    let mut fields = unwrapped(line)?.split(',');
+    let message = fields.next().unwrap_or_default();
+    let fields: Vec<&str> = fields.collect();
+    match message {
+        "USBLLONG" => position(&fields, frame, received_s),
+        "USBLANGLES" => direction(&fields, frame, received_s),
+        _ => Err(OTHER),
+    }
+}
+
+/// The notification itself. Data of a burst may stand before the wrapper on the same line.
+fn unwrapped(line: &str) -> Result<&str, &'static str> {
+    let Some(start) = line.rfind(WRAPPER) else {
+        return Ok(line.trim());
+    };
+    let (length, body) = line[start + WRAPPER.len()..].split_once(':').ok_or(LENGTH)?;
+    if length.parse() == Ok(body.len()) {
+        Ok(body)
+    } else {
+        Err(LENGTH)
+    }
+}
+
+fn position(fields: &[&str], frame: Frame, received_s: f64) -> Result<Sighting, &'static str> {
+    let [
+        current,
+        measured,
+        remote,
+        x,
+        y,
+        z,
+        e,
+        n,
+        u,
+        roll,
+        pitch,
+        yaw,
+        travel,
+        rssi,
+        integrity,
+        accuracy,
+    ] = *fields
+    else {
+        return Err(FIELDS);
+    };
+    numbers(&[roll, pitch, yaw, rssi, integrity])?;
+    let travel = number(travel)? * S_PER_US;
+    let sigma = number(accuracy)?;
+    if travel < 0.0 || sigma < 0.0 {
+        return Err(NO_POSITION);
+    }
+    let (xyz, enu) = (vector([x, y, z])?, vector([e, n, u])?);
+    let (axes, vector) = match frame {
+        Frame::Body => (Axes::Transducer, Vector3::new(xyz.x, -xyz.y, -xyz.z)),
+        Frame::Earth => (Axes::Magnetic, Vector3::new(enu.y, enu.x, -enu.z)),
+    };
+    Ok(Sighting {
+        address: address(remote)?,
+        clock: Clock::Arrived(received_s - age(current, measured)?),
+        travel_s: Some(travel),
+        place: Place::vector(axes, vector),
+        sigma_m: Some(sigma),
+        depth_m: None,
+        transducer_depth_m: None,
+    })
+}
+
+fn direction(fields: &[&str], frame: Frame, received_s: f64) -> Result<Sighting, &'static str> {
+    let [
+        current,
+        measured,
+        remote,
+        local_bearing,
+        local_elevation,
+        bearing,
+        elevation,
+        roll,
+        pitch,
+        yaw,
+        rssi,
+        integrity,
+        accuracy,
+    ] = *fields
+    else {
+        return Err(FIELDS);
+    };
+    numbers(&[roll, pitch, yaw, rssi, integrity])?;
+    let sigma = number(accuracy)?;
+    if sigma < 0.0 {
+        return Err(NO_POSITION);
+    }
+    let local = (number(local_bearing)?, number(local_elevation)?);
+    let inertial = (number(bearing)?, number(elevation)?);
+    let (axes, unit) = match frame {
+        Frame::Body => (Axes::Transducer, line_of_sight(-local.0, local.1)),
+        Frame::Earth => {
+            let clockwise = std::f64::consts::FRAC_PI_2 - inertial.0;
+            (Axes::Magnetic, line_of_sight(clockwise, inertial.1))
+        }
+    };
+    Ok(Sighting {
+        address: address(remote)?,
+        clock: Clock::Arrived(received_s - age(current, measured)?),
+        travel_s: None,
+        place: Place::Direction {
+            axes,
+            unit,
+            sigma_rad: Some(sigma),
+        },
+        sigma_m: None,
+        depth_m: None,
+        transducer_depth_m: None,
+    })
+}
+
+/// How long the modem kept the measurement, s.
+fn age(current: &str, measured: &str) -> Result<f64, &'static str> {
+    let age = number(current)? - number(measured)?;
+    if age >= 0.0 { Ok(age) } else { Err(BACKWARDS) }
+}
+
+fn address(text: &str) -> Result<String, &'static str> {
+    let address: u16 = text.trim().parse().map_err(|_| ADDRESS)?;
+    let assigned = (1..=ADDRESS_MAX).contains(&address);
+    if assigned {
+        Ok(address.to_string())
+    } else {
+        Err(ADDRESS)
+    }
+}
+
+fn vector([x, y, z]: [&str; 3]) -> Result<Vector3<f64>, &'static str> {
+    Ok(Vector3::new(number(x)?, number(y)?, number(z)?))
+}
+
+fn numbers(texts: &[&str]) -> Result<(), &'static str> {
+    if texts.iter().all(|text| number(text).is_ok()) {
+        Ok(())
+    } else {
+        Err(NUMBER)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::mounting::attitude, *};
+
+    /// Lines of real modems, published in `Brazilian-Institute-of-Robotics/drivers-usbl_evologics`
+    /// (`test/test_UsblParser.cpp`) and in public ground-station programs that quote their logs.
+    const LONG: [&str; 4] = [
+        "USBLLONG,1464207778.381274,1464207778.075953,2,13.6015,3.1369,1.7311,13.6015,3.1369,1.7311,0.0000,-0.0000,0.0000,9377,-54,106,0.1698",
+        "+++AT:124:USBLLONG,10446.991981,10446.534643,3,-0.0604,-1.0888,-0.5851,-0.4233,-1.0020,-0.5901,0.0063,0.0269,-0.3295,825,-36,77,1.2375",
+        "+++AT:123:USBLLONG,144.369001,144.132576,3,-0.0649,-3.3087,-0.9908,-3.0506,-0.5748,-1.5156,0.1632,-0.0799,-1.4027,2303,-58,142,0.0586",
+        "+++AT:132:USBLLONG,1325384364.662679,1325384364.401149,2,0.0234,0.3407,-0.1417,-0.3286,0.0800,-0.1494,-0.0178,0.1164,1.3498,247,-16,388,0.0116",
+    ];
+    const ANGLES: &str = "+++AT:116:USBLANGLES,1325377475.019626,1325377474.170448,2,-2.2959,-0.4586,-1.7643,-0.4293,0.0307,0.0766,0.5695,-16,296,0.0114";
+
+    fn attitude_of(line: &str, first: usize) -> nalgebra::Rotation3<f64> {
+        let fields: Vec<f64> = line
+            .split(',')
+            .skip(1)
+            .map(|field| field.parse().expect("is a number"))
+            .collect();
+        attitude(fields[first], fields[first + 1], fields[first + 2])
+    }
+
+    fn long(line: &str, frame: Frame) -> (Sighting, Vector3<f64>) {
+        let sighting = read(line, frame, 1000.0).expect("is published");
+        let Place::Vector { vector, .. } = sighting.place else {
+            panic!("is a vector")
+        };
+        (sighting, vector)
+    }
+
+    #[test]
+    fn published_positions_agree_in_both_frames() {
+        for line in LONG {
+            let xyz = long(line, Frame::Body).1;
+            let enu = long(line, Frame::Earth).1;
+            // Back to the printed axes: X, Y to port, Z up; and east, north, up.
+            let (xyz, enu) = (
+                Vector3::new(xyz.x, -xyz.y, -xyz.z),
+                Vector3::new(enu.y, enu.x, -enu.z),
+            );
+            let turned = attitude_of(line, 9) * xyz;
+            // Four printed decimals in positions and angles, at up to 4 m.
+            assert!((turned - enu).norm() < 3e-4, "{turned} and {enu}");
+        }
+    }
+
+    #[test]
+    fn published_propagation_times_are_one_way_and_in_microseconds() {
+        for line in LONG {
+            let (sighting, vector) = long(line, Frame::Body);
+            let speed = vector.norm() / sighting.travel_s.expect("is measured");
+            // The shortest range is 0.4 m, and the time is printed in whole µs: half a percent.
+            assert!((speed - 1500.0).abs() < 8.0, "{speed}");
+        }
+        let sighting = long(LONG[1], Frame::Body).0;
+        assert_eq!((sighting.address.as_str(), sighting.sigma_m), ("3", Some(1.2375)));
+        let Clock::Arrived(arrival_s) = sighting.clock else {
+            panic!("arrived")
+        };
+        assert!((1000.0 - arrival_s - 0.457_338).abs() < 1e-6, "{arrival_s}");
+    }
+
+    #[test]
+    fn published_angles_agree_in_both_frames() {
+        let unit = |frame| match read(ANGLES, frame, 1000.0).expect("is published").place {
+            Place::Direction { unit, sigma_rad, .. } => (unit, sigma_rad),
+            other => panic!("is a direction: {other:?}"),
+        };
+        let ((local, sigma), (ned, _)) = (unit(Frame::Body), unit(Frame::Earth));
+        let turned = attitude_of(ANGLES, 7) * Vector3::new(local.x, -local.y, -local.z);
+        let enu = Vector3::new(ned.y, ned.x, -ned.z);
+        // Four printed decimals of each angle.
+        assert!((turned - enu).norm() < 2e-4, "{turned} and {enu}");
+        assert_eq!(sigma, Some(0.0114));
+    }
+
+    #[test]
+    fn what_is_damaged_is_refused_by_name() {
+        let long = LONG[1];
+        for (line, reason) in [
+            (long.replace("124", "125"), LENGTH),
+            (long.replace("0.0269", "0.026"), LENGTH),
+            (long.replace("+++AT:124:", "").replace(",77,", ","), FIELDS),
+            (long.replace("-0.0604", "-0.06x4"), NUMBER),
+            (
+                long.replace("-0.0604", "00000NaN").replace(":124:", ":125:"),
+                NUMBER,
+            ),
+            (long.replace("10446.534643", "10447.534643"), BACKWARDS),
+            (long.replace(",3,-", ",0,-"), ADDRESS),
+            (
+                ANGLES.replace("116", "117").replace("0.0114", "-1.0000"),
+                NO_POSITION,
+            ),
+            ("+++AT:13:DELIVEREDIM,3".to_owned(), OTHER),
+            ("+++AT".to_owned(), OTHER),
+            ("+++AT:".to_owned(), LENGTH),
+        ] {
+            assert_eq!(read(&line, Frame::Body, 0.0), Err(reason), "{line}");
+        }
+        let after_data = format!("burst data {long}");
+        assert!(read(&after_data, Frame::Body, 0.0).is_ok());
+    }
+}

@@ -1,0 +1,290 @@
+//! Blueprint Subsea SeaTrac X150 USBL beacons.
+//!
+//! A response is `$`, the message as pairs of hexadecimal digits, and four digits of checksum, low byte first:
+//! CRC-16 with the polynomial 0xA001, from 0, over the message's bytes. The message is a command byte and, in the
+//! two that are read here, an acoustic fix: `CID_PING_RESP` (0x42) and `CID_NAV_QUERY_RESP` (0x52). Numbers are
+//! little endian.
+//!
+//! ```text
+//! ACOFIX_T  dest u8, src u8, flags u8, type u8, yaw pitch roll i16 0.1°, local depth u16 0.1 m,
+//!           speed of sound u16 0.1 m/s, rssi i16
+//! range     (flags bit 0)  count u32, time i32 100 ns, distance u16 0.1 m
+//! usbl      (flags bit 1)  channels u8, rssi i16 × channels, azimuth i16 0.1°, elevation i16 0.1°, fit error i16
+//! position  (flags bit 2)  easting i16, northing i16, depth i16, 0.1 m; depth from the surface
+//! ```
+//!
+//! Flag bit 4 says that the beacon's own filter doubts the position: such fixes are refused. Position is turned by
+//! the beacon's compass (magnetic north); azimuth and elevation are in the beacon's own axes, here clockwise from
+//! forward and up. A response carries no time: the signal counts as arrived when the line was received. It carries
+//! no accuracy in metres either.
+//!
+//! Sources: `BYU-FRoSt-Lab/seatrac_driver`, `include/seatrac_driver/SeatracTypes.h` and `tests/src/checksum_test.cpp`,
+//! which quote the maker's developer guide.
+
+use nalgebra::Vector3;
+
+use super::{
+    Frame,
+    sighting::{ADDRESS, Axes, CHECKSUM, Clock, NO_POSITION, OTHER, Place, Sighting, line_of_sight},
+};
+
+const NOT_HEX: &str = "no hexadecimal digits";
+const TOO_SHORT: &str = "message too short";
+const DOUBTED: &str = "the modem doubts the position";
+
+const CID_PING_RESP: u8 = 0x42;
+const CID_NAV_QUERY_RESP: u8 = 0x52;
+
+const RANGE_VALID: u8 = 1;
+const USBL_VALID: u8 = 1 << 1;
+const POSITION_VALID: u8 = 1 << 2;
+const POSITION_FLT_ERROR: u8 = 1 << 4;
+
+/// Beacons have the identities 1 to 15; 0 means all.
+const BEACONS: std::ops::RangeInclusive<u8> = 1..=15;
+
+/// Decimetres, tenths of a degree and tenths of a metre per second to their units.
+const TENTH: f64 = 0.1;
+
+const CRC_POLYNOMIAL: u16 = 0xA001;
+const CRC_BYTES: usize = 2;
+
+pub(super) fn read(line: &str, frame: Frame, received_s: f64) -> Result<Sighting, &'static str> {
+    let message = message(line)?;
+    let mut bytes = Bytes(&message);
+    if ![CID_PING_RESP, CID_NAV_QUERY_RESP].contains(&bytes.u8()?) {
+        return Err(OTHER);
+    }
+    let fix = AcousticFix::read(&mut bytes)?;
+    if fix.position_doubted {
+        return Err(DOUBTED);
+    }
+    let distance = fix.range.map(|range| range.distance);
+    let (place, depth_m) = match frame {
+        Frame::Body => {
+            let (distance, (azimuth, elevation)) = distance.zip(fix.angles).ok_or(NO_POSITION)?;
+            let vector = line_of_sight(azimuth, elevation) * distance;
+            (Place::vector(Axes::Transducer, vector), None)
+        }
+        Frame::Earth => {
+            let mut vector = fix.position.ok_or(NO_POSITION)?;
+            let depth = vector.z;
+            vector.z -= fix.local_depth;
+            (Place::vector(Axes::Magnetic, vector), Some(depth))
+        }
+    };
+    Ok(Sighting {
+        address: fix.source.to_string(),
+        clock: Clock::Arrived(received_s),
+        travel_s: fix.range.and_then(|range| range.travel),
+        place,
+        sigma_m: None,
+        depth_m,
+        transducer_depth_m: Some(fix.local_depth),
+    })
+}
+
+/// The bytes between `$` and the checksum.
+fn message(line: &str) -> Result<Vec<u8>, &'static str> {
+    let (_, digits) = line.rsplit_once('$').ok_or(OTHER)?;
+    let digits = digits.trim().as_bytes();
+    if !digits.iter().all(u8::is_ascii_hexdigit) || !digits.len().is_multiple_of(2) {
+        return Err(NOT_HEX);
+    }
+    let nibble = |digit: u8| {
+        (digit as char)
+            .to_digit(16)
+            .and_then(|n| u8::try_from(n).ok())
+            .unwrap_or(0)
+    };
+    let mut bytes: Vec<u8> = digits
+        .chunks_exact(2)
+        .map(|pair| nibble(pair[0]) << 4 | nibble(pair[1]))
+        .collect();
+    let body = bytes.len().checked_sub(CRC_BYTES).ok_or(TOO_SHORT)?;
+    let told = [bytes[body], bytes[body + 1]];
+    bytes.truncate(body);
+    if crc16(&bytes).to_le_bytes() == told {
+        Ok(bytes)
+    } else {
+        Err(CHECKSUM)
+    }
+}
+
+/// CRC-16/ARC: polynomial 0x8005 reflected, from 0.
+fn crc16(bytes: &[u8]) -> u16 {
+    bytes.iter().fold(0, |crc, byte| {
+        (0..u8::BITS).fold(crc ^ u16::from(*byte), |crc, _| {
+            if crc & 1 == 1 {
+                crc >> 1 ^ CRC_POLYNOMIAL
+            } else {
+                crc >> 1
+            }
+        })
+    })
+}
+
+struct AcousticFix {
+    source: u8,
+    position_doubted: bool,
+    local_depth: f64,
+    range: Option<Range>,
+    /// Azimuth and elevation, rad.
+    angles: Option<(f64, f64)>,
+    /// North, east, depth from the surface, m.
+    position: Option<Vector3<f64>>,
+}
+
+#[derive(Clone, Copy)]
+struct Range {
+    distance: f64,
+    /// One way, s: the beacon's distance over its speed of sound. Its own time is not told to be one way.
+    travel: Option<f64>,
+}
+
+impl AcousticFix {
+    fn read(bytes: &mut Bytes<'_>) -> Result<Self, &'static str> {
+        let (_destination, source, flags, _kind) = (bytes.u8()?, bytes.u8()?, bytes.u8()?, bytes.u8()?);
+        if !BEACONS.contains(&source) {
+            return Err(ADDRESS);
+        }
+        let _attitude = [bytes.i16()?, bytes.i16()?, bytes.i16()?];
+        let local_depth = f64::from(bytes.u16()?) * TENTH;
+        let sound_speed = f64::from(bytes.u16()?) * TENTH;
+        let _rssi = bytes.i16()?;
+        let mut fix = Self {
+            source,
+            position_doubted: flags & POSITION_FLT_ERROR != 0,
+            local_depth,
+            range: None,
+            angles: None,
+            position: None,
+        };
+        if flags & RANGE_VALID != 0 {
+            let _count_and_time = [bytes.u16()?, bytes.u16()?, bytes.u16()?, bytes.u16()?];
+            let distance = f64::from(bytes.u16()?) * TENTH;
+            let travel = (sound_speed > 0.0).then(|| distance / sound_speed);
+            fix.range = Some(Range { distance, travel });
+        }
+        if flags & USBL_VALID != 0 {
+            for _channel in 0..bytes.u8()? {
+                bytes.i16()?;
+            }
+            let mut angle = || bytes.i16().map(|tenths| (f64::from(tenths) * TENTH).to_radians());
+            fix.angles = Some((angle()?, angle()?));
+            let _fit_error = bytes.i16()?;
+        }
+        if flags & POSITION_VALID != 0 {
+            let mut decimetres = || bytes.i16().map(|value| f64::from(value) * TENTH);
+            let (east, north, depth) = (decimetres()?, decimetres()?, decimetres()?);
+            fix.position = Some(Vector3::new(north, east, depth));
+        }
+        Ok(fix)
+    }
+}
+
+/// Reads numbers off the front.
+struct Bytes<'a>(&'a [u8]);
+
+impl Bytes<'_> {
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], &'static str> {
+        let (first, rest) = self.0.split_first_chunk::<N>().ok_or(TOO_SHORT)?;
+        self.0 = rest;
+        Ok(*first)
+    }
+
+    fn u8(&mut self) -> Result<u8, &'static str> {
+        self.take::<1>().map(|[byte]| byte)
+    }
+
+    fn u16(&mut self) -> Result<u16, &'static str> {
+        self.take().map(u16::from_le_bytes)
+    }
+
+    fn i16(&mut self) -> Result<i16, &'static str> {
+        self.take().map(i16::from_le_bytes)
+    }
+}
+
+/// The line of a message, for the generated samples.
+#[cfg(test)]
+pub(super) fn line(message: &[u8]) -> String {
+    let crc = crc16(message).to_le_bytes();
+    let digits = message.iter().chain(&crc).map(|byte| format!("{byte:02X}"));
+    format!("${}\r\n", digits.collect::<Vec<_>>().concat())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lines published in `tidewise/drivers-orogen-usbl_seatrac`, `test/task_test.rb`.
+    const PING: &str = "$42020F07020101010101010101010101010101010101010101010101010101010101010101010101010101010101010101B0";
+    const STATUS: &str = "$103FA4E50F0000000000285D09010D00000001000000133C2406EDFFF9F80EFF090100005EF9FE1AFFE1FEC400F3005301EDFF0200EA009B0551FDC8FB16000000040070C8B6C018E2D24055687443A410BA4487451DC41C019CC40000B04100000000000080408C00";
+
+    #[test]
+    fn the_published_response_is_read() {
+        // Every byte behind the flags is 1: 257 decimetres everywhere, over 25.7 m/s, which takes a second.
+        let sighting = read(PING, Frame::Earth, 1000.0).expect("is published");
+        assert_eq!(sighting.address, "15");
+        assert_eq!(sighting.clock, Clock::Arrived(1000.0));
+        let travel = sighting.travel_s.expect("has a range");
+        assert!((travel - 1.0).abs() < 1e-12, "{travel}");
+        assert!((sighting.depth_m.expect("has a position") - 25.7).abs() < 1e-9);
+        let Place::Vector { vector, .. } = sighting.place else {
+            panic!("is a vector")
+        };
+        assert!((vector - Vector3::new(25.7, 25.7, 0.0)).norm() < 1e-9, "{vector}");
+
+        let local = read(PING, Frame::Body, 1000.0).expect("is published");
+        let Place::Vector { vector, .. } = local.place else {
+            panic!("is a vector")
+        };
+        let angle = 25.7_f64.to_radians();
+        let expected =
+            Vector3::new(angle.cos() * angle.cos(), angle.cos() * angle.sin(), -angle.sin()) * 25.7;
+        assert!((vector - expected).norm() < 1e-9, "{vector}");
+    }
+
+    #[test]
+    fn published_checksums_hold_and_other_messages_are_none() {
+        for line in [STATUS, "$4000028015", "$43340266D5", "$12000CA0"] {
+            assert_eq!(read(line, Frame::Earth, 0.0), Err(OTHER), "{line}");
+        }
+    }
+
+    #[test]
+    fn one_wrong_digit_anywhere_is_refused() {
+        for place in 1..PING.len() {
+            let mut line = PING.to_owned().into_bytes();
+            line[place] = if line[place] == b'7' { b'8' } else { b'7' };
+            let line = String::from_utf8(line).expect("is ASCII");
+            assert_eq!(read(&line, Frame::Earth, 0.0), Err(CHECKSUM), "{line}");
+        }
+    }
+
+    #[test]
+    fn messages_without_what_is_needed_are_refused_by_name() {
+        let mut message = vec![CID_PING_RESP, 1, 2, 0, 0];
+        message.resize(17, 0);
+        let mut with_flags = |flags: u8, bytes: usize| {
+            message[3] = flags;
+            message.resize(bytes, 0);
+            read(&line(&message), Frame::Earth, 0.0)
+        };
+        assert_eq!(with_flags(RANGE_VALID, 27), Err(NO_POSITION));
+        assert_eq!(with_flags(POSITION_VALID | POSITION_FLT_ERROR, 23), Err(DOUBTED));
+        assert_eq!(with_flags(POSITION_VALID, 22), Err(TOO_SHORT));
+        assert!(with_flags(POSITION_VALID, 23).is_ok());
+        message[2] = 0;
+        assert_eq!(read(&line(&message), Frame::Earth, 0.0), Err(ADDRESS));
+        for (text, reason) in [
+            ("$", TOO_SHORT),
+            ("$4", NOT_HEX),
+            ("$4x", NOT_HEX),
+            ("#42", OTHER),
+        ] {
+            assert_eq!(read(text, Frame::Earth, 0.0), Err(reason), "{text}");
+        }
+    }
+}

@@ -1,0 +1,268 @@
+//! Sentences of ship systems, framed as NMEA 0183: Sonardyne Ranger `$PSONLLD` and Kongsberg APOS `$PSIMSSB`.
+//!
+//! ```text
+//! $PSONLLD,hhmmss.ss,<name>,<A|V>,<latitude °>,<longitude °>,<depth>,<major>,<minor>,<direction>,<depth error>,…*hh
+//! $PSIMSSB,hhmmss.ss,<name>,<A|V>,<error>,<C|P|U|R>,<H|N|E>,<M|F|P>,<x>,<y>,<depth>,<accuracy>,<info>,<v1>,<v2>*hh
+//! ```
+//!
+//! `$PSONLLD` is a place on Earth: the system applied lever arm and heading. Its time is taken as the fix's own.
+//! The error ellipse is of one standard deviation; its major half-axis is the accuracy.
+//!
+//! `$PSIMSSB` is used where it is Cartesian (C), m: x and y are starboard and ahead (H), north and east (N) or
+//! east and north (E), in the horizontal plane. Its time is taken as the arrival of the signal. With the info T the
+//! first value is the travel time, s. Predicted positions and those with an error code are refused.
+//!
+//! Both carry the time of day only: the day is the one that puts it nearest to the arrival of the bytes. Both need
+//! their checksum.
+//!
+//! Sources: `GSO-soslab/whoi_ds`, `ds_sensors/src/ds_sensors/sonardyne_usbl.cpp` and `jrenken/qgis-PosiView`
+//! (`$PSONLLD`); EIVA NaviPac, "The Kongsberg NMEA format $PSIMSSB", and NavDP 4000 operator's manual, "Simrad SSBL"
+//! (`$PSIMSSB`).
+
+use nalgebra::Vector3;
+
+use super::sighting::{
+    Axes, CHECKSUM, Clock, FIELDS, NO_POSITION, NUMBER, OTHER, Place, Sighting, address, number, optional,
+};
+use crate::Geographic;
+
+const OWN_SHIP: &str = "the ship itself";
+const AXES: &str = "coordinates of another kind";
+const ERROR_CODE: &str = "the modem reports an error";
+const PREDICTED: &str = "predicted, not measured";
+const NOT_ON_EARTH: &str = "no place on Earth";
+
+const DAY_S: f64 = 86_400.0;
+
+pub(super) fn read(line: &str, received_s: f64) -> Result<Sighting, &'static str> {
+    let sentence = checked(line)?;
+    let mut fields = sentence.split(',');
+    let message = fields.next().unwrap_or_default();
+    let fields: Vec<&str> = fields.collect();
+    match message {
+        "PSONLLD" => ranger(&fields, received_s),
+        "PSIMSSB" => apos(&fields, received_s),
+        _ => Err(OTHER),
+    }
+}
+
+/// What stands between `$` and `*`.
+fn checked(line: &str) -> Result<&str, &'static str> {
+    let (_, sentence) = line.rsplit_once('$').ok_or(OTHER)?;
+    let (body, told) = sentence.trim().rsplit_once('*').ok_or(CHECKSUM)?;
+    let sum = body.bytes().fold(0, |sum, byte| sum ^ byte);
+    let matches = told.len() == 2 && u8::from_str_radix(told, 16) == Ok(sum);
+    if matches { Ok(body) } else { Err(CHECKSUM) }
+}
+
+fn ranger(fields: &[&str], received_s: f64) -> Result<Sighting, &'static str> {
+    let [time, name, status, lat, lon, depth, major, minor, ..] = *fields else {
+        return Err(FIELDS);
+    };
+    if status != "A" {
+        return Err(NO_POSITION);
+    }
+    // The system prints the ship among its beacons, as "Ship 1".
+    if name
+        .get(..4)
+        .is_some_and(|start| start.eq_ignore_ascii_case("ship"))
+    {
+        return Err(OWN_SHIP);
+    }
+    let position = Geographic::new(number(lat)?, number(lon)?).ok_or(NOT_ON_EARTH)?;
+    let (major, minor) = (optional(major)?, optional(minor)?);
+    Ok(Sighting {
+        address: address(name)?,
+        clock: Clock::Sent(time_near(time, received_s)?),
+        travel_s: None,
+        place: Place::Geographic(position),
+        sigma_m: major.map(|major| major.max(minor.unwrap_or(0.0))),
+        depth_m: optional(depth)?,
+        transducer_depth_m: None,
+    })
+}
+
+fn apos(fields: &[&str], received_s: f64) -> Result<Sighting, &'static str> {
+    let [
+        time,
+        name,
+        status,
+        error,
+        system,
+        orientation,
+        filter,
+        x,
+        y,
+        depth,
+        accuracy,
+        ref more @ ..,
+    ] = *fields
+    else {
+        return Err(FIELDS);
+    };
+    if status != "A" {
+        return Err(NO_POSITION);
+    }
+    if !error.is_empty() {
+        return Err(ERROR_CODE);
+    }
+    if filter != "M" && filter != "F" {
+        return Err(PREDICTED);
+    }
+    let (x, y, z) = (number(x)?, number(y)?, number(depth)?);
+    let (axes, vector) = match (system, orientation) {
+        ("C", "H") => (Axes::HeadUp, Vector3::new(y, x, z)),
+        ("C", "N") => (Axes::North, Vector3::new(x, y, z)),
+        ("C", "E") => (Axes::North, Vector3::new(y, x, z)),
+        _ => return Err(AXES),
+    };
+    let travel = match more {
+        ["T", travel, ..] => optional(travel)?,
+        _ => None,
+    };
+    if travel.is_some_and(|travel| travel < 0.0) {
+        return Err(NUMBER);
+    }
+    Ok(Sighting {
+        address: address(name)?,
+        clock: Clock::Arrived(time_near(time, received_s)?),
+        travel_s: travel,
+        place: Place::vector(axes, vector),
+        sigma_m: optional(accuracy)?,
+        depth_m: None,
+        transducer_depth_m: None,
+    })
+}
+
+/// The time `hhmmss.ss` of the day that puts it nearest to `received_s`, s of Unix time.
+fn time_near(text: &str, received_s: f64) -> Result<f64, &'static str> {
+    let part = |range: std::ops::Range<usize>| {
+        let digits = text
+            .get(range)
+            .filter(|digits| digits.bytes().all(|byte| byte.is_ascii_digit()));
+        digits.and_then(|digits| digits.parse::<u8>().ok()).ok_or(NUMBER)
+    };
+    let (hours, minutes) = (f64::from(part(0..2)?), f64::from(part(2..4)?));
+    part(4..6)?;
+    let seconds = number(text.get(4..).unwrap_or_default())?;
+    if !(hours < 24.0 && minutes < 60.0 && seconds < 61.0) {
+        return Err(NUMBER);
+    }
+    let of_day = hours * 3600.0 + minutes * 60.0 + seconds;
+    Ok(((received_s - of_day) / DAY_S).round() * DAY_S + of_day)
+}
+
+/// The line of a sentence, for the generated samples.
+#[cfg(test)]
+pub(super) fn line(body: &str) -> String {
+    format!("${body}*{:02X}\r\n", body.bytes().fold(0, |sum, byte| sum ^ byte))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 2026-05-23 00:00:00 UTC.
+    const MIDNIGHT_S: f64 = 1_779_494_400.0;
+
+    fn at(hours: f64, minutes: f64, seconds: f64) -> f64 {
+        MIDNIGHT_S + hours * 3600.0 + minutes * 60.0 + seconds
+    }
+
+    #[test]
+    fn published_ranger_sentences_are_read() {
+        // jrenken/udp4all, src/ranger2gapsprocessor.cpp, and GSO-soslab/whoi_ds.
+        let beacon = "$PSONLLD,133707.52,2401,A,51.3315406,-0.83563975,999.916,5.33,5.33,0.00,0.62,,,,*2A";
+        let sighting = read(beacon, at(13.0, 37.0, 8.5)).expect("is published");
+        assert_eq!(sighting.address, "2401");
+        assert_eq!((sighting.sigma_m, sighting.depth_m), (Some(5.33), Some(999.916)));
+        let Clock::Sent(sent_s) = sighting.clock else {
+            panic!("tells when")
+        };
+        assert!((sent_s - at(13.0, 37.0, 7.52)).abs() < 1e-6);
+        let expected = Geographic {
+            lat_deg: 51.331_540_6,
+            lon_deg: -0.835_639_75,
+        };
+        assert_eq!(sighting.place, Place::Geographic(expected));
+
+        let alvin =
+            "$PSONLLD,170004.53,ALVIN 914,A,28.8114807,-87.80925696,1951.156,13.96,13.96,0.00,2.62,,,,*6F";
+        assert_eq!(
+            read(alvin, at(17.0, 0.0, 5.0)).expect("is published").address,
+            "ALVIN 914"
+        );
+        let bare = "$PSONLLD,153005.253,24,A,50.02495,8.873323,425.3,,,,,,,,*3e";
+        assert_eq!(
+            read(bare, at(15.0, 30.0, 6.0)).expect("is published").sigma_m,
+            None
+        );
+        let ship = "$PSONLLD,133707.59,Ship 1,A,51.3306281,-0.83499295,0.000,0.08,0.08,0.00,0.01,,,,*1D";
+        assert_eq!(read(ship, at(13.0, 37.0, 8.0)), Err(OWN_SHIP));
+    }
+
+    #[test]
+    fn published_apos_sentences_are_read() {
+        // lbe19/qgis-udp-nav, tests: derived from a HiPAP's log.
+        let tracking = "$PSIMSSB,083733.386,M17,A,,C,N,F,46.649,1.632,24.829,1.414,T,0.033681,*54";
+        let sighting = read(tracking, at(8.0, 37.0, 34.0)).expect("is published");
+        let vector = Vector3::new(46.649, 1.632, 24.829);
+        assert_eq!(sighting.place, Place::vector(Axes::North, vector));
+        assert_eq!(
+            (sighting.sigma_m, sighting.travel_s),
+            (Some(1.414), Some(0.033_681))
+        );
+        let reply = "$PSIMSSB,083733.036,M17,A,NRy,C,N,F,0.000,0.000,0.000,20.000,T,0.003731,*08";
+        assert_eq!(read(reply, at(8.0, 37.0, 34.0)), Err(ERROR_CODE));
+
+        // NavDP 4000 operator's manual, "Simrad SSBL"; its printed checksum is 20, that of its text is 0C.
+        let body = "PSIMSSB,085405.61,B42,A,,C,H,M,134.5,114.5,120.0,,,,";
+        let sighting = read(&line(body), at(8.0, 54.0, 6.0)).expect("is published");
+        let vector = Vector3::new(114.5, 134.5, 120.0);
+        assert_eq!(sighting.place, Place::vector(Axes::HeadUp, vector));
+        assert_eq!(read(&format!("${body}*20"), at(8.0, 54.0, 6.0)), Err(CHECKSUM));
+    }
+
+    #[test]
+    fn a_time_of_day_belongs_to_the_nearest_day() {
+        let second = |text: &str, received_s: f64| time_near(text, received_s);
+        assert_eq!(second("235959.5", MIDNIGHT_S + 0.25), Ok(MIDNIGHT_S - 0.5));
+        assert_eq!(second("000000.25", MIDNIGHT_S - 0.25), Ok(MIDNIGHT_S + 0.25));
+        assert_eq!(second("110000", MIDNIGHT_S), Ok(MIDNIGHT_S + 39_600.0));
+        assert_eq!(second("130000", MIDNIGHT_S), Ok(MIDNIGHT_S - 39_600.0));
+        for text in [
+            "",
+            "1200",
+            "24000000",
+            "126000.0",
+            "12-100",
+            "1200é0",
+            "120000.x",
+            "120000inf",
+        ] {
+            assert_eq!(second(text, MIDNIGHT_S), Err(NUMBER), "{text}");
+        }
+    }
+
+    #[test]
+    fn sentences_of_other_kinds_are_refused_by_name() {
+        for (body, reason) in [
+            ("PSIMSSB,000000,B01,V,,C,H,M,1,2,3,,,,", NO_POSITION),
+            ("PSIMSSB,000000,B01,A,,C,H,P,1,2,3,,,,", PREDICTED),
+            ("PSIMSSB,000000,B01,A,,P,H,M,1,2,3,,,,", AXES),
+            ("PSIMSSB,000000,B01,A,,U,N,M,1,2,3,,,,", AXES),
+            ("PSIMSSB,000000,B01,A,,C,H,M,,2,3,,,,", NUMBER),
+            ("PSIMSSB,000000,B01,A,,C,H", FIELDS),
+            ("PSONLLD,000000,1,V,1,2,3,,,,,,,,", NO_POSITION),
+            ("PSONLLD,000000,1,A,91,2,3,,,,,,,,", NOT_ON_EARTH),
+            ("PSONLLD,000000,1,A,nan,2,3,,,,,,,,", NUMBER),
+            ("PSONDEP,1,2", OTHER),
+        ] {
+            assert_eq!(read(&line(body), MIDNIGHT_S), Err(reason), "{body}");
+        }
+        assert_eq!(
+            read("$PSONLLD,000000,1,A,1,2,3,,,,,,,,", MIDNIGHT_S),
+            Err(CHECKSUM)
+        );
+    }
+}

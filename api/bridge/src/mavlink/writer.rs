@@ -1,0 +1,166 @@
+//! The frames that an autopilot is sent.
+
+use ::mavlink::{
+    MAVLinkV2MessageRaw, MavHeader,
+    dialects::ardupilotmega::{
+        COMMAND_LONG_DATA, HEARTBEAT_DATA, MavAutopilot, MavCmd, MavFrame, MavMessage, MavModeFlag, MavState,
+        MavType, PARAM_REQUEST_READ_DATA, PositionTargetTypemask, SET_POSITION_TARGET_LOCAL_NED_DATA,
+    },
+    types::CharArray,
+};
+
+use super::autopilot::Autopilot;
+use crate::reference::Reference;
+
+/// Makes frames, each with its number.
+#[derive(Debug)]
+pub struct MavlinkWriter {
+    sequence: u8,
+    system: u8,
+}
+
+/// An onboard computer. Source: MAVLink, `MAV_COMP_ID_ONBOARD_COMPUTER`.
+const ONBOARD_COMPUTER: u8 = 191;
+const AUTOPILOT: u8 = 1;
+/// All but velocity and yaw is to be ignored: bits 0 to 2 position, 6 to 8 acceleration, 11 yaw rate.
+const SPEED_AND_HEADING: u16 = 0x9C7;
+/// All but velocity: yaw too.
+const VELOCITY: u16 = 0xDC7;
+/// A custom mode follows. Source: MAVLink, `MAV_MODE_FLAG_CUSTOM_MODE_ENABLED`.
+const CUSTOM_MODE: f32 = 1.0;
+/// Numbers of the messages that the bridge lives on, and how often each is wanted, Hz.
+const STREAMS: [(f32, f32); 5] = [
+    // GLOBAL_POSITION_INT, ATTITUDE: what a plan starts from.
+    (33.0, 10.0),
+    (30.0, 10.0),
+    // GPS_RAW_INT, EKF_STATUS_REPORT: whether it knows where it is.
+    (24.0, 2.0),
+    (193.0, 2.0),
+    // SYSTEM_TIME: whether its clock is right.
+    (2.0, 1.0),
+];
+const MICROSECONDS: f32 = 1e6;
+
+impl MavlinkWriter {
+    /// Frames of the computer beside the autopilot `system`.
+    #[must_use]
+    pub fn new(system: u8) -> Self {
+        Self { sequence: 0, system }
+    }
+
+    /// That this computer lives; once a second.
+    pub fn heartbeat(&mut self) -> Vec<u8> {
+        self.frame(&MavMessage::HEARTBEAT(HEARTBEAT_DATA {
+            custom_mode: 0,
+            mavtype: MavType::MAV_TYPE_ONBOARD_CONTROLLER,
+            autopilot: MavAutopilot::MAV_AUTOPILOT_INVALID,
+            base_mode: MavModeFlag::empty(),
+            system_status: MavState::MAV_STATE_ACTIVE,
+            mavlink_version: 3,
+        }))
+    }
+
+    /// Speed ahead and heading, at `boot_ms` of this computer.
+    ///
+    /// ArduPilot's Rover takes the length of the velocity for the speed ahead, over ground, and the yaw for the heading; a
+    /// negative speed would mean astern. PX4 takes speed and bearing from the velocity's components.
+    pub fn reference(&mut self, autopilot: Autopilot, reference: &Reference, boot_ms: u32) -> Vec<u8> {
+        let speed = reference.speed.max(0.0);
+        let (mask, [vx, vy]) = match autopilot {
+            Autopilot::ArduPilot => (SPEED_AND_HEADING, [speed, 0.0]),
+            Autopilot::Px4 => {
+                let (sin, cos) = reference.heading.sin_cos();
+                (VELOCITY, [speed * cos, speed * sin])
+            }
+        };
+        let [vx, vy, yaw] = [vx, vy, reference.heading].map(single);
+        self.frame(&MavMessage::SET_POSITION_TARGET_LOCAL_NED(
+            SET_POSITION_TARGET_LOCAL_NED_DATA {
+                time_boot_ms: boot_ms,
+                vx,
+                vy,
+                yaw,
+                type_mask: PositionTargetTypemask::from_bits_retain(mask),
+                target_system: self.system,
+                target_component: AUTOPILOT,
+                coordinate_frame: MavFrame::MAV_FRAME_LOCAL_NED,
+                ..SET_POSITION_TARGET_LOCAL_NED_DATA::DEFAULT
+            },
+        ))
+    }
+
+    /// Asks for the messages that the bridge lives on.
+    pub fn streams(&mut self) -> Vec<u8> {
+        STREAMS
+            .into_iter()
+            .flat_map(|(message, hz)| {
+                self.command(MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL, [message, MICROSECONDS / hz])
+            })
+            .collect()
+    }
+
+    /// Asks for a parameter.
+    pub fn read_parameter(&mut self, name: &str) -> Vec<u8> {
+        let mut id = [0; 16];
+        let kept = name.len().min(id.len());
+        id[..kept].copy_from_slice(&name.as_bytes()[..kept]);
+        self.frame(&MavMessage::PARAM_REQUEST_READ(PARAM_REQUEST_READ_DATA {
+            // By name.
+            param_index: -1,
+            target_system: self.system,
+            target_component: AUTOPILOT,
+            param_id: CharArray::new(id),
+        }))
+    }
+
+    /// Orders the mode in which references are taken.
+    pub fn set_guided(&mut self, autopilot: Autopilot) -> Vec<u8> {
+        let mode = match autopilot {
+            Autopilot::ArduPilot => [CUSTOM_MODE, small(autopilot.guided_mode())],
+            // Main mode alone.
+            Autopilot::Px4 => [CUSTOM_MODE, small(autopilot.guided_mode() >> 16)],
+        };
+        self.command(MavCmd::MAV_CMD_DO_SET_MODE, mode)
+    }
+
+    /// Orders the motors on.
+    pub fn arm(&mut self) -> Vec<u8> {
+        self.command(MavCmd::MAV_CMD_COMPONENT_ARM_DISARM, [1.0, 0.0])
+    }
+
+    fn command(&mut self, command: MavCmd, [param1, param2]: [f32; 2]) -> Vec<u8> {
+        self.frame(&MavMessage::COMMAND_LONG(COMMAND_LONG_DATA {
+            param1,
+            param2,
+            command,
+            target_system: self.system,
+            target_component: AUTOPILOT,
+            ..COMMAND_LONG_DATA::DEFAULT
+        }))
+    }
+
+    fn frame(&mut self, message: &MavMessage) -> Vec<u8> {
+        let header = MavHeader {
+            system_id: u32::from(self.system),
+            component_id: ONBOARD_COMPUTER,
+            sequence: self.sequence,
+        };
+        self.sequence = self.sequence.wrapping_add(1);
+        let mut raw = MAVLinkV2MessageRaw::new();
+        raw.serialize_message(header, message);
+        raw.raw_bytes().to_vec()
+    }
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "speeds and angles keep seven digits"
+)]
+fn single(value: f64) -> f32 {
+    value as f32
+}
+
+#[expect(clippy::cast_precision_loss, reason = "numbers of modes are small")]
+fn small(number: u32) -> f32 {
+    number as f32
+}

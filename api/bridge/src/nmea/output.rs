@@ -1,0 +1,59 @@
+//! From a reference to what an autopilot reads.
+
+use std::f64::consts::TAU;
+
+use super::sentence::checksum;
+use crate::reference::Reference;
+
+/// Integrated navigation: who speaks.
+const TALKER: &str = "IN";
+/// Headings are written to this part of a turn: 0.1°, as the sentences of headings have it (xxx.x).
+const HEADING_STEPS: f64 = 3600.0;
+const STEPS_PER_DEGREE: f64 = 10.0;
+
+/// `reference` in four sentences, each with its checksum and line end: HTC, HTD, APB and `$PPLTF`.
+///
+/// Headings are true, degrees in [0, 360), to 0.1°. An autopilot takes the sentence that it knows.
+///
+/// ```text
+/// $INHTC,V,,,H,N,,,,,045.0,,,T,C*hh                          heading/track control command
+/// $INHTD,V,,,H,N,,,,,045.0,,,T,,,,*hh                        heading/track control data
+/// $INAPB,A,A,0.00,R,N,V,V,045.0,T,PLAN,045.0,T,045.0,T,A*hh  autopilot sentence B
+/// $PPLTF,045.0,T,1.50,M*hh                                   heading and speed, m/s
+/// ```
+///
+/// - HTC and HTD: no override, steering mode H (the commanded heading comes from elsewhere), turns not limited,
+///   heading-to-steer in field 10, true (T) in field 13. HTC is the command in IEC 61162-1 and HTD the answer of the
+///   controller: both are written, for autopilots that listen to HTD alone. The statuses in HTD are the controller's
+///   own: they are empty. Source of the fields: IEC 61162-1; Furuno VR-3000 operator's manual, page 31 (HTD).
+/// - APB: no cross-track error, not arrived, and all three bearings are the heading. Autopilots differ in which of them
+///   they steer (gpsd, "NMEA Revealed", APB), and add to it what corrects the cross-track error. pypilot takes a true
+///   bearing as course over ground.
+/// - `$PPLTF`: our own, because no standard sentence commands a speed. VTG and VHW would be taken for measurements; PRC is
+///   the position of a lever, and Maritime Robotics' `$PMARCRS` commands a course over ground.
+#[must_use]
+pub fn heading_and_speed_sentences(reference: &Reference) -> String {
+    let Reference { speed, heading } = *reference;
+    debug_assert!(
+        speed.is_finite() && heading.is_finite(),
+        "a reference is of numbers"
+    );
+    // No speed astern is ever written as one ahead; `+ 0.0` as below.
+    let (heading, speed) = (degrees_true(heading), speed.max(0.0) + 0.0);
+    let heading_control = format!("V,,,H,N,,,,,{heading},,,T");
+    [
+        format!("{TALKER}HTC,{heading_control},C"),
+        format!("{TALKER}HTD,{heading_control},,,,"),
+        format!("{TALKER}APB,A,A,0.00,R,N,V,V,{heading},T,PLAN,{heading},T,{heading},T,A"),
+        format!("PPLTF,{heading},T,{speed:.2},M"),
+    ]
+    .map(|payload| format!("${payload}*{:02X}\r\n", checksum(payload.as_bytes())))
+    .concat()
+}
+
+/// Degrees in [0, 360): rounded first, so that a little west of north is 000.0 and never 360.0.
+fn degrees_true(heading: f64) -> String {
+    // `+ 0.0` turns −0.0 into 0.0, which would be written with its sign.
+    let steps = (heading / TAU * HEADING_STEPS).round().rem_euclid(HEADING_STEPS) + 0.0;
+    format!("{:05.1}", steps / STEPS_PER_DEGREE)
+}

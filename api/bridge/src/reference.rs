@@ -1,0 +1,184 @@
+//! What the craft is to do between two plans.
+
+use std::f64::consts::{PI, TAU};
+
+use geodesy::direction;
+use nalgebra::Vector2;
+
+use crate::Geographic;
+
+/// What an autopilot is sent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reference {
+    /// Speed ahead, m/s, never negative, in the terms of the craft's speed loop.
+    pub speed: f64,
+    /// Heading, rad, true, in [−π, π].
+    pub heading: f64,
+}
+
+/// One stage of a planned trajectory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stage {
+    /// When, s.
+    pub t_s: f64,
+    /// Where the craft is to be (north, east), m from the mission's origin.
+    pub position: Vector2<f64>,
+    /// Where that is on Earth, where the mission has an origin.
+    pub geographic: Option<Geographic>,
+    /// The planned speed through the water and heading.
+    pub reference: Reference,
+}
+
+/// A plan as the craft follows it. All times are of one clock.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlannedReference {
+    /// When it was planned, s.
+    pub planned_s: f64,
+    /// What the craft's loops are to be asked for then, in their own terms.
+    pub first: Reference,
+    /// The planned motion, in the order of its times.
+    pub stages: Vec<Stage>,
+    /// How far the reference is ahead of the planned motion: lags of the craft's heading and speed loops, s.
+    pub lags: [f64; 2],
+    /// Current (north, east), m/s, that a speed over ground has in it; zero for a craft that holds speed through the water.
+    pub current: Vector2<f64>,
+    /// Until when it may be followed, s.
+    pub valid_until_s: f64,
+}
+
+impl PlannedReference {
+    /// The reference at `t_s`: the one of the plan, and what the planned motion changes from then on; none once the plan is too old.
+    ///
+    /// ```text
+    /// ψ_ref(t) = ψ_ref(t₀) + ψ(t + T_ψ) − ψ(t₀ + T_ψ)        u_ref(t) likewise with T_u, over ground with the current along the bow
+    /// ```
+    /// The planner asks for what the loops need to be on the planned motion a lag later, so that the reference changes as the
+    /// motion does a lag later.
+    #[must_use]
+    pub fn at(&self, t_s: f64) -> Option<Reference> {
+        let is_valid = t_s <= self.valid_until_s;
+        if !is_valid {
+            return None;
+        }
+        let [heading_lag, speed_lag] = self.lags;
+        let since = t_s.max(self.planned_s);
+        let turn = wrapped(
+            self.motion(since + heading_lag).heading - self.motion(self.planned_s + heading_lag).heading,
+        );
+        let heading = wrapped(self.first.heading + turn);
+        let faster = self.motion(since + speed_lag).speed - self.motion(self.planned_s + speed_lag).speed;
+        let carried = self
+            .current
+            .dot(&(direction(heading) - direction(self.first.heading)));
+        Some(Reference {
+            speed: (self.first.speed + faster + carried).max(0.0),
+            heading,
+        })
+    }
+
+    /// The same plan on a clock that is `by` s ahead.
+    #[must_use]
+    pub fn shifted(&self, by: f64) -> Self {
+        let mut shifted = self.clone();
+        shifted.planned_s += by;
+        shifted.valid_until_s += by;
+        for stage in &mut shifted.stages {
+            stage.t_s += by;
+        }
+        shifted
+    }
+
+    /// The planned speed through the water and heading, between the stages in proportion to the time.
+    fn motion(&self, t_s: f64) -> Reference {
+        let mut before: Option<&Stage> = None;
+        for stage in &self.stages {
+            if t_s < stage.t_s {
+                return before.map_or(stage.reference, |before| between(before, stage, t_s));
+            }
+            before = Some(stage);
+        }
+        before.map_or(self.first, |last| last.reference)
+    }
+}
+
+/// On the straight line from one stage to the next one, the heading by the shorter turn.
+fn between(from: &Stage, to: &Stage, t_s: f64) -> Reference {
+    let span = to.t_s - from.t_s;
+    let part = if span > 0.0 {
+        ((t_s - from.t_s) / span).clamp(0.0, 1.0)
+    } else {
+        1.0
+    };
+    let (before, after) = (from.reference, to.reference);
+    Reference {
+        speed: before.speed + part * (after.speed - before.speed),
+        heading: wrapped(before.heading + part * wrapped(after.heading - before.heading)),
+    }
+}
+
+/// The same direction in [−π, π].
+#[must_use]
+pub fn wrapped(angle: f64) -> f64 {
+    (angle + PI).rem_euclid(TAU) - PI
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A craft that goes at 1 m/s and turns 0.1 rad/s to starboard, planned at 100 s on a clock.
+    fn turning(lags: [f64; 2], current: Vector2<f64>) -> PlannedReference {
+        let stages = (0..30_u8).map(|k| {
+            let after = f64::from(k);
+            let heading = wrapped(3.0 + 0.1 * after);
+            Stage {
+                t_s: 100.0 + after,
+                position: Vector2::zeros(),
+                geographic: None,
+                reference: Reference {
+                    speed: 1.0 + 0.01 * after,
+                    heading,
+                },
+            }
+        });
+        PlannedReference {
+            planned_s: 100.0,
+            first: Reference {
+                speed: 1.2,
+                heading: 3.0 + 0.1 * lags[0],
+            },
+            stages: stages.collect(),
+            lags,
+            current,
+            valid_until_s: 110.0,
+        }
+    }
+
+    #[test]
+    fn between_two_plans_the_reference_turns_as_the_planned_motion_does() {
+        let plan = turning([2.0, 1.5], Vector2::zeros());
+        for tenths in 0..=100_u8 {
+            let after = 0.1 * f64::from(tenths);
+            let reference = plan.at(100.0 + after).expect("the plan is valid");
+            assert!(wrapped(reference.heading - (3.2 + 0.1 * after)).abs() < 1e-12);
+            assert!((reference.speed - (1.2 + 0.01 * after)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_speed_over_ground_takes_the_current_along_the_bow_into_the_turn() {
+        let current = Vector2::new(0.3, 0.0);
+        let reference = turning([0.0, 0.0], current).at(105.0).expect("the plan is valid");
+        // 0.3 cos ψ is in the first reference already.
+        let carried = 0.3 * (3.5_f64.cos() - 3.0_f64.cos());
+        assert!((reference.speed - (1.2 + 0.05 + carried)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_plan_that_is_too_old_is_not_followed() {
+        let plan = turning([1.0, 1.0], Vector2::zeros());
+        assert!(plan.at(110.0).is_some());
+        assert!(plan.at(110.001).is_none());
+        assert!(plan.at(f64::NAN).is_none());
+    }
+}

@@ -1,0 +1,343 @@
+//! Sockets and serial ports: bytes in as they come, bytes out if somebody is there. Everything else in this crate knows neither.
+
+use std::{
+    fmt,
+    io::{self, Read as _, Write as _},
+    net::{SocketAddr, TcpStream, ToSocketAddrs as _, UdpSocket},
+    str::FromStr,
+    sync::{Arc, Mutex, PoisonError, mpsc::SyncSender},
+    thread,
+    time::{Duration, Instant},
+};
+
+use serial2::SerialPort;
+
+/// Where a wire leads.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Endpoint {
+    /// `udp:HOST:PORT`: listens there, and answers the last sender.
+    Udp(String),
+    /// `udpout:HOST:PORT`: sends there.
+    UdpOut(String),
+    /// `tcp:HOST:PORT`: connects, again and again.
+    Tcp(String),
+    /// `serial:DEVICE:BAUD`.
+    Serial {
+        /// The device, such as `/dev/ttyUSB0`.
+        device: String,
+        /// Bits per second.
+        baud: u32,
+    },
+}
+
+/// A text that names no endpoint.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{0:?} is no wire: write udp:HOST:PORT to listen, udpout:HOST:PORT, tcp:HOST:PORT or serial:DEVICE:BAUD"
+)]
+pub struct NoEndpoint(String);
+
+impl FromStr for Endpoint {
+    type Err = NoEndpoint;
+
+    fn from_str(text: &str) -> Result<Self, NoEndpoint> {
+        let no_endpoint = || NoEndpoint(text.to_owned());
+        let (kind, rest) = text.split_once(':').ok_or_else(no_endpoint)?;
+        let (name, number) = rest.rsplit_once(':').ok_or_else(no_endpoint)?;
+        let number: u32 = number.parse().map_err(|_| no_endpoint())?;
+        let address = || match u16::try_from(number) {
+            Ok(_) if !name.is_empty() => Ok(rest.to_owned()),
+            _ => Err(no_endpoint()),
+        };
+        match kind {
+            "udp" => address().map(Self::Udp),
+            "udpout" => address().map(Self::UdpOut),
+            "tcp" => address().map(Self::Tcp),
+            "serial" if !name.is_empty() && number > 0 => Ok(Self::Serial {
+                device: name.to_owned(),
+                baud: number,
+            }),
+            _ => Err(no_endpoint()),
+        }
+    }
+}
+
+impl fmt::Display for Endpoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Udp(address) => write!(f, "udp:{address}"),
+            Self::UdpOut(address) => write!(f, "udpout:{address}"),
+            Self::Tcp(address) => write!(f, "tcp:{address}"),
+            Self::Serial { device, baud } => write!(f, "serial:{device}:{baud}"),
+        }
+    }
+}
+
+/// Bytes that came, from which wire, and when.
+#[derive(Clone, Debug)]
+pub struct Received {
+    /// The wire, by the number that it was opened with.
+    pub wire: usize,
+    /// The bytes.
+    pub bytes: Vec<u8>,
+    /// Whether they are a datagram, and not a piece of a stream.
+    pub is_datagram: bool,
+    /// When.
+    pub at: Instant,
+}
+
+/// One wire, kept open by a thread of its own.
+#[derive(Debug)]
+pub struct Wire {
+    line: Arc<Mutex<Option<Line>>>,
+}
+
+/// Between two attempts at opening.
+const RETRY: Duration = Duration::from_secs(1);
+/// How long a read waits, so that a line that was closed elsewhere is noticed.
+const READ_TIMEOUT: Duration = Duration::from_millis(500);
+/// A craft is steered ten times a second: what cannot be written by then is old.
+const WRITE_TIMEOUT: Duration = Duration::from_millis(100);
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
+/// A datagram, or what came since the last read.
+const READ_BYTES: usize = 4096;
+
+impl Wire {
+    /// Opens `endpoint` as wire number `wire`, now and whenever it breaks; what comes goes to `received`, until that is closed. A reader that is
+    /// behind by the channel's length is waited for.
+    #[must_use]
+    pub fn open(endpoint: Endpoint, wire: usize, received: SyncSender<Received>) -> Self {
+        let line = Arc::new(Mutex::new(None));
+        let kept = Arc::clone(&line);
+        thread::spawn(move || keep_open(&endpoint, wire, &kept, &received));
+        Self { line }
+    }
+
+    /// Writes, if the wire is open; a failure is logged, as the next message follows soon.
+    pub fn send(&self, bytes: &[u8]) {
+        let mut line = self.line.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(open) = line.as_mut()
+            && let Err(error) = open.write(bytes)
+        {
+            tracing::debug!(%error, "not sent");
+        }
+    }
+}
+
+/// Opens, reads until it breaks, and again.
+fn keep_open(endpoint: &Endpoint, wire: usize, kept: &Mutex<Option<Line>>, received: &SyncSender<Received>) {
+    let keep = |line| *kept.lock().unwrap_or_else(PoisonError::into_inner) = line;
+    let mut was_open = true;
+    loop {
+        match Line::open(endpoint) {
+            Ok(line) => {
+                tracing::info!(%endpoint, "open");
+                was_open = true;
+                let again = line.clone();
+                keep(Some(line));
+                let broken = read(again, wire, kept, received);
+                keep(None);
+                match broken {
+                    Some(error) => tracing::warn!(%endpoint, %error, "broken; it is opened again"),
+                    None => return,
+                }
+            }
+            Err(error) if was_open => {
+                was_open = false;
+                tracing::warn!(%endpoint, %error, "does not open; it is tried again every second");
+            }
+            Err(_) => {}
+        }
+        thread::sleep(RETRY);
+    }
+}
+
+/// Hands on what comes, until the wire breaks, for which it answers the reason, or its reader is gone.
+fn read(
+    mut line: Line,
+    wire: usize,
+    kept: &Mutex<Option<Line>>,
+    received: &SyncSender<Received>,
+) -> Option<io::Error> {
+    let mut buffer = [0; READ_BYTES];
+    loop {
+        match line.read(&mut buffer, kept) {
+            Ok(0) => return Some(io::ErrorKind::UnexpectedEof.into()),
+            Ok(count) => {
+                let bytes = buffer[..count].to_vec();
+                let at = Instant::now();
+                let is_datagram = matches!(line, Line::Udp { .. });
+                received
+                    .send(Received {
+                        wire,
+                        bytes,
+                        is_datagram,
+                        at,
+                    })
+                    .ok()?;
+            }
+            Err(error) if is_pause(&error) => {}
+            Err(error) => return Some(error),
+        }
+    }
+}
+
+/// Nothing came in time, or nobody listens to a datagram.
+fn is_pause(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::WouldBlock
+            | io::ErrorKind::TimedOut
+            | io::ErrorKind::Interrupted
+            | io::ErrorKind::ConnectionRefused
+    )
+}
+
+/// An open wire.
+#[derive(Clone, Debug)]
+enum Line {
+    Udp {
+        socket: Arc<UdpSocket>,
+        peer: Option<SocketAddr>,
+    },
+    Tcp(Arc<TcpStream>),
+    Serial(Arc<SerialPort>),
+}
+
+impl Line {
+    fn open(endpoint: &Endpoint) -> io::Result<Self> {
+        match endpoint {
+            Endpoint::Udp(address) => Self::udp(UdpSocket::bind(address.as_str())?, None),
+            Endpoint::UdpOut(address) => {
+                let peer = resolved(address)?;
+                let any: SocketAddr = if peer.is_ipv4() {
+                    ([0, 0, 0, 0], 0).into()
+                } else {
+                    ([0_u16; 8], 0).into()
+                };
+                Self::udp(UdpSocket::bind(any)?, Some(peer))
+            }
+            Endpoint::Tcp(address) => {
+                let stream = TcpStream::connect_timeout(&resolved(address)?, CONNECT_TIMEOUT)?;
+                stream.set_nodelay(true)?;
+                stream.set_read_timeout(Some(READ_TIMEOUT))?;
+                stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
+                Ok(Self::Tcp(Arc::new(stream)))
+            }
+            Endpoint::Serial { device, baud } => {
+                let mut port = SerialPort::open(device, *baud)?;
+                port.set_read_timeout(READ_TIMEOUT)?;
+                port.set_write_timeout(WRITE_TIMEOUT)?;
+                Ok(Self::Serial(Arc::new(port)))
+            }
+        }
+    }
+
+    fn udp(socket: UdpSocket, peer: Option<SocketAddr>) -> io::Result<Self> {
+        socket.set_read_timeout(Some(READ_TIMEOUT))?;
+        socket.set_write_timeout(Some(WRITE_TIMEOUT))?;
+        Ok(Self::Udp {
+            socket: Arc::new(socket),
+            peer,
+        })
+    }
+
+    /// Reads; of a datagram, its sender becomes the peer in `kept`.
+    fn read(&mut self, into: &mut [u8], kept: &Mutex<Option<Self>>) -> io::Result<usize> {
+        match self {
+            Self::Udp { socket, peer } => {
+                let (count, sender) = socket.recv_from(into)?;
+                if *peer != Some(sender) {
+                    *peer = Some(sender);
+                    *kept.lock().unwrap_or_else(PoisonError::into_inner) = Some(self.clone());
+                }
+                // An empty datagram is no end.
+                if count == 0 {
+                    return Err(io::ErrorKind::Interrupted.into());
+                }
+                Ok(count)
+            }
+            Self::Tcp(stream) => stream.as_ref().read(into),
+            Self::Serial(port) => port.read(into),
+        }
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        match self {
+            Self::Udp {
+                socket,
+                peer: Some(peer),
+            } => socket.send_to(bytes, *peer).map(drop),
+            Self::Udp { peer: None, .. } => Ok(()),
+            Self::Tcp(stream) => stream.as_ref().write_all(bytes),
+            Self::Serial(port) => port.write_all(bytes),
+        }
+    }
+}
+
+fn resolved(address: &str) -> io::Result<SocketAddr> {
+    address
+        .to_socket_addrs()?
+        .next()
+        .ok_or_else(|| io::ErrorKind::AddrNotAvailable.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::sync_channel;
+
+    use super::*;
+
+    #[test]
+    fn endpoints_are_read_and_others_refused_with_what_to_write() {
+        for text in [
+            "udp:0.0.0.0:14550",
+            "udpout:localhost:14551",
+            "tcp:[::1]:5760",
+            "serial:/dev/ttyUSB0:57600",
+        ] {
+            let endpoint: Endpoint = text.parse().expect("an endpoint");
+            assert_eq!(endpoint.to_string(), text);
+        }
+        for text in [
+            "",
+            "tcp",
+            "tcp:",
+            "tcp::5760",
+            "tcp:localhost:70000",
+            "serial:/dev/ttyUSB0:0",
+            "i2c:a:1",
+        ] {
+            let refused = text.parse::<Endpoint>().expect_err("no endpoint");
+            assert!(refused.to_string().contains("tcp:HOST:PORT"), "{refused}");
+        }
+    }
+
+    #[test]
+    fn a_wire_that_listens_answers_its_last_sender() {
+        let taken = UdpSocket::bind("127.0.0.1:0").expect("a free port");
+        let address = taken.local_addr().expect("bound").to_string();
+        drop(taken);
+        let (sender, received) = sync_channel(8);
+        let wire = Wire::open(Endpoint::Udp(address.clone()), 3, sender);
+        let craft = UdpSocket::bind("127.0.0.1:0").expect("a free port");
+        craft
+            .set_read_timeout(Some(Duration::from_secs(1)))
+            .expect("a time-out");
+        let heard = loop {
+            craft.send_to(b"hello", &address).expect("sent");
+            if let Ok(heard) = received.recv_timeout(Duration::from_millis(200)) {
+                break heard;
+            }
+        };
+        assert_eq!((heard.wire, heard.bytes.as_slice()), (3, b"hello".as_slice()));
+        let mut answer = [0; 8];
+        let count = loop {
+            wire.send(b"aye");
+            if let Ok(count) = craft.recv(&mut answer) {
+                break count;
+            }
+        };
+        assert_eq!(&answer[..count], b"aye");
+    }
+}

@@ -1,0 +1,328 @@
+//! A small autopilot and its boat, as ArduPilot's Rover answers a bridge: MAVLink over TCP, on a thread of its own.
+//!
+//! What it keeps of the real one: references count in mode GUIDED alone and while armed; the velocity's length is the speed ahead, over
+//! ground, clipped at `WP_SPEED`; the yaw is the heading; three seconds without a reference stop it; commands set the mode and arm;
+//! parameters are answered by name. Messages of other systems on the wire are handed on.
+
+use std::{
+    collections::VecDeque,
+    io::{self, Write as _},
+    net::{SocketAddr, TcpListener, TcpStream},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    thread,
+    time::{Duration, Instant},
+};
+
+use mavlink::{
+    MAVLinkV2MessageRaw, MavHeader, MavlinkReader,
+    dialects::ardupilotmega::{
+        ATTITUDE_DATA, COMMAND_ACK_DATA, EKF_STATUS_REPORT_DATA, EkfStatusFlags, GLOBAL_POSITION_INT_DATA,
+        HEARTBEAT_DATA, MavAutopilot, MavCmd, MavMessage, MavModeFlag, MavResult, MavState, MavType,
+        PARAM_VALUE_DATA,
+    },
+};
+use nalgebra::Vector2;
+
+/// Mode numbers. Source: ArduPilot, `Rover/mode.h`.
+pub const HOLD: u32 = 4;
+/// As above.
+pub const GUIDED: u32 = 15;
+
+/// Time between two steps.
+const STEP: Duration = Duration::from_millis(20);
+/// Where (0, 0) is, degrees.
+pub const ORIGIN: [f64; 2] = [38.41, -9.11];
+/// Metres in a degree of latitude, near enough over a few hundred metres.
+const METRES_PER_DEGREE: f64 = 111_319.5;
+/// Time without references after which it stops, s.
+const REFERENCE_AGE_MAX: f64 = 3.0;
+/// Time constants of its loops, s: the real one's heading is within 5° of a step of 30° after 1.5 s, its speed within a tenth after
+/// 2.3 s.
+const HEADING_TIME: f64 = 0.8;
+const SPEED_TIME: f64 = 1.0;
+const ACCELERATION_MAX: f64 = 1.0;
+const TURN_RATE_MAX: f64 = 2.0;
+const WP_SPEED: f32 = 2.0;
+/// What it answers of its parameters: one rudder, one thruster.
+const PARAMETERS: [(&str, f32); 5] = [
+    ("WP_SPEED", WP_SPEED),
+    ("ATC_STR_RAT_MAX", 120.0),
+    ("ATC_ACCEL_MAX", 1.0),
+    ("SERVO1_FUNCTION", 26.0),
+    ("SERVO3_FUNCTION", 70.0),
+];
+/// The system of the boat.
+const SYSTEM: u32 = 1;
+
+/// What the boat is and does.
+#[derive(Clone, Debug)]
+pub struct Boat {
+    /// (north, east), m.
+    pub position: Vector2<f64>,
+    /// rad.
+    pub heading: f64,
+    /// Ahead, over ground, m/s.
+    pub speed: f64,
+    /// As `HOLD`, `GUIDED`.
+    pub mode: u32,
+    /// Whether the motors may run.
+    pub is_armed: bool,
+    /// Whether it says that it lives.
+    pub has_heartbeat: bool,
+    /// Whether it knows its position.
+    pub has_position: bool,
+    /// References that came, whatever became of them.
+    pub references: u64,
+    /// Orders of a mode or to arm that came.
+    pub orders: u64,
+    reference: Option<(f64, f64, Instant)>,
+    yaw_rate: f64,
+}
+
+/// The boat on its thread.
+#[derive(Debug)]
+pub struct StandIn {
+    boat: Arc<Mutex<Boat>>,
+    others: Arc<Mutex<VecDeque<Vec<u8>>>>,
+    address: SocketAddr,
+}
+
+impl StandIn {
+    /// A boat at (0, 0) that heads east, in mode HOLD and disarmed, in a current (north, east), m/s.
+    ///
+    /// # Panics
+    /// Without a free port: the test's finding.
+    #[must_use]
+    pub fn start(current: Vector2<f64>) -> Self {
+        let boat = Arc::new(Mutex::new(Boat {
+            position: Vector2::zeros(),
+            heading: 1.6,
+            speed: 0.0,
+            mode: HOLD,
+            is_armed: false,
+            has_heartbeat: true,
+            has_position: true,
+            references: 0,
+            orders: 0,
+            reference: None,
+            yaw_rate: 0.0,
+        }));
+        let others = Arc::new(Mutex::new(VecDeque::new()));
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+        let address = listener.local_addr().expect("it listens");
+        let (shared, relayed) = (Arc::clone(&boat), Arc::clone(&others));
+        thread::spawn(move || sail(&listener, &shared, &relayed, current));
+        Self {
+            boat,
+            others,
+            address,
+        }
+    }
+
+    /// Where a bridge connects to.
+    #[must_use]
+    pub fn endpoint(&self) -> String {
+        format!("tcp:{}", self.address)
+    }
+
+    /// The boat now; changes are those of a person aboard.
+    pub fn boat(&self) -> MutexGuard<'_, Boat> {
+        lock(&self.boat)
+    }
+
+    /// Hands on what another system says of itself: at (north, east), m, with the velocity (north, east), m/s.
+    pub fn hear(&self, system: u32, position: &Vector2<f64>, velocity: &Vector2<f64>) {
+        let mut waiting = lock(&self.others);
+        waiting.push_back(frame(system, &place(position, velocity, None)));
+        if waiting.len() > 64 {
+            waiting.pop_front();
+        }
+    }
+}
+
+/// A frame of `system`'s autopilot.
+#[must_use]
+pub fn frame(system: u32, message: &MavMessage) -> Vec<u8> {
+    let header = MavHeader {
+        system_id: system,
+        component_id: 1,
+        sequence: 0,
+    };
+    let mut raw = MAVLinkV2MessageRaw::new();
+    raw.serialize_message(header, message);
+    raw.raw_bytes().to_vec()
+}
+
+/// `GLOBAL_POSITION_INT` of what is at `position` (north, east), m.
+#[must_use]
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "the message's integers are that wide"
+)]
+pub fn place(position: &Vector2<f64>, velocity: &Vector2<f64>, heading: Option<f64>) -> MavMessage {
+    let [lat_deg, lon_deg] = ORIGIN;
+    let lon_scale = METRES_PER_DEGREE * lat_deg.to_radians().cos();
+    let centidegrees = |heading: f64| (heading.to_degrees().rem_euclid(360.0) * 100.0).clamp(0.0, 35_999.0);
+    #[expect(clippy::cast_sign_loss, reason = "it was made positive")]
+    let hdg = heading.map_or(u16::MAX, |heading| centidegrees(heading) as u16);
+    MavMessage::GLOBAL_POSITION_INT(GLOBAL_POSITION_INT_DATA {
+        lat: ((lat_deg + position.x / METRES_PER_DEGREE) * 1e7).round() as i32,
+        lon: ((lon_deg + position.y / lon_scale) * 1e7).round() as i32,
+        vx: (velocity.x * 100.0).round() as i16,
+        vy: (velocity.y * 100.0).round() as i16,
+        hdg,
+        ..GLOBAL_POSITION_INT_DATA::DEFAULT
+    })
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Goes on for ever, with one client at a time.
+fn sail(
+    listener: &TcpListener,
+    boat: &Mutex<Boat>,
+    others: &Mutex<VecDeque<Vec<u8>>>,
+    current: Vector2<f64>,
+) {
+    listener.set_nonblocking(true).expect("the listener can be asked");
+    let mut client: Option<(TcpStream, MavlinkReader<TcpStream>)> = None;
+    let mut step: u64 = 0;
+    loop {
+        if let Ok((stream, _)) = listener.accept() {
+            stream
+                .set_read_timeout(Some(Duration::from_millis(1)))
+                .expect("a time-out");
+            let reader = MavlinkReader::new(stream.try_clone().expect("a second handle"));
+            client = Some((stream, reader));
+        }
+        let mut answers = vec![];
+        if let Some((_, reader)) = &mut client {
+            while let Ok((header, message)) = reader.read_any_message::<MavMessage>() {
+                if header.component_id != 1 {
+                    lock(boat).take(&message, &mut answers);
+                }
+            }
+        }
+        lock(boat).step(STEP.as_secs_f64(), &current);
+        let mut frames = lock(boat).messages(step, &current);
+        frames.append(&mut answers);
+        let mut bytes: Vec<u8> = frames.iter().flat_map(|message| frame(SYSTEM, message)).collect();
+        bytes.extend(lock(others).drain(..).flatten());
+        if let Some((stream, _)) = &mut client
+            && is_gone(stream.write_all(&bytes))
+        {
+            client = None;
+        }
+        step += 1;
+        thread::sleep(STEP);
+    }
+}
+
+fn is_gone(written: io::Result<()>) -> bool {
+    written.is_err_and(|error| error.kind() != io::ErrorKind::WouldBlock)
+}
+
+impl Boat {
+    fn take(&mut self, message: &MavMessage, answers: &mut Vec<MavMessage>) {
+        match message {
+            MavMessage::SET_POSITION_TARGET_LOCAL_NED(target) => {
+                self.references += 1;
+                if self.mode == GUIDED && target.type_mask.bits() == 0x9C7 {
+                    let speed = f64::from(target.vx.hypot(target.vy).min(WP_SPEED));
+                    self.reference = Some((speed, f64::from(target.yaw), Instant::now()));
+                }
+            }
+            MavMessage::COMMAND_LONG(order) => {
+                match order.command {
+                    MavCmd::MAV_CMD_DO_SET_MODE => {
+                        self.orders += 1;
+                        self.mode = if order.param2 == 15.0 { GUIDED } else { HOLD };
+                    }
+                    MavCmd::MAV_CMD_COMPONENT_ARM_DISARM => {
+                        self.orders += 1;
+                        self.is_armed = order.param1 == 1.0;
+                    }
+                    _ => {}
+                }
+                answers.push(MavMessage::COMMAND_ACK(COMMAND_ACK_DATA {
+                    command: order.command,
+                    result: MavResult::MAV_RESULT_ACCEPTED,
+                }));
+            }
+            MavMessage::PARAM_REQUEST_READ(asked) => {
+                let known = PARAMETERS
+                    .iter()
+                    .find(|(name, _)| asked.param_id.to_str() == Ok(name));
+                answers.extend(known.map(|(_, value)| {
+                    MavMessage::PARAM_VALUE(PARAM_VALUE_DATA {
+                        param_value: *value,
+                        param_id: asked.param_id,
+                        ..PARAM_VALUE_DATA::DEFAULT
+                    })
+                }));
+            }
+            _ => {}
+        }
+    }
+
+    fn step(&mut self, dt: f64, current: &Vector2<f64>) {
+        let fresh = self
+            .reference
+            .filter(|(_, _, at)| at.elapsed().as_secs_f64() <= REFERENCE_AGE_MAX);
+        let may_run = self.is_armed && self.mode == GUIDED;
+        let (speed, heading) = match fresh {
+            Some((speed, heading, _)) if may_run => (speed, heading),
+            _ => (0.0, self.heading),
+        };
+        let turn = (heading - self.heading)
+            .sin()
+            .atan2((heading - self.heading).cos());
+        self.yaw_rate = (turn / HEADING_TIME).clamp(-TURN_RATE_MAX, TURN_RATE_MAX);
+        self.heading += self.yaw_rate * dt;
+        let faster = (speed - self.speed) / SPEED_TIME;
+        self.speed += faster.clamp(-ACCELERATION_MAX, ACCELERATION_MAX) * dt;
+        self.position += self.velocity(current) * dt;
+    }
+
+    /// Over ground (north, east), m/s: its loop holds the part along the bow, the current carries it across.
+    fn velocity(&self, current: &Vector2<f64>) -> Vector2<f64> {
+        let (sin, cos) = self.heading.sin_cos();
+        let (bow, starboard) = (Vector2::new(cos, sin), Vector2::new(-sin, cos));
+        bow * self.speed + starboard * starboard.dot(current)
+    }
+
+    /// What it says at this step: fifty of them are a second.
+    fn messages(&self, step: u64, current: &Vector2<f64>) -> Vec<MavMessage> {
+        let mut said = vec![];
+        if step.is_multiple_of(50) && self.has_heartbeat {
+            let mut base_mode = MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;
+            base_mode.set(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED, self.is_armed);
+            said.push(MavMessage::HEARTBEAT(HEARTBEAT_DATA {
+                custom_mode: self.mode,
+                mavtype: MavType::MAV_TYPE_SURFACE_BOAT,
+                autopilot: MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA,
+                base_mode,
+                system_status: MavState::MAV_STATE_ACTIVE,
+                mavlink_version: 3,
+            }));
+            let mut flags = EkfStatusFlags::empty();
+            flags.set(EkfStatusFlags::EKF_POS_HORIZ_ABS, self.has_position);
+            said.push(MavMessage::EKF_STATUS_REPORT(EKF_STATUS_REPORT_DATA {
+                flags,
+                ..EKF_STATUS_REPORT_DATA::DEFAULT
+            }));
+        }
+        if step.is_multiple_of(5) {
+            said.push(place(&self.position, &self.velocity(current), Some(self.heading)));
+            #[expect(clippy::cast_possible_truncation, reason = "the message is that coarse")]
+            said.push(MavMessage::ATTITUDE(ATTITUDE_DATA {
+                yaw: self.heading.sin().atan2(self.heading.cos()) as f32,
+                yawspeed: self.yaw_rate as f32,
+                ..ATTITUDE_DATA::DEFAULT
+            }));
+        }
+        said
+    }
+}
