@@ -395,6 +395,8 @@ impl ArduPilot {
                 "10",
                 "-I",
                 "7",
+                "--sysid",
+                "8",
                 "--wipe",
                 "--serial0",
                 "tcp:0",
