@@ -22,7 +22,7 @@ use crate::{
     acoustics::{CraftPose, KnownDepth, Modem, PoseHistory},
     clock::Clock,
     helm::{Helm, HelmSettings},
-    mavlink::{Action, Authority, Conditions, Contradiction, Control, Heard, Heartbeat, Parameters, Silence},
+    mavlink::{Action, Authority, Conditions, Contradiction, Control, Heard, Parameters, Silence},
     mission::Missions,
     mission_link::{Keeping, LinkNow, MissionLink, Which},
     nmea::NmeaReader,
@@ -88,8 +88,6 @@ pub struct NoMission(String);
 /// What has been seen so far.
 #[derive(Clone, Debug, Default)]
 pub struct Seen {
-    /// The newest heartbeat, and when, s.
-    pub heartbeat: Option<(Heartbeat, f64)>,
     /// What the autopilot said of its parameters.
     pub parameters: Parameters,
     /// The craft.
@@ -244,9 +242,9 @@ impl Bridge {
             self.listen(Duration::from_millis(100));
             let now = self.now_s();
             let first_heard = match self.helm.control(now) {
-                Control::Told(heard) => heard.map(|_| *self.met_s.get_or_insert(now)),
-                Control::Untold if self.seen.craft.newest().is_some() => return true,
-                Control::Untold => None,
+                Control::Reported(heard) => heard.map(|_| *self.met_s.get_or_insert(now)),
+                Control::Unreported if self.seen.craft.newest().is_some() => return true,
+                Control::Unreported => None,
             };
             let Some(heard_s) = first_heard else {
                 if now - asked_s > 1.0 {
@@ -274,7 +272,7 @@ impl Bridge {
             Mission::Named(name, mut setup) => {
                 let wanted = hex::encode(Sha256::digest(setup.to_string()));
                 self.speed_max = setup["live"]["limits"]["speed_max_mps"].as_f64();
-                let is_autopilot = matches!(self.helm.control(0.0), Control::Told(_));
+                let is_autopilot = matches!(self.helm.control(0.0), Control::Reported(_));
                 complete(&mut setup, &self.seen.parameters, is_autopilot);
                 Which::Named {
                     name,
@@ -324,7 +322,13 @@ impl Bridge {
             self.poll();
             let left = end.saturating_duration_since(Instant::now());
             match self.received.recv_timeout(left.min(POLL_INTERVAL)) {
-                Ok(piece) => self.take(&piece),
+                Ok(piece) => {
+                    self.take(&piece);
+                    // A wire that never pauses must not cost the craft its references.
+                    if Instant::now() >= end {
+                        return;
+                    }
+                }
                 Err(RecvTimeoutError::Timeout) if left > POLL_INTERVAL => {}
                 Err(RecvTimeoutError::Timeout) => return,
                 // No helm has a wire here.
@@ -385,7 +389,6 @@ impl Bridge {
                 }
                 self.measure(measurement, t_s, unix_s);
             }
-            Heard::Heartbeat(heartbeat) => self.seen.heartbeat = Some((heartbeat, t_s)),
             Heard::Parameter { name, value } => self.seen.parameters.note(&name, value),
             Heard::Text(said) => tracing::info!("autopilot: {said}"),
             Heard::Acknowledged {
@@ -394,7 +397,8 @@ impl Bridge {
             } => {
                 tracing::warn!(command, "the autopilot did not carry a command out");
             }
-            Heard::Acknowledged { .. } => {}
+            // Of heartbeats the helm keeps what they say.
+            Heard::Acknowledged { .. } | Heard::Heartbeat(_) => {}
             Heard::PositionKnown(known) => self.seen.position_known = Some(known),
             Heard::Time(autopilot_s) => self.seen.clock_ahead_s = Some(autopilot_s - unix_s),
             Heard::Attitude { roll, pitch } => self.tilt = [roll, pitch],
@@ -552,5 +556,38 @@ impl Bridge {
         if let Some(link) = &self.link {
             link.note(self.now_s(), text);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{sync::mpsc, thread};
+
+    use super::*;
+
+    #[test]
+    fn a_wire_that_never_pauses_does_not_hold_the_loop_up() {
+        let (sender, received) = sync_channel(PIECES_MAX);
+        thread::spawn(move || {
+            let noise = Received {
+                wire: 0,
+                // Longer to read than to send again, so that the channel is never empty.
+                bytes: b"$HEHDT,1.0,T*00\r\n".repeat(4096),
+                is_datagram: false,
+                at: Instant::now(),
+            };
+            while sender.send(noise.clone()).is_ok() {}
+        });
+        let (done, listened) = mpsc::channel();
+        thread::spawn(move || {
+            let connect = Endpoint::Udp("127.0.0.1:0".to_owned());
+            let mut bridge = Bridge::open(HelmSettings::Nmea { connect }, Settings::default());
+            bridge.received = received;
+            bridge.listen(Duration::from_millis(50));
+            done.send(())
+        });
+        // A hundred times as long as was asked for: the machine may be busy.
+        let patience = Duration::from_secs(5);
+        listened.recv_timeout(patience).expect("the loop goes on");
     }
 }

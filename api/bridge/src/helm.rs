@@ -123,10 +123,12 @@ impl Helm {
     /// Who has the craft, at `now` of the bridge's clock, s.
     pub(crate) fn control(&self, now: f64) -> Control {
         match self {
-            Self::Mavlink { heartbeat, .. } => Control::Told(heartbeat.map(|(beat, at)| (beat, now - at))),
-            Self::Nmea { .. } => Control::Untold,
+            Self::Mavlink { heartbeat, .. } => {
+                Control::Reported(heartbeat.map(|(beat, at)| (beat, now - at)))
+            }
+            Self::Nmea { .. } => Control::Unreported,
             #[cfg(feature = "ros2")]
-            Self::Ros2(_) => Control::Untold,
+            Self::Ros2(_) => Control::Unreported,
         }
     }
 

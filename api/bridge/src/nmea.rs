@@ -19,7 +19,7 @@ mod tests;
 
 pub use self::output::heading_and_speed_sentences;
 
-use self::{refusal::Refusal, sentence::Told};
+use self::{refusal::Refusal, sentence::Reported};
 use crate::{Measurement, Refused};
 
 /// Longest line that is taken, bytes without the line end. NMEA 0183 allows 82 with the line end; receivers with many
@@ -95,8 +95,8 @@ impl NmeaReader {
 
     fn finish_line(&mut self, received_s: f64, measurements: &mut Vec<Measurement>) {
         if self.place == Place::Sentence {
-            match sentence::told_by(&self.line) {
-                Ok(Told {
+            match sentence::reported_by(&self.line) {
+                Ok(Reported {
                     time_of_day,
                     measured,
                 }) => {

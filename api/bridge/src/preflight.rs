@@ -78,21 +78,17 @@ fn check(name: &'static str, verdict: Verdict, detail: impl Into<String>) -> Che
 
 fn autopilot(bridge: &Bridge) -> Check {
     const NAME: &str = "autopilot";
-    if bridge.control() == Control::Untold {
-        return check(
-            NAME,
-            Verdict::Warns,
-            "this wire tells no mode: see yourself that the autopilot takes references, and how to take over",
-        );
-    }
-    let Some((heartbeat, at)) = bridge.seen().heartbeat else {
-        return check(
-            NAME,
-            Verdict::Fails,
-            "not heard: look at --connect, the baud rate and the cable",
-        );
+    let (heartbeat, age) = match bridge.control() {
+        Control::Unreported => {
+            let detail = "this wire tells no mode: see yourself that the autopilot takes references, and how to take over";
+            return check(NAME, Verdict::Warns, detail);
+        }
+        Control::Reported(None) => {
+            let detail = "not heard: look at --connect, the baud rate and the cable";
+            return check(NAME, Verdict::Fails, detail);
+        }
+        Control::Reported(Some(heard)) => heard,
     };
-    let age = bridge.now_s() - at;
     if age > 3.0 {
         return check(NAME, Verdict::Fails, format!("silent for {age:.0} s"));
     }
@@ -112,7 +108,7 @@ fn autopilot(bridge: &Bridge) -> Check {
 
 fn parameters(bridge: &Bridge) -> Check {
     const NAME: &str = "parameters";
-    if bridge.control() == Control::Untold {
+    if bridge.control() == Control::Unreported {
         return check(
             NAME,
             Verdict::Warns,

@@ -1,4 +1,4 @@
-//! Sockets and serial ports: bytes in as they come, bytes out if somebody is there. Everything else in this crate knows neither.
+//! Sockets and serial ports: bytes in as they come, bytes out while the wire is open. No other module has either.
 
 use std::{
     fmt,
@@ -182,7 +182,7 @@ fn read(
     }
 }
 
-/// Nothing came in time, or nobody listens to a datagram.
+/// Nothing came in time, or a datagram had no listener.
 fn is_pause(error: &io::Error) -> bool {
     matches!(
         error.kind(),

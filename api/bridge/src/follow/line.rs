@@ -8,9 +8,9 @@ impl Bridge {
     pub(super) fn line(&self, link: &LinkNow) -> String {
         let now = self.now_s();
         let mode = match self.helm.control(now) {
-            Control::Told(Some((heartbeat, _))) => heartbeat.mode_name(),
-            Control::Told(None) => "no autopilot".to_owned(),
-            Control::Untold => "mode untold".to_owned(),
+            Control::Reported(Some((heartbeat, _))) => heartbeat.mode_name(),
+            Control::Reported(None) => "no autopilot".to_owned(),
+            Control::Unreported => "mode unknown".to_owned(),
         };
         let mut parts = vec![mode];
         if let Some(plan) = &link.plan {

@@ -19,9 +19,9 @@ const ORDERS_MAX: u32 = 6;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Control {
     /// The wire tells: by the newest heartbeat of the autopilot, and its age, s.
-    Told(Option<(Heartbeat, f64)>),
+    Reported(Option<(Heartbeat, f64)>),
     /// The wire tells nothing of it: the craft takes references when it is switched so.
-    Untold,
+    Unreported,
 }
 
 /// What is known at one tick; ages in s.
@@ -115,11 +115,11 @@ impl Authority {
     /// What to do at `now`, s of a clock that is never set.
     pub fn decide(&mut self, now: f64, known: &Conditions) -> Action {
         let heartbeat = match known.control {
-            Control::Told(heard) => match heard.filter(|(_, age)| *age <= HEARTBEAT_AGE_MAX_S) {
+            Control::Reported(heard) => match heard.filter(|(_, age)| *age <= HEARTBEAT_AGE_MAX_S) {
                 Some((heartbeat, _)) => Some(heartbeat),
                 None => return Action::Silent(Silence::NoHeartbeat),
             },
-            Control::Untold => None,
+            Control::Unreported => None,
         };
         if !known.state_age.is_some_and(|age| age <= STATE_AGE_MAX_S) {
             return Action::Silent(Silence::NoPosition);

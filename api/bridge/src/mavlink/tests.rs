@@ -208,7 +208,7 @@ fn known(mode: u32, is_armed: bool) -> Conditions {
         is_armed,
     };
     Conditions {
-        control: Control::Told(Some((beat, 0.5))),
+        control: Control::Reported(Some((beat, 0.5))),
         state_age: Some(0.1),
         reference: Some(Reference {
             speed: 1.0,
@@ -270,7 +270,7 @@ fn px4_is_offered_references_so_that_it_can_be_handed_over_and_back() {
         is_armed: true,
     };
     let known = |mode| Conditions {
-        control: Control::Told(Some((beat(mode), 0.5))),
+        control: Control::Reported(Some((beat(mode), 0.5))),
         ..known(15, true)
     };
     let mut authority = Authority::new(false);
@@ -285,7 +285,7 @@ fn each_thing_that_is_missing_silences_by_its_own_name() {
     let cases = [
         (
             Conditions {
-                control: Control::Told(None),
+                control: Control::Reported(None),
                 ..whole
             },
             Silence::NoHeartbeat,
@@ -342,7 +342,7 @@ fn each_thing_that_is_missing_silences_by_its_own_name() {
         is_armed: true,
     };
     let silent = Conditions {
-        control: Control::Told(Some((beat, 3.1))),
+        control: Control::Reported(Some((beat, 3.1))),
         ..whole
     };
     assert_eq!(
@@ -350,7 +350,7 @@ fn each_thing_that_is_missing_silences_by_its_own_name() {
         Action::Silent(Silence::NoHeartbeat)
     );
     let untold = Conditions {
-        control: Control::Untold,
+        control: Control::Unreported,
         ..whole
     };
     assert!(matches!(

@@ -28,14 +28,14 @@ const TURN_DEG_PER_MIN: RangeInclusive<f64> = -9999.9..=9999.9;
 
 /// What a sentence tells.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Told {
+pub(super) struct Reported {
     /// When it was so, s after midnight UTC, where the sentence says it.
     pub(super) time_of_day: Option<f64>,
     /// What was measured then.
     pub(super) measured: Vec<CraftMeasurement>,
 }
 
-impl Told {
+impl Reported {
     fn now(measured: impl IntoIterator<Item = CraftMeasurement>) -> Self {
         Self {
             time_of_day: None,
@@ -45,7 +45,7 @@ impl Told {
 }
 
 /// What `line`, from its `$` to the end of its checksum, tells.
-pub(super) fn told_by(line: &[u8]) -> Result<Told, Refusal> {
+pub(super) fn reported_by(line: &[u8]) -> Result<Reported, Refusal> {
     let fields = Fields::new(checked_payload(line)?);
     let told = match kind(fields.text(0)) {
         "GGA" => gga(&fields),
@@ -105,14 +105,14 @@ fn kind(address: &str) -> &str {
     }
 }
 
-fn gga(fields: &Fields<'_>) -> Result<Told, Refusal> {
+fn gga(fields: &Fields<'_>) -> Result<Reported, Refusal> {
     match fields.text(6) {
         // Alone, differential, precise, real-time kinematic fixed and float, dead reckoning.
         "1" | "2" | "3" | "4" | "5" | "6" => {}
         "" | "0" => return Err(Refusal::NoFix),
         _ => return Err(Refusal::NotMeasured),
     }
-    Ok(Told {
+    Ok(Reported {
         time_of_day: fields.time_of_day(1)?,
         measured: fields
             .position(2)?
@@ -122,7 +122,7 @@ fn gga(fields: &Fields<'_>) -> Result<Told, Refusal> {
     })
 }
 
-fn rmc(fields: &Fields<'_>) -> Result<Told, Refusal> {
+fn rmc(fields: &Fields<'_>) -> Result<Reported, Refusal> {
     if fields.text(2) != "A" {
         return Err(Refusal::NoFix);
     }
@@ -130,51 +130,56 @@ fn rmc(fields: &Fields<'_>) -> Result<Told, Refusal> {
     let position = fields.position(3)?.map(CraftMeasurement::Position);
     let speed = fields.number(7, &SPEED_KN)?.map(|knots| knots * KNOT);
     let velocity = ground_velocity(speed, fields.number(8, &BEARING_DEG)?);
-    Ok(Told {
+    Ok(Reported {
         time_of_day: fields.time_of_day(1)?,
         measured: position.into_iter().chain(velocity).collect(),
     })
 }
 
-fn vtg(fields: &Fields<'_>) -> Result<Told, Refusal> {
+fn vtg(fields: &Fields<'_>) -> Result<Reported, Refusal> {
     check_mode(fields.text(9))?;
     let course_deg = fields.number_in("T", 1, &BEARING_DEG)?;
-    Ok(Told::now(ground_velocity(speed(fields, &SPEED_KN)?, course_deg)))
+    Ok(Reported::now(ground_velocity(
+        speed(fields, &SPEED_KN)?,
+        course_deg,
+    )))
 }
 
-fn hdt(fields: &Fields<'_>) -> Result<Told, Refusal> {
-    Ok(Told::now(fields.number_in("T", 1, &BEARING_DEG)?.map(heading)))
+fn hdt(fields: &Fields<'_>) -> Result<Reported, Refusal> {
+    Ok(Reported::now(
+        fields.number_in("T", 1, &BEARING_DEG)?.map(heading),
+    ))
 }
 
-fn ths(fields: &Fields<'_>) -> Result<Told, Refusal> {
+fn ths(fields: &Fields<'_>) -> Result<Reported, Refusal> {
     match fields.text(2) {
         // Autonomous, estimated.
-        "A" | "E" => Ok(Told::now(fields.number(1, &BEARING_DEG)?.map(heading))),
+        "A" | "E" => Ok(Reported::now(fields.number(1, &BEARING_DEG)?.map(heading))),
         "V" => Err(Refusal::NotValid),
         _ => Err(Refusal::NotMeasured),
     }
 }
 
-fn rot(fields: &Fields<'_>) -> Result<Told, Refusal> {
+fn rot(fields: &Fields<'_>) -> Result<Reported, Refusal> {
     if fields.text(2) != "A" {
         return Err(Refusal::NotValid);
     }
     let rate = fields
         .number(1, &TURN_DEG_PER_MIN)?
         .map(|rate| rate * DEGREE_PER_MINUTE);
-    Ok(Told::now(rate.map(CraftMeasurement::YawRate)))
+    Ok(Reported::now(rate.map(CraftMeasurement::YawRate)))
 }
 
 /// Heading and speed of the water log: one axis, so that the sway through the water is taken as 0.
-fn vhw(fields: &Fields<'_>) -> Result<Told, Refusal> {
+fn vhw(fields: &Fields<'_>) -> Result<Reported, Refusal> {
     let heading = fields.number_in("T", 1, &BEARING_DEG)?.map(heading);
     let surge = speed(fields, &AXIS_SPEED_KN)?;
     let velocity = surge.map(|surge| CraftMeasurement::WaterVelocity(Vector2::new(surge, 0.0)));
-    Ok(Told::now(heading.into_iter().chain(velocity)))
+    Ok(Reported::now(heading.into_iter().chain(velocity)))
 }
 
 /// Velocity through the water, of both axes. That over ground is left: it needs the heading at the same instant.
-fn vbw(fields: &Fields<'_>) -> Result<Told, Refusal> {
+fn vbw(fields: &Fields<'_>) -> Result<Reported, Refusal> {
     if fields.text(3) != "A" {
         return Err(Refusal::NotValid);
     }
@@ -183,7 +188,7 @@ fn vbw(fields: &Fields<'_>) -> Result<Told, Refusal> {
     let velocity = surge
         .zip(sway)
         .map(|(surge, sway)| Vector2::new(surge, sway) * KNOT);
-    Ok(Told::now(velocity.map(CraftMeasurement::WaterVelocity)))
+    Ok(Reported::now(velocity.map(CraftMeasurement::WaterVelocity)))
 }
 
 /// The mode indicator of RMC and VTG. Writers before NMEA 0183 2.3, and ArduPilot, leave it out.
