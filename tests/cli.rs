@@ -904,7 +904,7 @@ fn a_report_needs_nothing_but_itself() {
         "paper-path-following",
         "seed 1",
         "auv-1.cross_track_max_m",
-        "depth, m",
+        "depth_m",
     ] {
         assert!(page.contains(shown), "{shown}");
     }

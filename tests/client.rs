@@ -9,7 +9,7 @@ use service::{Settings, app};
 use tower::ServiceExt;
 
 /// Longest answer read, bytes.
-const ANSWER_BYTES_MAX: usize = 1 << 22;
+const ANSWER_BYTES_MAX: usize = 32 << 20;
 
 /// An answer, read to its end.
 #[derive(Clone, Debug)]

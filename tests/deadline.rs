@@ -1,8 +1,12 @@
 //! An answer in time, from whatever was finished by then; and the same answer as ever if everything was.
 
-use std::sync::{
-    Arc, Condvar, Mutex,
-    atomic::{AtomicUsize, Ordering},
+use std::{
+    sync::{
+        Arc, Condvar, Mutex,
+        atomic::{AtomicUsize, Ordering},
+    },
+    thread::sleep,
+    time::{Duration, Instant},
 };
 
 use axum::http::StatusCode;
@@ -187,7 +191,7 @@ async fn a_planner_that_does_not_stop_holds_up_no_answer_and_no_other_request() 
 async fn the_sooner_of_both_deadlines_counts() {
     let service = app(Settings {
         plan: stubborn::<1>,
-        deadline: std::time::Duration::from_millis(5),
+        deadline: Duration::from_millis(5),
         ..Settings::default()
     });
     let mut patient = example("track");
@@ -195,4 +199,53 @@ async fn the_sooner_of_both_deadlines_counts() {
     let answer = send_to(service, post("/v1/plan", patient.to_string())).await;
     assert_degraded_by_the_deadline(&answer);
     GATES[1].open();
+}
+
+/// A planner that uses its time up, and then gives the plan that it had at once.
+fn unhurried(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
+    let plan = plan(snapshot, policy, workspace);
+    while !stop.is_due() {
+        sleep(Duration::from_micros(100));
+    }
+    plan
+}
+
+#[tokio::test]
+async fn an_explanation_for_which_no_time_is_left_keeps_no_comparison_waiting_and_spoils_none() {
+    const DEADLINE: Duration = Duration::from_millis(400);
+    let mut hasty = example("track");
+    hasty["deadline_ms"] = json!(1e3 * DEADLINE.as_secs_f64());
+    let compare = |plan| {
+        let service = app(Settings {
+            plan,
+            ..Settings::default()
+        });
+        let request = post("/v1/plan/compare?explain=true", hasty.to_string());
+        async move {
+            let start = Instant::now();
+            let answer = send_to(service, request).await;
+            assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+            (answer.json(), start.elapsed())
+        }
+    };
+    // Of the millisecond that is left, half is for the explanation: a program is not solved in that.
+    let (compared, took) = compare(unhurried).await;
+    assert_eq!(compared["plans"]["mpc"]["outcome"], "ok");
+    assert!(compared.get("explanation").is_none(), "after {took:?}");
+    // Where the planner leaves time, there is one, and it is in time too.
+    let (compared, took) = compare(plan_until).await;
+    assert!(compared["explanation"].is_object() && took < DEADLINE, "{took:?}");
+}
+
+#[tokio::test]
+async fn a_comparison_is_answered_whatever_the_deadline() {
+    let service = app(Settings::default());
+    for deadline_ms in [0.05, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0] {
+        let mut hasty = example("intermittent");
+        hasty["deadline_ms"] = json!(deadline_ms);
+        let request = post("/v1/plan/compare?explain=true", hasty.to_string());
+        let answer = send_to(service.clone(), request).await;
+        assert_eq!(answer.status, StatusCode::OK, "{deadline_ms}: {}", answer.text);
+        assert!(answer.json()["plans"]["mpc"]["reference"].is_object());
+    }
 }

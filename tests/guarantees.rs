@@ -5,9 +5,11 @@ use std::{ops::Deref, sync::Arc};
 use nalgebra::{Rotation2, Vector2};
 use planner::{
     angle::{Course, Heading, wrap},
-    los::Reference,
+    los::{LosLaw, LosTuning, Reference, TrackingLaw},
     path::{Path, Segment},
-    plan::{Plan, Programs, SoftLimit, Subject, Violation, Workspace, plan, plan_with},
+    plan::{
+        Plan, Programs, SoftLimit, Subject, Violation, Workspace, baseline, baseline_from, plan, plan_with,
+    },
     policy::Policy,
     snapshot::{
         Dive, ForecastChoice, ForecastModel, Goal, KeepOut, KnownPath, Observation, Offset, PreviousPlan,
@@ -730,5 +732,33 @@ proptest! {
         assert_usable(&scene, &answer);
         // The hard rows always have a common point, so that the program must be solved.
         prop_assert_eq!(answer.degraded, None);
+    }
+}
+
+#[test]
+fn a_law_that_remembers_nothing_goes_on_as_one_that_starts() {
+    let (scene, policy) = (snapshot(observation(goals()[0].clone())), Policy::default());
+    let course = planned(Observation::clone(&scene)).goal_course;
+    for law in LosLaw::ALL {
+        let tuning = LosTuning {
+            law,
+            gains: policy.los,
+            integral_gain: policy.integral_gain,
+        };
+        let starts = baseline(&scene, &policy, law);
+        let goes_on = baseline_from(&scene, &policy, &TrackingLaw::new(tuning, Some(course)));
+        // The one is asked in the craft's frame, the other in that of the datum: equal but for rounding.
+        assert_eq!(starts.trajectory.len(), goes_on.trajectory.len());
+        for (one, other) in starts.trajectory.iter().zip(&goes_on.trajectory) {
+            assert!(
+                (one.position - other.position).norm() < 1e-6,
+                "{law:?}: {one:?} and {other:?}"
+            );
+        }
+        let turned = wrap(starts.reference.heading.radians() - goes_on.reference.heading.radians());
+        assert!(
+            turned.abs() < 1e-9 && (starts.reference.speed - goes_on.reference.speed).abs() < 1e-9,
+            "{law:?}"
+        );
     }
 }

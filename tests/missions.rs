@@ -13,6 +13,7 @@ use axum::{
 };
 use futures_util::StreamExt as _;
 use planner::{
+    los::{LosLaw, LosTuning},
     plan::{Plan, Workspace, plan_until},
     policy::Policy,
     snapshot::Snapshot,
@@ -24,7 +25,11 @@ use service::{
     missions::{Missions, replay::replay},
     store::{EventReader, EventStore, StoreError},
 };
-use sim::{guide::MpcGuide, mission, scenario::Scenario};
+use sim::{
+    guide::{LosGuide, MpcGuide},
+    mission,
+    scenario::Scenario,
+};
 use tests::client::{Answer, get, post, send_to};
 use tokio::time::{Instant, sleep, timeout};
 use tower::ServiceExt as _;
@@ -33,8 +38,12 @@ use tower::ServiceExt as _;
 mod changes;
 #[path = "missions/earth.rs"]
 mod earth;
+#[path = "missions/laws.rs"]
+mod laws;
 #[path = "missions/orders.rs"]
 mod orders;
+#[path = "missions/parts.rs"]
+mod parts;
 
 struct Service {
     router: Router,
@@ -244,6 +253,186 @@ async fn a_simulated_mission_is_the_one_that_the_simulator_flies_by_itself() {
 }
 
 #[tokio::test]
+async fn a_mission_steered_by_a_law_is_the_one_that_the_simulator_flies_and_is_made_again_equal() {
+    for (name, law) in [
+        ("saturated_los", LosLaw::SaturatedLos),
+        ("integral_los", LosLaw::Integral),
+        ("waypoint_box", LosLaw::WaypointBox),
+    ] {
+        let data = directory();
+        let service = Service::start(data.path()).await;
+        let mut new = simulated("paper-intermittent");
+        new["simulated"]["controller"] = json!(name);
+        let mission = service.create(&new).await;
+        service
+            .order(&format!("{mission}/step"), json!({ "ticks": 40 }))
+            .await;
+        // A law's memory is made again by flying again what is stored.
+        let service = service.restart(data.path()).await;
+        service.order(&format!("{mission}/run"), json!({})).await;
+        service.until(&mission, "finished").await;
+
+        let policy = Policy::default();
+        let tuning = LosTuning {
+            law,
+            gains: policy.los,
+            integral_gain: policy.integral_gain,
+        };
+        let scenario = Scenario::named("paper-intermittent").expect("exists");
+        let flown = mission::run(&scenario, &mut LosGuide::tuned(tuning), 1, &mut |_| {}).expect("flies");
+        let record = service.record(&mission).await;
+        let planned: Vec<&Value> = record.iter().filter(|event| event["kind"] == "planned").collect();
+        assert_eq!(planned.len(), flown.rows.len(), "{name}");
+        for (event, row) in planned.iter().zip(&flown.rows) {
+            let craft = row.surface_craft.as_ref().expect("is there");
+            assert_eq!(
+                (event["method"].as_str(), event["outcome"].as_str()),
+                (Some(name), Some("ok"))
+            );
+            assert_eq!(event["truth"]["asc"]["north_m"], craft.position.x, "{name}");
+            assert_eq!(event["truth"]["asc"]["east_m"], craft.position.y, "{name}");
+            assert_eq!(event["reference"]["speed_mps"], craft.reference.speed, "{name}");
+        }
+        assert_eq!(n_equal(data.path(), &mission), flown.rows.len() as u64, "{name}");
+    }
+}
+
+#[tokio::test]
+async fn every_plan_says_what_it_predicts_and_a_part_of_a_record_is_that_part() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let mission = service.create(&simulated("noisy-fixes")).await;
+    service
+        .order(&format!("{mission}/step"), json!({ "ticks": 30 }))
+        .await;
+    let part = async |query: &str| {
+        let answer = service.get(&format!("{mission}/record?{query}")).await;
+        assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+        answer.text
+    };
+    let lines = part("format=events_ndjson&kinds=planned&after=11&max_events=3").await;
+    let events: Vec<Value> = lines
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("is JSON"))
+        .collect();
+    assert_eq!(
+        events
+            .iter()
+            .map(|event| event["sequence"].as_u64())
+            .collect::<Vec<_>>(),
+        [Some(12), Some(13), Some(14)]
+    );
+    for event in &events {
+        assert!(event["prediction"].to_string().len() < 2_000, "{event}");
+        let prediction: wire::Prediction =
+            serde_json::from_value(event["prediction"].clone()).expect("has the shape");
+        let n = prediction.after_s.len();
+        assert!((2..=13).contains(&n) && prediction.after_s[0] == 0.0 && prediction.after_s.is_sorted());
+        assert!(
+            [
+                prediction.asc.len(),
+                prediction.goal.len(),
+                prediction.line_of_sight.len()
+            ] == [n; 3]
+        );
+        let auv = &prediction.auvs[0];
+        assert!([auv.positions.len(), auv.depths_m.len(), auv.covariances_m2.len()] == [n; 3]);
+        // Variances and the correlation of a covariance, which grows with time.
+        assert!(
+            auv.covariances_m2
+                .iter()
+                .all(|[nn, ne, ee]| 0.0 < *nn && ne * ne <= nn * ee)
+        );
+        assert!(
+            auv.covariances_m2
+                .windows(2)
+                .all(|pair| pair[0][0] + pair[0][2] <= pair[1][0] + pair[1][2] + 1e-3)
+        );
+        // Nothing is known of the future: the fix is one that was sent, and its age is that of the estimate.
+        let heard = auv.heard.expect("was heard");
+        assert!(heard.t_s <= event["t_s"].as_f64().expect("has a time"));
+    }
+    let first = part("format=csv&max_events=1").await;
+    assert_eq!(first.lines().count(), 2, "a header and the making: {first}");
+    let orders = part("format=csv&kinds=created,ran").await;
+    assert!(
+        orders.lines().skip(1).all(|line| line.contains("created")),
+        "{orders}"
+    );
+    assert_eq!(part("format=events_ndjson&after=99999").await, "");
+    let known = part("format=csv&kinds=planned&max_events=1").await;
+    assert!(known.lines().any(|line| line.contains(",known,")), "{known}");
+    let answer = service
+        .get(&format!("{mission}/record?format=csv&kinds=planned,nonsense"))
+        .await;
+    assert_eq!(answer.status, StatusCode::UNPROCESSABLE_ENTITY);
+    assert!(
+        answer.text.contains("\"kinds\"") && answer.text.contains("clock_set"),
+        "{}",
+        answer.text
+    );
+}
+
+#[tokio::test]
+async fn a_scene_says_what_a_map_shows_and_what_the_controller_is_told() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let mut new = simulated("crowded");
+    new["simulated"]["controller"] = json!("saturated_los");
+    let mission = service.create(&new).await;
+    let scene = service.ask(&format!("{mission}/scene")).await;
+    assert_eq!(
+        (scene["controller"].as_str(), scene["duration_s"].as_f64()),
+        (Some("saturated_los"), Some(1920.0))
+    );
+    // As `pilotfish compare` counts, whose scores are of a record of the same scenario.
+    let scenario = Scenario::named("crowded").expect("exists");
+    let flown = mission::Mission::new(&scenario, "", 1).expect("starts");
+    assert_eq!(
+        scene["settled_after_s"].as_f64(),
+        Some(flown.record().settled_after)
+    );
+    assert_eq!(scene["keep_outs"].as_array().map(Vec::len), Some(1));
+    assert_eq!(scene["paths"].as_object().map(serde_json::Map::len), Some(2));
+    assert!(
+        scene["range_max_m"].as_f64().is_some()
+            && scene["information"]
+                .as_str()
+                .is_some_and(|said| said.contains("current"))
+    );
+
+    let mut new = live();
+    new["live"]["auvs"][0]["path"] =
+        json!({ "segments": [{ "kind": "line", "from": [0, 0], "to": [100, 0] }], "speed_mps": 0.3 });
+    new["live"]["area"] = json!([[-50, -50], [-50, 50], [50, 50], [50, -50]]);
+    let mission = service.create(&new).await;
+    let scene = service.ask(&format!("{mission}/scene")).await;
+    let path = scene["paths"]["auv-1"].as_array().expect("is known");
+    assert_eq!(
+        (&path[0], path.last()),
+        (&json!([0.0, 0.0]), Some(&json!([100.0, 0.0])))
+    );
+    assert_eq!(
+        (
+            scene["clock_rate"].as_f64(),
+            scene["area"].as_array().map(Vec::len)
+        ),
+        (Some(10.0), Some(4))
+    );
+    assert!(scene["information"].is_null() && scene["settled_after_s"].is_null());
+    assert_eq!(
+        service.get("/v1/missions/m-nowhere/scene").await.status,
+        StatusCode::NOT_FOUND
+    );
+
+    let access = service.ask("/v1/access").await;
+    assert_eq!(
+        access,
+        json!({ "role": "admin", "caller": null, "protected": false })
+    );
+}
+
+#[tokio::test]
 async fn a_whole_scenario_may_be_sent_and_what_is_wrong_with_one_is_named() {
     let data = directory();
     let service = Service::start(data.path()).await;
@@ -354,6 +543,19 @@ async fn a_live_mission_plans_every_period_degrades_with_age_and_says_whom_it_wa
         assert!(Instant::now() < end, "{seen}");
         sleep(Duration::from_millis(20)).await;
     };
+    // A client that lists missions can tell: the plan is of several periods ago.
+    let listed = service.ask("/v1/missions").await["missions"][0]["plan"].clone();
+    assert_eq!(
+        (listed["period_s"].as_f64(), &listed["waits_for"]),
+        (Some(1.0), &json!(["asc"]))
+    );
+    sleep(Duration::from_millis(500)).await;
+    let later = service.ask("/v1/missions").await["missions"][0]["plan"].clone();
+    let age = |plan: &Value| plan["age_s"].as_f64().expect("is one");
+    assert!(
+        4.0 < age(&later) - age(&listed) && 4.0 < age(&later),
+        "{listed} {later}"
+    );
     let carried = silent["t_s"].as_f64().expect("is one") - now;
     assert!((8.0..=10.0).contains(&carried), "{carried}");
     assert_eq!(silent["heard_s"]["auv-1"], now - 1.0);

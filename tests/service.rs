@@ -1,8 +1,10 @@
 //! What the service answers when all is well.
 
+use std::collections::BTreeSet;
+
 use axum::{
     body::Body,
-    http::{HeaderValue, Request, StatusCode},
+    http::{HeaderValue, Request, StatusCode, header},
 };
 use geodesy::Datum;
 use nalgebra::Vector2;
@@ -50,6 +52,98 @@ async fn every_example_is_planned_and_no_worse_than_line_of_sight() {
     assert!(
         EXAMPLES.len() < 2 * by_the_program,
         "{by_the_program} by the program"
+    );
+}
+
+#[tokio::test]
+async fn an_explanation_adds_up_to_the_answer_and_is_given_only_where_it_is_asked_for() {
+    for example in EXAMPLES {
+        let name = example.name;
+        let plain = send(Settings::default(), post("/v1/plan/compare", example.body))
+            .await
+            .json();
+        assert!(plain.get("explanation").is_none(), "{name}");
+        let answer = send(
+            Settings::default(),
+            post("/v1/plan/compare?explain=true", example.body),
+        )
+        .await;
+        assert_eq!(answer.status, StatusCode::OK, "{name}: {}", answer.text);
+        let compared: wire::Comparison = serde_json::from_value(answer.json()).expect("has the shape");
+        let (plans, found) = (compared.plans, compared.explanation.expect("was asked for"));
+
+        // Another sum of the same numbers: equal but for rounding.
+        for (law, plan) in [
+            ("mpc", &plans.mpc),
+            ("saturated_los", &plans.saturated_los),
+            ("waypoint_box", &plans.waypoint_box),
+        ] {
+            let (sum, cost) = (found.cost_terms[law].values().sum::<f64>(), plan.predicted.cost);
+            assert!(
+                (sum - cost).abs() <= 1e-9 * cost.abs().max(1.0),
+                "{name}, {law}: {sum} and {cost}"
+            );
+        }
+        let solver = plans.mpc.solver.expect("a program was solved");
+        assert!(
+            solver.scp_iterations <= found.log.len(),
+            "{name}: those of other initial guesses are in the log too"
+        );
+        assert!(
+            solver.iterations <= found.log.iter().map(|one| one.iterations).sum(),
+            "{name}"
+        );
+        assert!(found.log.iter().any(|one| one.status == solver.status), "{name}");
+        let last = found.log.iter().find(|one| one.residuals == solver.residuals);
+        assert!(
+            last.is_some(),
+            "{name}: the subproblem that answered is in the log"
+        );
+        let size = found.program;
+        assert!(
+            size.equalities + size.inequalities + 3 * size.second_order_cones
+                <= size.rows + size.second_order_cones,
+            "{name}: {size:?}"
+        );
+        assert!(
+            0 < size.stages && size.stages < size.variables,
+            "{name}: {size:?}"
+        );
+    }
+}
+
+#[tokio::test]
+async fn what_cannot_be_kept_is_in_the_slack_of_its_limit() {
+    let mut body: Value = serde_json::from_str(EXAMPLES[0].body).expect("is JSON");
+    // On top of the craft, which cannot be out of it at once.
+    let asc = &body["asc"];
+    body["keep_outs"] = json!([{ "north_m": asc["north_m"], "east_m": asc["east_m"], "radius_m": 15 }]);
+    let answer = send(
+        Settings::default(),
+        post("/v1/plan/compare?explain=true", body.to_string()),
+    )
+    .await;
+    let compared: wire::Comparison = serde_json::from_value(answer.json()).expect("has the shape");
+    let slack = compared.explanation.expect("was asked for").slack;
+    assert!(
+        compared
+            .plans
+            .mpc
+            .violations
+            .iter()
+            .any(|broken| broken.limit == "keep_out")
+    );
+    assert!(
+        slack
+            .iter()
+            .any(|used| used.limit == "keep_out" && 0.0 < used.amount && used.unit == "m"),
+        "{slack:?}"
+    );
+    assert!(
+        slack
+            .iter()
+            .all(|used| used.limit != "area" && used.limit != "acoustic_range"),
+        "{slack:?}"
     );
 }
 
@@ -582,12 +676,15 @@ async fn health_readiness_and_version_say_what_they_should() {
 
 #[tokio::test]
 async fn the_page_loads_nothing_from_elsewhere() {
-    for (path, content_type) in [
-        ("/", "text/html; charset=utf-8"),
-        ("/page.js", "text/javascript; charset=utf-8"),
-        ("/page.css", "text/css; charset=utf-8"),
-        ("/icon.svg", "image/svg+xml"),
-    ] {
+    assert!(20 < page::FILES.len());
+    let mut first_load = 0;
+    for &page::File {
+        path,
+        media_type: content_type,
+        content,
+    } in page::FILES
+    {
+        first_load += content.len();
         let answer = send(Settings::default(), get(path)).await;
         assert_eq!(
             (answer.status, answer.content_type()),
@@ -602,6 +699,52 @@ async fn the_page_loads_nothing_from_elsewhere() {
             .replace("http://www.w3.org/2000/svg", "")
             .contains("://");
         assert!(!names_a_host, "{path}");
+    }
+    // What a phone on a boat's link loads once: of every view, pictures of the gallery included.
+    assert!(first_load < 260_000, "{first_load} bytes");
+}
+
+#[tokio::test]
+async fn a_file_of_the_page_comes_once_and_no_cache_keeps_anything_else() {
+    let asked = async |path: &str, if_none_match: Option<&str>| {
+        let mut request = get(path);
+        if let Some(tags) = if_none_match {
+            let tags = HeaderValue::from_str(tags).expect("is text");
+            request.headers_mut().insert(header::IF_NONE_MATCH, tags);
+        }
+        send(Settings::default(), request).await
+    };
+    let mut tags = BTreeSet::new();
+    for file in page::FILES {
+        let first = asked(file.path, None).await;
+        let tag = first.headers[header::ETAG].to_str().expect("is text");
+        // Of the content alone: that of another version of the program has another.
+        assert_eq!(
+            tag,
+            format!("\"{}\"", &wire::sha256(file.content.as_bytes())[..32])
+        );
+        assert!(tags.insert(tag.to_owned()), "{}", file.path);
+        assert_eq!(first.headers[header::CACHE_CONTROL], "no-cache");
+        for held in [tag.to_owned(), format!("W/{tag}"), format!("\"older\", {tag}")] {
+            let again = asked(file.path, Some(&held)).await;
+            assert_eq!(
+                (again.status, again.text.as_str()),
+                (StatusCode::NOT_MODIFIED, ""),
+                "{held}"
+            );
+            assert_eq!(again.headers[header::ETAG], *tag);
+            assert_eq!(again.headers[header::CACHE_CONTROL], "no-cache");
+        }
+        let changed = asked(file.path, Some("\"0123456789abcdef0123456789abcdef\"")).await;
+        assert_eq!(
+            (changed.status, changed.text.as_str()),
+            (StatusCode::OK, file.content)
+        );
+    }
+    for path in ["/v1/examples", "/version", "/openapi.json", "/nowhere"] {
+        let answer = asked(path, Some("*")).await;
+        assert_ne!(answer.status, StatusCode::NOT_MODIFIED, "{path}");
+        assert_eq!(answer.headers[header::CACHE_CONTROL], "no-store", "{path}");
     }
 }
 

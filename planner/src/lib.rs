@@ -73,7 +73,10 @@ mod scp;
 pub mod snapshot;
 pub mod solve;
 
-pub use choose::plan::{self, Plan, Workspace, plan};
+pub use choose::{
+    explain,
+    plan::{self, Plan, Workspace, plan},
+};
 pub use facts::{angle, path};
 pub use nalgebra;
 pub use predict::{forecast, goal, smallest_circle};

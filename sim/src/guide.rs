@@ -7,7 +7,7 @@ use planner::{
     angle::Course,
     goal::GoalForecast,
     los::{AscNow, LosGains, LosLaw, LosTuning, Reference, TrackingLaw},
-    plan::{Method, Workspace, plan},
+    plan::{Method, Plan, Workspace, plan},
     policy::Policy,
     snapshot::{Observation, PreviousPlan, Snapshot},
 };
@@ -69,6 +69,20 @@ impl LosGuide {
     }
 }
 
+impl LosGuide {
+    /// The law with what it remembers of the last look.
+    #[must_use]
+    pub fn tracking(&self) -> &TrackingLaw {
+        &self.tracking
+    }
+
+    /// What the current (north, east) was taken for at the last look, m/s, where anything told it.
+    #[must_use]
+    pub fn current(&self) -> Option<Vector2<f64>> {
+        self.current.map(|(_, current)| current)
+    }
+}
+
 impl Guide for LosGuide {
     fn name(&self) -> &'static str {
         self.tracking.law().name()
@@ -102,7 +116,7 @@ pub struct MpcGuide {
     policy: Policy,
     workspace: Workspace,
     previous: Option<PreviousPlan>,
-    asked: Option<Snapshot>,
+    last: Option<(Snapshot, Plan)>,
 }
 
 impl MpcGuide {
@@ -113,14 +127,20 @@ impl MpcGuide {
             policy,
             workspace: Workspace::default(),
             previous: None,
-            asked: None,
+            last: None,
         }
     }
 
     /// The snapshot that the planner was given last, the plan before it included.
     #[must_use]
     pub fn asked(&self) -> Option<&Snapshot> {
-        self.asked.as_ref()
+        self.last.as_ref().map(|(snapshot, _)| snapshot)
+    }
+
+    /// The last plan, and the snapshot that it is of.
+    #[must_use]
+    pub fn planned(&self) -> Option<&(Snapshot, Plan)> {
+        self.last.as_ref()
     }
 }
 
@@ -136,13 +156,14 @@ impl Guide for MpcGuide {
         };
         let snapshot = Snapshot::try_from(observation)?;
         let plan = plan(&snapshot, &self.policy, &mut self.workspace);
-        self.asked = Some(snapshot);
         self.previous = Some(PreviousPlan::from(&plan));
-        Ok(Guidance {
+        let guidance = Guidance {
             reference: plan.reference,
             method: plan.method,
             predicted_rms: Some(plan.predicted.rms_error),
             solve_time: None,
-        })
+        };
+        self.last = Some((snapshot, plan));
+        Ok(guidance)
     }
 }

@@ -6,13 +6,20 @@
 use std::{fmt, net::IpAddr, sync::Arc};
 
 use axum::{
-    Extension,
+    Extension, Json,
     extract::FromRequestParts,
     http::{HeaderMap, Method, header, request::Parts},
 };
 use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
-use crate::{edge::RequestId, missions::unix_now, problem::Problem, store::Order};
+use crate::{
+    edge::RequestId,
+    missions::unix_now,
+    page,
+    problem::{Problem, Refusals},
+    store::Order,
+};
 
 mod tokens;
 
@@ -61,6 +68,28 @@ impl fmt::Display for Role {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
+}
+
+/// What the client that asks may do.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub(crate) struct Access {
+    /// `read-only`, `operator` or `admin`.
+    role: &'static str,
+    /// Name of the client's token; none where the service asks for none.
+    caller: Option<String>,
+    /// Whether the service asks for tokens.
+    protected: bool,
+}
+
+/// What the client that asks may do: a page shows what can be ordered, before it is.
+#[utoipa::path(get, path = "/v1/access", tag = "service",
+    responses((status = 200, description = "Its role.", body = Access), Refusals))]
+pub(crate) async fn get_access(By { caller, .. }: By) -> Json<Access> {
+    Json(Access {
+        role: caller.role.name(),
+        caller: caller.has_token.then(|| caller.name.to_string()),
+        protected: caller.has_token,
+    })
 }
 
 /// Path of the list of who changed what.
@@ -162,17 +191,8 @@ impl<S: Send + Sync> FromRequestParts<S> for By {
 
 /// Whether everyone may read what is there: nothing of any mission.
 pub(crate) fn is_public(path: &str) -> bool {
-    const PUBLIC: [&str; 8] = [
-        "/",
-        "/page.js",
-        "/page.css",
-        "/icon.svg",
-        "/livez",
-        "/readyz",
-        "/openapi.json",
-        "/docs",
-    ];
-    PUBLIC.contains(&path) || path.starts_with("/docs/")
+    const PUBLIC: [&str; 4] = ["/livez", "/readyz", "/openapi.json", "/docs"];
+    page::has(path) || PUBLIC.contains(&path) || path.starts_with("/docs/")
 }
 
 /// The token of a request.

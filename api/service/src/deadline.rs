@@ -28,6 +28,12 @@ impl Deadline {
         self.0
     }
 
+    /// The deadline of what an answer can be without: half of the time that is left.
+    pub(crate) fn half_way(self) -> Self {
+        let now = Instant::now();
+        Self(now + self.0.saturating_duration_since(now) / 2)
+    }
+
     /// When the solver should stop by itself.
     pub(crate) fn stop(self) -> Stop {
         let at = self.0.checked_sub(RESERVE).unwrap_or(self.0);

@@ -25,6 +25,7 @@ use crate::{
     deadline::Arrival,
     hosts::Hosts,
     metrics::Metrics,
+    page,
     problem::Problem,
     trace::{TRACERESPONSE, TraceContext, TraceFn},
 };
@@ -49,7 +50,7 @@ const POLICY: HeaderValue = HeaderValue::from_static(
 );
 
 /// On every answer. Nothing is guessed to be a script, and no page of another origin frames, loads or opens any of it.
-const HEADERS: [(HeaderName, HeaderValue); 6] = [
+const HEADERS: [(HeaderName, HeaderValue); 5] = [
     (header::X_FRAME_OPTIONS, HeaderValue::from_static("DENY")),
     (header::REFERRER_POLICY, HeaderValue::from_static("no-referrer")),
     (
@@ -64,8 +65,13 @@ const HEADERS: [(HeaderName, HeaderValue); 6] = [
         header::X_CONTENT_TYPE_OPTIONS,
         HeaderValue::from_static("nosniff"),
     ),
-    (header::CACHE_CONTROL, HeaderValue::from_static("no-store")),
 ];
+
+/// Of everything that is said of missions and plans: no cache keeps it.
+const UNKEPT: HeaderValue = HeaderValue::from_static("no-store");
+
+/// Of the page's own files: they may be kept, and are asked for again by their tags before they are used.
+const ASKED_AGAIN: HeaderValue = HeaderValue::from_static("no-cache");
 
 /// What a request is called in answers and logs.
 #[derive(Clone, Debug)]
@@ -129,6 +135,8 @@ pub(crate) async fn pass(edge: Edge, mut request: Request, next: Next) -> Respon
     let headers = response.headers_mut();
     headers.extend(HEADERS);
     headers.entry(header::CONTENT_SECURITY_POLICY).or_insert(POLICY);
+    let is_file = headers.contains_key(header::ETAG) && page::has(&path);
+    headers.insert(header::CACHE_CONTROL, if is_file { ASKED_AGAIN } else { UNKEPT });
     for (name, value) in [(&REQUEST_ID, id), (&TRACERESPONSE, trace.to_string())] {
         if let Ok(value) = HeaderValue::from_str(&value) {
             headers.insert(name.clone(), value);

@@ -15,6 +15,7 @@ mod registry;
 pub mod replay;
 pub mod retention;
 pub(crate) mod routes;
+mod scene;
 mod simulation;
 mod state;
 mod stream;

@@ -6,7 +6,11 @@ use serde_json::{Map, Value, json};
 use utoipa::OpenApi;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use crate::{Shared, access::is_public, batch, crafts, examples, health, metrics, missions, planning};
+use crate::{
+    Shared,
+    access::{self, is_public},
+    batch, crafts, examples, health, metrics, missions, planning,
+};
 
 mod limits;
 mod rules;
@@ -95,6 +99,8 @@ pub(crate) fn documented() -> OpenApiRouter<Shared> {
         .routes(routes!(missions::routes::get_reference))
         .routes(routes!(missions::routes::stream_events))
         .routes(routes!(missions::routes::get_record))
+        .routes(routes!(missions::routes::get_scene))
+        .routes(routes!(access::get_access))
         .routes(routes!(missions::routes::list_orders))
         .routes(routes!(health::livez))
         .routes(routes!(health::readyz))

@@ -1,28 +1,59 @@
-//! The page at `/`: one document, one module, one style sheet, all of them in the program.
+//! The page at `/`, whose files are in the program.
 
-use axum::{Router, http::header, routing::get};
+use std::sync::LazyLock;
 
-/// Path, content type and content of each file.
-const FILES: [(&str, &str, &str); 4] = [
-    ("/", "text/html; charset=utf-8", include_str!("page/index.html")),
-    (
-        "/page.js",
-        "text/javascript; charset=utf-8",
-        include_str!("page/page.js"),
-    ),
-    (
-        "/page.css",
-        "text/css; charset=utf-8",
-        include_str!("page/page.css"),
-    ),
-    ("/icon.svg", "image/svg+xml", include_str!("page/icon.svg")),
-];
+use axum::{
+    Router,
+    http::{HeaderMap, HeaderValue, StatusCode, header},
+    response::{IntoResponse as _, Response},
+    routing::get,
+};
+
+/// Hexadecimal digits of a file's tag: those of 128 bits.
+const TAG_DIGITS: usize = 32;
+
+/// A strong tag of every file's content, in their order.
+static TAGS: LazyLock<Vec<HeaderValue>> = LazyLock::new(|| {
+    let tag = |file: &page::File| {
+        let digest = wire::sha256(file.content.as_bytes());
+        let tag = HeaderValue::try_from(format!("\"{}\"", &digest[..TAG_DIGITS]));
+        tag.expect("hexadecimal digits in quotes")
+    };
+    page::FILES.iter().map(tag).collect()
+});
 
 /// The page's routes.
 pub(crate) fn router<S: Clone + Send + Sync + 'static>() -> Router<S> {
-    FILES
-        .into_iter()
-        .fold(Router::new(), |router, (path, kind, content)| {
-            router.route(path, get(async move || ([(header::CONTENT_TYPE, kind)], content)))
-        })
+    let files = page::FILES.iter().zip(&*TAGS);
+    files.fold(Router::new(), |router, (file, tag)| {
+        let answer = async move |headers: HeaderMap| answer(file, tag, &headers);
+        router.route(file.path, get(answer))
+    })
+}
+
+/// The file, or that the client has it.
+fn answer(file: &'static page::File, tag: &'static HeaderValue, headers: &HeaderMap) -> Response {
+    let tagged = [(header::ETAG, tag.clone())];
+    if has_already(headers, tag) {
+        return (StatusCode::NOT_MODIFIED, tagged).into_response();
+    }
+    let is = [(header::CONTENT_TYPE, file.media_type)];
+    (tagged, is, file.content).into_response()
+}
+
+/// Whether the client holds what `tag` is of. A proxy that compresses makes tags weak: they are compared without that.
+fn has_already(headers: &HeaderMap, tag: &HeaderValue) -> bool {
+    let given = headers.get_all(header::IF_NONE_MATCH).iter();
+    let mut given = given
+        .filter_map(|value| value.to_str().ok())
+        .flat_map(|list| list.split(','));
+    given.any(|one| {
+        let one = one.trim();
+        one == "*" || one.strip_prefix("W/").unwrap_or(one).as_bytes() == tag.as_bytes()
+    })
+}
+
+/// Whether a path is one of the page's files, which say nothing of any mission.
+pub(crate) fn has(path: &str) -> bool {
+    page::FILES.iter().any(|file| file.path == path)
 }

@@ -12,6 +12,7 @@ use std::{
 };
 
 use planner::{
+    explain::{Explanation, explain},
     plan::{Plan, Workspace, plan_until},
     policy::Policy,
     snapshot::Snapshot,
@@ -113,6 +114,11 @@ impl Planners {
         self.deadline
     }
 
+    /// When an answer is due to a request that wants it within so many ms.
+    pub(crate) fn due(&self, arrival: Arrival, deadline_ms: Option<f64>) -> Deadline {
+        Deadline::new(arrival, deadline_ms, self.deadline)
+    }
+
     /// Takes on a request with a body of `bytes`, which is there. Fails at once when those before it leave no time for it.
     pub(crate) fn admit(&self, bytes: usize) -> Result<Arc<Ticket>, Problem> {
         let (admission, lane) = if bytes <= SHORT {
@@ -168,7 +174,7 @@ impl Planners {
         arrival: Arrival,
         deadline_ms: Option<f64>,
     ) -> Result<Planned, Problem> {
-        let deadline = Deadline::new(arrival, deadline_ms, self.deadline);
+        let deadline = self.due(arrival, deadline_ms);
         let snapshot = Arc::new(snapshot);
         let (planners, planned) = (self.clone(), Arc::clone(&snapshot));
         // Once it has begun, the thread holds the ticket: a client that goes away does not free a planner that still works.
@@ -179,6 +185,28 @@ impl Planners {
             self.in_time(planned, snapshot, deadline).await
         };
         plan.instrument(info_span!("plan")).await
+    }
+
+    /// Says how the plan of a request that was taken on comes about, in half of the time that is left until `deadline`. None where
+    /// that is too short: the answer does not wait for it.
+    pub(crate) async fn explain(
+        &self,
+        ticket: &Arc<Ticket>,
+        snapshot: &Arc<Snapshot>,
+        deadline: Deadline,
+    ) -> Option<Explanation> {
+        let deadline = deadline.half_way();
+        let (lane, ticket) = (ticket.lane, Arc::clone(ticket));
+        let (snapshot, policy, stop) = (Arc::clone(snapshot), Arc::clone(&self.policy), deadline.stop());
+        let found = async {
+            let (found, _job) = self.planning.run(lane, move || {
+                let found = ticket.work(|| explain(&snapshot, &policy, &stop));
+                // One that was cut short tells of another plan.
+                (!stop.was_due()).then_some(found)
+            });
+            timeout_at(deadline.instant().into(), found).await
+        };
+        found.instrument(info_span!("explain")).await.ok()?.ok()?
     }
 
     /// Plans for a mission, of which there are not more than the service took on, until `limit` after `due`, from what

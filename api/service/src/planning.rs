@@ -12,14 +12,16 @@ use planner::{
     plan::Degraded,
     snapshot::{Fallback, Snapshot},
 };
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use tracing::info_span;
+use utoipa::IntoParams;
 
 use crate::{
     admission::Ticket,
     deadline::Arrival,
     metrics::PlanFor,
+    missions::routes::Asked,
     planners::{Planned, Planners},
     posted::PostedBytes,
     problem::{Problem, Refusals},
@@ -39,16 +41,37 @@ pub(crate) async fn plan(
     Ok(written(|| answer(&planned, &context).planned()))
 }
 
+#[derive(Debug, Default, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Explain {
+    /// Whether to say how the planner came to its plan, which takes as long again as planning: the answer has no `explanation` where
+    /// half of the time left until its deadline is too short for that. Default: no.
+    #[serde(default)]
+    explain: bool,
+}
+
 /// The same snapshot through the planner and through every line-of-sight law, whose gains are the service's own.
-#[utoipa::path(post, path = "/v1/plan/compare", tag = "plan", request_body = PlanRequest, responses(
+#[utoipa::path(post, path = "/v1/plan/compare", tag = "plan", params(Explain), request_body = PlanRequest, responses(
     (status = 200, description = "A plan from each, by name.", body = Comparison),
     Refusals))]
 pub(crate) async fn compare(
     State(planners): State<Planners>,
     Extension(arrival): Extension<Arrival>,
+    Asked(Explain { explain }): Asked<Explain>,
     body: PostedBytes,
 ) -> Result<Json<Comparison>, Problem> {
-    let (planned, context) = planned(&planners, arrival, body).await?;
+    let ticket = planners.admit(body.bytes.len())?;
+    let read = planners
+        .read(&ticket, || ValidRequest::new(body.read()?))
+        .await??;
+    let due = planners.due(arrival, read.deadline_ms);
+    let (planned, context) = read.planned(&planners, Arc::clone(&ticket), arrival).await?;
+    let found = if explain {
+        planners.explain(&ticket, &planned.snapshot, due).await
+    } else {
+        None
+    };
     let answer = answer(&planned, &context);
     // A rollout each: little beside the program, so they run where the answer is written.
     let law = |law| answer.law(law, planners.policy());
@@ -61,6 +84,7 @@ pub(crate) async fn compare(
             waypoint_box: law(LosLaw::WaypointBox),
             printed_los: law(LosLaw::Printed),
         },
+        explanation: found.map(|found| answer.explained(&found, planners.policy())),
     }))
 }
 

@@ -17,6 +17,7 @@ mod field_pointers;
 mod json;
 pub mod mission;
 mod positions;
+mod prediction;
 mod read_evidence;
 mod read_goal;
 mod read_path;
@@ -32,6 +33,7 @@ pub use dump::program_dump;
 pub use field_error::{FieldError, shortened};
 pub use json::{Unread, VALUES_MAX, read, read_each, read_from, read_reports};
 pub use positions::{LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG};
+pub use prediction::{Heard, PredictedAuv, PredictedCraft, Prediction, SteerBy};
 pub use read_request::unsupported_version;
 pub use request::{
     Acoustics, Asc, Auv, AuvState, Fallback, Goal, GoalKind, Hold, KeepOut, Limits, Offset, OffsetFrame,
@@ -39,11 +41,12 @@ pub use request::{
     Report, Segment, SegmentKind,
 };
 pub use response::{
-    Baseline, Comparison, CraftEstimate, GoalPoint, GoalTrajectory, Learnt, Method, Outcome, PlanResponse,
-    PlannedTarget, Plans, Predicted, Reference, Residuals, Solver, TargetPoint, Violation, Warning,
+    Baseline, Comparison, CraftEstimate, Explanation, GoalPoint, GoalTrajectory, Learnt, Method, Outcome,
+    PlanResponse, PlannedTarget, Plans, Predicted, ProgramSize, Reference, Residuals, Solver, Subproblem,
+    TargetPoint, UsedSlack, Violation, Warning,
 };
 pub use write_answer::{Answer, degraded_reason};
-pub use write_request::{plan_id, sha256};
+pub use write_request::{keep_out, plan_id, sha256};
 
 /// The version of these shapes that requests must name and answers carry.
 pub const SCHEMA_VERSION: &str = "1.0";

@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, mem};
 
 use geodesy::Datum;
 use nalgebra::Vector2;
+use planner::los::LosLaw;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
@@ -51,6 +52,49 @@ pub struct Simulated {
     /// Seed of everything that the scenario leaves to chance. Default: 1.
     #[serde(default = "one")]
     pub seed: u64,
+    /// What steers the surface craft. Laws have the service's gains. Default: `mpc`, the planner.
+    #[serde(default, skip_serializing_if = "Controller::is_planner")]
+    #[schema(required = false)]
+    pub controller: Controller,
+}
+
+/// What steers the surface craft of a simulated mission.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Controller {
+    /// The planner.
+    #[default]
+    Mpc,
+    /// The saturated line-of-sight law.
+    SaturatedLos,
+    /// Line of sight in the tracker's frame.
+    SaturatedLosTrackerFrame,
+    /// Integral line of sight.
+    IntegralLos,
+    /// Way-points round a box.
+    WaypointBox,
+    /// Line of sight as its source prints it, which fails.
+    PrintedLos,
+}
+
+impl Controller {
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references on")]
+    fn is_planner(&self) -> bool {
+        *self == Self::Mpc
+    }
+
+    /// The law, where it is one.
+    #[must_use]
+    pub fn law(self) -> Option<LosLaw> {
+        match self {
+            Self::Mpc => None,
+            Self::SaturatedLos => Some(LosLaw::SaturatedLos),
+            Self::SaturatedLosTrackerFrame => Some(LosLaw::TrackerFrame),
+            Self::IntegralLos => Some(LosLaw::Integral),
+            Self::WaypointBox => Some(LosLaw::WaypointBox),
+            Self::PrintedLos => Some(LosLaw::Printed),
+        }
+    }
 }
 
 fn one() -> u64 {
@@ -424,6 +468,73 @@ pub struct Mission {
     #[serde(default, skip_serializing_if = "Map::is_empty")]
     #[schema(value_type = Object)]
     pub metadata: Map<String, Value>,
+    /// The last plan, of a mission that was asked for or has run since the service was started.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plan: Option<PlanSummary>,
+}
+
+/// What the last plan of a mission amounts to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PlanSummary {
+    /// Whether it is what was asked for.
+    pub outcome: Outcome,
+    /// What led to it.
+    pub method: Method,
+    /// Time since the plan's own, s on the mission's clock. It grows while no new plan is made: beyond some `period_s` of a mission
+    /// that is running, plans are missed. 0 of a simulated mission, whose clock stands still from one plan to the next.
+    pub age_s: f64,
+    /// Time between two plans, s on the mission's clock.
+    pub period_s: f64,
+    /// How long after it was due it was made, s.
+    pub late_s: f64,
+    /// What it warns of, for people.
+    pub warnings: Vec<String>,
+    /// When each vehicle of a live mission was last heard, s on its clock.
+    pub heard_s: BTreeMap<String, f64>,
+    /// Vehicles without recent reports, because of which no plan is made.
+    pub waits_for: Vec<String>,
+}
+
+/// What a map of a mission shows beside vehicles, and what its controller is told. As the mission was made; what was changed since is in
+/// its `setting`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Scene {
+    /// How long a simulated mission lasts, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
+    /// From when on a simulated mission counts in the settled scores, such as `settled_rms_m` of `pilotfish compare`, s since its start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub settled_after_s: Option<f64>,
+    /// Time between two plans, s.
+    pub period_s: f64,
+    /// Seconds that pass on a live mission's clock in one.
+    pub clock_rate: f64,
+    /// The scenario, where it has a name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scenario: Option<String>,
+    /// The seed of a simulated mission.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// What steers in a simulated mission.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub controller: Option<Controller>,
+    /// What the controller is told, in words.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub information: Option<String>,
+    /// The underwater vehicles.
+    pub auvs: Vec<String>,
+    /// Discs to keep out of.
+    pub keep_outs: Vec<KeepOut>,
+    /// Corners (north, east) of the area to stay in, m.
+    pub area: Vec<[f64; 2]>,
+    /// Slant range to keep within, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range_max_m: Option<f64>,
+    /// Points (north, east) of the paths of the underwater vehicles whose paths are known to the simulator or the mission, m.
+    pub paths: BTreeMap<String, Vec<[f64; 2]>>,
+    /// Where the datum lies on Earth, where that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<Origin>,
 }
 
 /// Missions, in the order in which they were made.

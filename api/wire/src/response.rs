@@ -1,5 +1,7 @@
 //! What clients receive.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
@@ -337,6 +339,69 @@ pub struct Warning {
 pub struct Comparison {
     /// The plans by controller.
     pub plans: Plans,
+    /// How the planner came to its plan, where `?explain=true` asks for it and half of the time that was left after the plan was
+    /// enough for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub explanation: Option<Explanation>,
+}
+
+/// How the planner came to its plan. Equal requests have equal explanations: one that would be cut short is left out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Explanation {
+    /// Size of the last convex subproblem.
+    pub program: ProgramSize,
+    /// What each predicted cost is made of, by controller and term, m² s; the terms of one add up to its `predicted.cost`.
+    pub cost_terms: BTreeMap<String, BTreeMap<String, f64>>,
+    /// Soft limits that the last subproblem could not keep at the price of its slacks.
+    pub slack: Vec<UsedSlack>,
+    /// Every convex subproblem, in the order in which they were solved.
+    pub log: Vec<Subproblem>,
+}
+
+/// Size of a cone program: minimise ½ xᵀPx + qᵀx so that Ax + s = b and s is in the cones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+pub struct ProgramSize {
+    /// Stages of the horizon.
+    pub stages: usize,
+    /// Variables x.
+    pub variables: usize,
+    /// Rows, of all cones.
+    pub rows: usize,
+    /// Rows that are equations.
+    pub equalities: usize,
+    /// Rows that are inequalities.
+    pub inequalities: usize,
+    /// Second-order cones.
+    pub second_order_cones: usize,
+    /// Entries of A that are stored.
+    pub constraint_entries: usize,
+    /// Entries of the upper triangle of P that are stored.
+    pub quadratic_entries: usize,
+}
+
+/// A soft limit that gave way at a stage.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct UsedSlack {
+    /// Which limits share the slack: `motion`, `acoustic_range`, `other_range` (of AUVs that the goal does not name), `area` or `keep_out`.
+    pub limit: String,
+    /// How long after the request's time that is, s.
+    pub after_s: f64,
+    /// By how much, in `unit`.
+    pub amount: f64,
+    /// Unit of `amount`.
+    pub unit: String,
+}
+
+/// A convex subproblem, solved.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Subproblem {
+    /// How the solver ended, in snake case.
+    pub status: String,
+    /// Interior-point iterations.
+    pub iterations: u32,
+    /// How well its optimality conditions hold, recomputed outside the solver; absent without a solution.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residuals: Option<Residuals>,
 }
 
 /// Plans by controller.

@@ -5,7 +5,7 @@ use std::time::Duration;
 use geodesy::Datum;
 use nalgebra::Vector2;
 use planner::{
-    certificate,
+    certificate, explain,
     los::{LosLaw, Reference as DomainReference},
     plan as domain,
     plan::{Plan, SoftLimit, Subject},
@@ -20,8 +20,9 @@ use super::{
     SCHEMA_VERSION,
     both::{Current, Drift, Forecast, Origin, TrajectoryPoint},
     response::{
-        Baseline, CraftEstimate, Estimate, GoalPoint, GoalTrajectory, Learnt, Method, Outcome, PlanResponse,
-        PlannedTarget, Predicted, Reference, Residuals, Solver, TargetPoint, Violation, Warning,
+        Baseline, CraftEstimate, Estimate, Explanation, GoalPoint, GoalTrajectory, Learnt, Method, Outcome,
+        PlanResponse, PlannedTarget, Predicted, ProgramSize, Reference, Residuals, Solver, Subproblem,
+        TargetPoint, UsedSlack, Violation, Warning,
     },
     write_request::{plan_id, rows},
 };
@@ -92,9 +93,7 @@ impl<'a> Answer<'a> {
                 iterations: solver.iterations,
                 deadline_hit: solver.deadline_hit,
                 solve_time_ms: self.solve_time.as_secs_f64() * 1e3,
-                residuals: solver
-                    .residuals
-                    .map(|certificate::Residuals { primal, dual, gap }| Residuals { primal, dual, gap }),
+                residuals: solver.residuals.map(residuals),
             }),
             violations: self.plan.violations.iter().map(violation).collect(),
             ..self.along(
@@ -119,6 +118,45 @@ impl<'a> Answer<'a> {
         let mut answer = self.of_law(law, &domain::baseline(self.snapshot, policy, law));
         answer.warnings.extend(no_memory(law));
         answer
+    }
+
+    /// How the planner came to its plan, of which `found` tells, and what the laws cost at the gains of `policy`.
+    #[must_use]
+    pub fn explained(&self, found: &explain::Explanation, policy: &Policy) -> Explanation {
+        let terms =
+            |terms: domain::CostTerms| terms.named().map(|(name, value)| (name.to_owned(), value)).into();
+        let laws = LosLaw::ALL.into_iter().map(|law| {
+            let predicted = match law {
+                LosLaw::SaturatedLos => self.plan.baseline.predicted,
+                _ => domain::baseline(self.snapshot, policy, law).predicted,
+            };
+            (law.name().to_owned(), terms(predicted.terms))
+        });
+        let planner = ("mpc".to_owned(), terms(self.plan.predicted.terms));
+        let size = found.size;
+        Explanation {
+            program: ProgramSize {
+                stages: size.stages,
+                variables: size.variables,
+                rows: size.rows,
+                equalities: size.equalities,
+                inequalities: size.inequalities,
+                second_order_cones: size.second_order_cones,
+                constraint_entries: size.constraint_entries,
+                quadratic_entries: size.quadratic_entries,
+            },
+            cost_terms: [planner].into_iter().chain(laws).collect(),
+            slack: found.slacks.iter().map(used_slack).collect(),
+            log: found
+                .subproblems
+                .iter()
+                .map(|one| Subproblem {
+                    status: status_name(one.status).to_owned(),
+                    iterations: one.iterations,
+                    residuals: one.residuals.map(residuals),
+                })
+                .collect(),
+        }
     }
 
     fn of_law(&self, law: LosLaw, baseline: &domain::Baseline) -> PlanResponse {
@@ -278,6 +316,26 @@ impl From<&facts::TrajectoryPoint> for TrajectoryPoint {
             speed_mps: point.speed,
             heading_rad: point.heading.radians(),
         }
+    }
+}
+
+fn residuals(certificate::Residuals { primal, dual, gap }: certificate::Residuals) -> Residuals {
+    Residuals { primal, dual, gap }
+}
+
+fn used_slack(slack: &explain::UsedSlack) -> UsedSlack {
+    let (limit, unit) = match slack.rows {
+        explain::SoftRows::Motion => ("motion", "m/s or m/s²"),
+        explain::SoftRows::AcousticRange => ("acoustic_range", "m"),
+        explain::SoftRows::OtherRange => ("other_range", "m"),
+        explain::SoftRows::Area => ("area", "m"),
+        explain::SoftRows::KeepOut => ("keep_out", "m"),
+    };
+    UsedSlack {
+        limit: limit.to_owned(),
+        after_s: slack.after,
+        amount: slack.amount,
+        unit: unit.to_owned(),
     }
 }
 

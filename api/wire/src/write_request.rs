@@ -307,7 +307,9 @@ fn offset(offset: &facts::Offset) -> Offset {
     }
 }
 
-fn keep_out(disc: &facts::KeepOut) -> KeepOut {
+/// A disc as a request gives it.
+#[must_use]
+pub fn keep_out(disc: &facts::KeepOut) -> KeepOut {
     KeepOut {
         north_m: disc.centre.x,
         east_m: disc.centre.y,

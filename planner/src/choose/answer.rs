@@ -1,6 +1,6 @@
 //! What a plan says: the reference, what stands behind it, and what stands beside it.
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 
 use crate::{
     craft::estimate::CraftEstimate,
@@ -127,6 +127,8 @@ pub struct TargetForecast {
     pub depths: Vec<f64>,
     /// Standard deviation of the positions, m: root mean square of the distance from where the AUV will be.
     pub position_sigmas: Vec<f64>,
+    /// Covariances of the positions (north, east), m².
+    pub position_covariances: Vec<Matrix2<f64>>,
 }
 
 impl TargetForecast {
@@ -136,6 +138,7 @@ impl TargetForecast {
         let target = |((auv, estimate), forecast): ((&Auv, &Estimate), &AuvForecast)| {
             let position = |time: &f64| forecast.at(*time).position;
             let depth = |time: &f64| forecast.depth_at(*time);
+            let covariance = |time: &f64| forecast.position_covariance(*time);
             let sigma = |time: &f64| forecast.position_variance(*time).sqrt();
             Self {
                 id: auv.id.clone(),
@@ -145,6 +148,7 @@ impl TargetForecast {
                 positions: times.iter().map(position).collect(),
                 depths: times.iter().map(depth).collect(),
                 position_sigmas: times.iter().map(sigma).collect(),
+                position_covariances: times.iter().map(covariance).collect(),
             }
         };
         known.map(target).collect()

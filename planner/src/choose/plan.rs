@@ -1,8 +1,8 @@
 //! From a snapshot to a plan.
 
 use crate::{
-    choose::select::{baseline_of, select_answer},
-    los::law::LosLaw,
+    choose::select::{baseline_from_memory, baseline_of, select_answer},
+    los::{law::LosLaw, tracking_law::TrackingLaw},
     problem::policy::Policy,
     program::build::Program,
     snapshot::build::Snapshot,
@@ -16,7 +16,7 @@ pub use crate::{
     choose::answer::{Baseline, Method, Plan, TargetForecast},
     problem::violation::{SoftLimit, Subject, Violation},
     scp::{
-        predicted_cost::Predicted,
+        predicted_cost::{CostTerms, Predicted},
         result::{Degraded, SolverReport},
     },
 };
@@ -67,6 +67,12 @@ pub fn plan_until(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspac
 #[must_use]
 pub fn baseline(snapshot: &Snapshot, policy: &Policy, law: LosLaw) -> Baseline {
     baseline_of(snapshot, policy, law)
+}
+
+/// [`baseline`] of a law at work, with its gains and from what it remembers. Positions and times are those of the looks before.
+#[must_use]
+pub fn baseline_from(snapshot: &Snapshot, policy: &Policy, law: &TrackingLaw) -> Baseline {
+    baseline_from_memory(snapshot, policy, law)
 }
 
 /// [`plan`] with another solver instead of Clarabel: a peer to compare with, or a failure to force.

@@ -225,11 +225,32 @@ pub(crate) fn baseline_of(snapshot: &Snapshot, policy: &Policy, law: LosLaw) -> 
     let horizon = Horizon::new(snapshot, policy, &goal);
     let tuning = tuning(law, policy);
     let rollout = horizon.line_of_sight(snapshot, &goal, tuning);
-    let (predicted, violations) = predict(&horizon, &rollout, &horizon.weights);
     let mut tracking = TrackingLaw::new(tuning, Some(horizon.goal_course));
     let through_water = tracking.steer(0.0, &AscNow::from(snapshot), &goal.at(0.0), &snapshot.limits);
+    rolled_out_baseline(snapshot, &horizon, &rollout, &through_water)
+}
+
+/// What `law` would do from what it remembers.
+pub(crate) fn baseline_from_memory(snapshot: &Snapshot, policy: &Policy, law: &TrackingLaw) -> Baseline {
+    let goal = GoalForecast::new(snapshot);
+    let horizon = Horizon::new(snapshot, policy, &goal);
+    let rollout = horizon.carried_on(snapshot, &goal, law.clone());
+    let asc = AscNow::from(snapshot);
+    let through_water = law
+        .clone()
+        .steer(snapshot.time, &asc, &goal.at(0.0), &snapshot.limits);
+    rolled_out_baseline(snapshot, &horizon, &rollout, &through_water)
+}
+
+fn rolled_out_baseline(
+    snapshot: &Snapshot,
+    horizon: &Horizon<'_>,
+    rollout: &Rollout,
+    through_water: &Reference,
+) -> Baseline {
+    let (predicted, violations) = predict(horizon, rollout, &horizon.weights);
     Baseline {
-        reference: snapshot.command(&through_water),
+        reference: snapshot.command(through_water),
         trajectory: horizon.trajectory(&rollout.stages).collect(),
         predicted,
         violations: violations.into_iter().flatten().collect(),

@@ -6,6 +6,7 @@ use crate::{
     craft::response::Stage,
     facts::{
         angle::{Heading, angle_of, ned_from_body},
+        asc::AscNow,
         reference::TrajectoryPoint,
     },
     predict::motion::Motion,
@@ -62,6 +63,15 @@ impl Frame {
         Motion {
             position: craft_from_ned * (ned.position - self.origin),
             velocity: craft_from_ned * ned.velocity,
+        }
+    }
+
+    /// The craft of a rollout in NED.
+    pub(crate) fn asc_in_ned(&self, asc: &AscNow) -> AscNow {
+        AscNow {
+            position: self.origin + self.ned_from_craft * asc.position,
+            heading: Heading::new(self.heading.radians() + asc.heading.radians()),
+            current: self.ned_from_craft * asc.current,
         }
     }
 

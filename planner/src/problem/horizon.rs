@@ -102,6 +102,24 @@ impl<'a> Horizon<'a> {
         self.roll_out(snapshot.craft_model(), law)
     }
 
+    /// A line-of-sight law with its memory, which is in NED and of the snapshot's clock, rolled out on the response model.
+    pub(crate) fn carried_on(
+        &self,
+        snapshot: &Snapshot,
+        goal: &GoalForecast,
+        mut tracking: TrackingLaw,
+    ) -> Rollout {
+        let law = |time, asc: &_, _| {
+            let (now, asc) = (self.frame.time(time), self.frame.asc_in_ned(asc));
+            let asked = tracking.steer(now, &asc, &goal.at(time), &snapshot.limits);
+            Reference {
+                heading: Heading::new(self.frame.angle(asked.heading.radians())),
+                ..asked
+            }
+        };
+        self.roll_out(snapshot.craft_model(), law)
+    }
+
     /// Acceleration through the water until now, craft frame, m/s²: across the direction of travel, what the yaw rate makes.
     pub(crate) fn acceleration(&self) -> Vector2<f64> {
         let velocity = self.start.velocity;

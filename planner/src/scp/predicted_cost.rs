@@ -22,6 +22,40 @@ pub struct Predicted {
     pub rms_error: f64,
     /// Propulsion energy over the horizon, J.
     pub energy: f64,
+    /// What the cost is made of.
+    pub terms: CostTerms,
+}
+
+/// The terms of a predicted cost, m² s. Their sum is the cost, but for rounding.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CostTerms {
+    /// Distance to the goal on the way.
+    pub tracking: f64,
+    /// Distance and relative velocity at the end of the horizon.
+    pub terminal: f64,
+    /// Velocity relative to the goal's.
+    pub velocity: f64,
+    /// Acceleration.
+    pub acceleration: f64,
+    /// Propulsion energy.
+    pub energy: f64,
+    /// Limits of position that are broken.
+    pub broken_limits: f64,
+}
+
+impl CostTerms {
+    /// Every term with its name.
+    #[must_use]
+    pub fn named(&self) -> [(&'static str, f64); 6] {
+        [
+            ("tracking", self.tracking),
+            ("terminal", self.terminal),
+            ("velocity", self.velocity),
+            ("acceleration", self.acceleration),
+            ("energy", self.energy),
+            ("broken_limits", self.broken_limits),
+        ]
+    }
 }
 
 /// A violation below this is rounding, m.
@@ -44,6 +78,7 @@ pub(crate) fn predict(
     weights: &Weights,
 ) -> (Predicted, Violations<4>) {
     let mut predicted = track(horizon, &rollout.stages, weights);
+    let kept = predicted.cost;
     let mut pricing = Pricing {
         horizon,
         rollout,
@@ -56,6 +91,7 @@ pub(crate) fn predict(
     let [keep_out, separation] = pricing.add(around_discs, weights.keep_out_slack);
     let [given_up] = pricing.add([Limit::RangeGivenUp], (0.0, 0.0));
     let range = worse(worse(named, other), given_up);
+    predicted.terms.broken_limits = predicted.cost - kept;
     (predicted, [range, area, keep_out, separation])
 }
 
@@ -176,6 +212,7 @@ fn track(horizon: &Horizon<'_>, stages: &[Stage], weights: &Weights) -> Predicte
         let power = horizon.power.at(stage.velocity.norm());
         (error, excess.unwrap_or(error), relative, power)
     };
+    let mut terms = CostTerms::default();
     let mut last = miss(0);
     for k in 1..stages.len() {
         let dt = horizon.times[k] - horizon.times[k - 1];
@@ -183,20 +220,28 @@ fn track(horizon: &Horizon<'_>, stages: &[Stage], weights: &Weights) -> Predicte
         last = to;
         square_error += 0.5 * dt * (from.0 + to.0);
         square_miss += 0.5 * dt * (from.1 + to.1);
-        sum += 0.5 * dt * weights.velocity * (from.2 + to.2);
+        let relative = 0.5 * dt * weights.velocity * (from.2 + to.2);
+        terms.velocity += relative;
+        sum += relative;
         energy += 0.5 * dt * (from.3 + to.3);
         let acceleration = (stages[k].velocity - stages[k - 1].velocity) / dt;
-        sum += dt * weights.acceleration * acceleration.norm_squared();
+        let acceleration = dt * weights.acceleration * acceleration.norm_squared();
+        terms.acceleration += acceleration;
+        sum += acceleration;
     }
     let (_, last_miss, last_relative, _) = last;
     sum += weights.position * square_miss
         + weights.terminal_position * last_miss
         + weights.terminal_velocity * last_relative
         + weights.energy * energy;
+    terms.tracking = weights.position * square_miss;
+    terms.terminal = weights.terminal_position * last_miss + weights.terminal_velocity * last_relative;
+    terms.energy = weights.energy * energy;
     let duration = horizon.times[horizon.times.len() - 1];
     Predicted {
         cost: sum,
         rms_error: (square_error / duration).sqrt(),
         energy,
+        terms,
     }
 }

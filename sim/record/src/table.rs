@@ -85,15 +85,15 @@ columns! {
     current_north_mps: Number, "m/s", "Current northward, where the vehicle is";
     current_east_mps: Number, "m/s", "Current eastward, where the vehicle is";
     sigma_m: Number, "m", "Standard deviation of the position along either axis";
-    age_s: Number, "s", "Time since what is `known` of an AUV was so, by the surface craft's clock";
+    age_s: Number, "s", "Time since what is `known` of an AUV was so, by the surface craft's clock; of what is `estimated`, since the newest fix that it rests on";
     clock_s: Number, "s", "What the surface craft's own clock shows";
     thrust_port_n: Number, "N", "Thrust of the port thruster";
     thrust_starboard_n: Number, "N", "Thrust of the starboard thruster";
     energy_j: Number, "J", "Propulsion energy since the start";
     heading_travel_rad: Number, "rad", "Sum of the absolute changes of heading since the start";
-    goal_north_m: Number, "m", "True position of the goal, north of the datum";
-    goal_east_m: Number, "m", "True position of the goal, east of the datum";
-    goal_distance_m: Number, "m", "True horizontal distance from the surface craft to the goal";
+    goal_north_m: Number, "m", "True position of the goal, north of the datum; of what is `planned` in a live mission, where the planner took it to be";
+    goal_east_m: Number, "m", "True position of the goal, east of the datum, or likewise";
+    goal_distance_m: Number, "m", "True horizontal distance from the surface craft to the goal, or likewise";
     path_north_m: Number, "m", "The point of its path that the AUV follows, north of the datum";
     path_east_m: Number, "m", "The point of its path that the AUV follows, east of the datum";
     along_track_m: Number, "m", "True along-track error, positive ahead of that point";
@@ -103,7 +103,7 @@ columns! {
     reference_pitch_rad: Number, "rad", "Pitch reference of the AUV from then on, positive nose-up";
     outcome: Word, "", "Whether the plan is what was asked for: `ok` or `degraded`";
     method: Word, "", "What led to the plan: `mpc`, `previous_plan`, `saturated_los`, `hold`, or another law";
-    reason: Word, "", "Why the plan is degraded, or the mission failed";
+    reason: Word, "", "Why the plan is degraded, or the mission failed; what a `note` says";
     predicted_rms_m: Number, "m", "Distance to the goal that the plan predicts over its horizon, root mean square";
     solve_ms: Number, "ms", "Time that planning took";
     late_s: Number, "s", "Time from when the plan was due until it was about to be stored";
@@ -115,11 +115,15 @@ pub const SURFACE_CRAFT: &str = "asc";
 /// The `kind` of rows about what the surface craft knew; others tell where their vehicle was.
 pub const KNOWN: &str = "known";
 
+/// The `kind` of rows about where an AUV was believed to be.
+pub const ESTIMATED: &str = "estimated";
+
 impl<'a> Row<'a> {
     /// The vehicle and its position (north, east), m, where the row tells where a vehicle was.
     pub(crate) fn place(&self) -> Option<(&'a str, nalgebra::Vector2<f64>)> {
         let position = nalgebra::Vector2::new(self.north_m?, self.east_m?);
-        (self.kind != Some(KNOWN)).then_some((self.vehicle?, position))
+        let is_belief = matches!(self.kind, Some(KNOWN | ESTIMATED));
+        (!is_belief).then_some((self.vehicle?, position))
     }
 }
 

@@ -101,10 +101,16 @@ class AsyncClient:
         return Made(self._make(creation, finish_at_exit))
 
     def simulate(
-        self, scenario: str | Path, seed: int = 1, *, title: str | None = None, finish_at_exit: bool = True
+        self,
+        scenario: str | Path,
+        seed: int = 1,
+        *,
+        controller: types.Controller = "mpc",
+        title: str | None = None,
+        finish_at_exit: bool = True,
     ) -> Made:
         """`await client.simulate(…)`, or `async with client.simulate(…) as mission:`."""
-        simulated = orders.of_scenario(scenario, seed)
+        simulated = orders.of_scenario(scenario, seed, controller)
         return self.create_mission(simulated=simulated, title=title, finish_at_exit=finish_at_exit)
 
     async def _make(self, creation: Steps[types.Mission], finish_at_exit: bool) -> AsyncMission:

@@ -116,10 +116,17 @@ class Client:
         return Mission(self, made["id"], finish_at_exit=finish_at_exit)
 
     def simulate(
-        self, scenario: str | Path, seed: int = 1, *, title: str | None = None, finish_at_exit: bool = True
+        self,
+        scenario: str | Path,
+        seed: int = 1,
+        *,
+        controller: types.Controller = "mpc",
+        title: str | None = None,
+        finish_at_exit: bool = True,
     ) -> Mission:
-        """Makes a mission of the simulator: of a built-in scenario, or of a file of yours, given as its `Path`."""
-        simulated = orders.of_scenario(scenario, seed)
+        """Makes a mission of the simulator: of a built-in scenario, or of a file of yours, given as its
+        `Path`; a law may steer it."""
+        simulated = orders.of_scenario(scenario, seed, controller)
         return self.create_mission(simulated=simulated, title=title, finish_at_exit=finish_at_exit)
 
     def _do(self, steps: Steps[T]) -> T:

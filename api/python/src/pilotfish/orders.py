@@ -42,11 +42,16 @@ def create(
     return ask(post("/v1/missions", body, key=new_key()), patience_s, unmet=False)
 
 
-def of_scenario(scenario: str | Path, seed: int) -> types.Simulated:
+def of_scenario(scenario: str | Path, seed: int, controller: types.Controller) -> types.Simulated:
     """A built-in scenario by its name, or one of a file."""
+    simulated: types.Simulated = {"seed": seed}
     if isinstance(scenario, Path):
-        return {"scenario_file": scenario.read_text(encoding="utf-8"), "seed": seed}
-    return {"scenario": scenario, "seed": seed}
+        simulated["scenario_file"] = scenario.read_text(encoding="utf-8")
+    else:
+        simulated["scenario"] = scenario
+    if controller != "mpc":
+        simulated["controller"] = controller
+    return simulated
 
 
 class Orders:

@@ -17,6 +17,17 @@ class Accepted(TypedDict):
     sequence: int
 
 
+class Access(TypedDict):
+    """What the client that asks may do."""
+
+    # Name of the client's token; none where the service asks for none.
+    caller: NotRequired[str | None]
+    # Whether the service asks for tokens.
+    protected: bool
+    # `read-only`, `operator` or `admin`.
+    role: str
+
+
 class Acoustics(TypedDict):
     """What the acoustic link needs."""
 
@@ -156,8 +167,22 @@ class BatchItem(TypedDict):
 class Comparison(TypedDict):
     """The same snapshot through the planner and through the laws that it is compared with."""
 
+    # How the planner came to its plan, where `?explain=true` asks for it and half of the time that was left after
+    # the plan was enough for it.
+    explanation: NotRequired[Explanation | None]
     # The plans by controller.
     plans: Plans
+
+
+# What steers the surface craft of a simulated mission.
+Controller: TypeAlias = Literal[
+    "mpc",
+    "saturated_los",
+    "saturated_los_tracker_frame",
+    "integral_los",
+    "waypoint_box",
+    "printed_los",
+]
 
 
 class Craft(TypedDict):
@@ -347,6 +372,22 @@ class ExampleList(TypedDict):
     examples: list[ExampleEntry]
 
 
+class Explanation(TypedDict):
+    """How the planner came to its plan. Equal requests have equal explanations: one that would be cut short is left
+    out.
+    """
+
+    # What each predicted cost is made of, by controller and term, m² s; the terms of one add up to its
+    # `predicted.cost`.
+    cost_terms: dict[str, dict[str, float]]
+    # Every convex subproblem, in the order in which they were solved.
+    log: list[Subproblem]
+    # Size of the last convex subproblem.
+    program: ProgramSize
+    # Soft limits that the last subproblem could not keep at the price of its slacks.
+    slack: list[UsedSlack]
+
+
 # What to do when no program was solved, and for a goal of which the last report is too old.
 #
 # It does not choose who answers otherwise: a previous plan that is followed further, or line of sight, answers
@@ -456,6 +497,17 @@ class Health(TypedDict):
 
     # `live` or `ready`.
     status: str
+
+
+class Heard(TypedDict):
+    """A fix."""
+
+    # Position east of the datum, m.
+    east_m: float
+    # Position north of the datum, m.
+    north_m: float
+    # When it was sent, on the mission's clock, s.
+    t_s: float
 
 
 # What the last fallback level does.
@@ -579,6 +631,8 @@ class Mission(TypedDict):
     # Where the datum of a live mission lies on Earth, where that is known: as it was made with, or by its first
     # fix.
     origin: NotRequired[Origin | None]
+    # The last plan, of a mission that was asked for or has run since the service was started.
+    plan: NotRequired[PlanSummary | None]
     # Number of its last event.
     sequence: int
     # Of a live mission, what it does now and within which bounds: PATCH changes it.
@@ -806,6 +860,29 @@ class PlanResponse(TypedDict):
     warnings: list[Warning]
 
 
+class PlanSummary(TypedDict):
+    """What the last plan of a mission amounts to."""
+
+    # Time since the plan's own, s on the mission's clock. It grows while no new plan is made: beyond some
+    # `period_s` of a mission that is running, plans are missed. 0 of a simulated mission, whose clock stands still
+    # from one plan to the next.
+    age_s: float
+    # When each vehicle of a live mission was last heard, s on its clock.
+    heard_s: dict[str, float]
+    # How long after it was due it was made, s.
+    late_s: float
+    # What led to it.
+    method: Method
+    # Whether it is what was asked for.
+    outcome: Outcome
+    # Time between two plans, s on the mission's clock.
+    period_s: float
+    # Vehicles without recent reports, because of which no plan is made.
+    waits_for: list[str]
+    # What it warns of, for people.
+    warnings: list[str]
+
+
 class Planned(TypedDict):
     """A plan: what it was made at, and what its answer amounts to. The answer itself is made again from what was
     heard.
@@ -821,6 +898,8 @@ class Planned(TypedDict):
     method: Method
     # Whether it is what was asked for.
     outcome: Outcome
+    # What it predicts, for people to look at. Versions before 0.3 kept none.
+    prediction: NotRequired[Prediction | None]
     # Why the outcome is `degraded`.
     reason: NotRequired[str | None]
     # What to steer.
@@ -889,6 +968,73 @@ class Predicted(TypedDict):
     energy_j: float
     # Root mean square distance to the goal, m.
     rms_error_m: float
+
+
+class PredictedAuv(TypedDict):
+    """Where an underwater vehicle is expected at the times of a prediction."""
+
+    # Age of the newest report that the forecast rests on, s.
+    age_s: float
+    # Covariances of the positions: of north, of north and east, of east, m².
+    covariances_m2: list[list[float]]
+    # Depths, m, positive down.
+    depths_m: list[float]
+    # Velocity (north, east) beyond what its reports and the model explain, m/s.
+    drift: list[float]
+    # The newest fix that was heard; none where the plan was given a state.
+    heard: NotRequired[Heard | None]
+    # The vehicle.
+    id: str
+    # Positions.
+    positions: list[list[float]]
+    # Times of the fixes that the estimate does not rest on, on the mission's clock, s.
+    refused_t_s: NotRequired[list[float]]
+
+
+class PredictedCraft(TypedDict):
+    """What is known of the craft: likeliest values."""
+
+    # Whether the craft does what is predicted of it.
+    follows: bool
+    # By how much the heading is behind a reference that turns steadily, s.
+    heading_lag_s: float
+    # What the heading stays off its reference, rad.
+    heading_offset_rad: float
+    # Acceleration that the speed loop gives unasked, m/s².
+    surge_bias_mps2: float
+    # By how much the speed is behind a reference that rises steadily, s.
+    surge_lag_s: float
+    # Sway per surge and yaw rate, s.
+    sway_per_yaw_rate_s: float
+
+
+class Prediction(TypedDict):
+    """What a plan predicts, at some of its times. Positions are (north, east) of the datum, m."""
+
+    # The times, s after the plan's, ascending.
+    after_s: list[float]
+    # The planned trajectory.
+    asc: list[list[float]]
+    # The underwater vehicles.
+    auvs: list[PredictedAuv]
+    # What is known of the craft.
+    craft: PredictedCraft
+    # What the current (north, east) is taken for, m/s, where anything tells it.
+    current: NotRequired[list[float] | None]
+    # Where the goal is expected.
+    goal: list[list[float]]
+    # Where the line-of-sight law would lead.
+    line_of_sight: list[list[float]]
+    # What the line-of-sight law would have the craft steer.
+    line_of_sight_reference: SteerBy
+    # The same of the line-of-sight law.
+    line_of_sight_rms_m: float
+    # Distance to the goal that the plan predicts over its horizon, root mean square, m.
+    rms_m: float
+    # Soft limits that the plan does not keep.
+    violations: NotRequired[list[Violation]]
+    # What the answer warns of.
+    warnings: NotRequired[list[Warning]]
 
 
 class PreviousCraft(TypedDict):
@@ -989,6 +1135,27 @@ class ProblemDocument(TypedDict):
     type: str
 
 
+class ProgramSize(TypedDict):
+    """Size of a cone program: minimise ½ xᵀPx + qᵀx so that Ax + s = b and s is in the cones."""
+
+    # Entries of A that are stored.
+    constraint_entries: int
+    # Rows that are equations.
+    equalities: int
+    # Rows that are inequalities.
+    inequalities: int
+    # Entries of the upper triangle of P that are stored.
+    quadratic_entries: int
+    # Rows, of all cones.
+    rows: int
+    # Second-order cones.
+    second_order_cones: int
+    # Stages of the horizon.
+    stages: int
+    # Variables x.
+    variables: int
+
+
 class Reference(TypedDict):
     """What the inner loops are to follow."""
 
@@ -1063,6 +1230,43 @@ class Run(TypedDict):
 
     # How many seconds of a simulated mission pass in one, from 0.1 to 1000. Default: as fast as it can.
     speed_factor: NotRequired[float | None]
+
+
+class Scene(TypedDict):
+    """What a map of a mission shows beside vehicles, and what its controller is told. As the mission was made; what
+    was changed since is in its `setting`.
+    """
+
+    # Corners (north, east) of the area to stay in, m.
+    area: list[list[float]]
+    # The underwater vehicles.
+    auvs: list[str]
+    # Seconds that pass on a live mission's clock in one.
+    clock_rate: float
+    # What steers in a simulated mission.
+    controller: NotRequired[Controller | None]
+    # How long a simulated mission lasts, s.
+    duration_s: NotRequired[float | None]
+    # What the controller is told, in words.
+    information: NotRequired[str | None]
+    # Discs to keep out of.
+    keep_outs: list[KeepOut]
+    # Where the datum lies on Earth, where that is known.
+    origin: NotRequired[Origin | None]
+    # Points (north, east) of the paths of the underwater vehicles whose paths are known to the simulator or the
+    # mission, m.
+    paths: dict[str, list[list[float]]]
+    # Time between two plans, s.
+    period_s: float
+    # Slant range to keep within, m.
+    range_max_m: NotRequired[float | None]
+    # The scenario, where it has a name.
+    scenario: NotRequired[str | None]
+    # The seed of a simulated mission.
+    seed: NotRequired[int | None]
+    # From when on a simulated mission counts in the settled scores, such as `settled_rms_m` of `pilotfish compare`,
+    # s since its start.
+    settled_after_s: NotRequired[float | None]
 
 
 # A segment of a path. Which members are needed depends on `kind`. Points are (north, east), m.
@@ -1147,6 +1351,8 @@ class Setting(TypedDict):
 class Simulated(TypedDict):
     """A mission of the simulator: `scenario` by name, or a whole one as `scenario_file`."""
 
+    # What steers the surface craft. Laws have the service's gains. Default: `mpc`, the planner.
+    controller: NotRequired[Controller]
     # Name of a built-in scenario with a surface craft.
     scenario: NotRequired[str | None]
     # A scenario as its TOML file has it, at most 64 KiB. It may name no other file.
@@ -1181,11 +1387,31 @@ SpeedHeld: TypeAlias = Literal["through_water", "over_ground"]
 Status: TypeAlias = Literal["created", "running", "paused", "finished", "failed"]
 
 
+class SteerBy(TypedDict):
+    """A speed and a heading."""
+
+    # Heading, rad, in (−π, π].
+    heading_rad: float
+    # Speed through the water, m/s.
+    speed_mps: float
+
+
 class Step(TypedDict):
     """How far to go on."""
 
     # How many plans to make and follow, from 1 to 60. Default: 1.
     ticks: NotRequired[int]
+
+
+class Subproblem(TypedDict):
+    """A convex subproblem, solved."""
+
+    # Interior-point iterations.
+    iterations: int
+    # How well its optimality conditions hold, recomputed outside the solver; absent without a solution.
+    residuals: NotRequired[Residuals | None]
+    # How the solver ended, in snake case.
+    status: str
 
 
 class SurgeLoop(TypedDict):
@@ -1271,6 +1497,20 @@ class Truth(TypedDict):
     goal_east_m: float
     # The goal's position, m.
     goal_north_m: float
+
+
+class UsedSlack(TypedDict):
+    """A soft limit that gave way at a stage."""
+
+    # How long after the request's time that is, s.
+    after_s: float
+    # By how much, in `unit`.
+    amount: float
+    # Which limits share the slack: `motion`, `acoustic_range`, `other_range` (of AUVs that the goal does not name),
+    # `area` or `keep_out`.
+    limit: str
+    # Unit of `amount`.
+    unit: str
 
 
 class Validation(TypedDict):

@@ -12,7 +12,7 @@ use crate::{
     store::{EventReader, StoreError, StoredEvent},
 };
 use wire::{
-    Method, Origin, Outcome, PlanResponse, PreviousPlan, Reference,
+    Method, Origin, Outcome, PlanResponse, Prediction, PreviousPlan, Reference,
     mission::{NewMission, Reports, Setting, Truth},
     sha256,
 };
@@ -106,6 +106,9 @@ pub struct Planned {
     /// Where every vehicle was, in a simulated mission.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub truth: Option<Box<Truth>>,
+    /// What it predicts, for people to look at. Versions before 0.3 kept none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prediction: Option<Box<Prediction>>,
 }
 
 /// The answer of a mission's plan. Unlike a request, a mission gives no metadata.
@@ -143,6 +146,7 @@ pub(super) fn planned(
         answer_sha256: written.digest(),
         cut_short: cut_short.then(|| Box::new(previous(made))),
         truth: None,
+        prediction: Some(Box::new(Prediction::of(&made.snapshot, plan, answer))),
     }
 }
 
@@ -220,6 +224,19 @@ impl Event {
             body: json(self).into(),
         }
     }
+
+    /// Every kind's name.
+    pub const KINDS: [&str; 9] = [
+        "created",
+        "ran",
+        "paused",
+        "changed",
+        "reported",
+        "planned",
+        "clock_set",
+        "finished",
+        "failed",
+    ];
 
     /// Its kind's name.
     #[must_use]

@@ -6,7 +6,6 @@ use std::{
     cell::OnceCell,
     fmt,
     io::{self, BufWriter, Write},
-    vec,
 };
 
 use ::record::{Entry, ExportError, Format, Origin, SCHEMA_VERSION, Source};
@@ -16,15 +15,20 @@ use utoipa::ToSchema;
 
 use super::{event::Event, simulation::scenario};
 use crate::store::{EventReader, StoreError, StoredEvent};
-use row::Timeline;
+use row::{Before, Timeline};
+use stored::Stored;
 use wire::mission::NewMission;
 
 mod row;
+mod stored;
 #[cfg(test)]
 mod tests;
 
 /// Events read at once. With 64 fixes of each of 16 vehicles an event is some 0.2 MB, and a page 13 MB.
 const PAGE: usize = 64;
+
+/// The kind of events that tell of plans.
+const PLANNED: &str = "planned";
 
 /// What lines are gathered into before the client takes them, bytes.
 const PIECE: usize = 64 << 10;
@@ -121,13 +125,31 @@ pub fn write(
     reader: &EventReader,
     number: u64,
     format: RecordFormat,
+    part: &Part,
     out: &mut (impl Write + Send),
 ) -> Result<(), RecordError> {
-    let events = MissionEvents::of(reader, number)?;
+    let events = MissionEvents::of(reader, number, part)?;
     match format.of_table() {
         Some(Format::Geojson) if events.origin().is_none() => Err(RecordError::NoOrigin),
         Some(format) => ::record::write(&events, format, out),
         None => events_ndjson(&events, out),
+    }
+}
+
+/// Which events of a mission. Default: all.
+#[derive(Clone, Debug, Default)]
+pub struct Part {
+    /// Those after the one with this number.
+    pub after: u64,
+    /// So many at most, of the kinds that are wanted.
+    pub limit: Option<u64>,
+    /// Of these kinds alone; of every kind where there are none.
+    pub kinds: Vec<String>,
+}
+
+impl Part {
+    fn has(&self, kind: &str) -> bool {
+        self.kinds.is_empty() || self.kinds.iter().any(|wanted| wanted == kind)
     }
 }
 
@@ -161,14 +183,22 @@ struct MissionEvents<'a> {
     last: u64,
     /// What the client said when it made the mission.
     made_as: Option<Box<NewMission>>,
+    /// The mission's clock, which its first event tells.
+    start: Timeline,
     /// Where its datum lies, once that was looked for.
     origin: OnceCell<Option<Origin>>,
+    part: &'a Part,
 }
 
 impl<'a> MissionEvents<'a> {
-    fn of(reader: &'a EventReader, number: u64) -> Result<Self, StoreError> {
+    fn of(reader: &'a EventReader, number: u64, part: &'a Part) -> Result<Self, StoreError> {
         let first = reader.events(number, 0, 1)?;
-        let made_as = match first.first().map(Event::read).transpose()? {
+        let first = first.first().map(Event::read).transpose()?;
+        let mut start = Timeline::default();
+        if let Some(event) = &first {
+            start.take_up(event);
+        }
+        let made_as = match first {
             Some(Event::Created { mission, .. }) => Some(mission),
             _ => None,
         };
@@ -177,7 +207,9 @@ impl<'a> MissionEvents<'a> {
             number,
             last: reader.last_sequence(number)?,
             made_as,
+            start,
             origin: OnceCell::new(),
+            part,
         })
     }
 
@@ -192,8 +224,8 @@ impl<'a> MissionEvents<'a> {
 
     /// Where the first fix put the datum of a live mission that was made without an origin.
     fn first_fix(&self) -> Option<wire::Origin> {
-        let first = self
-            .stored()
+        let whole = Part::default();
+        let first = Stored::of(self, &whole)
             .filter_map(Result::ok)
             .find(|stored| stored.kind == "reported")?;
         match Event::read(&first) {
@@ -204,11 +236,29 @@ impl<'a> MissionEvents<'a> {
 
     /// Its events as they are stored, in order.
     fn stored(&self) -> Stored<'_> {
-        Stored {
-            events: self,
-            after: 0,
-            page: vec![].into_iter(),
+        Stored::of(self, self.part)
+    }
+
+    fn is_live(&self) -> bool {
+        let made_as = self.made_as.as_ref();
+        made_as.is_some_and(|made_as| made_as.live.is_some())
+    }
+
+    /// What the rows of the part depend on of what is before it: a part's rows are those that the whole has.
+    fn before(&self) -> Result<Before, RecordError> {
+        let mut before = Before {
+            timeline: self.start,
+            ..Before::default()
+        };
+        // A live mission's clock runs by itself: its last plan says which fixes are refused, and nothing else.
+        let depends = !self.is_live() || self.part.has(PLANNED);
+        if 0 < self.part.after && depends {
+            let plan = self.reader.last_of_kind(self.number, PLANNED, self.part.after)?;
+            if let Some(plan) = plan {
+                before.take_up(&Event::read(&plan)?);
+            }
         }
+        Ok(before)
     }
 
     /// Hands the events for whose kind `wanted` is true to `take`, with what they tell.
@@ -217,18 +267,22 @@ impl<'a> MissionEvents<'a> {
         wanted: impl Fn(&str) -> bool,
         take: &mut dyn FnMut(&Entry<'_>) -> Result<(), RecordError>,
     ) -> Result<(), RecordError> {
-        let mut timeline = Timeline::default();
-        for stored in self.stored() {
+        let mut before = self.before()?;
+        let mut events = self.stored();
+        while let Some(stored) = events.next() {
             let stored = stored?;
             if !wanted(&stored.kind) {
                 continue;
             }
+            if let Some(plan) = events.passed_plan.take_if(|_| !self.is_live()) {
+                before.take_up(&Event::read(&plan)?);
+            }
             let event = Event::read(&stored)?;
-            let logged_s = timeline.take_up(&event);
+            let logged_s = before.timeline.take_up(&event);
             take(&Entry {
                 logged_s,
                 event: Some(&numbered(&stored)?),
-                rows: row::rows(stored.sequence, logged_s, &event),
+                rows: row::rows(stored.sequence, logged_s, &event, &mut before.refused),
             })?;
         }
         Ok(())
@@ -271,49 +325,7 @@ impl Source for MissionEvents<'_> {
         &self,
         take: &mut dyn FnMut(&Entry<'_>) -> Result<(), RecordError>,
     ) -> Result<(), RecordError> {
-        let made_as = self.made_as.as_ref();
-        let is_live = made_as.is_some_and(|made_as| made_as.live.is_some());
-        let telling = if is_live { "reported" } else { "planned" };
+        let telling = if self.is_live() { "reported" } else { PLANNED };
         self.hand(|kind| kind == telling, take)
-    }
-}
-
-/// Events out of the log, a page at a time. No transaction is held open: one that waits for a slow client would keep
-/// the log from tidying up.
-struct Stored<'a> {
-    events: &'a MissionEvents<'a>,
-    after: u64,
-    page: vec::IntoIter<StoredEvent>,
-}
-
-impl Iterator for Stored<'_> {
-    type Item = Result<StoredEvent, StoreError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        let MissionEvents {
-            reader, number, last, ..
-        } = *self.events;
-        if self.after == last {
-            return None;
-        }
-        if self.page.len() == 0 {
-            let left = usize::try_from(last - self.after).unwrap_or(PAGE);
-            match reader.events(number, self.after, PAGE.min(left)) {
-                Ok(page) => self.page = page.into_iter(),
-                Err(error) => {
-                    self.after = last;
-                    return Some(Err(error));
-                }
-            }
-        }
-        let Some(event) = self.page.next() else {
-            // What is written is not whole.
-            let what = format!("event {} of mission number {number} is not there", self.after + 1);
-            let missing = reader.damaged(number, what);
-            self.after = last;
-            return Some(Err(missing));
-        };
-        self.after = event.sequence;
-        Some(Ok(event))
     }
 }

@@ -21,6 +21,7 @@ use super::{
     check,
     clock::{Clock, unix_now},
     event::{Event, created, json, parsed},
+    simulation,
     state::MissionState,
 };
 use crate::{
@@ -33,7 +34,7 @@ use crate::{
     store::{Append, Appended, EventReader, EventStore, Order, Room, StoreError, StoredMission},
 };
 use wire::{
-    mission::{Mission, NewMission, Reports, Setting, Status},
+    mission::{Mission, NewMission, PlanSummary, Reports, Setting, Status},
     sha256,
 };
 
@@ -183,6 +184,7 @@ impl Missions {
             setting: new.live.as_ref().map(Setting::from),
             origin: new.live.as_ref().and_then(|live| live.origin),
             metadata: new.metadata.clone(),
+            plan: None,
             id,
         };
         let state = new.live.clone().map(MissionState::new);
@@ -231,6 +233,34 @@ impl Missions {
             }
         }
         Ok(listed)
+    }
+
+    /// What the last plan of the mission called `id` amounts to, where that is in memory.
+    pub(super) fn last_plan(&self, id: &str) -> Option<PlanSummary> {
+        let (view, live) = {
+            let actors = self.actors();
+            let handle = actors.as_ref()?.get(id)?;
+            (handle.view.clone(), handle.live.clone())
+        };
+        let view = view.borrow();
+        let plan = view.plan.as_ref()?;
+        let answer = &plan.answer.answer;
+        Some(PlanSummary {
+            outcome: answer.outcome,
+            method: answer.method,
+            age_s: live
+                .as_ref()
+                .map_or(view.mission.t_s - plan.time, |live| plan.age(&live.clock)),
+            period_s: live.map_or(simulation::PERIOD, |live| live.config.period_s),
+            late_s: plan.late,
+            warnings: answer
+                .warnings
+                .iter()
+                .map(|warning| warning.detail.clone())
+                .collect(),
+            heard_s: plan.heard.clone(),
+            waits_for: view.waits_for.clone(),
+        })
     }
 
     /// The mission called `id`, as it was stored last, and its number.

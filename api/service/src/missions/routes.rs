@@ -24,10 +24,10 @@ use utoipa::{
 use super::{
     actor::{Command, Handle, IdempotencyKey, View},
     check,
-    event::json,
-    record::RecordFormat,
+    event::{self, Event, json},
+    record::{Part, RecordFormat},
     registry::Missions,
-    stream,
+    scene, stream,
 };
 use crate::{
     access::By,
@@ -38,8 +38,8 @@ use crate::{
     store::{EventReader, StoredOrder},
 };
 use wire::mission::{
-    Accepted, CurrentReference, Mission, MissionList, NewMission, Order, OrderList, Reports, Run, Setting,
-    Step,
+    Accepted, CurrentReference, Mission, MissionList, NewMission, Order, OrderList, Reports, Run, Scene,
+    Setting, Step,
 };
 use wire::{FieldError, Origin};
 
@@ -52,7 +52,7 @@ const WAIT_MAX: f64 = 60.0;
 const KEY_BYTES_MAX: usize = 200;
 
 /// What stands behind the `?`; whatever is wrong with it is a [`Problem`].
-pub(crate) struct Asked<T>(T);
+pub(crate) struct Asked<T>(pub(crate) T);
 
 impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for Asked<T> {
     type Rejection = Problem;
@@ -171,7 +171,8 @@ where
 }
 
 /// What each parameter that has limits may be, in the words of JSON Schema.
-pub(crate) fn parameter_limits() -> [(&'static str, Map<String, Value>); 3] {
+pub(crate) fn parameter_limits() -> [(&'static str, Map<String, Value>); 4] {
+    let kind = Event::KINDS.join("|");
     let limits = [
         (
             "limit",
@@ -185,6 +186,7 @@ pub(crate) fn parameter_limits() -> [(&'static str, Map<String, Value>); 3] {
             "Idempotency-Key",
             json!({ "minLength": 1, "maxLength": KEY_BYTES_MAX, "pattern": "^[!-~]([\\t -~]*[!-~])?$" }),
         ),
+        ("kinds", json!({ "pattern": format!("^({kind})(,({kind}))*$") })),
     ];
     limits.map(|(name, limits)| (name, limits.as_object().cloned().unwrap_or_default()))
 }
@@ -252,6 +254,28 @@ pub(crate) struct In {
     /// Which format.
     #[param(inline, required, value_type = RecordFormat)]
     format: Option<RecordFormat>,
+    /// Number of the event before the first one wanted. Default: from the first one on.
+    #[serde(default)]
+    after: u64,
+    /// How many events at most. Default: all.
+    max_events: Option<u64>,
+    /// Kinds of events that are wanted, with commas between them, such as `planned,changed`. Default: every kind.
+    #[param(example = "planned")]
+    kinds: Option<String>,
+}
+
+/// The kinds of events as a query gives them.
+fn kinds_of(query: Option<&str>) -> Result<Vec<String>, Problem> {
+    let kinds: Vec<String> =
+        query.map_or_else(Vec::new, |kinds| kinds.split(',').map(str::to_owned).collect());
+    match kinds.iter().find(|kind| !Event::KINDS.contains(&kind.as_str())) {
+        None => Ok(kinds),
+        Some(wrong) => {
+            let detail = format!("must be kinds of events: {}", Event::KINDS.join(", "));
+            let error = FieldError::of_parameter("kinds", "unknown", detail).given(wrong.as_str());
+            Err(Problem::Invalid(vec![error]))
+        }
+    }
 }
 
 /// A record, by the format that was asked for.
@@ -310,6 +334,9 @@ pub(crate) async fn list_missions(
     let mut listed = missions.list(after, most + 1).await?;
     let more = most < listed.len();
     listed.truncate(most);
+    for (_, mission) in &mut listed {
+        mission.plan = missions.last_plan(&mission.id);
+    }
     Ok(Json(MissionList {
         next: if more {
             listed.last().map(|(number, _)| *number)
@@ -361,7 +388,31 @@ pub(crate) async fn list_orders(
 #[utoipa::path(get, path = "/v1/missions/{id}", tag = "missions", params(Named),
     responses((status = 200, description = "Where it is.", body = Mission), MissionRefusals))]
 pub(crate) async fn get_mission(missions: Missions, Named(id): Named) -> Result<Json<Mission>, Problem> {
-    Ok(Json(missions.find(&id).await?.1))
+    let (_, mut mission) = missions.find(&id).await?;
+    mission.plan = missions.last_plan(&id);
+    Ok(Json(mission))
+}
+
+/// What a map of a mission shows beside vehicles, and what its controller is told.
+#[utoipa::path(get, path = "/v1/missions/{id}/scene", tag = "missions", params(Named),
+    responses((status = 200, description = "As the mission was made.", body = Scene), MissionRefusals))]
+pub(crate) async fn get_scene(
+    State(planners): State<Planners>,
+    missions: Missions,
+    Named(id): Named,
+) -> Result<Json<Scene>, Problem> {
+    let (number, mission) = missions.find(&id).await?;
+    let made_as = missions
+        .read(move |reader| event::created(reader, number))
+        .await?;
+    // A simulated one starts its scenario for that.
+    let made = planners
+        .read_for_mission(Lane::Long, move || scene::scene(&made_as))
+        .await?;
+    Ok(Json(Scene {
+        origin: mission.origin.or(made.origin),
+        ..made
+    }))
 }
 
 /// Changes what a live mission does, before or while it runs: the next plan is made by it.
@@ -589,7 +640,7 @@ pub(crate) async fn stream_events(
     stream::events(missions, &by, &id, last.or(after)).await
 }
 
-/// All events of a mission, in a format for other programs, streamed at any length.
+/// The events of a mission, all or some, in a format for other programs, streamed at any length.
 #[utoipa::path(
     get,
     path = "/v1/missions/{id}/record",
@@ -601,10 +652,20 @@ pub(crate) async fn get_record(
     missions: Missions,
     by: By,
     Named(id): Named,
-    Asked(In { format }): Asked<In>,
+    Asked(In {
+        format,
+        after,
+        max_events,
+        kinds,
+    }): Asked<In>,
 ) -> Result<Response, Problem> {
     let format = format.ok_or_else(|| wrong_parameter("format", "missing", "say which"))?;
-    stream::record(missions, &by, &id, format).await
+    let part = Part {
+        after,
+        limit: max_events,
+        kinds: kinds_of(kinds.as_deref())?,
+    };
+    stream::record(missions, &by, &id, format, part).await
 }
 
 fn as_json(body: Vec<u8>) -> Response {

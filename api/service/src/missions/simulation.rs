@@ -4,13 +4,14 @@ use std::{collections::BTreeMap, time::Duration};
 
 use planner::{
     angle::Heading,
-    los::Reference,
-    plan::{Workspace, plan},
+    los::{LosTuning, Reference},
+    plan::{Baseline, Plan, SolverReport, Workspace, baseline_from, plan, plan_until},
     policy::Policy,
     snapshot::{Observation, PreviousPlan, Snapshot},
+    stop::Stop,
 };
 use sim::{
-    guide::{Guidance, GuideError},
+    guide::{Guidance, Guide as _, GuideError, LosGuide},
     record::Row,
     scenario::{Files, Scenario},
 };
@@ -19,7 +20,10 @@ use super::event::{Planned, StoredAnswer, answer, planned};
 use crate::planners;
 use wire::mission::{Simulated, TrueVehicle, Truth};
 
-/// The simulated world, and the planner's memory.
+/// Time between two plans, s: as the simulator has it.
+pub(super) const PERIOD: f64 = 1.0;
+
+/// The simulated world, and the memory of what steers.
 #[derive(Debug)]
 pub(super) struct Simulation {
     mission: sim::mission::Mission,
@@ -27,6 +31,8 @@ pub(super) struct Simulation {
     policy: Policy,
     workspace: Workspace,
     previous: Option<PreviousPlan>,
+    /// What steers, where it is not the planner.
+    law: Option<LosGuide>,
 }
 
 /// A plan with its event.
@@ -56,12 +62,22 @@ pub(super) fn scenario(config: &Simulated) -> Result<Scenario, String> {
 
 impl Simulation {
     pub(super) fn new(config: &Simulated) -> Result<Self, String> {
-        let mission = sim::mission::Mission::new(&scenario(config)?, "mpc", config.seed)
+        let policy = Policy::default();
+        let law = config.controller.law().map(|law| {
+            LosGuide::tuned(LosTuning {
+                law,
+                gains: policy.los,
+                integral_gain: policy.integral_gain,
+            })
+        });
+        let name = law.as_ref().map_or("mpc", |law| law.name());
+        let mission = sim::mission::Mission::new(&scenario(config)?, name, config.seed)
             .map_err(|error| error.to_string())?;
         Ok(Self {
+            law,
             ids: mission.record().auv_ids.clone(),
             mission,
-            policy: Policy::default(),
+            policy,
             workspace: Workspace::default(),
             previous: None,
         })
@@ -75,29 +91,12 @@ impl Simulation {
     pub(super) fn tick(&mut self, logged: Option<&Planned>) -> Result<Tick, GuideError> {
         let time = self.mission.time();
         let seen = self.mission.look()?.ok_or("there is no surface craft")?;
-        let observation = Observation {
-            previous_plan: self.previous.take(),
-            ..Observation::clone(&seen)
-        };
-        let snapshot = Snapshot::try_from(observation)?;
-        let start = std::time::Instant::now();
-        let plan = plan(&snapshot, &self.policy, &mut self.workspace);
-        let solve_time = logged.map_or_else(
-            || start.elapsed(),
-            |logged| Duration::from_nanos(logged.solve_time_ns),
-        );
-        self.previous = Some(PreviousPlan::from(&plan));
-        let followed = logged.map_or(plan.reference, |logged| reference(&logged.reference));
+        let made = self.steer(&seen, logged)?;
         let guidance = Guidance {
-            reference: followed,
-            method: plan.method,
-            predicted_rms: Some(plan.predicted.rms_error),
+            reference: logged.map_or(made.plan.reference, |logged| reference(&logged.reference)),
+            method: made.plan.method,
+            predicted_rms: self.law.is_none().then_some(made.plan.predicted.rms_error),
             solve_time: None,
-        };
-        let made = planners::Planned {
-            snapshot: snapshot.into(),
-            plan,
-            solve_time,
         };
         let origin = self.mission.record().origin;
         let answer = answer(&made, origin.map(wire::Origin::from));
@@ -109,6 +108,62 @@ impl Simulation {
             planned,
             answer,
             made,
+        })
+    }
+}
+
+impl Simulation {
+    /// The planner's plan for what is `seen`, or the law's reference as one.
+    fn steer(&mut self, seen: &Snapshot, logged: Option<&Planned>) -> Result<planners::Planned, GuideError> {
+        let start = std::time::Instant::now();
+        let (snapshot, plan) = if let Some(law) = &mut self.law {
+            let guidance = law.guide(seen)?;
+            // With the current that the law takes off, which it smooths over its looks.
+            let known = Snapshot::try_from(Observation {
+                current: law.current(),
+                ..Observation::clone(seen)
+            })?;
+            // No program: what a law's plan says of forecasts and of where the law leads is not for solving.
+            let plan = plan_until(&known, &self.policy, &mut self.workspace, &Stop::at_once());
+            let Baseline {
+                trajectory,
+                predicted,
+                violations,
+                ..
+            } = baseline_from(&known, &self.policy, law.tracking());
+            let plan = Plan {
+                method: guidance.method,
+                degraded: None,
+                reference: guidance.reference,
+                reference_through_water: guidance.reference,
+                trajectory,
+                predicted,
+                violations,
+                solver: SolverReport {
+                    deadline_hit: false,
+                    ..plan.solver
+                },
+                ..plan
+            };
+            (seen.clone(), plan)
+        } else {
+            let observation = Observation {
+                previous_plan: self.previous.take(),
+                ..Observation::clone(seen)
+            };
+            let snapshot = Snapshot::try_from(observation)?;
+            let plan = plan(&snapshot, &self.policy, &mut self.workspace);
+            self.previous = Some(PreviousPlan::from(&plan));
+            (snapshot, plan)
+        };
+        let solve_time = logged.map_or_else(
+            || start.elapsed(),
+            |logged| Duration::from_nanos(logged.solve_time_ns),
+        );
+        Ok(planners::Planned {
+            snapshot: snapshot.into(),
+            plan,
+            solve_time,
         })
     }
 }

@@ -27,7 +27,7 @@ use tokio::{
 };
 
 use super::{
-    record::{self, RecordError, RecordFormat},
+    record::{self, Part, RecordError, RecordFormat},
     registry::Missions,
 };
 use crate::{access::By, problem::Problem, slots::Slot, store::StoredEvent};
@@ -167,6 +167,7 @@ pub(super) async fn record(
     by: &By,
     id: &str,
     format: RecordFormat,
+    part: Part,
 ) -> Result<Response, Problem> {
     let slot = missions.records.take(by.name());
     let slot = slot.map_err(|none| missions.no_slot(none, "records"))?;
@@ -184,7 +185,7 @@ pub(super) async fn record(
         let done = missions
             .reader()
             .map_err(RecordError::from)
-            .and_then(|reader| record::write(&reader, number, format, &mut out));
+            .and_then(|reader| record::write(&reader, number, format, &part, &mut out));
         if let Err(error) = done.and_then(|()| Ok(out.finish()?)) {
             out.fail(error);
         }

@@ -208,6 +208,34 @@ impl EventReader {
         Ok(events)
     }
 
+    /// The last event of that kind up to `sequence`, as it was stored.
+    pub fn last_of_kind(
+        &self,
+        mission: u64,
+        kind: &str,
+        sequence: u64,
+    ) -> Result<Option<StoredEvent>, StoreError> {
+        let mut statement = self.0.prepare_cached(
+            "SELECT sequence, body, digest FROM events WHERE mission = ?1 AND kind = ?2 AND sequence <= ?3
+             ORDER BY sequence DESC LIMIT 1",
+        )?;
+        let found = statement.query_row(params![signed(mission), kind, signed(sequence)], |row| {
+            row.try_into()
+        });
+        let found: Option<(i64, Arc<[u8]>, Vec<u8>)> = found.optional()?;
+        let Some((sequence, body, stored)) = found else {
+            return Ok(None);
+        };
+        if stored != digest(signed(mission), sequence, kind, &body) {
+            return Err(self.damaged(mission, format!("event {sequence} of mission number {mission}")));
+        }
+        Ok(Some(StoredEvent {
+            sequence: unsigned(sequence),
+            kind: kind.to_owned(),
+            body,
+        }))
+    }
+
     /// Why something of a mission is not there as it was stored: damage, unless the mission is deleted. Deleting marks
     /// the mission first and then removes its events, some at a time.
     pub fn damaged(&self, mission: u64, what: String) -> StoreError {

@@ -1,8 +1,8 @@
 //! What events tell, as rows of the table.
 
-use std::time::Duration;
+use std::{collections::BTreeMap, time::Duration};
 
-use ::record::table::{Row, SURFACE_CRAFT};
+use ::record::table::{ESTIMATED, KNOWN, Row, SURFACE_CRAFT};
 use sim::record::method_name;
 
 use crate::missions::{
@@ -10,7 +10,7 @@ use crate::missions::{
     event::{Event, Planned},
 };
 use wire::{
-    Outcome, Report,
+    Outcome, PredictedAuv, Report,
     mission::{AscReport, TrueVehicle, Truth},
 };
 
@@ -28,6 +28,25 @@ pub(super) struct Timeline {
     live: Option<Clock>,
     /// A simulated one's stands still from one plan to the next: when the last was made, s since the start.
     planned: f64,
+}
+
+/// What rows depend on beside their own event.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Before {
+    pub(super) timeline: Timeline,
+    pub(super) refused: Refused,
+}
+
+impl Before {
+    /// Takes up an event of which no row is wanted.
+    pub(super) fn take_up(&mut self, event: &Event) {
+        self.timeline.take_up(event);
+        if let Event::Planned(plan) = event {
+            for auv in plan.prediction.iter().flat_map(|prediction| &prediction.auvs) {
+                self.refused.insert(auv.id.clone(), auv.refused_t_s.clone());
+            }
+        }
+    }
 }
 
 impl Timeline {
@@ -60,8 +79,12 @@ impl Timeline {
     }
 }
 
-/// What the event numbered `sequence` tells, when the mission's clock showed `time`.
-pub(super) fn rows(sequence: u64, time: f64, event: &Event) -> Vec<Row<'_>> {
+/// The fixes that the last plan refused: their times by the vehicle, s.
+pub(super) type Refused = BTreeMap<String, Vec<f64>>;
+
+/// What the event numbered `sequence` tells, when the mission's clock showed `time`. A fix that one plan after another
+/// refuses is told of once.
+pub(super) fn rows<'a>(sequence: u64, time: f64, event: &'a Event, refused: &mut Refused) -> Vec<Row<'a>> {
     let row = Row {
         sequence: Some(sequence),
         kind: Some(event.kind()),
@@ -93,11 +116,29 @@ pub(super) fn rows(sequence: u64, time: f64, event: &Event) -> Vec<Row<'_>> {
                 .auvs
                 .iter()
                 .flat_map(|(id, fixes)| fixes.iter().map(move |report| fix(&row, id, report)));
-            states.chain(fixes).collect()
+            let notes = heard.notes.iter().map(|note| Row {
+                kind: Some("note"),
+                t_s: Some(note.t_s),
+                reason: Some(&note.text),
+                ..row
+            });
+            states.chain(fixes).chain(notes).collect()
         }
         Event::Planned(plan) => {
             let truths = plan.truth.iter().flat_map(|truth| truths(&row, truth));
-            [planned(&row, plan)].into_iter().chain(truths).collect()
+            let auvs = plan.prediction.iter().flat_map(|prediction| &prediction.auvs);
+            let beliefs = auvs.flat_map(|auv| {
+                let belief = match plan.truth {
+                    Some(_) => Some(known_of(&row, auv)),
+                    None => estimated(&row, auv),
+                };
+                belief.into_iter().chain(newly_refused(&row, auv, refused))
+            });
+            [planned(&row, plan)]
+                .into_iter()
+                .chain(truths)
+                .chain(beliefs)
+                .collect()
         }
     }
 }
@@ -134,7 +175,15 @@ fn fix<'a>(row: &Row<'a>, id: &'a str, report: &Report) -> Row<'a> {
 }
 
 fn planned<'a>(row: &Row<'a>, plan: &'a Planned) -> Row<'a> {
+    let prediction = plan.prediction.as_deref();
+    let goal = prediction
+        .filter(|_| plan.truth.is_none())
+        .and_then(|prediction| Some((*prediction.goal.first()?, *prediction.asc.first()?)));
     Row {
+        goal_north_m: goal.map(|(goal, _)| goal[0]),
+        goal_east_m: goal.map(|(goal, _)| goal[1]),
+        goal_distance_m: goal.map(|(goal, asc)| (goal[0] - asc[0]).hypot(goal[1] - asc[1])),
+        predicted_rms_m: prediction.map(|prediction| prediction.rms_m),
         reference_speed_mps: Some(plan.reference.speed_mps),
         reference_heading_rad: Some(plan.reference.heading_rad),
         outcome: Some(outcome(plan.outcome)),
@@ -144,6 +193,51 @@ fn planned<'a>(row: &Row<'a>, plan: &'a Planned) -> Row<'a> {
         late_s: Some(plan.late_s),
         ..*row
     }
+}
+
+/// When an AUV of a simulated mission was last heard, as the plan knew it, and where it then was where a fix told that: also where
+/// the estimate does not rest on that fix, so that place and age are of one.
+fn known_of<'a>(row: &Row<'a>, auv: &'a PredictedAuv) -> Row<'a> {
+    let since_sent = |sent_s: f64| row.t_s.map(|now| now - sent_s);
+    Row {
+        kind: Some(KNOWN),
+        vehicle: Some(&auv.id),
+        north_m: auv.heard.map(|heard| heard.north_m),
+        east_m: auv.heard.map(|heard| heard.east_m),
+        age_s: auv.heard.map_or(Some(auv.age_s), |heard| since_sent(heard.t_s)),
+        ..*row
+    }
+}
+
+/// Where an AUV of a live mission was believed to be.
+fn estimated<'a>(row: &Row<'a>, auv: &'a PredictedAuv) -> Option<Row<'a>> {
+    auv.positions.first().map(|&[north_m, east_m]| Row {
+        kind: Some(ESTIMATED),
+        vehicle: Some(&auv.id),
+        north_m: Some(north_m),
+        east_m: Some(east_m),
+        depth_m: auv.depths_m.first().copied(),
+        age_s: Some(auv.age_s),
+        ..*row
+    })
+}
+
+/// Which fixes of an AUV its estimate does not rest on, while that of the plan before did.
+fn newly_refused<'a>(
+    row: &Row<'a>,
+    auv: &'a PredictedAuv,
+    refused: &mut Refused,
+) -> impl Iterator<Item = Row<'a>> + use<'a> {
+    let before = refused.insert(auv.id.clone(), auv.refused_t_s.clone());
+    let before = before.unwrap_or_default();
+    let row = *row;
+    let news = auv.refused_t_s.iter().filter(move |time| !before.contains(time));
+    news.map(move |&time| Row {
+        kind: Some("refused"),
+        t_s: Some(time),
+        vehicle: Some(&auv.id),
+        ..row
+    })
 }
 
 /// The surface craft with its goal, and the AUVs.

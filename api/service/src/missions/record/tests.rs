@@ -19,8 +19,16 @@ use wire::{
     mission::{Reports, TrueVehicle, Truth},
 };
 
+mod parts;
+
 /// An id that every format has to quote.
 const ODD: &str = "auv \"1\",\nsouth";
+
+static WHOLE: Part = Part {
+    after: 0,
+    limit: None,
+    kinds: Vec::new(),
+};
 
 /// When the live mission was made, Unix time, s: a time that is no whole number of anything.
 const MADE: f64 = 1_760_000_000.125;
@@ -66,8 +74,12 @@ impl Logged {
     }
 
     fn write(&self, format: RecordFormat) -> Result<Vec<u8>, RecordError> {
+        self.write_part(format, &WHOLE)
+    }
+
+    fn write_part(&self, format: RecordFormat, part: &Part) -> Result<Vec<u8>, RecordError> {
         let mut bytes = vec![];
-        write(&self.reader, self.number, format, &mut bytes)?;
+        write(&self.reader, self.number, format, part, &mut bytes)?;
         Ok(bytes)
     }
 
@@ -125,6 +137,7 @@ fn planned(t_s: f64, truth: Option<Truth>) -> Event {
         answer_sha256: "00".repeat(32),
         cut_short: None,
         truth: truth.map(Box::new),
+        prediction: None,
     }))
 }
 
@@ -542,7 +555,7 @@ async fn without_a_place_on_earth_there_is_no_geojson_and_not_a_byte_of_it() {
     let logged = Logged::of(events).await;
     for format in RecordFormat::ALL {
         let mut bytes = vec![];
-        let written = write(&logged.reader, logged.number, format, &mut bytes);
+        let written = write(&logged.reader, logged.number, format, &WHOLE, &mut bytes);
         if format == RecordFormat::Geojson {
             let error = written.expect_err("has no place on Earth");
             assert!(matches!(error, RecordError::NoOrigin), "{error}");
@@ -578,7 +591,7 @@ async fn a_mission_without_events_is_written_too() {
 #[tokio::test]
 async fn what_happens_meanwhile_is_left_out() {
     let logged = Logged::of(live()).await;
-    let events = MissionEvents::of(&logged.reader, logged.number).expect("reads");
+    let events = MissionEvents::of(&logged.reader, logged.number, &WHOLE).expect("reads");
     logged.append(7, [planned(MADE + 6.0, None)]).await;
     let sequences: Vec<u64> = events
         .stored()
@@ -590,7 +603,7 @@ async fn what_happens_meanwhile_is_left_out() {
 #[tokio::test]
 async fn a_mission_that_is_gone_meanwhile_is_an_error_and_no_end() {
     let logged = Logged::of(live()).await;
-    let mut events = MissionEvents::of(&logged.reader, logged.number).expect("reads");
+    let mut events = MissionEvents::of(&logged.reader, logged.number, &WHOLE).expect("reads");
     events.last += 1;
     let mut stored = events.stored().skip(6);
     let error = stored.next().expect("is there").expect_err("is gone");
@@ -691,7 +704,7 @@ async fn five_times_the_mission_takes_the_same_memory() {
         let run = |logged: &Logged| {
             let mut out = Counter::default();
             let memory = measure(|| {
-                write(&logged.reader, logged.number, format, &mut out).expect("can be written");
+                write(&logged.reader, logged.number, format, &WHOLE, &mut out).expect("can be written");
             });
             (out, memory.bytes_max)
         };
@@ -725,11 +738,59 @@ async fn a_file_that_takes_nothing_is_an_error_and_no_panic() {
     for events in [long(3_000).collect(), live()] {
         let logged = Logged::of(events).await;
         for format in RecordFormat::ALL {
-            let error = write(&logged.reader, logged.number, format, &mut Full).expect_err("is full");
+            let error = write(&logged.reader, logged.number, format, &WHOLE, &mut Full).expect_err("is full");
             assert!(
                 matches!(&error, RecordError::Write(error) if error.kind() == io::ErrorKind::StorageFull),
                 "{format}: {error:?}"
             );
         }
     }
+}
+
+/// A plan of a live mission at `t_s` that does not believe the fixes of `refused_t_s`.
+fn planned_without(t_s: f64, refused_t_s: &[f64]) -> Event {
+    let auv = json!({
+        "id": "auv-2", "positions": [[7.5, 1.25], [9.0, 1.25]], "depths_m": [4.0, 4.0],
+        "covariances_m2": [[1.0, 0.0, 1.0], [2.0, 0.0, 2.0]], "age_s": 1.5, "refused_t_s": refused_t_s, "drift": [0.0, 0.0],
+    });
+    let prediction = json!({
+        "after_s": [0.0, 5.0], "asc": [[0.0, 0.0], [1.0, 0.0]], "goal": [[3.0, 4.0], [4.0, 4.0]],
+        "line_of_sight": [[0.0, 0.0], [1.0, 0.0]], "auvs": [auv],
+        "line_of_sight_reference": {"speed_mps": 0.2, "heading_rad": 0.0}, "rms_m": 1.0, "line_of_sight_rms_m": 2.0,
+        "craft": {
+            "heading_lag_s": 1.0, "heading_offset_rad": 0.0, "surge_lag_s": 1.0, "surge_bias_mps2": 0.0,
+            "sway_per_yaw_rate_s": 0.0, "follows": true,
+        },
+    });
+    let Event::Planned(mut plan) = planned(t_s, None) else {
+        unreachable!("is a plan")
+    };
+    plan.prediction = Some(serde_json::from_value(prediction).expect("is a prediction"));
+    Event::Planned(plan)
+}
+
+#[tokio::test]
+async fn a_live_plan_tells_where_its_auvs_are_believed_to_be_and_once_which_fixes_it_refuses() {
+    let [first, second, third] = [1.0, 2.0, 3.0].map(|s| MADE + s);
+    let events = vec![
+        made_live(),
+        planned_without(first, &[]),
+        planned_without(second, &[first]),
+        planned_without(third, &[first, second]),
+    ];
+    let csv = Logged::of(events).await.written(RecordFormat::Csv);
+    let rows = table(&csv);
+    let of_kind = |kind: &str| -> Vec<_> { rows.iter().filter(|row| row["kind"] == kind).collect() };
+
+    let refused: Vec<_> = of_kind("refused")
+        .iter()
+        .map(|row| (row["sequence"].as_str(), row["t_s"].parse().expect("is a number")))
+        .collect();
+    assert_eq!(refused, [("3", first), ("4", second)]);
+
+    let estimated = of_kind("estimated");
+    assert_eq!(estimated.len(), 3);
+    let cells = ["vehicle", "north_m", "east_m", "depth_m", "age_s"].map(|name| estimated[1][name].as_str());
+    assert_eq!(cells, ["auv-2", "7.5", "1.25", "4", "1.5"]);
+    assert_eq!(of_kind("planned")[0]["goal_distance_m"], "5");
 }

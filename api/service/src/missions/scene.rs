@@ -1,0 +1,103 @@
+//! What a map of a mission shows beside vehicles.
+
+use std::collections::BTreeMap;
+
+use planner::snapshot::Snapshot;
+use sim::scenario::{CurrentKnowledge, Scenario};
+
+use super::{simulation, state::trial_request};
+use wire::{
+    Origin,
+    mission::{Live, NewMission, Scene, Simulated},
+};
+
+/// Points of a path at most: what a picture of a thousand pixels shows.
+const PATH_POINTS_MAX: usize = 400;
+
+/// What `mission` was made with. Nothing is known of a scenario that this program no longer has.
+pub(super) fn scene(mission: &NewMission) -> Scene {
+    match (&mission.live, &mission.simulated) {
+        (Some(live), _) => of_live(live),
+        (None, Some(simulated)) => of_simulated(simulated).unwrap_or_default(),
+        (None, None) => Scene::default(),
+    }
+}
+
+fn of_live(live: &Live) -> Scene {
+    let snapshot = Snapshot::try_from(&trial_request(live, 0.0)).ok();
+    let auvs = snapshot.iter().flat_map(|snapshot| &snapshot.auvs);
+    let paths = auvs.filter_map(|auv| {
+        let path = &auv.path.as_ref()?.path;
+        #[expect(clippy::cast_precision_loss, reason = "hundreds")]
+        let at = |k: usize| path.length() * k as f64 / (PATH_POINTS_MAX - 1) as f64;
+        let points = (0..PATH_POINTS_MAX).map(|k| path.at(at(k)).position);
+        Some((auv.id.0.clone(), points.map(|point| [point.x, point.y]).collect()))
+    });
+    Scene {
+        period_s: live.period_s,
+        clock_rate: live.clock_rate,
+        auvs: live.auvs.iter().map(|auv| auv.id.clone()).collect(),
+        keep_outs: live.keep_outs.clone(),
+        area: live.area.clone(),
+        range_max_m: live.acoustics.as_ref().map(|acoustics| acoustics.range_max_m),
+        paths: paths.collect(),
+        origin: live.origin,
+        ..Scene::default()
+    }
+}
+
+fn of_simulated(simulated: &Simulated) -> Option<Scene> {
+    let scenario = simulation::scenario(simulated).ok()?;
+    let start = scenario.start(simulated.seed).ok()?;
+    let (duration_s, settled_after_s) = (start.duration, start.settled_after);
+    let mission = sim::mission::Mission::from_start(start, &scenario, "", simulated.seed);
+    let record = mission.record();
+    let thinned = |points: &Vec<planner::nalgebra::Vector2<f64>>| {
+        let step = points.len().div_ceil(PATH_POINTS_MAX).max(1);
+        let last = points.last().into_iter();
+        let kept = points.iter().step_by(step).chain(last);
+        kept.map(|point| [point.x, point.y]).collect()
+    };
+    let paths = record
+        .auv_ids
+        .iter()
+        .cloned()
+        .zip(record.paths.iter().map(thinned));
+    let bounds = &record.bounds;
+    Some(Scene {
+        duration_s: Some(duration_s),
+        settled_after_s: Some(settled_after_s),
+        period_s: simulation::PERIOD,
+        clock_rate: 1.0,
+        scenario: simulated.scenario.clone(),
+        seed: Some(simulated.seed),
+        controller: Some(simulated.controller),
+        information: Some(information(&scenario, simulated)),
+        auvs: record.auv_ids.clone(),
+        keep_outs: bounds.keep_outs.iter().map(wire::keep_out).collect(),
+        area: bounds.area.iter().map(|corner| [corner.x, corner.y]).collect(),
+        range_max_m: bounds.range_max,
+        paths: paths.collect::<BTreeMap<_, _>>(),
+        origin: record.origin.map(Origin::from),
+    })
+}
+
+/// What the controller is told, in words. All controllers are told the same; laws use the present alone.
+fn information(scenario: &Scenario, simulated: &Simulated) -> String {
+    let knowledge = &scenario.knowledge;
+    let auvs = if knowledge.acoustics.is_some() {
+        "AUVs by acoustic fixes, late, noisy or lost"
+    } else {
+        "every AUV's state, at once and exact"
+    };
+    let paths = match (knowledge.paths, simulated.controller.law().is_some()) {
+        (true, false) => "their paths and dives",
+        (true, true) => "their paths and dives, which a law does not use",
+        (false, _) => "no paths",
+    };
+    let current = match knowledge.current {
+        CurrentKnowledge::Known => "current known",
+        CurrentKnowledge::Unknown => "current from its own velocities",
+    };
+    format!("{auvs}; {paths}; {current}")
+}

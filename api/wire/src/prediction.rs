@@ -1,0 +1,253 @@
+//! What a plan predicts, thinned to what people look at: small enough to be kept with every plan of a mission.
+
+use planner::{
+    plan::{Plan, TargetForecast},
+    snapshot::{Auv, Evidence, Snapshot},
+};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::response::{PlanResponse, Violation, Warning};
+
+/// Times at most: a picture of some hundred pixels shows no more.
+const TIMES_MAX: usize = 13;
+/// Positions and depths are kept to a centimetre, covariances to that of a centimetre or so, angles and speeds to 1/10,000.
+const CENTI: f64 = 100.0;
+const TEN_THOUSANDTH: f64 = 10_000.0;
+
+/// What a plan predicts, at some of its times. Positions are (north, east) of the datum, m.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Prediction {
+    /// The times, s after the plan's, ascending.
+    pub after_s: Vec<f64>,
+    /// The planned trajectory.
+    pub asc: Vec<[f64; 2]>,
+    /// Where the goal is expected.
+    pub goal: Vec<[f64; 2]>,
+    /// Where the line-of-sight law would lead.
+    pub line_of_sight: Vec<[f64; 2]>,
+    /// The underwater vehicles.
+    pub auvs: Vec<PredictedAuv>,
+    /// What the line-of-sight law would have the craft steer.
+    pub line_of_sight_reference: SteerBy,
+    /// Distance to the goal that the plan predicts over its horizon, root mean square, m.
+    pub rms_m: f64,
+    /// The same of the line-of-sight law.
+    pub line_of_sight_rms_m: f64,
+    /// What the current (north, east) is taken for, m/s, where anything tells it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub current: Option<[f64; 2]>,
+    /// What is known of the craft.
+    pub craft: PredictedCraft,
+    /// Soft limits that the plan does not keep.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub violations: Vec<Violation>,
+    /// What the answer warns of.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<Warning>,
+}
+
+/// Where an underwater vehicle is expected at the times of a prediction.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PredictedAuv {
+    /// The vehicle.
+    pub id: String,
+    /// Positions.
+    pub positions: Vec<[f64; 2]>,
+    /// Depths, m, positive down.
+    pub depths_m: Vec<f64>,
+    /// Covariances of the positions: of north, of north and east, of east, m².
+    pub covariances_m2: Vec<[f64; 3]>,
+    /// Age of the newest report that the forecast rests on, s.
+    pub age_s: f64,
+    /// The newest fix that was heard; none where the plan was given a state.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heard: Option<Heard>,
+    /// Times of the fixes that the estimate does not rest on, on the mission's clock, s.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub refused_t_s: Vec<f64>,
+    /// Velocity (north, east) beyond what its reports and the model explain, m/s.
+    pub drift: [f64; 2],
+}
+
+/// A fix.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Heard {
+    /// When it was sent, on the mission's clock, s.
+    pub t_s: f64,
+    /// Position north of the datum, m.
+    pub north_m: f64,
+    /// Position east of the datum, m.
+    pub east_m: f64,
+}
+
+/// A speed and a heading.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct SteerBy {
+    /// Speed through the water, m/s.
+    pub speed_mps: f64,
+    /// Heading, rad, in (−π, π].
+    pub heading_rad: f64,
+}
+
+/// What is known of the craft: likeliest values.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PredictedCraft {
+    /// By how much the heading is behind a reference that turns steadily, s.
+    pub heading_lag_s: f64,
+    /// What the heading stays off its reference, rad.
+    pub heading_offset_rad: f64,
+    /// By how much the speed is behind a reference that rises steadily, s.
+    pub surge_lag_s: f64,
+    /// Acceleration that the speed loop gives unasked, m/s².
+    pub surge_bias_mps2: f64,
+    /// Sway per surge and yaw rate, s.
+    pub sway_per_yaw_rate_s: f64,
+    /// Whether the craft does what is predicted of it.
+    pub follows: bool,
+}
+
+impl Prediction {
+    /// What `plan`, whose answer is `answer`, predicts from `snapshot` on.
+    #[must_use]
+    pub fn of(snapshot: &Snapshot, plan: &Plan, answer: &PlanResponse) -> Self {
+        let kept = evenly(answer.trajectory.len());
+        let at = |north: f64, east: f64| [rounded(north, CENTI), rounded(east, CENTI)];
+        let craft = &answer.craft_estimate;
+        let pick = |points: Vec<[f64; 2]>| kept.iter().filter_map(|&i| points.get(i).copied()).collect();
+        let known = snapshot.auvs.iter().zip(&plan.targets);
+        Self {
+            after_s: kept
+                .iter()
+                .map(|&i| rounded(answer.trajectory[i].t_s - snapshot.time, CENTI))
+                .collect(),
+            asc: pick(
+                answer
+                    .trajectory
+                    .iter()
+                    .map(|p| at(p.north_m, p.east_m))
+                    .collect(),
+            ),
+            goal: pick(
+                answer
+                    .goal
+                    .trajectory
+                    .iter()
+                    .map(|p| at(p.north_m, p.east_m))
+                    .collect(),
+            ),
+            line_of_sight: pick(
+                plan.baseline
+                    .trajectory
+                    .iter()
+                    .map(|p| at(p.position.x, p.position.y))
+                    .collect(),
+            ),
+            auvs: known
+                .map(|(auv, target)| PredictedAuv::of(auv, target, &kept))
+                .collect(),
+            line_of_sight_reference: SteerBy {
+                speed_mps: rounded(answer.baseline.speed_mps, TEN_THOUSANDTH),
+                heading_rad: rounded(answer.baseline.heading_rad, TEN_THOUSANDTH),
+            },
+            rms_m: rounded(answer.predicted.rms_error_m, TEN_THOUSANDTH),
+            line_of_sight_rms_m: rounded(answer.baseline.predicted_rms_error_m, TEN_THOUSANDTH),
+            current: answer.current.map(|current| {
+                [current.north_mps, current.east_mps].map(|speed| rounded(speed, TEN_THOUSANDTH))
+            }),
+            craft: PredictedCraft {
+                heading_lag_s: rounded(craft.heading_lag_s.value, TEN_THOUSANDTH),
+                heading_offset_rad: rounded(craft.heading_offset_rad.value, TEN_THOUSANDTH),
+                surge_lag_s: rounded(craft.surge_lag_s.value, TEN_THOUSANDTH),
+                surge_bias_mps2: rounded(craft.surge_bias_mps2.value, TEN_THOUSANDTH),
+                sway_per_yaw_rate_s: rounded(craft.sway_per_yaw_rate_s.value, TEN_THOUSANDTH),
+                follows: craft.follows,
+            },
+            violations: answer.violations.clone(),
+            warnings: answer.warnings.clone(),
+        }
+    }
+}
+
+impl PredictedAuv {
+    fn of(auv: &Auv, target: &TargetForecast, kept: &[usize]) -> Self {
+        let estimate = &target.estimate;
+        let reports = match &auv.evidence {
+            Evidence::Reports(reports) => reports.as_slice(),
+            Evidence::State(_) => &[],
+        };
+        let newest = reports.iter().max_by(|a, b| a.time.total_cmp(&b.time));
+        let of = |i: &usize| {
+            let (position, covariance) = (target.positions.get(*i)?, target.position_covariances.get(*i)?);
+            let terms =
+                [covariance.m11, covariance.m12, covariance.m22].map(|term| rounded(term, TEN_THOUSANDTH));
+            let position = [rounded(position.x, CENTI), rounded(position.y, CENTI)];
+            Some((position, rounded(*target.depths.get(*i)?, CENTI), terms))
+        };
+        let mut made = Self {
+            id: target.id.0.clone(),
+            positions: vec![],
+            depths_m: vec![],
+            covariances_m2: vec![],
+            age_s: rounded(estimate.state.age, CENTI),
+            heard: newest.map(|report| Heard {
+                t_s: report.time,
+                north_m: rounded(report.position.x, CENTI),
+                east_m: rounded(report.position.y, CENTI),
+            }),
+            refused_t_s: estimate
+                .rejected
+                .iter()
+                .filter_map(|&i| Some(reports.get(i)?.time))
+                .collect(),
+            drift: [target.drift.x, target.drift.y].map(|speed| rounded(speed, TEN_THOUSANDTH)),
+        };
+        for (position, depth, covariance) in kept.iter().filter_map(of) {
+            made.positions.push(position);
+            made.depths_m.push(depth);
+            made.covariances_m2.push(covariance);
+        }
+        made
+    }
+}
+
+/// At most [`TIMES_MAX`] of the indices below `n`, the first and the last among them.
+fn evenly(n: usize) -> Vec<usize> {
+    let last = n.saturating_sub(1);
+    let most = TIMES_MAX.min(n);
+    (0..most)
+        .map(|k| if most < 2 { 0 } else { k * last / (most - 1) })
+        .collect()
+}
+
+/// To the nearest of `per_unit` parts of one. No zero is negative.
+fn rounded(value: f64, per_unit: f64) -> f64 {
+    (value * per_unit).round() / per_unit + 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn indices_are_few_ascending_and_reach_both_ends() {
+        for n in [0, 1, 2, 12, 13, 14, 61, 200] {
+            let kept = evenly(n);
+            assert!(kept.len() <= TIMES_MAX && kept.len() == n.min(TIMES_MAX));
+            assert!(kept.windows(2).all(|pair| pair[0] < pair[1]), "{n}: {kept:?}");
+            assert_eq!(
+                (kept.first(), kept.last()),
+                ((0 < n).then_some(&0), n.checked_sub(1).as_ref())
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_rounded_is_near_and_short() {
+        assert_eq!(rounded(12.344_9, CENTI), 12.34);
+        assert_eq!(
+            serde_json::to_string(&rounded(-0.001, CENTI)).expect("is a number"),
+            "0.0"
+        );
+    }
+}
