@@ -20,7 +20,7 @@ use clap::Parser;
 use examples::remote_missions::{RemoteMissions, insist};
 use indicatif::{ProgressBar, ProgressStyle};
 use service::missions::event::Event;
-use wire::mission::{NewMission, Simulated, Status};
+use wire::mission::{Controller, NewMission, Simulated, Status};
 
 const SCENARIOS: [&str; 2] = ["paper-tracking", "paper-intermittent"];
 /// How long the server may be away.
@@ -84,6 +84,7 @@ pub(crate) fn fly(arguments: &Arguments) -> Result<Vec<Flown>, Box<dyn Error>> {
                 scenario: Some(scenario.to_owned()),
                 scenario_file: None,
                 seed: arguments.seed,
+                controller: Controller::Mpc,
             }),
             live: None,
             metadata: serde_json::Map::new(),

@@ -1,47 +1,46 @@
 //! Lines on axes as an SVG document: title, one legend for all panels, panels in columns.
+//!
+//! For places where no script runs: a Markdown file, a paper. What is looked at in a browser is drawn by the page's own code (crate
+//! `page`), to which [`Panel`]s go as JSON.
 
-use plotters::{
-    coord::Shift,
-    element::DashedPathElement,
-    prelude::*,
-    style::text_anchor::{HPos, Pos, VPos},
-};
+use std::fmt::Write as _;
 
-mod on_page;
-mod palette;
-mod panel;
+use maud::{Markup, html};
+use serde::Serialize;
 
-pub(crate) use on_page::{Moving, SCRIPT, legend, map, over_time, style};
-pub(crate) use palette::{AUVS, BOUND, GOAL, PATH, RUNS};
+mod axis;
+
+use axis::{Axis, ticks};
+
+/// A colour as SVG and style sheets write it.
+pub(crate) type Colour = &'static str;
 
 /// Colours that colour-blind readers tell apart. Source: M. Okabe, K. Ito, "Color Universal Design", 2008.
-pub(crate) const BLACK_INK: RGBColor = RGBColor(0, 0, 0);
-pub(crate) const BLUE: RGBColor = RGBColor(0, 114, 178);
-pub(crate) const GREEN: RGBColor = RGBColor(0, 158, 115);
-pub(crate) const VERMILION: RGBColor = RGBColor(213, 94, 0);
-pub(crate) const PURPLE: RGBColor = RGBColor(204, 121, 167);
+pub(crate) const BLACK_INK: Colour = "#000000";
+pub(crate) const BLUE: Colour = "#0072B2";
+pub(crate) const GREEN: Colour = "#009E73";
+pub(crate) const VERMILION: Colour = "#D55E00";
+pub(crate) const PURPLE: Colour = "#CC79A7";
 /// For paths, which lie under what follows them.
-pub(crate) const GREY: RGBColor = RGBColor(165, 172, 180);
-const GRID: RGBColor = RGBColor(226, 230, 234);
+pub(crate) const GREY: Colour = "#A5ACB4";
+const GRID: Colour = "#E2E6EA";
 
-/// Pixels to a unit of the document. The library rounds coordinates to whole pixels, which shows on curves.
-const FINE: u32 = 4;
-/// Pixels.
-const WIDTH: u32 = 1600 * FINE;
-const TITLE_HEIGHT: u32 = 60 * FINE;
-const LEGEND_ROW_HEIGHT: u32 = 40 * FINE;
-const HEADING_HEIGHT: u32 = 44 * FINE;
-const LEFT_LABELS: u32 = 104 * FINE;
-const BOTTOM_LABELS: u32 = 76 * FINE;
-const MARGIN: u32 = 20 * FINE;
-const DOT_RADIUS: u32 = 8 * FINE;
-/// Length of a dash and of the gap after it, pixels.
-const DASH: (i32, i32) = (44, 28);
-/// Font sizes in the unit of the library, 1.24 of a pixel size.
-const TITLE_FONT: u32 = 36 * FINE;
-const FONT: u32 = 28 * FINE;
-/// Width of a letter over the font size: DejaVu Sans, wider than most, has 0.6 of a pixel size on average.
-const LETTER_WIDTH: f64 = 0.52;
+/// Units of the document.
+const WIDTH: f64 = 1600.0;
+const TITLE_HEIGHT: f64 = 60.0;
+const LEGEND_ROW_HEIGHT: f64 = 40.0;
+const HEADING_HEIGHT: f64 = 44.0;
+const LEFT_LABELS: f64 = 104.0;
+const BOTTOM_LABELS: f64 = 76.0;
+const MARGIN: f64 = 20.0;
+const SAMPLE: f64 = 56.0;
+const DOT_RADIUS: f64 = 8.0;
+const FONT: f64 = 23.0;
+const TITLE_FONT: f64 = 29.0;
+/// Width of a letter over the font size: DejaVu Sans is wider than most.
+const LETTER_WIDTH: f64 = 0.62;
+/// A strip is still a map, and a tower still fits a page.
+const MAP_HEIGHTS: std::ops::RangeInclusive<f64> = 300.0..=1000.0;
 
 /// A page of panels.
 pub(crate) struct Sheet {
@@ -50,6 +49,7 @@ pub(crate) struct Sheet {
 }
 
 /// Axes and what is drawn in them.
+#[derive(Serialize)]
 pub(crate) struct Panel {
     pub(crate) heading: String,
     pub(crate) x_label: &'static str,
@@ -82,17 +82,35 @@ pub(crate) enum Axes {
     Depth(u32),
 }
 
+impl Serialize for Axes {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(match self {
+            Self::Map => "map",
+            Self::Time(_) => "up",
+            Self::Depth(_) => "down",
+        })
+    }
+}
+
 /// A line and its name in the legend. Equal names share an entry.
-#[derive(Clone)]
+#[derive(Clone, Serialize)]
 pub(crate) struct Line {
     pub(crate) name: String,
-    pub(crate) colour: RGBColor,
+    pub(crate) colour: Colour,
     pub(crate) stroke: Stroke,
     pub(crate) points: Vec<(f64, f64)>,
 }
 
+impl Line {
+    fn finite(&self) -> impl Iterator<Item = (f64, f64)> + Clone {
+        let finite = |point: &(f64, f64)| point.0.is_finite() && point.1.is_finite();
+        self.points.iter().copied().filter(finite)
+    }
+}
+
 /// How a line is drawn.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub(crate) enum Stroke {
     /// Thick, for what others are drawn upon.
     Wide,
@@ -102,79 +120,56 @@ pub(crate) enum Stroke {
     Track,
     /// No line, a dot at each point.
     Dots,
-    /// A closed line and what it surrounds.
-    Filled,
 }
 
 impl Stroke {
-    fn width(self) -> u32 {
+    fn width(self) -> f64 {
         match self {
-            Self::Wide => 8 * FINE,
-            Self::Solid | Self::Track | Self::Dots => 3 * FINE,
-            Self::Dashed | Self::Filled => 2 * FINE,
+            Self::Wide => 8.0,
+            Self::Solid | Self::Track | Self::Dots => 3.0,
+            Self::Dashed => 2.0,
         }
     }
 }
-
-/// What the library says of a document in memory: nothing, because nothing in it can fail.
-const IN_MEMORY: &str = "a drawing in memory has nothing to fail on";
-
-type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 impl Sheet {
     /// The document.
     pub(crate) fn svg(&self, title: &str) -> String {
         let entries = self.legend();
-        let rows = entries.last().map_or(0, |entry| entry.row + 1);
-        let header = TITLE_HEIGHT + rows * LEGEND_ROW_HEIGHT;
-        let heights: Vec<u32> = self
-            .panels
-            .chunks(self.columns)
-            .map(|row| {
-                row.iter()
-                    .map(|panel| panel.height(self.panel_width()))
-                    .max()
-                    .unwrap_or(0)
-            })
-            .collect();
-        let mut text = String::new();
-        let size = (WIDTH, header + heights.iter().sum::<u32>());
-        {
-            let canvas = SVGBackend::with_string(&mut text, size).into_drawing_area();
-            canvas.fill(&WHITE).expect(IN_MEMORY);
-            let (head, mut rest) = canvas.split_vertically(header);
-            let at = (pixel(MARGIN), pixel(TITLE_HEIGHT / 2));
-            head.draw(&Text::new(title, at, left(TITLE_FONT)))
-                .expect(IN_MEMORY);
-            for entry in &entries {
-                entry.draw(&head);
+        let rows = entries.last().map_or(0.0, |entry| entry.row + 1.0);
+        let mut top = TITLE_HEIGHT + rows * LEGEND_ROW_HEIGHT;
+        let columns = f64::from(u32::try_from(self.columns.max(1)).unwrap_or(1));
+        let width = WIDTH / columns;
+        let mut placed = vec![];
+        for row in self.panels.chunks(self.columns.max(1)) {
+            for (k, panel) in (0_u32..).zip(row) {
+                placed.push((panel, f64::from(k) * width, top));
             }
-            for (panels, height) in self.panels.chunks(self.columns).zip(heights) {
-                let (row, below) = rest.split_vertically(height);
-                rest = below;
-                for (area, panel) in row.split_evenly((1, self.columns)).iter().zip(panels) {
-                    panel.draw(area, None);
-                }
-            }
-            canvas.present().expect(IN_MEMORY);
+            top += row.iter().map(|panel| panel.height(width)).fold(0.0, f64::max);
         }
-        in_units(&text, size)
-    }
-
-    fn panel_width(&self) -> u32 {
-        WIDTH / u32::try_from(self.columns.max(1)).unwrap_or(1)
+        let picture = html! {
+            svg xmlns="http://www.w3.org/2000/svg" width=(WIDTH) height=(top) viewBox=(format!("0 0 {WIDTH} {top}"))
+                font-family="DejaVu Sans, Verdana, sans-serif" font-size=(FONT) fill=(BLACK_INK) {
+                rect width="100%" height="100%" fill="#FFFFFF" {}
+                text x=(MARGIN) y=(TITLE_HEIGHT / 2.0) dominant-baseline="central" font-size=(TITLE_FONT) { (title) }
+                @for entry in &entries { (entry.drawn()) }
+                @for (panel, x, y) in placed { g transform=(format!("translate({x} {y})")) { (panel.drawn(width)) } }
+            }
+        };
+        picture.into_string() + "\n"
     }
 
     fn legend(&self) -> Vec<Entry<'_>> {
         let mut entries: Vec<Entry<'_>> = vec![];
-        let (mut x, mut row) = (MARGIN, 0);
+        let (mut x, mut row) = (MARGIN, 0.0);
         for line in self.panels.iter().flat_map(|panel| &panel.lines) {
             if entries.iter().any(|entry| entry.line.name == line.name) {
                 continue;
             }
-            let width = Entry::width(&line.name);
+            let letters = u32::try_from(line.name.chars().count()).unwrap_or(u32::MAX);
+            let width = SAMPLE + 12.0 + f64::from(letters) * LETTER_WIDTH * FONT + 24.0;
             if MARGIN < x && WIDTH < x + width {
-                (x, row) = (MARGIN, row + 1);
+                (x, row) = (MARGIN, row + 1.0);
             }
             entries.push(Entry { line, x, row });
             x += width;
@@ -186,102 +181,173 @@ impl Sheet {
 /// A line's name, and where it stands in the legend.
 struct Entry<'a> {
     line: &'a Line,
-    x: u32,
-    row: u32,
+    x: f64,
+    row: f64,
 }
 
 impl Entry<'_> {
-    const SAMPLE: u32 = 56 * FINE;
-    const GAP: u32 = 12 * FINE;
-
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
-        reason = "names have tens of letters, and the cast saturates"
-    )]
-    fn width(name: &str) -> u32 {
-        let letters = name.chars().count() as f64 * LETTER_WIDTH * f64::from(FONT);
-        Self::SAMPLE + Self::GAP + letters as u32 + 2 * Self::GAP
-    }
-
-    fn draw(&self, head: &Canvas<'_>) {
-        let y = pixel(TITLE_HEIGHT + self.row * LEGEND_ROW_HEIGHT + LEGEND_ROW_HEIGHT / 2);
-        let (from, to) = (pixel(self.x), pixel(self.x + Self::SAMPLE));
-        let style = self.line.colour.stroke_width(self.line.stroke.width());
-        let sample = [(from, y), (to, y)];
-        match self.line.stroke {
-            Stroke::Dashed => head.draw(&DashedPathElement::new(sample, DASH.0, DASH.1, style)),
-            Stroke::Wide | Stroke::Solid | Stroke::Track | Stroke::Filled => {
-                head.draw(&PathElement::new(sample, style))
-            }
-            Stroke::Dots => head.draw(&self.line.dot((i32::midpoint(from, to), y))),
+    fn drawn(&self) -> Markup {
+        let y = TITLE_HEIGHT + (self.row + 0.5) * LEGEND_ROW_HEIGHT;
+        let ends = [(self.x, y), (self.x + SAMPLE, y)];
+        html! {
+            @if self.line.stroke == Stroke::Dots { (dot(self.line, (self.x + SAMPLE / 2.0, y))) } @else { (stroked(self.line, ends.into_iter())) }
+            text x=(self.x + SAMPLE + 12.0) y=(y) dominant-baseline="central" { (self.line.name) }
         }
-        .expect(IN_MEMORY);
-        let at = (to + pixel(Self::GAP), y);
-        head.draw(&Text::new(self.line.name.as_str(), at, left(FONT)))
-            .expect(IN_MEMORY);
     }
 }
 
-impl Line {
-    fn dot<Coordinates>(&self, at: Coordinates) -> Circle<Coordinates, u32> {
-        Circle::new(at, DOT_RADIUS, self.colour.filled())
+impl Panel {
+    /// Height in a column of that width.
+    fn height(&self, width: f64) -> f64 {
+        let heading = if self.heading.is_empty() {
+            0.0
+        } else {
+            HEADING_HEIGHT
+        };
+        match self.axes {
+            Axes::Time(height) | Axes::Depth(height) => f64::from(height),
+            Axes::Map => {
+                let [east, north] = self.limits();
+                let plot = (width - LEFT_LABELS - 2.0 * MARGIN) * (north.1 - north.0) / (east.1 - east.0);
+                plot.clamp(*MAP_HEIGHTS.start(), *MAP_HEIGHTS.end()) + BOTTOM_LABELS + MARGIN + heading
+            }
+        }
     }
 
-    fn finite(&self) -> impl Iterator<Item = (f64, f64)> + Clone {
-        let finite = |point: &(f64, f64)| point.0.is_finite() && point.1.is_finite();
-        self.points.iter().copied().filter(finite)
+    /// What the lines need across and up.
+    fn limits(&self) -> [(f64, f64); 2] {
+        let points = || self.lines.iter().flat_map(Line::finite);
+        [
+            axis::range(points().map(|p| p.0)),
+            axis::range(points().map(|p| p.1)),
+        ]
+    }
+
+    fn drawn(&self, width: f64) -> Markup {
+        let heading = if self.heading.is_empty() {
+            0.0
+        } else {
+            HEADING_HEIGHT
+        };
+        let (left, right) = (LEFT_LABELS, width - MARGIN);
+        let (top, bottom) = (heading + MARGIN, self.height(width) - BOTTOM_LABELS);
+        let [mut across, mut up] = self.limits();
+        if self.axes == Axes::Map {
+            axis::as_long_up_as_across(&mut across, &mut up, (right - left) / (bottom - top));
+        }
+        let x = Axis::new(across, (left, right));
+        let y = match self.axes {
+            Axes::Depth(_) => Axis::new(up, (top, bottom)),
+            Axes::Map | Axes::Time(_) => Axis::new(up, (bottom, top)),
+        };
+        let at = |(across, up): (f64, f64)| (x.at(across), y.at(up));
+        let middle = f64::midpoint(top, bottom);
+        html! {
+            @if !self.heading.is_empty() { text x=(f64::midpoint(left, right)) y=(HEADING_HEIGHT / 2.0 + 8.0) text-anchor="middle" { (self.heading) } }
+            @for (value, label) in ticks(across) {
+                line x1=(coordinate(x.at(value))) x2=(coordinate(x.at(value))) y1=(top) y2=(bottom) stroke=(GRID) {}
+                text x=(coordinate(x.at(value))) y=(bottom + 28.0) text-anchor="middle" { (label) }
+            }
+            @for (value, label) in ticks(up) {
+                line x1=(left) x2=(right) y1=(coordinate(y.at(value))) y2=(coordinate(y.at(value))) stroke=(GRID) {}
+                text x=(left - 8.0) y=(coordinate(y.at(value))) text-anchor="end" dominant-baseline="central" { (label) }
+            }
+            text x=(f64::midpoint(left, right)) y=(bottom + 60.0) text-anchor="middle" { (self.x_label) }
+            text transform=(format!("translate(22 {middle}) rotate(-90)")) text-anchor="middle" { (self.y_label) }
+            @for line in &self.lines {
+                @if line.stroke == Stroke::Dots { @for point in line.finite() { (dot(line, at(point))) } }
+                @else {
+                    (stroked(line, line.finite().map(at)))
+                    @if line.stroke == Stroke::Track { @if let Some(first) = line.finite().next() { (dot(line, at(first))) } }
+                }
+            }
+        }
     }
 }
 
-/// The document of `size` pixels with its extent in units. The view box keeps the pixels.
-fn in_units(svg: &str, size: (u32, u32)) -> String {
-    let extent = |pixels: u32| format!("width=\"{}\" height=\"{}\"", size.0 / pixels, size.1 / pixels);
-    svg.replacen(&extent(1), &extent(FINE), 1)
+fn dot(line: &Line, (x, y): (f64, f64)) -> Markup {
+    html! { circle cx=(coordinate(x)) cy=(coordinate(y)) r=(DOT_RADIUS) fill=(line.colour) {} }
 }
 
-fn font(size: u32) -> TextStyle<'static> {
-    ("DejaVu Sans, Verdana, sans-serif", size)
-        .into_font()
-        .color(&BLACK_INK)
+fn stroked(line: &Line, points: impl Iterator<Item = (f64, f64)>) -> Markup {
+    let mut list = String::new();
+    for (x, y) in points {
+        write!(list, "{} {} ", coordinate(x), coordinate(y)).expect("a string takes everything");
+    }
+    let dashes = (line.stroke == Stroke::Dashed).then_some("11 7");
+    html! {
+        polyline points=(list.trim_end()) fill="none" stroke=(line.colour) stroke-width=(line.stroke.width())
+            stroke-linejoin="round" stroke-dasharray=[dashes] {}
+    }
 }
 
-/// Text that begins at its place.
-fn left(size: u32) -> TextStyle<'static> {
-    font(size).pos(Pos::new(HPos::Left, VPos::Center))
-}
-
-fn pixel(pixels: u32) -> i32 {
-    i32::try_from(pixels).unwrap_or(i32::MAX)
+/// A coordinate with the digits that can be seen.
+fn coordinate(value: f64) -> f64 {
+    (value * 10.0).round() / 10.0
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_sheet_of_nothing_is_still_a_picture() {
-        let panel = Panel {
+    fn panel(axes: Axes, lines: Vec<Line>) -> Panel {
+        Panel {
             heading: "a < b & c".into(),
             x_label: "x",
             y_label: "y",
-            axes: Axes::Map,
-            lines: vec![],
-        };
+            axes,
+            lines,
+        }
+    }
+
+    fn line(points: Vec<(f64, f64)>) -> Line {
+        Line {
+            name: "<line>".into(),
+            colour: BLUE,
+            stroke: Stroke::Track,
+            points,
+        }
+    }
+
+    #[test]
+    fn a_sheet_of_nothing_is_still_a_picture() {
         let sheet = Sheet {
             columns: 1,
-            panels: vec![panel],
+            panels: vec![panel(Axes::Map, vec![])],
         };
         let svg = sheet.svg("<title>");
         assert!(
             svg.contains("a &lt; b &amp; c") && svg.contains("&lt;title&gt;"),
             "{svg}"
         );
-        assert!(
-            svg.contains("width=\"1600\"") && svg.contains("viewBox=\"0 0 6400 "),
-            "{svg}"
-        );
-        assert!(svg.trim_end().ends_with("</svg>"));
+        assert!(svg.contains("width=\"1600\"") && svg.trim_end().ends_with("</svg>"));
+    }
+
+    #[test]
+    fn a_metre_on_a_map_is_as_long_up_as_across_and_nothing_infinite_is_drawn() {
+        let points = vec![(0.0, 0.0), (f64::NAN, 3.0), (40.0, 0.0), (40.0, 10.0)];
+        let sheet = Sheet {
+            columns: 1,
+            panels: vec![panel(Axes::Map, vec![line(points)])],
+        };
+        let svg = sheet.svg("");
+        assert!(!svg.contains("NaN") && !svg.contains("inf"));
+        let (_, rest) = svg.rsplit_once("<polyline points=\"").expect("a line");
+        let (list, _) = rest.split_once('"').expect("an attribute ends");
+        let numbers: Vec<f64> = list.split(' ').map(|n| n.parse().expect("a number")).collect();
+        let [x0, y0, x1, _, x2, y2] = numbers[..] else {
+            panic!("{list}")
+        };
+        assert!(((x1 - x0) / 40.0 - (y0 - y2) / 10.0).abs() < 0.02, "{list}");
+        assert!((x2 - x1).abs() < 0.11);
+    }
+
+    #[test]
+    fn a_panel_goes_to_the_page_with_every_point() {
+        let json =
+            serde_json::to_value(panel(Axes::Depth(10), vec![line(vec![(1.0, 2.5)])])).expect("is JSON");
+        assert_eq!(json["axes"], "down");
+        assert_eq!(json["lines"][0]["stroke"], "track");
+        assert_eq!(json["lines"][0]["points"][0][1], 2.5);
     }
 }

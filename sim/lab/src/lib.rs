@@ -4,17 +4,18 @@
 //! mission, with [`scores`] of each; [`mod@bench`] scores all contenders over many seeds, beside the best that the hull
 //! allows (`regret`), and [`scoreboard`] is what it found, as tables and claims; [`strangers`] are missions for craft
 //! that the planner has not met. [`trial`] puts a craft through the manoeuvres that show how it answers, [`mod@identify`]
-//! learns it from the log ([`log_file`]). [`figures`] are charts, [`report`] is a mission as one interactive page.
+//! learns it from the log ([`log_file`]). [`figures`] are charts, [`report`] is a mission as one page, drawn as the service's page draws it.
 //!
 //! Everything here looks at the planner and the simulator from outside: neither knows that there is a laboratory.
 
+mod article;
 pub mod bench;
+pub mod campaign;
 mod chart;
 pub mod comparison;
 pub mod figures;
 pub mod identify;
 pub mod log_file;
-mod page;
 mod regret;
 pub mod report;
 pub mod scoreboard;

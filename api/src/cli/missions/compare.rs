@@ -3,7 +3,10 @@
 use std::{error::Error, path::PathBuf};
 
 use clap::{Args, ValueEnum};
-use lab::comparison::{Comparison, Stage};
+use lab::{
+    comparison::{Comparison, Stage},
+    report::ReportedRun,
+};
 use sim::record::Record;
 
 use super::{
@@ -71,7 +74,7 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Box<dyn Error>> {
         .zip(&runs)
         .map(|(file, record)| file.write(record))
         .fold(Ok(()), Result::and);
-    let page = page.map_or(Ok(()), |file| write_report(&file, &runs));
+    let page = page.map_or(Ok(()), |file| write_report(&file, &reported(&comparison)));
     page.and(written)?;
     match arguments.format {
         Format::Table => Ok(print(&comparison.to_string())?),
@@ -80,4 +83,25 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Box<dyn Error>> {
             Ok(print(&(json + "\n"))?)
         }
     }
+}
+
+/// Every run, with what its controller was told.
+fn reported(comparison: &Comparison) -> Vec<ReportedRun<'_>> {
+    let runs = comparison.controllers.named().map(|(_, controller)| {
+        let used = if controller.information.forecasts.is_empty() {
+            "the present alone, at gains tuned for this scenario and seed".to_owned()
+        } else {
+            format!("forecasts by {}", controller.information.forecasts.join(" and "))
+        };
+        let current = if controller.information.current_known {
+            "known"
+        } else {
+            "not given"
+        };
+        ReportedRun {
+            information: format!("the same snapshots; uses {used}; current {current}"),
+            ..ReportedRun::from(&controller.record)
+        }
+    });
+    runs.into_iter().collect()
 }

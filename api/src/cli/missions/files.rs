@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
-use lab::{comparison::Controllers, report::report};
+use lab::{
+    comparison::Controllers,
+    report::{ReportedRun, report},
+};
 use record::{self, ExportError, Format as RecordFormat};
 use sim::{record::Record, scenario::Scenario};
 
@@ -53,6 +56,6 @@ pub(super) fn report_file(path: &Path) -> Result<OutFile, NotWritten> {
     OutFile::new(path, "choose another file with --report")
 }
 
-pub(super) fn write_report(file: &OutFile, runs: &[&Record]) -> Result<(), NotWritten> {
+pub(super) fn write_report(file: &OutFile, runs: &[ReportedRun<'_>]) -> Result<(), NotWritten> {
     file.write_text(&report(runs))
 }

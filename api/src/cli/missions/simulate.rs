@@ -5,6 +5,7 @@ use std::{error::Error, fmt::Write as _, path::PathBuf};
 use clap::{Args, ValueEnum};
 use lab::{
     comparison::Gains,
+    report::ReportedRun,
     scores::{Scores, auv_lines},
     stopwatch::Stopwatch,
     tuning::tune,
@@ -26,7 +27,7 @@ use super::{
     error::MissionError,
     files::{RecordFile, record_file, report_file, write_report},
     progress::{bar, show},
-    snapshots::{Witness, snapshot_file, write_snapshots},
+    snapshots::{KeptPlanner, snapshot_file, write_snapshots},
 };
 use crate::cli::{declared_craft::DeclaredCraft, out_file::print, scenarios::scenario, trial::trial};
 
@@ -152,16 +153,16 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
         })?),
         None => None,
     };
-    let mut asked = Vec::new();
+    let (mut asked, mut predictions) = (Vec::new(), Vec::new());
     let mut guide: Box<dyn Guide + '_> = match tuning {
         Some(tuning) => Box::new(LosGuide::tuned(tuning)),
-        None if arguments.snapshots.is_some() => Box::new(Witness {
+        None => Box::new(KeptPlanner {
             planner: MpcGuide::new(Policy::default()),
-            every: arguments.every as usize,
-            looks: 0,
+            n_plans: 0,
+            every: arguments.snapshots.is_some().then_some(arguments.every as usize),
             asked: &mut asked,
+            predictions: page.is_some().then_some(&mut predictions),
         }),
-        None => Box::new(MpcGuide::new(Policy::default())),
     };
     let mut progress = |done| show(&bar, "mission", done);
     let record = if arguments.untimed {
@@ -178,7 +179,13 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
     let write = |file: &RecordFile| file.write(&record);
     let written = files.iter().map(write).fold(Ok(()), Result::and);
     let requests = requests.map_or(Ok(()), |file| write_snapshots(&file, &asked));
-    let page = page.map_or(Ok(()), |file| write_report(&file, &[&record]));
+    let page = page.map_or(Ok(()), |file| {
+        let run = ReportedRun {
+            predictions: &predictions,
+            ..ReportedRun::from(&record)
+        };
+        write_report(&file, &[run])
+    });
     page.and(requests).and(written)?;
     let found = tuning
         .filter(|_| arguments.tuned)

@@ -3,7 +3,7 @@
 use maud::html;
 
 use super::{Figure, Stated};
-use crate::page::article;
+use crate::article::article;
 
 /// A page of HTML that shows the figures, which lie beside it, and the table of [`super::stated()`].
 #[must_use]

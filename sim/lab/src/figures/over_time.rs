@@ -6,7 +6,7 @@ use sim::record::{AuvRow, Record, SurfaceCraftRow};
 
 use super::Both;
 use crate::{
-    chart::{Axes, BLACK_INK, BLUE, Line, PURPLE, Panel, Sheet, Stroke, VERMILION},
+    chart::{Axes, BLACK_INK, BLUE, Colour, Line, PURPLE, Panel, Sheet, Stroke, VERMILION},
     unwrap::unwrap,
 };
 
@@ -193,7 +193,7 @@ fn auv_line(
     record: &Record,
     i: usize,
     name: &str,
-    colour: plotters::style::RGBColor,
+    colour: Colour,
     stroke: Stroke,
     of: fn(&AuvRow) -> f64,
 ) -> Line {

@@ -1,19 +1,15 @@
 //! What a log says of a craft, as one page that needs no network and no other file.
 
-use maud::{Markup, PreEscaped, html};
-use plotters::style::RGBColor;
+use serde_json::{Value, json};
 
 use super::{Identification, Parameter, Traces};
-use crate::{
-    chart::{self, Axes, Line, Panel, RUNS, SCRIPT, Stroke},
-    page::one_file,
-};
+use crate::chart::{Axes, BLUE, Colour, GREY, Line, Panel, Stroke, VERMILION};
 
 /// Height of one panel, units.
 const HEIGHT: u32 = 340;
-const MEASURED: RGBColor = RUNS[0];
-const SIMULATED: RGBColor = RUNS[1];
-const REFERENCE: RGBColor = RUNS[4];
+const MEASURED: Colour = BLUE;
+const SIMULATED: Colour = VERMILION;
+const REFERENCE: Colour = GREY;
 /// Digits of estimates: four of six are noise already.
 const DIGITS: usize = 4;
 
@@ -22,43 +18,34 @@ const DIGITS: usize = 4;
 pub fn page(name: &str, found: &Identification) -> String {
     let craft = serde_json::to_string_pretty(&wire::Craft::from(&found.description()))
         .expect("strings, numbers and objects only");
-    let panels = panels(&found.traces);
-    let body = html! {
-        header { h1 { (name) } p { "the craft as its log shows it" } }
-        main {
-            section.numbers { h2 { "Parameters, with 95\u{a0}% intervals" } (table(found)) }
-            section {
-                h2 { "What the log does not show" } (missing(found))
-                h2 { "Craft file" } pre { (craft) }
-            }
-            (chart::legend(&panels))
-            section #residuals.wide { (chart::over_time(&panels)) }
-        }
-        script { (PreEscaped(SCRIPT)) }
+    let title = format!("{name}: the craft as its log shows it");
+    let data = json!({
+        "kind": "sheets",
+        "title": title,
+        "text": missing(found),
+        "tables": [{
+            "caption": "Parameters, with 95\u{a0}% intervals",
+            "head": ["parameter", "estimate", "from", "to", ""],
+            "rows": rows(found).into_iter().map(cells).collect::<Vec<_>>(),
+        }],
+        "code": [{ "caption": "Craft file", "text": craft }],
+        "sheets": [{ "title": "What was measured and what is simulated", "columns": 2, "panels": panels(&found.traces) }],
+    });
+    ::page::one_file(&title, &data)
+}
+
+/// A line of the table as its cells.
+fn cells(Row(open, name, [estimate, low, high], remark): Row<'_>) -> Value {
+    let name = if open {
+        format!("{name} (open)")
+    } else {
+        name.to_owned()
     };
-    let style = chart::style() + include_str!("../report/report.css") + include_str!("page.css");
-    one_file(&format!("{name}: the craft"), &style, &body)
+    json!([name, estimate, low, high, remark])
 }
 
 /// A line of the table: whether it is uncertain, name, estimate and interval, remark.
 struct Row<'a>(bool, &'a str, [String; 3], &'a str);
-
-fn table(found: &Identification) -> Markup {
-    html! {
-        table {
-            thead {
-                tr { th.name { "parameter" } th { "estimate" } th { "from" } th { "to" } th.name {} }
-            }
-            tbody {
-                @for Row(open, name, cells, remark) in rows(found) {
-                    tr.open[open] {
-                        td.name { (name) } @for cell in cells { td { (cell) } } td.name { (remark) }
-                    }
-                }
-            }
-        }
-    }
-}
 
 fn rows(found: &Identification) -> Vec<Row<'static>> {
     let parameter = |parameter: &Parameter| {
@@ -108,15 +95,19 @@ fn rows(found: &Identification) -> Vec<Row<'static>> {
     rows
 }
 
-fn missing(found: &Identification) -> Markup {
+fn missing(found: &Identification) -> Vec<String> {
     let missing = found.missing();
-    html! {
-        @if missing.is_empty() {
-            p { "Nothing: every parameter is in the craft file." }
-        } @else {
-            ul { @for quantity in missing { li { b { (quantity.name()) } ": log " (quantity.manoeuvre()) "." } } }
-        }
+    if missing.is_empty() {
+        return vec!["The log shows every parameter: all of them are in the craft file.".to_owned()];
     }
+    let sentence = |quantity: &super::Quantity| {
+        format!(
+            "The log does not show {}: log {}.",
+            quantity.name(),
+            quantity.manoeuvre()
+        )
+    };
+    missing.iter().map(sentence).collect()
 }
 
 /// A number with as many digits as mean something.
@@ -189,7 +180,7 @@ fn panels(traces: &Traces) -> Vec<Panel> {
     .collect()
 }
 
-fn line(time: &[f64], name: &str, colour: RGBColor, stroke: Stroke, values: Vec<Option<f64>>) -> Line {
+fn line(time: &[f64], name: &str, colour: Colour, stroke: Stroke, values: Vec<Option<f64>>) -> Line {
     let points = time.iter().zip(values);
     Line {
         name: name.to_owned(),

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use maud::{Markup, html};
+use maud::{Markup, PreEscaped, html};
 
-use crate::page::article;
+use crate::article::article;
 
 /// A text in blocks.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,6 +21,8 @@ pub enum Block {
     Table(Table),
     /// A picture that lies beside the document: name of its file, and what it shows.
     Picture(String, String),
+    /// A picture within the document: its SVG, and what it shows. Markdown has no place for it, and says what it shows.
+    Drawing(String, String),
 }
 
 /// A table; every row has as many cells as there are columns.
@@ -59,6 +61,7 @@ impl Document {
                 Block::Heading(level, words) => push(&mut text, &format!("{} {words}", "#".repeat(*level))),
                 Block::Paragraph(words) => push(&mut text, words),
                 Block::Picture(file, shows) => push(&mut text, &format!("![{shows}]({file})")),
+                Block::Drawing(_, shows) => push(&mut text, &format!("Drawn on the page: {shows}")),
                 Block::Table(Table { words, columns, rows }) => {
                     let line = |cells: &[String]| {
                         let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
@@ -76,11 +79,19 @@ impl Document {
         text
     }
 
-    /// As a page that needs nothing but its pictures.
+    /// As a page that needs nothing but the pictures that lie beside it. Its title is its first heading.
     #[must_use]
     pub fn html(&self) -> String {
         let body = html! { @for block in &self.0 { (block_html(block)) } };
-        article("Pilotfish: benchmark", &body)
+        article(&format!("Pilotfish: {}", self.title()), &body)
+    }
+
+    fn title(&self) -> &str {
+        let first = self.0.iter().find_map(|block| match block {
+            Block::Heading(_, words) => Some(words.as_str()),
+            Block::Paragraph(_) | Block::Table(_) | Block::Picture(..) | Block::Drawing(..) => None,
+        });
+        first.unwrap_or("report")
     }
 }
 
@@ -100,13 +111,18 @@ fn block_html(block: &Block) -> Markup {
         }
         Block::Paragraph(words) => html! { p { (marked_up(words)) } },
         Block::Picture(file, shows) => html! { p { img src=(file) alt=(shows); } },
+        Block::Drawing(svg, shows) => {
+            html! { figure style="margin: 1em 0" { (PreEscaped(svg)) figcaption { (marked_up(shows)) } } }
+        }
         Block::Table(table) => {
             let number = |i: usize| (table.words <= i).then_some("n");
             html! {
-                table {
-                    tr { @for (i, cell) in table.columns.iter().enumerate() { th class=[number(i)] { (marked_up(cell)) } } }
-                    @for row in &table.rows {
-                        tr { @for (i, cell) in row.iter().enumerate() { td class=[number(i)] { (marked_up(cell)) } } }
+                div style="margin: 1em 0; overflow-x: auto" {
+                    table {
+                        tr { @for (i, cell) in table.columns.iter().enumerate() { th class=[number(i)] { (marked_up(cell)) } } }
+                        @for row in &table.rows {
+                            tr { @for (i, cell) in row.iter().enumerate() { td class=[number(i)] { (marked_up(cell)) } } }
+                        }
                     }
                 }
             }
@@ -172,8 +188,21 @@ mod tests {
     #[test]
     fn html_escapes_and_closes_what_it_opens() {
         let page = document().html();
+        assert!(page.contains("<title>Pilotfish: All &amp; sundry</title>"));
         assert!(page.contains("<h1>All &amp; sundry</h1>"));
         assert!(page.contains("<p>say <code>a &lt; b</code> <b>twice</b>, and 2 ** 3</p>"));
         assert!(page.contains("<tr><td>x|y</td><td class=\"n\">1</td></tr>"));
+    }
+
+    #[test]
+    fn a_drawing_stands_within_the_page_and_markdown_says_what_it_shows() {
+        let drawn = Document(vec![Block::Drawing("<svg></svg>".to_owned(), "a & b".to_owned())]);
+        assert!(
+            drawn
+                .html()
+                .contains("<svg></svg><figcaption>a &amp; b</figcaption>")
+        );
+        assert!(drawn.html().contains("<title>Pilotfish: report</title>"));
+        assert_eq!(drawn.markdown(), "Drawn on the page: a & b\n");
     }
 }

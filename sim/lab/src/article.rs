@@ -2,19 +2,7 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-/// What the browser holds a page of one file to: its own script and style, and nothing from anywhere.
-const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'";
-
-const STYLE: &str = include_str!("page.css");
-
-/// A page that needs no other file, with a style of its own.
-pub(crate) fn one_file(title: &str, style: &str, body: &Markup) -> String {
-    let head = html! {
-        meta http-equiv="Content-Security-Policy" content=(POLICY);
-        style { (PreEscaped(STYLE)) (PreEscaped(style)) }
-    };
-    whole(title, &head, body)
-}
+const STYLE: &str = include_str!("article.css");
 
 /// A text with pictures that lie beside it.
 pub(crate) fn article(title: &str, body: &Markup) -> String {

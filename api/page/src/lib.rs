@@ -1,0 +1,177 @@
+//! The page: what a browser draws of missions, plans and reports. One drawing code for the service's page, whose files it
+//! serves as they are, and for reports, each of which is one file with all of it inside.
+//!
+//! `web/` holds the files: plain ES modules whose types `tsc` checks, one style sheet, no library. A charting library would
+//! bring its own map, or none, and its own idea of time.
+//!
+//! A module states its imports first, a line each and by name, and exports declarations. What modules declare has one name in
+//! all of them, so that they can be written one after the other into one file ([`one_file`]).
+
+use serde_json::Value;
+
+/// A file of the page.
+#[derive(Clone, Copy, Debug)]
+pub struct File {
+    /// Where a service has it.
+    pub path: &'static str,
+    /// Its `Content-Type`.
+    pub media_type: &'static str,
+    /// What is in it.
+    pub content: &'static str,
+}
+
+const HTML: &str = "text/html; charset=utf-8";
+const SCRIPT: &str = "text/javascript; charset=utf-8";
+const STYLE: &str = "text/css; charset=utf-8";
+
+macro_rules! files {
+    ($($path:literal: $media_type:expr, $name:literal;)*) => {
+        &[$(File { path: $path, media_type: $media_type, content: include_str!(concat!("../web/", $name)) }),*]
+    };
+}
+
+/// Every file of the page, the document itself first.
+pub const FILES: &[File] = files! {
+    "/": HTML, "index.html";
+    "/page.css": STYLE, "page.css";
+    "/icon.svg": "image/svg+xml", "icon.svg";
+    "/gallery.json": "application/json", "gallery.json";
+    "/address.js": SCRIPT, "address.js";
+    "/app.js": SCRIPT, "app.js";
+    "/background.js": SCRIPT, "background.js";
+    "/chart.js": SCRIPT, "chart.js";
+    "/compare.js": SCRIPT, "compare.js";
+    "/comparison.js": SCRIPT, "comparison.js";
+    "/copy_as.js": SCRIPT, "copy_as.js";
+    "/curves.js": SCRIPT, "curves.js";
+    "/dom.js": SCRIPT, "dom.js";
+    "/drawing.js": SCRIPT, "drawing.js";
+    "/editor.js": SCRIPT, "editor.js";
+    "/format.js": SCRIPT, "format.js";
+    "/home.js": SCRIPT, "home.js";
+    "/live.js": SCRIPT, "live.js";
+    "/map.js": SCRIPT, "map.js";
+    "/mission.js": SCRIPT, "mission.js";
+    "/orders.js": SCRIPT, "orders.js";
+    "/picture.js": SCRIPT, "picture.js";
+    "/plan.js": SCRIPT, "plan.js";
+    "/plan_picture.js": SCRIPT, "plan_picture.js";
+    "/plan_tables.js": SCRIPT, "plan_tables.js";
+    "/playback.js": SCRIPT, "playback.js";
+    "/pointers.js": SCRIPT, "pointers.js";
+    "/predictions.js": SCRIPT, "predictions.js";
+    "/recording.js": SCRIPT, "recording.js";
+    "/service.js": SCRIPT, "service.js";
+    "/theme.js": SCRIPT, "theme.js";
+    "/thumbnail.js": SCRIPT, "thumbnail.js";
+};
+
+/// The modules of a report, each after those that it imports.
+const OF_REPORTS: [&str; 15] = [
+    include_str!("../web/dom.js"),
+    include_str!("../web/format.js"),
+    include_str!("../web/theme.js"),
+    include_str!("../web/recording.js"),
+    include_str!("../web/playback.js"),
+    include_str!("../web/background.js"),
+    include_str!("../web/picture.js"),
+    include_str!("../web/curves.js"),
+    include_str!("../web/drawing.js"),
+    include_str!("../web/map.js"),
+    include_str!("../web/chart.js"),
+    include_str!("../web/mission.js"),
+    include_str!("../web/comparison.js"),
+    include_str!("../web/sheet.js"),
+    include_str!("../web/report.js"),
+];
+
+/// What the browser holds a page of one file to: its own script and style, and nothing from anywhere.
+const POLICY: &str =
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:";
+
+/// A page that needs no other file and no network: `report.js` shows `data`, whose `kind` says what it is.
+#[must_use]
+pub fn one_file(title: &str, data: &Value) -> String {
+    let style = include_str!("../web/page.css");
+    let script: String = OF_REPORTS.iter().copied().map(declarations).collect();
+    let title = title
+        .replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;");
+    // No text in it can end the element that it is in, or begin a comment in it.
+    let data = data.to_string().replace('<', "\\u003c");
+    format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n<title>{title}</title>\n\
+         <style>\n{style}</style>\n</head>\n<body>\n<main id=\"main\" tabindex=\"-1\"></main>\n\
+         <script type=\"application/json\" id=\"data\">{data}</script>\n\
+         <script type=\"module\">\n{script}</script>\n</body>\n</html>\n"
+    )
+}
+
+/// A module without its imports, and with nothing exported: what is left declares the same names.
+fn declarations(module: &str) -> String {
+    let lines = module.lines().filter(|line| !line.starts_with("import "));
+    lines
+        .flat_map(|line| [line.strip_prefix("export ").unwrap_or(line), "\n"])
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    /// Names that a module declares at its top level.
+    fn declared(module: &str) -> impl Iterator<Item = &str> {
+        module.lines().filter_map(|line| {
+            let line = line.strip_prefix("export ").unwrap_or(line);
+            let line = line.strip_prefix("async ").unwrap_or(line);
+            let kinds = ["const ", "let ", "class ", "function* ", "function "];
+            let rest = kinds.into_iter().find_map(|kind| line.strip_prefix(kind))?;
+            let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_' && c != '$');
+            end.map(|end| &rest[..end])
+        })
+    }
+
+    #[test]
+    fn no_two_modules_of_a_report_declare_one_name() {
+        let mut names = BTreeSet::new();
+        for name in OF_REPORTS.into_iter().flat_map(declared) {
+            assert!(names.insert(name), "{name} is declared twice");
+        }
+        assert!(names.contains("el"), "declarations are found");
+    }
+
+    #[test]
+    fn a_module_imports_by_name_on_a_line_each_and_only_what_a_report_has() {
+        let all: BTreeSet<&str> = OF_REPORTS.into_iter().flat_map(declared).collect();
+        for module in OF_REPORTS {
+            assert!(
+                !declarations(module).contains("\nimport"),
+                "imports stand on lines of their own"
+            );
+            assert!(
+                !module.contains(" as ") || !module.contains("import * as"),
+                "no import has another name"
+            );
+            for line in module.lines().filter(|line| line.starts_with("import ")) {
+                let (_, rest) = line.split_once('{').expect("imports by name");
+                let (names, _) = rest.split_once('}').expect("in one line");
+                for name in names.split(',').map(str::trim).filter(|name| !name.is_empty()) {
+                    assert!(all.contains(name), "{name} is in no module of a report");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_text_of_a_report_becomes_markup() {
+        let hostile = "</script><script>alert(1)</script><!--<img src=x onerror=alert(1)>";
+        let page = one_file(hostile, &serde_json::json!({ "title": hostile }));
+        assert!(!page.contains("<script>alert") && !page.contains("<img src=x") && !page.contains("<!--"));
+        assert_eq!(page.matches("</script>").count(), 2, "the page's own");
+    }
+}

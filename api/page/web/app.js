@@ -1,0 +1,118 @@
+// The shell: which view the address asks for, the theme, who the user is.
+
+import { el, fill } from "./dom.js";
+import { ask, askJson, door, isUnreachable, Refusal, useToken } from "./service.js";
+import { homeView } from "./home.js";
+import { missionView } from "./live.js";
+import { compareView } from "./compare.js";
+import { planView } from "./plan.js";
+import { themeChoice } from "./theme.js";
+
+/**
+ * What a view gets from the shell. `onLeave` is called when the user goes elsewhere; `gone` says whether that was.
+ * @typedef {{ role: "read-only" | "operator" | "admin", protected: boolean, go: (hash: string) => void, onLeave: (undo: () => void) => void, gone: () => boolean }} Context
+ */
+
+const main = /** @type {HTMLElement} */ (document.getElementById("main"));
+/** @type {(() => void)[]} */
+let leaving = [];
+let shown = 0;
+let access = /** @type {{ role: Context["role"], protected: boolean } | null} */ (null);
+
+/** Asks for a token once, whatever wants it; with a new one everything is loaded anew, because it may allow other things. */
+const token = { dialog: /** @type {HTMLElement | null} */ (null), given: new Promise(() => {}) };
+door.ask = (refused) => {
+  if (token.dialog) return token.given;
+  const input = el("input", { id: "token", type: "password", autocomplete: "current-password", required: true });
+  const dialog = token.dialog = el("dialog", { "aria-labelledby": "token-title" }, el("form", {
+    onsubmit: (/** @type {Event} */ event) => {
+      event.preventDefault();
+      useToken(input.value.trim());
+      location.reload();
+    },
+  }, el("h2", { id: "token-title" }, "This service wants a token"),
+  refused && el("p", { class: "notice", role: "alert" }, "The token that was given is not one of this service's."),
+  el("p", {}, "One is made with ", el("code", {}, "pilotfish token add NAME --role read-only"), "."),
+  el("label", { htmlFor: "token" }, "Token"), input, el("button", { type: "submit", class: "primary" }, "Use it in this tab")));
+  document.body.append(dialog);
+  dialog.addEventListener("cancel", (event) => event.preventDefault());
+  dialog.showModal();
+  return token.given;
+};
+
+async function whoAmI() {
+  if (!access) {
+    try {
+      access = await askJson("/v1/access");
+    } catch (error) {
+      if (!(error instanceof Refusal)) throw error;
+      // Asked again by the next view; until then nothing is ordered.
+      return { role: /** @type {Context["role"]} */ ("read-only"), protected: true };
+    }
+    const role = /** @type {HTMLElement} */ (document.getElementById("role"));
+    role.hidden = !access?.protected;
+    fill(role, access?.role === "read-only" ? "read-only: no orders" : access?.role);
+  }
+  return /** @type {{ role: Context["role"], protected: boolean }} */ (access);
+}
+
+async function route() {
+  for (const undo of leaving) undo();
+  leaving = [];
+  const turn = ++shown, [path, query = ""] = location.hash.slice(1).split("?");
+  const parameters = new URLSearchParams(query), [, view = "", id = ""] = path.split("/");
+  for (const link of document.querySelectorAll("nav a")) {
+    const here = link.getAttribute("href") === `#/${view === "mission" ? "" : view}`;
+    if (here) link.setAttribute("aria-current", "page"); else link.removeAttribute("aria-current");
+  }
+  document.title = "Pilotfish";
+  fill(main, el("p", { class: "loading", role: "status" }, "Loading…"));
+  try {
+    const known = await whoAmI();
+    if (turn !== shown) return;
+    /** @type {Context} */
+    const context = {
+      ...known, gone: () => turn !== shown,
+      onLeave: (undo) => { if (turn === shown) leaving.push(undo); else undo(); },
+      go: (hash) => { if (location.hash === hash) route(); else location.hash = hash; },
+    };
+    if (view === "mission") await missionView(main, context, decoded(id));
+    else if (view === "compare") await compareView(main, context, parameters);
+    else if (view === "plan") planView(main, context, parameters);
+    else if (view === "") homeView(main, context);
+    else fill(main, el("p", { class: "notice" }, "There is no such page. ", el("a", { href: "#/" }, "To all missions")));
+  } catch (error) {
+    if (turn === shown) explain(error);
+  }
+}
+
+/** A part of an address that was typed may be no code. @param {string} part */
+function decoded(part) {
+  try {
+    return decodeURIComponent(part);
+  } catch {
+    return part;
+  }
+}
+
+/** @param {unknown} error */
+function explain(error) {
+  const words = error instanceof Refusal ? `${error.problem.title}: ${error.message}` : isUnreachable(error) ? `The service does not answer (${error instanceof Error ? error.message : error}).` : `This page failed (${error}): please report it.`;
+  fill(main, el("div", { class: "notice", role: "alert" }, words, " ", el("button", { type: "button", onclick: route }, "Try again"), " ", el("a", { href: "#/" }, "To all missions")));
+}
+
+document.getElementById("theme-place")?.append(themeChoice());
+document.querySelector(".skip")?.addEventListener("click", (event) => {
+  // The address names views, and not places in them.
+  event.preventDefault();
+  main.focus();
+});
+addEventListener("hashchange", () => {
+  route();
+  main.focus({ preventScroll: true });
+});
+route();
+ask("/version").then((answer) => answer.json()).then(({ version }) => {
+  const place = document.getElementById("version");
+  if (place) fill(place, `version ${version}`);
+}).catch(() => {});

@@ -1,0 +1,90 @@
+// The user's own chart under the map: a GeoJSON file, which stays in the browser.
+
+/**
+ * @typedef {import("./picture.js").Background} Background
+ * @typedef {{ lat_deg: number, lon_deg: number }} Origin
+ */
+
+/** WGS 84: semi-major axis, m, and flattening. */
+const SEMI_MAJOR_M = 6378137, FLATTENING = 1 / 298.257223563;
+/** Points that are drawn at most. */
+const POINTS_MAX = 200_000;
+
+/** No chart. @type {Background} */
+export const NO_BACKGROUND = { lines: [], marks: [] };
+
+/**
+ * Metres north and east of `origin`, on the plane that touches the ellipsoid there: a metre off some 4 km away, ten some 12 km away. Places of
+ * the mission itself come from the service, which is exact.
+ * @param {Origin} origin
+ * @returns {(lon_deg: number, lat_deg: number) => [number, number]}
+ */
+export function tangentPlane(origin) {
+  const lat = (origin.lat_deg * Math.PI) / 180, e2 = FLATTENING * (2 - FLATTENING);
+  const w = Math.sqrt(1 - e2 * Math.sin(lat) ** 2);
+  const meridian = (SEMI_MAJOR_M * (1 - e2)) / w ** 3, normal = SEMI_MAJOR_M / w;
+  return (lon_deg, lat_deg) => {
+    const east = ((((lon_deg - origin.lon_deg + 540) % 360) - 180) * Math.PI) / 180;
+    return [(((lat_deg - origin.lat_deg) * Math.PI) / 180) * meridian, east * normal * Math.cos(lat)];
+  };
+}
+
+/**
+ * Latitude and longitude of a place near `origin`, on the same plane.
+ * @param {Origin} origin
+ * @param {number} north
+ * @param {number} east
+ * @returns {Origin}
+ */
+export function placeOnEarth(origin, north, east) {
+  const [perDegree] = tangentPlane(origin)(origin.lon_deg, origin.lat_deg + 1), [, perDegreeEast] = tangentPlane(origin)(origin.lon_deg + 1, origin.lat_deg);
+  return { lat_deg: origin.lat_deg + north / perDegree, lon_deg: origin.lon_deg + east / perDegreeEast };
+}
+
+/**
+ * Lines and points of a GeoJSON text; throws what is wrong with it, in words.
+ * @param {string} text
+ * @param {Origin | undefined} origin
+ * @returns {Background}
+ */
+export function backgroundOf(text, origin) {
+  if (!origin) throw new Error("this mission does not say where on Earth it is, and GeoJSON is in longitude and latitude: make the mission with an origin");
+  let root;
+  try {
+    root = JSON.parse(text);
+  } catch (error) {
+    throw new Error(`this is not JSON: ${error instanceof Error ? error.message : error}`);
+  }
+  const place = tangentPlane(origin), background = { lines: [], marks: [] };
+  let left = POINTS_MAX;
+  const point = (/** @type {unknown} */ position) => {
+    if (!Array.isArray(position) || typeof position[0] !== "number" || typeof position[1] !== "number") throw new Error("a position is not [longitude, latitude]");
+    if (left-- === 0) throw new Error(`there are more than ${POINTS_MAX.toLocaleString("en")} points in it`);
+    return place(position[0], position[1]);
+  };
+  takeGeometry(root, point, background);
+  if (!background.lines.length && !background.marks.length) throw new Error("there are no points, lines or areas in it");
+  return background;
+}
+
+/** @param {any} node @param {(position: unknown) => [number, number]} point @param {Background} into @returns {void} */
+function takeGeometry(node, point, into) {
+  const line = (/** @type {unknown[]} */ positions, closed = false) => into.lines.push({ points: positions.map(point), colour: "chart", style: "solid", closed });
+  const dot = (/** @type {unknown} */ position) => {
+    const [north, east] = point(position);
+    into.marks.push({ north, east, kind: "dot", colour: "chart" });
+  };
+  const { coordinates } = node ?? {};
+  switch (node?.type) {
+    case "FeatureCollection": return node.features?.forEach((/** @type {any} */ feature) => takeGeometry(feature, point, into));
+    case "Feature": return node.geometry && takeGeometry(node.geometry, point, into);
+    case "GeometryCollection": return node.geometries?.forEach((/** @type {any} */ geometry) => takeGeometry(geometry, point, into));
+    case "Point": return dot(coordinates);
+    case "MultiPoint": return coordinates.forEach(dot);
+    case "LineString": return void line(coordinates);
+    case "MultiLineString": return coordinates.forEach((/** @type {unknown[]} */ part) => line(part));
+    case "Polygon": return coordinates.forEach((/** @type {unknown[]} */ ring) => line(ring, true));
+    case "MultiPolygon": return coordinates.flat().forEach((/** @type {unknown[]} */ ring) => line(ring, true));
+    default: throw new Error("this is not GeoJSON: no type of a feature or geometry");
+  }
+}

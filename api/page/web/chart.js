@@ -1,0 +1,352 @@
+// Curves over one common axis, a canvas each: hovered together, zoomed together, read out together.
+
+import { colour, el, fill, oncePerFrame } from "./dom.js";
+import { number } from "./format.js";
+import { roundStep } from "./drawing.js";
+
+/**
+ * Points of a curve: the first `length` of each count. NaN breaks it.
+ * @typedef {{ name: string, colour: string, dash?: "solid" | "dashed" | "dotted" | "dots", x: ArrayLike<number>, y: ArrayLike<number>, length: number, step?: boolean }} Curve
+ * @typedef {{ from: number, to: number, colour: string, name: string }} Band
+ * @typedef {{ id: string, title: string, unit: string, curves: Curve[], bands?: Band[], down?: boolean, zero?: boolean, wrap?: boolean }} Chart
+ * @typedef {{ chart: Chart, figure: HTMLElement, canvas: HTMLCanvasElement, legend: HTMLElement, values: HTMLElement[], low: number, high: number }} Drawn
+ * @typedef {{ onCursor?: (x: number | null) => void, onWindow?: (from: number, to: number) => void, formatX?: (x: number, step: number) => string }} StackOptions
+ */
+
+const HEIGHT_PX = 132, LEFT_PX = 54, RIGHT_PX = 12, TOP_PX = 8, BOTTOM_PX = 20, BAND_PX = 7;
+/** A drag shorter than this is a click, pixels. */
+const DRAG_PX = 6;
+const DASH_PATTERNS = { solid: [], dashed: [7, 5], dotted: [2, 4], dots: [] };
+const LABELS = "11px system-ui, 'DejaVu Sans', sans-serif";
+/** Times are labelled at one of these steps, s. */
+const TIME_STEPS = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400, 43200, 86400];
+
+/** Charts below each other. */
+export class ChartStack {
+  /** @param {HTMLElement} host @param {StackOptions} [options] */
+  constructor(host, options = {}) {
+    this.host = host;
+    this.options = options;
+    /** @type {Map<string, Drawn>} */
+    this.drawn = new Map();
+    this.cursor = /** @type {number | null} */ (null);
+    this.chosen = /** @type {[number, number] | null} */ (null);
+    /** @type {{ from: number, to: number } | null} */
+    this.drag = null;
+    /** Whether the click that comes now ends a drag. */
+    this.dragged = false;
+    this.redraw = oncePerFrame(() => this.draw());
+    this.reset = el("button", { type: "button", class: "chart-reset", hidden: true, onclick: () => this.showAll() }, "All of the time");
+    this.list = el("div", { class: "chart-list" });
+    fill(host, this.reset, this.list);
+    new ResizeObserver(() => this.redraw()).observe(host);
+  }
+
+  /** @param {Chart[]} charts */
+  setCharts(charts) {
+    const ids = charts.map((chart) => chart.id).join();
+    if (ids !== [...this.drawn.keys()].join()) {
+      this.drawn = new Map(charts.map((chart) => [chart.id, this.drawn.get(chart.id) ?? this.build(chart)]));
+      fill(this.list, [...this.drawn.values()].map(({ figure }) => figure));
+    }
+    for (const chart of charts) {
+      const drawn = /** @type {Drawn} */ (this.drawn.get(chart.id));
+      const keys = (/** @type {Chart} */ of) => [...of.curves, ...bandKinds(of)].map(({ name, colour: key }) => name + key).join();
+      const before = keys(drawn.chart);
+      drawn.chart = chart;
+      if (before !== keys(chart) || !drawn.values.length) this.buildLegend(drawn);
+    }
+  }
+
+  /** @param {number} from @param {number} to */
+  setWindow(from, to) {
+    /** @type {[number, number]} */
+    const chosen = [from, to];
+    this.chosen = from < to ? chosen : null;
+    this.reset.hidden = !this.chosen;
+    this.redraw();
+  }
+
+  showAll() {
+    this.setWindow(0, 0);
+  }
+
+  /** @param {number | null} x */
+  setCursor(x) {
+    this.cursor = x;
+  }
+
+  /** @param {Chart} chart @returns {Drawn} */
+  build(chart) {
+    const canvas = el("canvas", { class: "chart-canvas", tabIndex: 0, role: "img", "aria-label": chart.title });
+    const legend = el("span", { class: "chart-legend" });
+    const figure = el("figure", { class: "chart" }, el("figcaption", {}, el("strong", {}, `${chart.title}, ${chart.unit}`), legend), canvas);
+    canvas.style.height = `${HEIGHT_PX}px`;
+    const drawn = { chart, figure, canvas, legend, values: [], low: 0, high: 1 };
+    this.listen(drawn);
+    return drawn;
+  }
+
+  /** @param {Drawn} drawn */
+  buildLegend(drawn) {
+    drawn.values = drawn.chart.curves.map(() => el("b"));
+    fill(drawn.legend, drawn.chart.curves.map((curve, i) => el("span", {}, el("i", { class: `chart-key key-${curve.dash ?? "solid"} key-of-${curve.colour}`, "aria-hidden": "true" }), el("bdi", {}, curve.name), " ", drawn.values[i])),
+      bandKinds(drawn.chart).map(({ name, colour: key }) => el("span", {}, el("i", { class: `chart-key key-band key-of-${key}`, "aria-hidden": "true" }), `answered by ${name}`)));
+  }
+
+  /** @param {Drawn} drawn */
+  listen({ canvas }) {
+    const at = (/** @type {PointerEvent} */ event) => this.xAt(event.clientX - canvas.getBoundingClientRect().left, canvas.clientWidth);
+    canvas.addEventListener("pointerdown", (event) => { if (event.pointerType === "mouse") this.drag = { from: at(event), to: at(event) }; });
+    canvas.addEventListener("pointermove", (event) => {
+      if (this.drag) this.drag.to = at(event);
+      this.options.onCursor?.(at(event));
+      this.redraw();
+    });
+    canvas.addEventListener("pointerup", () => {
+      const { drag } = this, [from, to] = this.window();
+      this.drag = null;
+      this.dragged = false;
+      if (!drag) return;
+      const [left, right] = [Math.min(drag.from, drag.to), Math.max(drag.from, drag.to)];
+      if (((right - left) / (to - from)) * canvas.clientWidth < DRAG_PX) return;
+      this.dragged = true;
+      this.setWindow(left, right);
+      this.options.onWindow?.(left, right);
+    });
+    canvas.addEventListener("pointerleave", () => {
+      this.drag = null;
+      this.options.onCursor?.(null);
+      this.redraw();
+    });
+    canvas.addEventListener("dblclick", () => this.showAll());
+    canvas.addEventListener("blur", () => this.options.onCursor?.(null));
+    canvas.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  /** @param {KeyboardEvent} event */
+  key(event) {
+    const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key], [from, to] = this.window();
+    if (event.key === "Escape") return this.showAll();
+    if (!step) return;
+    event.preventDefault();
+    const by = step * (event.shiftKey ? 10 : 1);
+    this.cursor = Math.min(Math.max((this.cursor ?? to) + by, from), to);
+    this.options.onCursor?.(this.cursor);
+  }
+
+  /** What is shown of the common axis. @returns {[number, number]} */
+  window() {
+    if (this.chosen) return this.chosen;
+    let [from, to] = [Infinity, -Infinity];
+    for (const { chart } of this.drawn.values()) {
+      for (const { x, length } of chart.curves) {
+        if (!length) continue;
+        from = Math.min(from, x[0]);
+        to = Math.max(to, x[length - 1]);
+      }
+    }
+    return from < to ? [from, to] : [Number.isFinite(from) ? from - 1 : 0, Number.isFinite(to) ? to + 1 : 1];
+  }
+
+  /** @param {number} pixel @param {number} width */
+  xAt(pixel, width) {
+    const [from, to] = this.window();
+    return Math.min(Math.max(from + ((pixel - LEFT_PX) / (width - LEFT_PX - RIGHT_PX)) * (to - from), from), to);
+  }
+
+  draw() {
+    const [from, to] = this.window();
+    for (const drawn of this.drawn.values()) drawChart(drawn, { from, to, cursor: this.cursor, drag: this.drag, formatX: this.options.formatX ?? ((x) => number(x, 0)) });
+  }
+}
+
+/**
+ * @typedef {{ from: number, to: number, cursor: number | null, drag: { from: number, to: number } | null, formatX: (x: number, step: number) => string }} Shown
+ * @typedef {{ x: (value: number) => number, y: (value: number) => number, width: number, height: number }} Scales
+ */
+
+/** @param {Drawn} drawn @param {Shown} shown */
+function drawChart(drawn, shown) {
+  const { canvas, chart } = drawn, ratio = devicePixelRatio, width = canvas.clientWidth, height = canvas.clientHeight;
+  if (!width || !height) return;
+  if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+    canvas.width = Math.round(width * ratio);
+    canvas.height = Math.round(height * ratio);
+  }
+  const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.fillStyle = colour("card");
+  context.fillRect(0, 0, width, height);
+  const [low, high] = range(chart, shown), bottom = height - BOTTOM_PX;
+  /** @type {Scales} */
+  const scales = {
+    width, height,
+    x: (value) => LEFT_PX + ((value - shown.from) / (shown.to - shown.from)) * (width - LEFT_PX - RIGHT_PX),
+    y: (value) => (chart.down ? TOP_PX + ((value - low) / (high - low)) * (bottom - TOP_PX) : bottom - ((value - low) / (high - low)) * (bottom - TOP_PX)),
+  };
+  drawAxes(context, chart, scales, shown, [low, high]);
+  context.save();
+  context.beginPath();
+  context.rect(LEFT_PX, 0, width - LEFT_PX - RIGHT_PX, bottom + 1);
+  context.clip();
+  for (const band of chart.bands ?? []) drawBand(context, band, scales, bottom);
+  for (const each of chart.curves) drawCurve(context, each, chart, scales, shown);
+  drawCursor(context, drawn, scales, shown, bottom);
+  context.restore();
+}
+
+/** Least and greatest that is shown. @param {Chart} chart @param {Shown} shown @returns {[number, number]} */
+function range(chart, { from, to }) {
+  if (chart.wrap) return [0, 360];
+  let [low, high] = chart.zero ? [0, 0] : [Infinity, -Infinity];
+  for (const { x, y, length } of chart.curves) {
+    for (let i = 0; i < length; i += 1) {
+      if (x[i] < from || x[i] > to) continue;
+      if (y[i] < low) low = y[i];
+      if (y[i] > high) high = y[i];
+    }
+  }
+  if (!(low <= high)) return [0, 1];
+  if (high - low < 1e-9) return [low - 0.5, high + 0.5];
+  const room = 0.05 * (high - low);
+  return [chart.zero && low === 0 ? 0 : low - room, high + room];
+}
+
+/** @param {CanvasRenderingContext2D} context @param {Chart} chart @param {Scales} scales @param {Shown} shown @param {[number, number]} limits */
+function drawAxes(context, chart, { x, y, width, height }, { from, to, formatX }, [low, high]) {
+  const bottom = height - BOTTOM_PX, step = chart.wrap ? 90 : roundStep((high - low) / 2.5), digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  context.font = LABELS;
+  context.textBaseline = "middle";
+  context.textAlign = "right";
+  context.fillStyle = colour("soft");
+  context.beginPath();
+  for (let value = Math.ceil(low / step - 1e-9) * step; value <= high + 1e-9; value += step) {
+    context.moveTo(LEFT_PX, Math.round(y(value)) + 0.5);
+    context.lineTo(width - RIGHT_PX, Math.round(y(value)) + 0.5);
+    context.fillText(number(value, Math.min(digits, 6)), LEFT_PX - 7, y(value));
+  }
+  context.textAlign = "center";
+  const every = (to - from) / Math.max(2, Math.min(10, (width - LEFT_PX) / 90)), xStep = TIME_STEPS.find((candidate) => candidate >= every) ?? roundStep(every);
+  for (let at = Math.ceil(from / xStep) * xStep; at <= to; at += xStep) {
+    context.moveTo(Math.round(x(at)) + 0.5, bottom);
+    context.lineTo(Math.round(x(at)) + 0.5, bottom + 4);
+    if (x(at) > LEFT_PX + 14 && x(at) < width - 24) context.fillText(formatX(at, xStep), x(at), bottom + 12);
+  }
+  context.strokeStyle = colour("grid");
+  context.lineWidth = 1;
+  context.stroke();
+}
+
+/** Each kind of band once. @param {Chart} chart */
+function bandKinds({ bands = [] }) {
+  return [...new Map(bands.map((band) => [band.name, band])).values()];
+}
+
+/** @param {CanvasRenderingContext2D} context @param {Band} band @param {Scales} scales @param {number} bottom */
+function drawBand(context, band, { x }, bottom) {
+  context.fillStyle = colour(band.colour);
+  context.fillRect(x(band.from), bottom - BAND_PX, Math.max(x(band.to) - x(band.from), 1.5), BAND_PX);
+}
+
+/** @param {CanvasRenderingContext2D} context @param {Curve} curve @param {Chart} chart @param {Scales} scales @param {Shown} shown */
+function drawCurve(context, curve, chart, scales, shown) {
+  const { x, y, length } = curve, first = Math.max(0, firstAtOrAfter(x, length, shown.from) - 1), last = Math.min(length, firstAtOrAfter(x, length, shown.to) + 1);
+  context.strokeStyle = context.fillStyle = colour(curve.colour);
+  context.lineWidth = curve.dash === "dashed" ? 1.6 : 2;
+  context.lineJoin = "round";
+  if (curve.dash === "dots") {
+    const every = Math.max(1, Math.floor((last - first) / (2 * scales.width)));
+    for (let i = first; i < last; i += every) if (y[i] === y[i]) context.fillRect(scales.x(x[i]) - 1, scales.y(y[i]) - 1, 2, 2);
+    return;
+  }
+  context.setLineDash(DASH_PATTERNS[curve.dash ?? "solid"]);
+  context.beginPath();
+  if (last - first > 3 * scales.width) thinnedPath(context, curve, chart, scales, first, last); else wholePath(context, curve, chart, scales, first, last);
+  context.stroke();
+  context.setLineDash([]);
+}
+
+/** @param {CanvasRenderingContext2D} context @param {Curve} curve @param {Chart} chart @param {Scales} scales @param {number} first @param {number} last */
+function wholePath(context, { x, y, step }, { wrap }, scales, first, last) {
+  let open = false, before = NaN;
+  for (let i = first; i < last; i += 1) {
+    if (!(y[i] === y[i])) {
+      open = false;
+      continue;
+    }
+    const jumps = wrap && Math.abs(y[i] - before) > 180, px = scales.x(x[i]), py = scales.y(y[i]);
+    if (open && !jumps) {
+      if (step) context.lineTo(px, scales.y(before));
+      context.lineTo(px, py);
+    } else context.moveTo(px, py);
+    [open, before] = [true, y[i]];
+  }
+}
+
+/** Least and greatest of each column of pixels: what a whole path would cover. @param {CanvasRenderingContext2D} context @param {Curve} curve @param {Chart} chart @param {Scales} scales @param {number} first @param {number} last */
+function thinnedPath(context, { x, y }, { wrap }, scales, first, last) {
+  let column = NaN, low = 0, high = 0, open = false, end = NaN;
+  const flush = () => {
+    if (!(column === column)) return;
+    const jumps = wrap && Math.abs(low - end) > 180;
+    if (open && !jumps) context.lineTo(column, scales.y(low)); else context.moveTo(column, scales.y(low));
+    if (high !== low && !(wrap && high - low > 180)) context.lineTo(column, scales.y(high));
+    [open, end] = [true, high];
+  };
+  for (let i = first; i < last; i += 1) {
+    const value = y[i], at = Math.round(scales.x(x[i]));
+    if (!(value === value)) {
+      flush();
+      [column, open] = [NaN, false];
+    } else if (at !== column) {
+      flush();
+      [column, low, high] = [at, value, value];
+    } else if (value < low) low = value;
+    else if (value > high) high = value;
+  }
+  flush();
+}
+
+/** @param {CanvasRenderingContext2D} context @param {Drawn} drawn @param {Scales} scales @param {Shown} shown @param {number} bottom */
+function drawCursor(context, { chart, canvas, values }, { x, y }, { cursor, drag, formatX }, bottom) {
+  if (drag) {
+    context.globalAlpha = 0.15;
+    context.fillStyle = colour("ink");
+    context.fillRect(x(Math.min(drag.from, drag.to)), 0, Math.abs(x(drag.to) - x(drag.from)), bottom);
+    context.globalAlpha = 1;
+  }
+  const words = chart.curves.map((curve, i) => {
+    const at = cursor === null ? curve.length - 1 : firstAtOrAfter(curve.x, curve.length, cursor + 1e-6) - 1;
+    const value = at < 0 ? NaN : curve.y[at], text = number(value, chart.wrap ? 0 : Math.abs(value) < 1 ? 3 : Math.abs(value) < 100 ? 2 : 0);
+    if (values[i].textContent !== text) values[i].textContent = text;
+    if (cursor !== null && Number.isFinite(value)) {
+      context.beginPath();
+      context.arc(x(cursor), y(value), 3.5, 0, 2 * Math.PI);
+      context.fillStyle = colour(curve.colour);
+      context.fill();
+    }
+    return `${curve.name} ${text}`;
+  });
+  const answered = cursor === null ? undefined : chart.bands?.find((band) => band.from <= cursor && cursor <= band.to);
+  if (cursor !== null) {
+    context.beginPath();
+    context.moveTo(x(cursor), 0);
+    context.lineTo(x(cursor), bottom);
+    context.strokeStyle = colour("ink");
+    context.lineWidth = 1;
+    context.stroke();
+  }
+  const label = `${chart.title}, ${chart.unit}${cursor === null ? "" : ` at ${formatX(cursor, 1)}`}: ${words.join("; ")}${answered ? `; answered by ${answered.name}` : ""}`;
+  if (canvas.getAttribute("aria-label") !== label) canvas.setAttribute("aria-label", label);
+}
+
+/** @param {ArrayLike<number>} x @param {number} length @param {number} value */
+function firstAtOrAfter(x, length, value) {
+  let low = 0, high = length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (x[middle] < value) low = middle + 1; else high = middle;
+  }
+  return low;
+}

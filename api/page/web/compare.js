@@ -1,0 +1,171 @@
+// The page that flies one scenario and seed under several controllers and shows the runs beside each other.
+
+import { el, fill } from "./dom.js";
+import { methodName } from "./format.js";
+import { ask, askJson, follow, freshKey, lines, Patience, Refusal, send } from "./service.js";
+import { refusalWords } from "./orders.js";
+import { Recording } from "./recording.js";
+import { Predictions } from "./predictions.js";
+import { ComparisonView, runOf } from "./comparison.js";
+
+/**
+ * @typedef {import("./app.js").Context} Context
+ * @typedef {import("./recording.js").MissionJson} MissionJson
+ * @typedef {import("./picture.js").Run} Run
+ */
+
+const CONTROLLERS = ["mpc", "saturated_los", "saturated_los_tracker_frame", "integral_los", "waypoint_box"];
+const USUAL = ["mpc", "saturated_los"];
+/** Runs of one comparison at most: as many as there are colours. */
+const RUNS_MAX = 6;
+/** Scores and pictures are drawn anew so often while runs go on, ms. */
+const REDRAW_MS = 500;
+/** A run whose last plan is so near its end was flown to it, s. */
+const END_S = 1.5;
+/** Flights of one run that may have been broken off, until its comparison is. */
+const FLIGHTS_MAX = 20;
+
+/**
+ * @param {HTMLElement} root
+ * @param {Context} context
+ * @param {URLSearchParams} parameters
+ */
+export async function compareView(root, context, parameters) {
+  const stop = new AbortController();
+  context.onLeave(() => stop.abort());
+  const { scenarios } = await askJson("/gallery.json", { signal: stop.signal });
+  if (context.gone()) return;
+  const names = scenarios.map((/** @type {{ name: string }} */ scenario) => scenario.name);
+  const scenario = parameters.get("scenario") ?? "", seed = parameters.get("seed") ?? "1";
+  const known = (parameters.get("controllers") ?? "").split(",").filter((name) => CONTROLLERS.includes(name));
+  const controllers = known.length ? known : USUAL, ids = (parameters.get("missions") ?? "").split(",").filter(Boolean).slice(0, RUNS_MAX);
+  document.title = scenario ? `${scenario}, seed ${seed}: compare · Pilotfish` : "Compare · Pilotfish";
+  const body = el("div"), said = el("div", { class: "notice", role: "status" });
+  fill(root, el("header", { class: "mission-head" }, el("h1", {}, "Compare"),
+    el("p", { class: "about" }, "One scenario and seed, the same water and the same noise, under several controllers.")),
+  chooser(context, names, { scenario, seed, controllers }), said, body);
+  try {
+    if (ids.length) await show(body, said, await Promise.all(ids.map((id) => stored(id, stop.signal))), stop.signal);
+    else if (!scenario) fill(said, "Choose a scenario and the controllers, then fly them.");
+    else if (!names.includes(scenario)) fill(said, "There is no such scenario: choose one of the list.");
+    else if (context.role === "read-only") fill(said, "Read-only: flying runs makes missions, and that needs an operator's token. A link that the page's Copy link gives can be looked at.");
+    else await show(body, said, await Promise.all(controllers.map((controller) => begin(scenario, Number(seed), controller))), stop.signal);
+  } catch (error) {
+    if (!stop.signal.aborted) fill(said, error instanceof Refusal ? refusalWords(error) : `No answer: ${error instanceof Error ? error.message : error}`);
+  }
+}
+
+/** @param {Context} context @param {string[]} names @param {{ scenario: string, seed: string, controllers: string[] }} chosen */
+function chooser(context, names, chosen) {
+  const scenario = el("select", { id: "compare-scenario" }, names.map((name) => el("option", { value: name, selected: name === chosen.scenario }, name)));
+  const seed = el("input", { id: "compare-seed", type: "number", min: "0", max: "999999", step: "1", value: chosen.seed, required: true });
+  const boxes = CONTROLLERS.map((name) => el("input", { type: "checkbox", value: name, checked: chosen.controllers.includes(name) }));
+  const go = (/** @type {Event} */ event) => {
+    event.preventDefault();
+    const controllers = boxes.filter((box) => box.checked).map((box) => box.value);
+    context.go(`#/compare?${new URLSearchParams({ scenario: scenario.value, seed: seed.value, controllers: (controllers.length ? controllers : USUAL).join() })}`);
+  };
+  return el("form", { class: "panel chooser", onsubmit: go },
+    el("label", {}, "Scenario ", scenario), el("label", {}, "Seed ", seed),
+    el("fieldset", {}, el("legend", {}, "Controllers"), CONTROLLERS.map((name, i) => el("label", {}, boxes[i], methodName(name)))),
+    el("button", { type: "submit", class: "primary", disabled: context.role === "read-only" }, "Fly and compare"));
+}
+
+/**
+ * Shows runs as they are flown, to their end.
+ * @param {HTMLElement} body @param {HTMLElement} said
+ * @param {MissionJson[]} missions
+ * @param {AbortSignal} signal
+ */
+async function show(body, said, missions, signal) {
+  const runs = missions.map((mission, i) => runOf(mission.scene?.controller ?? "mpc", i, new Recording(mission)));
+  const [{ scenario = "own scenario", seed = 1 } = {}] = missions.map(({ scene }) => scene);
+  const alike = missions.every(({ scene }) => scene?.scenario === scenario && scene?.seed === seed);
+  const link = new URL(`#/compare?${new URLSearchParams({ missions: missions.map(({ id }) => id).join() })}`, location.href).href;
+  /** @type {ComparisonView} */
+  let view;
+  const predictions = runs.map(({ recording }) => new Predictions(recording, { signal, fetched: () => view.draw() }));
+  view = new ComparisonView(body, runs, { name: `${scenario}-seed-${seed}`, link, signal, needed: (t, playing) => predictions.forEach((each) => each.need(t, playing)) });
+  const bars = runs.map((run) => el("progress", { max: 1, value: 0, "aria-label": run.name })), links = runs.map(() => el("span", { class: "said" }));
+  fill(said, runs.map((run, i) => el("label", { class: "flying" }, run.name, " ", bars[i], links[i])));
+  let changed = false;
+  const redraw = setInterval(() => {
+    runs.forEach(({ recording }, i) => { bars[i].value = share(recording); });
+    if (changed) view.changed();
+    changed = false;
+  }, REDRAW_MS);
+  signal.addEventListener("abort", () => clearInterval(redraw));
+  const ends = await Promise.allSettled(runs.map(({ recording }, i) => watch(recording, { changed: () => { changed = true; }, lost: (words) => fill(links[i], words) }, signal)));
+  clearInterval(redraw);
+  if (signal.aborted) return;
+  view.over = true;
+  view.changed();
+  const broken = ends.flatMap((end, i) => (end.status === "rejected" ? [`${runs[i].name}: ${end.reason instanceof Error ? end.reason.message : end.reason}`] : []));
+  const short = runs.filter(({ recording }) => !isWhole(recording)).map((run) => `${run.name} was not flown to its end`);
+  if (!alike) short.unshift("These missions are not of one scenario and seed: their scores are no comparison");
+  fill(said, broken.length ? broken.join("; ") : [short.length ? `${short.join("; ")}. ` : "Flown, and kept as missions: ", ...missions.flatMap((mission, i) => [i > 0 && ", ", el("a", { href: `#/mission/${encodeURIComponent(mission.id)}` }, runs[i].name)]), ". The same link shows the same runs."]);
+}
+
+/** How much of it was flown, 0 to 1. @param {Recording} recording */
+function share({ plans, scene }) {
+  return Math.min(plans.last / (scene.duration_s ?? Infinity), 1) || 0;
+}
+
+/** @param {Recording} recording */
+function isWhole({ plans, scene }) {
+  return plans.last >= (scene.duration_s ?? Infinity) - END_S;
+}
+
+/** @param {string} id @param {AbortSignal} [signal] @returns {Promise<MissionJson>} */
+async function stored(id, signal) {
+  const path = `/v1/missions/${encodeURIComponent(id)}`;
+  const [mission, scene] = await Promise.all([askJson(path, { signal }), askJson(`${path}/scene`, { signal })]);
+  return { ...mission, scene, origin: scene.origin };
+}
+
+/**
+ * Makes the mission of one run and begins it: once for one version of the service, unless its flight was broken off.
+ * @param {string} scenario @param {number} seed @param {string} controller
+ */
+async function begin(scenario, seed, controller) {
+  const { version } = await askJson("/version");
+  const simulated = { scenario, seed, ...(controller !== "mpc" && { controller }) };
+  const title = `${scenario}, seed ${seed}: ${methodName(controller)}`;
+  for (let flight = 1; flight <= FLIGHTS_MAX; flight += 1) {
+    const key = ["compare", version, scenario, seed, controller, ...flight > 1 ? [flight] : []].join(" ");
+    const { id } = await send("/v1/missions", { schema_version: "1.0", title, simulated }, { key });
+    const mission = await stored(id);
+    const cut = mission.status === "failed" || (mission.status === "finished" && mission.t_s < (mission.scene?.duration_s ?? 0) - END_S);
+    if (cut) continue;
+    if (["created", "paused"].includes(mission.status)) await send(`/v1/missions/${id}/run`, {}, { key: freshKey() });
+    return mission;
+  }
+  throw new Error(`${title} was broken off ${FLIGHTS_MAX} times: delete its missions`);
+}
+
+/**
+ * Fills `recording` with what there is and what comes, to the end.
+ * @param {Recording} recording @param {{ changed: () => void, lost: (words: string) => void }} view @param {AbortSignal} signal
+ */
+async function watch(recording, { changed, lost }, signal) {
+  const { id } = recording.mission, patience = new Patience();
+  for (;;) {
+    try {
+      recording.newTable();
+      for await (const some of lines(await ask(`/v1/missions/${encodeURIComponent(id)}/record?format=csv`, { signal }))) recording.takeLines(some);
+      break;
+    } catch (error) {
+      if (signal.aborted || error instanceof Refusal && error.problem.status < 429) throw error;
+      lost("waiting for the service");
+    }
+    await patience.wait();
+  }
+  changed();
+  await follow(id, recording.sequence, {
+    take: (sequence, event) => {
+      recording.takeEvent(sequence, event, (unix) => unix);
+      changed();
+    },
+    state: (name, detail) => lost(name === "lost" ? `${detail}; trying again` : ""),
+  }, signal);
+}

@@ -1,0 +1,140 @@
+// Runs of one scenario and seed under several controllers: side by side on one clock, and what each came to.
+
+import { el, fill, named } from "./dom.js";
+import { degrees, methodName, number } from "./format.js";
+import { scores } from "./recording.js";
+import { MissionView, swatch } from "./mission.js";
+
+/**
+ * @typedef {import("./picture.js").Run} Run
+ * @typedef {ReturnType<typeof scores>} Scores
+ */
+
+/** Colours of runs, in their order. */
+const RUN_COLOURS = ["craft-1", "craft-2", "craft-3", "craft-4", "craft-5", "craft-6"];
+
+/** Every metric: less is better in each. @type {[string, keyof Scores, (value: number) => string][]} */
+const METRICS = [
+  ["distance to the goal, RMS", "rms_m", (value) => number(value, 2, "m")],
+  ["the same once settled", "settled_rms_m", (value) => number(value, 3, "m")],
+  ["farthest from the goal", "worst_m", (value) => number(value, 1, "m")],
+  ["propulsion energy", "energy_j", (value) => number(value, 0, "J")],
+  ["heading travel", "heading_travel_rad", (value) => number(degrees(value), 0, "°")],
+];
+
+/** Closer than this share two runs are level. */
+const LEVEL = 0.01;
+
+/**
+ * A run as it is drawn.
+ * @param {string} controller
+ * @param {number} i
+ * @param {import("./recording.js").Recording} recording
+ * @returns {Run}
+ */
+export function runOf(controller, i, recording) {
+  return { name: methodName(controller), colour: RUN_COLOURS[i % RUN_COLOURS.length], recording };
+}
+
+/** Several runs, and what each came to. */
+export class ComparisonView {
+  /**
+   * @param {HTMLElement} host
+   * @param {Run[]} runs
+   * @param {{ name: string, link?: string, signal?: AbortSignal, needed?: (t: number, playing: boolean) => void, over?: boolean }} about `name` begins the names of files;
+   *   `signal` ends the view; `over`: every run was flown to its end
+   */
+  constructor(host, runs, { name, link, signal, needed, over = false }) {
+    this.signal = signal;
+    this.needed = needed;
+    this.over = over;
+    this.runs = runs;
+    this.name = name;
+    this.table = el("div", { class: "table-scroll", tabIndex: 0, role: "group", "aria-label": "What each run came to" });
+    const sideBySide = el("input", { type: "checkbox", checked: true, onchange: () => this.build(sideBySide.checked) });
+    const said = el("span", { role: "status" });
+    const copy = async (/** @type {string} */ text) => {
+      try {
+        await navigator.clipboard.writeText(text);
+        fill(said, "copied");
+      } catch {
+        // Without the right to the clipboard, or without HTTPS, it is shown instead.
+        fill(said, el("code", {}, text));
+      }
+    };
+    this.stage = el("div");
+    this.scores = el("section", { class: "panel scores" }, el("h2", {}, "What each came to"), this.table,
+      el("div", { class: "row" },
+        link && el("button", { type: "button", onclick: () => copy(link) }, "Copy link"),
+        el("button", { type: "button", onclick: () => this.savePng() }, "Save PNG"), el("button", { type: "button", onclick: () => this.saveCsv() }, "Save CSV"),
+        el("label", {}, sideBySide, "a map each"), said));
+    fill(host, this.stage);
+    this.build(true);
+  }
+
+  /** @param {boolean} sideBySide */
+  build(sideBySide) {
+    this.view = new MissionView(this.stage, this.runs, { sideBySide, before: this.view, needed: this.needed, signal: this.signal, below: this.scores });
+    this.changed();
+  }
+
+  changed() {
+    this.view?.changed();
+    fill(this.table, scoresTable(this.runs, this.over));
+  }
+
+  draw() {
+    this.view?.draw();
+  }
+
+  /** Every map and chart below each other. */
+  savePng() {
+    const canvases = Array.from(this.stage.querySelectorAll("canvas")), style = getComputedStyle(document.body);
+    const gap = 24 * devicePixelRatio, titled = 40 * devicePixelRatio;
+    const width = Math.max(...canvases.map((canvas) => canvas.width)), height = canvases.reduce((sum, canvas) => sum + canvas.height + gap, titled);
+    const sheet = Object.assign(document.createElement("canvas"), { width, height }), context = /** @type {CanvasRenderingContext2D} */ (sheet.getContext("2d"));
+    context.fillStyle = style.backgroundColor;
+    context.fillRect(0, 0, width, height);
+    context.fillStyle = style.color;
+    context.font = `${16 * devicePixelRatio}px sans-serif`;
+    context.fillText(`${this.name}: ${this.runs.map((run) => run.name).join(", ")}`, gap / 2, titled * 0.65);
+    let top = titled;
+    for (const canvas of canvases) {
+      if (canvas.width && canvas.height) context.drawImage(canvas, 0, top);
+      top += canvas.height + gap;
+    }
+    sheet.toBlob((blob) => blob && save(blob, `${this.name}.png`));
+  }
+
+  saveCsv() {
+    const results = this.runs.map(({ recording }) => scores(recording));
+    const quoted = (/** @type {string} */ text) => `"${text.replaceAll('"', '""')}"`;
+    const head = ["controller", ...METRICS.map(([, key]) => key), "information"].join(",");
+    const rows = this.runs.map((run, i) => [quoted(run.name), ...METRICS.map(([, key]) => results[i][key]), quoted(run.recording.scene.information ?? "")].join(","));
+    save(new Blob([[head, ...rows, ""].join("\n")], { type: "text/csv" }), `${this.name}.csv`);
+  }
+}
+
+/** @param {Blob} blob @param {string} name */
+function save(blob, name) {
+  const link = el("a", { href: URL.createObjectURL(blob), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}
+
+/** @param {Run[]} runs @param {boolean} over whether all were flown to their end: before, they are compared up to the moment that all have reached */
+function scoresTable(runs, over) {
+  const until = over ? Infinity : Math.min(...runs.map(({ recording }) => recording.plans.last));
+  const results = runs.map(({ recording }) => scores(recording, -Infinity, until));
+  const rows = METRICS.map(([name, key, words]) => {
+    const values = results.map((result) => result[key]), known = values.filter(Number.isFinite), least = Math.min(...known);
+    const level = values.map((value) => over && Number.isFinite(value) && value <= least * (1 + LEVEL));
+    const nWinners = level.filter(Boolean).length, decided = known.length > 1 && nWinners < known.length;
+    const winner = !decided ? "level" : runs.filter((_, i) => level[i]).map((run) => run.name).join(", ");
+    return el("tr", {}, el("th", { scope: "row" }, name), values.map((value, i) => el("td", { class: decided && level[i] ? "better" : "" }, words(value))), el("td", { class: "winner" }, over && known.length ? winner : "–"));
+  });
+  const information = runs.map(({ recording }) => el("td", { class: "information" }, recording.scene.information ?? "–"));
+  return el("table", {},
+    el("thead", {}, el("tr", {}, el("th", { scope: "col" }, "metric (less is better)"), runs.map((run) => el("th", { scope: "col" }, swatch(run.colour), named(run.name))), el("th", { scope: "col" }, "best"))),
+    el("tbody", {}, rows, el("tr", {}, el("th", { scope: "row" }, "information given"), information, el("td", {}))));
+}

@@ -1,0 +1,136 @@
+// What the time series show of recordings.
+
+import { degrees, methodName } from "./format.js";
+
+/**
+ * @typedef {import("./picture.js").Run} Run
+ * @typedef {import("./recording.js").Series} Series
+ * @typedef {import("./chart.js").Chart} Chart
+ * @typedef {import("./chart.js").Curve} Curve
+ */
+
+/** Plans farther apart than this leave a gap in the strip of who answered, s. */
+const GAP_S = 30;
+/** An AUV that is always heard within so many seconds needs no chart of that. */
+const AGE_SHOWN_S = 1.5;
+/** Colours of what answers; a previous plan is the planner's too. */
+const ANSWERS = { mpc: "plan", previous_plan: "plan", saturated_los: "los", hold: "bad" };
+
+/** Columns in degrees, made once for each length of their series. @type {WeakMap<Series, Map<string, { length: number, values: Float64Array }>>} */
+const inDegrees = new WeakMap();
+
+/**
+ * Headings of a series in degrees, 0 to 360.
+ * @param {Series} series
+ * @param {string} name
+ */
+function headings(series, name) {
+  let columns = inDegrees.get(series);
+  if (!columns) inDegrees.set(series, columns = new Map());
+  let known = columns.get(name);
+  const column = series.column(name);
+  if (!known || known.values.length < column.length) {
+    known = { length: 0, values: new Float64Array(column.length) };
+    columns.set(name, known);
+  }
+  // The last ones may have been late: what is put in between moves them.
+  for (let i = Math.max(0, Math.min(known.length, series.length) - 64); i < series.length; i += 1) {
+    known.values[i] = ((degrees(column[i]) % 360) + 360) % 360;
+  }
+  known.length = series.length;
+  return known.values;
+}
+
+/**
+ * @param {Series} series @param {ArrayLike<number> | string} y @param {string} name @param {string} colour
+ * @param {Partial<Curve>} [how]
+ * @returns {Curve}
+ */
+function curve(series, y, name, colour, how = {}) {
+  return { x: series.column("t"), y: typeof y === "string" ? series.column(y) : y, length: series.length, name, colour, ...how };
+}
+
+/**
+ * The charts of `runs`, those alone that have something to show.
+ * @param {Run[]} runs
+ * @returns {Chart[]}
+ */
+export function chartsOf(runs) {
+  const one = runs.length === 1, first = runs[0].recording;
+  const each = (/** @type {(run: Run, colour: string, name: string) => Curve[]} */ of) => runs.flatMap((run) => of(run, one ? "plan" : run.colour, one ? "" : run.name));
+  const label = (/** @type {string} */ name, /** @type {string} */ what) => [name, what].filter(Boolean).join(", ");
+  /** @type {Chart[]} */
+  const charts = [
+    {
+      id: "distance", title: first.live ? "Distance to the goal, as believed" : "Distance to the goal", unit: "m", zero: true,
+      curves: each(({ recording }, colour, name) => [curve(recording.goal, "distance", name || "distance", colour)]), bands: one ? answersOf(first) : [],
+    },
+    {
+      id: "errors", title: "Along and across the goal's course", unit: "m",
+      curves: each(({ recording }, colour, name) => [
+        curve(recording.goal, "along", label(name, "along, ahead +"), colour), curve(recording.goal, "cross", label(name, "across, starboard +"), one ? "los" : colour, { dash: "dashed" }),
+      ]),
+    },
+    {
+      id: "speed", title: "Speed through the water", unit: "m/s",
+      curves: each(({ recording }, colour, name) => [
+        curve(recording.plans, "speed", label(name, "reference"), one ? "soft" : colour, { dash: "dashed", step: true }), curve(recording.craft, "speed", label(name, "actual"), colour),
+      ]),
+    },
+    {
+      id: "heading", title: "Heading", unit: "°", wrap: true,
+      curves: each(({ recording }, colour, name) => [
+        curve(recording.plans, headings(recording.plans, "heading"), label(name, "reference"), one ? "soft" : colour, { dash: "dashed", step: true }),
+        curve(recording.craft, headings(recording.craft, "heading"), label(name, "actual"), colour),
+      ]),
+    },
+    { id: "depth", title: "Depth", unit: "m", down: true, zero: true, curves: auvCurves(first.places, "depth") },
+    { id: "age", title: "Time since each AUV was heard", unit: "s", zero: true, curves: auvCurves(first.ages, "age").filter(isLate) },
+    {
+      id: "energy", title: "Propulsion energy", unit: "J", zero: true,
+      curves: each(({ recording }, colour, name) => [curve(recording.goal, "energy", name || "energy", colour)]),
+    },
+    {
+      id: "solve", title: "Solve time", unit: "ms", zero: true,
+      curves: each(({ recording }, colour, name) => [curve(recording.plans, "solve_ms", name || "solve time", colour, { dash: "dots" })]),
+    },
+  ];
+  return charts.map((chart) => ({ ...chart, curves: chart.curves.filter(shows) })).filter((chart) => chart.curves.length);
+}
+
+/** @param {Map<string, Series>} map @param {string} column */
+function auvCurves(map, column) {
+  return Array.from(map, ([id, series], i) => curve(series, column, id, `craft-${(i % 6) + 1}`, { dash: i % 2 ? "dashed" : "solid" }));
+}
+
+/** Whether an AUV was ever silent for longer than from one plan to the next. @param {Curve} of */
+function isLate({ y, length }) {
+  for (let i = 0; i < length; i += 1) if (y[i] > AGE_SHOWN_S) return true;
+  return false;
+}
+
+/** @param {Curve} of */
+function shows({ y, length }) {
+  for (let i = 0; i < length; i += Math.max(1, Math.floor(length / 200))) if (Number.isFinite(y[i])) return true;
+  return length > 0 && Number.isFinite(y[length - 1]);
+}
+
+/** @type {WeakMap<Series, { length: number, bands: import("./chart.js").Band[] }>} */
+const bandsOf = new WeakMap();
+
+/**
+ * Who answered, stretch by stretch.
+ * @param {import("./recording.js").Recording} recording
+ */
+export function answersOf({ plans, methods }) {
+  const known = bandsOf.get(plans) ?? { length: 0, bands: [] };
+  const times = plans.column("t"), column = plans.column("method"), { bands } = known;
+  for (let i = known.length; i < plans.length; i += 1) {
+    const last = bands.at(-1), method = methods[column[i]], name = methodName(method === "previous_plan" ? "mpc" : method);
+    const sooner = last && times[i] - last.to < GAP_S;
+    if (last && sooner) last.to = times[i];
+    if (!last || !sooner || last.name !== name) bands.push({ from: times[i], to: times[i], colour: ANSWERS[/** @type {keyof typeof ANSWERS} */ (method)] ?? "los", name });
+  }
+  bandsOf.set(plans, { length: plans.length, bands });
+  return bands;
+}

@@ -1,0 +1,83 @@
+// Elements without markup: every text becomes a text node, so that no name from outside can become an element.
+
+/**
+ * @typedef {Node | string | number | null | undefined | false} Child
+ * @typedef {{ [name: string]: unknown }} Properties
+ */
+
+/**
+ * An element with its properties and children. `on…` are listeners, `class` and `aria-…` and whatever else is no property of
+ * the element are attributes; undefined, null and false leave it out.
+ * @template {keyof HTMLElementTagNameMap} K
+ * @param {K} name
+ * @param {Properties} [properties]
+ * @param {...(Child | Child[])} children
+ * @returns {HTMLElementTagNameMap[K]}
+ */
+export function el(name, properties = {}, ...children) {
+  const element = document.createElement(name);
+  for (const [key, value] of Object.entries(properties)) {
+    if (value === undefined || value === null || value === false) continue;
+    if (key.startsWith("on") && typeof value === "function") {
+      element.addEventListener(key.slice(2), /** @type {EventListener} */ (value));
+    } else if (key !== "class" && key !== "list" && key !== "form" && key in element) {
+      Reflect.set(element, key, value);
+    } else {
+      element.setAttribute(key, value === true ? "" : String(value));
+    }
+  }
+  element.append(...nodes(children));
+  return element;
+}
+
+/**
+ * @param {(Child | Child[])[]} children
+ * @returns {(Node | string)[]}
+ */
+function nodes(children) {
+  return children.flat().flatMap((child) => {
+    if (child === undefined || child === null || child === false) return [];
+    return [child instanceof Node ? child : String(child)];
+  });
+}
+
+/**
+ * Replaces what is in `element`.
+ * @param {Element} element
+ * @param {...(Child | Child[])} children
+ */
+export function fill(element, ...children) {
+  element.replaceChildren(...nodes(children));
+}
+
+/**
+ * A name from outside: its direction is its own, so that marks in it turn nothing around it.
+ * @param {string} name
+ */
+export function named(name) {
+  return el("bdi", { class: "name" }, name);
+}
+
+/**
+ * Lets `action` run once a frame at most, however often it is asked for.
+ * @param {() => void} action
+ */
+export function oncePerFrame(action) {
+  let asked = false;
+  return () => {
+    if (asked) return;
+    asked = true;
+    requestAnimationFrame(() => {
+      asked = false;
+      action();
+    });
+  };
+}
+
+/**
+ * What the style sheet says a colour is now: `--craft` is `colour("craft")`.
+ * @param {string} name
+ */
+export function colour(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+}

@@ -1,0 +1,383 @@
+// Pictures on a canvas: north up, one scale for both axes.
+
+import { colour } from "./dom.js";
+import { bearing, number } from "./format.js";
+
+/**
+ * @typedef {import("./map.js").Picture} Picture
+ * @typedef {import("./map.js").Frame} Frame
+ * @typedef {import("./map.js").Stroke} Stroke
+ * @typedef {CanvasRenderingContext2D} Context2d
+ */
+
+/** 95 % of a normal distribution in the plane lies within √5.991 standard deviations. */
+const CHI_SQUARED_95 = 5.991;
+/** Tracks are drawn by points that are at least so far apart on the screen, pixels. */
+const THIN_PX = 0.7;
+/** Colours of depth: so many steps, of which the deepest is the deepest that the track has. */
+const DEPTH_STEPS = 6;
+const ARROW_MIN_PX = 36;
+/** Above are the buttons and the readout. */
+const LABELS_FROM_PX = 74;
+const WIDTHS = { solid: 2.5, dashed: 2, dotted: 2, wide: 7 };
+const DASHES = { solid: [], dashed: [8, 6], dotted: [1.5, 5], wide: [] };
+const FONT = "12.5px system-ui, 'DejaVu Sans', sans-serif", FONT_BOLD = `600 ${FONT}`, FONT_SMALL = "11px system-ui, 'DejaVu Sans', sans-serif";
+
+/** Shapes point north: hulls and torpedoes, of some 20 pixels. @type {{ [kind: string]: [number, number][] }} */
+const SHAPES = {
+  craft: [[0, -17], [8, -5], [8, 13], [-8, 13], [-8, -5]],
+  auv: [[0, -11], [3.5, -6], [3.5, 7], [6, 11], [-6, 11], [-3.5, 7], [-3.5, -6]],
+};
+
+/**
+ * South, north, west and east of all that a picture shows; none of an empty one.
+ * @param {Picture} picture
+ */
+export function pictureBounds(picture) {
+  const bounds = { south: Infinity, northern: -Infinity, west: Infinity, eastern: -Infinity };
+  const take = (/** @type {number} */ north, /** @type {number} */ east, around = 0) => {
+    if (!Number.isFinite(north) || !Number.isFinite(east)) return;
+    bounds.south = Math.min(bounds.south, north - around);
+    bounds.northern = Math.max(bounds.northern, north + around);
+    bounds.west = Math.min(bounds.west, east - around);
+    bounds.eastern = Math.max(bounds.eastern, east + around);
+  };
+  // What was thinned out of a long track moves its bounds by a pixel or so.
+  for (const { track, from, to } of picture.tracks) {
+    const step = Math.max(1, Math.floor((to - from) / 2_000));
+    for (let i = from; i < to; i += step) take(track.north[i], track.east[i]);
+    if (to > from) take(track.north[to - 1], track.east[to - 1]);
+  }
+  for (const line of picture.lines) if (line.colour !== "chart") for (const [north, east] of line.points) take(north, east);
+  for (const disc of picture.discs) if (disc.style === "keep-out") take(disc.north, disc.east, disc.radius);
+  for (const vehicle of picture.vehicles) take(vehicle.north, vehicle.east);
+  return bounds.south <= bounds.northern ? bounds : null;
+}
+
+/**
+ * @param {Context2d} context
+ * @param {Picture} picture
+ * @param {Frame} frame
+ */
+export function drawPicture(context, picture, frame) {
+  const pen = new Pen(context, frame);
+  context.fillStyle = pen.ink("water");
+  context.fillRect(0, 0, frame.width, frame.height);
+  drawGrid(pen);
+  for (const disc of picture.discs) drawDisc(pen, disc);
+  for (const line of picture.lines) drawLine(pen, line);
+  for (const layer of picture.tracks) drawTrack(pen, layer);
+  for (const ellipse of picture.ellipses) drawEllipse(pen, ellipse);
+  drawCrosses(pen, picture.marks);
+  for (const mark of picture.marks) drawMark(pen, mark);
+  for (const arrow of picture.arrows) drawArrow(pen, arrow);
+  for (const vehicle of picture.vehicles) drawVehicle(pen, vehicle);
+  drawFurniture(pen, picture);
+  drawNames(pen, picture);
+}
+
+/** A canvas with the map's scale and the theme's colours. */
+class Pen {
+  /** @param {Context2d} context @param {Frame} frame */
+  constructor(context, frame) {
+    this.context = context;
+    this.frame = frame;
+    /** @type {Map<string, string>} */
+    this.inks = new Map();
+  }
+
+  /** @param {string} name */
+  ink(name) {
+    let ink = this.inks.get(name);
+    if (ink === undefined) this.inks.set(name, ink = colour(name) || name);
+    return ink;
+  }
+
+  /** @param {number} east */
+  x(east) {
+    return this.frame.width / 2 + (east - this.frame.east) * this.frame.scale;
+  }
+
+  /** @param {number} north */
+  y(north) {
+    return this.frame.height / 2 - (north - this.frame.north) * this.frame.scale;
+  }
+
+  /** Strokes `path`, or what was begun last. @param {string} name @param {Stroke} style @param {number} [width] @param {Path2D} [path] */
+  stroke(name, style, width = WIDTHS[style], path) {
+    const { context } = this;
+    context.strokeStyle = this.ink(name);
+    context.lineWidth = width;
+    context.setLineDash(DASHES[style]);
+    context.lineCap = style === "dotted" ? "round" : "butt";
+    context.lineJoin = "round";
+    if (path) context.stroke(path); else context.stroke();
+    context.setLineDash([]);
+  }
+
+  /** Text with an edge of the water's colour, so that it can be read over anything. @param {string} text @param {number} x @param {number} y @param {string} [ink] */
+  text(text, x, y, ink = "ink") {
+    const { context } = this;
+    context.lineJoin = "round";
+    context.lineWidth = 4;
+    context.strokeStyle = this.ink("water");
+    context.strokeText(text, x, y);
+    context.fillStyle = this.ink(ink);
+    context.fillText(text, x, y);
+  }
+}
+
+/** The largest of 1, 2, 5 times a power of ten that is at most `value`. @param {number} value */
+export function roundStep(value) {
+  const power = 10 ** Math.floor(Math.log10(value));
+  return ([5, 2, 1].find((factor) => factor * power <= value) ?? 1) * power;
+}
+
+/** @param {Pen} pen */
+function drawGrid(pen) {
+  const { context, frame: { width, height, scale, north, east } } = pen;
+  const step = roundStep(Math.max(120 / scale, 0.1)), digits = step < 1 ? 1 : 0;
+  context.font = FONT_SMALL;
+  context.textBaseline = "alphabetic";
+  const [left, bottom] = [east - width / 2 / scale, north - height / 2 / scale];
+  context.beginPath();
+  for (let at = Math.ceil(left / step) * step; pen.x(at) < width; at += step) {
+    context.moveTo(pen.x(at), 0);
+    context.lineTo(pen.x(at), height);
+  }
+  for (let at = Math.ceil(bottom / step) * step; pen.y(at) > 0; at += step) {
+    context.moveTo(0, pen.y(at));
+    context.lineTo(width, pen.y(at));
+  }
+  pen.stroke("grid", "solid", 1);
+  context.textAlign = "left";
+  for (let at = Math.ceil(left / step) * step; pen.x(at) < width; at += step) {
+    if (70 < pen.x(at) && pen.x(at) < width - 190) pen.text(`${number(at, digits)} m E`, pen.x(at) + 4, height - 7, "soft");
+  }
+  for (let at = Math.ceil(bottom / step) * step; pen.y(at) > 0; at += step) {
+    if (LABELS_FROM_PX < pen.y(at) && pen.y(at) < height - 24) pen.text(`${number(at, digits)} m N`, 5, pen.y(at) - 4, "soft");
+  }
+}
+
+/** @param {Pen} pen @param {import("./map.js").Disc} disc */
+function drawDisc(pen, { north, east, radius, colour: name, style }) {
+  const { context, frame } = pen;
+  context.beginPath();
+  context.arc(pen.x(east), pen.y(north), radius * frame.scale, 0, 2 * Math.PI);
+  if (style === "acoustic") return pen.stroke(name, "dashed", 1);
+  context.save();
+  context.globalAlpha = 0.14;
+  context.fillStyle = pen.ink(name);
+  context.fill();
+  context.restore();
+  pen.stroke(name, "solid", 2);
+}
+
+/** @param {Pen} pen @param {import("./map.js").Line} line */
+function drawLine(pen, { points, colour: name, style, closed }) {
+  const { context } = pen;
+  if (points.length < 2) return;
+  context.beginPath();
+  points.forEach(([north, east], i) => (i ? context.lineTo(pen.x(east), pen.y(north)) : context.moveTo(pen.x(east), pen.y(north))));
+  if (closed) context.closePath();
+  if (style === "area") pen.stroke(name, "dashed", 2);
+  else pen.stroke(name, style, name === "plan" ? 3.5 : undefined);
+}
+
+/** @param {Pen} pen @param {import("./map.js").TrackLayer} layer */
+function drawTrack(pen, { track, from, to, colour: name, style, byDepth }) {
+  const { depth } = track, { context } = pen;
+  let deepest = 0;
+  if (byDepth && depth) for (let i = from; i < to; i += 1) if (depth[i] > deepest) deepest = depth[i];
+  const shaded = depth !== undefined && deepest >= 0.5;
+  const levelOf = (/** @type {number} */ i) => (shaded ? Math.min(DEPTH_STEPS - 1, Math.max(0, Math.floor(((depth[i] || 0) / deepest) * DEPTH_STEPS))) : 0);
+  // A path for each level, and not for each stretch of one: four hours of dives have thousands of those.
+  const paths = trackPaths(pen, track, from, to, levelOf);
+  for (const path of paths.values()) pen.stroke(shaded ? "depth-0" : name, style, WIDTHS[style], path);
+  for (const [level, path] of shaded ? paths : []) {
+    context.save();
+    context.globalAlpha = level / (DEPTH_STEPS - 1);
+    pen.stroke("depth-1", style, WIDTHS[style], path);
+    context.restore();
+  }
+}
+
+/**
+ * The stretches of a track that are of one level, as one path for each level.
+ * @param {Pen} pen @param {import("./map.js").Track} track @param {number} from @param {number} to
+ * @param {(i: number) => number} levelOf
+ */
+function trackPaths(pen, { north, east }, from, to, levelOf) {
+  /** @type {Map<number, Path2D>} */
+  const paths = new Map();
+  let [x0, y0] = [NaN, NaN], level = -1, path = /** @type {Path2D | undefined} */ (undefined);
+  for (let i = from; i < to; i += 1) {
+    const x = pen.x(east[i]), y = pen.y(north[i]);
+    if (!(x === x && y === y)) continue;
+    const near = Math.abs(x - x0) < THIN_PX && Math.abs(y - y0) < THIN_PX;
+    if (near && i < to - 1) continue;
+    path?.lineTo(x, y);
+    const here = levelOf(i);
+    if (here !== level) {
+      level = here;
+      path = paths.get(level) ?? new Path2D();
+      paths.set(level, path);
+      path.moveTo(x, y);
+    }
+    [x0, y0] = [x, y];
+  }
+  return paths;
+}
+
+/** @param {Pen} pen @param {import("./map.js").Ellipse} ellipse */
+function drawEllipse(pen, { north, east, covariance: [nn, ne, ee], colour: name }) {
+  const mean = (nn + ee) / 2, spread = Math.hypot((nn - ee) / 2, ne);
+  const [major, minor] = [mean + spread, mean - spread].map((variance) => Math.sqrt(CHI_SQUARED_95 * Math.max(variance, 0)) * pen.frame.scale);
+  if (!(major > 1)) return;
+  // The major axis is turned clockwise from north by half the angle of (nn − ee, 2 ne).
+  const turned = 0.5 * Math.atan2(2 * ne, nn - ee) - Math.PI / 2, { context } = pen;
+  context.beginPath();
+  context.ellipse(pen.x(east), pen.y(north), major, minor, turned, 0, 2 * Math.PI);
+  pen.stroke(name, "dotted", 1.5);
+}
+
+/** @param {Pen} pen @param {import("./map.js").Mark} mark */
+function drawMark(pen, { north, east, kind, colour: name }) {
+  const { context } = pen, x = pen.x(east), y = pen.y(north);
+  context.beginPath();
+  if (kind === "dot") {
+    context.arc(x, y, 3, 0, 2 * Math.PI);
+    context.fillStyle = pen.ink(name);
+    return context.fill();
+  }
+  if (kind === "violation") {
+    context.moveTo(x, y - 10);
+    context.lineTo(x + 9, y + 6);
+    context.lineTo(x - 9, y + 6);
+    context.closePath();
+    context.fillStyle = pen.ink(name);
+    context.fill();
+    context.font = FONT_BOLD;
+    context.textAlign = "center";
+    context.fillStyle = pen.ink("card");
+    return context.fillText("!", x, y + 4.5);
+  }
+}
+
+/** Fixes, upright, and refused ones, turned: hundreds, so that each kind is one stroke. @param {Pen} pen @param {import("./map.js").Mark[]} marks */
+function drawCrosses(pen, marks) {
+  for (const [kind, r, turned, width] of /** @type {["fix" | "refused", number, number, number][]} */ ([["fix", 3.5, 0, 1.5], ["refused", 5, Math.PI / 4, 2.5]])) {
+    const path = new Path2D(), crosses = marks.filter((mark) => mark.kind === kind), [dx, dy] = [r * Math.cos(turned), r * Math.sin(turned)];
+    for (const { north, east } of crosses) {
+      const x = pen.x(east), y = pen.y(north);
+      path.moveTo(x - dx, y - dy);
+      path.lineTo(x + dx, y + dy);
+      path.moveTo(x + dy, y - dx);
+      path.lineTo(x - dy, y + dx);
+    }
+    if (crosses.length) pen.stroke(crosses[0].colour, "solid", width, path);
+  }
+}
+
+/** @param {Pen} pen @param {import("./map.js").Arrow} arrow */
+function drawArrow(pen, { north, east, heading, length_m, colour: name }) {
+  const { context, frame } = pen;
+  if (!Number.isFinite(north + east + heading)) return;
+  const length = Math.max((length_m || 0) * frame.scale, ARROW_MIN_PX);
+  context.save();
+  context.translate(pen.x(east), pen.y(north));
+  context.rotate(heading);
+  context.beginPath();
+  context.moveTo(0, 0);
+  context.lineTo(0, -length);
+  context.moveTo(-6, 9 - length);
+  context.lineTo(0, -length);
+  context.lineTo(6, 9 - length);
+  pen.stroke(name, "solid", 2.5);
+  context.restore();
+}
+
+/** @param {Pen} pen @param {import("./map.js").Vehicle} vehicle */
+function drawVehicle(pen, { kind, north, east, heading, colour: name }) {
+  const { context } = pen;
+  if (!Number.isFinite(north + east)) return;
+  context.save();
+  context.translate(pen.x(east), pen.y(north));
+  context.rotate(Number.isFinite(heading) ? heading : 0);
+  context.beginPath();
+  SHAPES[kind].forEach(([x, y], i) => (i ? context.lineTo(x, y) : context.moveTo(x, y)));
+  context.closePath();
+  context.fillStyle = pen.ink(name);
+  context.fill();
+  pen.stroke("water", "solid", 1.5);
+  context.restore();
+}
+
+/** Names beside their vehicles: on the side where there is room, and not one over the other. @param {Pen} pen @param {Picture} picture */
+function drawNames(pen, { vehicles }) {
+  const { context, frame } = pen;
+  /** @type {{ left: number, right: number, top: number, bottom: number }[]} */
+  const taken = [];
+  for (const { north, east, name, note } of vehicles) {
+    const x = pen.x(east), y = pen.y(north);
+    if (!name || !(x > -20 && x < frame.width + 20 && y > -20 && y < frame.height + 20)) continue;
+    context.font = FONT_BOLD;
+    const shown = shortened(context, name, Math.min(180, frame.width / 3)), width = Math.max(context.measureText(shown).width, note ? context.measureText(note).width : 0);
+    const right = x + 16 + width < frame.width - 4, left = right ? x + 16 : x - 16 - width;
+    let top = Math.min(Math.max(y, 14), frame.height - 22);
+    const height = note ? 30 : 16;
+    while (taken.some((other) => left < other.right && left + width > other.left && top < other.bottom && top + height > other.top)) top += 4;
+    taken.push({ left, right: left + width, top, bottom: top + height });
+    context.textAlign = right ? "left" : "right";
+    pen.text(shown, right ? left : x - 16, top + 2);
+    context.font = FONT_SMALL;
+    if (note) pen.text(note, right ? left : x - 16, top + 16, "soft");
+  }
+}
+
+/** @param {Context2d} context @param {string} text @param {number} width */
+function shortened(context, text, width) {
+  // Marks that turn the direction of a name stay in the name.
+  const isolate = (/** @type {string} */ of) => `\u2068${of}\u2069`;
+  if (context.measureText(text).width <= width) return isolate(text);
+  const letters = Array.from(text);
+  while (letters.length > 1 && context.measureText(`${letters.join("")}…`).width > width) letters.pop();
+  return isolate(`${letters.join("")}…`);
+}
+
+/** Scale, north, current. @param {Pen} pen @param {Picture} picture */
+function drawFurniture(pen, { current }) {
+  const { context, frame: { width, height, scale } } = pen;
+  const metres = roundStep(Math.min(150, width / 4) / scale), end = width - 16, start = end - metres * scale;
+  context.beginPath();
+  context.moveTo(start, height - 18);
+  context.lineTo(start, height - 12);
+  context.lineTo(end, height - 12);
+  context.lineTo(end, height - 18);
+  pen.stroke("ink", "solid", 2);
+  context.font = FONT_BOLD;
+  context.textAlign = "center";
+  pen.text(metres < 1 ? `${number(metres * 100, 0)} cm` : metres >= 1000 ? `${number(metres / 1000, 0)} km` : `${number(metres, 0)} m`, (start + end) / 2, height - 20);
+  context.beginPath();
+  for (const [dx, dy] of [[0, 14], [9, 40], [0, 33], [-9, 40]]) context.lineTo(width - 26 + dx, dy);
+  context.closePath();
+  context.fillStyle = pen.ink("ink");
+  context.fill();
+  pen.text("N", width - 26, 55);
+  const speed = current ? Math.hypot(current.north_mps, current.east_mps) : 0;
+  if (!current || speed < 0.005) return;
+  const towards = Math.atan2(current.east_mps, current.north_mps);
+  context.save();
+  context.translate(width - 74, 28);
+  context.rotate(towards);
+  context.beginPath();
+  for (const [x, y] of [[0, 14], [0, -14]]) context.lineTo(x, y);
+  context.moveTo(-6, -6);
+  context.lineTo(0, -14);
+  context.lineTo(6, -6);
+  pen.stroke("soft", "solid", 2.5);
+  context.restore();
+  context.font = FONT_SMALL;
+  context.textAlign = "right";
+  pen.text(`current ${number(speed, 2, "m/s")} to ${bearing(towards)}${current.estimated ? ", estimated" : ""}`, width - 44, 58, "soft");
+}

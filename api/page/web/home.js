@@ -1,0 +1,194 @@
+// The first page: what this is, scenarios to run, missions that run or are stored, one snapshot to plan.
+
+import { el, fill, named } from "./dom.js";
+import { day, duration, methodName, number } from "./format.js";
+import { ask, askJson, freshKey, Refusal, send } from "./service.js";
+import { refusalWords } from "./orders.js";
+import { thumbnail } from "./thumbnail.js";
+
+/**
+ * @typedef {import("./app.js").Context} Context
+ * @typedef {{ name: string, title: string, duration_s: number }} GalleryScenario
+ */
+
+/** How often missions are asked for, ms. */
+const POLL_MS = 2_000;
+/** Missions of one answer, and shown at first. */
+const PAGE = 1_000, SHOWN = 50;
+/** A run from the gallery passes so many seconds in one: fast enough to see it end, slow enough to watch. */
+const WATCHED_SPEED = 60;
+
+/**
+ * @param {HTMLElement} root
+ * @param {Context} context
+ */
+export function homeView(root, context) {
+  const stop = new AbortController();
+  context.onLeave(() => stop.abort());
+  const missions = el("div"), state = el("p", { class: "said", role: "status" }), gallery = el("ul", { class: "gallery" });
+  const more = el("button", { type: "button", hidden: true }, "Show all of them");
+  fill(root,
+    el("header", { class: "home-head" }, el("h1", {}, "Where should the surface craft steer, so that it is above its AUVs?"),
+      el("p", {}, "Pilotfish plans that again every second: run a scenario in the simulator and watch it think, or post the fixes of your own vehicles.")),
+    context.role === "read-only" && el("p", { class: "notice" }, "Read-only: your token may look at everything and plan snapshots. Running scenarios and giving orders needs an operator's token."),
+    el("section", { "aria-labelledby": "missions-title" }, el("h2", { id: "missions-title" }, "Missions"), state, missions, more),
+    el("section", { "aria-labelledby": "gallery-title" }, el("h2", { id: "gallery-title" }, "Run a scenario"),
+      el("p", { class: "about" }, "Each is drawn as it was flown: the planner's track (solid) and that of line of sight (dashed) at the service's gains. ", el("label", {}, "Seed ", seedField())), gallery),
+    el("section", { "aria-labelledby": "plan-title" }, el("h2", { id: "plan-title" }, "Plan one snapshot"),
+      el("p", {}, el("a", { href: "#/plan" }, "Edit what is known of your vehicles as JSON"), " and see the plan, the line-of-sight laws beside it, and why.")));
+  showGallery(gallery, context, stop.signal);
+  pollMissions({ list: missions, state, more }, context, stop.signal);
+}
+
+function seedField() {
+  return el("input", { id: "seed", type: "number", min: "0", max: "999999", value: "1" });
+}
+
+function seedOf() {
+  const seed = Number(/** @type {HTMLInputElement | null} */ (document.getElementById("seed"))?.value);
+  return Number.isInteger(seed) && seed >= 0 ? seed : 1;
+}
+
+/** @param {HTMLElement} gallery @param {Context} context @param {AbortSignal} signal */
+async function showGallery(gallery, context, signal) {
+  try {
+    const { scenarios } = await askJson("/gallery.json", { signal });
+    fill(gallery, scenarios.map((/** @type {any} */ scenario) => card(scenario, context)));
+  } catch (error) {
+    if (!signal.aborted) fill(gallery, el("li", { class: "notice" }, `The scenarios could not be loaded: ${error}`));
+  }
+}
+
+/** @param {any} scenario @param {Context} context */
+function card(scenario, context) {
+  const said = el("p", { class: "said", role: "status" }), forbidden = context.role === "read-only";
+  const run = el("button", {
+    type: "button", class: "primary", disabled: forbidden, "aria-label": `Run ${scenario.name}`, onclick: async () => {
+      fill(said, "Starting…");
+      try {
+        const seed = seedOf(), key = freshKey();
+        const { id } = await send("/v1/missions", { schema_version: "1.0", title: `${scenario.name}, seed ${seed}`, simulated: { scenario: scenario.name, seed } }, { key });
+        await send(`/v1/missions/${id}/run`, { speed_factor: WATCHED_SPEED }, { key: `${key} run` });
+        context.go(`#/mission/${id}`);
+      } catch (error) {
+        fill(said, error instanceof Refusal ? refusalWords(error) : `No answer: ${error}`);
+      }
+    },
+  }, "Run");
+  const compare = el("button", { type: "button", disabled: forbidden, "aria-label": `Compare ${scenario.name}`, onclick: () => context.go(`#/compare?${new URLSearchParams({ scenario: scenario.name, seed: String(seedOf()) })}`) }, "Compare");
+  return el("li", { class: "panel gallery-card" }, thumbnail(scenario), el("h3", {}, scenario.name), el("p", {}, scenario.title),
+    el("p", { class: "about" }, `${duration(scenario.duration_s)}; from the goal, RMS: planner ${number(scenario.planner.rms_m, 2, "m")}, line of sight ${number(scenario.line_of_sight.rms_m, 2, "m")}`),
+    el("div", { class: "row" }, run, compare), said);
+}
+
+/** @param {{ list: HTMLElement, state: HTMLElement, more: HTMLButtonElement }} places @param {Context} context @param {AbortSignal} signal */
+async function pollMissions({ list, state, more }, context, signal) {
+  fill(list, el("p", { class: "loading" }, "Loading missions…"));
+  let all = false, lost = 0;
+  more.onclick = () => { all = true; more.hidden = true; };
+  while (!signal.aborted) {
+    let pages = 1;
+    // A hidden page asks nothing.
+    while (document.hidden && !signal.aborted) await new Promise((resume) => setTimeout(resume, POLL_MS));
+    try {
+      const missions = await everyMission(signal);
+      if (signal.aborted) return;
+      lost = 0;
+      // A long list costs the service more, and is asked for more rarely.
+      pages = Math.ceil(missions.length / PAGE) || 1;
+      fill(state);
+      showMissions(list, all ? missions : missions.slice(0, SHOWN), context);
+      more.hidden = all || missions.length <= SHOWN;
+      more.textContent = `Show all ${missions.length}`;
+    } catch (error) {
+      if (signal.aborted) return;
+      lost ||= Date.now();
+      fill(state, error instanceof Refusal ? refusalWords(error) : `The service has not answered for ${duration((Date.now() - lost) / 1000)}: the list is as it was then. Trying again.`);
+    }
+    await new Promise((resume) => setTimeout(resume, pages * POLL_MS));
+  }
+}
+
+/** @param {AbortSignal} signal @returns {Promise<any[]>} running ones first, then the newest */
+async function everyMission(signal) {
+  const missions = [];
+  for (let after = 0; ;) {
+    const page = await askJson(`/v1/missions?limit=${PAGE}&after=${after}`, { signal });
+    missions.push(...page.missions);
+    if (!page.next) break;
+    after = page.next;
+  }
+  const rank = (/** @type {any} */ mission) => ["running", "paused", "created"].indexOf(mission.status) >>> 0;
+  return missions.sort((a, b) => rank(a) - rank(b) || b.created_s - a.created_s);
+}
+
+/** Columns of the list of missions. */
+const COLUMNS = ["mission", "state", "answered by", "lag", "last heard", "warnings", "made"];
+/** A live mission is stale when its last plan is so many periods old. */
+const STALE_PERIODS = 4;
+
+/** Shows the missions; of those that are there already only the cells that changed. @param {HTMLElement} list @param {any[]} missions @param {Context} context */
+function showMissions(list, missions, context) {
+  if (!missions.length) return fill(list, el("p", { class: "empty panel" }, "No mission yet. Run a scenario below, or post one: the calls are in the API document."));
+  let body = list.querySelector("tbody");
+  if (!body) {
+    body = el("tbody");
+    fill(list, el("div", { class: "table-scroll panel", tabIndex: 0, role: "group", "aria-label": "Missions" }, el("table", { class: "home-missions" },
+      el("thead", {}, el("tr", {}, [...COLUMNS, ...context.role === "admin" ? ["delete"] : []].map((name) => el("th", { scope: "col" }, name)))), body)));
+  }
+  const rows = new Map(Array.from(body.rows, (row) => [row.dataset.id, row]));
+  const wanted = missions.map((mission) => {
+    const row = rows.get(mission.id) ?? newRow(mission, context);
+    fillRow(row, mission);
+    return row;
+  });
+  // A row that is in its place is not touched: what has the focus there keeps it, what is open stays open.
+  wanted.forEach((row, i) => { if (body.rows[i] !== row) body.insertBefore(row, body.rows[i] ?? null); });
+  while (body.rows.length > wanted.length) body.rows[wanted.length].remove();
+}
+
+/** @param {any} mission @param {Context} context */
+function newRow(mission, context) {
+  const row = el("tr", {}, el("th", { scope: "row" }, el("a", { href: `#/mission/${encodeURIComponent(mission.id)}` }, named(mission.title || mission.id)), " ", el("span", { class: "kind" }, mission.kind)),
+    COLUMNS.slice(1).map((name) => el("td", { class: name === "warnings" ? "notes" : "" })),
+    context.role === "admin" && el("td", {}, el("button", { type: "button", class: "danger", "aria-label": `Delete ${mission.title || mission.id}`, onclick: () => remove(mission) }, "Delete")));
+  row.dataset.id = mission.id;
+  return row;
+}
+
+/** @param {HTMLTableRowElement} row @param {any} mission */
+function fillRow(row, mission) {
+  const { status } = mission, running = status === "running";
+  // What is over is not answered any more, though its last plan may still be in memory.
+  const plan = running || status === "paused" ? mission.plan : null;
+  // Time goes on while no plan is made.
+  const now = plan ? mission.t_s + (mission.kind === "live" ? plan.age_s : 0) : NaN;
+  const ages = running && plan ? Object.entries(plan.heard_s).map(([id, t]) => ({ id, age: now - Number(t) })).sort((a, b) => b.age - a.age) : [];
+  const [oldest] = ages, stale = running && plan && mission.kind === "live" && plan.age_s > STALE_PERIODS * plan.period_s;
+  const notes = running && plan ? [...plan.waits_for.map((/** @type {string} */ id) => `waits for ${id}`), ...plan.warnings] : [];
+  const cells = [
+    [el("span", { class: `chip ${running ? "good" : status === "failed" ? "bad" : ""}` }, status), stale && el("span", { class: "chip warn" }, `stale: last plan ${duration(plan.age_s)} ago`)],
+    [plan ? `${methodName(plan.method)}${plan.outcome === "degraded" ? ", degraded" : ""}` : "–"],
+    [running && plan ? number(plan.late_s * 1000, 0, "ms") : "–"],
+    oldest ? [named(oldest.id), ` ${duration(Math.max(oldest.age, 0))} ago`] : ["–"],
+    notes.length ? [el("details", {}, el("summary", {}, String(notes.length)), notes.map((note) => el("p", {}, named(note))))] : ["–"],
+    [day(mission.created_s)],
+  ];
+  cells.forEach((content, i) => {
+    const cell = row.cells[i + 1], fresh = el("td", {}, content);
+    const was = cell.querySelector("details");
+    // Whether it is open is the reader's, and not news.
+    if (was?.open) fresh.querySelector("details")?.setAttribute("open", "");
+    if (fresh.innerHTML !== cell.innerHTML) cell.replaceChildren(...fresh.childNodes);
+  });
+}
+
+/** @param {any} mission */
+async function remove(mission) {
+  if (!confirm(`Delete ${mission.title || mission.id} with all that was recorded? This cannot be undone.`)) return;
+  try {
+    await ask(`/v1/missions/${encodeURIComponent(mission.id)}`, { method: "DELETE" });
+  } catch (error) {
+    alert(error instanceof Refusal ? refusalWords(error) : `No answer: ${error}`);
+  }
+}

@@ -1,0 +1,256 @@
+// A mission of the service: its past from the record, its present from the event stream, and orders to it.
+
+import { el, fill, named } from "./dom.js";
+import { day, duration, number } from "./format.js";
+import { ask, askJson, follow, lines, Patience, Refusal } from "./service.js";
+import { Recording } from "./recording.js";
+import { MissionView } from "./mission.js";
+import { Predictions } from "./predictions.js";
+import { ordersOf } from "./orders.js";
+
+/**
+ * @typedef {import("./app.js").Context} Context
+ * @typedef {import("./recording.js").MissionJson} MissionJson
+ */
+
+/** How often the mission's own state is asked for, ms: its events tell all that matters at once. */
+const LOOK_MS = 5_000;
+/** A live mission is stale when its last plan is so many periods old. */
+const STALE_PERIODS = 4;
+/** Ages that are said of a plan that is stale, s: words that change each second would be read out each second. */
+const AGES_SAID_S = [1, 5, 10, 30, 60, 300, 900, 3600, 6 * 3600, 86_400];
+
+/**
+ * Shows the mission called `id`.
+ * @param {HTMLElement} root
+ * @param {Context} context
+ * @param {string} id
+ */
+export async function missionView(root, context, id) {
+  const stop = new AbortController();
+  context.onLeave(() => stop.abort());
+  const said = el("p", { class: "loading", role: "status" }, "Loading the mission…");
+  fill(root, said);
+  const path = `/v1/missions/${encodeURIComponent(id)}`;
+  const [mission, scene] = await Promise.all([askJson(path, { signal: stop.signal }), askJson(`${path}/scene`, { signal: stop.signal })]);
+  mission.scene = scene;
+  if (context.gone()) return;
+  document.title = `${mission.title || id} · Pilotfish`;
+  new LiveMission(root, context, mission, stop.signal).start();
+}
+
+class LiveMission {
+  /** @param {HTMLElement} root @param {Context} context @param {MissionJson} mission @param {AbortSignal} signal */
+  constructor(root, context, mission, signal) {
+    this.context = context;
+    this.mission = mission;
+    this.signal = signal;
+    this.recording = new Recording(mission);
+    this.link = { name: "loading", detail: "" };
+    /** How old the last plan was, s of the mission's clock, and when that was, ms of the page's: the two machines' clocks may differ. */
+    this.freshest = { age: Infinity, at: performance.now() };
+    this.said = "";
+    this.title = el("h1", {}, named(mission.title || mission.id));
+    this.state = el("p", { class: "chips", role: "status" });
+    this.about = el("p", { class: "about" });
+    this.progress = el("progress", { max: 1, value: 0, "aria-label": "History loaded" });
+    this.notice = el("div", { class: "notice", role: "alert" });
+    this.orders = ordersOf(mission, context, (changed) => this.became(changed));
+    this.body = el("div");
+    fill(root, el("header", { class: "mission-head" }, el("a", { href: "#/", class: "back" }, "All missions"), this.title, this.state, this.progress, this.about), this.notice, this.body);
+    /** @type {MissionView} */
+    this.view = this.viewOf(this.recording);
+    this.became(mission);
+  }
+
+  /** @param {Recording} recording @returns {MissionView} */
+  viewOf(recording) {
+    const run = { name: "", colour: "plan", recording };
+    const predictions = new Predictions(recording, { signal: this.signal, fetched: () => this.view.draw(), lost: () => this.linked("lost", "the service does not answer") });
+    return new MissionView(this.body, [run], { before: this.view, side: this.orders.element, signal: this.signal, needed: (t, playing) => predictions.need(t, playing), age: () => this.planAge() });
+  }
+
+  /** How old the last plan is now, on the mission's clock, s. */
+  planAge() {
+    const { age, at } = this.freshest;
+    return this.recording.live && this.mission.status === "running" ? age + ((performance.now() - at) / 1000) * (this.mission.scene?.clock_rate ?? 1) : 0;
+  }
+
+  async start() {
+    const tick = setInterval(() => this.drawState(), 1000), look = setInterval(() => this.look(), LOOK_MS);
+    this.signal.addEventListener("abort", () => { clearInterval(tick); clearInterval(look); });
+    try {
+      await Promise.all([this.preview(), this.loadHistory()]);
+      if (this.signal.aborted) return;
+      await follow(this.mission.id, this.recording.sequence, {
+        take: (sequence, event) => this.take(sequence, event),
+        state: (name, detail) => this.linked(name, detail),
+      }, this.signal);
+    } catch (error) {
+      if (!this.signal.aborted) this.failed(error);
+    }
+  }
+
+  /** What there is now, while the past is still on its way. */
+  async preview() {
+    if (!this.mission.plan) return;
+    try {
+      const { plan, t_s, sequence } = await askJson(`/v1/missions/${encodeURIComponent(this.mission.id)}/reference`, { signal: this.signal });
+      if (this.recording.plans.length) return;
+      const shown = new Recording(this.mission);
+      shown.takeEvent(sequence, previewOf(plan, t_s), (unix) => unix);
+      this.view = this.viewOf(shown);
+    } catch (error) {
+      if (!(error instanceof Refusal)) throw error;
+    }
+  }
+
+  /** Loads the past, anew as often as it breaks off. */
+  async loadHistory() {
+    const patience = new Patience();
+    while (!this.signal.aborted) {
+      try {
+        const past = await this.past();
+        this.progress.hidden = true;
+        this.recording = past;
+        this.view = this.viewOf(past);
+        this.drawState();
+        return;
+      } catch (error) {
+        if (this.signal.aborted) return;
+        // A busy service says when it has room again; what else it refuses, it would refuse again.
+        if (error instanceof Refusal && error.problem.status < 429) throw error;
+        this.linked("lost", error instanceof Refusal ? error.message : "the service does not answer");
+      }
+      await patience.wait();
+    }
+  }
+
+  /** The record until now, and the settings that its table does not have. */
+  async past() {
+    const past = new Recording(this.mission), record = `/v1/missions/${encodeURIComponent(this.mission.id)}/record`;
+    for await (const some of lines(await ask(`${record}?format=csv`, { signal: this.signal }))) {
+      past.takeLines(some);
+      this.progress.value = past.sequence / Math.max(this.mission.sequence ?? 1, 1);
+    }
+    if (past.live) {
+      for await (const some of lines(await ask(`${record}?format=events_ndjson&kinds=changed`, { signal: this.signal }))) {
+        for (const event of some.filter(Boolean).map((line) => JSON.parse(line))) past.takeSetting(this.clock(event.at_s), event.setting);
+      }
+    }
+    return past;
+  }
+
+  /** @param {number} sequence @param {any} event */
+  take(sequence, event) {
+    this.recording.takeEvent(sequence, event, (unix) => this.clock(unix));
+    if (event.kind === "planned") this.freshest = { age: event.late_s || 0, at: performance.now() };
+    else if (event.kind === "gap") this.fillGap(event);
+    else if (event.kind !== "reported") this.look();
+    this.view.changed();
+  }
+
+  /** Fetches the events that a slow reader of the stream missed. @param {{ from: number, to: number }} gap */
+  async fillGap({ from, to }) {
+    try {
+      const path = `/v1/missions/${encodeURIComponent(this.mission.id)}/record?format=events_ndjson&after=${from - 1}&max_events=${to - from + 1}`;
+      for await (const some of lines(await ask(path, { signal: this.signal }))) {
+        for (const event of some.filter(Boolean).map((line) => JSON.parse(line))) this.recording.takeAny(event.sequence, event, (unix) => this.clock(unix));
+      }
+      this.view.changed();
+    } catch {
+      // The log says that they are missing; a reload brings them.
+    }
+  }
+
+  /** What the mission's clock shows. @param {number} unix */
+  clock(unix) {
+    const created = this.mission.created_s ?? 0, rate = this.mission.scene?.clock_rate ?? 1;
+    return this.recording.live ? created + rate * (unix - created) : unix;
+  }
+
+  /** @param {string} name @param {string} detail */
+  linked(name, detail) {
+    if (this.link.name === "lost" && name === "live") this.look();
+    this.link = { name, detail };
+    this.drawState();
+  }
+
+  async look() {
+    try {
+      this.became(await askJson(`/v1/missions/${encodeURIComponent(this.mission.id)}`, { signal: this.signal }));
+    } catch (error) {
+      if (error instanceof Refusal && error.problem.status === 404) this.failed(error);
+    }
+  }
+
+  /** @param {MissionJson} answer */
+  became(answer) {
+    const known = this.mission.scene, mission = { ...answer, scene: answer.scene ?? known };
+    if (answer.plan && answer.plan.age_s < this.planAge()) this.freshest = { age: answer.plan.age_s, at: performance.now() };
+    mission.origin ??= known?.origin;
+    this.mission = this.recording.mission = mission;
+    this.orders.became(mission);
+    const { scene = {}, created_s } = mission;
+    const given = scene.information ? [" · information given: ", scene.information] : [];
+    fill(this.about, mission.kind === "simulated" ? `simulated, ${scene.scenario ?? "own scenario"}, seed ${scene.seed ?? 1}` : "live", created_s ? ` · made ${day(created_s)}` : "", ...given);
+    this.drawState();
+  }
+
+  drawState() {
+    const { mission, link, recording } = this;
+    const chips = [chip(mission.status, mission.status === "failed" ? "bad" : mission.status === "running" ? "good" : "")];
+    if (mission.status === "running") {
+      if (link.name === "live") chips.push(chip("connected", "good"));
+      if (link.name === "lost") chips.push(chip(`connection lost: ${link.detail}; trying again`, "bad"));
+      const age = this.planAge();
+      if (age > STALE_PERIODS * (mission.scene?.period_s ?? 1)) {
+        chips.push(chip(age === Infinity ? "no plan yet" : `stale: no plan for more than ${duration(AGES_SAID_S.findLast((said) => said < age) ?? 1)}`, "warn"));
+        this.view?.draw();
+      }
+      const late = recording.plans.at("late_s", Infinity);
+      if (late > 0.5) chips.push(chip(`lag ${number(late, 1, "s")}`, "warn"));
+      if (mission.plan?.waits_for.length) chips.push(chip(`waits for ${mission.plan.waits_for.join(", ")}`, "warn"));
+    } else if (link.name === "over" && link.detail) chips.push(chip(link.detail, "bad"));
+    const words = chips.map((made) => made.textContent).join();
+    // Only what changed is said to those who listen.
+    if (words !== this.said) fill(this.state, chips);
+    this.said = words;
+  }
+
+  /** @param {unknown} error */
+  failed(error) {
+    fill(this.notice, error instanceof Refusal ? `${error.problem.title}: ${error.message}` : `No answer: ${error}`, " ",
+      el("button", { type: "button", onclick: () => location.reload() }, "Load again"));
+  }
+}
+
+/** @param {string} text @param {string} kind */
+export function chip(text, kind) {
+  return el("span", { class: `chip ${kind}` }, named(text));
+}
+
+/**
+ * A whole answer as the event of a plan, so that it is drawn like one.
+ * @param {any} plan
+ * @param {number} t_s
+ */
+function previewOf(plan, t_s) {
+  const point = (/** @type {any} */ at) => [at.north_m, at.east_m];
+  const after_s = plan.trajectory.map((/** @type {any} */ at) => at.t_s - t_s);
+  const circle = (/** @type {number} */ sigma) => [sigma ** 2 / 2, 0, sigma ** 2 / 2];
+  const prediction = {
+    after_s, asc: plan.trajectory.map(point), goal: plan.goal.trajectory.map(point), line_of_sight: [],
+    auvs: plan.targets.map((/** @type {any} */ target) => ({
+      id: target.id, positions: target.trajectory.map(point), depths_m: target.depths_m, covariances_m2: target.position_sigma_m.map(circle), age_s: target.estimate.age_s,
+      drift: [target.drift.north_mps, target.drift.east_mps],
+    })),
+    line_of_sight_reference: plan.baseline, rms_m: plan.predicted.rms_error_m, line_of_sight_rms_m: plan.baseline.predicted_rms_error_m,
+    craft: { follows: plan.craft_estimate.follows }, violations: plan.violations, warnings: plan.warnings,
+  };
+  const [asc] = plan.trajectory;
+  const auvs = Object.fromEntries(prediction.auvs.map((/** @type {any} */ auv) => [auv.id, { north_m: auv.positions[0][0], east_m: auv.positions[0][1], depth_m: auv.depths_m[0], heading_rad: NaN }]));
+  const [goal_north_m, goal_east_m] = prediction.goal[0] ?? [NaN, NaN];
+  const truth = { asc: { ...asc, speed_mps: NaN }, auvs, goal_north_m, goal_east_m, distance_m: NaN, energy_j: NaN };
+  return { kind: "planned", t_s, late_s: NaN, solve_time_ns: (plan.solver?.solve_time_ms ?? NaN) * 1e6, outcome: plan.outcome, method: plan.method, reason: plan.reason, reference: plan.reference, prediction, truth };
+}

@@ -1,0 +1,228 @@
+// The map: one scale for north and east, north up. Pans, zooms, follows, and says what is under the pointer.
+
+import { el, fill, oncePerFrame } from "./dom.js";
+import { number } from "./format.js";
+import { drawPicture, pictureBounds } from "./drawing.js";
+import { placeOnEarth } from "./background.js";
+
+/**
+ * Columns of a track: the first `length` of each count.
+ * @typedef {{ t: ArrayLike<number>, north: ArrayLike<number>, east: ArrayLike<number>, depth?: ArrayLike<number>, length: number }} Track
+ * @typedef {"solid" | "dashed" | "dotted" | "wide"} Stroke
+ * @typedef {{ track: Track, from: number, to: number, colour: string, style: Stroke, byDepth?: boolean, name: string }} TrackLayer
+ * @typedef {{ kind: "craft" | "auv", north: number, east: number, heading: number, colour: string, name?: string, note?: string }} Vehicle
+ * @typedef {{ points: [number, number][], colour: string, style: Stroke | "area", closed?: boolean, name?: string }} Line
+ * @typedef {{ north: number, east: number, radius: number, colour: string, style: "keep-out" | "acoustic" }} Disc
+ * @typedef {{ north: number, east: number, covariance: [number, number, number], colour: string }} Ellipse
+ * @typedef {{ north: number, east: number, kind: "fix" | "refused" | "violation" | "dot", colour: string, title?: string }} Mark
+ * @typedef {{ north: number, east: number, heading: number, length_m: number, colour: string }} Arrow
+ * @typedef {{ tracks: TrackLayer[], lines: Line[], discs: Disc[], ellipses: Ellipse[], marks: Mark[], arrows: Arrow[], vehicles: Vehicle[],
+ *   current: { north_mps: number, east_mps: number, estimated: boolean } | null, origin: { lat_deg: number, lon_deg: number } | null, label: string }} Picture
+ * @typedef {{ width: number, height: number, scale: number, north: number, east: number }} Frame `scale` is pixels a metre; `north`, `east` are in the middle
+ */
+
+/** Room around what is fitted, pixels. */
+const MARGIN_PX = 56;
+/** The least extent that is fitted, m. */
+const EXTENT_MIN_M = 30;
+const SCALE_MIN = 0.0005, SCALE_MAX = 200;
+/** A step of zoom, and of the arrow keys as a share of the view. */
+const ZOOM_STEP = 1.4, PAN_SHARE = 0.15;
+/** A pointer that moved less was tapped, pixels. */
+const TAP_PX = 4;
+/** The pointer is over what is so near, pixels. */
+const NEAR_PX = 14;
+
+/** A map in `host`. */
+export class MapView {
+  /** @param {HTMLElement} host @param {{ onPick?: (t: number | null) => void }} [options] */
+  constructor(host, { onPick } = {}) {
+    this.onPick = onPick;
+    this.canvas = el("canvas", { class: "map-canvas", tabIndex: 0, role: "img", "aria-label": "Map" });
+    this.readout = el("p", { class: "map-readout", "aria-hidden": "true" });
+    /** @type {Picture | null} */
+    this.picture = null;
+    /** @type {Frame} */
+    this.frame = { width: 0, height: 0, scale: 1, north: 0, east: 0 };
+    this.fitted = true;
+    this.following = false;
+    /** Those that are down, and whether each is where it came down. @type {Map<number, { x: number, y: number, still: boolean }>} */
+    this.pointers = new Map();
+    this.redraw = oncePerFrame(() => this.drawNow());
+    const button = (/** @type {string} */ text, /** @type {string} */ label, /** @type {() => void} */ action) => el("button", { type: "button", "aria-label": label, title: label, onclick: action }, text);
+    this.followButton = button("◎", "Keep the surface craft in the middle", () => this.follow(!this.following));
+    fill(host, this.canvas, el("div", { class: "map-buttons", role: "group", "aria-label": "Map view" },
+      button("+", "Nearer", () => this.zoom(ZOOM_STEP)), button("−", "Farther", () => this.zoom(1 / ZOOM_STEP)), button("⤢", "All of it", () => this.fit()), this.followButton), this.readout);
+    this.follow(false);
+    new ResizeObserver(() => this.redraw()).observe(host);
+    this.listen();
+  }
+
+  /** @param {Picture} picture */
+  draw(picture) {
+    this.picture = picture;
+    if (this.canvas.getAttribute("aria-label") !== picture.label) this.canvas.setAttribute("aria-label", picture.label);
+    this.drawNow();
+  }
+
+  /** Fits what there is, and goes on to until the user pans or zooms. */
+  fit() {
+    this.fitted = true;
+    this.follow(false);
+  }
+
+  /** @param {boolean} on */
+  follow(on) {
+    this.following = on;
+    if (on) this.fitted = false;
+    this.followButton.setAttribute("aria-pressed", String(on));
+    this.redraw();
+  }
+
+  drawNow() {
+    const { canvas, picture } = this, ratio = devicePixelRatio;
+    const width = canvas.clientWidth, height = canvas.clientHeight;
+    if (!picture || !width || !height) return;
+    if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+      canvas.width = Math.round(width * ratio);
+      canvas.height = Math.round(height * ratio);
+    }
+    this.place(picture, width, height);
+    const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    drawPicture(context, picture, this.frame);
+  }
+
+  /** @param {Picture} picture @param {number} width @param {number} height */
+  place(picture, width, height) {
+    const { frame } = this;
+    Object.assign(frame, { width, height });
+    const craft = picture.vehicles.find((vehicle) => vehicle.kind === "craft");
+    if (this.following && craft) Object.assign(frame, { north: craft.north, east: craft.east });
+    if (!this.fitted) return;
+    const bounds = pictureBounds(picture);
+    if (!bounds) return;
+    const extent = (/** @type {number} */ from, /** @type {number} */ to) => Math.max(to - from, EXTENT_MIN_M);
+    const margin = Math.min(MARGIN_PX, width / 6);
+    Object.assign(frame, {
+      north: (bounds.south + bounds.northern) / 2, east: (bounds.west + bounds.eastern) / 2,
+      scale: Math.min((width - 2 * margin) / extent(bounds.west, bounds.eastern), (height - 2 * margin) / extent(bounds.south, bounds.northern)),
+    });
+  }
+
+  /**
+   * @param {number} factor
+   * @param {{ x: number, y: number }} [about] stays where it is on the screen
+   */
+  zoom(factor, about = { x: this.frame.width / 2, y: this.frame.height / 2 }) {
+    const { frame } = this, before = this.at(about);
+    this.fitted = false;
+    frame.scale = Math.min(Math.max(frame.scale * factor, SCALE_MIN), SCALE_MAX);
+    const after = this.at(about);
+    frame.north += before.north - after.north;
+    frame.east += before.east - after.east;
+    this.redraw();
+  }
+
+  /** @param {{ x: number, y: number }} pixel */
+  at({ x, y }) {
+    const { width, height, scale, north, east } = this.frame;
+    return { north: north - (y - height / 2) / scale, east: east + (x - width / 2) / scale };
+  }
+
+  /** @param {number} dx pixels to the right @param {number} dy pixels down */
+  pan(dx, dy) {
+    this.fitted = false;
+    if (this.following) this.follow(false);
+    this.frame.east -= dx / this.frame.scale;
+    this.frame.north += dy / this.frame.scale;
+    this.redraw();
+  }
+
+  listen() {
+    const { canvas, pointers } = this;
+    const place = (/** @type {MouseEvent} */ event) => {
+      const box = canvas.getBoundingClientRect();
+      return { x: event.clientX - box.left, y: event.clientY - box.top };
+    };
+    canvas.addEventListener("wheel", (event) => {
+      // The wheel alone scrolls the page, as everywhere.
+      if (!event.ctrlKey && !event.shiftKey && document.activeElement !== canvas) return;
+      event.preventDefault();
+      this.zoom(ZOOM_STEP ** (-event.deltaY / 100), place(event));
+    }, { passive: false });
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      pointers.set(event.pointerId, { ...place(event), still: true });
+    });
+    canvas.addEventListener("pointermove", (event) => this.moved(event.pointerId, place(event)));
+    canvas.addEventListener("pointerup", (event) => {
+      // A finger cannot hover: it asks by a tap.
+      if (pointers.get(event.pointerId)?.still) this.hover(place(event));
+      pointers.delete(event.pointerId);
+    });
+    canvas.addEventListener("pointercancel", (event) => { pointers.delete(event.pointerId); });
+    canvas.addEventListener("pointerleave", (event) => {
+      if (event.pointerType !== "mouse") return;
+      fill(this.readout);
+      this.onPick?.(null);
+    });
+    canvas.addEventListener("dblclick", () => this.fit());
+    canvas.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  /** @param {KeyboardEvent} event */
+  key(event) {
+    const { width, height } = this.frame;
+    /** @type {{ [key: string]: () => void }} */
+    const actions = {
+      "+": () => this.zoom(ZOOM_STEP), "=": () => this.zoom(ZOOM_STEP), "-": () => this.zoom(1 / ZOOM_STEP), 0: () => this.fit(), f: () => this.follow(!this.following),
+      ArrowUp: () => this.pan(0, height * PAN_SHARE), ArrowDown: () => this.pan(0, -height * PAN_SHARE), ArrowLeft: () => this.pan(width * PAN_SHARE, 0), ArrowRight: () => this.pan(-width * PAN_SHARE, 0),
+    };
+    const action = actions[event.key];
+    if (!action || event.ctrlKey || event.metaKey) return;
+    event.preventDefault();
+    action();
+  }
+
+  /** @param {number} pointer @param {{ x: number, y: number }} to */
+  moved(pointer, to) {
+    const from = this.pointers.get(pointer);
+    if (!from) return this.hover(to);
+    if (from.still && Math.hypot(to.x - from.x, to.y - from.y) < TAP_PX) return;
+    const others = [...this.pointers].filter(([id]) => id !== pointer).map(([, point]) => point);
+    this.pointers.set(pointer, { ...to, still: false });
+    if (others.length) {
+      const [other] = others, spread = (/** @type {{ x: number, y: number }} */ point) => Math.hypot(point.x - other.x, point.y - other.y);
+      this.zoom(spread(to) / Math.max(spread(from), 1), { x: (to.x + other.x) / 2, y: (to.y + other.y) / 2 });
+    } else this.pan(to.x - from.x, to.y - from.y);
+  }
+
+  /** Says where the pointer is and what is there. @param {{ x: number, y: number }} pixel */
+  hover(pixel) {
+    const { picture, frame } = this;
+    if (!picture) return;
+    const { north, east } = this.at(pixel), near = NEAR_PX / frame.scale;
+    const distance = (/** @type {{ north: number, east: number }} */ thing) => Math.hypot(thing.north - north, thing.east - east);
+    const mark = picture.marks.filter((each) => each.title).sort((a, b) => distance(a) - distance(b)).find((each) => distance(each) < near);
+    const earth = picture.origin && placeOnEarth(picture.origin, north, east);
+    const words = [`${number(north, 1, "m")} N, ${number(east, 1, "m")} E`, earth && `${earth.lat_deg.toFixed(6)}°, ${earth.lon_deg.toFixed(6)}°`, mark?.title].filter(Boolean);
+    fill(this.readout, words.join(" · "));
+    this.onPick?.(this.pickTime(north, east, near));
+  }
+
+  /** When the nearest track was there; null where none is near. @param {number} north @param {number} east @param {number} near */
+  pickTime(north, east, near) {
+    let time = null, least = near;
+    for (const { track, from, to, colour } of this.picture?.tracks ?? []) {
+      if (colour === "goal") continue;
+      for (let i = from; i < to; i += 1) {
+        const dn = track.north[i] - north;
+        if (dn > least || dn < -least) continue;
+        const distance = Math.hypot(dn, track.east[i] - east);
+        if (distance < least) [time, least] = [track.t[i], distance];
+      }
+    }
+    return time;
+  }
+}

@@ -1,0 +1,296 @@
+// A mission, or several runs of one on the same clock: map, time series, what is believed, what happened.
+
+import { el, fill, named, oncePerFrame } from "./dom.js";
+import { bearing, degrees, duration, methodName, moment, number } from "./format.js";
+import { worstStretch } from "./recording.js";
+import { PLAY_SPEEDS, Playback } from "./playback.js";
+import { pictureAt, violationWords } from "./picture.js";
+import { chartsOf } from "./curves.js";
+import { NO_BACKGROUND, backgroundOf, placeOnEarth } from "./background.js";
+import { MapView } from "./map.js";
+import { ChartStack } from "./chart.js";
+
+/**
+ * @typedef {import("./picture.js").Run} Run
+ * @typedef {import("./picture.js").Layers} Layers
+ * `age` is how old the last plan is by now, s; `before` is a view that this one replaces, whose moment and layers it keeps.
+ * @typedef {{ needed?: (t: number, playing: boolean) => void, age?: () => number, before?: MissionView, side?: Node | null, below?: Node | null, signal?: AbortSignal, sideBySide?: boolean }} ViewOptions
+ */
+
+/** Entries of the log that are shown, the newest first. */
+const LOG_SHOWN = 200;
+/** Around the worst minute some time is shown, s. */
+const AROUND_S = 90;
+
+/** @type {[keyof Layers, string, boolean][]} */
+const LAYERS = [
+  ["forecasts", "forecasts, 95 % ellipses", true], ["ghost", "line of sight from here", true], ["goal", "goal", true], ["fixes", "fixes", true],
+  ["acoustic", "acoustic range", true], ["bounds", "keep-outs and area", true], ["paths", "paths", true], ["chart", "my chart", true],
+];
+
+const LEGEND = [
+  ["craft", "surface craft"], ["plan", "plan"], ["los", "line of sight from here"], ["goal", "goal"], ["auv", "AUV, darker is deeper"], ["forecast", "forecast, 95 %"],
+  ["fix", "fix"], ["refused", "fix refused"], ["keep-out", "keep out"], ["violation", "limit broken"],
+];
+
+/** What is drawn of runs on one clock. */
+export class MissionView {
+  /**
+   * @param {HTMLElement} host
+   * @param {Run[]} runs
+   * @param {ViewOptions} [options]
+   */
+  constructor(host, runs, options = {}) {
+    this.runs = runs;
+    this.options = options;
+    const { before, signal } = options;
+    this.background = before?.background ?? NO_BACKGROUND;
+    /** @type {Layers} */
+    this.layers = before?.layers ?? /** @type {Layers} */ (Object.fromEntries(LAYERS.map(([name, , on]) => [name, on])));
+    this.left = false;
+    this.draw = oncePerFrame(() => this.left || this.drawNow());
+    this.playback = new Playback(this.draw);
+    if (before) Object.assign(this.playback, { t: before.playback.t, from: before.playback.from, to: before.playback.to, atEnd: before.playback.atEnd, speed: before.playback.speed });
+    before?.leave();
+    this.drawnVersion = this.drawnLog = -1;
+    this.hovered = /** @type {number | null} */ (null);
+    /** How long the last drawing took, ms. */
+    this.drawMs = 0;
+    this.build(host);
+    addEventListener("themechange", () => { this.drawnVersion = -1; this.draw(); }, { signal });
+    signal?.addEventListener("abort", () => this.leave());
+    this.changed();
+  }
+
+  /** Nothing of it is drawn any more. */
+  leave() {
+    this.left = true;
+    this.playback.pause();
+  }
+
+  /** There is more to show. */
+  changed() {
+    const spans = this.runs.map(({ recording }) => recording.span).filter(([from]) => Number.isFinite(from));
+    if (spans.length) this.playback.spans([Math.min(...spans.map(([from]) => from)), Math.max(...spans.map(([, to]) => to))]);
+    this.draw();
+  }
+
+  get live() {
+    return this.runs[0].recording.live;
+  }
+
+  /** @param {HTMLElement} host */
+  build(host) {
+    this.now = el("dl", { class: "now" });
+    this.believed = el("dl", { class: "now" });
+    this.warnings = el("ul", { class: "warnings" });
+    this.log = el("ol", { class: "log", tabIndex: 0, "aria-label": "What happened, the newest first" });
+    const maps = el("div", { class: this.options.sideBySide ? "maps side-by-side" : "maps" });
+    this.empty = el("p", { class: "empty", hidden: true }, "Nothing has happened yet: no plan, no fix.");
+    const several = this.runs.length > 1;
+    fill(host, el("div", { class: several ? "mission several" : "mission" },
+      el("section", { class: "panel map-panel", "aria-label": "Map" }, this.empty, maps, legend(several ? this.runs : []), this.layersForm()),
+      this.transport(),
+      this.options.below,
+      el("div", { class: "side" },
+        this.options.side,
+        !several && el("section", { class: "panel", "aria-labelledby": "now-title" }, el("h2", { id: "now-title" }, "Now"), this.now, this.warnings),
+        !several && el("section", { class: "panel", "aria-labelledby": "believed-title" }, el("h2", { id: "believed-title" }, "What the planner believes"), this.believed),
+        el("section", { class: "panel", "aria-labelledby": "log-title" }, el("h2", { id: "log-title" }, "What happened"), this.log)),
+      el("section", { class: "panel charts", "aria-label": "Time series" }, this.chartsHost = el("div"))));
+    this.maps = this.mapsIn(maps);
+    this.charts = new ChartStack(this.chartsHost, {
+      onCursor: (x) => this.hover(x),
+      onWindow: (from, to) => this.charts?.setWindow(from, to),
+      formatX: (x, step) => (this.live ? moment(x, true).slice(0, step < 60 ? 8 : 5) : moment(x, false)),
+    });
+    this.chartsHost.addEventListener("click", () => this.hovered !== null && !this.charts?.dragged && this.playback.seek(this.hovered));
+  }
+
+  /** @param {HTMLElement} host */
+  mapsIn(host) {
+    const groups = this.options.sideBySide ? this.runs.map((run) => [run]) : [this.runs];
+    return groups.map((runs) => {
+      const place = el("div", { class: "map-place" });
+      host.append(el("figure", {}, runs.length < this.runs.length && el("figcaption", {}, swatch(runs[0].colour), runs[0].name), place));
+      return { runs, view: new MapView(place, { onPick: (t) => this.hover(t) }) };
+    });
+  }
+
+  layersForm() {
+    const said = el("p", { class: "said", role: "status" });
+    const file = el("input", {
+      type: "file", accept: ".geojson,.json,application/geo+json", id: "background-file",
+      onchange: async () => {
+        const [chosen] = file.files ?? [];
+        if (!chosen) return;
+        try {
+          this.background = backgroundOf(await chosen.text(), this.runs[0].recording.mission.origin);
+          fill(said, `${chosen.name}: ${this.background.lines.length} lines, ${this.background.marks.length} points, in this browser alone`);
+        } catch (error) {
+          fill(said, `${chosen.name}: ${error instanceof Error ? error.message : error}`);
+        }
+        this.draw();
+      },
+    });
+    const boxes = LAYERS.map(([name, text, on]) => el("label", {}, el("input", {
+      type: "checkbox", checked: this.layers[name] ?? on,
+      onchange: (/** @type {Event} */ event) => {
+        this.layers[name] = /** @type {HTMLInputElement} */ (event.target).checked;
+        this.draw();
+      },
+    }), text));
+    return el("details", { class: "layers" }, el("summary", {}, "Layers and background"), el("div", { class: "boxes" }, boxes),
+      el("label", { class: "file" }, "Background from a GeoJSON file: ", file), said);
+  }
+
+  transport() {
+    const { playback } = this;
+    this.playButton = el("button", { type: "button", class: "play", onclick: () => playback.toggle() }, "▶ Play");
+    this.slider = el("input", {
+      type: "range", min: "0", max: "1000", step: "1", value: "1000", "aria-label": "Moment that is shown",
+      oninput: () => {
+        if (playback.playing) playback.pause();
+        playback.seek(playback.from + (Number(this.slider?.value) / 1000) * (playback.to - playback.from));
+      },
+      onkeydown: (/** @type {KeyboardEvent} */ event) => {
+        const step = { ArrowLeft: -1, ArrowRight: 1, PageDown: -60, PageUp: 60 }[event.key];
+        if (step === undefined) return;
+        event.preventDefault();
+        playback.seek(playback.t + step * (event.shiftKey ? 10 : 1));
+      },
+    });
+    this.clock = el("output", { class: "clock" });
+    const speed = el("select", { "aria-label": "Speed of the replay", onchange: () => { playback.speed = Number(speed.value); } },
+      PLAY_SPEEDS.map((factor) => el("option", { value: String(factor), selected: factor === playback.speed }, `${factor}×`)));
+    this.endButton = el("button", { type: "button", class: "end", onclick: () => playback.goToEnd() }, "Now");
+    const worst = el("button", { type: "button", onclick: () => this.goToWorst() }, "Worst minute");
+    return el("div", { class: "transport", role: "group", "aria-label": "Replay" }, this.playButton, speed, this.slider, this.clock, this.endButton, worst);
+  }
+
+  /** Shows the minute in which the first run was farthest from its goal. */
+  goToWorst() {
+    const worst = worstStretch(this.runs[0].recording);
+    if (!worst) return;
+    this.playback.pause();
+    this.playback.seek(worst.to);
+    this.charts?.setWindow(worst.from - AROUND_S, worst.to + AROUND_S);
+    this.runs[0].recording.happened(worst.to, "worst", `from ${moment(worst.from, this.live)}: ${number(worst.rms_m, 1, "m")} from the goal, root mean square over a minute`);
+    this.draw();
+  }
+
+  /** @param {number | null} t */
+  hover(t) {
+    this.hovered = t;
+    this.draw();
+  }
+
+  drawNow() {
+    const start = performance.now();
+    const { playback } = this, t = this.hovered ?? playback.t;
+    const nothing = !Number.isFinite(playback.from);
+    if (this.empty) this.empty.hidden = !nothing;
+    if (!nothing) {
+      this.options.needed?.(t, playback.playing);
+      for (const { runs, view } of this.maps ?? []) view.draw(pictureAt(runs, t, this.layers, this.background));
+      const version = this.runs.reduce((sum, { recording }) => sum + recording.version, 0);
+      if (version !== this.drawnVersion) {
+        this.charts?.setCharts(chartsOf(this.runs));
+        this.drawnVersion = version;
+      }
+      // Apart from the charts: an entry that has the focus keeps it while nothing happens.
+      const entries = this.runs.reduce((sum, { recording }) => sum + recording.logVersion, 0);
+      if (entries !== this.drawnLog) this.drawLog();
+      this.drawnLog = entries;
+      this.charts?.setCursor(t);
+      this.charts?.draw();
+      if (this.runs.length === 1) this.drawNumbers(t);
+    }
+    this.drawTransport(t);
+    this.drawMs = performance.now() - start;
+  }
+
+  /** @param {number} t */
+  drawTransport(t) {
+    const { playback, slider, clock, playButton, endButton } = this;
+    if (!slider || !clock || !playButton || !endButton) return;
+    const length = playback.to - playback.from;
+    slider.disabled = !(length > 0);
+    slider.value = String(length > 0 ? Math.round(((playback.t - playback.from) / length) * 1000) : 1000);
+    slider.setAttribute("aria-valuetext", moment(t, this.live));
+    clock.textContent = this.live ? moment(t, true) : `${moment(t, false)} of ${moment(this.runs[0].recording.scene.duration_s ?? playback.to, false)}`;
+    playButton.textContent = playback.playing ? "❚❚ Pause" : "▶ Play";
+    endButton.textContent = this.live ? "Live" : "End";
+    endButton.setAttribute("aria-pressed", String(playback.atEnd));
+  }
+
+  /** @param {number} t */
+  drawNumbers(t) {
+    const { recording } = this.runs[0], { plans, goal, craft } = recording;
+    const i = plans.indexAt(t), value = (/** @type {string} */ name) => (i < 0 ? NaN : plans.column(name)[i]);
+    const believed = recording.predictionAt(t)?.prediction;
+    const method = i < 0 ? "–" : methodName(recording.methods[value("method")]);
+    const compared = believed ? ` (line of sight ${number(believed.line_of_sight_rms_m, 1, "m")})` : "";
+    // At the end of a live mission time goes on, though no plan comes.
+    const since = this.live && this.playback.atEnd && this.hovered === null ? this.options.age?.() ?? 0 : 0;
+    const { origin } = recording.mission, [north, east] = ["north", "east"].map((name) => craft.at(name, t));
+    const earth = origin && Number.isFinite(north) ? placeOnEarth(origin, north, east) : null;
+    facts(this.now, [
+      ["answered by", value("degraded") ? `${method}, degraded` : method],
+      ["distance to the goal", number(goal.at("distance", t), 1, "m")],
+      ["speed, reference", `${number(craft.at("speed", t), 2)}, ${number(value("speed"), 2, "m/s")}`],
+      ["heading, reference", `${bearing(craft.at("heading", t))}, ${bearing(value("heading"))}`],
+      ["predicted RMS", `${number(believed?.rms_m ?? value("rms"), 1, "m")}${compared}`],
+      ["solve time, lag", `${number(value("solve_ms"), 1, "ms")}, ${number(value("late_s") * 1000, 0, "ms")}`],
+      ...earth ? [["surface craft", `${number(earth.lat_deg, 6, "°")}, ${number(earth.lon_deg, 6, "°")}`]] : [],
+      ...Array.from(recording.ages, ([id, ages]) => [`${id} heard`, `${duration(ages.at("age", t) + (Number.isFinite(since) ? since : 0))} ago`]),
+    ]);
+    fill(this.warnings ?? el("ul"), (believed?.warnings ?? []).map((warning) => el("li", {}, warning.detail)),
+      (believed?.violations ?? []).map((violation) => el("li", { class: "violated" }, `${violationWords(violation)}, at ${moment(violation.t_s, this.live)}`)));
+    facts(this.believed, believed ? beliefsOf(believed) : [["", i < 0 ? "no plan yet" : "loading, or not kept: this record is of a version that did not keep it"]]);
+  }
+
+  drawLog() {
+    const entries = this.runs.flatMap(({ name, recording }) => recording.log.map((entry) => ({ ...entry, name: this.runs.length > 1 ? name : "" })));
+    entries.sort((a, b) => b.t_s - a.t_s);
+    fill(this.log ?? el("ol"), entries.slice(0, LOG_SHOWN).map((entry) => el("li", {},
+      el("button", { type: "button", class: "time", onclick: () => { this.playback.pause(); this.playback.seek(entry.t_s); } }, moment(entry.t_s, this.live)),
+      " ", el("strong", {}, entry.kind.replaceAll("_", " ")), entry.name && [" · ", named(entry.name)], entry.text && [": ", named(entry.text)])));
+  }
+}
+
+/** @param {import("./recording.js").Prediction} believed @returns {string[][]} */
+function beliefsOf({ current, craft, auvs }) {
+  const speed = current ? Math.hypot(...current) : NaN;
+  return [
+    ["current", current ? `${number(speed, 2, "m/s")} towards ${bearing(Math.atan2(current[1], current[0]))}` : "not known"],
+    ["heading lag", number(Number(craft.heading_lag_s), 2, "s")],
+    ["heading offset", number(degrees(Number(craft.heading_offset_rad)), 1, "°")],
+    ["surge lag", number(Number(craft.surge_lag_s), 2, "s")],
+    ["sway per yaw rate", number(Number(craft.sway_per_yaw_rate_s), 2, "s")],
+    ["craft follows", craft.follows ? "yes" : "no: it does not do what is predicted of it"],
+    ...auvs.map(({ id, drift, covariances_m2: [first] }) => [
+      id, `± ${number(Math.sqrt(((first?.[0] ?? NaN) + (first?.[2] ?? NaN)) * 2.995), 1, "m")} (95 %), drift ${number(Math.hypot(...drift), 3, "m/s")}`,
+    ]),
+  ];
+}
+
+/** @param {HTMLElement | undefined} list @param {string[][]} pairs */
+function facts(list, pairs) {
+  if (!list) return;
+  fill(list, pairs.map(([name, value]) => el("div", {}, name && el("dt", {}, named(name)), el("dd", {}, value))));
+}
+
+/** @param {Run[]} several */
+function legend(several) {
+  const entries = several.length ? several.map(({ name, colour }) => [colour, name]) : [];
+  const fixed = several.length ? LEGEND.filter(([kind]) => !["craft", "plan", "los", "fix", "refused", "forecast"].includes(kind)) : LEGEND;
+  return el("ul", { class: "legend", "aria-label": "Legend" },
+    entries.map(([colour, name]) => el("li", {}, swatch(colour), name)),
+    fixed.map(([kind, name]) => el("li", {}, el("span", { class: `sample sample-${kind}`, "aria-hidden": "true" }), name)));
+}
+
+/** @param {string} colour */
+export function swatch(colour) {
+  return el("span", { class: `swatch swatch-${colour}`, "aria-hidden": "true" });
+}

@@ -1,0 +1,89 @@
+// Orders to a mission, for those whose token may give them.
+
+import { el, fill } from "./dom.js";
+import { freshKey, Refusal, send } from "./service.js";
+
+/**
+ * @typedef {import("./app.js").Context} Context
+ * @typedef {import("./recording.js").MissionJson} MissionJson
+ */
+
+/** Speeds of a simulated mission; none is as fast as it can. */
+const RUN_SPEEDS = [1, 10, 60, 300];
+/** Time with each AUV in turn that a goal is offered with, s. */
+const DWELL_S = 240;
+
+/**
+ * The form of orders, and what tells it what the mission became.
+ * @param {MissionJson} mission
+ * @param {Context} context
+ * @param {(mission: MissionJson) => void} done
+ */
+export function ordersOf(mission, context, done) {
+  const said = el("p", { class: "said", role: "status" });
+  const path = `/v1/missions/${encodeURIComponent(mission.id)}`;
+  const give = async (/** @type {string} */ what, /** @type {() => Promise<any>} */ action) => {
+    fill(said, `${what}…`);
+    try {
+      done(await action());
+      fill(said, `${what}: done`);
+    } catch (error) {
+      fill(said, `${what}: `, error instanceof Refusal ? refusalWords(error) : `no answer (${error}); try again`);
+    }
+  };
+  const order = (/** @type {string} */ what, /** @type {string} */ call, /** @type {unknown} */ body = undefined) => give(what, () => send(`${path}/${call}`, body, { key: freshKey() }));
+  const speed = el("select", { "aria-label": "Speed of the simulation" }, el("option", { value: "" }, "as fast as it can"), RUN_SPEEDS.map((factor) => el("option", { value: String(factor), selected: factor === 60 }, `${factor}×`)));
+  const run = el("button", { type: "button", class: "primary", onclick: () => order("Run", "run", mission.kind === "simulated" && speed.value ? { speed_factor: Number(speed.value) } : {}) }, "Run");
+  const pause = el("button", { type: "button", onclick: () => order("Pause", "pause") }, "Pause");
+  const finish = el("button", { type: "button", class: "danger", onclick: () => confirm("End this mission? It cannot be resumed.") && order("Finish", "finish") }, "Finish");
+  const goal = goalForm((value) => give("Change of goal", () => send(path, { goal: value }, { method: "PATCH", key: freshKey() })), said);
+  const readOnly = context.role === "read-only" && el("p", { class: "why" }, "Read-only: your token may look. Orders need an operator's token.");
+  const element = el("section", { class: "panel orders", "aria-labelledby": "orders-title" }, el("h2", { id: "orders-title" }, "Orders"), readOnly,
+    el("div", { class: "row" }, run, mission.kind === "simulated" && speed, pause, finish), mission.kind === "live" && goal.element, said);
+  const became = (/** @type {MissionJson} */ { status, setting, scene }) => {
+    const over = status === "finished" || status === "failed", forbidden = context.role === "read-only";
+    run.disabled = speed.disabled = forbidden || over || status === "running";
+    pause.disabled = forbidden || status !== "running";
+    finish.disabled = forbidden || over;
+    goal.became(setting?.goal, scene?.auvs ?? [], forbidden || over);
+    element.classList.toggle("over", over);
+  };
+  return { element, became };
+}
+
+/** @param {Refusal} refusal */
+export function refusalWords({ problem, message }) {
+  const errors = problem.errors.map((error) => `${error.pointer ?? error.parameter ?? ""} ${error.detail}`.trim());
+  return [message || problem.title, ...errors].join("; ");
+}
+
+/**
+ * @param {(goal: unknown) => void} change
+ * @param {HTMLElement} said
+ */
+function goalForm(change, said) {
+  const text = el("textarea", { rows: 4, spellcheck: false, "aria-label": "New goal, as JSON" });
+  const offers = el("select", { "aria-label": "Goals to begin with", onchange: () => { text.value = offers.value; } });
+  const button = el("button", {
+    type: "button", onclick: () => {
+      try {
+        change(JSON.parse(text.value));
+      } catch (error) {
+        fill(said, `The goal is not JSON: ${error instanceof Error ? error.message : error}`);
+      }
+    },
+  }, "Change the goal");
+  const element = el("details", { class: "goal" }, el("summary", {}, "Change of goal"), offers, text, button);
+  let shown = "";
+  const became = (/** @type {any} */ goal, /** @type {string[]} */ auvs, /** @type {boolean} */ disabled) => {
+    text.disabled = offers.disabled = button.disabled = disabled;
+    const now = JSON.stringify(goal) + auvs.join();
+    if (now === shown || !goal) return;
+    shown = now;
+    text.value = JSON.stringify(goal);
+    const entries = [["as it is", goal], ...auvs.map((auv) => [`track ${auv}`, { kind: "track", auv }])];
+    if (auvs.length > 1) entries.push(["midpoint of all", { kind: "midpoint", auvs }], ["in turn", { kind: "intermittent", auvs, dwell_s: DWELL_S, epoch_s: 0 }], ["in range of all", { kind: "range", auvs }]);
+    fill(offers, entries.map(([name, value]) => el("option", { value: JSON.stringify(value) }, name)));
+  };
+  return { element, became };
+}

@@ -1,0 +1,198 @@
+// What the map shows of recordings at a moment.
+
+import { number } from "./format.js";
+
+/**
+ * @typedef {import("./recording.js").Recording} Recording
+ * @typedef {import("./recording.js").Series} Series
+ * @typedef {import("./map.js").Picture} Picture
+ * @typedef {{ name: string, colour: string, recording: Recording }} Run
+ * @typedef {{ forecasts: boolean, goal: boolean, fixes: boolean, ghost: boolean, acoustic: boolean, bounds: boolean, paths: boolean, chart: boolean }} Layers
+ * @typedef {{ lines: import("./map.js").Line[], marks: import("./map.js").Mark[] }} Background
+ */
+
+/** An arrow is as long as the craft would travel in this time. */
+const ARROW_S = 12;
+/** Raw fixes that are shown: those of the last minutes. */
+const FIXES_S = 300;
+/** Times of one fix that were rounded apart differ by less, s. */
+const SAME_FIX_S = 0.01;
+/** A course is taken from fixes so far apart, s. */
+const COURSE_S = 5;
+
+/**
+ * The map of `runs` at `t`. With one run all that its planner believes is on it; of several, their craft.
+ * @param {Run[]} runs
+ * @param {number} t
+ * @param {Layers} layers
+ * @param {Background} background
+ * @returns {Picture}
+ */
+export function pictureAt(runs, t, layers, background) {
+  const first = runs[0].recording;
+  /** @type {Picture} */
+  const picture = {
+    tracks: [], lines: [], discs: [], ellipses: [], marks: [], arrows: [], vehicles: [], current: null,
+    origin: first.mission.origin ?? null, label: "",
+  };
+  if (layers.chart) {
+    picture.lines.push(...background.lines);
+    picture.marks.push(...background.marks);
+  }
+  bounds(picture, first, t, layers);
+  if (layers.goal) addTrack(picture, first.goal, t, "goal", "dashed", "goal");
+  for (const [id, series] of first.places) addTrack(picture, series, t, "auv", first.live ? "dotted" : "solid", id, true);
+  for (const { name, colour, recording } of runs) addTrack(picture, recording.craft, t, colour, "solid", name || "surface craft");
+  const believed = runs.length === 1 ? first.predictionAt(t) : null;
+  if (believed) beliefs(picture, runs[0], believed, layers);
+  if (layers.fixes) rawFixes(picture, first, t);
+  for (const run of runs) craftAt(picture, run, t, runs.length > 1);
+  auvsAt(picture, first, t, believed?.prediction);
+  if (runs.length === 1) references(picture, runs[0], t, believed?.prediction, layers);
+  for (const { recording } of runs) breaches(picture, recording, t);
+  if (!layers.acoustic) picture.discs = picture.discs.filter((disc) => disc.style !== "acoustic");
+  picture.label = inWords(picture, runs, t);
+  return picture;
+}
+
+/** @param {Picture} picture @param {Recording} recording @param {number} t @param {Layers} layers */
+function bounds(picture, recording, t, layers) {
+  const { keep_outs, area } = recording.limitsAt(t), { paths = {} } = recording.scene;
+  if (layers.paths) for (const [id, points] of Object.entries(paths)) picture.lines.push({ points, colour: "line", style: "wide", name: `path of ${id}` });
+  if (!layers.bounds) return;
+  if (area.length) picture.lines.push({ points: area, colour: "bad", style: "area", closed: true, name: "area" });
+  for (const disc of keep_outs) picture.discs.push({ north: disc.north_m, east: disc.east_m, radius: disc.radius_m, colour: "bad", style: "keep-out" });
+}
+
+/**
+ * @param {Picture} picture @param {Series} series @param {number} t @param {string} colour
+ * @param {"solid" | "dashed" | "dotted" | "wide"} style @param {string} name @param {boolean} [byDepth]
+ */
+function addTrack(picture, series, t, colour, style, name, byDepth = false) {
+  const to = series.indexAt(t) + 1;
+  if (to < 1) return;
+  const track = { t: series.column("t"), north: series.column("north"), east: series.column("east"), depth: byDepth ? series.column("depth") : undefined, length: series.length };
+  picture.tracks.push({ track, from: 0, to, colour, style, byDepth, name });
+}
+
+/** @param {Picture} picture @param {Run} run @param {{ t_s: number, prediction: import("./recording.js").Prediction }} believed @param {Layers} layers */
+function beliefs(picture, { recording, colour }, { t_s, prediction }, layers) {
+  if (layers.ghost) picture.lines.push({ points: prediction.line_of_sight, colour: "los", style: "dashed", name: "line of sight" });
+  if (layers.goal) picture.lines.push({ points: prediction.goal, colour: "goal", style: "dotted", name: "goal, forecast" });
+  if (layers.forecasts) {
+    for (const auv of prediction.auvs) {
+      picture.lines.push({ points: auv.positions, colour: "auv", style: "dotted", name: `${auv.id}, forecast` });
+      auv.covariances_m2.forEach((covariance, i) => {
+        const last = auv.covariances_m2.length - 1;
+        if (i % 4 && i !== last) return;
+        const [north, east] = auv.positions[i];
+        picture.ellipses.push({ north, east, covariance, colour: "auv" });
+      });
+    }
+  }
+  picture.lines.push({ points: prediction.asc, colour, style: "solid", name: "plan" });
+  if (prediction.current) {
+    const [north_mps, east_mps] = prediction.current;
+    picture.current = { north_mps, east_mps, estimated: !recording.mission.scene?.information?.includes("current known") };
+  }
+  for (const violation of prediction.violations) {
+    const place = along(prediction, violation.t_s - t_s);
+    if (place) picture.marks.push({ north: place[0], east: place[1], kind: "violation", colour: "bad", title: violationWords(violation) });
+  }
+}
+
+/** @param {import("./recording.js").Violation} violation */
+export function violationWords(violation) {
+  return `${violation.limit.replaceAll("_", " ")}${violation.pointer ? ` (${violation.pointer})` : ""}: ${number(violation.amount, 2, violation.unit)} beyond`;
+}
+
+/**
+ * Where the plan is `after` seconds from its start.
+ * @param {import("./recording.js").Prediction} prediction
+ * @param {number} after
+ * @returns {[number, number] | undefined}
+ */
+function along({ after_s, asc }, after) {
+  const i = after_s.findIndex((time) => time >= after);
+  if (i <= 0) return i === 0 ? asc[0] : asc.at(-1);
+  const f = (after - after_s[i - 1]) / (after_s[i] - after_s[i - 1]);
+  const [[n0, e0], [n1, e1]] = [asc[i - 1], asc[i]];
+  return [n0 + f * (n1 - n0), e0 + f * (e1 - e0)];
+}
+
+/** @param {Picture} picture @param {Recording} recording @param {number} t */
+function rawFixes(picture, recording, t) {
+  for (const [id, fixes] of recording.fixes) {
+    const refused = recording.refused.get(id), times = fixes.column("t");
+    for (let i = fixes.indexAt(t); i >= 0 && t - times[i] < FIXES_S; i -= 1) {
+      const isRefused = refused !== undefined && times[i] - refused.at("t", times[i] + SAME_FIX_S) < SAME_FIX_S;
+      picture.marks.push({
+        north: fixes.column("north")[i], east: fixes.column("east")[i], kind: isRefused ? "refused" : "fix", colour: isRefused ? "bad" : "fix",
+        title: `${id}: fix of ${number(t - times[i], 0, "s")} ago${isRefused ? ", refused" : ""}`,
+      });
+    }
+  }
+}
+
+/** @param {Picture} picture @param {Run} run @param {number} t @param {boolean} several */
+function craftAt(picture, { name, colour, recording }, t, several) {
+  const i = recording.craft.indexAt(t);
+  if (i < 0) return;
+  const [north, east, heading] = ["north", "east", "heading"].map((column) => recording.craft.column(column)[i]);
+  picture.vehicles.push({ kind: "craft", north, east, heading, colour: several ? colour : "hull", name: several ? name : "ASC" });
+}
+
+/** @param {Picture} picture @param {Recording} recording @param {number} t @param {import("./recording.js").Prediction} [prediction] */
+function auvsAt(picture, recording, t, prediction) {
+  const range = recording.scene.range_max_m;
+  for (const [id, series] of recording.places) {
+    const i = series.indexAt(t);
+    if (i < 0) continue;
+    const believed = recording.live ? prediction?.auvs.find((auv) => auv.id === id) : undefined;
+    let [north, east] = ["north", "east"].map((column) => series.column(column)[i]);
+    let depth = series.column("depth")[i];
+    // A live AUV is where it is believed to be now, and not where its last fix was.
+    if (believed) [[north, east], depth] = [believed.positions[0], believed.depths_m[0]];
+    const heading = believed && believed.positions.length > 1 ? course(believed.positions) : headingOf(series, i);
+    picture.vehicles.push({ kind: "auv", north, east, heading, colour: "auv", name: id, note: Number.isFinite(depth) ? `${number(depth, 1, "m")} deep` : "" });
+    if (range && Number.isFinite(north)) picture.discs.push({ north, east, radius: Math.sqrt(Math.max(range ** 2 - (depth || 0) ** 2, 0)), colour: "fix", style: "acoustic" });
+  }
+}
+
+/** @param {[number, number][]} points */
+function course([a, b]) {
+  return Math.atan2(b[1] - a[1], b[0] - a[0]);
+}
+
+/** @param {Series} series @param {number} i */
+function headingOf(series, i) {
+  const heading = series.columns.heading?.[i];
+  if (Number.isFinite(heading)) return heading;
+  const times = series.column("t");
+  let before = i;
+  while (before > 0 && times[i] - times[before] < COURSE_S) before -= 1;
+  return before < i ? Math.atan2(series.column("east")[i] - series.column("east")[before], series.column("north")[i] - series.column("north")[before]) : 0;
+}
+
+/** @param {Picture} picture @param {Run} run @param {number} t @param {import("./recording.js").Prediction | undefined} prediction @param {Layers} layers */
+function references(picture, { recording, colour }, t, prediction, layers) {
+  const craft = recording.craft.indexAt(t), plan = recording.plans.indexAt(t);
+  if (craft < 0 || plan < 0) return;
+  const at = { north: recording.craft.column("north")[craft], east: recording.craft.column("east")[craft] };
+  const los = prediction?.line_of_sight_reference;
+  if (los && layers.ghost) picture.arrows.push({ ...at, heading: los.heading_rad, length_m: los.speed_mps * ARROW_S, colour: "los" });
+  const [heading, speed] = ["heading", "speed"].map((column) => recording.plans.column(column)[plan]);
+  picture.arrows.push({ ...at, heading, length_m: speed * ARROW_S, colour });
+}
+
+/** Where the craft was beyond a limit. @param {Picture} picture @param {Recording} recording @param {number} t */
+function breaches(picture, recording, t) {
+  for (const { north, east, limit, beyond } of recording.breachesUntil(t)) picture.marks.push({ north, east, kind: "violation", colour: "bad", title: `${number(beyond, 2, "m")} ${limit}` });
+}
+
+/** @param {Picture} picture @param {Run[]} runs @param {number} t */
+function inWords(picture, runs, t) {
+  const places = picture.vehicles.map(({ name, north, east }) => `${name} at ${number(north, 0)} m north, ${number(east, 0)} m east`);
+  const distances = runs.map(({ name, recording }) => `${runs.length > 1 ? `${name}: ` : ""}${number(recording.goal.at("distance", t), 1)} m from the goal`);
+  return `Map, north up: ${[...places, ...distances].join("; ")}`;
+}

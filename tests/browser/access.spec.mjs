@@ -1,0 +1,33 @@
+// A protected service: it asks for a token, and says what that may do.
+
+import { execFileSync } from "node:child_process";
+import { expect, test } from "./fixtures.mjs";
+import { PROGRAM, startService } from "./service.mjs";
+
+test("with a read-only token the page looks, says so, and orders nothing", async ({ page, complaints }) => {
+  const open = await startService();
+  const { id } = await open.post("/v1/missions", { schema_version: "1.0", title: "protected", simulated: { scenario: "calm" } });
+  const token = execFileSync(PROGRAM, ["token", "add", "watcher", "--role", "read-only", "--data", open.data], { encoding: "utf8" }).match(/pf_\S+|\S{30,}/)[0];
+  try {
+    await page.goto(`${open.url}/`);
+    await page.getByRole("textbox", { name: "Token" }).fill("wrong");
+    await page.getByRole("button", { name: "Use it in this tab" }).click();
+    await expect(page.getByRole("alert")).toContainText("not one of this service's");
+    await page.getByRole("textbox", { name: "Token" }).fill(token);
+    await page.getByRole("button", { name: "Use it in this tab" }).click();
+    await expect(page.locator("#role")).toHaveText("read-only: no orders");
+    await expect(page.locator("main")).toContainText("Read-only");
+    await expect(page.getByRole("button", { name: "Run calm", exact: true })).toBeDisabled();
+    await page.getByRole("link", { name: "protected" }).click();
+    await expect(page.locator("h1")).toHaveText("protected");
+    await expect(page.locator(".orders")).toContainText("Read-only");
+    await expect(page.getByRole("button", { name: "Run", exact: true })).toBeDisabled();
+    await page.goto(`${open.url}/#/plan`);
+    await expect(page.locator(".plan-status")).toHaveText("planned");
+    expect((await (await fetch(`${open.url}/v1/missions/${id}`, { headers: { authorization: `Bearer ${token}` } })).json()).status).toBe("created");
+  } finally {
+    await open.stop();
+    const others = complaints.splice(0).filter((complaint) => !complaint.includes("401") && !complaint.includes(open.url) && !/ERR_/.test(complaint));
+    expect(others).toEqual([]);
+  }
+});

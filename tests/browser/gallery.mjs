@@ -1,0 +1,71 @@
+// Flies every scenario with a surface craft, seed 1, under the planner and under line of sight, and writes what the first page draws of them:
+//   node gallery.mjs FILE          writes it
+//   node gallery.mjs --check FILE  says whether it is still what is flown
+
+import { execFileSync } from "node:child_process";
+import { readFile, writeFile } from "node:fs/promises";
+import { Recording, scores } from "../../api/page/web/recording.js";
+import { flown, PROGRAM, startService } from "./service.mjs";
+
+/** A point is left out if the line without it misses it by less than this share of the extent. */
+const MISS_MAX = 0.004;
+/** Another processor may round another way, which a long run amplifies: distances differ by no more than this share. */
+const DIFFERENCE_MAX = 0.05;
+
+const [check, file] = process.argv[2] === "--check" ? [true, process.argv[3]] : [false, process.argv[2]];
+const service = await startService();
+try {
+  const lines = execFileSync(PROGRAM, ["scenarios"], { encoding: "utf8" }).trim().split("\n");
+  const listed = lines.map((line) => /^(\S+)\s+(.*)$/.exec(line).slice(1)).filter(([, title]) => !title.includes("no surface craft"));
+  const before = check ? JSON.parse(await readFile(file, "utf8")).scenarios : [];
+  if (check && listed.map(([name]) => name).join() !== before.map(({ name }) => name).join()) throw new Error(`${file} has other scenarios: draw it again`);
+  const scenarios = [];
+  for (const [name, title] of listed) {
+    scenarios.push({ name, title, ...await drawn(name) });
+    const made = scenarios.at(-1), old = before.find((scenario) => scenario.name === name);
+    for (const whose of check ? ["planner", "line_of_sight"] : []) {
+      const [now, then] = [made[whose].rms_m, old[whose].rms_m];
+      if (Math.abs(now - then) > DIFFERENCE_MAX * then + 0.01) throw new Error(`${name}: the ${whose} is now ${now} m from the goal and was ${then} m: .ci/page-test --draw`);
+    }
+    console.log(`${name}: planner ${made.planner.rms_m} m, line of sight ${made.line_of_sight.rms_m} m`);
+  }
+  if (!check) await writeFile(file, `{"scenarios":[\n${scenarios.map((scenario) => JSON.stringify(scenario)).join(",\n")}\n]}\n`);
+} finally {
+  await service.stop();
+}
+
+async function drawn(scenario) {
+  const [planner, los] = await Promise.all(["mpc", "saturated_los"].map(async (controller) => {
+    const id = await flown(service, { scenario, seed: 1, controller }, `${scenario}: ${controller}`);
+    const recording = new Recording({ ...await service.get(`/v1/missions/${id}`), scene: await service.get(`/v1/missions/${id}/scene`) });
+    recording.takeLines((await (await fetch(`${service.url}/v1/missions/${id}/record?format=csv`)).text()).split("\n"));
+    return recording;
+  }));
+  const { duration_s, keep_outs, area } = planner.scene;
+  const all = [planner.craft, ...planner.auvs.values()].flatMap(points), extent = Math.max(...[0, 1].map((k) => Math.max(...all.map((point) => point[k])) - Math.min(...all.map((point) => point[k]))));
+  const track = (series) => thinned(points(series), MISS_MAX * extent).map((point) => point.map((metres) => Math.round(10 * metres) / 10));
+  const rms_m = (recording) => Math.round(1000 * scores(recording).rms_m) / 1000;
+  return {
+    duration_s,
+    planner: { rms_m: rms_m(planner), tracks: { asc: track(planner.craft), auvs: Object.fromEntries(Array.from(planner.auvs, ([id, series]) => [id, track(series)])) } },
+    line_of_sight: { rms_m: rms_m(los), tracks: { asc: track(los.craft) } },
+    keep_outs: keep_outs.map((disc) => [disc.north_m, disc.east_m, disc.radius_m]), area,
+  };
+}
+
+function points(series) {
+  return Array.from({ length: series.length }, (_, i) => [series.column("north")[i], series.column("east")[i]]);
+}
+
+/** Douglas and Peucker's thinning. */
+function thinned(line, miss) {
+  if (line.length < 3) return line;
+  const [[n0, e0], [n1, e1]] = [line[0], line.at(-1)], length = Math.hypot(n1 - n0, e1 - e0);
+  let [farthest, most] = [0, 0];
+  line.forEach(([n, e], i) => {
+    const off = length > 0 ? Math.abs((n - n0) * (e1 - e0) - (e - e0) * (n1 - n0)) / length : Math.hypot(n - n0, e - e0);
+    if (off > most) [farthest, most] = [i, off];
+  });
+  if (most <= miss) return [line[0], line.at(-1)];
+  return [...thinned(line.slice(0, farthest + 1), miss).slice(0, -1), ...thinned(line.slice(farthest), miss)];
+}

@@ -1,0 +1,64 @@
+// Names from outside are text, whatever is in them, wherever they reach the page.
+
+import { expect, go, test } from "./fixtures.mjs";
+import { flown, liveMission } from "./service.mjs";
+
+const HOSTILE = {
+  markup: "<img src=x onerror=alert(1)>",
+  turned: "\u202eabc\u2066\u200fdef\u202d",
+  emoji: "🐟".repeat(16),
+  script: "</script><script>alert(1)</script>",
+};
+
+for (const [kind, name] of Object.entries(HOSTILE)) {
+  test(`names with ${kind} stay text on every view`, async ({ page, service, complaints }) => {
+    page.on("dialog", (dialog) => { complaints.push(`a dialog opened: ${dialog.message()}`); dialog.dismiss(); });
+    const mission = await liveMission(service, { ids: [name, `${name.slice(0, 8)}2`], title: name });
+    await service.post(`/v1/missions/${mission.id}/reports`, { notes: [{ t_s: Date.now() / 1000 - 1, text: name }] });
+    const images = () => page.locator("main img").count();
+    try {
+      await go(page, service, "");
+      await expect(page.locator("main")).toContainText(name);
+      await noOverflow(page);
+      await go(page, service, `#/mission/${mission.id}`);
+      await expect(page.locator("h1")).toHaveText(name);
+      await expect(page.locator(".log")).toContainText(name);
+      await expect(page.locator(".now").first()).toContainText(name);
+      expect(await images()).toBe(0);
+      for (const width of [1280, 390]) {
+        await page.setViewportSize({ width, height: 844 });
+        await noOverflow(page);
+      }
+    } finally {
+      await mission.stop();
+      await service.post(`/v1/missions/${mission.id}/finish`, {});
+    }
+    const example = await service.get("/v1/examples/track");
+    example.auvs[0].id = example.goal.auv = name;
+    example.metadata = { [name]: name };
+    await go(page, service, "#/plan");
+    await page.getByRole("textbox", { name: /^Snapshot/ }).fill(JSON.stringify(example, null, 1));
+    await page.getByRole("textbox", { name: /^Snapshot/ }).press("Control+Enter");
+    await expect(page.locator(".plan-status")).toContainText("planned");
+    expect(await images()).toBe(0);
+    await noOverflow(page);
+    expect(complaints).toEqual([]);
+  });
+}
+
+test("a hostile title of a scenario's run stays text in its mission and its comparison", async ({ page, service, complaints }) => {
+  const id = await flown(service, { scenario: "calm", seed: 1 }, `${HOSTILE.markup}${HOSTILE.turned}`);
+  await go(page, service, `#/mission/${id}`);
+  await expect(page.locator("h1")).toContainText("<img src=x");
+  await go(page, service, `#/compare?scenario=${encodeURIComponent(HOSTILE.markup)}&seed=1`);
+  await expect(page.locator(".notice")).toContainText("no such scenario");
+  await page.goto(`${service.url}/#/mission/${encodeURIComponent(HOSTILE.markup)}`);
+  await expect(page.locator(".notice")).toContainText("no such mission");
+  expect(await page.locator("main img").count()).toBe(0);
+  const others = complaints.splice(0).filter((complaint) => !complaint.includes("404"));
+  expect(others).toEqual([]);
+});
+
+async function noOverflow(page) {
+  expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
+}

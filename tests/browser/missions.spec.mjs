@@ -1,0 +1,202 @@
+// Missions: from the gallery to the end, scrubbed, compared; live ones watched, steered, and seen through a restart.
+
+import { rm } from "node:fs/promises";
+import { expect, go, isDrawn, test } from "./fixtures.mjs";
+import { flown, liveMission, startService } from "./service.mjs";
+
+test("a scenario runs from the gallery to its end, and any moment of it can be looked at", async ({ page, service, complaints }) => {
+  await go(page, service, "");
+  const card = page.locator(".gallery-card", { has: page.getByRole("heading", { name: "switching", exact: true }) });
+  await card.getByRole("button", { name: /^Run/ }).click();
+  await expect(page.locator(".mission-head h1")).toContainText("switching");
+  await expect(page.locator(".chips")).toContainText("running");
+  await expect.poll(() => isDrawn(page.locator(".map-place canvas").first())).toBe(true);
+  // It was begun at a speed to watch; the rest as fast as it can.
+  await page.getByRole("button", { name: "Pause", exact: true }).click();
+  await expect(page.locator(".chips")).toContainText("paused");
+  await page.getByLabel("Speed of the simulation").selectOption("as fast as it can");
+  await page.getByRole("button", { name: "Run", exact: true }).click();
+  await expect(page.locator(".chips")).toContainText("finished", { timeout: 60_000 });
+
+  const slider = page.getByLabel("Moment that is shown"), clock = page.locator(".clock");
+  await slider.fill("500");
+  const middle = await clock.textContent();
+  await slider.press("ArrowRight");
+  await expect(clock).not.toHaveText(middle ?? "");
+  await expect(page.locator(".now").nth(1)).toContainText("heading lag");
+  const before = await page.locator(".map-place canvas").first().evaluate((canvas) => canvas.toDataURL());
+  await slider.fill("200");
+  await expect.poll(() => page.locator(".map-place canvas").first().evaluate((canvas) => canvas.toDataURL())).not.toBe(before);
+  await page.getByRole("button", { name: "Worst minute" }).click();
+  await expect(page.locator(".log")).toContainText("root mean square over a minute");
+  await page.getByRole("button", { name: /Play/ }).click();
+  await expect(page.getByRole("button", { name: /Pause/ }).last()).toBeVisible();
+  expect(complaints).toEqual([]);
+});
+
+test("two controllers are compared on one clock, with a winner, and the information that each has", async ({ page, service, complaints }) => {
+  await go(page, service, "#/compare?scenario=switching&seed=1");
+  await expect(page.locator(".notice")).toContainText("Flown", { timeout: 90_000 });
+  const rms = page.locator(".scores tbody tr").first();
+  await expect(rms.locator("td.better")).toHaveCount(1);
+  await expect(rms.locator(".winner")).toHaveText("planner");
+  await expect(page.locator(".scores")).toContainText("information given");
+  await expect(page.locator(".information").first()).not.toHaveText("–");
+  await expect(page.locator(".map-place canvas")).toHaveCount(2);
+  // Both maps say what was planned, also of runs that were flown before.
+  const { missions: [flownLast] } = await service.get("/v1/missions?limit=1000");
+  expect(flownLast.status).toBe("finished");
+  // The same address shows the same runs, and makes no others.
+  const { missions } = await service.get("/v1/missions?limit=1000");
+  await page.reload();
+  await expect(page.locator(".notice")).toContainText("Flown", { timeout: 60_000 });
+  expect((await service.get("/v1/missions?limit=1000")).missions.length).toBe(missions.length);
+  const fetched = page.waitForResponse((answer) => answer.url().includes("kinds=planned"));
+  await page.getByLabel("Moment that is shown").fill("300");
+  expect((await (await fetched).text()).includes('"prediction"')).toBe(true);
+  // A moment and layers that were chosen stay when the maps are put together.
+  const clock = page.locator(".clock"), then = await clock.textContent();
+  await page.getByLabel("a map each").uncheck();
+  await expect(page.locator(".map-place canvas")).toHaveCount(1);
+  await expect(clock).toHaveText(then ?? "");
+  await page.getByLabel("a map each").check();
+  for (const [name, ending] of [["Save PNG", ".png"], ["Save CSV", ".csv"]]) {
+    const [saved] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name }).click()]);
+    expect(saved.suggestedFilename()).toBe(`switching-seed-1${ending}`);
+  }
+  // A link to the missions themselves is for everybody who may read.
+  await page.context().grantPermissions(["clipboard-read", "clipboard-write"]);
+  await page.getByRole("button", { name: "Copy link" }).click();
+  await expect(page.locator(".scores .row")).toContainText("copied");
+  const link = await page.evaluate(() => navigator.clipboard.readText());
+  expect(link).toContain("missions=");
+  await page.goto(link);
+  await page.reload();
+  await expect(page.locator(".notice")).toContainText("Flown", { timeout: 60_000 });
+  await expect(page.locator(".scores tbody tr").first().locator(".winner")).toHaveText("planner");
+  expect(complaints).toEqual([]);
+});
+
+test("a comparison of no known controller is one of the usual, and one that was broken off is flown again", async ({ page, service, complaints }) => {
+  await go(page, service, "#/compare?scenario=calm&seed=7&controllers=nonsense");
+  await expect(page.locator(".notice")).toContainText("Flown", { timeout: 60_000 });
+  const { version } = await service.get("/version");
+  const begun = await fetch(`${service.url}/v1/missions`, {
+    method: "POST", headers: { "content-type": "application/json", "idempotency-key": `compare ${version} calm 8 mpc` },
+    body: JSON.stringify({ schema_version: "1.0", title: "calm, seed 8: planner", simulated: { scenario: "calm", seed: 8 } }),
+  });
+  const { id } = await begun.json();
+  await service.post(`/v1/missions/${id}/step`, { ticks: 3 });
+  await service.post(`/v1/missions/${id}/finish`, {});
+  await go(page, service, "#/compare?scenario=calm&seed=8");
+  await expect(page.locator(".notice")).toContainText("Flown", { timeout: 60_000 });
+  expect(complaints).toEqual([]);
+});
+
+test("streams are read in a browser that does not go through them by itself", async ({ page, service, complaints }) => {
+  await page.addInitScript(() => { delete ReadableStream.prototype[Symbol.asyncIterator]; });
+  const id = await flown(service, { scenario: "calm", seed: 4 }, "read by hand");
+  await go(page, service, `#/mission/${id}`);
+  await expect(page.locator(".chips")).toContainText("finished");
+  await expect.poll(() => isDrawn(page.locator(".map-place canvas").first())).toBe(true);
+  expect(complaints).toEqual([]);
+});
+
+test("on the first page what is open stays open, and what has the focus keeps it, while missions go on", async ({ page, service, complaints }) => {
+  const mission = await liveMission(service, { title: "open", ids: ["auv-1", "never-heard"] });
+  try {
+    // An AUV that is never heard is one that its mission waits for.
+    await go(page, service, "");
+    const row = page.locator("tr", { has: page.getByRole("link", { name: "open", exact: true }) });
+    await row.locator("a").focus();
+    const lag = row.locator("td").nth(2), before = await lag.textContent();
+    await expect(lag).not.toHaveText(before ?? "", { timeout: 30_000 });
+    expect(await row.locator("a").evaluate((link) => link === document.activeElement)).toBe(true);
+    await page.evaluate(() => { document.querySelector("tbody tr").marked = true; });
+    await page.waitForTimeout(5000);
+    expect(await page.evaluate(() => document.querySelector("tbody tr").marked)).toBe(true);
+  } finally {
+    await mission.stop();
+    await service.post(`/v1/missions/${mission.id}/finish`, {});
+  }
+  expect(complaints).toEqual([]);
+});
+
+test("a mission whose reports cease is stale, by the service's clock and not by the browser's", async ({ page, service, complaints }) => {
+  // A tablet that is an hour ahead.
+  await page.addInitScript(() => { const { now } = Date; Date.now = () => now() + 3_600_000; });
+  const mission = await liveMission(service, { title: "ceases" });
+  await go(page, service, `#/mission/${mission.id}`);
+  await expect(page.locator(".chips")).toContainText("connected");
+  await expect(page.locator(".now").first()).toContainText("auv-2 heard");
+  await page.waitForTimeout(3000);
+  await expect(page.locator(".chips")).not.toContainText("stale");
+  await mission.stop();
+  await expect(page.locator(".chips")).toContainText(/stale|hold/, { timeout: 60_000 });
+  const heard = page.locator(".now").first().locator("div", { hasText: "auv-2 heard" }), then = await heard.textContent();
+  await expect(heard).not.toHaveText(then ?? "", { timeout: 10_000 });
+  await service.post(`/v1/missions/${mission.id}/finish`, {});
+  expect(complaints).toEqual([]);
+});
+
+test("a live mission that a script posts is watched as it happens, and its goal is changed", async ({ page, service, complaints }) => {
+  const mission = await liveMission(service, { title: "watched" });
+  try {
+    await go(page, service, "");
+    await page.getByRole("link", { name: "watched" }).click();
+    await expect(page.locator(".chips")).toContainText("connected");
+    const clock = page.locator(".clock"), now = await clock.textContent();
+    await expect(clock).not.toHaveText(now ?? "", { timeout: 10_000 });
+    await expect(page.locator(".now").first()).toContainText("auv-2 heard");
+    await page.locator(".goal summary").click();
+    await page.getByLabel("Goals to begin with").selectOption({ label: "track auv-2" });
+    await page.getByRole("button", { name: "Change the goal" }).click();
+    await expect(page.locator(".log")).toContainText("changed");
+    expect((await service.get(`/v1/missions/${mission.id}`)).setting.goal).toEqual({ kind: "track", auv: "auv-2" });
+    await page.getByLabel("New goal, as JSON").fill('{"kind":"track","auv":"auv-9"}');
+    await page.getByRole("button", { name: "Change the goal" }).click();
+    await expect(page.locator(".orders .said")).toContainText("/goal");
+    await expect.poll(() => complaints.length).toBe(1);
+    expect(complaints.splice(0)[0]).toContain("422");
+  } finally {
+    await mission.stop();
+    await service.post(`/v1/missions/${mission.id}/finish`, {});
+  }
+});
+
+test("a mission is seen on after the server was killed and started again, without a reload", async ({ page, complaints }) => {
+  const first = await startService();
+  const mission = await liveMission(first, { title: "killed" });
+  let second;
+  try {
+    await go(page, first, `#/mission/${mission.id}`);
+    await expect(page.locator(".chips")).toContainText("connected");
+    await page.evaluate(() => { window.here = true; });
+    await first.kill();
+    await expect(page.locator(".chips")).toContainText("connection lost");
+    second = await startService({ data: first.data, port: first.port });
+    await expect(page.locator(".chips")).toContainText("connected", { timeout: 30_000 });
+    const { sequence } = await second.get(`/v1/missions/${mission.id}`);
+    const clock = page.locator(".clock"), then = await clock.textContent();
+    await expect(clock).not.toHaveText(then ?? "", { timeout: 10_000 });
+    expect(await page.evaluate(() => window.here)).toBe(true);
+    expect(sequence).toBeGreaterThan(0);
+  } finally {
+    await mission.stop();
+    await (second ?? first).kill();
+    await rm(first.data, { recursive: true, force: true });
+    // What a browser writes to its console while nothing answers, and what names another service's port.
+    const others = complaints.splice(0).filter((complaint) => !/ERR_(CONNECTION|INCOMPLETE|EMPTY|NETWORK)/.test(complaint) && !complaint.includes(first.url));
+    expect(others).toEqual([]);
+  }
+});
+
+test("a stored mission says what its planner believed at any time", async ({ page, service, complaints }) => {
+  const id = await flown(service, { scenario: "noisy-fixes", seed: 3 }, "stored");
+  await go(page, service, `#/mission/${id}`);
+  await expect(page.locator(".chips")).toContainText("finished");
+  await page.getByLabel("Moment that is shown").fill("300");
+  await expect(page.locator(".now").nth(1)).toContainText("95 %");
+  await expect(page.locator(".map-place canvas").first()).toHaveAttribute("aria-label", /m from the goal/);
+  expect(complaints).toEqual([]);
+});

@@ -1,0 +1,99 @@
+// What the page makes of records and events, without a browser.
+
+import { test } from "node:test";
+import { expect } from "@playwright/test";
+import { Recording, scores, worstStretch } from "../../api/page/web/recording.js";
+
+const recording = (mission = {}) => new Recording({ id: "m", title: "", kind: "live", status: "running", t_s: 0, scene: {}, ...mission });
+const asc = (t_s, north_m, east_m) => ({ t_s, state: { north_m, east_m, heading_rad: 0, speed_mps: 1 } });
+const same = (unix) => unix;
+let sequence = 0;
+const take = (into, event) => into.takeEvent(sequence += 1, event, same);
+const reported = (into, t, north, east) => take(into, { kind: "reported", at_s: t, heard: { asc: [asc(t, north, east)] } });
+
+test("a disc counts from when it was put there until it was taken away", () => {
+  const disc = { north_m: 0, east_m: 0, radius_m: 5 }, live = recording({ scene: { keep_outs: [] } });
+  reported(live, 10, 0, 0);
+  take(live, { kind: "changed", at_s: 20, setting: { keep_outs: [disc] } });
+  reported(live, 30, 1, 0);
+  reported(live, 40, 4, 0);
+  take(live, { kind: "changed", at_s: 50, setting: { keep_outs: null } });
+  reported(live, 60, 0, 0);
+  expect([15, 35, 55].map((t) => live.limitsAt(t).keep_outs.length)).toEqual([0, 1, 0]);
+  const [breach, ...others] = live.breachesUntil(100);
+  expect(others).toEqual([]);
+  expect(breach).toMatchObject({ t: 30, north: 1, beyond: 4, limit: "inside a keep-out" });
+  expect(live.breachesUntil(20)).toEqual([]);
+});
+
+test("a stay outside the area is marked where it is farthest, whichever way its corners are listed", () => {
+  const corners = [[0, 0], [100, 0], [100, 50], [0, 50]];
+  for (const area of [corners, corners.toReversed()]) {
+    const live = recording({ scene: { area } });
+    for (const [t, north, east] of [[1, 50, 25], [2, 103, 54], [3, 106, 58], [4, 90, 25], [5, 50, -2]]) reported(live, t, north, east);
+    const found = live.breachesUntil(10);
+    expect(found.map(({ t }) => t)).toEqual([3, 5]);
+    // 6 m north and 8 m east of a corner; 2 m off an edge.
+    expect(found.map(({ beyond }) => beyond)).toEqual([10, 2]);
+  }
+});
+
+test("out of acoustic range is by the slant range to where the AUV was", () => {
+  const simulated = recording({ kind: "simulated", scene: { range_max_m: 50 } });
+  const lines = ["sequence,kind,t_s,vehicle,north_m,east_m,depth_m", "1,truth,1,asc,40,0,", "1,truth,1,auv-1,0,0,40", "2,truth,2,asc,20,0,", "2,truth,2,auv-1,0,0,40"];
+  simulated.takeLines(lines);
+  // 40 m beside and 40 m below is 56.6 m away.
+  expect(simulated.breachesUntil(5).map(({ t, beyond }) => [t, Math.round(10 * beyond)])).toEqual([[1, 66]]);
+});
+
+test("fixes of a simulated mission are where and when they were sent, and those that were refused are known", () => {
+  const simulated = recording({ kind: "simulated" });
+  simulated.takeLines([
+    "sequence,kind,t_s,vehicle,north_m,east_m,age_s", "1,known,10,auv-1,5,6,2.5", "2,known,11,auv-1,5,6,3.5", "3,known,12,auv-1,9,9,2", "3,refused,10,auv-1,,,", "4,known,13,auv-2,,,0",
+  ]);
+  const fixes = simulated.fixes.get("auv-1");
+  expect(Array.from(fixes.column("t").subarray(0, fixes.length))).toEqual([7.5, 10]);
+  expect(simulated.refused.get("auv-1").last).toBe(10);
+  expect(simulated.fixes.has("auv-2")).toBe(false);
+  const event = {
+    kind: "planned", t_s: 12, late_s: 0, solve_time_ns: 1e6, outcome: "ok", method: "mpc", reference: { speed_mps: 1, heading_rad: 0 }, truth: { asc: { north_m: 0, east_m: 0 }, auvs: {} },
+    prediction: { goal: [], asc: [[0, 0]], auvs: [{ id: "auv-1", age_s: 2, heard: { t_s: 10.0004, north_m: 9, east_m: 9 }, refused_t_s: [10], positions: [[0, 0]], depths_m: [1] }] },
+  };
+  const streamed = recording({ kind: "simulated" });
+  take(streamed, event);
+  expect([streamed.fixes.get("auv-1").first, streamed.refused.get("auv-1").first]).toEqual([10, 10]);
+});
+
+test("the errors along and across a live goal are of where the plan takes the craft to be, as the distance is", () => {
+  const live = recording();
+  const planned = (t_s, goal, at) => ({
+    kind: "planned", t_s, late_s: 0, solve_time_ns: 1e6, outcome: "ok", method: "mpc", reference: { speed_mps: 1, heading_rad: 0 },
+    prediction: { goal: [goal], asc: [at], auvs: [] },
+  });
+  reported(live, 0, -100, -100);
+  take(live, planned(1, [0, 0], [-3, 4]));
+  take(live, planned(2, [1, 0], [-2, 4]));
+  const at = (name) => live.goal.at(name, 2);
+  // The goal goes north: behind is negative, east is to starboard.
+  expect([at("distance"), at("along"), at("cross")]).toEqual([5, -3, 4]);
+});
+
+test("a gap's events are put where they belong", () => {
+  const live = recording();
+  reported(live, 1, 1, 0);
+  sequence += 1;
+  const missed = sequence;
+  reported(live, 3, 3, 0);
+  live.takeAny(missed, { kind: "reported", at_s: 2, heard: { asc: [asc(2, 2, 0)] } }, same);
+  expect(Array.from(live.craft.column("north").subarray(0, 3))).toEqual([1, 2, 3]);
+  expect(live.sequence).toBe(sequence);
+});
+
+test("settled scores and the worst minute begin where the scenario says that it has settled", () => {
+  const flown = recording({ kind: "simulated", scene: { settled_after_s: 300 } });
+  const rows = Array.from({ length: 900 }, (_, t) => `${t + 1},truth,${t},asc,0,0,${t},0,${t < 200 ? 50 : t < 500 ? 2 : 1}`);
+  flown.takeLines(["sequence,kind,t_s,vehicle,north_m,east_m,goal_north_m,goal_east_m,goal_distance_m", ...rows]);
+  const expected = Math.sqrt((200 * 4 + 400) / 600);
+  expect(scores(flown).settled_rms_m).toBeCloseTo(expected, 9);
+  expect(worstStretch(flown).rms_m).toBeCloseTo(2, 9);
+});

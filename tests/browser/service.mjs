@@ -1,0 +1,85 @@
+// Starts the service as the README says, and posts to it like a client.
+
+import { spawn } from "node:child_process";
+import { once } from "node:events";
+import { mkdtemp, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { createInterface } from "node:readline";
+
+export const PROGRAM = process.env.PILOTFISH_PROGRAM ?? new URL("../../target/release/pilotfish", import.meta.url).pathname;
+
+/** A service on a free port of this machine, in a directory of its own unless `data` says which. */
+export async function startService({ data, port = 0, token } = {}) {
+  const directory = data ?? await mkdtemp(join(tmpdir(), "pilotfish-page-"));
+  // No setting of the machine that the tests run on counts.
+  const env = Object.fromEntries(Object.entries(process.env).filter(([name]) => !name.startsWith("PILOTFISH_")));
+  const child = spawn(PROGRAM, ["serve", "--port", String(port), "--data", directory, "--log", "warn"], { env, stdio: ["ignore", "pipe", "inherit"] });
+  const [greeting] = await Promise.race([once(createInterface({ input: child.stdout }), "line"), once(child, "exit").then(() => { throw new Error("the service did not start"); })]);
+  const url = /http:\/\/[^ ]*[0-9]/.exec(greeting)[0];
+  const headers = { "content-type": "application/json", ...(token && { authorization: `Bearer ${token}` }) };
+  const call = async (method, path, body) => {
+    const answer = await fetch(`${url}${path}`, { method, headers, body: body === undefined ? undefined : JSON.stringify(body) });
+    if (!answer.ok) throw new Error(`${method} ${path}: ${answer.status} ${await answer.text()}`);
+    return answer.json();
+  };
+  return {
+    url, data: directory, pid: child.pid, port: Number(new URL(url).port),
+    post: (path, body) => call("POST", path, body),
+    get: (path) => call("GET", path),
+    async kill() {
+      child.kill("SIGKILL");
+      if (child.exitCode === null && child.signalCode === null) await once(child, "exit");
+    },
+    async stop() {
+      await this.kill();
+      if (!data) await rm(directory, { recursive: true, force: true });
+    },
+  };
+}
+
+/** Makes a simulated mission and lets it run to its end. */
+export async function flown(service, simulated, title) {
+  const { id } = await service.post("/v1/missions", { schema_version: "1.0", title, simulated });
+  await service.post(`/v1/missions/${id}/run`, {});
+  for (;;) {
+    const { status } = await service.get(`/v1/missions/${id}`);
+    if (status === "finished") return id;
+    if (status === "failed") throw new Error(`${id} failed`);
+    await new Promise((resume) => setTimeout(resume, 200));
+  }
+}
+
+/**
+ * A live mission of `ids`, whose AUVs go north beside each other, and a craft that does what its references say, reported once a second of the mission's
+ * clock. A fix in ten is far off. `say` gets errors of posts, which go on.
+ */
+export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate = 1, title = "a live mission", origin, goal } = {}) {
+  const live = { auvs: ids.map((id) => ({ id })), goal: goal ?? { kind: "track", auv: ids[0] }, clock_rate: clockRate, keep_outs: [{ north_m: 60, east_m: 12, radius_m: 8 }], origin };
+  const { id, created_s } = await service.post("/v1/missions", { schema_version: "1.0", title, live });
+  await service.post(`/v1/missions/${id}/run`, {});
+  const clock = () => created_s + clockRate * (Date.now() / 1000 - created_s);
+  const start = clock();
+  let craft = { north_m: -15, east_m: 10, heading_rad: 0, speed_mps: 0.2 }, last = start, n = 0, stopped = false;
+  const tick = async () => {
+    const t_s = clock() - 0.05 * clockRate, step = Math.min(t_s - last, 5);
+    last = t_s;
+    const current = await service.get(`/v1/missions/${id}/reference`).catch(() => null);
+    if (current) ({ heading_rad: craft.heading_rad, speed_mps: craft.speed_mps } = current.plan.reference);
+    craft.north_m += step * craft.speed_mps * Math.cos(craft.heading_rad);
+    craft.east_m += step * craft.speed_mps * Math.sin(craft.heading_rad);
+    n += 1;
+    const auvs = Object.fromEntries(ids.map((name, i) => {
+      const north_m = 0.2 * (t_s - start) + Math.sin(n * 1.7 + i), east_m = 25 * i + Math.cos(n * 2.3 + i) + (n % 10 === 9 && i === 0 ? 60 : 0);
+      return [name, [{ t_s, north_m, east_m, depth_m: 8 + 6 * Math.sin((t_s - start) / 40 + i), sigma_m: 1 }]];
+    }));
+    await service.post(`/v1/missions/${id}/reports`, { auvs, asc: [{ t_s, state: { ...craft, sway_mps: 0, yaw_rate_radps: 0 } }] });
+  };
+  const run = (async () => {
+    while (!stopped) {
+      await tick().catch(() => {});
+      await new Promise((resume) => setTimeout(resume, Math.max(1000 / clockRate, 20)));
+    }
+  })();
+  return { id, stop: () => { stopped = true; return run; } };
+}
