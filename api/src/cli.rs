@@ -6,6 +6,7 @@ use clap::{Parser, Subcommand};
 
 mod backup;
 mod bridge;
+mod campaign;
 mod config;
 mod crafts;
 mod declared_craft;
@@ -25,6 +26,7 @@ pub(crate) use self::config::Config;
 use self::{
     backup::{Backup, back_up},
     bridge::{Bridge, Preflight, bridge, preflight},
+    campaign::{CampaignCommand, campaign},
     config::{CommonFlags, ConfigError, Layers, ServeFlags, show},
     crafts::{Crafts, crafts},
     identify::{Identify, identify},
@@ -90,6 +92,12 @@ enum Command {
     Vacuum,
     /// Score every controller in every scenario over many seeds.
     Bench(Bench),
+    /// Fly many missions of many controllers in worlds drawn from one seed, and report what they come to.
+    #[command(subcommand)]
+    Campaign(CampaignCommand),
+    /// Fly what campaigns were sent to a broker, as long as there is work.
+    #[cfg(feature = "nats")]
+    Worker(campaign::WorkerFlags),
     /// Print the file that completes commands in a shell.
     #[command(hide = true)]
     Completions(Completions),
@@ -150,6 +158,9 @@ impl Arguments {
             Some(Command::Retention(arguments)) => retain(&arguments, &config.data)?,
             Some(Command::Vacuum) => vacuum(&config.data)?,
             Some(Command::Bench(arguments)) => bench(&arguments)?,
+            Some(Command::Campaign(command)) => campaign(&command)?,
+            #[cfg(feature = "nats")]
+            Some(Command::Worker(arguments)) => campaign::work(&arguments)?,
             Some(Command::Completions(arguments)) => completions(&arguments)?,
             Some(Command::ManualPages(arguments)) => manual_pages(&arguments)?,
         }

@@ -23,6 +23,7 @@ mod variation;
 
 pub(crate) use contender::{AUTO, CONSTANT_VELOCITY, PATH};
 pub use contender::{Contender, Paths, Pilot};
+pub(crate) use queue::in_parallel;
 pub use roster::{TRANSIENTS, ablations, other_plant, pareto_front, sensitivity};
 pub use score::{Family, Metric, Score};
 pub use variation::Variation;

@@ -23,6 +23,7 @@ mod worst;
 use claims::{best_tuned_law, verdicts};
 pub use document::{Block, Document, Table};
 pub use pareto::PICTURE as PARETO_PICTURE;
+pub(crate) use runs::SCORES;
 pub use runs::write_runs;
 pub use strangers::{write_breakdowns, write_strangers};
 pub use worst::{WorstRun, worst_document, worst_runs};

@@ -156,6 +156,15 @@ impl Contender {
         }
     }
 
+    /// The gains that it always flies at; none where they are found, or it has none.
+    #[must_use]
+    pub(crate) fn fixed_tuning(&self) -> Option<LosTuning> {
+        match self.pilot {
+            Pilot::Tuned(tuning) => Some(tuning),
+            Pilot::Law(_) | Pilot::Planner { .. } => None,
+        }
+    }
+
     /// Whether others know more than it: beside them it proves nothing.
     #[must_use]
     pub(crate) fn is_less_informed(&self, found: &Match) -> bool {
@@ -192,7 +201,7 @@ impl Contender {
 
     /// The scenario that it flies.
     #[must_use]
-    pub(super) fn scenario(&self, scenario: &Scenario) -> Scenario {
+    pub(crate) fn scenario(&self, scenario: &Scenario) -> Scenario {
         let mut scenario = scenario.clone();
         scenario.knowledge.paths |= self.paths == Paths::Informed;
         if let Some(variation) = self.variation {
@@ -202,7 +211,7 @@ impl Contender {
     }
 
     /// What steers, without memory. `tuning` is a law's.
-    pub(super) fn guide(&self, tuning: Option<LosTuning>) -> Box<dyn Guide> {
+    pub(crate) fn guide(&self, tuning: Option<LosTuning>) -> Box<dyn Guide> {
         let adapted = |guide| Adapted {
             guide,
             without_paths: self.paths == Paths::Uninformed,

@@ -55,7 +55,7 @@ impl Bench {
         let tuning = self.tuning_jobs();
         let all: f64 = tuning.iter().map(|job| self.cost(job)).sum::<f64>() + self.scoring_cost();
         let mut done = 0.0;
-        let mut tell = |job: &Job| {
+        let mut tell = |job: &Job, _: &Result<Answer, BenchError>| {
             done += self.cost(job) / all;
             progress(done.min(1.0));
         };

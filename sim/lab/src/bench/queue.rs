@@ -10,13 +10,13 @@ use std::{
 };
 
 /// What every one of `jobs` comes to, in their order, whichever thread did them; or the error of the first of those
-/// that failed. Jobs that were not begun by then are left undone. `done` hears of every job that ends, one at a
-/// time.
-pub(super) fn in_parallel<Job: Sync, Answer: Send, Failure: Send>(
+/// that failed. Jobs that were not begun by then are left undone. `done` hears of every job that ends and of what it comes to,
+/// one at a time.
+pub(crate) fn in_parallel<Job: Sync, Answer: Send, Failure: Send>(
     jobs: &[Job],
     threads: NonZeroUsize,
     work: impl Fn(&Job) -> Result<Answer, Failure> + Sync,
-    done: &mut (dyn FnMut(&Job) + Send),
+    done: &mut (dyn FnMut(&Job, &Result<Answer, Failure>) + Send),
 ) -> Result<Vec<Answer>, Failure> {
     let next = AtomicUsize::new(0);
     let failed = AtomicBool::new(false);
@@ -31,8 +31,8 @@ pub(super) fn in_parallel<Job: Sync, Answer: Send, Failure: Send>(
                     let Some(job) = jobs.get(i) else { break };
                     let answer = work(job);
                     failed.fetch_or(answer.is_err(), Ordering::Relaxed);
+                    (*done.lock().expect("telling of progress does not panic"))(job, &answer);
                     *answers[i].lock().expect("no job panics while it holds a lock") = Some(answer);
-                    (*done.lock().expect("telling of progress does not panic"))(job);
                 }
             });
         }
@@ -55,7 +55,7 @@ mod tests {
             let mut ended = 0;
             let threads = NonZeroUsize::new(threads).expect("positive");
             let work = |job: &u64| Ok::<_, ()>(job * job);
-            let answers = in_parallel(&jobs, threads, work, &mut |_| ended += 1);
+            let answers = in_parallel(&jobs, threads, work, &mut |_, _| ended += 1);
             assert_eq!(answers, Ok(jobs.iter().map(|job| job * job).collect()));
             assert_eq!(ended, 100);
         }
@@ -67,7 +67,7 @@ mod tests {
         let two = NonZeroUsize::new(2).expect("positive");
         let work = |job: &u64| if *job < 5 { Ok(()) } else { Err(*job) };
         let mut ended = 0;
-        assert_eq!(in_parallel(&jobs, two, work, &mut |_| ended += 1), Err(5));
+        assert_eq!(in_parallel(&jobs, two, work, &mut |_, _| ended += 1), Err(5));
         assert!(ended < 1_000, "{ended}");
     }
 }

@@ -5,16 +5,13 @@
 //! seeds covers far less than it says, as it never draws what lies outside them; and ratios of errors are products of
 //! many influences, so that their logarithms are nearer to normal than they are.
 
-use std::f64::consts::FRAC_2_PI;
+use statrs::distribution::{ContinuousCDF as _, StudentsT};
 
 /// What an interval leaves out on either side.
 const TAIL: f64 = 0.025;
 
-/// Halvings of the bracket in which a quantile is sought: 10⁴ · 2⁻⁶⁰ is below rounding.
-const HALVINGS: u32 = 60;
-
-/// Above every quantile that is asked for: that of one degree of freedom is 12.7.
-const QUANTILE_MAX: f64 = 1e4;
+/// A standard error below this share of the mean is rounding.
+const SAME: f64 = 1e-12;
 
 /// A centre, and where there is more than one seed its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,11 +44,9 @@ impl Interval {
 /// ```
 #[must_use]
 pub(crate) fn mean(values: &[f64]) -> Interval {
-    let n = count(values);
-    let centre = values.iter().sum::<f64>() / n;
+    let (centre, error) = centre_and_error(values);
     let bounds = (1 < values.len()).then(|| {
-        let variance = values.iter().map(|value| (value - centre).powi(2)).sum::<f64>() / (n - 1.0);
-        let half = student_quantile(values.len() - 1) * (variance / n).sqrt();
+        let half = student_quantile(values.len() - 1) * error;
         (centre - half, centre + half)
     });
     Interval { centre, bounds }
@@ -102,50 +97,57 @@ pub(crate) fn median(values: &[f64]) -> Option<f64> {
     Some(0.5 * (lower + upper))
 }
 
-#[expect(clippy::cast_precision_loss, reason = "dozens of seeds, not 2⁵³")]
-fn count(values: &[f64]) -> f64 {
-    values.len() as f64
+/// Probability that the mean of as many values that are normal about 0 is as far from 0 as that of `values`: the two-sided test of
+/// Student. 1 where all are 0. None of fewer than two values, and where all are another value but for rounding: how much they vary
+/// is not known then.
+///
+/// ```text
+/// p = P(|t_{n−1}| ≥ |x̄| √n / s)
+/// ```
+#[must_use]
+pub(crate) fn student_test(values: &[f64]) -> Option<f64> {
+    let law = student(values.len().checked_sub(1)?)?;
+    let (centre, error) = centre_and_error(values);
+    if centre == 0.0 {
+        return Some(1.0);
+    }
+    (SAME * centre.abs() < error).then(|| two_sided(&law, centre / error))
+}
+
+/// Probability that |t| of so many degrees of freedom is `t` or more; none of no degree.
+#[must_use]
+pub(crate) fn student_beyond(t: f64, freedom: usize) -> Option<f64> {
+    Some(two_sided(&student(freedom)?, t))
+}
+
+fn two_sided(law: &StudentsT, t: f64) -> f64 {
+    2.0 * law.sf(t.abs())
+}
+
+/// Student's distribution; none of no degree of freedom.
+#[expect(clippy::cast_precision_loss, reason = "millions of runs, not 2⁵³")]
+fn student(freedom: usize) -> Option<StudentsT> {
+    StudentsT::new(0.0, 1.0, freedom as f64).ok()
 }
 
 /// What |t| of so many degrees of freedom, at least one, exceeds 5 % of the time.
 fn student_quantile(freedom: usize) -> f64 {
-    let (mut low, mut high) = (0.0, QUANTILE_MAX);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if student_within(middle, freedom) < 1.0 - 2.0 * TAIL {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    0.5 * (low + high)
+    student(freedom)
+        .expect("at least one degree of freedom")
+        .inverse_cdf(1.0 - TAIL)
 }
 
-/// How often |t| of ν degrees of freedom stays within `most`.
-///
-/// ```text
-/// θ = atan(t/√ν)
-/// ν odd:   A = 2/π (θ + sin θ (cos θ + 2/3 cos³ θ + … + 2·4…(ν−3) / (1·3…(ν−2)) cos^{ν−2} θ))
-/// ν even:  A = sin θ (1 + 1/2 cos² θ + … + 1·3…(ν−3) / (2·4…(ν−2)) cos^{ν−2} θ)
-/// ```
-/// Source: Abramowitz and Stegun, Handbook of Mathematical Functions (1964), 26.7.3 and 26.7.4.
-fn student_within(most: f64, freedom: usize) -> f64 {
-    let nu = f64::from(u32::try_from(freedom).expect("dozens of seeds"));
-    let theta = (most / nu.sqrt()).atan();
-    let (sine, cosine) = theta.sin_cos();
-    let odd = freedom % 2 == 1;
-    let (mut power, mut term) = if odd { (1.0, cosine) } else { (0.0, 1.0) };
-    let mut sum = 0.0;
-    while power <= nu - 2.0 {
-        sum += term;
-        term *= (power + 1.0) / (power + 2.0) * cosine * cosine;
-        power += 2.0;
-    }
-    if odd {
-        FRAC_2_PI * (theta + sine * sum)
-    } else {
-        sine * sum
-    }
+/// The mean of `values`, and its standard error; that of one value is not a number.
+fn centre_and_error(values: &[f64]) -> (f64, f64) {
+    let n = count(values);
+    let centre = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|value| (value - centre).powi(2)).sum::<f64>() / (n - 1.0);
+    (centre, (variance / n).sqrt())
+}
+
+#[expect(clippy::cast_precision_loss, reason = "millions of runs, not 2⁵³")]
+fn count(values: &[f64]) -> f64 {
+    values.len() as f64
 }
 
 #[cfg(test)]
@@ -170,6 +172,22 @@ mod tests {
             let found = student_quantile(freedom);
             assert!((found - printed).abs() < 5.1e-4, "{freedom}: {found}");
         }
+    }
+
+    #[test]
+    fn the_test_of_a_mean_is_the_worked_one() {
+        // t of nine degrees of freedom exceeds 2.262 on either side 5 % of the time, as printed.
+        let beyond = student_beyond(2.262, 9).expect("nine degrees");
+        assert!((beyond - 0.05).abs() < 1e-4, "{beyond}");
+        // 1, 2, 3: mean 2, standard error 1/√3, t = 2√3, and P(|t| of two degrees > t) = 1 − t/√(2 + t²).
+        let t = 2.0 * 3.0_f64.sqrt();
+        let expected = 1.0 - t / (2.0 + t * t).sqrt();
+        let found = student_test(&[1.0, 2.0, 3.0]).expect("three values");
+        assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        assert_eq!(student_test(&[0.0, 0.0]), Some(1.0));
+        assert_eq!(student_test(&[0.1 + 0.2, 0.3, 0.3]), None);
+        assert_eq!(student_test(&[2.0]), None);
+        assert_eq!(student_test(&[]), None);
     }
 
     #[test]

@@ -196,7 +196,7 @@ impl StrangersBench {
             self.crafts
         };
         let seeds: Vec<u64> = (self.first..self.first + drawn).collect();
-        let mut crafts = in_parallel(&seeds, self.threads, |seed| Stranger::draw(*seed), &mut |_| {})?;
+        let mut crafts = in_parallel(&seeds, self.threads, |seed| Stranger::draw(*seed), &mut |_, _| {})?;
         let is_flown = |craft: &Stranger| craft.seed < self.first + self.crafts;
         let flown = crafts.iter().filter(|craft| is_flown(craft));
         let mut jobs: Vec<Job> = flown
@@ -207,7 +207,7 @@ impl StrangersBench {
         }
         let all: f64 = jobs.iter().map(Job::cost).sum();
         let mut done = 0.0;
-        let answers = in_parallel(&jobs, self.threads, Job::work, &mut |job| {
+        let answers = in_parallel(&jobs, self.threads, Job::work, &mut |job, _| {
             done += job.cost() / all;
             progress(done.min(1.0));
         })?;

@@ -76,7 +76,7 @@ impl Variation {
         }
     }
 
-    pub(super) fn vary_start(self, start: &mut Start) {
+    pub(crate) fn vary_start(self, start: &mut Start) {
         if let (Self::Hull(factor), Some(craft)) = (self, &mut start.world.surface_craft) {
             craft.hull = heavier(&craft.hull, factor);
         }

@@ -137,7 +137,7 @@ type Number = (&'static str, fn(&Score) -> Option<f64>);
     clippy::cast_precision_loss,
     reason = "thousands of episodes and ticks, not 2⁵³"
 )]
-const SCORES: [Number; 26] = [
+pub(crate) const SCORES: [Number; 26] = [
     ("rms_m", |score| Some(score.metrics.rms_m)),
     ("mean_m", |score| Some(score.metrics.mean_m)),
     ("p95_m", |score| Some(score.metrics.p95_m)),

@@ -1,0 +1,331 @@
+//! `pilotfish campaign`: many missions of many controllers in many worlds.
+
+use std::{
+    error::Error,
+    io::{self, IsTerminal as _},
+    num::NonZeroUsize,
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
+
+use clap::{Args, Subcommand};
+use indicatif::{ProgressBar, ProgressStyle};
+use lab::{
+    campaign::{Campaign, CampaignFile, Directory, Manifest, Progress, Shard, replay, report::report, run},
+    report::ReportedRun,
+    scoreboard::threads,
+};
+
+use crate::cli::out_file::{OutFile, print};
+
+#[cfg(feature = "nats")]
+mod cluster;
+
+#[cfg(feature = "nats")]
+pub(crate) use cluster::{WorkerFlags, work};
+
+/// What is said of a file in a campaign's directory that is not written.
+const ADVICE: &str = "it has to be a directory that can be written";
+/// Between two lines about the progress, where no bar is drawn.
+const LINE_EVERY: Duration = Duration::from_secs(30);
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum CampaignCommand {
+    /// Fly a campaign, or what is left of it: Ctrl-C and kill lose the runs that are in the air, and nothing else.
+    Run(Fly),
+    /// Write the report of a campaign: report.html, report.md and report.json.
+    Report(Of),
+    /// Fly one run again, say whether it is the same to the bit, and write its page.
+    Replay(Replay),
+    /// Put the shards of a campaign together.
+    Merge(Merge),
+    /// Print the SHA-256 of all rows but for what the clock measured: equal results have equal ones.
+    Digest(Of),
+    /// Print the JSON Schema of campaign files.
+    Schema,
+    /// Send a campaign to workers, over NATS JetStream; prints what it is called there.
+    #[cfg(feature = "nats")]
+    Submit(cluster::Submit),
+    /// Say how far a campaign is that was sent to workers, until it is over.
+    #[cfg(feature = "nats")]
+    Watch(cluster::Submitted),
+    /// Put the rows of a campaign that workers flew into a directory.
+    #[cfg(feature = "nats")]
+    Collect(cluster::Collect),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Fly {
+    /// The campaign file, TOML (docs/campaigns.md).
+    file: PathBuf,
+    /// Directory for the rows; made if it is not there. A campaign that was begun in it goes on. [default: the campaign's name]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Runs at once [default: the number of processors]. It changes no result.
+    #[arg(long, value_name = "N")]
+    jobs: Option<NonZeroUsize>,
+    /// Fly this part alone, such as 1/3 for the first of three: for job arrays. `campaign merge` puts the parts together.
+    #[arg(long, value_name = "I/N", default_value_t = Shard::WHOLE)]
+    shard: Shard,
+    /// Say what would be flown, and fly nothing.
+    #[arg(long)]
+    dry_run: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Of {
+    /// Directory of a campaign that was flown.
+    dir: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Replay {
+    /// Directory of a campaign that was flown.
+    dir: PathBuf,
+    /// Number of the run: column `run` of runs.parquet.
+    run: u64,
+    /// File for the page [default: replay-RUN.html in the directory].
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Merge {
+    /// Directories of the shards.
+    #[arg(required = true)]
+    parts: Vec<PathBuf>,
+    /// Directory for the whole; made if it is not there.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+pub(crate) fn campaign(command: &CampaignCommand) -> Result<(), Box<dyn Error>> {
+    match command {
+        CampaignCommand::Run(arguments) => fly(arguments),
+        CampaignCommand::Report(Of { dir }) => write_report(dir),
+        CampaignCommand::Replay(arguments) => fly_again(arguments),
+        CampaignCommand::Merge(Merge { parts, out }) => {
+            let parts = parts
+                .iter()
+                .map(|part| Directory::open(part))
+                .collect::<Result<Vec<_>, _>>()?;
+            let (whole, rows) = Directory::merge(out, &parts)?;
+            say(&whole, rows.len(), &rows.digest())
+        }
+        CampaignCommand::Digest(Of { dir }) => {
+            let rows = Directory::open(dir)?.rows()?;
+            Ok(print(&format!("{}\n", rows.digest()))?)
+        }
+        CampaignCommand::Schema => {
+            let json = serde_json::to_string_pretty(&CampaignFile::schema()).expect("a schema is JSON");
+            Ok(print(&(json + "\n"))?)
+        }
+        #[cfg(feature = "nats")]
+        CampaignCommand::Submit(arguments) => cluster::send(arguments),
+        #[cfg(feature = "nats")]
+        CampaignCommand::Watch(arguments) => cluster::watch_until_over(arguments),
+        #[cfg(feature = "nats")]
+        CampaignCommand::Collect(arguments) => cluster::fetch_all(arguments),
+    }
+}
+
+fn fly(arguments: &Fly) -> Result<(), Box<dyn Error>> {
+    let campaign = Campaign::read(&arguments.file)?;
+    if arguments.dry_run {
+        return Ok(print(&outline(&campaign))?);
+    }
+    let folder = arguments.file.parent().unwrap_or(Path::new("."));
+    let out = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(&campaign.file.name));
+    let directory = Directory::create(&out, Manifest::of(&campaign, folder, arguments.shard))?;
+    let mut watch = Watch::new();
+    let rows = run(
+        &campaign,
+        &directory,
+        arguments.jobs.unwrap_or_else(threads),
+        &mut |progress| watch.show(progress),
+    )?;
+    watch.end();
+    say(&directory, rows.len(), &rows.digest())
+}
+
+fn say(directory: &Directory, rows: usize, digest: &str) -> Result<(), Box<dyn Error>> {
+    let path = directory.path().display();
+    Ok(print(&format!(
+        "{path}/runs.parquet: {rows} rows, digest {digest}\n"
+    ))?)
+}
+
+/// What a campaign amounts to.
+fn outline(campaign: &Campaign) -> String {
+    let arenas = campaign.arenas.iter().map(|arena| {
+        let names = arena
+            .controllers
+            .iter()
+            .map(|&controller| campaign.controllers[controller].name.as_str());
+        format!(
+            "{} ({}): {}\n",
+            arena.scenario.name,
+            arena.craft,
+            names.collect::<Vec<_>>().join(", ")
+        )
+    });
+    let arenas: String = arenas.collect();
+    let n_tuning = campaign
+        .file
+        .tuning
+        .as_ref()
+        .map_or(0, |tuning| tuning.replicates);
+    format!(
+        "{}: {}\n{arenas}{} worlds of each, and {n_tuning} to find gains in; {} runs at most\n",
+        campaign.file.name,
+        campaign.file.title,
+        campaign.file.replicates,
+        campaign.n_runs()
+    )
+}
+
+/// The directory of a campaign that was flown, and the campaign.
+fn opened(dir: &Path) -> Result<(Directory, Campaign), Box<dyn Error>> {
+    let directory = Directory::open(dir)?;
+    let manifest = &directory.manifest;
+    let campaign = Campaign::parse(
+        &manifest.text,
+        &format!("{}/campaign.json", dir.display()),
+        &manifest.folder,
+    )?;
+    Ok((directory, campaign))
+}
+
+fn write_report(dir: &Path) -> Result<(), Box<dyn Error>> {
+    let (directory, campaign) = opened(dir)?;
+    let report = report(&campaign, &directory.rows()?);
+    let texts = [
+        ("report.html", report.html()),
+        ("report.md", report.markdown()),
+        ("report.json", report.json()),
+    ];
+    for (name, text) in texts {
+        let file = OutFile::new(&dir.join(name), ADVICE)?;
+        file.write_text(&text)?;
+        print(&format!("{}\n", file.name.display()))?;
+    }
+    Ok(())
+}
+
+fn fly_again(arguments: &Replay) -> Result<(), Box<dyn Error>> {
+    let (directory, campaign) = opened(&arguments.dir)?;
+    let number = arguments.run;
+    let page = arguments
+        .report
+        .clone()
+        .unwrap_or_else(|| arguments.dir.join(format!("replay-{number}.html")));
+    let file = OutFile::new(&page, "choose another file with --report")?;
+    let flown = replay(&campaign, &directory.rows()?, number)?;
+    let reported = ReportedRun {
+        information: flown.information.clone(),
+        ..ReportedRun::from(&flown.record)
+    };
+    file.write_text(&lab::report::report(&[reported]))?;
+    let outcome = if flown.same {
+        "the same row, to the bit"
+    } else {
+        "ANOTHER row than before"
+    };
+    let ran_by = &directory.manifest.program;
+    let note = if flown.same || ran_by == env!("CARGO_PKG_VERSION") {
+        String::new()
+    } else {
+        format!(
+            " (it was flown by version {ran_by}, this is {})",
+            env!("CARGO_PKG_VERSION")
+        )
+    };
+    print(&format!(
+        "run {number}: {} in {}, replicate {}: {outcome}{note}\n{}\n",
+        flown.controller,
+        flown.record.scenario,
+        flown.run.world.replicate,
+        page.display()
+    ))?;
+    if flown.same {
+        Ok(())
+    } else {
+        Err("the run is not what it was".into())
+    }
+}
+
+/// Shows how far a campaign is: a bar, or a line now and then where there is no terminal.
+struct Watch {
+    bar: ProgressBar,
+    began: Instant,
+    /// When the runs of this process began, after the gains were found.
+    flying_since: Option<Instant>,
+    said: Option<Instant>,
+    in_lines: bool,
+}
+
+impl Watch {
+    fn new() -> Self {
+        let style = ProgressStyle::with_template("{wide_bar} {msg}").expect("the template is a constant");
+        Self {
+            bar: ProgressBar::new(1).with_style(style),
+            began: Instant::now(),
+            flying_since: None,
+            said: None,
+            in_lines: !io::stderr().is_terminal(),
+        }
+    }
+
+    fn show(&mut self, progress: Progress) {
+        let Progress {
+            tuned,
+            runs,
+            flown,
+            failed,
+        } = progress;
+        let tuning = tuned.0 < tuned.1;
+        let (done, of) = if tuning { tuned } else { runs };
+        let words = if tuning {
+            format!("gains: {done} of {of} laws")
+        } else {
+            let since = *self.flying_since.get_or_insert_with(Instant::now);
+            let seconds = since.elapsed().as_secs_f64();
+            #[expect(clippy::cast_precision_loss, reason = "far fewer runs than 2⁵³")]
+            let (rate, left) = (flown as f64 / seconds.max(1e-3), (of - done.min(of)) as f64);
+            let time_left = if flown == 0 {
+                "?".to_owned()
+            } else {
+                minutes(left / rate)
+            };
+            format!("{done} of {of} runs, {rate:.2}/s, {time_left} left, {failed} failed")
+        };
+        self.bar.set_length(of.max(1));
+        self.bar.set_position(done);
+        self.bar.set_message(words.clone());
+        let due = self.said.is_none_or(|said| LINE_EVERY <= said.elapsed()) || done == of;
+        if self.in_lines && due {
+            self.said = Some(Instant::now());
+            eprintln!("{words}");
+        }
+    }
+
+    fn end(&self) {
+        self.bar.finish_and_clear();
+        if self.in_lines {
+            eprintln!("took {}", minutes(self.began.elapsed().as_secs_f64()));
+        }
+    }
+}
+
+fn minutes(seconds: f64) -> String {
+    if seconds < 90.0 {
+        format!("{seconds:.0} s")
+    } else if seconds < 5400.0 {
+        format!("{:.0} min", seconds / 60.0)
+    } else {
+        format!("{:.1} h", seconds / 3600.0)
+    }
+}

@@ -1,0 +1,193 @@
+//! A scenario with a craft, and the numbers that a world puts into its file.
+
+use std::sync::Arc;
+
+use planner::{craft::CraftDescription, snapshot::Limits};
+use sim::{
+    scenario::{RandomCraftFile, Scenario, Start, SurfaceClassFile},
+    surface_craft::random::{CraftWishes, RandomCraft},
+};
+use toml::{Table, Value};
+
+use crate::{
+    bench::Contender,
+    campaign::file::{CampaignFile, CraftEntry},
+};
+
+/// A scenario with a craft.
+#[derive(Clone, Debug)]
+pub struct Arena {
+    /// The scenario, as its file says, but for the craft and the duration.
+    pub scenario: Scenario,
+    /// The text that parameters are put into.
+    source: String,
+    /// Which craft, for people and for the table.
+    pub craft: String,
+    /// Whether the planner is given the craft's response.
+    pub declared: bool,
+    /// Numbers, in `Campaign::controllers`, of those that take part.
+    pub controllers: Vec<usize>,
+    class: Option<SurfaceClassFile>,
+    drawn: Option<Arc<RandomCraft>>,
+}
+
+impl Arena {
+    pub(super) fn all(
+        scenario: &Scenario,
+        source: &str,
+        entry: &CraftEntry,
+        file: &CampaignFile,
+    ) -> Result<Vec<Self>, String> {
+        let arena = |craft: String, class, drawn, declared| {
+            let mut scenario = scenario.clone();
+            if let Some(duration) = file.duration_s {
+                let whole = scenario.duration_s.most();
+                scenario = scenario.lasting(whole.min(duration));
+            }
+            let mut arena = Self {
+                scenario,
+                source: source.to_owned(),
+                craft,
+                declared,
+                controllers: vec![],
+                class,
+                drawn,
+            };
+            let (mut scenario, class, drawn) =
+                (arena.scenario.clone(), arena.class.clone(), arena.drawn.clone());
+            put_craft(&mut scenario, class, drawn);
+            arena.scenario = scenario;
+            arena
+        };
+        Ok(match entry {
+            CraftEntry::Scenario => vec![arena("scenario".to_owned(), None, None, true)],
+            CraftEntry::Medusa => vec![arena(
+                "medusa".to_owned(),
+                Some(SurfaceClassFile::Medusa),
+                None,
+                true,
+            )],
+            CraftEntry::Otter => vec![arena(
+                "otter".to_owned(),
+                Some(SurfaceClassFile::Otter),
+                None,
+                true,
+            )],
+            CraftEntry::Random {
+                first,
+                count,
+                declared,
+            } => {
+                let seeds = *first..first + count;
+                let drawn = seeds.map(|seed| {
+                    let craft = RandomCraft::draw(seed, &CraftWishes::default())
+                        .map_err(|error| error.to_string())?;
+                    let class = SurfaceClassFile::Random(RandomCraftFile {
+                        seed: Some(seed),
+                        ..RandomCraftFile::default()
+                    });
+                    let name = if *declared {
+                        format!("random {seed}")
+                    } else {
+                        format!("random {seed}, undeclared")
+                    };
+                    Ok(arena(name, Some(class), Some(Arc::new(craft)), *declared))
+                });
+                drawn.collect::<Result<_, String>>()?
+            }
+        })
+    }
+
+    pub(super) fn with_controllers(mut self, controllers: &[Contender]) -> Self {
+        let all = controllers.iter().enumerate();
+        self.controllers = all
+            .filter(|(_, contender)| contender.takes_part(&self.scenario))
+            .map(|(number, _)| number)
+            .collect();
+        self
+    }
+
+    /// The scenario with these numbers in its file.
+    pub(super) fn with_parameters(
+        &self,
+        parameters: &[(&str, f64)],
+        duration: Option<f64>,
+    ) -> Result<Scenario, String> {
+        let mut document: Table = self
+            .source
+            .parse()
+            .map_err(|error: toml::de::Error| error.to_string())?;
+        for (key, value) in parameters {
+            put(&mut document, key, *value)?;
+        }
+        let text = toml::to_string(&document).map_err(|error| error.to_string())?;
+        let mut scenario = Scenario::parse(&text, &self.scenario.source.file, self.scenario.files.clone())
+            .map_err(|error| error.to_string())?;
+        if let Some(duration) = duration {
+            let whole = scenario.duration_s.most();
+            scenario = scenario.lasting(whole.min(duration));
+        }
+        put_craft(&mut scenario, self.class.clone(), self.drawn.clone());
+        Ok(scenario)
+    }
+
+    /// The start of a mission, with as much declared of the craft as the arena says.
+    pub(in crate::campaign) fn declare(&self, start: &mut Start) {
+        if let (false, Some(observer)) = (self.declared, &mut start.observer) {
+            let briefing = observer.briefing_mut();
+            briefing.craft = CraftDescription::default();
+            briefing.limits = Limits {
+                speed_min: briefing.limits.speed_min,
+                speed_max: briefing.limits.speed_max,
+                ..Limits::ANY
+            };
+        }
+    }
+}
+
+fn put_craft(scenario: &mut Scenario, class: Option<SurfaceClassFile>, drawn: Option<Arc<RandomCraft>>) {
+    if let (Some(class), Some(craft)) = (class, &mut scenario.surface_craft) {
+        craft.class = class;
+        craft.drawn = drawn;
+    }
+}
+
+/// Puts `value` at `key`, as `knowledge.acoustics.sigma_m` or `auvs[0].speed_mps`. Tables on the way are made; items of lists
+/// have to be there.
+fn put(document: &mut Table, key: &str, value: f64) -> Result<(), String> {
+    let (steps, last) = key
+        .rsplit_once('.')
+        .map_or(("", key), |(steps, last)| (steps, last));
+    let mut table = document;
+    for step in steps.split('.').filter(|step| !step.is_empty()) {
+        let (name, index) = match step.split_once('[') {
+            Some((name, rest)) => {
+                let index = rest
+                    .strip_suffix(']')
+                    .and_then(|index| index.parse::<usize>().ok());
+                (
+                    name,
+                    Some(index.ok_or_else(|| format!("{step} has no whole number in its brackets"))?),
+                )
+            }
+            None => (step, None),
+        };
+        let entry = table.entry(name).or_insert_with(|| Value::Table(Table::new()));
+        let entry = match (entry, index) {
+            (Value::Array(items), Some(index)) => {
+                let n = items.len();
+                items
+                    .get_mut(index)
+                    .ok_or_else(|| format!("{name} has {n} items, and none numbered {index}"))?
+            }
+            (entry, None) => entry,
+            (_, Some(_)) => return Err(format!("{name} is no list")),
+        };
+        let Value::Table(inner) = entry else {
+            return Err(format!("{step} is no table"));
+        };
+        table = inner;
+    }
+    table.insert(last.to_owned(), Value::Float(value));
+    Ok(())
+}

@@ -1,0 +1,411 @@
+//! A campaign on the disk: what it is of, the gains that were found, chunks of rows, and in the end one table.
+//!
+//! ```text
+//! DIR/campaign.json      what it is of; written first, and never changed
+//!     gains/A-C.json     the best gains of the law of controller C in arena A
+//!     chunks/N.parquet   rows of a chunk: each is written under another name, brought to the disk, and renamed
+//!     runs.parquet       all rows in the order of the runs; the chunks are deleted after it is there
+//! ```
+//! A process that is killed loses the chunks that it was flying, and nothing else.
+
+use std::{
+    fmt, fs,
+    fs::File,
+    io::{self, Write as _},
+    path::{Path, PathBuf},
+    str::FromStr,
+};
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    design::{Campaign, Chunk},
+    rows::{Rows, RowsError, SCHEMA_VERSION},
+    tune::Tuned,
+};
+
+const MANIFEST: &str = "campaign.json";
+const RUNS: &str = "runs.parquet";
+
+/// A part of a campaign: the `index`-th of `of`, from 1 on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Shard {
+    /// Which, from 1 on.
+    pub index: u64,
+    /// Of how many.
+    pub of: u64,
+}
+
+impl Shard {
+    /// The whole.
+    pub const WHOLE: Self = Self { index: 1, of: 1 };
+
+    /// The `index`-th of `of`, from 1 on.
+    #[cfg(test)]
+    pub(super) fn new(index: u64, of: u64) -> Self {
+        Self { index, of }
+    }
+
+    /// Its chunks, side by side, so that few shards have to find the same gains.
+    pub(super) fn chunks(self, all: &[Chunk]) -> &[Chunk] {
+        let n = all.len() as u64;
+        #[expect(clippy::cast_possible_truncation, reason = "no more than there are chunks")]
+        let at = |index: u64| (n * index / self.of) as usize;
+        &all[at(self.index - 1)..at(self.index)]
+    }
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let wrong = || format!("{text:?} is not a shard: write 1/3 for the first of three");
+        let (index, of) = text.split_once('/').ok_or_else(wrong)?;
+        let (index, of): (u64, u64) = (
+            index.parse().map_err(|_| wrong())?,
+            of.parse().map_err(|_| wrong())?,
+        );
+        if (1..=of).contains(&index) && of <= 1_000_000 {
+            Ok(Self { index, of })
+        } else {
+            Err(wrong())
+        }
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.index, self.of)
+    }
+}
+
+/// What a directory is of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Version of the tables.
+    pub schema_version: String,
+    /// The campaign's name.
+    pub name: String,
+    /// Version of the program that flies it.
+    pub program: String,
+    /// SHA-256 of all that decides its rows: its file, its scenarios, the program's version.
+    pub digest: String,
+    /// Which part of it is here.
+    pub shard: Shard,
+    /// Folder that the scenario files of the campaign lie beside.
+    pub folder: PathBuf,
+    /// The campaign file's text.
+    pub text: String,
+}
+
+impl Manifest {
+    /// Of `campaign`, whose scenario files lie beside `folder`.
+    #[must_use]
+    pub fn of(campaign: &Campaign, folder: &Path, shard: Shard) -> Self {
+        let program = env!("CARGO_PKG_VERSION").to_owned();
+        let mut parts = vec![SCHEMA_VERSION.to_owned(), program.clone(), campaign.text.clone()];
+        parts.extend(
+            campaign
+                .arenas
+                .iter()
+                .map(|arena| format!("{}\0{}", arena.craft, arena.scenario.source.text)),
+        );
+        Self {
+            schema_version: SCHEMA_VERSION.to_owned(),
+            name: campaign.file.name.clone(),
+            digest: wire::sha256(parts.join("\0").as_bytes()),
+            program,
+            shard,
+            folder: fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned()),
+            text: campaign.text.clone(),
+        }
+    }
+
+    /// What a table says of itself.
+    pub(super) fn about(&self) -> Vec<(&'static str, String)> {
+        vec![
+            ("schema_version", self.schema_version.clone()),
+            ("campaign", self.name.clone()),
+            ("program", self.program.clone()),
+            ("digest", self.digest.clone()),
+            ("measured_columns", super::rows::MEASURED.join(" ")),
+        ]
+    }
+}
+
+/// Where a campaign is kept.
+#[derive(Clone, Debug)]
+pub struct Directory {
+    path: PathBuf,
+    /// What it is of.
+    pub manifest: Manifest,
+}
+
+/// Why a directory is of no use.
+#[derive(Debug, thiserror::Error)]
+pub enum DirectoryError {
+    /// It cannot be read or written.
+    #[error("cannot use {path}")]
+    Io {
+        /// What.
+        path: String,
+        /// Why.
+        source: io::Error,
+    },
+    /// Not a campaign's.
+    #[error("{0} is not of a campaign: it has no readable campaign.json")]
+    NotOne(String),
+    /// Another campaign's.
+    #[error(
+        "{path} holds another campaign ({found}, of program {program}) than this one ({wanted}): give another --out, or delete it"
+    )]
+    Other {
+        /// The directory.
+        path: String,
+        /// Begin of the digest that is there, and the shard.
+        found: String,
+        /// The program that it is of.
+        program: String,
+        /// Begin of the digest that is wanted, and the shard.
+        wanted: String,
+    },
+    /// A table is damaged.
+    #[error("{path} is damaged: delete it, and run the campaign again")]
+    Damaged {
+        /// The file.
+        path: String,
+        /// Why.
+        source: RowsError,
+    },
+    /// Rows are missing.
+    #[error("the campaign in {0} is not flown to its end: run it again to go on")]
+    Unfinished(String),
+    /// Parts that do not make a whole.
+    #[error("{0}")]
+    Parts(String),
+}
+
+impl Directory {
+    /// The directory at `path` for `manifest`: a new one, or one in which that campaign was begun.
+    pub fn create(path: &Path, manifest: Manifest) -> Result<Self, DirectoryError> {
+        fs::create_dir_all(path).map_err(|source| io_error(path, source))?;
+        let file = path.join(MANIFEST);
+        if file.exists() {
+            let found = Self::open(path)?;
+            if (&found.manifest.digest, found.manifest.shard) != (&manifest.digest, manifest.shard) {
+                let brief = |of: &Manifest| {
+                    format!(
+                        "{} {}, shard {}",
+                        of.name,
+                        &of.digest[..8.min(of.digest.len())],
+                        of.shard
+                    )
+                };
+                return Err(DirectoryError::Other {
+                    path: path.display().to_string(),
+                    found: brief(&found.manifest),
+                    program: found.manifest.program.clone(),
+                    wanted: brief(&manifest),
+                });
+            }
+            return Ok(found);
+        }
+        let json = serde_json::to_vec_pretty(&manifest).expect("texts and numbers only");
+        write_whole(&file, &json).map_err(|source| io_error(&file, source))?;
+        Ok(Self {
+            path: path.to_owned(),
+            manifest,
+        })
+    }
+
+    /// The directory at `path`, in which a campaign was begun.
+    pub fn open(path: &Path) -> Result<Self, DirectoryError> {
+        let text = fs::read(path.join(MANIFEST)).ok();
+        let manifest = text.and_then(|text| serde_json::from_slice(&text).ok());
+        let manifest = manifest.ok_or_else(|| DirectoryError::NotOne(path.display().to_string()))?;
+        Ok(Self {
+            path: path.to_owned(),
+            manifest,
+        })
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether all rows of it are in one table.
+    #[must_use]
+    pub fn is_collected(&self) -> bool {
+        self.path.join(RUNS).exists()
+    }
+
+    /// All of its rows, in the order of the runs.
+    pub fn rows(&self) -> Result<Rows, DirectoryError> {
+        if self.is_collected() {
+            return read(&self.path.join(RUNS));
+        }
+        Err(DirectoryError::Unfinished(self.path.display().to_string()))
+    }
+
+    /// The gains of a law that were found before.
+    pub(super) fn gains(&self, arena: usize, controller: usize) -> Option<Tuned> {
+        serde_json::from_slice(&fs::read(self.gains_file(arena, controller)).ok()?).ok()
+    }
+
+    pub(super) fn keep_gains(
+        &self,
+        arena: usize,
+        controller: usize,
+        tuned: &Tuned,
+    ) -> Result<(), DirectoryError> {
+        let file = self.gains_file(arena, controller);
+        let json = serde_json::to_vec_pretty(tuned).expect("texts and numbers only");
+        write_whole(&file, &json).map_err(|source| io_error(&file, source))
+    }
+
+    fn gains_file(&self, arena: usize, controller: usize) -> PathBuf {
+        self.path.join("gains").join(format!("{arena}-{controller}.json"))
+    }
+
+    /// Numbers of the chunks that are here.
+    pub(super) fn chunks_done(&self) -> Result<Vec<u64>, DirectoryError> {
+        let folder = self.path.join("chunks");
+        let entries = match fs::read_dir(&folder) {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(vec![]),
+            Err(source) => return Err(io_error(&folder, source)),
+        };
+        let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+        let mut done: Vec<u64> = names
+            .filter_map(|name| name.strip_suffix(".parquet")?.parse().ok())
+            .collect();
+        done.sort_unstable();
+        Ok(done)
+    }
+
+    /// Keeps a file of this name, without its ending: what a piece of work came to.
+    pub(super) fn keep_bytes(&self, name: &str, bytes: &[u8]) -> Result<(), DirectoryError> {
+        let ending = if name.starts_with("chunks/") {
+            "parquet"
+        } else {
+            "json"
+        };
+        let file = self.path.join(format!("{name}.{ending}"));
+        write_whole(&file, bytes).map_err(|source| io_error(&file, source))
+    }
+
+    pub(super) fn keep_chunk(&self, number: u64, rows: &Rows) -> Result<(), DirectoryError> {
+        self.write(&self.chunk_file(number), rows)
+    }
+
+    fn chunk_file(&self, number: u64) -> PathBuf {
+        self.path.join("chunks").join(format!("{number}.parquet"))
+    }
+
+    /// Puts the rows of all of `chunks` into one table behind `all`, which has its columns, and deletes them.
+    pub(super) fn collect(&self, chunks: &[Chunk], mut all: Rows) -> Result<Rows, DirectoryError> {
+        let done = self.chunks_done()?;
+        if chunks.iter().any(|chunk| !done.contains(&chunk.number)) {
+            return Err(DirectoryError::Unfinished(self.path.display().to_string()));
+        }
+        for chunk in chunks {
+            let file = self.chunk_file(chunk.number);
+            let rows = read(&file)?;
+            all.append(rows).map_err(|source| damaged(&file, source))?;
+        }
+        let all = self.keep(&all)?;
+        let folder = self.path.join("chunks");
+        match fs::remove_dir_all(&folder) {
+            Err(source) if source.kind() != io::ErrorKind::NotFound => Err(io_error(&folder, source)),
+            _ => Ok(all),
+        }
+    }
+
+    /// Keeps all rows of the campaign.
+    pub(super) fn keep(&self, all: &Rows) -> Result<Rows, DirectoryError> {
+        let all = all.sorted();
+        self.write(&self.path.join(RUNS), &all)?;
+        Ok(all)
+    }
+
+    /// Puts the shards in `parts` together at `path`.
+    pub fn merge(path: &Path, parts: &[Self]) -> Result<(Self, Rows), DirectoryError> {
+        let Some(first) = parts.first() else {
+            return Err(DirectoryError::Parts("there is nothing to merge".to_owned()));
+        };
+        let of = first.manifest.shard.of;
+        let mut shards: Vec<u64> = parts.iter().map(|part| part.manifest.shard.index).collect();
+        if let Some(other) = parts
+            .iter()
+            .find(|part| part.manifest.digest != first.manifest.digest || part.manifest.shard.of != of)
+        {
+            return Err(DirectoryError::Parts(format!(
+                "{} and {} are not shards of one campaign",
+                first.path.display(),
+                other.path.display()
+            )));
+        }
+        shards.sort_unstable();
+        if !shards.iter().copied().eq(1..=of) {
+            let names: Vec<String> = shards.iter().map(|index| format!("{index}/{of}")).collect();
+            return Err(DirectoryError::Parts(format!(
+                "these are the shards {}: each is needed once",
+                names.join(", ")
+            )));
+        }
+        let mut all = Rows::default();
+        for part in parts {
+            all.append(part.rows()?)
+                .map_err(|source| damaged(&part.path, source))?;
+        }
+        let manifest = Manifest {
+            shard: Shard::WHOLE,
+            ..first.manifest.clone()
+        };
+        let whole = Self::create(path, manifest)?;
+        let all = whole.keep(&all)?;
+        Ok((whole, all))
+    }
+
+    fn write(&self, file: &Path, rows: &Rows) -> Result<(), DirectoryError> {
+        let mut bytes = vec![];
+        rows.write(self.manifest.about(), &mut bytes)
+            .map_err(|error| io_error(file, io::Error::other(error)))?;
+        write_whole(file, &bytes).map_err(|source| io_error(file, source))
+    }
+}
+
+fn read(file: &Path) -> Result<Rows, DirectoryError> {
+    let bytes = fs::read(file).map_err(|source| io_error(file, source))?;
+    Rows::read(bytes).map_err(|source| damaged(file, source))
+}
+
+fn io_error(path: &Path, source: io::Error) -> DirectoryError {
+    DirectoryError::Io {
+        path: path.display().to_string(),
+        source,
+    }
+}
+
+fn damaged(path: &Path, source: RowsError) -> DirectoryError {
+    DirectoryError::Damaged {
+        path: path.display().to_string(),
+        source,
+    }
+}
+
+/// Writes a file whole or not at all, and returns when it is on the disk.
+fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    fs::create_dir_all(folder)?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let partial = folder.join(format!(".{name}.{}.part", std::process::id()));
+    let mut file = File::create(&partial)?;
+    file.write_all(bytes)?;
+    file.sync_all()?;
+    fs::rename(&partial, path)?;
+    // The new name is in the folder, which is a file of its own.
+    File::open(folder)?.sync_all()
+}

@@ -1,0 +1,136 @@
+//! Does what is left to be done of a campaign, on several threads.
+
+use std::num::NonZeroUsize;
+
+use super::{
+    design::{Campaign, Chunk, World},
+    directory::{Directory, DirectoryError},
+    rows::Rows,
+    tune::{Gains, tune, tuned_in},
+    work::flown,
+};
+use crate::bench::in_parallel;
+
+/// How far a campaign is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Progress {
+    /// Laws whose gains are found, and that are to be found.
+    pub tuned: (u64, u64),
+    /// Runs that are done, at most this many of all.
+    pub runs: (u64, u64),
+    /// Runs of this process.
+    pub flown: u64,
+    /// Missions that failed.
+    pub failed: u64,
+}
+
+/// Flies what is missing in `directory` of `campaign`, `jobs` runs at once, and puts all rows together. Equal campaigns give equal
+/// rows, on any number of threads and however often they are interrupted.
+pub fn run(
+    campaign: &Campaign,
+    directory: &Directory,
+    jobs: NonZeroUsize,
+    progress: &mut (dyn FnMut(Progress) + Send),
+) -> Result<Rows, DirectoryError> {
+    if directory.is_collected() {
+        return directory.rows();
+    }
+    let all = campaign.chunks();
+    let wanted = directory.manifest.shard.chunks(&all);
+    let done = directory.chunks_done()?;
+    let left: Vec<Chunk> = wanted
+        .iter()
+        .copied()
+        .filter(|chunk| !done.contains(&chunk.number))
+        .collect();
+    let runs_of = |chunk: &Chunk| {
+        chunk.count
+            * campaign
+                .runs_in(World {
+                    arena: chunk.arena,
+                    replicate: 0,
+                    tuning: false,
+                })
+                .len() as u64
+    };
+    let mut state = Progress {
+        runs: (
+            wanted
+                .iter()
+                .filter(|chunk| done.contains(&chunk.number))
+                .map(runs_of)
+                .sum(),
+            wanted.iter().map(runs_of).sum(),
+        ),
+        ..Progress::default()
+    };
+    progress(state);
+    let gains = found_gains(campaign, directory, &left, jobs, &mut |tuned| {
+        state.tuned = tuned;
+        progress(state);
+    })?;
+    let fly_chunk = |chunk: &Chunk| -> Result<(u64, u64), DirectoryError> {
+        let rows = flown(campaign, *chunk, &gains[chunk.arena]);
+        let failed = rows
+            .words("failure")
+            .unwrap_or_default()
+            .iter()
+            .filter(|words| !words.is_empty())
+            .count();
+        let n = rows.len() as u64;
+        directory.keep_chunk(chunk.number, &rows)?;
+        Ok((n, failed as u64))
+    };
+    let mut note = |chunk: &Chunk, outcome: &Result<(u64, u64), DirectoryError>| {
+        state.runs.0 += runs_of(chunk);
+        if let Ok((flown, failed)) = outcome {
+            state.flown += flown;
+            state.failed += failed;
+        }
+        progress(state);
+    };
+    in_parallel(&left, jobs, fly_chunk, &mut note)?;
+    directory.collect(wanted, Rows::of(&[], &campaign.parameter_keys()))
+}
+
+/// The gains of every arena that has chunks left; those that were found before are read.
+fn found_gains(
+    campaign: &Campaign,
+    directory: &Directory,
+    left: &[Chunk],
+    jobs: NonZeroUsize,
+    progress: &mut (dyn FnMut((u64, u64)) + Send),
+) -> Result<Vec<Gains>, DirectoryError> {
+    let arenas = (0..campaign.arenas.len()).filter(|arena| left.iter().any(|chunk| chunk.arena == *arena));
+    let searches: Vec<(usize, usize)> = arenas
+        .flat_map(|arena| {
+            tuned_in(campaign, arena)
+                .into_iter()
+                .map(move |controller| (arena, controller))
+        })
+        .collect();
+    let mut done = (0, searches.len() as u64);
+    progress(done);
+    let search = |&(arena, controller): &(usize, usize)| {
+        if let Some(found) = directory.gains(arena, controller) {
+            return Ok(found);
+        }
+        let found = tune(campaign, arena, controller);
+        directory.keep_gains(arena, controller, &found)?;
+        Ok(found)
+    };
+    let found = in_parallel(
+        &searches,
+        jobs,
+        search,
+        &mut |_, _: &Result<_, DirectoryError>| {
+            done.0 += 1;
+            progress(done);
+        },
+    )?;
+    let mut gains = vec![Gains::default(); campaign.arenas.len()];
+    for ((arena, _), tuned) in searches.iter().zip(found) {
+        gains[*arena].0.push(tuned);
+    }
+    Ok(gains)
+}

@@ -1,0 +1,144 @@
+//! The gains of laws: for each arena and law the best of its grid, on worlds that are not scored.
+
+use planner::los::{LosGains, LosLaw, LosTuning};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    design::Campaign,
+    file::Objective,
+    fly::{Flight, fly},
+};
+use crate::{
+    bench::{Pilot, Score},
+    tuning::grid,
+};
+
+/// The best gains of the laws that are tuned in one arena.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Gains(pub(super) Vec<Tuned>);
+
+/// The best gains of one law.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Tuned {
+    /// The controller's name.
+    pub(super) controller: String,
+    /// The best gains, an entry for each objective in the file's order.
+    pub(super) best: Vec<Best>,
+}
+
+/// The best gains for one objective.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Best {
+    /// Look-ahead distance, m.
+    pub(super) look_ahead_m: f64,
+    /// Along-track gain, 1/s.
+    pub(super) along_track_gain_per_s: f64,
+    /// Integral gain, m/s.
+    pub(super) integral_gain_mps: f64,
+    /// Mean of the objective over the worlds.
+    pub(super) mean: f64,
+}
+
+impl Best {
+    fn of(tuning: LosTuning, mean: f64) -> Self {
+        Self {
+            look_ahead_m: tuning.gains.look_ahead,
+            along_track_gain_per_s: tuning.gains.along_track_gain,
+            integral_gain_mps: tuning.integral_gain,
+            mean,
+        }
+    }
+
+    fn tuning(self, law: LosLaw) -> LosTuning {
+        LosTuning {
+            law,
+            gains: LosGains {
+                look_ahead: self.look_ahead_m,
+                along_track_gain: self.along_track_gain_per_s,
+            },
+            integral_gain: self.integral_gain_mps,
+        }
+    }
+}
+
+impl Gains {
+    /// What the run of `controller` for the objective of that number is flown at; none where an earlier one has the same gains, and
+    /// stands for both.
+    pub(super) fn flight(&self, campaign: &Campaign, controller: usize, objective: usize) -> Option<Flight> {
+        let contender = &campaign.controllers[controller];
+        let Pilot::Law(law) = contender.pilot else {
+            return Some(Flight::default());
+        };
+        let tuned = self.0.iter().find(|tuned| tuned.controller == contender.name)?;
+        let gains = |k: usize| tuned.best.get(k).map(|best| best.tuning(law));
+        let tuning = gains(objective)?;
+        if (0..objective).any(|earlier| gains(earlier) == Some(tuning)) {
+            return None;
+        }
+        let shared = campaign
+            .objectives()
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| gains(*k) == Some(tuning));
+        let names: Vec<&str> = shared.map(|(_, objective)| objective.metric().name()).collect();
+        Some(Flight {
+            tuning: Some(tuning),
+            objectives: names.join(" "),
+        })
+    }
+}
+
+/// Controllers of an arena whose gains are to be found.
+pub(super) fn tuned_in(campaign: &Campaign, arena: usize) -> Vec<usize> {
+    let all = campaign.arenas[arena].controllers.iter().copied();
+    all.filter(|&controller| matches!(campaign.controllers[controller].pilot, Pilot::Law(_)))
+        .collect()
+}
+
+/// The best gains of one law in one arena: of equals the first of the grid. A point of the grid at which a mission fails is none.
+pub(super) fn tune(campaign: &Campaign, arena: usize, controller: usize) -> Tuned {
+    let contender = &campaign.controllers[controller];
+    let objectives = campaign.objectives();
+    let Pilot::Law(law) = contender.pilot else {
+        unreachable!("only laws are tuned");
+    };
+    let mut best: Vec<Best> = vec![];
+    for tuning in grid(law) {
+        let Some(means) = means(campaign, arena, controller, tuning, objectives) else {
+            continue;
+        };
+        if best.is_empty() {
+            best.extend(means.iter().map(|mean| Best::of(tuning, *mean)));
+        }
+        for (best, mean) in best.iter_mut().zip(means) {
+            if mean < best.mean {
+                *best = Best::of(tuning, mean);
+            }
+        }
+    }
+    Tuned {
+        controller: contender.name.clone(),
+        best,
+    }
+}
+
+/// Means of the objectives at `tuning`; none where a mission failed.
+fn means(
+    campaign: &Campaign,
+    arena: usize,
+    controller: usize,
+    tuning: LosTuning,
+    objectives: &[Objective],
+) -> Option<Vec<f64>> {
+    let contender = &campaign.controllers[controller];
+    let mut sums = vec![0.0; objectives.len()];
+    let mut worlds = 0.0;
+    for world in campaign.tuning_worlds(arena) {
+        let score = Score::of(&fly(campaign, world, contender, Some(tuning)).ok()?)?;
+        for (sum, objective) in sums.iter_mut().zip(objectives) {
+            *sum += objective.metric().of(&score);
+        }
+        worlds += 1.0;
+    }
+    Some(sums.into_iter().map(|sum| sum / worlds).collect())
+}
