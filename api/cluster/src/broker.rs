@@ -1,0 +1,331 @@
+//! The connection to the broker, and the names of what is kept there.
+
+use std::{
+    io::Cursor,
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+use async_nats::{
+    ConnectOptions,
+    jetstream::{
+        self, Context,
+        object_store::{self, ObjectStore},
+        stream,
+    },
+};
+use futures_util::StreamExt as _;
+use lab::campaign::{Campaign, CampaignError, DirectoryError, Manifest, WorkError};
+use serde::{Deserialize, Serialize};
+use tokio::io::AsyncReadExt as _;
+
+/// The stream of all work.
+pub(crate) const STREAM: &str = "PILOTFISH_WORK";
+/// Subjects of work begin so; then come versions and the campaign.
+const SUBJECT: &str = "pilotfish.work";
+/// Buckets of campaigns begin so.
+const BUCKET: &str = "pilotfish-";
+/// Two sendings of one piece of work within this are one: longer than any worker takes from storing gains to sending chunks.
+const DUPLICATE_WINDOW: Duration = Duration::from_mins(10);
+/// A request that has no answer by then failed.
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(10);
+/// Letters of a digest that name a campaign.
+const DIGEST_LETTERS: usize = 12;
+
+/// The manifest's object.
+pub(crate) const MANIFEST: &str = "manifest";
+/// Objects about work that was given up begin so.
+pub(crate) const PARKED: &str = "parked/";
+
+/// How to reach a broker, and who one is.
+#[derive(Clone, Debug, Default)]
+pub struct Access {
+    /// Addresses, with commas between them: `nats://host:4222`, `tls://user:password@host`.
+    pub url: String,
+    /// Credentials file (`.creds`), if the broker wants one.
+    pub credentials: Option<PathBuf>,
+    /// Certificates of the authority that signed the broker's, PEM; the system's if left out.
+    pub authority: Option<PathBuf>,
+    /// Certificate and key of this client, PEM, if the broker wants them.
+    pub certificate: Option<(PathBuf, PathBuf)>,
+}
+
+/// Why something could not be done on a cluster.
+#[derive(Debug, thiserror::Error)]
+pub enum ClusterError {
+    /// The broker cannot be reached, or refuses.
+    #[error("cannot {0}")]
+    Broker(String, #[source] async_nats::Error),
+    /// A file of the access cannot be read.
+    #[error("cannot read {0}")]
+    File(String, #[source] std::io::Error),
+    /// There is no such campaign.
+    #[error("there is no campaign {0:?} on this broker")]
+    NoCampaign(String),
+    /// Another program's campaign.
+    #[error(
+        "campaign {id} is of program {theirs} (rows {their_rows}), and this is {ours} (rows {our_rows}): use that version"
+    )]
+    OtherVersion {
+        /// The campaign.
+        id: String,
+        /// The version that it was submitted with.
+        theirs: String,
+        /// Version of the rows there.
+        their_rows: String,
+        /// This version.
+        ours: String,
+        /// Version of the rows here.
+        our_rows: String,
+    },
+    /// The same version number, and another program.
+    #[error("campaign {0} is of another build of this version: its scenarios give other worlds here")]
+    OtherBuild(String),
+    /// Scenario files do not travel.
+    #[error(
+        "scenario {0} is a file, and workers elsewhere do not have it: a cluster flies built-in scenarios"
+    )]
+    ScenarioFile(String),
+    /// The campaign's file is wrong.
+    #[error(transparent)]
+    Campaign(#[from] CampaignError),
+    /// The campaign's directory is of no use.
+    #[error(transparent)]
+    Directory(#[from] DirectoryError),
+    /// A piece of work cannot be done.
+    #[error(transparent)]
+    Work(#[from] WorkError),
+    /// Work was given up.
+    #[error("{} pieces of work were given up: {}", .0.len(), .0.join("; "))]
+    Parked(Vec<String>),
+    /// Not all is done.
+    #[error("{done} of {of} chunks are done: wait for the workers (campaign watch)")]
+    Unfinished {
+        /// Chunks that are done.
+        done: usize,
+        /// All chunks.
+        of: usize,
+    },
+}
+
+/// A broker with JetStream.
+#[derive(Clone, Debug)]
+pub struct Broker {
+    pub(crate) jetstream: Context,
+}
+
+/// What stands in a message of work.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Order {
+    /// The campaign.
+    pub(crate) campaign: String,
+    /// What is to be done.
+    pub(crate) work: lab::campaign::Work,
+}
+
+pub(crate) fn failed<E: Into<async_nats::Error>>(what: impl Into<String>) -> impl FnOnce(E) -> ClusterError {
+    let what = what.into();
+    move |error| ClusterError::Broker(what, error.into())
+}
+
+/// What a campaign is called on a broker.
+#[must_use]
+pub fn id_of(manifest: &Manifest) -> String {
+    format!(
+        "{}-{}",
+        manifest.name,
+        &manifest.digest[..DIGEST_LETTERS.min(manifest.digest.len())]
+    )
+}
+
+/// A version as a part of a subject, in which a dot means something.
+pub(crate) fn as_token(program: &str, rows: &str) -> String {
+    format!("{}_{rows}", program.replace('.', "-"))
+}
+
+/// The subject of a piece of work for programs of that version.
+pub(crate) fn subject(version: &str, campaign: &str, name: &str) -> String {
+    format!("{SUBJECT}.{version}.{campaign}.{}", name.replace('/', "."))
+}
+
+/// All subjects of that version.
+pub(crate) fn subjects_of(version: &str) -> String {
+    format!("{SUBJECT}.{version}.>")
+}
+
+/// The version in a subject of work.
+pub(crate) fn version_in(subject: &str) -> Option<&str> {
+    subject
+        .strip_prefix(SUBJECT)?
+        .strip_prefix('.')?
+        .split('.')
+        .next()
+}
+
+impl Broker {
+    /// Connects. A connection that breaks later is made again by itself, for as long as it takes.
+    pub async fn connect(access: &Access, name: &str) -> Result<Self, ClusterError> {
+        let mut options = ConnectOptions::new()
+            .name(name)
+            .request_timeout(Some(REQUEST_TIMEOUT));
+        if let Some(file) = &access.credentials {
+            let unreadable = |error| ClusterError::File(file.display().to_string(), error);
+            options = options.credentials_file(file).await.map_err(unreadable)?;
+        }
+        if let Some(file) = &access.authority {
+            options = options.add_root_certificates(file.clone());
+        }
+        if let Some((certificate, key)) = &access.certificate {
+            options = options.add_client_certificate(certificate.clone(), key.clone());
+        }
+        let addresses: Vec<&str> = access.url.split(',').map(str::trim).collect();
+        let client = options
+            .connect(addresses)
+            .await
+            .map_err(failed(format!("connect to {}", without_secrets(&access.url))))?;
+        Ok(Self {
+            jetstream: jetstream::ContextBuilder::new()
+                .timeout(REQUEST_TIMEOUT)
+                .build(client),
+        })
+    }
+
+    /// The stream of work; made if it is not there, on so many servers.
+    pub(crate) async fn stream(&self, replicas: usize) -> Result<stream::Stream, ClusterError> {
+        let config = stream::Config {
+            name: STREAM.to_owned(),
+            subjects: vec![format!("{SUBJECT}.>")],
+            retention: stream::RetentionPolicy::WorkQueue,
+            storage: stream::StorageType::File,
+            num_replicas: replicas,
+            duplicate_window: DUPLICATE_WINDOW,
+            ..stream::Config::default()
+        };
+        self.jetstream
+            .get_or_create_stream(config)
+            .await
+            .map_err(failed("make the stream of work"))
+    }
+
+    /// The bucket of a campaign; made if it is not there.
+    pub(crate) async fn new_bucket(
+        &self,
+        campaign: &str,
+        replicas: usize,
+    ) -> Result<ObjectStore, ClusterError> {
+        if let Ok(bucket) = self.bucket(campaign).await {
+            return Ok(bucket);
+        }
+        let config = object_store::Config {
+            bucket: format!("{BUCKET}{campaign}"),
+            storage: stream::StorageType::File,
+            num_replicas: replicas,
+            ..object_store::Config::default()
+        };
+        self.jetstream
+            .create_object_store(config)
+            .await
+            .map_err(failed("make the campaign's bucket"))
+    }
+
+    /// The bucket of a campaign.
+    pub(crate) async fn bucket(&self, campaign: &str) -> Result<ObjectStore, ClusterError> {
+        let name = format!("{BUCKET}{campaign}");
+        self.jetstream
+            .get_object_store(&name)
+            .await
+            .map_err(|_| ClusterError::NoCampaign(campaign.to_owned()))
+    }
+
+    /// A campaign, as it was submitted.
+    pub async fn campaign(&self, id: &str) -> Result<(Manifest, Campaign), ClusterError> {
+        let bucket = self.bucket(id).await?;
+        let bytes = fetch(&bucket, MANIFEST)
+            .await?
+            .ok_or_else(|| ClusterError::NoCampaign(id.to_owned()))?;
+        let manifest: Manifest =
+            serde_json::from_slice(&bytes).map_err(|_| ClusterError::NoCampaign(id.to_owned()))?;
+        let campaign = Campaign::parse(&manifest.text, id, Path::new("."))?;
+        let own = Manifest::of(&campaign, Path::new("."), manifest.shard);
+        if (&own.program, &own.schema_version) != (&manifest.program, &manifest.schema_version) {
+            return Err(ClusterError::OtherVersion {
+                id: id.to_owned(),
+                theirs: manifest.program,
+                their_rows: manifest.schema_version,
+                ours: own.program,
+                our_rows: own.schema_version,
+            });
+        }
+        if own.digest != manifest.digest {
+            return Err(ClusterError::OtherBuild(id.to_owned()));
+        }
+        Ok((manifest, campaign))
+    }
+}
+
+/// An object's bytes; none where it is not there.
+pub(crate) async fn fetch(bucket: &ObjectStore, name: &str) -> Result<Option<Vec<u8>>, ClusterError> {
+    let mut object = match bucket.get(name).await {
+        Ok(object) => object,
+        Err(error) if error.kind() == object_store::GetErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(failed(format!("fetch {name}"))(error)),
+    };
+    let mut bytes = vec![];
+    object
+        .read_to_end(&mut bytes)
+        .await
+        .map_err(failed(format!("fetch {name}")))?;
+    Ok(Some(bytes))
+}
+
+/// Stores an object. It is on the broker's disk, or on those of most of its servers, when this comes back.
+pub(crate) async fn store(bucket: &ObjectStore, name: &str, bytes: &[u8]) -> Result<(), ClusterError> {
+    bucket
+        .put(name, &mut Cursor::new(bytes))
+        .await
+        .map_err(failed(format!("store {name}")))?;
+    Ok(())
+}
+
+/// Names of the objects of a bucket.
+pub(crate) async fn names(bucket: &ObjectStore) -> Result<Vec<String>, ClusterError> {
+    let mut list = bucket.list().await.map_err(failed("list what is done"))?;
+    let mut names = vec![];
+    while let Some(info) = list.next().await {
+        names.push(info.map_err(failed("list what is done"))?.name);
+    }
+    Ok(names)
+}
+
+/// An address as it may be shown.
+fn without_secrets(url: &str) -> String {
+    let shown = |address: &str| match (address.split_once("://"), address.rsplit_once('@')) {
+        (Some((scheme, _)), Some((_, host))) => format!("{scheme}://{host}"),
+        (None, Some((_, host))) => host.to_owned(),
+        (_, None) => address.to_owned(),
+    };
+    url.split(',').map(shown).collect::<Vec<_>>().join(",")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_subject_names_version_campaign_and_work_and_its_version_is_found_again() {
+        let version = as_token("0.2.0", "1");
+        let made = subject(&version, "small-0123456789ab", "gains/3-1");
+        assert_eq!(made, "pilotfish.work.0-2-0_1.small-0123456789ab.gains.3-1");
+        assert_eq!(version_in(&made), Some("0-2-0_1"));
+        assert_eq!(version_in("other.work.x"), None);
+    }
+
+    #[test]
+    fn no_password_is_in_a_message() {
+        assert_eq!(
+            without_secrets("nats://me:secret@host:4222,tls://other"),
+            "nats://host:4222,tls://other"
+        );
+        assert_eq!(without_secrets("me:secret@host"), "host");
+    }
+}

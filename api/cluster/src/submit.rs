@@ -1,0 +1,89 @@
+//! Sends a campaign to workers.
+
+use std::path::Path;
+
+use bytes::Bytes;
+use lab::campaign::{Campaign, Manifest, Shard, Work};
+use sim::scenario::Scenario;
+
+use super::broker::{Broker, ClusterError, MANIFEST, Order, as_token, failed, id_of, names, store, subject};
+
+/// What was sent.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Submitted {
+    /// What the campaign is called on the broker.
+    pub id: String,
+    /// Pieces of work that were sent now.
+    pub sent: usize,
+    /// Those that were done before.
+    pub done: usize,
+}
+
+/// Sends what is not done yet of `campaign`, with copies on so many servers. To send it twice does no harm.
+pub async fn submit(
+    broker: &Broker,
+    campaign: &Campaign,
+    replicas: usize,
+) -> Result<Submitted, ClusterError> {
+    let built_in = |name: &str, text: &str| Scenario::text(name).is_some_and(|known| known == text);
+    let file = campaign
+        .arenas
+        .iter()
+        .find(|arena| !built_in(&arena.scenario.name, &arena.scenario.source.text));
+    if let Some(arena) = file {
+        return Err(ClusterError::ScenarioFile(arena.scenario.name.clone()));
+    }
+    let manifest = Manifest {
+        folder: Path::new(".").to_owned(),
+        ..Manifest::of(campaign, Path::new("."), Shard::WHOLE)
+    };
+    let id = id_of(&manifest);
+    broker.stream(replicas).await?;
+    let bucket = broker.new_bucket(&id, replicas).await?;
+    let json = serde_json::to_vec(&manifest).expect("texts and numbers only");
+    store(&bucket, MANIFEST, &json).await?;
+    let there = names(&bucket).await?;
+    let is_done = |work: &Work| there.contains(&work.name());
+    let (mut sent, mut done) = (0, 0);
+    for arena in 0..campaign.arenas.len() {
+        let before = Work::before(campaign, arena);
+        let chunks = Work::chunks(campaign, arena);
+        // Gains come first; the worker that finds the last of them sends the chunks.
+        let ready = before.iter().all(is_done);
+        let next = if ready { chunks } else { before };
+        for work in next {
+            if is_done(&work) {
+                done += 1;
+            } else {
+                send(broker, &manifest, work).await?;
+                sent += 1;
+            }
+        }
+    }
+    Ok(Submitted { id, sent, done })
+}
+
+/// Sends one piece of work; once, however often it is sent within some minutes.
+pub(crate) async fn send(broker: &Broker, manifest: &Manifest, work: Work) -> Result<(), ClusterError> {
+    let id = id_of(manifest);
+    let order = Order {
+        campaign: id.clone(),
+        work,
+    };
+    let payload = Bytes::from(serde_json::to_vec(&order).expect("names and numbers only"));
+    let subject = subject(
+        &as_token(&manifest.program, &manifest.schema_version),
+        &id,
+        &work.name(),
+    );
+    let mut headers = async_nats::HeaderMap::new();
+    headers.insert("Nats-Msg-Id", format!("{id} {}", work.name()));
+    let sent = broker
+        .jetstream
+        .publish_with_headers(subject, headers, payload)
+        .await;
+    sent.map_err(failed("send work"))?
+        .await
+        .map_err(failed("send work"))?;
+    Ok(())
+}

@@ -1,0 +1,330 @@
+//! Campaigns over a broker that is started here: NATS_SERVER names its program. `.ci/nats` runs these with two versions of it.
+
+use std::{
+    net::TcpListener,
+    path::Path,
+    process::{Child, Command, Stdio},
+    sync::Mutex,
+    time::Duration,
+};
+
+use async_nats::jetstream;
+use futures_util::StreamExt as _;
+use lab::campaign::{Campaign, Directory, Manifest, Shard, run};
+use pilotfish_cluster::{Access, Broker, ClusterError, Worker, WorkerEvent, collect, standing, submit};
+use tempfile::TempDir;
+use tokio::{sync::watch, time::sleep};
+
+const SMALL: &str = r#"
+schema_version = "1"
+name = "small"
+title = "a campaign for a cluster"
+seed = 3
+scenarios = ["paper-tracking", "switching"]
+duration_s = 30
+replicates = 6
+[tuning]
+replicates = 1
+[[controllers]]
+name = "mpc auto"
+planner = {}
+[[controllers]]
+name = "saturated_los"
+law = { name = "saturated_los" }
+[[controllers]]
+name = "as it is"
+law = { name = "saturated_los", gains = { look_ahead_m = 5, along_track_gain_per_s = 0.1 } }
+"#;
+
+/// A broker on a port of its own.
+struct Server {
+    child: Child,
+    port: u16,
+    data: TempDir,
+}
+
+impl Server {
+    fn start() -> Self {
+        let data = TempDir::new().expect("is a folder");
+        let port = TcpListener::bind("127.0.0.1:0")
+            .expect("has a port")
+            .local_addr()
+            .expect("has one")
+            .port();
+        Self {
+            child: Self::spawn(port, data.path()),
+            port,
+            data,
+        }
+    }
+
+    fn spawn(port: u16, data: &Path) -> Child {
+        let program =
+            std::env::var("NATS_SERVER").expect("NATS_SERVER names a nats-server; .ci/nats sets it");
+        let data = data.display().to_string();
+        let mut command = Command::new(program);
+        command.args(["-js", "-a", "127.0.0.1", "-p", &port.to_string(), "-sd", &data]);
+        command
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("nats-server starts")
+    }
+
+    /// Kills it and starts it again on the same port and data.
+    fn restart(&mut self) {
+        self.child.kill().expect("runs");
+        self.child.wait().expect("was started");
+        self.child = Self::spawn(self.port, self.data.path());
+    }
+
+    async fn broker(&self) -> Broker {
+        let access = Access {
+            url: format!("nats://127.0.0.1:{}", self.port),
+            ..Access::default()
+        };
+        for _ in 0..100 {
+            if let Ok(broker) = Broker::connect(&access, "test").await {
+                return broker;
+            }
+            sleep(Duration::from_millis(100)).await;
+        }
+        panic!("nats-server does not answer");
+    }
+
+    async fn plain(&self) -> jetstream::Context {
+        jetstream::new(
+            async_nats::connect(format!("127.0.0.1:{}", self.port))
+                .await
+                .expect("answers"),
+        )
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn small(text: &str) -> Campaign {
+    Campaign::parse(text, "small.toml", Path::new(".")).expect("is a campaign")
+}
+
+/// The digest of the rows that one process flies.
+fn flown_here(campaign: &Campaign) -> String {
+    let folder = TempDir::new().expect("is a folder");
+    let directory = Directory::create(
+        folder.path(),
+        Manifest::of(campaign, Path::new("."), Shard::WHOLE),
+    )
+    .expect("is new");
+    let jobs = std::num::NonZeroUsize::new(2).expect("positive");
+    run(campaign, &directory, jobs, &mut |_| {})
+        .expect("flies")
+        .digest()
+}
+
+/// Works until `over` says that the campaign is.
+async fn work(
+    server: &Server,
+    id: &str,
+    workers: usize,
+    tries_max: i64,
+    mut meanwhile: impl AsyncFnMut(usize),
+) -> Vec<WorkerEvent> {
+    let told = Mutex::new(vec![]);
+    let tell = |event: WorkerEvent| told.lock().expect("no panic holds it").push(event);
+    let (stop, stopped) = watch::channel(false);
+    let mut crew = vec![];
+    for _ in 0..workers {
+        crew.push(Worker::new(server.broker().await, 1, tries_max));
+    }
+    let flying =
+        futures_util::future::join_all(crew.iter().map(|worker| worker.run(stopped.clone(), None, &tell)));
+    let watching = async {
+        let broker = server.broker().await;
+        for step in 0..600 {
+            meanwhile(step).await;
+            if standing(&broker, id)
+                .await
+                .is_ok_and(|standing| standing.is_over())
+            {
+                break;
+            }
+            sleep(Duration::from_millis(200)).await;
+        }
+        stop.send(true).expect("they listen");
+    };
+    let (ended, ()) = tokio::join!(flying, watching);
+    for end in ended {
+        end.expect("works");
+    }
+    told.into_inner().expect("no panic held it")
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn any_number_of_workers_gives_the_rows_that_one_process_flies() {
+    let campaign = small(SMALL);
+    let here = flown_here(&campaign);
+    for workers in [1, 2, 4] {
+        let (server, folder) = (Server::start(), TempDir::new().expect("is a folder"));
+        let broker = server.broker().await;
+        let sent = submit(&broker, &campaign, 1).await.expect("is sent");
+        // Gains first: chunks are sent when those of their arena are found.
+        assert_eq!((sent.sent, sent.done), (2, 0));
+        let early = collect(&broker, &sent.id, &folder.path().join("early"))
+            .await
+            .expect_err("nothing is done");
+        assert!(
+            matches!(early, ClusterError::Unfinished { done: 0, .. }),
+            "{early}"
+        );
+        work(&server, &sent.id, workers, 5, async |_| {}).await;
+        let (_, rows) = collect(&broker, &sent.id, &folder.path().join("a"))
+            .await
+            .expect("all is there");
+        assert_eq!(rows.digest(), here, "{workers} workers");
+        // Twice the same bytes, the measured columns too.
+        collect(&broker, &sent.id, &folder.path().join("b"))
+            .await
+            .expect("all is there");
+        let bytes =
+            |name: &str| std::fs::read(folder.path().join(name).join("runs.parquet")).expect("is written");
+        assert_eq!(bytes("a"), bytes("b"));
+        let again = submit(&broker, &campaign, 1).await.expect("is sent");
+        assert_eq!((again.sent, again.done), (0, campaign.chunks().len()));
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_broker_that_is_killed_twice_loses_nothing() {
+    let campaign = small(&SMALL.replace("duration_s = 30", "duration_s = 120"));
+    let here = flown_here(&campaign);
+    let (mut server, folder) = (Server::start(), TempDir::new().expect("is a folder"));
+    let sent = submit(&server.broker().await, &campaign, 1)
+        .await
+        .expect("is sent");
+    let server_again = Mutex::new(&mut server);
+    // The workers speak to the port, whichever process is behind it.
+    let port = Server {
+        child: Command::new("true").spawn().expect("is there"),
+        port: server_again.lock().expect("free").port,
+        data: TempDir::new().expect("is a folder"),
+    };
+    work(&port, &sent.id, 2, 20, async |step| {
+        if step == 5 || step == 20 {
+            server_again.lock().expect("free").restart();
+        }
+    })
+    .await;
+    let (_, rows) = collect(&port.broker().await, &sent.id, folder.path())
+        .await
+        .expect("all is there");
+    assert_eq!(rows.digest(), here);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn work_that_is_never_done_is_given_up_and_named() {
+    let campaign = small(SMALL);
+    let server = Server::start();
+    let broker = server.broker().await;
+    let sent = submit(&broker, &campaign, 1).await.expect("is sent");
+    // A worker that takes work and dies, again and again.
+    let plain = server.plain().await;
+    let (stop, stopped) = watch::channel(true);
+    Worker::new(server.broker().await, 1, 1)
+        .run(stopped, None, &|_| {})
+        .await
+        .expect("makes the queue");
+    drop(stop);
+    let stream = plain.get_stream("PILOTFISH_WORK").await.expect("is there");
+    let name = format!("workers-{}_1", env!("CARGO_PKG_VERSION").replace('.', "-"));
+    let queue = stream
+        .get_consumer::<jetstream::consumer::pull::Config>(&name)
+        .await
+        .expect("is there");
+    for _ in 0..3 {
+        let mut messages = queue
+            .fetch()
+            .max_messages(2)
+            .expires(Duration::from_secs(2))
+            .messages()
+            .await
+            .expect("answers");
+        while let Some(message) = messages.next().await {
+            message
+                .expect("is work")
+                .ack_with(jetstream::AckKind::Nak(None))
+                .await
+                .expect("answers");
+        }
+    }
+    let told = work(&server, &sent.id, 1, 3, async |step| {
+        assert!(step < 500, "is over");
+    })
+    .await;
+    drop(told);
+    let end = standing(&broker, &sent.id).await.expect("is there");
+    assert!(
+        !end.parked.is_empty() && end.parked.iter().all(|parked| parked.starts_with("gains/")),
+        "{end:?}"
+    );
+    let folder = TempDir::new().expect("is a folder");
+    let refused = collect(&broker, &sent.id, folder.path())
+        .await
+        .expect_err("work was given up");
+    assert!(
+        refused.to_string().contains("begun 3 times and never done"),
+        "{refused}"
+    );
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn work_for_another_version_is_refused_by_name_and_left_for_it() {
+    let server = Server::start();
+    let broker = server.broker().await;
+    let campaign = small(SMALL);
+    let sent = submit(&broker, &campaign, 1).await.expect("is sent");
+    let plain = server.plain().await;
+    let work = plain
+        .publish("pilotfish.work.9-9-9_1.other-000000000000.chunks.0", "{}".into())
+        .await;
+    work.expect("is sent").await.expect("is stored");
+    let told = Mutex::new(vec![]);
+    let (_stop, stopped) = watch::channel(true);
+    let worker = Worker::new(server.broker().await, 1, 5);
+    worker
+        .run(stopped, None, &|event| told.lock().expect("free").push(event))
+        .await
+        .expect("starts");
+    let told = told.into_inner().expect("free");
+    assert!(
+        told.iter()
+            .any(|event| matches!(event, WorkerEvent::Refused(words) if words.contains("9-9-9_1"))),
+        "{told:?}"
+    );
+    // A campaign whose manifest is of another program is refused by name.
+    let bucket = plain
+        .get_object_store(format!("pilotfish-{}", sent.id))
+        .await
+        .expect("is there");
+    let manifest = Manifest {
+        program: "9.9.9".to_owned(),
+        ..Manifest::of(&campaign, Path::new("."), Shard::WHOLE)
+    };
+    let json = serde_json::to_vec(&manifest).expect("is JSON");
+    bucket
+        .put("manifest", &mut std::io::Cursor::new(json))
+        .await
+        .expect("is stored");
+    let refused = standing(&broker, &sent.id)
+        .await
+        .expect_err("is another version's");
+    assert!(refused.to_string().contains("is of program 9.9.9"), "{refused}");
+    assert!(matches!(
+        standing(&broker, "nowhere-0").await,
+        Err(ClusterError::NoCampaign(_))
+    ));
+}

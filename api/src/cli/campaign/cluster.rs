@@ -1,0 +1,195 @@
+//! `pilotfish campaign submit`, `watch`, `collect` and `pilotfish worker`: a campaign over NATS JetStream.
+
+use std::{error::Error, num::NonZeroUsize, path::PathBuf, time::Duration};
+
+use clap::Args;
+use cluster::{Access, Broker, Standing, Worker, WorkerEvent, collect, standing, submit};
+use lab::{campaign::Campaign, scoreboard::threads};
+use tokio::{runtime::Runtime, signal, sync::watch};
+
+use super::say;
+use crate::cli::out_file::print;
+
+/// Between two looks at how far a campaign is.
+const LOOK_EVERY: Duration = Duration::from_secs(2);
+
+/// The broker, and who this is to it.
+#[derive(Debug, Args)]
+pub(crate) struct BrokerFlags {
+    /// Addresses of the broker, with commas between them, such as nats://host:4222 or tls://user:password@host.
+    #[arg(long, value_name = "URL")]
+    nats: String,
+    /// Credentials file of NATS (.creds).
+    #[arg(long, value_name = "FILE")]
+    nats_creds: Option<PathBuf>,
+    /// Certificates of the authority that signed the broker's, PEM [default: the system's].
+    #[arg(long, value_name = "FILE")]
+    nats_ca: Option<PathBuf>,
+    /// Certificate of this client, PEM.
+    #[arg(long, value_name = "FILE", requires = "nats_key")]
+    nats_cert: Option<PathBuf>,
+    /// Its key, PEM.
+    #[arg(long, value_name = "FILE", requires = "nats_cert")]
+    nats_key: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Submit {
+    /// The campaign file.
+    file: PathBuf,
+    #[command(flatten)]
+    broker: BrokerFlags,
+    /// Copies of everything, on so many servers of the broker's cluster.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=5))]
+    replicas: u8,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Submitted {
+    /// What `campaign submit` called the campaign.
+    id: String,
+    #[command(flatten)]
+    broker: BrokerFlags,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Collect {
+    #[command(flatten)]
+    campaign: Submitted,
+    /// Directory for the rows; made if it is not there.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct WorkerFlags {
+    #[command(flatten)]
+    broker: BrokerFlags,
+    /// Pieces of work at once [default: the number of processors].
+    #[arg(long, value_name = "N")]
+    jobs: Option<NonZeroUsize>,
+    /// Give work up, by name, that was begun so often without being done.
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..))]
+    max_tries: u16,
+    /// End after so many seconds without work [default: never].
+    #[arg(long, value_name = "S")]
+    idle_s: Option<u32>,
+}
+
+impl BrokerFlags {
+    async fn connect(&self, name: &str) -> Result<Broker, cluster::ClusterError> {
+        let access = Access {
+            url: self.nats.clone(),
+            credentials: self.nats_creds.clone(),
+            authority: self.nats_ca.clone(),
+            certificate: self.nats_cert.clone().zip(self.nats_key.clone()),
+        };
+        Broker::connect(&access, name).await
+    }
+}
+
+pub(super) fn send(arguments: &Submit) -> Result<(), Box<dyn Error>> {
+    let campaign = Campaign::read(&arguments.file)?;
+    let sent = Runtime::new()?.block_on(async {
+        let broker = arguments.broker.connect("pilotfish campaign submit").await?;
+        submit(&broker, &campaign, usize::from(arguments.replicas)).await
+    })?;
+    eprintln!(
+        "{} pieces of work sent, {} were done before",
+        sent.sent, sent.done
+    );
+    Ok(print(&format!("{}\n", sent.id))?)
+}
+
+pub(super) fn watch_until_over(arguments: &Submitted) -> Result<(), Box<dyn Error>> {
+    Runtime::new()?.block_on(async {
+        let broker = arguments.broker.connect("pilotfish campaign watch").await?;
+        let mut before = Standing::default();
+        loop {
+            let now = standing(&broker, &arguments.id).await?;
+            if now != before {
+                eprintln!("{}", in_words(&now));
+            }
+            if now.is_over() {
+                for parked in &now.parked {
+                    eprintln!("given up: {parked}");
+                }
+                return if now.parked.is_empty() {
+                    Ok(())
+                } else {
+                    Err("work was given up".into())
+                };
+            }
+            before = now;
+            tokio::time::sleep(LOOK_EVERY).await;
+        }
+    })
+}
+
+fn in_words(standing: &Standing) -> String {
+    let Standing {
+        tuned,
+        chunks,
+        parked,
+        ..
+    } = standing;
+    format!(
+        "gains of {} of {} laws, {} of {} chunks, {} given up",
+        tuned.0,
+        tuned.1,
+        chunks.0,
+        chunks.1,
+        parked.len()
+    )
+}
+
+pub(super) fn fetch_all(arguments: &Collect) -> Result<(), Box<dyn Error>> {
+    let Submitted { id, broker } = &arguments.campaign;
+    let (directory, rows) = Runtime::new()?.block_on(async {
+        let broker = broker.connect("pilotfish campaign collect").await?;
+        collect(&broker, id, &arguments.out).await
+    })?;
+    say(&directory, rows.len(), &rows.digest())
+}
+
+/// Works until Ctrl-C or SIGTERM, after which what was begun is done to its end.
+pub(crate) fn work(arguments: &WorkerFlags) -> Result<(), Box<dyn Error>> {
+    let jobs = arguments.jobs.unwrap_or_else(threads).get();
+    Runtime::new()?.block_on(async {
+        let broker = arguments.broker.connect("pilotfish worker").await?;
+        let (stop, stopped) = watch::channel(false);
+        tokio::spawn(async move {
+            asked_to_stop().await;
+            eprintln!("ending when what was begun is done");
+            let _ = stop.send(true);
+            std::future::pending::<()>().await;
+        });
+        let idle = arguments
+            .idle_s
+            .map(|seconds| Duration::from_secs(seconds.into()));
+        let worker = Worker::new(broker, jobs, arguments.max_tries.into());
+        worker
+            .run(stopped, idle, &|event| eprintln!("{}", told(&event)))
+            .await
+    })?;
+    Ok(())
+}
+
+fn told(event: &WorkerEvent) -> String {
+    match event {
+        WorkerEvent::Done(campaign, work) => format!("{campaign}: {work}"),
+        WorkerEvent::Parked(campaign, work, why) => format!("{campaign}: {work} given up: {why}"),
+        WorkerEvent::Refused(why) => format!("refused: {why}"),
+        WorkerEvent::Trouble(why) => format!("trying again: {why}"),
+    }
+}
+
+async fn asked_to_stop() {
+    let Ok(mut terminated) = signal::unix::signal(signal::unix::SignalKind::terminate()) else {
+        return signal::ctrl_c().await.unwrap_or_default();
+    };
+    tokio::select! {
+        _ = terminated.recv() => {}
+        _ = signal::ctrl_c() => {}
+    }
+}
