@@ -14,7 +14,7 @@ const LAWS: [&str; 5] = [
 ];
 
 /// A plan's time, what it predicts, and where the craft truly was.
-struct Told {
+struct KeptPlan {
     t_s: f64,
     prediction: wire::Prediction,
     reference: wire::Reference,
@@ -22,7 +22,7 @@ struct Told {
 }
 
 /// The first 120 plans of a mission that `law` steers, and the last of them whole.
-async fn flown(service: &Service, scenario: &str, law: &str) -> (Vec<Told>, Value) {
+async fn flown(service: &Service, scenario: &str, law: &str) -> (Vec<KeptPlan>, Value) {
     let mut new = simulated(scenario);
     new["simulated"]["controller"] = json!(law);
     let mission = service.create(&new).await;
@@ -34,7 +34,7 @@ async fn flown(service: &Service, scenario: &str, law: &str) -> (Vec<Told>, Valu
     let of = |event: &Value| {
         let number = |value: &Value| value.as_f64().expect("is a number");
         let truth = &event["truth"]["asc"];
-        Told {
+        KeptPlan {
             t_s: number(&event["t_s"]),
             prediction: serde_json::from_value(event["prediction"].clone()).expect("has the shape"),
             reference: serde_json::from_value(event["reference"].clone()).expect("has the shape"),
@@ -55,7 +55,7 @@ fn between([north, east]: [f64; 2], [to_north, to_east]: [f64; 2]) -> f64 {
 }
 
 /// How far the craft truly was 8 s after each plan from where `predicted` has it then, m: mean.
-fn miss(plans: &[Told], predicted: impl Fn(&wire::Prediction) -> &[[f64; 2]]) -> f64 {
+fn miss(plans: &[KeptPlan], predicted: impl Fn(&wire::Prediction) -> &[[f64; 2]]) -> f64 {
     let misses = plans.iter().filter_map(|plan| {
         let after = |seconds: f64| plans.iter().find(move |later| later.t_s == plan.t_s + seconds);
         let k = plan.prediction.after_s.iter().position(|after| *after == 8.0)?;

@@ -122,14 +122,8 @@ impl Knowledge {
     /// The start of a mission, with so much declared to the planner.
     fn start(self, scenario: &Scenario, seed: u64) -> Result<Start, GuideError> {
         let mut start = scenario.start(seed)?;
-        if let (Self::Undeclared, Some(observer)) = (self, &mut start.observer) {
-            let briefing = observer.briefing_mut();
-            briefing.craft = CraftDescription::default();
-            briefing.limits = Limits {
-                speed_min: briefing.limits.speed_min,
-                speed_max: briefing.limits.speed_max,
-                ..Limits::ANY
-            };
+        if self == Self::Undeclared {
+            undeclare(&mut start);
         }
         Ok(start)
     }
@@ -137,6 +131,19 @@ impl Knowledge {
     fn mission(self, scenario: &Scenario, seed: u64) -> Result<Mission, GuideError> {
         let start = self.start(scenario, seed)?;
         Ok(Mission::from_start(start, scenario, self.name(), seed))
+    }
+}
+
+/// Leaves the planner of a mission nothing of its craft but the least and the largest speed.
+pub(crate) fn undeclare(start: &mut Start) {
+    if let Some(observer) = &mut start.observer {
+        let briefing = observer.briefing_mut();
+        briefing.craft = CraftDescription::default();
+        briefing.limits = Limits {
+            speed_min: briefing.limits.speed_min,
+            speed_max: briefing.limits.speed_max,
+            ..Limits::ANY
+        };
     }
 }
 

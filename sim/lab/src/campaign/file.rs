@@ -86,7 +86,7 @@ pub enum CraftEntry {
         first: u64,
         /// How many.
         count: u64,
-        /// Whether the planner is given their response; else their speeds alone. Given if left out.
+        /// Whether the planner is given their response; else their speeds alone. It is given it if left out.
         #[serde(default = "yes")]
         declared: bool,
     },

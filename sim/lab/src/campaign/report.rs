@@ -1,4 +1,4 @@
-//! The report of a campaign: who did how well beside whom, how surely, where it went wrong and what it depends on.
+//! The report of a campaign: how each controller did beside the reference, how surely, where it failed, and what that depends on.
 //!
 //! One set of numbers, in three forms: a page that needs nothing else, Markdown, and JSON for programs. Equal rows give equal
 //! reports, but for solve times, which are measured.

@@ -426,3 +426,23 @@ planner = {}
     }
     assert!(compared >= 2 * 3 * 4 * 2, "{compared}");
 }
+
+#[test]
+fn a_drawn_craft_that_is_not_declared_to_the_planner_is_another_flight_of_the_same_world() {
+    let craft = "craft = [{ random = { first = 7, count = 1 } }, { random = { first = 7, count = 1, declared = false } }]";
+    let text = SMALL
+        .replace("craft = [\"scenario\", \"otter\"]", craft)
+        .replace(", \"noisy-fixes\"", "");
+    let (campaign, folder) = (campaign(&text), TempDir::new().expect("is a folder"));
+    let (_, rows) = flown(&campaign, folder.path(), 2, Shard::WHOLE);
+    let words = |name: &str, i: usize| rows.words(name).expect("a column")[i].clone();
+    let planner = |craft: &str| -> Vec<Option<f64>> {
+        let is_it = |i: &usize| words("craft", *i) == craft && words("controller", *i) == "mpc auto";
+        let rms = rows.numbers("rms_m").expect("a column");
+        (0..rows.len()).filter(is_it).map(|i| rms[i]).collect()
+    };
+    let (declared, undeclared) = (planner("random 7"), planner("random 7, undeclared"));
+    assert_eq!((declared.len(), undeclared.len()), (3, 3));
+    assert!(declared.iter().chain(&undeclared).all(Option::is_some));
+    assert_ne!(declared, undeclared);
+}

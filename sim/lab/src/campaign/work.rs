@@ -1,6 +1,6 @@
 //! A campaign as pieces of work that can be done anywhere, and what they come to as bytes.
 //!
-//! [`run()`](super::run()) does them on the threads of one process; whoever spreads them over machines sends a [`Work`], and keeps what
+//! [`run()`](super::run()) does them on the threads of one process; a program that spreads them over machines sends a [`Work`], and keeps what
 //! comes of it under [`Work::name`].
 
 use serde::{Deserialize, Serialize};

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use planner::{craft::CraftDescription, snapshot::Limits};
 use sim::{
     scenario::{RandomCraftFile, Scenario, Start, SurfaceClassFile},
     surface_craft::random::{CraftWishes, RandomCraft},
@@ -10,7 +9,7 @@ use sim::{
 use toml::{Table, Value};
 
 use crate::{
-    bench::Contender,
+    bench::{Contender, strangers::undeclare},
     campaign::file::{CampaignFile, CraftEntry},
 };
 
@@ -133,14 +132,8 @@ impl Arena {
 
     /// The start of a mission, with as much declared of the craft as the arena says.
     pub(in crate::campaign) fn declare(&self, start: &mut Start) {
-        if let (false, Some(observer)) = (self.declared, &mut start.observer) {
-            let briefing = observer.briefing_mut();
-            briefing.craft = CraftDescription::default();
-            briefing.limits = Limits {
-                speed_min: briefing.limits.speed_min,
-                speed_max: briefing.limits.speed_max,
-                ..Limits::ANY
-            };
+        if !self.declared {
+            undeclare(start);
         }
     }
 }

@@ -119,7 +119,7 @@ fn the_worst_run_is_named_with_the_reference_in_the_same_world() {
         (&17.into(), &0.6.into())
     );
     assert_eq!(json["worst"].as_array().map(Vec::len), Some(10));
-    // The planner as the reference is beside nobody: its worst runs are those with the largest values.
+    // The planner as the reference is compared with none: its worst runs are those with the largest values.
     let alone = super::report(&campaign("reference = \"planner\""), &rows(&made_up()));
     let json: Value = serde_json::from_str(&alone.json()).expect("is JSON");
     assert_eq!(

@@ -19,7 +19,7 @@ const APART: f64 = 0.2;
 pub(crate) struct Question<'a> {
     /// Who is judged.
     pub(crate) controller: &'a str,
-    /// Beside whom.
+    /// The controller that it is compared with.
     pub(crate) reference: &'a str,
     /// In which column.
     pub(crate) metric: &'a str,
