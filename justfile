@@ -42,13 +42,11 @@ sbom:
 bench:
     cargo bench -p tests --bench plan
 
-# The scoreboard of every controller in every scenario: about half an hour on two cores, and with
-# `just benchmark 30 --pareto 5 --other-plant 10 --ablations 3 --sensitivity 3 --worst` about an hour
-benchmark seeds="30" *more="":
-    cargo run --release -- bench --seeds {{seeds}} {{more}} --out target/benchmark \
-        --commit "$(git describe --always --dirty --abbrev=12)"
-    cp target/benchmark/benchmark.md docs/scoreboard.md
-    if [ -e target/benchmark/pareto.svg ]; then cp target/benchmark/pareto.svg docs/pareto.svg; fi
+# The scoreboard of every controller in every scenario: about half an hour on two cores; broken off, it goes on
+scoreboard:
+    cargo run --release -- campaign run examples/campaigns/scoreboard.toml --out target/scoreboard
+    cargo run --release -- campaign report target/scoreboard
+    cp target/scoreboard/report.md docs/scoreboard.md
 
 # Hundreds of live missions on a service of their own, in release: ten minutes, or what the arguments say, such as
 # `just load --step 50` (until it has too much to do) or `just load --readers 100` (event streams)

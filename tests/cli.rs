@@ -10,7 +10,7 @@ use std::{
     time::Duration,
 };
 
-use lab::bench::Contender;
+use lab::campaign::Campaign;
 use planner::los::LosLaw;
 use record::Format;
 use serde_json::Value;
@@ -768,89 +768,6 @@ fn the_paper_s_figures_are_nine_pictures_with_axes_and_a_page_that_shows_them() 
     fs::remove_dir_all(directory).expect("is ours");
 }
 
-#[test]
-fn a_benchmark_leaves_a_page_in_two_forms_and_every_run_and_says_how_far_it_is() {
-    let directory = std::env::temp_dir().join(format!("pilotfish-bench-{}", std::process::id()));
-    let out = directory.to_str().expect("is text");
-    let scope = ["--scenario", "calm", "--duration-s", "20"];
-    let effort = [
-        "--seeds",
-        "1",
-        "--tuning-seeds",
-        "1",
-        "--commit",
-        "0123abc",
-        "--worst",
-    ];
-    let output = run(&[["bench", "--out", out].as_slice(), &scope, &effort].concat());
-    assert!(output.status.success(), "{}", stderr(&output));
-    assert!(stderr(&output).contains(": 100 %"), "{}", stderr(&output));
-
-    let parquet = fs::read(directory.join("runs.parquet")).expect("is written");
-    assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));
-    for name in ["benchmark.md", "benchmark.html"] {
-        let text = fs::read_to_string(directory.join(name)).expect("is written");
-        for said in [
-            "0123abc",
-            "calm",
-            "mpc constant_velocity",
-            "printed_los",
-            "clairvoyant",
-            "--seeds 1",
-        ] {
-            assert!(text.contains(said), "{name} does not say {said}");
-        }
-        assert!(stdout(&output).contains(name), "{}", stdout(&output));
-    }
-    let worst = fs::read_to_string(directory.join("worst.html")).expect("is written");
-    assert!(worst.contains("worst-calm-1.svg") && directory.join("worst-calm-1.svg").exists());
-    fs::remove_dir_all(&directory).expect("is there");
-}
-
-#[test]
-fn a_benchmark_draws_the_pareto_front_where_nearness_has_a_price_and_flies_another_plant() {
-    let directory = std::env::temp_dir().join(format!("pilotfish-pareto-{}", std::process::id()));
-    let out = directory.to_str().expect("is text");
-    let effort = ["--duration-s", "10", "--seeds", "1", "--tuning-seeds", "1"];
-    for (scenario, drawn) in [("calm", false), ("about-face", true)] {
-        let more = ["--scenario", scenario, "--pareto", "1", "--other-plant", "1"];
-        let output = run(&[["bench", "--out", out].as_slice(), &more, &effort].concat());
-        assert!(output.status.success(), "{}", stderr(&output));
-        let text = fs::read_to_string(directory.join("benchmark.md")).expect("is written");
-        assert!(text.contains(&format!("### {scenario} on an Otter")), "{text}");
-        assert_eq!(text.contains("](pareto.svg)"), drawn);
-        assert_eq!(directory.join("pareto.svg").exists(), drawn);
-        assert_eq!(text.contains("| points of laws that beat"), drawn);
-    }
-    let picture = fs::read_to_string(directory.join("pareto.svg")).expect("is drawn");
-    for name in [
-        "about-face",
-        "saturated_los_tracker_frame",
-        "planner, at prices",
-        "<circle",
-    ] {
-        assert!(picture.contains(name), "{name}");
-    }
-    fs::remove_dir_all(&directory).expect("is there");
-}
-
-#[test]
-fn a_benchmark_of_no_craft_or_of_no_seeds_is_refused() {
-    let directory = std::env::temp_dir();
-    let out = directory.to_str().expect("is text");
-    for (arguments, says) in [
-        (["--scenario", "paper-path-following"], "no surface craft"),
-        (["--scenario", "nowhere"], "there is no scenario"),
-        (["--seeds", "0"], "0 is not in"),
-        // They would be scored on what their gains were found on.
-        (["--seeds", "1001"], "1001 is not in"),
-    ] {
-        let output = run(&["bench", "--out", out, arguments[0], arguments[1]]);
-        assert!(!output.status.success());
-        assert!(stderr(&output).contains(says), "{}", stderr(&output));
-    }
-}
-
 /// Rows of the Markdown tables of `text` that begin with one of `names`.
 fn rows_of<'a>(text: &'a str, name: &str) -> Vec<&'a str> {
     let start = format!("| {name} |");
@@ -858,34 +775,26 @@ fn rows_of<'a>(text: &'a str, name: &str) -> Vec<&'a str> {
 }
 
 #[test]
-fn the_checked_in_scoreboard_has_every_scenario_and_every_controller() {
+fn the_checked_in_scoreboard_is_of_the_campaign_in_the_repository() {
     let text = include_str!("../docs/scoreboard.md");
-    assert!(text.contains("from commit `"));
-    // The scoreboard says itself which scenario came after it.
-    let came_later = "fast-lawn-mower";
-    assert!(text.contains(&format!("`{came_later}` came after it")));
-    let names = Scenario::names().into_iter().filter(|name| *name != came_later);
-    let scenarios = names.filter_map(Scenario::named);
-    let scenarios: Vec<_> = scenarios.filter(Scenario::has_surface_craft).collect();
-    for scenario in &scenarios {
-        assert!(
-            text.contains(&format!("\n### {}\n", scenario.name)),
-            "{}",
-            scenario.name
-        );
-        assert!(
-            !rows_of(text, &scenario.name).is_empty(),
-            "{} has no winners",
-            scenario.name
-        );
-    }
-    let (who_knows_what, _) = text.split_once("\n## Claims\n").expect("has claims");
+    let campaign = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/campaigns/scoreboard.toml");
+    let campaign = Campaign::read(&campaign).expect("is a campaign");
+    let (who_knows_what, rest) = text.split_once("\n## Claims\n").expect("has claims");
+    let (claims, _) = rest.split_once("\n## Winners\n").expect("has winners");
     let (_, in_scenarios) = text.split_once("\n## Scenarios\n").expect("has scenarios");
-    for contender in Contender::all() {
+    for arena in &campaign.arenas {
+        let name = &arena.scenario.name;
+        assert!(in_scenarios.contains(&format!("\n### {name}\n")), "{name}");
+    }
+    for (number, contender) in campaign.controllers.iter().enumerate() {
         let name = format!("`{}`", contender.name);
         assert_eq!(rows_of(who_knows_what, &name).len(), 1, "{name}");
-        let taking_part = scenarios.iter().filter(|scenario| contender.takes_part(scenario));
+        let arenas = campaign.arenas.iter();
+        let taking_part = arenas.filter(|arena| arena.controllers.contains(&number));
         assert_eq!(rows_of(in_scenarios, &name).len(), taking_part.count(), "{name}");
+    }
+    for claim in &campaign.file.claims {
+        assert!(!rows_of(claims, &claim.claim).is_empty(), "{}", claim.claim);
     }
 }
 

@@ -31,7 +31,7 @@ use self::{
     crafts::{Crafts, crafts},
     identify::{Identify, identify},
     manual::{Completions, ManualPages, completions, manual_pages},
-    missions::{Bench, Compare, Figures, Simulate, bench, compare, figures, simulate},
+    missions::{Compare, Figures, Simulate, compare, figures, simulate},
     plan::{Plan, plan},
     replay::{Replay, replay},
     scenarios::{Scenarios, scenarios},
@@ -90,8 +90,6 @@ enum Command {
     Retention(Retain),
     /// Give the room of deleted missions back to the disk, while no service runs.
     Vacuum,
-    /// Score every controller in every scenario over many seeds.
-    Bench(Bench),
     /// Fly many missions of many controllers in worlds drawn from one seed, and report what they come to.
     #[command(subcommand)]
     Campaign(CampaignCommand),
@@ -157,7 +155,6 @@ impl Arguments {
             Some(Command::Backup(arguments)) => back_up(&arguments, &config.data)?,
             Some(Command::Retention(arguments)) => retain(&arguments, &config.data)?,
             Some(Command::Vacuum) => vacuum(&config.data)?,
-            Some(Command::Bench(arguments)) => bench(&arguments)?,
             Some(Command::Campaign(command)) => campaign(&command)?,
             #[cfg(feature = "nats")]
             Some(Command::Worker(arguments)) => campaign::work(&arguments)?,

@@ -5,6 +5,7 @@ use std::time::Duration;
 use nalgebra::Vector2;
 use planner::{
     angle::Course,
+    craft::CraftEstimate,
     goal::GoalForecast,
     los::{AscNow, LosGains, LosLaw, LosTuning, Reference, TrackingLaw},
     plan::{Method, Plan, Workspace, plan},
@@ -35,6 +36,11 @@ pub trait Guide {
 
     /// The reference for the next second.
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError>;
+
+    /// What it made of its craft by the last look; none of a guide that learns nothing of it.
+    fn craft_estimate(&self) -> Option<&CraftEstimate> {
+        None
+    }
 }
 
 /// A line-of-sight law, with its memory: the goal's course while the goal stands still, an integral, a box.
@@ -147,6 +153,10 @@ impl MpcGuide {
 impl Guide for MpcGuide {
     fn name(&self) -> &'static str {
         "mpc"
+    }
+
+    fn craft_estimate(&self) -> Option<&CraftEstimate> {
+        self.asked().map(Snapshot::craft_estimate)
     }
 
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {

@@ -61,7 +61,7 @@ pub fn run_from(
         mission.go_on(snapshot.as_ref().zip(asked));
         progress(f64::from(mission.ticks) / f64::from(mission.ticks_max));
     }
-    Ok(mission.record)
+    Ok(mission.into_record())
 }
 
 /// A mission under way, a tick at a time, for a caller that has its guide elsewhere.
@@ -154,6 +154,12 @@ impl Mission {
     #[must_use]
     pub fn record(&self) -> &Record {
         &self.record
+    }
+
+    /// What was recorded.
+    #[must_use]
+    pub fn into_record(self) -> Record {
+        self.record
     }
 
     /// Takes the rows so far out of the record, for a caller that keeps them elsewhere.

@@ -11,9 +11,10 @@ use std::{
 use clap::{Args, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use lab::{
-    campaign::{Campaign, CampaignFile, Directory, Manifest, Progress, Shard, replay, report::report, run},
+    campaign::{
+        Campaign, CampaignFile, Directory, Manifest, Progress, Shard, jobs, replay, report::report, run,
+    },
     report::ReportedRun,
-    scoreboard::threads,
 };
 
 use crate::cli::out_file::{OutFile, print};
@@ -144,7 +145,7 @@ fn fly(arguments: &Fly) -> Result<(), Box<dyn Error>> {
     let rows = run(
         &campaign,
         &directory,
-        arguments.jobs.unwrap_or_else(threads),
+        arguments.jobs.unwrap_or_else(jobs),
         &mut |progress| watch.show(progress),
     )?;
     watch.end();
@@ -158,30 +159,33 @@ fn say(directory: &Directory, rows: usize, digest: &str) -> Result<(), Box<dyn E
     ))?)
 }
 
-/// What a campaign amounts to.
+/// What a campaign amounts to, a line a scenario with the craft that fly there, and who.
 fn outline(campaign: &Campaign) -> String {
-    let arenas = campaign.arenas.iter().map(|arena| {
-        let names = arena
-            .controllers
+    let mut lines: Vec<(&str, &[usize], Vec<&str>)> = vec![];
+    for arena in &campaign.arenas {
+        let (name, flying) = (arena.scenario.name.as_str(), &arena.controllers[..]);
+        match lines.last_mut() {
+            Some((scenario, before, craft)) if *scenario == name && *before == flying => craft.push(&arena.craft),
+            _ => lines.push((name, flying, vec![&arena.craft])),
+        }
+    }
+    let mut text = format!("{}: {}\n", campaign.file.name, campaign.file.title);
+    for (scenario, flying, craft) in lines {
+        let names = flying
             .iter()
             .map(|&controller| campaign.controllers[controller].name.as_str());
-        format!(
-            "{} ({}): {}\n",
-            arena.scenario.name,
-            arena.craft,
-            names.collect::<Vec<_>>().join(", ")
-        )
-    });
-    let arenas: String = arenas.collect();
-    let n_tuning = campaign
-        .file
-        .tuning
-        .as_ref()
-        .map_or(0, |tuning| tuning.replicates);
-    format!(
-        "{}: {}\n{arenas}{} worlds of each, and {n_tuning} to find gains in; {} runs at most\n",
-        campaign.file.name,
-        campaign.file.title,
+        let names = names.collect::<Vec<_>>().join(", ");
+        let craft = match &craft[..] {
+            [one] => (*one).to_owned(),
+            [first, .., last] => format!("{} craft from {first} to {last}", craft.len()),
+            [] => String::new(),
+        };
+        text += &format!("{scenario} ({craft}): {names}\n");
+    }
+    let tuning = campaign.file.tuning.as_ref();
+    let n_tuning = tuning.map_or(0, |tuning| tuning.replicates);
+    text + &format!(
+        "{} worlds of each, and {n_tuning} to find gains in; {} runs at most\n",
         campaign.file.replicates,
         campaign.n_runs()
     )
@@ -244,10 +248,11 @@ fn fly_again(arguments: &Replay) -> Result<(), Box<dyn Error>> {
         )
     };
     print(&format!(
-        "run {number}: {} in {}, replicate {}: {outcome}{note}\n{}\n",
+        "run {number}: {} in {}, replicate {}: {outcome}{note}\n{}\n{}\n",
         flown.controller,
         flown.record.scenario,
         flown.run.world.replicate,
+        flown.explanation,
         page.display()
     ))?;
     if flown.same {

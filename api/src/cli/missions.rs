@@ -1,6 +1,5 @@
-//! `pilotfish simulate`, `compare`, `figures` and `bench`: whole missions on the command line.
+//! `pilotfish simulate`, `compare` and `figures`: whole missions on the command line.
 
-mod bench;
 mod compare;
 mod declared;
 mod error;
@@ -10,7 +9,6 @@ mod progress;
 mod simulate;
 mod snapshots;
 
-pub(crate) use bench::{Bench, bench};
 pub(crate) use compare::{Compare, compare};
 pub(crate) use figures::{Figures, figures};
 pub(crate) use simulate::{Simulate, simulate};

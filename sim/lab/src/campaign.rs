@@ -9,10 +9,12 @@
 //! A row depends on the file, on the scenarios that it names and on the version of the program alone, but for the columns
 //! that are measured by the clock ([`rows::MEASURED`]): any number of jobs, shards and interruptions gives the same rows.
 //!
-//! In reading order: [`mod@file`] is what a campaign file says, [`design`] what that amounts to, `tune` and `fly` are the two kinds
-//! of work, [`rows`] is a table of results, [`directory`] keeps it on the disk, and [`run()`] does what is left to be done.
+//! In reading order: [`mod@file`] is what a campaign file says, [`design`] what that amounts to, [`contender`] is who flies; `tune` and
+//! `fly` are the two kinds of work, `score` is what a flight is worth, [`rows`] is a table of results, [`directory`] keeps it on the disk, and [`run()`] does what is left to be done.
 //! `statistics` compares controllers in the rows, and [`mod@report`] says what came of it.
 
+mod chunk;
+pub mod contender;
 pub mod design;
 pub mod directory;
 pub mod file;
@@ -21,6 +23,7 @@ mod replay;
 pub mod report;
 pub mod rows;
 mod run;
+mod score;
 mod statistics;
 #[cfg(test)]
 mod tests;
@@ -32,5 +35,5 @@ pub use directory::{Directory, DirectoryError, Manifest, Shard};
 pub use file::{CampaignError, CampaignFile};
 pub use replay::{Replay, ReplayError, replay};
 pub use report::CampaignReport;
-pub use run::{Progress, run};
+pub use run::{Progress, jobs, run};
 pub use work::{Work, WorkError};

@@ -3,7 +3,7 @@
 //! For places where no script runs: a Markdown file, a paper. What is looked at in a browser is drawn by the page's own code (crate
 //! `page`), to which [`Panel`]s go as JSON.
 
-use std::fmt::Write as _;
+use std::{borrow::Cow, fmt::Write as _};
 
 use maud::{Markup, html};
 use serde::Serialize;
@@ -52,19 +52,19 @@ pub(crate) struct Sheet {
 #[derive(Serialize)]
 pub(crate) struct Panel {
     pub(crate) heading: String,
-    pub(crate) x_label: &'static str,
-    pub(crate) y_label: &'static str,
+    pub(crate) x_label: Cow<'static, str>,
+    pub(crate) y_label: Cow<'static, str>,
     pub(crate) axes: Axes,
     pub(crate) lines: Vec<Line>,
 }
 
 impl Panel {
     /// Without a heading, over time in seconds.
-    pub(crate) fn over_time(y_label: &'static str, axes: Axes, lines: Vec<Line>) -> Self {
+    pub(crate) fn over_time(y_label: impl Into<Cow<'static, str>>, axes: Axes, lines: Vec<Line>) -> Self {
         Self {
             heading: String::new(),
-            x_label: "time, s",
-            y_label,
+            x_label: "time, s".into(),
+            y_label: y_label.into(),
             axes,
             lines,
         }
@@ -293,8 +293,8 @@ mod tests {
     fn panel(axes: Axes, lines: Vec<Line>) -> Panel {
         Panel {
             heading: "a < b & c".into(),
-            x_label: "x",
-            y_label: "y",
+            x_label: "x".into(),
+            y_label: "y".into(),
             axes,
             lines,
         }

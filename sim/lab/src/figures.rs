@@ -17,14 +17,11 @@ use sim::{
 
 mod gallery;
 mod over_time;
-mod pareto;
 mod stated;
 mod tracks;
 
 pub use gallery::gallery;
-pub use pareto::pareto_chart;
 pub use stated::{Stated, stated, table};
-pub(crate) use tracks::run_map;
 
 /// The missions behind the figures.
 #[derive(Clone, Debug, PartialEq)]

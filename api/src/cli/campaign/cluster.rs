@@ -4,7 +4,7 @@ use std::{error::Error, num::NonZeroUsize, path::PathBuf, time::Duration};
 
 use clap::Args;
 use cluster::{Access, Broker, Standing, Worker, WorkerEvent, collect, standing, submit};
-use lab::{campaign::Campaign, scoreboard::threads};
+use lab::campaign::{Campaign, jobs};
 use tokio::{runtime::Runtime, signal, sync::watch};
 
 use super::say;
@@ -154,7 +154,7 @@ pub(super) fn fetch_all(arguments: &Collect) -> Result<(), Box<dyn Error>> {
 
 /// Works until Ctrl-C or SIGTERM, after which what was begun is done to its end.
 pub(crate) fn work(arguments: &WorkerFlags) -> Result<(), Box<dyn Error>> {
-    let jobs = arguments.jobs.unwrap_or_else(threads).get();
+    let jobs = arguments.jobs.unwrap_or_else(jobs).get();
     Runtime::new()?.block_on(async {
         let broker = arguments.broker.connect("pilotfish worker").await?;
         let (stop, stopped) = watch::channel(false);

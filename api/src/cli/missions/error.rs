@@ -1,9 +1,6 @@
 //! Why a mission on the command line gave no result.
 
-use lab::{
-    bench::{BenchError, strangers::StrangersError},
-    tuning::TuningError,
-};
+use lab::tuning::TuningError;
 use sim::guide::GuideError;
 
 /// Why a mission gave no result.
@@ -25,12 +22,4 @@ pub(crate) enum MissionError {
     SnapshotsOfAnother,
     #[error("the mission failed")]
     Mission(#[source] GuideError),
-    #[error(
-        "--first-craft {first}: {crafts} craft lead beyond seed {last}, and gains are found on the seeds after it"
-    )]
-    CraftSeeds { first: u64, crafts: u64, last: u64 },
-    #[error("the benchmark could not be run")]
-    Bench(#[from] BenchError),
-    #[error("the benchmark of random craft could not be run")]
-    Strangers(#[from] StrangersError),
 }

@@ -6,8 +6,10 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use sim::scenario::{Files, Scenario};
 
-use super::file::{CampaignError, CampaignFile, CraftEntry, Objective, SEED_MAX};
-use crate::bench::{Contender, Pilot};
+use super::{
+    contender::{Contender, Pilot},
+    file::{CampaignError, CampaignFile, CraftEntry, Objective, SEED_MAX},
+};
 
 mod arena;
 
@@ -17,8 +19,8 @@ pub use arena::Arena;
 const TUNING_STREAM: u64 = 1 << 40;
 /// Streams of one replicate: a seed's, and one for each parameter.
 const STREAMS: u64 = 1 << 10;
-/// Draws of one chunk: what is lost where a run is interrupted.
-const RUNS_PER_CHUNK: u64 = 12;
+/// Runs of one chunk, where a world has fewer: what is lost where a process is killed, and what one worker of many does at a time.
+const RUNS_PER_CHUNK: u64 = 6;
 
 /// A campaign that can be run.
 #[derive(Clone, Debug)]
@@ -68,6 +70,17 @@ pub struct Chunk {
     pub first: u64,
     /// How many replicates.
     pub count: u64,
+}
+
+impl Chunk {
+    /// Its worlds.
+    pub(super) fn worlds(self) -> impl Iterator<Item = World> {
+        (self.first..self.first + self.count).map(move |replicate| World {
+            arena: self.arena,
+            replicate,
+            tuning: false,
+        })
+    }
 }
 
 impl Campaign {

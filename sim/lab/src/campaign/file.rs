@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use sim::scenario::ScenarioError;
 
-use crate::bench::Metric;
+use super::score::Score;
 
 mod check;
 mod contenders;
@@ -56,6 +56,9 @@ pub struct CampaignFile {
     /// What the report compares.
     #[serde(default)]
     pub report: ReportFile,
+    /// What is claimed beforehand, and decided by the report.
+    #[serde(default)]
+    pub claims: Vec<Claim>,
 }
 
 fn one() -> u64 {
@@ -86,14 +89,7 @@ pub enum CraftEntry {
         first: u64,
         /// How many.
         count: u64,
-        /// Whether the planner is given their response; else their speeds alone. It is given it if left out.
-        #[serde(default = "yes")]
-        declared: bool,
     },
-}
-
-fn yes() -> bool {
-    true
 }
 
 /// A number of the scenarios that is drawn for each world: evenly between two limits, or one of some, each as likely.
@@ -138,13 +134,22 @@ pub enum Objective {
 }
 
 impl Objective {
-    /// The metric.
+    /// The column that it is.
     #[must_use]
-    pub fn metric(self) -> Metric {
+    pub fn name(self) -> &'static str {
         match self {
-            Self::RmsM => Metric::Rms,
-            Self::EnergyJ => Metric::Energy,
-            Self::HeadingTravelRad => Metric::HeadingTravel,
+            Self::RmsM => "rms_m",
+            Self::EnergyJ => "energy_j",
+            Self::HeadingTravelRad => "heading_travel_rad",
+        }
+    }
+
+    /// Its value.
+    pub(super) fn of(self, score: &Score) -> f64 {
+        match self {
+            Self::RmsM => score.metrics.rms_m,
+            Self::EnergyJ => score.metrics.energy_j,
+            Self::HeadingTravelRad => score.metrics.heading_travel_rad,
         }
     }
 }
@@ -158,6 +163,9 @@ pub struct ControllerFile {
     /// What it knows of the AUVs' paths, speeds and dives.
     #[serde(default)]
     pub paths: PathsFile,
+    /// What it is told of the surface craft.
+    #[serde(default)]
+    pub craft: CraftToldFile,
     /// What is other than the scenario says, or than the craft is; nothing if left out.
     pub variation: Option<VariationFile>,
     /// The planner, or
@@ -177,6 +185,17 @@ pub enum PathsFile {
     Unknown,
     /// Everything, whatever the scenario says.
     Known,
+}
+
+/// What a controller is told of the surface craft.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CraftToldFile {
+    /// How it answers references, and all of its limits.
+    #[default]
+    Response,
+    /// Its least and its largest speed.
+    Speeds,
 }
 
 /// The planner.
@@ -262,6 +281,27 @@ pub enum VariationFile {
     NoPreview,
     /// The controller is asked every so many seconds, and its answer is held meanwhile.
     AskedEveryS(u32),
+    /// Something of the surface craft breaks, and stays broken.
+    Breakdown {
+        /// What.
+        what: BreakdownFile,
+        /// When, s.
+        at_s: f64,
+    },
+}
+
+/// What breaks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum BreakdownFile {
+    /// The heading loop has twice its lag.
+    SlowHeadingLoop,
+    /// The port thruster is lost.
+    PortThrusterLost,
+    /// The rudder is stuck 10° to starboard, of 35° at most.
+    RudderStuck,
+    /// The craft comes to rest 10° to starboard of its heading reference.
+    HeadingOffset,
 }
 
 /// What the report compares.
@@ -273,6 +313,57 @@ pub struct ReportFile {
     /// Columns that are compared; less is better in each.
     #[serde(default = "compared")]
     pub metrics: Vec<String>,
+    /// Two columns whose means are drawn over each other, scenario by scenario, with the controllers that no other is better than in
+    /// both; none if left out.
+    pub front: Option<[String; 2]>,
+}
+
+/// A claim: that a column of some controllers is small in some scenarios. It is decided for each controller and scenario by itself,
+/// but where it says otherwise.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Claim {
+    /// The claim, in words.
+    pub claim: String,
+    /// Names of the controllers that it is about.
+    pub controllers: Vec<String>,
+    /// Names of the scenarios that it is about; all if left out.
+    #[serde(default)]
+    pub scenarios: Vec<String>,
+    /// The column; `rms_m` if left out.
+    #[serde(default = "rms")]
+    pub metric: String,
+    /// Names of the controllers beside which it is set: in each scenario the one of them with the least mean of the first objective that
+    /// gains are found for, at its gains for that objective.
+    #[serde(default)]
+    pub beside: Vec<String>,
+    /// What is claimed.
+    pub is: Claimed,
+}
+
+/// What is claimed.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub enum Claimed {
+    /// The paired ratio to the one beside it is at most this.
+    RatioAtMost(f64),
+    /// The upper end of the ratio's 95 % interval is at most this.
+    RatioSurelyAtMost(f64),
+    /// The mean is at most this in every scenario; it is decided for all of them together.
+    MeanAtMost(f64),
+    /// The middle over scenarios of its ratio to what the bound allows is at most 1; it is decided for all of them together.
+    WithinBound {
+        /// So many times the bound are allowed,
+        factor: f64,
+        /// and so much more, m.
+        spare_m: f64,
+    },
+    /// None of those beside it has a smaller mean than any of the controllers in both columns of `report.front`.
+    Undominated,
+}
+
+fn rms() -> String {
+    "rms_m".to_owned()
 }
 
 fn compared() -> Vec<String> {
@@ -286,6 +377,7 @@ impl Default for ReportFile {
         Self {
             reference: None,
             metrics: compared(),
+            front: None,
         }
     }
 }

@@ -2,22 +2,69 @@
 
 use std::time::Instant;
 
-use planner::los::{LosLaw, LosTuning};
+use planner::{
+    angle::wrap,
+    craft::{Craft, CraftEstimate},
+    los::{LosLaw, LosTuning},
+    snapshot::Snapshot,
+};
 use sim::{
-    guide::{Guide, GuideError},
-    mission::run_from,
+    guide::{Guidance, Guide, GuideError},
+    mission::Mission,
     record::Record,
 };
 
 use super::{
+    contender::Contender,
     design::{Campaign, Run, World},
-    rows::Row,
+    rows::{Outcome, Row},
+    score::Score,
 };
-use crate::{
-    bench::{Contender, Score},
-    regret::regret,
-    stopwatch::Stopwatch,
-};
+use crate::regret::regret;
+
+/// When what the planner made of its craft is looked at, s.
+const LEARNT_AT_S: f64 = 300.0;
+/// A step of the heading reference that is larger than the craft turns by no more than this factor is rounding: the planner's references
+/// turn as fast as the craft does where they must.
+const ROUNDING: f64 = 1.0 + 1e-6;
+
+/// A mission that was flown.
+#[derive(Clone, Debug)]
+pub(super) struct Flown {
+    pub(super) record: Record,
+    /// What the planner made of its craft; none of a law.
+    pub(super) learnt: Option<Learnt>,
+}
+
+/// What a planner made of its craft on the way.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Learnt {
+    /// When it began to say that the craft does not follow, s.
+    pub(super) alarms_at_s: Vec<f64>,
+    /// For how long it said so, s.
+    pub(super) alarm_s: f64,
+    /// Lag of the heading loop, lag of the surge loop and sway per yaw rate, s, each with its standard deviation, after
+    /// `LEARNT_AT_S`; none of a shorter mission.
+    pub(super) estimates: Option<[(f64, f64); 3]>,
+    is_alarmed: bool,
+}
+
+impl Learnt {
+    fn look(&mut self, time: f64, interval: f64, known: &CraftEstimate) {
+        let alarm = known.monitor.alarm;
+        if alarm {
+            self.alarm_s += interval;
+        }
+        if alarm && !self.is_alarmed {
+            self.alarms_at_s.push(time);
+        }
+        self.is_alarmed = alarm;
+        if self.estimates.is_none() && LEARNT_AT_S <= time {
+            let drift = (known.drift.mean, known.drift.variance.max(0.0).sqrt());
+            self.estimates = Some([known.heading_lag(), known.surge_lag(), drift]);
+        }
+    }
+}
 
 /// A mission of `contender` in `world`, timed. `tuning` is a law's.
 pub(super) fn fly(
@@ -25,29 +72,72 @@ pub(super) fn fly(
     world: World,
     contender: &Contender,
     tuning: Option<LosTuning>,
-) -> Result<Record, GuideError> {
+) -> Result<Flown, GuideError> {
     let scenario = contender.scenario(&campaign.scenario(world)?);
     let seed = campaign.seed(world);
     let mut start = scenario.start(seed)?;
-    campaign.arenas[world.arena].declare(&mut start);
-    if let Some(variation) = contender.variation {
-        variation.vary_start(&mut start);
-    }
+    contender.vary_start(&mut start);
     let mut guide: Box<dyn Guide> = contender.guide(tuning);
-    let mut stopwatch = Stopwatch::new(guide.as_mut());
-    run_from(start, &scenario, &mut stopwatch, seed, &mut |_| {})
+    let mut mission = Mission::from_start(start, &scenario, guide.name(), seed);
+    let mut learnt: Option<Learnt> = None;
+    while !mission.is_over() {
+        let (time, interval) = (mission.time(), mission.record().interval);
+        let snapshot = mission.look()?;
+        let asked = snapshot
+            .as_ref()
+            .map(|snapshot| timed(guide.as_mut(), snapshot))
+            .transpose()?;
+        if let Some(known) = guide.craft_estimate() {
+            learnt.get_or_insert_default().look(time, interval, known);
+        }
+        mission.go_on(snapshot.as_ref().zip(asked));
+    }
+    Ok(Flown {
+        record: mission.into_record(),
+        learnt,
+    })
 }
 
-/// What a run came to. A mission that fails gives a row that says why.
-pub(super) fn row(campaign: &Campaign, run: Run, flight: &Flight, bound_rms_m: Option<f64>) -> Row {
+/// What `guide` answers, and how long that took.
+fn timed(guide: &mut dyn Guide, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
+    let begun = Instant::now();
+    let guidance = guide.guide(snapshot)?;
+    Ok(Guidance {
+        solve_time: Some(begun.elapsed()),
+        ..guidance
+    })
+}
+
+/// Share of the seconds at whose end the heading reference steps by more than a craft of that response turns in one, %.
+fn too_fast_steps(record: &Record, response: &Craft) -> f64 {
+    let rows = record.rows.iter().filter_map(|row| row.surface_craft.as_ref());
+    let headings: Vec<f64> = rows.map(|craft| craft.reference.heading.radians()).collect();
+    let most = response.heading.rate_max * record.interval * ROUNDING;
+    let steps = headings
+        .windows(2)
+        .filter(|pair| most < wrap(pair[1] - pair[0]).abs());
+    #[expect(clippy::cast_precision_loss, reason = "a mission has thousands of rows, not 2⁵³")]
+    let (steps, n) = (steps.count() as f64, headings.len() as f64);
+    100.0 * steps / n
+}
+
+/// What a run came to, without its world's bound. A mission that fails gives a row that says why.
+pub(super) fn row(campaign: &Campaign, run: Run, flight: &Flight) -> Row {
     let contender = &campaign.controllers[run.controller];
     let begun = Instant::now();
     let flown = fly(campaign, run.world, contender, flight.tuning);
     let took = begun.elapsed().as_secs_f64();
-    let outcome = flown.map_err(|error| error.to_string()).and_then(|record| {
-        Score::of(&record).ok_or_else(|| "there is no surface craft in the record".to_owned())
-    });
     let arena = &campaign.arenas[run.world.arena];
+    let response = arena.response();
+    let outcome = flown.map_err(|error| error.to_string()).and_then(|flown| {
+        let score = Score::of(&flown.record).ok_or("there is no surface craft in the record")?;
+        let too_fast_steps_percent = response.map(|response| too_fast_steps(&flown.record, &response));
+        Ok(Outcome {
+            score,
+            too_fast_steps_percent,
+            learnt: flown.learnt,
+        })
+    });
     Row {
         run: run.number,
         scenario: arena.scenario.name.clone(),
@@ -64,7 +154,9 @@ pub(super) fn row(campaign: &Campaign, run: Run, flight: &Flight, bound_rms_m: O
             .map(|(_, value)| value)
             .collect(),
         outcome,
-        bound_rms_m,
+        tested: response.map(|craft| [craft.heading.lag(), craft.surge.lag(), craft.sway_per_yaw_rate]),
+        breaks_at_s: contender.breaks_at(),
+        bound_rms_m: None,
         run_s: took,
     }
 }
@@ -81,10 +173,11 @@ pub(super) struct Flight {
 /// Root mean square distance to the goal that no craft could have come below in this world, m; none where that is unknown, or
 /// not the same for all controllers.
 pub(super) fn bound(campaign: &Campaign, world: World) -> Option<f64> {
+    let takes_part = |controller: &usize| &campaign.controllers[*controller];
     let mut variations = campaign.arenas[world.arena]
         .controllers
         .iter()
-        .map(|&controller| campaign.controllers[controller].variation);
+        .map(|controller| takes_part(controller).variation.filter(|variation| variation.changes_craft()));
     let first = variations.next()?;
     if variations.any(|variation| variation != first) {
         return None;
@@ -94,6 +187,9 @@ pub(super) fn bound(campaign: &Campaign, world: World) -> Option<f64> {
         variation: first,
         ..Contender::law(LosLaw::SaturatedLos)
     };
-    let record = fly(campaign, world, &anyone, None).ok()?;
-    regret(&record).ok().flatten().map(|regret| regret.bound_rms_m)
+    let flown = fly(campaign, world, &anyone, None).ok()?;
+    regret(&flown.record)
+        .ok()
+        .flatten()
+        .map(|regret| regret.bound_rms_m)
 }

@@ -3,12 +3,16 @@
 use planner::los::{LosGains, LosTuning};
 use sim::{guide::GuideError, record::Record};
 
+mod explanation;
+
+use explanation::explanation;
+
 use super::{
+    contender::Pilot,
     design::{Campaign, Run},
     fly::{Flight, bound, fly, row},
-    rows::Rows,
+    rows::{Row, Rows},
 };
-use crate::bench::Pilot;
 
 /// A run that was flown again.
 #[derive(Clone, Debug)]
@@ -21,6 +25,8 @@ pub struct Replay {
     pub information: String,
     /// What happened.
     pub record: Record,
+    /// When the craft was farthest off, and what the record has to explain that with.
+    pub explanation: String,
     /// Whether every cell of its row is again what it was, to the bit, but for the measured ones.
     pub same: bool,
 }
@@ -74,13 +80,19 @@ pub fn replay(campaign: &Campaign, rows: &Rows, number: u64) -> Result<Replay, R
         tuning,
         objectives: words.map(ToString::to_string).unwrap_or_default(),
     };
-    let record = fly(campaign, run.world, contender, tuning).map_err(ReplayError::Mission)?;
-    let bound = bound(campaign, run.world);
-    let again = Rows::of(&[row(campaign, run, &flight, bound)], &campaign.parameter_keys());
+    let record = fly(campaign, run.world, contender, tuning)
+        .map_err(ReplayError::Mission)?
+        .record;
+    let again = Row {
+        bound_rms_m: bound(campaign, run.world),
+        ..row(campaign, run, &flight)
+    };
+    let again = Rows::of(&[again], &campaign.parameter_keys());
     Ok(Replay {
         run,
         controller: contender.name.clone(),
         information: contender.information(),
+        explanation: explanation(&record),
         record,
         same: again.digest() == before.digest(),
     })

@@ -3,19 +3,24 @@
 //! One set of numbers, in three forms: a page that needs nothing else, Markdown, and JSON for programs. Equal rows give equal
 //! reports, but for solve times, which are measured.
 
+mod claims;
 mod forest;
+mod front;
 mod gather;
+mod learnt;
 mod numbers;
+mod scores;
 mod sections;
 mod tables;
 #[cfg(test)]
 mod tests;
 mod words;
 
-use crate::scoreboard::Document;
+use crate::document::Document;
 
 use super::{design::Campaign, rows::Rows};
 use numbers::Numbers;
+pub(super) use words::number;
 
 /// The report of a campaign.
 #[derive(Clone, Debug)]

@@ -14,10 +14,13 @@ use record::{
     parquet::{Column, Table, Values, write_table},
 };
 
-use crate::{bench::Score, scoreboard::SCORES};
+use super::{
+    fly::Learnt,
+    score::{SCORES, Score},
+};
 
 /// Version of the table's columns.
-pub const SCHEMA_VERSION: &str = "1";
+pub const SCHEMA_VERSION: &str = "2";
 /// Columns that are measured by the clock, and are other ones each time.
 pub const MEASURED: [&str; 3] = ["solve_ms_p50", "solve_ms_p99", "run_s"];
 /// What begins the names of columns that hold parameters.
@@ -37,11 +40,34 @@ pub(super) struct Row {
     pub(super) tuning: Option<LosTuning>,
     /// Values, in the campaign's order.
     pub(super) parameters: Vec<f64>,
-    /// The scores, or why there are none.
-    pub(super) outcome: Result<Score, String>,
+    /// What it came to, or why it failed.
+    pub(super) outcome: Result<Outcome, String>,
+    /// What step tests of the craft found: lag of the heading loop, lag of the surge loop, sway per yaw rate, s.
+    pub(super) tested: Option<[f64; 3]>,
+    /// When something breaks, s.
+    pub(super) breaks_at_s: Option<f64>,
     pub(super) bound_rms_m: Option<f64>,
     pub(super) run_s: f64,
 }
+
+/// What a mission came to.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Outcome {
+    pub(super) score: Score,
+    /// Share of the seconds at whose end the heading reference steps by more than the craft turns in one, %.
+    pub(super) too_fast_steps_percent: Option<f64>,
+    pub(super) learnt: Option<Learnt>,
+}
+
+/// Columns beside the scores in which less is better.
+pub(super) const MORE: [&str; 4] = ["too_fast_steps_percent", "alarms", "alarm_s", "noticed_after_s"];
+
+/// Columns of what the planner made of its craft: estimate, standard deviation, and what step tests found.
+pub(super) const LEARNT: [[&str; 3]; 3] = [
+    ["heading_lag_s", "heading_lag_sigma_s", "heading_lag_tested_s"],
+    ["surge_lag_s", "surge_lag_sigma_s", "surge_lag_tested_s"],
+    ["sway_per_yaw_rate_s", "sway_per_yaw_rate_sigma_s", "sway_per_yaw_rate_tested_s"],
+];
 
 /// Rows by column, in any order.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -75,7 +101,9 @@ impl Rows {
             name: name.to_owned(),
             values: Values::Numbers(rows.iter().map(of).collect()),
         };
-        let score = |row: &Row, of: fn(&Score) -> Option<f64>| row.outcome.as_ref().ok().and_then(of);
+        let outcome = |row: &Row| row.outcome.clone().ok();
+        let score = |row: &Row, of: fn(&Score) -> Option<f64>| of(&row.outcome.as_ref().ok()?.score);
+        let learnt = |row: &Row| outcome(row)?.learnt;
         let mut columns = vec![
             numbers("run", &|row| Some(count(row.run))),
             words("scenario", &|row| row.scenario.clone()),
@@ -98,6 +126,23 @@ impl Rows {
         }
         for (name, of) in SCORES {
             columns.push(numbers(name, &|row| score(row, of)));
+        }
+        let [too_fast, alarms, alarm_s, noticed] = MORE;
+        columns.push(numbers(too_fast, &|row| {
+            outcome(row)?.too_fast_steps_percent
+        }));
+        #[expect(clippy::cast_precision_loss, reason = "an alarm a second at most")]
+        columns.push(numbers(alarms, &|row| Some(learnt(row)?.alarms_at_s.len() as f64)));
+        columns.push(numbers(alarm_s, &|row| Some(learnt(row)?.alarm_s)));
+        columns.push(numbers(noticed, &|row| {
+            let broke = row.breaks_at_s?;
+            let alarms = learnt(row)?.alarms_at_s.into_iter();
+            alarms.map(|at| at - broke).find(|after| 0.0 <= *after)
+        }));
+        for (k, [value, sigma, tested]) in LEARNT.into_iter().enumerate() {
+            columns.push(numbers(value, &|row| Some(learnt(row)?.estimates?[k].0)));
+            columns.push(numbers(sigma, &|row| Some(learnt(row)?.estimates?[k].1)));
+            columns.push(numbers(tested, &|row| Some(row.tested?[k])));
         }
         columns.push(numbers("bound_rms_m", &|row| row.bound_rms_m));
         columns.push(words("failure", &|row| {

@@ -1,15 +1,17 @@
 //! Does what is left to be done of a campaign, on several threads.
 
-use std::num::NonZeroUsize;
+use std::{num::NonZeroUsize, sync::Mutex};
 
 use super::{
+    chunk::{Part, Parts, Piece},
     design::{Campaign, Chunk, World},
     directory::{Directory, DirectoryError},
     rows::Rows,
     tune::{Gains, tune, tuned_in},
-    work::flown,
 };
-use crate::bench::in_parallel;
+use queue::in_parallel;
+
+pub(super) mod queue;
 
 /// How far a campaign is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -69,28 +71,46 @@ pub fn run(
         state.tuned = tuned;
         progress(state);
     })?;
-    let fly_chunk = |chunk: &Chunk| -> Result<(u64, u64), DirectoryError> {
-        let rows = flown(campaign, *chunk, &gains[chunk.arena]);
-        let failed = rows
-            .words("failure")
-            .unwrap_or_default()
-            .iter()
-            .filter(|words| !words.is_empty())
-            .count();
-        let n = rows.len() as u64;
-        directory.keep_chunk(chunk.number, &rows)?;
-        Ok((n, failed as u64))
+    // Piece by piece, so that no thread waits while another one flies the rest of a chunk.
+    let pieces: Vec<(usize, Piece)> = left
+        .iter()
+        .enumerate()
+        .flat_map(|(k, chunk)| Piece::all(campaign, *chunk).into_iter().map(move |piece| (k, piece)))
+        .collect();
+    let mut n_parts = vec![0; left.len()];
+    for (k, _) in &pieces {
+        n_parts[*k] += 1;
+    }
+    let parts: Vec<Mutex<Parts>> = left.iter().map(|_| Mutex::default()).collect();
+    let fly_piece = |&(k, piece): &(usize, Piece)| -> Result<Flown, DirectoryError> {
+        let part = piece.done(campaign, &gains[left[k].arena]);
+        let flown = match &part {
+            Part::Row(Some(row)) => Flown { runs: 1, failed: row.outcome.is_err().into() },
+            Part::Row(None) | Part::Bound(..) => Flown::default(),
+        };
+        let mut parts = parts[k].lock().expect("no piece panics while it holds a lock");
+        if parts.keep(part) == n_parts[k] {
+            directory.keep_chunk(left[k].number, &std::mem::take(&mut *parts).rows(campaign))?;
+        }
+        Ok(flown)
     };
-    let mut note = |chunk: &Chunk, outcome: &Result<(u64, u64), DirectoryError>| {
-        state.runs.0 += runs_of(chunk);
-        if let Ok((flown, failed)) = outcome {
-            state.flown += flown;
-            state.failed += failed;
+    let mut note = |(_, piece): &(usize, Piece), outcome: &Result<Flown, DirectoryError>| {
+        state.runs.0 += u64::from(matches!(piece, Piece::Fly(_)));
+        if let Ok(flown) = outcome {
+            state.flown += flown.runs;
+            state.failed += flown.failed;
         }
         progress(state);
     };
-    in_parallel(&left, jobs, fly_chunk, &mut note)?;
+    in_parallel(&pieces, jobs, fly_piece, &mut note)?;
     directory.collect(wanted, Rows::of(&[], &campaign.parameter_keys()))
+}
+
+/// What a piece flew.
+#[derive(Clone, Copy, Debug, Default)]
+struct Flown {
+    runs: u64,
+    failed: u64,
 }
 
 /// The gains of every arena that has chunks left; those that were found before are read.
@@ -133,4 +153,10 @@ fn found_gains(
         gains[*arena].0.push(tuned);
     }
     Ok(gains)
+}
+
+/// As many runs at once as there are processors.
+#[must_use]
+pub fn jobs() -> NonZeroUsize {
+    std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
 }

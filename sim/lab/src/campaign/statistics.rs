@@ -23,6 +23,7 @@ mod compare;
 mod effect;
 mod flights;
 mod resampling;
+pub(crate) mod student;
 #[cfg(test)]
 pub(crate) mod tests;
 

@@ -8,10 +8,8 @@ use super::{
     file::Objective,
     fly::{Flight, fly},
 };
-use crate::{
-    bench::{Pilot, Score},
-    tuning::grid,
-};
+use super::{contender::Pilot, score::Score};
+use crate::tuning::grid;
 
 /// The best gains of the laws that are tuned in one arena.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -80,7 +78,7 @@ impl Gains {
             .iter()
             .enumerate()
             .filter(|(k, _)| gains(*k) == Some(tuning));
-        let names: Vec<&str> = shared.map(|(_, objective)| objective.metric().name()).collect();
+        let names: Vec<&str> = shared.map(|(_, objective)| objective.name()).collect();
         Some(Flight {
             tuning: Some(tuning),
             objectives: names.join(" "),
@@ -134,9 +132,9 @@ fn means(
     let mut sums = vec![0.0; objectives.len()];
     let mut worlds = 0.0;
     for world in campaign.tuning_worlds(arena) {
-        let score = Score::of(&fly(campaign, world, contender, Some(tuning)).ok()?)?;
+        let score = Score::of(&fly(campaign, world, contender, Some(tuning)).ok()?.record)?;
         for (sum, objective) in sums.iter_mut().zip(objectives) {
-            *sum += objective.metric().of(&score);
+            *sum += objective.of(&score);
         }
         worlds += 1.0;
     }

@@ -6,10 +6,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    design::{Campaign, Chunk, World},
+    chunk::flown,
+    design::Campaign,
     directory::{Directory, DirectoryError, Manifest},
-    fly::{bound, row},
-    rows::Rows,
     tune::{Gains, Tuned, tune, tuned_in},
 };
 
@@ -122,23 +121,4 @@ impl Directory {
     pub fn keep_work(&self, work: Work, bytes: &[u8]) -> Result<(), DirectoryError> {
         self.keep_bytes(&work.name(), bytes)
     }
-}
-
-/// All runs of a chunk.
-pub(super) fn flown(campaign: &Campaign, chunk: Chunk, gains: &Gains) -> Rows {
-    let mut rows = vec![];
-    for replicate in chunk.first..chunk.first + chunk.count {
-        let world = World {
-            arena: chunk.arena,
-            replicate,
-            tuning: false,
-        };
-        let bound = bound(campaign, world);
-        for run in campaign.runs_in(world) {
-            if let Some(flight) = gains.flight(campaign, run.controller, run.objective) {
-                rows.push(row(campaign, run, &flight, bound));
-            }
-        }
-    }
-    Rows::of(&rows, &campaign.parameter_keys())
 }

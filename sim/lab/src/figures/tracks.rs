@@ -6,8 +6,6 @@ use sim::record::{Record, SurfaceCraftRow};
 use super::Both;
 use crate::chart::{Axes, BLACK_INK, BLUE, GREEN, GREY, Line, PURPLE, Panel, Sheet, Stroke, VERMILION};
 
-/// Height of the panel of `run_map` that shows distances, units.
-const DISTANCE_HEIGHT: u32 = 560;
 
 /// Fig. 3: underwater vehicles and their paths.
 pub(super) fn alone(record: &Record) -> Sheet {
@@ -44,29 +42,6 @@ fn goal(record: &Record, name: &str) -> Line {
     }
 }
 
-/// One mission with its goal, and how far the surface craft is from it over time, as SVG.
-#[must_use]
-pub(crate) fn run_map(record: &Record, title: &str) -> String {
-    let mut lines = under_water(record);
-    lines.push(goal(record, "goal"));
-    lines.push(surface_craft(record));
-    let distances = record.rows.iter().filter_map(|row| {
-        let craft = row.surface_craft.as_ref()?;
-        Some((row.time, craft.distance()))
-    });
-    let line = Line {
-        name: "surface craft".into(),
-        colour: BLACK_INK,
-        stroke: Stroke::Solid,
-        points: distances.collect(),
-    };
-    let over_time = Panel {
-        heading: "distance to the goal".to_owned(),
-        ..Panel::over_time("distance, m", Axes::Time(DISTANCE_HEIGHT), vec![line])
-    };
-    sheet(vec![map("tracks".to_owned(), lines), over_time]).svg(title)
-}
-
 fn sides(both: &Both) -> [(&'static str, &Record); 2] {
     [
         ("planner", &both.planner),
@@ -84,8 +59,8 @@ fn sheet(panels: Vec<Panel>) -> Sheet {
 fn map(heading: String, lines: Vec<Line>) -> Panel {
     Panel {
         heading,
-        x_label: "east, m",
-        y_label: "north, m",
+        x_label: "east, m".into(),
+        y_label: "north, m".into(),
         axes: Axes::Map,
         lines,
     }

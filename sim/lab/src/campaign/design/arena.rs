@@ -2,15 +2,19 @@
 
 use std::sync::Arc;
 
+use planner::craft::Craft;
 use sim::{
-    scenario::{RandomCraftFile, Scenario, Start, SurfaceClassFile},
-    surface_craft::random::{CraftWishes, RandomCraft},
+    scenario::{RandomCraftFile, Scenario, SurfaceClassFile},
+    surface_craft::{
+        SurfaceClass,
+        random::{CraftWishes, RandomCraft},
+    },
 };
 use toml::{Table, Value};
 
-use crate::{
-    bench::{Contender, strangers::undeclare},
-    campaign::file::{CampaignFile, CraftEntry},
+use crate::campaign::{
+    contender::Contender,
+    file::{CampaignFile, CraftEntry},
 };
 
 /// A scenario with a craft.
@@ -22,8 +26,6 @@ pub struct Arena {
     source: String,
     /// Which craft, for people and for the table.
     pub craft: String,
-    /// Whether the planner is given the craft's response.
-    pub declared: bool,
     /// Numbers, in `Campaign::controllers`, of those that take part.
     pub controllers: Vec<usize>,
     class: Option<SurfaceClassFile>,
@@ -37,7 +39,7 @@ impl Arena {
         entry: &CraftEntry,
         file: &CampaignFile,
     ) -> Result<Vec<Self>, String> {
-        let arena = |craft: String, class, drawn, declared| {
+        let arena = |craft: String, class, drawn| {
             let mut scenario = scenario.clone();
             if let Some(duration) = file.duration_s {
                 let whole = scenario.duration_s.most();
@@ -47,7 +49,6 @@ impl Arena {
                 scenario,
                 source: source.to_owned(),
                 craft,
-                declared,
                 controllers: vec![],
                 class,
                 drawn,
@@ -59,24 +60,18 @@ impl Arena {
             arena
         };
         Ok(match entry {
-            CraftEntry::Scenario => vec![arena("scenario".to_owned(), None, None, true)],
+            CraftEntry::Scenario => vec![arena("scenario".to_owned(), None, None)],
             CraftEntry::Medusa => vec![arena(
                 "medusa".to_owned(),
                 Some(SurfaceClassFile::Medusa),
                 None,
-                true,
             )],
             CraftEntry::Otter => vec![arena(
                 "otter".to_owned(),
                 Some(SurfaceClassFile::Otter),
                 None,
-                true,
             )],
-            CraftEntry::Random {
-                first,
-                count,
-                declared,
-            } => {
+            CraftEntry::Random { first, count } => {
                 let seeds = *first..first + count;
                 let drawn = seeds.map(|seed| {
                     let craft = RandomCraft::draw(seed, &CraftWishes::default())
@@ -85,12 +80,7 @@ impl Arena {
                         seed: Some(seed),
                         ..RandomCraftFile::default()
                     });
-                    let name = if *declared {
-                        format!("random {seed}")
-                    } else {
-                        format!("random {seed}, undeclared")
-                    };
-                    Ok(arena(name, Some(class), Some(Arc::new(craft)), *declared))
+                    Ok(arena(format!("random {seed}"), Some(class), Some(Arc::new(craft))))
                 });
                 drawn.collect::<Result<_, String>>()?
             }
@@ -130,11 +120,17 @@ impl Arena {
         Ok(scenario)
     }
 
-    /// The start of a mission, with as much declared of the craft as the arena says.
-    pub(in crate::campaign) fn declare(&self, start: &mut Start) {
-        if !self.declared {
-            undeclare(start);
+    /// How the craft answers references, as its step tests say; none of a craft of the scenario's own.
+    pub(in crate::campaign) fn response(&self) -> Option<Craft> {
+        if let Some(drawn) = &self.drawn {
+            return Some(drawn.tested.craft);
         }
+        let class = match self.scenario.surface_craft.as_ref()?.class {
+            SurfaceClassFile::Medusa => SurfaceClass::Medusa,
+            SurfaceClassFile::Otter => SurfaceClass::Otter,
+            SurfaceClassFile::Random(_) => return None,
+        };
+        Some(class.craft().craft())
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a campaign file may hold, beyond its shape.
 
-use super::{CampaignFile, CraftEntry, Parameter, REPLICATES_MAX, SEED_MAX};
-use crate::{bench::Pilot, scoreboard::SCORES};
+use super::{CampaignFile, Claimed, CraftEntry, Parameter, REPLICATES_MAX, SEED_MAX};
+use crate::campaign::{contender::Pilot, rows::MORE, score::SCORES};
 
 /// Most controllers, craft entries, scenarios or parameters.
 const ITEMS_MAX: usize = 200;
@@ -43,7 +43,7 @@ impl CampaignFile {
             }
         }
         for (i, craft) in self.craft.iter().enumerate() {
-            if let CraftEntry::Random { first, count, .. } = craft {
+            if let CraftEntry::Random { first, count } = craft {
                 within(&format!("craft[{i}].random.first"), *first, 0, SEED_MAX)?;
                 within(&format!("craft[{i}].random.count"), *count, 1, CRAFT_MAX)?;
             }
@@ -53,7 +53,41 @@ impl CampaignFile {
             parameter.check().map_err(named)?;
         }
         self.check_tuning()?;
-        self.check_controllers()
+        self.check_controllers()?;
+        self.check_claims()
+    }
+
+    fn check_claims(&self) -> Result<(), (String, String)> {
+        if let Some(front) = &self.report.front {
+            for (k, name) in front.iter().enumerate() {
+                is_column(name).map_err(|reason| (format!("report.front[{k}]"), reason))?;
+            }
+        }
+        for (i, claim) in self.claims.iter().enumerate() {
+            let field = |member: &str| format!("claims[{i}].{member}");
+            is_column(&claim.metric).map_err(|reason| (field("metric"), reason))?;
+            for (member, names) in [("controllers", &claim.controllers), ("beside", &claim.beside)] {
+                for name in names {
+                    if self.controllers.iter().all(|controller| controller.name != *name) {
+                        return Err((field(member), format!("there is no controller {name:?}")));
+                    }
+                }
+            }
+            let needs_beside = matches!(
+                claim.is,
+                Claimed::RatioAtMost(_) | Claimed::RatioSurelyAtMost(_) | Claimed::Undominated
+            );
+            if claim.controllers.is_empty() {
+                return Err((field("controllers"), "there is none".to_owned()));
+            }
+            if needs_beside && claim.beside.is_empty() {
+                return Err((field("beside"), "there is none, and this is claimed beside others".to_owned()));
+            }
+            if claim.is == Claimed::Undominated && self.report.front.is_none() {
+                return Err((field("is"), "undominated needs report.front".to_owned()));
+            }
+        }
+        Ok(())
     }
 
     fn check_tuning(&self) -> Result<(), (String, String)> {
@@ -107,11 +141,7 @@ impl CampaignFile {
             }
         }
         for (i, name) in self.report.metrics.iter().enumerate() {
-            if SCORES.iter().all(|(known, _)| known != name) {
-                let known: Vec<&str> = SCORES.iter().map(|(known, _)| *known).collect();
-                let reason = format!("there is no column {name:?}, only {}", known.join(", "));
-                return Err((format!("report.metrics[{i}]"), reason));
-            }
+            is_column(name).map_err(|reason| (format!("report.metrics[{i}]"), reason))?;
         }
         if let Some(reference) = &self.report.reference
             && self
@@ -126,6 +156,14 @@ impl CampaignFile {
         }
         Ok(())
     }
+}
+
+fn is_column(name: &str) -> Result<(), String> {
+    let known: Vec<&str> = SCORES.iter().map(|(known, _)| *known).chain(MORE).collect();
+    if known.contains(&name) {
+        return Ok(());
+    }
+    Err(format!("there is no column {name:?}, only {}", known.join(", ")))
 }
 
 fn within(field: &str, given: u64, least: u64, most: u64) -> Result<(), (String, String)> {

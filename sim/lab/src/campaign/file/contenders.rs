@@ -6,9 +6,12 @@ use planner::{
     snapshot::ForecastModel,
 };
 
-use super::{ControllerFile, ForecastFile, GainsFile, LawFile, PathsFile, PlannerFile, VariationFile};
+use super::{
+    BreakdownFile, ControllerFile, CraftToldFile, ForecastFile, GainsFile, LawFile, PathsFile, PlannerFile,
+    VariationFile,
+};
 use crate::{
-    bench::{Contender, Paths, Pilot, Variation},
+    campaign::contender::{Breakdown, Contender, Paths, Pilot, Variation},
     tuning::grid,
 };
 
@@ -24,11 +27,13 @@ impl ControllerFile {
         };
         let contender = |(name, pilot)| Contender {
             name,
+            entry: self.name.clone(),
             paths: match self.paths {
                 PathsFile::AsScenario => Paths::AsScenario,
                 PathsFile::Unknown => Paths::Uninformed,
                 PathsFile::Known => Paths::Informed,
             },
+            knows_response: self.craft == CraftToldFile::Response,
             pilot,
             variation: self.variation.map(Variation::from),
         };
@@ -137,6 +142,15 @@ impl From<VariationFile> for Variation {
             VariationFile::NoTurnRate => Self::NoTurnRate,
             VariationFile::NoPreview => Self::NoPreview,
             VariationFile::AskedEveryS(seconds) => Self::Seldom(seconds.max(1)),
+            VariationFile::Breakdown { what, at_s } => Self::Breakdown(
+                match what {
+                    BreakdownFile::SlowHeadingLoop => Breakdown::SlowHeadingLoop,
+                    BreakdownFile::PortThrusterLost => Breakdown::PortThrusterLost,
+                    BreakdownFile::RudderStuck => Breakdown::RudderStuck,
+                    BreakdownFile::HeadingOffset => Breakdown::HeadingOffset,
+                },
+                at_s,
+            ),
         }
     }
 }

@@ -1,14 +1,13 @@
 //! Numbers of a report, out of the rows.
 
 use super::numbers::{ControllerFlown, Part, Regret, Worst};
-use crate::{
-    bench::{
-        Pilot,
-        statistics::{mean, median},
-    },
-    campaign::{
-        design::Campaign,
-        statistics::{Comparison, Effect, Flights, Question, compare, effect, holm, worst},
+use crate::campaign::{
+    contender::Pilot,
+    design::Campaign,
+    statistics::{
+        Comparison, Effect, Flights, Question, compare, effect, holm,
+        student::{mean, median},
+        worst,
     },
 };
 
@@ -89,6 +88,7 @@ impl Gather<'_> {
                         reference: self.reference,
                         metric,
                         scenario,
+                        objective: None,
                     };
                     compare(self.flights, question, self.campaign.file.seed)
                 });
@@ -115,6 +115,7 @@ impl Gather<'_> {
                         reference: self.reference,
                         metric,
                         scenario: None,
+                        objective: None,
                     };
                     all.extend(effect(self.flights, question, parameter));
                 }

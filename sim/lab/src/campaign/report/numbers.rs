@@ -2,7 +2,13 @@
 
 use serde::Serialize;
 
-use super::gather::Gather;
+use super::{
+    claims::Verdict,
+    front::Point,
+    gather::Gather,
+    learnt::{Alarms, Estimated},
+    scores::{Scores, Winner},
+};
 use crate::campaign::{
     design::Campaign,
     rows::Rows,
@@ -10,7 +16,7 @@ use crate::campaign::{
 };
 
 /// Version of the JSON's members.
-const SCHEMA_VERSION: &str = "1";
+const SCHEMA_VERSION: &str = "2";
 
 /// What a report says.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -21,10 +27,18 @@ pub(super) struct Numbers {
     pub(super) arenas: Vec<ArenaFlown>,
     pub(super) parameters: Vec<Drawn>,
     pub(super) controllers: Vec<ControllerFlown>,
+    pub(super) claims: Vec<Verdict>,
+    pub(super) winners: Vec<Winner>,
     pub(super) comparisons: Vec<Comparison>,
+    pub(super) scores: Vec<Scores>,
+    /// The two columns of the front, and everyone's means in them; none where the file asks for none.
+    pub(super) front_metrics: Option<[String; 2]>,
+    pub(super) front: Vec<Point>,
     pub(super) effects: Vec<Effect>,
     pub(super) worst: Vec<Worst>,
     pub(super) regret: Vec<Regret>,
+    pub(super) estimated: Vec<Estimated>,
+    pub(super) alarms: Vec<Alarms>,
     pub(super) failures: Vec<Failure>,
 }
 
@@ -181,6 +195,7 @@ impl Numbers {
             scenarios: arenas.iter().map(|arena| arena.scenario.as_str()).collect(),
             reference,
         };
+        let winners = gather.winners();
         Self {
             schema_version: SCHEMA_VERSION,
             campaign: About {
@@ -198,6 +213,13 @@ impl Numbers {
                 bootstrap_resamples: RESAMPLES,
             },
             controllers: gather.controllers(),
+            claims: gather.claims(),
+            scores: gather.scores(&winners),
+            winners,
+            front_metrics: campaign.file.report.front.clone(),
+            front: gather.front(),
+            estimated: gather.estimated(),
+            alarms: gather.alarms(),
             comparisons: gather.comparisons(),
             effects: gather.effects(),
             worst: gather.worst(),

@@ -1,14 +1,14 @@
 //! The report as a document: headings, sentences, tables, pictures.
 
 use super::{
-    forest,
+    forest, front,
     numbers::{Numbers, Part},
     tables,
     words::integer,
 };
 use crate::{
     campaign::statistics::Comparison,
-    scoreboard::{Block, Document, Table},
+    document::{Block, Document, Table},
 };
 
 const METHOD: &str = "Controllers are compared in the same worlds: same start, water, noise and parameters. A ratio is the geometric mean \
@@ -19,6 +19,26 @@ const METHOD: &str = "Controllers are compared in the same worlds: same start, w
     below, a difference stands instead of the ratio, marked Δ. Wins are the share of pairs in which the controller has less \
     (a tie is half of one), with Wilson's interval. p is that of the paired t-test on the same observations; Holm's correction takes all \
     comparisons of this report together. **Bold** is told apart from the reference at 5 % after it.";
+
+const CLAIMS: &str = "What the campaign file claims, decided controller by controller and scenario by scenario. Beside stands, of those that the file \
+    names, the one with the least mean of the first objective, on the very worlds that are scored, which favours it. A controller that \
+    leaves paths unused which the scenario grants is not judged there. Intervals are Student's.";
+
+const WINNERS: &str = "The least mean of each metric among those that know no more than the scenario grants, laws as printed excepted. After `=` stand those \
+    that a paired 95 % interval does not tell from it. A law is judged at gains that were found for the metric's objective, where the file asks \
+    for them.";
+
+const SCORES: &str = "Means ± half of their 95 % interval, Student's: over replicates of one craft, over craft where there are several. **Least** in bold, in \
+    a tie the first alone. `beyond` counts episodes a run beyond a limit or bound. Gains of tuned laws are look-ahead, m / along-track, 1/s / integral, \
+    m/s.";
+
+const FRONT: &str = "Means over the worlds of a scenario. Of the laws' points only those are listed that no other point of a law beats: in neither worse, and \
+    better in one. The picture shows all that are at most twice as far off as the nearest.";
+
+const ESTIMATED: &str = "What planners make of their craft after 300 s, beside step tests of it. The error is the size of the difference. The stated interval \
+    is ± 1.96 standard deviations and should hold the truth in 95 %.";
+
+const ALARMS: &str = "`craft_does_not_follow` is false wherever nothing breaks. Noticed is an alarm that is raised anew after something broke.";
 
 const ANSWERS: &str = "Shares of all answers of a controller's runs. A run has a median and a 99th percentile of its solve times; the table has \
     the median of the former and the largest of the latter. They depend on the machine.";
@@ -50,6 +70,23 @@ pub(super) fn document(numbers: &Numbers) -> Document {
     if !numbers.parameters.is_empty() {
         blocks.push(Block::Table(tables::parameters(numbers)));
     }
+    blocks.extend(section("Claims", CLAIMS, tables::claims(numbers)));
+    if 1 < numbers.controllers.len() {
+        blocks.extend(section("Winners", WINNERS, tables::winners(numbers)));
+    }
+    if let Some(metrics) = &numbers.front_metrics
+        && !numbers.front.is_empty()
+    {
+        blocks.extend([
+            heading(2, &format!("{} and {}", metrics[0], metrics[1])),
+            paragraph(FRONT),
+            Block::Drawing(
+                front::picture(&numbers.front, metrics),
+                format!("Mean `{}` over mean `{}`, scenario by scenario.", metrics[1], metrics[0]),
+            ),
+            Block::Table(tables::front(numbers, metrics)),
+        ]);
+    }
     blocks.extend(section(
         &format!("Beside {}", about.reference),
         METHOD,
@@ -80,7 +117,20 @@ pub(super) fn document(numbers: &Numbers) -> Document {
     blocks.extend(section("Who answered", ANSWERS, tables::answers(numbers)));
     blocks.extend(section("Worst runs", WORST, tables::worst(numbers)));
     blocks.extend(section("What parameters do", EFFECTS, tables::effects(numbers)));
+    blocks.extend(section("Learning the craft", ESTIMATED, tables::estimated(numbers)));
+    blocks.extend(section(
+        "Noticing that the craft does not follow",
+        ALARMS,
+        tables::alarms(numbers),
+    ));
     blocks.extend(section("Distance to the bound", REGRET, tables::regret(numbers)));
+    let scores = tables::scores(numbers);
+    if !scores.is_empty() {
+        blocks.extend([heading(2, "Scenarios"), paragraph(SCORES)]);
+    }
+    for (scenario, table) in scores {
+        blocks.extend([heading(3, &scenario), Block::Table(table)]);
+    }
     if !numbers.failures.is_empty() {
         let shown = numbers.failures.len().min(tables::FAILURES);
         let text = format!(

@@ -9,7 +9,7 @@ use crate::{
         rows::PARAMETER,
         statistics::{Cluster, Comparison, Measure, Third},
     },
-    scoreboard::Table,
+    document::Table,
 };
 
 /// Failures that are shown.
@@ -143,6 +143,7 @@ pub(super) fn comparisons(all: &[&Comparison], numbers: &Numbers) -> Table {
             "ratio",
             "Student",
             "bootstrap",
+            "median / 90 % / worst",
             "wins",
             "p",
             "p, Holm",
@@ -168,6 +169,9 @@ pub(super) fn comparisons(all: &[&Comparison], numbers: &Numbers) -> Table {
             bold(&estimate(found), is_told_apart(found, part)),
             or_none(interval(found.student_95)),
             or_none(interval(found.bootstrap_95) + differs),
+            found
+                .quantiles
+                .map_or(NONE.to_owned(), |values| values.map(number).join(" / ")),
             found.wins.map_or(NONE.to_owned(), wins),
             probability(found.p),
             probability(found.p_holm),
@@ -208,6 +212,160 @@ fn is_told_apart(found: &Comparison, part: Part) -> bool {
 /// Whether the adjusted probability is below [`LEVEL`].
 pub(super) fn is_significant(found: &Comparison) -> bool {
     found.p_holm.is_some_and(|p| p < LEVEL)
+}
+
+pub(super) fn claims(numbers: &Numbers) -> Table {
+    let mut table = Table::new(
+        4,
+        &["claim", "scenario", "controller", "beside", "measured", "claimed", "holds"],
+    );
+    for verdict in &numbers.claims {
+        table.rows.push(vec![
+            verdict.claim.clone(),
+            verdict.scenario.clone().unwrap_or(ALL.to_owned()),
+            verdict.controller.clone(),
+            verdict.beside.clone().unwrap_or_default(),
+            verdict.words.clone(),
+            verdict.limit.clone(),
+            if verdict.holds { "yes" } else { "**no**" }.to_owned(),
+        ]);
+    }
+    table
+}
+
+pub(super) fn winners(numbers: &Numbers) -> Table {
+    let known = || numbers.metrics.iter().filter(|metric| metric.known);
+    let mut columns = vec!["scenario".to_owned()];
+    columns.extend(known().map(|metric| metric.name.clone()));
+    let mut table = Table {
+        words: columns.len(),
+        columns,
+        rows: vec![],
+    };
+    for arena in &numbers.arenas {
+        let mut row = vec![code(&arena.scenario)];
+        row.extend(known().map(|metric| {
+            let mut winners = numbers.winners.iter();
+            let found =
+                winners.find(|winner| winner.scenario == arena.scenario && winner.metric == metric.name);
+            found.map_or(NONE.to_owned(), |winner| {
+                let names = std::iter::once(&winner.controller).chain(&winner.as_good);
+                names.map(|name| code(name)).collect::<Vec<_>>().join(" = ")
+            })
+        }));
+        if row[1..].iter().any(|cell| cell != NONE) {
+            table.rows.push(row);
+        }
+    }
+    table
+}
+
+/// A table a scenario.
+pub(super) fn scores(numbers: &Numbers) -> Vec<(String, Table)> {
+    let known = || numbers.metrics.iter().filter(|metric| metric.known);
+    let mut columns = vec!["controller".to_owned()];
+    columns.extend(known().map(|metric| metric.name.clone()));
+    columns.extend(["beyond".to_owned(), "gains".to_owned()]);
+    let mut tables = vec![];
+    for arena in &numbers.arenas {
+        let here = numbers.scores.iter().filter(|scores| scores.scenario == arena.scenario);
+        let rows = here.map(|scores| {
+            let mut row = vec![code(&scores.controller)];
+            for ((mean, half), least) in scores.means.iter().zip(&scores.half_widths).zip(&scores.is_least) {
+                let words = match (mean, half) {
+                    (Some(mean), Some(half)) => format!("{} ± {}", number(*mean), number(*half)),
+                    (Some(mean), None) => number(*mean),
+                    (None, _) => NONE.to_owned(),
+                };
+                row.push(bold(&words, *least));
+            }
+            let beyond: Vec<String> = scores
+                .beyond
+                .iter()
+                .map(|(name, mean)| format!("{name} {}", number(*mean)))
+                .collect();
+            row.push(beyond.join(", "));
+            row.push(scores.gains.join("; "));
+            row
+        });
+        let rows: Vec<Vec<String>> = rows.collect();
+        if !rows.is_empty() {
+            let table = Table {
+                words: 1,
+                columns: columns.clone(),
+                rows,
+            };
+            tables.push((arena.scenario.clone(), table));
+        }
+    }
+    tables
+}
+
+/// Planners, and the laws' points that no other of theirs beats.
+pub(super) fn front(numbers: &Numbers, metrics: &[String; 2]) -> Table {
+    let mut table = Table::new(2, &["scenario", "controller", &metrics[0], &metrics[1], "beaten by"]);
+    for point in &numbers.front {
+        if !point.is_planner && point.beaten_by_its_kind {
+            continue;
+        }
+        let whose = if point.is_planner {
+            "of the laws' points"
+        } else {
+            "of the planners"
+        };
+        table.rows.push(vec![
+            code(&point.scenario),
+            code(&point.controller),
+            number(point.means[0]),
+            number(point.means[1]),
+            format!("{} {whose}", point.beaten_by),
+        ]);
+    }
+    table
+}
+
+pub(super) fn estimated(numbers: &Numbers) -> Table {
+    let mut table = Table::new(
+        2,
+        &["controller", "estimate", "runs", "error, median, s", "error, 90 %, s", "interval holds"],
+    );
+    for found in &numbers.estimated {
+        table.rows.push(vec![
+            code(&found.controller),
+            code(found.quantity),
+            integer(found.n_runs),
+            number(found.error_median_s),
+            number(found.error_90_s),
+            percent(found.held),
+        ]);
+    }
+    table
+}
+
+pub(super) fn alarms(numbers: &Numbers) -> Table {
+    let mut table = Table::new(
+        1,
+        &["controller", "runs", "alarms an hour", "runs with an alarm", "noticed", "after, median / longest, s"],
+    );
+    for found in &numbers.alarms {
+        let after = match (found.noticed_after_median_s, found.noticed_after_worst_s) {
+            (Some(middle), Some(longest)) => format!("{} / {}", number(middle), number(longest)),
+            _ => NONE.to_owned(),
+        };
+        table.rows.push(vec![
+            code(&found.controller),
+            integer(found.n_runs),
+            number(found.alarms_per_h),
+            percent(found.alarmed),
+            if found.breaks {
+                format!("{} of {}", integer(found.n_noticed), integer(found.n_runs))
+            } else {
+                NONE.to_owned()
+            },
+            after,
+        ]);
+    }
+    table
 }
 
 pub(super) fn answers(numbers: &Numbers) -> Table {

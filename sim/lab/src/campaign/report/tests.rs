@@ -31,7 +31,8 @@ metrics = ["rms_m", "energy_j"]
 "#;
 
 fn campaign(report: &str) -> Campaign {
-    let text = CAMPAIGN.replace("[report]\n", &format!("[report]\n{report}\n"));
+    let metrics = "metrics = [\"rms_m\", \"energy_j\"]\n";
+    let text = CAMPAIGN.replace(metrics, &format!("{metrics}{report}\n"));
     Campaign::parse(&text, "made-up.toml", Path::new(".")).expect("is a campaign")
 }
 
@@ -149,4 +150,100 @@ fn a_campaign_without_rows_has_a_report_too() {
     assert!(!none.html().contains("<svg"));
     let json: Value = serde_json::from_str(&none.json()).expect("is JSON");
     assert_eq!(json["comparisons"], Value::Array(vec![]));
+}
+
+/// Claims about the planner beside the law, as `made_up` has it: half as far, a tenth of it over all scenarios.
+const CLAIMS: &str = r#"
+front = ["rms_m", "energy_j"]
+[[claims]]
+claim = "half as far"
+controllers = ["planner"]
+beside = ["law"]
+is = { ratio_at_most = 0.56 }
+[[claims]]
+claim = "surely half as far"
+controllers = ["planner"]
+beside = ["law"]
+scenarios = ["switching"]
+is = { ratio_surely_at_most = 0.5 }
+[[claims]]
+claim = "near"
+controllers = ["planner", "law"]
+is = { mean_at_most = 0.9 }
+[[claims]]
+claim = "both nearer and cheaper"
+controllers = ["planner"]
+beside = ["law"]
+is = "undominated"
+[[claims]]
+claim = "the other way round"
+controllers = ["law"]
+beside = ["planner"]
+is = "undominated"
+"#;
+
+#[test]
+fn claims_are_decided_and_a_broken_one_is_named_with_what_broke_it() {
+    let report = report(&campaign(CLAIMS), &rows(&made_up()));
+    let json: Value = serde_json::from_str(&report.json()).expect("is JSON");
+    let verdicts: Vec<(String, String, bool)> = json["claims"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|verdict| {
+            let word = |name: &str| verdict[name].as_str().unwrap_or("all").to_owned();
+            let about = format!("{} {}", word("claim"), word("controller"));
+            (about, word("scenario"), verdict["holds"].as_bool().expect("is decided"))
+        })
+        .collect();
+    let expected = [
+        ("half as far planner", "paper-tracking", true),
+        ("half as far planner", "switching", true),
+        ("surely half as far planner", "switching", false),
+        ("near planner", "all", true),
+        ("near law", "all", false),
+        ("both nearer and cheaper planner", "paper-tracking", true),
+        ("both nearer and cheaper planner", "switching", true),
+        ("the other way round law", "paper-tracking", false),
+        ("the other way round law", "switching", false),
+    ];
+    let found: Vec<(&str, &str, bool)> = verdicts
+        .iter()
+        .map(|(about, scenario, holds)| (about.as_str(), scenario.as_str(), *holds))
+        .collect();
+    assert_eq!(found, expected);
+    let text = report.markdown();
+    assert!(
+        text.contains("| near | all | law |  | `paper-tracking` 1.00, `switching` 1.00 | ≤ 0.9 | **no** |"),
+        "{text}"
+    );
+    // The picture of the front stands in the page.
+    assert_eq!(report.html().matches("<svg").count(), 3);
+}
+
+#[test]
+fn the_least_wins_and_the_law_as_printed_does_not() {
+    let report = report(&campaign(""), &rows(&made_up()));
+    let json: Value = serde_json::from_str(&report.json()).expect("is JSON");
+    for winner in json["winners"].as_array().expect("a list") {
+        assert_eq!((&winner["controller"], &winner["as_good"]), (&"planner".into(), &Value::Array(vec![])));
+    }
+    let text = report.markdown();
+    assert!(text.contains("| `planner` | **0.550 ± 0.039** | **5.50 ± 0.393** |"), "{text}");
+}
+
+#[test]
+fn a_claim_that_cannot_be_decided_is_refused_by_its_member() {
+    for (right, wrong, says) in [
+        ("controllers = [\"planner\"]\nbeside", "controllers = [\"pilot\"]\nbeside", "claims[0].controllers: there is no controller \"pilot\""),
+        ("beside = [\"law\"]\nis = { ratio", "is = { ratio", "claims[0].beside: there is none"),
+        ("front = [\"rms_m\", \"energy_j\"]", "", "claims[3].is: undominated needs report.front"),
+        ("front = [\"rms_m\"", "front = [\"rms\"", "report.front[0]: there is no column \"rms\""),
+        ("ratio_at_most = 0.56", "ratio = 0.56", "unknown variant `ratio`"),
+    ] {
+        assert!(CLAIMS.contains(right), "{right}");
+        let text = format!("{CAMPAIGN}{}", CLAIMS.replacen(right, wrong, 1));
+        let refused = Campaign::parse(&text, "made-up.toml", Path::new(".")).expect_err("is refused");
+        assert!(refused.to_string().contains(says), "{refused}\nshould say {says}");
+    }
 }

@@ -29,7 +29,7 @@ pub(super) fn percent(share: f64) -> String {
 }
 
 /// Three digits or so.
-pub(super) fn number(value: f64) -> String {
+pub(in crate::campaign) fn number(value: f64) -> String {
     let decimals = match value.abs() {
         size if size < 1.0 => 3,
         size if size < 10.0 => 2,

@@ -3,10 +3,10 @@
 use serde::Serialize;
 
 use super::{
-    flights::{Flights, Pair, Pairing},
+    flights::{Flights, Pair, Pairing, objective},
     resampling::{bootstrap, rng},
 };
-use crate::bench::statistics::{mean, student_test};
+use super::student::{mean, median, quantile, student_test};
 
 /// The two-sided 95 % point of the normal distribution.
 const Z: f64 = 1.959_963_984_540_054;
@@ -25,6 +25,8 @@ pub(crate) struct Question<'a> {
     pub(crate) metric: &'a str,
     /// In which scenario; none for all.
     pub(crate) scenario: Option<&'a str>,
+    /// The objective at whose gains laws are judged; the metric's own if none.
+    pub(crate) objective: Option<&'a str>,
 }
 
 /// How two values are compared.
@@ -95,6 +97,8 @@ pub(crate) struct Comparison {
     /// Whether an end of the two is apart by more than a fifth of Student's width, both in logarithms for a ratio.
     pub(crate) intervals_differ: bool,
     pub(crate) wins: Option<Wins>,
+    /// The middle of what the pairs come to, what 90 % of them do not exceed, and the largest; none of no pair.
+    pub(crate) quantiles: Option<[f64; 3]>,
     /// Of the two-sided paired t-test.
     pub(crate) p: Option<f64>,
     /// Adjusted for all comparisons of the report; see [`holm`].
@@ -117,8 +121,14 @@ pub(crate) fn compare(flights: &Flights, question: Question<'_>, seed: u64) -> C
         reference,
         metric,
         scenario,
+        objective: asked,
     } = question;
-    let pairing = flights.pairing([controller, reference], metric, scenario);
+    let pairing = flights.pairing_at(
+        asked.unwrap_or(objective(metric)),
+        [controller, reference],
+        metric,
+        scenario,
+    );
     let measure = pairing.measure();
     let (cluster, values) = pairing.clusters(flights, scenario.is_some());
     let out = |value: f64| measure.out(value);
@@ -155,6 +165,7 @@ pub(crate) fn compare(flights: &Flights, question: Question<'_>, seed: u64) -> C
         bootstrap_95: resampled.map(|ends| ends.map(out)),
         intervals_differ,
         wins: pairing.wins(),
+        quantiles: pairing.quantiles(),
         p: student_test(&values),
         p_holm: None,
     }
@@ -242,6 +253,12 @@ impl Pairing {
     fn mean(&self, of: fn((f64, f64)) -> f64) -> Option<f64> {
         let values: Vec<f64> = self.pairs.iter().map(|pair| of(pair.values)).collect();
         (!values.is_empty()).then(|| mean(&values).centre)
+    }
+
+    fn quantiles(&self) -> Option<[f64; 3]> {
+        let measure = self.measure();
+        let all: Vec<f64> = self.pairs.iter().map(|pair| measure.out(measure.of(pair.values))).collect();
+        Some([median(&all)?, quantile(&all, 0.9)?, quantile(&all, 1.0)?])
     }
 
     fn wins(&self) -> Option<Wins> {

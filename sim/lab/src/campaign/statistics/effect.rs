@@ -8,7 +8,7 @@ use super::{
     compare::{Measure, Question},
     flights::Flights,
 };
-use crate::bench::statistics::{mean, student_beyond};
+use super::student::{mean, student_beyond};
 
 /// Values nearer to each other than this share of the largest are one.
 const SAME: f64 = 1e-12;
@@ -63,6 +63,7 @@ pub(crate) fn effect(flights: &Flights, question: Question<'_>, parameter: &str)
         reference,
         metric,
         scenario,
+        objective: _,
     } = question;
     let pairing = flights.pairing([controller, reference], metric, scenario);
     let measure = pairing.measure();

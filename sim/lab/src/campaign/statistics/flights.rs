@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::student::mean;
 use crate::campaign::rows::{PARAMETER, Rows};
 
 /// A scenario with a craft.
@@ -82,9 +83,20 @@ impl Flights {
     }
 
     /// The pairs of controllers `a` and `b` in `metric`, in one scenario or in all, in the order of groups and replicates.
-    pub(crate) fn pairing(&self, [a, b]: [&str; 2], metric: &str, scenario: Option<&str>) -> Pairing {
+    pub(crate) fn pairing(&self, both: [&str; 2], metric: &str, scenario: Option<&str>) -> Pairing {
+        self.pairing_at(objective(metric), both, metric, scenario)
+    }
+
+    /// The same, with laws at the gains that were found for `objective`.
+    pub(crate) fn pairing_at(
+        &self,
+        objective: &str,
+        [a, b]: [&str; 2],
+        metric: &str,
+        scenario: Option<&str>,
+    ) -> Pairing {
         let mut pairing = Pairing::default();
-        let (Some(a), Some(b)) = (self.judged(a, metric), self.judged(b, metric)) else {
+        let (Some(a), Some(b)) = (self.judged(a, objective), self.judged(b, objective)) else {
             return pairing;
         };
         for (&(group, replicate), rows) in &self.worlds {
@@ -115,7 +127,7 @@ impl Flights {
 
     /// Rows by which a controller is judged in `metric`, one a world, with their groups; failed ones too.
     pub(crate) fn of_controller(&self, controller: &str, metric: &str) -> Vec<(usize, usize)> {
-        let Some(judged) = self.judged(controller, metric) else {
+        let Some(judged) = self.judged(controller, objective(metric)) else {
             return vec![];
         };
         let worlds = self.worlds.iter();
@@ -124,11 +136,10 @@ impl Flights {
             .collect()
     }
 
-    /// Finds, of a world's rows, the one by which a controller is judged in `metric`: of a law that flew at several gains the one at
-    /// gains that were found for the metric's own objective, else the first. None of a controller that never flew.
-    fn judged(&self, controller: &str, metric: &str) -> Option<impl Fn(&[Flown]) -> Option<usize>> {
+    /// Finds, of a world's rows, the one by which a controller is judged: of a law that flew at several gains the one at gains that
+    /// were found for `objective`, else the first. None of a controller that never flew.
+    fn judged(&self, controller: &str, objective: &str) -> Option<impl Fn(&[Flown]) -> Option<usize>> {
         let controller = self.controllers.iter().position(|name| name == controller)?;
-        let objective = objective(metric);
         let objectives = self.rows.words("objectives").unwrap_or_default();
         let is_own = move |i: &usize| {
             objectives
@@ -139,6 +150,26 @@ impl Flights {
             let of_it = || rows.iter().filter(|row| row.1 == controller).map(|row| row.0);
             of_it().find(|i| is_own(i)).or_else(|| of_it().next())
         })
+    }
+
+    /// Values by which a controller is judged in `metric` in one scenario: of one craft those of the replicates, of several the means
+    /// of each craft's.
+    pub(crate) fn observations(&self, controller: &str, metric: &str, scenario: &str) -> Vec<f64> {
+        let mut crafts: Vec<(usize, Vec<f64>)> = vec![];
+        for (group, row) in self.of_controller(controller, metric) {
+            let Some(value) = self.value(metric, row) else { continue };
+            if self.groups[group].scenario != scenario {
+                continue;
+            }
+            match crafts.iter_mut().find(|(known, _)| *known == group) {
+                Some((_, values)) => values.push(value),
+                None => crafts.push((group, vec![value])),
+            }
+        }
+        match &crafts[..] {
+            [(_, values)] => values.clone(),
+            several => several.iter().map(|(_, values)| mean(values).centre).collect(),
+        }
     }
 
     /// Whether the mission of a row failed.
@@ -174,10 +205,12 @@ impl Flights {
 }
 
 /// The objective whose gains count in a metric: that of its family.
-fn objective(metric: &str) -> &'static str {
+pub(crate) fn objective(metric: &str) -> &'static str {
     match metric {
         "energy_j" | "energy_violations" => "energy_j",
-        "heading_travel_rad" | "steep_steps_percent" | "reference_jerk" => "heading_travel_rad",
+        "heading_travel_rad" | "heading_reference_travel_rad" | "steep_steps_percent" | "reference_jerk" => {
+            "heading_travel_rad"
+        }
         _ => "rms_m",
     }
 }

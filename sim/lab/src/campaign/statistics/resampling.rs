@@ -89,7 +89,7 @@ mod tests {
     use rand_distr::{Distribution as _, LogNormal, Normal as NormalSamples};
 
     use super::*;
-    use crate::bench::statistics::mean;
+    use crate::campaign::statistics::student::mean;
 
     fn near(found: f64, expected: f64, tolerance: f64) {
         assert!((found - expected).abs() <= tolerance, "{found}, not {expected}");

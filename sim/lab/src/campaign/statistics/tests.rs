@@ -77,6 +77,7 @@ fn beside<'a>(metric: &'a str, scenario: Option<&'a str>) -> Question<'a> {
         reference: "b",
         metric,
         scenario,
+        objective: None,
     }
 }
 

@@ -1,24 +1,32 @@
-//! Who is on the board: what each knows, and what steers.
+//! Who flies: what each knows, and what steers.
 
 use planner::{
     los::{LosLaw, LosTuning},
     policy::Policy,
-    snapshot::{ForecastChoice, ForecastModel, Observation, Offset, Snapshot},
+    craft::{CraftDescription, CraftEstimate},
+    snapshot::{ForecastChoice, ForecastModel, Limits, Observation, Offset, Snapshot},
 };
 
-use super::{Match, variation::Variation};
 use sim::{
     guide::{Guidance, Guide, GuideError, LosGuide, MpcGuide},
-    scenario::Scenario,
+    scenario::{Scenario, Start},
 };
+
+mod variation;
+
+pub use variation::{Breakdown, Variation};
 
 /// A controller with its information.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contender {
-    /// Its name, unique on a board.
+    /// Its name, unique in a campaign.
     pub name: String,
+    /// Name of the entry of the campaign file that it comes from: several come from one whose law flies at a whole grid.
+    pub entry: String,
     /// What it knows of paths.
     pub paths: Paths,
+    /// Whether it is told how the craft answers references, and all of its limits; else its least and its largest speed alone.
+    pub knows_response: bool,
     /// What steers.
     pub pilot: Pilot,
     /// What is other than usual.
@@ -55,57 +63,15 @@ pub enum Pilot {
 impl Contender {
     /// A law with the information that the scenario grants.
     #[must_use]
-    pub fn law(law: LosLaw) -> Self {
+    pub(super) fn law(law: LosLaw) -> Self {
         Self {
             name: law.name().to_owned(),
+            entry: law.name().to_owned(),
             paths: Paths::AsScenario,
+            knows_response: true,
             pilot: Pilot::Law(law),
             variation: None,
         }
-    }
-
-    /// The planner under its default policy.
-    #[must_use]
-    pub fn planner(name: &str, paths: Paths, forecast: Option<ForecastModel>) -> Self {
-        Self {
-            name: name.to_owned(),
-            paths,
-            pilot: Pilot::Planner {
-                policy: Box::default(),
-                forecast,
-            },
-            variation: None,
-        }
-    }
-
-    /// The board's usual ones: every law, every law that may win with the paths known, and the planner with the forecast
-    /// `constant_velocity`, with `auto`, and with `auto` and the paths known, which takes `path` but for a vehicle that does not
-    /// follow its own.
-    #[must_use]
-    pub fn all() -> Vec<Self> {
-        let informed = LosLaw::ALL
-            .into_iter()
-            .filter(|law| law.may_win())
-            .map(|law| Self {
-                name: format!("{} + paths", law.name()),
-                paths: Paths::Informed,
-                ..Self::law(law)
-            });
-        let planners = [
-            Self::planner(
-                CONSTANT_VELOCITY,
-                Paths::Uninformed,
-                Some(ForecastModel::ConstantVelocity),
-            ),
-            Self::planner(AUTO, Paths::AsScenario, None),
-            Self::planner(PATH, Paths::Informed, None),
-        ];
-        LosLaw::ALL
-            .map(Self::law)
-            .into_iter()
-            .chain(informed)
-            .chain(planners)
-            .collect()
     }
 
     /// Whether it takes part in `scenario`. Of laws only the present counts, so that one that knows the paths differs from
@@ -136,19 +102,19 @@ impl Contender {
 
     /// Whether it may win. [`LosLaw::Printed`] may not, nor may a controller that knows more than the scenario grants.
     #[must_use]
-    pub(crate) fn may_win(&self) -> bool {
+    pub(super) fn may_win(&self) -> bool {
         self.law_flown().is_none_or(LosLaw::may_win) && self.paths != Paths::Informed
     }
 
     /// Whether it is a line-of-sight law that is to be beaten.
     #[must_use]
-    pub(crate) fn is_baseline(&self) -> bool {
+    pub(super) fn is_baseline(&self) -> bool {
         self.law_flown().is_some_and(LosLaw::may_win)
     }
 
     /// The law that steers; none where the planner does.
     #[must_use]
-    pub(crate) fn law_flown(&self) -> Option<LosLaw> {
+    pub(super) fn law_flown(&self) -> Option<LosLaw> {
         match self.pilot {
             Pilot::Law(law) => Some(law),
             Pilot::Tuned(tuning) => Some(tuning.law),
@@ -158,17 +124,20 @@ impl Contender {
 
     /// The gains that it always flies at; none where they are found, or it has none.
     #[must_use]
-    pub(crate) fn fixed_tuning(&self) -> Option<LosTuning> {
+    pub(super) fn fixed_tuning(&self) -> Option<LosTuning> {
         match self.pilot {
             Pilot::Tuned(tuning) => Some(tuning),
             Pilot::Law(_) | Pilot::Planner { .. } => None,
         }
     }
 
-    /// Whether others know more than it: beside them it proves nothing.
+    /// When something of its craft breaks, s.
     #[must_use]
-    pub(crate) fn is_less_informed(&self, found: &Match) -> bool {
-        found.paths_known && self.paths == Paths::Uninformed
+    pub(super) fn breaks_at(&self) -> Option<f64> {
+        match self.variation {
+            Some(Variation::Breakdown(_, at)) => Some(at),
+            _ => None,
+        }
     }
 
     /// What it knows, for people.
@@ -196,12 +165,17 @@ impl Contender {
                 ForecastModel::Path => "forecasts along the paths",
             },
         };
-        format!("{of_paths}; {uses}")
+        let of_craft = if self.knows_response {
+            ""
+        } else {
+            "; of its craft the speeds alone"
+        };
+        format!("{of_paths}{of_craft}; {uses}")
     }
 
     /// The scenario that it flies.
     #[must_use]
-    pub(crate) fn scenario(&self, scenario: &Scenario) -> Scenario {
+    pub(super) fn scenario(&self, scenario: &Scenario) -> Scenario {
         let mut scenario = scenario.clone();
         scenario.knowledge.paths |= self.paths == Paths::Informed;
         if let Some(variation) = self.variation {
@@ -210,8 +184,26 @@ impl Contender {
         scenario
     }
 
+    /// The start that it flies from, with as much said of the craft as it is told.
+    pub(super) fn vary_start(&self, start: &mut Start) {
+        if let Some(variation) = self.variation {
+            variation.vary_start(start);
+        }
+        if !self.knows_response
+            && let Some(observer) = &mut start.observer
+        {
+            let briefing = observer.briefing_mut();
+            briefing.craft = CraftDescription::default();
+            briefing.limits = Limits {
+                speed_min: briefing.limits.speed_min,
+                speed_max: briefing.limits.speed_max,
+                ..Limits::ANY
+            };
+        }
+    }
+
     /// What steers, without memory. `tuning` is a law's.
-    pub(crate) fn guide(&self, tuning: Option<LosTuning>) -> Box<dyn Guide> {
+    pub(super) fn guide(&self, tuning: Option<LosTuning>) -> Box<dyn Guide> {
         let adapted = |guide| Adapted {
             guide,
             without_paths: self.paths == Paths::Uninformed,
@@ -234,13 +226,6 @@ impl Contender {
     }
 }
 
-/// Name of the planner that forecasts constant velocities.
-pub(crate) const CONSTANT_VELOCITY: &str = "mpc constant_velocity";
-/// Name of the planner that chooses its forecasts.
-pub(crate) const AUTO: &str = "mpc auto";
-/// Name of the planner that knows all paths.
-pub(crate) const PATH: &str = "mpc path";
-
 /// Whether reports come late, noisy or not at all.
 fn leaves_the_present_unsure(scenario: &Scenario) -> bool {
     use sim::scenario::FaultKindFile::{AuvDies, Silence};
@@ -258,6 +243,10 @@ struct Adapted<G> {
 impl<G: Guide> Guide for Adapted<G> {
     fn name(&self) -> &'static str {
         self.guide.name()
+    }
+
+    fn craft_estimate(&self) -> Option<&CraftEstimate> {
+        self.guide.craft_estimate()
     }
 
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {

@@ -1,16 +1,8 @@
-//! The planner's worst runs, flown again: a picture and a sentence for each.
+//! What kept the craft from its goal when it was farthest off, in a sentence.
 
-use crate::bench::{AUTO, BenchError, Board, Metric, fly};
-use sim::{
-    record::{Record, Row, SurfaceCraftRow},
-    scenario::Scenario,
-};
+use sim::record::{Record, Row, SurfaceCraftRow};
 
-use super::{Block, Document, number};
-use crate::figures::run_map;
-
-/// Runs shown of each scenario.
-const SHOWN: usize = 10;
+use crate::campaign::report::number;
 
 /// How long after a jump of the goal a distance is still put down to it, s: the widest gap between two lanes,
 /// 140 m, takes 93 s at full speed.
@@ -26,74 +18,9 @@ const EXPLAINED: f64 = 0.5;
 /// A speed reference this near the largest is full speed.
 const FULL: f64 = 0.98;
 
-/// A run to look at.
-#[derive(Clone, Debug, PartialEq)]
-pub struct WorstRun {
-    /// The scenario.
-    pub scenario: String,
-    /// The seed.
-    pub seed: u64,
-    /// Explanation, in a sentence.
-    pub sentence: String,
-    /// Name of its picture's file.
-    pub file_name: String,
-    /// The picture.
-    pub svg: String,
-}
-
-/// The runs of `mpc auto` with the largest RMS distance, the worst first, scenario by scenario.
-pub fn worst_runs(
-    board: &Board,
-    scenarios: &[Scenario],
-    progress: &mut dyn FnMut(f64),
-) -> Result<Vec<WorstRun>, BenchError> {
-    let mut runs = vec![];
-    let mut done = 0.0;
-    for (found, scenario) in board.matches.iter().zip(scenarios) {
-        let Some(entry) = found.entry(AUTO) else { continue };
-        let mut ranked: Vec<(f64, u64)> = entry
-            .values(Metric::Rms)
-            .into_iter()
-            .zip(board.seeds.clone())
-            .collect();
-        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for (rms, seed) in ranked.into_iter().take(SHOWN) {
-            let record = fly(&entry.contender, None, scenario, seed)?;
-            let sentence = format!("Seed {seed}, RMS {} m: {}.", number(rms), explanation(&record));
-            runs.push(WorstRun {
-                scenario: found.scenario.clone(),
-                seed,
-                file_name: format!("worst-{}-{seed}.svg", found.scenario),
-                svg: run_map(&record, &format!("{}, seed {seed}, {AUTO}", found.scenario)),
-                sentence,
-            });
-        }
-        done += 1.0;
-        #[expect(clippy::cast_precision_loss, reason = "dozens of scenarios")]
-        progress(done / board.matches.len() as f64);
-    }
-    Ok(runs)
-}
-
-/// All of them on a page.
-#[must_use]
-pub fn worst_document(runs: &[WorstRun]) -> Document {
-    let mut blocks = vec![Block::Heading(1, format!("The worst runs of {AUTO}"))];
-    let mut scenario = "";
-    for run in runs {
-        if run.scenario != scenario {
-            scenario = &run.scenario;
-            blocks.push(Block::Heading(2, run.scenario.clone()));
-        }
-        blocks.push(Block::Paragraph(run.sentence.clone()));
-        blocks.push(Block::Picture(run.file_name.clone(), run.sentence.clone()));
-    }
-    Document(blocks)
-}
-
 /// When the craft was farthest from its goal, on the whole and once it had arrived, and what the record has to explain
 /// that with.
-fn explanation(record: &Record) -> String {
+pub(super) fn explanation(record: &Record) -> String {
     let farthest = |from: f64| {
         let rows = record.rows.iter().filter(|row| from <= row.time);
         let crafts = rows.filter_map(|row| Some((row, row.surface_craft.as_ref()?)));
@@ -177,19 +104,14 @@ fn last_jump(record: &Record, now: f64) -> Option<(f64, f64)> {
 
 #[cfg(test)]
 mod tests {
-    use crate::bench::{Bench, Contender, Paths};
+    use planner::policy::Policy;
+    use sim::{guide::MpcGuide, mission::run, scenario::Scenario};
 
     use super::*;
 
     fn record(name: &str, duration: f64) -> Record {
         let scenario = Scenario::named(name).expect("exists").lasting(duration);
-        fly(
-            &Contender::planner(AUTO, Paths::AsScenario, None),
-            None,
-            &scenario,
-            1,
-        )
-        .expect("runs")
+        run(&scenario, &mut MpcGuide::new(Policy::default()), 1, &mut |_| {}).expect("runs")
     }
 
     #[test]
@@ -244,29 +166,5 @@ mod tests {
             .parse()
             .expect("a number");
         assert!(distance < 3.0, "{text}");
-    }
-
-    #[test]
-    fn the_worst_come_first_and_every_picture_is_on_the_page() {
-        let scenarios = vec![Scenario::named("noisy-fixes").expect("exists").lasting(30.0)];
-        let bench = Bench {
-            scenarios: scenarios.clone(),
-            contenders: vec![Contender::planner(AUTO, Paths::AsScenario, None)],
-            seeds: 3,
-            tuning_seeds: 1,
-            threads: super::super::threads(),
-        };
-        let board = bench.run(&mut |_| {}).expect("runs");
-        let runs = worst_runs(&board, &scenarios, &mut |_| {}).expect("runs");
-        let rms = |run: &WorstRun| {
-            let values = board.matches[0].entries[0].values(Metric::Rms);
-            values[usize::try_from(run.seed).expect("small") - 1]
-        };
-        assert!(runs.is_sorted_by(|a, b| rms(b) <= rms(a)) && runs.len() == 3);
-        let page = worst_document(&runs).html();
-        for run in runs {
-            assert!(page.contains(&format!("src=\"{}\"", run.file_name)));
-            assert!(run.svg.contains("</svg>") && run.svg.contains("surface craft"));
-        }
     }
 }

@@ -8,38 +8,36 @@ use crate::article::article;
 
 /// A text in blocks.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Document(pub Vec<Block>);
+pub(crate) struct Document(pub(crate) Vec<Block>);
 
 /// A block. Words between two `*` pairs are strong, between two backticks code; there is no other markup in them.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Block {
+pub(crate) enum Block {
     /// A heading and its level, from 1 to 3.
     Heading(usize, String),
     /// A paragraph.
     Paragraph(String),
     /// A table.
     Table(Table),
-    /// A picture that lies beside the document: name of its file, and what it shows.
-    Picture(String, String),
     /// A picture within the document: its SVG, and what it shows. Markdown has no place for it, and says what it shows.
     Drawing(String, String),
 }
 
 /// A table; every row has as many cells as there are columns.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Table {
+pub(crate) struct Table {
     /// How many columns, from the left, hold words; the others hold numbers and are set flush right.
-    pub words: usize,
+    pub(crate) words: usize,
     /// Names of the columns.
-    pub columns: Vec<String>,
+    pub(crate) columns: Vec<String>,
     /// Cells, row by row.
-    pub rows: Vec<Vec<String>>,
+    pub(crate) rows: Vec<Vec<String>>,
 }
 
 impl Table {
     /// Without rows.
     #[must_use]
-    pub fn new(words: usize, columns: &[&str]) -> Self {
+    pub(crate) fn new(words: usize, columns: &[&str]) -> Self {
         Self {
             words,
             columns: columns.iter().map(|name| (*name).to_owned()).collect(),
@@ -51,7 +49,7 @@ impl Table {
 impl Document {
     /// As Markdown with GitHub's tables.
     #[must_use]
-    pub fn markdown(&self) -> String {
+    pub(crate) fn markdown(&self) -> String {
         let mut text = String::new();
         for block in &self.0 {
             if !text.is_empty() {
@@ -60,7 +58,6 @@ impl Document {
             match block {
                 Block::Heading(level, words) => push(&mut text, &format!("{} {words}", "#".repeat(*level))),
                 Block::Paragraph(words) => push(&mut text, words),
-                Block::Picture(file, shows) => push(&mut text, &format!("![{shows}]({file})")),
                 Block::Drawing(_, shows) => push(&mut text, &format!("Drawn on the page: {shows}")),
                 Block::Table(Table { words, columns, rows }) => {
                     let line = |cells: &[String]| {
@@ -79,9 +76,9 @@ impl Document {
         text
     }
 
-    /// As a page that needs nothing but the pictures that lie beside it. Its title is its first heading.
+    /// As a page that needs nothing else. Its title is its first heading.
     #[must_use]
-    pub fn html(&self) -> String {
+    pub(crate) fn html(&self) -> String {
         let body = html! { @for block in &self.0 { (block_html(block)) } };
         article(&format!("Pilotfish: {}", self.title()), &body)
     }
@@ -89,7 +86,7 @@ impl Document {
     fn title(&self) -> &str {
         let first = self.0.iter().find_map(|block| match block {
             Block::Heading(_, words) => Some(words.as_str()),
-            Block::Paragraph(_) | Block::Table(_) | Block::Picture(..) | Block::Drawing(..) => None,
+            Block::Paragraph(_) | Block::Table(_) | Block::Drawing(..) => None,
         });
         first.unwrap_or("report")
     }
@@ -110,7 +107,6 @@ fn block_html(block: &Block) -> Markup {
             }
         }
         Block::Paragraph(words) => html! { p { (marked_up(words)) } },
-        Block::Picture(file, shows) => html! { p { img src=(file) alt=(shows); } },
         Block::Drawing(svg, shows) => {
             html! { figure style="margin: 1em 0" { (PreEscaped(svg)) figcaption { (marked_up(shows)) } } }
         }

@@ -1,13 +1,16 @@
 //! What a guide does not see, and what is other than a scenario says.
 
 use nalgebra::Vector2;
-use planner::snapshot::{Goal, Observation, Snapshot, VehicleId};
+use planner::{
+    craft::CraftEstimate,
+    path::Side,
+    snapshot::{Goal, Observation, Snapshot, VehicleId},
+};
 
 use sim::{
+    fault::{Fault, FaultKind},
     guide::{Guidance, Guide, GuideError},
-    scenario::{
-        CurrentKnowledge, FaultFile, FaultKindFile, GoalFile, Quantity, Scenario, Start, SurfaceClassFile,
-    },
+    scenario::{CurrentKnowledge, FaultFile, FaultKindFile, GoalFile, Quantity, Scenario, Start},
     surface_craft::{Drag, SurfaceHull},
 };
 
@@ -17,8 +20,6 @@ pub enum Variation {
     /// Masses, inertia and drags of the surface craft's hull are this many times theirs; what it is said to be able
     /// to do stays.
     Hull(f64),
-    /// An Otter instead of a MEDUSA.
-    Otter,
     /// This is added to every current that is known (north, east), m/s.
     WrongCurrent(f64, f64),
     /// The surface craft's clock is ahead by this, s.
@@ -33,6 +34,42 @@ pub enum Variation {
     NoPreview,
     /// The guide is asked every so many seconds, and its answer is held meanwhile.
     Seldom(u32),
+    /// Something of the surface craft breaks at this time, s, and stays broken.
+    Breakdown(Breakdown, f64),
+}
+
+/// What breaks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Breakdown {
+    /// The heading loop has twice its lag.
+    SlowHeadingLoop,
+    /// The port thruster is lost.
+    PortThrusterLost,
+    /// The rudder is stuck 10° to starboard, of 35° at most.
+    RudderStuck,
+    /// The craft comes to rest 10° to starboard of its heading reference.
+    HeadingOffset,
+}
+
+/// How much slower a heading loop becomes.
+const SLOWED: f64 = 2.0;
+/// How far off its reference a heading comes to rest, rad: 10°.
+const OFFSET: f64 = 0.174_532_925_199_432_95;
+/// Where a rudder is stuck, as a share of the largest moment: 10° of the usual 35°.
+const STUCK: f64 = 10.0 / 35.0;
+
+impl Breakdown {
+    fn kind(self) -> FaultKind {
+        match self {
+            Self::SlowHeadingLoop => FaultKind::SlowHeadingLoop(SLOWED),
+            Self::PortThrusterLost => FaultKind::Thruster {
+                side: Side::Port,
+                share: 0.0,
+            },
+            Self::RudderStuck => FaultKind::RudderStuck(STUCK),
+            Self::HeadingOffset => FaultKind::HeadingOffset(OFFSET),
+        }
+    }
 }
 
 /// Fastest turn that a snapshot may say of its craft, rad/s.
@@ -43,23 +80,20 @@ impl Variation {
     pub(super) fn applies(self, scenario: &Scenario) -> bool {
         let craft = scenario.surface_craft.as_ref();
         match self {
-            Self::Otter => craft.is_some_and(|craft| craft.class != SurfaceClassFile::Otter),
             Self::WrongCurrent(..) => scenario.knowledge.current == CurrentKnowledge::Known,
             Self::LateReports(_) => scenario.knowledge.acoustics.is_some(),
             Self::NoPreview => craft.is_some_and(|craft| matches!(craft.goal, GoalFile::Intermittent { .. })),
-            Self::Hull(_) | Self::ClockAhead(_) | Self::NoSurgeLag | Self::NoTurnRate | Self::Seldom(_) => {
-                true
-            }
+            Self::Hull(_)
+            | Self::ClockAhead(_)
+            | Self::NoSurgeLag
+            | Self::NoTurnRate
+            | Self::Seldom(_)
+            | Self::Breakdown(..) => true,
         }
     }
 
     pub(super) fn vary_scenario(self, scenario: &mut Scenario) {
         match self {
-            Self::Otter => {
-                if let Some(craft) = &mut scenario.surface_craft {
-                    craft.class = SurfaceClassFile::Otter;
-                }
-            }
             Self::ClockAhead(by) => scenario.faults.push(FaultFile {
                 from_s: Quantity::fixed(0.0),
                 until_s: None,
@@ -76,10 +110,25 @@ impl Variation {
         }
     }
 
-    pub(crate) fn vary_start(self, start: &mut Start) {
-        if let (Self::Hull(factor), Some(craft)) = (self, &mut start.world.surface_craft) {
-            craft.hull = heavier(&craft.hull, factor);
+    pub(super) fn vary_start(self, start: &mut Start) {
+        match self {
+            Self::Hull(factor) => {
+                if let Some(craft) = &mut start.world.surface_craft {
+                    craft.hull = heavier(&craft.hull, factor);
+                }
+            }
+            Self::Breakdown(what, at) => start.world.faults.0.push(Fault {
+                from: at,
+                until: f64::INFINITY,
+                what: what.kind(),
+            }),
+            _ => {}
         }
+    }
+
+    /// Whether the craft itself is another one, or becomes one.
+    pub(in crate::campaign) fn changes_craft(self) -> bool {
+        matches!(self, Self::Hull(_) | Self::Breakdown(..))
     }
 
     fn vary_observation(self, observation: &mut Observation) {
@@ -155,6 +204,10 @@ impl Guide for Varied {
         self.guide.name()
     }
 
+    fn craft_estimate(&self) -> Option<&CraftEstimate> {
+        self.guide.craft_estimate()
+    }
+
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
         let every = if let Variation::Seldom(every) = self.variation {
             every
@@ -179,8 +232,8 @@ mod tests {
     use planner::los::LosLaw;
 
     use super::*;
-    use crate::bench::{Contender, fly};
-    use sim::record::Record;
+    use super::super::Contender;
+    use sim::{mission::run_from, record::Record};
 
     fn short(name: &str) -> Scenario {
         Scenario::named(name).expect("exists").lasting(60.0)
@@ -191,11 +244,18 @@ mod tests {
             variation: Some(variation),
             ..Contender::law(LosLaw::SaturatedLos)
         };
-        fly(&contender, None, scenario, 1).expect("runs")
+        fly(&contender, scenario)
     }
 
     fn plain(scenario: &Scenario) -> Record {
-        fly(&Contender::law(LosLaw::SaturatedLos), None, scenario, 1).expect("runs")
+        fly(&Contender::law(LosLaw::SaturatedLos), scenario)
+    }
+
+    fn fly(contender: &Contender, scenario: &Scenario) -> Record {
+        let scenario = contender.scenario(scenario);
+        let mut start = scenario.start(1).expect("starts");
+        contender.vary_start(&mut start);
+        run_from(start, &scenario, contender.guide(None).as_mut(), 1, &mut |_| {}).expect("runs")
     }
 
     #[test]
@@ -220,10 +280,13 @@ mod tests {
         let scenario = short("noisy-fixes");
         for variation in [
             Variation::Hull(0.7),
-            Variation::Otter,
             Variation::WrongCurrent(0.1, 0.0),
             Variation::LateReports(5.0),
             Variation::Seldom(2),
+            Variation::Breakdown(Breakdown::SlowHeadingLoop, 5.0),
+            Variation::Breakdown(Breakdown::PortThrusterLost, 5.0),
+            Variation::Breakdown(Breakdown::RudderStuck, 5.0),
+            Variation::Breakdown(Breakdown::HeadingOffset, 5.0),
         ] {
             assert_ne!(
                 varied(variation, &scenario).rows,

@@ -1,6 +1,6 @@
-//! What a run is worth on the board, and by which gains a law is judged for it.
+//! What a run is worth: the columns of scores.
 
-use planner::angle::wrap;
+use planner::{angle::wrap, los::Reference};
 
 use sim::{
     metrics::{Metrics, SurfaceCraftMetrics, Violation},
@@ -8,136 +8,39 @@ use sim::{
 };
 
 /// Distance to the goal that counts as near, m: the reach of the shortest look-ahead tried.
-pub(crate) const NEAR: f64 = 3.0;
+pub(super) const NEAR: f64 = 3.0;
 
 /// Heading references that differ by more than this from one second to the next count as steep, rad/s.
 ///
 /// 10°/s. Assumption: what a small twin-thruster craft follows without a jerk; its limit is 17°/s.
-pub(crate) const STEEP: f64 = 0.174_532_925_199_432_95;
+pub(super) const STEEP: f64 = 0.174_532_925_199_432_95;
 
 /// A reference this little outside its limits is rounding, m/s.
 const NOTICEABLE: f64 = 1e-9;
 
-/// A group of metrics for which a law has gains of its own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Family {
-    /// How near the craft stays.
-    Nearness,
-    /// What that costs.
-    Economy,
-    /// How calmly it steers.
-    Steering,
-}
-
-impl Family {
-    /// Every family.
-    pub const ALL: [Self; 3] = [Self::Nearness, Self::Economy, Self::Steering];
-
-    /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Nearness => "nearness",
-            Self::Economy => "economy",
-            Self::Steering => "steering",
-        }
-    }
-
-    /// The metric by which gains are chosen.
-    #[must_use]
-    pub fn objective(self) -> Metric {
-        match self {
-            Self::Nearness => Metric::Rms,
-            Self::Economy => Metric::Energy,
-            Self::Steering => Metric::HeadingTravel,
-        }
-    }
-}
-
-/// A column of the board. Less is better in all.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Metric {
-    /// Root mean square distance to the goal, m.
-    Rms,
-    /// Distance not exceeded 95 % of the time, m.
-    P95,
-    /// Time until the craft is first within `NEAR` of the goal, s; the whole mission if never.
-    TimeToNear,
-    /// Propulsion energy, J.
-    Energy,
-    /// Heading travel, rad.
-    HeadingTravel,
-    /// Share of seconds at whose end the heading reference steps by more than `STEEP`, %.
-    SteepShare,
-}
-
-impl Metric {
-    /// Every metric.
-    pub const ALL: [Self; 6] = [
-        Self::Rms,
-        Self::P95,
-        Self::TimeToNear,
-        Self::Energy,
-        Self::HeadingTravel,
-        Self::SteepShare,
-    ];
-
-    /// Its name with the unit, as in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Rms => "rms_m",
-            Self::P95 => "p95_m",
-            Self::TimeToNear => "time_to_3_m_s",
-            Self::Energy => "energy_j",
-            Self::HeadingTravel => "heading_travel_rad",
-            Self::SteepShare => "steep_steps_percent",
-        }
-    }
-
-    /// The gains by which a law is judged in it.
-    #[must_use]
-    pub(crate) fn family(self) -> Family {
-        match self {
-            Self::Rms | Self::P95 | Self::TimeToNear => Family::Nearness,
-            Self::Energy => Family::Economy,
-            Self::HeadingTravel | Self::SteepShare => Family::Steering,
-        }
-    }
-
-    /// Its value in `score`.
-    #[must_use]
-    pub fn of(self, score: &Score) -> f64 {
-        match self {
-            Self::Rms => score.metrics.rms_m,
-            Self::P95 => score.metrics.p95_m,
-            Self::TimeToNear => score.near_after_s.unwrap_or(score.duration_s),
-            Self::Energy => score.metrics.energy_j,
-            Self::HeadingTravel => score.metrics.heading_travel_rad,
-            Self::SteepShare => score.steep_share * 100.0,
-        }
-    }
-}
-
 /// What one run is worth.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Score {
+pub(super) struct Score {
     /// The record's metrics.
-    pub metrics: SurfaceCraftMetrics,
+    pub(super) metrics: SurfaceCraftMetrics,
     /// When the craft was first within `NEAR` of its goal, s; none if never.
-    pub near_after_s: Option<f64>,
+    pub(super) near_after_s: Option<f64>,
     /// How long the mission lasted, s.
-    pub duration_s: f64,
+    pub(super) duration_s: f64,
     /// Share of seconds with a steep heading reference.
-    pub steep_share: f64,
+    pub(super) steep_share: f64,
     /// Speed references outside the limits that the guide was given, m/s.
-    pub reference: Violation,
+    pub(super) reference: Violation,
+    /// Sum of all changes of the speed reference once settled, m/s.
+    pub(super) speed_reference_travel: f64,
+    /// Sum of all changes of the heading reference once settled, rad.
+    pub(super) heading_reference_travel: f64,
 }
 
 impl Score {
     /// Of a mission with a surface craft; none without.
     #[must_use]
-    pub fn of(record: &Record) -> Option<Self> {
+    pub(super) fn of(record: &Record) -> Option<Self> {
         let metrics = Metrics::of(record).surface_craft?;
         let crafts = || {
             let rows = record.rows.iter();
@@ -155,6 +58,11 @@ impl Score {
             reason = "a mission has thousands of rows, not 2⁵³"
         )]
         let (n_steep, n_rows) = (steep.count() as f64, headings.len() as f64);
+        let settled: Vec<Reference> = crafts()
+            .filter(|(time, _)| record.settled_after <= *time)
+            .map(|(_, craft)| craft.reference)
+            .collect();
+        let travel = |change: fn(&[Reference]) -> f64| settled.windows(2).map(change).sum();
         let near = crafts().find(|(_, craft)| craft.distance() <= NEAR);
         Some(Self {
             metrics,
@@ -165,9 +73,86 @@ impl Score {
                 let craft = row.surface_craft.as_ref();
                 craft.map_or(0.0, |craft| outside_limits(record, craft))
             }),
+            speed_reference_travel: travel(|pair| (pair[1].speed - pair[0].speed).abs()),
+            heading_reference_travel: travel(|pair| {
+                wrap(pair[1].heading.radians() - pair[0].heading.radians()).abs()
+            }),
         })
     }
 }
+
+/// A column: its name, with the unit at the end, and its value.
+type Number = (&'static str, fn(&Score) -> Option<f64>);
+
+/// The columns. Less is better in each, but for `duration_s` and the counts of answers.
+#[expect(
+    clippy::cast_precision_loss,
+    reason = "thousands of episodes and ticks, not 2⁵³"
+)]
+pub(super) const SCORES: [Number; 28] = [
+    ("rms_m", |score| Some(score.metrics.rms_m)),
+    ("mean_m", |score| Some(score.metrics.mean_m)),
+    ("p95_m", |score| Some(score.metrics.p95_m)),
+    ("max_m", |score| Some(score.metrics.max_m)),
+    ("settled_rms_m", |score| Some(score.metrics.settled_rms_m)),
+    ("time_to_3_m_s", |score| score.near_after_s),
+    ("duration_s", |score| Some(score.duration_s)),
+    ("energy_j", |score| Some(score.metrics.energy_j)),
+    ("heading_travel_rad", |score| {
+        Some(score.metrics.heading_travel_rad)
+    }),
+    ("reference_jerk", |score| Some(score.metrics.reference_jerk)),
+    ("speed_reference_travel_mps", |score| {
+        Some(score.speed_reference_travel)
+    }),
+    ("heading_reference_travel_rad", |score| {
+        Some(score.heading_reference_travel)
+    }),
+    ("steep_steps_percent", |score| Some(100.0 * score.steep_share)),
+    ("reference_violations", |score| Some(score.reference.count as f64)),
+    ("reference_violation_worst_mps", |score| {
+        Some(score.reference.worst)
+    }),
+    ("speed_violations", |score| {
+        Some(score.metrics.violations.speed.count as f64)
+    }),
+    ("speed_violation_worst_mps", |score| {
+        Some(score.metrics.violations.speed.worst)
+    }),
+    ("turn_rate_violations", |score| {
+        Some(score.metrics.violations.turn_rate.count as f64)
+    }),
+    ("keep_out_violations", |score| {
+        Some(score.metrics.violations.keep_out.count as f64)
+    }),
+    ("keep_out_violation_worst_m", |score| {
+        Some(score.metrics.violations.keep_out.worst)
+    }),
+    ("area_violations", |score| {
+        Some(score.metrics.violations.area.count as f64)
+    }),
+    ("range_violations", |score| {
+        Some(score.metrics.violations.range.count as f64)
+    }),
+    ("range_violation_s", |score| {
+        Some(score.metrics.violations.range.seconds)
+    }),
+    ("energy_violations", |score| {
+        Some(score.metrics.violations.energy.count as f64)
+    }),
+    ("answers_mpc", |score| {
+        Some(score.metrics.answers_by_method.mpc as f64)
+    }),
+    ("answers_previous_plan", |score| {
+        Some(score.metrics.answers_by_method.previous_plan as f64)
+    }),
+    ("answers_saturated_los", |score| {
+        Some(score.metrics.answers_by_method.saturated_los as f64)
+    }),
+    ("answers_hold", |score| {
+        Some(score.metrics.answers_by_method.hold as f64)
+    }),
+];
 
 /// By how much a speed reference is outside its limits, m/s; 0 where that is rounding.
 fn outside_limits(record: &Record, craft: &SurfaceCraftRow) -> f64 {
@@ -179,7 +164,7 @@ fn outside_limits(record: &Record, craft: &SurfaceCraftRow) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use planner::{angle::Heading, los::Reference};
+    use planner::angle::Heading;
 
     use super::*;
     use crate::tuning;
@@ -239,6 +224,6 @@ mod tests {
             row.surface_craft.as_mut().expect("has one").position.x += 100.0;
         }
         let never = Score::of(&record).expect("has a craft");
-        assert_eq!((never.near_after_s, Metric::TimeToNear.of(&never)), (None, 60.0));
+        assert_eq!((never.near_after_s, never.duration_s), (None, 60.0));
     }
 }

@@ -12,7 +12,7 @@ use std::{
 /// What every one of `jobs` comes to, in their order, whichever thread did them; or the error of the first of those
 /// that failed. Jobs that were not begun by then are left undone. `done` hears of every job that ends and of what it comes to,
 /// one at a time.
-pub(crate) fn in_parallel<Job: Sync, Answer: Send, Failure: Send>(
+pub(in crate::campaign) fn in_parallel<Job: Sync, Answer: Send, Failure: Send>(
     jobs: &[Job],
     threads: NonZeroUsize,
     work: impl Fn(&Job) -> Result<Answer, Failure> + Sync,
