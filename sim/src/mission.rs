@@ -101,6 +101,12 @@ impl Mission {
         self.ticks_max <= self.ticks
     }
 
+    /// How many rows its record has in the end.
+    #[must_use]
+    pub fn n_rows(&self) -> u32 {
+        self.ticks_max
+    }
+
     /// Mission time, s.
     #[must_use]
     pub fn time(&self) -> f64 {

@@ -73,6 +73,18 @@ pub(super) fn fly(
     contender: &Contender,
     tuning: Option<LosTuning>,
 ) -> Result<Flown, GuideError> {
+    let flown = fly_while(campaign, world, contender, tuning, &mut |_| true)?;
+    Ok(flown.expect("nothing breaks it off"))
+}
+
+/// The same, as long as `goes_on`, which is asked after each second; none where it was broken off.
+pub(super) fn fly_while(
+    campaign: &Campaign,
+    world: World,
+    contender: &Contender,
+    tuning: Option<LosTuning>,
+    goes_on: &mut dyn FnMut(&Mission) -> bool,
+) -> Result<Option<Flown>, GuideError> {
     let scenario = contender.scenario(&campaign.scenario(world)?);
     let seed = campaign.seed(world);
     let mut start = scenario.start(seed)?;
@@ -91,11 +103,14 @@ pub(super) fn fly(
             learnt.get_or_insert_default().look(time, interval, known);
         }
         mission.go_on(snapshot.as_ref().zip(asked));
+        if !goes_on(&mission) {
+            return Ok(None);
+        }
     }
-    Ok(Flown {
+    Ok(Some(Flown {
         record: mission.into_record(),
         learnt,
-    })
+    }))
 }
 
 /// What `guide` answers, and how long that took.

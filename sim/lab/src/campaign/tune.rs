@@ -2,11 +2,12 @@
 
 use planner::los::{LosGains, LosLaw, LosTuning};
 use serde::{Deserialize, Serialize};
+use sim::mission::Mission;
 
 use super::{
-    design::Campaign,
+    design::{Campaign, World},
     file::Objective,
-    fly::{Flight, fly},
+    fly::{Flight, fly_while},
 };
 use super::{contender::Pilot, score::Score};
 use crate::tuning::grid;
@@ -96,13 +97,13 @@ pub(super) fn tuned_in(campaign: &Campaign, arena: usize) -> Vec<usize> {
 /// The best gains of one law in one arena: of equals the first of the grid. A point of the grid at which a mission fails is none.
 pub(super) fn tune(campaign: &Campaign, arena: usize, controller: usize) -> Tuned {
     let contender = &campaign.controllers[controller];
-    let objectives = campaign.objectives();
     let Pilot::Law(law) = contender.pilot else {
         unreachable!("only laws are tuned");
     };
     let mut best: Vec<Best> = vec![];
     for tuning in grid(law) {
-        let Some(means) = means(campaign, arena, controller, tuning, objectives) else {
+        let beaten: Vec<f64> = best.iter().map(|best| best.mean).collect();
+        let Some(means) = means(campaign, arena, controller, tuning, &beaten) else {
             continue;
         };
         if best.is_empty() {
@@ -120,23 +121,69 @@ pub(super) fn tune(campaign: &Campaign, arena: usize, controller: usize) -> Tune
     }
 }
 
-/// Means of the objectives at `tuning`; none where a mission failed.
+/// Means of the objectives at `tuning`; none where a mission failed, or where all are certain to be above those that are to be `beaten`:
+/// what is left of the missions is not flown then. All objectives only grow during a mission.
 fn means(
     campaign: &Campaign,
     arena: usize,
     controller: usize,
     tuning: LosTuning,
-    objectives: &[Objective],
+    beaten: &[f64],
 ) -> Option<Vec<f64>> {
     let contender = &campaign.controllers[controller];
+    let objectives = campaign.objectives();
+    let worlds: Vec<World> = campaign.tuning_worlds(arena).collect();
+    #[expect(clippy::cast_precision_loss, reason = "a million at most")]
+    let n_worlds = worlds.len() as f64;
     let mut sums = vec![0.0; objectives.len()];
-    let mut worlds = 0.0;
-    for world in campaign.tuning_worlds(arena) {
-        let score = Score::of(&fly(campaign, world, contender, Some(tuning)).ok()?.record)?;
+    for world in worlds {
+        let mut so_far = SoFar::default();
+        let flown = fly_while(campaign, world, contender, Some(tuning), &mut |mission| {
+            so_far.look(mission);
+            let above = |k: usize| {
+                let least = so_far.least(objectives[k], mission.n_rows());
+                beaten[k] < (sums[k] + SURE * least) / n_worlds
+            };
+            beaten.is_empty() || !(0..objectives.len()).all(above)
+        });
+        let score = Score::of(&flown.ok()??.record)?;
         for (sum, objective) in sums.iter_mut().zip(objectives) {
             *sum += objective.of(&score);
         }
-        worlds += 1.0;
     }
-    Some(sums.into_iter().map(|sum| sum / worlds).collect())
+    Some(sums.into_iter().map(|sum| sum / n_worlds).collect())
+}
+
+/// Rounding in a sum of thousands of seconds is far below what this leaves.
+const SURE: f64 = 1.0 - 1e-9;
+
+/// What a mission under way comes to at least.
+#[derive(Clone, Copy, Debug, Default)]
+struct SoFar {
+    /// Sum of the squared distances to the goal, m².
+    squares: f64,
+    /// Propulsion energy, J.
+    energy: f64,
+    /// Heading travel, rad.
+    heading_travel: f64,
+}
+
+impl SoFar {
+    /// To be called once a second.
+    fn look(&mut self, mission: &Mission) {
+        let last = mission.record().rows.last();
+        if let Some(craft) = last.and_then(|row| row.surface_craft.as_ref()) {
+            self.squares += craft.distance().powi(2);
+            self.energy = craft.energy;
+            self.heading_travel = craft.heading_travel;
+        }
+    }
+
+    fn least(&self, objective: Objective, n_rows: u32) -> f64 {
+        match objective {
+            Objective::RmsM => (self.squares / f64::from(n_rows)).sqrt(),
+            Objective::EnergyJ => self.energy,
+            Objective::HeadingTravelRad => self.heading_travel,
+        }
+    }
 }
