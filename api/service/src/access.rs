@@ -29,11 +29,11 @@ pub use tokens::{NewToken, PREFIX as TOKEN_PREFIX, TokenError, TokenFile, Tokens
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
-    /// Ask for plans and see missions; change nothing.
+    /// Ask for plans and see missions and campaigns; change nothing.
     ReadOnly,
-    /// Make missions, run them and report to them.
+    /// Make missions, run them and report to them; post and cancel campaigns.
     Operator,
-    /// Delete missions, and see who changed what.
+    /// Delete missions and campaigns, and see who changed what.
     Admin,
 }
 
@@ -223,6 +223,10 @@ mod tests {
             (Method::POST, "/v1/plan/batch", Role::ReadOnly),
             (Method::POST, "/v1/planned", Role::Operator),
             (Method::POST, "/v1/missions", Role::Operator),
+            (Method::POST, "/v1/campaigns", Role::Operator),
+            (Method::POST, "/v1/campaigns/c-1/cancel", Role::Operator),
+            (Method::GET, "/v1/campaigns/c-1/report", Role::ReadOnly),
+            (Method::DELETE, "/v1/campaigns/c-1", Role::Admin),
             (Method::PATCH, "/v1/missions/m-1", Role::Operator),
             (Method::POST, "/v1/missions/m-1/reports", Role::Operator),
             (Method::DELETE, "/v1/missions/m-1", Role::Admin),

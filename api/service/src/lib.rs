@@ -12,6 +12,7 @@ use tower_http::catch_panic::CatchPanicLayer;
 pub mod access;
 mod admission;
 pub mod batch;
+mod campaigns;
 pub mod crafts;
 mod deadline;
 mod docs;
@@ -34,6 +35,7 @@ pub mod slots;
 pub mod store;
 mod trace;
 
+use campaigns::Campaigns;
 use edge::Edge;
 use health::Readiness;
 pub use hosts::Hosts;
@@ -52,29 +54,37 @@ pub use trace::{TraceContext, TraceFn};
 struct Shared {
     planners: Planners,
     missions: Option<Missions>,
+    campaigns: Option<Campaigns>,
     readiness: Readiness,
     bodies: Bodies,
     metrics: Metrics,
 }
 
-/// The whole service, but for missions.
+/// The whole service, but for missions and campaigns.
 ///
 /// Must be called inside a Tokio runtime's reach: plans run on its blocking threads.
 pub fn app(settings: Settings) -> Router {
     let metrics = Metrics::new(&settings.connections, &StoreMetrics::default());
     let planners = Planners::new(&settings, metrics);
-    routed(settings, planners, None)
+    routed(settings, planners, None, None)
 }
 
-/// The whole service, with the missions of `store`: those that were running go on.
+/// The whole service, with the missions of `store`, and the campaigns beside it: those that were running go on.
 pub async fn service(settings: Settings, store: EventStore) -> Result<(Router, Missions), StoreError> {
     let metrics = Metrics::new(&settings.connections, store.metrics());
     let planners = Planners::new(&settings, metrics);
-    let missions = Missions::resume(store, planners.clone()).await?;
-    Ok((routed(settings, planners, Some(missions.clone())), missions))
+    let missions = Missions::resume(store.clone(), planners.clone()).await?;
+    let campaigns = Campaigns::resume(&store, planners.clone(), missions.closing())?;
+    let router = routed(settings, planners, Some(missions.clone()), Some(campaigns));
+    Ok((router, missions))
 }
 
-fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) -> Router {
+fn routed(
+    settings: Settings,
+    planners: Planners,
+    missions: Option<Missions>,
+    campaigns: Option<Campaigns>,
+) -> Router {
     let metrics = planners.metrics().clone();
     let edge = Edge {
         hosts: settings.hosts,
@@ -86,6 +96,7 @@ fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) ->
         readiness: Readiness::new(planners.clone(), missions.clone(), settings.stopping.clone()),
         planners,
         missions,
+        campaigns,
         bodies: Bodies::new(settings.body_time_limit, metrics.clone()),
         metrics,
     };

@@ -18,7 +18,8 @@ pub(crate) mod routes;
 mod scene;
 mod simulation;
 mod state;
-mod stream;
+pub(crate) mod stream;
 
+pub(crate) use actor::IdempotencyKey;
 pub(crate) use clock::unix_now;
 pub use registry::Missions;

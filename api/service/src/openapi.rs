@@ -9,9 +9,10 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use crate::{
     Shared,
     access::{self, is_public},
-    batch, crafts, examples, health, metrics, missions, planning,
+    batch, campaigns, crafts, examples, health, metrics, missions, planning,
 };
 
+mod campaign_file;
 mod limits;
 mod rules;
 
@@ -26,9 +27,11 @@ pub(crate) fn document() -> &'static Value {
                 never_null(body);
             }
         }
+        campaign_file::write(&mut document);
         limits::write(&mut document);
         rules::write(&mut document);
-        link_missions(&mut document);
+        link(&mut document, "/v1/missions", "201");
+        link(&mut document, "/v1/campaigns", "202");
         describe_events(&mut document);
         describe_tokens(&mut document);
         document
@@ -100,6 +103,18 @@ pub(crate) fn documented() -> OpenApiRouter<Shared> {
         .routes(routes!(missions::routes::stream_events))
         .routes(routes!(missions::routes::get_record))
         .routes(routes!(missions::routes::get_scene))
+        .routes(routes!(
+            campaigns::routes::create_campaign,
+            campaigns::routes::list_campaigns
+        ))
+        .routes(routes!(
+            campaigns::routes::get_campaign,
+            campaigns::routes::delete_campaign
+        ))
+        .routes(routes!(campaigns::routes::cancel_campaign))
+        .routes(routes!(campaigns::routes::stream_campaign))
+        .routes(routes!(campaigns::routes::get_campaign_report))
+        .routes(routes!(campaigns::routes::get_campaign_runs))
         .routes(routes!(access::get_access))
         .routes(routes!(missions::routes::list_orders))
         .routes(routes!(health::livez))
@@ -108,10 +123,11 @@ pub(crate) fn documented() -> OpenApiRouter<Shared> {
         .routes(routes!(metrics::get_metrics))
 }
 
-/// Where what is answered about a mission that was made is used.
-fn link_missions(document: &mut Value) {
+/// Where what is answered, with `status`, about something that was made at `path` is used.
+fn link(document: &mut Value, made_at: &str, status: &str) {
     let calls = document["paths"].as_object().into_iter().flatten();
-    let about_one = calls.filter(|(path, _)| path.starts_with("/v1/missions/{id}"));
+    let of_one = format!("{made_at}/{{id}}");
+    let about_one = calls.filter(|(path, _)| path.starts_with(&of_one));
     let links: Map<_, _> = about_one
         .flat_map(|(_, calls)| calls.as_object().into_iter().flatten())
         .filter_map(|(_, call)| {
@@ -120,7 +136,7 @@ fn link_missions(document: &mut Value) {
             Some((id.to_owned(), link))
         })
         .collect();
-    document["paths"]["/v1/missions"]["post"]["responses"]["201"]["links"] = Value::Object(links);
+    document["paths"][made_at]["post"]["responses"][status]["links"] = Value::Object(links);
 }
 
 /// A server-sent event by its fields, as OpenAPI 3.2 has them.
@@ -136,8 +152,25 @@ fn describe_events(document: &mut Value) {
                 "contentSchema": { "anyOf": [{ "$ref": "#/components/schemas/Event" }, { "type": "object" }] } },
         },
     });
-    let events = &mut document["paths"]["/v1/missions/{id}/events"]["get"]["responses"]["200"];
-    events["content"]["text/event-stream"]["schema"] = json!({ "$ref": "#/components/schemas/SentEvent" });
+    document["components"]["schemas"]["SentProgress"] = json!({
+        "type": "object", "required": ["event", "data"],
+        "description": "A server-sent event of a campaign.",
+        "properties": {
+            "id": { "type": "string", "description": "A number that grows with what is done." },
+            "event": { "type": "string", "enum": ["progress", "done", "cancelled", "failed"] },
+            "retry": { "type": "integer", "description": "When to come again after a break, ms." },
+            "data": { "type": "string", "contentMediaType": "application/json",
+                "contentSchema": { "$ref": "#/components/schemas/Campaign" } },
+        },
+    });
+    for (path, shape) in [
+        ("/v1/missions/{id}/events", "SentEvent"),
+        ("/v1/campaigns/{id}/events", "SentProgress"),
+    ] {
+        let events = &mut document["paths"][path]["get"]["responses"]["200"];
+        let shape = format!("#/components/schemas/{shape}");
+        events["content"]["text/event-stream"]["schema"] = json!({ "$ref": shape });
+    }
 }
 
 /// A body may be left out where utoipa takes it for null, which is refused.

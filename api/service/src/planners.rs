@@ -159,6 +159,12 @@ impl Planners {
         read.map_err(|_| Problem::Panicked)
     }
 
+    /// Whether a mission, a request or a simulation may have to wait for a processor. Takes no lock.
+    pub(crate) fn has_work_waiting(&self) -> bool {
+        let pools = [&self.reading, &self.planning, &self.simulating];
+        self.missions.available_permits() == 0 || pools.into_iter().any(Pool::has_jobs_waiting)
+    }
+
     /// What a request is told that waited too long for a thread.
     pub(crate) fn too_late(&self) -> Problem {
         self.metrics.shed(Shed::Pool);
@@ -313,5 +319,45 @@ fn wait(mut planned: Receiver<Planned>, deadline: Deadline) -> Option<Result<Pla
             Err(TryRecvError::Empty) if deadline.instant() <= Instant::now() => return None,
             Err(TryRecvError::Empty) => thread::sleep(STEP),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+
+    use super::*;
+    use crate::metrics::StoreMetrics;
+
+    #[tokio::test]
+    async fn work_waits_while_every_thread_for_it_is_busy_and_not_afterwards() {
+        let settings = Settings {
+            planners: 1,
+            ..Settings::default()
+        };
+        let metrics = Metrics::new(&settings.connections, &StoreMetrics::default());
+        let planners = Planners::new(&settings, metrics);
+        let (open, gate) = mpsc::channel::<()>();
+        let (begun, begins) = oneshot::channel();
+        let hold = planners.read_for_mission(Lane::Long, move || {
+            begun.send(()).expect("is waited for");
+            gate.recv()
+        });
+        let next = planners.read_for_mission(Lane::Long, || {});
+        let watch = async {
+            begins.await.expect("begins");
+            while !planners.has_work_waiting() {
+                tokio::task::yield_now().await;
+            }
+            open.send(()).expect("is waited for");
+        };
+        assert!(!planners.has_work_waiting());
+        let (held, next, ()) = tokio::join!(hold, next, watch);
+        assert!(held.is_ok_and(|opened| opened.is_ok()) && next.is_ok());
+        assert!(!planners.has_work_waiting());
+        let turn = planners.missions.acquire().await;
+        assert!(planners.has_work_waiting());
+        drop(turn);
+        assert!(!planners.has_work_waiting());
     }
 }

@@ -121,6 +121,14 @@ impl Pool {
     }
 }
 
+impl Pool {
+    /// Whether a job waits for a thread. Takes no lock.
+    pub(crate) fn has_jobs_waiting(&self) -> bool {
+        let Owner(shared) = &*self.0;
+        shared.waiting.iter().any(|jobs| 0 < jobs.get())
+    }
+}
+
 impl Job {
     fn take(&self) -> Option<Work> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).take()

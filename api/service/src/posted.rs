@@ -101,6 +101,26 @@ where
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
         require_json(request.headers())?;
+        Self::received(request, state).await
+    }
+}
+
+impl PostedBytes {
+    /// A body that was announced as text, of a type that the caller knows.
+    pub(crate) async fn announced_as_text<S>(request: Request, state: &S) -> Result<Self, Problem>
+    where
+        S: Send + Sync,
+        Bodies: FromRef<S>,
+    {
+        require_utf8(&announced(request.headers()).unwrap_or_default())?;
+        Self::received(request, state).await
+    }
+
+    async fn received<S>(request: Request, state: &S) -> Result<Self, Problem>
+    where
+        S: Send + Sync,
+        Bodies: FromRef<S>,
+    {
         require_uncoded(request.headers())?;
         require_short(request.headers())?;
         let Bodies {
@@ -109,7 +129,7 @@ where
             metrics,
         } = Bodies::from_ref(state);
         let room = &rooms[usize::from(request.uri().path().starts_with("/v1/missions"))];
-        let received = received(request.into_body(), room).instrument(info_span!("receive"));
+        let received = whole(request.into_body(), room).instrument(info_span!("receive"));
         let received = tokio::time::timeout(time_limit, received)
             .await
             .map_err(|_| Problem::BodyTimedOut(time_limit))?;
@@ -122,7 +142,7 @@ where
 }
 
 /// The whole body, for which room is taken as it arrives.
-async fn received(body: Body, room: &Arc<Semaphore>) -> Result<PostedBytes, Problem> {
+async fn whole(body: Body, room: &Arc<Semaphore>) -> Result<PostedBytes, Problem> {
     let mut received = PostedBytes {
         bytes: vec![],
         room: None,
@@ -197,21 +217,31 @@ where
 }
 
 fn require_json(headers: &HeaderMap) -> Result<(), Problem> {
-    let Some(given) = headers.get(header::CONTENT_TYPE) else {
+    let Some(given) = announced(headers) else {
         return Err(Problem::NotJson(None));
     };
-    let given = String::from_utf8_lossy(given.as_bytes());
-    let mut parts = given.split(';').map(|part| part.trim().to_ascii_lowercase());
-    let essence = parts.next().unwrap_or_default();
+    let essence = given.split(';').next().unwrap_or_default();
+    let essence = essence.trim().to_ascii_lowercase();
     if essence != "application/json" && !(essence.starts_with("application/") && essence.ends_with("+json")) {
-        return Err(Problem::NotJson(Some(given.into_owned())));
+        return Err(Problem::NotJson(Some(given)));
     }
-    for parameter in parts {
+    require_utf8(&given)
+}
+
+/// The content type.
+fn announced(headers: &HeaderMap) -> Option<String> {
+    let given = headers.get(header::CONTENT_TYPE)?;
+    Some(String::from_utf8_lossy(given.as_bytes()).into_owned())
+}
+
+fn require_utf8(content_type: &str) -> Result<(), Problem> {
+    let parameters = content_type.split(';').skip(1);
+    for parameter in parameters.map(|part| part.trim().to_ascii_lowercase()) {
         let charset = parameter
             .strip_prefix("charset=")
             .map(|name| name.trim_matches('"'));
         if charset.is_some_and(|name| name != "utf-8") {
-            return Err(Problem::NotUtf8(given.into_owned()));
+            return Err(Problem::NotUtf8(content_type.to_owned()));
         }
     }
     Ok(())

@@ -35,6 +35,8 @@ pub enum Problem {
     Invalid(Vec<FieldError>),
     /// The body is announced as something other than JSON, by this content type if any.
     NotJson(Option<String>),
+    /// The body is announced as something other than a campaign, by this content type if any.
+    NoCampaignFormat(Option<String>),
     /// The body is announced in a character set other than UTF-8, by this content type.
     NotUtf8(String),
     /// The body is compressed or coded otherwise: its content encoding.
@@ -80,6 +82,14 @@ pub enum Problem {
     NoMission,
     /// The mission is not such that this could be done, and why.
     Conflict(String),
+    /// No such campaign.
+    NoCampaign,
+    /// The campaign is not such that this could be done, and why.
+    CampaignConflict(String),
+    /// As many campaigns are kept as may be.
+    CampaignsKept(usize),
+    /// A campaign cannot be stored, and why.
+    NotStored(String),
     /// There is no plan yet: the vehicles of which nothing is known.
     NoPlanYet(Vec<String>),
     /// The client's key was answered before, when it asked for something else.
@@ -165,6 +175,11 @@ impl Problem {
             Self::BodyUnreadable => (400, "body_unreadable", "The body ended early"),
             Self::Invalid(_) => (422, "invalid_request", "The request is not valid"),
             Self::NotJson(_) => (415, "unsupported_media_type", "JSON is the only format"),
+            Self::NoCampaignFormat(_) => (
+                415,
+                "unsupported_media_type",
+                "JSON and TOML are the only formats",
+            ),
             Self::NotUtf8(_) => (415, "unsupported_charset", "UTF-8 is the only character set"),
             Self::Coded(_) => (415, "unsupported_content_encoding", "Bodies are not decoded"),
             Self::BodyTimedOut(_) => (408, "body_timed_out", "The body came too slowly"),
@@ -185,6 +200,10 @@ impl Problem {
             Self::NoMission => (404, "no_mission", "There is no such mission"),
             Self::Behind => (503, "mission_behind", "The mission has too much to do"),
             Self::Conflict(_) => (409, "conflict", "The mission is not such"),
+            Self::NoCampaign => (404, "no_campaign", "There is no such campaign"),
+            Self::CampaignConflict(_) => (409, "conflict", "The campaign is not such"),
+            Self::CampaignsKept(_) => (503, "crowded", "The service has taken on all it can"),
+            Self::NotStored(_) => (503, "not_stored", "Nothing can be stored"),
             Self::NoPlanYet(_) => (409, "no_plan_yet", "There is no plan yet"),
             Self::KeyTaken => (
                 422,
@@ -211,6 +230,10 @@ impl Problem {
             },
             Self::NotJson(Some(given)) => format!("send content-type: application/json, not {given}"),
             Self::NotJson(None) => "send content-type: application/json".to_owned(),
+            Self::NoCampaignFormat(Some(given)) => {
+                format!("send content-type: application/json or application/toml, not {given}")
+            }
+            Self::NoCampaignFormat(None) => "send content-type: application/json or application/toml".to_owned(),
             Self::NotUtf8(given) => format!("send UTF-8, as application/json always is, not {given}"),
             Self::Coded(given) => format!("send the body without content-encoding, not as {given}"),
             Self::BodyTimedOut(limit) => format!("the whole body must arrive within {limit:?}"),
@@ -244,7 +267,11 @@ impl Problem {
             Self::NoSolution(reason) => {
                 format!("{reason}; with \"fallback\":\"los\" a lower fallback level would have answered")
             }
-            Self::NotReady(why) | Self::Conflict(why) => why.clone(),
+            Self::NotReady(why) | Self::Conflict(why) | Self::CampaignConflict(why) | Self::NotStored(why) => {
+                why.clone()
+            }
+            Self::NoCampaign => "GET /v1/campaigns lists them".to_owned(),
+            Self::CampaignsKept(limit) => format!("it keeps {limit} campaigns: DELETE some that are over"),
             Self::NoMission => "GET /v1/missions lists them".to_owned(),
             Self::Behind => "its mailbox is full; try again after the time in Retry-After".to_owned(),
             Self::Unanswered => {
@@ -363,6 +390,36 @@ impl IntoResponses for MissionRefusals {
             (504, "The mission has not answered in time."),
         ];
         all.extend(of_missions.map(refusal));
+        all
+    }
+}
+
+/// Every way in which a call about campaigns is refused, for the `OpenAPI` document.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CampaignRefusals;
+
+impl IntoResponses for CampaignRefusals {
+    fn responses() -> BTreeMap<String, RefOr<Documented>> {
+        let mut all = Refusals::responses();
+        all.remove("504");
+        let of_campaigns = [
+            (404, "There is no such campaign."),
+            (409, "The campaign is over, or not done."),
+            (
+                415,
+                "Not announced as JSON or TOML, in UTF-8, without content encoding.",
+            ),
+            (
+                429,
+                "The client has as many campaigns, streams or files under way as one may.",
+            ),
+            (
+                503,
+                "As many campaigns, streams or files are under way, or campaigns kept, as there may be, or nothing can be stored.",
+            ),
+            (507, "The disk is full."),
+        ];
+        all.extend(of_campaigns.map(refusal));
         all
     }
 }

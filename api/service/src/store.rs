@@ -115,6 +115,11 @@ impl EventStore {
         })
     }
 
+    /// The data directory.
+    pub(crate) fn directory(&self) -> &Path {
+        self.shared.path.parent().unwrap_or(Path::new("."))
+    }
+
     /// What it counts.
     pub(crate) fn metrics(&self) -> &StoreMetrics {
         &self.shared.metrics

@@ -165,7 +165,9 @@ fn outline(campaign: &Campaign) -> String {
     for arena in &campaign.arenas {
         let (name, flying) = (arena.scenario.name.as_str(), &arena.controllers[..]);
         match lines.last_mut() {
-            Some((scenario, before, craft)) if *scenario == name && *before == flying => craft.push(&arena.craft),
+            Some((scenario, before, craft)) if *scenario == name && *before == flying => {
+                craft.push(&arena.craft)
+            }
             _ => lines.push((name, flying, vec![&arena.craft])),
         }
     }

@@ -10,6 +10,7 @@
 //! client does the reverse with the same types.
 
 mod both;
+pub mod campaign;
 mod craft;
 mod dump;
 mod field_error;

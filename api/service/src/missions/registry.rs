@@ -7,7 +7,7 @@ use std::{
 };
 
 use tokio::{
-    sync::{Semaphore, mpsc::error::TrySendError, oneshot},
+    sync::{Semaphore, mpsc::error::TrySendError, oneshot, watch},
     task::spawn_blocking,
     time::timeout,
 };
@@ -74,6 +74,8 @@ pub struct Missions {
     pub(super) streams: Slots<Arc<str>>,
     pub(super) records: Slots<Arc<str>>,
     reading: Arc<Semaphore>,
+    /// True once the service stops.
+    closing: watch::Sender<bool>,
 }
 
 impl Missions {
@@ -88,6 +90,7 @@ impl Missions {
             streams: Slots::new(STREAMS_MAX),
             records: Slots::new(RECORDS_MAX),
             reading: Arc::new(Semaphore::new(READERS_MAX)),
+            closing: watch::Sender::new(false),
         };
         let running = missions
             .store
@@ -119,6 +122,12 @@ impl Missions {
     /// Ends every actor and every stream. The next start goes on with what is stored.
     pub fn close(&self) {
         *self.actors() = None;
+        self.closing.send_replace(true);
+    }
+
+    /// True after [`Self::close`]; without a sender once the missions are gone.
+    pub(crate) fn closing(&self) -> watch::Receiver<bool> {
+        self.closing.subscribe()
     }
 
     /// Ends the event store once everything is stored, after [`Self::close`] and the last request.

@@ -116,7 +116,12 @@ impl<S: Send + Sync> FromRequestParts<S> for IdempotencyKeyHeader {
 
 impl IdempotencyKeyHeader {
     /// The key of a `call` that asks for `asked`.
-    fn of<T: Serialize>(self, by: &By, call: &str, asked: &T) -> Result<Option<IdempotencyKey>, Problem> {
+    pub(crate) fn of<T: Serialize>(
+        self,
+        by: &By,
+        call: &str,
+        asked: &T,
+    ) -> Result<Option<IdempotencyKey>, Problem> {
         let Some(given) = self.0 else {
             return Ok(None);
         };
@@ -141,7 +146,7 @@ impl IdempotencyKeyHeader {
 #[into_params(names("Last-Event-ID"), parameter_in = Header)]
 pub(crate) struct LastEventId(
     /// Number of the last event that the reader has: the stream goes on after it.
-    Option<u64>,
+    pub(crate) Option<u64>,
 );
 
 impl<S: Send + Sync> FromRequestParts<S> for LastEventId {
@@ -153,7 +158,7 @@ impl<S: Send + Sync> FromRequestParts<S> for LastEventId {
         };
         let id = given.to_str().ok().and_then(|text| text.parse().ok());
         id.map(|id| Self(Some(id))).ok_or_else(|| {
-            let detail = "this header must be the id of an event of this mission, a number";
+            let detail = "this header must be the id of an event of this stream, a number";
             wrong_parameter("Last-Event-ID", "last_event_id", detail)
         })
     }
@@ -197,13 +202,13 @@ pub(crate) fn parameter_limits() -> [(&'static str, Map<String, Value>); 4] {
 pub(crate) struct Page {
     /// `next` of the answer before. Default: from the first one on.
     #[serde(default)]
-    after: u64,
+    pub(crate) after: u64,
     /// How many at most, from 1 to 1000. Default: 100.
-    limit: Option<usize>,
+    pub(crate) limit: Option<usize>,
 }
 
 /// How many are listed at once, where so many are asked for.
-fn page_length(limit: Option<usize>) -> Result<usize, Problem> {
+pub(crate) fn page_length(limit: Option<usize>) -> Result<usize, Problem> {
     let most = limit.unwrap_or(LIST_DEFAULT);
     if !(1..=LIST_MAX).contains(&most) {
         let error =
@@ -299,7 +304,7 @@ impl IntoResponses for Record {
     }
 }
 
-fn binary() -> Object {
+pub(crate) fn binary() -> Object {
     let binary = SchemaFormat::KnownFormat(KnownFormat::Binary);
     Object::builder()
         .schema_type(Type::String)

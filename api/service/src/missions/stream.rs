@@ -36,7 +36,7 @@ use crate::{access::By, problem::Problem, slots::Slot, store::StoredEvent};
 const HEARTBEAT: Duration = Duration::from_secs(15);
 
 /// When an `EventSource` should come again.
-const RETRY: Duration = Duration::from_secs(1);
+pub(crate) const RETRY: Duration = Duration::from_secs(1);
 
 /// Events that are read from the store at once, for a client that was away: each may be over 100 kB.
 const PAGE: usize = 4;
@@ -93,10 +93,13 @@ pub(super) async fn events(
         kept: None,
         _slot: slot,
     };
+    Ok(sent_to(sent_events(subscription)))
+}
+
+/// The answer that sends `events`, with signs of life between them.
+pub(crate) fn sent_to(events: impl Stream<Item = io::Result<Sent>> + Send + 'static) -> Response {
     let alive = KeepAlive::new().interval(HEARTBEAT);
-    Ok(Sse::new(sent_events(subscription))
-        .keep_alive(alive)
-        .into_response())
+    Sse::new(events).keep_alive(alive).into_response()
 }
 
 /// What is sent. The next event is fetched when the connection has room for it.

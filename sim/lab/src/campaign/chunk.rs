@@ -3,7 +3,7 @@
 use super::{
     contender::Pilot,
     design::{Campaign, Chunk, Run, World},
-    fly::{bound, row},
+    fly::{GoOn, Stopped, TO_THE_END, bound, row},
     rows::{Row, Rows},
     tune::Gains,
 };
@@ -45,12 +45,15 @@ impl Piece {
     }
 
     /// Does it, with the gains of its arena.
-    pub(super) fn done(self, campaign: &Campaign, gains: &Gains) -> Part {
+    pub(super) fn done(self, campaign: &Campaign, gains: &Gains, go_on: GoOn<'_>) -> Result<Part, Stopped> {
         match self {
-            Self::Bound(world) => Part::Bound(world, bound(campaign, world)),
+            Self::Bound(world) => Ok(Part::Bound(world, bound(campaign, world, go_on)?)),
             Self::Fly(run) => {
                 let flight = gains.flight(campaign, run.controller, run.objective);
-                Part::Row(flight.map(|flight| Box::new(row(campaign, run, &flight))))
+                let row = flight
+                    .map(|flight| row(campaign, run, &flight, go_on))
+                    .transpose()?;
+                Ok(Part::Row(row.map(Box::new)))
             }
         }
     }
@@ -78,7 +81,10 @@ impl Parts {
     /// Of all parts the table.
     pub(super) fn rows(mut self, campaign: &Campaign) -> Rows {
         for row in &mut self.rows {
-            let own = self.bounds.iter().find(|(world, _)| world.replicate == row.replicate);
+            let own = self
+                .bounds
+                .iter()
+                .find(|(world, _)| world.replicate == row.replicate);
             row.bound_rms_m = own.and_then(|(_, bound)| *bound);
         }
         self.rows.sort_by_key(|row| row.run);
@@ -90,7 +96,7 @@ impl Parts {
 pub(super) fn flown(campaign: &Campaign, chunk: Chunk, gains: &Gains) -> Rows {
     let mut parts = Parts::default();
     for piece in Piece::all(campaign, chunk) {
-        parts.keep(piece.done(campaign, gains));
+        parts.keep(piece.done(campaign, gains, TO_THE_END).expect("nothing stops it"));
     }
     parts.rows(campaign)
 }

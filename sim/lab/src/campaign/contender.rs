@@ -1,9 +1,9 @@
 //! Who flies: what each knows, and what steers.
 
 use planner::{
+    craft::{CraftDescription, CraftEstimate},
     los::{LosLaw, LosTuning},
     policy::Policy,
-    craft::{CraftDescription, CraftEstimate},
     snapshot::{ForecastChoice, ForecastModel, Limits, Observation, Offset, Snapshot},
 };
 

@@ -114,6 +114,12 @@ impl Campaign {
         } else {
             campaign.scenarios.clone()
         };
+        let crafts = crafts(&campaign);
+        let drawn = crafts
+            .iter()
+            .enumerate()
+            .map(|(k, entry)| arena::drawn(entry).map_err(|reason| invalid(format!("craft[{k}]"), reason)))
+            .collect::<Result<Vec<_>, _>>()?;
         let mut arenas = vec![];
         for (i, name) in names.iter().enumerate() {
             let (source, scenario) = scenario(name, folder).map_err(|error| match error {
@@ -132,12 +138,9 @@ impl Campaign {
                     format!("{name} has no surface craft to score"),
                 ));
             }
-            for (k, entry) in crafts(&campaign).iter().enumerate() {
-                for arena in Arena::all(&scenario, &source, entry, &campaign)
-                    .map_err(|reason| invalid(format!("craft[{k}]"), reason))?
-                {
-                    arenas.push(arena.with_controllers(&controllers));
-                }
+            for (entry, drawn) in crafts.iter().zip(&drawn) {
+                let all = Arena::all(&scenario, &source, entry, drawn, &campaign);
+                arenas.extend(all.into_iter().map(|arena| arena.with_controllers(&controllers)));
             }
         }
         let made = Self {

@@ -285,6 +285,13 @@ impl Directory {
         Ok(done)
     }
 
+    /// Keeps a file of that name beside the campaign's own: a report, or what another program knows of the campaign. It is on the
+    /// disk, whole, when this returns.
+    pub fn keep_file(&self, name: &str, bytes: &[u8]) -> Result<(), DirectoryError> {
+        let file = self.path.join(name);
+        write_whole(&file, bytes).map_err(|source| io_error(&file, source))
+    }
+
     /// Keeps a file of this name, without its ending: what a piece of work came to.
     pub(super) fn keep_bytes(&self, name: &str, bytes: &[u8]) -> Result<(), DirectoryError> {
         let ending = if name.starts_with("chunks/") {
@@ -292,8 +299,7 @@ impl Directory {
         } else {
             "json"
         };
-        let file = self.path.join(format!("{name}.{ending}"));
-        write_whole(&file, bytes).map_err(|source| io_error(&file, source))
+        self.keep_file(&format!("{name}.{ending}"), bytes)
     }
 
     pub(super) fn keep_chunk(&self, number: u64, rows: &Rows) -> Result<(), DirectoryError> {

@@ -1,6 +1,6 @@
 //! One run: a mission flown, and what it came to.
 
-use std::time::Instant;
+use std::{ops::ControlFlow, time::Instant};
 
 use planner::{
     angle::wrap,
@@ -66,18 +66,29 @@ impl Learnt {
     }
 }
 
-/// A mission of `contender` in `world`, timed. `tuning` is a law's.
+/// What is asked after every plan of every mission: whether to go on. It may wait before it answers.
+pub type GoOn<'a> = &'a (dyn Fn() -> ControlFlow<()> + Sync);
+
+/// Never stops.
+pub(super) const TO_THE_END: GoOn<'static> = &|| ControlFlow::Continue(());
+
+/// It was stopped: what was under way came to nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Stopped;
+
+/// A mission of `contender` in `world`, timed, or why it failed. `tuning` is a law's.
 pub(super) fn fly(
     campaign: &Campaign,
     world: World,
     contender: &Contender,
     tuning: Option<LosTuning>,
-) -> Result<Flown, GuideError> {
-    let flown = fly_while(campaign, world, contender, tuning, &mut |_| true)?;
-    Ok(flown.expect("nothing breaks it off"))
+    go_on: GoOn<'_>,
+) -> Result<Result<Flown, GuideError>, Stopped> {
+    let flown = fly_while(campaign, world, contender, tuning, &mut |_| go_on().is_continue());
+    flown.transpose().ok_or(Stopped)
 }
 
-/// The same, as long as `goes_on`, which is asked after each second; none where it was broken off.
+/// The same, as long as `goes_on`, which is asked after each plan; none where it was broken off.
 pub(super) fn fly_while(
     campaign: &Campaign,
     world: World,
@@ -131,16 +142,19 @@ fn too_fast_steps(record: &Record, response: &Craft) -> f64 {
     let steps = headings
         .windows(2)
         .filter(|pair| most < wrap(pair[1] - pair[0]).abs());
-    #[expect(clippy::cast_precision_loss, reason = "a mission has thousands of rows, not 2⁵³")]
+    #[expect(
+        clippy::cast_precision_loss,
+        reason = "a mission has thousands of rows, not 2⁵³"
+    )]
     let (steps, n) = (steps.count() as f64, headings.len() as f64);
     100.0 * steps / n
 }
 
 /// What a run came to, without its world's bound. A mission that fails gives a row that says why.
-pub(super) fn row(campaign: &Campaign, run: Run, flight: &Flight) -> Row {
+pub(super) fn row(campaign: &Campaign, run: Run, flight: &Flight, go_on: GoOn<'_>) -> Result<Row, Stopped> {
     let contender = &campaign.controllers[run.controller];
     let begun = Instant::now();
-    let flown = fly(campaign, run.world, contender, flight.tuning);
+    let flown = fly(campaign, run.world, contender, flight.tuning, go_on)?;
     let took = begun.elapsed().as_secs_f64();
     let arena = &campaign.arenas[run.world.arena];
     let response = arena.response();
@@ -153,7 +167,7 @@ pub(super) fn row(campaign: &Campaign, run: Run, flight: &Flight) -> Row {
             learnt: flown.learnt,
         })
     });
-    Row {
+    Ok(Row {
         run: run.number,
         scenario: arena.scenario.name.clone(),
         craft: arena.craft.clone(),
@@ -173,7 +187,7 @@ pub(super) fn row(campaign: &Campaign, run: Run, flight: &Flight) -> Row {
         breaks_at_s: contender.breaks_at(),
         bound_rms_m: None,
         run_s: took,
-    }
+    })
 }
 
 /// The gains that a run is flown at, and what for.
@@ -187,24 +201,25 @@ pub(super) struct Flight {
 
 /// Root mean square distance to the goal that no craft could have come below in this world, m; none where that is unknown, or
 /// not the same for all controllers.
-pub(super) fn bound(campaign: &Campaign, world: World) -> Option<f64> {
+pub(super) fn bound(campaign: &Campaign, world: World, go_on: GoOn<'_>) -> Result<Option<f64>, Stopped> {
     let takes_part = |controller: &usize| &campaign.controllers[*controller];
-    let mut variations = campaign.arenas[world.arena]
-        .controllers
-        .iter()
-        .map(|controller| takes_part(controller).variation.filter(|variation| variation.changes_craft()));
-    let first = variations.next()?;
+    let mut variations = campaign.arenas[world.arena].controllers.iter().map(|controller| {
+        takes_part(controller)
+            .variation
+            .filter(|variation| variation.changes_craft())
+    });
+    let Some(first) = variations.next() else {
+        return Ok(None);
+    };
     if variations.any(|variation| variation != first) {
-        return None;
+        return Ok(None);
     }
     // Where the goal went, in which current and on which plant, is the same under every controller.
     let anyone = Contender {
         variation: first,
         ..Contender::law(LosLaw::SaturatedLos)
     };
-    let flown = fly(campaign, world, &anyone, None).ok()?;
-    regret(&flown.record)
-        .ok()
-        .flatten()
-        .map(|regret| regret.bound_rms_m)
+    let flown = fly(campaign, world, &anyone, None, go_on)?;
+    let regret = flown.ok().and_then(|flown| regret(&flown.record).ok().flatten());
+    Ok(regret.map(|regret| regret.bound_rms_m))
 }

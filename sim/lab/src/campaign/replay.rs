@@ -10,7 +10,7 @@ use explanation::explanation;
 use super::{
     contender::Pilot,
     design::{Campaign, Run},
-    fly::{Flight, bound, fly, row},
+    fly::{Flight, TO_THE_END, bound, fly, row},
     rows::{Row, Rows},
 };
 
@@ -80,12 +80,12 @@ pub fn replay(campaign: &Campaign, rows: &Rows, number: u64) -> Result<Replay, R
         tuning,
         objectives: words.map(ToString::to_string).unwrap_or_default(),
     };
-    let record = fly(campaign, run.world, contender, tuning)
-        .map_err(ReplayError::Mission)?
-        .record;
+    let to_its_end = "nothing stops it";
+    let flown = fly(campaign, run.world, contender, tuning, TO_THE_END).expect(to_its_end);
+    let record = flown.map_err(ReplayError::Mission)?.record;
     let again = Row {
-        bound_rms_m: bound(campaign, run.world),
-        ..row(campaign, run, &flight)
+        bound_rms_m: bound(campaign, run.world, TO_THE_END).expect(to_its_end),
+        ..row(campaign, run, &flight, TO_THE_END).expect(to_its_end)
     };
     let again = Rows::of(&[again], &campaign.parameter_keys());
     Ok(Replay {

@@ -66,7 +66,11 @@ pub(super) const MORE: [&str; 4] = ["too_fast_steps_percent", "alarms", "alarm_s
 pub(super) const LEARNT: [[&str; 3]; 3] = [
     ["heading_lag_s", "heading_lag_sigma_s", "heading_lag_tested_s"],
     ["surge_lag_s", "surge_lag_sigma_s", "surge_lag_tested_s"],
-    ["sway_per_yaw_rate_s", "sway_per_yaw_rate_sigma_s", "sway_per_yaw_rate_tested_s"],
+    [
+        "sway_per_yaw_rate_s",
+        "sway_per_yaw_rate_sigma_s",
+        "sway_per_yaw_rate_tested_s",
+    ],
 ];
 
 /// Rows by column, in any order.
@@ -128,11 +132,12 @@ impl Rows {
             columns.push(numbers(name, &|row| score(row, of)));
         }
         let [too_fast, alarms, alarm_s, noticed] = MORE;
-        columns.push(numbers(too_fast, &|row| {
-            outcome(row)?.too_fast_steps_percent
-        }));
+        columns.push(numbers(too_fast, &|row| outcome(row)?.too_fast_steps_percent));
         #[expect(clippy::cast_precision_loss, reason = "an alarm a second at most")]
-        columns.push(numbers(alarms, &|row| Some(learnt(row)?.alarms_at_s.len() as f64)));
+        columns.push(numbers(
+            alarms,
+            &|row| Some(learnt(row)?.alarms_at_s.len() as f64),
+        ));
         columns.push(numbers(alarm_s, &|row| Some(learnt(row)?.alarm_s)));
         columns.push(numbers(noticed, &|row| {
             let broke = row.breaks_at_s?;

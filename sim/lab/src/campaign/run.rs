@@ -6,6 +6,7 @@ use super::{
     chunk::{Part, Parts, Piece},
     design::{Campaign, Chunk, World},
     directory::{Directory, DirectoryError},
+    fly::{GoOn, Stopped, TO_THE_END},
     rows::Rows,
     tune::{Gains, tune, tuned_in},
 };
@@ -26,6 +27,31 @@ pub struct Progress {
     pub failed: u64,
 }
 
+/// What watches a campaign that is flown.
+pub struct Watch<'a> {
+    /// Hears how far it is.
+    pub progress: &'a mut (dyn FnMut(Progress) + Send),
+    /// Says whether to go on.
+    pub go_on: GoOn<'a>,
+}
+
+/// Why a campaign was not flown to its end.
+#[derive(Debug, thiserror::Error)]
+pub enum Unflown {
+    /// It was stopped. What was done by then is kept.
+    #[error("the campaign was stopped")]
+    Stopped,
+    /// Its directory is of no use.
+    #[error(transparent)]
+    Directory(#[from] DirectoryError),
+}
+
+impl From<Stopped> for Unflown {
+    fn from(_: Stopped) -> Self {
+        Self::Stopped
+    }
+}
+
 /// Flies what is missing in `directory` of `campaign`, `jobs` runs at once, and puts all rows together. Equal campaigns give equal
 /// rows, on any number of threads and however often they are interrupted.
 pub fn run(
@@ -34,8 +60,25 @@ pub fn run(
     jobs: NonZeroUsize,
     progress: &mut (dyn FnMut(Progress) + Send),
 ) -> Result<Rows, DirectoryError> {
+    let watch = Watch {
+        progress,
+        go_on: TO_THE_END,
+    };
+    run_watched(campaign, directory, jobs, watch).map_err(|unflown| match unflown {
+        Unflown::Stopped => unreachable!("nothing stops it"),
+        Unflown::Directory(error) => error,
+    })
+}
+
+/// As [`run()`], until `watch` says to stop: at once, between two plans of the missions that are in the air.
+pub fn run_watched(
+    campaign: &Campaign,
+    directory: &Directory,
+    jobs: NonZeroUsize,
+    Watch { progress, go_on }: Watch<'_>,
+) -> Result<Rows, Unflown> {
     if directory.is_collected() {
-        return directory.rows();
+        return Ok(directory.rows()?);
     }
     let all = campaign.chunks();
     let wanted = directory.manifest.shard.chunks(&all);
@@ -67,25 +110,34 @@ pub fn run(
         ..Progress::default()
     };
     progress(state);
-    let gains = found_gains(campaign, directory, &left, jobs, &mut |tuned| {
+    let mut note_tuned = |tuned| {
         state.tuned = tuned;
         progress(state);
-    })?;
+    };
+    let watch = (&mut note_tuned as &mut (dyn FnMut((u64, u64)) + Send), go_on);
+    let gains = found_gains(campaign, directory, &left, jobs, watch)?;
     // Piece by piece, so that no thread waits while another one flies the rest of a chunk.
     let pieces: Vec<(usize, Piece)> = left
         .iter()
         .enumerate()
-        .flat_map(|(k, chunk)| Piece::all(campaign, *chunk).into_iter().map(move |piece| (k, piece)))
+        .flat_map(|(k, chunk)| {
+            Piece::all(campaign, *chunk)
+                .into_iter()
+                .map(move |piece| (k, piece))
+        })
         .collect();
     let mut n_parts = vec![0; left.len()];
     for (k, _) in &pieces {
         n_parts[*k] += 1;
     }
     let parts: Vec<Mutex<Parts>> = left.iter().map(|_| Mutex::default()).collect();
-    let fly_piece = |&(k, piece): &(usize, Piece)| -> Result<Flown, DirectoryError> {
-        let part = piece.done(campaign, &gains[left[k].arena]);
+    let fly_piece = |&(k, piece): &(usize, Piece)| -> Result<Flown, Unflown> {
+        let part = piece.done(campaign, &gains[left[k].arena], go_on)?;
         let flown = match &part {
-            Part::Row(Some(row)) => Flown { runs: 1, failed: row.outcome.is_err().into() },
+            Part::Row(Some(row)) => Flown {
+                runs: 1,
+                failed: row.outcome.is_err().into(),
+            },
             Part::Row(None) | Part::Bound(..) => Flown::default(),
         };
         let mut parts = parts[k].lock().expect("no piece panics while it holds a lock");
@@ -94,16 +146,16 @@ pub fn run(
         }
         Ok(flown)
     };
-    let mut note = |(_, piece): &(usize, Piece), outcome: &Result<Flown, DirectoryError>| {
-        state.runs.0 += u64::from(matches!(piece, Piece::Fly(_)));
+    let mut note = |(_, piece): &(usize, Piece), outcome: &Result<Flown, Unflown>| {
         if let Ok(flown) = outcome {
+            state.runs.0 += u64::from(matches!(piece, Piece::Fly(_)));
             state.flown += flown.runs;
             state.failed += flown.failed;
         }
         progress(state);
     };
     in_parallel(&pieces, jobs, fly_piece, &mut note)?;
-    directory.collect(wanted, Rows::of(&[], &campaign.parameter_keys()))
+    Ok(directory.collect(wanted, Rows::of(&[], &campaign.parameter_keys()))?)
 }
 
 /// What a piece flew.
@@ -119,8 +171,8 @@ fn found_gains(
     directory: &Directory,
     left: &[Chunk],
     jobs: NonZeroUsize,
-    progress: &mut (dyn FnMut((u64, u64)) + Send),
-) -> Result<Vec<Gains>, DirectoryError> {
+    (progress, go_on): (&mut (dyn FnMut((u64, u64)) + Send), GoOn<'_>),
+) -> Result<Vec<Gains>, Unflown> {
     let arenas = (0..campaign.arenas.len()).filter(|arena| left.iter().any(|chunk| chunk.arena == *arena));
     let searches: Vec<(usize, usize)> = arenas
         .flat_map(|arena| {
@@ -135,19 +187,14 @@ fn found_gains(
         if let Some(found) = directory.gains(arena, controller) {
             return Ok(found);
         }
-        let found = tune(campaign, arena, controller);
+        let found = tune(campaign, arena, controller, go_on)?;
         directory.keep_gains(arena, controller, &found)?;
         Ok(found)
     };
-    let found = in_parallel(
-        &searches,
-        jobs,
-        search,
-        &mut |_, _: &Result<_, DirectoryError>| {
-            done.0 += 1;
-            progress(done);
-        },
-    )?;
+    let found = in_parallel(&searches, jobs, search, &mut |_, outcome: &Result<_, Unflown>| {
+        done.0 += u64::from(outcome.is_ok());
+        progress(done);
+    })?;
     let mut gains = vec![Gains::default(); campaign.arenas.len()];
     for ((arena, _), tuned) in searches.iter().zip(found) {
         gains[*arena].0.push(tuned);

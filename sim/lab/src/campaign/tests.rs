@@ -18,7 +18,7 @@ use sim::{
 use super::{
     Campaign, CampaignError, Directory, DirectoryError, Manifest, Shard,
     design::World,
-    fly::fly,
+    fly::{TO_THE_END, fly},
     replay,
     rows::{LEARNT, Rows},
     run,
@@ -386,7 +386,9 @@ planner = {}
     let words = |name: &str, i: usize| rows.words(name).expect("a column")[i].clone();
     let cell = |name: &str, i: usize| rows.numbers(name).expect("a column")[i].expect("has a value");
     for i in 0..rows.len() {
-        let scenario = Scenario::named(&words("scenario", i)).expect("exists").lasting(60.0);
+        let scenario = Scenario::named(&words("scenario", i))
+            .expect("exists")
+            .lasting(60.0);
         let gains = LosGains {
             look_ahead: 5.0,
             along_track_gain: 0.15,
@@ -399,7 +401,12 @@ planner = {}
         assert_eq!(cell("seed", i), f64::from(seed));
         let record = mission::run(&scenario, guide.as_mut(), seed.into(), &mut |_| {}).expect("runs");
         let metrics = Metrics::of(&record).surface_craft.expect("has a craft");
-        let alone = [metrics.rms_m, metrics.p95_m, metrics.energy_j, metrics.heading_travel_rad];
+        let alone = [
+            metrics.rms_m,
+            metrics.p95_m,
+            metrics.energy_j,
+            metrics.heading_travel_rad,
+        ];
         let names = ["rms_m", "p95_m", "energy_j", "heading_travel_rad"];
         assert_eq!(names.map(|name| cell(name, i)), alone, "row {i}");
         assert!(cell("bound_rms_m", i) <= cell("rms_m", i), "row {i}");
@@ -414,14 +421,19 @@ fn no_gains_of_the_grid_do_better_in_the_worlds_that_they_are_found_in() {
         .replace("replicates = 3", "replicates = 1");
     let campaign = campaign(&text);
     let law = &campaign.controllers[1];
-    let found = tune(&campaign, 0, 1);
+    let found = tune(&campaign, 0, 1, TO_THE_END).expect("nothing stops it");
     let world = campaign.tuning_worlds(0).next().expect("is one");
     assert_eq!(found.best.len(), 2);
     for (objective, best) in campaign.objectives().iter().zip(&found.best) {
         // Every mission flown to its end, where the search breaks off those that are beaten.
         let values = grid(LosLaw::SaturatedLos).into_iter().map(|tuning| {
-            let flown = fly(&campaign, world, law, Some(tuning)).expect("flies");
-            (tuning, objective.of(&Score::of(&flown.record).expect("has a craft")))
+            let flown = fly(&campaign, world, law, Some(tuning), TO_THE_END)
+                .expect("nothing stops it")
+                .expect("flies");
+            (
+                tuning,
+                objective.of(&Score::of(&flown.record).expect("has a craft")),
+            )
         });
         let (first, least) = values
             .reduce(|least, other| if other.1 < least.1 { other } else { least })
@@ -435,7 +447,10 @@ fn no_gains_of_the_grid_do_better_in_the_worlds_that_they_are_found_in() {
 #[test]
 fn a_planner_that_is_told_less_of_its_craft_flies_another_flight_of_the_same_world_and_learns_it() {
     let text = SMALL
-        .replace("craft = [\"scenario\", \"otter\"]", "craft = [{ random = { first = 7, count = 1 } }]")
+        .replace(
+            "craft = [\"scenario\", \"otter\"]",
+            "craft = [{ random = { first = 7, count = 1 } }]",
+        )
         .replace(", \"noisy-fixes\"", "")
         .replace("duration_s = 40", "duration_s = 320")
         .replace("replicates = 3", "replicates = 1")
@@ -461,7 +476,10 @@ variation = { breakdown = { what = "port_thruster_lost", at_s = 150.0 } }
     for name in LEARNT.as_flattened() {
         assert!(of("speeds alone", name).is_some_and(f64::is_finite), "{name}");
     }
-    assert_eq!(of("mpc auto", "heading_lag_tested_s"), of("speeds alone", "heading_lag_tested_s"));
+    assert_eq!(
+        of("mpc auto", "heading_lag_tested_s"),
+        of("speeds alone", "heading_lag_tested_s")
+    );
     assert_eq!(of("saturated_los", "alarms"), None);
     assert_eq!(of("mpc auto", "noticed_after_s"), None);
     let noticed = of("thruster lost", "noticed_after_s").expect("a lost thruster is noticed");
@@ -494,7 +512,8 @@ law = { name = "saturated_los", gains = { look_ahead_m = 5, along_track_gain_per
             replicate: *replicate,
             tuning: false,
         };
-        let flown = fly(&campaign, world, &campaign.controllers[0], None)?;
+        let flown =
+            fly(&campaign, world, &campaign.controllers[0], None, TO_THE_END).expect("nothing stops it")?;
         Ok::<_, GuideError>(Score::of(&flown.record).expect("has a craft").metrics.rms_m)
     };
     let values = in_parallel(&worlds, NonZeroUsize::new(2).expect("two"), rms, &mut |_, _| {});
@@ -505,7 +524,12 @@ law = { name = "saturated_los", gains = { look_ahead_m = 5, along_track_gain_per
         let lines: Vec<Line> = own
             .chunks(2)
             .zip(0..)
-            .flat_map(|(pair, replicate)| [Line::new("a", replicate, pair[0]), Line::new("b", replicate, pair[1])])
+            .flat_map(|(pair, replicate)| {
+                [
+                    Line::new("a", replicate, pair[0]),
+                    Line::new("b", replicate, pair[1]),
+                ]
+            })
             .collect();
         let question = Question {
             controller: "a",

@@ -4,12 +4,12 @@ use planner::los::{LosGains, LosLaw, LosTuning};
 use serde::{Deserialize, Serialize};
 use sim::mission::Mission;
 
+use super::{contender::Pilot, score::Score};
 use super::{
     design::{Campaign, World},
     file::Objective,
-    fly::{Flight, fly_while},
+    fly::{Flight, GoOn, Stopped, fly_while},
 };
-use super::{contender::Pilot, score::Score};
 use crate::tuning::grid;
 
 /// The best gains of the laws that are tuned in one arena.
@@ -95,7 +95,12 @@ pub(super) fn tuned_in(campaign: &Campaign, arena: usize) -> Vec<usize> {
 }
 
 /// The best gains of one law in one arena: of equals the first of the grid. A point of the grid at which a mission fails is none.
-pub(super) fn tune(campaign: &Campaign, arena: usize, controller: usize) -> Tuned {
+pub(super) fn tune(
+    campaign: &Campaign,
+    arena: usize,
+    controller: usize,
+    go_on: GoOn<'_>,
+) -> Result<Tuned, Stopped> {
     let contender = &campaign.controllers[controller];
     let Pilot::Law(law) = contender.pilot else {
         unreachable!("only laws are tuned");
@@ -103,7 +108,7 @@ pub(super) fn tune(campaign: &Campaign, arena: usize, controller: usize) -> Tune
     let mut best: Vec<Best> = vec![];
     for tuning in grid(law) {
         let beaten: Vec<f64> = best.iter().map(|best| best.mean).collect();
-        let Some(means) = means(campaign, arena, controller, tuning, &beaten) else {
+        let Some(means) = means(campaign, (arena, controller), tuning, &beaten, go_on)? else {
             continue;
         };
         if best.is_empty() {
@@ -115,21 +120,21 @@ pub(super) fn tune(campaign: &Campaign, arena: usize, controller: usize) -> Tune
             }
         }
     }
-    Tuned {
+    Ok(Tuned {
         controller: contender.name.clone(),
         best,
-    }
+    })
 }
 
 /// Means of the objectives at `tuning`; none where a mission failed, or where all are certain to be above those that are to be `beaten`:
 /// what is left of the missions is not flown then. All objectives only grow during a mission.
 fn means(
     campaign: &Campaign,
-    arena: usize,
-    controller: usize,
+    (arena, controller): (usize, usize),
     tuning: LosTuning,
     beaten: &[f64],
-) -> Option<Vec<f64>> {
+    go_on: GoOn<'_>,
+) -> Result<Option<Vec<f64>>, Stopped> {
     let contender = &campaign.controllers[controller];
     let objectives = campaign.objectives();
     let worlds: Vec<World> = campaign.tuning_worlds(arena).collect();
@@ -138,20 +143,28 @@ fn means(
     let mut sums = vec![0.0; objectives.len()];
     for world in worlds {
         let mut so_far = SoFar::default();
+        let mut stopped = false;
         let flown = fly_while(campaign, world, contender, Some(tuning), &mut |mission| {
             so_far.look(mission);
             let above = |k: usize| {
                 let least = so_far.least(objectives[k], mission.n_rows());
                 beaten[k] < (sums[k] + SURE * least) / n_worlds
             };
-            beaten.is_empty() || !(0..objectives.len()).all(above)
+            stopped = go_on().is_break();
+            !stopped && (beaten.is_empty() || !(0..objectives.len()).all(above))
         });
-        let score = Score::of(&flown.ok()??.record)?;
+        if stopped {
+            return Err(Stopped);
+        }
+        let flown = flown.ok().flatten();
+        let Some(score) = flown.and_then(|flown| Score::of(&flown.record)) else {
+            return Ok(None);
+        };
         for (sum, objective) in sums.iter_mut().zip(objectives) {
             *sum += objective.of(&score);
         }
     }
-    Some(sums.into_iter().map(|sum| sum / n_worlds).collect())
+    Ok(Some(sums.into_iter().map(|sum| sum / n_worlds).collect()))
 }
 
 /// Rounding in a sum of thousands of seconds is far below what this leaves.

@@ -9,6 +9,7 @@ use super::{
     chunk::flown,
     design::Campaign,
     directory::{Directory, DirectoryError, Manifest},
+    fly::TO_THE_END,
     tune::{Gains, Tuned, tune, tuned_in},
 };
 
@@ -93,7 +94,8 @@ impl Work {
                 if self.arena(campaign).is_none() || !tuned_in(campaign, arena).contains(&controller) {
                     return Err(WorkError::NotOfCampaign(self));
                 }
-                Ok(serde_json::to_vec(&tune(campaign, arena, controller)).expect("texts and numbers only"))
+                let tuned = tune(campaign, arena, controller, TO_THE_END).expect("nothing stops it");
+                Ok(serde_json::to_vec(&tuned).expect("texts and numbers only"))
             }
             Self::Fly { chunk } => {
                 let chunks = campaign.chunks();

@@ -6,7 +6,6 @@ use sim::record::{Record, SurfaceCraftRow};
 use super::Both;
 use crate::chart::{Axes, BLACK_INK, BLUE, GREEN, GREY, Line, PURPLE, Panel, Sheet, Stroke, VERMILION};
 
-
 /// Fig. 3: underwater vehicles and their paths.
 pub(super) fn alone(record: &Record) -> Sheet {
     sheet(vec![map(record.title.clone(), under_water(record))])

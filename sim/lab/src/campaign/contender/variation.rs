@@ -231,8 +231,8 @@ impl Guide for Varied {
 mod tests {
     use planner::los::LosLaw;
 
-    use super::*;
     use super::super::Contender;
+    use super::*;
     use sim::{mission::run_from, record::Record};
 
     fn short(name: &str) -> Scenario {

@@ -32,13 +32,26 @@ pub struct Arena {
     drawn: Option<Arc<RandomCraft>>,
 }
 
+/// The craft that `entry` draws, each some tens of ms: they are the same in all scenarios.
+pub(super) fn drawn(entry: &CraftEntry) -> Result<Vec<Arc<RandomCraft>>, String> {
+    match entry {
+        CraftEntry::Random { first, count } => (*first..first + count)
+            .map(|seed| RandomCraft::draw(seed, &CraftWishes::default()).map(Arc::new))
+            .collect::<Result<_, _>>()
+            .map_err(|error| error.to_string()),
+        CraftEntry::Scenario | CraftEntry::Medusa | CraftEntry::Otter => Ok(vec![]),
+    }
+}
+
 impl Arena {
+    /// Every arena of a scenario with the craft of `entry`, of which `drawn` are those that it draws.
     pub(super) fn all(
         scenario: &Scenario,
         source: &str,
         entry: &CraftEntry,
+        drawn: &[Arc<RandomCraft>],
         file: &CampaignFile,
-    ) -> Result<Vec<Self>, String> {
+    ) -> Vec<Self> {
         let arena = |craft: String, class, drawn| {
             let mut scenario = scenario.clone();
             if let Some(duration) = file.duration_s {
@@ -59,32 +72,21 @@ impl Arena {
             arena.scenario = scenario;
             arena
         };
-        Ok(match entry {
+        match entry {
             CraftEntry::Scenario => vec![arena("scenario".to_owned(), None, None)],
-            CraftEntry::Medusa => vec![arena(
-                "medusa".to_owned(),
-                Some(SurfaceClassFile::Medusa),
-                None,
-            )],
-            CraftEntry::Otter => vec![arena(
-                "otter".to_owned(),
-                Some(SurfaceClassFile::Otter),
-                None,
-            )],
-            CraftEntry::Random { first, count } => {
-                let seeds = *first..first + count;
-                let drawn = seeds.map(|seed| {
-                    let craft = RandomCraft::draw(seed, &CraftWishes::default())
-                        .map_err(|error| error.to_string())?;
+            CraftEntry::Medusa => vec![arena("medusa".to_owned(), Some(SurfaceClassFile::Medusa), None)],
+            CraftEntry::Otter => vec![arena("otter".to_owned(), Some(SurfaceClassFile::Otter), None)],
+            CraftEntry::Random { first, .. } => {
+                let arenas = drawn.iter().zip(*first..).map(|(craft, seed)| {
                     let class = SurfaceClassFile::Random(RandomCraftFile {
                         seed: Some(seed),
                         ..RandomCraftFile::default()
                     });
-                    Ok(arena(format!("random {seed}"), Some(class), Some(Arc::new(craft))))
+                    arena(format!("random {seed}"), Some(class), Some(Arc::clone(craft)))
                 });
-                drawn.collect::<Result<_, String>>()?
+                arenas.collect()
             }
-        })
+        }
     }
 
     pub(super) fn with_controllers(mut self, controllers: &[Contender]) -> Self {

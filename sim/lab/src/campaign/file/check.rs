@@ -3,7 +3,7 @@
 use super::{CampaignFile, Claimed, CraftEntry, Parameter, REPLICATES_MAX, SEED_MAX};
 use crate::campaign::{contender::Pilot, rows::MORE, score::SCORES};
 
-/// Most controllers, craft entries, scenarios or parameters.
+/// Most controllers, craft entries, scenarios, parameters or claims.
 const ITEMS_MAX: usize = 200;
 /// Most craft that one entry draws.
 const CRAFT_MAX: u64 = 10_000;
@@ -37,6 +37,7 @@ impl CampaignFile {
             ("craft", self.craft.len()),
             ("parameters", self.parameters.len()),
             ("controllers", self.controllers.len()),
+            ("claims", self.claims.len()),
         ] {
             if ITEMS_MAX < count {
                 return wrong(field, format!("{count} is more than {ITEMS_MAX}"));
@@ -81,7 +82,10 @@ impl CampaignFile {
                 return Err((field("controllers"), "there is none".to_owned()));
             }
             if needs_beside && claim.beside.is_empty() {
-                return Err((field("beside"), "there is none, and this is claimed beside others".to_owned()));
+                return Err((
+                    field("beside"),
+                    "there is none, and this is claimed beside others".to_owned(),
+                ));
             }
             if claim.is == Claimed::Undominated && self.report.front.is_none() {
                 return Err((field("is"), "undominated needs report.front".to_owned()));

@@ -47,9 +47,9 @@ impl Gather<'_> {
             Claimed::RatioAtMost(most) => self.ratios(claim, most, false),
             Claimed::RatioSurelyAtMost(most) => self.ratios(claim, most, true),
             Claimed::MeanAtMost(most) => self.of(&claim.controllers, |name| self.means(claim, name, most)),
-            Claimed::WithinBound { factor, spare_m } => {
-                self.of(&claim.controllers, |name| self.within_bound(claim, name, factor, spare_m))
-            }
+            Claimed::WithinBound { factor, spare_m } => self.of(&claim.controllers, |name| {
+                self.within_bound(claim, name, factor, spare_m)
+            }),
             Claimed::Undominated => self.undominated(claim),
         }
     }
@@ -62,7 +62,8 @@ impl Gather<'_> {
     /// All controllers of these entries of the file.
     pub(super) fn of_entries(&self, entries: &[String]) -> Vec<&Contender> {
         let all = self.campaign.controllers.iter();
-        all.filter(|contender| entries.contains(&contender.entry)).collect()
+        all.filter(|contender| entries.contains(&contender.entry))
+            .collect()
     }
 
     /// Scenarios that a claim is about.
@@ -74,7 +75,11 @@ impl Gather<'_> {
 
     /// Whether the scenario grants paths that a controller leaves unused: beside others it proves nothing there.
     fn is_less_informed(&self, contender: &Contender, scenario: &str) -> bool {
-        let arena = self.campaign.arenas.iter().find(|arena| arena.scenario.name == scenario);
+        let arena = self
+            .campaign
+            .arenas
+            .iter()
+            .find(|arena| arena.scenario.name == scenario);
         contender.paths == Paths::Uninformed && arena.is_some_and(|arena| arena.scenario.knowledge.paths)
     }
 
@@ -89,13 +94,18 @@ impl Gather<'_> {
     }
 
     fn first_objective(&self) -> &'static str {
-        self.campaign.objectives().first().map_or("rms_m", |objective| objective.name())
+        self.campaign
+            .objectives()
+            .first()
+            .map_or("rms_m", |objective| objective.name())
     }
 
     fn ratios(&self, claim: &Claim, most: f64, surely: bool) -> Vec<Verdict> {
         let mut verdicts = vec![];
         for scenario in self.scenarios_of(claim) {
-            let Some(beside) = self.nearest(&claim.beside, scenario) else { continue };
+            let Some(beside) = self.nearest(&claim.beside, scenario) else {
+                continue;
+            };
             for contender in self.of_entries(&claim.controllers) {
                 if self.is_less_informed(contender, scenario) {
                     continue;
@@ -117,7 +127,9 @@ impl Gather<'_> {
                     beside: Some(beside.to_owned()),
                     measured: Some(centre),
                     student_95: found.student_95,
-                    words: format!("{} {}", number(centre), interval(found.student_95)).trim().to_owned(),
+                    words: format!("{} {}", number(centre), interval(found.student_95))
+                        .trim()
+                        .to_owned(),
                     limit: if surely {
                         format!("upper end ≤ {most}")
                     } else {

@@ -47,7 +47,11 @@ impl Gather<'_> {
     pub(super) fn front(&self) -> Vec<Point> {
         let mut all = vec![];
         for scenario in &self.scenarios {
-            let flown = self.campaign.controllers.iter().filter(|contender| contender.may_win());
+            let flown = self
+                .campaign
+                .controllers
+                .iter()
+                .filter(|contender| contender.may_win());
             let points: Vec<(&Contender, [f64; 2])> = flown
                 .filter_map(|contender| Some((contender, self.point(&contender.name, scenario)?)))
                 .collect();

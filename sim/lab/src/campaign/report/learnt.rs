@@ -96,7 +96,10 @@ impl Gather<'_> {
                 n_runs: counted.len(),
                 breaks: contender.breaks_at().is_some(),
                 alarms_per_h: alarms * SECONDS_PER_HOUR / seconds,
-                alarmed: share(counted.iter().filter(|(alarms, ..)| 0.0 < *alarms).count(), counted.len()),
+                alarmed: share(
+                    counted.iter().filter(|(alarms, ..)| 0.0 < *alarms).count(),
+                    counted.len(),
+                ),
                 n_noticed: noticed.len(),
                 noticed_after_median_s: median(&noticed),
                 noticed_after_worst_s: noticed.into_iter().reduce(f64::max),

@@ -99,7 +99,9 @@ impl Gather<'_> {
             let values = self.flights.observations(&contender.name, metric, scenario);
             (!values.is_empty()).then(|| (*contender, mean(&values).centre))
         });
-        flown.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(contender, _)| contender)
+        flown
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(contender, _)| contender)
     }
 
     pub(super) fn scores(&self, winners: &[Winner]) -> Vec<Scores> {
@@ -152,7 +154,11 @@ impl Gather<'_> {
     /// Gains of a law that was tuned, as rows of the first replicate have them.
     fn gains(&self, controller: &str, scenario: &str) -> Vec<String> {
         let flights = self.flights;
-        let crafts = flights.groups.iter().filter(|group| group.scenario == scenario).count();
+        let crafts = flights
+            .groups
+            .iter()
+            .filter(|group| group.scenario == scenario)
+            .count();
         if crafts != 1 {
             return vec![];
         }

@@ -82,7 +82,10 @@ pub(super) fn document(numbers: &Numbers) -> Document {
             paragraph(FRONT),
             Block::Drawing(
                 front::picture(&numbers.front, metrics),
-                format!("Mean `{}` over mean `{}`, scenario by scenario.", metrics[1], metrics[0]),
+                format!(
+                    "Mean `{}` over mean `{}`, scenario by scenario.",
+                    metrics[1], metrics[0]
+                ),
             ),
             Block::Table(tables::front(numbers, metrics)),
         ]);
@@ -117,7 +120,11 @@ pub(super) fn document(numbers: &Numbers) -> Document {
     blocks.extend(section("Who answered", ANSWERS, tables::answers(numbers)));
     blocks.extend(section("Worst runs", WORST, tables::worst(numbers)));
     blocks.extend(section("What parameters do", EFFECTS, tables::effects(numbers)));
-    blocks.extend(section("Learning the craft", ESTIMATED, tables::estimated(numbers)));
+    blocks.extend(section(
+        "Learning the craft",
+        ESTIMATED,
+        tables::estimated(numbers),
+    ));
     blocks.extend(section(
         "Noticing that the craft does not follow",
         ALARMS,

@@ -217,7 +217,15 @@ pub(super) fn is_significant(found: &Comparison) -> bool {
 pub(super) fn claims(numbers: &Numbers) -> Table {
     let mut table = Table::new(
         4,
-        &["claim", "scenario", "controller", "beside", "measured", "claimed", "holds"],
+        &[
+            "claim",
+            "scenario",
+            "controller",
+            "beside",
+            "measured",
+            "claimed",
+            "holds",
+        ],
     );
     for verdict in &numbers.claims {
         table.rows.push(vec![
@@ -268,7 +276,10 @@ pub(super) fn scores(numbers: &Numbers) -> Vec<(String, Table)> {
     columns.extend(["beyond".to_owned(), "gains".to_owned()]);
     let mut tables = vec![];
     for arena in &numbers.arenas {
-        let here = numbers.scores.iter().filter(|scores| scores.scenario == arena.scenario);
+        let here = numbers
+            .scores
+            .iter()
+            .filter(|scores| scores.scenario == arena.scenario);
         let rows = here.map(|scores| {
             let mut row = vec![code(&scores.controller)];
             for ((mean, half), least) in scores.means.iter().zip(&scores.half_widths).zip(&scores.is_least) {
@@ -303,7 +314,10 @@ pub(super) fn scores(numbers: &Numbers) -> Vec<(String, Table)> {
 
 /// Planners, and the laws' points that no other of theirs beats.
 pub(super) fn front(numbers: &Numbers, metrics: &[String; 2]) -> Table {
-    let mut table = Table::new(2, &["scenario", "controller", &metrics[0], &metrics[1], "beaten by"]);
+    let mut table = Table::new(
+        2,
+        &["scenario", "controller", &metrics[0], &metrics[1], "beaten by"],
+    );
     for point in &numbers.front {
         if !point.is_planner && point.beaten_by_its_kind {
             continue;
@@ -327,7 +341,14 @@ pub(super) fn front(numbers: &Numbers, metrics: &[String; 2]) -> Table {
 pub(super) fn estimated(numbers: &Numbers) -> Table {
     let mut table = Table::new(
         2,
-        &["controller", "estimate", "runs", "error, median, s", "error, 90 %, s", "interval holds"],
+        &[
+            "controller",
+            "estimate",
+            "runs",
+            "error, median, s",
+            "error, 90 %, s",
+            "interval holds",
+        ],
     );
     for found in &numbers.estimated {
         table.rows.push(vec![
@@ -345,7 +366,14 @@ pub(super) fn estimated(numbers: &Numbers) -> Table {
 pub(super) fn alarms(numbers: &Numbers) -> Table {
     let mut table = Table::new(
         1,
-        &["controller", "runs", "alarms an hour", "runs with an alarm", "noticed", "after, median / longest, s"],
+        &[
+            "controller",
+            "runs",
+            "alarms an hour",
+            "runs with an alarm",
+            "noticed",
+            "after, median / longest, s",
+        ],
     );
     for found in &numbers.alarms {
         let after = match (found.noticed_after_median_s, found.noticed_after_worst_s) {

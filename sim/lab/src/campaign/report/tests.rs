@@ -193,7 +193,11 @@ fn claims_are_decided_and_a_broken_one_is_named_with_what_broke_it() {
         .map(|verdict| {
             let word = |name: &str| verdict[name].as_str().unwrap_or("all").to_owned();
             let about = format!("{} {}", word("claim"), word("controller"));
-            (about, word("scenario"), verdict["holds"].as_bool().expect("is decided"))
+            (
+                about,
+                word("scenario"),
+                verdict["holds"].as_bool().expect("is decided"),
+            )
         })
         .collect();
     let expected = [
@@ -226,19 +230,41 @@ fn the_least_wins_and_the_law_as_printed_does_not() {
     let report = report(&campaign(""), &rows(&made_up()));
     let json: Value = serde_json::from_str(&report.json()).expect("is JSON");
     for winner in json["winners"].as_array().expect("a list") {
-        assert_eq!((&winner["controller"], &winner["as_good"]), (&"planner".into(), &Value::Array(vec![])));
+        assert_eq!(
+            (&winner["controller"], &winner["as_good"]),
+            (&"planner".into(), &Value::Array(vec![]))
+        );
     }
     let text = report.markdown();
-    assert!(text.contains("| `planner` | **0.550 ± 0.039** | **5.50 ± 0.393** |"), "{text}");
+    assert!(
+        text.contains("| `planner` | **0.550 ± 0.039** | **5.50 ± 0.393** |"),
+        "{text}"
+    );
 }
 
 #[test]
 fn a_claim_that_cannot_be_decided_is_refused_by_its_member() {
     for (right, wrong, says) in [
-        ("controllers = [\"planner\"]\nbeside", "controllers = [\"pilot\"]\nbeside", "claims[0].controllers: there is no controller \"pilot\""),
-        ("beside = [\"law\"]\nis = { ratio", "is = { ratio", "claims[0].beside: there is none"),
-        ("front = [\"rms_m\", \"energy_j\"]", "", "claims[3].is: undominated needs report.front"),
-        ("front = [\"rms_m\"", "front = [\"rms\"", "report.front[0]: there is no column \"rms\""),
+        (
+            "controllers = [\"planner\"]\nbeside",
+            "controllers = [\"pilot\"]\nbeside",
+            "claims[0].controllers: there is no controller \"pilot\"",
+        ),
+        (
+            "beside = [\"law\"]\nis = { ratio",
+            "is = { ratio",
+            "claims[0].beside: there is none",
+        ),
+        (
+            "front = [\"rms_m\", \"energy_j\"]",
+            "",
+            "claims[3].is: undominated needs report.front",
+        ),
+        (
+            "front = [\"rms_m\"",
+            "front = [\"rms\"",
+            "report.front[0]: there is no column \"rms\"",
+        ),
         ("ratio_at_most = 0.56", "ratio = 0.56", "unknown variant `ratio`"),
     ] {
         assert!(CLAIMS.contains(right), "{right}");

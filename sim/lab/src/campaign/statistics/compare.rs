@@ -2,11 +2,11 @@
 
 use serde::Serialize;
 
+use super::student::{mean, median, quantile, student_test};
 use super::{
     flights::{Flights, Pair, Pairing, objective},
     resampling::{bootstrap, rng},
 };
-use super::student::{mean, median, quantile, student_test};
 
 /// The two-sided 95 % point of the normal distribution.
 const Z: f64 = 1.959_963_984_540_054;
@@ -257,7 +257,11 @@ impl Pairing {
 
     fn quantiles(&self) -> Option<[f64; 3]> {
         let measure = self.measure();
-        let all: Vec<f64> = self.pairs.iter().map(|pair| measure.out(measure.of(pair.values))).collect();
+        let all: Vec<f64> = self
+            .pairs
+            .iter()
+            .map(|pair| measure.out(measure.of(pair.values)))
+            .collect();
         Some([median(&all)?, quantile(&all, 0.9)?, quantile(&all, 1.0)?])
     }
 

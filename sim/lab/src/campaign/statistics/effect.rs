@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::student::{mean, student_beyond};
 use super::{
     compare::{Measure, Question},
     flights::Flights,
 };
-use super::student::{mean, student_beyond};
 
 /// Values nearer to each other than this share of the largest are one.
 const SAME: f64 = 1e-12;

@@ -157,7 +157,9 @@ impl Flights {
     pub(crate) fn observations(&self, controller: &str, metric: &str, scenario: &str) -> Vec<f64> {
         let mut crafts: Vec<(usize, Vec<f64>)> = vec![];
         for (group, row) in self.of_controller(controller, metric) {
-            let Some(value) = self.value(metric, row) else { continue };
+            let Some(value) = self.value(metric, row) else {
+                continue;
+            };
             if self.groups[group].scenario != scenario {
                 continue;
             }

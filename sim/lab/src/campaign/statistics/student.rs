@@ -188,8 +188,8 @@ mod tests {
                     .collect();
                 let (a, b): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
                 let ratio = paired_ratio(&a, &b).expect("positive");
-                    let (low, high) = ratio.bounds.expect("several seeds");
-                    held += u32::from((low..=high).contains(&0.2_f64.exp()));
+                let (low, high) = ratio.bounds.expect("several seeds");
+                held += u32::from((low..=high).contains(&0.2_f64.exp()));
             }
             let share = f64::from(held) / f64::from(TRIALS);
             // Four deviations of a share of 95 % in 4000 trials.
