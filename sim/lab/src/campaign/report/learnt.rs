@@ -34,7 +34,7 @@ pub(super) struct Alarms {
     /// Whether something breaks in its runs.
     pub(super) breaks: bool,
     /// Alarms an hour of missions.
-    pub(super) alarms_per_h: f64,
+    pub(super) per_hour: f64,
     /// Share of the runs with an alarm.
     pub(super) alarmed: f64,
     /// Runs in which an alarm was raised anew after something broke, and how soon, s: the middle and the longest.
@@ -95,7 +95,7 @@ impl Gather<'_> {
                 controller: contender.name.clone(),
                 n_runs: counted.len(),
                 breaks: contender.breaks_at().is_some(),
-                alarms_per_h: alarms * SECONDS_PER_HOUR / seconds,
+                per_hour: alarms * SECONDS_PER_HOUR / seconds,
                 alarmed: share(
                     counted.iter().filter(|(alarms, ..)| 0.0 < *alarms).count(),
                     counted.len(),

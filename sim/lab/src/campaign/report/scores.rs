@@ -134,7 +134,7 @@ impl Gather<'_> {
                         .iter()
                         .map(|found| found.and_then(|mean| Some(mean.bounds?.1 - mean.centre)))
                         .collect(),
-                    is_least: self.metrics.iter().map(|metric| is_least(metric)).collect(),
+                    is_least: self.metrics.iter().map(is_least).collect(),
                     beyond: self.beyond(&contender.name, scenario),
                     gains: self.gains(&contender.name, scenario),
                 });

@@ -383,7 +383,7 @@ pub(super) fn alarms(numbers: &Numbers) -> Table {
         table.rows.push(vec![
             code(&found.controller),
             integer(found.n_runs),
-            number(found.alarms_per_h),
+            number(found.per_hour),
             percent(found.alarmed),
             if found.breaks {
                 format!("{} of {}", integer(found.n_noticed), integer(found.n_runs))
