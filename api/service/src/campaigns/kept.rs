@@ -23,6 +23,8 @@ use crate::{problem::Problem, store::StoreError};
 const FOLDER: &str = "campaigns";
 const POSTED: &str = "posted.json";
 const ENDED: &str = "ended.json";
+/// How names of campaigns begin. What has another name is left alone.
+pub(super) const ID_PREFIX: &str = "c-";
 /// How names of what was deleted begin, until it is gone.
 const DELETED: &str = ".deleted-";
 
@@ -71,8 +73,12 @@ impl Folder {
         for entry in fs::read_dir(&self.0)? {
             let path = entry?.path();
             let name = path.file_name().unwrap_or_default().to_string_lossy();
-            if name.starts_with(DELETED) || !path.join(POSTED).exists() {
+            let is_ours = name.starts_with(ID_PREFIX) && path.is_dir();
+            if name.starts_with(DELETED) || is_ours && !path.join(POSTED).exists() {
                 fs::remove_dir_all(&path)?;
+                continue;
+            }
+            if !is_ours {
                 continue;
             }
             match (read_json(&path, POSTED), Directory::open(&path)) {

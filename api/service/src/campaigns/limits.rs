@@ -30,6 +30,9 @@ const SCP_ITERATIONS_MAX: usize = 50;
 /// Most intervals of a horizon, for the same reason.
 const STEPS_MAX: usize = 100;
 
+/// Most columns that a report compares: writing it cannot be stopped either.
+const METRICS_MAX: usize = 32;
+
 /// What the command line is for.
 const BEYOND: &str = "beyond that use pilotfish campaign run";
 
@@ -84,6 +87,8 @@ pub(super) fn check_file(file: &CampaignFile) -> Result<(), Vec<FieldError>> {
         values.sum::<usize>() * n_scenarios,
         TRIALS_MAX,
     ));
+    let n_metrics = file.report.metrics.len();
+    errors.extend(above("/report/metrics", "metrics", n_metrics, METRICS_MAX));
     for (i, controller) in file.controllers.iter().enumerate() {
         let Some(planner) = &controller.planner else {
             continue;

@@ -25,7 +25,7 @@ use wire::{
 
 use super::{
     flyer::Flyer,
-    kept::{Folder, Kept, Post, not_stored, store_end},
+    kept::{Folder, ID_PREFIX, Kept, Post, not_stored, store_end},
     posted::{NewCampaign, PostedCampaign},
 };
 use crate::{
@@ -299,7 +299,7 @@ impl Registry {
             key: key.map(|key| (key.key, key.request)),
             answer: Campaign {
                 id: format!(
-                    "c-{}",
+                    "{ID_PREFIX}{}",
                     &sha256(&[&*self.salt, text.as_bytes()].concat())[..ID_DIGITS]
                 ),
                 name: new.campaign.file.name.clone(),
