@@ -202,8 +202,6 @@ impl Problem {
             Self::Conflict(_) => (409, "conflict", "The mission is not such"),
             Self::NoCampaign => (404, "no_campaign", "There is no such campaign"),
             Self::CampaignConflict(_) => (409, "conflict", "The campaign is not such"),
-            Self::CampaignsKept(_) => (503, "crowded", "The service has taken on all it can"),
-            Self::NotStored(_) => (503, "not_stored", "Nothing can be stored"),
             Self::NoPlanYet(_) => (409, "no_plan_yet", "There is no plan yet"),
             Self::KeyTaken => (
                 422,
@@ -211,11 +209,13 @@ impl Problem {
                 "The Idempotency-Key stands for another request",
             ),
             Self::Unanswered => (504, "mission_unanswered", "The mission has not answered in time"),
-            Self::Crowded { .. } => (503, "crowded", "The service has taken on all it can"),
+            Self::Crowded { .. } | Self::CampaignsKept(_) => {
+                (503, "crowded", "The service has taken on all it can")
+            }
             Self::Share { .. } | Self::DiskShare => (429, "share_used", "The client has its share"),
             Self::NoMissions => (503, "no_missions", "There is no place for missions"),
             Self::Log(StoreError::Full) => (507, "disk_full", "The disk is full"),
-            Self::Log(_) => (503, "not_stored", "Nothing can be stored"),
+            Self::Log(_) | Self::NotStored(_) => (503, "not_stored", "Nothing can be stored"),
             Self::Panicked => (500, "internal", "The service has a bug"),
         }
     }

@@ -30,8 +30,11 @@ const ASIDE: Duration = Duration::from_millis(2);
 /// When to try again what the disk did not take.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Names of a report's files, by what they hold.
-pub(super) const REPORTS: [(&str, fn(&CampaignReport) -> String); 3] = [
+/// What a file of a report holds.
+type Written = fn(&CampaignReport) -> String;
+
+/// Names of a report's files, and what they hold.
+const REPORTS: [(&str, Written); 3] = [
     ("report.html", CampaignReport::html),
     ("report.md", CampaignReport::markdown),
     ("report.json", CampaignReport::json),

@@ -81,15 +81,16 @@ impl Folder {
             if !is_ours {
                 continue;
             }
-            match (read_json(&path, POSTED), Directory::open(&path)) {
-                (Some(post), Ok(directory)) => all.push(Kept {
-                    post,
-                    directory,
-                    ended: read_json(&path, ENDED),
-                }),
+            let (Some(post), Ok(directory)) = (read_json(&path, POSTED), Directory::open(&path)) else {
                 // It stays for people to look at.
-                _ => tracing::error!(path = %path.display(), "a campaign is damaged, and is not listed"),
-            }
+                tracing::error!(path = %path.display(), "a campaign is damaged, and is not listed");
+                continue;
+            };
+            all.push(Kept {
+                post,
+                directory,
+                ended: read_json(&path, ENDED),
+            });
         }
         all.sort_by_key(|kept| kept.post.number);
         Ok(all)

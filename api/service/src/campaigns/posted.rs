@@ -159,8 +159,7 @@ fn pointer_of(field: &str) -> String {
     if matches!(field, "file" | "syntax") {
         return String::new();
     }
-    let tokens = field.split(['.', '[']).map(|token| token.trim_end_matches(']'));
-    tokens.map(|token| format!("/{token}")).collect()
+    format!("/{}", field.replace(['.', '['], "/").replace(']', ""))
 }
 
 fn invalid(error: FieldError) -> Problem {
