@@ -14,7 +14,6 @@ use lab::campaign::Campaign;
 use planner::los::LosLaw;
 use record::Format;
 use serde_json::Value;
-use sim::scenario::Scenario;
 use tests::server::Server;
 
 fn pilotfish() -> Command {
