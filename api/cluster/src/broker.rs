@@ -1,13 +1,14 @@
 //! The connection to the broker, and the names of what is kept there.
 
 use std::{
-    io::Cursor,
+    error::Error as _,
+    io::{Cursor, ErrorKind},
     path::{Path, PathBuf},
     time::Duration,
 };
 
 use async_nats::{
-    ConnectOptions,
+    ConnectError, ConnectErrorKind, ConnectOptions,
     jetstream::{
         self, Context,
         object_store::{self, ObjectStore},
@@ -16,6 +17,7 @@ use async_nats::{
 };
 use futures_util::StreamExt as _;
 use lab::campaign::{Campaign, CampaignError, DirectoryError, Manifest, WorkError};
+use percent_encoding::percent_decode_str;
 use serde::{Deserialize, Serialize};
 use tokio::io::AsyncReadExt as _;
 
@@ -53,7 +55,17 @@ pub struct Access {
 /// Why something could not be done on a cluster.
 #[derive(Debug, thiserror::Error)]
 pub enum ClusterError {
-    /// The broker cannot be reached, or refuses.
+    /// There is no connection to the broker.
+    #[error("cannot connect to {url}: {advice}")]
+    NoConnection {
+        /// The addresses, without passwords.
+        url: String,
+        /// What may help.
+        advice: &'static str,
+        /// What happened.
+        source: ConnectError,
+    },
+    /// The broker cannot be reached any more, or refuses.
     #[error("cannot {0}")]
     Broker(String, #[source] async_nats::Error),
     /// A file of the access cannot be read.
@@ -172,17 +184,32 @@ impl Broker {
             let unreadable = |error| ClusterError::File(file.display().to_string(), error);
             options = options.credentials_file(file).await.map_err(unreadable)?;
         }
+        let (certificate, key) = access.certificate.clone().unzip();
+        for file in [&access.authority, &certificate, &key].into_iter().flatten() {
+            // The client says that a file is not there, and not which.
+            let unreadable = |error| ClusterError::File(file.display().to_string(), error);
+            tokio::fs::read(file).await.map_err(unreadable)?;
+        }
         if let Some(file) = &access.authority {
             options = options.add_root_certificates(file.clone());
         }
         if let Some((certificate, key)) = &access.certificate {
             options = options.add_client_certificate(certificate.clone(), key.clone());
         }
-        let addresses: Vec<&str> = access.url.split(',').map(str::trim).collect();
-        let client = options
-            .connect(addresses)
-            .await
-            .map_err(failed(format!("connect to {}", without_secrets(&access.url))))?;
+        // The client takes no user from an address by itself.
+        options = match user_in(&access.url) {
+            Some((user, Some(password))) => options.user_and_password(user, password),
+            Some((token, None)) => options.token(token),
+            None => options,
+        };
+        let url = without_secrets(&access.url);
+        let addresses: Vec<&str> = url.split(',').collect();
+        let client = options.connect(addresses).await;
+        let client = client.map_err(|source| ClusterError::NoConnection {
+            advice: advice(&source),
+            url: url.clone(),
+            source,
+        })?;
         Ok(Self {
             jetstream: jetstream::ContextBuilder::new()
                 .timeout(REQUEST_TIMEOUT)
@@ -297,6 +324,76 @@ pub(crate) async fn names(bucket: &ObjectStore) -> Result<Vec<String>, ClusterEr
     Ok(names)
 }
 
+/// Advice about a broker that does not answer, and may do so later.
+const IS_IT_THERE: &str = "is a nats-server there, and the address right?";
+
+/// Advice about a broker that ends the conversation, as one does that is just being ended.
+const HUNG_UP: &str =
+    "it hung up: does it want TLS (tls://), or a certificate of this client (--nats-cert, --nats-key)?";
+
+/// What to do about a connection that did not come about.
+fn advice(error: &ConnectError) -> &'static str {
+    // The client has no kinds for these.
+    let words = error.to_string();
+    let by_words = [
+        (
+            "UnknownIssuer",
+            "name the authority that signed its certificate (--nats-ca)",
+        ),
+        (
+            "CertificateRequired",
+            "it wants a certificate of this client (--nats-cert, --nats-key)",
+        ),
+        (
+            "NotValidForName",
+            "its certificate is for another name: use that one in the address",
+        ),
+        (
+            "InvalidContentType",
+            "it speaks no TLS: nats:// instead of tls://",
+        ),
+    ];
+    if let Some((_, advice)) = by_words.iter().find(|(word, _)| words.contains(word)) {
+        return advice;
+    }
+    match error.kind() {
+        ConnectErrorKind::Authentication | ConnectErrorKind::AuthorizationViolation => {
+            "it does not know who this is: nats://user:password@host, with % before what is special (%40 is @), or --nats-creds, \
+             or it was withdrawn"
+        }
+        ConnectErrorKind::ServerParse => "addresses are such as nats://host:4222, with commas between them",
+        ConnectErrorKind::Tls => {
+            "look at the files of --nats-ca, --nats-cert and --nats-key: certificates and a key, PEM"
+        }
+        ConnectErrorKind::Dns | ConnectErrorKind::TimedOut | ConnectErrorKind::MaxReconnects => IS_IT_THERE,
+        ConnectErrorKind::Io => {
+            let cause = error
+                .source()
+                .and_then(|cause| cause.downcast_ref::<std::io::Error>());
+            match cause.map(std::io::Error::kind) {
+                Some(
+                    ErrorKind::ConnectionRefused | ErrorKind::HostUnreachable | ErrorKind::NetworkUnreachable,
+                ) => IS_IT_THERE,
+                // Its reason may be lost on the way.
+                _ => HUNG_UP,
+            }
+        }
+    }
+}
+
+/// Who an address says that this is: a user and a password, or a token. One for all addresses, the first.
+fn user_in(url: &str) -> Option<(String, Option<String>)> {
+    let words = |text: &str| percent_decode_str(text).decode_utf8_lossy().into_owned();
+    url.split(',').find_map(|address| {
+        let address = address.split_once("://").map_or(address, |(_, rest)| rest);
+        let (who, _) = address.trim().rsplit_once('@')?;
+        Some(match who.split_once(':') {
+            Some((user, password)) => (words(user), Some(words(password))),
+            None => (words(who), None),
+        })
+    })
+}
+
 /// An address as it may be shown.
 fn without_secrets(url: &str) -> String {
     let shown = |address: &str| match (address.split_once("://"), address.rsplit_once('@')) {
@@ -304,7 +401,11 @@ fn without_secrets(url: &str) -> String {
         (None, Some((_, host))) => host.to_owned(),
         (_, None) => address.to_owned(),
     };
-    url.split(',').map(shown).collect::<Vec<_>>().join(",")
+    url.split(',')
+        .map(str::trim)
+        .map(shown)
+        .collect::<Vec<_>>()
+        .join(",")
 }
 
 #[cfg(test)]
@@ -318,6 +419,18 @@ mod tests {
         assert_eq!(made, "pilotfish.work.0-2-0_1.small-0123456789ab.gains.3-1");
         assert_eq!(version_in(&made), Some("0-2-0_1"));
         assert_eq!(version_in("other.work.x"), None);
+    }
+
+    #[test]
+    fn an_address_says_who_this_is() {
+        let user = |user: &str, password: &str| Some((user.to_owned(), Some(password.to_owned())));
+        assert_eq!(user_in("nats://host:4222"), None);
+        assert_eq!(
+            user_in("nats://one:4222, tls://me:s%40cret@two"),
+            user("me", "s@cret")
+        );
+        assert_eq!(user_in("me:s@cret@host"), user("me", "s@cret"));
+        assert_eq!(user_in("nats://token@host"), Some(("token".to_owned(), None)));
     }
 
     #[test]

@@ -12,6 +12,7 @@ use async_nats::jetstream;
 use futures_util::StreamExt as _;
 use lab::campaign::{Campaign, Directory, Manifest, Shard, run};
 use pilotfish_cluster::{Access, Broker, ClusterError, Worker, WorkerEvent, collect, standing, submit};
+use rcgen::{BasicConstraints, CertificateParams, IsCa, Issuer, KeyPair};
 use tempfile::TempDir;
 use tokio::{sync::watch, time::sleep};
 
@@ -41,30 +42,37 @@ struct Server {
     child: Child,
     port: u16,
     data: TempDir,
+    flags: Vec<String>,
+}
+
+fn free_port() -> u16 {
+    let socket = TcpListener::bind("127.0.0.1:0").expect("has a port");
+    socket.local_addr().expect("has one").port()
 }
 
 impl Server {
     fn start() -> Self {
-        let data = TempDir::new().expect("is a folder");
-        let port = TcpListener::bind("127.0.0.1:0")
-            .expect("has a port")
-            .local_addr()
-            .expect("has one")
-            .port();
+        Self::with(vec![])
+    }
+
+    fn with(flags: Vec<String>) -> Self {
+        let (port, data) = (free_port(), TempDir::new().expect("is a folder"));
         Self {
-            child: Self::spawn(port, data.path()),
+            child: Self::spawn(port, data.path(), &flags),
             port,
             data,
+            flags,
         }
     }
 
-    fn spawn(port: u16, data: &Path) -> Child {
+    fn spawn(port: u16, data: &Path, flags: &[String]) -> Child {
         let program =
             std::env::var("NATS_SERVER").expect("NATS_SERVER names a nats-server; .ci/nats sets it");
         let data = data.display().to_string();
         let mut command = Command::new(program);
         command.args(["-js", "-a", "127.0.0.1", "-p", &port.to_string(), "-sd", &data]);
         command
+            .args(flags)
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn()
@@ -75,16 +83,20 @@ impl Server {
     fn restart(&mut self) {
         self.child.kill().expect("runs");
         self.child.wait().expect("was started");
-        self.child = Self::spawn(self.port, self.data.path());
+        self.child = Self::spawn(self.port, self.data.path(), &self.flags);
     }
 
     async fn broker(&self) -> Broker {
-        let access = Access {
+        self.broker_for(&Access {
             url: format!("nats://127.0.0.1:{}", self.port),
             ..Access::default()
-        };
+        })
+        .await
+    }
+
+    async fn broker_for(&self, access: &Access) -> Broker {
         for _ in 0..100 {
-            if let Ok(broker) = Broker::connect(&access, "test").await {
+            if let Ok(broker) = Broker::connect(access, "test").await {
                 return broker;
             }
             sleep(Duration::from_millis(100)).await;
@@ -212,6 +224,7 @@ async fn a_broker_that_is_killed_twice_loses_nothing() {
         child: Command::new("true").spawn().expect("is there"),
         port: server_again.lock().expect("free").port,
         data: TempDir::new().expect("is a folder"),
+        flags: vec![],
     };
     work(&port, &sent.id, 2, 20, async |step| {
         if step == 5 || step == 20 {
@@ -279,6 +292,71 @@ async fn work_that_is_never_done_is_given_up_and_named() {
         refused.to_string().contains("begun 3 times and never done"),
         "{refused}"
     );
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_password_in_the_address_opens_a_broker_and_a_wrong_one_is_named() {
+    let server = Server::with(["--user", "me", "--pass", "s@cret"].map(str::to_owned).to_vec());
+    let with = |who: &str| Access {
+        url: format!("nats://{who}127.0.0.1:{}", server.port),
+        ..Access::default()
+    };
+    let broker = server.broker_for(&with("me:s%40cret@")).await;
+    submit(&broker, &small(SMALL), 1).await.expect("is sent");
+    for who in ["", "me:wrong@", "token@"] {
+        let refused = Broker::connect(&with(who), "test")
+            .await
+            .expect_err("is refused")
+            .to_string();
+        assert!(
+            refused.contains("user:password@") && !refused.contains("wrong"),
+            "{refused}"
+        );
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn certificates_open_a_broker_and_what_is_missing_is_named() {
+    let folder = TempDir::new().expect("is a folder");
+    let at = |name: &str| folder.path().join(name);
+    let write = |name: &str, text: String| std::fs::write(at(name), text).expect("is written");
+    for authority in ["ours", "theirs"] {
+        let mut claims = CertificateParams::default();
+        claims.is_ca = IsCa::Ca(BasicConstraints::Unconstrained);
+        let key = KeyPair::generate().expect("is a key");
+        write(authority, claims.self_signed(&key).expect("is signed").pem());
+        let issuer = Issuer::new(claims, key);
+        for (name, host) in [("server", "127.0.0.1"), ("client", "worker")] {
+            let key = KeyPair::generate().expect("is a key");
+            let claims = CertificateParams::new(vec![host.to_owned()]).expect("is a name");
+            let signed = claims.signed_by(&key, &issuer).expect("is signed");
+            write(&format!("{authority}-{name}"), signed.pem());
+            write(&format!("{authority}-{name}-key"), key.serialize_pem());
+        }
+    }
+    let file = |name: &str| at(name).display().to_string();
+    let server = Server::with(vec![
+        "--tlsverify".to_owned(),
+        format!("--tlscacert={}", file("ours")),
+        format!("--tlscert={}", file("ours-server")),
+        format!("--tlskey={}", file("ours-server-key")),
+    ]);
+    let access = |authority: &str, client: Option<&str>| Access {
+        url: format!("tls://127.0.0.1:{}", server.port),
+        credentials: None,
+        authority: Some(at(authority)),
+        certificate: client.map(|name| (at(name), at(&format!("{name}-key")))),
+    };
+    let broker = server.broker_for(&access("ours", Some("ours-client"))).await;
+    submit(&broker, &small(SMALL), 1).await.expect("is sent");
+    for (access, advice) in [
+        (access("theirs", Some("ours-client")), "--nats-ca"),
+        (access("ours", None), "--nats-cert"),
+        (access("nowhere", None), "nowhere"),
+    ] {
+        let refused = Broker::connect(&access, "test").await.expect_err("is refused");
+        assert!(refused.to_string().contains(advice), "{refused}");
+    }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
