@@ -10,7 +10,8 @@ use std::{
 use async_nats::{
     ConnectError, ConnectErrorKind, ConnectOptions,
     jetstream::{
-        self, Context,
+        self, Context, ErrorCode,
+        context::{GetStreamError, GetStreamErrorKind, ObjectStoreError},
         object_store::{self, ObjectStore},
         stream,
     },
@@ -19,7 +20,12 @@ use futures_util::StreamExt as _;
 use lab::campaign::{Campaign, CampaignError, DirectoryError, Manifest, WorkError};
 use percent_encoding::percent_decode_str;
 use serde::{Deserialize, Serialize};
-use tokio::io::AsyncReadExt as _;
+use tokio::{
+    io::AsyncReadExt as _,
+    time::{sleep, timeout},
+};
+
+use super::worker::WorkerEvent;
 
 /// The stream of all work.
 pub(crate) const STREAM: &str = "PILOTFISH_WORK";
@@ -31,6 +37,12 @@ const BUCKET: &str = "pilotfish-";
 const DUPLICATE_WINDOW: Duration = Duration::from_mins(10);
 /// A request that has no answer by then failed.
 const REQUEST_TIMEOUT: Duration = Duration::from_secs(10);
+/// Nothing that is read takes so long: it was overwritten meanwhile, or its broker died, and it has to be asked for again.
+const READ_TIMEOUT: Duration = Duration::from_secs(30);
+/// Copies that are not there after so many pauses are not waited for.
+const SPREAD_LOOKS: usize = 30;
+/// Between two attempts to speak to a broker that does not answer.
+pub(crate) const PAUSE: Duration = Duration::from_secs(1);
 /// Letters of a digest that name a campaign.
 const DIGEST_LETTERS: usize = 12;
 
@@ -217,7 +229,30 @@ impl Broker {
         })
     }
 
-    /// The stream of work; made if it is not there, on so many servers.
+    /// Connects as soon as there is a broker, and says meanwhile why it does not. What waiting does not mend, such as a wrong password,
+    /// ends it.
+    pub async fn awaited(
+        access: &Access,
+        name: &str,
+        tell: &(dyn Fn(WorkerEvent) + Sync),
+    ) -> Result<Self, ClusterError> {
+        loop {
+            match Self::connect(access, name).await {
+                Err(
+                    error @ ClusterError::NoConnection {
+                        advice: IS_IT_THERE | HUNG_UP,
+                        ..
+                    },
+                ) => {
+                    tell(WorkerEvent::Trouble(error.to_string()));
+                    sleep(PAUSE).await;
+                }
+                outcome => return outcome,
+            }
+        }
+    }
+
+    /// The stream of work; made if it is not there, on so many servers, and spread to so many if it is on fewer.
     pub(crate) async fn stream(&self, replicas: usize) -> Result<stream::Stream, ClusterError> {
         let config = stream::Config {
             name: STREAM.to_owned(),
@@ -228,20 +263,61 @@ impl Broker {
             duplicate_window: DUPLICATE_WINDOW,
             ..stream::Config::default()
         };
-        self.jetstream
+        let stream = self
+            .jetstream
             .get_or_create_stream(config)
             .await
-            .map_err(failed("make the stream of work"))
+            .map_err(failed("make the stream of work"))?;
+        self.spread(stream.cached_info(), replicas).await?;
+        Ok(stream)
     }
 
-    /// The bucket of a campaign; made if it is not there.
+    /// Copies a stream to so many servers if it is on fewer: a worker may have made it before anything was submitted.
+    async fn spread(&self, info: &stream::Info, replicas: usize) -> Result<(), ClusterError> {
+        if replicas <= info.config.num_replicas {
+            return Ok(());
+        }
+        let name = &info.config.name;
+        let what = format!("copy {name} to {replicas} servers");
+        let config = stream::Config {
+            num_replicas: replicas,
+            ..info.config.clone()
+        };
+        let spread = self.jetstream.update_stream(config).await;
+        spread.map_err(failed(what.clone()))?;
+        // Until the servers agree on a leader, nothing that is sent is kept.
+        for _ in 0..SPREAD_LOOKS {
+            sleep(PAUSE).await;
+            let stream = self.jetstream.get_stream(name).await;
+            let cluster = stream
+                .ok()
+                .and_then(|stream| stream.cached_info().cluster.clone());
+            if cluster.is_some_and(|cluster| {
+                let current = cluster.replicas.iter().filter(|replica| replica.current);
+                cluster.leader.is_some() && replicas <= 1 + current.count()
+            }) {
+                return Ok(());
+            }
+        }
+        let late = std::io::Error::other("the copies are not there yet: submit again");
+        Err(failed(what)(late))
+    }
+
+    /// The bucket of a campaign; made if it is not there, and spread to so many servers if it is on fewer.
     pub(crate) async fn new_bucket(
         &self,
         campaign: &str,
         replicas: usize,
     ) -> Result<ObjectStore, ClusterError> {
-        if let Ok(bucket) = self.bucket(campaign).await {
-            return Ok(bucket);
+        match self.bucket(campaign).await {
+            Ok(bucket) => {
+                let stream = self.jetstream.get_stream(format!("OBJ_{BUCKET}{campaign}")).await;
+                let stream = stream.map_err(failed("look for the campaign"))?;
+                self.spread(stream.cached_info(), replicas).await?;
+                return Ok(bucket);
+            }
+            Err(ClusterError::NoCampaign(_)) => {}
+            Err(error) => return Err(error),
         }
         let config = object_store::Config {
             bucket: format!("{BUCKET}{campaign}"),
@@ -258,10 +334,13 @@ impl Broker {
     /// The bucket of a campaign.
     pub(crate) async fn bucket(&self, campaign: &str) -> Result<ObjectStore, ClusterError> {
         let name = format!("{BUCKET}{campaign}");
-        self.jetstream
-            .get_object_store(&name)
-            .await
-            .map_err(|_| ClusterError::NoCampaign(campaign.to_owned()))
+        self.jetstream.get_object_store(&name).await.map_err(|error| {
+            if is_missing(&error) {
+                ClusterError::NoCampaign(campaign.to_owned())
+            } else {
+                failed("look for the campaign")(error)
+            }
+        })
     }
 
     /// A campaign, as it was submitted.
@@ -290,8 +369,25 @@ impl Broker {
     }
 }
 
+/// Whether the broker said that there is no such bucket, rather than nothing.
+fn is_missing(error: &ObjectStoreError) -> bool {
+    let cause = error
+        .source()
+        .and_then(|cause| cause.downcast_ref::<GetStreamError>());
+    cause.is_some_and(|cause| {
+        matches!(cause.kind(), GetStreamErrorKind::JetStream(told) if told.error_code() == ErrorCode::STREAM_NOT_FOUND)
+    })
+}
+
 /// An object's bytes; none where it is not there.
 pub(crate) async fn fetch(bucket: &ObjectStore, name: &str) -> Result<Option<Vec<u8>>, ClusterError> {
+    let what = format!("fetch {name}");
+    timeout(READ_TIMEOUT, fetch_unhurried(bucket, name))
+        .await
+        .map_err(failed(what))?
+}
+
+async fn fetch_unhurried(bucket: &ObjectStore, name: &str) -> Result<Option<Vec<u8>>, ClusterError> {
     let mut object = match bucket.get(name).await {
         Ok(object) => object,
         Err(error) if error.kind() == object_store::GetErrorKind::NotFound => return Ok(None),
@@ -314,8 +410,15 @@ pub(crate) async fn store(bucket: &ObjectStore, name: &str, bytes: &[u8]) -> Res
     Ok(())
 }
 
-/// Names of the objects of a bucket.
+/// Names of the objects of a bucket. One of the broker's servers answers, which may be behind the others: all that was stored before
+/// any of them is among them, and what was stored after may not be.
 pub(crate) async fn names(bucket: &ObjectStore) -> Result<Vec<String>, ClusterError> {
+    timeout(READ_TIMEOUT, names_unhurried(bucket))
+        .await
+        .map_err(failed("list what is done"))?
+}
+
+async fn names_unhurried(bucket: &ObjectStore) -> Result<Vec<String>, ClusterError> {
     let mut list = bucket.list().await.map_err(failed("list what is done"))?;
     let mut names = vec![];
     while let Some(info) = list.next().await {
@@ -339,6 +442,15 @@ fn advice(error: &ConnectError) -> &'static str {
         (
             "UnknownIssuer",
             "name the authority that signed its certificate (--nats-ca)",
+        ),
+        // An authority of the same name, and another key.
+        (
+            "BadSignature",
+            "name the authority that signed its certificate (--nats-ca)",
+        ),
+        (
+            "Expired",
+            "its certificate has expired, or the clock of this machine is wrong",
         ),
         (
             "CertificateRequired",

@@ -6,7 +6,9 @@ use bytes::Bytes;
 use lab::campaign::{Campaign, Manifest, Shard, Work};
 use sim::scenario::Scenario;
 
-use super::broker::{Broker, ClusterError, MANIFEST, Order, as_token, failed, id_of, names, store, subject};
+use super::broker::{
+    Broker, ClusterError, MANIFEST, Order, PARKED, as_token, failed, id_of, names, store, subject,
+};
 
 /// What was sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,7 +21,8 @@ pub struct Submitted {
     pub done: usize,
 }
 
-/// Sends what is not done yet of `campaign`, with copies on so many servers. To send it twice does no harm.
+/// Sends what is not done yet of `campaign`, with copies on so many servers; what was given up gets its tries again. To send it twice
+/// does no harm.
 pub async fn submit(
     broker: &Broker,
     campaign: &Campaign,
@@ -54,17 +57,30 @@ pub async fn submit(
         for work in next {
             if is_done(&work) {
                 done += 1;
-            } else {
-                send(broker, &manifest, work).await?;
-                sent += 1;
+                continue;
             }
+            let parked = format!("{PARKED}{}", work.name());
+            if there.contains(&parked) {
+                // It gets its tries again. Its first message may be minutes old: one of the same name would be taken for it.
+                let mark = bucket.info(&parked).await.map_err(failed("look for work"))?;
+                send(broker, &manifest, work, Some(&mark.nuid)).await?;
+                bucket.delete(&parked).await.map_err(failed("send work"))?;
+            } else {
+                send(broker, &manifest, work, None).await?;
+            }
+            sent += 1;
         }
     }
     Ok(Submitted { id, sent, done })
 }
 
-/// Sends one piece of work; once, however often it is sent within some minutes.
-pub(crate) async fn send(broker: &Broker, manifest: &Manifest, work: Work) -> Result<(), ClusterError> {
+/// Sends one piece of work; once, however often it is sent within some minutes, but for work that was given up: `parked` names that.
+pub(crate) async fn send(
+    broker: &Broker,
+    manifest: &Manifest,
+    work: Work,
+    parked: Option<&str>,
+) -> Result<(), ClusterError> {
     let id = id_of(manifest);
     let order = Order {
         campaign: id.clone(),
@@ -77,7 +93,10 @@ pub(crate) async fn send(broker: &Broker, manifest: &Manifest, work: Work) -> Re
         &work.name(),
     );
     let mut headers = async_nats::HeaderMap::new();
-    headers.insert("Nats-Msg-Id", format!("{id} {}", work.name()));
+    headers.insert(
+        "Nats-Msg-Id",
+        format!("{id} {} {}", work.name(), parked.unwrap_or_default()),
+    );
     let sent = broker
         .jetstream
         .publish_with_headers(subject, headers, payload)

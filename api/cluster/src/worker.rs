@@ -17,7 +17,8 @@ use tokio::{sync::watch, task::spawn_blocking, time::sleep};
 
 use super::{
     broker::{
-        Broker, ClusterError, Order, PARKED, as_token, failed, fetch, names, store, subjects_of, version_in,
+        Broker, ClusterError, Order, PARKED, PAUSE, as_token, failed, fetch, names, store, subjects_of,
+        version_in,
     },
     submit::send,
 };
@@ -28,8 +29,6 @@ const ACK_WAIT: Duration = Duration::from_secs(20);
 const PROGRESS: Duration = Duration::from_secs(5);
 /// How long one request for work waits.
 const PULL: Duration = Duration::from_secs(5);
-/// Between two attempts to speak to a broker that does not answer.
-const PAUSE: Duration = Duration::from_secs(1);
 /// What was done is offered to a broker that does not answer for so many pauses, which is a quarter of an hour.
 const ATTEMPTS: u32 = 900;
 
@@ -78,7 +77,16 @@ impl Worker {
         idle_max: Option<Duration>,
         tell: &(dyn Fn(WorkerEvent) + Sync),
     ) -> Result<(), ClusterError> {
-        let consumer = self.consumer(tell).await?;
+        // Servers that have not met yet, or have just lost one of them, keep nothing.
+        let consumer = loop {
+            match self.consumer(tell).await {
+                Err(error) if !*stop.borrow() => {
+                    tell(WorkerEvent::Trouble(error.to_string()));
+                    sleep(PAUSE).await;
+                }
+                outcome => break outcome?,
+            }
+        };
         let loops = (0..self.jobs).map(|_| self.work(&consumer, stop.clone(), idle_max, tell));
         futures_util::future::join_all(loops).await;
         Ok(())
@@ -150,7 +158,7 @@ impl Worker {
                 }
                 Some(Ok(message)) => {
                     idle = Duration::ZERO;
-                    if let Err(error) = self.take(&message, tell).await {
+                    if let Err(error) = busy(&message, self.take(&message, tell)).await {
                         tell(WorkerEvent::Trouble(error.to_string()));
                         // Another worker may be able to.
                         let _ = message.ack_with(AckKind::Nak(Some(PAUSE))).await;
@@ -168,7 +176,7 @@ impl Worker {
         };
         let Order { campaign: id, work } = order;
         let known = self.known(&id).await?;
-        let (manifest, campaign, bucket) = &*known;
+        let (_, campaign, bucket) = &*known;
         let tries = message.info().map_or(1, |info| info.delivered);
         if self.tries_max < tries {
             let why = format!("begun {} times and never done", tries - 1);
@@ -185,8 +193,7 @@ impl Worker {
                 }
             }
             let job = Arc::clone(&known);
-            let doing = spawn_blocking(move || work.done(&job.1, &job.0, &before));
-            let bytes = match busy(message, doing).await {
+            let bytes = match spawn_blocking(move || work.done(&job.1, &job.0, &before)).await {
                 Ok(bytes) => bytes?,
                 // A panic of ours: the broker sends it again, and in the end it is given up by name.
                 Err(error) => return Err(failed(format!("do {}", work.name()))(error)),
@@ -195,7 +202,7 @@ impl Worker {
             persistently(tell, || store(bucket, &name, &bytes)).await?;
         }
         if let (Work::Tune { .. }, Some(arena)) = (work, arena) {
-            self.send_chunks(manifest, campaign, bucket, arena).await?;
+            self.send_chunks(&known, work, arena, tell).await?;
         }
         persistently(tell, || acknowledged(message, AckKind::Ack)).await?;
         tell(WorkerEvent::Done(id, work.name()));
@@ -205,12 +212,23 @@ impl Worker {
     /// Sends the chunks of an arena, if all of its gains are found. Two workers may both do so: the broker takes the second for the first.
     async fn send_chunks(
         &self,
-        manifest: &Manifest,
-        campaign: &Campaign,
-        bucket: &ObjectStore,
+        (manifest, campaign, bucket): &(Manifest, Campaign, ObjectStore),
+        found: Work,
         arena: usize,
+        tell: &(dyn Fn(WorkerEvent) + Sync),
     ) -> Result<(), ClusterError> {
-        let there = names(bucket).await?;
+        // A server that is behind the others lists less than there is. Who sees the gains that were just stored sees all that were
+        // stored before, so that the last to find gains sees them all; without that, each might leave the chunks to another.
+        let there = persistently(tell, || async {
+            let there = names(bucket).await?;
+            let behind = || std::io::Error::other("a server of the broker is behind the others");
+            if there.contains(&found.name()) {
+                Ok(there)
+            } else {
+                Err(failed("list what is done")(behind()))
+            }
+        })
+        .await?;
         if !Work::before(campaign, arena)
             .iter()
             .all(|gains| there.contains(&gains.name()))
@@ -219,7 +237,7 @@ impl Worker {
         }
         for chunk in Work::chunks(campaign, arena) {
             if !there.contains(&chunk.name()) {
-                send(&self.broker, manifest, chunk).await?;
+                persistently(tell, || send(&self.broker, manifest, chunk, None)).await?;
             }
         }
         Ok(())
@@ -246,7 +264,7 @@ impl Worker {
 }
 
 /// Waits for `doing`, and says meanwhile that it goes on.
-async fn busy<T>(message: &Message, doing: tokio::task::JoinHandle<T>) -> Result<T, tokio::task::JoinError> {
+async fn busy<T>(message: &Message, doing: impl Future<Output = T>) -> T {
     tokio::pin!(doing);
     loop {
         tokio::select! {

@@ -65,6 +65,29 @@ impl Server {
         }
     }
 
+    /// Three that are one broker.
+    fn three() -> Vec<Self> {
+        let routes: Vec<String> = (0..3)
+            .map(|_| format!("nats://127.0.0.1:{}", free_port()))
+            .collect();
+        let flags = |(i, own): (usize, &String)| {
+            let name = format!("s{i}");
+            let all = routes.join(",");
+            let flags = [
+                "--name",
+                &name,
+                "--cluster_name",
+                "three",
+                "--cluster",
+                own,
+                "--routes",
+                &all,
+            ];
+            flags.map(str::to_owned).to_vec()
+        };
+        routes.iter().enumerate().map(flags).map(Self::with).collect()
+    }
+
     fn spawn(port: u16, data: &Path, flags: &[String]) -> Child {
         let program =
             std::env::var("NATS_SERVER").expect("NATS_SERVER names a nats-server; .ci/nats sets it");
@@ -292,6 +315,76 @@ async fn work_that_is_never_done_is_given_up_and_named() {
         refused.to_string().contains("begun 3 times and never done"),
         "{refused}"
     );
+    // Submitted again, it gets its tries again.
+    let again = submit(&broker, &campaign, 1).await.expect("is sent");
+    assert_eq!(again.sent, end.parked.len());
+    let waiting = standing(&broker, &sent.id).await.expect("is there");
+    assert!(!waiting.is_over() && waiting.parked.is_empty(), "{waiting:?}");
+    work(&server, &sent.id, 2, 3, async |_| {}).await;
+    let (_, rows) = collect(&broker, &sent.id, folder.path())
+        .await
+        .expect("all is there");
+    assert_eq!(rows.digest(), flown_here(&campaign));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_campaign_is_on_as_many_servers_as_are_asked_for_though_a_worker_was_there_first() {
+    let servers = Server::three();
+    let broker = servers[0].broker().await;
+    let campaign = small(SMALL);
+    let worker = Worker::new(servers[0].broker().await, 1, 5);
+    // Three servers that have not met yet keep nothing: it waits for them.
+    let (_stop, stopped) = watch::channel(false);
+    let idle = Some(Duration::from_secs(1));
+    worker.run(stopped, idle, &|_| {}).await.expect("makes the queue");
+    let sent = submit(&broker, &campaign, 3).await.expect("is sent");
+    let plain = servers[1].plain().await;
+    for name in ["PILOTFISH_WORK".to_owned(), format!("OBJ_pilotfish-{}", sent.id)] {
+        let stream = plain.get_stream(&name).await.expect("is there");
+        assert_eq!(stream.cached_info().config.num_replicas, 3, "{name}");
+    }
+    work(&servers[2], &sent.id, 2, 5, async |_| {}).await;
+    let folder = TempDir::new().expect("is a folder");
+    let (_, rows) = collect(&broker, &sent.id, folder.path())
+        .await
+        .expect("all is there");
+    assert_eq!(rows.digest(), flown_here(&campaign));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_worker_waits_for_its_broker() {
+    let mut server = Server::start();
+    server.child.kill().expect("runs");
+    server.child.wait().expect("was started");
+    let access = Access {
+        url: format!("nats://127.0.0.1:{}", server.port),
+        ..Access::default()
+    };
+    let told = Mutex::new(vec![]);
+    let tell = |event: WorkerEvent| told.lock().expect("no panic holds it").push(event);
+    let started = async {
+        sleep(Duration::from_millis(500)).await;
+        server.child = Server::spawn(server.port, server.data.path(), &[]);
+    };
+    let (awaited, ()) = tokio::join!(Broker::awaited(&access, "test", &tell), started);
+    awaited.expect("is there in the end");
+    let told = told.into_inner().expect("no panic held it");
+    assert!(
+        matches!(&told[0], WorkerEvent::Trouble(words) if words.contains("is a nats-server there")),
+        "{told:?}"
+    );
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_broker_that_is_silent_is_not_one_without_the_campaign() {
+    let mut server = Server::start();
+    let broker = server.broker().await;
+    server.child.kill().expect("runs");
+    server.child.wait().expect("was started");
+    let silent = standing(&broker, "small-0123456789ab")
+        .await
+        .expect_err("nothing answers");
+    assert!(matches!(silent, ClusterError::Broker(..)), "{silent}");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

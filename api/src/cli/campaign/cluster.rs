@@ -3,7 +3,7 @@
 use std::{error::Error, num::NonZeroUsize, path::PathBuf, time::Duration};
 
 use clap::Args;
-use cluster::{Access, Broker, Standing, Worker, WorkerEvent, collect, standing, submit};
+use cluster::{Access, Broker, ClusterError, Standing, Worker, WorkerEvent, collect, standing, submit};
 use lab::campaign::{Campaign, jobs};
 use tokio::{runtime::Runtime, signal, sync::watch};
 
@@ -77,14 +77,17 @@ pub(crate) struct WorkerFlags {
 }
 
 impl BrokerFlags {
-    async fn connect(&self, name: &str) -> Result<Broker, cluster::ClusterError> {
-        let access = Access {
+    fn access(&self) -> Access {
+        Access {
             url: self.nats.clone(),
             credentials: self.nats_creds.clone(),
             authority: self.nats_ca.clone(),
             certificate: self.nats_cert.clone().zip(self.nats_key.clone()),
-        };
-        Broker::connect(&access, name).await
+        }
+    }
+
+    async fn connect(&self, name: &str) -> Result<Broker, ClusterError> {
+        Broker::connect(&self.access(), name).await
     }
 }
 
@@ -106,7 +109,15 @@ pub(super) fn watch_until_over(arguments: &Submitted) -> Result<(), Box<dyn Erro
         let broker = arguments.broker.connect("pilotfish campaign watch").await?;
         let mut before = Standing::default();
         loop {
-            let now = standing(&broker, &arguments.id).await?;
+            let now = match standing(&broker, &arguments.id).await {
+                // A broker that is started again, or chooses a leader, answers later.
+                Err(error @ ClusterError::Broker(..)) => {
+                    eprintln!("trying again: {error}");
+                    tokio::time::sleep(LOOK_EVERY).await;
+                    continue;
+                }
+                standing => standing?,
+            };
             if now != before {
                 eprintln!("{}", in_words(&now));
             }
@@ -156,7 +167,9 @@ pub(super) fn fetch_all(arguments: &Collect) -> Result<(), Box<dyn Error>> {
 pub(crate) fn work(arguments: &WorkerFlags) -> Result<(), Box<dyn Error>> {
     let jobs = arguments.jobs.unwrap_or_else(jobs).get();
     Runtime::new()?.block_on(async {
-        let broker = arguments.broker.connect("pilotfish worker").await?;
+        let tell = |event| eprintln!("{}", told(&event));
+        let access = arguments.broker.access();
+        let broker = Broker::awaited(&access, "pilotfish worker", &tell).await?;
         let (stop, stopped) = watch::channel(false);
         tokio::spawn(async move {
             asked_to_stop().await;
@@ -168,9 +181,7 @@ pub(crate) fn work(arguments: &WorkerFlags) -> Result<(), Box<dyn Error>> {
             .idle_s
             .map(|seconds| Duration::from_secs(seconds.into()));
         let worker = Worker::new(broker, jobs, arguments.max_tries.into());
-        worker
-            .run(stopped, idle, &|event| eprintln!("{}", told(&event)))
-            .await
+        worker.run(stopped, idle, &tell).await
     })?;
     Ok(())
 }
