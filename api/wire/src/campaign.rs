@@ -84,7 +84,7 @@ pub struct CampaignProgress {
     pub laws_tuned: u64,
     /// Runs, at most: a law whose gains are the best for two objectives flies once for both.
     pub runs: u64,
-    /// Runs that are on the disk.
+    /// Runs that are flown. A few of the newest are flown again after the service was stopped.
     pub runs_done: u64,
     /// Missions that failed since the service began or went on with it.
     pub runs_failed: u64,
