@@ -164,6 +164,365 @@ class BatchItem(TypedDict):
     status: int
 
 
+class Campaign(TypedDict):
+    """A campaign that was posted, and how far it is."""
+
+    # When it was posted, Unix time, s.
+    created_s: float
+    # SHA-256 of all rows but for what the clock measured, once it is done: equal campaigns have equal ones.
+    digest: NotRequired[str | None]
+    # When it was over, Unix time, s.
+    finished_s: NotRequired[float | None]
+    # Its name in paths.
+    id: str
+    # Its file's name.
+    name: str
+    # How far it is.
+    progress: CampaignProgress
+    # Why it failed.
+    reason: NotRequired[str | None]
+    # Rows of its table, once it is done.
+    rows: NotRequired[int | None]
+    # When the service began with it, or went on with it after its last start, Unix time, s.
+    started_s: NotRequired[float | None]
+    # Where it is.
+    status: CampaignStatus
+    # What it asks, in one line.
+    title: str
+
+
+# What breaks.
+CampaignBreakdown: TypeAlias = Literal[
+    # The heading loop has twice its lag.
+    "slow_heading_loop",
+    # The port thruster is lost.
+    "port_thruster_lost",
+    # The rudder is stuck 10° to starboard, of 35° at most.
+    "rudder_stuck",
+    # The craft comes to rest 10° to starboard of its heading reference.
+    "heading_offset",
+]
+
+
+# A claim: that a column of some controllers is small in some scenarios. It is decided for each controller and
+# scenario by itself, but where it says otherwise.
+CampaignClaim = TypedDict(
+    "CampaignClaim",
+    {
+        # Names of the controllers beside which it is set: in each scenario the one of them with the least mean of the
+        # first objective that gains are found for, at its gains for that objective.
+        "beside": "NotRequired[list[str]]",
+        # The claim, in words.
+        "claim": "str",
+        # Names of the controllers that it is about.
+        "controllers": "list[str]",
+        # What is claimed.
+        "is": "CampaignClaimed",
+        # The column; `rms_m` if left out.
+        "metric": "NotRequired[str]",
+        # Names of the scenarios that it is about; all if left out.
+        "scenarios": "NotRequired[list[str]]",
+    },
+)
+
+
+class CampaignClaimed1(TypedDict):
+    """The paired ratio to the one beside it is at most this."""
+
+    ratio_at_most: float
+
+
+class CampaignClaimed2(TypedDict):
+    """The upper end of the ratio's 95 % interval is at most this."""
+
+    ratio_surely_at_most: float
+
+
+class CampaignClaimed3(TypedDict):
+    """The mean is at most this in every scenario; it is decided for all of them together."""
+
+    mean_at_most: float
+
+
+class CampaignClaimed4WithinBound(TypedDict):
+    # So many times the bound are allowed,
+    factor: float
+    # and so much more, m.
+    spare_m: float
+
+
+class CampaignClaimed4(TypedDict):
+    """The middle over scenarios of its ratio to what the bound allows is at most 1; it is decided for all of them
+    together.
+    """
+
+    within_bound: CampaignClaimed4WithinBound
+
+
+# What is claimed.
+CampaignClaimed: TypeAlias = (
+    "CampaignClaimed1"
+    " | CampaignClaimed2"
+    " | CampaignClaimed3"
+    " | CampaignClaimed4"
+    " | Literal[\"undominated\"]"
+)
+
+
+class CampaignController(TypedDict):
+    """Who flies, and what it knows."""
+
+    # What it is told of the surface craft.
+    craft: NotRequired[CampaignCraftTold]
+    # a line-of-sight law.
+    law: NotRequired[CampaignLaw | None]
+    # Its name, unique in the campaign.
+    name: str
+    # What it knows of the AUVs' paths, speeds and dives.
+    paths: NotRequired[CampaignPaths]
+    # The planner, or
+    planner: NotRequired[CampaignPlanner | None]
+    # What is other than the scenario says, or than the craft is; nothing if left out.
+    variation: NotRequired[CampaignVariation | None]
+
+
+class CampaignCraft4Random(TypedDict):
+    # How many.
+    count: int
+    # Seed of the first.
+    first: int
+
+
+class CampaignCraft4(TypedDict):
+    """Craft drawn from consecutive seeds."""
+
+    random: CampaignCraft4Random
+
+
+# One craft, or several drawn ones.
+CampaignCraft: TypeAlias = "Literal[\"scenario\"] | Literal[\"medusa\"] | Literal[\"otter\"] | CampaignCraft4"
+
+
+# What a controller is told of the surface craft.
+CampaignCraftTold: TypeAlias = Literal[
+    # How it answers references, and all of its limits.
+    "response",
+    # Its least and its largest speed.
+    "speeds",
+]
+
+
+# A forecast model.
+CampaignForecast: TypeAlias = Literal[
+    # All stay where they are.
+    "hold",
+    # All keep their velocity.
+    "constant_velocity",
+    # All keep their rate of turn.
+    "constant_turn",
+    # Along the paths.
+    "path",
+]
+
+
+class CampaignGains(TypedDict):
+    """Gains of a law."""
+
+    # Along-track gain, 1/s.
+    along_track_gain_per_s: float
+    # Integral gain, m/s, of the law that has one; the planner's own number if left out.
+    integral_gain_mps: NotRequired[float | None]
+    # Look-ahead distance, m.
+    look_ahead_m: float
+
+
+class CampaignLaw(TypedDict):
+    """A line-of-sight law."""
+
+    # Its gains: the best of its grid for each scenario and craft if left out.
+    gains: NotRequired[CampaignGains | None]
+    # Its name, as `saturated_los`.
+    name: str
+    # Whether it flies at every point of its grid, a controller each.
+    whole_grid: NotRequired[bool]
+
+
+class CampaignList(TypedDict):
+    """Campaigns, in the order in which they were posted."""
+
+    # Some of them.
+    campaigns: list[Campaign]
+    # Where the next ones begin: the `after` to ask for them with. None: there are no more.
+    next: NotRequired[int | None]
+
+
+# What gains are found for.
+CampaignObjective: TypeAlias = Literal[
+    # Root mean square distance to the goal, m.
+    "rms_m",
+    # Propulsion energy, J.
+    "energy_j",
+    # Heading travel, rad.
+    "heading_travel_rad",
+]
+
+
+class CampaignParameter(TypedDict):
+    """A number of the scenarios that is drawn for each world: evenly between two limits, or one of some, each as
+    likely.
+    """
+
+    # or the values.
+    choice: NotRequired[list[float] | None]
+    # Where it stands in a scenario file, such as `knowledge.acoustics.sigma_m` or `auvs[0].speed_mps`.
+    key: str
+    # Least and largest value; either this
+    uniform: NotRequired[list[float] | None]
+
+
+# What a controller knows of the AUVs' paths, speeds and dives.
+CampaignPaths: TypeAlias = Literal[
+    # What the scenario grants.
+    "as_scenario",
+    # Nothing, unless its very goal is given along a path.
+    "unknown",
+    # Everything, whatever the scenario says.
+    "known",
+]
+
+
+class CampaignPlanner(TypedDict):
+    """The planner."""
+
+    # Whether the fallback level of least predicted cost answers.
+    cost_decides: NotRequired[bool | None]
+    # Price of propulsion energy, 1/J; the planner's own number if left out, as for those below.
+    energy_weight_per_j: NotRequired[float | None]
+    # The forecast model that it has to use; its own choice if left out.
+    forecast: NotRequired[CampaignForecast | None]
+    # Share of the largest planned speed above which a law that is preferred to a plan is slew-limited as one.
+    hard_turn_share: NotRequired[float | None]
+    # Fastest that a heading reference turns where the craft could turn faster, rad/s.
+    heading_rate_max_radps: NotRequired[float | None]
+    # Standard deviations by which acoustic ranges are taken to be shorter.
+    range_back_off: NotRequired[float | None]
+    # SCP iterations from one initial guess.
+    scp_iterations: NotRequired[int | None]
+    # Lengths of the horizon's intervals, s.
+    steps_s: NotRequired[list[float] | None]
+    # Least share of its weight that a distance to the goal keeps, however uncertain the goal is.
+    uncertain_goal_share: NotRequired[float | None]
+
+
+class CampaignProgress(TypedDict):
+    """How far a campaign is."""
+
+    # Laws whose gains are to be found, in all scenarios with all craft: those of a part that was flown before a
+    # start of the service are not counted.
+    laws: int
+    # Laws whose gains are found.
+    laws_tuned: int
+    # Runs, at most: a law whose gains are the best for two objectives flies once for both.
+    runs: int
+    # Runs that are flown. A few of the newest are flown again after the service was stopped.
+    runs_done: int
+    # Missions that failed since the service began or went on with it.
+    runs_failed: int
+    # Runs in a second since then.
+    runs_per_s: NotRequired[float | None]
+
+
+class CampaignReport(TypedDict):
+    """What the report compares."""
+
+    # Two columns whose means are drawn over each other, scenario by scenario, with the controllers that no other is
+    # better than in both; none if left out.
+    front: NotRequired[list[str] | None]
+    # Columns that are compared; less is better in each.
+    metrics: NotRequired[list[str]]
+    # The controller that the others are compared with; the first that is a law if left out, else the first.
+    reference: NotRequired[str | None]
+
+
+# Where a campaign is.
+CampaignStatus: TypeAlias = Literal["queued", "running", "done", "cancelled", "failed"]
+
+
+class CampaignTuning(TypedDict):
+    """How the gains of laws are found: by the grid of each law, on worlds of their own."""
+
+    # Seed of the first of these worlds; drawn from the campaign's seed if left out. None is a world that is scored.
+    first_seed: NotRequired[int | None]
+    # A law flies at the gains with the least mean of each of these; `rms_m` if left out.
+    objectives: NotRequired[list[CampaignObjective]]
+    # Worlds of each scenario and craft.
+    replicates: int
+
+
+class CampaignVariation1(TypedDict):
+    """Masses, inertia and drags of the hull are this many times theirs."""
+
+    hull: float
+
+
+class CampaignVariation2(TypedDict):
+    """This is added to every current that is known (north, east), m/s."""
+
+    wrong_current_mps: list[float]
+
+
+class CampaignVariation3(TypedDict):
+    """The surface craft's clock is ahead by this, s."""
+
+    clock_ahead_s: float
+
+
+class CampaignVariation4(TypedDict):
+    """A fix is known later than the scenario says, by this, s."""
+
+    late_reports_s: float
+
+
+class CampaignVariation8(TypedDict):
+    """The controller is asked every so many seconds, and its answer is held meanwhile."""
+
+    asked_every_s: int
+
+
+class CampaignVariation9Breakdown(TypedDict):
+    # When, s.
+    at_s: float
+    # What.
+    what: CampaignBreakdown
+
+
+class CampaignVariation9(TypedDict):
+    """Something of the surface craft breaks, and stays broken."""
+
+    breakdown: CampaignVariation9Breakdown
+
+
+# What is other than the scenario says, or than the craft is.
+CampaignVariation: TypeAlias = (
+    "CampaignVariation1"
+    " | CampaignVariation2"
+    " | CampaignVariation3"
+    " | CampaignVariation4"
+    " | Literal[\"no_surge_lag\"]"
+    " | Literal[\"no_turn_rate\"]"
+    " | Literal[\"no_preview\"]"
+    " | CampaignVariation8"
+    " | CampaignVariation9"
+)
+
+
+# A version of the format.
+CampaignVersion: TypeAlias = Literal[
+    # The only one so far.
+    "1",
+]
+
+
 class Comparison(TypedDict):
     """The same snapshot through the planner and through the laws that it is compared with."""
 
@@ -657,6 +1016,40 @@ class MissionList(TypedDict):
     missions: list[Mission]
     # Where the next ones begin: the `after` to ask for them with. None: there are no more.
     next: NotRequired[int | None]
+
+
+class NewCampaign(TypedDict):
+    """A campaign: scenarios × craft × replicates, and who flies in each."""
+
+    # What is claimed beforehand, and decided by the report.
+    claims: NotRequired[list[CampaignClaim]]
+    # Who flies.
+    controllers: list[CampaignController]
+    # Which craft fly; that of the scenario if left out.
+    craft: NotRequired[list[CampaignCraft]]
+    # End every mission after this many seconds, if it is not over before; as the scenarios say if left out.
+    duration_s: NotRequired[float | None]
+    # Seed of the first world's mission; the others follow it. Drawn from `seed` if left out.
+    first_seed: NotRequired[int | None]
+    # Its name: lower-case letters, digits and hyphens.
+    name: str
+    # Numbers of the scenarios that are drawn for each world, the same for all of its controllers.
+    parameters: NotRequired[list[CampaignParameter]]
+    # Worlds of each scenario and craft.
+    replicates: int
+    # What the report compares.
+    report: NotRequired[CampaignReport]
+    # Names of built-in scenarios, or paths of scenario files relative to this one; every built-in scenario with a
+    # surface craft if left out.
+    scenarios: NotRequired[list[str]]
+    # Version of this format.
+    schema_version: CampaignVersion
+    # Seed of all that is drawn for the campaign; 1 if left out.
+    seed: NotRequired[int]
+    # What it asks, in one line.
+    title: str
+    # How the gains of laws are found; laws whose gains are `tuned` need it.
+    tuning: NotRequired[CampaignTuning | None]
 
 
 class NewMission(TypedDict):
@@ -1302,6 +1695,17 @@ class SentEvent(TypedDict):
     # The event's `kind`, or `gap`.
     event: str
     # The event's number in the mission.
+    id: NotRequired[str]
+    # When to come again after a break, ms.
+    retry: NotRequired[int]
+
+
+class SentProgress(TypedDict):
+    """A server-sent event of a campaign."""
+
+    data: str
+    event: Literal["progress", "done", "cancelled", "failed"]
+    # A number that grows with what is done.
     id: NotRequired[str]
     # When to come again after a break, ms.
     retry: NotRequired[int]

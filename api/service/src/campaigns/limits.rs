@@ -5,7 +5,7 @@ use lab::{
     tuning::grid,
 };
 use planner::los::LosLaw;
-use serde_json::json;
+use serde_json::{Value, json};
 use sim::scenario::Scenario;
 use wire::FieldError;
 
@@ -29,7 +29,6 @@ const TRIALS_MAX: usize = 500;
 const SCP_ITERATIONS_MAX: usize = 50;
 /// Most intervals of a horizon, for the same reason.
 const STEPS_MAX: usize = 100;
-
 /// Most columns that a report compares: writing it cannot be stopped either.
 const METRICS_MAX: usize = 32;
 
@@ -148,6 +147,52 @@ pub(super) fn check_work(campaign: &Campaign) -> Result<(), Vec<FieldError>> {
         errors.push(error.given(hours).limit(json!({ "most": HOURS_MAX })));
     }
     if errors.is_empty() { Ok(()) } else { Err(errors) }
+}
+
+/// Limits of single members, in the words of JSON Schema, by where they stand among the parts of a campaign file's schema.
+pub(crate) fn words() -> [(&'static str, Value); 10] {
+    let flown = Scenario::names().into_iter();
+    let flown: Vec<&str> = flown
+        .filter(|name| Scenario::named(name).is_some_and(|scenario| scenario.has_surface_craft()))
+        .collect();
+    let laws = LosLaw::ALL.map(LosLaw::name);
+    let either = |one: &str, other: &str| {
+        let only = |given: &str, absent: &str| json!({ "required": [given], "properties": { given: { "not": { "type": "null" } }, absent: { "type": "null" } } });
+        json!({ "allOf": [{ "oneOf": [only(one, other), only(other, one)] }] })
+    };
+    [
+        (
+            "/NewCampaign/properties/scenarios/items",
+            json!({ "enum": flown }),
+        ),
+        (
+            "/NewCampaign/properties/replicates",
+            json!({ "minimum": 1, "maximum": RUNS_MAX }),
+        ),
+        (
+            "/NewCampaign/properties/controllers",
+            json!({ "minItems": 1, "maxItems": CONTROLLERS_MAX }),
+        ),
+        ("/CampaignController", either("planner", "law")),
+        ("/CampaignParameter", either("uniform", "choice")),
+        ("/CampaignLaw/properties/name", json!({ "enum": laws })),
+        (
+            "/CampaignPlanner/properties/scp_iterations",
+            json!({ "minimum": 1, "maximum": SCP_ITERATIONS_MAX }),
+        ),
+        (
+            "/CampaignPlanner/properties/steps_s",
+            json!({ "minItems": 1, "maxItems": STEPS_MAX }),
+        ),
+        (
+            "/CampaignPlanner/properties/steps_s/items",
+            json!({ "exclusiveMinimum": 0 }),
+        ),
+        (
+            "/CampaignReport/properties/metrics",
+            json!({ "maxItems": METRICS_MAX }),
+        ),
+    ]
 }
 
 /// What is wrong with more than `most` of `what`.

@@ -3,6 +3,8 @@
 use lab::campaign::CampaignFile;
 use serde_json::{Map, Value, json};
 
+use crate::campaigns::limits;
+
 /// How names of its parts begin.
 const PREFIX: &str = "Campaign";
 /// The name of the whole.
@@ -28,6 +30,11 @@ pub(super) fn write(document: &mut Value) {
         schemas[named(&name)] = part;
     }
     schemas[WHOLE] = whole;
+    for (place, words) in limits::words() {
+        let schema = schemas.pointer_mut(place).and_then(Value::as_object_mut);
+        let schema = schema.expect("is in the document");
+        schema.extend(words.as_object().cloned().unwrap_or_default());
+    }
     let body = &mut document["paths"]["/v1/campaigns"]["post"]["requestBody"];
     body["content"]["application/json"]["schema"] =
         json!({ "$ref": format!("#/components/schemas/{WHOLE}") });

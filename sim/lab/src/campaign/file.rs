@@ -27,19 +27,23 @@ pub struct CampaignFile {
     /// Version of this format.
     pub schema_version: Version,
     /// Its name: lower-case letters, digits and hyphens.
+    #[schemars(regex(pattern = "^[a-z0-9-]{1,64}$"))]
     pub name: String,
     /// What it asks, in one line.
     pub title: String,
     /// Seed of all that is drawn for the campaign; 1 if left out.
     #[serde(default = "one")]
+    #[schemars(range(max = SEED_MAX))]
     pub seed: u64,
     /// Names of built-in scenarios, or paths of scenario files relative to this one; every built-in scenario with a surface
     /// craft if left out.
     #[serde(default)]
     pub scenarios: Vec<String>,
     /// End every mission after this many seconds, if it is not over before; as the scenarios say if left out.
+    #[schemars(range(min = 1, max = 86_400))]
     pub duration_s: Option<f64>,
     /// Worlds of each scenario and craft.
+    #[schemars(range(min = 1, max = REPLICATES_MAX))]
     pub replicates: u64,
     /// Seed of the first world's mission; the others follow it. Drawn from `seed` if left out.
     pub first_seed: Option<u64>,
@@ -159,6 +163,7 @@ impl Objective {
 #[serde(deny_unknown_fields)]
 pub struct ControllerFile {
     /// Its name, unique in the campaign.
+    #[schemars(length(min = 1, max = 80))]
     pub name: String,
     /// What it knows of the AUVs' paths, speeds and dives.
     #[serde(default)]
