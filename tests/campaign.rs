@@ -148,9 +148,13 @@ fn every_campaign_of_the_examples_is_one() {
     let mut n = 0;
     for entry in fs::read_dir(folder).expect("is there") {
         let file = entry.expect("is there").path();
+        // Their own scenarios are in a folder.
+        if file.is_dir() {
+            continue;
+        }
         let outline = printed(&run(&["run", &file.display().to_string(), "--dry-run"]));
         assert!(outline.contains("runs at most"), "{outline}");
         n += 1;
     }
-    assert!(7 <= n, "{n}");
+    assert!(8 <= n, "{n}");
 }
