@@ -166,13 +166,12 @@ fn outline(campaign: &Campaign) -> String {
         let (name, flying) = (arena.scenario.name.as_str(), &arena.controllers[..]);
         match lines.last_mut() {
             Some((scenario, before, craft)) if *scenario == name && *before == flying => {
-                craft.push(&arena.craft)
+                craft.push(&arena.craft);
             }
             _ => lines.push((name, flying, vec![&arena.craft])),
         }
     }
-    let mut text = format!("{}: {}\n", campaign.file.name, campaign.file.title);
-    for (scenario, flying, craft) in lines {
+    let described = lines.into_iter().map(|(scenario, flying, craft)| {
         let names = flying
             .iter()
             .map(|&controller| campaign.controllers[controller].name.as_str());
@@ -182,12 +181,15 @@ fn outline(campaign: &Campaign) -> String {
             [first, .., last] => format!("{} craft from {first} to {last}", craft.len()),
             [] => String::new(),
         };
-        text += &format!("{scenario} ({craft}): {names}\n");
-    }
+        format!("{scenario} ({craft}): {names}\n")
+    });
+    let described: String = described.collect();
     let tuning = campaign.file.tuning.as_ref();
     let n_tuning = tuning.map_or(0, |tuning| tuning.replicates);
-    text + &format!(
-        "{} worlds of each, and {n_tuning} to find gains in; {} runs at most\n",
+    format!(
+        "{}: {}\n{described}{} worlds of each, and {n_tuning} to find gains in; {} runs at most\n",
+        campaign.file.name,
+        campaign.file.title,
         campaign.file.replicates,
         campaign.n_runs()
     )
