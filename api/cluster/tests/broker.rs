@@ -10,7 +10,7 @@ use std::{
 
 use async_nats::jetstream;
 use futures_util::StreamExt as _;
-use lab::campaign::{Campaign, Directory, Manifest, Shard, run};
+use lab::campaign::{Campaign, Directory, Manifest, Shard, rows::SCHEMA_VERSION, run};
 use pilotfish_cluster::{Access, Broker, ClusterError, Worker, WorkerEvent, collect, standing, submit};
 use rcgen::{BasicConstraints, CertificateParams, IsCa, Issuer, KeyPair};
 use tempfile::TempDir;
@@ -276,7 +276,8 @@ async fn work_that_is_never_done_is_given_up_and_named() {
         .expect("makes the queue");
     drop(stop);
     let stream = plain.get_stream("PILOTFISH_WORK").await.expect("is there");
-    let name = format!("workers-{}_1", env!("CARGO_PKG_VERSION").replace('.', "-"));
+    let version = env!("CARGO_PKG_VERSION").replace('.', "-");
+    let name = format!("workers-{version}_{SCHEMA_VERSION}");
     let queue = stream
         .get_consumer::<jetstream::consumer::pull::Config>(&name)
         .await
