@@ -4,6 +4,8 @@
     python generate.py http://127.0.0.1:8080            # writes the file
     python generate.py http://127.0.0.1:8080 --check    # fails where the file is another
 
+It needs ruff (tests/requirements.txt).
+
 Every schema becomes a `TypedDict`, a `Literal` or another alias. Rules between members, ranges and lengths are the
 service's to check: types say which members there are.
 """
@@ -12,6 +14,7 @@ import argparse
 import difflib
 import json
 import keyword
+import subprocess
 import sys
 import textwrap
 import urllib.request
@@ -231,13 +234,19 @@ def docstring(description):
     return [*lines, '"""', ""]
 
 
+def formatted(text):
+    """`text` as ruff sets it, which the package's lints ask for."""
+    command = [sys.executable, "-m", "ruff", "format", "--quiet", "--stdin-filename", TYPES, "-"]
+    return subprocess.run(command, input=text, capture_output=True, text=True, check=True).stdout
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("url", help="the service")
     parser.add_argument("--check", action="store_true", help="write nothing, and fail where the file is another")
     arguments = parser.parse_args()
     with urllib.request.urlopen(f"{arguments.url.rstrip('/')}/openapi.json") as response:
-        text = module(json.load(response)["components"]["schemas"])
+        text = formatted(module(json.load(response)["components"]["schemas"]))
     if not arguments.check:
         TYPES.write_text(text, encoding="utf-8")
         return

@@ -261,11 +261,7 @@ class CampaignClaimed4(TypedDict):
 
 # What is claimed.
 CampaignClaimed: TypeAlias = (
-    "CampaignClaimed1"
-    " | CampaignClaimed2"
-    " | CampaignClaimed3"
-    " | CampaignClaimed4"
-    " | Literal[\"undominated\"]"
+    'CampaignClaimed1 | CampaignClaimed2 | CampaignClaimed3 | CampaignClaimed4 | Literal["undominated"]'
 )
 
 
@@ -300,7 +296,7 @@ class CampaignCraft4(TypedDict):
 
 
 # One craft, or several drawn ones.
-CampaignCraft: TypeAlias = "Literal[\"scenario\"] | Literal[\"medusa\"] | Literal[\"otter\"] | CampaignCraft4"
+CampaignCraft: TypeAlias = 'Literal["scenario"] | Literal["medusa"] | Literal["otter"] | CampaignCraft4'
 
 
 # What a controller is told of the surface craft.
@@ -342,7 +338,7 @@ class CampaignLaw(TypedDict):
     # Its gains: the best of its grid for each scenario and craft if left out.
     gains: NotRequired[CampaignGains | None]
     # Its name, as `saturated_los`.
-    name: str
+    name: Literal["saturated_los", "saturated_los_tracker_frame", "integral_los", "waypoint_box", "printed_los"]
     # Whether it flies at every point of its grid, a controller each.
     whole_grid: NotRequired[bool]
 
@@ -508,9 +504,9 @@ CampaignVariation: TypeAlias = (
     " | CampaignVariation2"
     " | CampaignVariation3"
     " | CampaignVariation4"
-    " | Literal[\"no_surge_lag\"]"
-    " | Literal[\"no_turn_rate\"]"
-    " | Literal[\"no_preview\"]"
+    ' | Literal["no_surge_lag"]'
+    ' | Literal["no_turn_rate"]'
+    ' | Literal["no_preview"]'
     " | CampaignVariation8"
     " | CampaignVariation9"
 )
@@ -1041,7 +1037,33 @@ class NewCampaign(TypedDict):
     report: NotRequired[CampaignReport]
     # Names of built-in scenarios, or paths of scenario files relative to this one; every built-in scenario with a
     # surface craft if left out.
-    scenarios: NotRequired[list[str]]
+    scenarios: NotRequired[
+        list[
+            Literal[
+                "paper-tracking",
+                "paper-intermittent",
+                "paper-midpoint",
+                "calm",
+                "cross-current",
+                "cross-current-unknown",
+                "cross-current-sheared",
+                "about-face",
+                "switching",
+                "switching-opposed",
+                "anti-phase",
+                "target-stops",
+                "silence",
+                "silence-path",
+                "noisy-fixes",
+                "fast-lawn-mower",
+                "crowded",
+                "rough-water",
+                "faults",
+                "otter",
+                "slocum",
+            ]
+        ]
+    ]
     # Version of this format.
     schema_version: CampaignVersion
     # Seed of all that is drawn for the campaign; 1 if left out.
