@@ -51,11 +51,16 @@ impl Guide for Stopwatch<'_> {
                 self.received.forecasts.push(model);
             }
         }
-        let start = Instant::now();
-        let guidance = self.guide.guide(snapshot)?;
-        Ok(Guidance {
-            solve_time: Some(start.elapsed()),
-            ..guidance
-        })
+        timed(self.guide, snapshot)
     }
+}
+
+/// What `guide` answers, and how long that took.
+pub(crate) fn timed(guide: &mut dyn Guide, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
+    let start = Instant::now();
+    let guidance = guide.guide(snapshot)?;
+    Ok(Guidance {
+        solve_time: Some(start.elapsed()),
+        ..guidance
+    })
 }

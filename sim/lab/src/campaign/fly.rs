@@ -3,13 +3,11 @@
 use std::{ops::ControlFlow, time::Instant};
 
 use planner::{
-    angle::wrap,
-    craft::{Craft, CraftEstimate},
+    craft::CraftEstimate,
     los::{LosLaw, LosTuning},
-    snapshot::Snapshot,
 };
 use sim::{
-    guide::{Guidance, Guide, GuideError},
+    guide::{Guide, GuideError},
     mission::Mission,
     record::Record,
 };
@@ -18,9 +16,9 @@ use super::{
     contender::Contender,
     design::{Campaign, Run, World},
     rows::{Outcome, Row},
-    score::Score,
+    score::{Score, share_of_steps_above},
 };
-use crate::regret::regret;
+use crate::{regret::regret, stopwatch::timed};
 
 /// When what the planner made of its craft is looked at, s.
 const LEARNT_AT_S: f64 = 300.0;
@@ -124,32 +122,6 @@ pub(super) fn fly_while(
     }))
 }
 
-/// What `guide` answers, and how long that took.
-fn timed(guide: &mut dyn Guide, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
-    let begun = Instant::now();
-    let guidance = guide.guide(snapshot)?;
-    Ok(Guidance {
-        solve_time: Some(begun.elapsed()),
-        ..guidance
-    })
-}
-
-/// Share of the seconds at whose end the heading reference steps by more than a craft of that response turns in one, %.
-fn too_fast_steps(record: &Record, response: &Craft) -> f64 {
-    let rows = record.rows.iter().filter_map(|row| row.surface_craft.as_ref());
-    let headings: Vec<f64> = rows.map(|craft| craft.reference.heading.radians()).collect();
-    let most = response.heading.rate_max * record.interval * ROUNDING;
-    let steps = headings
-        .windows(2)
-        .filter(|pair| most < wrap(pair[1] - pair[0]).abs());
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "a mission has thousands of rows, not 2⁵³"
-    )]
-    let (steps, n) = (steps.count() as f64, headings.len() as f64);
-    100.0 * steps / n
-}
-
 /// What a run came to, without its world's bound. A mission that fails gives a row that says why.
 pub(super) fn row(campaign: &Campaign, run: Run, flight: &Flight, go_on: GoOn<'_>) -> Result<Row, Stopped> {
     let contender = &campaign.controllers[run.controller];
@@ -160,7 +132,10 @@ pub(super) fn row(campaign: &Campaign, run: Run, flight: &Flight, go_on: GoOn<'_
     let response = arena.response();
     let outcome = flown.map_err(|error| error.to_string()).and_then(|flown| {
         let score = Score::of(&flown.record).ok_or("there is no surface craft in the record")?;
-        let too_fast_steps_percent = response.map(|response| too_fast_steps(&flown.record, &response));
+        let too_fast_steps_percent = response.map(|response| {
+            let most = ROUNDING * response.heading.rate_max;
+            100.0 * share_of_steps_above(most, &flown.record)
+        });
         Ok(Outcome {
             score,
             too_fast_steps_percent,

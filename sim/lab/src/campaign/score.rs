@@ -46,18 +46,11 @@ impl Score {
             let rows = record.rows.iter();
             rows.filter_map(|row| Some((row.time, row.surface_craft.as_ref()?)))
         };
-        let headings: Vec<f64> = crafts()
-            .map(|(_, craft)| craft.reference.heading.radians())
-            .collect();
-        let step = STEEP * record.interval;
-        let steep = headings
-            .windows(2)
-            .filter(|pair| step < wrap(pair[1] - pair[0]).abs());
         #[expect(
             clippy::cast_precision_loss,
             reason = "a mission has thousands of rows, not 2⁵³"
         )]
-        let (n_steep, n_rows) = (steep.count() as f64, headings.len() as f64);
+        let n_rows = crafts().count() as f64;
         let settled: Vec<Reference> = crafts()
             .filter(|(time, _)| record.settled_after <= *time)
             .map(|(_, craft)| craft.reference)
@@ -68,7 +61,7 @@ impl Score {
             metrics,
             near_after_s: near.map(|(time, _)| time),
             duration_s: n_rows * record.interval,
-            steep_share: n_steep / n_rows,
+            steep_share: share_of_steps_above(STEEP, record),
             reference: Violation::of(record, &|row| {
                 let craft = row.surface_craft.as_ref();
                 craft.map_or(0.0, |craft| outside_limits(record, craft))
@@ -79,6 +72,22 @@ impl Score {
             }),
         })
     }
+}
+
+/// Share of seconds at whose end the heading reference steps by more than `rate`, rad/s, would turn it in one.
+pub(super) fn share_of_steps_above(rate: f64, record: &Record) -> f64 {
+    let rows = record.rows.iter().filter_map(|row| row.surface_craft.as_ref());
+    let headings: Vec<f64> = rows.map(|craft| craft.reference.heading.radians()).collect();
+    let step = rate * record.interval;
+    let above = headings
+        .windows(2)
+        .filter(|pair| step < wrap(pair[1] - pair[0]).abs());
+    #[expect(
+        clippy::cast_precision_loss,
+        reason = "a mission has thousands of rows, not 2⁵³"
+    )]
+    let (n_above, n_rows) = (above.count() as f64, headings.len() as f64);
+    n_above / n_rows
 }
 
 /// A column: its name, with the unit at the end, and its value.
