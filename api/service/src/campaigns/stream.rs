@@ -84,10 +84,14 @@ impl Subscription {
     }
 }
 
-/// The number of the event that shows `campaign`: it grows with what is done.
+/// The number of the event that shows `campaign`. That of its end is above all others, whatever was flown again after a kill.
 fn number(campaign: &Campaign) -> u64 {
     let progress = &campaign.progress;
-    progress.laws_tuned + progress.runs_done + u64::from(campaign.status.is_over())
+    if campaign.status.is_over() {
+        progress.runs + 1
+    } else {
+        progress.runs_done
+    }
 }
 
 /// The file at `path`, piece by piece, each read when the connection has room for it.
@@ -114,4 +118,37 @@ pub(super) async fn file(path: PathBuf, slot: Slot<Arc<str>>) -> Result<(u64, Bo
         }
     });
     Ok((length, Body::from_stream(pieces)))
+}
+
+#[cfg(test)]
+mod tests {
+    use wire::campaign::{CampaignProgress, CampaignStatus};
+
+    use super::*;
+
+    #[test]
+    fn the_end_is_above_every_number_before_it_though_a_kill_had_laws_and_runs_counted_anew() {
+        let campaign = |status, laws_tuned, runs_done| Campaign {
+            id: String::new(),
+            name: String::new(),
+            title: String::new(),
+            status,
+            created_s: 0.0,
+            started_s: None,
+            finished_s: None,
+            progress: CampaignProgress {
+                laws_tuned,
+                runs: 100,
+                runs_done,
+                ..CampaignProgress::default()
+            },
+            rows: None,
+            digest: None,
+            reason: None,
+        };
+        let before = number(&campaign(CampaignStatus::Running, 20, 99));
+        for (status, runs_done) in [(CampaignStatus::Done, 100), (CampaignStatus::Cancelled, 90)] {
+            assert!(before < number(&campaign(status, 0, runs_done)), "{status:?}");
+        }
+    }
 }
