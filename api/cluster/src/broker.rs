@@ -375,7 +375,7 @@ fn is_missing(error: &ObjectStoreError) -> bool {
         .source()
         .and_then(|cause| cause.downcast_ref::<GetStreamError>());
     cause.is_some_and(|cause| {
-        matches!(cause.kind(), GetStreamErrorKind::JetStream(told) if told.error_code() == ErrorCode::STREAM_NOT_FOUND)
+        matches!(cause.kind(), GetStreamErrorKind::JetStream(answer) if answer.error_code() == ErrorCode::STREAM_NOT_FOUND)
     })
 }
 

@@ -169,8 +169,8 @@ async fn work(
     tries_max: i64,
     mut meanwhile: impl AsyncFnMut(usize),
 ) -> Vec<WorkerEvent> {
-    let told = Mutex::new(vec![]);
-    let tell = |event: WorkerEvent| told.lock().expect("no panic holds it").push(event);
+    let events = Mutex::new(vec![]);
+    let tell = |event: WorkerEvent| events.lock().expect("no panic holds it").push(event);
     let (stop, stopped) = watch::channel(false);
     let mut crew = vec![];
     for _ in 0..workers {
@@ -196,7 +196,7 @@ async fn work(
     for end in ended {
         end.expect("works");
     }
-    told.into_inner().expect("no panic held it")
+    events.into_inner().expect("no panic held it")
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -298,11 +298,11 @@ async fn work_that_is_never_done_is_given_up_and_named() {
                 .expect("answers");
         }
     }
-    let told = work(&server, &sent.id, 1, 3, async |step| {
+    let events = work(&server, &sent.id, 1, 3, async |step| {
         assert!(step < 500, "is over");
     })
     .await;
-    drop(told);
+    drop(events);
     let end = standing(&broker, &sent.id).await.expect("is there");
     assert!(
         !end.parked.is_empty() && end.parked.iter().all(|parked| parked.starts_with("gains/")),
@@ -361,18 +361,18 @@ async fn a_worker_waits_for_its_broker() {
         url: format!("nats://127.0.0.1:{}", server.port),
         ..Access::default()
     };
-    let told = Mutex::new(vec![]);
-    let tell = |event: WorkerEvent| told.lock().expect("no panic holds it").push(event);
+    let events = Mutex::new(vec![]);
+    let tell = |event: WorkerEvent| events.lock().expect("no panic holds it").push(event);
     let started = async {
         sleep(Duration::from_millis(500)).await;
         server.child = Server::spawn(server.port, server.data.path(), &[]);
     };
     let (awaited, ()) = tokio::join!(Broker::awaited(&access, "test", &tell), started);
     awaited.expect("is there in the end");
-    let told = told.into_inner().expect("no panic held it");
+    let events = events.into_inner().expect("no panic held it");
     assert!(
-        matches!(&told[0], WorkerEvent::Trouble(words) if words.contains("is a nats-server there")),
-        "{told:?}"
+        matches!(&events[0], WorkerEvent::Trouble(words) if words.contains("is a nats-server there")),
+        "{events:?}"
     );
 }
 
@@ -464,18 +464,19 @@ async fn work_for_another_version_is_refused_by_name_and_left_for_it() {
         .publish("pilotfish.work.9-9-9_1.other-000000000000.chunks.0", "{}".into())
         .await;
     work.expect("is sent").await.expect("is stored");
-    let told = Mutex::new(vec![]);
+    let events = Mutex::new(vec![]);
     let (_stop, stopped) = watch::channel(true);
     let worker = Worker::new(server.broker().await, 1, 5);
     worker
-        .run(stopped, None, &|event| told.lock().expect("free").push(event))
+        .run(stopped, None, &|event| events.lock().expect("free").push(event))
         .await
         .expect("starts");
-    let told = told.into_inner().expect("free");
+    let events = events.into_inner().expect("free");
     assert!(
-        told.iter()
+        events
+            .iter()
             .any(|event| matches!(event, WorkerEvent::Refused(words) if words.contains("9-9-9_1"))),
-        "{told:?}"
+        "{events:?}"
     );
     // A campaign whose manifest is of another program is refused by name.
     let bucket = plain

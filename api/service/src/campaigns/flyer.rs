@@ -114,7 +114,7 @@ impl Flyer {
                 }
                 return;
             }
-            // The panic hook has told of it.
+            // The panic hook has logged it.
             Err(_) => entry.end(CampaignStatus::Failed, |campaign| {
                 campaign.reason = Some("the service has a bug: its log says where".to_owned());
             }),

@@ -134,7 +134,7 @@ fn read_json<T: DeserializeOwned>(folder: &Path, name: &str) -> Option<T> {
     serde_json::from_slice(&text).ok()
 }
 
-/// What a client is told whose campaign cannot be stored.
+/// The problem of a campaign that cannot be stored.
 pub(super) fn not_stored(error: &DirectoryError) -> Problem {
     match error {
         DirectoryError::Io { source, .. } if source.kind() == io::ErrorKind::StorageFull => {

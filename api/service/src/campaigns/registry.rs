@@ -52,7 +52,7 @@ const STREAMS_MAX: usize = 64;
 const FILES_MAX: usize = 16;
 /// Hexadecimal digits of a campaign's id.
 const ID_DIGITS: usize = 24;
-/// How long a client waits for the check of a campaign before it is told to come again.
+/// Longest check of a campaign; a client whose campaign takes longer has to come again.
 const CHECK_TIME: Duration = Duration::from_secs(5);
 
 /// Every campaign of a data directory. Clones share them.

@@ -227,7 +227,7 @@ pub(crate) async fn cancel_campaign(
 /// How far a campaign is, as it happens: server-sent events `progress`, and in the end `done`, `cancelled` or `failed`. The data of each is
 /// the campaign.
 ///
-/// The first event tells how far it is now. Who reads too slowly misses some, and never the last. Comments in between say that the
+/// The first event says how far it is now. A client that reads too slowly misses some, and never the last. Comments in between say that the
 /// stream lives.
 #[utoipa::path(get, path = "/v1/campaigns/{id}/events", tag = "campaigns", params(Named, LastEventId),
     responses((status = 200, description = "Until the campaign is over.", content_type = "text/event-stream", body = Campaign),

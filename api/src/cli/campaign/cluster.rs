@@ -167,7 +167,7 @@ pub(super) fn fetch_all(arguments: &Collect) -> Result<(), Box<dyn Error>> {
 pub(crate) fn work(arguments: &WorkerFlags) -> Result<(), Box<dyn Error>> {
     let jobs = arguments.jobs.unwrap_or_else(jobs).get();
     Runtime::new()?.block_on(async {
-        let tell = |event| eprintln!("{}", told(&event));
+        let tell = |event| eprintln!("{}", event_in_words(&event));
         let access = arguments.broker.access();
         let broker = Broker::awaited(&access, "pilotfish worker", &tell).await?;
         let (stop, stopped) = watch::channel(false);
@@ -186,7 +186,7 @@ pub(crate) fn work(arguments: &WorkerFlags) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn told(event: &WorkerEvent) -> String {
+fn event_in_words(event: &WorkerEvent) -> String {
     match event {
         WorkerEvent::Done(campaign, work) => format!("{campaign}: {work}"),
         WorkerEvent::Parked(campaign, work, why) => format!("{campaign}: {work} given up: {why}"),

@@ -25,8 +25,8 @@ pub struct Contender {
     pub entry: String,
     /// What it knows of paths.
     pub paths: Paths,
-    /// Whether it is told how the craft answers references, and all of its limits; else its least and its largest speed alone.
-    pub knows_response: bool,
+    /// Whether the craft's response to references and all of its limits are declared to it; else its least and its largest speed alone.
+    pub craft_declared: bool,
     /// What steers.
     pub pilot: Pilot,
     /// What is other than usual.
@@ -68,7 +68,7 @@ impl Contender {
             name: law.name().to_owned(),
             entry: law.name().to_owned(),
             paths: Paths::AsScenario,
-            knows_response: true,
+            craft_declared: true,
             pilot: Pilot::Law(law),
             variation: None,
         }
@@ -165,7 +165,7 @@ impl Contender {
                 ForecastModel::Path => "forecasts along the paths",
             },
         };
-        let of_craft = if self.knows_response {
+        let of_craft = if self.craft_declared {
             ""
         } else {
             "; of its craft the speeds alone"
@@ -184,12 +184,12 @@ impl Contender {
         scenario
     }
 
-    /// The start that it flies from, with as much said of the craft as it is told.
+    /// Varies the start that it flies from, and leaves of the craft what is declared to it.
     pub(super) fn vary_start(&self, start: &mut Start) {
         if let Some(variation) = self.variation {
             variation.vary_start(start);
         }
-        if !self.knows_response
+        if !self.craft_declared
             && let Some(observer) = &mut start.observer
         {
             let briefing = observer.briefing_mut();

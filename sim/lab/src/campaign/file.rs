@@ -168,9 +168,9 @@ pub struct ControllerFile {
     /// What it knows of the AUVs' paths, speeds and dives.
     #[serde(default)]
     pub paths: PathsFile,
-    /// What it is told of the surface craft.
+    /// What is declared to it of the surface craft.
     #[serde(default)]
-    pub craft: CraftToldFile,
+    pub craft: CraftKnowledgeFile,
     /// What is other than the scenario says, or than the craft is; nothing if left out.
     pub variation: Option<VariationFile>,
     /// The planner, or
@@ -192,13 +192,13 @@ pub enum PathsFile {
     Known,
 }
 
-/// What a controller is told of the surface craft.
+/// What is declared to a controller of the surface craft.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum CraftToldFile {
+pub enum CraftKnowledgeFile {
     /// How it answers references, and all of its limits.
     #[default]
-    Response,
+    Declared,
     /// Its least and its largest speed.
     Speeds,
 }
@@ -318,9 +318,9 @@ pub struct ReportFile {
     /// Columns that are compared; less is better in each.
     #[serde(default = "compared")]
     pub metrics: Vec<String>,
-    /// Two columns whose means are drawn over each other, scenario by scenario, with the controllers that no other is better than in
-    /// both; none if left out.
-    pub front: Option<[String; 2]>,
+    /// Two columns whose means are drawn over each other, scenario by scenario, and how many controllers are better in both than
+    /// each; none if left out.
+    pub pareto_front: Option<[String; 2]>,
 }
 
 /// A claim: that a column of some controllers is small in some scenarios. It is decided for each controller and scenario by itself,
@@ -363,7 +363,7 @@ pub enum Claimed {
         /// and so much more, m.
         spare_m: f64,
     },
-    /// None of those beside it has a smaller mean than any of the controllers in both columns of `report.front`.
+    /// None of those beside it has a smaller mean than any of the controllers in both columns of `report.pareto_front`.
     Undominated,
 }
 
@@ -382,7 +382,7 @@ impl Default for ReportFile {
         Self {
             reference: None,
             metrics: compared(),
-            front: None,
+            pareto_front: None,
         }
     }
 }

@@ -5,10 +5,10 @@
 
 mod claims;
 mod forest;
-mod front;
 mod gather;
 mod learnt;
 mod numbers;
+mod pareto;
 mod scores;
 mod sections;
 mod tables;

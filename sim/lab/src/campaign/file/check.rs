@@ -59,9 +59,9 @@ impl CampaignFile {
     }
 
     fn check_claims(&self) -> Result<(), (String, String)> {
-        if let Some(front) = &self.report.front {
-            for (k, name) in front.iter().enumerate() {
-                is_column(name).map_err(|reason| (format!("report.front[{k}]"), reason))?;
+        if let Some(columns) = &self.report.pareto_front {
+            for (k, name) in columns.iter().enumerate() {
+                is_column(name).map_err(|reason| (format!("report.pareto_front[{k}]"), reason))?;
             }
         }
         for (i, claim) in self.claims.iter().enumerate() {
@@ -87,8 +87,8 @@ impl CampaignFile {
                     "there is none, and this is claimed beside others".to_owned(),
                 ));
             }
-            if claim.is == Claimed::Undominated && self.report.front.is_none() {
-                return Err((field("is"), "undominated needs report.front".to_owned()));
+            if claim.is == Claimed::Undominated && self.report.pareto_front.is_none() {
+                return Err((field("is"), "undominated needs report.pareto_front".to_owned()));
             }
         }
         Ok(())

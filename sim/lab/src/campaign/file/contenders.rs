@@ -7,8 +7,8 @@ use planner::{
 };
 
 use super::{
-    BreakdownFile, ControllerFile, CraftToldFile, ForecastFile, GainsFile, LawFile, PathsFile, PlannerFile,
-    VariationFile,
+    BreakdownFile, ControllerFile, CraftKnowledgeFile, ForecastFile, GainsFile, LawFile, PathsFile,
+    PlannerFile, VariationFile,
 };
 use crate::{
     campaign::contender::{Breakdown, Contender, Paths, Pilot, Variation},
@@ -33,7 +33,7 @@ impl ControllerFile {
                 PathsFile::Unknown => Paths::Uninformed,
                 PathsFile::Known => Paths::Informed,
             },
-            knows_response: self.craft == CraftToldFile::Response,
+            craft_declared: self.craft == CraftKnowledgeFile::Declared,
             pilot,
             variation: self.variation.map(Variation::from),
         };

@@ -4,9 +4,9 @@ use serde::Serialize;
 
 use super::{
     claims::Verdict,
-    front::Point,
     gather::Gather,
     learnt::{Alarms, Estimated},
+    pareto::Point,
     scores::{Scores, Winner},
 };
 use crate::campaign::{
@@ -31,9 +31,9 @@ pub(super) struct Numbers {
     pub(super) winners: Vec<Winner>,
     pub(super) comparisons: Vec<Comparison>,
     pub(super) scores: Vec<Scores>,
-    /// The two columns of the front, and everyone's means in them; none where the file asks for none.
-    pub(super) front_metrics: Option<[String; 2]>,
-    pub(super) front: Vec<Point>,
+    /// The two columns of the Pareto front, and all means in them; none where the file asks for none.
+    pub(super) pareto_metrics: Option<[String; 2]>,
+    pub(super) pareto: Vec<Point>,
     pub(super) effects: Vec<Effect>,
     pub(super) worst: Vec<Worst>,
     pub(super) regret: Vec<Regret>,
@@ -216,8 +216,8 @@ impl Numbers {
             claims: gather.claims(),
             scores: gather.scores(&winners),
             winners,
-            front_metrics: campaign.file.report.front.clone(),
-            front: gather.front(),
+            pareto_metrics: campaign.file.report.pareto_front.clone(),
+            pareto: gather.pareto_points(),
             estimated: gather.estimated(),
             alarms: gather.alarms(),
             comparisons: gather.comparisons(),

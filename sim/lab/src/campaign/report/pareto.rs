@@ -31,9 +31,9 @@ pub(super) struct Point {
 }
 
 impl Gather<'_> {
-    /// Means of a controller in a scenario; none where it did not fly, and where no front is asked for.
+    /// Means of a controller in a scenario; none where it did not fly, and where no Pareto front is asked for.
     pub(super) fn point(&self, controller: &str, scenario: &str) -> Option<[f64; 2]> {
-        let metrics = self.campaign.file.report.front.as_ref()?;
+        let metrics = self.campaign.file.report.pareto_front.as_ref()?;
         let values = metrics
             .each_ref()
             .map(|metric| self.flights.observations(controller, metric, scenario));
@@ -43,8 +43,8 @@ impl Gather<'_> {
             .then(|| values.each_ref().map(|values| mean(values).centre))
     }
 
-    /// Everyone's means in every scenario.
-    pub(super) fn front(&self) -> Vec<Point> {
+    /// All means in every scenario.
+    pub(super) fn pareto_points(&self) -> Vec<Point> {
         let mut all = vec![];
         for scenario in &self.scenarios {
             let flown = self

@@ -1,9 +1,9 @@
 //! The report as a document: headings, sentences, tables, pictures.
 
 use super::{
-    forest, front,
+    forest,
     numbers::{Numbers, Part},
-    tables,
+    pareto, tables,
     words::integer,
 };
 use crate::{
@@ -18,21 +18,21 @@ const METHOD: &str = "Controllers are compared in the same worlds: same start, w
     one observation: that interval is about other scenarios and craft, not about more replicates. Where a value is 0 or \
     below, a difference stands instead of the ratio, marked Δ. Wins are the share of pairs in which the controller has less \
     (a tie is half of one), with Wilson's interval. p is that of the paired t-test on the same observations; Holm's correction takes all \
-    comparisons of this report together. **Bold** is told apart from the reference at 5 % after it.";
+    comparisons of this report together. **Bold** is distinguished from the reference at 5 % after it.";
 
 const CLAIMS: &str = "What the campaign file claims, decided controller by controller and scenario by scenario. Beside stands, of those that the file \
     names, the one with the least mean of the first objective, on the very worlds that are scored, which favours it. A controller that \
     leaves paths unused which the scenario grants is not judged there. Intervals are Student's.";
 
 const WINNERS: &str = "The least mean of each metric among those that know no more than the scenario grants, laws as printed excepted. After `=` stand those \
-    that a paired 95 % interval does not tell from it. A law is judged at gains that were found for the metric's objective, where the file asks \
+    that a paired 95 % interval does not distinguish from it. A law is judged at gains that were found for the metric's objective, where the file asks \
     for them.";
 
 const SCORES: &str = "Means ± half of their 95 % interval, Student's: over replicates of one craft, over craft where there are several. **Least** in bold, in \
     a tie the first alone. `beyond` counts episodes a run beyond a limit or bound. Gains of tuned laws are look-ahead, m / along-track, 1/s / integral, \
     m/s.";
 
-const FRONT: &str = "Means over the worlds of a scenario. Of the laws' points only those are listed that no other point of a law beats: in neither worse, and \
+const PARETO: &str = "Means over the worlds of a scenario. Of the laws' points only those are listed that no other point of a law beats: in neither worse, and \
     better in one. The picture shows all that are at most twice as far off as the nearest.";
 
 const ESTIMATED: &str = "What planners make of their craft after 300 s, beside step tests of it. The error is the size of the difference. The stated interval \
@@ -74,20 +74,20 @@ pub(super) fn document(numbers: &Numbers) -> Document {
     if 1 < numbers.controllers.len() {
         blocks.extend(section("Winners", WINNERS, tables::winners(numbers)));
     }
-    if let Some(metrics) = &numbers.front_metrics
-        && !numbers.front.is_empty()
+    if let Some(metrics) = &numbers.pareto_metrics
+        && !numbers.pareto.is_empty()
     {
         blocks.extend([
             heading(2, &format!("{} and {}", metrics[0], metrics[1])),
-            paragraph(FRONT),
+            paragraph(PARETO),
             Block::Drawing(
-                front::picture(&numbers.front, metrics),
+                pareto::picture(&numbers.pareto, metrics),
                 format!(
                     "Mean `{}` over mean `{}`, scenario by scenario.",
                     metrics[1], metrics[0]
                 ),
             ),
-            Block::Table(tables::front(numbers, metrics)),
+            Block::Table(tables::pareto(numbers, metrics)),
         ]);
     }
     blocks.extend(section(

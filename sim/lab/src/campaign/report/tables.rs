@@ -313,12 +313,12 @@ pub(super) fn scores(numbers: &Numbers) -> Vec<(String, Table)> {
 }
 
 /// Planners, and the laws' points that no other of theirs beats.
-pub(super) fn front(numbers: &Numbers, metrics: &[String; 2]) -> Table {
+pub(super) fn pareto(numbers: &Numbers, metrics: &[String; 2]) -> Table {
     let mut table = Table::new(
         2,
         &["scenario", "controller", &metrics[0], &metrics[1], "beaten by"],
     );
-    for point in &numbers.front {
+    for point in &numbers.pareto {
         if !point.is_planner && point.beaten_by_its_kind {
             continue;
         }

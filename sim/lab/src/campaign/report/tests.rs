@@ -154,7 +154,7 @@ fn a_campaign_without_rows_has_a_report_too() {
 
 /// Claims about the planner beside the law, as `made_up` has it: half as far, a tenth of it over all scenarios.
 const CLAIMS: &str = r#"
-front = ["rms_m", "energy_j"]
+pareto_front = ["rms_m", "energy_j"]
 [[claims]]
 claim = "half as far"
 controllers = ["planner"]
@@ -256,14 +256,14 @@ fn a_claim_that_cannot_be_decided_is_refused_by_its_member() {
             "claims[0].beside: there is none",
         ),
         (
-            "front = [\"rms_m\", \"energy_j\"]",
+            "pareto_front = [\"rms_m\", \"energy_j\"]",
             "",
-            "claims[3].is: undominated needs report.front",
+            "claims[3].is: undominated needs report.pareto_front",
         ),
         (
-            "front = [\"rms_m\"",
-            "front = [\"rms\"",
-            "report.front[0]: there is no column \"rms\"",
+            "pareto_front = [\"rms_m\"",
+            "pareto_front = [\"rms\"",
+            "report.pareto_front[0]: there is no column \"rms\"",
         ),
         ("ratio_at_most = 0.56", "ratio = 0.56", "unknown variant `ratio`"),
     ] {
