@@ -268,8 +268,8 @@ CampaignClaimed: TypeAlias = (
 class CampaignController(TypedDict):
     """Who flies, and what it knows."""
 
-    # What it is told of the surface craft.
-    craft: NotRequired[CampaignCraftTold]
+    # What is declared to it of the surface craft.
+    craft: NotRequired[CampaignCraftKnowledge]
     # a line-of-sight law.
     law: NotRequired[CampaignLaw | None]
     # Its name, unique in the campaign.
@@ -299,10 +299,10 @@ class CampaignCraft4(TypedDict):
 CampaignCraft: TypeAlias = 'Literal["scenario"] | Literal["medusa"] | Literal["otter"] | CampaignCraft4'
 
 
-# What a controller is told of the surface craft.
-CampaignCraftTold: TypeAlias = Literal[
+# What is declared to a controller of the surface craft.
+CampaignCraftKnowledge: TypeAlias = Literal[
     # How it answers references, and all of its limits.
-    "response",
+    "declared",
     # Its least and its largest speed.
     "speeds",
 ]
@@ -431,11 +431,11 @@ class CampaignProgress(TypedDict):
 class CampaignReport(TypedDict):
     """What the report compares."""
 
-    # Two columns whose means are drawn over each other, scenario by scenario, with the controllers that no other is
-    # better than in both; none if left out.
-    front: NotRequired[list[str] | None]
     # Columns that are compared; less is better in each.
     metrics: NotRequired[list[str]]
+    # Two columns whose means are drawn over each other, scenario by scenario, and how many controllers are better
+    # in both than each; none if left out.
+    pareto_front: NotRequired[list[str] | None]
     # The controller that the others are compared with; the first that is a law if left out, else the first.
     reference: NotRequired[str | None]
 
