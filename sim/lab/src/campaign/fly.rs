@@ -16,7 +16,7 @@ use super::{
     contender::Contender,
     design::{Campaign, Run, World},
     rows::{Outcome, Row},
-    score::{Score, share_of_steps_above},
+    score::{Score, steps_above},
 };
 use crate::{regret::regret, stopwatch::timed};
 
@@ -134,7 +134,8 @@ pub(super) fn row(campaign: &Campaign, run: Run, flight: &Flight, go_on: GoOn<'_
         let score = Score::of(&flown.record).ok_or("there is no surface craft in the record")?;
         let too_fast_steps_percent = response.map(|response| {
             let most = ROUNDING * response.heading.rate_max;
-            100.0 * share_of_steps_above(most, &flown.record)
+            let (above, all) = steps_above(most, &flown.record);
+            100.0 * above / all
         });
         Ok(Outcome {
             score,

@@ -61,7 +61,10 @@ impl Score {
             metrics,
             near_after_s: near.map(|(time, _)| time),
             duration_s: n_rows * record.interval,
-            steep_share: share_of_steps_above(STEEP, record),
+            steep_share: {
+                let (steep, all) = steps_above(STEEP, record);
+                steep / all
+            },
             reference: Violation::of(record, &|row| {
                 let craft = row.surface_craft.as_ref();
                 craft.map_or(0.0, |craft| outside_limits(record, craft))
@@ -74,8 +77,9 @@ impl Score {
     }
 }
 
-/// Share of seconds at whose end the heading reference steps by more than `rate`, rad/s, would turn it in one.
-pub(super) fn share_of_steps_above(rate: f64, record: &Record) -> f64 {
+/// Seconds at whose end the heading reference steps by more than `rate`, rad/s, would turn it in one, and all seconds. What is made
+/// of the two has to be rounded once: the digest of rows is of every bit.
+pub(super) fn steps_above(rate: f64, record: &Record) -> (f64, f64) {
     let rows = record.rows.iter().filter_map(|row| row.surface_craft.as_ref());
     let headings: Vec<f64> = rows.map(|craft| craft.reference.heading.radians()).collect();
     let step = rate * record.interval;
@@ -86,8 +90,7 @@ pub(super) fn share_of_steps_above(rate: f64, record: &Record) -> f64 {
         clippy::cast_precision_loss,
         reason = "a mission has thousands of rows, not 2⁵³"
     )]
-    let (n_above, n_rows) = (above.count() as f64, headings.len() as f64);
-    n_above / n_rows
+    (above.count() as f64, headings.len() as f64)
 }
 
 /// A column: its name, with the unit at the end, and its value.
