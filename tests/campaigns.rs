@@ -7,13 +7,14 @@ use axum::{
     body::{Body, to_bytes},
     http::{HeaderValue, Method, Request, StatusCode, header},
 };
-use lab::campaign::{Campaign, Directory, Manifest, Shard, run};
+use lab::campaign::{Campaign, Directory, Manifest, ScenarioFiles, Shard, run};
 use serde_json::{Value, json};
 use service::{
     Settings,
     missions::Missions,
     store::{EventStore, StoreError},
 };
+use sim::scenario::Scenario;
 use tempfile::{TempDir, tempdir};
 use tests::client::{Answer, get, post, send_to};
 use tokio::time::{Instant, sleep, timeout};
@@ -122,6 +123,20 @@ name = "line of sight"
 law = { name = "saturated_los" }
 "#;
 
+/// The same in a scenario of its own, which is called `name` there.
+fn with_file(name: &str, text: &str) -> Value {
+    let mut new = small();
+    new["scenarios"] = json!([name]);
+    new["scenario_files"] = json!({ name: text });
+    new
+}
+
+/// A scenario that is not built in.
+fn own() -> String {
+    let built_in = Scenario::text("cross-current").expect("is built in");
+    built_in.replace("\"cross-current\"", "\"mine\"")
+}
+
 /// One that takes hours.
 fn long() -> Value {
     json!({ "schema_version": "1", "name": "long", "title": "a long one", "scenarios": ["crowded"], "replicates": 4_000,
@@ -131,8 +146,8 @@ fn long() -> Value {
 /// The digest of `text` as `pilotfish campaign run` gives it.
 fn digest_of(text: &str) -> String {
     let folder = tempdir().expect("there is room");
-    let campaign = Campaign::parse(text, "test", folder.path()).expect("is a campaign");
-    let manifest = Manifest::of(&campaign, folder.path(), Shard::WHOLE);
+    let campaign = Campaign::parse(text, "test", ScenarioFiles::default()).expect("is a campaign");
+    let manifest = Manifest::of(&campaign, Shard::WHOLE);
     let directory = Directory::create(&folder.path().join("out"), manifest).expect("is made");
     run(&campaign, &directory, NonZeroUsize::MIN, &mut |_| {})
         .expect("is flown")
@@ -343,6 +358,59 @@ async fn a_campaign_goes_on_after_a_restart_to_the_same_rows() {
         done["digest"],
         digest_of(&SMALL.replace("replicates = 15", "replicates = 120"))
     );
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_campaign_brings_its_scenario_along() {
+    let data = data();
+    let service = Service::start(&data).await;
+    let path = service.posted(&with_file("mine.toml", &own())).await;
+    let done = service.until(&path, "done").await;
+    let text = SMALL.replace("paper-tracking", "mine.toml");
+    let text = format!("{text}\n[scenario_files]\n\"mine.toml\" = '''{}'''\n", own());
+    assert_eq!(done["digest"], digest_of(&text));
+    assert_ne!(done["digest"], digest_of(SMALL));
+}
+
+#[tokio::test]
+async fn what_is_wrong_with_a_scenario_of_its_own_is_named_and_no_file_is_read() {
+    let data = data();
+    let service = Service::start(&data).await;
+    let secret = data.path().join("secret.csv");
+    fs::write(&secret, "SECRET").expect("is written");
+    let water = "north_mps = 0\neast_mps = 0.12";
+    let secret_grid = format!("file = {:?}", secret.display().to_string());
+    for (new, pointer) in [
+        (with_file("a/b.toml", ""), "/scenario_files/a~1b.toml"),
+        (with_file("crowded", &own()), "/scenario_files/crowded"),
+        (
+            with_file(
+                "mine.toml",
+                &own().replace("constant", "grid").replace(water, &secret_grid),
+            ),
+            "/scenario_files/mine.toml",
+        ),
+        (
+            with_file("mine.toml", &own().replace("lanes = 4", "lanes = 0")),
+            "/scenario_files/mine.toml",
+        ),
+    ] {
+        let answer = service.post(&new).await;
+        assert_eq!(
+            answer.status,
+            StatusCode::UNPROCESSABLE_ENTITY,
+            "{pointer}: {}",
+            answer.text
+        );
+        let faults = answer.faults();
+        assert_eq!(
+            (faults.len(), faults[0].0.as_str()),
+            (1, pointer),
+            "{}",
+            answer.text
+        );
+        assert!(!answer.text.contains("SECRET"));
+    }
 }
 
 #[tokio::test]

@@ -3,7 +3,7 @@
 //! A scenario file is TOML of the shape of [`Scenario`]. Any number in it may be a distribution; a seed makes a
 //! mission of it, with [`Scenario::start`].
 
-use std::{io, path::Path};
+use std::{collections::BTreeMap, io, path::Path};
 
 mod file;
 mod files;
@@ -129,6 +129,22 @@ impl Scenario {
         scenario.source = source;
         scenario.start(0)?;
         Ok(scenario)
+    }
+
+    /// The texts of the files that it names, by name: with them it can be read anywhere ([`Files::kept`]).
+    pub fn texts_beside(&self) -> Result<BTreeMap<String, String>, UnreadableFile> {
+        let grid = match &self.water.current {
+            Some(CurrentFile::Grid { file }) => Some(file),
+            _ => None,
+        };
+        let lines = self.auvs.iter().filter_map(|auv| match &auv.path {
+            PathFile::Geojson { file, .. } => Some(file),
+            _ => None,
+        });
+        let names = grid.into_iter().chain(lines);
+        names
+            .map(|name| Ok((name.clone(), self.files.text(name)?)))
+            .collect()
     }
 
     /// The JSON Schema of scenario files.

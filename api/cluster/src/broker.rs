@@ -3,7 +3,7 @@
 use std::{
     error::Error as _,
     io::{Cursor, ErrorKind},
-    path::{Path, PathBuf},
+    path::PathBuf,
     time::Duration,
 };
 
@@ -105,11 +105,6 @@ pub enum ClusterError {
     /// The same version number, and another program.
     #[error("campaign {0} is of another build of this version: its scenarios give other worlds here")]
     OtherBuild(String),
-    /// Scenario files do not travel.
-    #[error(
-        "scenario {0} is a file, and workers elsewhere do not have it: a cluster flies built-in scenarios"
-    )]
-    ScenarioFile(String),
     /// The campaign's file is wrong.
     #[error(transparent)]
     Campaign(#[from] CampaignError),
@@ -351,8 +346,8 @@ impl Broker {
             .ok_or_else(|| ClusterError::NoCampaign(id.to_owned()))?;
         let manifest: Manifest =
             serde_json::from_slice(&bytes).map_err(|_| ClusterError::NoCampaign(id.to_owned()))?;
-        let campaign = Campaign::parse(&manifest.text, id, Path::new("."))?;
-        let own = Manifest::of(&campaign, Path::new("."), manifest.shard);
+        let campaign = manifest.campaign(id)?;
+        let own = Manifest::of(&campaign, manifest.shard);
         if (&own.program, &own.schema_version) != (&manifest.program, &manifest.schema_version) {
             return Err(ClusterError::OtherVersion {
                 id: id.to_owned(),

@@ -1,10 +1,7 @@
 //! Sends a campaign to workers.
 
-use std::path::Path;
-
 use bytes::Bytes;
 use lab::campaign::{Campaign, Manifest, Shard, Work};
-use sim::scenario::Scenario;
 
 use super::broker::{
     Broker, ClusterError, MANIFEST, Order, PARKED, as_token, failed, id_of, names, store, subject,
@@ -28,18 +25,7 @@ pub async fn submit(
     campaign: &Campaign,
     replicas: usize,
 ) -> Result<Submitted, ClusterError> {
-    let built_in = |name: &str, text: &str| Scenario::text(name).is_some_and(|known| known == text);
-    let file = campaign
-        .arenas
-        .iter()
-        .find(|arena| !built_in(&arena.scenario.name, &arena.scenario.source.text));
-    if let Some(arena) = file {
-        return Err(ClusterError::ScenarioFile(arena.scenario.name.clone()));
-    }
-    let manifest = Manifest {
-        folder: Path::new(".").to_owned(),
-        ..Manifest::of(campaign, Path::new("."), Shard::WHOLE)
-    };
+    let manifest = Manifest::of(campaign, Shard::WHOLE);
     let id = id_of(&manifest);
     broker.stream(replicas).await?;
     let bucket = broker.new_bucket(&id, replicas).await?;

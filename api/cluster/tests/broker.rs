@@ -10,9 +10,10 @@ use std::{
 
 use async_nats::jetstream;
 use futures_util::StreamExt as _;
-use lab::campaign::{Campaign, Directory, Manifest, Shard, rows::SCHEMA_VERSION, run};
+use lab::campaign::{Campaign, Directory, Manifest, ScenarioFiles, Shard, rows::SCHEMA_VERSION, run};
 use pilotfish_cluster::{Access, Broker, ClusterError, Worker, WorkerEvent, collect, standing, submit};
 use rcgen::{BasicConstraints, CertificateParams, IsCa, Issuer, KeyPair};
+use sim::scenario::Scenario;
 use tempfile::TempDir;
 use tokio::{sync::watch, time::sleep};
 
@@ -144,17 +145,13 @@ impl Drop for Server {
 }
 
 fn small(text: &str) -> Campaign {
-    Campaign::parse(text, "small.toml", Path::new(".")).expect("is a campaign")
+    Campaign::parse(text, "small.toml", ScenarioFiles::default()).expect("is a campaign")
 }
 
 /// The digest of the rows that one process flies.
 fn flown_here(campaign: &Campaign) -> String {
     let folder = TempDir::new().expect("is a folder");
-    let directory = Directory::create(
-        folder.path(),
-        Manifest::of(campaign, Path::new("."), Shard::WHOLE),
-    )
-    .expect("is new");
+    let directory = Directory::create(folder.path(), Manifest::of(campaign, Shard::WHOLE)).expect("is new");
     let jobs = std::num::NonZeroUsize::new(2).expect("positive");
     run(campaign, &directory, jobs, &mut |_| {})
         .expect("flies")
@@ -231,6 +228,36 @@ async fn any_number_of_workers_gives_the_rows_that_one_process_flies() {
         let again = submit(&broker, &campaign, 1).await.expect("is sent");
         assert_eq!((again.sent, again.done), (0, campaign.chunks().len()));
     }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn scenario_files_travel_to_workers_that_do_not_have_them() {
+    let folder = TempDir::new().expect("is a folder");
+    let file = folder.path().join("campaign.toml");
+    let scenario = Scenario::text("cross-current").expect("is built in");
+    let mine = scenario.replace("\"cross-current\"", "\"mine\"");
+    std::fs::write(folder.path().join("mine.toml"), mine).expect("is written");
+    std::fs::write(
+        &file,
+        SMALL.replace("scenarios = [", "scenarios = [\"mine.toml\", "),
+    )
+    .expect("is written");
+    let campaign = Campaign::read(&file).expect("is a campaign");
+    drop(folder);
+    let (server, folder) = (Server::start(), TempDir::new().expect("is a folder"));
+    let broker = server.broker().await;
+    let sent = submit(&broker, &campaign, 1).await.expect("is sent");
+    work(&server, &sent.id, 1, 5, async |_| {}).await;
+    let (_, rows) = collect(&broker, &sent.id, folder.path())
+        .await
+        .expect("all is there");
+    assert!(
+        rows.words("scenario")
+            .expect("a column")
+            .iter()
+            .any(|name| name == "mine")
+    );
+    assert_eq!(rows.digest(), flown_here(&campaign));
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -485,7 +512,7 @@ async fn work_for_another_version_is_refused_by_name_and_left_for_it() {
         .expect("is there");
     let manifest = Manifest {
         program: "9.9.9".to_owned(),
-        ..Manifest::of(&campaign, Path::new("."), Shard::WHOLE)
+        ..Manifest::of(&campaign, Shard::WHOLE)
     };
     let json = serde_json::to_vec(&manifest).expect("is JSON");
     bucket

@@ -135,12 +135,11 @@ fn fly(arguments: &Fly) -> Result<(), Box<dyn Error>> {
     if arguments.dry_run {
         return Ok(print(&outline(&campaign))?);
     }
-    let folder = arguments.file.parent().unwrap_or(Path::new("."));
     let out = arguments
         .out
         .clone()
         .unwrap_or_else(|| PathBuf::from(&campaign.file.name));
-    let directory = Directory::create(&out, Manifest::of(&campaign, folder, arguments.shard))?;
+    let directory = Directory::create(&out, Manifest::of(&campaign, arguments.shard))?;
     let mut watch = Watch::new();
     let rows = run(
         &campaign,
@@ -198,12 +197,9 @@ fn outline(campaign: &Campaign) -> String {
 /// The directory of a campaign that was flown, and the campaign.
 fn opened(dir: &Path) -> Result<(Directory, Campaign), Box<dyn Error>> {
     let directory = Directory::open(dir)?;
-    let manifest = &directory.manifest;
-    let campaign = Campaign::parse(
-        &manifest.text,
-        &format!("{}/campaign.json", dir.display()),
-        &manifest.folder,
-    )?;
+    let campaign = directory
+        .manifest
+        .campaign(&format!("{}/campaign.json", dir.display()))?;
     Ok((directory, campaign))
 }
 

@@ -30,7 +30,7 @@ mod tests;
 mod tune;
 mod work;
 
-pub use design::{Campaign, Run};
+pub use design::{Campaign, Run, ScenarioFiles};
 pub use directory::{Directory, DirectoryError, Manifest, Shard};
 pub use file::{CampaignError, CampaignFile};
 pub use fly::GoOn;

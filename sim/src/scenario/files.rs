@@ -1,6 +1,8 @@
-//! Files that a scenario names: read from the folder it lies in, and nowhere else.
+//! Files that a scenario names: read from the folder it lies in, or kept with it, and nowhere else.
 
 use std::{
+    borrow::Cow,
+    collections::BTreeMap,
     fs::{self, File},
     io::{self, Read as _},
     path::{Component, Path, PathBuf},
@@ -22,8 +24,15 @@ const GRID_BYTES_MAX: u64 = 100_000_000;
 
 /// Where a scenario's other files are.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Files {
-    folder: Option<PathBuf>,
+pub struct Files(Place);
+
+#[derive(Clone, Debug, Default, PartialEq)]
+enum Place {
+    #[default]
+    Nowhere,
+    Folder(PathBuf),
+    /// Texts by name.
+    Memory(Arc<BTreeMap<String, String>>),
 }
 
 /// Why a file that a scenario names is of no use.
@@ -32,6 +41,9 @@ pub enum UnreadableFile {
     /// The scenario did not come from a folder.
     #[error("{0:?} cannot be found: this scenario is not a file, so nothing lies beside it")]
     NoFolder(String),
+    /// It was not kept with the scenario.
+    #[error("{0:?} was not kept with the scenario")]
+    NotKept(String),
     /// The name leads out of the scenario's folder.
     #[error("{0:?} does not lie beside the scenario; give the name of a file in its folder")]
     Elsewhere(String),
@@ -81,9 +93,22 @@ impl Files {
     /// Those in `folder`.
     #[must_use]
     pub fn beside(folder: &Path) -> Self {
-        Self {
-            folder: Some(folder.to_owned()),
-        }
+        Self(Place::Folder(folder.to_owned()))
+    }
+
+    /// These `texts`, by name, of a scenario that is no longer where it came from.
+    #[must_use]
+    pub fn kept(texts: BTreeMap<String, String>) -> Self {
+        Self(Place::Memory(Arc::new(texts)))
+    }
+
+    /// The text of the file called `name`, for [`Self::kept`].
+    pub(super) fn text(&self, name: &str) -> Result<String, UnreadableFile> {
+        let (bytes, path) = self.bytes(name, GRID_BYTES_MAX)?;
+        String::from_utf8(bytes.into_owned()).map_err(|error| UnreadableFile::Unreadable {
+            path,
+            source: io::Error::other(error),
+        })
     }
 
     /// The grid of currents in the file called `name`.
@@ -123,9 +148,15 @@ impl Files {
     }
 
     /// What is in the file called `name`, and its path. Links that lead out of the folder are not followed.
-    fn bytes(&self, name: &str, bytes_max: u64) -> Result<(Vec<u8>, String), UnreadableFile> {
-        let Some(folder) = &self.folder else {
-            return Err(UnreadableFile::NoFolder(name.to_owned()));
+    fn bytes(&self, name: &str, bytes_max: u64) -> Result<(Cow<'_, [u8]>, String), UnreadableFile> {
+        let folder = match &self.0 {
+            Place::Nowhere => return Err(UnreadableFile::NoFolder(name.to_owned())),
+            Place::Memory(texts) => {
+                let text = texts.get(name);
+                let text = text.ok_or_else(|| UnreadableFile::NotKept(name.to_owned()))?;
+                return Ok((Cow::Borrowed(text.as_bytes()), name.to_owned()));
+            }
+            Place::Folder(folder) => folder,
         };
         let path = folder.join(name);
         let shown = path.display().to_string();
@@ -151,7 +182,7 @@ impl Files {
             return Err(UnreadableFile::Elsewhere(name.to_owned()));
         }
         let bytes = read(&real, bytes_max).map_err(unreadable)?;
-        Ok((bytes, shown))
+        Ok((Cow::Owned(bytes), shown))
     }
 }
 

@@ -1035,35 +1035,11 @@ class NewCampaign(TypedDict):
     replicates: int
     # What the report compares.
     report: NotRequired[CampaignReport]
-    # Names of built-in scenarios, or paths of scenario files relative to this one; every built-in scenario with a
-    # surface craft if left out.
-    scenarios: NotRequired[
-        list[
-            Literal[
-                "paper-tracking",
-                "paper-intermittent",
-                "paper-midpoint",
-                "calm",
-                "cross-current",
-                "cross-current-unknown",
-                "cross-current-sheared",
-                "about-face",
-                "switching",
-                "switching-opposed",
-                "anti-phase",
-                "target-stops",
-                "silence",
-                "silence-path",
-                "noisy-fixes",
-                "fast-lawn-mower",
-                "crowded",
-                "rough-water",
-                "faults",
-                "otter",
-                "slocum",
-            ]
-        ]
-    ]
+    # Texts of scenario files, TOML, by the names that `scenarios` calls them: for a campaign that is one file.
+    scenario_files: NotRequired[dict[str, str]]
+    # Names of built-in scenarios or of `scenario_files`, or paths of files relative to this one; every built-in
+    # scenario with a surface craft if left out.
+    scenarios: NotRequired[list[str]]
     # Version of this format.
     schema_version: CampaignVersion
     # Seed of all that is drawn for the campaign; 1 if left out.

@@ -5,15 +5,14 @@ use std::{
     num::NonZeroUsize,
     ops::ControlFlow,
     panic::{AssertUnwindSafe, catch_unwind},
-    path::Path,
     sync::{Weak, mpsc::Receiver},
     thread,
     time::{Duration, Instant},
 };
 
 use lab::campaign::{
-    Campaign, CampaignReport, Directory, DirectoryError, Manifest, Progress, Shard, Unflown, Watch,
-    report::report, rows::Rows, run_watched,
+    CampaignReport, Directory, DirectoryError, Manifest, Progress, Shard, Unflown, Watch, report::report,
+    rows::Rows, run_watched,
 };
 use tokio::sync::watch;
 use wire::campaign::{CampaignProgress, CampaignStatus};
@@ -129,9 +128,9 @@ impl Flyer {
         let path = entry.directory.path();
         let manifest = &entry.directory.manifest;
         let never = |error: &dyn std::error::Error| Undone::Never(error.to_string());
-        let campaign = Campaign::parse(&manifest.text, "campaign", Path::new("")).map_err(|e| never(&e))?;
+        let campaign = manifest.campaign("campaign").map_err(|e| never(&e))?;
         // Refuses what another version of the program began.
-        let directory = Directory::create(path, Manifest::of(&campaign, Path::new(""), Shard::WHOLE))?;
+        let directory = Directory::create(path, Manifest::of(&campaign, Shard::WHOLE))?;
         entry.change(|seen| {
             seen.status = CampaignStatus::Running;
             seen.started_s = Some(unix_now());

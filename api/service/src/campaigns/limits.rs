@@ -19,6 +19,8 @@ const TUNING_MISSIONS_MAX: u64 = 100_000;
 const HOURS_MAX: f64 = 2_500.0;
 /// Most scenarios times craft: each is made before the campaign is taken on.
 const ARENAS_MAX: u64 = 1_000;
+/// Most scenarios that the campaign brings along: each is tried before it is taken on.
+const SCENARIO_FILES_MAX: usize = 10;
 /// Most craft that are drawn, some tens of ms each, before the campaign is taken on.
 const DRAWN_MAX: u64 = 50;
 /// Most controllers, each point of a whole grid one.
@@ -40,13 +42,18 @@ pub(super) fn check_file(file: &CampaignFile) -> Result<(), Vec<FieldError>> {
     let mut errors = vec![];
     let known = Scenario::names();
     for (i, name) in file.scenarios.iter().enumerate() {
-        if !known.contains(&name.as_str()) {
-            let detail =
-                "must be the name of a built-in scenario; files are for pilotfish campaign run".to_owned();
+        if !known.contains(&name.as_str()) && !file.scenario_files.contains_key(name) {
+            let detail = "must be the name of a built-in scenario or of one of scenario_files".to_owned();
             let error = FieldError::new(format!("/scenarios/{i}"), "unknown", detail);
             errors.push(error.given(name.as_str()).limit(json!(known)));
         }
     }
+    errors.extend(above(
+        "/scenario_files",
+        "scenario files",
+        file.scenario_files.len(),
+        SCENARIO_FILES_MAX,
+    ));
     let n_scenarios = if file.scenarios.is_empty() {
         known.len()
     } else {
@@ -151,10 +158,6 @@ pub(super) fn check_work(campaign: &Campaign) -> Result<(), Vec<FieldError>> {
 
 /// Limits of single members, in the words of JSON Schema, by where they stand among the parts of a campaign file's schema.
 pub(crate) fn words() -> [(&'static str, Value); 10] {
-    let flown = Scenario::names().into_iter();
-    let flown: Vec<&str> = flown
-        .filter(|name| Scenario::named(name).is_some_and(|scenario| scenario.has_surface_craft()))
-        .collect();
     let laws = LosLaw::ALL.map(LosLaw::name);
     let either = |one: &str, other: &str| {
         let only = |given: &str, absent: &str| json!({ "required": [given], "properties": { given: { "not": { "type": "null" } }, absent: { "type": "null" } } });
@@ -162,8 +165,8 @@ pub(crate) fn words() -> [(&'static str, Value); 10] {
     };
     [
         (
-            "/NewCampaign/properties/scenarios/items",
-            json!({ "enum": flown }),
+            "/NewCampaign/properties/scenario_files",
+            json!({ "maxProperties": SCENARIO_FILES_MAX }),
         ),
         (
             "/NewCampaign/properties/replicates",
@@ -212,7 +215,7 @@ fn above<T: PartialOrd + Copy + std::fmt::Display + Into<serde_json::Value>>(
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
+    use lab::campaign::ScenarioFiles;
 
     use super::*;
 
@@ -251,7 +254,7 @@ mod tests {
                 "schema_version = \"1\"\nname = \"a\"\ntitle = \"a\"\nscenarios = [\"paper-intermittent\"]\n\
                  replicates = {replicates}\nduration_s = {duration}\n[[controllers]]\nname = \"p\"\nplanner = {{}}"
             );
-            Campaign::parse(&text, "test", Path::new(".")).expect("is a campaign")
+            Campaign::parse(&text, "test", ScenarioFiles::default()).expect("is a campaign")
         };
         assert_eq!(check_work(&campaign(RUNS_MAX, 60)), Ok(()));
         let wrong = check_work(&campaign(RUNS_MAX + 1, 60)).expect_err("is too much");

@@ -1,14 +1,13 @@
 //! A campaign as a client posts it: JSON of the shape of a campaign file, or the file's own TOML.
 
-use std::path::Path;
-
 use axum::{
     extract::{FromRef, FromRequest, Request},
     http::header,
 };
-use lab::campaign::{Campaign, CampaignError, CampaignFile, Manifest, Shard};
+use lab::campaign::{Campaign, CampaignError, CampaignFile, Manifest, ScenarioFiles, Shard};
 use serde_json::{Value, json};
 use serde_path_to_error::Segment;
+use sim::scenario::ScenarioError;
 use wire::FieldError;
 
 use super::limits::{self, FILE_BYTES_MAX};
@@ -88,11 +87,11 @@ impl PostedCampaign {
         let with_line = self.is_toml;
         let file = CampaignFile::parse(&text, FILE).map_err(|error| refused(error, with_line))?;
         limits::check_file(&file).map_err(Problem::Invalid)?;
-        // No scenario is a file: the folder is never looked into.
-        let nowhere = Path::new("");
-        let campaign = Campaign::parse(&text, FILE, nowhere).map_err(|error| refused(error, with_line))?;
+        let nothing_beside = ScenarioFiles::default();
+        let campaign =
+            Campaign::parse(&text, FILE, nothing_beside).map_err(|error| refused(error, with_line))?;
         limits::check_work(&campaign).map_err(Problem::Invalid)?;
-        let manifest = Manifest::of(&campaign, nowhere, Shard::WHOLE);
+        let manifest = Manifest::of(&campaign, Shard::WHOLE);
         Ok(NewCampaign { campaign, manifest })
     }
 }
@@ -108,7 +107,7 @@ fn toml_of(json: &[u8]) -> Result<String, Problem> {
             .iter()
             .map(|segment| match segment {
                 Segment::Seq { index } => format!("/{index}"),
-                Segment::Map { key } => format!("/{}", key.replace('~', "~0").replace('/', "~1")),
+                Segment::Map { key } => format!("/{}", step(key)),
                 Segment::Enum { variant } => format!("/{variant}"),
                 Segment::Unknown => String::new(),
             })
@@ -148,10 +147,22 @@ fn refused(error: CampaignError, with_line: bool) -> Problem {
             };
             invalid(FieldError::new(pointer_of(&field), "invalid", detail))
         }
-        error @ (CampaignError::Unreadable { .. } | CampaignError::Scenario(_)) => {
-            invalid(FieldError::new("/scenarios", "invalid", error.to_string()))
+        CampaignError::Scenario(error) => {
+            let pointer = match &error {
+                ScenarioError::Invalid { file, .. } => format!("/scenario_files/{}", step(file)),
+                ScenarioError::Unreadable { .. } => "/scenario_files".to_owned(),
+            };
+            invalid(FieldError::new(pointer, "invalid", error.to_string()))
+        }
+        error @ CampaignError::Unreadable { .. } => {
+            invalid(FieldError::new("", "invalid", error.to_string()))
         }
     }
+}
+
+/// A member's name as a step of a pointer (RFC 6901).
+fn step(name: &str) -> String {
+    name.replace('~', "~0").replace('/', "~1")
 }
 
 /// `controllers[2].law.name` as `/controllers/2/law/name`.
@@ -159,7 +170,11 @@ fn pointer_of(field: &str) -> String {
     if matches!(field, "file" | "syntax") {
         return String::new();
     }
-    format!("/{}", field.replace(['.', '['], "/").replace(']', ""))
+    match field.split_once('.') {
+        // What the client calls its files may have dots in it.
+        Some(("scenario_files", name)) => format!("/scenario_files/{}", step(name)),
+        _ => format!("/{}", field.replace(['.', '['], "/").replace(']', "")),
+    }
 }
 
 fn invalid(error: FieldError) -> Problem {
@@ -205,5 +220,6 @@ mod tests {
         assert_eq!(pointer_of("controllers[2].law.name"), "/controllers/2/law/name");
         assert_eq!(pointer_of("seed"), "/seed");
         assert_eq!(pointer_of("file"), "");
+        assert_eq!(pointer_of("scenario_files.a/b.toml"), "/scenario_files/a~1b.toml");
     }
 }

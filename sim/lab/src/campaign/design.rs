@@ -1,6 +1,6 @@
 //! What a campaign amounts to: its arenas, worlds and runs, each with a number that says all of it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
@@ -12,8 +12,10 @@ use super::{
 };
 
 mod arena;
+mod scenario_files;
 
 pub use arena::Arena;
+pub use scenario_files::ScenarioFiles;
 
 /// Replicates of tuning draw from streams of their own.
 const TUNING_STREAM: u64 = 1 << 40;
@@ -29,6 +31,8 @@ pub struct Campaign {
     pub file: CampaignFile,
     /// The file's text.
     pub text: String,
+    /// Scenario files that it names.
+    pub scenario_files: ScenarioFiles,
     /// Who flies, in the file's order.
     pub controllers: Vec<Contender>,
     /// Every scenario with every craft.
@@ -84,22 +88,18 @@ impl Chunk {
 }
 
 impl Campaign {
-    /// The campaign in the file at `path`.
+    /// The campaign in the file at `path`, with the scenario files that it names.
     pub fn read(path: &Path) -> Result<Self, CampaignError> {
-        let text = CampaignFile::text(path)?;
-        let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
-        Self::parse(&text, &path.display().to_string(), &folder)
+        let (text, name) = (CampaignFile::text(path)?, path.display().to_string());
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let files = ScenarioFiles::read(&CampaignFile::parse(&text, &name)?, folder)?;
+        Self::parse(&text, &name, files)
     }
 
-    /// The campaign in `text`, which came from `file`; scenario files that it names lie beside `folder`.
-    pub fn parse(text: &str, file: &str, folder: &Path) -> Result<Self, CampaignError> {
+    /// The campaign in `text`, which came from `file`, with the scenario files that it names.
+    pub fn parse(text: &str, file: &str, scenario_files: ScenarioFiles) -> Result<Self, CampaignError> {
         let campaign = CampaignFile::parse(text, file)?;
-        let invalid = |field: String, reason: String| CampaignError::Invalid {
-            file: file.to_owned(),
-            line: 1,
-            field,
-            reason,
-        };
+        let invalid = |field: String, reason: String| CampaignError::invalid(text, file, field, reason);
         let controllers: Vec<Contender> = campaign
             .controllers
             .iter()
@@ -122,16 +122,22 @@ impl Campaign {
             .collect::<Result<Vec<_>, _>>()?;
         let mut arenas = vec![];
         for (i, name) in names.iter().enumerate() {
-            let (source, scenario) = scenario(name, folder).map_err(|error| match error {
-                NoScenario::Unknown => invalid(
+            let scenario = scenario(name, &campaign, &scenario_files).ok_or_else(|| {
+                let known = Scenario::names().join(", ");
+                invalid(
                     format!("scenarios[{i}]"),
-                    format!(
-                        "there is no scenario {name:?}, only {}",
-                        Scenario::names().join(", ")
-                    ),
-                ),
-                NoScenario::Wrong(error) => error,
-            })?;
+                    format!("there is no scenario {name:?}, only {known}"),
+                )
+            })??;
+            if arenas
+                .iter()
+                .any(|arena: &Arena| arena.scenario.name == scenario.name)
+            {
+                return Err(invalid(
+                    format!("scenarios[{i}]"),
+                    format!("{name} is the second that is called {}", scenario.name),
+                ));
+            }
             if !scenario.has_surface_craft() {
                 return Err(invalid(
                     format!("scenarios[{i}]"),
@@ -139,13 +145,14 @@ impl Campaign {
                 ));
             }
             for (entry, drawn) in crafts.iter().zip(&drawn) {
-                let all = Arena::all(&scenario, &source, entry, drawn, &campaign);
+                let all = Arena::all(&scenario, entry, drawn, &campaign);
                 arenas.extend(all.into_iter().map(|arena| arena.with_controllers(&controllers)));
             }
         }
         let made = Self {
             file: campaign,
             text: text.to_owned(),
+            scenario_files,
             controllers,
             arenas,
         };
@@ -352,29 +359,18 @@ fn crafts(file: &CampaignFile) -> Vec<CraftEntry> {
     }
 }
 
-enum NoScenario {
-    Unknown,
-    Wrong(CampaignError),
-}
-
-/// The text of a scenario, and what it is: a built-in one by its name, or a file's.
-fn scenario(name: &str, folder: &Path) -> Result<(String, Scenario), NoScenario> {
-    if let Some(text) = Scenario::text(name) {
-        return Ok((text.to_owned(), Scenario::named(name).ok_or(NoScenario::Unknown)?));
+/// The scenario called `name`: a built-in one, one of the campaign file's own, or one of `files`. None if there is none.
+fn scenario(
+    name: &str,
+    campaign: &CampaignFile,
+    files: &ScenarioFiles,
+) -> Option<Result<Scenario, CampaignError>> {
+    if let Some(built_in) = Scenario::named(name) {
+        return Some(Ok(built_in));
     }
-    let path = Path::new(name);
-    if path.extension().is_none() && path.components().count() == 1 {
-        return Err(NoScenario::Unknown);
-    }
-    let path = folder.join(path);
-    let scenario = Scenario::read(&path).map_err(|error| NoScenario::Wrong(error.into()))?;
-    let beside = path.parent().map_or_else(|| PathBuf::from("."), Path::to_owned);
-    let text = scenario.source.text.clone();
-    Ok((
-        text,
-        Scenario {
-            files: Files::beside(&beside),
-            ..scenario
-        },
-    ))
+    let scenario = match campaign.scenario_files.get(name) {
+        Some(text) => Scenario::parse(text, name, Files::default()),
+        None => files.scenario(name)?,
+    };
+    Some(scenario.map_err(CampaignError::from))
 }

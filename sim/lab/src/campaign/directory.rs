@@ -19,7 +19,8 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 use super::{
-    design::{Campaign, Chunk},
+    design::{Campaign, Chunk, ScenarioFiles},
+    file::CampaignError,
     rows::{Rows, RowsError, SCHEMA_VERSION},
     tune::Tuned,
 };
@@ -88,20 +89,21 @@ pub struct Manifest {
     pub name: String,
     /// Version of the program that flies it.
     pub program: String,
-    /// SHA-256 of all that decides its rows: its file, its scenarios, the program's version.
+    /// SHA-256 of all that decides its rows: its file, its scenarios and the files that they name, the program's version.
     pub digest: String,
     /// Which part of it is here.
     pub shard: Shard,
-    /// Folder that the scenario files of the campaign lie beside.
-    pub folder: PathBuf,
     /// The campaign file's text.
     pub text: String,
+    /// The scenario files that it names, as they were when it was begun.
+    #[serde(default)]
+    pub scenario_files: ScenarioFiles,
 }
 
 impl Manifest {
-    /// Of `campaign`, whose scenario files lie beside `folder`.
+    /// Of `campaign`.
     #[must_use]
-    pub fn of(campaign: &Campaign, folder: &Path, shard: Shard) -> Self {
+    pub fn of(campaign: &Campaign, shard: Shard) -> Self {
         let program = env!("CARGO_PKG_VERSION").to_owned();
         let mut parts = vec![SCHEMA_VERSION.to_owned(), program.clone(), campaign.text.clone()];
         parts.extend(
@@ -110,15 +112,21 @@ impl Manifest {
                 .iter()
                 .map(|arena| format!("{}\0{}", arena.craft, arena.scenario.source.text)),
         );
+        parts.extend(campaign.scenario_files.parts());
         Self {
             schema_version: SCHEMA_VERSION.to_owned(),
             name: campaign.file.name.clone(),
             digest: wire::sha256(parts.join("\0").as_bytes()),
             program,
             shard,
-            folder: fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned()),
             text: campaign.text.clone(),
+            scenario_files: campaign.scenario_files.clone(),
         }
+    }
+
+    /// The campaign, which errors call `file`.
+    pub fn campaign(&self, file: &str) -> Result<Campaign, CampaignError> {
+        Campaign::parse(&self.text, file, self.scenario_files.clone())
     }
 
     /// What a table says of itself.

@@ -1,6 +1,6 @@
 //! What a campaign file says: TOML of the shape of [`CampaignFile`].
 
-use std::{fs, io, path::Path};
+use std::{collections::BTreeMap, fs, io, path::Path};
 
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
@@ -35,10 +35,13 @@ pub struct CampaignFile {
     #[serde(default = "one")]
     #[schemars(range(max = SEED_MAX))]
     pub seed: u64,
-    /// Names of built-in scenarios, or paths of scenario files relative to this one; every built-in scenario with a surface
-    /// craft if left out.
+    /// Names of built-in scenarios or of `scenario_files`, or paths of files relative to this one; every built-in scenario
+    /// with a surface craft if left out.
     #[serde(default)]
     pub scenarios: Vec<String>,
+    /// Texts of scenario files, TOML, by the names that `scenarios` calls them: for a campaign that is one file.
+    #[serde(default)]
+    pub scenario_files: BTreeMap<String, String>,
     /// End every mission after this many seconds, if it is not over before; as the scenarios say if left out.
     #[schemars(range(min = 1, max = 86_400))]
     pub duration_s: Option<f64>,
@@ -415,6 +418,18 @@ pub enum CampaignError {
     Scenario(#[from] ScenarioError),
 }
 
+impl CampaignError {
+    /// `field` is wrong in `text`, which came from `file`.
+    pub(super) fn invalid(text: &str, file: &str, field: String, reason: String) -> Self {
+        Self::Invalid {
+            file: file.to_owned(),
+            line: line_of_key(text, &field),
+            field,
+            reason,
+        }
+    }
+}
+
 impl CampaignFile {
     /// The text of the file at `path`.
     pub fn text(path: &Path) -> Result<String, CampaignError> {
@@ -451,12 +466,7 @@ impl CampaignFile {
         })?;
         campaign
             .check()
-            .map_err(|(field, reason)| CampaignError::Invalid {
-                file: file.to_owned(),
-                line: line_of_key(text, &field),
-                field,
-                reason,
-            })?;
+            .map_err(|(field, reason)| CampaignError::invalid(text, file, field, reason))?;
         Ok(campaign)
     }
 

@@ -16,7 +16,7 @@ use sim::{
 };
 
 use super::{
-    Campaign, CampaignError, Directory, DirectoryError, Manifest, Shard,
+    Campaign, CampaignError, Directory, DirectoryError, Manifest, ScenarioFiles, Shard,
     design::World,
     fly::{TO_THE_END, fly},
     replay,
@@ -65,18 +65,17 @@ law = { name = "saturated_los_tracker_frame", gains = { look_ahead_m = 5, along_
 "#;
 
 fn campaign(text: &str) -> Campaign {
-    Campaign::parse(text, "small.toml", Path::new(".")).expect("is a campaign")
+    Campaign::parse(text, "small.toml", ScenarioFiles::default()).expect("is a campaign")
 }
 
 fn refused(text: &str) -> String {
-    Campaign::parse(text, "small.toml", Path::new("."))
+    Campaign::parse(text, "small.toml", ScenarioFiles::default())
         .expect_err("is refused")
         .to_string()
 }
 
 fn flown(campaign: &Campaign, path: &Path, jobs: usize, shard: Shard) -> (Directory, Rows) {
-    let directory =
-        Directory::create(path, Manifest::of(campaign, Path::new("."), shard)).expect("is a directory");
+    let directory = Directory::create(path, Manifest::of(campaign, shard)).expect("is a directory");
     let jobs = NonZeroUsize::new(jobs).expect("positive");
     let rows = run(campaign, &directory, jobs, &mut |_| {}).expect("flies");
     (directory, rows)
@@ -103,11 +102,7 @@ fn rows_are_the_same_on_one_thread_and_two_after_a_break_and_in_parts() {
     );
 
     // Broken off: some chunks and gains are there, another is half written.
-    let begun = Directory::create(
-        &at("broken"),
-        Manifest::of(&campaign, Path::new("."), Shard::WHOLE),
-    )
-    .expect("is new");
+    let begun = Directory::create(&at("broken"), Manifest::of(&campaign, Shard::WHOLE)).expect("is new");
     flown(&campaign, &at("again"), 2, Shard::new(1, 2));
     let chunks = campaign.chunks();
     for chunk in Shard::new(1, 2).chunks(&chunks).iter().skip(1) {
@@ -239,12 +234,12 @@ fn every_number_of_a_run_leads_to_that_run_and_a_replay_is_the_same_to_the_bit()
 fn a_directory_of_another_campaign_is_refused_and_stays_as_it_is() {
     let folder = TempDir::new().expect("is a folder");
     let one = campaign(SMALL);
-    Directory::create(folder.path(), Manifest::of(&one, Path::new("."), Shard::WHOLE)).expect("is new");
+    Directory::create(folder.path(), Manifest::of(&one, Shard::WHOLE)).expect("is new");
     let before = fs::read(folder.path().join("campaign.json")).expect("is there");
     let other = campaign(&SMALL.replace("seed = 7", "seed = 8"));
     for manifest in [
-        Manifest::of(&other, Path::new("."), Shard::WHOLE),
-        Manifest::of(&one, Path::new("."), Shard::new(1, 2)),
+        Manifest::of(&other, Shard::WHOLE),
+        Manifest::of(&one, Shard::new(1, 2)),
     ] {
         let refused = Directory::create(folder.path(), manifest).expect_err("is another");
         assert!(

@@ -22,8 +22,6 @@ use crate::campaign::{
 pub struct Arena {
     /// The scenario, as its file says, but for the craft and the duration.
     pub scenario: Scenario,
-    /// The text that parameters are put into.
-    source: String,
     /// Which craft, for people and for the table.
     pub craft: String,
     /// Numbers, in `Campaign::controllers`, of those that take part.
@@ -47,7 +45,6 @@ impl Arena {
     /// Every arena of a scenario with the craft of `entry`, of which `drawn` are those that it draws.
     pub(super) fn all(
         scenario: &Scenario,
-        source: &str,
         entry: &CraftEntry,
         drawn: &[Arc<RandomCraft>],
         file: &CampaignFile,
@@ -60,7 +57,6 @@ impl Arena {
             }
             let mut arena = Self {
                 scenario,
-                source: source.to_owned(),
                 craft,
                 controllers: vec![],
                 class,
@@ -104,8 +100,8 @@ impl Arena {
         parameters: &[(&str, f64)],
         duration: Option<f64>,
     ) -> Result<Scenario, String> {
-        let mut document: Table = self
-            .source
+        let source = &self.scenario.source.text;
+        let mut document: Table = source
             .parse()
             .map_err(|error: toml::de::Error| error.to_string())?;
         for (key, value) in parameters {

@@ -1,5 +1,7 @@
 //! What a campaign file may hold, beyond its shape.
 
+use sim::scenario::Scenario;
+
 use super::{CampaignFile, Claimed, CraftEntry, Parameter, REPLICATES_MAX, SEED_MAX};
 use crate::campaign::{contender::Pilot, rows::MORE, score::SCORES};
 
@@ -41,6 +43,15 @@ impl CampaignFile {
         ] {
             if ITEMS_MAX < count {
                 return wrong(field, format!("{count} is more than {ITEMS_MAX}"));
+            }
+        }
+        for name in self.scenario_files.keys() {
+            let field = format!("scenario_files.{name}");
+            if Scenario::text(name).is_some() {
+                return wrong(&field, "a built-in scenario is called so".to_owned());
+            }
+            if !self.scenarios.contains(name) {
+                return wrong(&field, "scenarios does not name it".to_owned());
             }
         }
         for (i, craft) in self.craft.iter().enumerate() {

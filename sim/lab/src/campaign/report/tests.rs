@@ -1,11 +1,12 @@
 //! What a report says of rows that were made up.
 
-use std::path::Path;
-
 use serde_json::Value;
 
 use super::*;
-use crate::campaign::statistics::tests::{Line, rows};
+use crate::campaign::{
+    ScenarioFiles,
+    statistics::tests::{Line, rows},
+};
 
 /// The planner, a law as it was printed, and a law that may win.
 const CAMPAIGN: &str = r#"
@@ -33,7 +34,7 @@ metrics = ["rms_m", "energy_j"]
 fn campaign(report: &str) -> Campaign {
     let metrics = "metrics = [\"rms_m\", \"energy_j\"]\n";
     let text = CAMPAIGN.replace(metrics, &format!("{metrics}{report}\n"));
-    Campaign::parse(&text, "made-up.toml", Path::new(".")).expect("is a campaign")
+    Campaign::parse(&text, "made-up.toml", ScenarioFiles::default()).expect("is a campaign")
 }
 
 /// The planner's distance is half of the law's give or take; one of its missions failed.
@@ -269,7 +270,8 @@ fn a_claim_that_cannot_be_decided_is_refused_by_its_member() {
     ] {
         assert!(CLAIMS.contains(right), "{right}");
         let text = format!("{CAMPAIGN}{}", CLAIMS.replacen(right, wrong, 1));
-        let refused = Campaign::parse(&text, "made-up.toml", Path::new(".")).expect_err("is refused");
+        let refused =
+            Campaign::parse(&text, "made-up.toml", ScenarioFiles::default()).expect_err("is refused");
         assert!(refused.to_string().contains(says), "{refused}\nshould say {says}");
     }
 }
