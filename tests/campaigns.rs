@@ -380,16 +380,14 @@ async fn what_is_wrong_with_a_scenario_of_its_own_is_named_and_no_file_is_read()
     fs::write(&secret, "SECRET").expect("is written");
     let water = "north_mps = 0\neast_mps = 0.12";
     let secret_grid = format!("file = {:?}", secret.display().to_string());
+    let grid = with_file(
+        "mine.toml",
+        &own().replace("constant", "grid").replace(water, &secret_grid),
+    );
     for (new, pointer) in [
         (with_file("a/b.toml", ""), "/scenario_files/a~1b.toml"),
         (with_file("crowded", &own()), "/scenario_files/crowded"),
-        (
-            with_file(
-                "mine.toml",
-                &own().replace("constant", "grid").replace(water, &secret_grid),
-            ),
-            "/scenario_files/mine.toml",
-        ),
+        (grid.clone(), "/scenario_files/mine.toml"),
         (
             with_file("mine.toml", &own().replace("lanes = 4", "lanes = 0")),
             "/scenario_files/mine.toml",
@@ -411,6 +409,8 @@ async fn what_is_wrong_with_a_scenario_of_its_own_is_named_and_no_file_is_read()
         );
         assert!(!answer.text.contains("SECRET"));
     }
+    let refused = service.post(&grid).await.text;
+    assert!(refused.contains("cannot be found"), "{refused}");
 }
 
 #[tokio::test]

@@ -131,7 +131,8 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// The texts of the files that it names, by name: with them it can be read anywhere ([`Files::kept`]).
+    /// The texts of the files that it names, by name: with them it can be read anywhere ([`Files::kept`]). Fails where one of them
+    /// cannot be read, or is no text.
     pub fn texts_beside(&self) -> Result<BTreeMap<String, String>, UnreadableFile> {
         let grid = match &self.water.current {
             Some(CurrentFile::Grid { file }) => Some(file),

@@ -17,7 +17,7 @@ use async_nats::{
     },
 };
 use futures_util::StreamExt as _;
-use lab::campaign::{Campaign, CampaignError, DirectoryError, Manifest, WorkError};
+use lab::campaign::{Campaign, CampaignError, DirectoryError, Manifest, WorkError, rows::SCHEMA_VERSION};
 use percent_encoding::percent_decode_str;
 use serde::{Deserialize, Serialize};
 use tokio::{
@@ -346,18 +346,18 @@ impl Broker {
             .ok_or_else(|| ClusterError::NoCampaign(id.to_owned()))?;
         let manifest: Manifest =
             serde_json::from_slice(&bytes).map_err(|_| ClusterError::NoCampaign(id.to_owned()))?;
-        let campaign = manifest.campaign(id)?;
-        let own = Manifest::of(&campaign, manifest.shard);
-        if (&own.program, &own.schema_version) != (&manifest.program, &manifest.schema_version) {
+        let (ours, our_rows) = (env!("CARGO_PKG_VERSION"), SCHEMA_VERSION);
+        if (ours, our_rows) != (&manifest.program, &manifest.schema_version) {
             return Err(ClusterError::OtherVersion {
                 id: id.to_owned(),
                 theirs: manifest.program,
                 their_rows: manifest.schema_version,
-                ours: own.program,
-                our_rows: own.schema_version,
+                ours: ours.to_owned(),
+                our_rows: our_rows.to_owned(),
             });
         }
-        if own.digest != manifest.digest {
+        let campaign = manifest.campaign(id)?;
+        if Manifest::of(&campaign, manifest.shard).digest != manifest.digest {
             return Err(ClusterError::OtherBuild(id.to_owned()));
         }
         Ok((manifest, campaign))

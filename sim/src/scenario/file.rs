@@ -80,7 +80,7 @@ pub struct Scenario {
     #[serde(default)]
     #[schemars(length(max = ITEMS_MAX))]
     pub faults: Vec<FaultFile>,
-    /// The folder of the files it names.
+    /// Where the files that it names are.
     #[serde(skip)]
     pub files: Files,
     /// Where it was read from.

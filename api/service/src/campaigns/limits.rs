@@ -9,6 +9,8 @@ use serde_json::{Value, json};
 use sim::scenario::Scenario;
 use wire::FieldError;
 
+use super::posted::step;
+
 /// Longest campaign file, bytes.
 pub(super) const FILE_BYTES_MAX: usize = 64 << 10;
 /// Most runs of a campaign: a night of the planner's missions of 15 minutes, at 3 ms a plan.
@@ -21,6 +23,8 @@ const HOURS_MAX: f64 = 2_500.0;
 const ARENAS_MAX: u64 = 1_000;
 /// Most scenarios that the campaign brings along: each is tried before it is taken on.
 const SCENARIO_FILES_MAX: usize = 10;
+/// Most bytes of them that are read in all, once for each value of a parameter: a few tenths of a second.
+const SCENARIO_BYTES_MAX: usize = 2_000_000;
 /// Most craft that are drawn, some tens of ms each, before the campaign is taken on.
 const DRAWN_MAX: u64 = 50;
 /// Most controllers, each point of a whole grid one.
@@ -48,12 +52,7 @@ pub(super) fn check_file(file: &CampaignFile) -> Result<(), Vec<FieldError>> {
             errors.push(error.given(name.as_str()).limit(json!(known)));
         }
     }
-    errors.extend(above(
-        "/scenario_files",
-        "scenario files",
-        file.scenario_files.len(),
-        SCENARIO_FILES_MAX,
-    ));
+    errors.extend(check_scenario_files(file));
     let n_scenarios = if file.scenarios.is_empty() {
         known.len()
     } else {
@@ -83,16 +82,19 @@ pub(super) fn check_file(file: &CampaignFile) -> Result<(), Vec<FieldError>> {
         n_controllers.sum::<usize>(),
         CONTROLLERS_MAX,
     ));
-    let values = file.parameters.iter().map(|parameter| match &parameter.choice {
-        Some(values) => values.len(),
-        None => 2,
-    });
     errors.extend(above(
         "/parameters",
         "values of parameters times scenarios",
-        values.sum::<usize>() * n_scenarios,
+        n_values(file) * n_scenarios,
         TRIALS_MAX,
     ));
+    for (i, parameter) in file.parameters.iter().enumerate() {
+        // How long all runs last is added up before one is drawn.
+        if parameter.key == "duration_s" {
+            let detail = "is the same for all missions here: give duration_s beside replicates";
+            errors.push(FieldError::new(format!("/parameters/{i}/key"), "invalid", detail));
+        }
+    }
     let n_metrics = file.report.metrics.len();
     errors.extend(above("/report/metrics", "metrics", n_metrics, METRICS_MAX));
     for (i, controller) in file.controllers.iter().enumerate() {
@@ -117,6 +119,45 @@ pub(super) fn check_file(file: &CampaignFile) -> Result<(), Vec<FieldError>> {
         }
     }
     if errors.is_empty() { Ok(()) } else { Err(errors) }
+}
+
+/// Values of parameters that are tried in every scenario.
+fn n_values(file: &CampaignFile) -> usize {
+    let values = file.parameters.iter().map(|parameter| match &parameter.choice {
+        Some(values) => values.len(),
+        None => 2,
+    });
+    values.sum()
+}
+
+/// What is too much in the scenarios that the campaign brings along.
+fn check_scenario_files(file: &CampaignFile) -> Vec<FieldError> {
+    let pointer = "/scenario_files";
+    let mut errors = vec![];
+    let n_files = file.scenario_files.len();
+    errors.extend(above(pointer, "scenario files", n_files, SCENARIO_FILES_MAX));
+    let n_bytes = file.scenario_files.values().map(String::len).sum::<usize>() * n_values(file).max(1);
+    errors.extend(above(
+        pointer,
+        "bytes of scenario files times values of parameters",
+        n_bytes,
+        SCENARIO_BYTES_MAX,
+    ));
+    for (name, text) in &file.scenario_files {
+        // What is no TOML is refused with its line, later.
+        let table: toml::Table = text.parse().unwrap_or_default();
+        let class = table.get("surface_craft").and_then(|craft| craft.get("class"));
+        if class.is_some_and(toml::Value::is_table) {
+            let detail =
+                "must not draw its craft, each time that it is read: draw craft with the campaign's craft";
+            errors.push(FieldError::new(
+                format!("{pointer}/{}", step(name)),
+                "invalid",
+                detail,
+            ));
+        }
+    }
+    errors
 }
 
 /// What is too much for one thread in `campaign`.
@@ -232,10 +273,15 @@ mod tests {
     #[test]
     fn what_costs_much_to_read_is_refused_before_it_is_read() {
         let planner = "[[controllers]]\nname = \"p\"\nplanner = {}";
+        let names = ["a", "b", "c", "d", "e", "f", "g", "h", "i", "j", "k"];
         for (of, pointer) in [
             (format!("replicates = 1\nscenarios = [\"crowded\", \"/etc/passwd\"]\n{planner}"), "/scenarios/1"),
             (format!("replicates = 1\nscenarios = [\"crowded\"]\ncraft = [{{ random = {{ first = 1, count = 51 }} }}]\n{planner}"), "/craft"),
             (format!("replicates = 1\nscenarios = [\"crowded\"]\n[[parameters]]\nkey = \"k\"\nchoice = {:?}\n{planner}", vec![1; TRIALS_MAX + 1]), "/parameters"),
+            (format!("replicates = 1\nscenarios = [\"crowded\"]\n[[parameters]]\nkey = \"duration_s\"\nchoice = [86400]\n{planner}"), "/parameters/0/key"),
+            (format!("replicates = 1\nscenarios = [\"m\"]\n{planner}\n[scenario_files]\nm = \"surface_craft.class.random = {{}}\""), "/scenario_files/m"),
+            (format!("replicates = 1\nscenarios = {:?}\n{planner}\n[scenario_files]\n{}", names, names.map(|name| format!("{name} = \"\"\n")).concat()), "/scenario_files"),
+            (format!("replicates = 1\nscenarios = [\"m\"]\n{planner}\n[[parameters]]\nkey = \"k\"\nchoice = {:?}\n[scenario_files]\nm = {:?}", [1; 500], "#".repeat(SCENARIO_BYTES_MAX / 500 + 1)), "/scenario_files"),
             ("replicates = 1\n[[controllers]]\nname = \"i\"\nlaw = { name = \"integral_los\", whole_grid = true }\n\
               [[controllers]]\nname = \"j\"\nlaw = { name = \"integral_los\", whole_grid = true }\n\
               [[controllers]]\nname = \"k\"\nlaw = { name = \"integral_los\", whole_grid = true }".to_owned(), "/controllers"),

@@ -161,7 +161,7 @@ fn refused(error: CampaignError, with_line: bool) -> Problem {
 }
 
 /// A member's name as a step of a pointer (RFC 6901).
-fn step(name: &str) -> String {
+pub(super) fn step(name: &str) -> String {
     name.replace('~', "~0").replace('/', "~1")
 }
 

@@ -162,8 +162,8 @@ impl IntoResponses for Table {
 
 /// Has a campaign flown: many missions of many controllers in worlds drawn from one seed.
 ///
-/// The body is a campaign file, as JSON with the same keys or as its own TOML. Its scenarios are built-in ones. A campaign has at most
-/// 64 KiB, 10,000 runs of 2,500 h in all, 100,000 missions that find gains, 1,000 scenarios times craft, 50 drawn craft and 200 controllers. The answer comes when the
+/// The body is a campaign file, as JSON with the same keys or as its own TOML. Its scenarios are built-in ones or stand in
+/// `scenario_files`, at most 10; paths are refused. A campaign has at most 64 KiB, 10,000 runs of 2,500 h in all, 100,000 missions that find gains, 1,000 scenarios times craft, 50 drawn craft and 200 controllers. The answer comes when the
 /// campaign is on the disk. One thread flies all campaigns, in the order in which they were posted, and steps aside for missions and plans.
 #[utoipa::path(post, path = "/v1/campaigns", tag = "campaigns",
     request_body(content((Object = "application/json"), (String = "application/toml"))),

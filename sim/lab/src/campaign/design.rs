@@ -31,7 +31,7 @@ pub struct Campaign {
     pub file: CampaignFile,
     /// The file's text.
     pub text: String,
-    /// Scenario files that it names.
+    /// Scenario files that it names and does not hold itself.
     pub scenario_files: ScenarioFiles,
     /// Who flies, in the file's order.
     pub controllers: Vec<Contender>,
@@ -96,7 +96,7 @@ impl Campaign {
         Self::parse(&text, &name, files)
     }
 
-    /// The campaign in `text`, which came from `file`, with the scenario files that it names.
+    /// The campaign in `text`, which came from `file`, with the scenario files that it names and does not hold itself.
     pub fn parse(text: &str, file: &str, scenario_files: ScenarioFiles) -> Result<Self, CampaignError> {
         let campaign = CampaignFile::parse(text, file)?;
         let invalid = |field: String, reason: String| CampaignError::invalid(text, file, field, reason);
@@ -135,7 +135,7 @@ impl Campaign {
             {
                 return Err(invalid(
                     format!("scenarios[{i}]"),
-                    format!("{name} is the second that is called {}", scenario.name),
+                    format!("{name} is the second with the name {}", scenario.name),
                 ));
             }
             if !scenario.has_surface_craft() {

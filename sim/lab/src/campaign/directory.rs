@@ -124,7 +124,7 @@ impl Manifest {
         }
     }
 
-    /// The campaign, which errors call `file`.
+    /// The campaign, which errors call `file`. Fails where this program refuses what another one took.
     pub fn campaign(&self, file: &str) -> Result<Campaign, CampaignError> {
         Campaign::parse(&self.text, file, self.scenario_files.clone())
     }

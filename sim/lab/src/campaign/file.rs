@@ -35,11 +35,12 @@ pub struct CampaignFile {
     #[serde(default = "one")]
     #[schemars(range(max = SEED_MAX))]
     pub seed: u64,
-    /// Names of built-in scenarios or of `scenario_files`, or paths of files relative to this one; every built-in scenario
-    /// with a surface craft if left out.
+    /// Names of built-in scenarios or of `scenario_files`, or, where the campaign is a file, paths of others relative to it; every
+    /// built-in scenario with a surface craft if left out.
     #[serde(default)]
     pub scenarios: Vec<String>,
-    /// Texts of scenario files, TOML, by the names that `scenarios` calls them: for a campaign that is one file.
+    /// Texts of scenario files, TOML, by the names that `scenarios` calls them: for a campaign that is one file. They name no
+    /// files themselves.
     #[serde(default)]
     pub scenario_files: BTreeMap<String, String>,
     /// End every mission after this many seconds, if it is not over before; as the scenarios say if left out.

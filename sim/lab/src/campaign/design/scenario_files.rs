@@ -183,7 +183,7 @@ planner = {}
                 "crowded",
                 "calm",
                 text.to_owned(),
-                "one.toml:9: scenario_files.calm: a built-in scenario is called so",
+                "one.toml:9: scenario_files.calm: is the name of a built-in scenario",
             ),
             (
                 "crowded",
@@ -195,7 +195,7 @@ planner = {}
                 "mine",
                 "mine",
                 text.to_owned(),
-                "one.toml:5: scenarios[1]: calm is the second that is called calm",
+                "one.toml:5: scenarios[1]: calm is the second with the name calm",
             ),
             (
                 "mine",

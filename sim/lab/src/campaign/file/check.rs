@@ -48,7 +48,7 @@ impl CampaignFile {
         for name in self.scenario_files.keys() {
             let field = format!("scenario_files.{name}");
             if Scenario::text(name).is_some() {
-                return wrong(&field, "a built-in scenario is called so".to_owned());
+                return wrong(&field, "is the name of a built-in scenario".to_owned());
             }
             if !self.scenarios.contains(name) {
                 return wrong(&field, "scenarios does not name it".to_owned());
