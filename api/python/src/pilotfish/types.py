@@ -1035,10 +1035,11 @@ class NewCampaign(TypedDict):
     replicates: int
     # What the report compares.
     report: NotRequired[CampaignReport]
-    # Texts of scenario files, TOML, by the names that `scenarios` calls them: for a campaign that is one file.
+    # Texts of scenario files, TOML, by the names that `scenarios` calls them: for a campaign that is one file. They
+    # name no files themselves.
     scenario_files: NotRequired[dict[str, str]]
-    # Names of built-in scenarios or of `scenario_files`, or paths of files relative to this one; every built-in
-    # scenario with a surface craft if left out.
+    # Names of built-in scenarios or of `scenario_files`, or, where the campaign is a file, paths of others relative
+    # to it; every built-in scenario with a surface craft if left out.
     scenarios: NotRequired[list[str]]
     # Version of this format.
     schema_version: CampaignVersion
