@@ -95,6 +95,21 @@ impl Service {
         }
         timeout(PATIENCE, self.send(request)).await.expect("ends")
     }
+
+    /// Posts `new`, which is wrong at `pointer` and nowhere else.
+    async fn refused(&self, new: &Value, pointer: &str) -> Answer {
+        let answer = self.post(new).await;
+        assert_eq!(
+            answer.status,
+            StatusCode::UNPROCESSABLE_ENTITY,
+            "{pointer}: {}",
+            answer.text
+        );
+        let faults = answer.faults();
+        assert_eq!(faults.len(), 1, "{faults:?}");
+        assert_eq!(faults[0].0, pointer, "{}", answer.text);
+        answer
+    }
 }
 
 /// A campaign of a second.
@@ -393,23 +408,10 @@ async fn what_is_wrong_with_a_scenario_of_its_own_is_named_and_no_file_is_read()
             "/scenario_files/mine.toml",
         ),
     ] {
-        let answer = service.post(&new).await;
-        assert_eq!(
-            answer.status,
-            StatusCode::UNPROCESSABLE_ENTITY,
-            "{pointer}: {}",
-            answer.text
-        );
-        let faults = answer.faults();
-        assert_eq!(
-            (faults.len(), faults[0].0.as_str()),
-            (1, pointer),
-            "{}",
-            answer.text
-        );
+        let answer = service.refused(&new, pointer).await;
         assert!(!answer.text.contains("SECRET"));
     }
-    let refused = service.post(&grid).await.text;
+    let refused = service.refused(&grid, "/scenario_files/mine.toml").await.text;
     assert!(refused.contains("cannot be found"), "{refused}");
 }
 
@@ -451,16 +453,7 @@ async fn what_is_wrong_is_named_and_nothing_is_stored() {
         (with("/tuning/replicates", json!(1_000_000)), "/tuning/replicates"),
         (with("/schema_version", json!("2")), "/schema_version"),
     ] {
-        let answer = service.post(&new).await;
-        assert_eq!(
-            answer.status,
-            StatusCode::UNPROCESSABLE_ENTITY,
-            "{pointer}: {}",
-            answer.text
-        );
-        let faults = answer.faults();
-        assert_eq!(faults.len(), 1, "{faults:?}");
-        assert_eq!(faults[0].0, pointer, "{}", answer.text);
+        let answer = service.refused(&new, pointer).await;
         assert!(!answer.text.contains("SECRET"));
     }
     let runs = service.post(&with("/replicates", json!(5_001))).await;

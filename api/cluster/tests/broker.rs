@@ -317,7 +317,7 @@ async fn work_that_is_never_done_is_given_up_and_named() {
             .messages()
             .await
             .expect("answers");
-        // A fetch would not wait for what was just given back. Given back after all were taken: one that is given back at once may come again in the same round, and another too few times.
+        // Each is taken before one is returned, which could come again in the same round. A fetch would not wait for what was returned.
         let mut taken = vec![];
         while let Some(message) = messages.next().await {
             taken.push(message.expect("is work"));
