@@ -14,10 +14,15 @@ lint:
     cargo clippy --workspace --all-targets --all-features -- -D warnings
 
 docs:
-    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
+    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --all-features
 
 test:
     cargo test --workspace
+
+# What a change needs, in under three minutes after the build: without the modules called `slow`, such as campaigns, trials, kills
+# and the bridge under way
+test-fast:
+    SNAPSHOTS=40 cargo test --workspace --lib --bins --test claims --test program -- --skip slow::
 
 # Records, opened in pandas, GeoPandas and the MCAP reader; not part of `check`, which needs Rust alone
 python:
@@ -26,6 +31,10 @@ python:
 # The Python package: wheel, types, lints, tests, notebook
 python-package:
     .ci/python-package
+
+# The ROS 2 package against rclpy and a real service
+ros2:
+    .ci/ros2
 
 deny:
     .ci/deny
@@ -42,11 +51,14 @@ sbom:
 bench:
     cargo bench -p tests --bench plan
 
-# The scoreboard of every controller in every scenario: about half an hour on two cores; broken off, it goes on
+# Every controller in every scenario, into target/scoreboard/report.md: half an hour on two cores; resumes if interrupted
 scoreboard:
     cargo run --release -- campaign run examples/campaigns/scoreboard.toml --out target/scoreboard
     cargo run --release -- campaign report target/scoreboard
-    cp target/scoreboard/report.md docs/scoreboard.md
+
+# docs/scenario-keys.md, from the schema of scenario files
+scenario-keys:
+    UPDATE_DOCS=1 cargo test -p pilotfish-sim the_reference_of_keys
 
 # Hundreds of live missions on a service of their own, in release: ten minutes, or what the arguments say, such as
 # `just load --step 50` (until it has too much to do) or `just load --readers 100` (event streams)
@@ -63,10 +75,6 @@ load *more:
     until grep -q "http://" "$data/said"; do sleep 0.1; kill -0 $service; done
     url=$(grep -o -m 1 "http://[^ ]*" "$data/said")
     "$target/load" --url "$url" --pid $service {{more}}
-
-# Speed of the simulator and of the same vehicles in Python (needs tests/python/requirements.txt)
-speed:
-    python3 tests/python/speed.py
 
 # Time of one convex program in the planner's solver and in others (needs tests/python/requirements.txt)
 solvers:

@@ -1,5 +1,4 @@
 //! What the Rust examples share with the tests that run them.
 
-pub mod remote_guide;
 pub mod remote_missions;
 pub mod small_world;

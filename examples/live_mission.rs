@@ -1,12 +1,12 @@
-//! A live mission, rehearsed: what a surface craft's computer does all day, against a world in a hurry.
+//! Rehearses a live mission: does what a surface craft's computer does at sea, in a simulated world at up to twenty times real time.
 //!
 //! ```text
 //! cargo run --release -- serve --data /tmp/missions            # the server, in another terminal
 //! cargo run --release -p examples --example live_mission
 //! ```
-//! Once a second of mission time, what was heard is posted and the reference asked for. Kill the server on the way, and
-//! start it again with the same --data: the mission goes on. Until then the craft follows the last reference for as long
-//! as that is valid, and what the server did not acknowledge is posted again.
+//! Once a second of mission time it posts new reports and gets the reference. Kill the server on the way and restart it with
+//! the same --data: the mission resumes. Until then the craft follows the last reference while that is valid, and
+//! unacknowledged reports are posted again.
 
 use std::{
     collections::BTreeMap,
@@ -23,7 +23,7 @@ use examples::{
     small_world::{AUV_IDS, Steer, World, auvs},
 };
 use wire::{
-    Craft, Forecast, Goal, GoalKind, Hold, Origin, Outcome,
+    CraftDescription, Forecast, Goal, Hold, Origin, Outcome, Task, VehicleId,
     mission::{CurrentReference, Live, Mission, NewMission, Reports},
 };
 
@@ -33,9 +33,9 @@ const SILENCE_MAX: f64 = 180.0;
 const SETTLED_AFTER: usize = 60;
 /// Between two printed lines, s of mission time.
 const LINE_INTERVAL: f64 = 20.0;
-/// How long the server may be away at the beginning and at the end, when there is nothing else to do but wait.
+/// How long to wait for the server at the beginning and at the end.
 const PATIENCE: Duration = Duration::from_mins(1);
-/// Between two attempts at posting what is left at the end.
+/// Pause between two attempts to post the last reports.
 const REST: Duration = Duration::from_millis(200);
 
 #[derive(Parser)]
@@ -67,7 +67,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// What became of a mission.
+/// Results of a mission.
 #[derive(Debug)]
 pub(crate) struct Summary {
     /// Its name on the server.
@@ -78,7 +78,7 @@ pub(crate) struct Summary {
     pub(crate) settled_rms_m: f64,
     /// Largest distance while one AUV was not heard, m.
     pub(crate) silence_max_m: f64,
-    /// Time under a reference that is not what was asked for, s.
+    /// Time under a degraded reference, s.
     pub(crate) degraded_s: u32,
     /// Time without a valid reference, s.
     pub(crate) unguided_s: u32,
@@ -104,7 +104,7 @@ impl fmt::Display for Summary {
 /// Flies the mission. `aside` is called every second of mission time with that time, s.
 pub(crate) fn fly(arguments: &Arguments, aside: &mut dyn FnMut(f64)) -> Result<Summary, Box<dyn Error>> {
     let missions = RemoteMissions::new(&arguments.url);
-    // Keys of this run alone: those of another would bring back what was answered then.
+    // Unique to this run: the server answers a repeated key with its first answer.
     let run = format!(
         "rehearsal-{}",
         SystemTime::now().duration_since(UNIX_EPOCH)?.as_nanos()
@@ -131,7 +131,7 @@ pub(crate) fn fly(arguments: &Arguments, aside: &mut dyn FnMut(f64)) -> Result<S
     };
     let mut tally = Tally::default();
     while world.time() < duration {
-        // As far as the clock is, however long the server took to answer.
+        // Catches up with the clock after a slow answer.
         while world.time() < duration && world.clock() < clock.now() {
             world.step(bridge.steer(world.clock()));
             if world.is_at_a_whole_second() {
@@ -145,7 +145,7 @@ pub(crate) fn fly(arguments: &Arguments, aside: &mut dyn FnMut(f64)) -> Result<S
         aside(world.time());
         thread::sleep(next.saturating_duration_since(Instant::now()));
     }
-    // What is left counts as well.
+    // Posts the remaining reports.
     let end = Instant::now() + PATIENCE;
     while !bridge.waiting.is_empty() && Instant::now() < end {
         bridge.post(end)?;
@@ -173,22 +173,12 @@ fn new_mission(arguments: &Arguments) -> NewMission {
         simulated: None,
         live: Some(Live {
             auvs: auvs(arguments.duration.into()),
-            goal: Goal {
-                kind: GoalKind::Midpoint,
-                auv: None,
-                auvs: Some(AUV_IDS.map(str::to_owned).to_vec()),
-                dwell_s: None,
-                epoch_s: None,
-                weights: None,
-                range_m: None,
-                offset: None,
-            },
+            goal: Task::from(Goal::Midpoint {
+                auvs: AUV_IDS.map(VehicleId::from).to_vec(),
+            }),
             current: None,
             limits: None,
-            craft: Some(Craft {
-                preset: Some("medusa".to_owned()),
-                ..Craft::default()
-            }),
+            craft: Some(CraftDescription::of_preset("medusa")),
             keep_outs: vec![],
             area: vec![],
             acoustics: None,
@@ -207,7 +197,7 @@ fn new_mission(arguments: &Arguments) -> NewMission {
     }
 }
 
-/// The mission's clock. With a rate of 1 it is everybody's, and the server's must agree with this computer's.
+/// The mission's clock. It assumes that the server's clock agrees with this computer's.
 struct Clock {
     created: f64,
     rate: f64,
@@ -221,28 +211,28 @@ impl Clock {
         }
     }
 
-    /// What it shows, s.
+    /// Time of the mission, s.
     fn now(&self) -> f64 {
         let unix = SystemTime::now().duration_since(UNIX_EPOCH);
         let unix = unix.map_or(0.0, |since| since.as_secs_f64());
         self.created + self.rate * (unix - self.created)
     }
 
-    /// When it shows `time`; now, if that is past.
+    /// When the mission's time is `time`; now if that is past.
     fn reaches(&self, time: f64) -> Instant {
         Instant::now() + Duration::from_secs_f64((time - self.now()).max(0.0) / self.rate)
     }
 }
 
-/// What the craft's computer remembers, and how it asks.
+/// State of the craft's computer, and its calls to the server.
 struct Bridge<'a> {
     missions: &'a RemoteMissions,
     mission: &'a str,
-    /// What its keys begin with.
+    /// Prefix of its idempotency keys.
     run: &'a str,
-    /// Reports that were to be posted so far: the next one's number.
+    /// Number of posts so far, sent or waiting.
     posts: u32,
-    /// Reports with their keys that the server has not acknowledged, the newest last.
+    /// Unacknowledged reports with their keys, the newest last.
     waiting: Vec<(String, Reports)>,
     acknowledged: BTreeMap<u64, Reports>,
     retries: u32,
@@ -250,7 +240,7 @@ struct Bridge<'a> {
 }
 
 impl Bridge<'_> {
-    /// What to steer when the mission's clock shows `time`: the last reference, while it is valid.
+    /// The last reference, while it is valid at `time`.
     fn steer(&self, time: f64) -> Option<Steer> {
         let reference = self.reference.as_ref()?.plan.reference;
         (time <= reference.valid_until_s).then_some(Steer {
@@ -264,8 +254,8 @@ impl Bridge<'_> {
         self.posts += 1;
     }
 
-    /// Posts what waits until there is nothing more, the time is over, or the server away. The newest goes first: where
-    /// the craft is now matters more than where it was.
+    /// Posts waiting reports until none is left, `end` has passed or the server does not answer. The newest goes first: the
+    /// craft's present position matters most.
     fn post(&mut self, end: Instant) -> Result<(), NoAnswer> {
         while let Some((key, heard)) = self.waiting.last() {
             match self.missions.report(self.mission, heard, key) {
@@ -286,7 +276,7 @@ impl Bridge<'_> {
         Ok(())
     }
 
-    /// Asks for the reference. Where there is no answer, or no plan since the server was started, the last one stays.
+    /// Gets the reference. Without an answer, or without a plan since the server's start, the last one stays.
     fn ask(&mut self) -> Result<(), NoAnswer> {
         match self.missions.reference(self.mission) {
             Ok(Some(reference)) => self.reference = Some(reference),
@@ -298,7 +288,7 @@ impl Bridge<'_> {
     }
 }
 
-/// How well it goes, seen once a second.
+/// Scores, updated once a second.
 #[derive(Default)]
 struct Tally {
     distances: Vec<f64>,
@@ -336,13 +326,13 @@ impl Tally {
     }
 }
 
-/// Root mean square; not a number, where there is none.
+/// Root mean square; NaN without values.
 fn rms(values: &[f64]) -> f64 {
     let n = u32::try_from(values.len()).map_or(f64::INFINITY, f64::from);
     (values.iter().map(|value| value * value).sum::<f64>() / n).sqrt()
 }
 
-/// The name that JSON has for it.
+/// Its name in JSON.
 fn name(value: impl serde::Serialize) -> String {
     let name = serde_json::to_value(value).unwrap_or_default();
     name.as_str().unwrap_or_default().to_owned()

@@ -1,7 +1,7 @@
 //! The smallest client: posts a snapshot, prints the speed and the heading to steer.
 //!
 //! ```text
-//! cargo run --release                                          # the server, in a terminal of its own
+//! cargo run --release                                          # the server, in another terminal
 //! cargo run --release -p examples --example post_snapshot
 //! cargo run --release -p examples --example post_snapshot -- examples/snapshots/midpoint.json
 //! ```
@@ -36,7 +36,7 @@ pub(crate) fn ask(arguments: &Arguments) -> Result<String, Box<dyn Error>> {
     let Arguments { snapshot, url } = arguments;
     let body = fs::read_to_string(snapshot).map_err(|error| format!("{snapshot}: {error}"))?;
 
-    // A refusal has a body that names the wrong member, so it is read like any other answer.
+    // A refusal has a problem document as its body, so it is read like any other answer.
     let agent: ureq::Agent = ureq::Agent::config_builder()
         .http_status_as_error(false)
         .build()

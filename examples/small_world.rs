@@ -1,8 +1,8 @@
-//! A small world to rehearse a live mission in: two underwater vehicles (AUVs) on lawn-mower paths, and a surface craft
-//! that hears of them by sound: roughly, late, out of turn, and of some of it twice.
+//! A small world to rehearse a live mission in: two AUVs on lawn-mower paths, and a surface craft that gets acoustic fixes of
+//! them: inaccurate, late, reordered, and some twice.
 //!
-//! The AUVs are always on their paths, and slower than planned: what is known of a vehicle is never all true. The craft
-//! has the planner's own limits and no inertia but those: it is no test of the planner, the simulator is.
+//! The AUVs stay on their paths and are slower than planned. The craft is a simple model with the planner's limits; only the
+//! simulator (`sim/`) tests the planner.
 
 use std::{f64::consts::TAU, ops::Range};
 
@@ -10,7 +10,7 @@ use planner::angle::wrap;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use wire::{
-    Asc, Path, Report, Segment, SegmentKind,
+    Asc, DeclaredPath, Report, Segment,
     mission::{AscReport, LiveAuv, Reports},
 };
 
@@ -25,13 +25,13 @@ pub const AUV_IDS: [&str; 2] = ["auv-1", "auv-2"];
 const SILENT: usize = 1;
 /// Where the AUVs' paths begin, east, m.
 const START_EAST: [f64; 2] = [0.0, 60.0];
-/// Length of a lane, and from one to the next, m.
+/// Length of a lane, and spacing of lanes, m.
 const LANE: [f64; 2] = [60.0, 20.0];
-/// Radius of the corners of the path that is sent, m: it must have one. The AUVs turn on the spot.
+/// Radius of the corners of the planned path, m. The AUVs turn on the spot.
 const FILLET: f64 = 1.0;
-/// Horizontal speed that the AUVs are said to have, m/s.
+/// Horizontal speed of the AUVs in their plan, m/s.
 const SPEED_PLANNED: f64 = 0.40;
-/// What they have, m/s.
+/// Their true horizontal speed, m/s.
 const SPEED: f64 = 0.38;
 /// m.
 const DEPTH: f64 = 10.0;
@@ -46,24 +46,24 @@ const DELAY_MAX: f64 = 8.0;
 const TWICE: f64 = 0.1;
 
 /// The craft: time constant of its speed, s, and the most that its speed, m/s², and its heading, rad/s, change. The
-/// defaults of [`wire::Limits`].
+/// defaults of [`wire::DeclaredLimits`].
 const SURGE_LAG: f64 = 2.5;
 const ACCELERATION_MAX: f64 = 0.09;
 const TURN_RATE_MAX: f64 = 0.3;
 /// Time constant of its heading, s.
 const HEADING_LAG: f64 = 1.0;
 
-/// The truth, and what is on its way to the surface craft.
+/// The true state, and the fixes under way to the surface craft.
 #[derive(Debug)]
 pub struct World {
-    /// What the mission's clock showed at the start, s.
+    /// Mission time of the start, s.
     start: f64,
     /// Steps since the start.
     steps: u32,
     /// Corners of each AUV's path (north, east), m.
     paths: [Vec<[f64; 2]>; 2],
     craft: Craft,
-    /// When one AUV is not heard, s since the start.
+    /// When one AUV sends no fixes, s since the start.
     silence: Range<f64>,
     on_their_way: Vec<OnItsWay>,
     rng: ChaCha8Rng,
@@ -94,20 +94,15 @@ struct OnItsWay {
     fix: Report,
 }
 
-/// The AUVs as the client of a mission that lasts `duration` s tells of them.
+/// The AUVs of a mission that lasts `duration` s.
 #[must_use]
 pub fn auvs(duration: f64) -> Vec<LiveAuv> {
     let auv = |(id, points): (&str, Vec<[f64; 2]>)| LiveAuv {
         id: id.to_owned(),
-        path: Some(Path {
-            segments: vec![Segment {
-                kind: SegmentKind::Waypoints,
-                from: None,
-                to: None,
-                centre: None,
-                angle_rad: None,
-                points: Some(points),
-                fillet_m: Some(FILLET),
+        path: Some(DeclaredPath {
+            segments: vec![Segment::Waypoints {
+                points,
+                fillet_m: FILLET,
             }],
             closed: false,
             speed_mps: SPEED_PLANNED,
@@ -118,8 +113,8 @@ pub fn auvs(duration: f64) -> Vec<LiveAuv> {
 }
 
 impl World {
-    /// A world that lasts `duration` s from when the mission's clock shows `start`, and in which one AUV is not heard
-    /// during `silence`, s since then.
+    /// A world of `duration` s that begins at the mission time `start`. One AUV sends no fixes during `silence`, s since the
+    /// start.
     #[must_use]
     pub fn new(start: f64, duration: f64, silence: Range<f64>, seed: u64) -> Self {
         Self {
@@ -144,19 +139,19 @@ impl World {
         f64::from(self.steps) / f64::from(STEPS_PER_S)
     }
 
-    /// Whether a whole number of seconds has passed.
+    /// Whether the time is a whole number of seconds.
     #[must_use]
     pub fn is_at_a_whole_second(&self) -> bool {
         self.steps.is_multiple_of(STEPS_PER_S)
     }
 
-    /// What the mission's clock shows, s.
+    /// Mission time, s.
     #[must_use]
     pub fn clock(&self) -> f64 {
         self.start + self.time()
     }
 
-    /// Lets a tenth of a second pass. Without a reference the craft keeps its heading and stops.
+    /// Advances by 0.1 s. Without a reference the craft keeps its heading and stops.
     pub fn step(&mut self, steer: Option<Steer>) {
         self.craft.step(steer.unwrap_or(Steer {
             speed: 0.0,
@@ -171,13 +166,13 @@ impl World {
         }
     }
 
-    /// Whether one AUV is not heard.
+    /// Whether one AUV sends no fixes.
     #[must_use]
     pub fn is_silent(&self) -> bool {
         self.silence.contains(&self.time())
     }
 
-    /// What the craft has heard since it was last asked, and where it is.
+    /// New fixes, and the craft's state.
     pub fn heard(&mut self) -> Reports {
         let now = self.time();
         let mut heard = Reports {
@@ -192,7 +187,7 @@ impl World {
         heard
     }
 
-    /// From the craft to the midpoint of the AUVs, m.
+    /// Distance of the craft from the midpoint of the AUVs, m.
     #[must_use]
     pub fn distance(&self) -> f64 {
         let [a, b] = [0, 1].map(|auv| self.auv(auv));
@@ -211,7 +206,7 @@ impl World {
         let delay = self.rng.random_range(0.0..DELAY_MAX);
         let again = DELAY_MAX * self.rng.random::<f64>();
         let twice = self.rng.random_bool(TWICE);
-        // Silent or not, it takes as many random numbers: the same seed is the same luck.
+        // A silence consumes as many random numbers, so that the same seed gives the same errors.
         if auv == SILENT && self.is_silent() {
             return;
         }
@@ -269,7 +264,7 @@ impl Craft {
     }
 }
 
-/// Corners of as many lanes as the AUVs travel in `duration` s, and one more.
+/// Corners of the lanes that the AUVs travel in `duration` s, and of one more.
 fn paths(duration: f64) -> [Vec<[f64; 2]>; 2] {
     let [length, apart] = LANE;
     START_EAST.map(|start_east| {
@@ -300,9 +295,9 @@ fn along(points: &[[f64; 2]], mut distance: f64) -> [f64; 2] {
     *points.last().expect("a path has points")
 }
 
-/// Two independent standard normal numbers, as Box and Muller make them of two uniform ones.
+/// Two independent standard normal numbers (Box–Muller).
 fn normal_pair(rng: &mut ChaCha8Rng) -> [f64; 2] {
-    // Uniform numbers are in [0, 1); the logarithm wants (0, 1].
+    // Uniform numbers are in [0, 1); the logarithm needs (0, 1].
     let radius = (-2.0 * (1.0 - rng.random::<f64>()).ln()).sqrt();
     let (sin, cos) = (TAU * rng.random::<f64>()).sin_cos();
     [radius * cos, radius * sin]

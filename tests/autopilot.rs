@@ -2,7 +2,7 @@
 //!
 //! What it keeps of the real one: references count in mode GUIDED alone and while armed; the velocity's length is the speed ahead, over
 //! ground, clipped at `WP_SPEED`; the yaw is the heading; three seconds without a reference stop it; commands set the mode and arm;
-//! parameters are answered by name. Messages of other systems on the wire are handed on.
+//! parameters are answered by name. Messages of other systems on the wire are forwarded.
 
 use std::{
     collections::VecDeque,
@@ -43,7 +43,7 @@ const SPEED_TIME: f64 = 1.0;
 const ACCELERATION_MAX: f64 = 1.0;
 const TURN_RATE_MAX: f64 = 2.0;
 const WP_SPEED: f32 = 2.0;
-/// What it answers of its parameters: one rudder, one thruster.
+/// Its parameters: one rudder, one thruster.
 const PARAMETERS: [(&str, f32); 5] = [
     ("WP_SPEED", WP_SPEED),
     ("ATC_STR_RAT_MAX", 120.0),
@@ -65,15 +65,15 @@ pub struct Boat {
     pub speed: f64,
     /// As `HOLD`, `GUIDED`.
     pub mode: u32,
-    /// Whether the motors may run.
+    /// Whether it is armed.
     pub is_armed: bool,
-    /// Whether it says that it lives.
+    /// Whether it sends heartbeats.
     pub has_heartbeat: bool,
     /// Whether it knows its position.
     pub has_position: bool,
-    /// References that came, whatever became of them.
+    /// References received.
     pub references: u64,
-    /// Orders of a mode or to arm that came.
+    /// Orders received: of a mode, or to arm.
     pub orders: u64,
     reference: Option<(f64, f64, Instant)>,
     yaw_rate: f64,
@@ -130,7 +130,7 @@ impl StandIn {
         lock(&self.boat)
     }
 
-    /// Hands on what another system says of itself: at (north, east), m, with the velocity (north, east), m/s.
+    /// Forwards a message of another system: position and velocity (north, east), m and m/s.
     pub fn hear(&self, system: u32, position: &Vector2<f64>, velocity: &Vector2<f64>) {
         let mut waiting = lock(&self.others);
         waiting.push_back(frame(system, &place(position, velocity, None)));
@@ -179,7 +179,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Goes on for ever, with one client at a time.
+/// Runs forever, with one client at a time.
 fn sail(
     listener: &TcpListener,
     boat: &Mutex<Boat>,
@@ -293,7 +293,7 @@ impl Boat {
         bow * self.speed + starboard * starboard.dot(current)
     }
 
-    /// What it says at this step: fifty of them are a second.
+    /// Its messages at this step, of fifty in a second.
     fn messages(&self, step: u64, current: &Vector2<f64>) -> Vec<MavMessage> {
         let mut said = vec![];
         if step.is_multiple_of(50) && self.has_heartbeat {

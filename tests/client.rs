@@ -78,6 +78,26 @@ pub async fn send(settings: Settings, request: Request<Body>) -> Answer {
     send_to(app(settings), request).await
 }
 
+/// The JSON of `path`, which is there.
+///
+/// # Panics
+/// Where it is refused: the test's finding.
+pub async fn served(path: &str) -> Value {
+    let answer = send(Settings::default(), get(path)).await;
+    assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+    answer.json()
+}
+
+/// The JSON of the answer to `body`, posted to `path` and accepted.
+///
+/// # Panics
+/// Where it is refused: the test's finding.
+pub async fn answered(path: &str, body: impl Into<Body>) -> Value {
+    let answer = send(Settings::default(), post(path, body)).await;
+    assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+    answer.json()
+}
+
 /// Sends `request` to `service`.
 ///
 /// # Panics

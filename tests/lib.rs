@@ -9,32 +9,20 @@ pub mod server;
 use nalgebra::Vector2;
 use planner::{
     angle::{Course, Heading},
-    craft::{CraftDescription, Preset},
+    craft::CraftDescription,
     plan::{Workspace, plan},
     policy::Policy,
-    snapshot::{
-        AscState, Auv, AuvState, Evidence, Fallback, ForecastChoice, Goal, HoldStyle, Limits, Observation,
-        Offset, PreviousPlan, Snapshot, VehicleId,
-    },
+    snapshot::{Asc, Auv, AuvState, Goal, Limits, Offset, PlanRequest, PreviousPlan, Snapshot, VehicleId},
 };
 
 /// An AUV at (north, east) metres on a course, at the horizontal speed of a 50° sawtooth, 0.193 m/s.
 #[must_use]
 pub fn auv(id: &str, north: f64, east: f64, course: f64) -> Auv {
-    Auv {
-        id: VehicleId(id.into()),
-        evidence: Evidence::State(AuvState {
-            position: Vector2::new(north, east),
-            depth: 5.0,
-            course: Course::new(course),
-            speed: 0.193,
-            turn_rate: 0.0,
-            age: 0.4,
-            covariance: None,
-        }),
-        path: None,
-        dive: None,
-    }
+    let state = AuvState {
+        age_s: 0.4,
+        ..AuvState::new(Vector2::new(north, east), 5.0, Course::new(course), 0.193)
+    };
+    Auv::new(id, state)
 }
 
 /// The state of AUV number `i`, to be changed.
@@ -42,9 +30,15 @@ pub fn auv(id: &str, north: f64, east: f64, course: f64) -> Auv {
 /// # Panics
 /// Where it is known by reports: a test's own mistake.
 #[must_use]
-pub fn state(observation: &mut Observation, i: usize) -> &mut AuvState {
-    let evidence = &mut observation.auvs[i].evidence;
-    evidence.state_mut().expect("the test's AUVs have states")
+pub fn state(observation: &mut PlanRequest, i: usize) -> &mut AuvState {
+    let state = observation.auvs[i].state.as_mut();
+    state.expect("the test's AUVs have states")
+}
+
+/// Moves AUV number `i` to `position` (north, east), m.
+pub fn place(observation: &mut PlanRequest, i: usize, position: Vector2<f64>) {
+    let auv = state(observation, i);
+    [auv.north_m, auv.east_m] = position.into();
 }
 
 /// The names of the two AUVs of [`observation`].
@@ -56,39 +50,25 @@ pub fn both() -> Vec<VehicleId> {
 /// The craft that the tests' limits are of, described by its name.
 #[must_use]
 pub fn medusa() -> CraftDescription {
-    CraftDescription {
-        preset: Preset::named("medusa"),
-        ..CraftDescription::default()
-    }
+    CraftDescription::of_preset("medusa")
 }
 
 /// A craft at the datum with two AUVs ahead, on parallel northward lanes 60 m apart.
 #[must_use]
-pub fn observation(goal: Goal) -> Observation {
-    Observation {
-        time: 200.0,
-        asc: AscState {
-            position: Vector2::zeros(),
-            heading: Heading::new(0.3),
-            surge: 0.3,
-            sway: 0.01,
-            yaw_rate: 0.0,
-            ground_velocity: None,
-        },
-        auvs: vec![auv("auv-1", 12.0, -3.0, 0.02), auv("auv-2", 10.0, 57.0, 0.0)],
-        goal,
-        offset: None,
-        current: Some(Vector2::new(0.02, 0.05)),
-        limits: Limits::MEDUSA,
-        craft: medusa(),
-        keep_outs: vec![],
-        area: vec![],
-        range_max: None,
-        surfacing_separation: None,
-        forecast: ForecastChoice::Auto,
-        fallback: Fallback::Los,
-        hold: HoldStyle::SlowTurn,
-        previous_plan: None,
+pub fn observation(goal: Goal) -> PlanRequest {
+    PlanRequest {
+        current: Some(Vector2::new(0.02, 0.05).into()),
+        limits: Some(Limits::MEDUSA.into()),
+        craft: Some(medusa()),
+        ..PlanRequest::new(
+            200.0,
+            Asc {
+                sway_mps: 0.01,
+                ..Asc::new(Vector2::zeros(), Heading::new(0.3), 0.3)
+            },
+            vec![auv("auv-1", 12.0, -3.0, 0.02), auv("auv-2", 10.0, 57.0, 0.0)],
+            goal,
+        )
     }
 }
 
@@ -101,8 +81,8 @@ pub fn goals() -> [Goal; 5] {
         },
         Goal::Intermittent {
             auvs: both(),
-            dwell: 240.0,
-            epoch: 0.0,
+            dwell_s: 240.0,
+            epoch_s: 0.0,
         },
         Goal::Midpoint { auvs: both() },
         Goal::Weighted {
@@ -110,7 +90,7 @@ pub fn goals() -> [Goal; 5] {
         },
         Goal::Range {
             auvs: both(),
-            radius: 60.0,
+            range_m: 60.0,
         },
     ]
 }
@@ -119,7 +99,7 @@ pub fn goals() -> [Goal; 5] {
 #[must_use]
 pub fn offsets() -> [Offset; 2] {
     let by = Vector2::new(-5.0, 15.0);
-    [Offset::Ned(by), Offset::Target(by)]
+    [Offset::ned(by), Offset::target(by)]
 }
 
 /// The observation as a snapshot.
@@ -127,7 +107,7 @@ pub fn offsets() -> [Offset; 2] {
 /// # Panics
 /// Where the observation is not a valid one: a test's own mistake.
 #[must_use]
-pub fn snapshot(observation: Observation) -> Snapshot {
+pub fn snapshot(observation: PlanRequest) -> Snapshot {
     Snapshot::try_from(observation).expect("the test starts from a valid observation")
 }
 
@@ -136,27 +116,25 @@ pub fn snapshot(observation: Observation) -> Snapshot {
 /// # Panics
 /// Never: the plan begins before now.
 #[must_use]
-pub fn followed(age: f64) -> Observation {
+pub fn followed(age: f64) -> PlanRequest {
     let mut observation = observation(goals()[0].clone());
-    let before = snapshot(Observation {
-        time: observation.time - age,
+    let before = snapshot(PlanRequest {
+        t_s: observation.t_s - age,
         ..observation.clone()
     });
     let answer = plan(&before, &Policy::default(), &mut Workspace::default());
     let now = answer
         .trajectory
         .iter()
-        .rfind(|point| point.time <= observation.time)
+        .rfind(|point| point.t_s <= observation.t_s)
         .expect("the plan was made before");
-    observation.asc.position = now.position;
-    observation.asc.heading = now.heading;
-    (observation.asc.surge, observation.asc.sway) = (now.speed, 0.0);
+    observation.asc = Asc::new(now.position(), now.heading(), now.speed_mps);
     let moved = state(&mut observation, 0).velocity() * age;
-    state(&mut observation, 0).position += moved;
+    let auv = state(&mut observation, 0);
+    [auv.north_m, auv.east_m] = (auv.position() + moved).into();
     observation.previous_plan = Some(PreviousPlan {
         reference: None,
-        command: None,
-        craft: None,
+        craft_estimate: None,
         ..PreviousPlan::from(&answer)
     });
     observation

@@ -1,20 +1,20 @@
 //! Snapshots from all over what is accepted, ugly ones included.
 
-use std::{f64::consts::PI, sync::Arc};
+use std::f64::consts::PI;
 
-use nalgebra::{Matrix4, Vector2};
+use nalgebra::Vector2;
 use planner::{
     angle::{Course, Heading},
     craft::{
-        CraftDescription, CraftEstimate, HeadingDynamics, HeadingHeld, Integrator, MEMORY_LENGTH, PRESETS,
-        PropulsionPower, SpeedHeld,
+        CraftDescription, CraftEstimate, HeadingLoop, HeadingReference, MEMORY_LENGTH, PRESETS, Power,
+        SpeedReference, SurgeLoop,
     },
     los::Reference,
-    path::{Path, Segment},
+    path::Segment,
     snapshot::{
-        AscState, Auv, AuvState, Dive, Evidence, Fallback, ForecastChoice, ForecastModel, Goal, GroundTrack,
-        HoldStyle, KeepOut, KnownPath, Limits, Observation, Offset, PreviousPlan, PreviousTarget, Report,
-        TrajectoryPoint, VehicleId,
+        Acoustics, Asc, Auv, AuvState, Current, DeclaredPath, Dive, Drift, Forecast, Goal, GroundTrack, Hold,
+        KeepOut, Limits, Offset, PlanRequest, PreviousCraft, PreviousEstimate, PreviousPlan, PreviousTarget,
+        Report, Task, TrajectoryPoint, VehicleId,
     },
 };
 use rand::{RngExt, SeedableRng};
@@ -23,7 +23,7 @@ use rand_chacha::ChaCha8Rng;
 /// A snapshot's facts, another for every seed. About half are what a mission may meet; in the others any number may
 /// be at the edge of what is accepted, vehicles may coincide or be at rest, and an earlier plan may be another's.
 #[must_use]
-pub fn observation(seed: u64) -> Observation {
+pub fn observation(seed: u64) -> PlanRequest {
     let mut draw = Draw {
         rng: ChaCha8Rng::seed_from_u64(seed),
         ugly: seed % 2 == 1,
@@ -69,16 +69,16 @@ impl Draw {
         Vector2::new(axis(centre.x), axis(centre.y))
     }
 
-    fn observation(&mut self) -> Observation {
+    fn observation(&mut self) -> PlanRequest {
         let time = self.number((0.0, 1.0e4), (-1.0e11, 1.0e11));
         let n_auvs = 1 + self.rng.random_range(0..if self.ugly { 16 } else { 3 });
         let centre = self.place(Vector2::zeros(), 500.0);
         let asc = self.asc(centre);
-        let mut auvs: Vec<_> = (0..n_auvs).map(|i| self.auv(i, time, asc.position)).collect();
+        let mut auvs: Vec<_> = (0..n_auvs).map(|i| self.auv(i, time, asc.position())).collect();
         if self.ugly && self.chance(0.2) {
-            let everyone = auvs[0].evidence.clone();
+            let (state, reports) = (auvs[0].state, auvs[0].reports.clone());
             for auv in &mut auvs {
-                auv.evidence = everyone.clone();
+                (auv.state, auv.reports) = (state, reports.clone());
             }
         }
         let goal = self.goal(&auvs, time);
@@ -99,13 +99,15 @@ impl Draw {
         };
         let in_one_place = self.chance(0.1);
         let keep_outs = (0..n_discs)
-            .map(|_| KeepOut {
-                centre: self.place(asc.position, if in_one_place { 0.0 } else { 60.0 }),
-                radius: self.number((2.0, 20.0), (0.1, 1.0e4)),
+            .map(|_| {
+                KeepOut::new(
+                    self.place(asc.position(), if in_one_place { 0.0 } else { 60.0 }),
+                    self.number((2.0, 20.0), (0.1, 1.0e4)),
+                )
             })
             .collect();
         let area = if self.chance(0.3) {
-            self.area(asc.position)
+            self.area(asc.position())
         } else {
             vec![]
         };
@@ -115,55 +117,59 @@ impl Draw {
             self.number((-30.0, 30.0), (-1.0e3, 1.0e3)),
         );
         let offset = match self.rng.random_range(0..6) {
-            0 => Some(Offset::Ned(by)),
-            1 => Some(Offset::Target(by)),
+            0 => Some(Offset::ned(by)),
+            1 => Some(Offset::target(by)),
             _ => None,
         };
-        Observation {
-            time,
-            goal,
-            offset,
-            current: self.chance(0.6).then(|| {
-                let mut axis = || self.number((-0.3, 0.3), (-3.0, 3.0));
-                Vector2::new(axis(), axis())
-            }),
-            limits,
-            craft,
+        PlanRequest {
+            current: self.chance(0.6).then(|| self.current()),
+            limits: Some(limits.into()),
+            craft: Some(craft),
             keep_outs,
             area,
-            range_max: self.chance(0.4).then(|| self.number((20.0, 200.0), (1.0, 2.0e4))),
-            surfacing_separation: self.chance(0.3).then(|| self.number((2.0, 20.0), (0.5, 100.0))),
+            acoustics: self.chance(0.4).then(|| Acoustics {
+                range_max_m: self.number((20.0, 200.0), (1.0, 2.0e4)),
+            }),
+            surfacing_separation_m: self.chance(0.3).then(|| self.number((2.0, 20.0), (0.5, 100.0))),
             forecast: [
-                ForecastChoice::Auto,
-                ForecastChoice::Auto,
-                ForecastChoice::Model(ForecastModel::Hold),
-                ForecastChoice::Model(ForecastModel::ConstantVelocity),
-                ForecastChoice::Model(ForecastModel::ConstantTurn),
-                ForecastChoice::Model(ForecastModel::Path),
+                Forecast::Auto,
+                Forecast::Auto,
+                Forecast::Hold,
+                Forecast::ConstantVelocity,
+                Forecast::ConstantTurn,
+                Forecast::Path,
             ][self.rng.random_range(0..6)],
-            fallback: Fallback::Los,
             hold: if self.chance(0.5) {
-                HoldStyle::Stop
+                Hold::Stop
             } else {
-                HoldStyle::SlowTurn
+                Hold::SlowTurn
             },
             previous_plan,
-            asc,
-            auvs,
+            ..PlanRequest::new(time, asc, auvs, Task { goal, offset })
         }
     }
 
-    fn asc(&mut self, position: Vector2<f64>) -> AscState {
-        AscState {
-            position,
-            heading: Heading::new(self.angle()),
-            surge: self.number((0.0, 1.5), (-5.0, 20.0)),
-            sway: self.number((-0.1, 0.1), (-5.0, 5.0)),
-            yaw_rate: self.number((-0.3, 0.3), (-3.0, 3.0)),
-            ground_velocity: self.chance(0.3).then(|| {
+    fn current(&mut self) -> Current {
+        let mut axis = || self.number((-0.3, 0.3), (-3.0, 3.0));
+        Current {
+            north_mps: axis(),
+            east_mps: axis(),
+        }
+    }
+
+    fn asc(&mut self, position: Vector2<f64>) -> Asc {
+        Asc {
+            sway_mps: self.number((-0.1, 0.1), (-5.0, 5.0)),
+            yaw_rate_radps: self.number((-0.3, 0.3), (-3.0, 3.0)),
+            ..Asc::new(
+                position,
+                Heading::new(self.angle()),
+                self.number((0.0, 1.5), (-5.0, 20.0)),
+            )
+            .with_ground_velocity(self.chance(0.3).then(|| {
                 let mut axis = || self.number((-1.5, 1.5), (-25.0, 25.0));
                 Vector2::new(axis(), axis())
-            }),
+            }))
         }
     }
 
@@ -171,34 +177,42 @@ impl Draw {
         let spread = if self.chance(0.1) { 0.0 } else { 80.0 };
         let position = self.place(near, spread);
         let course = self.angle();
-        let evidence = if self.chance(0.4) {
-            Evidence::Reports(self.reports(time, position, course))
+        let id = VehicleId(format!("auv-{i}"));
+        let auv = if self.chance(0.4) {
+            Auv::reported(id, self.reports(time, position, course))
         } else {
-            Evidence::State(AuvState {
-                position,
-                depth: self.number((0.0, 30.0), (-10.0, 12_000.0)),
-                course: Course::new(course),
-                speed: if self.chance(0.15) {
-                    0.0
-                } else {
-                    self.number((0.0, 0.5), (0.0, 10.0))
-                },
-                turn_rate: self.number((-0.05, 0.05), (-1.0, 1.0)),
-                age: self.number((0.0, 60.0), (0.0, 3600.0)),
+            let state = AuvState {
+                turn_rate_radps: self.number((-0.05, 0.05), (-1.0, 1.0)),
+                age_s: self.number((0.0, 60.0), (0.0, 3600.0)),
                 covariance: self.chance(0.3).then(|| {
                     let (p, v) = (
                         self.number((0.1, 9.0), (0.0, 1.0e4)),
                         self.number((0.001, 0.01), (0.0, 1.0)),
                     );
-                    Matrix4::from_diagonal(&nalgebra::Vector4::new(p, p, v, v))
+                    [
+                        [p, 0.0, 0.0, 0.0],
+                        [0.0, p, 0.0, 0.0],
+                        [0.0, 0.0, v, 0.0],
+                        [0.0, 0.0, 0.0, v],
+                    ]
                 }),
-            })
+                ..AuvState::new(
+                    position,
+                    self.number((0.0, 30.0), (-10.0, 12_000.0)),
+                    Course::new(course),
+                    if self.chance(0.15) {
+                        0.0
+                    } else {
+                        self.number((0.0, 0.5), (0.0, 10.0))
+                    },
+                )
+            };
+            Auv::new(id, state)
         };
         Auv {
-            id: VehicleId(format!("auv-{i}")),
-            evidence,
             path: self.chance(0.3).then(|| self.path(position, course)),
             dive: self.chance(0.4).then(|| self.dive()),
+            ..auv
         }
     }
 
@@ -212,48 +226,51 @@ impl Draw {
                 let spread = if self.chance(0.05) { 60.0 } else { 2.0 };
                 let there = (position + way).map(|axis| axis.clamp(-9.9e5, 9.9e5));
                 Report {
-                    time: time - age,
-                    position: self.place(there, spread),
-                    sigma: self.number((0.5, 3.0), (0.05, 100.0)),
-                    depth: self
+                    depth_m: self
                         .chance(0.5)
                         .then(|| self.number((0.0, 30.0), (-10.0, 12_000.0))),
-                    ground_track: self.chance(0.5).then(|| GroundTrack {
+                    turn_rate_radps: self.chance(0.3).then(|| self.number((-0.05, 0.05), (-1.0, 1.0))),
+                    ..Report::new(
+                        time - age,
+                        self.place(there, spread),
+                        self.number((0.5, 3.0), (0.05, 100.0)),
+                    )
+                    .with_ground_track(self.chance(0.5).then(|| GroundTrack {
                         course: Course::new(course + 0.1 * self.angle()),
                         speed,
-                    }),
-                    turn_rate: self.chance(0.3).then(|| self.number((-0.05, 0.05), (-1.0, 1.0))),
+                    }))
                 }
             })
             .collect()
     }
 
-    fn path(&mut self, position: Vector2<f64>, course: f64) -> KnownPath {
+    fn path(&mut self, position: Vector2<f64>, course: f64) -> DeclaredPath {
         let inside = |point: Vector2<f64>| point.map(|axis| axis.clamp(-9.9e5, 9.9e5));
         let (along, abeam) = (Course::new(course).unit(), Course::new(course + PI / 2.0).unit());
         let from = inside(position - along * 30.0);
         let segment = Segment::Waypoints {
             points: vec![
-                from,
-                from + along * 100.0,
-                from + along * 100.0 + abeam * 50.0,
-                from + abeam * 50.0,
+                from.into(),
+                (from + along * 100.0).into(),
+                (from + along * 100.0 + abeam * 50.0).into(),
+                (from + abeam * 50.0).into(),
             ],
-            fillet_radius: 10.0,
+            fillet_m: 10.0,
         };
-        KnownPath {
-            path: Arc::new(Path::from_segments(&[segment], false).expect("corners of a rectangle")),
-            horizontal_speed: self.number((0.1, 0.4), (0.01, 10.0)),
+        DeclaredPath {
+            segments: vec![segment],
+            closed: false,
+            speed_mps: self.number((0.1, 0.4), (0.01, 10.0)),
         }
     }
 
     fn dive(&mut self) -> Dive {
         let depth_min = self.number((0.0, 3.0), (0.0, 1.0e4));
         Dive {
-            depth_min,
-            depth_max: depth_min + self.number((5.0, 30.0), (0.5, 1.0e3)),
-            pitch: self.number((0.3, 0.9), (0.05, 1.4)),
-            reversal: self.number((1.0, 10.0), (0.1, 120.0)),
+            depth_min_m: depth_min,
+            depth_max_m: depth_min + self.number((5.0, 30.0), (0.5, 1.0e3)),
+            pitch_rad: self.number((0.3, 0.9), (0.05, 1.4)),
+            reversal_s: Some(self.number((1.0, 10.0), (0.1, 120.0))),
             descending: [None, Some(true), Some(false)][self.rng.random_range(0..3)],
         }
     }
@@ -270,7 +287,7 @@ impl Draw {
             },
             4 => Goal::Range {
                 auvs: named,
-                radius: self.number((20.0, 200.0), (1.0, 2.0e4)),
+                range_m: self.number((20.0, 200.0), (1.0, 2.0e4)),
             },
             0 => Goal::Track {
                 auv: named[n - 1].clone(),
@@ -278,14 +295,14 @@ impl Draw {
             1 => Goal::Midpoint { auvs: named },
             _ => Goal::Intermittent {
                 auvs: named,
-                dwell: self.number((30.0, 300.0), (1.0, 1.0e6)),
-                epoch: time - self.number((0.0, 1000.0), (0.0, 1.0e5)),
+                dwell_s: self.number((30.0, 300.0), (1.0, 1.0e6)),
+                epoch_s: time - self.number((0.0, 1000.0), (0.0, 1.0e5)),
             },
         }
     }
 
     /// A rectangle about or beside the craft, or anywhere.
-    fn area(&mut self, near: Vector2<f64>) -> Vec<Vector2<f64>> {
+    fn area(&mut self, near: Vector2<f64>) -> Vec<[f64; 2]> {
         let centre = self.place(near, 40.0).map(|axis| axis.clamp(-9.9e5, 9.9e5));
         let (along, abeam) = (
             self.number((20.0, 200.0), (1.0, 9.0e3)),
@@ -293,42 +310,49 @@ impl Draw {
         );
         let turn = nalgebra::Rotation2::new(self.angle());
         [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)]
-            .map(|(a, b)| centre + turn * Vector2::new(0.5 * a * along, 0.5 * b * abeam))
+            .map(|(a, b)| (centre + turn * Vector2::new(0.5 * a * along, 0.5 * b * abeam)).into())
             .to_vec()
     }
 
     /// A plan made a moment ago, by and large from where the craft is; or anybody's.
-    fn previous_plan(&mut self, asc: &AscState, auvs: &[Auv], time: f64) -> PreviousPlan {
+    fn previous_plan(&mut self, asc: &Asc, auvs: &[Auv], time: f64) -> PreviousPlan {
         let began = time - self.number((0.5, 2.0), (0.0, 20.0));
-        let (mut place, mut heading) = (asc.position, asc.heading.radians() + 0.2 * self.angle());
+        let (mut place, mut heading) = (asc.position(), asc.heading().radians() + 0.2 * self.angle());
         if self.chance(0.2) {
-            place = self.place(asc.position, 100.0);
+            place = self.place(asc.position(), 100.0);
         }
         let (speed, rate) = (self.number((0.1, 1.0), (0.0, 40.0)), 0.02 * self.angle());
         let trajectory = (0..self.rng.random_range(0..40))
             .map(|k| {
-                let point = TrajectoryPoint {
-                    time: began + 2.0 * f64::from(k),
-                    position: place.map(|axis| axis.clamp(-1.0e6, 1.0e6)),
+                let point = TrajectoryPoint::new(
+                    began + 2.0 * f64::from(k),
+                    place.map(|axis| axis.clamp(-1.0e6, 1.0e6)),
                     speed,
-                    heading: Heading::new(heading),
-                };
+                    Heading::new(heading),
+                );
                 place += Heading::new(heading).unit() * (2.0 * speed);
                 heading += 2.0 * rate;
                 point
             })
             .collect();
+        let current = self.chance(0.5).then(|| self.current());
+        let goal_course_rad = self.chance(0.5).then(|| self.angle());
+        let asked = self.chance(0.8).then(|| self.reference());
+        let reference = self.chance(0.8).then(|| self.reference().into());
+        let craft = self.chance(0.8).then(|| self.craft_memory(asc));
+        let craft_estimate = asked.zip(craft).map(|(asked, craft)| PreviousCraft {
+            asked_speed_mps: asked.speed,
+            asked_heading_rad: asked.heading.radians(),
+            memory: craft.memory().to_vec(),
+        });
         PreviousPlan {
+            origin: None,
             trajectory,
-            current: self.chance(0.5).then(|| {
-                let mut axis = || self.number((-0.3, 0.3), (-3.0, 3.0));
-                Vector2::new(axis(), axis())
-            }),
-            goal_course: self.chance(0.5).then(|| Course::new(self.angle())),
-            reference: self.chance(0.8).then(|| self.reference()),
-            command: self.chance(0.8).then(|| self.reference()),
-            craft: self.chance(0.8).then(|| self.craft_memory(asc)),
-            targets: auvs.iter().map(|auv| self.previous_target(auv, asc)).collect(),
+            goal_course_rad,
+            craft_estimate,
+            current,
+            reference,
+            targets: Some(auvs.iter().map(|auv| self.previous_target(auv, asc)).collect()),
         }
     }
 
@@ -337,47 +361,59 @@ impl Draw {
         let most_is_said = self.chance(0.5);
         let said = |draw: &mut Self| draw.chance(if most_is_said { 0.9 } else { 0.2 });
         CraftDescription {
-            preset: self
-                .chance(0.5)
-                .then(|| &PRESETS[self.rng.random_range(0..PRESETS.len())]),
-            heading_dynamics: said(self).then(|| {
-                if self.chance(0.5) {
-                    HeadingDynamics::FirstOrder {
-                        time_constant: self.number((0.5, 8.0), (0.0, 60.0)),
-                    }
-                } else {
-                    HeadingDynamics::SecondOrder {
-                        natural_frequency: self.number((0.3, 2.0), (0.02, 20.0)),
-                        damping: self.number((0.5, 1.2), (0.1, 5.0)),
-                    }
-                }
+            preset: self.chance(0.5).then(|| {
+                let preset = PRESETS[self.rng.random_range(0..PRESETS.len())];
+                preset.name.to_owned()
             }),
-            heading_delay: said(self).then(|| self.number((0.0, 2.0), (0.0, 10.0))),
-            heading_rate_max: said(self).then(|| self.number((0.1, 0.5), (0.001, 3.0))),
-            surge_time_constant: said(self).then(|| self.number((0.5, 8.0), (0.0, 60.0))),
-            surge_delay: said(self).then(|| self.number((0.0, 2.0), (0.0, 10.0))),
-            acceleration_max: said(self).then(|| self.number((0.03, 0.3), (0.001, 10.0))),
-            deceleration_max: said(self).then(|| self.number((0.03, 0.3), (0.001, 10.0))),
-            integrator: said(self).then(|| {
-                if self.chance(0.5) {
-                    Integrator::Absent
-                } else {
-                    Integrator::Gathers {
-                        time: self.number((3.0, 30.0), (0.5, 600.0)),
-                    }
-                }
+            heading_loop: self.heading_loop(said),
+            surge_loop: self.surge_loop(said),
+            sway_per_yaw_rate_s: said(self).then(|| self.number((0.0, 2.0), (-5.0, 20.0))),
+            power: said(self).then(|| Power {
+                linear_w_per_mps: self.number((0.0, 50.0), (0.0, 1.0e6)),
+                cubic_w_per_mps3: self.number((0.0, 50.0), (0.0, 1.0e6)),
             }),
-            sway_per_yaw_rate: said(self).then(|| self.number((0.0, 2.0), (-5.0, 20.0))),
-            power: said(self).then(|| PropulsionPower {
-                linear: self.number((0.0, 50.0), (0.0, 1.0e6)),
-                cubic: self.number((0.0, 50.0), (0.0, 1.0e6)),
+            speed_held: said(self).then(|| {
+                [SpeedReference::ThroughWater, SpeedReference::OverGround][self.rng.random_range(0..2)]
             }),
-            speed_held: said(self)
-                .then(|| [SpeedHeld::ThroughWater, SpeedHeld::OverGround][self.rng.random_range(0..2)]),
             heading_held: said(self)
-                .then(|| [HeadingHeld::Heading, HeadingHeld::Course][self.rng.random_range(0..2)]),
+                .then(|| [HeadingReference::Heading, HeadingReference::Course][self.rng.random_range(0..2)]),
             relative_uncertainty: said(self).then(|| self.number((0.05, 0.3), (0.0, 2.0))),
         }
+    }
+
+    fn heading_loop(&mut self, said: impl Fn(&mut Self) -> bool) -> HeadingLoop {
+        let mut heading = HeadingLoop::default();
+        if said(self) {
+            if self.chance(0.5) {
+                heading.time_constant_s = Some(self.number((0.5, 8.0), (0.0, 60.0)));
+            } else {
+                heading.natural_frequency_radps = Some(self.number((0.3, 2.0), (0.02, 20.0)));
+                heading.damping = Some(self.number((0.5, 1.2), (0.1, 5.0)));
+            }
+        }
+        HeadingLoop {
+            delay_s: said(self).then(|| self.number((0.0, 2.0), (0.0, 10.0))),
+            rate_max_radps: said(self).then(|| self.number((0.1, 0.5), (0.001, 3.0))),
+            ..heading
+        }
+    }
+
+    fn surge_loop(&mut self, said: impl Fn(&mut Self) -> bool) -> SurgeLoop {
+        let mut surge = SurgeLoop {
+            time_constant_s: said(self).then(|| self.number((0.5, 8.0), (0.0, 60.0))),
+            delay_s: said(self).then(|| self.number((0.0, 2.0), (0.0, 10.0))),
+            acceleration_max_mps2: said(self).then(|| self.number((0.03, 0.3), (0.001, 10.0))),
+            deceleration_max_mps2: said(self).then(|| self.number((0.03, 0.3), (0.001, 10.0))),
+            ..SurgeLoop::default()
+        };
+        if said(self) {
+            if self.chance(0.5) {
+                surge.integrates = Some(false);
+            } else {
+                surge.integral_time_s = Some(self.number((3.0, 30.0), (0.5, 600.0)));
+            }
+        }
+        surge
     }
 
     fn reference(&mut self) -> Reference {
@@ -388,10 +424,10 @@ impl Draw {
     }
 
     /// What a filter may remember: every number by itself inside its range, and most of the time near `asc`.
-    fn craft_memory(&mut self, asc: &AscState) -> CraftEstimate {
+    fn craft_memory(&mut self, asc: &Asc) -> CraftEstimate {
         let mut memory: Vec<f64> = Vec::with_capacity(MEMORY_LENGTH);
         let psi = if self.chance(0.8) {
-            asc.heading.radians()
+            asc.heading().radians()
         } else {
             self.angle()
         };
@@ -423,7 +459,7 @@ impl Draw {
         ]);
         memory.extend([(); 2].map(|()| self.number((-0.3, 0.3), (-3.0, 3.0))));
         memory.push(self.number((0.0, 0.1), (0.0, 100.0)));
-        let place = self.place(asc.position, 2.0);
+        let place = self.place(asc.position(), 2.0);
         memory.extend([place.x, place.y]);
         let alarm = f64::from(u8::from(self.chance(0.3)));
         memory.extend([psi, surge, self.number((0.0, 8.0), (0.0, 1.0e3)), alarm]);
@@ -437,6 +473,11 @@ impl Draw {
             f64::from(u8::from(self.chance(0.3))),
             self.number((0.0, 100.0), (0.0, 1.0e12)),
         ]);
+        for seen in [psi, surge] {
+            memory.extend([seen, seen]);
+            memory.extend([(); 2].map(|()| self.number((-0.5, 0.5), (-100.0, 100.0))));
+            memory.push(self.number((0.0, 10.0), (0.0, 16.0)));
+        }
         CraftEstimate::from_memory(&memory).expect("is a memory")
     }
 
@@ -449,23 +490,34 @@ impl Draw {
     }
 
     /// What a plan knew of an AUV: somewhere near the craft, or anywhere.
-    fn previous_target(&mut self, auv: &Auv, asc: &AscState) -> PreviousTarget {
-        let position = self.place(asc.position, 100.0);
+    fn previous_target(&mut self, auv: &Auv, asc: &Asc) -> PreviousTarget {
+        let position = self.place(asc.position(), 100.0);
         let mut axis = |usual: f64, most: f64| self.number((-usual, usual), (-most, most));
+        let (north_mps, east_mps) = (axis(0.3, 20.0), axis(0.3, 20.0));
+        let drift = Drift {
+            north_mps: axis(0.1, 3.0),
+            east_mps: axis(0.1, 3.0),
+        };
+        let estimate = PreviousEstimate {
+            north_m: position.x,
+            east_m: position.y,
+            north_mps,
+            east_mps,
+            depth_m: self.number((0.0, 30.0), (-10.0, 12_000.0)),
+            turn_rate_radps: self.number((-0.02, 0.02), (-1.0, 1.0)),
+            age_s: self.number((0.0, 30.0), (0.0, 3600.0)),
+        };
+        let models = [
+            Forecast::ConstantVelocity,
+            Forecast::ConstantTurn,
+            Forecast::Path,
+            Forecast::Hold,
+        ];
         PreviousTarget {
             id: auv.id.clone(),
-            velocity: Vector2::new(axis(0.3, 20.0), axis(0.3, 20.0)),
-            drift: Vector2::new(axis(0.1, 3.0), axis(0.1, 3.0)),
-            position,
-            depth: self.number((0.0, 30.0), (-10.0, 12_000.0)),
-            turn_rate: self.number((-0.02, 0.02), (-1.0, 1.0)),
-            report_age: self.number((0.0, 30.0), (0.0, 3600.0)),
-            model: [
-                ForecastModel::ConstantVelocity,
-                ForecastModel::ConstantTurn,
-                ForecastModel::Path,
-                ForecastModel::Hold,
-            ][self.rng.random_range(0..4)],
+            estimate: Some(estimate),
+            forecast: Some(models[self.rng.random_range(0..4)]),
+            drift: Some(drift),
         }
     }
 }

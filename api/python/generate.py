@@ -1,26 +1,31 @@
 #!/usr/bin/env python3
-"""Makes src/pilotfish/types.py of the OpenAPI document of a service.
+"""Makes src/pilotfish/client.py of aio.py, and types.py of the OpenAPI document of a service.
 
-    python generate.py http://127.0.0.1:8080            # writes the file
-    python generate.py http://127.0.0.1:8080 --check    # fails where the file is another
+    python generate.py                                  # writes client.py
+    python generate.py http://127.0.0.1:8080            # writes client.py and types.py
+    python generate.py http://127.0.0.1:8080 --check    # writes nothing; fails if a file would change
 
 It needs ruff (tests/requirements.txt).
 
-Every schema becomes a `TypedDict`, a `Literal` or another alias. Rules between members, ranges and lengths are the
-service's to check: types say which members there are.
+Every schema becomes a `TypedDict`, a `Literal` or another alias. The types say which members exist; the service checks
+rules between members, ranges and lengths.
 """
 
 import argparse
 import difflib
 import json
 import keyword
+import re
 import subprocess
 import sys
 import textwrap
 import urllib.request
 from pathlib import Path
 
-TYPES = Path(__file__).parent / "src" / "pilotfish" / "types.py"
+PACKAGE = Path(__file__).parent / "src" / "pilotfish"
+ASYNC = PACKAGE / "aio.py"
+SYNC = PACKAGE / "client.py"
+TYPES = PACKAGE / "types.py"
 WIDTH = 120
 INDENT = "    "
 
@@ -33,6 +38,22 @@ from __future__ import annotations
 
 from typing import Any, Literal, NotRequired, TypeAlias, TypedDict
 '''
+
+# What makes the synchronous client of the asynchronous one, in this order.
+SYNC_OF_ASYNC = [
+    (r'^""".*?"""', '"""The client without asyncio.\n\nGenerated from aio.py by generate.py: do not edit.\n"""'),
+    (r"\n\n\nclass Creation:.*", "\n"),
+    (r"-> Creation:", "-> Mission:"),
+    (r"return Creation\((.*)\)\n", r"return \1\n"),
+    (r"import asyncio\n", ""),
+    (r"asyncio\.sleep", "time.sleep"),
+    (r"\basync (def|with|for)\b", r"\1"),
+    (r"\bawait ", ""),
+    (r"\ba(close|read|iter_bytes)\(", r"\1("),
+    (r"__a(enter|exit)__", r"__\1__"),
+    (r"\bAsync(Client|Mission|Iterator)\b", r"\1"),
+    (r"\bAbstractAsyncContextManager\b", "AbstractContextManager"),
+]
 
 PLAIN = {"string": "str", "number": "float", "integer": "int", "boolean": "bool", "null": "None"}
 
@@ -234,27 +255,41 @@ def docstring(description):
     return [*lines, '"""', ""]
 
 
-def formatted(text):
-    """`text` as ruff sets it, which the package's lints ask for."""
-    command = [sys.executable, "-m", "ruff", "format", "--quiet", "--stdin-filename", TYPES, "-"]
+def synchronous(text):
+    """The synchronous client, of the text of the asynchronous one."""
+    for pattern, replacement in SYNC_OF_ASYNC:
+        text = re.sub(pattern, replacement, text, flags=re.DOTALL if ".*?" in pattern or pattern.endswith(".*") else 0)
+    # What is imported for asyncio alone, and loops that `yield from` says shorter.
+    return ruff("check", "--fix-only", "--unsafe-fixes", "--select", "F401,I001,UP028", text=text, file=SYNC)
+
+
+def ruff(*command, text, file):
+    command = [sys.executable, "-m", "ruff", *command, "--quiet", "--stdin-filename", file, "-"]
     return subprocess.run(command, input=text, capture_output=True, text=True, check=True).stdout
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
-    parser.add_argument("url", help="the service")
-    parser.add_argument("--check", action="store_true", help="write nothing, and fail where the file is another")
+    parser.add_argument("url", nargs="?", help="the service, for types.py")
+    parser.add_argument("--check", action="store_true", help="write nothing, and fail if a file would change")
     arguments = parser.parse_args()
-    with urllib.request.urlopen(f"{arguments.url.rstrip('/')}/openapi.json") as response:
-        text = formatted(module(json.load(response)["components"]["schemas"]))
-    if not arguments.check:
-        TYPES.write_text(text, encoding="utf-8")
-        return
-    there = TYPES.read_text(encoding="utf-8")
-    if there != text:
-        both = (there.splitlines(), text.splitlines(), "types.py", "as the service says")
-        print("\n".join(difflib.unified_diff(*both, lineterm="")))
-        sys.exit("src/pilotfish/types.py is not of this service: run generate.py")
+    texts = {SYNC: synchronous(ASYNC.read_text(encoding="utf-8"))}
+    if arguments.url is not None:
+        with urllib.request.urlopen(f"{arguments.url.rstrip('/')}/openapi.json") as response:
+            texts[TYPES] = module(json.load(response)["components"]["schemas"])
+    stale = []
+    for file, text in texts.items():
+        text = ruff("format", text=text, file=file)
+        if not arguments.check:
+            file.write_text(text, encoding="utf-8")
+            continue
+        there = file.read_text(encoding="utf-8")
+        if there != text:
+            both = (there.splitlines(), text.splitlines(), file.name, "generated")
+            print("\n".join(difflib.unified_diff(*both, lineterm="")))
+            stale.append(file.name)
+    if stale:
+        sys.exit(f"out of date: {', '.join(stale)}; run generate.py")
 
 
 if __name__ == "__main__":

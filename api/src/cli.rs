@@ -2,7 +2,7 @@
 
 use std::{error::Error, path::PathBuf};
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 
 mod backup;
 mod bridge;
@@ -15,6 +15,7 @@ mod manual;
 mod missions;
 mod out_file;
 mod plan;
+mod progress;
 mod replay;
 mod scenarios;
 mod serve;
@@ -44,7 +45,7 @@ use self::{
 #[derive(Debug, Parser)]
 #[command(name = "pilotfish", version)]
 pub(crate) struct Arguments {
-    /// File of settings, TOML; its keys are the flags with _ in place of - [env: PILOTFISH_CONFIG]
+    /// Configuration file, TOML; its keys are the flag names with _ for - [env: PILOTFISH_CONFIG]
     #[arg(long, global = true, value_name = "FILE")]
     config: Option<PathBuf>,
     #[command(flatten)]
@@ -57,46 +58,46 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Answer HTTP requests (the default).
+    /// Run the HTTP service (the default).
     Serve(ServeFlags),
-    /// Print the configuration, and where each value is from.
+    /// Print the configuration and the source of each value.
     Config(ServeFlags),
-    /// Say who may call the service, and what each may do.
+    /// Create, list and revoke the tokens of clients.
     Token(Token),
     /// Plan for one snapshot without a server.
     Plan(Plan),
-    /// Run one mission with one controller.
+    /// Simulate one mission with one controller.
     Simulate(Simulate),
-    /// Run one mission with the planner and with the tuned line-of-sight law.
+    /// Simulate one mission with the planner and with each tuned line-of-sight law.
     Compare(Compare),
-    /// List what there is to simulate; print a scenario's file, or the JSON Schema of scenario files.
+    /// List the built-in scenarios; print a scenario file, or the JSON Schema of scenario files.
     Scenarios(Scenarios),
-    /// Learn how a craft answers its references from a log of a sea trial.
+    /// Identify the parameters of a craft from the log of a sea trial.
     Identify(Identify),
-    /// List the craft that are known by name.
+    /// List the built-in craft; print a craft file.
     Crafts(Crafts),
-    /// Draw the source paper's figures from missions flown here.
+    /// Draw the source paper's figures from simulated missions.
     Figures(Figures),
     /// Connect a craft's autopilot to a live mission.
     #[command(subcommand)]
     Bridge(Bridge),
-    /// Look before departure at all that a bridge lives on: clocks, fixes, heading, current, parameters.
+    /// Check everything that a bridge needs before departure: clocks, fixes, heading, current, parameters.
     Preflight(Preflight),
-    /// Make every plan of a stored mission again and compare.
+    /// Recompute every plan of a stored mission and compare.
     Replay(Replay),
-    /// Copy the log of missions, while the service runs.
+    /// Copy the mission log and the tokens; the service may be running.
     Backup(Backup),
-    /// Delete missions that have been over for long, while no service runs: --keep-days is for one that does.
+    /// Delete old finished missions (stop the service first; a running service has --keep-days).
     Retention(Retain),
-    /// Give the room of deleted missions back to the disk, while no service runs.
+    /// Return the disk space of deleted missions (stop the service first).
     Vacuum,
-    /// Fly many missions of many controllers in worlds drawn from one seed, and report what they come to.
+    /// Simulate many missions with several controllers, and report the statistics.
     #[command(subcommand)]
     Campaign(CampaignCommand),
-    /// Fly what campaigns were sent to a broker, as long as there is work.
+    /// Run the campaigns of a broker until no work is left.
     #[cfg(feature = "nats")]
     Worker(campaign::WorkerFlags),
-    /// Print the file that completes commands in a shell.
+    /// Print the completion script of a shell.
     #[command(hide = true)]
     Completions(Completions),
     /// Write the manual pages.
@@ -104,17 +105,17 @@ enum Command {
     ManualPages(ManualPages),
 }
 
-/// Why the command line cannot be carried out.
+/// The command line or the configuration is wrong.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum UsageError {
     #[error(transparent)]
     Config(#[from] ConfigError),
-    #[error("{0} is for serve and config, not for this subcommand")]
+    #[error("{0} is an option of serve and config only")]
     NotOfService(String),
 }
 
 impl Arguments {
-    /// The configuration that these arguments, the environment and the file give.
+    /// The layers of the configuration.
     pub(crate) fn layers(&self) -> Result<Layers, UsageError> {
         let flags = match &self.command {
             None => vec![&self.serve],
@@ -127,7 +128,7 @@ impl Arguments {
         Ok(Layers::read(self.config.as_deref(), &self.common, &flags)?)
     }
 
-    /// What is logged: of a bridge's own service only what is wrong, unless it is asked for, or its calls would drown the bridge's lines.
+    /// The log filter. By default, a bridge's own service logs warnings only: its calls would drown the bridge's lines.
     pub(crate) fn log_directives(&self, config: &Config) -> String {
         match &self.command {
             Some(Command::Bridge(_) | Command::Preflight(_)) => {
@@ -152,14 +153,14 @@ impl Arguments {
             Some(Command::Bridge(arguments)) => bridge(arguments, config)?,
             Some(Command::Preflight(arguments)) => preflight(&arguments, config)?,
             Some(Command::Replay(arguments)) => replay(&arguments, &config.data)?,
-            Some(Command::Backup(arguments)) => back_up(&arguments, &config.data)?,
+            Some(Command::Backup(arguments)) => back_up(&arguments, &config.data, &config.tokens())?,
             Some(Command::Retention(arguments)) => retain(&arguments, &config.data)?,
             Some(Command::Vacuum) => vacuum(&config.data)?,
             Some(Command::Campaign(command)) => campaign(&command)?,
             #[cfg(feature = "nats")]
             Some(Command::Worker(arguments)) => campaign::work(&arguments)?,
-            Some(Command::Completions(arguments)) => completions(&arguments)?,
-            Some(Command::ManualPages(arguments)) => manual_pages(&arguments)?,
+            Some(Command::Completions(arguments)) => completions(&arguments, Self::command())?,
+            Some(Command::ManualPages(arguments)) => manual_pages(&arguments, Self::command())?,
         }
         Ok(())
     }

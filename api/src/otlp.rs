@@ -1,4 +1,4 @@
-//! Traces to an OpenTelemetry collector: OTLP over HTTP, as the standard `OTEL_…` variables say.
+//! Traces to an OpenTelemetry collector: OTLP over HTTP, configured by the standard `OTEL_…` variables.
 
 use std::{env, fmt, io, time::Duration};
 
@@ -14,23 +14,23 @@ use tracing::{Span, Subscriber};
 use tracing_opentelemetry::{OpenTelemetryLayer, OpenTelemetrySpanExt as _};
 use tracing_subscriber::registry::LookupSpan;
 
-/// Without one of these that names a collector, there is no tracer.
+/// Variables that name a collector. Without one there is no tracer.
 const ENDPOINTS: [&str; 2] = [
     "OTEL_EXPORTER_OTLP_ENDPOINT",
     "OTEL_EXPORTER_OTLP_TRACES_ENDPOINT",
 ];
 
-/// Longest answer of a collector that is read, bytes.
+/// Longest answer of a collector, bytes.
 const ANSWER_BYTES_MAX: u64 = 4 << 20;
 
-/// How long a collector may take for a batch.
+/// Time limit of a batch.
 const EXPORT_TIME: Duration = Duration::from_secs(10);
 
 /// Sends spans to the collector; the last ones when it is dropped.
 pub(crate) struct Tracer(SdkTracerProvider);
 
 impl Tracer {
-    /// The tracer, where the environment names a collector and does not switch tracing off.
+    /// The tracer, if the environment names a collector and does not disable tracing.
     pub(crate) fn from_environment() -> Option<Self> {
         let off = env::var("OTEL_SDK_DISABLED").is_ok_and(|off| off.eq_ignore_ascii_case("true"))
             || env::var("OTEL_TRACES_EXPORTER").is_ok_and(|exporter| exporter == "none");
@@ -41,8 +41,8 @@ impl Tracer {
             .with_http()
             .with_http_client(Client::new());
         let exporter = exporter.build();
-        // Nothing is listening to the log yet.
-        let exporter = exporter.inspect_err(|error| eprintln!("pilotfish: no traces are sent: {error}"));
+        // The log is not set up yet.
+        let exporter = exporter.inspect_err(|error| eprintln!("pilotfish: cannot send traces: {error}"));
         let mut resource = Resource::builder();
         if env::var_os("OTEL_SERVICE_NAME").is_none() {
             resource = resource.with_service_name("pilotfish");
@@ -53,7 +53,7 @@ impl Tracer {
         Some(Self(provider.build()))
     }
 
-    /// What makes spans of ours those of the tracer.
+    /// Passes spans to the tracer.
     pub(crate) fn layer<S>(&self) -> OpenTelemetryLayer<S, opentelemetry_sdk::trace::SdkTracer>
     where
         S: Subscriber + for<'a> LookupSpan<'a>,
@@ -69,18 +69,18 @@ impl Tracer {
 impl Drop for Tracer {
     fn drop(&mut self) {
         if let Err(error) = self.0.shutdown() {
-            tracing::warn!(%error, "the last traces were not sent");
+            tracing::warn!(%error, "cannot send the last traces");
         }
     }
 }
 
-/// Names a request's span and puts it where its client is in its trace; where the span is then, if there is a tracer.
+/// Names a request's span and puts it into its client's trace. Returns the span's place, if there is a tracer.
 pub(crate) fn place(
     span: &Span,
     name: fmt::Arguments<'_>,
     client: Option<TraceContext>,
 ) -> Option<TraceContext> {
-    // Before the tracer begins the span, which is when it is asked for its place.
+    // Before the tracer begins the span: it does so when asked for the context.
     span.record("otel.name", name);
     span.record("otel.kind", "server");
     if let Some(TraceContext {
@@ -108,7 +108,7 @@ pub(crate) fn place(
     })
 }
 
-/// Sends batches from the tracer's own thread, which may wait.
+/// Sends batches on the tracer's own thread, which may block.
 #[derive(Debug)]
 struct Client(ureq::Agent);
 

@@ -13,7 +13,8 @@
 
 pub(crate) mod closed_loop;
 mod covariance;
-pub mod description;
+pub(crate) mod description;
+pub(crate) mod effect;
 pub(crate) mod estimate;
 pub(crate) mod learn_by_ekf;
 mod learnt_model;
@@ -29,9 +30,10 @@ pub(crate) mod response;
 mod tests;
 
 pub use closed_loop::{
-    Craft, HeadingDynamics, HeadingHeld, HeadingResponse, PropulsionPower, SpeedHeld, SurgeResponse,
+    Craft, HeadingDynamics, HeadingReference, HeadingResponse, Power, SpeedReference, SurgeResponse,
 };
-pub use description::{CraftDescription, Integrator};
+pub use description::{CraftDescription, HeadingLoop, SurgeLoop};
+pub use effect::Effect;
 pub use estimate::CraftEstimate;
 pub use memory::MEMORY_LENGTH;
 pub use model::CraftModel;

@@ -3,6 +3,7 @@
 //! A pure function of the request: a client that remembers nothing gets the same answer from every replica. The price, a
 //! filter run again over a few dozen reports, is some microseconds.
 
+mod claims;
 pub(crate) mod from_reports;
 pub(crate) mod interacting;
 pub(crate) mod kalman;
@@ -12,8 +13,10 @@ pub(crate) mod track;
 pub(crate) mod turn;
 
 #[cfg(test)]
+mod claims_tests;
+#[cfg(test)]
 mod speed_band_tests;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub use from_reports::Estimate;

@@ -25,43 +25,41 @@
 //! | `scp/` | sequential convex programming: initial guesses, iterations, predicted cost |
 //! | `choose/` | the fallback levels, the answer that is selected, and the front door [`plan::plan`] |
 //!
-//! Beside the pipeline, [`clairvoyant`] bounds from below how near to the goal any craft could have stayed.
 //!
 //! An AUV straight ahead, as a library user plans for it:
 //!
 //! ```
 //! use pilotfish_planner::{
-//!     AscState, Auv, AuvState, Goal, Observation, Policy, Snapshot, Workspace,
+//!     Asc, Auv, AuvState, Goal, PlanRequest, Policy, Snapshot, Workspace,
 //!     angle::{Course, Heading},
 //!     nalgebra::Vector2,
 //!     plan,
 //! };
 //!
-//! let craft = AscState::new(Vector2::zeros(), Heading::new(0.0), 0.5);
+//! let craft = Asc::new(Vector2::zeros(), Heading::new(0.0), 0.5);
 //! let auv = AuvState::new(Vector2::new(40.0, 0.0), 9.0, Course::new(0.0), 0.2);
 //! let goal = Goal::Track { auv: "auv-1".into() };
-//! let mut observation = Observation::new(0.0, craft, vec![Auv::new("auv-1", auv)], goal);
+//! let mut request = PlanRequest::new(0.0, craft, vec![Auv::new("auv-1", auv)], goal);
 //! let (policy, mut workspace) = (Policy::default(), Workspace::default());
 //!
-//! let snapshot = Snapshot::try_from(observation.clone())?;
+//! let snapshot = Snapshot::try_from(request.clone())?;
 //! let ahead = plan(&snapshot, &policy, &mut workspace);
 //! // The craft is asked to close the distance, and has no reason to turn.
 //! assert!(0.2 < ahead.reference.speed && ahead.reference.heading.radians().abs() < 0.01);
 //!
 //! // Memory is an input: the answer is handed back, and the next one follows it.
-//! observation.time = 1.0;
-//! observation.asc.position = Vector2::new(0.5, 0.0);
-//! observation.previous_plan = Some((&ahead).into());
-//! let later = plan(&Snapshot::try_from(observation)?, &policy, &mut workspace);
+//! request.t_s = 1.0;
+//! request.asc.north_m = 0.5;
+//! request.previous_plan = Some((&ahead).into());
+//! let later = plan(&Snapshot::try_from(request)?, &policy, &mut workspace);
 //! assert!(later.predicted.cost < ahead.baseline.predicted.cost);
-//! # Ok::<(), pilotfish_planner::snapshot::InvalidObservation>(())
+//! # Ok::<(), pilotfish_planner::snapshot::InvalidRequest>(())
 //! ```
 //!
 //! **Absent on purpose:** input and output, clocks, randomness, logging, threads, hidden memory. The
 //! [`plan::Workspace`] saves time and changes no answer.
 
 mod choose;
-pub mod clairvoyant;
 pub mod craft;
 pub mod estimate;
 mod facts;
@@ -82,9 +80,7 @@ pub use nalgebra;
 pub use predict::{forecast, goal, smallest_circle};
 pub use problem::policy::{self, Policy};
 pub use program::sparse;
-pub use snapshot::{
-    AscState, Auv, AuvState, Evidence, Goal, Limits, Observation, PreviousPlan, Snapshot, VehicleId,
-};
+pub use snapshot::{Asc, Auv, AuvState, Goal, Limits, PlanRequest, PreviousPlan, Snapshot, VehicleId};
 pub use solve::{
     certificate,
     stop::{self, Stop},

@@ -9,7 +9,6 @@ mod flight;
 pub(crate) mod geometry;
 pub(crate) mod integral;
 pub(crate) mod law;
-pub(crate) mod printed;
 pub(crate) mod saturated;
 pub(crate) mod tracker_frame;
 pub(crate) mod tracking_law;
@@ -17,7 +16,6 @@ pub(crate) mod waypoint_box;
 
 pub use integral::{IntegralState, integral_los};
 pub use law::{LosGains, LosLaw, LosTuning};
-pub use printed::printed_los;
 pub use saturated::saturated_los;
 pub use tracker_frame::saturated_los_tracker_frame;
 pub use tracking_law::TrackingLaw;

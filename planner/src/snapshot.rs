@@ -2,27 +2,30 @@
 
 pub(crate) mod build;
 pub(crate) mod check;
-pub(crate) mod observation;
+pub(crate) mod request;
 
 pub use build::Snapshot;
-pub use check::InvalidObservation;
-pub use observation::{Observation, PreviousPlan};
+pub use check::InvalidRequest;
+pub use request::{Acoustics, PlanRequest, SCHEMA_VERSION};
 
 pub use crate::facts::{
-    asc::{AscState, Limits},
+    asc::{Asc, DeclaredLimits, Limits},
     auv::{Auv, Dive, VehicleId},
-    bounds::{
-        ACOUSTIC_RANGE, AREA_CORNERS, KEEP_OUT_RADIUS, KEEP_OUTS_MAX, KeepOut, SURFACING_SEPARATION,
-        bounds_faults,
-    },
-    evidence::{AuvState, Evidence, GroundTrack, Report},
-    goal::{Goal, Offset},
-    invalid_field::{InvalidField, InvalidReason},
-    known_path::KnownPath,
-    options::{Fallback, ForecastChoice, ForecastModel, HoldStyle},
+    bounds::{KeepOut, bounds_faults},
+    evidence::{AuvState, GroundTrack, Report},
+    goal::{Goal, Offset, Task},
+    invalid_field::{InvalidField, InvalidReason, pointer_token},
+    known_path::{DeclaredPath, KnownPath},
+    options::{Fallback, Forecast, ForecastModel, Hold},
+    origin::Origin,
+    previous_plan::{PreviousCraft, PreviousEstimate, PreviousPlan, PreviousReference, PreviousTarget},
     ranges::{
-        AUVS_MAX, COORDINATE_MAX, CURRENT_MAX, ID_LENGTH_MAX, LEG_HEIGHT_MIN, OFFSET_MAX, REPORT_AGE_MAX,
-        REPORT_AHEAD_MAX, REPORT_SIGMA_MIN, REPORTS_MAX, TIME_MAX, TRAJECTORY_POINTS_MAX,
+        ACOUSTIC_RANGE, ANGLE, AREA_CORNERS, AUVS_MAX, COORDINATE_MAX, COVARIANCE, CURRENT_MAX,
+        ID_LENGTH_MAX, INTEGRAL_TIME, KEEP_OUT_RADIUS, KEEP_OUTS_MAX, LEG_HEIGHT_MIN, OFFSET_MAX,
+        REPORT_AGE_MAX, REPORT_AHEAD_MAX, REPORT_SIGMA_MAX, REPORT_SIGMA_MIN, REPORTS_MAX, Range,
+        SPEED_MAX_MOST, SURFACING_SEPARATION, TIME_CONSTANT, TIME_MAX, TRAJECTORY_POINTS_MAX, WEIGHT,
+        ranges_by_shape,
     },
-    reference::{PreviousTarget, TrajectoryPoint},
+    reference::TrajectoryPoint,
+    water::{Current, Drift},
 };

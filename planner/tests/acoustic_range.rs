@@ -5,10 +5,7 @@ use pilotfish_planner::{
     angle::{Course, Heading},
     plan::{Plan, SoftLimit, Subject, Workspace, plan},
     policy::Policy,
-    snapshot::{
-        AscState, Auv, AuvState, Evidence, Fallback, ForecastChoice, Goal, HoldStyle, Limits, Observation,
-        PreviousPlan, Snapshot, VehicleId,
-    },
+    snapshot::{Acoustics, Asc, Auv, AuvState, Goal, Limits, PlanRequest, PreviousPlan, Snapshot, VehicleId},
 };
 
 const RANGE: f64 = 300.0;
@@ -16,75 +13,54 @@ const RANGE: f64 = 300.0;
 const BACK_OFF: f64 = 8.0;
 
 fn auv(id: &str, east: f64) -> Auv {
-    Auv {
-        id: VehicleId(id.into()),
-        evidence: Evidence::State(AuvState {
-            position: Vector2::new(0.0, east),
-            depth: 5.0,
-            course: Course::new(0.0),
-            speed: 0.2,
-            turn_rate: 0.0,
-            age: 0.0,
-            covariance: None,
-        }),
-        path: None,
-        dive: None,
-    }
+    Auv::new(
+        id,
+        AuvState::new(Vector2::new(0.0, east), 5.0, Course::new(0.0), 0.2),
+    )
 }
 
 /// A craft that is to track the first AUV, at the datum; the others are that far east.
-fn scene(craft: Vector2<f64>, others: &[f64]) -> Observation {
+fn scene(craft: Vector2<f64>, others: &[f64]) -> PlanRequest {
     let ids = ["b", "c", "d"];
     let others = ids.into_iter().zip(others).map(|(id, east)| auv(id, *east));
-    Observation {
-        time: 0.0,
-        asc: AscState {
-            position: craft,
-            heading: Heading::new(0.0),
-            surge: 0.3,
-            sway: 0.0,
-            yaw_rate: 0.0,
-            ground_velocity: None,
-        },
-        auvs: std::iter::once(auv("a", 0.0)).chain(others).collect(),
-        goal: Goal::Track {
-            auv: VehicleId("a".into()),
-        },
-        offset: None,
-        current: Some(Vector2::zeros()),
-        limits: Limits::MEDUSA,
-        craft: pilotfish_planner::craft::CraftDescription::from(&pilotfish_planner::craft::Craft::MEDUSA),
-        keep_outs: vec![],
-        area: vec![],
-        range_max: Some(RANGE),
-        surfacing_separation: None,
-        forecast: ForecastChoice::Auto,
-        fallback: Fallback::Los,
-        hold: HoldStyle::SlowTurn,
-        previous_plan: None,
+    PlanRequest {
+        current: Some(Vector2::zeros().into()),
+        limits: Some(Limits::MEDUSA.into()),
+        craft: Some(pilotfish_planner::craft::CraftDescription::from(
+            &pilotfish_planner::craft::Craft::MEDUSA,
+        )),
+        acoustics: Some(Acoustics { range_max_m: RANGE }),
+        ..PlanRequest::new(
+            0.0,
+            Asc::new(craft, Heading::new(0.0), 0.3),
+            std::iter::once(auv("a", 0.0)).chain(others).collect(),
+            Goal::Track {
+                auv: VehicleId("a".into()),
+            },
+        )
     }
 }
 
-fn planned(observation: &Observation) -> Plan {
+fn planned(observation: &PlanRequest) -> Plan {
     let snapshot = Snapshot::try_from(observation.clone()).expect("valid");
     plan(&snapshot, &Policy::default(), &mut Workspace::default())
 }
 
 /// The craft after ten minutes that it follows its plans exactly, 4 s of each.
-fn after_ten_minutes(mut observation: Observation) -> (Observation, Plan) {
+fn after_ten_minutes(mut observation: PlanRequest) -> (PlanRequest, Plan) {
     let mut answer = planned(&observation);
     for _ in 0..150 {
         let next = answer.trajectory[4];
-        observation.time = next.time;
-        observation.asc.position = next.position;
-        observation.asc.heading = next.heading;
-        observation.asc.surge = next.speed;
+        observation.t_s = next.t_s;
+        [observation.asc.north_m, observation.asc.east_m] = next.position().into();
+        observation.asc.heading_rad = next.heading_rad;
+        observation.asc.speed_mps = next.speed_mps;
         for auv in &mut observation.auvs {
-            auv.evidence.state_mut().expect("is given").position.x = 0.2 * next.time;
+            auv.state.as_mut().expect("is given").north_m = 0.2 * next.t_s;
         }
         // A craft that is set on its plan answers no reference: there is nothing to learn of it.
         observation.previous_plan = Some(PreviousPlan {
-            craft: None,
+            craft_estimate: None,
             ..PreviousPlan::from(&answer)
         });
         answer = planned(&observation);
@@ -93,9 +69,9 @@ fn after_ten_minutes(mut observation: Observation) -> (Observation, Plan) {
 }
 
 /// How far the craft is from an AUV, m.
-fn apart(observation: &Observation, auv: usize) -> f64 {
-    let state = observation.auvs[auv].evidence.state().expect("is given");
-    (observation.asc.position - state.position).norm()
+fn apart(observation: &PlanRequest, auv: usize) -> f64 {
+    let state = observation.auvs[auv].state.as_ref().expect("is given");
+    (observation.asc.position() - state.position()).norm()
 }
 
 #[test]
@@ -109,7 +85,7 @@ fn what_is_out_of_range_of_the_goal_changes_no_plan_and_is_reported() {
         );
         for (a, b) in alone.trajectory.iter().zip(&beside.trajectory) {
             // Another shape of the program: the solver's tolerance, carried over 78 s.
-            assert!((a.position - b.position).norm() < 0.05, "{a:?}, {b:?}");
+            assert!((a.position() - b.position()).norm() < 0.05, "{a:?}, {b:?}");
         }
     }
 }
@@ -157,7 +133,7 @@ fn no_other_range_is_kept_at_the_price_of_the_goals() {
             let goal = &answer.goal;
             let pairs = answer.trajectory.iter().zip(goal);
             pairs
-                .map(|(at, goal)| (at.position - goal.position).norm())
+                .map(|(at, goal)| (at.position() - goal.position).norm())
                 .collect::<Vec<_>>()
         };
         let (alone, beside) = (broken(&[]), broken(&[1.9 * RANGE]));
@@ -171,7 +147,7 @@ fn no_other_range_is_kept_at_the_price_of_the_goals() {
 #[test]
 fn named_alike_they_share_what_cannot_be_kept() {
     let mut both = scene(Vector2::new(0.0, 200.0), &[2.2 * RANGE]);
-    both.goal = Goal::Midpoint {
+    both.goal.goal = Goal::Midpoint {
         auvs: both.auvs.iter().map(|auv| auv.id.clone()).collect(),
     };
     let (observation, answer) = after_ten_minutes(both);
@@ -191,10 +167,10 @@ fn one_that_was_not_heard_of_for_an_hour_binds_nothing_unless_the_goal_needs_it(
     let fresh = planned(&scene);
     assert!(fresh.degraded.is_none());
     for age in [901.0, 3_600.0, 1.0e6, 1.0e11] {
-        scene.auvs[1].evidence.state_mut().expect("is given").age = age;
+        scene.auvs[1].state.as_mut().expect("is given").age_s = age;
         let answer = planned(&scene);
         assert_eq!((answer.degraded, &answer.range_unattainable[..]), (None, &[][..]));
-        let alone = planned(&Observation {
+        let alone = planned(&PlanRequest {
             auvs: scene.auvs[..1].to_vec(),
             ..scene.clone()
         });
@@ -210,7 +186,7 @@ fn one_that_was_not_heard_of_for_an_hour_binds_nothing_unless_the_goal_needs_it(
         assert!(Snapshot::try_from(scene.clone()).is_ok());
         scene.previous_plan = None;
     }
-    scene.goal = Goal::Track {
+    scene.goal.goal = Goal::Track {
         auv: VehicleId("b".into()),
     };
     assert!(planned(&scene).degraded.is_some());
@@ -219,14 +195,14 @@ fn one_that_was_not_heard_of_for_an_hour_binds_nothing_unless_the_goal_needs_it(
 #[test]
 fn one_in_turn_that_was_not_heard_of_is_held_in_its_turn_alone() {
     let mut scene = scene(Vector2::new(0.0, 100.0), &[30.0]);
-    scene.goal = Goal::Intermittent {
+    scene.goal.goal = Goal::Intermittent {
         auvs: scene.auvs.iter().map(|auv| auv.id.clone()).collect(),
-        dwell: 240.0,
-        epoch: 0.0,
+        dwell_s: 240.0,
+        epoch_s: 0.0,
     };
-    scene.auvs[1].evidence.state_mut().expect("is given").age = 5.0e3;
+    scene.auvs[1].state.as_mut().expect("is given").age_s = 5.0e3;
     for (time, held) in [(0.0, false), (200.0, false), (240.0, true), (480.0, false)] {
-        scene.time = time;
+        scene.t_s = time;
         assert_eq!(planned(&scene).degraded.is_some(), held, "{time} s");
     }
 }

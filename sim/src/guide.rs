@@ -1,4 +1,4 @@
-//! Guidance laws as the mission sees them: a snapshot goes in, a reference comes out.
+//! Guidance laws for missions: from a snapshot to a reference.
 
 use std::time::Duration;
 
@@ -10,26 +10,26 @@ use planner::{
     los::{AscNow, LosGains, LosLaw, LosTuning, Reference, TrackingLaw},
     plan::{Method, Plan, Workspace, plan},
     policy::Policy,
-    snapshot::{Observation, PreviousPlan, Snapshot},
+    snapshot::{PlanRequest, PreviousPlan, Snapshot},
 };
 
-/// Why a mission could not go on. Guides may live behind a network, so any error may reach here.
+/// Why a mission could not continue. A guide may be a network client, so any error is possible.
 pub type GuideError = Box<dyn std::error::Error + Send + Sync>;
 
-/// What a guide answers.
+/// The answer of a guide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Guidance {
     /// Speed and heading for the inner loops.
     pub reference: Reference,
-    /// How it was found.
+    /// The method that gave it.
     pub method: Method,
-    /// Root mean square distance to the goal that the guide predicts over its horizon, m, if it predicts.
+    /// Predicted root mean square distance to the goal over the horizon, m, if the guide predicts.
     pub predicted_rms: Option<f64>,
-    /// Time that the guide took, where a caller measured it; the simulator has no clock.
+    /// Computing time, if the caller measured it; the simulator has no clock.
     pub solve_time: Option<Duration>,
 }
 
-/// A guidance law. What it remembers between calls is its own.
+/// A guidance law, with its state.
 pub trait Guide {
     /// Its name in records.
     fn name(&self) -> &'static str;
@@ -37,19 +37,19 @@ pub trait Guide {
     /// The reference for the next second.
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError>;
 
-    /// What it made of its craft by the last look; none of a guide that learns nothing of it.
+    /// Its latest estimate of the craft; none if it does not estimate the craft.
     fn craft_estimate(&self) -> Option<&CraftEstimate> {
         None
     }
 }
 
-/// A line-of-sight law, with its memory: the goal's course while the goal stands still, an integral, a box.
+/// A line-of-sight law with its state.
 #[derive(Clone, Debug)]
 pub struct LosGuide {
     tracking: TrackingLaw,
-    /// Course of what the goal follows, when that last moved.
+    /// Last course of the point that the goal follows.
     course: Option<Course>,
-    /// What the current (north, east) was last taken for, m/s, and when, s: as the planner remembers it.
+    /// Time, s, and value (north, east), m/s, of the last known current, which the planner remembers in the same way.
     current: Option<(f64, Vector2<f64>)>,
 }
 
@@ -76,13 +76,13 @@ impl LosGuide {
 }
 
 impl LosGuide {
-    /// The law with what it remembers of the last look.
+    /// The law with its state after the last call.
     #[must_use]
     pub fn tracking(&self) -> &TrackingLaw {
         &self.tracking
     }
 
-    /// What the current (north, east) was taken for at the last look, m/s, where anything told it.
+    /// The current (north, east) of the last call, m/s, if it was known.
     #[must_use]
     pub fn current(&self) -> Option<Vector2<f64>> {
         self.current.map(|(_, current)| current)
@@ -99,16 +99,20 @@ impl Guide for LosGuide {
         self.course = Some(goal.course());
         let target = goal.at(0.0);
         let current = snapshot.current_after(self.current);
-        self.current = current.map(|current| (snapshot.time, current));
+        self.current = current.map(|current| (snapshot.t_s, current));
         let asc = AscNow {
             current: current.unwrap_or_else(Vector2::zeros),
             ..AscNow::from(snapshot)
         };
         let through_water = self
             .tracking
-            .steer(snapshot.time, &asc, &target, &snapshot.limits);
+            .steer(snapshot.t_s, &asc, &target, snapshot.limits());
         Ok(Guidance {
-            reference: snapshot.craft_prior().craft.command(&through_water, &asc.current),
+            reference: snapshot.craft_prior().craft.command(
+                &through_water,
+                &asc.current,
+                snapshot.limits().speed_max,
+            ),
             method: Method::from(self.tracking.law()),
             predicted_rms: None,
             solve_time: None,
@@ -116,7 +120,7 @@ impl Guide for LosGuide {
     }
 }
 
-/// The planner. Hands each plan back with the next snapshot.
+/// The planner, which gets each plan back with the next snapshot.
 #[derive(Debug)]
 pub struct MpcGuide {
     policy: Policy,
@@ -137,13 +141,13 @@ impl MpcGuide {
         }
     }
 
-    /// The snapshot that the planner was given last, the plan before it included.
+    /// The last snapshot of the planner, with its previous plan.
     #[must_use]
     pub fn asked(&self) -> Option<&Snapshot> {
         self.last.as_ref().map(|(snapshot, _)| snapshot)
     }
 
-    /// The last plan, and the snapshot that it is of.
+    /// The last plan and its snapshot.
     #[must_use]
     pub fn planned(&self) -> Option<&(Snapshot, Plan)> {
         self.last.as_ref()
@@ -160,9 +164,9 @@ impl Guide for MpcGuide {
     }
 
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
-        let observation = Observation {
+        let observation = PlanRequest {
             previous_plan: self.previous.take(),
-            ..Observation::clone(snapshot)
+            ..PlanRequest::clone(snapshot)
         };
         let snapshot = Snapshot::try_from(observation)?;
         let plan = plan(&snapshot, &self.policy, &mut self.workspace);

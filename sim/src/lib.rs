@@ -1,4 +1,4 @@
-//! The truth that guidance laws are tried on: vehicles, water, and missions from start to end.
+//! A simulator for guidance laws: vehicles, water, and missions from start to end.
 //!
 //! One frame throughout: local north-east-down, depth positive down; heading 0 at north, positive
 //! clockwise; SI and radians. Time is a count of steps, randomness a seed: the same scenario, guide and
@@ -10,11 +10,10 @@
 //!
 //! In the order of the data:
 //!
-//! - [`scenario`]: files that say which vehicles are where, in which water, with what knowledge; the start that a seed
-//!   makes of one.
+//! - [`scenario`]: files with vehicles, water and knowledge, and the start of a mission with a seed.
 //! - [`world`]: the truth and its steps. From the bottom up: hulls, inner loops, surface craft and AUVs, water, faults.
-//! - [`observe`]: the only gate from truth to knowledge.
-//! - [`guide`]: the guidance law that answers an observation with a reference.
+//! - [`observe`]: the only path from truth to knowledge.
+//! - [`guide`]: guidance laws, which answer an observation with a reference.
 //! - [`mission`]: the closed loop from start to end.
 //! - [`record`] and [`metrics`]: the rows of a run, and its measures; `geodesy` places them on Earth.
 

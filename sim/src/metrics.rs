@@ -1,36 +1,38 @@
 //! Metrics of a record, comparable from run to run.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Vector2;
 use planner::{los::Reference, plan::Method, snapshot::KeepOut};
+use serde::Serialize;
 
 use crate::record::{AuvRow, Record, Row, SurfaceCraftRow};
 
 /// A mission's metrics.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Metrics {
-    /// How the surface craft kept to its goal, where there is one.
+    /// Metrics of the surface craft, if there is one.
     pub surface_craft: Option<SurfaceCraftMetrics>,
-    /// How each underwater vehicle kept to its path, in the record's order.
+    /// Metrics of each underwater vehicle, in the record's order.
     pub auvs: Vec<AuvMetrics>,
 }
 
-/// How the surface craft kept to its goal. Distances are true ones, over the whole mission unless
-/// said otherwise.
-#[derive(Clone, Debug, PartialEq)]
+/// Metrics of the surface craft. Distances are true distances to the goal, over the whole mission unless stated otherwise.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SurfaceCraftMetrics {
     /// Root mean square distance to the goal, m.
     pub rms_m: f64,
     /// Mean distance, m.
     pub mean_m: f64,
-    /// Distance that 95 % of the rows stay under, m (nearest rank).
+    /// Distance that 95 % of the rows do not exceed, m (nearest rank).
     pub p95_m: f64,
     /// Largest distance, m.
     pub max_m: f64,
     /// Root mean square distance after the scenario's settling time, m.
     pub settled_rms_m: f64,
     /// Time within the scenario's contact range (slant) of each underwater vehicle, s.
-    pub time_in_range_s: Vec<f64>,
-    /// True limits of the craft that it did not keep.
+    pub time_in_range_s: BTreeMap<String, f64>,
+    /// Violations of limits and bounds.
     pub violations: Violations,
     /// Propulsion energy ∫ |thrust · surge speed| dt, J.
     pub energy_j: f64,
@@ -38,48 +40,49 @@ pub struct SurfaceCraftMetrics {
     pub heading_travel_rad: f64,
     /// Root mean square second difference of the velocity reference, per second squared, m/s³.
     pub reference_jerk: f64,
-    /// Time of an answer, median, ms; none where the caller did not measure it.
+    /// Median computing time, ms; none if the caller did not measure it.
     pub solve_ms_p50: Option<f64>,
-    /// Time of an answer that 99 % do not exceed, ms.
+    /// Computing time that 99 % of the answers do not exceed, ms.
     pub solve_ms_p99: Option<f64>,
-    /// How many references each fallback level gave.
+    /// Number of references by method.
     pub answers_by_method: AnswersByMethod,
 }
 
-/// Violations of the craft's limits and of its scenario's bounds, judged by the true state.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Violations of the craft's limits and of its scenario's bounds, judged by the true state. The unit in a name is that of the worst
+/// excess.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Violations {
-    /// Yaw rate beyond the largest turn rate, rad/s.
-    pub turn_rate: Violation,
-    /// Surge beyond the largest speed reference by more than a hundredth, m/s: the loop's own overshoot is none.
-    pub speed: Violation,
-    /// Inside a disc to keep out of, m.
-    pub keep_out: Violation,
-    /// Outside the area to stay in, m.
-    pub area: Violation,
-    /// Slant range to an underwater vehicle beyond the one to keep within, m.
-    pub range: Violation,
-    /// Propulsion energy beyond what there is, J.
-    pub energy: Violation,
+    /// Yaw rate beyond the largest turn rate.
+    pub turn_rate_radps: Violation,
+    /// Surge beyond 1.01 times the largest speed reference; the overshoot of the loop is below that.
+    pub speed_mps: Violation,
+    /// Inside a disc to keep out of.
+    pub keep_out_m: Violation,
+    /// Outside the area to stay in.
+    pub area_m: Violation,
+    /// Slant range to an underwater vehicle beyond the one to keep within.
+    pub range_m: Violation,
+    /// Propulsion energy beyond what there is.
+    pub energy_j: Violation,
 }
 
-/// How far and how often one limit was not kept, seen once a row.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Violation of one limit, evaluated at each row.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Violation {
     /// Separate episodes.
     pub count: usize,
     /// All episodes together, s.
-    pub seconds: f64,
+    pub duration_s: f64,
     /// Largest excess, in the limit's unit; 0 if none.
     pub worst: f64,
 }
 
-/// References by the fallback level of the planner that gave them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Numbers of references by the planner's method.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct AnswersByMethod {
-    /// The program, solved.
+    /// The solved program.
     pub mpc: usize,
-    /// The previous plan, followed further.
+    /// The previous plan, continued.
     pub previous_plan: usize,
     /// The line-of-sight law.
     pub saturated_los: usize,
@@ -87,7 +90,7 @@ pub struct AnswersByMethod {
     pub hold: usize,
 }
 
-/// How an underwater vehicle kept to its path and its sawtooth, after the scenario's settling time.
+/// Metrics of an underwater vehicle after the scenario's settling time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AuvMetrics {
     /// Its name.
@@ -191,23 +194,23 @@ impl Violations {
             Violation::of(record, &|row| row.surface_craft.as_ref().map_or(0.0, excess))
         };
         Self {
-            turn_rate: craft(&|craft| craft.yaw_rate.abs() - limits.turn_rate_max),
-            speed: craft(&|craft| craft.surge - 1.01 * limits.speed_max),
-            keep_out: craft(&|craft| {
-                let inside = |disc: &KeepOut| disc.radius - (craft.position - disc.centre).norm();
+            turn_rate_radps: craft(&|craft| craft.yaw_rate.abs() - limits.turn_rate_max),
+            speed_mps: craft(&|craft| craft.surge - 1.01 * limits.speed_max),
+            keep_out_m: craft(&|craft| {
+                let inside = |disc: &KeepOut| disc.radius_m - (craft.position - disc.centre()).norm();
                 bounds.keep_outs.iter().map(inside).fold(0.0, f64::max)
             }),
-            area: craft(&|craft| outside(&bounds.area, &craft.position)),
-            range: Violation::of(record, &|row| {
+            area_m: craft(&|craft| outside(&bounds.area, &craft.position)),
+            range_m: Violation::of(record, &|row| {
                 bounds.range_max.map_or(0.0, |range| farthest(row) - range)
             }),
-            energy: craft(&|craft| bounds.energy_max.map_or(0.0, |energy| craft.energy - energy)),
+            energy_j: craft(&|craft| bounds.energy_max.map_or(0.0, |energy| craft.energy - energy)),
         }
     }
 }
 
 impl Violation {
-    /// Of a limit that a row exceeds by `excess`, where that is positive.
+    /// The violation of a limit that a row exceeds by `excess`, if positive.
     #[must_use]
     pub fn of(record: &Record, excess: &dyn Fn(&Row) -> f64) -> Self {
         let mut violation = Self::default();
@@ -216,7 +219,7 @@ impl Violation {
             let excess = excess(row);
             let beyond = 0.0 < excess;
             if beyond {
-                violation.seconds += record.interval;
+                violation.duration_s += record.interval;
                 violation.worst = violation.worst.max(excess);
             }
             violation.count += usize::from(beyond && !inside_episode);
@@ -237,8 +240,8 @@ fn slant_range(row: &Row, auv: &AuvRow) -> Option<f64> {
     Some((craft.position - auv.position).norm().hypot(auv.depth))
 }
 
-/// How far outside a convex area `position` is, m, measured across its nearest side's line; negative inside,
-/// and 0 where there is no area.
+/// Distance of `position` outside a convex area, m, across the line of its nearest side; negative inside, and 0 without an
+/// area.
 fn outside(area: &[Vector2<f64>], position: &Vector2<f64>) -> f64 {
     let n = area.len();
     if n < 3 {
@@ -264,9 +267,9 @@ impl AnswersByMethod {
     }
 }
 
-fn time_in_range(record: &Record) -> Vec<f64> {
+fn time_in_range(record: &Record) -> BTreeMap<String, f64> {
     let Some(range) = record.contact_range else {
-        return vec![];
+        return BTreeMap::new();
     };
     let seconds = |i: usize| {
         let near = record
@@ -276,7 +279,8 @@ fn time_in_range(record: &Record) -> Vec<f64> {
         // Not `sum`, which is −0.0 over nothing.
         near.fold(0.0, |seconds, _| seconds + record.interval)
     };
-    (0..record.auv_ids.len()).map(seconds).collect()
+    let ids = record.auv_ids.iter().cloned().enumerate();
+    ids.map(|(i, id)| (id, seconds(i))).collect()
 }
 
 fn reference_jerk(rows: &[&SurfaceCraftRow], interval: f64) -> f64 {
@@ -291,7 +295,7 @@ fn reference_jerk(rows: &[&SurfaceCraftRow], interval: f64) -> f64 {
     rms(&jerks)
 }
 
-/// The value that `per_cent` % of the `sorted` ones do not exceed (nearest rank); none of none.
+/// The value that `per_cent` % of the `sorted` values do not exceed (nearest rank); none without values.
 fn quantile(sorted: &[f64], per_cent: usize) -> Option<f64> {
     let rank = (sorted.len() * per_cent).div_ceil(100).saturating_sub(1);
     sorted.get(rank).copied()

@@ -1,4 +1,4 @@
-//! A whole mission: observe, ask the guide, hold its reference for a second, and again.
+//! A mission: observe, ask the guide, follow its reference for a second, repeat.
 
 use std::time::Duration;
 
@@ -9,31 +9,26 @@ use crate::{
     guide::{Guidance, Guide, GuideError},
     record::{AuvReference, AuvRow, KnownAuv, KnownSurfaceCraft, Record, Row, SurfaceCraftRow},
     scenario::{CurrentFile, Scenario, Start},
-    world::{
-        SurfaceCraft, World,
-        auv::SimulatedAuv,
-        inner_loop::PERIOD,
-        plant::{Loads, Plant},
-    },
+    world::{SurfaceCraft, World, auv::SimulatedAuv, inner_loop::PERIOD, plant::Plant},
 };
 
 mod goal;
 
 use goal::TrueGoal;
 
-/// Inner-loop periods between two looks at the guide: it plans once a second.
+/// Inner-loop periods between two plans: one second.
 const PERIODS_PER_PLAN: u32 = 10;
-/// Time between two looks at the guide, s.
+/// Time between two plans, s.
 const PLAN_INTERVAL: f64 = 10.0 * PERIOD;
 /// Distance between two points of a path in a record, m.
 const PATH_POINT_INTERVAL: f64 = 1.0;
-/// Most points of a path in a record: enough for any picture, and no burden for any file.
+/// Largest number of points of a path in a record, enough for any chart.
 const PATH_POINTS_MAX: f64 = 10_000.0;
 
-/// Runs `scenario` from the start that `seed` gives to its end. `progress` receives the fraction done.
+/// Runs `scenario` with `seed` to its end. `progress` receives the completed fraction.
 ///
-/// Without a surface craft the guide is never asked. An error is the scenario's, the guide's own, or an
-/// observation that left the range of a snapshot.
+/// Without a surface craft, the guide is not called. Errors come from the scenario, the guide, or an observation outside
+/// the range of a snapshot.
 pub fn run(
     scenario: &Scenario,
     guide: &mut dyn Guide,
@@ -43,7 +38,7 @@ pub fn run(
     run_from(scenario.start(seed)?, scenario, guide, seed, progress)
 }
 
-/// [`run`] from `start`, which a caller may have changed since `scenario` and `seed` gave it.
+/// [`run`] from `start`, which the caller may have changed.
 pub fn run_from(
     start: Start,
     scenario: &Scenario,
@@ -53,18 +48,18 @@ pub fn run_from(
 ) -> Result<Record, GuideError> {
     let mut mission = Mission::from_start(start, scenario, guide.name(), seed);
     while !mission.is_over() {
-        let snapshot = mission.look()?;
+        let snapshot = mission.observe()?;
         let asked = snapshot
             .as_ref()
             .map(|snapshot| guide.guide(snapshot))
             .transpose()?;
-        mission.go_on(snapshot.as_ref().zip(asked));
+        mission.step(snapshot.as_ref().zip(asked));
         progress(f64::from(mission.ticks) / f64::from(mission.ticks_max));
     }
     Ok(mission.into_record())
 }
 
-/// A mission under way, a tick at a time, for a caller that has its guide elsewhere.
+/// A mission that its caller advances tick by tick.
 #[derive(Debug)]
 pub struct Mission {
     start: Start,
@@ -75,19 +70,22 @@ pub struct Mission {
 }
 
 impl Mission {
-    /// The mission of `scenario` from the start that `seed` gives. `guide` is the name for its record.
+    /// The mission of `scenario` with `seed`. `guide` is the name in its record.
     pub fn new(scenario: &Scenario, guide: &str, seed: u64) -> Result<Self, GuideError> {
         Ok(Self::from_start(scenario.start(seed)?, scenario, guide, seed))
     }
 
-    /// The mission from `start`, which a caller may have changed since `scenario` and `seed` gave it.
+    /// The mission from `start`, which the caller may have changed.
     #[must_use]
     pub fn from_start(start: Start, scenario: &Scenario, guide: &str, seed: u64) -> Self {
         let mut record = empty_record(scenario, &start, guide, seed);
         let ticks_max = whole_plans(start.duration);
         record.rows.reserve(ticks_max as usize);
         Self {
-            goal: start.goal.clone().map(|goal| TrueGoal::new(goal, start.offset)),
+            goal: start
+                .observer
+                .as_ref()
+                .map(|observer| TrueGoal::new(&observer.briefing)),
             start,
             record,
             ticks: 0,
@@ -95,13 +93,13 @@ impl Mission {
         }
     }
 
-    /// Whether its time is over.
+    /// Whether it has ended.
     #[must_use]
     pub fn is_over(&self) -> bool {
         self.ticks_max <= self.ticks
     }
 
-    /// How many rows its record has in the end.
+    /// Number of rows of its complete record.
     #[must_use]
     pub fn n_rows(&self) -> u32 {
         self.ticks_max
@@ -113,17 +111,17 @@ impl Mission {
         self.start.world.time()
     }
 
-    /// What is known now; none without a surface craft. To be called once a tick: sensors err anew at each look.
-    pub fn look(&mut self) -> Result<Option<Snapshot>, GuideError> {
+    /// The present knowledge; none without a surface craft. Call it once a tick: every call draws new sensor errors.
+    pub fn observe(&mut self) -> Result<Option<Snapshot>, GuideError> {
         let world = &self.start.world;
         let (Some(observer), Some(craft)) = (&mut self.start.observer, &world.surface_craft) else {
             return Ok(None);
         };
-        Ok(Some(observer.look(world, craft, PLAN_INTERVAL)?))
+        Ok(Some(observer.observe(world, craft, PLAN_INTERVAL)?))
     }
 
-    /// Holds the guide's answer to the snapshot of [`Self::look`] for a tick.
-    pub fn go_on(&mut self, guided: Option<(&Snapshot, Guidance)>) {
+    /// Advances by a tick, in which the surface craft follows the guide's answer to the snapshot of [`Self::observe`].
+    pub fn step(&mut self, guided: Option<(&Snapshot, Guidance)>) {
         let world = &self.start.world;
         let time = world.time();
         let row = match (guided, &world.surface_craft, &mut self.goal) {
@@ -156,35 +154,35 @@ impl Mission {
         self.ticks += 1;
     }
 
-    /// What was recorded so far.
+    /// The record so far.
     #[must_use]
     pub fn record(&self) -> &Record {
         &self.record
     }
 
-    /// What was recorded.
+    /// The record.
     #[must_use]
     pub fn into_record(self) -> Record {
         self.record
     }
 
-    /// Takes the rows so far out of the record, for a caller that keeps them elsewhere.
+    /// Removes the rows so far from the record, for a caller that stores them.
     pub fn take_rows(&mut self) -> Vec<Row> {
         std::mem::take(&mut self.record.rows)
     }
 }
 
-/// The underwater vehicles, and what `snapshot` takes them for.
+/// The underwater vehicles, and their estimates in `snapshot`.
 fn known_auvs(world: &World, snapshot: &Snapshot) -> Vec<AuvRow> {
     let estimated = world.auvs.iter().zip(snapshot.estimates());
     estimated
         .map(|(auv, Estimate { state, .. })| AuvRow {
             known: Some(KnownAuv {
-                position: state.position,
-                depth: state.depth,
-                course: state.course.radians(),
-                speed: state.speed,
-                age: state.age,
+                position: state.position(),
+                depth: state.depth_m,
+                course: state.course().radians(),
+                speed: state.speed_mps,
+                age: state.age_s,
             }),
             ..auv_row(world, auv)
         })
@@ -212,13 +210,13 @@ fn empty_record(scenario: &Scenario, start: &Start, guide: &str, seed: u64) -> R
     }
 }
 
-/// What the surface craft can physically do; none in waves, which push it as hard as its thrusters, and none in a
-/// gridded current, which could have carried it faster elsewhere.
+/// The physical limits of the surface craft; none in waves, whose loads are as large as those of the thrusters, and none in
+/// a gridded current, which may be stronger elsewhere.
 fn plant(scenario: &Scenario, world: &World) -> Option<Plant> {
     let grid = matches!(scenario.water.current, Some(CurrentFile::Grid { .. }));
     let known = scenario.water.waves.is_none() && !grid;
     let craft = world.surface_craft.as_ref().filter(|_| known)?;
-    Some(Plant::of(&Loads::of(&craft.hull)))
+    Some(Plant::of(&craft.hull))
 }
 
 #[expect(
@@ -230,7 +228,7 @@ fn whole_plans(duration: f64) -> u32 {
     (duration / PLAN_INTERVAL) as u32
 }
 
-/// Points of equal distance from the beginning of `path` to its end.
+/// Equidistant points of `path` from its beginning to its end.
 fn path_points(path: &Path) -> Vec<Vector2<f64>> {
     #[expect(
         clippy::cast_possible_truncation,
@@ -265,11 +263,11 @@ fn surface_craft_row(
         energy: craft.energy,
         heading_travel: craft.heading_travel,
         known: KnownSurfaceCraft {
-            time: snapshot.time,
-            position: snapshot.asc.position,
-            heading: snapshot.asc.heading,
-            surge: snapshot.asc.surge,
-            current: snapshot.current,
+            time: snapshot.t_s,
+            position: snapshot.asc.position(),
+            heading: snapshot.asc.heading(),
+            surge: snapshot.asc.speed_mps,
+            current: snapshot.current.map(Into::into),
         },
         reference: guidance.reference,
         method: guidance.method,

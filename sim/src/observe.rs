@@ -1,16 +1,16 @@
-//! The only gate from truth to knowledge: what the surface craft measures of itself and hears of the others.
+//! The only path from truth to knowledge: what the surface craft measures of itself and receives from the others.
 //!
-//! A guidance law sees a [`Snapshot`] and nothing else, and every law sees the same one: the errors of
-//! sensors and messages come from seeds of their own and are drawn in the same number whatever happens.
+//! A guidance law sees only a [`Snapshot`], and all laws see the same one: the errors of sensors and messages have their own
+//! random streams, and every step draws the same number from them.
 
 use nalgebra::Vector2;
 use planner::{
     angle::{Course, direction, ned_from_body},
     craft::CraftDescription,
     snapshot::{
-        Auv, AuvState, Dive, Evidence, Fallback, ForecastChoice, Goal, GroundTrack, HoldStyle,
-        InvalidObservation, KnownPath, LEG_HEIGHT_MIN, Limits, Observation, Offset, REPORT_SIGMA_MIN, Report,
-        Snapshot,
+        Acoustics as AcousticLink, Auv, AuvState, DeclaredPath, Dive, Goal, GroundTrack, InvalidRequest,
+        LEG_HEIGHT_MIN, Limits, Offset, PlanRequest, REPORT_SIGMA_MAX, REPORT_SIGMA_MIN, Report, Snapshot,
+        Task,
     },
 };
 
@@ -22,75 +22,76 @@ use crate::{
 mod acoustics;
 mod noise;
 mod sensors;
-mod setup;
 
-pub use acoustics::{Acoustics, AcousticsSetup, Emission, Fix, Tally};
+pub use acoustics::{Acoustics, AcousticsSetup, Fix, MessageCounts, Telemetry};
 pub use sensors::{SensorSetup, SurfaceSensors, SurfaceTruth};
-pub use setup::InvalidSetup;
 
-/// Most reports of a vehicle that are kept, the newest: five minutes of one every ten seconds.
+/// Largest number of reports kept of a vehicle, the newest: five minutes with one every ten seconds.
 const REPORTS_KEPT: usize = 32;
-/// How much older than the newest a report may be that is kept, s. What a vehicle did before says nothing of now.
+/// Largest age of a report relative to the newest one, s. Older motion says nothing about the present.
 const HISTORY: f64 = 300.0;
-/// Standard deviation of where a vehicle was launched, m, along either axis. Assumption: a satellite receiver's.
+/// Standard deviation that the report of an exact position claims, m.
+const EXACT_SIGMA: f64 = 0.01;
+/// Standard deviation of a vehicle's launch position along either axis, m. Assumption: that of a satellite receiver.
 const LAUNCH_SIGMA: f64 = 1.0;
 
-/// What the surface craft knows from the start and does not observe.
+/// What the surface craft knows from the start, without observing it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Briefing {
-    /// Its task.
+    /// Its goal.
     pub goal: Goal,
-    /// How far from what the goal follows.
+    /// Offset from the point that the goal follows.
     pub offset: Option<Offset>,
-    /// What it can do with its loops closed.
+    /// Its limits with its loops closed.
     pub limits: Limits,
     /// The craft description given to the planner.
     pub craft: CraftDescription,
-    /// Whether snapshots give the current at the craft.
+    /// Whether snapshots contain the current at the craft.
     pub current: bool,
-    /// Whether snapshots give the underwater vehicles' paths and speeds, and how they dive.
+    /// Whether snapshots contain the paths, speeds and dives of the underwater vehicles.
     pub paths: bool,
-    /// Whether snapshots give only the newest message of an underwater vehicle, as a state.
+    /// Whether snapshots contain only the newest message of an underwater vehicle, as a state.
     pub newest_as_state: bool,
-    /// Where it is meant to stay, and how much energy it has; a snapshot has no place for the energy.
+    /// Its bounds. Snapshots do not contain the energy.
     pub bounds: Bounds,
 }
 
-/// The surface craft's sensors and modem, and what they gathered.
+/// The surface craft's sensors and modem, and their data so far.
 #[derive(Clone, Debug)]
 pub struct Observer {
-    briefing: Briefing,
+    /// What the surface craft knows from the start.
+    pub briefing: Briefing,
     sensors: SurfaceSensors,
-    /// None: every underwater vehicle is known as it is, at every look.
+    /// Without acoustics, the exact state of every underwater vehicle is known at every observation.
     acoustics: Option<Acoustics>,
-    /// What was heard of every underwater vehicle, in the world's order.
-    heard: Vec<Heard>,
-    /// Error of its own position estimate at its last look (north, east), m: fixes are measured from that estimate.
+    /// The messages of every underwater vehicle, in the world's order.
+    received: Vec<Received>,
+    /// Error of its own position estimate at the last observation (north, east), m. Fixes are relative to that estimate.
     own_error: Vector2<f64>,
-    /// Room for [`Acoustics::step`] and [`Acoustics::receive`], so that listening allocates nothing.
-    emissions: Vec<Emission>,
+    /// Buffers of [`Acoustics::step`] and [`Acoustics::receive`], so that listening allocates nothing.
+    all_telemetry: Vec<Telemetry>,
     silent: Vec<bool>,
     fixes: Vec<Fix>,
 }
 
-/// What was heard of an underwater vehicle: messages in the order in which they were sent, at least one. With perfect
-/// communication one, which is the truth.
+/// The messages of an underwater vehicle in the order of transmission, at least one. With perfect communication, one: the
+/// truth.
 #[derive(Clone, Debug)]
-struct Heard {
+struct Received {
     messages: Vec<Message>,
 }
 
-/// Telemetry of a vehicle, and its position as the surface craft measured it.
+/// A vehicle's telemetry, with its position as measured by the surface craft.
 #[derive(Clone, Copy, Debug)]
 struct Message {
     sent_at: f64,
-    emission: Emission,
+    telemetry: Telemetry,
     /// σ of the position along either axis, m.
     sigma: f64,
 }
 
 impl Observer {
-    /// Of `world` at its start, when every underwater vehicle was just launched: where each is then is known.
+    /// The observer of `world` at its start, when the launch position of every underwater vehicle is known.
     #[must_use]
     pub fn new(
         world: &World,
@@ -102,9 +103,9 @@ impl Observer {
             briefing,
             sensors,
             acoustics,
-            heard: Vec::with_capacity(world.auvs.len()),
+            received: Vec::with_capacity(world.auvs.len()),
             own_error: Vector2::zeros(),
-            emissions: Vec::with_capacity(world.auvs.len()),
+            all_telemetry: Vec::with_capacity(world.auvs.len()),
             silent: Vec::with_capacity(world.auvs.len()),
             fixes: Vec::with_capacity(world.auvs.len()),
         };
@@ -112,18 +113,13 @@ impl Observer {
             let mut messages = Vec::with_capacity(REPORTS_KEPT);
             messages.push(Message {
                 sent_at: world.time(),
-                emission: emission(auv, world),
+                telemetry: telemetry_of(auv, world),
                 sigma: LAUNCH_SIGMA,
             });
-            Heard { messages }
+            Received { messages }
         });
-        observer.heard.extend(launched);
+        observer.received.extend(launched);
         observer
-    }
-
-    /// What the craft's guide knows from the start.
-    pub fn briefing_mut(&mut self) -> &mut Briefing {
-        &mut self.briefing
     }
 
     /// Listens for one inner-loop period.
@@ -132,39 +128,44 @@ impl Observer {
             return;
         };
         let time = world.time();
-        self.emissions.clear();
+        self.all_telemetry.clear();
         self.silent.clear();
         for (i, auv) in world.auvs.iter().enumerate() {
-            self.emissions.push(emission(auv, world));
+            self.all_telemetry.push(telemetry_of(auv, world));
             self.silent.push(world.faults.is_silent(i, time));
         }
-        acoustics.step(world.periods(), &craft.position(), &self.emissions, &self.silent);
+        acoustics.step(
+            world.periods(),
+            &craft.position(),
+            &self.all_telemetry,
+            &self.silent,
+        );
         self.fixes.clear();
         acoustics.receive(time, &mut self.fixes);
         for fix in &self.fixes {
-            let said = Emission {
-                position: fix.position + self.own_error,
-                depth: fix.depth,
-                course: fix.course,
-                speed: fix.speed,
-                turn_rate: fix.turn_rate,
-                descending: fix.descending,
-            };
-            self.heard[fix.vehicle].keep(Message {
+            let message = Message {
                 sent_at: fix.sent_at,
-                emission: said,
-                sigma: fix.sigma,
-            });
+                telemetry: Telemetry {
+                    position: fix.telemetry.position + self.own_error,
+                    speed: reported_speed(fix.vehicle, fix.telemetry.speed, world, time),
+                    ..fix.telemetry
+                },
+                sigma: fix.sigma.max(EXACT_SIGMA) * world.faults.accuracy_factor(fix.vehicle, time),
+            };
+            self.received[fix.vehicle].keep(message);
+            if world.faults.messages_twice(fix.vehicle, time) {
+                self.received[fix.vehicle].keep(message);
+            }
         }
     }
 
-    /// What is known now, `interval` s after the look before. `craft` is the world's surface craft.
-    pub fn look(
+    /// The present knowledge, `interval` s after the previous observation. `craft` is the world's surface craft.
+    pub fn observe(
         &mut self,
         world: &World,
         craft: &SurfaceCraft,
         interval: f64,
-    ) -> Result<Snapshot, InvalidObservation> {
+    ) -> Result<Snapshot, InvalidRequest> {
         let time = world.time();
         if self.acoustics.is_none() {
             self.receive_every_state(world);
@@ -182,75 +183,81 @@ impl Observer {
         let asc = self
             .sensors
             .measure(&truth, world.faults.gnss_works(time), interval);
-        self.own_error = asc.position - craft.position();
+        self.own_error = asc.position() - craft.position();
         let clock = time + world.faults.clock_offset(time);
         let briefing = &self.briefing;
         let as_state = self.acoustics.is_none() || briefing.newest_as_state;
-        let auv = |(heard, auv): (&Heard, &SimulatedAuv)| Auv {
-            id: auv.id.clone(),
-            evidence: if as_state {
-                heard.state(clock)
+        let auv = |(received, auv): (&Received, &SimulatedAuv)| {
+            let known = if as_state {
+                Auv::new(auv.id.clone(), received.state(clock))
             } else {
-                heard.reports(clock)
-            },
-            path: briefing.paths.then(|| KnownPath {
-                path: auv.path.clone(),
-                // As planned for where it was heard: where it is now is not known.
-                horizontal_speed: auv.speed_at(auv.path.closest(&heard.newest().emission.position))
-                    * auv.dive.pitch.cos(),
-            }),
-            dive: known_dive(auv, heard.newest().emission.descending).filter(|_| briefing.paths),
+                Auv::reported(auv.id.clone(), received.reports(clock))
+            };
+            if !briefing.paths {
+                return known;
+            }
+            // The planned speed at the last known position; the present position is not known.
+            let last_known = auv.path.closest(&received.newest().telemetry.position);
+            let speed = auv.speed_at(last_known) * auv.dive.pitch.cos();
+            Auv {
+                path: Some(DeclaredPath::new(&auv.path, speed)),
+                dive: known_dive(auv, received.newest().telemetry.descending),
+                ..known
+            }
         };
-        Snapshot::try_from(Observation {
-            time: clock,
-            asc,
-            auvs: self.heard.iter().zip(&world.auvs).map(auv).collect(),
-            goal: briefing.goal.clone(),
-            offset: briefing.offset,
-            current: briefing.current.then_some(current),
-            limits: briefing.limits,
-            craft: briefing.craft,
+        let auvs = self.received.iter().zip(&world.auvs).map(auv).collect();
+        let range_max_m = briefing.bounds.range_max;
+        Snapshot::try_from(PlanRequest {
+            current: briefing.current.then_some(current.into()),
+            limits: Some(briefing.limits.into()),
+            craft: Some(briefing.craft.clone()),
             keep_outs: briefing.bounds.keep_outs.clone(),
-            area: briefing.bounds.area.clone(),
-            range_max: briefing.bounds.range_max,
-            surfacing_separation: None,
-            forecast: ForecastChoice::Auto,
-            fallback: Fallback::Los,
-            hold: HoldStyle::SlowTurn,
-            previous_plan: None,
+            area: briefing.bounds.area.iter().copied().map(Into::into).collect(),
+            acoustics: range_max_m.map(|range_max_m| AcousticLink { range_max_m }),
+            ..PlanRequest::new(
+                clock,
+                asc,
+                auvs,
+                Task {
+                    goal: briefing.goal.clone(),
+                    offset: briefing.offset,
+                },
+            )
         })
     }
 
-    /// What became of the messages, where they go through the water.
+    /// The counts of messages, with acoustics.
     #[must_use]
-    pub fn tally(&self) -> Option<Tally> {
-        self.acoustics.as_ref().map(Acoustics::tally)
+    pub fn counts(&self) -> Option<MessageCounts> {
+        self.acoustics.as_ref().map(Acoustics::counts)
     }
 
     /// Perfect communication, except with silent vehicles.
     fn receive_every_state(&mut self, world: &World) {
         let time = world.time();
-        for (i, (heard, auv)) in self.heard.iter_mut().zip(&world.auvs).enumerate() {
+        for (i, (received, auv)) in self.received.iter_mut().zip(&world.auvs).enumerate() {
             if !world.faults.is_silent(i, time) {
-                heard.messages.clear();
-                heard.messages.push(Message {
+                let auv_telemetry = telemetry_of(auv, world);
+                received.messages.clear();
+                received.messages.push(Message {
                     sent_at: time,
-                    emission: emission(auv, world),
-                    sigma: 0.0,
+                    telemetry: Telemetry {
+                        speed: reported_speed(i, auv_telemetry.speed, world, time),
+                        ..auv_telemetry
+                    },
+                    sigma: EXACT_SIGMA,
                 });
             }
         }
     }
 }
 
-impl Heard {
+impl Received {
     fn newest(&self) -> &Message {
-        self.messages
-            .last()
-            .expect("a vehicle is known from its launch on")
+        self.messages.last().expect("the launch is the first message")
     }
 
-    /// Keeps one more message, and drops those that are too old.
+    /// Adds a message, and removes those that are too old.
     fn keep(&mut self, message: Message) {
         let messages = &mut self.messages;
         if messages.len() == REPORTS_KEPT {
@@ -263,50 +270,61 @@ impl Heard {
             .retain(|message| newest - message.sent_at <= HISTORY);
     }
 
-    /// The newest, taken for the truth, at time `clock` of the surface craft.
-    fn state(&self, clock: f64) -> Evidence {
+    /// The newest message as a state, at time `clock` of the surface craft.
+    fn state(&self, clock: f64) -> AuvState {
         let Message {
-            sent_at, emission, ..
+            sent_at, telemetry, ..
         } = self.newest();
-        Evidence::State(AuvState {
-            position: emission.position,
-            depth: emission.depth,
-            course: emission.course,
-            speed: emission.speed,
-            turn_rate: emission.turn_rate,
-            // A clock that is behind dates a message into the future: it can only be taken for new.
-            age: (clock - sent_at).max(0.0),
-            covariance: None,
-        })
+        AuvState {
+            turn_rate_radps: telemetry.turn_rate,
+            // A slow clock can date a message in the future, which then counts as new.
+            age_s: (clock - sent_at).max(0.0),
+            ..AuvState::new(
+                telemetry.position,
+                telemetry.depth,
+                telemetry.course,
+                telemetry.speed,
+            )
+        }
     }
 
-    /// All of it, as a snapshot takes it at time `clock` of the surface craft.
-    fn reports(&self, clock: f64) -> Evidence {
+    /// All messages as reports, at time `clock` of the surface craft.
+    fn reports(&self, clock: f64) -> Vec<Report> {
         let report = |message: &Message| Report {
-            // As above.
-            time: message.sent_at.min(clock),
-            position: message.emission.position,
-            sigma: message.sigma.max(REPORT_SIGMA_MIN),
-            depth: Some(message.emission.depth),
-            ground_track: Some(GroundTrack {
-                course: message.emission.course,
-                speed: message.emission.speed,
-            }),
-            turn_rate: Some(message.emission.turn_rate),
+            depth_m: Some(message.telemetry.depth),
+            turn_rate_radps: Some(message.telemetry.turn_rate),
+            ..Report::new(
+                message.sent_at.min(clock),
+                message.telemetry.position,
+                message.sigma.clamp(REPORT_SIGMA_MIN, REPORT_SIGMA_MAX),
+            )
+            .with_ground_track(Some(GroundTrack {
+                course: message.telemetry.course,
+                speed: message.telemetry.speed,
+            }))
         };
-        Evidence::Reports(self.messages.iter().map(report).collect())
+        self.messages.iter().map(report).collect()
     }
 }
 
-/// An AUV as it is: its ground track, and the course's rate of turn. One that does not know its place does not
-/// know the current either: it reports its heading, and its speed and rate of turn through the water.
+/// The speed that AUV number `auv` reports instead of its `speed`, m/s.
+fn reported_speed(auv: usize, speed: f64, world: &World, time: f64) -> f64 {
+    if world.faults.reports_speed_zero(auv, time) {
+        0.0
+    } else {
+        speed
+    }
+}
+
+/// The telemetry of an AUV: its true ground track and rate of turn. An AUV without its position does not know the current
+/// either, and reports its heading, speed and rate of turn through the water.
 ///
 /// ```text
 /// g = u_h [cosψ, sinψ] + v_c        χ̇ = ψ̇ u_h (g · [cosψ, sinψ]) / ‖g‖²
 /// ```
-/// The rate is that of a turn at steady speed, from the gyroscope: in a current the course also swings
-/// for a few seconds whenever a pitch reversal changes `u_h`, which is no turn and is not reported as one.
-fn emission(auv: &SimulatedAuv, world: &World) -> Emission {
+/// The rate is that of a turn at steady speed, from the gyroscope. In a current, a pitch reversal changes `u_h`, and the
+/// course swings for a few seconds; that is not reported as a turn.
+fn telemetry_of(auv: &SimulatedAuv, world: &World) -> Telemetry {
     let current = world.water.current(&auv.position(), auv.depth());
     let bow = direction(auv.heading());
     let u_h = auv.horizontal_speed();
@@ -315,13 +333,13 @@ fn emission(auv: &SimulatedAuv, world: &World) -> Emission {
         Navigation::GpsAtSurface => bow * u_h,
     };
     let speed = ground.norm();
-    // Standing still over ground there is no course to turn.
+    // At rest over ground, the course is undefined.
     let turn_rate = if speed < f64::EPSILON {
         0.0
     } else {
         auv.heading_rate() * u_h * ground.dot(&bow) / (speed * speed)
     };
-    Emission {
+    Telemetry {
         position: auv.position(),
         depth: auv.depth(),
         course: Course::of(&ground),
@@ -332,14 +350,14 @@ fn emission(auv: &SimulatedAuv, world: &World) -> Emission {
     }
 }
 
-/// The sawtooth of an AUV as its mission plan has it; none where it is too shallow for one.
+/// The sawtooth of an AUV's mission plan; none if it is too shallow.
 fn known_dive(auv: &SimulatedAuv, descending: bool) -> Option<Dive> {
     let dive = &auv.dive;
     (dive.depth_min + LEG_HEIGHT_MIN <= dive.depth_max).then(|| Dive {
-        depth_min: dive.depth_min,
-        depth_max: dive.depth_max,
-        pitch: dive.pitch,
-        reversal: auv.loops.reversal_time(),
+        depth_min_m: dive.depth_min,
+        depth_max_m: dive.depth_max,
+        pitch_rad: dive.pitch,
+        reversal_s: Some(auv.loops.reversal_time()),
         descending: Some(descending),
     })
 }
@@ -357,12 +375,12 @@ mod tests {
         let mut turning = 0;
         for _ in 0..6_000 {
             let start = world.auvs[0].clone();
-            let before = emission(&start, &world);
+            let before = telemetry_of(&start, &world);
             world.step(None);
             let auv = &world.auvs[0];
             let moved = (auv.position() - start.position()) / PERIOD;
             assert!((moved - before.course.unit() * before.speed).norm() < 0.02);
-            let after = emission(auv, &world);
+            let after = telemetry_of(auv, &world);
             let steady = (auv.horizontal_speed() - start.horizontal_speed()).abs() < 1e-5;
             if steady && before.turn_rate.abs() > 0.005 {
                 turning += 1;

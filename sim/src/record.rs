@@ -1,4 +1,4 @@
-//! The record of a mission, tick by tick: truth, knowledge, references, outcome.
+//! The record of a mission, one row a tick: truth, knowledge, references, results.
 
 use nalgebra::Vector2;
 use planner::{
@@ -14,59 +14,58 @@ mod rows;
 
 pub use ::record::Origin;
 
-/// A mission's record. Holds nothing but what scenario, guide and seed determine, solve times excepted.
+/// A mission's record. Scenario, guide and seed determine all of it except solve times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     /// Name of the scenario.
     pub scenario: String,
-    /// What happens in it, in one line.
+    /// Title of the scenario.
     pub title: String,
-    /// What guided the surface craft; empty where there is none.
+    /// Name of the guide; empty without a surface craft.
     pub guide: String,
     /// The seed.
     pub seed: u64,
     /// Time from one row to the next, s.
     pub interval: f64,
-    /// Where the datum lies on Earth, where the scenario says so.
+    /// Position of the datum on Earth, if the scenario has one.
     pub origin: Option<Origin>,
     /// Start of the settled metrics, s.
     pub settled_after: f64,
-    /// Slant range that counts as contact, m, where there is a surface craft.
+    /// Slant range that counts as contact, m, if there is a surface craft.
     pub contact_range: Option<f64>,
-    /// What the surface craft was said to be able to do, where there is one.
+    /// Declared limits of the surface craft, if there is one.
     pub limits: Option<Limits>,
-    /// What the surface craft can physically do, where that is known.
+    /// Physical limits of the surface craft, if known.
     pub plant: Option<Plant>,
-    /// Where the surface craft is meant to stay.
+    /// Bounds of the surface craft.
     pub bounds: Bounds,
     /// Names of the underwater vehicles, in the order of [`Row::auvs`].
     pub auv_ids: Vec<String>,
-    /// The paths they are to follow, in the same order, as points (north, east), m: a metre apart or less, or
-    /// ten thousand where that would be more.
+    /// Their paths in the same order, as points (north, east), m, at most a metre apart, but at most ten thousand.
     pub paths: Vec<Vec<Vector2<f64>>>,
     /// One row a tick, from the start on.
     pub rows: Vec<Row>,
 }
 
-/// Where the surface craft is meant to stay.
+/// Bounds of the surface craft.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bounds {
-    /// Discs to stay out of.
+    /// Keep-out discs.
     pub keep_outs: Vec<KeepOut>,
     /// Corners (north, east) of the convex area to stay in, m, clockwise or not; empty for no limit.
     pub area: Vec<Vector2<f64>>,
-    /// Slant range to every underwater vehicle to keep within, m.
+    /// Largest slant range to every underwater vehicle, m.
     pub range_max: Option<f64>,
-    /// Propulsion energy to do with, J.
+    /// Available propulsion energy, J.
     pub energy_max: Option<f64>,
 }
 
-/// One instant, and the references followed from then on.
+/// One instant, and the references from then on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// True time since the start, s.
     pub time: f64,
-    /// The surface craft, where there is one.
+    /// The surface craft, if there is one.
     pub surface_craft: Option<SurfaceCraftRow>,
     /// The underwater vehicles.
     pub auvs: Vec<AuvRow>,
@@ -89,23 +88,23 @@ pub struct SurfaceCraftRow {
     pub thrust_port: f64,
     /// Thrust of the starboard thruster, N.
     pub thrust_starboard: f64,
-    /// Current where it is (north, east), m/s.
+    /// Current at its position (north, east), m/s.
     pub current: Vector2<f64>,
-    /// Where the goal is (north, east), m.
+    /// Position of the goal (north, east), m.
     pub goal: Vector2<f64>,
     /// Propulsion energy since the start, J.
     pub energy: f64,
     /// Heading travel since the start, rad.
     pub heading_travel: f64,
-    /// What it knew of itself.
+    /// Its knowledge of itself.
     pub known: KnownSurfaceCraft,
     /// The guide's reference.
     pub reference: Reference,
-    /// How the guide found it.
+    /// The method that gave it.
     pub method: Method,
-    /// Distance to the goal that the guide predicts over its horizon (root mean square), m, if it does.
+    /// Predicted root mean square distance to the goal over the horizon, m, if the guide predicts.
     pub predicted_rms: Option<f64>,
-    /// Time the guide took, ms, where somebody held a clock.
+    /// Computing time of the guide, ms, if measured.
     pub solve_ms: Option<f64>,
 }
 
@@ -117,7 +116,7 @@ impl SurfaceCraftRow {
     }
 }
 
-/// What the surface craft knew of itself when it asked its guide.
+/// The surface craft's knowledge of itself when it called its guide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KnownSurfaceCraft {
     /// Time on its clock, s.
@@ -128,7 +127,7 @@ pub struct KnownSurfaceCraft {
     pub heading: Heading,
     /// Surge speed through the water, m/s.
     pub surge: f64,
-    /// Current (north, east), m/s, where it was known.
+    /// Current (north, east), m/s, if known.
     pub current: Option<Vector2<f64>>,
 }
 
@@ -145,7 +144,7 @@ pub struct AuvRow {
     pub heading: f64,
     /// Speed along the body, through the water, m/s.
     pub surge: f64,
-    /// Current where it is (north, east), m/s.
+    /// Current at its position (north, east), m/s.
     pub current: Vector2<f64>,
     /// References of its inner loops.
     pub reference: AuvReference,
@@ -155,7 +154,7 @@ pub struct AuvRow {
     pub along_track: f64,
     /// True cross-track error y₁, m, positive to starboard of the path.
     pub cross_track: f64,
-    /// What the surface craft knew of it; none where there is no surface craft.
+    /// The surface craft's knowledge of it; none without a surface craft.
     pub known: Option<KnownAuv>,
 }
 
@@ -170,10 +169,10 @@ pub struct AuvReference {
     pub heading: f64,
 }
 
-/// What the surface craft knew of an underwater vehicle when it asked its guide.
+/// The surface craft's knowledge of an underwater vehicle when it called its guide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KnownAuv {
-    /// Position (north, east) when it was last heard, m.
+    /// Position (north, east) in its last message, m.
     pub position: Vector2<f64>,
     /// Depth then, m.
     pub depth: f64,
@@ -185,7 +184,7 @@ pub struct KnownAuv {
     pub age: f64,
 }
 
-/// The name in files of who answered.
+/// The name of `method` in files.
 #[must_use]
 pub fn method_name(method: Method) -> &'static str {
     match method {
@@ -196,6 +195,5 @@ pub fn method_name(method: Method) -> &'static str {
         Method::SaturatedLosTrackerFrame => "saturated_los_tracker_frame",
         Method::IntegralLos => "integral_los",
         Method::WaypointBox => "waypoint_box",
-        Method::PrintedLos => "printed_los",
     }
 }

@@ -1,13 +1,17 @@
-//! Situations that guidance laws are tried in: files, some of them built in.
+//! Scenarios, which are files. Some of them are built in.
 //!
-//! A scenario file is TOML of the shape of [`Scenario`]. Any number in it may be a distribution; a seed makes a
-//! mission of it, with [`Scenario::start`].
+//! A scenario file is TOML with the shape of [`Scenario`]. Any number in it may be a distribution; [`Scenario::start`] draws
+//! from them with a seed.
 
 use std::{collections::BTreeMap, io, path::Path};
+
+use planner::snapshot::ranges_by_shape;
+use serde_json::json;
 
 mod file;
 mod files;
 mod quantity;
+mod set;
 mod source;
 mod start;
 
@@ -16,6 +20,8 @@ pub use files::{Files, UnreadableFile};
 pub use quantity::*;
 pub use source::Source;
 pub use start::{InvalidScenario, Start};
+
+use quantity::{schema_within, unit_of};
 
 macro_rules! built_in {
     ($($name:literal),* $(,)?) => {
@@ -49,30 +55,18 @@ const BUILT_IN: &[(&str, &str)] = built_in![
     "slocum",
 ];
 
-/// Largest scenario file that is read, bytes: hundreds of times the longest that is built in.
+/// Largest size of a scenario file, bytes: hundreds of times the largest built-in one.
 const SCENARIO_BYTES_MAX: u64 = 1_000_000;
 
-/// Why a scenario file is no scenario.
+/// Why a scenario file was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
     /// It cannot be read.
-    #[error("cannot read {path}")]
-    Unreadable {
-        /// The file.
-        path: String,
-        /// Why.
-        source: io::Error,
-    },
-    /// Something in it is wrong.
-    #[error("{file}:{line}: {wrong}")]
-    Invalid {
-        /// Name of the file.
-        file: String,
-        /// Line of the member that is wrong, from 1 on.
-        line: usize,
-        /// Member, value and limit.
-        wrong: InvalidScenario,
-    },
+    #[error("cannot read {0}")]
+    Unreadable(String, #[source] io::Error),
+    /// Something in it is wrong: the file, the line from 1 on, the member with value and limit.
+    #[error("{0}:{1}: {2}")]
+    Invalid(String, usize, InvalidScenario),
 }
 
 impl Scenario {
@@ -97,21 +91,18 @@ impl Scenario {
         Some(scenario.expect("a test reads every built-in scenario"))
     }
 
-    /// The scenario in the file at `path`, which may name files beside it.
+    /// The scenario in the file at `path`. Files that it names are in the same folder.
     pub fn read(path: &Path) -> Result<Self, ScenarioError> {
         let file = path.display().to_string();
         let text = files::read(path, SCENARIO_BYTES_MAX)
             .and_then(|bytes| String::from_utf8(bytes).map_err(io::Error::other))
-            .map_err(|source| ScenarioError::Unreadable {
-                path: file.clone(),
-                source,
-            })?;
+            .map_err(|error| ScenarioError::Unreadable(file.clone(), error))?;
         let beside = path.parent().unwrap_or(Path::new("."));
         Self::parse(&text, &file, Files::beside(beside))
     }
 
-    /// The scenario in `text`, which came from `file`. What it says is tried with one seed, so that a file
-    /// whose numbers do not fit together is refused here.
+    /// The scenario in `text`, which was read from `file`. It is started with one seed, so that numbers that do not fit
+    /// together are errors here.
     pub fn parse(text: &str, file: &str, files: Files) -> Result<Self, ScenarioError> {
         let source = Source {
             file: file.to_owned(),
@@ -121,7 +112,7 @@ impl Scenario {
             toml::Deserializer::parse(text).map_err(|error| source.refused(&error, "syntax".to_owned()))?;
         let mut scenario: Self = serde_path_to_error::deserialize(document).map_err(|error| {
             let field = error.path().to_string();
-            // The whole file's own path is a dot.
+            // The path of the whole file is a dot.
             let field = if field == "." { "file".to_owned() } else { field };
             source.refused(error.inner(), field)
         })?;
@@ -131,8 +122,8 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// The texts of the files that it names, by name: with them it can be read anywhere ([`Files::kept`]). Fails where one of them
-    /// cannot be read, or is no text.
+    /// The texts of the files that it names, by name, for [`Files::kept`]. An error if one of them cannot be read or is not
+    /// text.
     pub fn texts_beside(&self) -> Result<BTreeMap<String, String>, UnreadableFile> {
         let grid = match &self.water.current {
             Some(CurrentFile::Grid { file }) => Some(file),
@@ -151,10 +142,19 @@ impl Scenario {
     /// The JSON Schema of scenario files.
     #[must_use]
     pub fn schema() -> serde_json::Value {
-        schemars::schema_for!(Self).to_value()
+        let mut schema = schemars::schema_for!(Self).to_value();
+        // The planner's shapes have numbers without a range; their table is the planner's, too.
+        for (shape, (member, range)) in ranges_by_shape() {
+            if let Some(property) = schema.pointer_mut(&format!("/$defs/{shape}/properties/{member}")) {
+                let description = property["description"].take();
+                let number = schema_within(&range, unit_of(member));
+                *property = json!({ "description": description, "anyOf": [number] });
+            }
+        }
+        schema
     }
 
-    /// The same, but for `duration` s. Where the settled metrics would begin after that, they begin at once.
+    /// The scenario with this `duration`, s. Settled metrics that would begin after its end begin at once.
     #[must_use]
     pub fn lasting(mut self, duration: f64) -> Self {
         let duration = duration.clamp(MissionTime::MIN, MissionTime::MAX);
@@ -210,7 +210,7 @@ mod tests {
             (
                 "settled_after_s = 120",
                 "settled_after_s = 1800",
-                "settled_after_s: 1800 s is not a second before the end",
+                "settled_after_s: 1800 s is less than a second before the end",
             ),
             (
                 "id = \"auv-2\"",

@@ -1,9 +1,9 @@
-//! The truth: the vehicles and the water, moving in steps of one inner-loop period.
+//! The true state of the vehicles and the water, which advances in steps of one inner-loop period.
 //!
 //! From the bottom up: [`hull`] has masses, drag and thrusters; [`inner_loop`] the autopilots on top of them;
-//! [`path_following`] and [`dive`] what guides an AUV. [`surface_craft`] and [`auv`] put a vehicle together (the
-//! classes of AUV are in [`underwater_vehicle`]), [`integrate`] moves it, in [`water`] that flows, under [`fault`]s.
-//! [`plant`] bounds what a hull can physically do.
+//! [`path_following`] and [`dive`] the guidance of an AUV. [`surface_craft`] and [`auv`] are whole vehicles (the classes of
+//! AUV are in [`underwater_vehicle`]), which [`integrate`] moves in [`water`], with [`fault`]s. [`plant`] has the physical
+//! limits of a hull.
 
 use planner::{angle::Heading, los::Reference};
 
@@ -26,16 +26,16 @@ use fault::Faults;
 use inner_loop::PERIOD;
 use water::Water;
 
-/// The truth.
+/// The true state of vehicles and water.
 #[derive(Clone, Debug)]
 pub struct World {
-    /// The surface craft, where the scenario has one.
+    /// The surface craft, if the scenario has one.
     pub surface_craft: Option<SurfaceCraft>,
     /// The underwater vehicles, in the scenario's order.
     pub auvs: Vec<SimulatedAuv>,
     /// The water.
     pub water: Water,
-    /// What goes wrong, and when.
+    /// The faults.
     pub faults: Faults,
     periods: u32,
 }
@@ -70,8 +70,7 @@ impl World {
         self.periods
     }
 
-    /// Lets one inner-loop period pass. `reference` is for the surface craft, which does not move without
-    /// one.
+    /// Advances by one inner-loop period. `reference` is that of the surface craft, which does not move without one.
     pub fn step(&mut self, reference: Option<&Reference>) {
         let time = self.time();
         if let (Some(craft), Some(reference)) = (&mut self.surface_craft, reference) {
@@ -91,9 +90,9 @@ impl World {
         }
         for (i, auv) in self.auvs.iter_mut().enumerate() {
             let current = self.water.current(&auv.position(), auv.depth());
-            auv.step(self.faults.conduct(i, time), &current);
+            auv.step(self.faults.behaviour(i, time), &current);
         }
-        self.water.step(PERIOD);
+        self.water.step();
         self.periods += 1;
     }
 }

@@ -57,7 +57,7 @@ fn over_http(criterion: &mut Criterion) {
     connection.get_ref().set_nodelay(true).expect("a TCP socket");
     let mut group = group(criterion, "post_plan");
     for (name, goal) in NAMES.into_iter().zip(goals()) {
-        let request = wire::PlanRequest::from(&snapshot(observation(goal)));
+        let request = observation(goal);
         let body = serde_json::to_vec(&request).expect("a request is JSON");
         group.bench_function(name, |bencher| bencher.iter(|| post(&mut connection, &body)));
     }

@@ -2,7 +2,7 @@
 //! second.
 //!
 //! The throughput is in simulated seconds, so criterion's elements per second are simulated seconds per
-//! second of wall clock. `tests/python/speed.py` puts them beside the same vehicles in NumPy.
+//! second of wall clock.
 
 use std::{f64::consts::FRAC_PI_4, time::Duration};
 

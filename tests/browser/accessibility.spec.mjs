@@ -49,7 +49,7 @@ test("the keyboard alone goes from the first page into a mission and through its
   for (let i = 0; i < 200 && !(await link.evaluate((element) => element === document.activeElement)); i += 1) await page.keyboard.press("Tab");
   await page.keyboard.press("Enter");
   await expect(page).toHaveURL(new RegExp(id));
-  const slider = page.getByLabel("Moment that is shown");
+  const slider = page.getByLabel("Time shown");
   await expect(page.locator(".chips")).toContainText("finished");
   await expect(slider).toBeEnabled();
   await expect(page.locator(".mission-head progress")).toBeHidden();

@@ -14,11 +14,11 @@ test("a scenario runs from the gallery to its end, and any moment of it can be l
   // It was begun at a speed to watch; the rest as fast as it can.
   await page.getByRole("button", { name: "Pause", exact: true }).click();
   await expect(page.locator(".chips")).toContainText("paused");
-  await page.getByLabel("Speed of the simulation").selectOption("as fast as it can");
+  await page.getByLabel("Speed of the simulation").selectOption("as fast as possible");
   await page.getByRole("button", { name: "Run", exact: true }).click();
   await expect(page.locator(".chips")).toContainText("finished", { timeout: 60_000 });
 
-  const slider = page.getByLabel("Moment that is shown"), clock = page.locator(".clock");
+  const slider = page.getByLabel("Time shown"), clock = page.locator(".clock");
   await slider.fill("500");
   const middle = await clock.textContent();
   await slider.press("ArrowRight");
@@ -52,13 +52,14 @@ test("two controllers are compared on one clock, with a winner, and the informat
   await expect(page.locator(".notice")).toContainText("Flown", { timeout: 60_000 });
   expect((await service.get("/v1/missions?limit=1000")).missions.length).toBe(missions.length);
   const fetched = page.waitForResponse((answer) => answer.url().includes("kinds=planned"));
-  await page.getByLabel("Moment that is shown").fill("300");
+  await page.getByLabel("Time shown").fill("300");
   expect((await (await fetched).text()).includes('"prediction"')).toBe(true);
-  // A moment and layers that were chosen stay when the maps are put together.
-  const clock = page.locator(".clock"), then = await clock.textContent();
+  // A moment that was chosen stays when the maps are put together: 300 of the slider's 1000 steps.
+  const clock = page.locator(".clock");
+  await expect(clock).toHaveText("09:36 of 32:00");
   await page.getByLabel("a map each").uncheck();
   await expect(page.locator(".map-place canvas")).toHaveCount(1);
-  await expect(clock).toHaveText(then ?? "");
+  await expect(clock).toHaveText("09:36 of 32:00");
   await page.getByLabel("a map each").check();
   for (const [name, ending] of [["Save PNG", ".png"], ["Save CSV", ".csv"]]) {
     const [saved] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name }).click()]);
@@ -149,7 +150,7 @@ test("a live mission that a script posts is watched as it happens, and its goal 
     await expect(clock).not.toHaveText(now ?? "", { timeout: 10_000 });
     await expect(page.locator(".now").first()).toContainText("auv-2 heard");
     await page.locator(".goal summary").click();
-    await page.getByLabel("Goals to begin with").selectOption({ label: "track auv-2" });
+    await page.getByLabel("Goals to start from").selectOption({ label: "track auv-2" });
     await page.getByRole("button", { name: "Change the goal" }).click();
     await expect(page.locator(".log")).toContainText("changed");
     expect((await service.get(`/v1/missions/${mission.id}`)).setting.goal).toEqual({ kind: "track", auv: "auv-2" });
@@ -195,7 +196,7 @@ test("a stored mission says what its planner believed at any time", async ({ pag
   const id = await flown(service, { scenario: "noisy-fixes", seed: 3 }, "stored");
   await go(page, service, `#/mission/${id}`);
   await expect(page.locator(".chips")).toContainText("finished");
-  await page.getByLabel("Moment that is shown").fill("300");
+  await page.getByLabel("Time shown").fill("300");
   await expect(page.locator(".now").nth(1)).toContainText("95 %");
   await expect(page.locator(".map-place canvas").first()).toHaveAttribute("aria-label", /m from the goal/);
   expect(complaints).toEqual([]);

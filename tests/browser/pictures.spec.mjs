@@ -21,7 +21,7 @@ test("the README's pictures are what is drawn today", async ({ page, service, co
   await go(page, service, `#/mission/${id}`);
   await expect(page.locator(".chips")).toContainText("finished");
   const [, minutes, seconds] = HAND_OVER.split(":").map(Number), t = 60 * minutes + seconds;
-  await page.getByLabel("Moment that is shown").fill(String(Math.round((1000 * t) / 1919)));
+  await page.getByLabel("Time shown").fill(String(Math.round((1000 * t) / 1919)));
   await page.getByRole("button", { name: "Keep the surface craft in the middle" }).click();
   for (let i = 0; i < 3; i += 1) await page.getByRole("button", { name: "Nearer" }).click();
   await expect(page.locator(".now").nth(1)).toContainText("heading lag");
@@ -44,7 +44,7 @@ test("the README's pictures are what is drawn today", async ({ page, service, co
 
 /** What differs from run to run is not in the pictures: when the mission was made. */
 async function unchanging(page) {
-  await page.locator(".about").evaluateAll((all) => all.forEach((about) => { about.textContent = about.textContent.replace(/made \S+ \S+ UTC/, "made today"); }));
+  await page.locator(".about").evaluateAll((all) => all.forEach((about) => { about.textContent = about.textContent.replace(/created \S+ \S+ UTC/, "created today"); }));
   await page.waitForTimeout(500);
 }
 

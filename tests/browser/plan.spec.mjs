@@ -70,7 +70,7 @@ test("discs, areas and fixes in degrees are drawn where the same ones in metres 
   const pixels = async (snapshot) => {
     await editor(page).fill(JSON.stringify(snapshot));
     await expect(page.locator(".editor-state")).toHaveText("valid");
-    await editor(page).press("Control+Enter");
+    await Promise.all([page.waitForResponse("**/v1/plan/compare*"), editor(page).press("Control+Enter")]);
     await expect(status(page)).toHaveText("planned");
     await page.waitForTimeout(300);
     return page.locator(".map-place canvas").evaluate((canvas) => [...canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data]);

@@ -2,6 +2,7 @@
 
 import { test } from "node:test";
 import { expect } from "@playwright/test";
+import { backgroundOf } from "../../api/page/web/background.js";
 import { Recording, scores, worstStretch } from "../../api/page/web/recording.js";
 
 const recording = (mission = {}) => new Recording({ id: "m", title: "", kind: "live", status: "running", t_s: 0, scene: {}, ...mission });
@@ -96,4 +97,10 @@ test("settled scores and the worst minute begin where the scenario says that it 
   const expected = Math.sqrt((200 * 4 + 400) / 600);
   expect(scores(flown).settled_rms_m).toBeCloseTo(expected, 9);
   expect(worstStretch(flown).rms_m).toBeCloseTo(2, 9);
+});
+
+test("a chart in the coordinates of a projection is refused", () => {
+  const chart = (coordinates) => backgroundOf(JSON.stringify({ type: "LineString", coordinates }), { lat_deg: 38.41, lon_deg: -9.12 });
+  expect(chart([[-9.12, 38.41], [-9.12, 38.42]]).lines).toHaveLength(1);
+  for (const place of [[482113.2, 4251234.5], [163100.1, 68.2], [-9.12, 91.5]]) expect(() => chart([place])).toThrow(/EPSG:4326/);
 });

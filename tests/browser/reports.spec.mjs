@@ -28,7 +28,7 @@ test("a mission's report is the mission view: map, charts, what was believed", a
   await expect(page.locator("h1")).toHaveText("crowded, seed 1");
   await expect.poll(() => isDrawn(page.locator(".map-place canvas"))).toBe(true);
   expect(await page.locator(".chart").count()).toBeGreaterThan(4);
-  await page.getByLabel("Moment that is shown").fill("500");
+  await page.getByLabel("Time shown").fill("500");
   await expect(page.locator(".now").nth(1)).toContainText("heading lag");
   const chart = page.locator(".chart canvas").first();
   await chart.hover({ position: { x: 300, y: 60 } });
@@ -42,7 +42,7 @@ test("reports of an AUV alone, of a comparison and of a craft are drawn", async 
   await page.goto(pathToFileURL(file("alone.html")).href);
   await expect.poll(() => isDrawn(page.locator(".map-place canvas"))).toBe(true);
   await page.goto(pathToFileURL(file("comparison.html")).href);
-  await expect(page.locator(".map-place canvas")).toHaveCount(6);
+  await expect(page.locator(".map-place canvas")).toHaveCount(5);
   await expect(page.locator(".scores").first()).toContainText("planner");
   await expect(page.locator(".information").nth(1)).toContainText("tuned");
   await page.goto(pathToFileURL(file("craft.html")).href);

@@ -65,14 +65,6 @@ def test_the_program_lists_the_scenarios_of_the_repository() -> None:
 
 
 @pytest.mark.parametrize("scenario", NAMES)
-def test_a_mission_writes_the_same_bytes_again(
-    tmp_path: File, alone: Callable[[str], Mission], scenario: str
-) -> None:
-    again = tmp_path / "again"
-    assert_same(again, end(start(program(), scenario, again)), alone(scenario))
-
-
-@pytest.mark.parametrize("scenario", NAMES)
 def test_two_missions_at_once_write_the_same_bytes_as_one_alone(
     tmp_path: File, alone: Callable[[str], Mission], scenario: str
 ) -> None:

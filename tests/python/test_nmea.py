@@ -187,9 +187,9 @@ def meaning(message):
             return [("yaw_rate_radps", [rate])] if message.is_valid else "not valid"
         case "VHW":
             surge = either_speed(message.water_speed_knots, message.water_speed_km)
-            told = [] if message.heading_true is None else [heading(message.heading_true)]
-            told += [] if surge is None else [("water_velocity_mps", [surge, 0.0])]
-            return told or "empty"
+            measured = [] if message.heading_true is None else [heading(message.heading_true)]
+            measured += [] if surge is None else [("water_velocity_mps", [surge, 0.0])]
+            return measured or "VHW without true heading and speed"
         case "VBW":
             velocity = [float(message.lon_water_spd) * KNOT, float(message.trans_water_spd) * KNOT]
             valid = message.data_validity_water_spd == "A"
@@ -235,7 +235,7 @@ def test_every_sentence_of_pynmea2_means_the_same_to_the_bridge(nmea_echo):
             measured[message.sentence_type] += 1
     assert last["refused"] == refused
     assert min(measured.values()) > PER_KIND // 2, measured
-    assert set(refused) == {"no fix", "not valid", "empty"}
+    assert set(refused) == {"no fix", "not valid", "VHW without true heading and speed"}
     print(f"{len(lines)} sentences, {sum(measured.values())} measurements, {refused.total()} refused")
 
 

@@ -74,10 +74,6 @@ def track(table, vehicle):
     return rows_of(table, "truth", vehicle)[["east_m", "north_m"]].to_numpy()
 
 
-def length(points):
-    return np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
-
-
 def lines(path):
     """The table from its lines of JSON: absent members are what is not known."""
     with open(path) as file:
@@ -140,14 +136,6 @@ def test_the_map_is_in_wgs_84_with_a_line_for_each_track(places):
     assert set(places.index) == {("asc", "asc"), ("auv", "auv-1"), ("goal", "goal"), ("path", "auv-1")}
     assert places.loc[("auv", "auv-1")].geometry.has_z
     assert not places.loc[("asc", "asc")].geometry.has_z
-
-
-def test_tracks_on_the_map_are_as_long_as_in_the_table(places, table):
-    metres = places.to_crs(places.estimate_utm_crs())
-    for kind, vehicle in (("asc", "asc"), ("auv", "auv-1")):
-        on_map = metres.loc[(kind, vehicle)].geometry.length
-        # UTM's scale is within 4e-4 of 1 in most of a zone and 1e-3 everywhere in it.
-        assert on_map == pytest.approx(length(track(table, vehicle)), rel=1e-3)
 
 
 def test_tracks_on_the_map_are_where_another_projection_puts_the_table(places, table):

@@ -11,7 +11,7 @@ from pathlib import Path as File
 import pytest
 from jsonschema import Draft202012Validator
 
-from program import NAMES, SCENARIOS, pilotfish, read, rows_of
+from program import NAMES, SCENARIOS, pilotfish
 
 # Somebody's own file, with what the built-in ones leave out.
 OWN = (File(__file__).parent / "own_scenario.toml").read_text()
@@ -106,24 +106,11 @@ def schema() -> Draft202012Validator:
     return Draft202012Validator(printed)
 
 
-def start(cwd: File, scenario: str, seed: int) -> dict[str, float | str]:
-    """Where the surface craft and the AUVs were at first, by vehicle and column."""
-    arguments = ["simulate", scenario, "--seed", str(seed), "--duration-s", "1", "--untimed"]
-    run = pilotfish(*arguments, "--out", "start.csv", cwd=cwd)
-    assert run.returncode == 0, run.stderr
-    truths = rows_of(read(cwd / "start.csv"), "truth").set_index("vehicle").drop(columns="kind")
-    return {f"{id} {name}": value for id, row in truths.iterrows() for name, value in row.dropna().items()}
-
-
-def test_the_published_schema_is_the_program_s(schema: Draft202012Validator) -> None:
-    assert json.loads((SCENARIOS / "scenario.schema.json").read_text()) == schema.schema
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_every_scenario_keeps_to_the_schema(schema: Draft202012Validator, name: str) -> None:
     text = (SCENARIOS / f"{name}.toml").read_text()
     schema.validate(tomllib.loads(text))
-    # Printed, it says where the schema is to be had, which lies beside the file here.
+    # The printed file says how to write the schema beside it.
     first, rest = text.split("\n", 1)
     hint = "# The schema beside this file: pilotfish scenarios --schema > scenario.schema.json"
     assert pilotfish("scenarios", name).stdout == f"{first}\n{hint}\n{rest}"
@@ -170,17 +157,3 @@ def test_a_copy_of_a_scenario_is_that_scenario(tmp_path: File) -> None:
         run = pilotfish(*arguments, cwd=tmp_path)
         assert run.returncode == 0, run.stderr
     assert (tmp_path / "mine.csv").read_bytes() == (tmp_path / "built-in.csv").read_bytes()
-
-
-def test_a_distribution_is_drawn_anew_for_every_seed_and_alike_for_the_same(tmp_path: File) -> None:
-    (tmp_path / "own.toml").write_text(OWN)
-    starts = [start(tmp_path, "./own.toml", seed) for seed in range(20)]
-    assert starts == [start(tmp_path, "./own.toml", seed) for seed in range(20)]
-    headings = {row["asc heading_rad"] for row in starts}
-    easts = {row["asc east_m"] for row in starts}
-    assert len(headings) == len(easts) == len(starts)
-    assert all(0.0 <= heading <= 1.0 for heading in headings)
-    assert {row["asc north_m"] for row in starts} == {-10.0, -20.0}
-    # What is no distribution is the same for all.
-    assert {row["asc speed_mps"] for row in starts} == {0.5}
-    assert {row["circle depth_m"] for row in starts} == {12.0}

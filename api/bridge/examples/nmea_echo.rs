@@ -1,7 +1,7 @@
 //! What the NMEA 0183 adapter makes of lines on standard input, for tests in other languages.
 //!
 //! ```text
-//! nmea_echo read RECEIVED_S   sentences in, one JSON line out a measurement, and at last the counts of refusals
+//! nmea_echo read RECEIVED_S   sentences in, one JSON line out a measurement, and at last the counts of rejected lines
 //! nmea_echo write             "heading_rad speed_mps" a line in, sentences out
 //! ```
 
@@ -33,7 +33,7 @@ fn read(received_s: f64) -> Result<(), Box<dyn Error>> {
         let mut line = line?;
         line.push(b'\n');
         for measurement in reader.push(&line, received_s) {
-            if let Measurement::Craft { t_s, measured } = measurement {
+            if let Measurement::Craft { t_s, measured, .. } = measurement {
                 let (kind, values) = described(measured);
                 writeln!(
                     out,
@@ -44,7 +44,7 @@ fn read(received_s: f64) -> Result<(), Box<dyn Error>> {
         }
     }
     let counts: Map<String, Value> = reader
-        .refused()
+        .rejects()
         .iter()
         .map(|(reason, times)| (reason.to_owned(), times.into()))
         .collect();
@@ -56,6 +56,7 @@ fn described(measured: CraftMeasurement) -> (&'static str, Vec<f64>) {
     match measured {
         CraftMeasurement::Position(position) => ("position_deg", vec![position.lat_deg, position.lon_deg]),
         CraftMeasurement::GroundVelocity(velocity) => ("ground_velocity_mps", vec![velocity.x, velocity.y]),
+        CraftMeasurement::GroundSpeed(speed) => ("ground_speed_mps", vec![speed]),
         CraftMeasurement::Heading(heading) => ("heading_rad", vec![heading]),
         CraftMeasurement::YawRate(rate) => ("yaw_rate_radps", vec![rate]),
         CraftMeasurement::WaterVelocity(velocity) => ("water_velocity_mps", vec![velocity.x, velocity.y]),

@@ -1,61 +1,65 @@
-//! Acoustic modems: where an AUV was, from what a modem on the craft prints.
+//! Acoustic modems: the position of an AUV, from what a modem on the craft prints.
 //!
 //! ```text
-//! bytes → Lines → one format → Sighting → Site → AuvFix
+//! bytes → Lines → a format → Observation → Georeference → AuvFix
 //! ```
 //!
-//! A format turns one line into a `Sighting`: who, when, and a vector from the transducer or a place on Earth.
-//! A `Site` knows how the transducer is mounted and places the sighting on Earth with the craft's pose at the
-//! time when the signal arrived ([`PoseHistory`]), for a USBL measures from where the craft was then.
+//! A format reads one line as an observation: which AUV, when, and a vector from the transducer or a position on Earth. The
+//! georeference knows how the transducer is mounted. It places the observation on Earth with the craft's pose at the time when the
+//! signal arrived ([`PoseHistory`]): a USBL measures from where the craft was then.
 //!
-//! Time. `received_s` is when the bytes arrived, s of Unix time. A fix carries the time at which the AUV sent
-//! its signal:
+//! Time. `received_s` is when the bytes arrived, s of Unix time. A fix has the time at which the AUV sent its signal:
 //!
 //! ```text
-//! arrival  = received − age          age: what the modem says passed between arrival and its line
+//! arrival  = received − age          age: between arrival and the modem's line, as the modem states it
 //! t        = arrival − travel        travel: one way, as the modem measured it, else distance / sound speed
 //! ```
 //!
-//! The latency of the wire between modem and bridge is not in these terms; nothing on the wire tells it.
+//! The latency of the wire between modem and bridge is not included: nothing on the wire states it.
 //!
-//! Frames: transducer and craft are forward, starboard, down (FRD); Earth is north, east, down (NED). Where a
-//! modem prints other axes, its module says how they are turned.
+//! Frames: transducer and craft are forward, starboard, down (FRD); Earth is north, east, down (NED). If a modem prints other
+//! axes, its module says how they are turned.
 
-mod cut;
+use std::collections::BTreeMap;
+
+mod depth_intersection;
 mod evologics;
+mod georeference;
 mod lines;
 mod mounting;
+mod observation;
 mod pattern;
 mod pose;
-#[cfg(test)]
-mod promises;
 mod seatrac;
 mod sentences;
 mod settings;
-mod sighting;
-mod site;
 #[cfg(test)]
-mod world;
+mod tests;
 
-use self::{lines::Lines, pattern::Pattern, site::Site};
+use self::{georeference::Georeference, lines::Lines, observation::Observation, pattern::Pattern};
 pub use self::{
+    georeference::KnownDepth,
     mounting::Mounting,
     pose::{CraftPose, PoseHistory},
     settings::{Frame, ModemKind, Settings, UnusableSettings},
-    site::KnownDepth,
 };
-use crate::{AuvFix, Refused};
+use crate::{AuvFix, Rejects};
+
+/// How many AUVs' newest fixes are kept, so that names on a wire do not fill the memory.
+const AUVS_MAX: usize = 64;
 
 /// One modem's wire.
 #[derive(Debug)]
 pub struct Modem {
     lines: Lines,
     format: Format,
-    site: Site,
-    refused: Refused,
+    georeference: Georeference,
+    /// The newest fix of each AUV.
+    newest: BTreeMap<String, AuvFix>,
+    rejects: Rejects,
 }
 
-/// What the lines of a modem look like.
+/// The format of a modem's lines.
 #[derive(Debug)]
 enum Format {
     Evologics(Frame),
@@ -65,9 +69,9 @@ enum Format {
 }
 
 impl Modem {
-    /// The adapter for a modem that is set up as `settings` say. Fails where they cannot be meant.
+    /// The adapter for a modem with these settings.
     pub fn new(settings: &Settings) -> Result<Self, UnusableSettings> {
-        let site = Site::new(settings)?;
+        let georeference = Georeference::new(settings)?;
         let format = match &settings.modem {
             ModemKind::Evologics { frame } => Format::Evologics(*frame),
             ModemKind::Seatrac { frame } => Format::Seatrac(*frame),
@@ -82,18 +86,21 @@ impl Modem {
             Format::Pattern(pattern) => pattern.is_relative(),
         };
         if relative && settings.mounting.is_none() {
-            return Err(UnusableSettings::NoMounting);
+            let says = "mounting is missing: this modem measures from its transducer";
+            return Err(UnusableSettings(says.to_owned()));
         }
         Ok(Self {
             lines: Lines::default(),
             format,
-            site,
-            refused: Refused::default(),
+            georeference,
+            newest: BTreeMap::new(),
+            rejects: Rejects::default(),
         })
     }
 
     /// The fixes that `bytes` complete, in the order of their lines. `received_s` is when the bytes arrived, s of
-    /// Unix time. Lines may be split over any number of calls; a line counts as received with its last byte.
+    /// Unix time. Lines may be split over any number of calls; a line counts as received with its last byte. A fix that
+    /// is the same as the AUV's one before, its time included, is rejected.
     pub fn push(&mut self, bytes: &[u8], received_s: f64, poses: &PoseHistory) -> Vec<AuvFix> {
         let mut fixes = Vec::new();
         for &byte in bytes {
@@ -101,32 +108,38 @@ impl Modem {
                 continue;
             };
             let fix = line.and_then(|line| {
-                let sighting = self.format.read(&line, received_s)?;
-                self.site.fix(&sighting, received_s, poses)
+                let observation = self.format.read(&line, received_s)?;
+                self.georeference.fix(&observation, received_s, poses)
             });
             match fix {
-                Ok(fix) => fixes.push(fix),
-                Err(reason) => self.refused.count(reason),
+                Ok(fix) if self.newest.get(&fix.auv) == Some(&fix) => self.rejects.count("repeated fix"),
+                Ok(fix) => {
+                    if self.newest.len() < AUVS_MAX || self.newest.contains_key(&fix.auv) {
+                        self.newest.insert(fix.auv.clone(), fix.clone());
+                    }
+                    fixes.push(fix);
+                }
+                Err(reason) => self.rejects.count(reason),
             }
         }
         fixes
     }
 
-    /// Takes note of the depth of `auv` (its name, or `usbl-<address>`), from wherever it is known: a bearing and
-    /// an elevation alone make a fix while such a depth is fresh.
+    /// Stores a depth of `auv` (its name, or `usbl-<address>`) from another source: while it is fresh, a bearing and an
+    /// elevation make a fix.
     pub fn note_depth(&mut self, auv: &str, depth: KnownDepth) {
-        self.site.note_depth(auv, depth);
+        self.georeference.note_depth(auv, depth);
     }
 
-    /// What was not understood or not usable, by reason.
+    /// Rejected lines by reason.
     #[must_use]
-    pub fn refused(&self) -> &Refused {
-        &self.refused
+    pub fn rejects(&self) -> &Rejects {
+        &self.rejects
     }
 }
 
 impl Format {
-    fn read(&self, line: &str, received_s: f64) -> Result<sighting::Sighting, &'static str> {
+    fn read(&self, line: &str, received_s: f64) -> Result<Observation, &'static str> {
         match self {
             Self::Evologics(frame) => evologics::read(line, *frame, received_s),
             Self::Seatrac(frame) => seatrac::read(line, *frame, received_s),

@@ -2,7 +2,7 @@
 
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-/// Seconds since the bridge's start: never set, as the machine's clock may be.
+/// Seconds since the bridge's start. Unlike the machine's clock it is never set.
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
     start: Instant,
@@ -29,7 +29,7 @@ impl Clock {
         at.saturating_duration_since(self.start).as_secs_f64()
     }
 
-    /// What this clock calls `t_s`, as Unix time by the machine's clock now, s.
+    /// Unix time of `t_s` on this clock, by the machine's clock now, s.
     #[must_use]
     pub fn unix_s(&self, t_s: f64) -> f64 {
         let unix = SystemTime::now().duration_since(UNIX_EPOCH);

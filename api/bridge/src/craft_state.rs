@@ -1,24 +1,31 @@
-//! The newest of everything measured of the surface craft, as one state.
+//! The newest trustworthy measurements of the surface craft as one state.
 
 use std::f64::consts::FRAC_PI_2;
 
 use geodesy::direction;
 use nalgebra::Vector2;
 
-use crate::{CraftMeasurement, Geographic, current_observer::CurrentObserver, reference::wrapped};
+use crate::{
+    CraftMeasurement, Geographic, Rejects,
+    current_observer::CurrentObserver,
+    integrity::{Alarm, Integrity, Source},
+    recent_positions::moved,
+    reference::Reference,
+};
 
-/// Older measurements than this do not make a state with newer ones, s.
+/// Measurements farther apart than this make no state, s.
 const AGE_MAX_S: f64 = 2.0;
 
-/// Mean radius; the 0.3 % by which the ellipsoid differs are nothing over a few metres.
-const EARTH_RADIUS_M: f64 = 6_371_000.0;
+/// Below this speed, m/s, a receiver without a course reports a craft at rest: it knows courses from 0.1 to 0.5 m/s on.
+const REST_SPEED: f64 = 0.5;
 
 /// A value and when it was measured, s.
 type Dated<T> = Option<(f64, T)>;
 
-/// What has been measured so far. Times are of one clock.
+/// The measurements so far. Times are on one clock.
 #[derive(Clone, Debug, Default)]
 pub struct CraftState {
+    integrity: Integrity,
     position: Dated<Geographic>,
     heading: Dated<f64>,
     yaw_rate: Dated<f64>,
@@ -28,13 +35,13 @@ pub struct CraftState {
     velocity_bias: VelocityBias,
 }
 
-/// What is constantly wrong with the measured velocity over ground, along the craft's axes, found from positions.
+/// The constant error of the measured velocity over ground, along the craft's axes, estimated from positions.
 ///
 /// ```text
 /// ḃ = (v̄ − Δp/Δt − b)/T        v̄: mean measured velocity of an interval;  Δp: how far the position moved in it
 /// ```
-/// A filter's velocity may be off by some cm/s for as long as the craft goes straight (ArduPilot's by 0.02 m/s in its simulator), and
-/// a craft that is steered by it passes its goal by that much times the time constant of its guidance. Positions do not drift.
+/// The velocity of a filter may be off by some cm/s while the craft goes straight (ArduPilot's by 0.02 m/s in its simulator). A craft
+/// steered by it misses its goal by that error times the guidance's time constant. Positions do not drift.
 #[derive(Clone, Debug, Default)]
 struct VelocityBias {
     bias: Vector2<f64>,
@@ -47,14 +54,14 @@ struct VelocityBias {
 const BIAS_INTERVAL_S: f64 = 2.0;
 /// Longer ones had gaps.
 const BIAS_GAP_MAX_S: f64 = 4.0;
-/// T of the equation, s: long beside the noise of positions, short beside a leg.
+/// T of the equation, s: long compared with the noise of positions, short compared with a leg.
 const BIAS_TIME_S: f64 = 20.0;
-/// Positions that moved otherwise by more than this have jumped, m/s.
+/// A larger difference means that the position jumped, m/s.
 const BIAS_MAX: f64 = 0.2;
 
 impl VelocityBias {
-    /// Takes the velocity `over_ground` (north, east), m/s, at `heading`, rad, as measured at `t_s`, s, at `position`. Answers the
-    /// velocity without the bias.
+    /// Takes the velocity `over_ground` (north, east), m/s, measured at `t_s`, s, at `heading`, rad, and `position`. Returns it without
+    /// the bias.
     fn corrected(
         &mut self,
         t_s: f64,
@@ -89,67 +96,97 @@ impl VelocityBias {
     }
 }
 
-/// The craft at one moment, as the service takes it.
+/// The state of the craft at one moment, as the service takes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StateNow {
-    /// When it was so, s.
+pub struct MeasuredState {
+    /// Time of the state, s.
     pub t_s: f64,
-    /// Where.
+    /// Position.
     pub position: Geographic,
     /// Heading, rad, true.
     pub heading: f64,
-    /// Velocity through the water (ahead, to starboard), m/s: measured, or what the observer of the current makes of that over ground.
+    /// Velocity through the water (ahead, to starboard), m/s: measured, or estimated from that over ground.
     pub water_velocity: Vector2<f64>,
-    /// Yaw rate, rad/s, positive clockwise; 0 where none is measured.
+    /// Yaw rate, rad/s, positive clockwise; 0 if it is not measured.
     pub yaw_rate: f64,
     /// Velocity over ground (north, east), m/s.
     pub ground_velocity: Option<Vector2<f64>>,
-    /// Current (north, east), m/s, that the observer took for the velocity through the water; none where that is measured.
+    /// Estimated current (north, east), m/s; none if the velocity through the water is measured.
     pub current: Option<Vector2<f64>>,
 }
 
 impl CraftState {
-    /// Takes what was measured at `t_s`, s.
-    pub fn take(&mut self, t_s: f64, measured: &CraftMeasurement) {
+    /// Takes what `source` measured at `t_s`, s, if nothing speaks against it.
+    pub fn take(&mut self, t_s: f64, source: Source, measured: &CraftMeasurement) {
+        if !self.integrity.admits(t_s, source, measured) {
+            return;
+        }
         match *measured {
             CraftMeasurement::Position(position) => self.position = Some((t_s, position)),
             CraftMeasurement::Heading(heading) => self.heading = Some((t_s, heading)),
             CraftMeasurement::YawRate(rate) => self.yaw_rate = Some((t_s, rate)),
             CraftMeasurement::WaterVelocity(velocity) => self.water_velocity = Some((t_s, velocity)),
-            CraftMeasurement::GroundVelocity(measured) => {
-                let heading = fresh(self.heading, t_s);
-                let position = fresh(self.position, t_s);
-                let velocity = match heading.zip(position) {
-                    Some((heading, position)) => {
-                        self.velocity_bias.corrected(t_s, heading, &position, &measured)
-                    }
-                    None => measured,
+            CraftMeasurement::GroundVelocity(velocity) => self.take_ground_velocity(t_s, &velocity),
+            CraftMeasurement::GroundSpeed(speed) => {
+                let course = if speed < REST_SPEED {
+                    Some(Vector2::zeros())
+                } else {
+                    let moving = self
+                        .integrity
+                        .recent()
+                        .velocity()
+                        .and_then(|moved| moved.try_normalize(REST_SPEED));
+                    moving.or_else(|| fresh(self.heading, t_s).map(direction))
                 };
-                self.ground_velocity = Some((t_s, velocity));
-                if let Some(heading) = heading {
-                    let yaw_rate = fresh(self.yaw_rate, t_s).unwrap_or(0.0);
-                    self.current.update(t_s, heading, yaw_rate, &velocity);
+                if let Some(course) = course {
+                    self.take_ground_velocity(t_s, &(course * speed));
                 }
             }
         }
     }
 
-    /// The current (north, east), m/s, as far as it shows.
-    #[must_use]
-    pub fn current(&self) -> Vector2<f64> {
-        self.current.current()
+    fn take_ground_velocity(&mut self, t_s: f64, measured: &Vector2<f64>) {
+        if !self.integrity.admits_velocity(t_s, *measured) {
+            return;
+        }
+        let heading = fresh(self.heading, t_s);
+        let position = fresh(self.position, t_s);
+        let velocity = match heading.zip(position) {
+            Some((heading, position)) => self.velocity_bias.corrected(t_s, heading, &position, measured),
+            None => *measured,
+        };
+        self.ground_velocity = Some((t_s, velocity));
+        if let Some(heading) = heading {
+            let yaw_rate = fresh(self.yaw_rate, t_s).unwrap_or(0.0);
+            self.current.update(t_s, heading, yaw_rate, &velocity);
+        }
     }
 
-    /// The state at the newest position; none before position, heading and a velocity have been measured, or while one of them
-    /// is missing.
+    /// The estimate of the current.
     #[must_use]
-    pub fn newest(&self) -> Option<StateNow> {
+    pub fn current(&self) -> &CurrentObserver {
+        &self.current
+    }
+
+    /// Whether the velocity through the water is measured.
+    #[must_use]
+    pub fn has_speed_log(&self) -> bool {
+        self.water_velocity.is_some()
+    }
+
+    /// The state at the newest position; none while position, heading or a velocity is missing, or an alarm stops. Without a measured
+    /// velocity it is that of the positions.
+    #[must_use]
+    pub fn newest(&self) -> Option<MeasuredState> {
+        if self.distrusted().is_some() {
+            return None;
+        }
         let (t_s, position) = self.position?;
         let heading = fresh(self.heading, t_s)?;
-        let ground_velocity = fresh(self.ground_velocity, t_s);
+        let ground_velocity = fresh(self.ground_velocity, t_s).or_else(|| self.integrity.recent().velocity());
         let measured = fresh(self.water_velocity, t_s);
         let inferred = ground_velocity.map(|velocity| self.current.through_water(heading, &velocity));
-        Some(StateNow {
+        Some(MeasuredState {
             t_s,
             position,
             heading,
@@ -159,14 +196,44 @@ impl CraftState {
             current: measured.is_none().then(|| self.current.current()),
         })
     }
-}
 
-/// From one position to another one near it (north, east), m.
-fn moved(from: &Geographic, to: &Geographic) -> Vector2<f64> {
-    let north = (to.lat_deg - from.lat_deg).to_radians();
-    // The shorter way, across the antimeridian too.
-    let east = wrapped((to.lon_deg - from.lon_deg).to_radians());
-    Vector2::new(north, east * from.lat_deg.to_radians().cos()) * EARTH_RADIUS_M
+    /// Takes note of a reference that was sent, followed for `seconds`.
+    pub fn sent(&mut self, reference: &Reference, seconds: f64) {
+        self.integrity.sent(reference, seconds);
+    }
+
+    /// What contradicts now, the worst first.
+    pub fn alarms(&self) -> impl Iterator<Item = Alarm> {
+        self.integrity.alarms()
+    }
+
+    /// Why there is no trustworthy state.
+    #[must_use]
+    pub fn distrusted(&self) -> Option<Alarm> {
+        self.alarms().find(|alarm| alarm.stops())
+    }
+
+    /// Measurements that were not used, by reason.
+    #[must_use]
+    pub fn rejects(&self) -> &Rejects {
+        self.integrity.rejects()
+    }
+
+    /// What is missing for a state at `now_s`, s.
+    pub fn missing(&self, now_s: f64) -> impl Iterator<Item = &'static str> {
+        let position = fresh(self.position, now_s);
+        let has_velocity = fresh(self.ground_velocity, now_s).is_some()
+            || fresh(self.water_velocity, now_s).is_some()
+            || position.is_some() && self.integrity.recent().velocity().is_some();
+        [
+            ("no position", position.is_some()),
+            ("no heading", fresh(self.heading, now_s).is_some()),
+            ("no velocity", has_velocity),
+        ]
+        .into_iter()
+        .filter(|(_, is_known)| !is_known)
+        .map(|(name, _)| name)
+    }
 }
 
 /// The value, if it was measured near `t_s`.
@@ -177,10 +244,12 @@ fn fresh<T: Copy>(dated: Dated<T>, t_s: f64) -> Option<T> {
 }
 
 #[cfg(test)]
+mod doubts;
+#[cfg(test)]
 mod tests {
     use super::*;
 
-    /// A craft that goes at 1 m/s over ground along `heading` for `seconds`, and whose filter takes that for 1.02 m/s.
+    /// Goes at 1 m/s over ground along `heading` for `seconds`; the filter reports 1.02 m/s.
     fn sailed(
         state: &mut CraftState,
         start: Geographic,
@@ -189,7 +258,7 @@ mod tests {
         seconds: u32,
     ) -> Geographic {
         let bow = direction(heading);
-        let scale = (1.0 / EARTH_RADIUS_M).to_degrees();
+        let scale = (1.0 / 6_371_000.0_f64).to_degrees();
         let mut position = start;
         for tenth in 0..seconds * 10 {
             let t_s = start_s + 0.1 * f64::from(tenth);
@@ -198,9 +267,13 @@ mod tests {
                 lat_deg: start.lat_deg + gone.x,
                 lon_deg: start.lon_deg + gone.y / start.lat_deg.to_radians().cos(),
             };
-            state.take(t_s, &CraftMeasurement::Heading(heading));
-            state.take(t_s, &CraftMeasurement::Position(position));
-            state.take(t_s, &CraftMeasurement::GroundVelocity(bow * 1.02));
+            state.take(t_s, Source::default(), &CraftMeasurement::Heading(heading));
+            state.take(t_s, Source::default(), &CraftMeasurement::Position(position));
+            state.take(
+                t_s,
+                Source::default(),
+                &CraftMeasurement::GroundVelocity(bow * 1.02),
+            );
         }
         position
     }
@@ -248,18 +321,83 @@ mod tests {
         assert!((velocity - direction(0.5)).norm() < 0.01, "{velocity}");
     }
 
+    const HERE: Geographic = Geographic {
+        lat_deg: 38.0,
+        lon_deg: -9.0,
+    };
+
     #[test]
-    fn what_is_too_old_makes_no_state() {
+    fn a_craft_at_rest_whose_receiver_omits_the_course_has_a_state_and_keeps_it() {
+        let mut state = CraftState::default();
+        // A minute at rest, then one without any velocity, as receivers differ.
+        for second in 0..120_u8 {
+            let t_s = f64::from(second);
+            state.take(t_s, Source::default(), &CraftMeasurement::Position(HERE));
+            state.take(t_s, Source::default(), &CraftMeasurement::Heading(1.0));
+            if second < 60 {
+                state.take(t_s, Source::default(), &CraftMeasurement::GroundSpeed(0.1));
+            }
+            let now = state
+                .newest()
+                .expect("position, heading and a speed near zero are a state");
+            assert_eq!((now.t_s, now.heading), (t_s, 1.0));
+            assert_eq!(now.ground_velocity, Some(Vector2::zeros()));
+            assert_eq!(now.water_velocity, Vector2::zeros());
+        }
+    }
+
+    #[test]
+    fn a_speed_without_a_course_goes_where_positions_go_or_else_ahead() {
+        let mut state = CraftState::default();
+        state.take(0.0, Source::default(), &CraftMeasurement::Position(HERE));
+        state.take(0.0, Source::default(), &CraftMeasurement::Heading(0.3));
+        state.take(0.0, Source::default(), &CraftMeasurement::GroundSpeed(1.0));
+        let velocity = |state: &CraftState| state.newest().and_then(|now| now.ground_velocity);
+        let ahead = velocity(&state).expect("is measured");
+        assert!((ahead - direction(0.3)).norm() < 1e-12, "{ahead}");
+        for second in 1..8_u8 {
+            let t_s = f64::from(second);
+            let north = Geographic {
+                lat_deg: HERE.lat_deg + (t_s / 6_371_000.0).to_degrees(),
+                ..HERE
+            };
+            state.take(t_s, Source::default(), &CraftMeasurement::Position(north));
+            state.take(t_s, Source::default(), &CraftMeasurement::Heading(0.3));
+            state.take(t_s, Source::default(), &CraftMeasurement::GroundSpeed(1.0));
+        }
+        let moved = velocity(&state).expect("is measured");
+        // Two guesses along the heading count as a bias for a while.
+        assert!((moved - Vector2::new(1.0, 0.0)).norm() < 0.03, "{moved}");
+    }
+
+    #[test]
+    fn what_is_missing_is_named() {
+        let mut state = CraftState::default();
+        let missing = |state: &CraftState| state.missing(1.0).collect::<Vec<_>>();
+        assert_eq!(missing(&state), ["no position", "no heading", "no velocity"]);
+        state.take(0.0, Source::default(), &CraftMeasurement::Heading(1.0));
+        state.take(0.0, Source::default(), &CraftMeasurement::Position(HERE));
+        assert_eq!(missing(&state), ["no velocity"]);
+        state.take(0.0, Source::default(), &CraftMeasurement::GroundSpeed(0.0));
+        assert_eq!(missing(&state), Vec::<&str>::new());
+    }
+
+    #[test]
+    fn measurements_that_are_too_old_make_no_state() {
         let mut state = CraftState::default();
         let here = Geographic {
             lat_deg: 1.0,
             lon_deg: 2.0,
         };
-        state.take(0.0, &CraftMeasurement::Heading(1.0));
-        state.take(0.0, &CraftMeasurement::GroundVelocity(Vector2::zeros()));
-        state.take(1.0, &CraftMeasurement::Position(here));
+        state.take(0.0, Source::default(), &CraftMeasurement::Heading(1.0));
+        state.take(
+            0.0,
+            Source::default(),
+            &CraftMeasurement::GroundVelocity(Vector2::zeros()),
+        );
+        state.take(1.0, Source::default(), &CraftMeasurement::Position(here));
         assert!(state.newest().is_some());
-        state.take(3.0, &CraftMeasurement::Position(here));
+        state.take(3.0, Source::default(), &CraftMeasurement::Position(here));
         assert!(state.newest().is_none());
     }
 }

@@ -1,37 +1,47 @@
-//! The current, seen from a craft that measures velocity over ground and heading and has no speed log.
+//! Estimates the current for a craft without a speed log, from velocity over ground and heading.
 //!
 //! ```text
 //! n(ψ)ᵀ v_g = n(ψ)ᵀ c + v        n: to starboard;  v: sway, noise
 //! ċ = w
 //! ```
-//! A craft that holds its speed over ground shows nothing of the current along its bow. Across it, what it drifts is the current,
-//! but for the sway of turns; on headings that differ, both components of the current appear. A Kalman filter on two states, which
-//! forgets within a tide.
+//! Along the bow, a craft that holds its speed over ground shows nothing of the current. Across the bow, its drift is the current,
+//! except for sway in turns. Headings that differ show both components. A Kalman filter with two states, which forgets within a tide.
+//!
+//! Innovations are cut at three standard deviations, so a wrong velocity moves the estimate by little. If they are cut to the same side for
+//! long, the estimate is wrong: its covariance starts anew. The current stays within [`CURRENT_MAX`].
 
 use std::f64::consts::FRAC_PI_2;
 
 use geodesy::direction;
 use nalgebra::{Matrix2, Vector2};
 
-/// Standard deviation of what is not known of the current at the start, along either axis, m/s.
+/// Standard deviation of the current at the start, along either axis, m/s.
 const CURRENT_SIGMA: f64 = 0.3;
 /// Change of the current, m/s per root second: 0.1 m/s in ten minutes.
 const CHANGE: f64 = 0.1 / 24.5;
-/// Standard deviation of the drift across a steady craft that is not the current: waves, wind, the heading's error, m/s.
+/// Standard deviation of drift that is not current, on a steady heading, m/s: waves, wind, heading error.
 const DRIFT_SIGMA: f64 = 0.1;
-/// The same for each rad/s of its yaw rate, m/rad: what a craft slides outwards in a turn.
+/// The same for each rad/s of yaw rate, m/rad: sway in turns.
 const DRIFT_PER_YAW_RATE: f64 = 1.0;
-/// Successive measurements share their error: waves last so long, s.
+/// Correlation time of successive measurements, s: waves.
 const CORRELATION_S: f64 = 2.0;
-/// A gap in the measurements is taken for no longer than this, s.
+/// Largest innovation that counts, in standard deviations.
+const INNOVATION_MAX: f64 = 3.0;
+/// After this time of innovations cut to one side the estimate starts anew, s.
+const CUT_MAX_S: f64 = 5.0;
+/// Fastest current, m/s: beyond it are a few tidal races.
+const CURRENT_MAX: f64 = 3.0;
+/// Longest gap that counts, s.
 const GAP_MAX_S: f64 = 60.0;
 
-/// What is known of the current so far.
+/// The estimate of the current.
 #[derive(Clone, Debug)]
 pub struct CurrentObserver {
     current: Vector2<f64>,
     covariance: Matrix2<f64>,
     updated_s: Option<f64>,
+    /// Side to which innovations are cut, and since when, s.
+    cut: Option<(f64, f64)>,
 }
 
 impl Default for CurrentObserver {
@@ -40,6 +50,7 @@ impl Default for CurrentObserver {
             current: Vector2::zeros(),
             covariance: Matrix2::identity() * CURRENT_SIGMA.powi(2),
             updated_s: None,
+            cut: None,
         }
     }
 }
@@ -49,6 +60,12 @@ impl CurrentObserver {
     #[must_use]
     pub fn current(&self) -> Vector2<f64> {
         self.current
+    }
+
+    /// Standard deviation of the current along the axis on which it is known least, m/s.
+    #[must_use]
+    pub fn sigma(&self) -> f64 {
+        self.covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
     }
 
     /// Velocity through the water (ahead, to starboard), m/s, of a craft at `heading`, rad, with the velocity `over_ground` (north, east), m/s.
@@ -64,7 +81,7 @@ impl CurrentObserver {
     /// Takes a measurement at `t_s`, s: the velocity `over_ground` (north, east), m/s, at `heading`, rad, while turning at `yaw_rate`, rad/s.
     pub fn update(&mut self, t_s: f64, heading: f64, yaw_rate: f64, over_ground: &Vector2<f64>) {
         let gap = self.updated_s.map_or(CORRELATION_S, |before| t_s - before);
-        // A clock that was set back, or the same moment again.
+        // The clock was set back, or the same moment came twice.
         if gap <= 0.0 {
             self.updated_s = Some(t_s);
             return;
@@ -74,11 +91,28 @@ impl CurrentObserver {
         let across = direction(heading + FRAC_PI_2);
         let share = (CORRELATION_S / gap).max(1.0);
         let noise = (DRIFT_SIGMA.powi(2) + (DRIFT_PER_YAW_RATE * yaw_rate).powi(2)) * share;
+        let innovation = across.dot(over_ground) - across.dot(&self.current);
+        let most = INNOVATION_MAX * (across.dot(&(self.covariance * across)) + noise).sqrt();
+        self.cut = (innovation.abs() > most).then(|| {
+            let (side, since_s) = self.cut.unwrap_or((innovation.signum(), t_s));
+            if side == innovation.signum() {
+                (side, since_s)
+            } else {
+                (-side, t_s)
+            }
+        });
+        if let Some((_, since_s)) = &mut self.cut
+            && t_s - *since_s > CUT_MAX_S
+        {
+            self.covariance = Matrix2::identity() * CURRENT_SIGMA.powi(2);
+            *since_s = t_s;
+        }
         let projected = self.covariance * across;
         let gain = projected / (across.dot(&projected) + noise);
-        self.current += gain * (across.dot(over_ground) - across.dot(&self.current));
+        self.current += gain * innovation.clamp(-most, most);
+        self.current = self.current.cap_magnitude(CURRENT_MAX);
         self.covariance -= gain * projected.transpose();
-        // Rounding leaves it not quite symmetric.
+        // Rounding errors: keep it symmetric.
         self.covariance = (self.covariance + self.covariance.transpose()) * 0.5;
     }
 }
@@ -87,7 +121,7 @@ impl CurrentObserver {
 mod tests {
     use super::*;
 
-    /// Ten measurements a second of a craft that goes 1 m/s over ground along its bow and drifts across it with the current.
+    /// Ten measurements per second: 1 m/s over ground along the bow, and drift with the current across it.
     fn sail(
         observer: &mut CurrentObserver,
         start_s: f64,
@@ -111,6 +145,29 @@ mod tests {
         assert!(observer.current().x.abs() < 1e-9, "nothing shows it yet");
         sail(&mut observer, 60.0, 60, 1.5, &current);
         assert!((observer.current() - current).norm() < 0.03, "{observer:?}");
+    }
+
+    #[test]
+    fn two_seconds_of_a_wrong_velocity_are_forgotten() {
+        let current = Vector2::new(-0.1, 0.3);
+        let mut observer = CurrentObserver::default();
+        sail(&mut observer, 0.0, 60, 0.0, &current);
+        for tenth in 0..20_u8 {
+            let t_s = 60.0 + 0.1 * f64::from(tenth);
+            observer.update(t_s, 0.0, 0.0, &Vector2::new(60.0, -60.0));
+        }
+        assert!(observer.current().norm() < 1.0, "{observer:?}");
+        sail(&mut observer, 62.0, 120, 0.0, &current);
+        assert!((observer.current().y - 0.3).abs() < 0.05, "{observer:?}");
+    }
+
+    #[test]
+    fn a_river_is_found_within_half_a_minute_and_cut_at_three_metres_per_second() {
+        for (flow, found) in [(2.5, 2.5), (4.0, 3.0)] {
+            let mut observer = CurrentObserver::default();
+            sail(&mut observer, 0.0, 30, 0.0, &Vector2::new(0.0, flow));
+            assert!((observer.current().y - found).abs() < 0.15, "{observer:?}");
+        }
     }
 
     #[test]

@@ -1,62 +1,60 @@
-//! The loop of a bridge to an autopilot: what the wires tell goes to the mission, and the mission's plan to the craft.
+//! The loop of a bridge: measurements from the wires go to the mission, the mission's plan goes to the craft.
 //!
 //! ```text
-//! autopilot, modems, receivers ─ bytes → adapters → measurements → craft's state, fixes ─→ mission (HTTP, threads of their own)
-//! autopilot ← frames ← authority ← reference, ten times a second, along the newest plan ←──┘
+//! autopilot, modems, sensors ─ bytes → adapters → measurements → craft's state, fixes ─→ mission (HTTP, threads of its own)
+//! autopilot ← frames ← output limiter ← authority ← reference, ten times a second, along the newest plan ←─┘
 //! ```
-//! Sent is only what [`Authority`] allows. Whatever stops, the autopilot's own time-out stops the craft, and the mission's log says
-//! why.
+//! The bridge sends only what [`Authority`] allows. If anything stops, the autopilot's own time-out stops the craft, and the
+//! mission's log says why.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     fmt,
-    sync::mpsc::{Receiver, RecvTimeoutError, sync_channel},
+    sync::mpsc::{Receiver, sync_channel},
     time::{Duration, Instant},
 };
 
-use serde_json::Value;
-use sha2::{Digest as _, Sha256};
-
 use crate::{
-    AuvFix, CraftState, Measurement, Refused,
+    Alarm, AuvFix, CraftState, Geographic, MeasuredState, Measurement, Rejects, Source,
     acoustics::{CraftPose, KnownDepth, Modem, PoseHistory},
+    autopilot_link::{AutopilotLink, AutopilotSettings, read_nmea},
     clock::Clock,
-    helm::{Helm, HelmSettings},
-    mavlink::{Action, Authority, Conditions, Contradiction, Control, Heard, Parameters, Silence},
-    mission::Missions,
-    mission_link::{Keeping, LinkNow, MissionLink, Which},
+    mavlink::{Action, Authority, AutopilotEvent, Conditions, Contradiction, Control, Parameters, Silence},
+    mission_client::MissionClient,
+    mission_link::{LinkStatus, MissionChoice, MissionLink},
+    mission_setup::{Settling, complete, needs_origin},
     nmea::NmeaReader,
-    plan::PlanNow,
+    output_limiter::{OutputLimiter, OutputLimits},
+    plan::Plan,
     reference::Reference,
-    setup::complete,
     wire::{Endpoint, Received, Wire},
 };
 
-mod line;
+mod status_line;
 
-/// What a bridge is told.
+/// Settings of a bridge.
 #[derive(Debug)]
 pub struct Settings {
     /// Wires with NMEA 0183 of the craft.
     pub nmea: Vec<Endpoint>,
-    /// Acoustic modems, each with its wire.
+    /// Acoustic modems with their wires.
     pub modems: Vec<(Endpoint, Modem)>,
-    /// References a second.
+    /// References per second.
     pub rate_hz: f64,
-    /// Time between two posts.
+    /// Time between two reports to the service.
     pub report_interval: Duration,
-    /// Standard deviation of fixes that say nothing of their accuracy, m.
+    /// Standard deviation of fixes that state none, m.
     pub sigma_m: f64,
-    /// Whether the guided mode may be ordered and the motors switched on.
+    /// Whether the bridge may order the guided mode and arm the craft.
     pub take_control: bool,
-    /// Whether the craft follows what line of sight would do, to compare with, and not the plan.
+    /// Whether the craft follows line of sight instead of the plan, for comparison.
     pub line_of_sight: bool,
-    /// Whether references are printed and not sent.
+    /// Whether references are logged and not sent.
     pub dry_run: bool,
 }
 
 impl Default for Settings {
-    /// Ten references a second, and nothing ordered.
+    /// Ten references per second, and no orders.
     fn default() -> Self {
         Self {
             nmea: vec![],
@@ -71,139 +69,146 @@ impl Default for Settings {
     }
 }
 
-/// A mission to be kept: joined, or made with what is known of the craft by then.
-#[derive(Debug)]
-pub enum Mission {
-    /// This one, which is there.
-    Joined(String),
-    /// The one of this name, or a new one of this body, in which the autopilot's limits are completed.
-    Named(String, Value),
-}
-
-/// A mission that cannot be kept, and why.
+/// The mission cannot be joined or created.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the mission cannot be kept: {0}")]
-pub struct NoMission(String);
+#[error("the mission cannot be followed: {0}")]
+pub struct MissionError(String);
 
-/// What has been seen so far.
+/// What the bridge has received so far.
 #[derive(Clone, Debug, Default)]
-pub struct Seen {
-    /// What the autopilot said of its parameters.
+pub struct Telemetry {
+    /// The autopilot's parameters.
     pub parameters: Parameters,
     /// The craft.
     pub craft: CraftState,
-    /// Whether the autopilot knows its position, where it says so.
+    /// Whether the autopilot knows its position, if it reports that.
     pub position_known: Option<bool>,
     /// By how much the autopilot's clock is ahead of this machine's, s.
     pub clock_ahead_s: Option<f64>,
-    /// The newest fix of each AUV, when it came, s, and how many came.
+    /// All alarms of the craft's navigation so far.
+    pub alarms_seen: BTreeSet<Alarm>,
+    /// Number of pieces from each wire: the autopilot's, those of `nmea`, then those of the modems.
+    pub pieces: Vec<u64>,
+    /// The newest fix of each AUV, its arrival, s, and the number of fixes.
     pub fixes: BTreeMap<String, (AuvFix, f64, u64)>,
-    /// References sent.
-    pub sent: u64,
 }
 
-/// What a bridge has said of its references.
+/// What the bridge does with references.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Said {
-    Nothing,
-    /// Why none are sent.
-    Silent(Silence),
-    Sending,
+enum Sending {
+    Active,
+    Stopped(Silence),
 }
 
-/// A bridge at work.
+/// A running bridge.
 pub struct Bridge {
     settings: Settings,
     clock: Clock,
-    helm: Helm,
+    autopilot: AutopilotLink,
     received: Receiver<Received>,
     nmea: Vec<NmeaReader>,
     poses: PoseHistory,
+    /// Roll and pitch, rad.
     tilt: [f64; 2],
     authority: Authority,
-    seen: Seen,
+    limiter: OutputLimiter,
+    /// Limits that the body of the new mission states; none for a mission that the bridge joins.
+    limits: Option<OutputLimits>,
+    telemetry: Telemetry,
+    settling: Settling,
+    /// The alarms that were logged last.
+    alarms: BTreeSet<Alarm>,
     link: Option<MissionLink>,
-    /// The fastest that the mission was told to go, m/s.
+    /// The mission's speed limit, m/s.
     speed_max: Option<f64>,
     /// When the autopilot was heard first.
     met_s: Option<f64>,
     reported_s: f64,
-    /// What was said last of why nothing is sent, or that something is.
-    said: Said,
+    /// What was logged last about references; none before the first.
+    logged: Option<Sending>,
     is_steering: bool,
     trouble: Option<String>,
     last_second: u64,
-    _others: Vec<Wire>,
+    _sensors: Vec<Wire>,
 }
 
-/// Pieces that wait for the loop at most.
+/// Number of the autopilot's wire.
+const AUTOPILOT_WIRE: usize = 0;
+/// Pieces that may wait for the loop.
 const PIECES_MAX: usize = 1024;
-/// A piece without anything to wait for is asked for so often, for what has sockets of its own.
-const POLL_INTERVAL: Duration = Duration::from_millis(10);
-/// How long parameters are waited for after the first heartbeat, s.
+/// How long to wait for parameters after the first heartbeat, s.
 const PARAMETERS_WAIT_S: f64 = 5.0;
-/// Between two lines about how it goes, s.
+/// How long to wait for positions that agree, of which one becomes the origin of a new mission.
+const ORIGIN_WAIT: Duration = Duration::from_secs(20);
+/// Between two status lines, s.
 const LINE_INTERVAL_S: u64 = 5;
-/// Standard deviation of a depth that an AUV tells: its pressure gauge is better, and its message some seconds old, m.
+/// Standard deviation of a depth that an AUV reports, m: its pressure gauge is better, but its message some seconds old.
 const DEPTH_SIGMA_M: f64 = 0.5;
-/// A position older than this is no state to report, s.
+/// Clocks farther apart than this shift fixes by a craft's length, s.
+pub(crate) const CLOCK_ERROR_MAX_S: f64 = 0.5;
+/// An older position is not reported, s.
 const REPORT_AGE_MAX_S: f64 = 2.0;
 
 impl fmt::Debug for Bridge {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Bridge")
             .field("settings", &self.settings)
-            .field("seen", &self.seen)
+            .field("telemetry", &self.telemetry)
             .finish_non_exhaustive()
     }
 }
 
 impl Bridge {
-    /// Opens the helm and the wires.
+    /// Opens the autopilot's link and the other wires.
     #[must_use]
-    pub fn open(helm: HelmSettings, settings: Settings) -> Self {
+    pub fn open(autopilot: AutopilotSettings, settings: Settings) -> Self {
         let (sender, received) = sync_channel(PIECES_MAX);
-        let helm = Helm::open(helm, &sender);
-        let endpoints = settings
-            .nmea
-            .iter()
-            .chain(settings.modems.iter().map(|(endpoint, _)| endpoint));
-        let others = endpoints
-            .enumerate()
+        let autopilot = AutopilotLink::open(autopilot, &sender);
+        let modems = settings.modems.iter().map(|(endpoint, _)| endpoint);
+        let sensors = settings.nmea.iter().chain(modems).enumerate();
+        let sensors = sensors
             .map(|(index, endpoint)| Wire::open(endpoint.clone(), 1 + index, sender.clone()))
             .collect();
         Self {
             clock: Clock::start(),
-            helm,
+            autopilot,
             received,
             nmea: settings.nmea.iter().map(|_| NmeaReader::default()).collect(),
             poses: PoseHistory::default(),
             tilt: [0.0; 2],
             authority: Authority::new(settings.take_control),
-            seen: Seen::default(),
+            limiter: OutputLimiter::default(),
+            limits: None,
+            telemetry: Telemetry {
+                pieces: vec![0; 1 + settings.nmea.len() + settings.modems.len()],
+                ..Telemetry::default()
+            },
+            alarms: BTreeSet::new(),
+            settling: Settling::default(),
             link: None,
             speed_max: None,
             met_s: None,
             reported_s: f64::NEG_INFINITY,
-            said: Said::Nothing,
+            logged: None,
             is_steering: false,
             trouble: None,
             last_second: 0,
-            _others: others,
+            _sensors: sensors,
             settings,
         }
     }
 
-    /// What has been seen so far.
+    /// What the bridge has received so far.
     #[must_use]
-    pub fn seen(&self) -> &Seen {
-        &self.seen
+    pub fn telemetry(&self) -> &Telemetry {
+        &self.telemetry
     }
 
-    /// The autopilot's parameters that do not go with references from here.
+    /// The autopilot's parameters that contradict the mission.
     #[must_use]
     pub fn contradictions(&self) -> Vec<Contradiction> {
-        self.seen.parameters.contradictions(self.speed_max.unwrap_or(0.0))
+        let speed_max = self.speed_max.unwrap_or(0.0);
+        self.telemetry.parameters.contradictions(speed_max)
     }
 
     /// s since the bridge's start.
@@ -212,85 +217,115 @@ impl Bridge {
         self.clock.now_s()
     }
 
-    /// Who has the craft, as far as the helm tells.
+    /// Who controls the craft, if the autopilot reports that.
     #[must_use]
     pub fn control(&self) -> Control {
-        self.helm.control(self.now_s())
+        self.autopilot.control(self.now_s())
     }
 
-    /// What is known of the mission; nothing before [`Bridge::keep`].
+    /// State of the mission; the default before [`Bridge::follow`].
     #[must_use]
-    pub fn link(&self) -> LinkNow {
-        self.link.as_ref().map(MissionLink::now).unwrap_or_default()
+    pub fn link(&self) -> LinkStatus {
+        self.link.as_ref().map(MissionLink::status).unwrap_or_default()
     }
 
-    /// What the wires said that was not understood.
-    pub fn refused(&self) -> impl Iterator<Item = &Refused> {
-        let modems = self.settings.modems.iter().map(|(_, modem)| modem.refused());
-        [self.helm.refused()]
+    /// Names of the wires, in the order of [`Telemetry::pieces`].
+    pub fn wires(&self) -> impl Iterator<Item = String> {
+        let modems = self.settings.modems.iter().map(|(endpoint, _)| endpoint);
+        let sensors = self.settings.nmea.iter().chain(modems).map(ToString::to_string);
+        ["--connect".to_owned()].into_iter().chain(sensors)
+    }
+
+    /// Rejected input of each wire, and measurements that were not used.
+    pub fn rejects(&self) -> impl Iterator<Item = &Rejects> {
+        let modems = self.settings.modems.iter().map(|(_, modem)| modem.rejects());
+        [self.autopilot.rejects(), self.telemetry.craft.rejects()]
             .into_iter()
-            .chain(self.nmea.iter().map(NmeaReader::refused))
+            .chain(self.nmea.iter().map(NmeaReader::rejects))
             .chain(modems)
     }
 
-    /// Waits for the craft, as long as `patience`: for its autopilot and that one's parameters, where the helm tells, else for its
-    /// state. Answers whether it was heard.
-    pub fn meet(&mut self, patience: Duration) -> bool {
+    /// Waits up to `patience` for the autopilot and its parameters, or for the craft's state if the wire carries no parameters.
+    /// Returns whether the craft was heard.
+    pub fn wait_for_craft(&mut self, patience: Duration) -> bool {
         let end = Instant::now() + patience;
-        let mut asked_s = f64::NEG_INFINITY;
+        let (mut requested_s, mut said_s) = (f64::NEG_INFINITY, 0.0);
         while Instant::now() < end {
             self.listen(Duration::from_millis(100));
+            self.settle();
             let now = self.now_s();
-            let first_heard = match self.helm.control(now) {
-                Control::Reported(heard) => heard.map(|_| *self.met_s.get_or_insert(now)),
-                Control::Unreported if self.seen.craft.newest().is_some() => return true,
-                Control::Unreported => None,
-            };
-            let Some(heard_s) = first_heard else {
-                if now - asked_s > 1.0 {
-                    asked_s = now;
-                    // A wire that waits to be spoken to answers only then.
-                    self.helm.live();
-                }
-                continue;
-            };
-            if self.seen.parameters.missing().next().is_none() || now - heard_s > PARAMETERS_WAIT_S {
-                return true;
+            if now - said_s >= Duration::from_secs(LINE_INTERVAL_S).as_secs_f64() {
+                said_s = now;
+                tracing::info!("waiting for the craft: {}", self.status_line(&self.link()));
             }
-            if now - asked_s > 1.0 {
-                asked_s = now;
-                self.helm.ask(&self.seen.parameters);
+            match self.autopilot.control(now) {
+                Control::Unreported if self.telemetry.craft.newest().is_some() => return true,
+                Control::Reported(Some(_)) => {
+                    let met_s = *self.met_s.get_or_insert(now);
+                    let is_complete = self.telemetry.parameters.missing().next().is_none();
+                    if is_complete || now - met_s > PARAMETERS_WAIT_S {
+                        return true;
+                    }
+                }
+                Control::Unreported | Control::Reported(None) => {}
+            }
+            if now - requested_s > 1.0 {
+                requested_s = now;
+                // Some wires answer only after they have been spoken to.
+                if self.met_s.is_none() {
+                    self.autopilot.send_heartbeat();
+                }
+                self.autopilot.request(&self.telemetry.parameters);
             }
         }
         self.met_s.is_some()
     }
 
-    /// Keeps a mission from now on.
-    pub fn keep(&mut self, missions: Missions, mission: Mission) {
-        let which = match mission {
-            Mission::Joined(id) => Which::Joined(id),
-            Mission::Named(name, mut setup) => {
-                let wanted = hex::encode(Sha256::digest(setup.to_string()));
-                self.speed_max = setup["live"]["limits"]["speed_max_mps"].as_f64();
-                let is_autopilot = matches!(self.helm.control(0.0), Control::Reported(_));
-                complete(&mut setup, &self.seen.parameters, is_autopilot);
-                Which::Named {
-                    name,
-                    wanted,
-                    body: setup,
-                }
+    /// Joins or creates the mission, whose limits the autopilot's parameters complete.
+    pub fn follow(&mut self, missions: MissionClient, mut mission: MissionChoice) {
+        if let MissionChoice::Named { body, .. } = &mut mission {
+            if needs_origin(&body["live"])
+                && let Some(Geographic { lat_deg, lon_deg }) = self.settled_position()
+            {
+                tracing::info!("a new mission has its origin at {lat_deg:.6}°, {lon_deg:.6}°");
+                body["live"]["origin"] = serde_json::json!({ "lat_deg": lat_deg, "lon_deg": lon_deg });
             }
-        };
-        let keeping = Keeping {
-            interval: self.settings.report_interval,
-            sigma_m: self.settings.sigma_m,
-            clock: self.clock,
-        };
-        self.link = Some(MissionLink::keep(missions, which, keeping));
+            self.speed_max = body["live"]["limits"]["speed_max_mps"].as_f64();
+            let is_autopilot = matches!(self.control(), Control::Reported(_));
+            complete(body, &self.telemetry.parameters, is_autopilot);
+            self.limits = Some(OutputLimits::declared(&body["live"]));
+        }
+        let (interval, sigma_m) = (self.settings.report_interval, self.settings.sigma_m);
+        let link = MissionLink::open(missions, mission, interval, sigma_m, self.clock);
+        // They may be the only ones: what is heard again counts once.
+        for (fix, _, _) in self.telemetry.fixes.values() {
+            link.report_auv(fix);
+        }
+        self.link = Some(link);
     }
 
-    /// Follows the mission's plans until it is over, or for as long as `limit`. Fails if there can be no such mission.
-    pub fn run(&mut self, limit: Option<Duration>) -> Result<(), NoMission> {
+    /// Waits for the position that a new mission gets as its origin; none if positions do not agree in time.
+    fn settled_position(&mut self) -> Option<Geographic> {
+        let end = Instant::now() + ORIGIN_WAIT;
+        let mut settled = self.settle();
+        while settled.is_none() && Instant::now() < end {
+            self.listen(Duration::from_millis(100));
+            settled = self.settle();
+        }
+        settled
+    }
+
+    /// The craft's position, if positions have agreed for long enough.
+    fn settle(&mut self) -> Option<Geographic> {
+        let (now, craft) = (self.now_s(), &self.telemetry.craft);
+        let is_new =
+            |state: &MeasuredState| now - state.t_s <= REPORT_AGE_MAX_S && craft.distrusted().is_none();
+        let position = craft.newest().filter(is_new).map(|state| state.position);
+        self.settling.settled(now, position)
+    }
+
+    /// Follows the mission's plans until it is over, or for as long as `limit`.
+    pub fn run(&mut self, limit: Option<Duration>) -> Result<(), MissionError> {
         let end = limit.map(|limit| Instant::now() + limit);
         let interval = Duration::from_secs_f64(1.0 / self.settings.rate_hz);
         let mut due = Instant::now();
@@ -299,7 +334,7 @@ impl Bridge {
             if Instant::now() < due {
                 continue;
             }
-            // A tick that was missed is not made up for.
+            // A missed tick is not repeated.
             due = (due + interval).max(Instant::now());
             let link = self.link();
             self.tick(&link);
@@ -307,105 +342,79 @@ impl Bridge {
                 tracing::info!("the mission is over");
                 return Ok(());
             }
-            if let (true, Some(trouble)) = (link.hopeless, link.trouble) {
-                return Err(NoMission(trouble));
+            if let (true, Some(trouble)) = (link.has_failed, link.trouble) {
+                return Err(MissionError(trouble));
             }
         }
         Ok(())
     }
 
-    /// Takes what comes within `patience`.
+    /// Processes what arrives within `patience`.
     fn listen(&mut self, patience: Duration) {
         let end = Instant::now() + patience;
         loop {
-            #[cfg(feature = "ros2")]
-            self.poll();
             let left = end.saturating_duration_since(Instant::now());
-            match self.received.recv_timeout(left.min(POLL_INTERVAL)) {
-                Ok(piece) => {
-                    self.take(&piece);
-                    // A wire that never pauses must not cost the craft its references.
-                    if Instant::now() >= end {
-                        return;
-                    }
-                }
-                Err(RecvTimeoutError::Timeout) if left > POLL_INTERVAL => {}
-                Err(RecvTimeoutError::Timeout) => return,
-                // No helm has a wire here.
-                Err(RecvTimeoutError::Disconnected) => {
-                    std::thread::sleep(left.min(POLL_INTERVAL));
-                    if left.is_zero() {
-                        return;
-                    }
-                }
+            let Ok(piece) = self.received.recv_timeout(left) else {
+                return;
+            };
+            self.process(&piece);
+            // A wire that never pauses must not delay references.
+            if Instant::now() >= end {
+                return;
             }
         }
     }
 
-    /// Takes what a helm with sockets of its own has heard.
-    #[cfg(feature = "ros2")]
-    fn poll(&mut self) {
-        let now = self.now_s();
-        let unix_s = self.clock.unix_s(now);
-        for heard in self.helm.poll(unix_s) {
-            self.hear(heard, now, unix_s);
-        }
-    }
-
-    fn take(&mut self, piece: &Received) {
+    fn process(&mut self, piece: &Received) {
         let t_s = self.clock.at_s(piece.at);
         let unix_s = self.clock.unix_s(t_s);
+        self.telemetry.pieces[piece.wire] += 1;
         let nmea = self.settings.nmea.len();
         match piece.wire.checked_sub(1) {
             None => {
-                for heard in self.helm.push(piece, t_s, unix_s) {
-                    self.hear(heard, t_s, unix_s);
+                for event in self.autopilot.push(piece, t_s, unix_s) {
+                    self.process_event(event, t_s, unix_s);
                 }
             }
             Some(index) if index < nmea => {
-                let mut heard = self.nmea[index].push(&piece.bytes, unix_s);
-                if piece.is_datagram {
-                    // A datagram ends a sentence, with or without the end of a line.
-                    heard.extend(self.nmea[index].push(b"\r\n", unix_s));
-                }
-                for measurement in heard {
-                    self.measure(measurement, t_s, unix_s);
+                for measurement in read_nmea(&mut self.nmea[index], piece, unix_s) {
+                    self.measure(piece.wire, t_s, unix_s, measurement);
                 }
             }
             Some(index) => {
                 let (_, modem) = &mut self.settings.modems[index - nmea];
                 for fix in modem.push(&piece.bytes, unix_s, &self.poses) {
-                    self.measure(Measurement::Auv(fix), t_s, unix_s);
+                    self.measure(piece.wire, t_s, unix_s, Measurement::Auv(fix));
                 }
             }
         }
     }
 
-    fn hear(&mut self, heard: Heard, t_s: f64, unix_s: f64) {
-        match heard {
-            Heard::Measured(measurement) => {
+    fn process_event(&mut self, event: AutopilotEvent, t_s: f64, unix_s: f64) {
+        match event {
+            AutopilotEvent::Measured(measurement) => {
                 if let Measurement::Auv(fix) = &measurement {
                     self.note_depth(fix);
                 }
-                self.measure(measurement, t_s, unix_s);
+                self.measure(AUTOPILOT_WIRE, t_s, unix_s, measurement);
             }
-            Heard::Parameter { name, value } => self.seen.parameters.note(&name, value),
-            Heard::Text(said) => tracing::info!("autopilot: {said}"),
-            Heard::Acknowledged {
+            AutopilotEvent::Parameter { name, value } => self.telemetry.parameters.note(&name, value),
+            AutopilotEvent::Text(text) => tracing::info!("autopilot: {text}"),
+            AutopilotEvent::Acknowledged {
                 command,
                 is_accepted: false,
             } => {
-                tracing::warn!(command, "the autopilot did not carry a command out");
+                tracing::warn!(command, "the autopilot rejected a command");
             }
-            // Of heartbeats the helm keeps what they say.
-            Heard::Acknowledged { .. } | Heard::Heartbeat(_) => {}
-            Heard::PositionKnown(known) => self.seen.position_known = Some(known),
-            Heard::Time(autopilot_s) => self.seen.clock_ahead_s = Some(autopilot_s - unix_s),
-            Heard::Attitude { roll, pitch } => self.tilt = [roll, pitch],
+            // The link keeps heartbeats.
+            AutopilotEvent::Acknowledged { .. } | AutopilotEvent::Heartbeat(_) => {}
+            AutopilotEvent::PositionKnown(known) => self.telemetry.position_known = Some(known),
+            AutopilotEvent::Time(autopilot_s) => self.note_clock(autopilot_s - unix_s),
+            AutopilotEvent::Attitude { roll, pitch } => self.tilt = [roll, pitch],
         }
     }
 
-    /// Lets modems that measure angles alone know how deep an AUV says that it is. A modem's own fix tells no new depth.
+    /// Gives the depth that an AUV reports to modems that measure angles only.
     fn note_depth(&mut self, fix: &AuvFix) {
         let Some(depth_m) = fix.depth_m else { return };
         let known = KnownDepth {
@@ -418,15 +427,19 @@ impl Bridge {
         }
     }
 
-    fn measure(&mut self, measurement: Measurement, t_s: f64, unix_s: f64) {
+    fn measure(&mut self, wire: usize, t_s: f64, unix_s: f64, measurement: Measurement) {
         match measurement {
             Measurement::Craft {
                 t_s: measured_s,
+                talker,
                 measured,
             } => {
-                // By the bridge's clock, which is never set.
-                self.seen.craft.take(t_s - (unix_s - measured_s), &measured);
-                if let Some(state) = self.seen.craft.newest() {
+                let source = Source { wire, talker };
+                // On the bridge's clock, which is never set.
+                let craft = &mut self.telemetry.craft;
+                craft.take(t_s - (unix_s - measured_s), source, &measured);
+                self.log_alarms();
+                if let Some(state) = self.telemetry.craft.newest() {
                     let [roll, pitch] = self.tilt;
                     let pose = CraftPose {
                         position: state.position,
@@ -441,69 +454,88 @@ impl Bridge {
                 if let Some(link) = &self.link {
                     link.report_auv(&fix);
                 }
-                let count = self.seen.fixes.get(&fix.auv).map_or(0, |(_, _, count)| *count);
-                self.seen.fixes.insert(fix.auv.clone(), (fix, t_s, count + 1));
+                let fixes = &mut self.telemetry.fixes;
+                let count = fixes.get(&fix.auv).map_or(0, |(_, _, count)| *count);
+                fixes.insert(fix.auv.clone(), (fix, t_s, count + 1));
             }
         }
     }
 
-    fn tick(&mut self, link: &LinkNow) {
+    fn tick(&mut self, link: &LinkStatus) {
         let now = self.now_s();
         let second = Duration::from_secs_f64(now).as_secs();
         if second != self.last_second {
             self.last_second = second;
             self.each_second(second, link);
         }
-        let state = self
-            .seen
-            .craft
-            .newest()
-            .filter(|_| self.seen.position_known != Some(false));
-        if let (Some(state), Some(kept)) = (&state, &self.link)
+        let state = self.telemetry.craft.newest();
+        let state = state.filter(|_| self.telemetry.position_known != Some(false));
+        if let (Some(state), Some(mission)) = (&state, &self.link)
             && state.t_s > self.reported_s
             && now - state.t_s <= REPORT_AGE_MAX_S
         {
             self.reported_s = state.t_s;
-            kept.report_craft(state, self.is_steering);
+            mission.report_craft(state, self.is_steering);
         }
         let known = Conditions {
-            control: self.helm.control(now),
+            control: self.autopilot.control(now),
+            distrust: self.telemetry.craft.distrusted(),
             state_age: state.map(|state| now - state.t_s),
             reference: link.plan.as_ref().and_then(|plan| self.reference(plan, now)),
             has_planned: link.plan.is_some(),
-            is_held: link.is_held,
+            is_paused: link.is_paused,
         };
         let action = self.authority.decide(now, &known);
-        let is_the_plan = !self.settings.dry_run && !self.settings.line_of_sight;
-        self.is_steering = matches!(action, Action::Send(_)) && is_the_plan;
+        let is_plan = !self.settings.dry_run && !self.settings.line_of_sight;
+        self.is_steering = matches!(action, Action::Send(_)) && is_plan;
+        let may_send = !self.settings.dry_run;
         match action {
-            Action::Send(reference) => {
-                self.say(Said::Sending);
-                self.send(&reference, link, now);
+            Action::Send(_) => self.log_once(Sending::Active),
+            Action::Offer(_) => self.log_once(Sending::Stopped(Silence::NotGuided)),
+            Action::Silent(silence) => self.log_once(Sending::Stopped(silence)),
+            Action::OrderGuided(_) | Action::OrderArm => {}
+        }
+        match action {
+            Action::Send(reference) | Action::Offer(reference) if may_send => {
+                self.send(now, &reference, state.as_ref(), link);
             }
-            Action::Offer(reference) => {
-                self.say(Said::Silent(Silence::NotGuided));
-                self.send(&reference, link, now);
+            Action::OrderGuided(autopilot) if may_send => {
+                self.log("the guided mode is ordered (--take-control)");
+                self.autopilot.order_guided(autopilot);
             }
-            Action::Silent(silence) => self.say(Said::Silent(silence)),
-            Action::OrderGuided(autopilot) => {
-                if !self.settings.dry_run {
-                    self.log("the guided mode is ordered (--take-control)");
-                    self.helm.order_guided(autopilot);
-                }
+            Action::OrderArm if may_send => {
+                self.log("arming is ordered (--take-control)");
+                self.autopilot.order_arm();
             }
-            Action::OrderArm => {
-                if !self.settings.dry_run {
-                    self.log("the motors are switched on (--take-control)");
-                    self.helm.order_arm();
-                }
-            }
+            _ => {}
         }
     }
 
-    /// What to send by `plan` at `now`.
-    fn reference(&self, plan: &PlanNow, now: f64) -> Option<Reference> {
+    /// Sends what the output limiter leaves of `reference`.
+    fn send(&mut self, now: f64, reference: &Reference, state: Option<&MeasuredState>, link: &LinkStatus) {
+        let Some(state) = state else { return };
+        let craft = Reference {
+            speed: state
+                .ground_velocity
+                .map_or(state.water_velocity.x, |velocity| velocity.norm()),
+            heading: state.heading,
+        };
+        let declared = self
+            .limits
+            .unwrap_or_else(|| OutputLimits::declared(&link.setting));
+        let limits = declared.within(&self.telemetry.parameters);
+        if let Some(sent) = self.limiter.limit(now, reference, &craft, &limits) {
+            self.autopilot.send(&sent, now);
+            self.telemetry.craft.sent(&sent, 1.0 / self.settings.rate_hz);
+        }
+    }
+
+    /// The reference of `plan` at `now`.
+    fn reference(&self, plan: &Plan, now: f64) -> Option<Reference> {
         let planned = plan.planned.at(now)?;
+        if !OutputLimiter::may_follow(plan.arrived_s, now) {
+            return None;
+        }
         Some(if self.settings.line_of_sight {
             plan.line_of_sight
         } else {
@@ -511,21 +543,12 @@ impl Bridge {
         })
     }
 
-    fn send(&mut self, reference: &Reference, link: &LinkNow, now: f64) {
-        let Some(plan) = link.plan.as_ref().filter(|_| !self.settings.dry_run) else {
-            return;
-        };
-        let ahead = self.clock.unix_s(now) - now;
-        self.helm.send(reference, &plan.planned, now, ahead);
-        self.seen.sent += 1;
-    }
-
-    fn each_second(&mut self, second: u64, link: &LinkNow) {
-        self.helm.live();
+    fn each_second(&mut self, second: u64, link: &LinkStatus) {
+        self.autopilot.send_heartbeat();
         if second.is_multiple_of(LINE_INTERVAL_S) {
-            // An autopilot that was started again has forgotten what it was asked for.
-            self.helm.ask(&self.seen.parameters);
-            tracing::info!("{}", self.line(link));
+            // An autopilot that restarted has forgotten the requests.
+            self.autopilot.request(&self.telemetry.parameters);
+            tracing::info!("{}", self.status_line(link));
         }
         if link.trouble != self.trouble {
             match &link.trouble {
@@ -536,23 +559,62 @@ impl Bridge {
         }
     }
 
-    /// Says once why nothing is sent, or that references are sent again.
-    fn say(&mut self, said: Said) {
-        if self.said == said {
+    /// Logs what contradicts each other in the craft's navigation, and its end.
+    fn log_alarms(&mut self) {
+        let alarms: BTreeSet<Alarm> = self.telemetry.craft.alarms().collect();
+        if alarms == self.alarms {
             return;
         }
-        self.said = said;
-        match said {
-            Said::Nothing => {}
-            Said::Silent(silence) => self.log(&silence.to_string()),
-            Said::Sending if self.settings.dry_run => self.log("references would be sent: this is a dry run"),
-            Said::Sending => self.log("references are sent"),
+        for raised in alarms.difference(&self.alarms) {
+            self.warn(&format!("warning: {raised}"));
         }
+        for ended in self.alarms.difference(&alarms) {
+            self.log(&format!("over: {ended}"));
+        }
+        self.telemetry.alarms_seen.extend(&alarms);
+        self.alarms = alarms;
+    }
+
+    /// Logs changes: why nothing is sent, or that references are sent.
+    fn log_once(&mut self, sending: Sending) {
+        if self.logged == Some(sending) {
+            return;
+        }
+        self.logged = Some(sending);
+        match sending {
+            Sending::Stopped(silence) => self.log(&silence.to_string()),
+            Sending::Active if self.settings.dry_run => {
+                self.log("references would be sent: this is a dry run");
+            }
+            Sending::Active => self.log("references are sent"),
+        }
+    }
+
+    /// Keeps by how much the autopilot's clock is ahead, s; warns of a wrong one once.
+    fn note_clock(&mut self, ahead_s: f64) {
+        let is_wrong = |ahead_s: f64| ahead_s.abs() > CLOCK_ERROR_MAX_S;
+        let was_wrong = self.telemetry.clock_ahead_s.is_some_and(is_wrong);
+        if is_wrong(ahead_s) && !was_wrong {
+            self.warn(&format!(
+                "warning: the autopilot's clock is {ahead_s:+.1} s ahead of this machine's"
+            ));
+        }
+        self.telemetry.clock_ahead_s = Some(ahead_s);
     }
 
     /// Writes to the log of the program and of the mission.
     fn log(&self, text: &str) {
         tracing::info!("{text}");
+        self.note(text);
+    }
+
+    /// The same for what a person must look at.
+    fn warn(&self, text: &str) {
+        tracing::warn!("{text}");
+        self.note(text);
+    }
+
+    fn note(&self, text: &str) {
         if let Some(link) = &self.link {
             link.note(self.now_s(), text);
         }
@@ -566,12 +628,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_wire_that_never_pauses_does_not_hold_the_loop_up() {
+    fn a_wire_that_never_pauses_does_not_delay_the_loop() {
         let (sender, received) = sync_channel(PIECES_MAX);
         thread::spawn(move || {
             let noise = Received {
                 wire: 0,
-                // Longer to read than to send again, so that the channel is never empty.
+                // Takes longer to read than to send again: the channel is never empty.
                 bytes: b"$HEHDT,1.0,T*00\r\n".repeat(4096),
                 is_datagram: false,
                 at: Instant::now(),
@@ -581,13 +643,13 @@ mod tests {
         let (done, listened) = mpsc::channel();
         thread::spawn(move || {
             let connect = Endpoint::Udp("127.0.0.1:0".to_owned());
-            let mut bridge = Bridge::open(HelmSettings::Nmea { connect }, Settings::default());
+            let mut bridge = Bridge::open(AutopilotSettings::Nmea { connect }, Settings::default());
             bridge.received = received;
             bridge.listen(Duration::from_millis(50));
             done.send(())
         });
-        // A hundred times as long as was asked for: the machine may be busy.
+        // A hundred times the time asked for: the machine may be busy.
         let patience = Duration::from_secs(5);
-        listened.recv_timeout(patience).expect("the loop goes on");
+        listened.recv_timeout(patience).expect("the loop continues");
     }
 }

@@ -1,40 +1,43 @@
-//! Between a craft's own wires and a live mission of the service.
+//! Connects a craft's autopilot, modems and sensors to a live mission of the service.
 //!
 //! ```text
-//! bytes ─ mavlink, nmea, acoustics, ros2 → Measurement → CraftState, fixes ─ mission_link → the mission
-//! frames, sentences, messages ← follow ← reference, along the newest plan ←───────────────────┘
+//! bytes ─ mavlink, nmea, acoustics → Measurement → integrity → CraftState, fixes ─ mission_link → the mission
+//! frames, sentences ← output_limiter ← follow ← reference, along the newest plan ←──────────┘
 //! ```
 //!
-//! Each adapter turns the bytes of one wire into [`Measurement`]s, and knows no socket, no clock and no thread; [`wire`] has the
-//! sockets, [`mission`] speaks HTTP, and [`follow`] is the loop that joins them. Nothing here knows the service's code.
+//! Each adapter turns the bytes of one wire into [`Measurement`]s, without socket, clock or thread. [`wire`] has the sockets,
+//! [`mission_client`] speaks HTTP, and [`follow`] is the loop that joins them. Nothing here knows the service's code.
 //!
 //! Headings are true, rad, clockwise from north; positions are WGS 84 in degrees.
 
 pub mod acoustics;
+pub mod autopilot_link;
 mod clock;
 mod craft_state;
 mod current_observer;
 pub mod follow;
-pub mod helm;
+mod integrity;
 pub mod mavlink;
 mod measurement;
-pub mod mission;
+pub mod mission_client;
 pub mod mission_link;
+mod mission_setup;
 pub mod nmea;
+mod output_limiter;
 mod plan;
 pub mod preflight;
+mod recent_positions;
 pub mod reference;
-mod refused;
-#[cfg(feature = "ros2")]
-pub mod ros2;
-mod setup;
+mod rejects;
 pub mod wire;
 
 pub use self::{
     clock::Clock,
-    craft_state::{CraftState, StateNow},
+    craft_state::{CraftState, MeasuredState},
     current_observer::CurrentObserver,
+    integrity::{Alarm, Source},
     measurement::{AuvFix, CraftMeasurement, Geographic, Measurement},
-    plan::PlanNow,
-    refused::Refused,
+    output_limiter::{OutputLimiter, OutputLimits},
+    plan::Plan,
+    rejects::Rejects,
 };

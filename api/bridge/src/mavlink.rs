@@ -1,7 +1,7 @@
-//! MAVLink 2: an autopilot's messages, and what is sent to it.
+//! MAVLink 2: messages from and to an autopilot.
 //!
-//! [`MavlinkReader`] turns bytes into what was heard; [`MavlinkWriter`] makes the frames to send; [`Authority`] says when
-//! anything may be sent at all. None of them knows a socket.
+//! [`MavlinkReader`] turns bytes into events; [`MavlinkWriter`] makes the frames to send; [`Authority`] decides when
+//! anything may be sent. None of them knows a socket.
 
 mod authority;
 mod autopilot;
@@ -13,6 +13,6 @@ mod writer;
 pub use self::{
     authority::{Action, Authority, Conditions, Control, Silence},
     autopilot::{Autopilot, Contradiction, Heartbeat, PARAMETERS, Parameters},
-    reader::{Heard, MavlinkReader},
+    reader::{AutopilotEvent, MavlinkReader},
     writer::MavlinkWriter,
 };

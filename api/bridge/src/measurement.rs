@@ -1,4 +1,4 @@
-//! What the wires tell, whichever wire it was.
+//! Measurements, independent of the wire.
 
 use nalgebra::Vector2;
 
@@ -12,21 +12,23 @@ pub struct Geographic {
 }
 
 impl Geographic {
-    /// The position, if there is such a one on Earth.
+    /// The position, if the numbers are in range. None at 0°, 0°: receivers without a position report that.
     #[must_use]
     pub fn new(lat_deg: f64, lon_deg: f64) -> Option<Self> {
-        let on_earth = lat_deg.abs() <= 90.0 && lon_deg.abs() <= 180.0;
+        let on_earth = lat_deg.abs() <= 90.0 && lon_deg.abs() <= 180.0 && (lat_deg, lon_deg) != (0.0, 0.0);
         on_earth.then_some(Self { lat_deg, lon_deg })
     }
 }
 
-/// One thing measured of the surface craft.
+/// One measurement of the surface craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CraftMeasurement {
-    /// Where it is.
+    /// Position.
     Position(Geographic),
     /// Velocity over ground (north, east), m/s.
     GroundVelocity(Vector2<f64>),
+    /// Speed over ground, m/s, of a receiver that states no course: many leave it out at rest.
+    GroundSpeed(f64),
     /// Heading, rad, true, clockwise from north.
     Heading(f64),
     /// Yaw rate, rad/s, positive clockwise seen from above.
@@ -35,16 +37,16 @@ pub enum CraftMeasurement {
     WaterVelocity(Vector2<f64>),
 }
 
-/// Where an AUV was, as one message tells it.
+/// The position of an AUV in one message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AuvFix {
-    /// Which one: a name, or an address on the wire as text.
+    /// The AUV: its name, or its address on the wire as text.
     pub auv: String,
-    /// When it was there, s of Unix time.
+    /// Time of the position, s of Unix time.
     pub t_s: f64,
-    /// Where.
+    /// Position.
     pub position: Geographic,
-    /// Standard deviation of the position along either axis, m, where the wire tells it.
+    /// Standard deviation of the position along either axis, m, if known.
     pub sigma_m: Option<f64>,
     /// Depth, m, positive down.
     pub depth_m: Option<f64>,
@@ -52,14 +54,16 @@ pub struct AuvFix {
     pub ground_velocity: Option<Vector2<f64>>,
 }
 
-/// What one wire has told, in the order in which it came.
+/// A measurement from a wire.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Measurement {
-    /// Of the surface craft, and when it was so, s of Unix time.
+    /// A measurement of the surface craft.
     Craft {
-        /// When it was so, s of Unix time.
+        /// Time of the measurement, s of Unix time.
         t_s: f64,
-        /// What was measured.
+        /// Talker of the sentence; zeros on wires without talkers.
+        talker: [u8; 2],
+        /// The measurement.
         measured: CraftMeasurement,
     },
     /// Of an AUV.

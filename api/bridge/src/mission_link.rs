@@ -1,46 +1,99 @@
-//! A live mission kept beside the craft's loop: reports go out and plans come in on threads of their own, so that a slow service never
-//! holds the craft's messages up.
+//! A live mission beside the craft's loop: threads of its own send reports and wait for plans, so that a slow service never delays
+//! the craft's messages.
 
 use std::{
     collections::{BTreeMap, VecDeque},
+    ops::RangeInclusive,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     thread,
     time::{Duration, Instant},
 };
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
+use sha2::{Digest as _, Sha256};
 
 use crate::{
-    AuvFix, StateNow,
+    AuvFix, MeasuredState, Rejects,
     clock::Clock,
-    mission::{Missions, NoAnswer, Reports},
-    plan::PlanNow,
+    mission_client::{MissionClient, Reports, ServiceError},
+    plan::Plan,
 };
 
-/// Fixes of one AUV that wait for the service at most: as many as it takes at once.
-const FIXES_MAX: usize = 64;
-/// Notes that wait at most.
-const NOTES_MAX: usize = 64;
-/// Between two attempts at what had no answer.
-const REST: Duration = Duration::from_millis(300);
+/// Fixes of one AUV, and notes, that may wait for the service: it accepts as many in one request.
+const WAITING_MAX: usize = 64;
+/// Between two tries.
+const RETRY: Duration = Duration::from_millis(300);
 
-/// What is known of the mission at one moment.
+/// State of the mission at one moment.
 #[derive(Clone, Debug, Default)]
-pub struct LinkNow {
-    /// The mission, once it is there.
+pub struct LinkStatus {
+    /// ID of the mission, while it is known.
     pub mission: Option<String>,
+    /// The mission's settings when it was found.
+    pub setting: Value,
     /// The newest plan.
-    pub plan: Option<PlanNow>,
-    /// Why the service did not answer the last call; none if it did.
+    pub plan: Option<Plan>,
+    /// Why the service did not answer the last request; none if it did.
     pub trouble: Option<String>,
-    /// Reports that the service refused, and why the last one was.
-    pub refused: Option<(u64, String)>,
-    /// Whether that will stay so: the mission cannot be kept.
-    pub hopeless: bool,
-    /// Whether the mission is held: it plans no more until it is run.
-    pub is_held: bool,
+    /// Values outside the API's ranges that were clamped, by member.
+    pub clamped: Rejects,
+    /// How many reports the service rejected, and why the last one.
+    pub rejected: Option<(u64, String)>,
+    /// Whether the mission cannot be joined or created; `trouble` says why.
+    pub has_failed: bool,
+    /// Whether the mission is paused: it makes no plans until it is run.
+    pub is_paused: bool,
     /// Whether the mission is over.
     pub is_over: bool,
+}
+
+impl LinkStatus {
+    fn count_rejected(&mut self, faults: Vec<String>) {
+        for fault in faults {
+            let count = self.rejected.as_ref().map_or(0, |(count, _)| *count);
+            self.rejected = Some((count + 1, fault));
+        }
+    }
+}
+
+/// Which mission to follow.
+#[derive(Clone, Debug)]
+pub enum MissionChoice {
+    /// The mission with this ID.
+    Joined(String),
+    /// The unfinished mission of a name, or a new one.
+    Named {
+        /// The name.
+        name: String,
+        /// Digest of what the operator asked for.
+        digest: String,
+        /// Body of `POST /v1/missions`.
+        body: Value,
+    },
+}
+
+impl MissionChoice {
+    /// The unfinished mission of this name, or a new one of `body`.
+    #[must_use]
+    pub fn named(name: String, body: Value) -> Self {
+        let digest = hex::encode(Sha256::digest(body.to_string()));
+        Self::Named { name, digest, body }
+    }
+}
+
+/// A mission that two threads keep until the program ends.
+#[derive(Clone, Debug)]
+pub struct MissionLink {
+    shared: Arc<Shared>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    status: Mutex<LinkStatus>,
+    outbox: Mutex<Outbox>,
+    clock: Clock,
+    /// Of fixes that state none, m.
+    sigma_m: f64,
 }
 
 /// What waits to be posted.
@@ -49,233 +102,227 @@ struct Outbox {
     asc: Option<Value>,
     auvs: BTreeMap<String, VecDeque<Value>>,
     notes: VecDeque<Value>,
-    dropped: u64,
-}
-
-/// Which mission to keep.
-#[derive(Clone, Debug)]
-pub enum Which {
-    /// This one, which is there.
-    Joined(String),
-    /// The one that goes on under a name, or a new one.
-    Named {
-        /// The name.
-        name: String,
-        /// Digest of what its operator asked for.
-        wanted: String,
-        /// Body of `POST /v1/missions`.
-        body: Value,
-    },
-}
-
-/// A mission, kept by two threads until the program ends.
-#[derive(Clone, Debug)]
-pub struct MissionLink {
-    shared: Arc<Shared>,
-}
-
-#[derive(Debug)]
-struct Shared {
-    now: Mutex<LinkNow>,
-    outbox: Mutex<Outbox>,
-    clock: Clock,
-    /// Of fixes that say nothing of their accuracy, m.
-    sigma_m: f64,
-}
-
-/// How a mission is kept.
-#[derive(Clone, Copy, Debug)]
-pub struct Keeping {
-    /// Between two posts of what has come until then.
-    pub interval: Duration,
-    /// Standard deviation of fixes that say nothing of their accuracy, m.
-    pub sigma_m: f64,
-    /// The bridge's clock.
-    pub clock: Clock,
 }
 
 impl MissionLink {
-    /// Keeps `which` mission of `missions`.
+    /// Follows `mission`, with a report every `interval`. `sigma_m` is the standard deviation of fixes that state none.
     #[must_use]
-    pub fn keep(missions: Missions, which: Which, keeping: Keeping) -> Self {
-        let Keeping {
-            interval,
-            sigma_m,
-            clock,
-        } = keeping;
+    pub fn open(
+        client: MissionClient,
+        mission: MissionChoice,
+        interval: Duration,
+        sigma_m: f64,
+        clock: Clock,
+    ) -> Self {
         let shared = Arc::new(Shared {
-            now: Mutex::default(),
+            status: Mutex::default(),
             outbox: Mutex::default(),
             clock,
             sigma_m,
         });
-        let missions = Arc::new(missions);
-        let (poster, waiter) = (Arc::clone(&shared), Arc::clone(&shared));
-        let calls = Arc::clone(&missions);
-        thread::spawn(move || poster.post(&calls, &which, interval));
-        thread::spawn(move || waiter.wait_for_plans(&missions));
+        let client = Arc::new(client);
+        let (reporter, planner) = (Arc::clone(&shared), Arc::clone(&shared));
+        let reports = Arc::clone(&client);
+        thread::spawn(move || reporter.post_reports(&reports, &mission, interval));
+        thread::spawn(move || planner.wait_for_plans(&client));
         Self { shared }
     }
 
-    /// What is known now.
+    /// The state now.
     #[must_use]
-    pub fn now(&self) -> LinkNow {
-        lock(&self.shared.now).clone()
+    pub fn status(&self) -> LinkStatus {
+        lock(&self.shared.status).clone()
     }
 
-    /// Posts the craft's state soon, times on the bridge's clock, and whether references steer it; a newer one replaces it.
-    pub fn report_craft(&self, state: &StateNow, is_steered: bool) {
+    /// Posts the craft's state soon, with its time on the bridge's clock, and whether references steer it. A newer one replaces it.
+    pub fn report_craft(&self, state: &MeasuredState, is_steered: bool) {
         let t_s = self.shared.clock.unix_s(state.t_s);
-        lock(&self.shared.outbox).asc = Some(asc_report(t_s, state, is_steered));
+        let report = asc_report(t_s, state, is_steered, &mut lock(&self.shared.status).clamped);
+        lock(&self.shared.outbox).asc = Some(report);
     }
 
-    /// Posts a fix soon; its time is Unix time.
+    /// Posts a fix soon, with Unix time.
     pub fn report_auv(&self, fix: &AuvFix) {
+        let report = auv_report(fix, self.shared.sigma_m, &mut lock(&self.shared.status).clamped);
         let mut outbox = lock(&self.shared.outbox);
-        let waiting = outbox.auvs.entry(fix.auv.clone()).or_default();
-        waiting.push_back(auv_report(fix, self.shared.sigma_m));
-        if waiting.len() > FIXES_MAX {
-            waiting.pop_front();
-            outbox.dropped += 1;
-        }
+        push(outbox.auvs.entry(fix.auv.clone()).or_default(), report);
     }
 
-    /// Writes into the mission's log what the bridge did at `t_s` of its clock.
+    /// Writes into the mission's log soon, with the time on the bridge's clock.
     pub fn note(&self, t_s: f64, text: &str) {
-        let t_s = self.shared.clock.unix_s(t_s);
-        let mut outbox = lock(&self.shared.outbox);
-        outbox.notes.push_back(json!({ "t_s": t_s, "text": text }));
-        if outbox.notes.len() > NOTES_MAX {
-            outbox.notes.pop_front();
-            outbox.dropped += 1;
-        }
+        self.shared.note(t_s, text);
     }
 }
 
 impl Shared {
-    fn post(&self, missions: &Missions, which: &Which, interval: Duration) {
-        let mission = self.find(missions, which);
-        lock(&self.now).mission = Some(mission.clone());
-        // Keys of this run alone.
+    fn post_reports(&self, client: &MissionClient, choice: &MissionChoice, interval: Duration) {
+        // Keys of this run only.
         let run = self.clock.unix_s(0.0).to_bits();
         for number in 0_u64.. {
             let started = Instant::now();
+            let known = lock(&self.status).mission.clone();
+            let mission = known.unwrap_or_else(|| self.find(client, choice));
             let reports = lock(&self.outbox).take();
             if reports != Reports::default() {
-                self.insist(missions, &mission, &reports, &format!("bridge-{run:x}-{number}"));
+                self.post_until_answered(client, &mission, &reports, &format!("bridge-{run:x}-{number}"));
             }
             thread::sleep(interval.saturating_sub(started.elapsed()));
         }
     }
 
-    /// Finds or makes the mission, for as long as it takes.
-    fn find(&self, missions: &Missions, which: &Which) -> String {
+    /// Finds or creates the mission; tries for as long as it takes.
+    fn find(&self, client: &MissionClient, mission: &MissionChoice) -> String {
         loop {
-            let found = match which {
-                Which::Joined(id) => missions.mission(id).and_then(|mission| missions.begun(mission)),
-                Which::Named { name, wanted, body } => missions.find_or_make(name, wanted, body),
+            let found = match mission {
+                MissionChoice::Joined(id) => client.mission(id).and_then(|mission| client.run(mission)),
+                MissionChoice::Named { name, digest, body } => client.find_or_create(name, digest, body),
             };
+            let mut status = lock(&self.status);
             match found {
                 Ok(mission) => {
-                    let mut now = lock(&self.now);
-                    now.trouble = None;
-                    now.is_over = mission.is_over();
+                    status.trouble = None;
+                    status.is_over = mission.is_over();
+                    status.mission = Some(mission.id.clone());
+                    status.setting = mission.setting;
                     return mission.id;
                 }
                 Err(error) => {
-                    let mut now = lock(&self.now);
-                    now.hopeless = !matches!(error, NoAnswer::Later(_));
-                    now.trouble = Some(error.to_string());
+                    status.has_failed = !matches!(error, ServiceError::Unavailable(_));
+                    status.trouble = Some(error.to_string());
                 }
             }
+            drop(status);
             thread::sleep(Duration::from_secs(1));
         }
     }
 
-    /// Posts until there is an answer.
-    fn insist(&self, missions: &Missions, mission: &str, reports: &Reports, key: &str) {
+    /// The service no longer knows `mission`: a mission that the bridge creates is found or created again, another one ends the bridge.
+    fn lose(&self, mission: &str) {
+        let mut status = lock(&self.status);
+        // The other thread may have noticed it before.
+        if status.mission.as_deref() != Some(mission) {
+            return;
+        }
+        (status.mission, status.plan) = (None, None);
+        drop(status);
+        let text = format!("the service no longer has mission {mission}: it is looked for again");
+        tracing::warn!("{text}");
+        self.note(self.clock.now_s(), &text);
+    }
+
+    fn note(&self, t_s: f64, text: &str) {
+        let note = json!({ "t_s": self.clock.unix_s(t_s), "text": text });
+        push(&mut lock(&self.outbox).notes, note);
+    }
+
+    fn post_until_answered(&self, client: &MissionClient, mission: &str, reports: &Reports, key: &str) {
         loop {
-            match missions.report(mission, reports, key) {
-                Ok(()) => {
-                    lock(&self.now).trouble = None;
-                    return;
+            match client.report(mission, reports, key) {
+                Ok(rejected) => {
+                    let mut status = lock(&self.status);
+                    status.trouble = None;
+                    return status.count_rejected(rejected);
                 }
-                Err(error @ NoAnswer::Later(_)) => lock(&self.now).trouble = Some(error.to_string()),
-                Err(error) => {
-                    let count = {
-                        let mut now = lock(&self.now);
-                        let count = 1 + now.refused.as_ref().map_or(0, |(count, _)| *count);
-                        now.refused = Some((count, error.to_string()));
-                        count
-                    };
-                    // One AUV that the mission does not know must not cost the craft its plans.
-                    let alone = Reports {
-                        auvs: Map::new(),
-                        ..reports.clone()
-                    };
-                    if alone != *reports && alone != Reports::default() {
-                        self.insist(missions, mission, &alone, &format!("{key}-{count}"));
-                    }
-                    return;
+                Err(ServiceError::NoMission) => return self.lose(mission),
+                Err(error @ ServiceError::Rejected { .. }) => {
+                    return lock(&self.status).count_rejected(vec![error.to_string()]);
                 }
+                Err(error) => lock(&self.status).trouble = Some(error.to_string()),
             }
-            thread::sleep(REST);
+            thread::sleep(RETRY);
         }
     }
 
-    fn wait_for_plans(&self, missions: &Missions) {
-        let mut after = 0;
+    fn wait_for_plans(&self, client: &MissionClient) {
+        let mut newest = Newest::default();
         loop {
-            let Some(mission) = lock(&self.now).mission.clone() else {
-                thread::sleep(REST);
-                continue;
-            };
-            match missions.reference(&mission, after) {
-                Ok(Some(answer)) => {
-                    let sequence = answer["sequence"].as_u64().unwrap_or(0);
-                    let is_over = matches!(answer["status"].as_str(), Some("finished" | "failed"));
-                    let is_running = answer["status"].as_str() == Some("running");
-                    let plan = PlanNow::of(&answer, self.clock.now_s());
-                    let mut now = lock(&self.now);
-                    now.is_over = is_over;
-                    // A mission that is held plans no more, and its last plan is not followed on.
-                    now.is_held = !is_running && !is_over;
-                    now.plan = plan.filter(|_| is_running);
-                    drop(now);
-                    if sequence <= after {
-                        thread::sleep(REST);
-                    }
-                    after = after.max(sequence);
+            let mission = lock(&self.status).mission.clone();
+            if mission.is_some() && mission != newest.mission {
+                newest = Newest {
+                    mission: mission.clone(),
+                    ..Newest::default()
+                };
+            }
+            let is_new = mission.is_some_and(|mission| self.wait_for_plan(client, &mission, &mut newest));
+            if !is_new {
+                thread::sleep(RETRY);
+            }
+        }
+    }
+
+    /// Returns whether there was a newer plan than `newest`.
+    fn wait_for_plan(&self, client: &MissionClient, mission: &str, newest: &mut Newest) -> bool {
+        match client.reference(mission, newest.sequence) {
+            Ok(Some(answer)) => {
+                let now_s = self.clock.now_s();
+                let sequence = answer["sequence"].as_u64().unwrap_or(0);
+                let is_new = sequence > newest.sequence;
+                if is_new {
+                    (newest.sequence, newest.arrived_s) = (sequence, now_s);
                 }
-                Ok(None) => {
-                    // Without a plan, the mission itself tells whether one is to come.
-                    if let Ok(found) = missions.mission(&mission) {
-                        let mut now = lock(&self.now);
-                        now.is_over = found.is_over();
-                        now.is_held = found.status == "paused";
-                    }
-                    thread::sleep(REST);
+                let plan = Plan::from_answer(&answer, newest.arrived_s, now_s);
+                let status = answer["status"].as_str();
+                let is_running = status == Some("running");
+                let mut now = lock(&self.status);
+                // It was lost meanwhile.
+                if now.mission.as_deref() != Some(mission) {
+                    return false;
                 }
-                Err(error) => {
-                    lock(&self.now).trouble = Some(error.to_string());
-                    thread::sleep(REST);
+                now.is_over = matches!(status, Some("finished" | "failed"));
+                now.is_paused = !is_running && !now.is_over;
+                // A paused mission makes no plans, and its last one is not followed.
+                now.plan = plan.filter(|_| is_running);
+                is_new
+            }
+            Ok(None) => {
+                // Without a plan, the mission itself says whether one will come.
+                if let Ok(found) = client.mission(mission) {
+                    let mut now = lock(&self.status);
+                    now.is_over = found.is_over();
+                    now.is_paused = found.status == "paused";
                 }
+                false
+            }
+            Err(ServiceError::NoMission) => {
+                self.lose(mission);
+                false
+            }
+            Err(error) => {
+                lock(&self.status).trouble = Some(error.to_string());
+                false
             }
         }
     }
 }
 
+/// The newest plan so far.
+#[derive(Debug, Default)]
+struct Newest {
+    mission: Option<String>,
+    sequence: u64,
+    /// When it arrived first, s of the bridge's clock: the service repeats it until there is a newer one.
+    arrived_s: f64,
+}
+
 impl Outbox {
     fn take(&mut self) -> Reports {
-        let auvs = std::mem::take(&mut self.auvs);
+        let Self { asc, auvs, notes } = std::mem::take(self);
+        let auvs = auvs.into_iter();
         Reports {
             auvs: auvs
-                .into_iter()
                 .map(|(auv, fixes)| (auv, fixes.into_iter().collect()))
                 .collect(),
-            asc: self.asc.take().into_iter().collect(),
-            notes: std::mem::take(&mut self.notes).into_iter().collect(),
+            asc: asc.into_iter().collect(),
+            notes: notes.into_iter().collect(),
         }
+    }
+}
+
+/// Adds `value`; drops the oldest if too many wait.
+fn push(waiting: &mut VecDeque<Value>, value: Value) {
+    waiting.push_back(value);
+    if waiting.len() > WAITING_MAX {
+        waiting.pop_front();
     }
 }
 
@@ -283,38 +330,65 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn asc_report(t_s: f64, state: &StateNow, is_steered: bool) -> Value {
-    let mut now = json!({
-        "lat_deg": state.position.lat_deg,
-        "lon_deg": state.position.lon_deg,
-        "heading_rad": state.heading,
-        "speed_mps": state.water_velocity.x,
-        "sway_mps": state.water_velocity.y,
-        "yaw_rate_radps": state.yaw_rate,
-    });
-    if let Some(velocity) = state.ground_velocity {
-        now["ground_north_mps"] = velocity.x.into();
-        now["ground_east_mps"] = velocity.y.into();
+/// `value` within the API's `range` of `member`; counted in `counts` if it was outside.
+fn clamped(value: f64, range: &RangeInclusive<f64>, member: &'static str, counts: &mut Rejects) -> f64 {
+    if !range.contains(&value) {
+        counts.count(member);
     }
-    let mut report = json!({ "t_s": t_s, "state": now, "steered": is_steered });
-    if let Some(current) = state.current {
-        report["current"] = json!({ "north_mps": current.x, "east_mps": current.y });
-    }
-    report
+    value.clamp(*range.start(), *range.end())
 }
 
-fn auv_report(fix: &AuvFix, sigma_m: f64) -> Value {
-    let mut report = Map::new();
-    report.insert("t_s".to_owned(), fix.t_s.into());
-    report.insert("lat_deg".to_owned(), fix.position.lat_deg.into());
-    report.insert("lon_deg".to_owned(), fix.position.lon_deg.into());
-    report.insert("sigma_m".to_owned(), fix.sigma_m.unwrap_or(sigma_m).into());
-    if let Some(depth) = fix.depth_m {
-        report.insert("depth_m".to_owned(), depth.into());
-    }
-    if let Some(velocity) = fix.ground_velocity {
-        report.insert("course_rad".to_owned(), velocity.y.atan2(velocity.x).into());
-        report.insert("speed_mps".to_owned(), velocity.norm().into());
-    }
-    report.into()
+/// Ranges of the API, see `/openapi.json`.
+const CURRENT: RangeInclusive<f64> = -3.0..=3.0;
+const SURGE: RangeInclusive<f64> = -5.0..=20.0;
+const SWAY: RangeInclusive<f64> = -5.0..=5.0;
+const YAW_RATE: RangeInclusive<f64> = -3.0..=3.0;
+const GROUND: RangeInclusive<f64> = -25.0..=25.0;
+const SIGMA: RangeInclusive<f64> = 0.01..=1.0e4;
+const DEPTH: RangeInclusive<f64> = -10.0..=12_000.0;
+const AUV_SPEED: RangeInclusive<f64> = 0.0..=10.0;
+
+fn asc_report(t_s: f64, state: &MeasuredState, is_steered: bool, counts: &mut Rejects) -> Value {
+    let mut within = |value: f64, range, member| clamped(value, &range, member, counts);
+    let current = state.current.map(|current| {
+        json!({
+            "north_mps": within(current.x, CURRENT, "current"),
+            "east_mps": within(current.y, CURRENT, "current"),
+        })
+    });
+    let ground = state.ground_velocity;
+    let ground =
+        ground.map(|velocity| [velocity.x, velocity.y].map(|part| within(part, GROUND, "ground velocity")));
+    json!({
+        "t_s": t_s,
+        "steered": is_steered,
+        "current": current,
+        "state": {
+            "lat_deg": state.position.lat_deg,
+            "lon_deg": state.position.lon_deg,
+            "heading_rad": state.heading,
+            "speed_mps": within(state.water_velocity.x, SURGE, "speed"),
+            "sway_mps": within(state.water_velocity.y, SWAY, "sway"),
+            "yaw_rate_radps": within(state.yaw_rate, YAW_RATE, "yaw rate"),
+            "ground_north_mps": ground.map(|[north, _]| north),
+            "ground_east_mps": ground.map(|[_, east]| east),
+        },
+    })
 }
+
+fn auv_report(fix: &AuvFix, sigma_m: f64, counts: &mut Rejects) -> Value {
+    let mut within = |value: f64, range, member| clamped(value, &range, member, counts);
+    let velocity = fix.ground_velocity;
+    json!({
+        "t_s": fix.t_s,
+        "lat_deg": fix.position.lat_deg,
+        "lon_deg": fix.position.lon_deg,
+        "sigma_m": within(fix.sigma_m.unwrap_or(sigma_m), SIGMA, "AUV's accuracy"),
+        "depth_m": fix.depth_m.map(|depth| within(depth, DEPTH, "AUV's depth")),
+        "course_rad": velocity.map(|velocity| velocity.y.atan2(velocity.x)),
+        "speed_mps": velocity.map(|velocity| within(velocity.norm(), AUV_SPEED, "AUV's speed")),
+    })
+}
+
+#[cfg(test)]
+mod tests;

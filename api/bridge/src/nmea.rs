@@ -1,33 +1,35 @@
-//! NMEA 0183: what navigation sensors tell, and what autopilots are told.
+//! NMEA 0183: measurements from navigation sensors, references to autopilots.
 //!
-//! [`NmeaReader`] takes the bytes of a wire, from any talker: GGA, RMC, VTG, HDT, THS, ROT, VHW and VBW become
+//! [`NmeaReader`] reads the bytes of a wire, from any talker: GGA, GLL, RMC, VTG, HDT, THS, ROT, VHW and VBW become
 //! [`Measurement`]s, everything else is counted. [`heading_and_speed_sentences`] writes a reference for an autopilot.
 //!
-//! The sentences are parsed here. The crate `nmea-parser` 0.10 lacks THS and ROT; it takes a sentence without a checksum
-//! and a number "nan", and ignores fractions of a second, units and mode indicators; it panics at text that is not ASCII,
-//! and an AIS sentence of which the second half never comes stays in its memory.
+//! The sentences are parsed here: the crate `nmea-parser` 0.10 lacks THS and ROT, accepts a missing checksum and "nan", ignores
+//! units and modes, and panics at text that is not ASCII.
 //!
-//! ArduPilot's NMEA output (`AP_NMEA_Output.cpp`, for one at commit 09d745a3) computes the course of RMC as
-//! `atan2(north, east)`, which is 90° less the course: in velocities from it north and east are exchanged.
+//! ArduPilot's NMEA output (`AP_NMEA_Output.cpp`, commit 09d745a3) writes 90° minus the course into RMC: north and east of its
+//! velocities are exchanged.
 
 mod fields;
 mod output;
-mod refusal;
 mod sentence;
 #[cfg(test)]
 mod tests;
 
 pub use self::output::heading_and_speed_sentences;
 
-use self::{refusal::Refusal, sentence::Reported};
-use crate::{Measurement, Refused};
+use std::collections::VecDeque;
 
-/// Longest line that is taken, bytes without the line end. NMEA 0183 allows 82 with the line end; receivers with many
+use self::sentence::Content;
+use crate::{Measurement, Rejects};
+
+/// Longest line that is read, bytes without the line end. NMEA 0183 allows 82 with the line end; receivers with many
 /// decimals exceed that by some.
 const LINE_MAX: usize = 128;
 /// Most by which the clock of a receiver may differ from ours, s: a fix comes a second after its time, over a slow radio
 /// a few seconds; beyond that one of the clocks is wrong.
 const CLOCK_DIFFERENCE_MAX_S: f64 = 5.0;
+/// Sentences with a time of day that are remembered: those of one second, of a few receivers.
+const TIMED_MAX: usize = 16;
 const SECONDS_PER_DAY: f64 = 86_400.0;
 
 /// Reads NMEA 0183 from any wire, in pieces of any size.
@@ -37,7 +39,9 @@ const SECONDS_PER_DAY: f64 = 86_400.0;
 pub struct NmeaReader {
     line: Vec<u8>,
     place: Place,
-    refused: Refused,
+    /// The newest sentences with a time of day, by talker.
+    timed: VecDeque<Content>,
+    rejects: Rejects,
 }
 
 /// Where in the stream the next byte lies.
@@ -48,18 +52,18 @@ enum Place {
     Between,
     /// After the `$` or `!` of a sentence.
     Sentence,
-    /// In a line that is no sentence, or no longer one.
+    /// In a line that is no sentence, or too long.
     Garbage,
 }
 
 impl NmeaReader {
-    /// What `bytes`, received at `received_s` s of Unix time, complete.
+    /// The measurements that `bytes` complete, received at `received_s`, s of Unix time.
     ///
-    /// A sentence ends at its line end or at the start of the next one. Where datagrams carry no line ends, the caller
-    /// pushes one after each. GGA and RMC tell a time of day: where it lies within 5 s of `received_s` it dates the
-    /// measurements; otherwise `received_s` does.
+    /// A sentence ends at its line end or at the start of the next one. The caller pushes a line end after each datagram. GGA, GLL
+    /// and RMC state a time of day: within 5 s of `received_s` it is the time of the measurements; otherwise `received_s` is. A
+    /// sentence with the time and the content of an earlier one is rejected.
     pub fn push(&mut self, bytes: &[u8], received_s: f64) -> Vec<Measurement> {
-        debug_assert!(received_s.is_finite(), "the caller's clock tells a number");
+        debug_assert!(received_s.is_finite(), "the caller's clock works");
         let mut measurements = Vec::new();
         for &byte in bytes {
             match (byte, self.place) {
@@ -73,41 +77,58 @@ impl NmeaReader {
                     self.place = Place::Between;
                 }
                 (_, Place::Sentence) if self.line.len() < LINE_MAX => self.line.push(byte),
-                (_, Place::Sentence) => self.skip_line(Refusal::TooLong),
-                (_, Place::Between) => self.skip_line(Refusal::NoSentence),
+                (_, Place::Sentence) => self.skip_line("too long"),
+                (_, Place::Between) => self.skip_line("no sentence"),
                 (_, Place::Garbage) => {}
             }
         }
         measurements
     }
 
-    /// What was not taken, by reason. Sentences of other kinds count as "unused sentence".
+    /// Rejected lines by reason. Sentences of other kinds count as "unused sentence".
     #[must_use]
-    pub fn refused(&self) -> &Refused {
-        &self.refused
+    pub fn rejects(&self) -> &Rejects {
+        &self.rejects
     }
 
-    fn skip_line(&mut self, refusal: Refusal) {
-        self.refused.count(refusal.reason());
+    fn skip_line(&mut self, reason: &'static str) {
+        self.rejects.count(reason);
         self.line.clear();
         self.place = Place::Garbage;
     }
 
     fn finish_line(&mut self, received_s: f64, measurements: &mut Vec<Measurement>) {
         if self.place == Place::Sentence {
-            match sentence::reported_by(&self.line) {
-                Ok(Reported {
-                    time_of_day,
-                    measured,
-                }) => {
-                    let t_s = self.measured_at(time_of_day, received_s);
-                    let craft = |measured| Measurement::Craft { t_s, measured };
-                    measurements.extend(measured.into_iter().map(craft));
+            match sentence::read(&self.line) {
+                Ok(content) if self.is_repeated(&content) => self.rejects.count("repeated sentence"),
+                Ok(content) => {
+                    let t_s = self.measured_at(content.time_of_day, received_s);
+                    let craft = |measured| Measurement::Craft {
+                        t_s,
+                        talker: content.talker,
+                        measured,
+                    };
+                    measurements.extend(content.measured.into_iter().map(craft));
                 }
-                Err(refusal) => self.refused.count(refusal.reason()),
+                Err(reason) => self.rejects.count(reason),
             }
         }
         self.line.clear();
+    }
+
+    /// Whether one of the newest sentences has the same time and the same content: a receiver whose clock stands, or a wire that repeats.
+    fn is_repeated(&mut self, content: &Content) -> bool {
+        if content.time_of_day.is_none() {
+            return false;
+        }
+        if self.timed.contains(content) {
+            return true;
+        }
+        self.timed.push_back(content.clone());
+        if self.timed.len() > TIMED_MAX {
+            self.timed.pop_front();
+        }
+        false
     }
 
     /// The instant nearest to `received_s` at which it is `time_of_day`, if that is near enough.
@@ -121,7 +142,7 @@ impl NmeaReader {
         if (nearest - received_s).abs() <= CLOCK_DIFFERENCE_MAX_S {
             nearest
         } else {
-            self.refused.count(Refusal::Clock.reason());
+            self.rejects.count("clock");
             received_s
         }
     }

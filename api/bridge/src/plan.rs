@@ -1,36 +1,36 @@
-//! A plan of the mission, as its JSON tells it and as the bridge follows it.
+//! Reads a plan from the service's answer.
 
 use nalgebra::Vector2;
 use serde_json::Value;
 
-use crate::{
-    Geographic,
-    reference::{PlannedReference, Reference, Stage},
-};
+use crate::reference::{PlannedReference, Reference, Stage};
 
-/// A plan as it came.
+/// A plan of the mission.
 #[derive(Clone, Debug)]
-pub struct PlanNow {
-    /// What to follow, on the bridge's clock.
+pub struct Plan {
+    /// The reference and the planned motion, on the bridge's clock.
     pub planned: PlannedReference,
-    /// What line of sight would do, for the same craft.
+    /// When it arrived first, s of the bridge's clock.
+    pub arrived_s: f64,
+    /// The reference of line of sight for the same craft.
     pub line_of_sight: Reference,
-    /// What answered, and whether it is what was asked for, such as `mpc ok`.
+    /// Method and outcome, such as `mpc ok`.
     pub method: String,
     /// From the craft to the goal, m.
     pub distance_m: f64,
-    /// What is known of the craft and the water, in words.
-    pub learnt: String,
+    /// Estimated lags of the craft, and the current, as text.
+    pub estimate: String,
     /// The vehicles that the mission waits for.
     pub waits_for: Vec<String>,
     /// Warnings of the plan, by code.
     pub warnings: Vec<String>,
 }
 
-impl PlanNow {
-    /// The plan in the service's answer, which came at `now_s` of the bridge's clock; none where it lacks what a plan has.
+impl Plan {
+    /// The plan in an answer of `now_s`, which arrived at `arrived_s` for the first time, both s of the bridge's clock; none if it is
+    /// incomplete.
     #[must_use]
-    pub(crate) fn of(answer: &Value, now_s: f64) -> Option<Self> {
+    pub(crate) fn from_answer(answer: &Value, arrived_s: f64, now_s: f64) -> Option<Self> {
         let plan = &answer["plan"];
         let planned_at = answer["t_s"].as_f64()?;
         // From the mission's clock to the bridge's.
@@ -41,11 +41,6 @@ impl PlanNow {
             .map(|point| {
                 Some(Stage {
                     t_s: point["t_s"].as_f64()? + shift,
-                    position: position(point)?,
-                    geographic: point["lat_deg"]
-                        .as_f64()
-                        .zip(point["lon_deg"].as_f64())
-                        .and_then(|(lat, lon)| Geographic::new(lat, lon)),
                     reference: reference(point)?,
                 })
             })
@@ -58,16 +53,16 @@ impl PlanNow {
         );
         let is_over_ground = craft["speed_held"] == "over_ground";
         let goal = position(&plan["goal"]["trajectory"][0])?;
-        let stages = stages?;
-        let distance_m = (stages.first()?.position - goal).norm();
+        let distance_m = (position(&plan["trajectory"][0])? - goal).norm();
         Some(Self {
+            arrived_s,
             planned: PlannedReference {
                 planned_s: planned_at + shift,
                 first: reference(&plan["reference"])?,
                 lags: [lag("heading_lag_s"), lag("surge_lag_s")],
                 current: if is_over_ground { current } else { Vector2::zeros() },
                 valid_until_s: plan["reference"]["valid_until_s"].as_f64()? + shift,
-                stages,
+                stages: stages?,
             },
             line_of_sight: reference(&plan["baseline"])?,
             method: format!(
@@ -76,14 +71,9 @@ impl PlanNow {
                 plan["outcome"].as_str().unwrap_or("?")
             ),
             distance_m,
-            learnt: learnt(craft, &current),
-            waits_for: names(&answer["waits_for"]),
-            warnings: plan["warnings"]
-                .as_array()
-                .into_iter()
-                .flatten()
-                .filter_map(|warning| warning["code"].as_str().map(str::to_owned))
-                .collect(),
+            estimate: estimate(craft, &current),
+            waits_for: texts(&answer["waits_for"], |name| name),
+            warnings: texts(&plan["warnings"], |warning| &warning["code"]),
         })
     }
 }
@@ -102,16 +92,15 @@ fn reference(point: &Value) -> Option<Reference> {
     })
 }
 
-fn names(list: &Value) -> Vec<String> {
-    list.as_array()
-        .into_iter()
-        .flatten()
-        .filter_map(|name| name.as_str().map(str::to_owned))
+fn texts(list: &Value, text: impl Fn(&Value) -> &Value) -> Vec<String> {
+    let items = list.as_array().into_iter().flatten();
+    items
+        .filter_map(|item| text(item).as_str().map(str::to_owned))
         .collect()
 }
 
-/// What the planner has found out, for people.
-fn learnt(craft: &Value, current: &Vector2<f64>) -> String {
+/// The planner's estimate of craft and current, for the status line.
+fn estimate(craft: &Value, current: &Vector2<f64>) -> String {
     let value = |name: &str| {
         let [value, sigma] = ["value", "sigma"].map(|part| craft[name][part].as_f64().unwrap_or(0.0));
         format!("{value:.1}±{sigma:.1} s")

@@ -1,21 +1,19 @@
-//! What to look at before departure: one verdict a check, each with what to do.
+//! Checks before departure: a verdict each, with what to do. What has not been seen passes no check.
 
 use std::fmt;
 
-use nalgebra::Vector2;
-
 use crate::{
-    follow::Bridge,
+    follow::{Bridge, CLOCK_ERROR_MAX_S},
     mavlink::{Control, Silence},
     reference::wrapped,
 };
 
-/// What a check came to.
+/// Result of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// As it should be.
     Passes,
-    /// Could not be looked at, or is worth a look.
+    /// Not possible to check, or worth a look.
     Warns,
     /// Do not depart.
     Fails,
@@ -24,9 +22,9 @@ pub enum Verdict {
 /// One check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Check {
-    /// What was looked at.
+    /// What was checked.
     pub name: &'static str,
-    /// What it came to.
+    /// The result.
     pub verdict: Verdict,
     /// What was seen, and what to do about it.
     pub detail: String,
@@ -43,271 +41,300 @@ impl fmt::Display for Check {
     }
 }
 
-/// Clocks farther apart than this date fixes wrongly by a craft's length, s.
-const CLOCK_ERROR_MAX_S: f64 = 0.5;
-/// Below this speed the course says nothing of the heading, m/s.
+/// Largest age of a heartbeat, s.
+const HEARTBEAT_AGE_MAX_S: f64 = 3.0;
+/// Below this speed the course says nothing about the heading, m/s.
 const SPEED_FOR_COURSE: f64 = 0.5;
-/// A larger angle between heading and course is a compass that is wrong or mounted wrongly, rad.
+/// A larger angle between heading and course means a compass that is wrong or mounted wrongly, rad.
 const COURSE_ERROR_MAX: f64 = 0.6;
 /// Currents beyond this are rarer than wrong compasses, m/s.
 const CURRENT_MAX: f64 = 2.0;
-/// A fix older than this says that the next one is overdue, s.
+/// A current that is less well known has not been seen, m/s: half of what is assumed before the first measurement.
+const CURRENT_SIGMA_MAX: f64 = 0.15;
+/// After this time the next fix is overdue, s.
 const FIX_AGE_MAX_S: f64 = 60.0;
 
-/// All checks, on what a bridge has seen so far.
-#[must_use]
-pub fn checks(bridge: &Bridge) -> Vec<Check> {
-    let mut checks = vec![
-        autopilot(bridge),
-        parameters(bridge),
-        position(bridge),
-        clock(bridge),
-    ];
-    checks.extend(fixes(bridge));
-    checks.extend([heading(bridge), current(bridge), wires(bridge), service(bridge)]);
-    checks
-}
+type Finding = (Verdict, String);
 
-fn check(name: &'static str, verdict: Verdict, detail: impl Into<String>) -> Check {
-    Check {
+/// All checks, on what a bridge has received so far, with fixes of `auvs`.
+#[must_use]
+pub fn checks(bridge: &Bridge, auvs: &[String]) -> Vec<Check> {
+    let mut findings = vec![
+        ("autopilot", autopilot(bridge)),
+        ("parameters", parameters(bridge)),
+        ("position", position(bridge)),
+        ("navigation", navigation(bridge)),
+        ("clocks", clocks(bridge)),
+    ];
+    findings.extend(fixes(bridge, auvs).into_iter().map(|finding| ("fixes", finding)));
+    findings.extend([
+        ("heading against course", heading(bridge)),
+        ("current", current(bridge)),
+        ("input", input(bridge)),
+        ("plans", plans(bridge)),
+    ]);
+    let check = |(name, (verdict, detail))| Check {
         name,
         verdict,
-        detail: detail.into(),
-    }
+        detail,
+    };
+    findings.into_iter().map(check).collect()
 }
 
-fn autopilot(bridge: &Bridge) -> Check {
-    const NAME: &str = "autopilot";
+fn passes(detail: impl Into<String>) -> Finding {
+    (Verdict::Passes, detail.into())
+}
+
+fn warns(detail: impl Into<String>) -> Finding {
+    (Verdict::Warns, detail.into())
+}
+
+fn fails(detail: impl Into<String>) -> Finding {
+    (Verdict::Fails, detail.into())
+}
+
+fn autopilot(bridge: &Bridge) -> Finding {
     let (heartbeat, age) = match bridge.control() {
         Control::Unreported => {
-            let detail = "this wire tells no mode: see yourself that the autopilot takes references, and how to take over";
-            return check(NAME, Verdict::Warns, detail);
+            return warns(
+                "this wire reports no mode: check yourself that the autopilot follows references, and how to take over",
+            );
         }
         Control::Reported(None) => {
-            let detail = "not heard: look at --connect, the baud rate and the cable";
-            return check(NAME, Verdict::Fails, detail);
+            return fails("no heartbeat: check --connect, the baud rate and the cable");
         }
         Control::Reported(Some(heard)) => heard,
     };
-    if age > 3.0 {
-        return check(NAME, Verdict::Fails, format!("silent for {age:.0} s"));
+    if age > HEARTBEAT_AGE_MAX_S {
+        return fails(format!("no heartbeat for {age:.0} s"));
     }
     let armed = if heartbeat.is_armed { "armed" } else { "not armed" };
     let seen = format!("{:?}, {}, {armed}", heartbeat.autopilot, heartbeat.mode_name());
-    if heartbeat.is_guided() && heartbeat.is_armed {
-        check(NAME, Verdict::Passes, seen)
-    } else {
-        let missing = if heartbeat.is_guided() {
-            Silence::NotArmed
-        } else {
-            Silence::NotGuided
-        };
-        check(NAME, Verdict::Warns, format!("{seen}: {missing}"))
+    match (heartbeat.is_guided(), heartbeat.is_armed) {
+        (true, true) => passes(seen),
+        (true, false) => warns(format!("{seen}: {}", Silence::NotArmed)),
+        (false, _) => warns(format!("{seen}: {}", Silence::NotGuided)),
     }
 }
 
-fn parameters(bridge: &Bridge) -> Check {
-    const NAME: &str = "parameters";
+fn parameters(bridge: &Bridge) -> Finding {
     if bridge.control() == Control::Unreported {
-        return check(
-            NAME,
-            Verdict::Warns,
-            "this wire tells none: say limits and craft in --setup",
-        );
+        return warns("this wire carries none: set limits and craft in --setup");
     }
     let contradictions = bridge.contradictions();
     if !contradictions.is_empty() {
-        let said: Vec<String> = contradictions.iter().map(ToString::to_string).collect();
-        return check(NAME, Verdict::Fails, said.join("; "));
+        return fails(joined(contradictions.iter().map(ToString::to_string)));
     }
-    let parameters = &bridge.seen().parameters;
-    match parameters.speed_max() {
-        Some(speed) => check(
-            NAME,
-            Verdict::Passes,
-            format!("references are clipped at {speed:.2} m/s (WP_SPEED)"),
-        ),
-        None => check(
-            NAME,
-            Verdict::Warns,
-            "WP_SPEED was not answered: set limits.speed_max_mps yourself",
-        ),
-    }
-}
-
-fn position(bridge: &Bridge) -> Check {
-    const NAME: &str = "position";
-    let seen = bridge.seen();
-    match seen.craft.newest() {
-        Some(_) if seen.position_known == Some(false) => check(
-            NAME,
-            Verdict::Fails,
-            "the autopilot does not trust its position: wait for GNSS and its filter",
-        ),
-        Some(state) => check(
-            NAME,
-            Verdict::Passes,
-            format!("{:.6}°, {:.6}°", state.position.lat_deg, state.position.lon_deg),
-        ),
-        None => check(
-            NAME,
-            Verdict::Fails,
-            "position, heading and velocity have not all been heard",
-        ),
+    let parameters = &bridge.telemetry().parameters;
+    let Some(speed) = parameters.speed_max() else {
+        return warns("no answer for WP_SPEED: set limits.speed_max_mps yourself");
+    };
+    let seen = format!("references are clipped at {speed:.2} m/s (WP_SPEED)");
+    let missing: Vec<&str> = parameters.missing().collect();
+    if missing.is_empty() {
+        passes(seen)
+    } else {
+        warns(format!(
+            "{seen}; no answer for {}: check them yourself",
+            missing.join(", ")
+        ))
     }
 }
 
-fn clock(bridge: &Bridge) -> Check {
-    const NAME: &str = "clocks";
-    match bridge.seen().clock_ahead_s {
-        Some(ahead) if ahead.abs() <= CLOCK_ERROR_MAX_S => check(
-            NAME,
-            Verdict::Passes,
-            format!("the autopilot's is {ahead:+.2} s ahead of this machine's"),
-        ),
-        Some(ahead) => check(
-            NAME,
-            Verdict::Fails,
-            format!(
-                "the autopilot's (GNSS) is {ahead:+.1} s ahead of this machine's: run chrony or ntpd here, or fixes are dated wrongly"
-            ),
-        ),
-        None => check(
-            NAME,
-            Verdict::Warns,
-            "the autopilot did not tell the time: it has no fix yet, or sends no SYSTEM_TIME",
-        ),
+fn position(bridge: &Bridge) -> Finding {
+    let telemetry = bridge.telemetry();
+    match telemetry.craft.newest() {
+        Some(_) if telemetry.position_known == Some(false) => {
+            fails("the autopilot does not trust its position: wait for GNSS and its filter")
+        }
+        Some(state) => passes(format!(
+            "{:.6}°, {:.6}°",
+            state.position.lat_deg, state.position.lon_deg
+        )),
+        None => match telemetry.craft.distrusted() {
+            Some(alarm) => fails(alarm.to_string()),
+            None => fails(joined(telemetry.craft.missing(bridge.now_s()).map(str::to_owned))),
+        },
     }
 }
 
-fn fixes(bridge: &Bridge) -> Vec<Check> {
-    const NAME: &str = "fixes";
+/// The doubts about position, velocity and heading; see `docs/at-sea.md#doubts`.
+fn navigation(bridge: &Bridge) -> Finding {
+    let telemetry = bridge.telemetry();
+    let seen = joined(telemetry.alarms_seen.iter().map(ToString::to_string));
+    if telemetry.alarms_seen.iter().any(|alarm| alarm.stops()) {
+        fails(seen)
+    } else if !seen.is_empty() {
+        warns(seen)
+    } else if telemetry.craft.newest().is_none() {
+        fails("no state of the craft")
+    } else {
+        passes("position, velocity and heading agree")
+    }
+}
+
+fn clocks(bridge: &Bridge) -> Finding {
+    match bridge.telemetry().clock_ahead_s {
+        Some(ahead) if ahead.abs() <= CLOCK_ERROR_MAX_S => passes(format!(
+            "the autopilot's is {ahead:+.2} s ahead of this machine's"
+        )),
+        Some(ahead) => fails(format!(
+            "the autopilot's (GNSS) is {ahead:+.1} s ahead of this machine's: run chrony or ntpd here, or fixes get wrong times"
+        )),
+        None => warns("the autopilot sends no time: it has no fix yet, or sends no SYSTEM_TIME"),
+    }
+}
+
+fn fixes(bridge: &Bridge, auvs: &[String]) -> Vec<Finding> {
+    let fixes = &bridge.telemetry().fixes;
     let now = bridge.now_s();
-    let heard = &bridge.seen().fixes;
-    if heard.is_empty() {
-        let detail = "none of any AUV: look at --auv and --modem, and ping one";
-        return vec![check(NAME, Verdict::Fails, detail)];
-    }
-    let one = |(auv, (fix, at, count)): (&String, &(crate::AuvFix, f64, u64))| {
+    let finding = |(auv, (fix, at, count)): (&String, &(crate::AuvFix, f64, u64))| {
         let age = now - at;
         let sigma = fix
             .sigma_m
             .map_or_else(String::new, |sigma| format!(", ±{sigma:.1} m"));
-        let verdict = if age <= FIX_AGE_MAX_S {
-            Verdict::Passes
+        let detail = format!("{auv}: {count}, the newest {age:.0} s ago{sigma}");
+        if age <= FIX_AGE_MAX_S {
+            passes(detail)
         } else {
-            Verdict::Fails
-        };
-        check(
-            NAME,
-            verdict,
-            format!("{auv}: {count}, the newest {age:.0} s ago{sigma}"),
-        )
+            fails(detail)
+        }
     };
-    heard.iter().map(one).collect()
+    let unheard = auvs.iter().filter(|auv| !fixes.contains_key(*auv));
+    let unheard = unheard.map(|auv| fails(format!("{auv}: none; check --auv and --modem, and ping it")));
+    let findings: Vec<Finding> = fixes.iter().map(finding).chain(unheard).collect();
+    if findings.is_empty() {
+        return vec![fails("none of any AUV: check --auv and --modem, and ping one")];
+    }
+    findings
 }
 
-fn heading(bridge: &Bridge) -> Check {
-    const NAME: &str = "heading against course";
-    let Some(state) = bridge.seen().craft.newest() else {
-        return check(NAME, Verdict::Warns, "no state of the craft");
+fn heading(bridge: &Bridge) -> Finding {
+    let Some(state) = bridge.telemetry().craft.newest() else {
+        return warns("no state of the craft");
     };
-    let Some(velocity) = state
-        .ground_velocity
-        .filter(|velocity| velocity.norm() >= SPEED_FOR_COURSE)
-    else {
-        let detail = format!(
-            "the craft is too slow to tell: drive straight ahead at {SPEED_FOR_COURSE} m/s or more, and look again"
-        );
-        return check(NAME, Verdict::Warns, detail);
+    let velocity = state.ground_velocity;
+    let Some(velocity) = velocity.filter(|velocity| velocity.norm() >= SPEED_FOR_COURSE) else {
+        return warns(format!(
+            "the craft is too slow: drive straight ahead at {SPEED_FOR_COURSE} m/s or more, and check again"
+        ));
     };
     let off = wrapped(velocity.y.atan2(velocity.x) - state.heading);
     let seen = format!("{:+.0}°", off.to_degrees());
     if off.abs() <= COURSE_ERROR_MAX {
-        check(NAME, Verdict::Passes, seen)
+        passes(seen)
     } else {
-        check(
-            NAME,
-            Verdict::Fails,
-            format!("{seen}: the compass is wrong, or turned in its mount, or the craft goes astern"),
-        )
+        fails(format!(
+            "{seen}: the compass is wrong or turned in its mount, or the craft goes astern"
+        ))
     }
 }
 
-fn current(bridge: &Bridge) -> Check {
-    const NAME: &str = "current";
-    let current: Vector2<f64> = bridge.seen().craft.current();
-    let seen = format!(
-        "{:.2} m/s to {:03.0}°",
-        current.norm(),
-        current.y.atan2(current.x).to_degrees().rem_euclid(360.0)
-    );
-    if current.norm() <= CURRENT_MAX {
-        check(
-            NAME,
-            Verdict::Passes,
-            format!("{seen}, as far as the craft's headings have shown it"),
-        )
+fn current(bridge: &Bridge) -> Finding {
+    let craft = &bridge.telemetry().craft;
+    if craft.newest().is_none() {
+        return warns("no state of the craft");
+    }
+    if craft.has_speed_log() {
+        return warns("not estimated beside a speed log: the planner takes it from your mission");
+    }
+    let estimate = craft.current();
+    let current = estimate.current();
+    let direction = current.y.atan2(current.x).to_degrees().rem_euclid(360.0);
+    let seen = format!("{:.2} m/s to {direction:03.0}°", current.norm());
+    if current.norm() > CURRENT_MAX {
+        fails(format!(
+            "{seen} is not plausible: check the compass and the speed log"
+        ))
+    } else if estimate.sigma() > CURRENT_SIGMA_MAX {
+        warns(format!(
+            "{seen} so far, ±{:.2} m/s along one axis: drive on two headings, and check again",
+            estimate.sigma()
+        ))
     } else {
-        check(
-            NAME,
-            Verdict::Fails,
-            format!("{seen} is more than a sea has: look at the compass and at the speed log"),
-        )
+        passes(seen)
     }
 }
 
-fn wires(bridge: &Bridge) -> Check {
-    const NAME: &str = "understood";
-    let said: Vec<String> = bridge
-        .refused()
-        .filter(|refused| refused.total() > 0)
-        .map(ToString::to_string)
+fn input(bridge: &Bridge) -> Finding {
+    let pieces = bridge.telemetry().pieces.iter();
+    let silent: Vec<String> = bridge
+        .wires()
+        .zip(pieces)
+        .filter(|(_, count)| **count == 0)
+        .map(|(wire, _)| wire)
         .collect();
-    if said.is_empty() {
-        check(NAME, Verdict::Passes, "all that the wires said")
+    if !silent.is_empty() {
+        return fails(format!("nothing from {}", silent.join(", ")));
+    }
+    let rejects = bridge.rejects().filter(|rejects| rejects.total() > 0);
+    let rejects = joined(rejects.map(ToString::to_string));
+    if rejects.is_empty() {
+        passes("nothing rejected")
     } else {
-        check(NAME, Verdict::Warns, format!("not this: {}", said.join("; ")))
+        warns(format!("rejected: {rejects}"))
     }
 }
 
-fn service(bridge: &Bridge) -> Check {
-    const NAME: &str = "plans";
+fn plans(bridge: &Bridge) -> Finding {
     let link = bridge.link();
     if let Some(trouble) = link.trouble {
-        return check(NAME, Verdict::Fails, format!("the service: {trouble}"));
+        return fails(format!("the service: {trouble}"));
     }
-    if let Some((count, why)) = link.refused {
-        return check(
-            NAME,
-            Verdict::Fails,
-            format!("{count} reports refused, the last one because {why}"),
-        );
+    if let Some((count, why)) = link.rejected {
+        return fails(format!("{count} reports rejected, the last one because {why}"));
     }
     let Some(plan) = link.plan else {
-        return check(
-            NAME,
-            Verdict::Fails,
-            "none yet: the mission has not heard of the craft and of every AUV of its goal",
-        );
+        return fails("none yet: the mission needs the craft and every AUV of its goal");
     };
     let seen = format!(
         "{}, {:.1} m from the goal, {}",
-        plan.method, plan.distance_m, plan.learnt
+        plan.method, plan.distance_m, plan.estimate
     );
     if plan.warnings.iter().any(|code| code == "craft_does_not_follow") {
-        check(
-            NAME,
-            Verdict::Fails,
-            format!("{seen}; the craft does not follow its references: identify it (docs/commissioning.md)"),
-        )
+        fails(format!(
+            "{seen}; the craft does not follow its references: identify it (docs/commissioning.md)"
+        ))
     } else if plan.warnings.is_empty() {
-        check(NAME, Verdict::Passes, seen)
+        passes(seen)
     } else {
-        check(
-            NAME,
-            Verdict::Warns,
-            format!("{seen}; {}", plan.warnings.join(", ")),
-        )
+        warns(format!("{seen}; {}", plan.warnings.join(", ")))
+    }
+}
+
+fn joined(texts: impl Iterator<Item = String>) -> String {
+    texts.collect::<Vec<_>>().join("; ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{autopilot_link::AutopilotSettings, follow::Settings, wire::Endpoint};
+
+    #[test]
+    fn what_has_not_been_seen_passes_no_check() {
+        let wire = || Endpoint::Udp("127.0.0.1:0".to_owned());
+        let settings = Settings {
+            nmea: vec![wire()],
+            ..Settings::default()
+        };
+        let autopilot = AutopilotSettings::Mavlink {
+            connect: wire(),
+            system: None,
+            auvs: [(2, "auv-1".to_owned())].into(),
+        };
+        let bridge = Bridge::open(autopilot, settings);
+        let checks = checks(&bridge, &["auv-1".to_owned()]);
+        for check in &checks {
+            assert_ne!(check.verdict, Verdict::Passes, "{check}");
+        }
+        let failed = |name: &str| {
+            checks
+                .iter()
+                .any(|check| check.name == name && check.verdict == Verdict::Fails)
+        };
+        for name in ["autopilot", "position", "navigation", "fixes", "input", "plans"] {
+            assert!(failed(name), "{name}");
+        }
     }
 }

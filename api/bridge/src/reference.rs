@@ -1,16 +1,14 @@
-//! What the craft is to do between two plans.
+//! The reference between two plans.
 
 use std::f64::consts::{PI, TAU};
 
 use geodesy::direction;
 use nalgebra::Vector2;
 
-use crate::Geographic;
-
-/// What an autopilot is sent.
+/// Speed and heading for the autopilot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reference {
-    /// Speed ahead, m/s, never negative, in the terms of the craft's speed loop.
+    /// Speed ahead, m/s, never negative, as the craft's speed loop measures it.
     pub speed: f64,
     /// Heading, rad, true, in [−π, π].
     pub heading: f64,
@@ -21,39 +19,34 @@ pub struct Reference {
 pub struct Stage {
     /// When, s.
     pub t_s: f64,
-    /// Where the craft is to be (north, east), m from the mission's origin.
-    pub position: Vector2<f64>,
-    /// Where that is on Earth, where the mission has an origin.
-    pub geographic: Option<Geographic>,
     /// The planned speed through the water and heading.
     pub reference: Reference,
 }
 
-/// A plan as the craft follows it. All times are of one clock.
+/// A plan as the craft follows it. All times are on one clock.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlannedReference {
-    /// When it was planned, s.
+    /// Time of the plan, s.
     pub planned_s: f64,
-    /// What the craft's loops are to be asked for then, in their own terms.
+    /// The plan's reference at that time.
     pub first: Reference,
-    /// The planned motion, in the order of its times.
+    /// The planned motion, in order of time.
     pub stages: Vec<Stage>,
-    /// How far the reference is ahead of the planned motion: lags of the craft's heading and speed loops, s.
+    /// How far references are ahead of the planned motion: lags of the craft's heading and speed loops, s.
     pub lags: [f64; 2],
-    /// Current (north, east), m/s, that a speed over ground has in it; zero for a craft that holds speed through the water.
+    /// Current (north, east), m/s, that a speed over ground contains; zero for a craft that holds speed through the water.
     pub current: Vector2<f64>,
-    /// Until when it may be followed, s.
+    /// End of validity, s.
     pub valid_until_s: f64,
 }
 
 impl PlannedReference {
-    /// The reference at `t_s`: the one of the plan, and what the planned motion changes from then on; none once the plan is too old.
+    /// The reference at `t_s`: the plan's own, plus what the planned motion changes from then on; none after the end of validity.
     ///
     /// ```text
     /// ψ_ref(t) = ψ_ref(t₀) + ψ(t + T_ψ) − ψ(t₀ + T_ψ)        u_ref(t) likewise with T_u, over ground with the current along the bow
     /// ```
-    /// The planner asks for what the loops need to be on the planned motion a lag later, so that the reference changes as the
-    /// motion does a lag later.
+    /// The planner asks for what the loops need in order to be on the planned motion one lag later.
     #[must_use]
     pub fn at(&self, t_s: f64) -> Option<Reference> {
         let is_valid = t_s <= self.valid_until_s;
@@ -74,18 +67,6 @@ impl PlannedReference {
             speed: (self.first.speed + faster + carried).max(0.0),
             heading,
         })
-    }
-
-    /// The same plan on a clock that is `by` s ahead.
-    #[must_use]
-    pub fn shifted(&self, by: f64) -> Self {
-        let mut shifted = self.clone();
-        shifted.planned_s += by;
-        shifted.valid_until_s += by;
-        for stage in &mut shifted.stages {
-            stage.t_s += by;
-        }
-        shifted
     }
 
     /// The planned speed through the water and heading, between the stages in proportion to the time.
@@ -133,8 +114,6 @@ mod tests {
             let heading = wrapped(3.0 + 0.1 * after);
             Stage {
                 t_s: 100.0 + after,
-                position: Vector2::zeros(),
-                geographic: None,
                 reference: Reference {
                     speed: 1.0 + 0.01 * after,
                     heading,

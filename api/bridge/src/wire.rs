@@ -1,4 +1,4 @@
-//! Sockets and serial ports: bytes in as they come, bytes out while the wire is open. No other module has either.
+//! Sockets and serial ports: bytes in as they arrive, bytes out while the wire is open.
 
 use std::{
     fmt,
@@ -12,14 +12,14 @@ use std::{
 
 use serial2::SerialPort;
 
-/// Where a wire leads.
+/// Address of a wire.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Endpoint {
-    /// `udp:HOST:PORT`: listens there, and answers the last sender.
+    /// `udp:HOST:PORT`: listens, and answers the last sender.
     Udp(String),
-    /// `udpout:HOST:PORT`: sends there.
+    /// `udpout:HOST:PORT`: sends.
     UdpOut(String),
-    /// `tcp:HOST:PORT`: connects, again and again.
+    /// `tcp:HOST:PORT`: connects, and reconnects.
     Tcp(String),
     /// `serial:DEVICE:BAUD`.
     Serial {
@@ -30,24 +30,24 @@ pub enum Endpoint {
     },
 }
 
-/// A text that names no endpoint.
+/// A text that is not an endpoint.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{0:?} is no wire: write udp:HOST:PORT to listen, udpout:HOST:PORT, tcp:HOST:PORT or serial:DEVICE:BAUD"
+    "{0:?} is not a wire: write udp:HOST:PORT to listen, udpout:HOST:PORT, tcp:HOST:PORT or serial:DEVICE:BAUD"
 )]
-pub struct NoEndpoint(String);
+pub struct InvalidEndpoint(String);
 
 impl FromStr for Endpoint {
-    type Err = NoEndpoint;
+    type Err = InvalidEndpoint;
 
-    fn from_str(text: &str) -> Result<Self, NoEndpoint> {
-        let no_endpoint = || NoEndpoint(text.to_owned());
-        let (kind, rest) = text.split_once(':').ok_or_else(no_endpoint)?;
-        let (name, number) = rest.rsplit_once(':').ok_or_else(no_endpoint)?;
-        let number: u32 = number.parse().map_err(|_| no_endpoint())?;
+    fn from_str(text: &str) -> Result<Self, InvalidEndpoint> {
+        let invalid = || InvalidEndpoint(text.to_owned());
+        let (kind, rest) = text.split_once(':').ok_or_else(invalid)?;
+        let (name, number) = rest.rsplit_once(':').ok_or_else(invalid)?;
+        let number: u32 = number.parse().map_err(|_| invalid())?;
         let address = || match u16::try_from(number) {
             Ok(_) if !name.is_empty() => Ok(rest.to_owned()),
-            _ => Err(no_endpoint()),
+            _ => Err(invalid()),
         };
         match kind {
             "udp" => address().map(Self::Udp),
@@ -57,7 +57,7 @@ impl FromStr for Endpoint {
                 device: name.to_owned(),
                 baud: number,
             }),
-            _ => Err(no_endpoint()),
+            _ => Err(invalid()),
         }
     }
 }
@@ -73,38 +73,38 @@ impl fmt::Display for Endpoint {
     }
 }
 
-/// Bytes that came, from which wire, and when.
+/// Bytes from a wire.
 #[derive(Clone, Debug)]
 pub struct Received {
-    /// The wire, by the number that it was opened with.
+    /// Number of the wire.
     pub wire: usize,
     /// The bytes.
     pub bytes: Vec<u8>,
-    /// Whether they are a datagram, and not a piece of a stream.
+    /// Whether they are a datagram, not a piece of a stream.
     pub is_datagram: bool,
-    /// When.
+    /// Time of arrival.
     pub at: Instant,
 }
 
-/// One wire, kept open by a thread of its own.
+/// A wire that a thread keeps open.
 #[derive(Debug)]
 pub struct Wire {
     line: Arc<Mutex<Option<Line>>>,
 }
 
-/// Between two attempts at opening.
+/// Between two attempts to open.
 const RETRY: Duration = Duration::from_secs(1);
-/// How long a read waits, so that a line that was closed elsewhere is noticed.
+/// How long a read waits: then a closed line is noticed.
 const READ_TIMEOUT: Duration = Duration::from_millis(500);
-/// A craft is steered ten times a second: what cannot be written by then is old.
+/// References come ten times a second: a write that takes longer is out of date.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(100);
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
 /// A datagram, or what came since the last read.
 const READ_BYTES: usize = 4096;
 
 impl Wire {
-    /// Opens `endpoint` as wire number `wire`, now and whenever it breaks; what comes goes to `received`, until that is closed. A reader that is
-    /// behind by the channel's length is waited for.
+    /// Opens `endpoint` as wire number `wire`, now and whenever it breaks. Bytes go to `received` until that is closed; the wire waits while
+    /// the channel is full.
     #[must_use]
     pub fn open(endpoint: Endpoint, wire: usize, received: SyncSender<Received>) -> Self {
         let line = Arc::new(Mutex::new(None));
@@ -113,7 +113,7 @@ impl Wire {
         Self { line }
     }
 
-    /// Writes, if the wire is open; a failure is logged, as the next message follows soon.
+    /// Writes, if the wire is open. A failure is only logged: the next message follows soon.
     pub fn send(&self, bytes: &[u8]) {
         let mut line = self.line.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(open) = line.as_mut()
@@ -138,13 +138,13 @@ fn keep_open(endpoint: &Endpoint, wire: usize, kept: &Mutex<Option<Line>>, recei
                 let broken = read(again, wire, kept, received);
                 keep(None);
                 match broken {
-                    Some(error) => tracing::warn!(%endpoint, %error, "broken; it is opened again"),
+                    Some(error) => tracing::warn!(%endpoint, %error, "connection lost: it is opened again"),
                     None => return,
                 }
             }
             Err(error) if was_open => {
                 was_open = false;
-                tracing::warn!(%endpoint, %error, "does not open; it is tried again every second");
+                tracing::warn!(%endpoint, %error, "cannot be opened: tried again every second");
             }
             Err(_) => {}
         }
@@ -152,7 +152,7 @@ fn keep_open(endpoint: &Endpoint, wire: usize, kept: &Mutex<Option<Line>>, recei
     }
 }
 
-/// Hands on what comes, until the wire breaks, for which it answers the reason, or its reader is gone.
+/// Forwards bytes until the wire breaks (then it returns the reason) or the receiver is gone.
 fn read(
     mut line: Line,
     wire: usize,
@@ -182,7 +182,7 @@ fn read(
     }
 }
 
-/// Nothing came in time, or a datagram had no listener.
+/// Nothing arrived in time, or a datagram had no listener.
 fn is_pause(error: &io::Error) -> bool {
     matches!(
         error.kind(),
@@ -242,7 +242,7 @@ impl Line {
         })
     }
 
-    /// Reads; of a datagram, its sender becomes the peer in `kept`.
+    /// Reads; the sender of a datagram becomes the peer in `kept`.
     fn read(&mut self, into: &mut [u8], kept: &Mutex<Option<Self>>) -> io::Result<usize> {
         match self {
             Self::Udp { socket, peer } => {
@@ -251,7 +251,7 @@ impl Line {
                     *peer = Some(sender);
                     *kept.lock().unwrap_or_else(PoisonError::into_inner) = Some(self.clone());
                 }
-                // An empty datagram is no end.
+                // An empty datagram is not the end of a stream.
                 if count == 0 {
                     return Err(io::ErrorKind::Interrupted.into());
                 }
@@ -289,7 +289,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn endpoints_are_read_and_others_refused_with_what_to_write() {
+    fn endpoints_are_read_and_other_texts_rejected_with_the_syntax() {
         for text in [
             "udp:0.0.0.0:14550",
             "udpout:localhost:14551",
@@ -308,8 +308,8 @@ mod tests {
             "serial:/dev/ttyUSB0:0",
             "i2c:a:1",
         ] {
-            let refused = text.parse::<Endpoint>().expect_err("no endpoint");
-            assert!(refused.to_string().contains("tcp:HOST:PORT"), "{refused}");
+            let error = text.parse::<Endpoint>().expect_err("no endpoint");
+            assert!(error.to_string().contains("tcp:HOST:PORT"), "{error}");
         }
     }
 

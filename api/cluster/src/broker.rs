@@ -1,4 +1,4 @@
-//! The connection to the broker, and the names of what is kept there.
+//! The connection to the broker, and the names of what is stored there.
 
 use std::{
     error::Error as _,
@@ -25,90 +25,70 @@ use tokio::{
     time::{sleep, timeout},
 };
 
-use super::worker::WorkerEvent;
+use super::event::WorkerEvent;
 
-/// The stream of all work.
+/// The stream of work.
 pub(crate) const STREAM: &str = "PILOTFISH_WORK";
-/// Subjects of work begin so; then come versions and the campaign.
+/// Prefix of the subjects of work; version and campaign follow.
 const SUBJECT: &str = "pilotfish.work";
-/// Buckets of campaigns begin so.
+/// Prefix of the campaigns' buckets.
 const BUCKET: &str = "pilotfish-";
-/// Two sendings of one piece of work within this are one: longer than any worker takes from storing gains to sending chunks.
+/// The broker drops a second copy of a piece of work within this: longer than a worker takes from storing gains to sending chunks.
 const DUPLICATE_WINDOW: Duration = Duration::from_mins(10);
-/// A request that has no answer by then failed.
+/// Timeout of a request.
 const REQUEST_TIMEOUT: Duration = Duration::from_secs(10);
-/// Nothing that is read takes so long: it was overwritten meanwhile, or its broker died, and it has to be asked for again.
+/// Timeout of a read: the object was overwritten meanwhile, or its broker died, and the read must be repeated.
 const READ_TIMEOUT: Duration = Duration::from_secs(30);
-/// Copies that are not there after so many pauses are not waited for.
+/// How many pauses to wait for copies.
 const SPREAD_LOOKS: usize = 30;
-/// Between two attempts to speak to a broker that does not answer.
+/// Time between two attempts to reach a broker.
 pub(crate) const PAUSE: Duration = Duration::from_secs(1);
-/// Letters of a digest that name a campaign.
+/// Letters of the digest in a campaign's id.
 const DIGEST_LETTERS: usize = 12;
 
 /// The manifest's object.
 pub(crate) const MANIFEST: &str = "manifest";
-/// Objects about work that was given up begin so.
+/// Prefix of objects about work that was given up.
 pub(crate) const PARKED: &str = "parked/";
 
-/// How to reach a broker, and who one is.
+/// Address and credentials of a broker.
 #[derive(Clone, Debug, Default)]
 pub struct Access {
-    /// Addresses, with commas between them: `nats://host:4222`, `tls://user:password@host`.
+    /// Addresses, separated by commas: `nats://host:4222`, `tls://user:password@host`.
     pub url: String,
-    /// Credentials file (`.creds`), if the broker wants one.
+    /// Credentials file (`.creds`), if the broker needs one.
     pub credentials: Option<PathBuf>,
     /// Certificates of the authority that signed the broker's, PEM; the system's if left out.
     pub authority: Option<PathBuf>,
-    /// Certificate and key of this client, PEM, if the broker wants them.
+    /// Certificate and key of this client, PEM, if the broker needs them.
     pub certificate: Option<(PathBuf, PathBuf)>,
 }
 
-/// Why something could not be done on a cluster.
+/// Why an operation on the cluster failed.
 #[derive(Debug, thiserror::Error)]
 pub enum ClusterError {
-    /// There is no connection to the broker.
-    #[error("cannot connect to {url}: {advice}")]
-    NoConnection {
-        /// The addresses, without passwords.
-        url: String,
-        /// What may help.
-        advice: &'static str,
-        /// What happened.
-        source: ConnectError,
-    },
-    /// The broker cannot be reached any more, or refuses.
+    /// There is no connection to the broker: its addresses without passwords, and advice.
+    #[error("cannot connect to {0}: {1}")]
+    NoConnection(String, &'static str, #[source] ConnectError),
+    /// The broker does not answer, or refuses.
     #[error("cannot {0}")]
     Broker(String, #[source] async_nats::Error),
-    /// A file of the access cannot be read.
+    /// A file with credentials or certificates cannot be read.
     #[error("cannot read {0}")]
     File(String, #[source] std::io::Error),
     /// There is no such campaign.
     #[error("there is no campaign {0:?} on this broker")]
     NoCampaign(String),
-    /// Another program's campaign.
-    #[error(
-        "campaign {id} is of program {theirs} (rows {their_rows}), and this is {ours} (rows {our_rows}): use that version"
-    )]
-    OtherVersion {
-        /// The campaign.
-        id: String,
-        /// The version that it was submitted with.
-        theirs: String,
-        /// Version of the rows there.
-        their_rows: String,
-        /// This version.
-        ours: String,
-        /// Version of the rows here.
-        our_rows: String,
-    },
-    /// The same version number, and another program.
-    #[error("campaign {0} is of another build of this version: its scenarios give other worlds here")]
+    /// The campaign is of another version.
+    #[error("{0}")]
+    OtherVersion(String),
+    /// The campaign is of another build of this version.
+    #[error("campaign {0} is of another build of this version: its scenarios differ here")]
     OtherBuild(String),
     /// The campaign's file is wrong.
     #[error(transparent)]
     Campaign(#[from] CampaignError),
-    /// The campaign's directory is of no use.
+    /// The campaign's directory cannot be used.
     #[error(transparent)]
     Directory(#[from] DirectoryError),
     /// A piece of work cannot be done.
@@ -117,14 +97,9 @@ pub enum ClusterError {
     /// Work was given up.
     #[error("{} pieces of work were given up: {}", .0.len(), .0.join("; "))]
     Parked(Vec<String>),
-    /// Not all is done.
-    #[error("{done} of {of} chunks are done: wait for the workers (campaign watch)")]
-    Unfinished {
-        /// Chunks that are done.
-        done: usize,
-        /// All chunks.
-        of: usize,
-    },
+    /// Work is left: the number of chunks that are done, and of all.
+    #[error("{0} of {1} chunks are done: wait for the workers (campaign watch)")]
+    Unfinished(usize, usize),
 }
 
 /// A broker with JetStream.
@@ -133,12 +108,12 @@ pub struct Broker {
     pub(crate) jetstream: Context,
 }
 
-/// What stands in a message of work.
+/// A message with a piece of work.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Order {
+pub(crate) struct WorkMessage {
     /// The campaign.
     pub(crate) campaign: String,
-    /// What is to be done.
+    /// The work.
     pub(crate) work: lab::campaign::Work,
 }
 
@@ -147,7 +122,7 @@ pub(crate) fn failed<E: Into<async_nats::Error>>(what: impl Into<String>) -> imp
     move |error| ClusterError::Broker(what, error.into())
 }
 
-/// What a campaign is called on a broker.
+/// The id of a campaign on a broker.
 #[must_use]
 pub fn id_of(manifest: &Manifest) -> String {
     format!(
@@ -157,7 +132,7 @@ pub fn id_of(manifest: &Manifest) -> String {
     )
 }
 
-/// A version as a part of a subject, in which a dot means something.
+/// A version as a token of a subject, which has no dots.
 pub(crate) fn as_token(program: &str, rows: &str) -> String {
     format!("{}_{rows}", program.replace('.', "-"))
 }
@@ -182,7 +157,7 @@ pub(crate) fn version_in(subject: &str) -> Option<&str> {
 }
 
 impl Broker {
-    /// Connects. A connection that breaks later is made again by itself, for as long as it takes.
+    /// Connects. A connection that breaks later is restored automatically.
     pub async fn connect(access: &Access, name: &str) -> Result<Self, ClusterError> {
         let mut options = ConnectOptions::new()
             .name(name)
@@ -193,7 +168,7 @@ impl Broker {
         }
         let (certificate, key) = access.certificate.clone().unzip();
         for file in [&access.authority, &certificate, &key].into_iter().flatten() {
-            // The client says that a file is not there, and not which.
+            // The client's error does not name the missing file.
             let unreadable = |error| ClusterError::File(file.display().to_string(), error);
             tokio::fs::read(file).await.map_err(unreadable)?;
         }
@@ -203,7 +178,7 @@ impl Broker {
         if let Some((certificate, key)) = &access.certificate {
             options = options.add_client_certificate(certificate.clone(), key.clone());
         }
-        // The client takes no user from an address by itself.
+        // The client does not read the user from an address.
         options = match user_in(&access.url) {
             Some((user, Some(password))) => options.user_and_password(user, password),
             Some((token, None)) => options.token(token),
@@ -212,11 +187,8 @@ impl Broker {
         let url = without_secrets(&access.url);
         let addresses: Vec<&str> = url.split(',').collect();
         let client = options.connect(addresses).await;
-        let client = client.map_err(|source| ClusterError::NoConnection {
-            advice: advice(&source),
-            url: url.clone(),
-            source,
-        })?;
+        let client =
+            client.map_err(|error| ClusterError::NoConnection(url.clone(), advice(&error), error))?;
         Ok(Self {
             jetstream: jetstream::ContextBuilder::new()
                 .timeout(REQUEST_TIMEOUT)
@@ -224,22 +196,17 @@ impl Broker {
         })
     }
 
-    /// Connects as soon as there is a broker, and says meanwhile why it does not. What waiting does not mend, such as a wrong password,
-    /// ends it.
-    pub async fn awaited(
+    /// Connects as soon as the broker answers, and reports failed attempts. Errors that waiting does not mend, such as a wrong
+    /// password, are returned.
+    pub async fn connect_when_ready(
         access: &Access,
         name: &str,
-        tell: &(dyn Fn(WorkerEvent) + Sync),
+        notify: &(dyn Fn(WorkerEvent) + Sync),
     ) -> Result<Self, ClusterError> {
         loop {
             match Self::connect(access, name).await {
-                Err(
-                    error @ ClusterError::NoConnection {
-                        advice: IS_IT_THERE | HUNG_UP,
-                        ..
-                    },
-                ) => {
-                    tell(WorkerEvent::Trouble(error.to_string()));
+                Err(error @ ClusterError::NoConnection(_, IS_IT_THERE | HUNG_UP, _)) => {
+                    notify(WorkerEvent::Trouble(error.to_string()));
                     sleep(PAUSE).await;
                 }
                 outcome => return outcome,
@@ -247,7 +214,7 @@ impl Broker {
         }
     }
 
-    /// The stream of work; made if it is not there, on so many servers, and spread to so many if it is on fewer.
+    /// The stream of work on `replicas` servers; created if missing, and copied if it is on fewer.
     pub(crate) async fn stream(&self, replicas: usize) -> Result<stream::Stream, ClusterError> {
         let config = stream::Config {
             name: STREAM.to_owned(),
@@ -263,12 +230,12 @@ impl Broker {
             .get_or_create_stream(config)
             .await
             .map_err(failed("make the stream of work"))?;
-        self.spread(stream.cached_info(), replicas).await?;
+        self.replicate(stream.cached_info(), replicas).await?;
         Ok(stream)
     }
 
-    /// Copies a stream to so many servers if it is on fewer: a worker may have made it before anything was submitted.
-    async fn spread(&self, info: &stream::Info, replicas: usize) -> Result<(), ClusterError> {
+    /// Copies a stream to `replicas` servers if it is on fewer: a worker may have created it before the first submission.
+    async fn replicate(&self, info: &stream::Info, replicas: usize) -> Result<(), ClusterError> {
         if replicas <= info.config.num_replicas {
             return Ok(());
         }
@@ -280,7 +247,7 @@ impl Broker {
         };
         let spread = self.jetstream.update_stream(config).await;
         spread.map_err(failed(what.clone()))?;
-        // Until the servers agree on a leader, nothing that is sent is kept.
+        // Messages are lost until the servers agree on a leader.
         for _ in 0..SPREAD_LOOKS {
             sleep(PAUSE).await;
             let stream = self.jetstream.get_stream(name).await;
@@ -294,11 +261,11 @@ impl Broker {
                 return Ok(());
             }
         }
-        let late = std::io::Error::other("the copies are not there yet: submit again");
+        let late = std::io::Error::other("the copies are not complete yet: submit again");
         Err(failed(what)(late))
     }
 
-    /// The bucket of a campaign; made if it is not there, and spread to so many servers if it is on fewer.
+    /// The bucket of a campaign on `replicas` servers; created if missing, and copied if it is on fewer.
     pub(crate) async fn new_bucket(
         &self,
         campaign: &str,
@@ -308,7 +275,7 @@ impl Broker {
             Ok(bucket) => {
                 let stream = self.jetstream.get_stream(format!("OBJ_{BUCKET}{campaign}")).await;
                 let stream = stream.map_err(failed("look for the campaign"))?;
-                self.spread(stream.cached_info(), replicas).await?;
+                self.replicate(stream.cached_info(), replicas).await?;
                 return Ok(bucket);
             }
             Err(ClusterError::NoCampaign(_)) => {}
@@ -348,13 +315,11 @@ impl Broker {
             serde_json::from_slice(&bytes).map_err(|_| ClusterError::NoCampaign(id.to_owned()))?;
         let (ours, our_rows) = (env!("CARGO_PKG_VERSION"), SCHEMA_VERSION);
         if (ours, our_rows) != (&manifest.program, &manifest.schema_version) {
-            return Err(ClusterError::OtherVersion {
-                id: id.to_owned(),
-                theirs: manifest.program,
-                their_rows: manifest.schema_version,
-                ours: ours.to_owned(),
-                our_rows: our_rows.to_owned(),
-            });
+            let (theirs, their_rows) = (manifest.program, manifest.schema_version);
+            return Err(ClusterError::OtherVersion(format!(
+                "campaign {id} is of version {theirs} (rows {their_rows}), \
+                 this program is version {ours} (rows {our_rows}): use that version"
+            )));
         }
         let campaign = manifest.campaign(id)?;
         if Manifest::of(&campaign, manifest.shard).digest != manifest.digest {
@@ -364,7 +329,7 @@ impl Broker {
     }
 }
 
-/// Whether the broker said that there is no such bucket, rather than nothing.
+/// Whether the broker answered that there is no such bucket.
 fn is_missing(error: &ObjectStoreError) -> bool {
     let cause = error
         .source()
@@ -374,7 +339,7 @@ fn is_missing(error: &ObjectStoreError) -> bool {
     })
 }
 
-/// An object's bytes; none where it is not there.
+/// The bytes of an object; none if it does not exist.
 pub(crate) async fn fetch(bucket: &ObjectStore, name: &str) -> Result<Option<Vec<u8>>, ClusterError> {
     let what = format!("fetch {name}");
     timeout(READ_TIMEOUT, fetch_unhurried(bucket, name))
@@ -396,7 +361,7 @@ async fn fetch_unhurried(bucket: &ObjectStore, name: &str) -> Result<Option<Vec<
     Ok(Some(bytes))
 }
 
-/// Stores an object. It is on the broker's disk, or on those of most of its servers, when this comes back.
+/// Stores an object. When this returns, it is on the broker's disk, or on a majority of its servers.
 pub(crate) async fn store(bucket: &ObjectStore, name: &str, bytes: &[u8]) -> Result<(), ClusterError> {
     bucket
         .put(name, &mut Cursor::new(bytes))
@@ -405,8 +370,8 @@ pub(crate) async fn store(bucket: &ObjectStore, name: &str, bytes: &[u8]) -> Res
     Ok(())
 }
 
-/// Names of the objects of a bucket. One of the broker's servers answers, which may be behind the others: all that was stored before
-/// any of them is among them, and what was stored after may not be.
+/// Names of the objects of a bucket. The answering server may be behind the others: the list is complete up to some moment, and may
+/// lack later objects.
 pub(crate) async fn names(bucket: &ObjectStore) -> Result<Vec<String>, ClusterError> {
     timeout(READ_TIMEOUT, names_unhurried(bucket))
         .await
@@ -422,26 +387,25 @@ async fn names_unhurried(bucket: &ObjectStore) -> Result<Vec<String>, ClusterErr
     Ok(names)
 }
 
-/// Advice about a broker that does not answer, and may do so later.
-const IS_IT_THERE: &str = "is a nats-server there, and the address right?";
+/// Advice about a broker that does not answer yet.
+const IS_IT_THERE: &str = "is a nats-server running, and is the address right?";
 
-/// Advice about a broker that ends the conversation, as one does that is just being ended.
-const HUNG_UP: &str =
-    "it hung up: does it want TLS (tls://), or a certificate of this client (--nats-cert, --nats-key)?";
+/// Advice about a broker that closes the connection, as it also does when it stops.
+const HUNG_UP: &str = "the broker closed the connection: does it need TLS (tls://), or a client certificate (--nats-cert, --nats-key)?";
 
-/// What to do about a connection that did not come about.
+/// Advice about a failed connection.
 fn advice(error: &ConnectError) -> &'static str {
-    // The client has no kinds for these.
+    // The client has no error kinds for these.
     let words = error.to_string();
     let by_words = [
         (
             "UnknownIssuer",
-            "name the authority that signed its certificate (--nats-ca)",
+            "give the authority that signed its certificate (--nats-ca)",
         ),
         // An authority of the same name, and another key.
         (
             "BadSignature",
-            "name the authority that signed its certificate (--nats-ca)",
+            "give the authority that signed its certificate (--nats-ca)",
         ),
         (
             "Expired",
@@ -449,15 +413,15 @@ fn advice(error: &ConnectError) -> &'static str {
         ),
         (
             "CertificateRequired",
-            "it wants a certificate of this client (--nats-cert, --nats-key)",
+            "it needs a client certificate (--nats-cert, --nats-key)",
         ),
         (
             "NotValidForName",
-            "its certificate is for another name: use that one in the address",
+            "its certificate is for another name: use that name in the address",
         ),
         (
             "InvalidContentType",
-            "it speaks no TLS: nats:// instead of tls://",
+            "it has no TLS: use nats:// instead of tls://",
         ),
     ];
     if let Some((_, advice)) = by_words.iter().find(|(word, _)| words.contains(word)) {
@@ -465,12 +429,12 @@ fn advice(error: &ConnectError) -> &'static str {
     }
     match error.kind() {
         ConnectErrorKind::Authentication | ConnectErrorKind::AuthorizationViolation => {
-            "it does not know who this is: nats://user:password@host, with % before what is special (%40 is @), or --nats-creds, \
-             or it was withdrawn"
+            "it rejects the login: give nats://user:password@host, with special characters as %40 for @, or --nats-creds; \
+             or the login was revoked"
         }
-        ConnectErrorKind::ServerParse => "addresses are such as nats://host:4222, with commas between them",
+        ConnectErrorKind::ServerParse => "write addresses as nats://host:4222, separated by commas",
         ConnectErrorKind::Tls => {
-            "look at the files of --nats-ca, --nats-cert and --nats-key: certificates and a key, PEM"
+            "check the files of --nats-ca, --nats-cert and --nats-key: certificates and a key, PEM"
         }
         ConnectErrorKind::Dns | ConnectErrorKind::TimedOut | ConnectErrorKind::MaxReconnects => IS_IT_THERE,
         ConnectErrorKind::Io => {
@@ -481,14 +445,14 @@ fn advice(error: &ConnectError) -> &'static str {
                 Some(
                     ErrorKind::ConnectionRefused | ErrorKind::HostUnreachable | ErrorKind::NetworkUnreachable,
                 ) => IS_IT_THERE,
-                // Its reason may be lost on the way.
+                // The broker's reason may be lost.
                 _ => HUNG_UP,
             }
         }
     }
 }
 
-/// Who an address says that this is: a user and a password, or a token. One for all addresses, the first.
+/// The login in an address: a user and a password, or a token. The first one counts for all addresses.
 fn user_in(url: &str) -> Option<(String, Option<String>)> {
     let words = |text: &str| percent_decode_str(text).decode_utf8_lossy().into_owned();
     url.split(',').find_map(|address| {
@@ -501,7 +465,7 @@ fn user_in(url: &str) -> Option<(String, Option<String>)> {
     })
 }
 
-/// An address as it may be shown.
+/// An address without user and password.
 fn without_secrets(url: &str) -> String {
     let shown = |address: &str| match (address.split_once("://"), address.rsplit_once('@')) {
         (Some((scheme, _)), Some((_, host))) => format!("{scheme}://{host}"),

@@ -1,47 +1,47 @@
-//! How far a campaign is, and its rows once they are there.
+//! Progress of a campaign, and its rows when it is over.
 
 use std::path::Path;
 
-use lab::campaign::{Campaign, Directory, Manifest, Progress, Work, rows::Rows};
+use lab::campaign::{Campaign, Directory, Manifest, Work, rows::Rows};
 
 use super::broker::{Broker, ClusterError, PARKED, fetch, names};
 
-/// How far a campaign is.
+/// Progress of a campaign.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Standing {
-    /// Laws whose gains are found, and all whose are to be.
+pub struct Progress {
+    /// Tuned laws, and all laws to tune.
     pub tuned: (usize, usize),
-    /// Chunks that are done, and all.
+    /// Finished chunks, and all chunks.
     pub chunks: (usize, usize),
-    /// Work that was given up: what, and why.
+    /// Work that was given up, with the reason.
     pub parked: Vec<String>,
-    /// Chunks that will not be done: given up themselves, or gains of their arena were.
+    /// Chunks that cannot be done: they, or gains of their case, were given up.
     pub blocked: usize,
 }
 
-impl Standing {
-    /// Whether there is nothing left to be done.
+impl Progress {
+    /// Whether no work is left.
     #[must_use]
     pub fn is_over(&self) -> bool {
         self.chunks.1 <= self.chunks.0 + self.blocked
     }
 }
 
-/// Everything that is to be done of a campaign.
+/// All work of a campaign: gains, chunks.
 fn all_work(campaign: &Campaign) -> (Vec<Work>, Vec<Work>) {
-    let arenas = 0..campaign.arenas.len();
-    let gains = arenas
+    let cases = 0..campaign.cases.len();
+    let gains = cases
         .clone()
-        .flat_map(|arena| Work::before(campaign, arena))
+        .flat_map(|case| Work::before(campaign, case))
         .collect();
     (
         gains,
-        arenas.flat_map(|arena| Work::chunks(campaign, arena)).collect(),
+        cases.flat_map(|case| Work::chunks(campaign, case)).collect(),
     )
 }
 
-/// How far the campaign of that name is.
-pub async fn standing(broker: &Broker, id: &str) -> Result<Standing, ClusterError> {
+/// Progress of the campaign with that id.
+pub async fn progress(broker: &Broker, id: &str) -> Result<Progress, ClusterError> {
     let (_, campaign) = broker.campaign(id).await?;
     let bucket = broker.bucket(id).await?;
     let there = names(&bucket).await?;
@@ -55,7 +55,7 @@ pub async fn standing(broker: &Broker, id: &str) -> Result<Standing, ClusterErro
     let (mut parked, mut given_up) = (vec![], vec![]);
     for name in there.iter().filter(|name| name.starts_with(PARKED)) {
         let what = name.trim_start_matches(PARKED);
-        // One that was given up and done all the same is done.
+        // Work that was given up but done later is done.
         if there.iter().any(|other| other == what) {
             continue;
         }
@@ -65,8 +65,8 @@ pub async fn standing(broker: &Broker, id: &str) -> Result<Standing, ClusterErro
     }
     let is_given_up = |work: &Work| given_up.iter().any(|name| *name == work.name());
     let is_blocked = |chunk: &&Work| {
-        let arena = chunk.arena(&campaign);
-        let before = arena.map_or_else(Vec::new, |arena| Work::before(&campaign, arena));
+        let case = chunk.case(&campaign);
+        let before = case.map_or_else(Vec::new, |case| Work::before(&campaign, case));
         !there.contains(&chunk.name()) && (is_given_up(chunk) || before.iter().any(is_given_up))
     };
     let blocked = if given_up.is_empty() {
@@ -74,7 +74,7 @@ pub async fn standing(broker: &Broker, id: &str) -> Result<Standing, ClusterErro
     } else {
         chunks.iter().filter(is_blocked).count()
     };
-    Ok(Standing {
+    Ok(Progress {
         tuned: done(&gains),
         chunks: done(&chunks),
         parked,
@@ -82,33 +82,28 @@ pub async fn standing(broker: &Broker, id: &str) -> Result<Standing, ClusterErro
     })
 }
 
-/// Puts the rows of a campaign into the directory at `path`. Equal campaigns give equal files each time.
+/// Collects the rows of a campaign into the directory at `path`. Equal campaigns give equal files.
 pub async fn collect(broker: &Broker, id: &str, path: &Path) -> Result<(Directory, Rows), ClusterError> {
     let (manifest, campaign): (Manifest, Campaign) = broker.campaign(id).await?;
-    let standing = standing(broker, id).await?;
-    if !standing.parked.is_empty() {
-        return Err(ClusterError::Parked(standing.parked));
+    let progress = progress(broker, id).await?;
+    if !progress.parked.is_empty() {
+        return Err(ClusterError::Parked(progress.parked));
     }
-    let (done, of) = standing.chunks;
+    let (done, of) = progress.chunks;
     if done < of {
-        return Err(ClusterError::Unfinished { done, of });
+        return Err(ClusterError::Unfinished(done, of));
     }
     let bucket = broker.bucket(id).await?;
     let directory = Directory::create(path, manifest)?;
-    if !directory.is_collected() {
+    if !directory.is_collected()? {
         let (gains, chunks) = all_work(&campaign);
         for work in gains.into_iter().chain(chunks) {
-            let missing = || ClusterError::Unfinished { done: of - 1, of };
+            let missing = || ClusterError::Unfinished(of - 1, of);
             let bytes = fetch(&bucket, &work.name()).await?.ok_or_else(missing)?;
-            directory.keep_work(work, &bytes)?;
+            directory.store_work(work, &bytes)?;
         }
     }
-    // Nothing is left to be flown: this puts together what is there.
-    let rows = lab::campaign::run(
-        &campaign,
-        &directory,
-        std::num::NonZeroUsize::MIN,
-        &mut |_: Progress| {},
-    )?;
+    // Nothing is left to fly: this only joins the chunks.
+    let rows = lab::campaign::run(&campaign, &directory, std::num::NonZeroUsize::MIN, &mut |_| {})?;
     Ok((directory, rows))
 }

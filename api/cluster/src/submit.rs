@@ -4,22 +4,22 @@ use bytes::Bytes;
 use lab::campaign::{Campaign, Manifest, Shard, Work};
 
 use super::broker::{
-    Broker, ClusterError, MANIFEST, Order, PARKED, as_token, failed, id_of, names, store, subject,
+    Broker, ClusterError, MANIFEST, PARKED, WorkMessage, as_token, failed, id_of, names, store, subject,
 };
 
-/// What was sent.
+/// A submitted campaign.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Submitted {
-    /// What the campaign is called on the broker.
+    /// Its id on the broker.
     pub id: String,
-    /// Pieces of work that were sent now.
+    /// Pieces of work sent now.
     pub sent: usize,
-    /// Those that were done before.
+    /// Pieces of work done before.
     pub done: usize,
 }
 
-/// Sends what is not done yet of `campaign`, with copies on so many servers; what was given up gets its tries again. To send it twice
-/// does no harm.
+/// Sends the unfinished work of `campaign`, with copies on `replicas` servers; work that was given up is tried again. Sending it twice
+/// is harmless.
 pub async fn submit(
     broker: &Broker,
     campaign: &Campaign,
@@ -34,10 +34,10 @@ pub async fn submit(
     let there = names(&bucket).await?;
     let is_done = |work: &Work| there.contains(&work.name());
     let (mut sent, mut done) = (0, 0);
-    for arena in 0..campaign.arenas.len() {
-        let before = Work::before(campaign, arena);
-        let chunks = Work::chunks(campaign, arena);
-        // Gains come first; the worker that finds the last of them sends the chunks.
+    for case in 0..campaign.cases.len() {
+        let before = Work::before(campaign, case);
+        let chunks = Work::chunks(campaign, case);
+        // Gains first; the worker that finds the last of them sends the chunks.
         let ready = before.iter().all(is_done);
         let next = if ready { chunks } else { before };
         for work in next {
@@ -47,7 +47,7 @@ pub async fn submit(
             }
             let parked = format!("{PARKED}{}", work.name());
             if there.contains(&parked) {
-                // It gets its tries again. Its first message may be minutes old: one of the same name would be taken for it.
+                // It is tried again. A message with the same name as one sent minutes ago would be dropped as a duplicate.
                 let mark = bucket.info(&parked).await.map_err(failed("look for work"))?;
                 send(broker, &manifest, work, Some(&mark.nuid)).await?;
                 bucket.delete(&parked).await.map_err(failed("send work"))?;
@@ -60,7 +60,7 @@ pub async fn submit(
     Ok(Submitted { id, sent, done })
 }
 
-/// Sends one piece of work; once, however often it is sent within some minutes, but for work that was given up: `parked` names that.
+/// Sends a piece of work. The broker drops duplicates within some minutes, unless `parked` tells this try of given-up work apart.
 pub(crate) async fn send(
     broker: &Broker,
     manifest: &Manifest,
@@ -68,7 +68,7 @@ pub(crate) async fn send(
     parked: Option<&str>,
 ) -> Result<(), ClusterError> {
     let id = id_of(manifest);
-    let order = Order {
+    let order = WorkMessage {
         campaign: id.clone(),
         work,
     };

@@ -1,4 +1,4 @@
-//! Does work, whatever campaign it is of.
+//! A worker: does the work of any campaign.
 
 use std::{
     collections::HashMap,
@@ -17,48 +17,36 @@ use tokio::{sync::watch, task::spawn_blocking, time::sleep};
 
 use super::{
     broker::{
-        Broker, ClusterError, Order, PARKED, PAUSE, as_token, failed, fetch, names, store, subjects_of,
+        Broker, ClusterError, PARKED, PAUSE, WorkMessage, as_token, failed, fetch, names, store, subjects_of,
         version_in,
     },
+    event::WorkerEvent,
     submit::send,
 };
 
-/// Work that nothing was heard of for so long is sent to another worker.
+/// Work without a sign of life for this long goes to another worker.
 const ACK_WAIT: Duration = Duration::from_secs(20);
-/// How often a worker says that it is still at it.
+/// Time between two signs of life of a worker.
 const PROGRESS: Duration = Duration::from_secs(5);
-/// How long one request for work waits.
+/// Timeout of a request for work.
 const PULL: Duration = Duration::from_secs(5);
-/// What was done is offered to a broker that does not answer for so many pauses, which is a quarter of an hour.
+/// Attempts to store a result with a broker that does not answer: a quarter of an hour.
 const ATTEMPTS: u32 = 900;
 
 /// A worker.
 pub struct Worker {
     broker: Broker,
-    /// Pieces of work at once.
+    /// Pieces of work in parallel.
     jobs: usize,
-    /// A piece of work that was begun so often without being done is given up.
+    /// Starts without a result after which work is given up.
     tries_max: i64,
     campaigns: Mutex<HashMap<String, Known>>,
 }
 
 type Known = Arc<(Manifest, Campaign, ObjectStore)>;
 
-/// What a worker tells of.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum WorkerEvent {
-    /// A piece of work is done: its campaign and name.
-    Done(String, String),
-    /// A piece of work was given up, and why.
-    Parked(String, String, String),
-    /// Work that this worker may not do: it is for another version.
-    Refused(String),
-    /// The broker does not answer, or refuses; the worker goes on trying.
-    Trouble(String),
-}
-
 impl Worker {
-    /// A worker that does so many pieces of work at once, and gives one up that was begun `tries_max` times without being done.
+    /// A worker that does `jobs` pieces of work in parallel, and gives up work that was started `tries_max` times without a result.
     #[must_use]
     pub fn new(broker: Broker, jobs: usize, tries_max: i64) -> Self {
         Self {
@@ -69,33 +57,32 @@ impl Worker {
         }
     }
 
-    /// Works until `stop` says so, or, where `idle_max` is given, until nothing came for that long. What is being done then is done to
-    /// its end.
+    /// Works until `stop`, or until no work came for `idle_max`; then finishes the work under way.
     pub async fn run(
         &self,
         stop: watch::Receiver<bool>,
         idle_max: Option<Duration>,
-        tell: &(dyn Fn(WorkerEvent) + Sync),
+        notify: &(dyn Fn(WorkerEvent) + Sync),
     ) -> Result<(), ClusterError> {
-        // Servers that have not met yet, or have just lost one of them, keep nothing.
+        // Servers without a leader accept nothing.
         let consumer = loop {
-            match self.consumer(tell).await {
+            match self.consumer(notify).await {
                 Err(error) if !*stop.borrow() => {
-                    tell(WorkerEvent::Trouble(error.to_string()));
+                    notify(WorkerEvent::Trouble(error.to_string()));
                     sleep(PAUSE).await;
                 }
                 outcome => break outcome?,
             }
         };
-        let loops = (0..self.jobs).map(|_| self.work(&consumer, stop.clone(), idle_max, tell));
+        let loops = (0..self.jobs).map(|_| self.work(&consumer, stop.clone(), idle_max, notify));
         futures_util::future::join_all(loops).await;
         Ok(())
     }
 
-    /// The queue of all work for this version; says what there is for others.
+    /// The queue of work for this version; reports work for other versions.
     async fn consumer(
         &self,
-        tell: &(dyn Fn(WorkerEvent) + Sync),
+        notify: &(dyn Fn(WorkerEvent) + Sync),
     ) -> Result<Consumer<pull::Config>, ClusterError> {
         let own = as_token(env!("CARGO_PKG_VERSION"), lab::campaign::rows::SCHEMA_VERSION);
         let mut stream = self.broker.stream(1).await?;
@@ -113,8 +100,8 @@ impl Worker {
             }
         }
         for version in others {
-            tell(WorkerEvent::Refused(format!(
-                "there is work for version {version}, and this is {own}"
+            notify(WorkerEvent::Refused(format!(
+                "work waits for version {version}; this is {own}"
             )));
         }
         let config = pull::Config {
@@ -138,14 +125,14 @@ impl Worker {
         consumer: &Consumer<pull::Config>,
         stop: watch::Receiver<bool>,
         idle_max: Option<Duration>,
-        tell: &(dyn Fn(WorkerEvent) + Sync),
+        notify: &(dyn Fn(WorkerEvent) + Sync),
     ) {
         let mut idle = Duration::ZERO;
         while !*stop.borrow() && idle_max.is_none_or(|most| idle < most) {
             let next = match consumer.fetch().max_messages(1).expires(PULL).messages().await {
                 Ok(mut messages) => messages.next().await,
                 Err(error) => {
-                    tell(WorkerEvent::Trouble(error.to_string()));
+                    notify(WorkerEvent::Trouble(error.to_string()));
                     sleep(PAUSE).await;
                     continue;
                 }
@@ -153,14 +140,14 @@ impl Worker {
             match next {
                 None => idle += PULL,
                 Some(Err(error)) => {
-                    tell(WorkerEvent::Trouble(error.to_string()));
+                    notify(WorkerEvent::Trouble(error.to_string()));
                     sleep(PAUSE).await;
                 }
                 Some(Ok(message)) => {
                     idle = Duration::ZERO;
-                    if let Err(error) = busy(&message, self.take(&message, tell)).await {
-                        tell(WorkerEvent::Trouble(error.to_string()));
-                        // Another worker may be able to.
+                    if let Err(error) = with_heartbeat(&message, self.take(&message, notify)).await {
+                        notify(WorkerEvent::Trouble(error.to_string()));
+                        // Another worker may succeed.
                         let _ = message.ack_with(AckKind::Nak(Some(PAUSE))).await;
                     }
                 }
@@ -168,58 +155,65 @@ impl Worker {
         }
     }
 
-    /// Does what a message says, stores what it came to, and acknowledges the message after that.
-    async fn take(&self, message: &Message, tell: &(dyn Fn(WorkerEvent) + Sync)) -> Result<(), ClusterError> {
-        let Ok(order) = serde_json::from_slice::<Order>(&message.payload) else {
-            tell(WorkerEvent::Trouble(format!("{} is no work", message.subject)));
+    /// Does the work of a message, stores the result, then acknowledges the message.
+    async fn take(
+        &self,
+        message: &Message,
+        notify: &(dyn Fn(WorkerEvent) + Sync),
+    ) -> Result<(), ClusterError> {
+        let Ok(order) = serde_json::from_slice::<WorkMessage>(&message.payload) else {
+            notify(WorkerEvent::Trouble(format!(
+                "{} is not a piece of work",
+                message.subject
+            )));
             return acknowledged(message, AckKind::Term).await;
         };
-        let Order { campaign: id, work } = order;
+        let WorkMessage { campaign: id, work } = order;
         let known = self.known(&id).await?;
         let (_, campaign, bucket) = &*known;
         let tries = message.info().map_or(1, |info| info.delivered);
         if self.tries_max < tries {
-            let why = format!("begun {} times and never done", tries - 1);
+            let why = format!("started {} times without a result", tries - 1);
             store(bucket, &format!("{PARKED}{}", work.name()), why.as_bytes()).await?;
-            tell(WorkerEvent::Parked(id, work.name(), why));
+            notify(WorkerEvent::Parked(id, work.name(), why));
             return acknowledged(message, AckKind::Term).await;
         }
-        let arena = work.arena(campaign);
+        let case = work.case(campaign);
         if fetch(bucket, &work.name()).await?.is_none() {
             let mut before = vec![];
-            if let (Work::Fly { .. }, Some(arena)) = (work, arena) {
-                for gains in Work::before(campaign, arena) {
+            if let (Work::Fly { .. }, Some(case)) = (work, case) {
+                for gains in Work::before(campaign, case) {
                     before.extend(fetch(bucket, &gains.name()).await?);
                 }
             }
             let job = Arc::clone(&known);
             let bytes = match spawn_blocking(move || work.done(&job.1, &job.0, &before)).await {
                 Ok(bytes) => bytes?,
-                // A panic of ours: the broker sends it again, and in the end it is given up by name.
+                // A panic is our bug: the broker sends the work again until it is given up.
                 Err(error) => return Err(failed(format!("do {}", work.name()))(error)),
             };
             let name = work.name();
-            persistently(tell, || store(bucket, &name, &bytes)).await?;
+            with_retries(notify, || store(bucket, &name, &bytes)).await?;
         }
-        if let (Work::Tune { .. }, Some(arena)) = (work, arena) {
-            self.send_chunks(&known, work, arena, tell).await?;
+        if let (Work::Tune { .. }, Some(case)) = (work, case) {
+            self.send_chunks(&known, work, case, notify).await?;
         }
-        persistently(tell, || acknowledged(message, AckKind::Ack)).await?;
-        tell(WorkerEvent::Done(id, work.name()));
+        with_retries(notify, || acknowledged(message, AckKind::Ack)).await?;
+        notify(WorkerEvent::Done(id, work.name()));
         Ok(())
     }
 
-    /// Sends the chunks of an arena, if all of its gains are found. Two workers may both do so: the broker takes the second for the first.
+    /// Sends the chunks of a case if all of its gains are found. If two workers do so, the broker drops the duplicates.
     async fn send_chunks(
         &self,
         (manifest, campaign, bucket): &(Manifest, Campaign, ObjectStore),
         found: Work,
-        arena: usize,
-        tell: &(dyn Fn(WorkerEvent) + Sync),
+        case: usize,
+        notify: &(dyn Fn(WorkerEvent) + Sync),
     ) -> Result<(), ClusterError> {
-        // A server that is behind the others lists less than there is. Who sees the gains that were just stored sees all that were
-        // stored before, so that the last to find gains sees them all; without that, each might leave the chunks to another.
-        let there = persistently(tell, || async {
+        // A server that is behind the others lists too little. A list with the gains just stored contains all that were stored
+        // before, so the last worker to find gains sees them all; otherwise each might leave the chunks to another.
+        let there = with_retries(notify, || async {
             let there = names(bucket).await?;
             let behind = || std::io::Error::other("a server of the broker is behind the others");
             if there.contains(&found.name()) {
@@ -229,15 +223,15 @@ impl Worker {
             }
         })
         .await?;
-        if !Work::before(campaign, arena)
+        if !Work::before(campaign, case)
             .iter()
             .all(|gains| there.contains(&gains.name()))
         {
             return Ok(());
         }
-        for chunk in Work::chunks(campaign, arena) {
+        for chunk in Work::chunks(campaign, case) {
             if !there.contains(&chunk.name()) {
-                persistently(tell, || send(&self.broker, manifest, chunk, None)).await?;
+                with_retries(notify, || send(&self.broker, manifest, chunk, None)).await?;
             }
         }
         Ok(())
@@ -263,21 +257,21 @@ impl Worker {
     }
 }
 
-/// Waits for `doing`, and says meanwhile that it goes on.
-async fn busy<T>(message: &Message, doing: impl Future<Output = T>) -> T {
+/// Waits for `doing`, with signs of life meanwhile.
+async fn with_heartbeat<T>(message: &Message, doing: impl Future<Output = T>) -> T {
     tokio::pin!(doing);
     loop {
         tokio::select! {
             done = &mut doing => return done,
             () = sleep(PROGRESS) => {
-                // A broker that does not answer now may answer the next time.
+                // If the broker does not answer now, it may answer the next time.
                 let _ = message.ack_with(AckKind::Progress).await;
             }
         }
     }
 }
 
-/// Answers a message, and waits until the broker has the answer.
+/// Acknowledges a message, and waits until the broker has it.
 async fn acknowledged(message: &Message, kind: AckKind) -> Result<(), ClusterError> {
     message
         .double_ack_with(kind)
@@ -285,16 +279,16 @@ async fn acknowledged(message: &Message, kind: AckKind) -> Result<(), ClusterErr
         .map_err(failed("acknowledge work"))
 }
 
-/// Tries again while the broker does not answer: what was done should not be lost for that.
-async fn persistently<T, F: Future<Output = Result<T, ClusterError>>>(
-    tell: &(dyn Fn(WorkerEvent) + Sync),
+/// Tries again while the broker does not answer, so that a result is not lost.
+async fn with_retries<T, F: Future<Output = Result<T, ClusterError>>>(
+    notify: &(dyn Fn(WorkerEvent) + Sync),
     attempt: impl Fn() -> F,
 ) -> Result<T, ClusterError> {
     let mut left = ATTEMPTS;
     loop {
         match attempt().await {
             Err(error) if 0 < left => {
-                tell(WorkerEvent::Trouble(error.to_string()));
+                notify(WorkerEvent::Trouble(error.to_string()));
                 left -= 1;
                 sleep(PAUSE).await;
             }

@@ -11,7 +11,7 @@ use std::{
 use async_nats::jetstream;
 use futures_util::StreamExt as _;
 use lab::campaign::{Campaign, Directory, Manifest, ScenarioFiles, Shard, rows::SCHEMA_VERSION, run};
-use pilotfish_cluster::{Access, Broker, ClusterError, Worker, WorkerEvent, collect, standing, submit};
+use pilotfish_cluster::{Access, Broker, ClusterError, Worker, WorkerEvent, collect, progress, submit};
 use rcgen::{BasicConstraints, CertificateParams, IsCa, Issuer, KeyPair};
 use sim::scenario::Scenario;
 use tempfile::TempDir;
@@ -167,21 +167,23 @@ async fn work(
     mut meanwhile: impl AsyncFnMut(usize),
 ) -> Vec<WorkerEvent> {
     let events = Mutex::new(vec![]);
-    let tell = |event: WorkerEvent| events.lock().expect("no panic holds it").push(event);
+    let notify = |event: WorkerEvent| events.lock().expect("no panic holds it").push(event);
     let (stop, stopped) = watch::channel(false);
     let mut crew = vec![];
     for _ in 0..workers {
         crew.push(Worker::new(server.broker().await, 1, tries_max));
     }
-    let flying =
-        futures_util::future::join_all(crew.iter().map(|worker| worker.run(stopped.clone(), None, &tell)));
+    let flying = futures_util::future::join_all(
+        crew.iter()
+            .map(|worker| worker.run(stopped.clone(), None, &notify)),
+    );
     let watching = async {
         let broker = server.broker().await;
         for step in 0..600 {
             meanwhile(step).await;
-            if standing(&broker, id)
+            if progress(&broker, id)
                 .await
-                .is_ok_and(|standing| standing.is_over())
+                .is_ok_and(|progress| progress.is_over())
             {
                 break;
             }
@@ -204,15 +206,12 @@ async fn any_number_of_workers_gives_the_rows_that_one_process_flies() {
         let (server, folder) = (Server::start(), TempDir::new().expect("is a folder"));
         let broker = server.broker().await;
         let sent = submit(&broker, &campaign, 1).await.expect("is sent");
-        // Gains first: chunks are sent when those of their arena are found.
+        // Gains first: chunks are sent when those of their case are found.
         assert_eq!((sent.sent, sent.done), (2, 0));
         let early = collect(&broker, &sent.id, &folder.path().join("early"))
             .await
             .expect_err("nothing is done");
-        assert!(
-            matches!(early, ClusterError::Unfinished { done: 0, .. }),
-            "{early}"
-        );
+        assert!(matches!(early, ClusterError::Unfinished(0, _)), "{early}");
         work(&server, &sent.id, workers, 5, async |_| {}).await;
         let (_, rows) = collect(&broker, &sent.id, &folder.path().join("a"))
             .await
@@ -335,7 +334,7 @@ async fn work_that_is_never_done_is_given_up_and_named() {
     })
     .await;
     drop(events);
-    let end = standing(&broker, &sent.id).await.expect("is there");
+    let end = progress(&broker, &sent.id).await.expect("is there");
     assert!(
         !end.parked.is_empty() && end.parked.iter().all(|parked| parked.starts_with("gains/")),
         "{end:?}"
@@ -345,13 +344,13 @@ async fn work_that_is_never_done_is_given_up_and_named() {
         .await
         .expect_err("work was given up");
     assert!(
-        refused.to_string().contains("begun 3 times and never done"),
+        refused.to_string().contains("started 3 times without a result"),
         "{refused}"
     );
     // Submitted again, it gets its tries again.
     let again = submit(&broker, &campaign, 1).await.expect("is sent");
     assert_eq!(again.sent, end.parked.len());
-    let waiting = standing(&broker, &sent.id).await.expect("is there");
+    let waiting = progress(&broker, &sent.id).await.expect("is there");
     assert!(!waiting.is_over() && waiting.parked.is_empty(), "{waiting:?}");
     work(&server, &sent.id, 2, 3, async |_| {}).await;
     let (_, rows) = collect(&broker, &sent.id, folder.path())
@@ -394,16 +393,16 @@ async fn a_worker_waits_for_its_broker() {
         ..Access::default()
     };
     let events = Mutex::new(vec![]);
-    let tell = |event: WorkerEvent| events.lock().expect("no panic holds it").push(event);
+    let notify = |event: WorkerEvent| events.lock().expect("no panic holds it").push(event);
     let started = async {
         sleep(Duration::from_millis(500)).await;
         server.child = Server::spawn(server.port, server.data.path(), &[]);
     };
-    let (awaited, ()) = tokio::join!(Broker::awaited(&access, "test", &tell), started);
+    let (awaited, ()) = tokio::join!(Broker::connect_when_ready(&access, "test", &notify), started);
     awaited.expect("is there in the end");
     let events = events.into_inner().expect("no panic held it");
     assert!(
-        matches!(&events[0], WorkerEvent::Trouble(words) if words.contains("is a nats-server there")),
+        matches!(&events[0], WorkerEvent::Trouble(words) if words.contains("is a nats-server running")),
         "{events:?}"
     );
 }
@@ -414,7 +413,7 @@ async fn a_broker_that_is_silent_is_not_one_without_the_campaign() {
     let broker = server.broker().await;
     server.child.kill().expect("runs");
     server.child.wait().expect("was started");
-    let silent = standing(&broker, "small-0123456789ab")
+    let silent = progress(&broker, "small-0123456789ab")
         .await
         .expect_err("nothing answers");
     assert!(matches!(silent, ClusterError::Broker(..)), "{silent}");
@@ -524,12 +523,12 @@ async fn work_for_another_version_is_refused_by_name_and_left_for_it() {
         .put("manifest", &mut std::io::Cursor::new(json))
         .await
         .expect("is stored");
-    let refused = standing(&broker, &sent.id)
+    let refused = progress(&broker, &sent.id)
         .await
         .expect_err("is another version's");
-    assert!(refused.to_string().contains("is of program 9.9.9"), "{refused}");
+    assert!(refused.to_string().contains("is of version 9.9.9"), "{refused}");
     assert!(matches!(
-        standing(&broker, "nowhere-0").await,
+        progress(&broker, "nowhere-0").await,
         Err(ClusterError::NoCampaign(_))
     ));
 }

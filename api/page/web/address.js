@@ -1,6 +1,6 @@
-// A text in the address, packed, so that a reload or a link brings it back.
+// A compressed text in the address, for reloads and links.
 
-/** Longest packed text that an address takes, characters. */
+/** Longest compressed text in an address, characters. */
 export const ADDRESS_MAX = 16_000;
 
 /**

@@ -1,4 +1,4 @@
-// The shell: which view the address asks for, the theme, who the user is.
+// The shell: chooses the view from the address, sets the theme, shows the user's role.
 
 import { el, fill } from "./dom.js";
 import { ask, askJson, door, isUnreachable, Refusal, useToken } from "./service.js";
@@ -9,7 +9,7 @@ import { planView } from "./plan.js";
 import { themeChoice } from "./theme.js";
 
 /**
- * What a view gets from the shell. `onLeave` is called when the user goes elsewhere; `gone` says whether that was.
+ * What a view gets from the shell. `onLeave` registers what to undo when the user leaves the view; `gone` tells whether the user left.
  * @typedef {{ role: "read-only" | "operator" | "admin", protected: boolean, go: (hash: string) => void, onLeave: (undo: () => void) => void, gone: () => boolean }} Context
  */
 
@@ -19,7 +19,7 @@ let leaving = [];
 let shown = 0;
 let access = /** @type {{ role: Context["role"], protected: boolean } | null} */ (null);
 
-/** Asks for a token once, whatever wants it; with a new one everything is loaded anew, because it may allow other things. */
+/** Asks for a token once. With a new token everything is loaded again, because its role may differ. */
 const token = { dialog: /** @type {HTMLElement | null} */ (null), given: new Promise(() => {}) };
 door.ask = (refused) => {
   if (token.dialog) return token.given;
@@ -30,9 +30,9 @@ door.ask = (refused) => {
       useToken(input.value.trim());
       location.reload();
     },
-  }, el("h2", { id: "token-title" }, "This service wants a token"),
-  refused && el("p", { class: "notice", role: "alert" }, "The token that was given is not one of this service's."),
-  el("p", {}, "One is made with ", el("code", {}, "pilotfish token add NAME --role read-only"), "."),
+  }, el("h2", { id: "token-title" }, "This service requires a token"),
+  refused && el("p", { class: "notice", role: "alert" }, "This token is not one of this service's."),
+  el("p", {}, "Create one with ", el("code", {}, "pilotfish token add NAME --role read-only"), "."),
   el("label", { htmlFor: "token" }, "Token"), input, el("button", { type: "submit", class: "primary" }, "Use it in this tab")));
   document.body.append(dialog);
   dialog.addEventListener("cancel", (event) => event.preventDefault());
@@ -46,7 +46,7 @@ async function whoAmI() {
       access = await askJson("/v1/access");
     } catch (error) {
       if (!(error instanceof Refusal)) throw error;
-      // Asked again by the next view; until then nothing is ordered.
+      // The next view asks again. Until then no orders are offered.
       return { role: /** @type {Context["role"]} */ ("read-only"), protected: true };
     }
     const role = /** @type {HTMLElement} */ (document.getElementById("role"));
@@ -80,13 +80,13 @@ async function route() {
     else if (view === "compare") await compareView(main, context, parameters);
     else if (view === "plan") planView(main, context, parameters);
     else if (view === "") homeView(main, context);
-    else fill(main, el("p", { class: "notice" }, "There is no such page. ", el("a", { href: "#/" }, "To all missions")));
+    else fill(main, el("p", { class: "notice" }, "There is no such page. ", el("a", { href: "#/" }, "All missions")));
   } catch (error) {
     if (turn === shown) explain(error);
   }
 }
 
-/** A part of an address that was typed may be no code. @param {string} part */
+/** A typed address may not be valid percent encoding. @param {string} part */
 function decoded(part) {
   try {
     return decodeURIComponent(part);
@@ -98,12 +98,12 @@ function decoded(part) {
 /** @param {unknown} error */
 function explain(error) {
   const words = error instanceof Refusal ? `${error.problem.title}: ${error.message}` : isUnreachable(error) ? `The service does not answer (${error instanceof Error ? error.message : error}).` : `This page failed (${error}): please report it.`;
-  fill(main, el("div", { class: "notice", role: "alert" }, words, " ", el("button", { type: "button", onclick: route }, "Try again"), " ", el("a", { href: "#/" }, "To all missions")));
+  fill(main, el("div", { class: "notice", role: "alert" }, words, " ", el("button", { type: "button", onclick: route }, "Try again"), " ", el("a", { href: "#/" }, "All missions")));
 }
 
 document.getElementById("theme-place")?.append(themeChoice());
 document.querySelector(".skip")?.addEventListener("click", (event) => {
-  // The address names views, and not places in them.
+  // The address names views, not places in them.
   event.preventDefault();
   main.focus();
 });

@@ -7,14 +7,14 @@
 
 /** WGS 84: semi-major axis, m, and flattening. */
 const SEMI_MAJOR_M = 6378137, FLATTENING = 1 / 298.257223563;
-/** Points that are drawn at most. */
+/** Most points that are drawn. */
 const POINTS_MAX = 200_000;
 
 /** No chart. @type {Background} */
 export const NO_BACKGROUND = { lines: [], marks: [] };
 
 /**
- * Metres north and east of `origin`, on the plane that touches the ellipsoid there: a metre off some 4 km away, ten some 12 km away. Places of
+ * Metres north and east of `origin`, on the plane that touches the ellipsoid there: off by 1 m at 4 km and by 10 m at 12 km. Positions of
  * the mission itself come from the service, which is exact.
  * @param {Origin} origin
  * @returns {(lon_deg: number, lat_deg: number) => [number, number]}
@@ -42,13 +42,13 @@ export function placeOnEarth(origin, north, east) {
 }
 
 /**
- * Lines and points of a GeoJSON text; throws what is wrong with it, in words.
+ * Lines and points of a GeoJSON text. Throws an error that says what is wrong.
  * @param {string} text
  * @param {Origin | undefined} origin
  * @returns {Background}
  */
 export function backgroundOf(text, origin) {
-  if (!origin) throw new Error("this mission does not say where on Earth it is, and GeoJSON is in longitude and latitude: make the mission with an origin");
+  if (!origin) throw new Error("GeoJSON needs positions on Earth, which this mission does not have: create the mission with an origin");
   let root;
   try {
     root = JSON.parse(text);
@@ -59,11 +59,13 @@ export function backgroundOf(text, origin) {
   let left = POINTS_MAX;
   const point = (/** @type {unknown} */ position) => {
     if (!Array.isArray(position) || typeof position[0] !== "number" || typeof position[1] !== "number") throw new Error("a position is not [longitude, latitude]");
+    const [lon_deg, lat_deg] = position;
+    if (!(Math.abs(lat_deg) <= 90 && Math.abs(lon_deg) <= 360)) throw new Error(`${lon_deg}, ${lat_deg} are not a longitude and a latitude: export the chart in WGS 84 (EPSG:4326)`);
     if (left-- === 0) throw new Error(`there are more than ${POINTS_MAX.toLocaleString("en")} points in it`);
-    return place(position[0], position[1]);
+    return place(lon_deg, lat_deg);
   };
   takeGeometry(root, point, background);
-  if (!background.lines.length && !background.marks.length) throw new Error("there are no points, lines or areas in it");
+  if (!background.lines.length && !background.marks.length) throw new Error("the file has no points, lines or areas");
   return background;
 }
 
@@ -85,6 +87,6 @@ function takeGeometry(node, point, into) {
     case "MultiLineString": return coordinates.forEach((/** @type {unknown[]} */ part) => line(part));
     case "Polygon": return coordinates.forEach((/** @type {unknown[]} */ ring) => line(ring, true));
     case "MultiPolygon": return coordinates.flat().forEach((/** @type {unknown[]} */ ring) => line(ring, true));
-    default: throw new Error("this is not GeoJSON: no type of a feature or geometry");
+    default: throw new Error("this is not GeoJSON: it has no known type");
   }
 }

@@ -1,11 +1,11 @@
-// Curves over one common axis, a canvas each: hovered together, zoomed together, read out together.
+// Curves over a common time axis, one canvas each. Hover, zoom and readout act on all of them.
 
 import { colour, el, fill, oncePerFrame } from "./dom.js";
 import { number } from "./format.js";
 import { roundStep } from "./drawing.js";
 
 /**
- * Points of a curve: the first `length` of each count. NaN breaks it.
+ * Points of a curve, of which the first `length` are valid. NaN interrupts the curve.
  * @typedef {{ name: string, colour: string, dash?: "solid" | "dashed" | "dotted" | "dots", x: ArrayLike<number>, y: ArrayLike<number>, length: number, step?: boolean }} Curve
  * @typedef {{ from: number, to: number, colour: string, name: string }} Band
  * @typedef {{ id: string, title: string, unit: string, curves: Curve[], bands?: Band[], down?: boolean, zero?: boolean, wrap?: boolean }} Chart
@@ -18,10 +18,10 @@ const HEIGHT_PX = 132, LEFT_PX = 54, RIGHT_PX = 12, TOP_PX = 8, BOTTOM_PX = 20, 
 const DRAG_PX = 6;
 const DASH_PATTERNS = { solid: [], dashed: [7, 5], dotted: [2, 4], dots: [] };
 const LABELS = "11px system-ui, 'DejaVu Sans', sans-serif";
-/** Times are labelled at one of these steps, s. */
+/** Possible steps between time labels, s. */
 const TIME_STEPS = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400, 43200, 86400];
 
-/** Charts below each other. */
+/** A column of charts. */
 export class ChartStack {
   /** @param {HTMLElement} host @param {StackOptions} [options] */
   constructor(host, options = {}) {
@@ -33,10 +33,10 @@ export class ChartStack {
     this.chosen = /** @type {[number, number] | null} */ (null);
     /** @type {{ from: number, to: number } | null} */
     this.drag = null;
-    /** Whether the click that comes now ends a drag. */
+    /** Whether the next click ends a drag. */
     this.dragged = false;
     this.redraw = oncePerFrame(() => this.draw());
-    this.reset = el("button", { type: "button", class: "chart-reset", hidden: true, onclick: () => this.showAll() }, "All of the time");
+    this.reset = el("button", { type: "button", class: "chart-reset", hidden: true, onclick: () => this.showAll() }, "Whole time");
     this.list = el("div", { class: "chart-list" });
     fill(host, this.reset, this.list);
     new ResizeObserver(() => this.redraw()).observe(host);

@@ -1,4 +1,4 @@
-// The page that flies one scenario and seed under several controllers and shows the runs beside each other.
+// The page that runs one scenario and seed with several controllers and shows the runs side by side.
 
 import { el, fill } from "./dom.js";
 import { methodName } from "./format.js";
@@ -16,13 +16,13 @@ import { ComparisonView, runOf } from "./comparison.js";
 
 const CONTROLLERS = ["mpc", "saturated_los", "saturated_los_tracker_frame", "integral_los", "waypoint_box"];
 const USUAL = ["mpc", "saturated_los"];
-/** Runs of one comparison at most: as many as there are colours. */
+/** Most runs of one comparison: one for each colour. */
 const RUNS_MAX = 6;
-/** Scores and pictures are drawn anew so often while runs go on, ms. */
+/** Time between two redraws while runs go on, ms. */
 const REDRAW_MS = 500;
-/** A run whose last plan is so near its end was flown to it, s. */
+/** A run is complete if its last plan is so near its end, s. */
 const END_S = 1.5;
-/** Flights of one run that may have been broken off, until its comparison is. */
+/** Most attempts at one run. */
 const FLIGHTS_MAX = 20;
 
 /**
@@ -42,13 +42,13 @@ export async function compareView(root, context, parameters) {
   document.title = scenario ? `${scenario}, seed ${seed}: compare · Pilotfish` : "Compare · Pilotfish";
   const body = el("div"), said = el("div", { class: "notice", role: "status" });
   fill(root, el("header", { class: "mission-head" }, el("h1", {}, "Compare"),
-    el("p", { class: "about" }, "One scenario and seed, the same water and the same noise, under several controllers.")),
+    el("p", { class: "about" }, "Several controllers in one scenario, with the same water and the same noise.")),
   chooser(context, names, { scenario, seed, controllers }), said, body);
   try {
     if (ids.length) await show(body, said, await Promise.all(ids.map((id) => stored(id, stop.signal))), stop.signal);
-    else if (!scenario) fill(said, "Choose a scenario and the controllers, then fly them.");
-    else if (!names.includes(scenario)) fill(said, "There is no such scenario: choose one of the list.");
-    else if (context.role === "read-only") fill(said, "Read-only: flying runs makes missions, and that needs an operator's token. A link that the page's Copy link gives can be looked at.");
+    else if (!scenario) fill(said, "Choose a scenario and controllers, then run them.");
+    else if (!names.includes(scenario)) fill(said, "There is no such scenario: choose one from the list.");
+    else if (context.role === "read-only") fill(said, "Read-only: a comparison creates missions, which needs an operator's token. You can open the link of an existing comparison.");
     else await show(body, said, await Promise.all(controllers.map((controller) => begin(scenario, Number(seed), controller))), stop.signal);
   } catch (error) {
     if (!stop.signal.aborted) fill(said, error instanceof Refusal ? refusalWords(error) : `No answer: ${error instanceof Error ? error.message : error}`);
@@ -68,11 +68,11 @@ function chooser(context, names, chosen) {
   return el("form", { class: "panel chooser", onsubmit: go },
     el("label", {}, "Scenario ", scenario), el("label", {}, "Seed ", seed),
     el("fieldset", {}, el("legend", {}, "Controllers"), CONTROLLERS.map((name, i) => el("label", {}, boxes[i], methodName(name)))),
-    el("button", { type: "submit", class: "primary", disabled: context.role === "read-only" }, "Fly and compare"));
+    el("button", { type: "submit", class: "primary", disabled: context.role === "read-only" }, "Run and compare"));
 }
 
 /**
- * Shows runs as they are flown, to their end.
+ * Shows the runs while they go on, to their end.
  * @param {HTMLElement} body @param {HTMLElement} said
  * @param {MissionJson[]} missions
  * @param {AbortSignal} signal
@@ -101,12 +101,12 @@ async function show(body, said, missions, signal) {
   view.over = true;
   view.changed();
   const broken = ends.flatMap((end, i) => (end.status === "rejected" ? [`${runs[i].name}: ${end.reason instanceof Error ? end.reason.message : end.reason}`] : []));
-  const short = runs.filter(({ recording }) => !isWhole(recording)).map((run) => `${run.name} was not flown to its end`);
-  if (!alike) short.unshift("These missions are not of one scenario and seed: their scores are no comparison");
-  fill(said, broken.length ? broken.join("; ") : [short.length ? `${short.join("; ")}. ` : "Flown, and kept as missions: ", ...missions.flatMap((mission, i) => [i > 0 && ", ", el("a", { href: `#/mission/${encodeURIComponent(mission.id)}` }, runs[i].name)]), ". The same link shows the same runs."]);
+  const short = runs.filter(({ recording }) => !isWhole(recording)).map((run) => `${run.name} did not run to its end`);
+  if (!alike) short.unshift("These missions have different scenarios or seeds: their scores cannot be compared");
+  fill(said, broken.length ? broken.join("; ") : [short.length ? `${short.join("; ")}. ` : "Flown and kept as missions: ", ...missions.flatMap((mission, i) => [i > 0 && ", ", el("a", { href: `#/mission/${encodeURIComponent(mission.id)}` }, runs[i].name)]), ". This link shows the same runs again."]);
 }
 
-/** How much of it was flown, 0 to 1. @param {Recording} recording */
+/** The part of it that is done, 0 to 1. @param {Recording} recording */
 function share({ plans, scene }) {
   return Math.min(plans.last / (scene.duration_s ?? Infinity), 1) || 0;
 }
@@ -124,7 +124,7 @@ async function stored(id, signal) {
 }
 
 /**
- * Makes the mission of one run and begins it: once for one version of the service, unless its flight was broken off.
+ * Creates and starts the mission of one run, once for each version of the service, unless it was interrupted.
  * @param {string} scenario @param {number} seed @param {string} controller
  */
 async function begin(scenario, seed, controller) {
@@ -140,11 +140,11 @@ async function begin(scenario, seed, controller) {
     if (["created", "paused"].includes(mission.status)) await send(`/v1/missions/${id}/run`, {}, { key: freshKey() });
     return mission;
   }
-  throw new Error(`${title} was broken off ${FLIGHTS_MAX} times: delete its missions`);
+  throw new Error(`${title} was interrupted ${FLIGHTS_MAX} times: delete its missions`);
 }
 
 /**
- * Fills `recording` with what there is and what comes, to the end.
+ * Fills `recording` with the past and the coming events, to the end.
  * @param {Recording} recording @param {{ changed: () => void, lost: (words: string) => void }} view @param {AbortSignal} signal
  */
 async function watch(recording, { changed, lost }, signal) {

@@ -1,4 +1,4 @@
-// Runs of one scenario and seed under several controllers: side by side on one clock, and what each came to.
+// Runs of one scenario and seed with several controllers: side by side on one clock, and their scores.
 
 import { el, fill, named } from "./dom.js";
 import { degrees, methodName, number } from "./format.js";
@@ -10,23 +10,23 @@ import { MissionView, swatch } from "./mission.js";
  * @typedef {ReturnType<typeof scores>} Scores
  */
 
-/** Colours of runs, in their order. */
+/** Colours of the runs, in order. */
 const RUN_COLOURS = ["craft-1", "craft-2", "craft-3", "craft-4", "craft-5", "craft-6"];
 
 /** Every metric: less is better in each. @type {[string, keyof Scores, (value: number) => string][]} */
 const METRICS = [
   ["distance to the goal, RMS", "rms_m", (value) => number(value, 2, "m")],
-  ["the same once settled", "settled_rms_m", (value) => number(value, 3, "m")],
-  ["farthest from the goal", "worst_m", (value) => number(value, 1, "m")],
+  ["distance once settled, RMS", "settled_rms_m", (value) => number(value, 3, "m")],
+  ["largest distance to the goal", "worst_m", (value) => number(value, 1, "m")],
   ["propulsion energy", "energy_j", (value) => number(value, 0, "J")],
   ["heading travel", "heading_travel_rad", (value) => number(degrees(value), 0, "°")],
 ];
 
-/** Closer than this share two runs are level. */
+/** Scores closer than this share count as equal. */
 const LEVEL = 0.01;
 
 /**
- * A run as it is drawn.
+ * A run to draw.
  * @param {string} controller
  * @param {number} i
  * @param {import("./recording.js").Recording} recording
@@ -36,13 +36,13 @@ export function runOf(controller, i, recording) {
   return { name: methodName(controller), colour: RUN_COLOURS[i % RUN_COLOURS.length], recording };
 }
 
-/** Several runs, and what each came to. */
+/** Several runs, and their scores. */
 export class ComparisonView {
   /**
    * @param {HTMLElement} host
    * @param {Run[]} runs
    * @param {{ name: string, link?: string, signal?: AbortSignal, needed?: (t: number, playing: boolean) => void, over?: boolean }} about `name` begins the names of files;
-   *   `signal` ends the view; `over`: every run was flown to its end
+   *   `signal` ends the view; `over`: every run is complete
    */
   constructor(host, runs, { name, link, signal, needed, over = false }) {
     this.signal = signal;
@@ -50,7 +50,7 @@ export class ComparisonView {
     this.over = over;
     this.runs = runs;
     this.name = name;
-    this.table = el("div", { class: "table-scroll", tabIndex: 0, role: "group", "aria-label": "What each run came to" });
+    this.table = el("div", { class: "table-scroll", tabIndex: 0, role: "group", "aria-label": "Scores of each run" });
     const sideBySide = el("input", { type: "checkbox", checked: true, onchange: () => this.build(sideBySide.checked) });
     const said = el("span", { role: "status" });
     const copy = async (/** @type {string} */ text) => {
@@ -58,12 +58,12 @@ export class ComparisonView {
         await navigator.clipboard.writeText(text);
         fill(said, "copied");
       } catch {
-        // Without the right to the clipboard, or without HTTPS, it is shown instead.
+        // Without access to the clipboard, or without HTTPS, the link is shown instead.
         fill(said, el("code", {}, text));
       }
     };
     this.stage = el("div");
-    this.scores = el("section", { class: "panel scores" }, el("h2", {}, "What each came to"), this.table,
+    this.scores = el("section", { class: "panel scores" }, el("h2", {}, "Scores"), this.table,
       el("div", { class: "row" },
         link && el("button", { type: "button", onclick: () => copy(link) }, "Copy link"),
         el("button", { type: "button", onclick: () => this.savePng() }, "Save PNG"), el("button", { type: "button", onclick: () => this.saveCsv() }, "Save CSV"),
@@ -87,7 +87,7 @@ export class ComparisonView {
     this.view?.draw();
   }
 
-  /** Every map and chart below each other. */
+  /** Every map and chart in one column. */
   savePng() {
     const canvases = Array.from(this.stage.querySelectorAll("canvas")), style = getComputedStyle(document.body);
     const gap = 24 * devicePixelRatio, titled = 40 * devicePixelRatio;

@@ -1,8 +1,8 @@
-// A request as a command or a program, to be pasted elsewhere.
+// A request as a command or a program, for copying.
 
 import { el, fill } from "./dom.js";
 
-/** As many hashes as no quote in `body` has after it: with fewer it would end a Rust text. @param {string} body */
+/** More hashes than follow any quote in `body`: fewer could end a Rust raw string. @param {string} body */
 function hashesAround(body) {
   return "#".repeat(1 + Math.max(...Array.from(body.matchAll(/"(#*)/g), ([, hashes]) => hashes.length), 0));
 }
@@ -15,22 +15,22 @@ const KINDS = [
 ];
 
 /**
- * Buttons that copy what `body` gives.
+ * Buttons that copy the request `body`.
  * @param {() => string} body
  */
 export function copyButtons(body) {
   const said = el("span", { class: "said", role: "status" });
-  const shown = el("textarea", { class: "copy-shown", readOnly: true, hidden: true, rows: 6, "aria-label": "To be copied" });
+  const shown = el("textarea", { class: "copy-shown", readOnly: true, hidden: true, rows: 6, "aria-label": "Text to copy" });
   const copy = async (/** @type {string} */ kind, /** @type {string} */ text) => {
     try {
       await navigator.clipboard.writeText(text);
       fill(said, `${kind}: copied`);
     } catch {
-      // Without the right to the clipboard it is shown instead.
+      // Without access to the clipboard the text is shown instead.
       shown.hidden = false;
       shown.value = text;
       shown.select();
-      fill(said, `${kind}: copy it from below`);
+      fill(said, `${kind}: copy the text below`);
     }
   };
   return el("span", { class: "row copy-as" }, "Copy as", KINDS.map(([kind, write]) => el("button", { type: "button", onclick: () => copy(kind, write(body(), location.origin)) }, kind)), said, shown);

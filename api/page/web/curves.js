@@ -1,4 +1,4 @@
-// What the time series show of recordings.
+// The time series of recordings.
 
 import { degrees, methodName } from "./format.js";
 
@@ -9,11 +9,11 @@ import { degrees, methodName } from "./format.js";
  * @typedef {import("./chart.js").Curve} Curve
  */
 
-/** Plans farther apart than this leave a gap in the strip of who answered, s. */
+/** Plans farther apart than this leave a gap in the strip of methods, s. */
 const GAP_S = 30;
-/** An AUV that is always heard within so many seconds needs no chart of that. */
+/** An AUV that is always heard within so many seconds gets no chart of ages. */
 const AGE_SHOWN_S = 1.5;
-/** Colours of what answers; a previous plan is the planner's too. */
+/** Colours of the methods. A previous plan has the planner's colour. */
 const ANSWERS = { mpc: "plan", previous_plan: "plan", saturated_los: "los", hold: "bad" };
 
 /** Columns in degrees, made once for each length of their series. @type {WeakMap<Series, Map<string, { length: number, values: Float64Array }>>} */
@@ -33,7 +33,7 @@ function headings(series, name) {
     known = { length: 0, values: new Float64Array(column.length) };
     columns.set(name, known);
   }
-  // The last ones may have been late: what is put in between moves them.
+  // Late rows may be inserted before the last ones.
   for (let i = Math.max(0, Math.min(known.length, series.length) - 64); i < series.length; i += 1) {
     known.values[i] = ((degrees(column[i]) % 360) + 360) % 360;
   }
@@ -51,7 +51,7 @@ function curve(series, y, name, colour, how = {}) {
 }
 
 /**
- * The charts of `runs`, those alone that have something to show.
+ * The charts of `runs` that have data.
  * @param {Run[]} runs
  * @returns {Chart[]}
  */
@@ -62,7 +62,7 @@ export function chartsOf(runs) {
   /** @type {Chart[]} */
   const charts = [
     {
-      id: "distance", title: first.live ? "Distance to the goal, as believed" : "Distance to the goal", unit: "m", zero: true,
+      id: "distance", title: first.live ? "Distance to the goal, estimated" : "Distance to the goal", unit: "m", zero: true,
       curves: each(({ recording }, colour, name) => [curve(recording.goal, "distance", name || "distance", colour)]), bands: one ? answersOf(first) : [],
     },
     {
@@ -119,7 +119,7 @@ function shows({ y, length }) {
 const bandsOf = new WeakMap();
 
 /**
- * Who answered, stretch by stretch.
+ * The method of the plans over time.
  * @param {import("./recording.js").Recording} recording
  */
 export function answersOf({ plans, methods }) {

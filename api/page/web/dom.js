@@ -1,4 +1,4 @@
-// Elements without markup: every text becomes a text node, so that no name from outside can become an element.
+// Elements without markup: every text becomes a text node, so that no external name can become an element.
 
 /**
  * @typedef {Node | string | number | null | undefined | false} Child
@@ -6,8 +6,8 @@
  */
 
 /**
- * An element with its properties and children. `on…` are listeners, `class` and `aria-…` and whatever else is no property of
- * the element are attributes; undefined, null and false leave it out.
+ * An element with its properties and children. `on…` are listeners; `class`, `aria-…` and whatever is not a property of the
+ * element are attributes. Undefined, null and false are left out.
  * @template {keyof HTMLElementTagNameMap} K
  * @param {K} name
  * @param {Properties} [properties]
@@ -42,7 +42,7 @@ function nodes(children) {
 }
 
 /**
- * Replaces what is in `element`.
+ * Replaces the content of `element`.
  * @param {Element} element
  * @param {...(Child | Child[])} children
  */
@@ -51,7 +51,7 @@ export function fill(element, ...children) {
 }
 
 /**
- * A name from outside: its direction is its own, so that marks in it turn nothing around it.
+ * An external name, with its own text direction, so that marks in it do not affect the text around it.
  * @param {string} name
  */
 export function named(name) {
@@ -59,7 +59,7 @@ export function named(name) {
 }
 
 /**
- * Lets `action` run once a frame at most, however often it is asked for.
+ * Runs `action` at most once a frame.
  * @param {() => void} action
  */
 export function oncePerFrame(action) {
@@ -75,7 +75,7 @@ export function oncePerFrame(action) {
 }
 
 /**
- * What the style sheet says a colour is now: `--craft` is `colour("craft")`.
+ * A colour of the style sheet: `colour("craft")` is `--craft`.
  * @param {string} name
  */
 export function colour(name) {

@@ -12,12 +12,12 @@ import { bearing, number } from "./format.js";
 
 /** 95 % of a normal distribution in the plane lies within √5.991 standard deviations. */
 const CHI_SQUARED_95 = 5.991;
-/** Tracks are drawn by points that are at least so far apart on the screen, pixels. */
+/** Least distance between the drawn points of a track, pixels. */
 const THIN_PX = 0.7;
-/** Colours of depth: so many steps, of which the deepest is the deepest that the track has. */
+/** Steps of the depth colours. The last step is the greatest depth of the track. */
 const DEPTH_STEPS = 6;
 const ARROW_MIN_PX = 36;
-/** Above are the buttons and the readout. */
+/** Space for the buttons and the readout. */
 const LABELS_FROM_PX = 74;
 const WIDTHS = { solid: 2.5, dashed: 2, dotted: 2, wide: 7 };
 const DASHES = { solid: [], dashed: [8, 6], dotted: [1.5, 5], wide: [] };
@@ -30,7 +30,7 @@ const SHAPES = {
 };
 
 /**
- * South, north, west and east of all that a picture shows; none of an empty one.
+ * South, north, west and east bounds of a picture; none of an empty one.
  * @param {Picture} picture
  */
 export function pictureBounds(picture) {
@@ -42,7 +42,7 @@ export function pictureBounds(picture) {
     bounds.west = Math.min(bounds.west, east - around);
     bounds.eastern = Math.max(bounds.eastern, east + around);
   };
-  // What was thinned out of a long track moves its bounds by a pixel or so.
+  // Thinning a long track moves its bounds by a pixel or so.
   for (const { track, from, to } of picture.tracks) {
     const step = Math.max(1, Math.floor((to - from) / 2_000));
     for (let i = from; i < to; i += step) take(track.north[i], track.east[i]);
@@ -191,7 +191,7 @@ function drawTrack(pen, { track, from, to, colour: name, style, byDepth }) {
   if (byDepth && depth) for (let i = from; i < to; i += 1) if (depth[i] > deepest) deepest = depth[i];
   const shaded = depth !== undefined && deepest >= 0.5;
   const levelOf = (/** @type {number} */ i) => (shaded ? Math.min(DEPTH_STEPS - 1, Math.max(0, Math.floor(((depth[i] || 0) / deepest) * DEPTH_STEPS))) : 0);
-  // A path for each level, and not for each stretch of one: four hours of dives have thousands of those.
+  // One path for each level, not for each stretch: four hours of dives have thousands of stretches.
   const paths = trackPaths(pen, track, from, to, levelOf);
   for (const path of paths.values()) pen.stroke(shaded ? "depth-0" : name, style, WIDTHS[style], path);
   for (const [level, path] of shaded ? paths : []) {
@@ -203,7 +203,7 @@ function drawTrack(pen, { track, from, to, colour: name, style, byDepth }) {
 }
 
 /**
- * The stretches of a track that are of one level, as one path for each level.
+ * The stretches of a track at each depth level, as one path for each level.
  * @param {Pen} pen @param {import("./map.js").Track} track @param {number} from @param {number} to
  * @param {(i: number) => number} levelOf
  */
@@ -337,7 +337,7 @@ function drawNames(pen, { vehicles }) {
 
 /** @param {Context2d} context @param {string} text @param {number} width */
 function shortened(context, text, width) {
-  // Marks that turn the direction of a name stay in the name.
+  // Direction marks in a name do not affect the text around it.
   const isolate = (/** @type {string} */ of) => `\u2068${of}\u2069`;
   if (context.measureText(text).width <= width) return isolate(text);
   const letters = Array.from(text);

@@ -1,4 +1,4 @@
-// An editor of a snapshot: what is wrong with it stands at its line as one types.
+// An editor of a snapshot that shows errors at their lines while the user types.
 
 import { el, fill } from "./dom.js";
 import { Refusal, send } from "./service.js";
@@ -6,10 +6,10 @@ import { lineOf, linesByPointer } from "./pointers.js";
 
 /** @typedef {import("./service.js").FieldError} FieldError */
 
-/** Longest pause between two keys that is still typing, ms. */
+/** Longest pause between two keys while typing, ms. */
 const TYPING_MS = 300;
 
-/** A field for a snapshot. */
+/** The editor of a snapshot. */
 export class Editor {
   /** @param {{ changed: (text: string) => void, submit: () => void }} listener */
   constructor({ changed, submit }) {

@@ -73,8 +73,7 @@ const METHODS = {
   saturated_los: "line of sight",
   saturated_los_tracker_frame: "line of sight, tracker frame",
   integral_los: "integral line of sight",
-  waypoint_box: "way-points round a box",
-  printed_los: "line of sight as printed",
+  waypoint_box: "waypoints around a box",
   hold: "hold",
 };
 

@@ -1,4 +1,4 @@
-// The first page: what this is, scenarios to run, missions that run or are stored, one snapshot to plan.
+// The first page: an introduction, the missions, scenarios to run, and a link to plan one snapshot.
 
 import { el, fill, named } from "./dom.js";
 import { day, duration, methodName, number } from "./format.js";
@@ -11,11 +11,11 @@ import { thumbnail } from "./thumbnail.js";
  * @typedef {{ name: string, title: string, duration_s: number }} GalleryScenario
  */
 
-/** How often missions are asked for, ms. */
+/** Time between two requests for the list of missions, ms. */
 const POLL_MS = 2_000;
-/** Missions of one answer, and shown at first. */
+/** Missions on one page of the list, and missions shown at first. */
 const PAGE = 1_000, SHOWN = 50;
-/** A run from the gallery passes so many seconds in one: fast enough to see it end, slow enough to watch. */
+/** Speed factor of a run from the gallery: fast enough to see it end, slow enough to watch. */
 const WATCHED_SPEED = 60;
 
 /**
@@ -26,16 +26,16 @@ export function homeView(root, context) {
   const stop = new AbortController();
   context.onLeave(() => stop.abort());
   const missions = el("div"), state = el("p", { class: "said", role: "status" }), gallery = el("ul", { class: "gallery" });
-  const more = el("button", { type: "button", hidden: true }, "Show all of them");
+  const more = el("button", { type: "button", hidden: true }, "Show all");
   fill(root,
     el("header", { class: "home-head" }, el("h1", {}, "Where should the surface craft steer, so that it is above its AUVs?"),
-      el("p", {}, "Pilotfish plans that again every second: run a scenario in the simulator and watch it think, or post the fixes of your own vehicles.")),
-    context.role === "read-only" && el("p", { class: "notice" }, "Read-only: your token may look at everything and plan snapshots. Running scenarios and giving orders needs an operator's token."),
+      el("p", {}, "Pilotfish computes this every second. Run a scenario in the simulator and watch the plans, or post the fixes of your own vehicles.")),
+    context.role === "read-only" && el("p", { class: "notice" }, "Read-only: with your token you can see everything and plan snapshots. To run scenarios and give orders you need an operator's token."),
     el("section", { "aria-labelledby": "missions-title" }, el("h2", { id: "missions-title" }, "Missions"), state, missions, more),
     el("section", { "aria-labelledby": "gallery-title" }, el("h2", { id: "gallery-title" }, "Run a scenario"),
-      el("p", { class: "about" }, "Each is drawn as it was flown: the planner's track (solid) and that of line of sight (dashed) at the service's gains. ", el("label", {}, "Seed ", seedField())), gallery),
+      el("p", { class: "about" }, "Each picture shows a simulated run: the planner's track (solid) and that of the line-of-sight law (dashed) with the service's gains. ", el("label", {}, "Seed ", seedField())), gallery),
     el("section", { "aria-labelledby": "plan-title" }, el("h2", { id: "plan-title" }, "Plan one snapshot"),
-      el("p", {}, el("a", { href: "#/plan" }, "Edit what is known of your vehicles as JSON"), " and see the plan, the line-of-sight laws beside it, and why.")));
+      el("p", {}, el("a", { href: "#/plan" }, "Edit a snapshot of your vehicles as JSON"), " and see the plan, the line-of-sight laws and an explanation.")));
   showGallery(gallery, context, stop.signal);
   pollMissions({ list: missions, state, more }, context, stop.signal);
 }
@@ -77,7 +77,7 @@ function card(scenario, context) {
   }, "Run");
   const compare = el("button", { type: "button", disabled: forbidden, "aria-label": `Compare ${scenario.name}`, onclick: () => context.go(`#/compare?${new URLSearchParams({ scenario: scenario.name, seed: String(seedOf()) })}`) }, "Compare");
   return el("li", { class: "panel gallery-card" }, thumbnail(scenario), el("h3", {}, scenario.name), el("p", {}, scenario.title),
-    el("p", { class: "about" }, `${duration(scenario.duration_s)}; from the goal, RMS: planner ${number(scenario.planner.rms_m, 2, "m")}, line of sight ${number(scenario.line_of_sight.rms_m, 2, "m")}`),
+    el("p", { class: "about" }, `${duration(scenario.duration_s)}; RMS distance to the goal: planner ${number(scenario.planner.rms_m, 2, "m")}, line of sight ${number(scenario.line_of_sight.rms_m, 2, "m")}`),
     el("div", { class: "row" }, run, compare), said);
 }
 
@@ -88,13 +88,13 @@ async function pollMissions({ list, state, more }, context, signal) {
   more.onclick = () => { all = true; more.hidden = true; };
   while (!signal.aborted) {
     let pages = 1;
-    // A hidden page asks nothing.
+    // A hidden page sends no requests.
     while (document.hidden && !signal.aborted) await new Promise((resume) => setTimeout(resume, POLL_MS));
     try {
       const missions = await everyMission(signal);
       if (signal.aborted) return;
       lost = 0;
-      // A long list costs the service more, and is asked for more rarely.
+      // A long list costs the service more, so it is requested less often.
       pages = Math.ceil(missions.length / PAGE) || 1;
       fill(state);
       showMissions(list, all ? missions : missions.slice(0, SHOWN), context);
@@ -103,7 +103,7 @@ async function pollMissions({ list, state, more }, context, signal) {
     } catch (error) {
       if (signal.aborted) return;
       lost ||= Date.now();
-      fill(state, error instanceof Refusal ? refusalWords(error) : `The service has not answered for ${duration((Date.now() - lost) / 1000)}: the list is as it was then. Trying again.`);
+      fill(state, error instanceof Refusal ? refusalWords(error) : `The service has not answered for ${duration((Date.now() - lost) / 1000)}; the list is out of date. Trying again.`);
     }
     await new Promise((resume) => setTimeout(resume, pages * POLL_MS));
   }
@@ -123,13 +123,13 @@ async function everyMission(signal) {
 }
 
 /** Columns of the list of missions. */
-const COLUMNS = ["mission", "state", "answered by", "lag", "last heard", "warnings", "made"];
-/** A live mission is stale when its last plan is so many periods old. */
+const COLUMNS = ["mission", "state", "answered by", "lag", "last heard", "warnings", "created"];
+/** A live mission is stale if its last plan is older than so many periods. */
 const STALE_PERIODS = 4;
 
-/** Shows the missions; of those that are there already only the cells that changed. @param {HTMLElement} list @param {any[]} missions @param {Context} context */
+/** Shows the missions. In existing rows only changed cells are replaced. @param {HTMLElement} list @param {any[]} missions @param {Context} context */
 function showMissions(list, missions, context) {
-  if (!missions.length) return fill(list, el("p", { class: "empty panel" }, "No mission yet. Run a scenario below, or post one: the calls are in the API document."));
+  if (!missions.length) return fill(list, el("p", { class: "empty panel" }, "No missions yet. Run a scenario below, or create one through the API."));
   let body = list.querySelector("tbody");
   if (!body) {
     body = el("tbody");
@@ -142,7 +142,7 @@ function showMissions(list, missions, context) {
     fillRow(row, mission);
     return row;
   });
-  // A row that is in its place is not touched: what has the focus there keeps it, what is open stays open.
+  // A row in its place is not moved, so that it keeps the focus and its open details.
   wanted.forEach((row, i) => { if (body.rows[i] !== row) body.insertBefore(row, body.rows[i] ?? null); });
   while (body.rows.length > wanted.length) body.rows[wanted.length].remove();
 }
@@ -159,9 +159,9 @@ function newRow(mission, context) {
 /** @param {HTMLTableRowElement} row @param {any} mission */
 function fillRow(row, mission) {
   const { status } = mission, running = status === "running";
-  // What is over is not answered any more, though its last plan may still be in memory.
+  // The plan of a finished mission may still be in memory; it is not shown.
   const plan = running || status === "paused" ? mission.plan : null;
-  // Time goes on while no plan is made.
+  // The clock runs on between plans.
   const now = plan ? mission.t_s + (mission.kind === "live" ? plan.age_s : 0) : NaN;
   const ages = running && plan ? Object.entries(plan.heard_s).map(([id, t]) => ({ id, age: now - Number(t) })).sort((a, b) => b.age - a.age) : [];
   const [oldest] = ages, stale = running && plan && mission.kind === "live" && plan.age_s > STALE_PERIODS * plan.period_s;
@@ -177,7 +177,7 @@ function fillRow(row, mission) {
   cells.forEach((content, i) => {
     const cell = row.cells[i + 1], fresh = el("td", {}, content);
     const was = cell.querySelector("details");
-    // Whether it is open is the reader's, and not news.
+    // An open detail stays open, and does not count as a change.
     if (was?.open) fresh.querySelector("details")?.setAttribute("open", "");
     if (fresh.innerHTML !== cell.innerHTML) cell.replaceChildren(...fresh.childNodes);
   });
@@ -185,7 +185,7 @@ function fillRow(row, mission) {
 
 /** @param {any} mission */
 async function remove(mission) {
-  if (!confirm(`Delete ${mission.title || mission.id} with all that was recorded? This cannot be undone.`)) return;
+  if (!confirm(`Delete ${mission.title || mission.id} and its record? This cannot be undone.`)) return;
   try {
     await ask(`/v1/missions/${encodeURIComponent(mission.id)}`, { method: "DELETE" });
   } catch (error) {

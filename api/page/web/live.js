@@ -13,11 +13,11 @@ import { ordersOf } from "./orders.js";
  * @typedef {import("./recording.js").MissionJson} MissionJson
  */
 
-/** How often the mission's own state is asked for, ms: its events tell all that matters at once. */
+/** Time between two requests for the mission's state, ms. Its events tell what is urgent. */
 const LOOK_MS = 5_000;
-/** A live mission is stale when its last plan is so many periods old. */
+/** A live mission is stale if its last plan is older than so many periods. */
 const STALE_PERIODS = 4;
-/** Ages that are said of a plan that is stale, s: words that change each second would be read out each second. */
+/** Ages of a stale plan that are shown, s. A screen reader would read out an age that changes every second. */
 const AGES_SAID_S = [1, 5, 10, 30, 60, 300, 900, 3600, 6 * 3600, 86_400];
 
 /**
@@ -47,7 +47,7 @@ class LiveMission {
     this.signal = signal;
     this.recording = new Recording(mission);
     this.link = { name: "loading", detail: "" };
-    /** How old the last plan was, s of the mission's clock, and when that was, ms of the page's: the two machines' clocks may differ. */
+    /** Age of the last plan, s of the mission's clock, and when it had that age, ms of the page's clock: the two may differ. */
     this.freshest = { age: Infinity, at: performance.now() };
     this.said = "";
     this.title = el("h1", {}, named(mission.title || mission.id));
@@ -70,7 +70,7 @@ class LiveMission {
     return new MissionView(this.body, [run], { before: this.view, side: this.orders.element, signal: this.signal, needed: (t, playing) => predictions.need(t, playing), age: () => this.planAge() });
   }
 
-  /** How old the last plan is now, on the mission's clock, s. */
+  /** Age of the last plan now, on the mission's clock, s. */
   planAge() {
     const { age, at } = this.freshest;
     return this.recording.live && this.mission.status === "running" ? age + ((performance.now() - at) / 1000) * (this.mission.scene?.clock_rate ?? 1) : 0;
@@ -91,7 +91,7 @@ class LiveMission {
     }
   }
 
-  /** What there is now, while the past is still on its way. */
+  /** Shows the present while the past is still loading. */
   async preview() {
     if (!this.mission.plan) return;
     try {
@@ -105,7 +105,7 @@ class LiveMission {
     }
   }
 
-  /** Loads the past, anew as often as it breaks off. */
+  /** Loads the past, and starts again if the connection is lost. */
   async loadHistory() {
     const patience = new Patience();
     while (!this.signal.aborted) {
@@ -118,7 +118,7 @@ class LiveMission {
         return;
       } catch (error) {
         if (this.signal.aborted) return;
-        // A busy service says when it has room again; what else it refuses, it would refuse again.
+        // A busy service is asked again. Other refusals are final.
         if (error instanceof Refusal && error.problem.status < 429) throw error;
         this.linked("lost", error instanceof Refusal ? error.message : "the service does not answer");
       }
@@ -126,7 +126,7 @@ class LiveMission {
     }
   }
 
-  /** The record until now, and the settings that its table does not have. */
+  /** The record until now, and the settings, which its table does not have. */
   async past() {
     const past = new Recording(this.mission), record = `/v1/missions/${encodeURIComponent(this.mission.id)}/record`;
     for await (const some of lines(await ask(`${record}?format=csv`, { signal: this.signal }))) {
@@ -143,6 +143,8 @@ class LiveMission {
 
   /** @param {number} sequence @param {any} event */
   take(sequence, event) {
+    // The record counts all positions from the new origin.
+    if (event.kind === "changed" && event.setting.origin) return location.reload();
     this.recording.takeEvent(sequence, event, (unix) => this.clock(unix));
     if (event.kind === "planned") this.freshest = { age: event.late_s || 0, at: performance.now() };
     else if (event.kind === "gap") this.fillGap(event);
@@ -159,11 +161,11 @@ class LiveMission {
       }
       this.view.changed();
     } catch {
-      // The log says that they are missing; a reload brings them.
+      // The page's log shows the gap; a reload fills it.
     }
   }
 
-  /** What the mission's clock shows. @param {number} unix */
+  /** The mission's clock at a Unix time. @param {number} unix */
   clock(unix) {
     const created = this.mission.created_s ?? 0, rate = this.mission.scene?.clock_rate ?? 1;
     return this.recording.live ? created + rate * (unix - created) : unix;
@@ -193,7 +195,7 @@ class LiveMission {
     this.orders.became(mission);
     const { scene = {}, created_s } = mission;
     const given = scene.information ? [" · information given: ", scene.information] : [];
-    fill(this.about, mission.kind === "simulated" ? `simulated, ${scene.scenario ?? "own scenario"}, seed ${scene.seed ?? 1}` : "live", created_s ? ` · made ${day(created_s)}` : "", ...given);
+    fill(this.about, mission.kind === "simulated" ? `simulated, ${scene.scenario ?? "own scenario"}, seed ${scene.seed ?? 1}` : "live", created_s ? ` · created ${day(created_s)}` : "", ...given);
     this.drawState();
   }
 
@@ -213,7 +215,7 @@ class LiveMission {
       if (mission.plan?.waits_for.length) chips.push(chip(`waits for ${mission.plan.waits_for.join(", ")}`, "warn"));
     } else if (link.name === "over" && link.detail) chips.push(chip(link.detail, "bad"));
     const words = chips.map((made) => made.textContent).join();
-    // Only what changed is said to those who listen.
+    // Only changes are announced to screen readers.
     if (words !== this.said) fill(this.state, chips);
     this.said = words;
   }
@@ -231,7 +233,7 @@ export function chip(text, kind) {
 }
 
 /**
- * A whole answer as the event of a plan, so that it is drawn like one.
+ * An answer as the event of a plan, so that it is drawn like one.
  * @param {any} plan
  * @param {number} t_s
  */

@@ -1,4 +1,4 @@
-// The map: one scale for north and east, north up. Pans, zooms, follows, and says what is under the pointer.
+// The map: one scale for north and east, north up. It pans, zooms, follows the craft, and describes what is under the pointer.
 
 import { el, fill, oncePerFrame } from "./dom.js";
 import { number } from "./format.js";
@@ -6,7 +6,7 @@ import { drawPicture, pictureBounds } from "./drawing.js";
 import { placeOnEarth } from "./background.js";
 
 /**
- * Columns of a track: the first `length` of each count.
+ * Columns of a track, of which the first `length` rows are valid.
  * @typedef {{ t: ArrayLike<number>, north: ArrayLike<number>, east: ArrayLike<number>, depth?: ArrayLike<number>, length: number }} Track
  * @typedef {"solid" | "dashed" | "dotted" | "wide"} Stroke
  * @typedef {{ track: Track, from: number, to: number, colour: string, style: Stroke, byDepth?: boolean, name: string }} TrackLayer
@@ -21,19 +21,19 @@ import { placeOnEarth } from "./background.js";
  * @typedef {{ width: number, height: number, scale: number, north: number, east: number }} Frame `scale` is pixels a metre; `north`, `east` are in the middle
  */
 
-/** Room around what is fitted, pixels. */
+/** Margin around the fitted content, pixels. */
 const MARGIN_PX = 56;
-/** The least extent that is fitted, m. */
+/** Least extent of a fitted view, m. */
 const EXTENT_MIN_M = 30;
 const SCALE_MIN = 0.0005, SCALE_MAX = 200;
 /** A step of zoom, and of the arrow keys as a share of the view. */
 const ZOOM_STEP = 1.4, PAN_SHARE = 0.15;
-/** A pointer that moved less was tapped, pixels. */
+/** A pointer that moved less counts as a tap, pixels. */
 const TAP_PX = 4;
-/** The pointer is over what is so near, pixels. */
+/** Distance within which the pointer is over an object, pixels. */
 const NEAR_PX = 14;
 
-/** A map in `host`. */
+/** A map in the element `host`. */
 export class MapView {
   /** @param {HTMLElement} host @param {{ onPick?: (t: number | null) => void }} [options] */
   constructor(host, { onPick } = {}) {
@@ -52,7 +52,7 @@ export class MapView {
     const button = (/** @type {string} */ text, /** @type {string} */ label, /** @type {() => void} */ action) => el("button", { type: "button", "aria-label": label, title: label, onclick: action }, text);
     this.followButton = button("◎", "Keep the surface craft in the middle", () => this.follow(!this.following));
     fill(host, this.canvas, el("div", { class: "map-buttons", role: "group", "aria-label": "Map view" },
-      button("+", "Nearer", () => this.zoom(ZOOM_STEP)), button("−", "Farther", () => this.zoom(1 / ZOOM_STEP)), button("⤢", "All of it", () => this.fit()), this.followButton), this.readout);
+      button("+", "Nearer", () => this.zoom(ZOOM_STEP)), button("−", "Farther", () => this.zoom(1 / ZOOM_STEP)), button("⤢", "Fit all", () => this.fit()), this.followButton), this.readout);
     this.follow(false);
     new ResizeObserver(() => this.redraw()).observe(host);
     this.listen();
@@ -65,7 +65,7 @@ export class MapView {
     this.drawNow();
   }
 
-  /** Fits what there is, and goes on to until the user pans or zooms. */
+  /** Fits the content, and keeps fitting until the user pans or zooms. */
   fit() {
     this.fitted = true;
     this.follow(false);
@@ -146,7 +146,7 @@ export class MapView {
       return { x: event.clientX - box.left, y: event.clientY - box.top };
     };
     canvas.addEventListener("wheel", (event) => {
-      // The wheel alone scrolls the page, as everywhere.
+      // The wheel without a key scrolls the page.
       if (!event.ctrlKey && !event.shiftKey && document.activeElement !== canvas) return;
       event.preventDefault();
       this.zoom(ZOOM_STEP ** (-event.deltaY / 100), place(event));
@@ -157,7 +157,7 @@ export class MapView {
     });
     canvas.addEventListener("pointermove", (event) => this.moved(event.pointerId, place(event)));
     canvas.addEventListener("pointerup", (event) => {
-      // A finger cannot hover: it asks by a tap.
+      // A finger cannot hover: a tap shows the readout.
       if (pointers.get(event.pointerId)?.still) this.hover(place(event));
       pointers.delete(event.pointerId);
     });

@@ -1,4 +1,4 @@
-// A mission, or several runs of one on the same clock: map, time series, what is believed, what happened.
+// A mission, or several runs of one on the same clock: map, time series, estimates, log.
 
 import { el, fill, named, oncePerFrame } from "./dom.js";
 import { bearing, degrees, duration, methodName, moment, number } from "./format.js";
@@ -13,13 +13,13 @@ import { ChartStack } from "./chart.js";
 /**
  * @typedef {import("./picture.js").Run} Run
  * @typedef {import("./picture.js").Layers} Layers
- * `age` is how old the last plan is by now, s; `before` is a view that this one replaces, whose moment and layers it keeps.
+ * `age` is the age of the last plan, s; `before` is the view that this one replaces, whose moment and layers it keeps.
  * @typedef {{ needed?: (t: number, playing: boolean) => void, age?: () => number, before?: MissionView, side?: Node | null, below?: Node | null, signal?: AbortSignal, sideBySide?: boolean }} ViewOptions
  */
 
-/** Entries of the log that are shown, the newest first. */
+/** Log entries shown, newest first. */
 const LOG_SHOWN = 200;
-/** Around the worst minute some time is shown, s. */
+/** Time shown around the worst minute, s. */
 const AROUND_S = 90;
 
 /** @type {[keyof Layers, string, boolean][]} */
@@ -33,7 +33,7 @@ const LEGEND = [
   ["fix", "fix"], ["refused", "fix refused"], ["keep-out", "keep out"], ["violation", "limit broken"],
 ];
 
-/** What is drawn of runs on one clock. */
+/** The view of one or more runs on one clock. */
 export class MissionView {
   /**
    * @param {HTMLElement} host
@@ -54,7 +54,7 @@ export class MissionView {
     before?.leave();
     this.drawnVersion = this.drawnLog = -1;
     this.hovered = /** @type {number | null} */ (null);
-    /** How long the last drawing took, ms. */
+    /** Duration of the last drawing, ms. */
     this.drawMs = 0;
     this.build(host);
     addEventListener("themechange", () => { this.drawnVersion = -1; this.draw(); }, { signal });
@@ -62,13 +62,13 @@ export class MissionView {
     this.changed();
   }
 
-  /** Nothing of it is drawn any more. */
+  /** Stops drawing. */
   leave() {
     this.left = true;
     this.playback.pause();
   }
 
-  /** There is more to show. */
+  /** Draws again, after new data. */
   changed() {
     const spans = this.runs.map(({ recording }) => recording.span).filter(([from]) => Number.isFinite(from));
     if (spans.length) this.playback.spans([Math.min(...spans.map(([from]) => from)), Math.max(...spans.map(([, to]) => to))]);
@@ -84,9 +84,9 @@ export class MissionView {
     this.now = el("dl", { class: "now" });
     this.believed = el("dl", { class: "now" });
     this.warnings = el("ul", { class: "warnings" });
-    this.log = el("ol", { class: "log", tabIndex: 0, "aria-label": "What happened, the newest first" });
+    this.log = el("ol", { class: "log", tabIndex: 0, "aria-label": "Log, newest first" });
     const maps = el("div", { class: this.options.sideBySide ? "maps side-by-side" : "maps" });
-    this.empty = el("p", { class: "empty", hidden: true }, "Nothing has happened yet: no plan, no fix.");
+    this.empty = el("p", { class: "empty", hidden: true }, "No plan and no fix yet.");
     const several = this.runs.length > 1;
     fill(host, el("div", { class: several ? "mission several" : "mission" },
       el("section", { class: "panel map-panel", "aria-label": "Map" }, this.empty, maps, legend(several ? this.runs : []), this.layersForm()),
@@ -95,8 +95,8 @@ export class MissionView {
       el("div", { class: "side" },
         this.options.side,
         !several && el("section", { class: "panel", "aria-labelledby": "now-title" }, el("h2", { id: "now-title" }, "Now"), this.now, this.warnings),
-        !several && el("section", { class: "panel", "aria-labelledby": "believed-title" }, el("h2", { id: "believed-title" }, "What the planner believes"), this.believed),
-        el("section", { class: "panel", "aria-labelledby": "log-title" }, el("h2", { id: "log-title" }, "What happened"), this.log)),
+        !several && el("section", { class: "panel", "aria-labelledby": "believed-title" }, el("h2", { id: "believed-title" }, "The planner's estimates"), this.believed),
+        el("section", { class: "panel", "aria-labelledby": "log-title" }, el("h2", { id: "log-title" }, "Log"), this.log)),
       el("section", { class: "panel charts", "aria-label": "Time series" }, this.chartsHost = el("div"))));
     this.maps = this.mapsIn(maps);
     this.charts = new ChartStack(this.chartsHost, {
@@ -148,7 +148,7 @@ export class MissionView {
     const { playback } = this;
     this.playButton = el("button", { type: "button", class: "play", onclick: () => playback.toggle() }, "▶ Play");
     this.slider = el("input", {
-      type: "range", min: "0", max: "1000", step: "1", value: "1000", "aria-label": "Moment that is shown",
+      type: "range", min: "0", max: "1000", step: "1", value: "1000", "aria-label": "Time shown",
       oninput: () => {
         if (playback.playing) playback.pause();
         playback.seek(playback.from + (Number(this.slider?.value) / 1000) * (playback.to - playback.from));
@@ -168,7 +168,7 @@ export class MissionView {
     return el("div", { class: "transport", role: "group", "aria-label": "Replay" }, this.playButton, speed, this.slider, this.clock, this.endButton, worst);
   }
 
-  /** Shows the minute in which the first run was farthest from its goal. */
+  /** Shows the minute with the largest distance of the first run to its goal. */
   goToWorst() {
     const worst = worstStretch(this.runs[0].recording);
     if (!worst) return;
@@ -231,7 +231,7 @@ export class MissionView {
     const believed = recording.predictionAt(t)?.prediction;
     const method = i < 0 ? "–" : methodName(recording.methods[value("method")]);
     const compared = believed ? ` (line of sight ${number(believed.line_of_sight_rms_m, 1, "m")})` : "";
-    // At the end of a live mission time goes on, though no plan comes.
+    // At the end of a live mission the clock runs on without plans.
     const since = this.live && this.playback.atEnd && this.hovered === null ? this.options.age?.() ?? 0 : 0;
     const { origin } = recording.mission, [north, east] = ["north", "east"].map((name) => craft.at(name, t));
     const earth = origin && Number.isFinite(north) ? placeOnEarth(origin, north, east) : null;
@@ -247,7 +247,7 @@ export class MissionView {
     ]);
     fill(this.warnings ?? el("ul"), (believed?.warnings ?? []).map((warning) => el("li", {}, warning.detail)),
       (believed?.violations ?? []).map((violation) => el("li", { class: "violated" }, `${violationWords(violation)}, at ${moment(violation.t_s, this.live)}`)));
-    facts(this.believed, believed ? beliefsOf(believed) : [["", i < 0 ? "no plan yet" : "loading, or not kept: this record is of a version that did not keep it"]]);
+    facts(this.believed, believed ? beliefsOf(believed) : [["", i < 0 ? "no plan yet" : "loading, or not stored: an earlier version made this record"]]);
   }
 
   drawLog() {
@@ -268,7 +268,7 @@ function beliefsOf({ current, craft, auvs }) {
     ["heading offset", number(degrees(Number(craft.heading_offset_rad)), 1, "°")],
     ["surge lag", number(Number(craft.surge_lag_s), 2, "s")],
     ["sway per yaw rate", number(Number(craft.sway_per_yaw_rate_s), 2, "s")],
-    ["craft follows", craft.follows ? "yes" : "no: it does not do what is predicted of it"],
+    ["craft follows", craft.follows ? "yes" : "no: its motion differs from the prediction"],
     ...auvs.map(({ id, drift, covariances_m2: [first] }) => [
       id, `± ${number(Math.sqrt(((first?.[0] ?? NaN) + (first?.[2] ?? NaN)) * 2.995), 1, "m")} (95 %), drift ${number(Math.hypot(...drift), 3, "m/s")}`,
     ]),

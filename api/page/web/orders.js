@@ -1,4 +1,4 @@
-// Orders to a mission, for those whose token may give them.
+// Orders to a mission, for callers whose role allows them.
 
 import { el, fill } from "./dom.js";
 import { freshKey, Refusal, send } from "./service.js";
@@ -8,13 +8,13 @@ import { freshKey, Refusal, send } from "./service.js";
  * @typedef {import("./recording.js").MissionJson} MissionJson
  */
 
-/** Speeds of a simulated mission; none is as fast as it can. */
+/** Speed factors of a simulated mission. Without one it runs as fast as possible. */
 const RUN_SPEEDS = [1, 10, 60, 300];
-/** Time with each AUV in turn that a goal is offered with, s. */
+/** Dwell time of the offered intermittent goal, s. */
 const DWELL_S = 240;
 
 /**
- * The form of orders, and what tells it what the mission became.
+ * The form of orders, and the function that updates it.
  * @param {MissionJson} mission
  * @param {Context} context
  * @param {(mission: MissionJson) => void} done
@@ -32,15 +32,18 @@ export function ordersOf(mission, context, done) {
     }
   };
   const order = (/** @type {string} */ what, /** @type {string} */ call, /** @type {unknown} */ body = undefined) => give(what, () => send(`${path}/${call}`, body, { key: freshKey() }));
-  const speed = el("select", { "aria-label": "Speed of the simulation" }, el("option", { value: "" }, "as fast as it can"), RUN_SPEEDS.map((factor) => el("option", { value: String(factor), selected: factor === 60 }, `${factor}×`)));
+  const speed = el("select", { "aria-label": "Speed of the simulation" }, el("option", { value: "" }, "as fast as possible"), RUN_SPEEDS.map((factor) => el("option", { value: String(factor), selected: factor === 60 }, `${factor}×`)));
   const run = el("button", { type: "button", class: "primary", onclick: () => order("Run", "run", mission.kind === "simulated" && speed.value ? { speed_factor: Number(speed.value) } : {}) }, "Run");
   const pause = el("button", { type: "button", onclick: () => order("Pause", "pause") }, "Pause");
   const finish = el("button", { type: "button", class: "danger", onclick: () => confirm("End this mission? It cannot be resumed.") && order("Finish", "finish") }, "Finish");
-  const goal = goalForm((value) => give("Change of goal", () => send(path, { goal: value }, { method: "PATCH", key: freshKey() })), said);
-  const readOnly = context.role === "read-only" && el("p", { class: "why" }, "Read-only: your token may look. Orders need an operator's token.");
+  // A goal is changed only if the mission is still as the page shows it.
+  let revision = mission.revision;
+  const goal = goalForm((value) => give("Change of goal", () => send(path, { goal: value }, { method: "PATCH", key: freshKey(), ifMatch: revision })), said);
+  const readOnly = context.role === "read-only" && el("p", { class: "why" }, "Read-only: orders need an operator's token.");
   const element = el("section", { class: "panel orders", "aria-labelledby": "orders-title" }, el("h2", { id: "orders-title" }, "Orders"), readOnly,
     el("div", { class: "row" }, run, mission.kind === "simulated" && speed, pause, finish), mission.kind === "live" && goal.element, said);
-  const became = (/** @type {MissionJson} */ { status, setting, scene }) => {
+  const became = (/** @type {MissionJson} */ { revision: shown, status, setting, scene }) => {
+    revision = shown;
     const over = status === "finished" || status === "failed", forbidden = context.role === "read-only";
     run.disabled = speed.disabled = forbidden || over || status === "running";
     pause.disabled = forbidden || status !== "running";
@@ -63,7 +66,7 @@ export function refusalWords({ problem, message }) {
  */
 function goalForm(change, said) {
   const text = el("textarea", { rows: 4, spellcheck: false, "aria-label": "New goal, as JSON" });
-  const offers = el("select", { "aria-label": "Goals to begin with", onchange: () => { text.value = offers.value; } });
+  const offers = el("select", { "aria-label": "Goals to start from", onchange: () => { text.value = offers.value; } });
   const button = el("button", {
     type: "button", onclick: () => {
       try {
@@ -81,7 +84,7 @@ function goalForm(change, said) {
     if (now === shown || !goal) return;
     shown = now;
     text.value = JSON.stringify(goal);
-    const entries = [["as it is", goal], ...auvs.map((auv) => [`track ${auv}`, { kind: "track", auv }])];
+    const entries = [["the current goal", goal], ...auvs.map((auv) => [`track ${auv}`, { kind: "track", auv }])];
     if (auvs.length > 1) entries.push(["midpoint of all", { kind: "midpoint", auvs }], ["in turn", { kind: "intermittent", auvs, dwell_s: DWELL_S, epoch_s: 0 }], ["in range of all", { kind: "range", auvs }]);
     fill(offers, entries.map(([name, value]) => el("option", { value: JSON.stringify(value) }, name)));
   };

@@ -1,4 +1,4 @@
-// What the map shows of recordings at a moment.
+// The map of recordings at one moment.
 
 import { number } from "./format.js";
 
@@ -11,17 +11,17 @@ import { number } from "./format.js";
  * @typedef {{ lines: import("./map.js").Line[], marks: import("./map.js").Mark[] }} Background
  */
 
-/** An arrow is as long as the craft would travel in this time. */
+/** Time that the length of an arrow stands for, s. */
 const ARROW_S = 12;
-/** Raw fixes that are shown: those of the last minutes. */
+/** Raw fixes are shown for so long, s. */
 const FIXES_S = 300;
-/** Times of one fix that were rounded apart differ by less, s. */
+/** Times of the same fix differ by less, s: they are rounded. */
 const SAME_FIX_S = 0.01;
-/** A course is taken from fixes so far apart, s. */
+/** A course is computed from fixes so far apart, s. */
 const COURSE_S = 5;
 
 /**
- * The map of `runs` at `t`. With one run all that its planner believes is on it; of several, their craft.
+ * The map of `runs` at `t`. For one run it shows all estimates of the planner, for several only their craft.
  * @param {Run[]} runs
  * @param {number} t
  * @param {Layers} layers
@@ -107,7 +107,7 @@ export function violationWords(violation) {
 }
 
 /**
- * Where the plan is `after` seconds from its start.
+ * The position of the plan `after` seconds from its start.
  * @param {import("./recording.js").Prediction} prediction
  * @param {number} after
  * @returns {[number, number] | undefined}
@@ -151,7 +151,7 @@ function auvsAt(picture, recording, t, prediction) {
     const believed = recording.live ? prediction?.auvs.find((auv) => auv.id === id) : undefined;
     let [north, east] = ["north", "east"].map((column) => series.column(column)[i]);
     let depth = series.column("depth")[i];
-    // A live AUV is where it is believed to be now, and not where its last fix was.
+    // A live AUV is drawn at its estimated position, not at its last fix.
     if (believed) [[north, east], depth] = [believed.positions[0], believed.depths_m[0]];
     const heading = believed && believed.positions.length > 1 ? course(believed.positions) : headingOf(series, i);
     picture.vehicles.push({ kind: "auv", north, east, heading, colour: "auv", name: id, note: Number.isFinite(depth) ? `${number(depth, 1, "m")} deep` : "" });

@@ -27,7 +27,7 @@ class PlanPage {
   constructor(root, context) {
     this.context = context;
     this.turn = 0;
-    /** The example as it came, so that an address need not hold it. */
+    /** The example as loaded, so that the address need not hold it. */
     this.example = { name: "", text: "" };
     this.status = el("p", { class: "plan-status chip", role: "status" }, "loading");
     this.examples = el("select", { id: "example", onchange: () => this.load(this.examples.value) });
@@ -37,10 +37,10 @@ class PlanPage {
     this.picture = new PlanPicture();
     this.tables = el("div");
     this.results = el("div", { class: "plan-results" }, this.picture.element, this.tables);
-    /** Whether a plan is drawn. */
+    /** Whether a plan is shown. */
     this.drawn = false;
     fill(root, el("header", { class: "mission-head" }, el("h1", {}, "Plan one snapshot"), this.status,
-      el("p", { class: "about" }, "What is known of the vehicles now, and what is wanted: the planner's answer, and what the line-of-sight laws would do with the same.")),
+      el("p", { class: "about" }, "A snapshot holds what is known of the vehicles and what is wanted. The page shows the planner's answer and those of the line-of-sight laws.")),
     el("div", { class: "plan" }, el("section", { class: "panel plan-edit", "aria-label": "Snapshot" },
       el("label", { htmlFor: "example" }, "Example "), this.examples, this.editor.element,
       el("div", { class: "row" }, el("button", { type: "button", class: "primary", onclick: () => this.plan() }, "Plan"), copyButtons(() => this.editor.text)), this.kept), el("div", {}, this.refused, this.results)));
@@ -72,7 +72,7 @@ class PlanPage {
     try {
       return await unpacked(letters);
     } catch {
-      fill(this.kept, "The edits in the address are damaged: this is the example as it is.");
+      fill(this.kept, "The edits in the address cannot be read: this is the unchanged example.");
       return null;
     }
   }
@@ -98,7 +98,7 @@ class PlanPage {
       const letters = await packed(text);
       if (text !== this.editor.text || this.context.gone()) return;
       const fits = letters.length <= ADDRESS_MAX;
-      fill(this.kept, fits ? "" : "This is too long for the address: it is kept in this tab, and a link to it shows the example.");
+      fill(this.kept, fits ? "" : "The snapshot is too long for the address: only this tab keeps it, and a link shows the example.");
       if (!fits) sessionStorage.setItem(KEPT, text);
       parameters.set("edit", fits ? letters : "kept");
     }

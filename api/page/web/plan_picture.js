@@ -1,4 +1,4 @@
-// The plan of a snapshot and what the laws would do with it: map, distance over time, replay.
+// The plan of a snapshot and the answers of the laws: map, distance over time, replay.
 
 import { el, fill } from "./dom.js";
 import { methodName, number } from "./format.js";
@@ -13,12 +13,12 @@ import { tangentPlane } from "./background.js";
  */
 
 /** Colours of the answers; the first two are shown from the start. @type {[string, string][]} */
-const ANSWER_COLOURS = [["mpc", "plan"], ["saturated_los", "los"], ["saturated_los_tracker_frame", "craft-4"], ["integral_los", "craft-5"], ["waypoint_box", "craft-6"], ["printed_los", "bad"]];
+const ANSWER_COLOURS = [["mpc", "plan"], ["saturated_los", "los"], ["saturated_los_tracker_frame", "craft-4"], ["integral_los", "craft-5"], ["waypoint_box", "craft-6"]];
 const SHOWN_FIRST = 2, ARROW_S = 12, REPLAY_SPEED = 10;
 /** Points of a forecast from one ellipse to the next. */
 const ELLIPSE_EVERY = 6;
 
-/** What is drawn of a comparison. */
+/** The picture of a comparison. */
 export class PlanPicture {
   constructor() {
     this.shown = new Set(ANSWER_COLOURS.slice(0, SHOWN_FIRST).map(([name]) => name));
@@ -29,9 +29,9 @@ export class PlanPicture {
     /** @type {{ [name: string]: any }} */
     this.plans = {};
     const place = el("div", { class: "map-place" }), charts = el("div");
-    this.boxes = el("div", { class: "plan-laws row", role: "group", "aria-label": "Answers that are drawn" });
+    this.boxes = el("div", { class: "plan-laws row", role: "group", "aria-label": "Answers shown" });
     this.playButton = el("button", { type: "button", onclick: () => this.toggle() }, "▶ Play");
-    this.slider = el("input", { type: "range", min: "0", max: "1000", value: "0", "aria-label": "Moment of the forecast", oninput: () => { this.stop(); this.after = Number(this.slider.value) / 1000 * this.length; this.draw(); } });
+    this.slider = el("input", { type: "range", min: "0", max: "1000", value: "0", "aria-label": "Time of the forecast", oninput: () => { this.stop(); this.after = Number(this.slider.value) / 1000 * this.length; this.draw(); } });
     this.clock = el("output", { class: "clock" }, "now");
     this.element = el("div", {}, el("section", { class: "panel map-panel", "aria-label": "Map of the snapshot" }, place, this.boxes),
       el("div", { class: "transport", role: "group", "aria-label": "Replay" }, this.playButton, this.slider, this.clock), el("section", { class: "panel charts", "aria-label": "Predicted distance to the goal" }, charts));

@@ -1,4 +1,4 @@
-// The numbers of a comparison: answers beside each other, the program, its cost, its solver.
+// The tables of a comparison: answers side by side, the program, its cost, its solver.
 
 import { el } from "./dom.js";
 import { bearing, methodName, number } from "./format.js";
@@ -32,7 +32,7 @@ export function planTables({ plans, explanation }) {
     sections.push(section("Solver", table([], facts.map(([name, value]) => [String(name), { text: String(value) }]))));
   }
   if (explanation) sections.push(...explained(explanation, names));
-  else sections.push(el("p", { class: "said" }, "The service had no time left to explain this plan: cost by term, slack and the solver's log are missing. Plan again for them."));
+  else sections.push(el("p", { class: "said" }, "The service had no time left to explain this plan: cost by term, slack and the solver's log are missing. Plan again to get them."));
   return sections;
 }
 

@@ -1,11 +1,11 @@
-// One clock for everything that is drawn: the moment that is looked at, whether it runs, and how fast.
+// One clock for everything that is drawn: the moment shown, whether it runs, and how fast.
 
-/** Seconds of the mission in one, that can be chosen. */
+/** Speed factors to choose from. */
 export const PLAY_SPEEDS = [1, 2, 5, 10, 30, 60, 120, 300];
-/** Closer than this to the end is the end, s. */
+/** A moment this close to the end counts as the end, s. */
 const AT_THE_END_S = 0.5;
 
-/** The moment that is looked at. */
+/** The moment that is shown. */
 export class Playback {
   /** @param {() => void} moved is called when the moment or its span changes */
   constructor(moved) {
@@ -15,13 +15,13 @@ export class Playback {
     this.t = NaN;
     this.playing = false;
     this.speed = 30;
-    /** Whether it stays at the end while that grows. */
+    /** Whether it stays at the end while the recording grows. */
     this.atEnd = true;
     this.frame = 0;
   }
 
   /**
-   * What there is to look at; at the end it goes with that.
+   * Sets the range. At the end the moment follows the end.
    * @param {[number, number]} span
    */
   spans([from, to]) {

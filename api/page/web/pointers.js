@@ -1,7 +1,7 @@
-// Where in a JSON text a JSON pointer points, so that an error stands at its field.
+// The line of a JSON pointer in a JSON text, so that an error is shown at its field.
 
 /**
- * The line, from 0 on, of each value in `text`, by its pointer; as far as the text is JSON.
+ * The line, from 0, of each value in `text`, by pointer, up to the first error in the text.
  * @param {string} text
  * @returns {Map<string, number>}
  */
@@ -62,7 +62,7 @@ export function linesByPointer(text) {
 }
 
 /**
- * The line of `pointer`, or of the nearest thing around it that is there.
+ * The line of `pointer`, or of its nearest ancestor in the text.
  * @param {Map<string, number>} lines
  * @param {string} pointer
  */

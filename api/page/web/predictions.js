@@ -1,10 +1,10 @@
-// What stored plans predicted, fetched when a view comes to them.
+// Predictions of stored plans, fetched when a view needs them.
 
 import { ask, lines, Refusal } from "./service.js";
 
-/** Predictions fetched at once: for a moment, and for a replay. */
+/** Predictions in one request: for a moment, and for a replay. */
 const AHEAD = 4, AHEAD_PLAYING = 60;
-/** Between two attempts, ms. */
+/** Time between two attempts, ms. */
 const PAUSE_MS = 1000;
 
 /** Fills a recording with the predictions of its plans. */
@@ -23,7 +23,7 @@ export class Predictions {
   }
 
   /**
-   * Fetches what the plans about `t` predicted, where that is not here.
+   * Fetches missing predictions of the plans near `t`.
    * @param {number} t
    * @param {boolean} playing
    */
@@ -46,7 +46,7 @@ export class Predictions {
       }
     } catch (error) {
       if (signal.aborted) return;
-      // A mission that is gone, or that this token may not read, stays so.
+      // A deleted or forbidden mission is not asked for again.
       if (error instanceof Refusal && error.problem.status < 429) this.refused = true;
       else this.lost?.();
       await new Promise((resume) => setTimeout(resume, PAUSE_MS));

@@ -1,19 +1,19 @@
-// A mission as the page knows it: columns of numbers that grow, from a record's table, from events as they come, or both.
+// A mission in the page: columns of numbers that grow, from a record's table, from events, or both.
 
-/** Start of the settled scores of a simulated mission whose scene says nothing of it, s. */
+/** Default start of the settled scores of a simulated mission, s. */
 const SETTLED_AFTER_S = 120;
-/** What the course of the goal is taken from: it moves at least so far, and not so fast that it jumped. */
+/** For the course of the goal: its least movement, and the speed above which it jumped. */
 const GOAL_MOVES_M = 0.02, GOAL_SPEED_MAX_MPS = 3;
-/** A goal that moves so much farther has changed hands. */
+/** A goal that moves so much farther has switched to another AUV. */
 const GOAL_JUMPS_M = 5;
-/** Predictions kept, entries of the log, stays of the craft beyond a limit. */
+/** Most predictions, log entries and violations kept. */
 const PREDICTIONS_MAX = 1_500, LOG_MAX = 2_000, BREACHES_MAX = 500;
-/** An AUV whose age is less is known at once, by no fix, s. */
+/** Below this age an AUV is known directly, not by a fix, s. */
 const FIX_AGE_MIN_S = 0.5;
-/** Less than this beyond a limit is rounding, m. */
+/** Tolerance of a limit, for rounding, m. */
 const NOTICEABLE_M = 0.01;
 
-/** Rows of numbers in order of time, a column each. */
+/** Rows of numbers ordered by time, stored as columns. */
 export class Series {
   /** @param {string[]} names the first is the time */
   constructor(...names) {
@@ -37,7 +37,7 @@ export class Series {
   }
 
   /**
-   * Takes a row up, where its time puts it: reports come late. One of a time that is there already replaces it.
+   * Inserts a row in order of time, because reports come late. A row with an existing time replaces that row.
    * @param {number[]} values
    */
   push(...values) {
@@ -69,7 +69,7 @@ export class Series {
   }
 
   /**
-   * Index of the last row at `time` or before; −1 where there is none.
+   * Index of the last row at `time` or before; −1 if there is none.
    * @param {number} time
    */
   indexAt(time) {
@@ -83,7 +83,7 @@ export class Series {
   }
 
   /**
-   * The value that counts at `time`, held from the row before.
+   * The value at `time`, held from the previous row.
    * @param {string} name
    * @param {number} time
    */
@@ -105,7 +105,7 @@ export class Series {
  * @typedef {{ duration_s?: number, settled_after_s?: number, period_s?: number, scenario?: string, seed?: number, controller?: string, information?: string, clock_rate?: number, auvs?: string[], origin?: { lat_deg: number, lon_deg: number },
  *   keep_outs?: { north_m: number, east_m: number, radius_m: number }[], area?: [number, number][], range_max_m?: number,
  *   paths?: { [id: string]: [number, number][] }, goal?: string }} Scene
- * @typedef {{ id: string, title: string, kind: string, status: string, t_s: number, plan?: { waits_for: string[], age_s: number }, created_s?: number, sequence?: number, speed_factor?: number,
+ * @typedef {{ id: string, title: string, kind: string, status: string, t_s: number, plan?: { waits_for: string[], age_s: number }, created_s?: number, sequence?: number, revision?: number, speed_factor?: number,
  *   origin?: { lat_deg: number, lon_deg: number }, setting?: any, scene?: Scene }} MissionJson
  * @typedef {{ t_s: number, kind: string, text: string }} LogEntry
  */
@@ -142,15 +142,15 @@ export class Recording {
     this.without = new Set();
     /** @type {LogEntry[]} */
     this.log = [];
-    /** Grows with every entry of the log. */
+    /** Counts the log entries. */
     this.logVersion = 0;
     /** Discs and area of a live mission, by the time from which they count. @type {{ t: number, keep_outs: Scene["keep_outs"], area: Scene["area"] }[]} */
     this.settings = [];
-    /** Where the craft was beyond a limit, and how many of its places were looked at for that. */
+    /** Violations of limits by the craft, and the number of positions checked. */
     this.breaches = { found: /** @type {Breach[]} */ ([]), now: /** @type {Map<string, Breach>} */ (new Map()), looked: 0 };
-    /** The last event that is in here. */
+    /** Number of the last event taken. */
     this.sequence = 0;
-    /** Grows with every change, so that views know. */
+    /** Counts the changes, for views. */
     this.version = 0;
     this.goalCourse = NaN;
     this.wasDegraded = false;
@@ -169,7 +169,7 @@ export class Recording {
   }
 
   /**
-   * Discs and area that counted at `time`.
+   * Discs and area at `time`.
    * @param {number} time
    * @returns {{ keep_outs: { north_m: number, east_m: number, radius_m: number }[], area: [number, number][] }}
    */
@@ -179,7 +179,7 @@ export class Recording {
   }
 
   /**
-   * A live mission's discs and area from `t` on, where the setting changes them.
+   * Takes the discs and area of a live mission's setting from `t` on.
    * @param {number} t
    * @param {{ keep_outs?: Scene["keep_outs"] | null, area?: Scene["area"] | null }} setting
    */
@@ -218,7 +218,7 @@ export class Recording {
     }
   }
 
-  /** Where the AUVs were: truly in a simulated mission, as believed in a live one, and by their fixes where no belief was kept. */
+  /** Positions of the AUVs: true in a simulated mission, estimated in a live one, and by fixes if no estimates were stored. */
   get places() {
     if (this.auvs.size) return this.auvs;
     return this.estimates.size ? this.estimates : this.fixes;
@@ -239,12 +239,12 @@ export class Recording {
   }
 
   /**
-   * A piece of a record's table, as CSV: lines that are whole. The first line of the first piece is the header.
+   * Takes lines of a record's table, as CSV. The first line of all is the header.
    * @param {string[]} some
    */
   takeLines(some) {
     for (const piece of some) {
-      // A name may hold a line break: its quotes are still open then.
+      // A name may contain a line break: then its quotes are still open.
       const line = this.open ? `${this.open}\n${piece}` : piece;
       const quoted = line.includes('"');
       this.open = quoted && line.split('"').length % 2 === 0 ? line : "";
@@ -259,7 +259,7 @@ export class Recording {
     this.version += 1;
   }
 
-  /** Forgets where it was in a table: the next line is a header. */
+  /** Begins a new table: the next line is a header. */
   newTable() {
     this.open = "";
     this.header.clear();
@@ -291,12 +291,12 @@ export class Recording {
    */
   takeKnown(id, t, age, north, east) {
     if (age < FIX_AGE_MIN_S || !Number.isFinite(north)) return;
-    // Times of one fix that two plans tell are rounded apart.
+    // Two plans may round the time of the same fix differently.
     this.series(id, this.fixes, FIX).push(Math.round(1000 * t) / 1000, north, east, NaN, NaN);
   }
 
   /**
-   * Where a vehicle was.
+   * The position of a vehicle.
    * @param {string} kind
    * @param {number} t
    * @param {string} vehicle
@@ -354,7 +354,7 @@ export class Recording {
   }
 
   /**
-   * An event as the stream sends it.
+   * Takes an event of the stream.
    * @param {number} sequence NaN for a gap
    * @param {any} event
    * @param {(unix: number) => number} clock what the mission's clock shows at a Unix time
@@ -366,7 +366,7 @@ export class Recording {
   }
 
   /**
-   * Any event that is not in here yet, also one before the last.
+   * Takes an event that is still missing, even an earlier one.
    * @param {number} sequence @param {any} event @param {(unix: number) => number} clock
    */
   takeAny(sequence, event, clock) {
@@ -419,7 +419,7 @@ export class Recording {
 
   /** @param {number} t_s @param {Prediction} prediction */
   keepPrediction(t_s, prediction) {
-    // What there is none of is left out.
+    // Missing values are left out.
     prediction.violations ??= [];
     prediction.warnings ??= [];
     this.predictions.set(t_s, prediction);
@@ -432,7 +432,7 @@ export class Recording {
   }
 
   /**
-   * What the plan that counts at `time` predicts, where that is here: of the plan itself, or of one that is at most `within` older.
+   * The prediction of the plan at `time`, if loaded, or of a plan at most `within` older.
    * @param {number} time
    * @param {number} [within]
    * @returns {{ t_s: number, prediction: Prediction } | null}
@@ -448,7 +448,7 @@ export class Recording {
 }
 
 /**
- * How far a place is outside a convex area, m; 0 inside.
+ * Distance of a point outside a convex area, m; 0 inside.
  * @param {[number, number][]} corners either way round
  * @param {number} north
  * @param {number} east
@@ -485,7 +485,7 @@ function wordsOf(event) {
 }
 
 /**
- * Scores of the true distance to the goal from `from` to `to`, by the samples in between.
+ * Scores of the true distance to the goal from `from` to `to`.
  * @param {Recording} recording
  * @param {number} [from]
  * @param {number} [to]
@@ -528,8 +528,8 @@ function headingTravel(craft, from, to) {
 }
 
 /**
- * The stretch of `length` seconds in which the craft was farthest from its goal, root mean square. The approach at the start of a simulated
- * mission is left out where there is more than that.
+ * The stretch of `length` seconds with the largest root mean square distance to the goal. The approach at the start of a simulated
+ * mission is left out if the mission is longer.
  * @param {Recording} recording
  * @param {number} [length]
  * @returns {{ from: number, to: number, rms_m: number } | null}

@@ -9,6 +9,8 @@ import { drawSheet } from "./sheet.js";
 import { themeChoice } from "./theme.js";
 
 /**
+ * @typedef {{ words: number, columns: string[], rows: string[][] }} BlockTable
+ * @typedef {{ heading?: [number, string], paragraph?: string, table?: BlockTable, code?: [string, string], sheet?: import("./sheet.js").Sheet }} Block
  * @typedef {{ mission: import("./recording.js").MissionJson, csv: string, predictions?: [number, import("./recording.js").Prediction][] }} RecordedRun
  * @typedef {{ guide: string, lines: [string, string][] }} RecordedScores
  */
@@ -16,7 +18,7 @@ import { themeChoice } from "./theme.js";
 const data = JSON.parse(document.getElementById("data")?.textContent ?? "{}");
 const host = /** @type {HTMLElement} */ (document.getElementById("main"));
 document.body.prepend(el("header", { class: "top" }, el("span", { class: "brand" }, "Pilotfish"), el("span", { id: "theme-place" }, themeChoice())));
-if (data.kind === "sheets") showSheets();
+if (data.kind === "document") host.append(...data.blocks.map(blockElement));
 else showRuns(data.runs ?? [], data.scores ?? []);
 
 /** @param {RecordedRun[]} recorded @param {RecordedScores[]} scored */
@@ -51,17 +53,33 @@ function scoresOf(scored) {
       el("tbody", {}, names.map((name) => el("tr", {}, el("th", { scope: "row" }, name), scored.map((one) => el("td", {}, value(one, name)))))))));
 }
 
-function showSheets() {
-  fill(host, el("header", { class: "mission-head" }, el("h1", {}, data.title)), (data.text ?? []).map((/** @type {string} */ text) => el("p", { class: "prose" }, text)));
-  for (const table of data.tables ?? []) {
-    host.append(el("section", { class: "panel" }, el("h2", {}, table.caption), el("div", { class: "table-scroll", tabIndex: 0, role: "group", "aria-label": table.caption },
-      el("table", {}, el("thead", {}, el("tr", {}, table.head.map((/** @type {string} */ cell) => el("th", { scope: "col" }, cell)))),
-        el("tbody", {}, table.rows.map((/** @type {string[]} */ row) => el("tr", {}, row.map((cell) => el("td", {}, cell)))))))));
-  }
-  for (const code of data.code ?? []) host.append(el("section", { class: "panel" }, el("h2", {}, code.caption), el("pre", { class: "code", tabIndex: 0 }, code.text)));
-  for (const sheet of data.sheets ?? []) {
-    const place = el("section", { class: "panel sheet" });
-    host.append(place);
-    drawSheet(place, sheet);
-  }
+/** @param {Block} block */
+function blockElement({ heading, paragraph, table, code, sheet }) {
+  if (heading) return heading[0] === 1 ? el("header", { class: "mission-head" }, el("h1", {}, marked(heading[1]))) : el(heading[0] === 2 ? "h2" : "h3", {}, marked(heading[1]));
+  if (table) return blockTable(table);
+  if (code) return el("section", { class: "panel" }, el("h2", {}, code[0]), el("pre", { class: "code", tabIndex: 0 }, code[1]));
+  if (!sheet) return el("p", { class: "prose" }, marked(paragraph ?? ""));
+  const place = el("section", { class: "panel sheet" });
+  drawSheet(place, sheet);
+  return place;
+}
+
+/** @param {BlockTable} table */
+function blockTable({ words, columns, rows }) {
+  const aligned = (/** @type {number} */ i) => ({ class: i < words && "words" });
+  return el("section", { class: "panel" }, el("div", { class: "table-scroll", tabIndex: 0, role: "group", "aria-label": columns.join(", ") },
+    el("table", {}, el("thead", {}, el("tr", {}, columns.map((cell, i) => el("th", { ...aligned(i), scope: "col" }, marked(cell))))),
+      el("tbody", {}, rows.map((row) => el("tr", {}, row.map((cell, i) => el("td", aligned(i), marked(cell)))))))));
+}
+
+/**
+ * Text between `**` is bold, between backticks code.
+ * @param {string} words
+ * @returns {(Node | string)[]}
+ */
+function marked(words) {
+  return words.split(/(\*\*.+?\*\*|`.+?`)/).map((part, i) => {
+    if (i % 2 === 0) return part;
+    return part.startsWith("`") ? el("code", {}, part.slice(1, -1)) : el("b", {}, marked(part.slice(2, -2)));
+  });
 }

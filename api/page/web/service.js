@@ -1,4 +1,4 @@
-// Speaks to the service that the page came from, with the user's token where it wants one.
+// Calls the service of this page, with the user's token if it requires one.
 
 /**
  * @typedef {{ pointer?: string, parameter?: string, code: string, detail: string, given?: unknown, limit?: unknown }} FieldError
@@ -9,12 +9,12 @@
 const SILENCE_MAX_MS = 40_000;
 const PATIENCE_MS = 1_000;
 const PATIENCE_MAX_MS = 10_000;
-/** A short answer that takes longer does not come, ms. */
+/** Timeout of a short answer, ms. */
 const ANSWER_MAX_MS = 15_000;
-/** A page that is hidden for so long gives its stream back: a browser has six connections to a service for all of its tabs. */
+/** A page that is hidden for so long closes its stream: a browser shares six connections among its tabs. */
 const HIDDEN_MAX_MS = 10_000;
 
-/** The service refused. */
+/** A refusal of the service. */
 export class Refusal extends Error {
   /** @param {ProblemDocument} problem */
   constructor(problem) {
@@ -28,13 +28,13 @@ export function isUnreachable(error) {
   return error instanceof TypeError || (error instanceof DOMException && ["AbortError", "NetworkError", "TimeoutError"].includes(error.name));
 }
 
-/** Where the token is kept: in this tab alone. */
+/** The token is kept in this tab only. */
 const TOKEN = "token";
 
-/** Asks the user for a token, which may follow one that was refused; the page's shell replaces it. */
+/** Asks the user for a token. The page's shell replaces this. */
 export const door = {
   /** @type {(refused: boolean) => Promise<void>} */
-  ask: () => Promise.reject(new Error("a token is needed")),
+  ask: () => Promise.reject(new Error("a token is required")),
 };
 
 /** @param {string} token */
@@ -43,7 +43,7 @@ export function useToken(token) {
 }
 
 /**
- * Fetches `path`. Refusals throw a `Refusal`; where the service cannot be reached, fetch's own error is thrown.
+ * Fetches `path`. A refusal throws a `Refusal`; an unreachable service throws the error of fetch.
  * @param {string} path
  * @param {RequestInit} [options]
  * @returns {Promise<Response>}
@@ -88,20 +88,21 @@ export async function askJson(path, options) {
 }
 
 /**
- * Posts JSON, once however often it is sent where a `key` is given.
+ * Posts JSON. With a `key` a repeated request is carried out once.
  * @param {string} path
  * @param {unknown} body a text is sent as it is
- * @param {{ key?: string, method?: string, signal?: AbortSignal }} [how]
+ * @param {{ key?: string, ifMatch?: number, method?: string, signal?: AbortSignal }} [how]
  * @returns {Promise<any>}
  */
-export function send(path, body, { key, method = "POST", signal } = {}) {
+export function send(path, body, { key, ifMatch, method = "POST", signal } = {}) {
   const headers = new Headers();
   if (body !== undefined) headers.set("content-type", "application/json");
   if (key) headers.set("idempotency-key", key);
+  if (ifMatch) headers.set("if-match", `"${ifMatch}"`);
   return askJson(path, { method, headers, signal, body: typeof body === "string" || body === undefined ? body : JSON.stringify(body) });
 }
 
-/** A name for a request that is new. */
+/** A new idempotency key. */
 export function freshKey() {
   return Array.from(crypto.getRandomValues(new Uint8Array(12)), (byte) => byte.toString(16).padStart(2, "0")).join("");
 }
@@ -113,7 +114,7 @@ export function freshKey() {
  */
 export async function* lines(answer) {
   if (!answer.body) return;
-  // By hand: not every browser goes through a stream with `for await`.
+  // Not every browser iterates a stream with `for await`.
   const reader = answer.body.pipeThrough(new TextDecoderStream()).getReader();
   let rest = "";
   try {
@@ -131,7 +132,7 @@ export async function* lines(answer) {
 }
 
 /**
- * How long to wait before the next attempt: longer each time, until `served` says that one went well.
+ * Waits before the next attempt: longer each time, until `served` reports a success.
  */
 export class Patience {
   constructor() {
@@ -155,8 +156,8 @@ async function seen(signal) {
 }
 
 /**
- * Follows a mission's events until it is over, from the one after `after` on. Comes back by itself after a break, as an
- * `EventSource` would, which can send no token. While the page is hidden nothing is followed.
+ * Follows a mission's events after the one numbered `after`, until the mission is over. It reconnects after a break, as an
+ * `EventSource` would, but that cannot send a token. While the page is hidden it pauses.
  * @param {string} mission
  * @param {number} after
  * @param {{ take: (sequence: number, event: any) => void, state: (name: "live" | "lost" | "over", detail: string) => void }} reader
@@ -198,7 +199,7 @@ export async function follow(mission, after, reader, signal) {
     } catch (error) {
       if (signal.aborted) return;
       if (document.hidden) continue;
-      if (error instanceof Refusal && error.problem.status === 404) return reader.state("over", "this mission is gone");
+      if (error instanceof Refusal && error.problem.status === 404) return reader.state("over", "this mission was deleted");
       reader.state("lost", error instanceof Refusal ? error.message : "the service does not answer");
     } finally {
       clearTimeout(silence);

@@ -1,4 +1,4 @@
-// Figures that stand still: panels of lines, dots and areas with axes, a legend above them.
+// Static figures: panels of lines, dots and areas with axes, under a legend.
 
 import { el, fill } from "./dom.js";
 import { number } from "./format.js";
@@ -59,7 +59,7 @@ function drawPanel(canvas, panel) {
   canvas.height = height * SHEET_RATIO;
   const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
   context.scale(SHEET_RATIO, SHEET_RATIO);
-  // As on paper, whatever the theme: its colours were chosen for white.
+  // On white in every theme: the colours of figures are chosen for white.
   context.fillStyle = "#ffffff";
   context.fillRect(0, 0, width, height);
   const scales = sheetScales(panel, width, height);
@@ -86,7 +86,7 @@ function sheetScales({ axes, lines }, width, height) {
   const roomX = 0.03 * (x1 - x0) || 0.5, roomY = 0.06 * (y1 - y0) || 0.5;
   [x0, x1, y0, y1] = [x0 - (axes === "map" ? roomX : 0), x1 + roomX, y0 - roomY, y1 + roomY];
   if (axes === "map") {
-    // A metre is as long up as across.
+    // The same scale on both axes.
     const scale = Math.min((right - left) / (x1 - x0), (bottom - top) / (y1 - y0)), [xm, ym] = [(x0 + x1) / 2, (y0 + y1) / 2];
     [x0, x1] = [xm - (right - left) / scale / 2, xm + (right - left) / scale / 2];
     [y0, y1] = [ym - (bottom - top) / scale / 2, ym + (bottom - top) / scale / 2];

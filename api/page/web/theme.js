@@ -1,18 +1,18 @@
-// Colours for the place where the screen is: by day, in the sun, at night.
+// Colour themes: day, bright sun, night.
 
 import { el } from "./dom.js";
 
-/** What people call each theme. */
+/** Labels of the themes. */
 const THEMES = { auto: "as the system", light: "light", dark: "dark", sun: "bright sun", night: "night, red" };
 const KEPT = "theme";
 
-/** A choice of themes, which is kept; it takes effect at once. */
+/** The choice of a theme. It takes effect at once and is stored. */
 export function themeChoice() {
   const system = matchMedia("(prefers-color-scheme: dark)");
   const select = el("select", { id: "theme" }, Object.entries(THEMES).map(([name, text]) => el("option", { value: name }, text)));
   const put = () => {
     document.documentElement.dataset.theme = select.value !== "auto" ? select.value : system.matches ? "dark" : "light";
-    // Canvases take their colours when they are drawn.
+    // Canvases read their colours when they are drawn.
     dispatchEvent(new Event("themechange"));
   };
   select.value = keptTheme();
@@ -20,7 +20,7 @@ export function themeChoice() {
     try {
       localStorage.setItem(KEPT, select.value);
     } catch {
-      // A page from a file may have no place to keep it in.
+      // A page from a file may have no storage.
     }
     put();
   });

@@ -1,4 +1,4 @@
-"""The same with asyncio."""
+"""The client with asyncio. The other tests use client.py, which is generated from it."""
 
 import asyncio
 import time
@@ -8,7 +8,7 @@ from conftest import Service
 from live import LIVE, heard
 from test_missions import OUTAGE_S
 
-from pilotfish import AsyncClient, Refused, Unreachable
+from pilotfish import AsyncClient, Refused
 
 
 def test_plans(url):
@@ -78,16 +78,5 @@ def test_a_killed_service_costs_no_event_and_no_report(own_service: Service):
             seen = await asyncio.wait_for(watcher, 30)
         assert [event.sequence for event in seen] == list(range(1, last + 1))
         assert [event.sequence for event in seen if event.kind == "reported"] == accepted
-
-    asyncio.run(main())
-
-
-def test_where_nothing_listens_is_said_at_once(own_service: Service):
-    own_service.kill()
-
-    async def main():
-        async with AsyncClient(own_service.url) as client:
-            with pytest.raises(Unreachable):
-                await client.simulate("paper-tracking")
 
     asyncio.run(main())

@@ -1,80 +1,91 @@
-"""Decisions, without a service: what is sent again, and how a stream is read."""
+"""Retries and streams, without a service."""
 
 import json
 
 import httpx
 import pytest
 
-from pilotfish import Refused, Unreachable
-from pilotfish.core import Call, Lost, Patience, Reply, Rest, ask, post
-from pilotfish.orders import Orders
+from pilotfish import Client, MissionFailed, Refused, Unreachable
+from pilotfish.core import Backoff, NoReply, Reply
 from pilotfish.stream import EventStream
 
-OK = Reply(200, {}, b'{"sequence": 3}')
-BUSY = Reply(503, {"retry-after": "2"}, b'{"code": "mission_behind", "title": "", "detail": ""}')
-BROKEN = Lost(httpx.ReadError("reset"), connected=True)
+OK = httpx.Response(200, content=b'{"sequence": 3}')
+BUSY = httpx.Response(
+    503, headers={"retry-after": "2"}, content=b'{"code": "mission_behind", "title": "", "detail": ""}'
+)
+BROKEN = httpx.ReadError("reset")
+GONE = httpx.Response(404, content=b'{"code": "no_mission"}')
 
 
-def answered(steps, *answers):
-    """What came of the steps when calls were answered so, and the calls and rests."""
-    answers, done, got = iter(answers), [], None
-    while True:
-        try:
-            step = steps.send(got)
-        except StopIteration as end:
-            return end.value, done
-        done.append(step)
-        got = next(answers) if isinstance(step, Call) else None
+class Service:
+    """A client whose requests get `answers`; `pauses` are the times that it waited."""
+
+    def __init__(self, monkeypatch, *answers):
+        self.requests, self.pauses = [], []
+        self._answers = iter(answers)
+        self.client = Client(patience_s=60.0)
+        self.client._http = httpx.Client(transport=httpx.MockTransport(self._answer), base_url="http://service")
+        monkeypatch.setattr("time.sleep", self.pauses.append)
+
+    def _answer(self, request):
+        self.requests.append(request)
+        answer = next(self._answers)
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
 
 
-def test_a_report_is_sent_again_with_its_key_until_it_is_acknowledged():
-    report = Orders("m-1", 60.0).report({}, [], None, None)
-    accepted, done = answered(report, BROKEN, BUSY, Reply(502, {}, b"bad gateway"), OK)
-    assert accepted == {"sequence": 3}
-    calls = [step for step in done if isinstance(step, Call)]
-    assert len(calls) == 4
-    assert len({(call.headers["idempotency-key"], call.body) for call in calls}) == 1
-    assert [step.seconds for step in done if isinstance(step, Rest)] == [0.1, 2.0, 0.4]
-
-
-def test_two_reports_have_two_keys():
-    keys = {next(Orders("m-1", 60.0).report({}, [], None, None)).headers["idempotency-key"] for _ in range(2)}
-    assert len(keys) == 2
+def test_a_report_is_sent_again_with_its_key_until_it_is_acknowledged(monkeypatch):
+    service = Service(monkeypatch, BROKEN, BUSY, httpx.Response(502, content=b"bad gateway"), OK)
+    assert service.client.mission("m-1").report(auvs={}, asc=[]) == {"sequence": 3}
+    assert len(service.requests) == 4
+    assert len({(each.headers["idempotency-key"], each.content) for each in service.requests}) == 1
+    assert service.pauses == [0.1, 2.0, 0.4]
 
 
 @pytest.mark.parametrize("status, code", [(422, "invalid_request"), (409, "conflict"), (503, "no_missions")])
-def test_what_will_never_be_answered_is_asked_once(status, code):
-    refusal = Reply(status, {}, json.dumps({"code": code}).encode())
+def test_a_final_refusal_is_raised_at_once(status, code, monkeypatch):
+    service = Service(monkeypatch, httpx.Response(status, content=json.dumps({"code": code}).encode()))
     with pytest.raises(Refused, match=code):
-        answered(ask(post("/v1/x"), 60.0), refusal)
+        service.client.mission("m-1").look()
 
 
-def test_a_plan_is_asked_for_once():
+def test_a_plan_is_asked_for_once(monkeypatch):
+    service = Service(monkeypatch, BUSY, BROKEN)
     with pytest.raises(Refused) as caught:
-        answered(ask(post("/v1/plan")), BUSY)
+        service.client.plan({})
     assert caught.value.retry_after_s == 2.0
     with pytest.raises(Unreachable, match="reset"):
-        answered(ask(post("/v1/plan")), BROKEN)
+        service.client.plan({})
 
 
-def test_what_was_deleted_by_an_earlier_try_is_deleted():
-    gone = Reply(404, {}, b'{"code": "no_mission"}')
-    assert answered(Orders("m-1", 60.0).delete(), BROKEN, gone)[0] is None
+def test_a_mission_that_fails_says_why(monkeypatch):
+    failed = httpx.Response(200, content=b'{"status": "failed", "sequence": 7}')
+    event = b'id: 7\nevent: failed\ndata: {"kind":"failed","at_s":1.0,"reason":"no water"}\n\n'
+    service = Service(monkeypatch, failed, httpx.Response(200, content=event))
+    with pytest.raises(MissionFailed, match="m-1 failed: no water"):
+        service.client.mission("m-1").wait()
+
+
+def test_a_repeated_deletion_succeeds(monkeypatch):
+    service = Service(monkeypatch, BROKEN, GONE, GONE)
+    mission = service.client.mission("m-1")
+    assert mission.delete() is None
     with pytest.raises(Refused):
-        answered(Orders("m-1", 60.0).delete(), gone)
+        mission.delete()
 
 
-def test_patience_runs_from_the_first_failure_and_is_restored_by_an_answer():
+def test_backoff_runs_from_the_first_failure_and_is_reset_by_an_answer():
     # Looked at once more at the first failure.
     clock = iter([100.0, 100.0, 105.0, 109.9, 115.0, 115.0, 125.0])
-    patience = Patience(10.0, lambda: next(clock))
+    backoff = Backoff(10.0, lambda: next(clock))
     error = Unreachable("away")
-    rests = [patience.rest_after(error) for _ in range(3)]
-    assert rests == [0.1, 0.2, pytest.approx(0.1)], "no longer than is left"
-    patience.restore()
-    assert patience.rest_after(error) == 0.1
+    pauses = [backoff.pause_after(error) for _ in range(3)]
+    assert pauses == [0.1, 0.2, pytest.approx(0.1)], "no longer than is left"
+    backoff.reset()
+    assert backoff.pause_after(error) == 0.1
     with pytest.raises(Unreachable):
-        patience.rest_after(error)
+        backoff.pause_after(error)
 
 
 def sent(number, kind="planned", **more):
@@ -100,7 +111,7 @@ def test_a_stream_resumes_after_its_last_event_and_repeats_none():
     stream = EventStream("/m", 0, 60.0)
     assert stream.call().headers["last-event-id"] == "0"
     events = list(stream.feed(sent(1) + sent(2) + b"id: 3\nevent: pla"))
-    assert stream.ended(BROKEN) == 0.1
+    assert stream.ended(NoReply(BROKEN, connected=True)) == 0.1
     assert stream.call().headers["last-event-id"] == "2"
     events += stream.feed(sent(2) + sent(3))
     assert [event.sequence for event in events] == [1, 2, 3]

@@ -1,5 +1,7 @@
-"""Types made of a small document with everything that the service's may have."""
+"""Generated files: types of a small document with every kind of schema, and the synchronous client."""
 
+import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -95,3 +97,9 @@ def test_every_kind_of_schema_becomes_a_type():
         assert expected in text, text
     assert text.index("class Base") < text.index("class TaggedSmall(Base)")
     exec(text, {"__name__": "types_of_a_test"})
+
+
+def test_the_synchronous_client_is_that_of_the_asynchronous_one():
+    subprocess.run([sys.executable, generate.__file__, "--check"], check=True)
+    text = generate.SYNC.read_text(encoding="utf-8")
+    assert not re.findall(r"async|await|Async|__a", text.split("\n", 3)[3])

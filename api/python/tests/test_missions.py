@@ -8,7 +8,7 @@ import pytest
 from conftest import Service
 from live import LIVE, heard
 
-from pilotfish import Client, MissionFailed, Refused, Unreachable
+from pilotfish import Client, Refused, Unreachable
 
 # From a kill until the service is started again, s.
 OUTAGE_S = 1.0
@@ -156,19 +156,3 @@ def test_patience_with_a_service_that_stays_away_is_bounded(own_service: Service
         with pytest.raises(ZeroDivisionError) as caught, mission:
             raise ZeroDivisionError
         assert "was not finished" in caught.value.__notes__[0]
-
-
-def test_a_mission_that_fails_says_why(own_service: Service, monkeypatch):
-    failed = {"status": "failed", "sequence": 7}
-    body = b'id: 7\nevent: failed\ndata: {"kind":"failed","at_s":1.0,"reason":"no water"}\n\n'
-    with Client(own_service.url) as client:
-        mission = client.mission("m-1")
-        answers = iter([failed, body])
-        monkeypatch.setattr("pilotfish.orders.ask", lambda *_: nothing_but(next(answers)))
-        with pytest.raises(MissionFailed, match="m-1 failed: no water"):
-            mission.wait()
-
-
-def nothing_but(value):
-    return value
-    yield

@@ -1,137 +1,113 @@
-//! Who may do what: bearer tokens, each with a name and a role.
+//! Access control: bearer tokens, each with a name and a role.
 //!
-//! A service for which no token was made serves every client. One with tokens asks every request for one, but for
-//! the page's own files, the documentation, and whether the service lives.
+//! A service without tokens serves every client. A service with tokens requires one for every request, except for the
+//! page's files, the documentation and the probes.
 
-use std::{fmt, net::IpAddr, sync::Arc};
+use std::{net::IpAddr, sync::Arc};
 
 use axum::{
     Extension, Json,
     extract::FromRequestParts,
     http::{HeaderMap, Method, header, request::Parts},
 };
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::{
-    edge::RequestId,
-    missions::unix_now,
     page,
     problem::{Problem, Refusals},
-    store::Order,
+    request_id::RequestId,
+    store::AuditEntry,
+    unix_time::unix_now,
 };
 
 mod tokens;
 
+pub use crate::role::{Role, TokenLimit};
 pub use tokens::{NewToken, PREFIX as TOKEN_PREFIX, TokenError, TokenFile, Tokens};
 
-/// What a client may do. Each may do what those before it may.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Role {
-    /// Ask for plans and see missions and campaigns; change nothing.
-    ReadOnly,
-    /// Make missions, run them and report to them; post and cancel campaigns.
-    Operator,
-    /// Delete missions and campaigns, and see who changed what.
-    Admin,
-}
-
-impl Role {
-    /// Every role, the least one first.
-    pub const ALL: [Self; 3] = [Self::ReadOnly, Self::Operator, Self::Admin];
-
-    /// Its name in files, on the command line and in answers.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::ReadOnly => "read-only",
-            Self::Operator => "operator",
-            Self::Admin => "admin",
-        }
-    }
-
-    /// The role that a call needs.
-    fn needed(method: &Method, path: &str) -> Self {
-        let reads = method == Method::GET || method == Method::HEAD || method == Method::OPTIONS;
-        if method == Method::DELETE || path == AUDIT {
-            Self::Admin
-        } else if reads || path == "/v1/plan" || path.starts_with("/v1/plan/") {
-            Self::ReadOnly
-        } else {
-            Self::Operator
-        }
-    }
-}
-
-impl fmt::Display for Role {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-/// What the client that asks may do.
+/// What the caller may do.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub(crate) struct Access {
     /// `read-only`, `operator` or `admin`.
     role: &'static str,
-    /// Name of the client's token; none where the service asks for none.
+    /// Name of the caller's token, if the service requires tokens.
     caller: Option<String>,
-    /// Whether the service asks for tokens.
+    /// Missions and craft to which the caller's token is limited, if it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    limit: Option<TokenLimit>,
+    /// Whether the service requires tokens.
     protected: bool,
 }
 
-/// What the client that asks may do: a page shows what can be ordered, before it is.
+/// Returns what the caller may do, so that a page can show only what is allowed.
 #[utoipa::path(get, path = "/v1/access", tag = "service",
-    responses((status = 200, description = "Its role.", body = Access), Refusals))]
+    responses((status = 200, description = "The caller's role.", body = Access), Refusals))]
 pub(crate) async fn get_access(By { caller, .. }: By) -> Json<Access> {
     Json(Access {
         role: caller.role.name(),
         caller: caller.has_token.then(|| caller.name.to_string()),
         protected: caller.has_token,
+        limit: caller.limit,
     })
 }
 
-/// Path of the list of who changed what.
+/// Path of the audit list.
 pub(crate) const AUDIT: &str = "/v1/audit";
 
-/// Address of the client that a connection comes from. The socket's owner gives it to every request as an extension.
+/// Address of the client of a connection. The server adds it to every request as an extension.
 #[derive(Clone, Copy, Debug)]
 pub struct Peer(pub IpAddr);
 
-/// Who sends a request.
+/// The sender of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Caller {
-    /// Name of the token, or the address where none is asked for.
+    /// Name of the token, or the client's address if the service requires no tokens.
     pub(crate) name: Arc<str>,
     pub(crate) role: Role,
-    /// Whether it is known by a token.
+    /// Missions and craft to which the token is limited.
+    pub(crate) limit: Option<TokenLimit>,
+    /// Whether a token identifies the caller.
     pub(crate) has_token: bool,
 }
 
 impl Caller {
-    /// Who sends a request with these `headers`. Fails if no valid token is in them and one is needed.
+    /// The sender of a request with these `headers`. Fails if a token is required and the headers have no valid one.
     pub(crate) fn of(
         tokens: Option<&Tokens>,
         peer: Option<Peer>,
         headers: &HeaderMap,
     ) -> Result<Self, Problem> {
-        match tokens.and_then(Tokens::known) {
-            Some(tokens) => tokens.caller(bearer(headers)?),
+        match tokens.and_then(|tokens| Some((tokens.known()?, tokens.now()))) {
+            Some((known, now)) => {
+                let token = known
+                    .find(bearer(headers)?, now)
+                    .ok_or(Problem::Unauthenticated)?;
+                Ok(Self {
+                    name: token.name.as_str().into(),
+                    role: token.role,
+                    limit: token.limit.clone(),
+                    has_token: true,
+                })
+            }
             None => Ok(Self {
                 name: peer.map_or_else(
                     || "this program".into(),
                     |Peer(address)| address.to_string().into(),
                 ),
                 role: Role::Admin,
+                limit: None,
                 has_token: false,
             }),
         }
     }
 
-    /// Fails if the caller may not make that call.
+    /// Fails if the caller's role or limit does not allow the call, whatever its mission is.
     pub(crate) fn may(&self, method: &Method, path: &str) -> Result<(), Problem> {
-        let needed = Role::needed(method, path);
+        if let (AUDIT, Some(limit)) = (path, &self.limit) {
+            return Err(Problem::Limited(limit.clone()));
+        }
+        let needed = needed_role(method, path);
         if needed <= self.role {
             return Ok(());
         }
@@ -149,14 +125,19 @@ pub(crate) struct By {
 }
 
 impl By {
-    /// Name of the client's token, or its address.
+    /// Name of the caller's token, or the address.
     pub(crate) fn name(&self) -> Arc<str> {
         Arc::clone(&self.caller.name)
     }
 
-    /// The order to do that, given now.
-    pub(crate) fn order(&self, action: &str) -> Order {
-        Order {
+    /// Missions and craft to which the caller is limited.
+    pub(crate) fn limit(&self) -> Option<&TokenLimit> {
+        self.caller.limit.as_ref()
+    }
+
+    /// An order for `action`, given now.
+    pub(crate) fn order(&self, action: &str) -> AuditEntry {
+        AuditEntry {
             at_s: unix_now(),
             caller: self.caller.name.to_string(),
             request: self.request.clone(),
@@ -164,7 +145,7 @@ impl By {
         }
     }
 
-    /// The client's name for a request, which is another client's name for another request.
+    /// The caller's own `key`: the same key of another caller is another key.
     pub(crate) fn own(&self, key: &str) -> String {
         if self.caller.has_token {
             format!("{}\0{key}", self.caller.name)
@@ -189,13 +170,30 @@ impl<S: Send + Sync> FromRequestParts<S> for By {
     }
 }
 
-/// Whether everyone may read what is there: nothing of any mission.
+/// Whether a path is public. Public paths tell nothing about missions.
 pub(crate) fn is_public(path: &str) -> bool {
     const PUBLIC: [&str; 4] = ["/livez", "/readyz", "/openapi.json", "/docs"];
     page::has(path) || PUBLIC.contains(&path) || path.starts_with("/docs/")
 }
 
-/// The token of a request.
+/// Whether every role may make the call: it changes nothing.
+pub(crate) fn changes_nothing(method: &Method, path: &str) -> bool {
+    needed_role(method, path) == Role::ReadOnly
+}
+
+/// The least role that a call needs.
+fn needed_role(method: &Method, path: &str) -> Role {
+    let reads = method == Method::GET || method == Method::HEAD || method == Method::OPTIONS;
+    if method == Method::DELETE || path == AUDIT {
+        Role::Admin
+    } else if reads || path == "/v1/plan" || path.starts_with("/v1/plan/") {
+        Role::ReadOnly
+    } else {
+        Role::Operator
+    }
+}
+
+/// The bearer token of a request.
 fn bearer(headers: &HeaderMap) -> Result<&str, Problem> {
     let mut given = headers.get_all(header::AUTHORIZATION).iter();
     let (Some(value), None) = (given.next(), given.next()) else {
@@ -223,16 +221,12 @@ mod tests {
             (Method::POST, "/v1/plan/batch", Role::ReadOnly),
             (Method::POST, "/v1/planned", Role::Operator),
             (Method::POST, "/v1/missions", Role::Operator),
-            (Method::POST, "/v1/campaigns", Role::Operator),
-            (Method::POST, "/v1/campaigns/c-1/cancel", Role::Operator),
-            (Method::GET, "/v1/campaigns/c-1/report", Role::ReadOnly),
-            (Method::DELETE, "/v1/campaigns/c-1", Role::Admin),
             (Method::PATCH, "/v1/missions/m-1", Role::Operator),
             (Method::POST, "/v1/missions/m-1/reports", Role::Operator),
             (Method::DELETE, "/v1/missions/m-1", Role::Admin),
             (Method::GET, "/v1/audit", Role::Admin),
         ] {
-            assert_eq!(Role::needed(&method, path), needed, "{method} {path}");
+            assert_eq!(needed_role(&method, path), needed, "{method} {path}");
         }
     }
 

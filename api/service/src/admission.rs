@@ -1,4 +1,4 @@
-//! Which requests are taken on: those that can be answered in time. Others are turned away before they cost anything.
+//! Admission: only requests that can be answered in time are accepted. Others are refused before they cost anything.
 
 use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
@@ -7,45 +7,43 @@ use std::{
 
 use prometheus_client::metrics::gauge::Gauge;
 
-use crate::{pool::Lane, problem::Problem};
+use crate::{pool::Priority, problem::Problem};
 
-/// Work that every request costs, in bytes of a body.
+/// Fixed cost of a request, in bytes of a body.
 const COST_MIN: f64 = 4096.0;
 
-/// Share of the newest request in the estimate of what a byte costs.
+/// Weight of the newest request in the moving averages.
 const NEWEST: f64 = 0.05;
 
-/// Work on one request that the estimate follows at most, s: the rest is another request's deadline.
+/// Longest work on one request that counts in the averages, s.
 const BUSY_MAX: f64 = 1.0;
 
-/// How long a queue may stand before it counts as one that does not go away: a burst is over sooner.
+/// How long a queue may last before it counts as standing: a burst is over sooner.
 /// Source: Nichols and Jacobson, "Controlling Queue Delay", 2012: the interval of `CoDel`.
 const STANDING: Duration = Duration::from_millis(100);
 
-/// A queue that was cut stays short until none has been turned away for so long: else the next long queue would grow at
-/// once, and under an overload that goes on most of what is taken on would wait in one.
+/// After a queue was cut, it stays short until no request was refused for this time. Otherwise the next long queue would
+/// grow at once, and under lasting overload most admitted requests would wait in one.
 const CUT: Duration = Duration::from_secs(1);
 
-/// Wait that counts as one in a queue that stands, in mean times of work: up to sixteen steady clients of a service with two
-/// threads are all served, though each waits for some others.
+/// Wait above which a queue counts as standing, in mean times of work: two threads serve up to sixteen steady clients.
 const LONG_WAIT: f64 = 7.0;
 
-/// The same once the queue was cut. What is taken on then waits little longer than without overload; twice as many requests
-/// as threads still wait for none.
+/// The same after the queue was cut: admitted requests then wait little longer than without overload.
 const SHORT_WAIT: f64 = 0.6;
 
-/// Mean time of work that these count in at least, s.
+/// Least mean time of work for these waits, s.
 const BUSY_MIN: f64 = 2e-3;
 
-/// Decides on admission. Clones share what it knows.
+/// Decides on admission. Clones share the state.
 #[derive(Clone, Debug)]
 pub(crate) struct Admission(Arc<Mutex<Load>>);
 
-/// A request that was taken on, until it is dropped.
+/// An admitted request, until it is dropped.
 #[derive(Debug)]
-pub(crate) struct Ticket {
-    /// Where its work waits.
-    pub(crate) lane: Lane,
+pub(crate) struct Permit {
+    /// The queue of its work.
+    pub(crate) priority: Priority,
     admission: Admission,
     cost: f64,
     busy: Mutex<Duration>,
@@ -55,24 +53,24 @@ pub(crate) struct Ticket {
 struct Load {
     n_threads: f64,
     n_max: usize,
-    /// Requests taken on.
+    /// Admitted requests.
     n: usize,
     /// Their cost, in bytes.
     cost: f64,
-    /// What a byte costs, s of a thread.
+    /// Cost of a byte, s of a thread.
     rate: f64,
-    /// Mean work on a request, s.
+    /// Mean time of work on a request, s.
     busy: f64,
-    /// Since when the queue has been longer than it should stand.
+    /// Since when the queue has been too long.
     standing_since: Option<Instant>,
-    /// Until when no longer queue is let grow.
+    /// Until when the queue stays short.
     cut_until: Option<Instant>,
     /// Shows `n`.
     gauge: Gauge,
 }
 
 impl Admission {
-    /// For `n_threads`, with at most `n_waiting` more requests than threads; `gauge` shows how many there are.
+    /// For `n_threads`, with at most `n_waiting` more requests; `gauge` shows their number.
     pub(crate) fn new(n_threads: usize, n_waiting: usize, gauge: Gauge) -> Self {
         Self(Arc::new(Mutex::new(Load {
             n_threads: float(n_threads),
@@ -87,12 +85,23 @@ impl Admission {
         })))
     }
 
-    /// Takes on a request with a body of `bytes`, due at `due`, if those before it leave the time for it.
-    pub(crate) fn admit(&self, bytes: usize, lane: Lane, due: Instant) -> Result<Arc<Ticket>, Problem> {
-        self.admit_at(Instant::now(), bytes, lane, due)
+    /// Admits a request with a body of `bytes`, due at `due`, if the work before it leaves time for it.
+    pub(crate) fn admit(
+        &self,
+        bytes: usize,
+        priority: Priority,
+        due: Instant,
+    ) -> Result<Arc<Permit>, Problem> {
+        self.admit_at(Instant::now(), bytes, priority, due)
     }
 
-    fn admit_at(&self, now: Instant, bytes: usize, lane: Lane, due: Instant) -> Result<Arc<Ticket>, Problem> {
+    fn admit_at(
+        &self,
+        now: Instant,
+        bytes: usize,
+        priority: Priority,
+        due: Instant,
+    ) -> Result<Arc<Permit>, Problem> {
         let cost = COST_MIN + float(bytes);
         let mut load = self.load();
         let waits = load.rate * load.cost / load.n_threads;
@@ -115,8 +124,8 @@ impl Admission {
         load.gauge.inc();
         load.cost += cost;
         drop(load);
-        Ok(Arc::new(Ticket {
-            lane,
+        Ok(Arc::new(Permit {
+            priority,
             admission: self.clone(),
             cost,
             busy: Mutex::default(),
@@ -128,14 +137,14 @@ impl Admission {
     }
 }
 
-/// Counts and lengths here are far below where this rounds.
+/// Counts and lengths are far below the first number that this rounds.
 #[expect(clippy::cast_precision_loss, reason = "bodies and queues are limited")]
 fn float(count: usize) -> f64 {
     count as f64
 }
 
-impl Ticket {
-    /// Does `work` for the request, and takes the time of it.
+impl Permit {
+    /// Does `work` for the request and measures its time.
     pub(crate) fn work<T>(&self, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let done = work();
@@ -144,14 +153,14 @@ impl Ticket {
     }
 }
 
-impl Drop for Ticket {
+impl Drop for Permit {
     fn drop(&mut self) {
         let busy = self.busy.get_mut().unwrap_or_else(PoisonError::into_inner);
         let busy = busy.as_secs_f64().min(BUSY_MAX);
         let mut load = self.admission.load();
         load.n -= 1;
         load.gauge.dec();
-        // Sums of floats do not come back to nothing.
+        // A sum of floats need not return to 0.
         load.cost = if load.n == 0 {
             0.0
         } else {
@@ -183,18 +192,18 @@ mod tests {
     }
 
     #[test]
-    fn a_request_that_cannot_be_in_time_is_turned_away_and_a_patient_one_is_not() {
+    fn a_request_that_cannot_be_in_time_is_refused_and_one_with_more_time_is_not() {
         let (admission, now) = (slow(), Instant::now());
-        let admit = |due| admission.admit_at(now, 4096, Lane::Short, now + ms(due));
+        let admit = |due| admission.admit_at(now, 4096, Priority::Short, now + ms(due));
         let _working: Vec<_> = (0..3).map(|_| admit(1000).expect("has time")).collect();
         assert_eq!(admit(29).err(), Some(Problem::Overloaded));
         admit(31).expect("has time");
     }
 
     #[test]
-    fn a_burst_waits_and_a_queue_that_stands_is_cut_to_its_least() {
+    fn a_burst_waits_and_a_standing_queue_is_cut() {
         let (admission, start) = (slow(), Instant::now());
-        let admit = |at| admission.admit_at(start + ms(at), 4096, Lane::Short, start + ms(at + 1000));
+        let admit = |at| admission.admit_at(start + ms(at), 4096, Priority::Short, start + ms(at + 1000));
         let mut waiting: Vec<_> = (0..10).map(|_| admit(0).expect("is a burst")).collect();
         waiting.push(admit(90).expect("may still go away"));
         assert_eq!(admit(101).err(), Some(Problem::Overloaded));
@@ -203,27 +212,27 @@ mod tests {
     }
 
     #[test]
-    fn a_queue_that_was_cut_does_not_grow_again_while_requests_are_turned_away() {
+    fn a_queue_that_was_cut_stays_short_while_requests_are_refused() {
         let (admission, start) = (slow(), Instant::now());
-        let admit = |at| admission.admit_at(start + ms(at), 4096, Lane::Short, start + ms(at + 1000));
+        let admit = |at| admission.admit_at(start + ms(at), 4096, Priority::Short, start + ms(at + 1000));
         let mut waiting: Vec<_> = (0..10).map(|_| admit(0).expect("is a burst")).collect();
         assert_eq!(admit(101).err(), Some(Problem::Overloaded));
         waiting.clear();
-        // One may wait behind another: the third would stand, and is not waited for.
+        // One may wait behind another; a third is refused.
         let short: Vec<_> = (0..2).map(|_| admit(600).expect("the queue is short")).collect();
         assert_eq!(admit(600).err(), Some(Problem::Overloaded));
         drop(short);
-        // The overload is over for a second: the next burst may wait.
+        // A second after the overload, the next burst may wait.
         waiting.extend((0..10).map_while(|_| admit(1601).ok()));
         assert_eq!(waiting.len(), 10);
     }
 
     #[test]
-    fn an_idle_service_takes_on_whatever_comes() {
+    fn an_idle_service_admits_every_request() {
         let (admission, now) = (slow(), Instant::now());
         drop(
             admission
-                .admit_at(now, 1 << 20, Lane::Long, now + ms(1))
+                .admit_at(now, 1 << 20, Priority::Long, now + ms(1))
                 .expect("nothing is before it"),
         );
         assert_eq!(admission.load().cost, 0.0);

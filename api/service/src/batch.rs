@@ -1,4 +1,4 @@
-//! Several snapshots at once, and a snapshot that is only looked at.
+//! Several snapshots in one request, the validation of a snapshot, and the limits of the service.
 
 use std::sync::Arc;
 
@@ -10,61 +10,62 @@ use tracing::Instrument as _;
 use utoipa::ToSchema;
 
 use crate::{
+    body::JsonBytes,
+    body_size::BODY_BYTES_MAX,
     deadline::Arrival,
-    edge::RequestId,
     planners::Planners,
-    planning::{Context, ValidRequest, answer},
-    posted::{BODY_BYTES_MAX, PostedBytes},
+    planning::{ValidRequest, answer},
     problem::{Problem, ProblemDocument, Refusals},
+    request_id::RequestId,
 };
 use wire::{DEADLINE_MS, METADATA_BYTES_MAX, PlanRequest, PlanResponse, VALUES_MAX, plan_id};
 
-/// Snapshots in one request.
+/// Most snapshots in one request.
 pub(crate) const BATCH_MAX: usize = 64;
 
-/// Snapshots to plan for, each by itself.
+/// Snapshots to plan for, independently of each other.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Batch {
-    /// The snapshots, from 1 to 64. What is wrong with one spoils no other.
+    /// The snapshots, from 1 to 64. An invalid one does not affect the others.
     #[schema(min_items = 1, max_items = 64)]
     pub requests: Vec<PlanRequest>,
 }
 
-/// An answer to each snapshot.
+/// Answers to a batch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct BatchAnswer {
-    /// In the order of the requests.
+    /// The answers, in the order of the requests.
     pub answers: Vec<BatchItem>,
 }
 
-/// A plan, or why there is none.
+/// A plan, or the reason why there is none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct BatchItem {
-    /// The status code that the snapshot would be answered with alone.
+    /// The status code that the snapshot alone would get.
     pub status: u16,
     /// The plan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plan: Option<PlanResponse>,
-    /// The problem; its pointers lead into the whole body.
+    /// The problem. Its pointers refer to the whole body.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub problem: Option<ProblemDocument>,
 }
 
-/// What a snapshot is taken for.
+/// How the service reads a snapshot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Validation {
-    /// `plan_id` of the answer that it would get.
+    /// The `plan_id` of its answer.
     pub plan_id: String,
-    /// The snapshot with every default spelled out.
+    /// The snapshot with every default filled in.
     pub request: PlanRequest,
 }
 
-/// What the service takes on.
+/// The limits of the service.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ServiceLimits {
     /// Longest body, bytes.
     pub body_bytes: usize,
-    /// Most values in a body, about.
+    /// Most values in a body, approximately.
     pub values: usize,
     /// Longest `metadata`, bytes of compact JSON.
     pub metadata_bytes: usize,
@@ -74,33 +75,33 @@ pub struct ServiceLimits {
     pub reports: usize,
     /// Most snapshots in a batch.
     pub batch_requests: usize,
-    /// Shortest deadline that a request may ask for, ms.
+    /// Shortest deadline of a request, ms.
     pub deadline_least_ms: f64,
-    /// Longest time for an answer, ms, whatever a request asks for.
+    /// Longest time for an answer, ms, even if a request allows more.
     pub deadline_most_ms: f64,
 }
 
-/// Plans for several snapshots. One that is not valid, or cannot be planned for, has its problem instead of a plan.
+/// Plans for several snapshots. The answer to one that fails is its problem document.
 #[utoipa::path(post, path = "/v1/plan/batch", tag = "plan", request_body = Batch, responses(
-    (status = 200, description = "An answer to each, in their order.", body = BatchAnswer), Refusals))]
+    (status = 200, description = "An answer to each snapshot, in their order.", body = BatchAnswer), Refusals))]
 pub(crate) async fn plan_batch(
     State(planners): State<Planners>,
     Extension(arrival): Extension<Arrival>,
     Extension(id): Extension<RequestId>,
-    body: PostedBytes,
+    body: JsonBytes,
 ) -> Result<Json<BatchAnswer>, Problem> {
-    let ticket = planners.admit(body.bytes.len())?;
-    let read = planners.read(&ticket, || {
+    let permit = planners.admit(body.bytes.len())?;
+    let read = planners.read(&permit, || {
         let requests = body.read_each::<PlanRequest>("requests", BATCH_MAX)?;
         let valid = requests.into_iter().map(|request| ValidRequest::new(request?));
         Ok::<Vec<_>, Problem>(valid.collect())
     });
-    // At once, so that none uses up the time of those behind it.
+    // Concurrently, so that none uses the time of the others.
     let mut plans: Vec<JoinHandle<Result<PlanResponse, Problem>>> = vec![];
     for valid in read.await?? {
-        let (planners, ticket) = (planners.clone(), Arc::clone(&ticket));
+        let (planners, permit) = (planners.clone(), Arc::clone(&permit));
         let plan = async move {
-            let (planned, context) = valid?.planned(&planners, ticket, arrival).await?;
+            let (planned, context) = valid?.planned(&planners, permit, arrival).await?;
             Ok(answer(&planned, &context).planned())
         };
         plans.push(tokio::spawn(plan.in_current_span()));
@@ -127,34 +128,25 @@ pub(crate) async fn plan_batch(
     Ok(Json(BatchAnswer { answers }))
 }
 
-/// Looks at a snapshot and plans nothing: refuses what a plan would be refused for.
+/// Validates a snapshot without planning: it refuses what a plan would be refused for.
 #[utoipa::path(post, path = "/v1/plan/validate", tag = "plan", request_body = PlanRequest, responses(
-    (status = 200, description = "It is valid.", body = Validation), Refusals))]
+    (status = 200, description = "The snapshot is valid.", body = Validation), Refusals))]
 pub(crate) async fn validate_plan(
     State(planners): State<Planners>,
-    body: PostedBytes,
+    body: JsonBytes,
 ) -> Result<Json<Validation>, Problem> {
-    let ticket = planners.admit(body.bytes.len())?;
-    let read = planners.read(&ticket, || {
-        let ValidRequest {
-            snapshot,
-            deadline_ms,
-            context: Context { origin, metadata },
-        } = ValidRequest::new(body.read()?)?;
+    let permit = planners.admit(body.bytes.len())?;
+    let read = planners.read(&permit, || {
+        let ValidRequest { snapshot, .. } = ValidRequest::new(body.read()?)?;
         Ok(Validation {
             plan_id: plan_id(&snapshot),
-            request: PlanRequest {
-                origin,
-                deadline_ms,
-                metadata,
-                ..PlanRequest::from(&snapshot)
-            },
+            request: PlanRequest::clone(&snapshot),
         })
     });
     read.await?.map(Json)
 }
 
-/// What the service takes on.
+/// Returns the limits of the service.
 #[utoipa::path(get, path = "/v1/limits", tag = "service",
     responses((status = 200, description = "Lengths, counts and times.", body = ServiceLimits)))]
 pub(crate) async fn get_limits(State(planners): State<Planners>) -> Json<ServiceLimits> {

@@ -1,20 +1,18 @@
-//! The craft that are known by name.
+//! Built-in craft.
 
 use axum::Json;
-use planner::craft::{PRESETS, Preset};
+use planner::craft::{CraftDescription, PRESETS, Preset};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use wire::Craft;
-
-/// The craft there are.
+/// The built-in craft.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CraftList {
-    /// One entry each, the first the one that stands for a craft without a description.
+    /// One entry each. The first one is used for a request without `craft`.
     pub crafts: Vec<CraftEntry>,
 }
 
-/// A craft by name.
+/// A built-in craft.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CraftEntry {
     /// Its name: `preset` of a request's `craft`.
@@ -23,11 +21,11 @@ pub struct CraftEntry {
     pub title: String,
     /// Where its numbers come from.
     pub source: String,
-    /// How it answers, everything spelled out.
-    pub craft: Craft,
+    /// Its model, with every default filled in.
+    pub craft: CraftDescription,
 }
 
-/// Lists the craft that are known by name.
+/// Lists the built-in craft.
 #[utoipa::path(get, path = "/v1/crafts", tag = "crafts",
     responses((status = 200, description = "Names, sources and numbers.", body = CraftList)))]
 pub(crate) async fn list_crafts() -> Json<CraftList> {
@@ -35,7 +33,7 @@ pub(crate) async fn list_crafts() -> Json<CraftList> {
         name: preset.name.to_owned(),
         title: preset.title.to_owned(),
         source: preset.source.to_owned(),
-        craft: Craft::from(&preset.craft),
+        craft: CraftDescription::from(&preset.craft),
     };
     Json(CraftList {
         crafts: PRESETS.iter().map(entry).collect(),

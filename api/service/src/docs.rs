@@ -1,4 +1,4 @@
-//! Interactive documentation of the API at `/docs`: Swagger UI out of the program itself, where the feature `docs` is on.
+//! Interactive documentation of the API at `/docs`: Swagger UI, built in with the feature `docs`.
 
 use axum::Router;
 
@@ -13,7 +13,7 @@ pub(crate) fn router<S: Clone + Send + Sync + 'static>() -> Router<S> {
 
     use crate::problem::Problem;
 
-    /// That of every answer, and what Swagger UI needs: style attributes, and icons inside its style sheet.
+    /// The policy of every answer, and what Swagger UI needs: style attributes, and icons in its style sheet.
     const POLICY: HeaderValue = HeaderValue::from_static(
         "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; base-uri 'none'; \
          form-action 'none'; frame-ancestors 'none'",
@@ -29,7 +29,7 @@ pub(crate) fn router<S: Clone + Send + Sync + 'static>() -> Router<S> {
         answer
     }
 
-    // Nothing is sent to the validator of Swagger's makers.
+    // Nothing is sent to Swagger's online validator.
     let config = Config::from("/openapi.json")
         .validator_url("none")
         .try_it_out_enabled(true);

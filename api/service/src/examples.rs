@@ -1,4 +1,4 @@
-//! Requests that are ready to post, the same files that the repository shows its readers.
+//! Example requests: the files of `examples/snapshots/`.
 
 use axum::{
     Json,
@@ -12,7 +12,7 @@ use utoipa::ToSchema;
 use crate::problem::{Problem, ProblemDocument};
 use wire::PlanRequest;
 
-/// A request that is ready to post.
+/// An example request.
 #[derive(Clone, Copy, Debug)]
 pub struct Example {
     /// Its name in `/v1/examples/{name}`.
@@ -23,50 +23,38 @@ pub struct Example {
     pub body: &'static str,
 }
 
-macro_rules! example {
-    ($name:literal, $title:literal) => {
-        Example {
+macro_rules! examples {
+    ($($name:literal: $title:literal;)*) => {
+        [$(Example {
             name: $name,
             title: $title,
             body: include_str!(concat!("../../../examples/snapshots/", $name, ".json")),
-        }
+        }),*]
     };
 }
 
-/// Every example, the first the one to begin with.
-pub const EXAMPLES: [Example; 10] = [
-    example!("track", "Follow one AUV, from behind and pointing away"),
-    example!("intermittent", "Two AUVs in turn, 25 s before the hand-over"),
-    example!("midpoint", "The midpoint of two AUVs, one of them turning"),
-    example!("weighted", "A weighted mean of two AUVs"),
-    example!(
-        "range",
-        "In range of three AUVs, as near to the farthest as can be"
-    ),
-    example!(
-        "offset",
-        "To starboard of an AUV that is about to turn to starboard"
-    ),
-    example!("cross-current", "Follow one AUV across a known current"),
-    example!("about-face", "Ahead of the AUV and facing it"),
-    example!(
-        "reports",
-        "Follow one AUV that is known by raw fixes, one of them an outlier"
-    ),
-    example!(
-        "crowded",
-        "A hand-over past discs to keep out of, in an area and in acoustic range"
-    ),
-];
+/// Every example. The first one is the simplest.
+pub const EXAMPLES: [Example; 10] = examples! {
+    "track": "Follow one AUV, from behind and pointing away";
+    "intermittent": "Two AUVs in turn, 25 s before the hand-over";
+    "midpoint": "The midpoint of two AUVs, one of them turning";
+    "weighted": "A weighted mean of two AUVs";
+    "range": "In range of three AUVs, as near as possible to the farthest";
+    "offset": "To starboard of an AUV that is about to turn to starboard";
+    "cross-current": "Follow one AUV across a known current";
+    "about-face": "Ahead of the AUV and facing it";
+    "reports": "Follow one AUV that is known by raw fixes, one of them an outlier";
+    "crowded": "A hand-over past keep-out discs, in an area and in acoustic range";
+};
 
-/// The examples there are.
+/// The examples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ExampleList {
     /// One entry each.
     pub examples: Vec<ExampleEntry>,
 }
 
-/// An example by name.
+/// An example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ExampleEntry {
     /// Its name in `/v1/examples/{name}`.
@@ -88,12 +76,12 @@ pub(crate) async fn list_examples() -> Json<ExampleList> {
     })
 }
 
-/// A request that is ready to post.
+/// Returns an example, ready to post.
 #[utoipa::path(get, path = "/v1/examples/{name}", tag = "examples",
     params(("name" = String, Path, description = "A name that `/v1/examples` lists.")),
     responses(
         (status = 200, description = "A body for `/v1/plan`.", body = PlanRequest),
-        (status = 404, description = "No such example.", body = ProblemDocument,
+        (status = 404, description = "There is no such example.", body = ProblemDocument,
             content_type = "application/problem+json")))]
 pub(crate) async fn get_example(name: Result<Path<String>, PathRejection>) -> Result<Response, Problem> {
     let wanted = name.map(|Path(name)| name).unwrap_or_default();

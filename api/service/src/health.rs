@@ -1,4 +1,4 @@
-//! Whether the service lives, whether it can plan, and what it is.
+//! Liveness, readiness and version.
 
 use std::{
     sync::{
@@ -9,7 +9,7 @@ use std::{
 };
 
 use axum::{Json, extract::State};
-use planner::{plan::Degraded, snapshot::Snapshot};
+use planner::plan::Degraded;
 use serde::{Deserialize, Serialize};
 use tokio::sync::Mutex;
 use utoipa::ToSchema;
@@ -24,31 +24,31 @@ use crate::{
 };
 use wire::{PlanRequest, SCHEMA_VERSION};
 
-/// How long a verdict on readiness is valid, s: probes come every few seconds and should cost nothing.
-const VERDICT_LIFE: Duration = Duration::from_secs(10);
+/// How long a verdict on readiness is kept: many probes cost no more than one a second.
+const VERDICT_LIFE: Duration = Duration::from_secs(1);
 
-/// How long the disk may take to store next to nothing.
+/// Time limit of the test of the planners, and of that of the disk.
 const PROBE_TIME: Duration = Duration::from_secs(5);
 
-/// The service answers.
+/// State of the service.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Health {
     /// `live` or `ready`.
     pub status: String,
 }
 
-/// What the service is.
+/// Name and versions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Version {
     /// Name of the program.
     pub name: String,
     /// Version of the program.
     pub version: String,
-    /// Version of the requests and answers it speaks.
+    /// Version of its requests and answers.
     pub schema_version: String,
 }
 
-/// Whether the service can plan, and when that was found out.
+/// Whether the service can plan, and when that was tested.
 type Verdict = (Instant, Result<(), Problem>);
 
 /// The last verdict on readiness.
@@ -73,70 +73,91 @@ impl Readiness {
     async fn check(&self) -> Result<(), Problem> {
         if self.stopping.load(Ordering::Relaxed) {
             return Err(Problem::NotReady(
-                "the service is about to stop; ask another".to_owned(),
+                "the service is about to stop; use another".to_owned(),
             ));
         }
-        // Held while planning, so that a burst of probes is one plan.
+        // Locked while planning, so that a burst of probes makes one plan.
         let mut verdict = self.verdict.lock().await;
         match &*verdict {
             Some((reached, result)) if reached.elapsed() < VERDICT_LIFE => result.clone(),
             Some(_) | None => {
                 let result = self.try_everything().await;
-                // Busy is no verdict: it is over in a moment.
-                let busy = matches!(
-                    result,
-                    Err(Problem::Overloaded | Problem::TimedOut | Problem::Log(StoreError::Busy))
-                );
-                if !busy {
-                    *verdict = Some((Instant::now(), result.clone()));
-                }
+                *verdict = Some((Instant::now(), result.clone()));
                 result
             }
         }
     }
 
+    /// Calls `beat` at least once in `period`, as long as the service can plan and the thread that writes the log lives.
+    pub(crate) async fn beat(self, period: Duration, beat: fn()) {
+        loop {
+            let plans = self.try_planners(period / 4, period / 4).await.is_ok();
+            if plans && self.probe(period / 4).await != Err(Problem::Log(StoreError::Closed)) {
+                beat();
+            }
+            tokio::time::sleep(period / 4).await;
+        }
+    }
+
     async fn try_everything(&self) -> Result<(), Problem> {
-        self.plan_something().await?;
+        self.try_planners(self.planners.deadline(), PROBE_TIME).await?;
+        self.probe(PROBE_TIME).await
+    }
+
+    /// Stores something, in `time`.
+    async fn probe(&self, time: Duration) -> Result<(), Problem> {
         if let Some(missions) = &self.missions {
-            let probe = tokio::time::timeout(PROBE_TIME, missions.probe());
+            let probe = tokio::time::timeout(time, missions.probe());
             probe.await.map_err(|_| Problem::Log(StoreError::Busy))??;
         }
         Ok(())
     }
 
-    async fn plan_something(&self) -> Result<(), Problem> {
+    /// Makes a plan that may take until `limit`, and has each pool of threads do something, in `time`.
+    async fn try_planners(&self, limit: Duration, time: Duration) -> Result<(), Problem> {
+        let tried = async {
+            self.plan_something(limit).await?;
+            self.planners.try_pools().await
+        };
+        let tried = tokio::time::timeout(time, tried).await;
+        tried.map_err(|_| Problem::TimedOut)?
+    }
+
+    async fn plan_something(&self, limit: Duration) -> Result<(), Problem> {
         let request: PlanRequest =
             serde_json::from_str(EXAMPLES[0].body).expect("the tests post every example");
-        let snapshot = Snapshot::try_from(&request).map_err(Problem::Invalid)?;
-        let (now, limit) = (Arrival(Instant::now()), self.planners.deadline());
-        // As for a mission: that requests are turned away says nothing of missions.
+        let snapshot = wire::snapshot(request).map_err(Problem::Invalid)?;
+        let now = Arrival(Instant::now());
+        // As for a mission: refused requests do not affect missions.
         let planned = self.planners.plan_in_turn(|| Ok(snapshot), now, limit).await?;
         match planned.plan.degraded {
             None => Ok(()),
             Some(Degraded::Deadline) => Err(Problem::TimedOut),
             Some(why) => {
-                let reason = format!("a plain snapshot was not solved: {why:?}");
+                let reason = format!("an example snapshot was not solved: {why:?}");
                 Err(Problem::NotReady(reason))
             }
         }
     }
 }
 
-/// Is the process alive?
+/// Tests whether the process is alive.
 #[utoipa::path(get, path = "/livez", tag = "service",
-    responses((status = 200, description = "It is.", body = Health)))]
+    responses((status = 200, description = "The process is alive.", body = Health)))]
 pub(crate) async fn livez() -> Json<Health> {
     Json(Health {
         status: "live".to_owned(),
     })
 }
 
-/// Can it plan, and store what missions hear? Tries both, and keeps the result for ten seconds.
+/// Tests whether the service can plan and store. The result is kept for a second.
 #[utoipa::path(get, path = "/readyz", tag = "service", responses(
-    (status = 200, description = "It can.", body = Health),
-    (status = 503, description = "It cannot, it is about to stop, every planner is busy, or the mission log is damaged or cannot be written.", body = ProblemDocument,
+    (status = 200, description = "The service is ready.", body = Health),
+    (status = 503, description = "The service cannot plan, is about to stop, is busy, or the mission log is damaged or cannot be written.", body = ProblemDocument,
         content_type = "application/problem+json"),
-    (status = 504, description = "Not in time.", body = ProblemDocument,
+    (status = 504, description = "The test took too long.", body = ProblemDocument,
+        content_type = "application/problem+json"),
+    (status = 507, description = "The disk is full.", body = ProblemDocument,
         content_type = "application/problem+json")))]
 pub(crate) async fn readyz(State(readiness): State<Readiness>) -> Result<Json<Health>, Problem> {
     readiness.check().await?;
@@ -145,7 +166,7 @@ pub(crate) async fn readyz(State(readiness): State<Readiness>) -> Result<Json<He
     }))
 }
 
-/// What is it?
+/// Name and versions of the service.
 #[utoipa::path(get, path = "/version", tag = "service",
     responses((status = 200, description = "Name and versions.", body = Version)))]
 pub(crate) async fn version() -> Json<Version> {

@@ -1,8 +1,9 @@
-//! Which requests a browser may bring: none from pages of other sites, and none under a name that is not the service's.
+//! Protection against other sites: requests from their pages are refused, and so are requests under a name that is not the
+//! service's.
 //!
-//! Any page can make a browser send requests to this machine. Those it says about, in `Sec-Fetch-Site` or `Origin`. A page
-//! whose own name was pointed at this machine afterwards (DNS rebinding) is of the same origin to the browser; its name
-//! in `Host` shows it. An address in `Host` cannot be pointed anywhere.
+//! Any page can make a browser send requests to this machine. The browser tells so in `Sec-Fetch-Site` or `Origin`. A page whose
+//! own name was later pointed at this machine (DNS rebinding) has the same origin for the browser, but its name stands in `Host`.
+//! An address in `Host` is safe: DNS cannot redirect it.
 
 use std::{net::IpAddr, sync::Arc};
 
@@ -22,7 +23,7 @@ const SEC_FETCH_MODE: HeaderName = HeaderName::from_static("sec-fetch-mode");
 pub struct Hosts(Arc<[String]>);
 
 impl Hosts {
-    /// Hosts of those names.
+    /// Hosts with those names.
     #[must_use]
     pub fn new(names: impl IntoIterator<Item = String>) -> Self {
         let known = |name: String| {
@@ -34,7 +35,7 @@ impl Hosts {
         Self(names.into_iter().map(known).collect())
     }
 
-    /// Fails if the request is for another host, or from a page of another site.
+    /// Fails if the request is for another host, or comes from a page of another site.
     pub(crate) fn check(
         &self,
         method: &Method,
@@ -68,12 +69,12 @@ impl Hosts {
     }
 }
 
-/// Fails if a browser says that a page of another site sends the request. A link that is followed is no such request.
+/// Fails if the browser says that a page of another site sends the request. Following a link is allowed.
 fn from_here(method: &Method, headers: &HeaderMap, host: Option<&Authority>) -> Result<(), Problem> {
     let follows_link =
         method == Method::GET && headers.get(SEC_FETCH_MODE).is_some_and(|mode| mode == "navigate");
     if let Some(site) = headers.get(SEC_FETCH_SITE) {
-        // No page can write this header. Behind a proxy `Origin` and `Host` may differ nevertheless.
+        // No page can set this header, and it is right behind a proxy too, where `Origin` and `Host` may differ.
         return if site == "same-origin" || site == "none" || follows_link {
             Ok(())
         } else {

@@ -1,102 +1,106 @@
-//! The planner's outside: JSON, HTTP, the command line, and no control law.
+//! The planner as an HTTP service, with missions that survive it. No control law is here.
 //!
 //! ```text
-//! edge (id, hosts, access) → posted (in time) → admission → pool: wire → planners (in time) → wire → edge (problems, headers)
+//! middleware (id, hosts, access) → body (in time) → admission → pool: wire → planners (in time) → wire → middleware (problems, headers)
 //! ```
-//! Every failure on the way becomes a [`problem::Problem`], and only there a status code. [`app`] is the whole service
-//! without a socket, [`service`] the same with missions, whose events are in the [`store`].
+//! Every failure becomes a [`problem::Problem`], which alone chooses the status code. [`app`] is the service without a socket
+//! and without missions, [`service`] the same with missions, whose events are in the [`store`].
 
-use axum::{Json, Router, extract::FromRef, middleware, routing::get};
+use axum::{Router, middleware::from_fn, routing::get};
 use tower_http::catch_panic::CatchPanicLayer;
 
 pub mod access;
 mod admission;
+mod answer;
+mod app_state;
 pub mod batch;
-mod campaigns;
+mod body;
+mod body_size;
 pub mod crafts;
 mod deadline;
 mod docs;
-mod edge;
 pub mod examples;
 pub mod health;
 mod hosts;
 mod metrics;
+mod middleware;
 pub mod missions;
 pub mod offline;
 mod openapi;
 mod page;
+pub mod places;
 mod planners;
 mod planning;
 mod pool;
-mod posted;
 pub mod problem;
+mod query;
+pub mod quota;
+mod request_id;
+mod role;
 mod settings;
-pub mod slots;
 pub mod store;
 mod trace;
+mod unix_time;
 
-use campaigns::Campaigns;
-use edge::Edge;
+use answer::Room;
+use app_state::AppState;
+use body::Bodies;
+pub use body_size::BODY_BYTES_MAX;
 use health::Readiness;
 pub use hosts::Hosts;
 pub use metrics::{Connections, Counted};
 use metrics::{Metrics, StoreMetrics};
+use middleware::Middleware;
 use missions::Missions;
 use planners::Planners;
-pub use posted::BODY_BYTES_MAX;
-use posted::Bodies;
 use problem::Problem;
 pub use settings::{PlanFn, Settings};
 use store::{EventStore, StoreError};
 pub use trace::{TraceContext, TraceFn};
 
-#[derive(Clone, FromRef)]
-struct Shared {
-    planners: Planners,
-    missions: Option<Missions>,
-    campaigns: Option<Campaigns>,
-    readiness: Readiness,
-    bodies: Bodies,
-    metrics: Metrics,
-}
-
-/// The whole service, but for missions and campaigns.
+/// The whole service without missions.
 ///
-/// Must be called inside a Tokio runtime's reach: plans run on its blocking threads.
+/// Call it inside a Tokio runtime: plans run on its blocking threads.
 pub fn app(settings: Settings) -> Router {
-    let metrics = Metrics::new(&settings.connections, &StoreMetrics::default());
+    let metrics = Metrics::new(
+        &settings.connections,
+        &StoreMetrics::default(),
+        settings.log_lines_dropped,
+    );
     let planners = Planners::new(&settings, metrics);
-    routed(settings, planners, None, None)
+    routed(settings, planners, None)
 }
 
-/// The whole service, with the missions of `store`, and the campaigns beside it: those that were running go on.
+/// The whole service, with the missions of `store`: those that were running continue. Fails if the service had tokens and
+/// has none.
 pub async fn service(settings: Settings, store: EventStore) -> Result<(Router, Missions), StoreError> {
-    let metrics = Metrics::new(&settings.connections, store.metrics());
+    if let Some(tokens) = &settings.tokens {
+        tokens.bind(&store).await?;
+    }
+    let metrics = Metrics::new(&settings.connections, store.metrics(), settings.log_lines_dropped);
     let planners = Planners::new(&settings, metrics);
     let missions = Missions::resume(store.clone(), planners.clone()).await?;
-    let campaigns = Campaigns::resume(&store, planners.clone(), missions.closing())?;
-    let router = routed(settings, planners, Some(missions.clone()), Some(campaigns));
+    let router = routed(settings, planners, Some(missions.clone()));
     Ok((router, missions))
 }
 
-fn routed(
-    settings: Settings,
-    planners: Planners,
-    missions: Option<Missions>,
-    campaigns: Option<Campaigns>,
-) -> Router {
+fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) -> Router {
     let metrics = planners.metrics().clone();
-    let edge = Edge {
+    let middleware = Middleware {
         hosts: settings.hosts,
         tokens: settings.tokens,
         trace: settings.trace,
         metrics: metrics.clone(),
+        room: Room::new(),
     };
-    let shared = Shared {
-        readiness: Readiness::new(planners.clone(), missions.clone(), settings.stopping.clone()),
+    let readiness = Readiness::new(planners.clone(), missions.clone(), settings.stopping);
+    if let Some((period, beat)) = settings.heartbeat {
+        tokio::spawn(readiness.clone().beat(period, beat));
+    }
+    let state = AppState {
+        readiness,
         planners,
         missions,
-        campaigns,
         bodies: Bodies::new(settings.body_time_limit, metrics.clone()),
         metrics,
     };
@@ -104,12 +108,12 @@ fn routed(
     router
         .merge(page::router())
         .merge(docs::router())
-        .route("/openapi.json", get(async || Json(openapi::document())))
+        .route("/openapi.json", get(openapi::get_document))
         .fallback(async || Problem::NoRoute)
         .method_not_allowed_fallback(async || Problem::MethodNotAllowed)
-        .layer(CatchPanicLayer::custom(edge::caught_panic))
-        .layer(middleware::from_fn(move |request, next| {
-            edge::pass(edge.clone(), request, next)
+        .layer(CatchPanicLayer::custom(middleware::caught_panic))
+        .layer(from_fn(move |request, next| {
+            middleware::handle(middleware.clone(), request, next)
         }))
-        .with_state(shared)
+        .with_state(state)
 }

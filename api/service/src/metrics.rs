@@ -37,29 +37,93 @@ const SCP_ITERATIONS: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0];
 
 type Labels<T, const N: usize> = [(&'static str, T); N];
 
+/// Defines a struct of metrics with its `default` and its `register`: the documentation of a field is the metric's help.
+macro_rules! metrics {
+    ($(#[$meta:meta])* $visibility:vis struct $name:ident {
+        $(#[doc = $help:literal] $field:ident: $kind:ty = $metric:literal, $new:expr;)*
+    }) => {
+        $(#[$meta])*
+        #[derive(Clone, Debug)]
+        $visibility struct $name {
+            $(#[doc = $help] $field: $kind,)*
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $new,)* }
+            }
+        }
+
+        impl $name {
+            fn register(&self, registry: &mut Registry) {
+                $(registry.register($metric, $help.trim(), self.$field.clone());)*
+            }
+        }
+    };
+}
+
+metrics! {
+    /// What a service counts.
+    struct Counts {
+        /// Requests, and the time from their heads to those of their answers
+        requests: Family<Labels<String, 3>, Histogram> = "http_request_duration_seconds",
+            Family::new_with_constructor(|| Histogram::new(SECONDS));
+        /// Requests refused because the service is busy, by reason
+        shed: Family<Labels<&'static str, 1>, Counter> = "requests_shed", Family::default();
+        /// Requests for plans that were admitted and are not done, by the length of their bodies
+        admitted: Family<Labels<&'static str, 1>, Gauge> = "requests_admitted", Family::default();
+        /// Jobs that wait for a thread of a pool, by priority
+        waiting: Family<Labels<&'static str, 2>, Gauge> = "jobs_waiting", Family::default();
+        /// Plans answered, by purpose, method and outcome
+        plans: Family<Labels<&'static str, 3>, Counter> = "plans", Family::default();
+        /// Time of the planner for a plan
+        solve_time: Family<Labels<&'static str, 1>, Histogram> = "solve_duration_seconds",
+            Family::new_with_constructor(|| Histogram::new(SECONDS));
+        /// Interior-point iterations of a plan
+        solver_iterations: Histogram = "solver_iterations", Histogram::new(SOLVER_ITERATIONS);
+        /// Convex subproblems of a plan
+        scp_iterations: Histogram = "scp_iterations", Histogram::new(SCP_ITERATIONS);
+        /// Unfinished missions in memory: all that run, and others that were requested
+        missions: Family<Labels<&'static str, 2>, Gauge> = "missions", Family::default();
+        /// Time from when a plan of a live mission was due to when it was made
+        late: Histogram = "mission_plan_late_seconds", Histogram::new(SECONDS);
+        /// Plans of live missions that were due and not made
+        missed: Counter = "mission_plans_missed", Counter::default();
+        /// Running live missions whose newest plan warns that the craft does not follow
+        does_not_follow: Gauge = "missions_craft_does_not_follow", Gauge::default();
+        /// How often a craft of a live mission began not to follow
+        does_not_follow_begun: Counter = "craft_does_not_follow", Counter::default();
+    }
+}
+
+metrics! {
+    /// The connections of a server, which counts them. Clones share the count.
+    pub struct Connections {
+        /// Connections that are open
+        open: Gauge = "connections", Gauge::default();
+        /// Connections refused
+        turned_away: Counter = "connections_turned_away", Counter::default();
+    }
+}
+
+metrics! {
+    /// What the mission log counts. Clones share it.
+    pub(crate) struct StoreMetrics {
+        /// Time of a commit of the mission log
+        commits: Histogram = "store_commit_duration_seconds", Histogram::new(SECONDS);
+        /// Commits that failed
+        failures: Counter = "store_commit_failures", Counter::default();
+        /// Events stored
+        events: Counter = "store_events", Counter::default();
+    }
+}
+
 /// What a service counts. Clones share it.
 #[derive(Clone, Debug)]
 pub(crate) struct Metrics {
     counts: Arc<Counts>,
     /// Has them by their names.
     registry: Arc<Registry>,
-}
-
-#[derive(Debug)]
-struct Counts {
-    requests: Family<Labels<String, 3>, Histogram>,
-    shed: Family<Labels<&'static str, 1>, Counter>,
-    admitted: Family<Labels<&'static str, 1>, Gauge>,
-    waiting: Family<Labels<&'static str, 2>, Gauge>,
-    plans: Family<Labels<&'static str, 3>, Counter>,
-    solve_time: Family<Labels<&'static str, 1>, Histogram>,
-    solver_iterations: Histogram,
-    scp_iterations: Histogram,
-    missions: Family<Labels<&'static str, 2>, Gauge>,
-    late: Histogram,
-    missed: Counter,
-    does_not_follow: Gauge,
-    does_not_follow_begun: Counter,
 }
 
 /// Counted as one, until it is dropped.
@@ -79,18 +143,18 @@ impl Drop for Counted {
     }
 }
 
-/// Why something was not taken on.
+/// Why something was refused.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Shed {
-    /// Those before it leave it no time, or too many wait.
+    /// Too many wait, or the work before it leaves no time for it.
     Admission,
     /// It waited too long for a thread.
     Pool,
-    /// There was no room for its body.
+    /// There was no memory for its body.
     Room,
     /// Its mission has too many requests before it.
     Mailbox,
-    /// There are as many missions, streams or records as there may be.
+    /// A limit of missions, streams or records is reached.
     Places,
 }
 
@@ -117,7 +181,7 @@ impl Shed {
 /// What a plan is for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum PlanFor {
-    /// A request of a client that keeps its own mission.
+    /// A request to `/v1/plan`.
     Request,
     /// A live mission.
     Live,
@@ -135,52 +199,21 @@ impl PlanFor {
     }
 }
 
-/// The connections of a server, which counts them. Clones share the count.
-#[derive(Clone, Debug, Default)]
-pub struct Connections {
-    open: Gauge,
-    turned_away: Counter,
-}
-
 impl Connections {
-    /// One more, for as long as the answer lives.
+    /// Counts one more until the result is dropped.
     #[must_use]
     pub fn opened(&self) -> Counted {
         Counted::new(self.open.clone())
     }
 
-    /// One was not taken on.
+    /// One was refused.
     pub fn turned_away(&self) {
         self.turned_away.inc();
-    }
-
-    fn register(&self, registry: &mut Registry) {
-        registry.register("connections", "Connections that are open", self.open.clone());
-        let turned_away = self.turned_away.clone();
-        registry.register("connections_turned_away", "Connections not taken on", turned_away);
-    }
-}
-
-/// What the mission log counts. Clones share it.
-#[derive(Clone, Debug)]
-pub(crate) struct StoreMetrics {
-    commits: Histogram,
-    failures: Counter,
-    events: Counter,
-}
-
-impl Default for StoreMetrics {
-    fn default() -> Self {
-        Self {
-            commits: Histogram::new(SECONDS),
-            failures: Counter::default(),
-            events: Counter::default(),
-        }
     }
 }
 
 impl StoreMetrics {
-    /// A commit took so long and stored so many events, or failed.
+    /// Counts a commit: its time, and how many events it stored; `None` if it failed.
     pub(crate) fn committed(&self, took: Duration, n_events: Option<usize>) {
         self.commits.observe(took.as_secs_f64());
         let _before = match n_events {
@@ -188,83 +221,21 @@ impl StoreMetrics {
             None => self.failures.inc(),
         };
     }
-
-    fn register(&self, registry: &mut Registry) {
-        let help = "Time of a commit of the mission log";
-        registry.register("store_commit_duration_seconds", help, self.commits.clone());
-        registry.register(
-            "store_commit_failures",
-            "Commits that failed",
-            self.failures.clone(),
-        );
-        registry.register("store_events", "Events stored", self.events.clone());
-    }
-}
-
-impl Default for Counts {
-    fn default() -> Self {
-        Self {
-            requests: Family::new_with_constructor(|| Histogram::new(SECONDS)),
-            shed: Family::default(),
-            admitted: Family::default(),
-            waiting: Family::default(),
-            plans: Family::default(),
-            solve_time: Family::new_with_constructor(|| Histogram::new(SECONDS)),
-            solver_iterations: Histogram::new(SOLVER_ITERATIONS),
-            scp_iterations: Histogram::new(SCP_ITERATIONS),
-            missions: Family::default(),
-            late: Histogram::new(SECONDS),
-            missed: Counter::default(),
-            does_not_follow: Gauge::default(),
-            does_not_follow_begun: Counter::default(),
-        }
-    }
-}
-
-impl Counts {
-    fn register(&self, registry: &mut Registry) {
-        let help = "Requests, and the time from their heads to those of their answers";
-        registry.register("http_request_duration_seconds", help, self.requests.clone());
-        let help = "Requests not taken on, by reason";
-        registry.register("requests_shed", help, self.shed.clone());
-        let help = "Requests for plans that were taken on and are not done, by the length of their bodies";
-        registry.register("requests_admitted", help, self.admitted.clone());
-        let help = "Jobs that wait for a thread of a pool, by who asks";
-        registry.register("jobs_waiting", help, self.waiting.clone());
-        let help = "Plans answered, by what they are for, what answered and the outcome";
-        registry.register("plans", help, self.plans.clone());
-        let help = "Time of the planner for a plan";
-        registry.register("solve_duration_seconds", help, self.solve_time.clone());
-        let help = "Interior-point iterations of a plan";
-        registry.register("solver_iterations", help, self.solver_iterations.clone());
-        let help = "Convex subproblems of a plan";
-        registry.register("scp_iterations", help, self.scp_iterations.clone());
-        let help = "Missions in memory that are not over: all that run, and others that were asked for";
-        registry.register("missions", help, self.missions.clone());
-        let help = "Time from when a plan of a live mission was due to when it was made";
-        registry.register("mission_plan_late_seconds", help, self.late.clone());
-        let help = "Plans of live missions that were due and not made";
-        registry.register("mission_plans_missed", help, self.missed.clone());
-        let help = "Running live missions whose newest plan warns that the craft does not follow";
-        registry.register(
-            "missions_craft_does_not_follow",
-            help,
-            self.does_not_follow.clone(),
-        );
-        let help = "How often a craft of a live mission began not to follow";
-        registry.register("craft_does_not_follow", help, self.does_not_follow_begun.clone());
-    }
 }
 
 impl Metrics {
-    pub(crate) fn new(connections: &Connections, store: &StoreMetrics) -> Self {
+    pub(crate) fn new(
+        connections: &Connections,
+        store: &StoreMetrics,
+        log_lines_dropped: fn() -> u64,
+    ) -> Self {
         let counts = Counts::default();
         // A counter that appears with its first increment has no rate for it.
         for reason in Shed::ALL {
             counts.shed.get_or_create_owned(&[("reason", reason.name())]);
         }
         let mut registry = Registry::default();
-        registry.register_collector(Box::new(Process));
+        registry.register_collector(Box::new(Process { log_lines_dropped }));
         let ours = registry.sub_registry_with_prefix("pilotfish");
         let build = Info::new([("version", env!("CARGO_PKG_VERSION"))]);
         ours.register("build", "What runs", build);
@@ -277,7 +248,7 @@ impl Metrics {
         }
     }
 
-    /// A request was answered.
+    /// Counts a request that was answered.
     pub(crate) fn request(&self, method: &Method, route: &str, status: StatusCode, took: Duration) {
         let labels = [
             ("method", known(method).to_owned()),
@@ -290,28 +261,28 @@ impl Metrics {
             .observe(took.as_secs_f64());
     }
 
-    /// Something was not taken on.
+    /// Counts a refusal.
     pub(crate) fn shed(&self, reason: Shed) {
         self.counts.shed.get_or_create(&[("reason", reason.name())]).inc();
     }
 
-    /// The number of requests that were taken on, by `body`: `short` or `long`.
+    /// The number of admitted requests, by `body`: `short` or `long`.
     pub(crate) fn admitted(&self, body: &'static str) -> Gauge {
         self.counts.admitted.get_or_create_owned(&[("body", body)])
     }
 
-    /// The number of jobs that wait in `pool`, by `lane`.
-    pub(crate) fn waiting(&self, pool: &'static str, lane: &'static str) -> Gauge {
-        let labels = [("pool", pool), ("lane", lane)];
+    /// The number of jobs that wait in `pool` with a priority.
+    pub(crate) fn waiting(&self, pool: &'static str, priority: &'static str) -> Gauge {
+        let labels = [("pool", pool), ("lane", priority)];
         self.counts.waiting.get_or_create_owned(&labels)
     }
 
-    /// A job of a mission waits for its turn, until the answer is dropped.
+    /// Counts a mission that waits for a planner, until the result is dropped.
     pub(crate) fn mission_waits(&self) -> Counted {
         Counted::new(self.waiting("missions", "mission"))
     }
 
-    /// A plan is about to be answered.
+    /// Counts a plan.
     pub(crate) fn plan(&self, made_for: PlanFor, plan: &Plan, solve_time: Duration) {
         let labels = [
             ("purpose", made_for.name()),
@@ -334,30 +305,30 @@ impl Metrics {
         scp_iterations.observe(plan.solver.scp_iterations as f64);
     }
 
-    /// A mission of `kind` is in memory with `status`, until the answer is dropped.
+    /// Counts a mission in memory, until the result is dropped.
     pub(crate) fn mission(&self, kind: &str, status: &'static str) -> Counted {
         let kind = if kind == "live" { "live" } else { "simulated" };
         let labels = [("kind", kind), ("status", status)];
         Counted::new(self.counts.missions.get_or_create_owned(&labels))
     }
 
-    /// A plan of a live mission was stored, so long after it was due.
+    /// Counts how long after its due time a plan of a live mission was stored.
     pub(crate) fn late(&self, late: Duration) {
         self.counts.late.observe(late.as_secs_f64());
     }
 
-    /// So many plans of a live mission were not made.
+    /// Counts plans of a live mission that were not made.
     pub(crate) fn missed(&self, n: u64) {
         self.counts.missed.inc_by(n);
     }
 
-    /// A craft does not follow, until the answer is dropped.
+    /// Counts a craft that does not follow, until the result is dropped.
     pub(crate) fn does_not_follow(&self) -> Counted {
         self.counts.does_not_follow_begun.inc();
         Counted::new(self.counts.does_not_follow.clone())
     }
 
-    /// Everything, as Prometheus reads it.
+    /// All metrics, in Prometheus's text format.
     fn exposition(&self) -> Result<String, fmt::Error> {
         let mut text = String::new();
         encode(&mut text, &self.registry)?;
@@ -365,7 +336,7 @@ impl Metrics {
     }
 }
 
-/// The method, if it is one that means something here: clients may make up others.
+/// The name of a standard method: a client can invent others.
 fn known(method: &Method) -> &str {
     let known = [
         Method::GET,
@@ -389,37 +360,43 @@ fn method(method: plan::Method) -> &'static str {
         plan::Method::PreviousPlan => "previous_plan",
         plan::Method::SaturatedLos => "saturated_los",
         plan::Method::Hold => "hold",
-        plan::Method::SaturatedLosTrackerFrame
-        | plan::Method::IntegralLos
-        | plan::Method::WaypointBox
-        | plan::Method::PrintedLos => "law",
+        plan::Method::SaturatedLosTrackerFrame | plan::Method::IntegralLos | plan::Method::WaypointBox => {
+            "law"
+        }
     }
 }
 
-/// What the process takes of the machine, where the system tells it: by the names that Prometheus clients agree on.
+/// The process's use of the machine, by the standard names of Prometheus clients.
 #[derive(Debug)]
-struct Process;
+struct Process {
+    log_lines_dropped: fn() -> u64,
+}
 
 impl Collector for Process {
     fn encode(&self, mut encoder: DescriptorEncoder) -> fmt::Result {
-        let mut tell = |name, help, metric: &dyn EncodeMetric| {
+        let mut write = |name, help, metric: &dyn EncodeMetric| {
             let encoder = encoder.encode_descriptor(name, help, None, metric.metric_type())?;
             metric.encode(encoder)
         };
         let cpu = clock_gettime(ClockId::ProcessCPUTime);
         let cpu = Duration::try_from(cpu).unwrap_or_default().as_secs_f64();
-        tell(
+        write(
             "process_cpu_seconds",
             "Processor time, user and system.",
             &ConstCounter::new(cpu),
         )?;
+        write(
+            "pilotfish_log_lines_dropped",
+            "Log lines dropped because standard error was not read.",
+            &ConstCounter::new((self.log_lines_dropped)()),
+        )?;
         if let Some(bytes) = resident_bytes() {
             let help = "Resident memory.";
-            tell("process_resident_memory_bytes", help, &ConstGauge::new(bytes))?;
+            write("process_resident_memory_bytes", help, &ConstGauge::new(bytes))?;
         }
         if let Ok(files) = fs::read_dir("/proc/self/fd") {
             let n = files.count();
-            tell("process_open_fds", "Files that are open.", &ConstGauge::new(n))?;
+            write("process_open_fds", "Files that are open.", &ConstGauge::new(n))?;
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! Missions: vehicles, real or simulated, for which the service plans for hours.
+//! Missions: the service plans for vehicles, real or simulated, for hours.
 //!
 //! ```text
 //! routes → check → registry → actor (live, simulated) → event → store
@@ -10,6 +10,8 @@ mod actor;
 pub(crate) mod check;
 mod clock;
 pub mod event;
+mod if_match;
+pub(crate) mod parameters;
 pub mod record;
 mod registry;
 pub mod replay;
@@ -18,8 +20,6 @@ pub(crate) mod routes;
 mod scene;
 mod simulation;
 mod state;
-pub(crate) mod stream;
+mod stream;
 
-pub(crate) use actor::IdempotencyKey;
-pub(crate) use clock::unix_now;
 pub use registry::Missions;

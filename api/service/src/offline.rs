@@ -9,22 +9,22 @@ use planner::{
     plan::{Programs, plan_with},
     policy::Policy,
     program::Program,
-    snapshot::Snapshot,
     solve::{Solution, SolverStatus, Solvers},
     stop::Stop,
 };
 
 use crate::{
+    body,
+    body_size::BODY_BYTES_MAX,
     deadline::{Arrival, Deadline},
     planners::Planned,
-    planning::{Context, answer, refuse_a_lower_level},
-    posted::{BODY_BYTES_MAX, read},
+    planning::{ValidRequest, answer, check_fallback},
     problem::Problem,
 };
-use wire::{PlanRequest, PlanResponse};
+use wire::PlanResponse;
 
-/// The answer to `body`, with programs solved to `tolerance`. `watch` is shown every program that was solved, in
-/// order. There is no deadline but the request's own.
+/// The answer to `body`, with programs solved to `tolerance`. `watch` gets every program that was solved, in order. The only
+/// deadline is the request's.
 pub fn plan(
     body: &[u8],
     tolerance: f64,
@@ -34,9 +34,12 @@ pub fn plan(
     if BODY_BYTES_MAX < body.len() {
         return Err(Problem::TooLarge);
     }
-    let request: PlanRequest = read(body)?;
-    let snapshot = Snapshot::try_from(&request).map_err(Problem::Invalid)?;
-    let stop = match request.deadline_ms {
+    let ValidRequest {
+        snapshot,
+        deadline_ms,
+        context,
+    } = ValidRequest::new(body::read(body)?)?;
+    let stop = match deadline_ms {
         Some(wish) => Deadline::new(arrival, Some(wish), Duration::MAX).stop(),
         None => Stop::never(),
     };
@@ -61,7 +64,6 @@ pub fn plan(
         snapshot: Arc::new(snapshot),
         plan,
     };
-    refuse_a_lower_level(&planned)?;
-    let PlanRequest { origin, metadata, .. } = request;
-    Ok(answer(&planned, &Context { origin, metadata }).planned())
+    check_fallback(&planned)?;
+    Ok(answer(&planned, &context).planned())
 }

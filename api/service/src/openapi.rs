@@ -1,22 +1,31 @@
-//! What `/openapi.json` says of the service.
+//! The `OpenAPI` document, `/openapi.json`.
 
 use std::sync::LazyLock;
 
+use axum::{body::Bytes, http::header, response::IntoResponse};
 use serde_json::{Map, Value, json};
 use utoipa::OpenApi;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use crate::{
-    Shared,
     access::{self, is_public},
-    batch, campaigns, crafts, examples, health, metrics, missions, planning,
+    app_state::AppState,
+    batch, crafts, examples, health, metrics, missions, planning,
 };
 
-mod campaign_file;
 mod limits;
 mod rules;
 
-/// The document, which is the same as long as the program is.
+/// Serves the document, whose text is made once.
+pub(crate) async fn get_document() -> impl IntoResponse {
+    static TEXT: LazyLock<Bytes> = LazyLock::new(|| {
+        let text = serde_json::to_vec(document()).expect("names, texts and numbers only");
+        text.into()
+    });
+    ([(header::CONTENT_TYPE, "application/json")], TEXT.clone())
+}
+
+/// The document. It depends on the program only.
 pub(crate) fn document() -> &'static Value {
     static DOCUMENT: LazyLock<Value> = LazyLock::new(|| {
         let document = documented().into_openapi();
@@ -27,11 +36,9 @@ pub(crate) fn document() -> &'static Value {
                 never_null(body);
             }
         }
-        campaign_file::write(&mut document);
         limits::write(&mut document);
         rules::write(&mut document);
-        link(&mut document, "/v1/missions", "201");
-        link(&mut document, "/v1/campaigns", "202");
+        link_missions(&mut document);
         describe_events(&mut document);
         describe_tokens(&mut document);
         document
@@ -39,12 +46,12 @@ pub(crate) fn document() -> &'static Value {
     &DOCUMENT
 }
 
-/// Says which calls need a token where the service asks for tokens, and how they are refused without one.
+/// Describes the token that calls need if the service requires tokens, and the refusals without one.
 fn describe_tokens(document: &mut Value) {
     document["components"]["securitySchemes"] = json!({ "token": {
         "type": "http",
         "scheme": "bearer",
-        "description": "Needed once a token was made: `pilotfish token add`.",
+        "description": "Required as soon as a token exists: `pilotfish token add`.",
     } });
     let refusals = ["401", "403"].map(|status| {
         let refusal = document["paths"]["/v1/plan"]["post"]["responses"][status].clone();
@@ -63,16 +70,16 @@ fn describe_tokens(document: &mut Value) {
     }
 }
 
-/// The routes that the document lists.
-pub(crate) fn documented() -> OpenApiRouter<Shared> {
+/// The routes of the document.
+pub(crate) fn documented() -> OpenApiRouter<AppState> {
     #[derive(OpenApi)]
     #[openapi(info(
         title = "Pilotfish",
         description = "Formation planner: snapshots of underwater vehicles in, speed and heading references for \
-            a surface craft out. SI units and radians, named in every field; positions are local north-east-down; \
-            headings and courses are 0 at north, positive clockwise. Every refusal is a problem document, but for \
-            what the HTTP library refuses before the service sees it, with no body: malformed HTTP (400), a path over \
-            64 KiB (414), and a head that is too long or has over 100 headers (431)."
+            a surface craft out. Values are in SI units and radians, with the unit in every name. Positions are local \
+            north-east-down; headings and courses are 0 at north and positive clockwise. Every refusal is a problem \
+            document, except what the HTTP library refuses without a body: malformed HTTP (400), and a head that is \
+            longer than 16 KiB or has over 100 headers (431)."
     ))]
     struct Document;
 
@@ -103,18 +110,6 @@ pub(crate) fn documented() -> OpenApiRouter<Shared> {
         .routes(routes!(missions::routes::stream_events))
         .routes(routes!(missions::routes::get_record))
         .routes(routes!(missions::routes::get_scene))
-        .routes(routes!(
-            campaigns::routes::create_campaign,
-            campaigns::routes::list_campaigns
-        ))
-        .routes(routes!(
-            campaigns::routes::get_campaign,
-            campaigns::routes::delete_campaign
-        ))
-        .routes(routes!(campaigns::routes::cancel_campaign))
-        .routes(routes!(campaigns::routes::stream_campaign))
-        .routes(routes!(campaigns::routes::get_campaign_report))
-        .routes(routes!(campaigns::routes::get_campaign_runs))
         .routes(routes!(access::get_access))
         .routes(routes!(missions::routes::list_orders))
         .routes(routes!(health::livez))
@@ -123,11 +118,10 @@ pub(crate) fn documented() -> OpenApiRouter<Shared> {
         .routes(routes!(metrics::get_metrics))
 }
 
-/// Where what is answered, with `status`, about something that was made at `path` is used.
-fn link(document: &mut Value, made_at: &str, status: &str) {
+/// Links the id of a created mission to the calls about one mission.
+fn link_missions(document: &mut Value) {
     let calls = document["paths"].as_object().into_iter().flatten();
-    let of_one = format!("{made_at}/{{id}}");
-    let about_one = calls.filter(|(path, _)| path.starts_with(&of_one));
+    let about_one = calls.filter(|(path, _)| path.starts_with("/v1/missions/{id}"));
     let links: Map<_, _> = about_one
         .flat_map(|(_, calls)| calls.as_object().into_iter().flatten())
         .filter_map(|(_, call)| {
@@ -136,44 +130,27 @@ fn link(document: &mut Value, made_at: &str, status: &str) {
             Some((id.to_owned(), link))
         })
         .collect();
-    document["paths"][made_at]["post"]["responses"][status]["links"] = Value::Object(links);
+    document["paths"]["/v1/missions"]["post"]["responses"]["201"]["links"] = Value::Object(links);
 }
 
-/// A server-sent event by its fields, as OpenAPI 3.2 has them.
+/// Describes a server-sent event by its fields, as in OpenAPI 3.2.
 fn describe_events(document: &mut Value) {
     document["components"]["schemas"]["SentEvent"] = json!({
         "type": "object", "required": ["event", "data"],
-        "description": "A server-sent event. The `data` of a `gap` are the numbers `from` and `to` of the events missed.",
+        "description": "A server-sent event. The `data` of a `gap` holds the numbers `from` and `to` of the missed events.",
         "properties": {
             "id": { "type": "string", "description": "The event's number in the mission." },
             "event": { "type": "string", "description": "The event's `kind`, or `gap`." },
-            "retry": { "type": "integer", "description": "When to come again after a break, ms." },
+            "retry": { "type": "integer", "description": "When to reconnect after a break, ms." },
             "data": { "type": "string", "contentMediaType": "application/json",
                 "contentSchema": { "anyOf": [{ "$ref": "#/components/schemas/Event" }, { "type": "object" }] } },
         },
     });
-    document["components"]["schemas"]["SentProgress"] = json!({
-        "type": "object", "required": ["event", "data"],
-        "description": "A server-sent event of a campaign.",
-        "properties": {
-            "id": { "type": "string", "description": "A number that grows with what is done." },
-            "event": { "type": "string", "enum": ["progress", "done", "cancelled", "failed"] },
-            "retry": { "type": "integer", "description": "When to come again after a break, ms." },
-            "data": { "type": "string", "contentMediaType": "application/json",
-                "contentSchema": { "$ref": "#/components/schemas/Campaign" } },
-        },
-    });
-    for (path, shape) in [
-        ("/v1/missions/{id}/events", "SentEvent"),
-        ("/v1/campaigns/{id}/events", "SentProgress"),
-    ] {
-        let events = &mut document["paths"][path]["get"]["responses"]["200"];
-        let shape = format!("#/components/schemas/{shape}");
-        events["content"]["text/event-stream"]["schema"] = json!({ "$ref": shape });
-    }
+    let events = &mut document["paths"]["/v1/missions/{id}/events"]["get"]["responses"]["200"];
+    events["content"]["text/event-stream"]["schema"] = json!({ "$ref": "#/components/schemas/SentEvent" });
 }
 
-/// A body may be left out where utoipa takes it for null, which is refused.
+/// An optional body may be left out, and null is refused: utoipa describes it as null.
 fn never_null(schema: &mut Value) {
     let shape = schema.get_mut("oneOf").and_then(Value::as_array_mut);
     let shape = shape.and_then(|shapes| shapes.iter_mut().find(|shape| shape["$ref"].is_string()));

@@ -1,4 +1,4 @@
-//! The page at `/`, whose files are in the program.
+//! The page at `/`, whose files are built into the program.
 
 use std::sync::LazyLock;
 
@@ -9,10 +9,10 @@ use axum::{
     routing::get,
 };
 
-/// Hexadecimal digits of a file's tag: those of 128 bits.
+/// Hexadecimal digits of a file's tag: 128 bits.
 const TAG_DIGITS: usize = 32;
 
-/// A strong tag of every file's content, in their order.
+/// A strong entity tag of each file, in their order.
 static TAGS: LazyLock<Vec<HeaderValue>> = LazyLock::new(|| {
     let tag = |file: &page::File| {
         let digest = wire::sha256(file.content.as_bytes());
@@ -31,7 +31,7 @@ pub(crate) fn router<S: Clone + Send + Sync + 'static>() -> Router<S> {
     })
 }
 
-/// The file, or that the client has it.
+/// The file, or that the client has it already.
 fn answer(file: &'static page::File, tag: &'static HeaderValue, headers: &HeaderMap) -> Response {
     let tagged = [(header::ETAG, tag.clone())];
     if has_already(headers, tag) {
@@ -41,7 +41,7 @@ fn answer(file: &'static page::File, tag: &'static HeaderValue, headers: &Header
     (tagged, is, file.content).into_response()
 }
 
-/// Whether the client holds what `tag` is of. A proxy that compresses makes tags weak: they are compared without that.
+/// Whether the client has the content with that `tag`. Weak tags match too: a proxy that compresses weakens them.
 fn has_already(headers: &HeaderMap, tag: &HeaderValue) -> bool {
     let given = headers.get_all(header::IF_NONE_MATCH).iter();
     let mut given = given
@@ -53,7 +53,7 @@ fn has_already(headers: &HeaderMap, tag: &HeaderValue) -> bool {
     })
 }
 
-/// Whether a path is one of the page's files, which say nothing of any mission.
+/// Whether a path is one of the page's files, which tell nothing about missions.
 pub(crate) fn has(path: &str) -> bool {
     page::FILES.iter().any(|file| file.path == path)
 }

@@ -1,4 +1,4 @@
-//! The planners behind the service: those for missions, those for requests, and every answer in time.
+//! The planners of the service, for missions and for requests. Every answer comes by its deadline.
 //!
 //! ```text
 //! request ──► admission ──► reading (pool) ──► planning (pool) ──► answer, or the lower levels at the deadline
@@ -29,44 +29,44 @@ use tokio::{
 use tracing::{Instrument as _, Span, info_span};
 
 use crate::{
-    admission::{Admission, Ticket},
+    admission::{Admission, Permit},
+    body_size::SHORT_BYTES_MAX,
     deadline::{Arrival, Deadline},
     metrics::{Metrics, Shed},
-    pool::{Lane, Pool},
-    posted::SHORT,
+    pool::{Pool, Priority},
     problem::Problem,
     settings::{PlanFn, Settings},
 };
 
-/// The coarsest that Tokio's timers are, and the wake-up of a thread: the last stretch before a deadline is
-/// waited for in shorter steps.
+/// Resolution of Tokio's timers plus the wake-up of a thread. The rest of the time before a deadline is waited for in
+/// shorter steps.
 const LAST_STRETCH: Duration = Duration::from_micros(1500);
-/// A step of the last stretch: what the kernel adds to a shorter sleep by itself.
+/// A step of the last stretch: the kernel's own delay of a short sleep.
 const STEP: Duration = Duration::from_micros(50);
 
-/// Planners with their memory. Clones share it.
+/// The planners, with their workspaces. Clones share them.
 #[derive(Clone, Debug)]
 pub(crate) struct Planners {
     plan: PlanFn,
     policy: Arc<Policy>,
-    /// Memory of planners at rest. Which one a request gets changes its time, never its answer.
+    /// Idle workspaces. The choice changes the time of a plan, never the answer.
     idle: Arc<Mutex<Vec<Workspace>>>,
-    /// Of requests with short bodies and of those with long ones: neither is turned away for the other.
+    /// Requests with short bodies, and those with long ones: neither kind crowds out the other.
     short: Admission,
     long: Admission,
-    /// Reads bodies and builds what they describe.
+    /// Reads and checks bodies.
     reading: Pool,
     /// Plans for requests.
     planning: Pool,
-    /// Plans for missions: at most as many at once as there are processors.
+    /// Limits the plans for missions to one for each processor.
     missions: Arc<Semaphore>,
-    /// Half of the processors, so that requests for plans do not wait for simulations.
+    /// Simulates on half of the processors, so that plans do not wait for simulations.
     simulating: Pool,
     deadline: Duration,
     metrics: Metrics,
 }
 
-/// A snapshot's plan, and how long it took.
+/// The plan of a snapshot, and its solve time.
 #[derive(Debug)]
 pub(crate) struct Planned {
     pub(crate) snapshot: Arc<Snapshot>,
@@ -83,7 +83,7 @@ impl Planners {
             deadline,
             ..
         } = settings;
-        let waiting_in = |pool| Lane::ALL.map(|lane| metrics.waiting(pool, lane.name()));
+        let waiting_in = |pool| Priority::ALL.map(|priority| metrics.waiting(pool, priority.name()));
         Self {
             plan,
             policy: Arc::new(Policy::default()),
@@ -99,12 +99,12 @@ impl Planners {
         }
     }
 
-    /// What the service counts.
+    /// The metrics.
     pub(crate) fn metrics(&self) -> &Metrics {
         &self.metrics
     }
 
-    /// What the planners plan by.
+    /// The tuning of the planners.
     pub(crate) fn policy(&self) -> &Policy {
         &self.policy
     }
@@ -114,68 +114,62 @@ impl Planners {
         self.deadline
     }
 
-    /// When an answer is due to a request that wants it within so many ms.
+    /// The deadline of a request that asks for `deadline_ms`.
     pub(crate) fn due(&self, arrival: Arrival, deadline_ms: Option<f64>) -> Deadline {
         Deadline::new(arrival, deadline_ms, self.deadline)
     }
 
-    /// Takes on a request with a body of `bytes`, which is there. Fails at once when those before it leave no time for it.
-    pub(crate) fn admit(&self, bytes: usize) -> Result<Arc<Ticket>, Problem> {
-        let (admission, lane) = if bytes <= SHORT {
-            (&self.short, Lane::Short)
+    /// Admits a request whose body of `bytes` has arrived. Fails at once if the work before it leaves no time for it.
+    pub(crate) fn admit(&self, bytes: usize) -> Result<Arc<Permit>, Problem> {
+        let (admission, priority) = if bytes <= SHORT_BYTES_MAX {
+            (&self.short, Priority::Short)
         } else {
-            (&self.long, Lane::Long)
+            (&self.long, Priority::Long)
         };
-        let admitted = admission.admit(bytes, lane, Instant::now() + self.deadline);
+        let admitted = admission.admit(bytes, priority, Instant::now() + self.deadline);
         admitted.inspect_err(|_| self.metrics.shed(Shed::Admission))
     }
 
-    /// Does what a request that was taken on costs before it can be planned, for as long as an answer may take.
+    /// Reads the body of an admitted request, within the deadline.
     pub(crate) async fn read<T: Send + 'static>(
         &self,
-        ticket: &Arc<Ticket>,
+        permit: &Arc<Permit>,
         read: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Problem> {
-        let (lane, ticket) = (ticket.lane, Arc::clone(ticket));
+        let (priority, permit) = (permit.priority, Arc::clone(permit));
         let read = async {
-            let (read, _job) = self.reading.run(lane, move || ticket.work(read));
+            let (read, _job) = self.reading.run(priority, move || permit.work(read));
             timeout(self.deadline, read).await
         };
         let read = read.instrument(info_span!("read")).await;
         read.map_err(|_| self.too_late())?.map_err(|_| Problem::Panicked)
     }
 
-    /// Does what a request about missions costs before a mission hears of it.
+    /// Reads the body of a request about missions.
     pub(crate) async fn read_for_mission<T: Send + 'static>(
         &self,
-        lane: Lane,
+        priority: Priority,
         read: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Problem> {
         let read = async {
-            let (read, _job) = self.reading.run(lane, read);
+            let (read, _job) = self.reading.run(priority, read);
             read.await
         };
         let read = read.instrument(info_span!("read")).await;
         read.map_err(|_| Problem::Panicked)
     }
 
-    /// Whether a mission, a request or a simulation may have to wait for a processor. Takes no lock.
-    pub(crate) fn has_work_waiting(&self) -> bool {
-        let pools = [&self.reading, &self.planning, &self.simulating];
-        self.missions.available_permits() == 0 || pools.into_iter().any(Pool::has_jobs_waiting)
-    }
-
-    /// What a request is told that waited too long for a thread.
+    /// The problem of a request that waited too long for a thread.
     pub(crate) fn too_late(&self) -> Problem {
         self.metrics.shed(Shed::Pool);
         Problem::Overloaded
     }
 
-    /// Plans for a request that was taken on, until the sooner of the service's deadline and `deadline_ms` after
-    /// `arrival`. When that comes before a planner is free or done, the lower fallback levels answer.
+    /// Plans for an admitted request, until the earlier of the service's deadline and `deadline_ms` after `arrival`. If no
+    /// planner is done by then, the lower fallback levels answer.
     pub(crate) async fn plan(
         &self,
-        ticket: Arc<Ticket>,
+        permit: Arc<Permit>,
         snapshot: Snapshot,
         arrival: Arrival,
         deadline_ms: Option<f64>,
@@ -183,31 +177,31 @@ impl Planners {
         let deadline = self.due(arrival, deadline_ms);
         let snapshot = Arc::new(snapshot);
         let (planners, planned) = (self.clone(), Arc::clone(&snapshot));
-        // Once it has begun, the thread holds the ticket: a client that goes away does not free a planner that still works.
+        // A working thread holds the permit: a client that disconnects does not free a busy planner.
         let plan = async {
-            let (planned, _job) = self.planning.run(ticket.lane, move || {
-                ticket.work(|| planners.plan_now(planned, &deadline.stop()))
+            let (planned, _job) = self.planning.run(permit.priority, move || {
+                permit.work(|| planners.plan_now(planned, &deadline.stop()))
             });
             self.in_time(planned, snapshot, deadline).await
         };
         plan.instrument(info_span!("plan")).await
     }
 
-    /// Says how the plan of a request that was taken on comes about, in half of the time that is left until `deadline`. None where
-    /// that is too short: the answer does not wait for it.
+    /// Explains the plan of an admitted request in half of the time that is left until `deadline`; none if that is too
+    /// short.
     pub(crate) async fn explain(
         &self,
-        ticket: &Arc<Ticket>,
+        permit: &Arc<Permit>,
         snapshot: &Arc<Snapshot>,
         deadline: Deadline,
     ) -> Option<Explanation> {
         let deadline = deadline.half_way();
-        let (lane, ticket) = (ticket.lane, Arc::clone(ticket));
+        let (priority, permit) = (permit.priority, Arc::clone(permit));
         let (snapshot, policy, stop) = (Arc::clone(snapshot), Arc::clone(&self.policy), deadline.stop());
         let found = async {
-            let (found, _job) = self.planning.run(lane, move || {
-                let found = ticket.work(|| explain(&snapshot, &policy, &stop));
-                // One that was cut short tells of another plan.
+            let (found, _job) = self.planning.run(priority, move || {
+                let found = permit.work(|| explain(&snapshot, &policy, &stop));
+                // An explanation that was cut short belongs to a different plan.
                 (!stop.was_due()).then_some(found)
             });
             timeout_at(deadline.instant().into(), found).await
@@ -215,8 +209,8 @@ impl Planners {
         found.instrument(info_span!("explain")).await.ok()?.ok()?
     }
 
-    /// Plans for a mission, of which there are not more than the service took on, until `limit` after `due`, from what
-    /// `facts` makes. Waits for its turn behind other missions.
+    /// Plans for a mission, from the snapshot that `facts` makes, until `limit` after `due`. Waits behind other missions,
+    /// whose number is limited.
     pub(crate) async fn plan_in_turn(
         &self,
         facts: impl FnOnce() -> Result<Snapshot, Problem> + Send + 'static,
@@ -237,7 +231,7 @@ impl Planners {
         let span = Span::current();
         spawn_blocking(move || {
             let _in = span.entered();
-            // Declared before the turn, and so dropped after it if the planner panics.
+            // Declared before the turn, so that it is dropped after it if the planner panics.
             let sender = sender;
             let turn = turn;
             let planned = planners.plan_now(facts, &deadline.stop());
@@ -248,7 +242,7 @@ impl Planners {
         self.in_time(planned, snapshot, deadline).await
     }
 
-    /// What is planned by the deadline, or else the answer of the lower fallback levels.
+    /// The plan, if it comes by the deadline; otherwise that of the lower fallback levels.
     async fn in_time(
         &self,
         mut planned: Receiver<Planned>,
@@ -268,18 +262,27 @@ impl Planners {
         in_time.await.map_err(|_| Problem::Panicked)?
     }
 
-    /// Simulates on one of the processors that simulations have, in turn.
+    /// Waits until a thread of each pool for requests is free.
+    pub(crate) async fn try_pools(&self) -> Result<(), Problem> {
+        for pool in [&self.reading, &self.planning] {
+            let (done, _job) = pool.run(Priority::Mission, || ());
+            done.await.map_err(|_| Problem::Panicked)?;
+        }
+        Ok(())
+    }
+
+    /// Simulates, after the simulations before it.
     pub(crate) async fn simulate<T: Send + 'static>(
         &self,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Problem> {
-        let (worked, _job) = self.simulating.run(Lane::Long, work);
+        let (worked, _job) = self.simulating.run(Priority::Long, work);
         worked.await.map_err(|_| Problem::Panicked)
     }
 
     fn plan_now(&self, snapshot: Arc<Snapshot>, stop: &Stop) -> Planned {
         let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
-        // A workspace that was in use when a planner panicked is not put back.
+        // After a panic, its workspace is not used again.
         let mut workspace = idle().pop().unwrap_or_default();
         let start = Instant::now();
         let _solve = info_span!("solve").entered();
@@ -293,7 +296,7 @@ impl Planners {
         }
     }
 
-    /// The answer without a program: well under a millisecond of arithmetic.
+    /// The plan without a program: well under a millisecond.
     fn lower_levels(&self, snapshot: Arc<Snapshot>) -> Planned {
         let start = Instant::now();
         let plan = plan_until(
@@ -310,7 +313,7 @@ impl Planners {
     }
 }
 
-/// What comes before the deadline; `None` if nothing does.
+/// The result, if it comes before the deadline.
 fn wait(mut planned: Receiver<Planned>, deadline: Deadline) -> Option<Result<Planned, Problem>> {
     loop {
         match planned.try_recv() {
@@ -319,45 +322,5 @@ fn wait(mut planned: Receiver<Planned>, deadline: Deadline) -> Option<Result<Pla
             Err(TryRecvError::Empty) if deadline.instant() <= Instant::now() => return None,
             Err(TryRecvError::Empty) => thread::sleep(STEP),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::sync::mpsc;
-
-    use super::*;
-    use crate::metrics::StoreMetrics;
-
-    #[tokio::test]
-    async fn work_waits_while_every_thread_for_it_is_busy_and_not_afterwards() {
-        let settings = Settings {
-            planners: 1,
-            ..Settings::default()
-        };
-        let metrics = Metrics::new(&settings.connections, &StoreMetrics::default());
-        let planners = Planners::new(&settings, metrics);
-        let (open, gate) = mpsc::channel::<()>();
-        let (begun, begins) = oneshot::channel();
-        let hold = planners.read_for_mission(Lane::Long, move || {
-            begun.send(()).expect("is waited for");
-            gate.recv()
-        });
-        let next = planners.read_for_mission(Lane::Long, || {});
-        let watch = async {
-            begins.await.expect("begins");
-            while !planners.has_work_waiting() {
-                tokio::task::yield_now().await;
-            }
-            open.send(()).expect("is waited for");
-        };
-        assert!(!planners.has_work_waiting());
-        let (held, next, ()) = tokio::join!(hold, next, watch);
-        assert!(held.is_ok_and(|opened| opened.is_ok()) && next.is_ok());
-        assert!(!planners.has_work_waiting());
-        let turn = planners.missions.acquire().await;
-        assert!(planners.has_work_waiting());
-        drop(turn);
-        assert!(!planners.has_work_waiting());
     }
 }

@@ -1,4 +1,4 @@
-//! The calls that plan.
+//! The calls that plan for one snapshot.
 
 use std::sync::Arc;
 
@@ -18,24 +18,24 @@ use tracing::info_span;
 use utoipa::IntoParams;
 
 use crate::{
-    admission::Ticket,
+    admission::Permit,
+    body::JsonBytes,
     deadline::Arrival,
     metrics::PlanFor,
-    missions::routes::Asked,
     planners::{Planned, Planners},
-    posted::PostedBytes,
     problem::{Problem, Refusals},
+    query::ValidQuery,
 };
 use wire::{Answer, Comparison, Origin, PlanRequest, PlanResponse, Plans, degraded_reason};
 
-/// Plans: a snapshot in, speed and heading references out.
+/// Plans: from a snapshot to speed and heading references.
 #[utoipa::path(post, path = "/v1/plan", tag = "plan", request_body = PlanRequest, responses(
-    (status = 200, description = "A plan; `outcome` says whether it is what was asked for.", body = PlanResponse),
+    (status = 200, description = "A plan. `outcome` tells whether it is what was asked for.", body = PlanResponse),
     Refusals))]
 pub(crate) async fn plan(
     State(planners): State<Planners>,
     Extension(arrival): Extension<Arrival>,
-    body: PostedBytes,
+    body: JsonBytes,
 ) -> Result<Response, Problem> {
     let (planned, context) = planned(&planners, arrival, body).await?;
     Ok(written(|| answer(&planned, &context).planned()))
@@ -44,36 +44,36 @@ pub(crate) async fn plan(
 #[derive(Debug, Default, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Explain {
-    /// Whether to say how the planner came to its plan, which takes as long again as planning: the answer has no `explanation` where
-    /// half of the time left until its deadline is too short for that. Default: no.
+pub(crate) struct CompareQuery {
+    /// Whether to explain the plan, which takes as long as planning. If half of the time left until the deadline is too short,
+    /// the answer has no `explanation`. Default: false.
     #[serde(default)]
     explain: bool,
 }
 
-/// The same snapshot through the planner and through every line-of-sight law, whose gains are the service's own.
-#[utoipa::path(post, path = "/v1/plan/compare", tag = "plan", params(Explain), request_body = PlanRequest, responses(
-    (status = 200, description = "A plan from each, by name.", body = Comparison),
+/// Plans with the planner and with every line-of-sight law, at the service's gains, for the same snapshot.
+#[utoipa::path(post, path = "/v1/plan/compare", tag = "plan", params(CompareQuery), request_body = PlanRequest, responses(
+    (status = 200, description = "A plan of each, by name.", body = Comparison),
     Refusals))]
 pub(crate) async fn compare(
     State(planners): State<Planners>,
     Extension(arrival): Extension<Arrival>,
-    Asked(Explain { explain }): Asked<Explain>,
-    body: PostedBytes,
+    ValidQuery(CompareQuery { explain }): ValidQuery<CompareQuery>,
+    body: JsonBytes,
 ) -> Result<Json<Comparison>, Problem> {
-    let ticket = planners.admit(body.bytes.len())?;
+    let permit = planners.admit(body.bytes.len())?;
     let read = planners
-        .read(&ticket, || ValidRequest::new(body.read()?))
+        .read(&permit, || ValidRequest::new(body.read()?))
         .await??;
     let due = planners.due(arrival, read.deadline_ms);
-    let (planned, context) = read.planned(&planners, Arc::clone(&ticket), arrival).await?;
+    let (planned, context) = read.planned(&planners, Arc::clone(&permit), arrival).await?;
     let found = if explain {
-        planners.explain(&ticket, &planned.snapshot, due).await
+        planners.explain(&permit, &planned.snapshot, due).await
     } else {
         None
     };
     let answer = answer(&planned, &context);
-    // A rollout each: little beside the program, so they run where the answer is written.
+    // A rollout for each law costs little beside the program, so they run where the answer is written.
     let law = |law| answer.law(law, planners.policy());
     Ok(Json(Comparison {
         plans: Plans {
@@ -82,7 +82,6 @@ pub(crate) async fn compare(
             saturated_los_tracker_frame: law(LosLaw::TrackerFrame),
             integral_los: law(LosLaw::Integral),
             waypoint_box: law(LosLaw::WaypointBox),
-            printed_los: law(LosLaw::Printed),
         },
         explanation: found.map(|found| answer.explained(&found, planners.policy())),
     }))
@@ -91,11 +90,11 @@ pub(crate) async fn compare(
 async fn planned(
     planners: &Planners,
     arrival: Arrival,
-    body: PostedBytes,
+    body: JsonBytes,
 ) -> Result<(Planned, Context), Problem> {
-    let ticket = planners.admit(body.bytes.len())?;
-    let read = planners.read(&ticket, || ValidRequest::new(body.read()?));
-    read.await??.planned(planners, ticket, arrival).await
+    let permit = planners.admit(body.bytes.len())?;
+    let read = planners.read(&permit, || ValidRequest::new(body.read()?));
+    read.await??.planned(planners, permit, arrival).await
 }
 
 /// A request to plan, whose snapshot is valid.
@@ -106,7 +105,7 @@ pub(crate) struct ValidRequest {
     pub(crate) context: Context,
 }
 
-/// What an answer tells of its request beside the plan.
+/// What an answer repeats of its request.
 #[derive(Debug, Default)]
 pub(crate) struct Context {
     pub(crate) origin: Option<Origin>,
@@ -115,21 +114,22 @@ pub(crate) struct Context {
 
 impl ValidRequest {
     pub(crate) fn new(request: PlanRequest) -> Result<Self, Problem> {
+        let snapshot = wire::snapshot(request).map_err(Problem::Invalid)?;
         Ok(Self {
-            snapshot: Snapshot::try_from(&request).map_err(Problem::Invalid)?,
-            deadline_ms: request.deadline_ms,
+            deadline_ms: snapshot.deadline_ms,
             context: Context {
-                origin: request.origin,
-                metadata: request.metadata,
+                origin: snapshot.origin,
+                metadata: snapshot.metadata.clone(),
             },
+            snapshot,
         })
     }
 
-    /// Its plan, and its context again.
+    /// Its plan, with its context.
     pub(crate) async fn planned(
         self,
         planners: &Planners,
-        ticket: Arc<Ticket>,
+        permit: Arc<Permit>,
         arrival: Arrival,
     ) -> Result<(Planned, Context), Problem> {
         let Self {
@@ -137,16 +137,16 @@ impl ValidRequest {
             deadline_ms,
             context,
         } = self;
-        let planned = planners.plan(ticket, snapshot, arrival, deadline_ms).await?;
-        refuse_a_lower_level(&planned)?;
+        let planned = planners.plan(permit, snapshot, arrival, deadline_ms).await?;
+        check_fallback(&planned)?;
         let metrics = planners.metrics();
         metrics.plan(PlanFor::Request, &planned.plan, planned.solve_time);
         Ok((planned, context))
     }
 }
 
-/// Where nothing but a solved program will do.
-pub(crate) fn refuse_a_lower_level(planned: &Planned) -> Result<(), Problem> {
+/// Fails if the plan is of a lower fallback level and the request accepts only a solved program.
+pub(crate) fn check_fallback(planned: &Planned) -> Result<(), Problem> {
     match planned.plan.degraded {
         Some(_) if planned.snapshot.fallback != Fallback::None => Ok(()),
         Some(Degraded::Deadline) => Err(Problem::TimedOut),

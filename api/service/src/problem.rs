@@ -1,7 +1,7 @@
-//! What can go wrong with a request, and how it is said: RFC 9457 problem documents.
+//! What can go wrong with a request, as RFC 9457 problem documents.
 //!
-//! The only place where a status code is chosen. Handlers answer with a [`Problem`]; the document is
-//! written at the service's edge, which knows the request's path and id.
+//! Status codes are chosen here only. Handlers return a [`Problem`]; the middleware, which knows the request's path and id,
+//! writes the document.
 
 use std::{collections::BTreeMap, time::Duration};
 
@@ -15,15 +15,19 @@ use utoipa::{
     openapi::{ContentBuilder, Ref, RefOr, Response as Documented, ResponseBuilder},
 };
 
-use wire::{FieldError, shortened};
+use wire::{FieldError, mission::Order, shortened};
 
-use crate::{access::Role, examples::EXAMPLES, posted::BODY_BYTES_MAX, store::StoreError};
+use crate::{
+    body_size::BODY_BYTES_MAX,
+    role::{Role, TokenLimit},
+    store::StoreError,
+};
 
-/// Most field errors in one document: a client mends the first few and asks again.
+/// Most field errors in one document: a client corrects the first few and asks again.
 const FIELD_ERRORS_MAX: usize = 64;
 
-/// When to try again after the service was too busy, s: plans take milliseconds, so a queue that is
-/// full now is not full a second later.
+/// When to try again after the service was too busy, s. Plans take milliseconds: a queue that is full now is not full a
+/// second later.
 const RETRY_AFTER: HeaderValue = HeaderValue::from_static("1");
 
 /// Why there is no answer.
@@ -33,92 +37,91 @@ pub enum Problem {
     Syntax(Box<FieldError>),
     /// The body is JSON but not a valid request.
     Invalid(Vec<FieldError>),
-    /// The body is announced as something other than JSON, by this content type if any.
+    /// The content type is not JSON, or missing.
     NotJson(Option<String>),
-    /// The body is announced as something other than a campaign, by this content type if any.
-    NoCampaignFormat(Option<String>),
-    /// The body is announced in a character set other than UTF-8, by this content type.
+    /// The content type names a character set other than UTF-8.
     NotUtf8(String),
-    /// The body is compressed or coded otherwise: its content encoding.
+    /// The body has a content encoding.
     Coded(String),
-    /// The body is longer than accepted.
+    /// The body is too long.
     TooLarge,
     /// The body ended early.
     BodyUnreadable,
-    /// The body came too slowly: the longest time for one.
+    /// The body took longer than this to arrive.
     BodyTimedOut(Duration),
-    /// The request names no host, several, or one that is none.
+    /// The request does not name exactly one valid host.
     HostHeader,
-    /// The request is for another host: its name.
+    /// The request is for another host, with this name.
     UnknownHost(String),
     /// A page of another site sent the request.
     CrossSite,
     /// The request has no valid token.
     Unauthenticated,
-    /// The request's token is not for this call.
+    /// The role of the token does not allow this call.
     Forbidden {
         /// The least role that the call needs.
         needed: Role,
-        /// The token's.
+        /// The token's role.
         role: Role,
     },
-    /// No such route.
+    /// The token is limited to other missions.
+    Limited(TokenLimit),
+    /// The route does not exist.
     NoRoute,
-    /// What was asked for is in a program that is built with this feature.
+    /// The program was built without this feature.
     NotBuiltIn(&'static str),
-    /// No such example.
+    /// The example does not exist.
     NoExample,
-    /// The route does not know the method.
+    /// The route does not have the method.
     MethodNotAllowed,
     /// Every planner is busy and the queue is full.
     Overloaded,
     /// The plan took too long.
     TimedOut,
-    /// No program was solved, and the client accepts nothing else: what the solver said.
+    /// No program was solved, for this reason, and the client accepts nothing else.
     NoSolution(String),
-    /// The service cannot plan, and why.
+    /// The service cannot plan, for this reason.
     NotReady(String),
-    /// No such mission.
+    /// The mission does not exist.
     NoMission,
-    /// The mission is not such that this could be done, and why.
+    /// The mission's state does not allow the command, for this reason.
     Conflict(String),
-    /// No such campaign.
-    NoCampaign,
-    /// The campaign is not such that this could be done, and why.
-    CampaignConflict(String),
-    /// As many campaigns are kept as may be.
-    CampaignsKept(usize),
-    /// A campaign cannot be stored, and why.
-    NotStored(String),
-    /// There is no plan yet: the vehicles of which nothing is known.
+    /// The mission is no longer as the caller saw it.
+    Changed {
+        /// Its revision now.
+        revision: u64,
+        /// The last orders of the mission, the newest first.
+        since: Vec<Order>,
+    },
+    /// There is no plan yet. Reports of these vehicles are missing.
     NoPlanYet(Vec<String>),
-    /// The client's key was answered before, when it asked for something else.
+    /// The idempotency key belongs to another request.
     KeyTaken,
-    /// The mission has more to do than it gets done.
+    /// The mission has too many requests waiting.
     Behind,
-    /// The mission has not answered.
+    /// The mission has not answered in time.
     Unanswered,
-    /// As many missions, streams or records are under way as the service takes on.
+    /// The service has reached a limit for all clients.
     Crowded {
         /// What there are too many of.
         what: &'static str,
-        /// How many it takes on.
+        /// How many there may be.
         limit: usize,
     },
-    /// The client has as many of something as one may.
+    /// The client has reached its share of a limit.
     Share {
-        /// What it has too many of.
+        /// What the client has too many of.
         what: &'static str,
-        /// How many one may have.
+        /// How many one client may have.
         limit: usize,
     },
-    /// The missions of the client who made this one take as much of the disk as they may.
+    /// The missions of one client fill that client's share of the disk.
     DiskShare,
-    /// The service was started without a place for missions.
+    /// The service was started without a data directory.
     NoMissions,
-    /// The mission log does not do what it should.
+    /// The mission log failed.
     Log(StoreError),
-    /// A bug of ours.
+    /// The service has a bug.
     Panicked,
 }
 
@@ -134,22 +137,22 @@ impl From<StoreError> for Problem {
 /// A problem document, `application/problem+json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ProblemDocument {
-    /// Names the kind of problem.
+    /// The kind of problem, as a URI.
     #[serde(rename = "type")]
     pub kind: String,
     /// The kind of problem, for people.
     pub title: String,
     /// The HTTP status code.
     pub status: u16,
-    /// Which error it is, and what to do about it.
+    /// What is wrong, and what to do about it.
     pub detail: String,
     /// Path of the request.
     pub instance: String,
     /// The kind of problem, for programs.
     pub code: String,
-    /// Id of the request, also in the `x-request-id` header and the service's log.
+    /// Id of the request. The `x-request-id` header and the service's log have it too.
     pub request_id: String,
-    /// The fields at fault.
+    /// The invalid fields.
     pub errors: Vec<FieldError>,
 }
 
@@ -158,7 +161,7 @@ impl Problem {
         Self::Conflict(why.to_owned())
     }
 
-    /// The same problem of what stands at `place` of the body.
+    /// The same problem, whose pointers begin at `place` of the body.
     pub(crate) fn within(mut self, place: &str) -> Self {
         if let Self::Invalid(errors) = &mut self {
             for error in errors {
@@ -173,136 +176,146 @@ impl Problem {
         match self {
             Self::Syntax(_) => (400, "syntax", "The body is not JSON"),
             Self::BodyUnreadable => (400, "body_unreadable", "The body ended early"),
-            Self::Invalid(_) => (422, "invalid_request", "The request is not valid"),
-            Self::NotJson(_) => (415, "unsupported_media_type", "JSON is the only format"),
-            Self::NoCampaignFormat(_) => (
-                415,
-                "unsupported_media_type",
-                "JSON and TOML are the only formats",
-            ),
-            Self::NotUtf8(_) => (415, "unsupported_charset", "UTF-8 is the only character set"),
-            Self::Coded(_) => (415, "unsupported_content_encoding", "Bodies are not decoded"),
-            Self::BodyTimedOut(_) => (408, "body_timed_out", "The body came too slowly"),
-            Self::TooLarge => (413, "body_too_large", "The body is too large"),
             Self::HostHeader => (400, "host_header", "The request does not name one host"),
-            Self::UnknownHost(_) => (421, "unknown_host", "The service has another name"),
+            Self::Unauthenticated => (401, "unauthenticated", "The service requires a token"),
+            Self::Forbidden { .. } => (403, "forbidden", "The token does not allow this call"),
+            Self::Limited(_) => (403, "mission_forbidden", "The token is limited to other missions"),
             Self::CrossSite => (403, "cross_site", "Pages of other sites may not call the service"),
-            Self::Unauthenticated => (401, "unauthenticated", "The service asks for a token"),
-            Self::Forbidden { .. } => (403, "forbidden", "The token is not for this call"),
-            Self::NoRoute => (404, "no_route", "There is nothing here"),
-            Self::NotBuiltIn(_) => (404, "not_built_in", "The program was built without it"),
+            Self::NoRoute => (404, "no_route", "There is no such route"),
+            Self::NotBuiltIn(_) => (404, "not_built_in", "The program was built without this feature"),
             Self::NoExample => (404, "no_example", "There is no such example"),
-            Self::MethodNotAllowed => (405, "method_not_allowed", "The method is not allowed"),
-            Self::Overloaded => (503, "overloaded", "Every planner is busy"),
-            Self::TimedOut => (504, "timed_out", "The plan took too long"),
-            Self::NoSolution(_) => (503, "no_solution", "No program was solved"),
-            Self::NotReady(_) => (503, "not_ready", "The service cannot plan"),
             Self::NoMission => (404, "no_mission", "There is no such mission"),
-            Self::Behind => (503, "mission_behind", "The mission has too much to do"),
-            Self::Conflict(_) => (409, "conflict", "The mission is not such"),
-            Self::NoCampaign => (404, "no_campaign", "There is no such campaign"),
-            Self::CampaignConflict(_) => (409, "conflict", "The campaign is not such"),
+            Self::MethodNotAllowed => (405, "method_not_allowed", "The method is not allowed"),
+            Self::BodyTimedOut(_) => (408, "body_timed_out", "The body came too slowly"),
+            Self::Conflict(_) => (409, "conflict", "The mission's state does not allow this"),
             Self::NoPlanYet(_) => (409, "no_plan_yet", "There is no plan yet"),
+            Self::Changed { .. } => (412, "mission_changed", "The mission has changed"),
+            Self::TooLarge => (413, "body_too_large", "The body is too large"),
+            Self::NotJson(_) => (415, "unsupported_media_type", "JSON is the only format"),
+            Self::NotUtf8(_) => (415, "unsupported_charset", "UTF-8 is the only character set"),
+            Self::Coded(_) => (
+                415,
+                "unsupported_content_encoding",
+                "Compressed bodies are not accepted",
+            ),
+            Self::UnknownHost(_) => (421, "unknown_host", "The service has another name"),
+            Self::Invalid(_) => (422, "invalid_request", "The request is not valid"),
             Self::KeyTaken => (
                 422,
                 "idempotency_key_taken",
-                "The Idempotency-Key stands for another request",
+                "The Idempotency-Key belongs to another request",
             ),
-            Self::Unanswered => (504, "mission_unanswered", "The mission has not answered in time"),
-            Self::Crowded { .. } | Self::CampaignsKept(_) => {
-                (503, "crowded", "The service has taken on all it can")
-            }
-            Self::Share { .. } | Self::DiskShare => (429, "share_used", "The client has its share"),
-            Self::NoMissions => (503, "no_missions", "There is no place for missions"),
-            Self::Log(StoreError::Full) => (507, "disk_full", "The disk is full"),
-            Self::Log(_) | Self::NotStored(_) => (503, "not_stored", "Nothing can be stored"),
+            Self::Share { .. } | Self::DiskShare => (429, "share_used", "The client has used its share"),
             Self::Panicked => (500, "internal", "The service has a bug"),
+            Self::Overloaded => (503, "overloaded", "Every planner is busy"),
+            Self::NoSolution(_) => (503, "no_solution", "No program was solved"),
+            Self::NotReady(_) => (503, "not_ready", "The service cannot plan"),
+            Self::Behind => (503, "mission_behind", "The mission has too much to do"),
+            Self::Crowded { .. } => (503, "crowded", "The service is at its limit"),
+            Self::NoMissions => (503, "no_missions", "The service keeps no missions"),
+            Self::TimedOut => (504, "timed_out", "The plan took too long"),
+            Self::Unanswered => (504, "mission_unanswered", "The mission has not answered in time"),
+            Self::Log(StoreError::Full) => (507, "disk_full", "The disk is full"),
+            Self::Log(_) => (503, "not_stored", "The mission log does not work"),
         }
     }
 
+    /// What is wrong, and what to do about it.
     fn detail(&self) -> String {
-        match self {
-            Self::Syntax(error) => placed(error),
-            Self::Invalid(errors) => match errors.as_slice() {
-                [] => "a field is not valid".to_owned(),
-                [only] => placed(only),
-                [first, rest @ ..] => format!("{} (and {} more)", placed(first), rest.len()),
-            },
-            Self::NotJson(Some(given)) => format!("send content-type: application/json, not {given}"),
-            Self::NotJson(None) => "send content-type: application/json".to_owned(),
-            Self::NoCampaignFormat(Some(given)) => {
-                format!("send content-type: application/json or application/toml, not {given}")
+        let fixed = match self {
+            Self::Syntax(error) => return located(error),
+            Self::Invalid(errors) => {
+                return match errors.as_slice() {
+                    [] => "a field is not valid".to_owned(),
+                    [only] => located(only),
+                    [first, rest @ ..] => format!("{} (and {} more)", located(first), rest.len()),
+                };
             }
-            Self::NoCampaignFormat(None) => "send content-type: application/json or application/toml".to_owned(),
-            Self::NotUtf8(given) => format!("send UTF-8, as application/json always is, not {given}"),
-            Self::Coded(given) => format!("send the body without content-encoding, not as {given}"),
-            Self::BodyTimedOut(limit) => format!("the whole body must arrive within {limit:?}"),
-            Self::TooLarge => format!("at most {BODY_BYTES_MAX} bytes are accepted"),
-            Self::BodyUnreadable => "the connection ended before the body did".to_owned(),
-            Self::HostHeader => "send exactly one Host header, as HTTP/1.1 asks".to_owned(),
+            Self::NotJson(Some(given)) => return format!("send content-type: application/json, not {given}"),
+            Self::NotUtf8(given) => return format!("send UTF-8, not {given}"),
+            Self::Coded(given) => return format!("send the body without content-encoding, not as {given}"),
+            Self::TooLarge => return format!("at most {BODY_BYTES_MAX} bytes are accepted"),
+            Self::BodyTimedOut(limit) => return format!("the whole body must arrive within {limit:?}"),
             Self::UnknownHost(given) => {
-                format!("{given} is not a name of this service: call it by its address, or start it with --allow-host {given}")
-            }
-            Self::CrossSite => "call it from its own page, or without a browser".to_owned(),
-            Self::Unauthenticated => {
-                "send Authorization: Bearer and a token that is valid; pilotfish token add makes one".to_owned()
+                return format!(
+                    "{given} is not a name of this service: call it by its address, or start it with --allow-host {given}"
+                );
             }
             Self::Forbidden { needed, role } => {
-                format!("it needs the role {needed}, and this token is {role}")
+                return format!("the call needs the role {needed}, and the token has the role {role}");
             }
-            Self::NoRoute => "GET /openapi.json lists every route".to_owned(),
+            Self::Limited(limit) => {
+                return format!(
+                    "the token is limited to {limit}; a new mission has the name of its craft in metadata.bridge"
+                );
+            }
             Self::NotBuiltIn(feature) => {
-                format!("build the program with --features {feature}; GET /openapi.json lists every route")
-            }
-            Self::NoExample => {
-                format!("the examples are {}", EXAMPLES.map(|example| example.name).join(", "))
-            }
-            Self::MethodNotAllowed => "the Allow header names the methods of this route".to_owned(),
-            Self::Overloaded => "the queue is full; try again after the time in Retry-After".to_owned(),
-            Self::TimedOut => {
-                "no program was solved by the deadline; try again after the time in Retry-After, or \
-                               with \"fallback\":\"los\" for a lower fallback level"
-                    .to_owned()
+                return format!(
+                    "build the program with --features {feature}; GET /openapi.json lists every route"
+                );
             }
             Self::NoSolution(reason) => {
-                format!("{reason}; with \"fallback\":\"los\" a lower fallback level would have answered")
+                return format!(
+                    "{reason}; with \"fallback\":\"los\" a lower fallback level would have answered"
+                );
             }
-            Self::NotReady(why) | Self::Conflict(why) | Self::CampaignConflict(why) | Self::NotStored(why) => {
-                why.clone()
-            }
-            Self::NoCampaign => "GET /v1/campaigns lists them".to_owned(),
-            Self::CampaignsKept(limit) => format!("it keeps {limit} campaigns: DELETE some that are over"),
-            Self::NoMission => "GET /v1/missions lists them".to_owned(),
-            Self::Behind => "its mailbox is full; try again after the time in Retry-After".to_owned(),
-            Self::Unanswered => {
-                "it may still be carried out: send it again with the same Idempotency-Key, or look before you do".to_owned()
-            }
-            Self::NoPlanYet(waits_for) if waits_for.is_empty() => {
-                "the mission has not been planned for; run it, and ask with ?wait_s= for the next plan"
-                    .to_owned()
-            }
-            Self::NoPlanYet(waits_for) => {
-                format!("nothing recent is known of {}: POST reports", waits_for.join(", "))
-            }
-            Self::KeyTaken => {
-                "choose a new key for each new request, and an old one for an old request only".to_owned()
+            Self::NotReady(why) | Self::Conflict(why) => return why.clone(),
+            Self::Changed { revision, since } => return changed(*revision, since),
+            Self::NoPlanYet(waits_for) if !waits_for.is_empty() => {
+                return format!(
+                    "recent reports are missing of {}: POST reports",
+                    waits_for.join(", ")
+                );
             }
             Self::Crowded { what, limit } => {
-                format!("it takes on {limit} {what} at once; try again after the time in Retry-After")
+                return format!(
+                    "the service accepts {limit} {what} at once; try again after the time in Retry-After"
+                );
             }
             Self::Share { what, limit } => {
-                format!("one client has at most {limit} {what}: end some, or try again after the time in Retry-After")
+                return format!(
+                    "one client may have {limit} {what}: end some, or try again after the time in Retry-After"
+                );
+            }
+            Self::Log(error) => return error.to_string(),
+            Self::NotJson(None) => "send content-type: application/json",
+            Self::BodyUnreadable => "the connection ended before the body did",
+            Self::HostHeader => "send exactly one Host header, as HTTP/1.1 requires",
+            Self::CrossSite => "call it from its own page, or without a browser",
+            Self::Unauthenticated => {
+                "send Authorization: Bearer and a valid token; pilotfish token add creates one"
+            }
+            Self::NoRoute => "GET /openapi.json lists every route",
+            Self::NoExample => "GET /v1/examples lists them",
+            Self::NoMission => "GET /v1/missions lists them",
+            Self::MethodNotAllowed => "the Allow header names the methods of this route",
+            Self::Overloaded => "the queue is full; try again after the time in Retry-After",
+            Self::TimedOut => {
+                "no program was solved by the deadline; try again after the time in Retry-After, or set \
+                 \"fallback\":\"los\" to accept a lower fallback level"
+            }
+            Self::NoPlanYet(_) => {
+                "the mission has no plan yet: run it, and ask with ?wait_s= for the next plan"
+            }
+            Self::KeyTaken => {
+                "choose a new key for each new request; repeat a key only to repeat its request"
+            }
+            Self::Behind => "too many requests wait for the mission; try again after the time in Retry-After",
+            Self::Unanswered => {
+                "the command may still be carried out: send it again with the same Idempotency-Key, or check the \
+                 mission first"
             }
             Self::DiskShare => {
-                "the missions of the client who made this one fill its share of the disk: delete some that are over".to_owned()
+                "the missions of the client that created this one fill that client's share of the disk: delete \
+                 finished ones"
             }
-            Self::NoMissions => "start it with --data DIRECTORY".to_owned(),
-            Self::Log(error) => error.to_string(),
-            Self::Panicked => "the service logged what happened; quote the request id".to_owned(),
-        }
+            Self::NoMissions => "start the service with --data DIRECTORY",
+            Self::Panicked => "the service logged the error; quote the request id",
+        };
+        fixed.to_owned()
     }
 
-    /// The document for a request of `instance`, a path, known as `request_id`.
+    /// The document for the request with that path (`instance`) and id.
     #[must_use]
     pub fn document(&self, instance: &str, request_id: &str) -> ProblemDocument {
         let (status, code, title) = self.kind();
@@ -325,36 +338,45 @@ impl Problem {
     }
 }
 
-/// Every way in which a posted snapshot is refused, for the `OpenAPI` document.
+/// The refusals of a snapshot, for the `OpenAPI` document.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Refusals;
 
 impl IntoResponses for Refusals {
     fn responses() -> BTreeMap<String, RefOr<Documented>> {
         [
-            (400, "Not JSON, or not whole."),
-            (401, "No valid token, where the service asks for one."),
+            (400, "The body is not JSON, or ended early."),
+            (
+                401,
+                "The service requires a token, and the request has no valid one.",
+            ),
             (
                 403,
-                "The token is not for this call, or a page of another site sent the request.",
+                "The token does not allow this call, or a page of another site sent the request.",
             ),
             (408, "The body came too slowly."),
-            (413, "Over 1 MiB."),
-            (415, "Not announced as JSON, in UTF-8, without content encoding."),
-            (422, "Fields at fault, by pointer."),
-            (500, "A bug of the service."),
+            (413, "The body is longer than 1 MiB."),
+            (
+                415,
+                "The body is not declared as JSON in UTF-8 without content encoding.",
+            ),
+            (
+                422,
+                "Some fields are not valid: `errors` names them by JSON pointer.",
+            ),
+            (500, "The service has a bug."),
             (
                 503,
-                "Every planner is busy, or no solution and `fallback` is `none`.",
+                "Every planner is busy, or there is no solution and `fallback` is `none`.",
             ),
-            (504, "Not in time, and `fallback` is `none`."),
+            (504, "The deadline passed, and `fallback` is `none`."),
         ]
         .map(refusal)
         .into()
     }
 }
 
-/// A refusal of that status, as the `OpenAPI` document shows it.
+/// A refusal with that status and description.
 fn refusal((status, description): (u16, &str)) -> (String, RefOr<Documented>) {
     let shape = Ref::from_schema_name("ProblemDocument");
     let content = ContentBuilder::new().schema(Some(shape)).build();
@@ -365,7 +387,7 @@ fn refusal((status, description): (u16, &str)) -> (String, RefOr<Documented>) {
     (status.to_string(), RefOr::T(response))
 }
 
-/// Every way in which a call about missions is refused, for the `OpenAPI` document.
+/// The refusals of a call about missions, for the `OpenAPI` document.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MissionRefusals;
 
@@ -373,19 +395,24 @@ impl IntoResponses for MissionRefusals {
     fn responses() -> BTreeMap<String, RefOr<Documented>> {
         let mut all = Refusals::responses();
         let of_missions = [
+            (
+                403,
+                "The token does not allow this call or is limited to other missions, or a page of another site sent the request.",
+            ),
             (404, "There is no such mission."),
             (
                 409,
-                "The mission is over, of the other kind, running, or without a plan.",
+                "The mission's state does not allow this: it is over, of the other kind, running, or has no plan.",
             ),
+            (412, "The mission is no longer as `If-Match` says."),
             (
                 429,
-                "The client has as many missions, streams or records as one may.",
+                "The client has used its share of missions, streams, records or disk.",
             ),
             (507, "The disk is full."),
             (
                 503,
-                "The mission or the log has too much to do, the log cannot be written, or there is no place for missions.",
+                "The mission or its log is too busy, the log cannot be written, or the service keeps no missions.",
             ),
             (504, "The mission has not answered in time."),
         ];
@@ -394,38 +421,23 @@ impl IntoResponses for MissionRefusals {
     }
 }
 
-/// Every way in which a call about campaigns is refused, for the `OpenAPI` document.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct CampaignRefusals;
-
-impl IntoResponses for CampaignRefusals {
-    fn responses() -> BTreeMap<String, RefOr<Documented>> {
-        let mut all = Refusals::responses();
-        all.remove("504");
-        let of_campaigns = [
-            (404, "There is no such campaign."),
-            (409, "The campaign is over, or not done."),
-            (
-                415,
-                "Not announced as JSON or TOML, in UTF-8, without content encoding.",
-            ),
-            (
-                429,
-                "The client has as many campaigns, streams or files under way as one may.",
-            ),
-            (
-                503,
-                "As many campaigns, streams or files are under way, or campaigns kept, as there may be, or nothing can be stored.",
-            ),
-            (507, "The disk is full."),
-        ];
-        all.extend(of_campaigns.map(refusal));
-        all
-    }
+/// What to do about a mission that has changed, and its last orders.
+fn changed(revision: u64, since: &[Order]) -> String {
+    let order = |order: &Order| {
+        let Order {
+            action, caller, at_s, ..
+        } = order;
+        format!("{action} by {caller} at {at_s:.0} s")
+    };
+    let since: Vec<_> = since.iter().map(order).collect();
+    format!(
+        "get the mission, which has the ETag \"{revision}\" now, and decide again; last orders: {}",
+        since.join(", ")
+    )
 }
 
 /// What is wrong, and where.
-fn placed(error: &FieldError) -> String {
+fn located(error: &FieldError) -> String {
     let place = match (&error.parameter, error.pointer.as_str()) {
         (Some(name), _) => format!("the parameter {name}"),
         (None, "") => "the body".to_owned(),
@@ -435,7 +447,7 @@ fn placed(error: &FieldError) -> String {
 }
 
 impl IntoResponse for Problem {
-    /// The status and the headers; the edge of the service writes the document.
+    /// The status and the headers; the middleware writes the document.
     fn into_response(self) -> Response {
         let (status, ..) = self.kind();
         let status = StatusCode::from_u16(status).expect("has three digits");
@@ -454,7 +466,7 @@ impl IntoResponse for Problem {
                 let scheme = HeaderValue::from_static("Bearer");
                 response.headers_mut().insert(header::WWW_AUTHENTICATE, scheme);
             }
-            // What is still to come of the body is not waited for.
+            // The rest of the body is not read.
             Self::BodyTimedOut(_) => {
                 let close = HeaderValue::from_static("close");
                 response.headers_mut().insert(header::CONNECTION, close);

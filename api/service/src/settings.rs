@@ -1,4 +1,4 @@
-//! What a service is built with.
+//! The settings of a service.
 
 use std::{
     num::NonZeroUsize,
@@ -15,37 +15,41 @@ use planner::{
 
 use crate::{access::Tokens, hosts::Hosts, metrics::Connections, trace::TraceFn};
 
-/// What makes a plan of a snapshot: [`planner::plan::plan_until`], or in tests something that fails on purpose.
+/// A function that plans: [`planner::plan::plan_until`], or in tests one that fails on purpose.
 pub type PlanFn = fn(&Snapshot, &Policy, &mut Workspace, &Stop) -> Plan;
 
-/// What a service is built with.
+/// The settings of a service.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// What makes the plans.
+    /// The function that plans.
     pub plan: PlanFn,
-    /// Plans made at once.
+    /// Most plans at the same time.
     pub planners: usize,
-    /// Requests that may wait for a planner; more are turned away.
+    /// Most requests that wait for a planner; more are refused.
     pub waiting: usize,
     /// Longest time for a body to arrive.
     pub body_time_limit: Duration,
-    /// Longest time for an answer, from the head of its request on. A request may ask for a shorter one.
+    /// Longest time for an answer, from the head of its request. A request may set a shorter deadline.
     pub deadline: Duration,
-    /// Names under which clients may call the service over a network; none where requests come from this program.
+    /// Names under which clients may call the service over a network; none if the requests come from this program.
     pub hosts: Option<Hosts>,
-    /// Tokens of which every request needs one once one is made; none where every client may do everything.
+    /// Tokens: every request needs one as soon as one is created. None: every client may do everything.
     pub tokens: Option<Tokens>,
-    /// True once the service is to stop: it answers on, and says that it is not ready.
+    /// True once the service is about to stop: it still answers, and reports that it is not ready.
     pub stopping: Arc<AtomicBool>,
-    /// The connections of the server before it.
+    /// Counts the server's connections.
     pub connections: Connections,
-    /// What has requests traced.
+    /// Called at least once in that time, as long as the service works.
+    pub heartbeat: Option<(Duration, fn())>,
+    /// How many log lines were dropped because the log's reader was too slow.
+    pub log_lines_dropped: fn() -> u64,
+    /// Exports traces of requests.
     pub trace: TraceFn,
 }
 
 impl Default for Settings {
-    /// One planner for each processor; a queue that empties in well under the deadline; time for a body long
-    /// enough for a slow link, short enough to notice; a deadline of the interval at which references are renewed.
+    /// One planner for each processor; a queue that empties well before the deadline; a time for bodies that suits a slow
+    /// link; a deadline equal to the interval at which references are renewed.
     fn default() -> Self {
         Self {
             plan: planner::plan::plan_until,
@@ -57,6 +61,8 @@ impl Default for Settings {
             tokens: None,
             stopping: Arc::default(),
             connections: Connections::default(),
+            heartbeat: None,
+            log_lines_dropped: || 0,
             trace: |_, _, _| None,
         }
     }

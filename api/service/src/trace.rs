@@ -1,6 +1,6 @@
-//! W3C trace context: which trace a request belongs to.
+//! W3C trace context: the trace of a request.
 //!
-//! Source: W3C, "Trace Context", Recommendation of 23 November 2021; the answer's header is of its second level.
+//! Source: W3C, "Trace Context", Recommendation of 23 November 2021; the answer's header is of Level 2.
 
 use std::fmt;
 
@@ -13,8 +13,7 @@ static TRACEPARENT: HeaderName = HeaderName::from_static("traceparent");
 /// The header of an answer.
 pub(crate) static TRACERESPONSE: HeaderName = HeaderName::from_static("traceresponse");
 
-/// What a tracer makes of a request's span, its name and where its client is: where the span itself is. None if there is no
-/// tracer.
+/// Puts a request's span, with its name, into its client's trace. Returns the span's own place; none without a tracer.
 pub type TraceFn = fn(&Span, fmt::Arguments<'_>, Option<TraceContext>) -> Option<TraceContext>;
 
 /// A place in a trace.
@@ -24,12 +23,12 @@ pub struct TraceContext {
     pub trace: u128,
     /// The span within it; not zero.
     pub span: u64,
-    /// Whether its caller records it.
+    /// Whether the caller records it.
     pub sampled: bool,
 }
 
 impl TraceContext {
-    /// Where the client is, if it says so once and as it should.
+    /// The client's place, if it has one valid header.
     pub(crate) fn of(headers: &HeaderMap) -> Option<Self> {
         let mut given = headers.get_all(&TRACEPARENT).iter();
         match (given.next(), given.next()) {
@@ -38,7 +37,7 @@ impl TraceContext {
         }
     }
 
-    /// Of `version-trace-span-flags`; versions to come may say more behind it.
+    /// Parses `version-trace-span-flags`; later versions may append more.
     fn parse(text: &str) -> Option<Self> {
         let mut parts = text.splitn(5, '-');
         let version = hex(parts.next()?, 2)?;
@@ -58,7 +57,7 @@ impl TraceContext {
         })
     }
 
-    /// A span in the client's trace, or in one of its own; `fresh` numbers name them.
+    /// A span in the client's trace, or in a new one; `fresh` gives random numbers.
     pub(crate) fn within(parent: Option<Self>, fresh: impl Fn() -> u64) -> Self {
         let own = || u128::from(fresh()) << 64 | u128::from(fresh());
         Self {
@@ -76,7 +75,7 @@ impl fmt::Display for TraceContext {
     }
 }
 
-/// A number of so many digits. They are small: large ones are not of this standard.
+/// A number with exactly `digits` lower-case hexadecimal digits.
 fn hex(text: &str, digits: usize) -> Option<u128> {
     let valid = |byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f');
     if text.len() != digits || !text.bytes().all(valid) {
@@ -92,7 +91,7 @@ mod tests {
     const VALID: &str = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01";
 
     #[test]
-    fn a_context_that_is_written_is_read_again() {
+    fn a_written_context_is_read_back() {
         let context = TraceContext::parse(VALID).expect("is the standard's example");
         assert_eq!(context.span, 0xb7ad_6b71_6920_3331);
         assert!(context.sampled);
@@ -100,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_version_to_come_may_say_more_and_none_is_ff() {
+    fn a_later_version_may_append_more_and_ff_is_invalid() {
         let later = VALID.replacen("00", "cc", 1);
         assert_eq!(TraceContext::parse(&later), TraceContext::parse(VALID));
         let more = format!("{later}-what-the-future-brings");
@@ -121,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trace_goes_on_in_a_span_of_its_own_and_two_say_nothing() {
+    fn a_trace_continues_in_a_new_span_and_two_headers_are_ignored() {
         let client = TraceContext::parse(VALID);
         let service = TraceContext::within(client, || 7);
         assert_eq!(

@@ -1,36 +1,52 @@
-//! `pilotfish backup`: copies the log of missions while a service writes to it.
+//! `pilotfish backup`: copies the mission log while a service writes to it.
 
 use std::{
     error::Error,
     path::{Path, PathBuf},
-    time::Duration,
 };
 
 use clap::Args;
-use indicatif::ProgressBar;
-use service::store::EventReader;
+use service::{
+    access::TokenFile,
+    store::{EventReader, StoreError},
+};
 
-use crate::cli::out_file::print;
+use crate::cli::{config::TOKENS, out_file::print, progress::with_spinner};
 
 #[derive(Debug, Args)]
 pub(crate) struct Backup {
-    /// Directory for the copy, made if it is not there: `pilotfish serve --data` takes it as it is.
+    /// Directory for the copy, created if missing. `pilotfish serve --data` can use it as it is.
     to: PathBuf,
 }
 
-/// Copies everything that was acknowledged until now, and looks through the copy.
-pub(crate) fn back_up(arguments: &Backup, data: &Path) -> Result<(), Box<dyn Error>> {
+/// The copy is not complete.
+#[derive(Debug, thiserror::Error)]
+#[error("{}\nwhat is whole was copied to {}", damage.join("\n"), to.display())]
+pub(crate) struct NotWhole {
+    damage: Vec<String>,
+    to: PathBuf,
+}
+
+/// Copies everything that was acknowledged until now, and the `tokens`, and checks the copy.
+pub(crate) fn back_up(arguments: &Backup, data: &Path, tokens: &Path) -> Result<(), Box<dyn Error>> {
+    let Backup { to } = arguments;
     let reader = EventReader::of(data)?;
-    let spinner = ProgressBar::new_spinner().with_message("copying the mission log");
-    spinner.enable_steady_tick(Duration::from_millis(100));
-    let copied = reader.back_up(&arguments.to);
-    spinner.finish_and_clear();
-    copied?;
+    if reader.is_protected()? && TokenFile::read(tokens)?.is_none() {
+        return Err(StoreError::Unprotected(tokens.to_owned()).into());
+    }
+    let damage = with_spinner("copying the mission log", || reader.back_up(to))?;
+    // With the log alone, a service that had tokens does not start.
+    let has_tokens = TokenFile::back_up(tokens, &to.join(TOKENS))?;
+    if !damage.is_empty() {
+        let to = to.clone();
+        return Err(NotWhole { damage, to }.into());
+    }
     print(&format!(
-        "{} is a copy of {}, looked through: pilotfish serve --data {}\n",
-        arguments.to.display(),
+        "copied {}{} to {} and checked the copy; to serve it: pilotfish serve --data {}\n",
         data.display(),
-        arguments.to.display()
+        if has_tokens { " and the tokens" } else { "" },
+        to.display(),
+        to.display()
     ))?;
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! `pilotfish campaign`: many missions of many controllers in many worlds.
+//! `pilotfish campaign`: many missions of many controllers under many conditions.
 
 use std::{
     error::Error,
@@ -17,7 +17,7 @@ use lab::{
     report::ReportedRun,
 };
 
-use crate::cli::out_file::{OutFile, print};
+use crate::cli::out_file::{OutFile, print, print_rows};
 
 #[cfg(feature = "nats")]
 mod cluster;
@@ -25,32 +25,30 @@ mod cluster;
 #[cfg(feature = "nats")]
 pub(crate) use cluster::{WorkerFlags, work};
 
-/// What is said of a file in a campaign's directory that is not written.
-const ADVICE: &str = "it has to be a directory that can be written";
-/// Between two lines about the progress, where no bar is drawn.
+/// Time between two lines of progress, where no bar is drawn.
 const LINE_EVERY: Duration = Duration::from_secs(30);
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum CampaignCommand {
-    /// Fly a campaign, or what is left of it: Ctrl-C and kill lose the runs that are in the air, and nothing else.
+    /// Fly a campaign, or continue one. Ctrl-C and kill lose only the runs under way.
     Run(Fly),
-    /// Write the report of a campaign: report.html, report.md and report.json.
+    /// Write the report of a campaign as report.html, report.md and report.json.
     Report(Of),
-    /// Fly one run again, say whether it is the same to the bit, and write its page.
+    /// Fly one run again, check that its row is the same to the bit, and write its page.
     Replay(Replay),
-    /// Put the shards of a campaign together.
+    /// Merge the shards of a campaign.
     Merge(Merge),
-    /// Print the SHA-256 of all rows but for what the clock measured: equal results have equal ones.
+    /// Print the SHA-256 of all rows except measured times. Equal results have equal digests.
     Digest(Of),
     /// Print the JSON Schema of campaign files.
     Schema,
-    /// Send a campaign to workers, over NATS JetStream; prints what it is called there.
+    /// Send a campaign to workers over NATS JetStream, and print its id.
     #[cfg(feature = "nats")]
     Submit(cluster::Submit),
-    /// Say how far a campaign is that was sent to workers, until it is over.
+    /// Show the progress of a submitted campaign until it is over.
     #[cfg(feature = "nats")]
     Watch(cluster::Submitted),
-    /// Put the rows of a campaign that workers flew into a directory.
+    /// Collect the rows of a submitted campaign into a directory.
     #[cfg(feature = "nats")]
     Collect(cluster::Collect),
 }
@@ -59,16 +57,16 @@ pub(crate) enum CampaignCommand {
 pub(crate) struct Fly {
     /// The campaign file, TOML (docs/campaigns.md).
     file: PathBuf,
-    /// Directory for the rows; made if it is not there. A campaign that was begun in it goes on. [default: the campaign's name]
+    /// Directory for the rows; created if missing. If it holds the same campaign, that is continued. [default: the campaign's name]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Runs at once [default: the number of processors]. It changes no result.
+    /// Runs in parallel; the results do not depend on it. [default: the number of processors]
     #[arg(long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
-    /// Fly this part alone, such as 1/3 for the first of three: for job arrays. `campaign merge` puts the parts together.
+    /// Fly only this part, such as 1/3 for the first of three (for job arrays). `campaign merge` merges the parts.
     #[arg(long, value_name = "I/N", default_value_t = Shard::WHOLE)]
     shard: Shard,
-    /// Say what would be flown, and fly nothing.
+    /// Show what would be flown, and fly nothing.
     #[arg(long)]
     dry_run: bool,
 }
@@ -95,7 +93,7 @@ pub(crate) struct Merge {
     /// Directories of the shards.
     #[arg(required = true)]
     parts: Vec<PathBuf>,
-    /// Directory for the whole; made if it is not there.
+    /// Directory for the merged rows; created if missing.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -111,7 +109,7 @@ pub(crate) fn campaign(command: &CampaignCommand) -> Result<(), Box<dyn Error>> 
                 .map(|part| Directory::open(part))
                 .collect::<Result<Vec<_>, _>>()?;
             let (whole, rows) = Directory::merge(out, &parts)?;
-            say(&whole, rows.len(), &rows.digest())
+            print_rows(whole.path(), rows.len(), &rows.digest())
         }
         CampaignCommand::Digest(Of { dir }) => {
             let rows = Directory::open(dir)?.rows()?;
@@ -148,26 +146,19 @@ fn fly(arguments: &Fly) -> Result<(), Box<dyn Error>> {
         &mut |progress| watch.show(progress),
     )?;
     watch.end();
-    say(&directory, rows.len(), &rows.digest())
+    print_rows(directory.path(), rows.len(), &rows.digest())
 }
 
-fn say(directory: &Directory, rows: usize, digest: &str) -> Result<(), Box<dyn Error>> {
-    let path = directory.path().display();
-    Ok(print(&format!(
-        "{path}/runs.parquet: {rows} rows, digest {digest}\n"
-    ))?)
-}
-
-/// What a campaign amounts to, a line a scenario with the craft that fly there, and who.
+/// The runs of a campaign: a line for each scenario with its craft and controllers.
 fn outline(campaign: &Campaign) -> String {
     let mut lines: Vec<(&str, &[usize], Vec<&str>)> = vec![];
-    for arena in &campaign.arenas {
-        let (name, flying) = (arena.scenario.name.as_str(), &arena.controllers[..]);
+    for case in &campaign.cases {
+        let (name, flying) = (case.scenario.name.as_str(), &case.controllers[..]);
         match lines.last_mut() {
             Some((scenario, before, craft)) if *scenario == name && *before == flying => {
-                craft.push(&arena.craft);
+                craft.push(&case.craft);
             }
-            _ => lines.push((name, flying, vec![&arena.craft])),
+            _ => lines.push((name, flying, vec![&case.craft])),
         }
     }
     let described = lines.into_iter().map(|(scenario, flying, craft)| {
@@ -186,7 +177,7 @@ fn outline(campaign: &Campaign) -> String {
     let tuning = campaign.file.tuning.as_ref();
     let n_tuning = tuning.map_or(0, |tuning| tuning.replicates);
     format!(
-        "{}: {}\n{described}{} worlds of each, and {n_tuning} to find gains in; {} runs at most\n",
+        "{}: {}\n{described}{} replicates of each, and {n_tuning} to find gains; {} runs at most\n",
         campaign.file.name,
         campaign.file.title,
         campaign.file.replicates,
@@ -212,7 +203,7 @@ fn write_report(dir: &Path) -> Result<(), Box<dyn Error>> {
         ("report.json", report.json()),
     ];
     for (name, text) in texts {
-        let file = OutFile::new(&dir.join(name), ADVICE)?;
+        let file = OutFile::new(&dir.join(name))?;
         file.write_text(&text)?;
         print(&format!("{}\n", file.name.display()))?;
     }
@@ -226,7 +217,7 @@ fn fly_again(arguments: &Replay) -> Result<(), Box<dyn Error>> {
         .report
         .clone()
         .unwrap_or_else(|| arguments.dir.join(format!("replay-{number}.html")));
-    let file = OutFile::new(&page, "choose another file with --report")?;
+    let file = OutFile::new(&page)?;
     let flown = replay(&campaign, &directory.rows()?, number)?;
     let reported = ReportedRun {
         information: flown.information.clone(),
@@ -236,33 +227,32 @@ fn fly_again(arguments: &Replay) -> Result<(), Box<dyn Error>> {
     let outcome = if flown.same {
         "the same row, to the bit"
     } else {
-        "ANOTHER row than before"
+        "NOT the same row"
     };
     let ran_by = &directory.manifest.program;
     let note = if flown.same || ran_by == env!("CARGO_PKG_VERSION") {
         String::new()
     } else {
         format!(
-            " (it was flown by version {ran_by}, this is {})",
+            " (flown by version {ran_by}; this is {})",
             env!("CARGO_PKG_VERSION")
         )
     };
     print(&format!(
-        "run {number}: {} in {}, replicate {}: {outcome}{note}\n{}\n{}\n",
+        "run {number}: {} in {}, replicate {}: {outcome}{note}\n{}\n",
         flown.controller,
         flown.record.scenario,
-        flown.run.world.replicate,
-        flown.explanation,
+        flown.run.condition.replicate,
         page.display()
     ))?;
     if flown.same {
         Ok(())
     } else {
-        Err("the run is not what it was".into())
+        Err("the run differs from its row".into())
     }
 }
 
-/// Shows how far a campaign is: a bar, or a line now and then where there is no terminal.
+/// Shows the progress of a campaign: a bar, or a line now and then where there is no terminal.
 struct Watch {
     bar: ProgressBar,
     began: Instant,

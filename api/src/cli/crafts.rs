@@ -1,23 +1,22 @@
-//! `pilotfish crafts`: the craft that are known by name.
+//! `pilotfish crafts`: the built-in craft.
 
 use std::error::Error;
 
 use clap::Args;
-use planner::craft::{PRESETS, Preset};
-use wire::Craft;
+use planner::craft::{CraftDescription, PRESETS, Preset};
 
-use crate::cli::out_file::print;
+use crate::cli::out_file::{print, print_json};
 
 #[derive(Debug, Args)]
 pub(crate) struct Crafts {
-    /// Print this craft's file: something to start one's own from.
+    /// Print the craft file of this craft, as a start for your own.
     craft: Option<String>,
 }
 
 /// There is no craft of that name.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "there is no craft {0:?}; the craft are {list}",
+    "unknown craft {0:?}; the built-in craft are {list}",
     list = PRESETS.iter().map(|preset| preset.name).collect::<Vec<_>>().join(", ")
 )]
 struct NoCraft(String);
@@ -34,6 +33,5 @@ pub(crate) fn crafts(arguments: &Crafts) -> Result<(), Box<dyn Error>> {
         return Ok(print(&PRESETS.iter().map(line).collect::<String>())?);
     };
     let preset = Preset::named(name).ok_or_else(|| NoCraft(name.clone()))?;
-    let craft = serde_json::to_string_pretty(&Craft::from(&preset.craft)).expect("a craft is JSON");
-    Ok(print(&(craft + "\n"))?)
+    Ok(print_json(&CraftDescription::from(&preset.craft))?)
 }

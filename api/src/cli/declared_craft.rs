@@ -3,25 +3,25 @@
 use std::{fs, io};
 
 use clap::Args;
-use planner::craft::Preset;
+use planner::craft::{CraftDescription, Preset};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 /// The surface craft as it is declared to the planner.
 #[derive(Debug, Args)]
 pub(crate) struct DeclaredCraft {
-    /// The surface craft as the planner is to take it, instead of the `craft` of the snapshot or scenario, whose limits still
-    /// count: a name that `pilotfish crafts` lists, or the path of a craft file, as `pilotfish identify --craft` writes it.
+    /// The surface craft as declared to the planner, in place of the snapshot's or scenario's `craft`; their limits still
+    /// apply. Either a name from `pilotfish crafts`, or a craft file, such as `pilotfish identify --craft` writes.
     #[arg(long, value_name = "NAME|FILE")]
     craft: Option<String>,
 }
 
-/// Why there is no craft to declare.
+/// The declared craft cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum NoDeclaredCraft {
-    #[error("--craft {given}: no craft of that name (`pilotfish crafts` lists them), and no file to read")]
+    #[error("--craft {given}: neither a built-in craft (`pilotfish crafts` lists them) nor a readable file")]
     Read { given: String, source: io::Error },
-    #[error("--craft {given}: not a craft file (docs/craft.md has the members)")]
+    #[error("--craft {given}: not a craft file (see docs/craft.md)")]
     NotACraft {
         given: String,
         source: serde_json::Error,
@@ -31,10 +31,11 @@ pub(crate) enum NoDeclaredCraft {
 impl DeclaredCraft {
     /// The `craft` object, if one is given: checked for its members, not for their ranges.
     pub(crate) fn json(&self) -> Result<Option<Value>, NoDeclaredCraft> {
-        self.read::<wire::Craft>().map(|read| read.map(|(json, _)| json))
+        self.read::<CraftDescription>()
+            .map(|read| read.map(|(json, _)| json))
     }
 
-    /// The craft, if one is given, as `T` writes it, and as it was written.
+    /// The craft, if one is given: its JSON, and the `T` that it is.
     pub(crate) fn read<T: DeserializeOwned>(&self) -> Result<Option<(Value, T)>, NoDeclaredCraft> {
         let Some(given) = self.craft.clone() else {
             return Ok(None);

@@ -1,4 +1,4 @@
-//! `pilotfish identify`: the craft that a log shows.
+//! `pilotfish identify`: a craft file from a log.
 
 use std::{error::Error, fmt::Write as _, path::PathBuf};
 
@@ -7,23 +7,22 @@ use lab::{
     identify::{self, Identification, digits, page},
     log_file::{LogFileError, read},
 };
-use wire::Craft;
 
 use crate::cli::out_file::{OutFile, print};
 
 #[derive(Debug, Args)]
 pub(crate) struct Identify {
-    /// A log of references and motion: .csv, .parquet or .mcap, columns as in docs/commissioning.md.
+    /// A log of references and motion: .csv, .parquet or .mcap, with the columns of docs/commissioning.md.
     log: PathBuf,
-    /// Write the craft file here, to be sent as `craft` of a request.
+    /// Write the craft file here; send it as `craft` of a request.
     #[arg(long, value_name = "FILE.json")]
     craft: Option<PathBuf>,
-    /// Write a page with parameters, residuals and what is missing.
+    /// Write a page with the parameters, the residuals, and the manoeuvres that the log lacks.
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
 }
 
-/// Why a log was not identified.
+/// Why a log cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot use {path}")]
 struct NoLog {
@@ -31,22 +30,17 @@ struct NoLog {
     source: LogFileError,
 }
 
-/// Prints what the log shows and what it does not, and keeps craft file and page where asked to.
+/// Prints which parameters the log shows and which it does not, and writes craft file and page if asked to.
 pub(crate) fn identify(arguments: &Identify) -> Result<(), Box<dyn Error>> {
-    // Before the fit: a file that cannot be written should not cost one.
-    let [craft_file, page_file] = [&arguments.craft, &arguments.report].map(|path| {
-        let file = path
-            .as_deref()
-            .map(|path| OutFile::new(path, "choose another file"));
-        file.transpose()
-    });
-    let (craft_file, page_file) = (craft_file?, page_file?);
+    // Before the fit, so that a file that cannot be written does not waste it.
+    let craft_file = arguments.craft.as_deref().map(OutFile::new).transpose()?;
+    let page_file = arguments.report.as_deref().map(OutFile::new).transpose()?;
     let log = read(&arguments.log).map_err(|source| NoLog {
         path: arguments.log.clone(),
         source,
     })?;
     let found = identify::identify(&log);
-    let craft = serde_json::to_string_pretty(&Craft::from(&found.description())).expect("a craft is JSON");
+    let craft = serde_json::to_string_pretty(&found.description()).expect("a craft is JSON");
     if let Some(file) = craft_file {
         file.write_text(&(craft + "\n"))?;
     }
@@ -75,7 +69,7 @@ fn summary(found: &Identification) -> String {
         )
         .expect("a string takes everything");
     }
-    let craft = serde_json::to_value(Craft::from(&found.description())).expect("a craft is JSON");
+    let craft = serde_json::to_value(found.description()).expect("a craft is JSON");
     for name in ["speed_held", "heading_held"] {
         let word = craft[name].as_str().unwrap_or("open");
         writeln!(text, "{name:<40}{word:>10}").expect("a string takes everything");

@@ -1,14 +1,11 @@
-//! `pilotfish completions` and `pilotfish man`: what packages install beside the program.
+//! `pilotfish completions` and `pilotfish man`: files that packages install with the program.
 
 use std::{fs, io, path::PathBuf};
 
-use clap::{Args, CommandFactory as _};
+use clap::{Args, Command};
 use clap_complete::Shell;
 
-use crate::cli::{
-    Arguments,
-    out_file::{NotPrinted, print},
-};
+use crate::cli::out_file::{NotPrinted, print};
 
 #[derive(Debug, Args)]
 pub(crate) struct Completions {
@@ -18,19 +15,19 @@ pub(crate) struct Completions {
 
 #[derive(Debug, Args)]
 pub(crate) struct ManualPages {
-    /// Directory for the pages, one for each command, made if it is not there.
+    /// Directory for the pages, one for each command; created if missing.
     directory: PathBuf,
 }
 
-/// Prints the file that completes commands in a shell.
-pub(crate) fn completions(arguments: &Completions) -> Result<(), NotPrinted> {
+/// Prints the completion script of a shell for the program's `command`.
+pub(crate) fn completions(arguments: &Completions, mut command: Command) -> Result<(), NotPrinted> {
     let mut file = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Arguments::command(), "pilotfish", &mut file);
+    clap_complete::generate(arguments.shell, &mut command, "pilotfish", &mut file);
     print(&String::from_utf8_lossy(&file))
 }
 
-/// Writes the manual pages.
-pub(crate) fn manual_pages(arguments: &ManualPages) -> io::Result<()> {
+/// Writes the manual pages of the program's `command`.
+pub(crate) fn manual_pages(arguments: &ManualPages, command: Command) -> io::Result<()> {
     fs::create_dir_all(&arguments.directory)?;
-    clap_mangen::generate_to(Arguments::command(), &arguments.directory)
+    clap_mangen::generate_to(command, &arguments.directory)
 }

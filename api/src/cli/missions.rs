@@ -1,11 +1,10 @@
 //! `pilotfish simulate`, `compare` and `figures`: whole missions on the command line.
 
+mod arguments;
 mod compare;
-mod declared;
 mod error;
 mod figures;
 mod files;
-mod progress;
 mod simulate;
 mod snapshots;
 

@@ -1,5 +1,4 @@
-//! Where results go: into files, whole or not at all, an earlier one staying until then; and to the reader of the
-//! program's output.
+//! Output: files that appear complete or not at all, and standard output.
 
 use std::{
     error::Error,
@@ -9,52 +8,48 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use serde::Serialize;
+
 /// A file that can be written.
 #[derive(Debug)]
 pub(crate) struct OutFile {
     /// As the command line names it.
     pub(crate) name: PathBuf,
     path: PathBuf,
-    /// Written first, beside `path` so that it can take its name; none for a pipe or a device, which
-    /// keep their names.
+    /// Written first, beside `path`, and then renamed; none for a pipe or a device.
     partial: Option<PathBuf>,
-    advice: &'static str,
 }
 
 /// Why a file is not written.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot write {path}: {advice}")]
+#[error("cannot write {path}")]
 pub(crate) struct NotWritten {
     path: PathBuf,
-    advice: &'static str,
     source: Box<dyn Error + Send + Sync>,
 }
 
-/// The output has no reader and is not closed.
+/// Standard output cannot be written.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot print the result")]
 pub(crate) struct NotPrinted(#[from] io::Error);
 
 impl NotWritten {
-    fn new(path: &Path, advice: &'static str, source: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+    fn new(path: &Path, source: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
         Self {
             path: path.to_owned(),
-            advice,
             source: source.into(),
         }
     }
 }
 
 impl OutFile {
-    /// Fails where [`OutFile::write`] would, with the `advice`. Leaves nothing behind, so that a mission can be stopped at
-    /// any time.
-    pub(crate) fn new(name: &Path, advice: &'static str) -> Result<Self, NotWritten> {
-        let (path, partial) = place(name).map_err(|source| NotWritten::new(name, advice, source))?;
+    /// Fails if the file cannot be written, before the work for its content begins. Leaves nothing on the disk.
+    pub(crate) fn new(name: &Path) -> Result<Self, NotWritten> {
+        let (path, partial) = place(name).map_err(|source| NotWritten::new(name, source))?;
         Ok(Self {
             name: name.to_owned(),
             path,
             partial,
-            advice,
         })
     }
 
@@ -63,12 +58,12 @@ impl OutFile {
         self.partial.is_none()
     }
 
-    /// Says that this file is not written.
+    /// The error that this file was not written.
     pub(crate) fn refused(&self, source: impl Into<Box<dyn Error + Send + Sync>>) -> NotWritten {
-        NotWritten::new(&self.name, self.advice, source)
+        NotWritten::new(&self.name, source)
     }
 
-    /// Writes the whole of it with `write`.
+    /// Writes the file with `write`.
     pub(crate) fn write<E: From<io::Error> + Into<Box<dyn Error + Send + Sync>>>(
         &self,
         write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
@@ -95,9 +90,9 @@ impl OutFile {
     }
 }
 
-/// Where the file is, and what is written first.
+/// The file, and the file that is written first.
 fn place(name: &Path) -> io::Result<(PathBuf, Option<PathBuf>)> {
-    // A link stays one: what it leads to is replaced.
+    // A link stays: its target is replaced.
     let path = fs::canonicalize(name).unwrap_or_else(|_| name.to_owned());
     let partial = match fs::metadata(&path) {
         Ok(found) if found.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
@@ -120,16 +115,30 @@ fn beside(path: &Path) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Makes the directory, if it is not there.
-pub(crate) fn directory(path: &Path, advice: &'static str) -> Result<(), NotWritten> {
-    fs::create_dir_all(path).map_err(|error| NotWritten::new(path, advice, error))
+/// Creates the directory if it is missing.
+pub(crate) fn directory(path: &Path) -> Result<(), NotWritten> {
+    fs::create_dir_all(path).map_err(|error| NotWritten::new(path, error))
 }
 
 /// Prints `text`.
 pub(crate) fn print(text: &str) -> Result<(), NotPrinted> {
     match io::stdout().write_all(text.as_bytes()) {
-        // The reader of the output has read enough, as `head` does.
+        // The reader has read enough, as `head` does.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         result => Ok(result?),
     }
+}
+
+/// Prints the digest of the rows of the campaign in `directory`.
+pub(crate) fn print_rows(directory: &Path, n_rows: usize, digest: &str) -> Result<(), Box<dyn Error>> {
+    let directory = directory.display();
+    Ok(print(&format!(
+        "{directory}/runs.parquet: {n_rows} rows, digest {digest}\n"
+    ))?)
+}
+
+/// Prints `value` as JSON.
+pub(crate) fn print_json(value: &impl Serialize) -> Result<(), NotPrinted> {
+    let json = serde_json::to_string_pretty(value).expect("strings, numbers and lists only");
+    print(&(json + "\n"))
 }

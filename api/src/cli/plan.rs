@@ -16,23 +16,23 @@ use wire::program_dump;
 
 use crate::cli::{
     declared_craft::DeclaredCraft,
-    out_file::{NotPrinted, OutFile, print},
+    out_file::{NotPrinted, OutFile, print, print_json},
 };
 
-/// Stands for standard input, as everywhere.
+/// The name of standard input.
 const STANDARD_INPUT: &str = "-";
 
 #[derive(Debug, Args)]
 pub(crate) struct Plan {
-    /// A snapshot, as `POST /v1/plan` takes it; `-` is standard input.
+    /// A snapshot, as in `POST /v1/plan`; `-` is standard input.
     #[arg(default_value = STANDARD_INPUT)]
     file: PathBuf,
     #[command(flatten)]
     craft: DeclaredCraft,
-    /// Print the answer in one line, as the service does.
+    /// Print the answer on one line.
     #[arg(long)]
     compact: bool,
-    /// Write the last program that was solved, and its solution, to this file, as JSON for other solvers.
+    /// Write the last program and its solution to this file, as JSON for other solvers.
     #[arg(long, value_name = "FILE.json")]
     dump: Option<PathBuf>,
     /// Tolerance of the solver, from 1e-10 to 1e-3.
@@ -46,23 +46,23 @@ fn tolerance(text: &str) -> Result<f64, String> {
     if (1e-10..=1e-3).contains(&given) {
         Ok(given)
     } else {
-        Err("not from 1e-10 to 1e-3".to_owned())
+        Err("must be from 1e-10 to 1e-3".to_owned())
     }
 }
 
-/// Why there is no answer.
+/// There is no plan.
 #[derive(Debug, thiserror::Error)]
 enum PlanError {
     #[error("cannot read {path}")]
     Read { path: PathBuf, source: io::Error },
-    #[error("no program was solved, so there is nothing to write to {0}")]
+    #[error("no program was solved: {0} is not written")]
     NothingToDump(PathBuf),
-    /// The problem document has been printed where the answer would have been.
+    /// The problem document was printed instead of the answer.
     #[error("{}", .0.detail)]
     Refused(Box<ProblemDocument>),
 }
 
-/// Prints the answer, or the problem document that the service would have sent.
+/// Prints the answer, or the problem document that the service would send.
 pub(crate) fn plan(arguments: &Plan) -> Result<(), Box<dyn Error>> {
     let body = read(&arguments.file).map_err(|source| PlanError::Read {
         path: arguments.file.clone(),
@@ -72,9 +72,7 @@ pub(crate) fn plan(arguments: &Plan) -> Result<(), Box<dyn Error>> {
         Some(craft) => with_craft(body, craft),
         None => body,
     };
-    let dump = arguments.dump.as_deref();
-    let dump = dump.map(|path| OutFile::new(path, "choose another file with --dump"));
-    let dump = dump.transpose()?;
+    let dump = arguments.dump.as_deref().map(OutFile::new).transpose()?;
     let mut last = None;
     let answer = offline::plan(&body, arguments.tolerance, &mut |program, solution| {
         if dump.is_some() {
@@ -82,10 +80,10 @@ pub(crate) fn plan(arguments: &Plan) -> Result<(), Box<dyn Error>> {
         }
     });
     match answer {
-        Ok(answer) => print_json(&answer, arguments.compact)?,
+        Ok(answer) => print_answer(&answer, arguments.compact)?,
         Err(problem) => {
             let document = problem.document(&arguments.file.to_string_lossy(), "pilotfish-plan");
-            print_json(&document, arguments.compact)?;
+            print_answer(&document, arguments.compact)?;
             return Err(PlanError::Refused(Box::new(document)).into());
         }
     }
@@ -94,7 +92,7 @@ pub(crate) fn plan(arguments: &Plan) -> Result<(), Box<dyn Error>> {
     Ok(file.write_text(&format!("{last}\n"))?)
 }
 
-/// The snapshot, with that `craft`. What is no JSON object is left as it is: the planner says what is wrong with it.
+/// The snapshot with this `craft`. The planner reports what is not a JSON object.
 fn with_craft(body: Vec<u8>, craft: Value) -> Vec<u8> {
     match serde_json::from_slice(&body) {
         Ok(Value::Object(mut snapshot)) => {
@@ -114,11 +112,10 @@ fn read(path: &Path) -> io::Result<Vec<u8>> {
     Ok(body)
 }
 
-fn print_json(value: &impl Serialize, compact: bool) -> Result<(), NotPrinted> {
-    let json = if compact {
-        serde_json::to_string(value)
-    } else {
-        serde_json::to_string_pretty(value)
-    };
-    print(&(json.expect("strings, numbers and lists only") + "\n"))
+fn print_answer(answer: &impl Serialize, compact: bool) -> Result<(), NotPrinted> {
+    if !compact {
+        return print_json(answer);
+    }
+    let line = serde_json::to_string(answer).expect("strings, numbers and lists only");
+    print(&(line + "\n"))
 }

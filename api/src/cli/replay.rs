@@ -1,4 +1,4 @@
-//! `pilotfish replay`: makes every plan of a stored mission again, and compares the answers to the byte.
+//! `pilotfish replay`: recomputes every plan of a stored mission, and compares the answers byte by byte.
 
 use std::{error::Error, path::Path};
 
@@ -17,12 +17,12 @@ pub(crate) struct Replay {
     mission: String,
 }
 
-/// Why the plans were not compared, or are not the same.
+/// The plans cannot be compared, or they differ.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum NotReplayed {
-    #[error("there is no mission {0}; GET /v1/missions lists them")]
+    #[error("unknown mission {0}; GET /v1/missions lists all")]
     Unknown(String),
-    #[error("{n_different} of {n_plans} plans are not what was answered then, the first in event {first}")]
+    #[error("{n_different} of {n_plans} plans differ from the stored answers, first in event {first}")]
     Different {
         n_different: usize,
         n_plans: u64,
@@ -30,7 +30,7 @@ pub(crate) enum NotReplayed {
     },
 }
 
-/// Prints how many plans came out the same.
+/// Prints how many plans are equal.
 pub(crate) fn replay(arguments: &Replay, data: &Path) -> Result<(), Box<dyn Error>> {
     let reader = EventReader::of(data)?;
     let bar = ProgressBar::new(0);
@@ -50,8 +50,8 @@ pub(crate) fn replay(arguments: &Replay, data: &Path) -> Result<(), Box<dyn Erro
     } = replayed;
     let n_plans = equal + cut_short + different.len() as u64;
     print(&format!(
-        "{}: {events} events, {n_plans} plans: {equal} equal to the byte, {} different, {cut_short} cut short by their \
-         deadline and not compared\n",
+        "{}: {events} events, {n_plans} plans: {equal} equal byte for byte, {} different, {cut_short} not compared because \
+         their deadline cut them short\n",
         arguments.mission,
         different.len()
     ))?;

@@ -1,15 +1,15 @@
-//! `pilotfish scenarios`: what there is to simulate, and how to write one's own.
+//! `pilotfish scenarios`: the built-in scenarios and the schema of scenario files.
 
 use std::{error::Error, path::Path};
 
 use clap::Args;
 use sim::scenario::{Scenario, ScenarioError};
 
-use crate::cli::out_file::print;
+use crate::cli::out_file::{print, print_json};
 
 #[derive(Debug, Args)]
 pub(crate) struct Scenarios {
-    /// Print the file of this scenario: something to start one's own from, with the command that writes its schema.
+    /// Print the file of this scenario, as a start for your own.
     scenario: Option<String>,
     /// Print the JSON Schema of scenario files.
     #[arg(long, conflicts_with = "scenario")]
@@ -20,7 +20,7 @@ pub(crate) struct Scenarios {
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum NoScenario {
     #[error(
-        "there is no scenario {0:?}; the scenarios are {list}; a file of your own is given by its path, as ./my.toml",
+        "unknown scenario {0:?}; the built-in scenarios are {list}; name your own file by its path, such as ./my.toml",
         list = Scenario::names().join(", ")
     )]
     Unknown(String),
@@ -28,7 +28,7 @@ pub(crate) enum NoScenario {
     File(#[from] ScenarioError),
 }
 
-/// The scenario that a command line names: a built-in one, or the file at a path.
+/// The built-in scenario of that name, or the scenario file at that path.
 pub(crate) fn scenario(argument: &str) -> Result<Scenario, NoScenario> {
     let path = Path::new(argument);
     if path.extension().is_some() || path.components().count() != 1 {
@@ -37,10 +37,10 @@ pub(crate) fn scenario(argument: &str) -> Result<Scenario, NoScenario> {
     Scenario::named(argument).ok_or_else(|| NoScenario::Unknown(argument.to_owned()))
 }
 
-/// The first line of every scenario file, which names its schema to editors.
+/// The first line of every scenario file: editors find the schema by it.
 const SCHEMA_LINE: &str = "#:schema scenario.schema.json\n";
 
-/// A built-in file as it is copied out: its schema is not beside it yet, and its second line says how to write it.
+/// A built-in file for a user's own directory: its second line says how to write the schema there.
 fn copied_out(text: &str) -> String {
     let note = "# The schema beside this file: pilotfish scenarios --schema > scenario.schema.json\n";
     text.replacen(SCHEMA_LINE, &format!("{SCHEMA_LINE}{note}"), 1)
@@ -49,8 +49,7 @@ fn copied_out(text: &str) -> String {
 /// Prints the list, a file, or the schema.
 pub(crate) fn scenarios(arguments: &Scenarios) -> Result<(), Box<dyn Error>> {
     if arguments.schema {
-        let json = serde_json::to_string_pretty(&Scenario::schema()).expect("a schema is JSON");
-        return Ok(print(&(json + "\n"))?);
+        return Ok(print_json(&Scenario::schema())?);
     }
     if let Some(name) = &arguments.scenario {
         let text = Scenario::text(name).ok_or_else(|| NoScenario::Unknown(name.clone()))?;

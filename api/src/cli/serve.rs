@@ -21,47 +21,48 @@ use tokio::{
 };
 
 use self::{
-    connections::Connections,
+    connections::{Connections, prepare},
     tls::{Tls, TlsError},
 };
 use super::config::Config;
 
 mod connections;
+mod systemd;
 mod tls;
 
-/// Why the service does not run.
+/// The service cannot start, or it stopped.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum ServeError {
     #[error(
-        "{address} can be reached from other machines, and the service has {missing}: listen on 127.0.0.1, see to that, or \
-         add --insecure if the network is trusted"
+        "other machines can reach {address}, but the service has {missing}: add what is missing, listen on 127.0.0.1, or \
+         use --insecure in a trusted network"
     )]
     Exposed { address: IpAddr, missing: String },
-    #[error("port {0} is taken: choose another with --port, or --port 0 for any free one")]
+    #[error("port {0} is in use: choose another --port, or --port 0 for a free one")]
     PortTaken(u16),
-    #[error("cannot listen on {addresses:?}: choose another with --host and --port")]
+    #[error("cannot listen on {addresses:?}: choose another --host or --port")]
     Listen {
         addresses: Vec<SocketAddr>,
         source: io::Error,
     },
-    #[error("{0} stands for no address: choose another with --host")]
+    #[error("{0} has no address: choose another --host")]
     UnknownHost(String, #[source] io::Error),
     #[error(transparent)]
     Tokens(#[from] TokenError),
     #[error(transparent)]
     Tls(#[from] TlsError),
-    #[error("missions cannot be kept in the directory; --data names another")]
+    #[error("cannot use the data directory")]
     Log(#[from] StoreError),
     #[error("the service stopped")]
     Stopped(#[from] io::Error),
 }
 
-/// Serves until ctrl-c or SIGTERM, then lets requests under way finish.
+/// Serves until Ctrl-C or SIGTERM, then finishes open requests.
 pub(crate) fn serve(config: &Config) -> Result<(), ServeError> {
     serve_and(config, greet)
 }
 
-/// Serves, and says where, and whether by TLS, once it listens.
+/// Serves, and calls `listens` with the address and whether it uses TLS.
 pub(crate) fn serve_and(config: &Config, listens: impl FnOnce(SocketAddr, bool)) -> Result<(), ServeError> {
     let host = config.host.trim_start_matches('[').trim_end_matches(']');
     let addresses: Vec<SocketAddr> = (host, config.port)
@@ -80,18 +81,20 @@ pub(crate) fn serve_and(config: &Config, listens: impl FnOnce(SocketAddr, bool))
         deadline: Duration::from_secs_f64(1e-3 * config.deadline_ms),
         hosts: Some(Hosts::new(names)),
         tokens: Some(tokens),
+        heartbeat: systemd::heartbeat(),
+        log_lines_dropped: crate::log::lines_dropped,
         #[cfg(feature = "otlp")]
         trace: crate::otlp::place,
         ..Settings::default()
     };
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     runtime.block_on(run(&addresses, settings, tls, config, listens))?;
-    // A planner that outlives the drain is not waited for.
+    // Planners that still work are not waited for.
     runtime.shutdown_background();
     Ok(())
 }
 
-/// Fails if other machines reach the service without what keeps strangers out, unless that is wanted.
+/// Fails if other machines can reach the service without tokens and TLS, unless `insecure`.
 fn check_exposed(address: IpAddr, has_tokens: bool, has_tls: bool, insecure: bool) -> Result<(), ServeError> {
     let missing = match (has_tokens, has_tls) {
         (true, true) => return Ok(()),
@@ -103,12 +106,12 @@ fn check_exposed(address: IpAddr, has_tokens: bool, has_tls: bool, insecure: boo
         let missing = missing.to_owned();
         return Err(ServeError::Exposed { address, missing });
     }
-    let who = if has_tokens {
-        "tokens can be read on the network, and used"
+    let risk = if has_tokens {
+        "tokens can be read on the network and used"
     } else {
-        "every client that reaches this address may plan, and change and delete missions"
+        "any client that reaches this address may plan, and change and delete missions"
     };
-    tracing::warn!(%address, "{who} (--insecure): the service has {missing}");
+    tracing::warn!(%address, "{risk} (--insecure): the service has {missing}");
     Ok(())
 }
 
@@ -129,6 +132,7 @@ async fn run(
                 source,
             },
         })?;
+    prepare(&listener)?;
     let stopping = Arc::clone(&settings.stopping);
     let counted = settings.connections.clone();
     let (router, missions) = service(
@@ -137,42 +141,43 @@ async fn run(
     )
     .await?;
     tokio::spawn(missions.clone().keep_for(config.retention()));
-    // Before the URL is printed: its reader may send the signal at once.
+    // Before the URL is printed, because its reader may send a signal at once.
     let mut signals = Signals::listen()?;
     listens(listener.local_addr()?, tls.is_some());
+    systemd::notify("READY=1");
     let tls = tls.map(Arc::new);
     let connections = Connections::new(router, tls.clone(), counted);
-    // Until the first order to stop, and then until the delay is over or the second order.
+    // Until the first stop signal, and then until the delay ends or the second signal.
     let mut end = None;
     loop {
         tokio::select! {
             () = connections.accept(&listener) => {}
             () = at(end) => break,
-            order = signals.next() => match (order, &tls) {
-                (Order::Stop, _) if end.is_none() && !shutdown_delay.is_zero() => {
+            action = signals.next() => match (action, &tls) {
+                (Action::Stop, _) if end.is_none() && !shutdown_delay.is_zero() => {
                     stopping.store(true, Ordering::Relaxed);
-                    tracing::info!(?shutdown_delay, "not ready any more; the service stops after the delay");
+                    tracing::info!(?shutdown_delay, "no longer ready; the service stops after the delay");
                     end = Some(Instant::now() + shutdown_delay);
                 }
-                (Order::Stop, _) => break,
-                (Order::Reload, Some(tls)) => tls.reload(),
-                (Order::Reload, None) => {}
+                (Action::Stop, _) => break,
+                (Action::Reload, Some(tls)) => tls.reload(),
+                (Action::Reload, None) => {}
             },
         }
     }
     stopping.store(true, Ordering::Relaxed);
-    tracing::info!("stopping: requests under way may finish");
+    tracing::info!("stopping after the open requests");
     drop(listener);
-    // Streams would go on for as long as their missions.
+    // Streams would last as long as their missions.
     missions.close();
     connections.drain().await;
     if let Err(error) = missions.close_store().await {
-        tracing::warn!(%error, "the mission log keeps its write-ahead file; the next start reads it");
+        tracing::warn!(%error, "the mission log keeps its write-ahead file, which the next start reads");
     }
     Ok(())
 }
 
-/// Waits until then, or for ever.
+/// Waits until then, or forever.
 async fn at(end: Option<Instant>) {
     match end {
         Some(end) => tokio::time::sleep_until(end).await,
@@ -180,12 +185,12 @@ async fn at(end: Option<Instant>) {
     }
 }
 
-/// The URL, and a command that shows a plan when pasted into a shell.
+/// Prints the URL, and a command that prints a plan.
 fn greet(mut address: SocketAddr, tls: bool) {
     let scheme = if tls { "https" } else { "http" };
     let mut everywhere = String::new();
     if address.ip().is_unspecified() {
-        everywhere = format!(", as on every address of this machine ({address})");
+        everywhere = format!(", and on all addresses of this machine ({address})");
         address.set_ip(match address {
             SocketAddr::V4(_) => Ipv4Addr::LOCALHOST.into(),
             SocketAddr::V6(_) => Ipv6Addr::LOCALHOST.into(),
@@ -194,13 +199,13 @@ fn greet(mut address: SocketAddr, tls: bool) {
     let example = EXAMPLES[0].name;
     let greeting = format!(
         "Pilotfish is listening on {scheme}://{address}{everywhere}\n\
-         Open that in a browser, or ask for a plan:\n\n  \
+         Open it in a browser, or request a plan:\n\n  \
          curl -s {scheme}://{address}/v1/examples/{example} |\n    \
          curl -s -H 'content-type: application/json' --data-binary @- {scheme}://{address}/v1/plan\n\n"
     );
-    // A service goes on without a reader of what it prints.
+    // The service also runs if its output has no reader.
     if let Err(error) = io::stdout().write_all(greeting.as_bytes()) {
-        tracing::debug!(%error, "the greeting has no reader");
+        tracing::debug!(%error, "cannot print the greeting");
     }
 }
 
@@ -219,19 +224,19 @@ impl Signals {
         })
     }
 
-    /// Waits for one.
-    async fn next(&mut self) -> Order {
+    /// Waits for a signal.
+    async fn next(&mut self) -> Action {
         tokio::select! {
-            _ = self.interrupt.recv() => Order::Stop,
-            _ = self.terminate.recv() => Order::Stop,
-            _ = self.hang_up.recv() => Order::Reload,
+            _ = self.interrupt.recv() => Action::Stop,
+            _ = self.terminate.recv() => Action::Stop,
+            _ = self.hang_up.recv() => Action::Reload,
         }
     }
 }
 
-/// What a signal asks for.
-enum Order {
+/// What a signal asks of the service.
+enum Action {
     Stop,
-    /// To read the certificate again.
+    /// Reload the certificate.
     Reload,
 }

@@ -1,9 +1,12 @@
-//! `pilotfish token`: who may call the service.
+//! `pilotfish token`: the tokens of clients.
 
 use std::{error::Error, path::Path, time::Duration};
 
-use clap::{Args, Subcommand, builder::PossibleValuesParser};
-use service::access::{NewToken, Role, TokenFile};
+use clap::{
+    Args, Subcommand,
+    builder::{NonEmptyStringValueParser, PossibleValuesParser},
+};
+use service::access::{NewToken, Role, TokenFile, TokenLimit};
 
 use crate::cli::out_file::print;
 
@@ -17,37 +20,54 @@ pub(crate) struct Token {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Make a token and print it, once. With the first one, the service asks every client for a token.
+    /// Create a token and print it, once. After the first token, every client needs one.
     Add {
-        /// Whose it is, as logs and the audit show it.
+        /// Name of the client, as in logs and in the audit.
         name: String,
-        /// What its bearer may do: plan and look; also make missions, run them and report; also delete, and see who changed
-        /// what.
+        /// Permissions: read-only plans and reads; operator also creates, runs and reports to missions; admin also deletes
+        /// missions and reads the audit.
         #[arg(long, value_parser = PossibleValuesParser::new(Role::ALL.map(Role::name)))]
         role: String,
-        /// How long it is valid, days; for ever if not given.
+        /// TokenLimit the token to this mission; may be repeated. Without --mission and --craft it is valid for all missions.
+        #[arg(long, value_name = "ID", value_parser = NonEmptyStringValueParser::new())]
+        mission: Vec<String>,
+        /// TokenLimit the token to missions of this craft: the --name of its bridge; may be repeated.
+        #[arg(long, value_name = "NAME", value_parser = NonEmptyStringValueParser::new())]
+        craft: Vec<String>,
+        /// Days of validity; unlimited by default.
         #[arg(long, value_name = "DAYS")]
         days: Option<u16>,
     },
-    /// List the tokens by name.
+    /// List the tokens.
     List,
-    /// Make a token invalid.
+    /// Revoke a token.
     Revoke {
-        /// Its name.
+        /// Name of the token.
         name: String,
     },
 }
 
-/// Changes or shows the file of tokens at `path`. A service that runs takes the change up within a second.
+/// Changes or shows the token file at `path`. A running service reads the change within a second.
 pub(crate) fn token(arguments: &Token, path: &Path) -> Result<(), Box<dyn Error>> {
     match &arguments.command {
-        Command::Add { name, role, days } => {
+        Command::Add {
+            name,
+            role,
+            mission,
+            craft,
+            days,
+        } => {
+            let limit = TokenLimit {
+                missions: mission.clone(),
+                craft: craft.clone(),
+            };
             let role = Role::ALL.into_iter().find(|known| known.name() == role);
             let token = TokenFile::add(
                 path,
                 NewToken {
                     name: name.clone(),
                     role: role.expect("clap takes no other"),
+                    limit: Some(limit).filter(|limit| *limit != TokenLimit::default()),
                     valid: days.map(|days| DAY * u32::from(days)),
                 },
             )?;
@@ -58,7 +78,12 @@ pub(crate) fn token(arguments: &Token, path: &Path) -> Result<(), Box<dyn Error>
                 let expires = token
                     .expires_s
                     .map_or_else(String::new, |at| format!("  expires at Unix time {at} s"));
-                print(&format!("{:24} {:9}{expires}\n", token.name, token.role.name()))?;
+                let limit = token.limit.map_or_else(String::new, |limit| format!("  {limit}"));
+                print(&format!(
+                    "{:24} {:9}{limit}{expires}\n",
+                    token.name,
+                    token.role.name()
+                ))?;
             }
         }
         Command::Revoke { name } => TokenFile::revoke(path, name)?,

@@ -1,4 +1,4 @@
-//! `pilotfish simulate --trial`: the log of a sea trial that a simulated craft made.
+//! `pilotfish simulate --trial`: the log of a simulated sea trial.
 
 use std::{
     error::Error,
@@ -6,24 +6,25 @@ use std::{
 };
 
 use lab::{log_file::write_csv, trial::TrialSetup};
+use sim::surface_craft::SurfaceClass;
 
 use crate::cli::{
     out_file::{OutFile, print},
     scenarios::scenario,
 };
 
-/// The file is of another kind.
+/// The file has another format.
 #[derive(Debug, thiserror::Error)]
-#[error("{0}: a trial's log is a .csv file")]
+#[error("{0}: the log of a trial must be a .csv file")]
 struct NotCsv(PathBuf);
 
-/// Flies the trial of `craft`, and writes its log to every one of `paths`.
+/// Runs the trial of `craft`, and writes its log to each of `paths`.
 pub(crate) fn trial(craft: &str, seed: u64, paths: &[PathBuf]) -> Result<(), Box<dyn Error>> {
     let files = paths.iter().map(|path| log_file(path));
     let files = files.collect::<Result<Vec<_>, _>>()?;
     let setup = match craft {
-        "medusa" => TrialSetup::medusa(),
-        "otter" => TrialSetup::otter(),
+        "medusa" => TrialSetup::of_class(SurfaceClass::Medusa),
+        "otter" => TrialSetup::of_class(SurfaceClass::Otter),
         other => TrialSetup::of(&scenario(other)?, seed)?,
     };
     let rows = setup.fly(seed);
@@ -32,7 +33,7 @@ pub(crate) fn trial(craft: &str, seed: u64, paths: &[PathBuf]) -> Result<(), Box
     }
     let minutes = setup.trial.duration() / 60.0;
     Ok(print(&format!(
-        "{} rows, {minutes:.0} min of {craft}: try `pilotfish identify {}`\n",
+        "{} rows, {minutes:.0} min of {craft}; next: pilotfish identify {}\n",
         rows.len(),
         paths
             .first()
@@ -43,7 +44,7 @@ pub(crate) fn trial(craft: &str, seed: u64, paths: &[PathBuf]) -> Result<(), Box
 
 fn log_file(path: &Path) -> Result<OutFile, Box<dyn Error>> {
     let ending = path.extension().and_then(|ending| ending.to_str());
-    let file = OutFile::new(path, "see --out in `pilotfish simulate --help`")?;
+    let file = OutFile::new(path)?;
     match ending {
         Some("csv") => Ok(file),
         None if file.is_stream() => Ok(file),

@@ -1,66 +1,84 @@
-//! `pilotfish retention` and `pilotfish vacuum`: what makes room, while no service runs.
+//! `pilotfish retention` and `pilotfish vacuum` free disk space while no service runs.
 
 use std::{error::Error, fs, path::Path, time::Duration};
 
 use clap::Args;
-use indicatif::ProgressBar;
 use service::{
-    missions::retention::{expire_order, over_for},
+    missions::retention::expire_order,
     store::{EventStore, FILE_NAME},
 };
 
-use crate::cli::out_file::print;
+use crate::cli::{out_file::print, progress::with_spinner};
 
 #[derive(Debug, Args)]
 pub(crate) struct Retain {
-    /// Delete the missions that have been over for so many days.
+    /// Delete missions that ended more than this many days ago.
     #[arg(long, value_name = "DAYS")]
     days: u16,
-    /// Only say which.
+    /// Only list them.
     #[arg(long)]
     dry_run: bool,
+    /// Take this machine's clock as right, although it jumped while the log was watched.
+    #[arg(long)]
+    trust_clock: bool,
 }
 
-/// Deletes missions of the log in `data` that have been over for too long.
+/// Difference of clocks that is mentioned, s.
+const NOTABLE: f64 = 3_600.0;
+
+const DAY: Duration = Duration::from_hours(24);
+
+/// Deletes old finished missions of the log in `data`.
 pub(crate) fn retain(arguments: &Retain, data: &Path) -> Result<(), Box<dyn Error>> {
     let store = EventStore::open(data)?;
-    let over = over_for(
-        &store.reader()?,
-        Duration::from_hours(24) * u32::from(arguments.days),
-    )?;
+    let runtime = runtime()?;
+    if arguments.trust_clock {
+        runtime.block_on(store.believe_clock())?;
+    }
+    let ahead_s = store.clock().clock_ahead_s();
+    if NOTABLE < ahead_s.abs() {
+        eprintln!(
+            "pilotfish: this machine's clock is {:.1} days ahead of the time that the log has seen pass, by which missions are \
+             old; if the clock is right, add --trust-clock",
+            ahead_s / DAY.as_secs_f64()
+        );
+    }
+    let kept = DAY * u32::from(arguments.days);
+    let over = store
+        .reader()?
+        .over_before(store.clock().now_s() - kept.as_secs_f64())?;
     for id in &over {
         print(&format!("{id}\n"))?;
     }
     if arguments.dry_run {
         return Ok(());
     }
-    runtime()?.block_on(async {
+    runtime.block_on(async {
         for id in &over {
             store.delete(id.clone(), expire_order()).await?;
         }
         store.close().await
     })?;
     print(&format!(
-        "{} missions deleted; pilotfish vacuum gives their room back\n",
+        "{} missions deleted; `pilotfish vacuum` returns their disk space\n",
         over.len()
     ))?;
     Ok(())
 }
 
-/// Gives the room of what was deleted back to the disk.
+/// Returns the disk space of deleted missions.
 pub(crate) fn vacuum(data: &Path) -> Result<(), Box<dyn Error>> {
     let size = || fs::metadata(data.join(FILE_NAME)).map_or(0, |file| file.len());
     let store = EventStore::open(data)?;
     let before = size();
-    let spinner = ProgressBar::new_spinner().with_message("writing the mission log anew");
-    spinner.enable_steady_tick(Duration::from_millis(100));
-    let vacuumed = runtime()?.block_on(async {
-        store.vacuum().await?;
-        store.close().await
-    });
-    spinner.finish_and_clear();
-    vacuumed?;
-    print(&format!("{before} bytes before, {} now\n", size()))?;
+    let runtime = runtime()?;
+    with_spinner("rewriting the mission log", || {
+        runtime.block_on(async {
+            store.vacuum().await?;
+            store.close().await
+        })
+    })?;
+    print(&format!("{before} bytes before, {} bytes now\n", size()))?;
     Ok(())
 }
 

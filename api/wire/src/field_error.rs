@@ -79,6 +79,17 @@ impl FieldError {
         }
     }
 
+    /// A list or a text at `pointer` with `given` items or bytes, more than `most`.
+    pub fn too_long(pointer: impl Into<String>, given: usize, most: usize) -> Self {
+        Self::new(
+            pointer,
+            "too_long",
+            format!("must be at most {most} long, not {given}"),
+        )
+        .given(given)
+        .limit(json!({ "most": most }))
+    }
+
     /// What is wrong with a number at `pointer`, if it is not in its range.
     pub fn outside<T: Copy + Display + PartialOrd + Serialize>(
         pointer: impl Into<String>,

@@ -40,6 +40,9 @@ impl From<&InvalidField> for FieldError {
                 Self::new(pointer, "unknown_vehicle", "no vehicle in `auvs` has this id")
                     .given(given.as_str())
             }
+            InvalidReason::Incomplete { detail } => Self::new(pointer, "missing", *detail),
+            InvalidReason::Unexpected { detail } => Self::new(pointer, "unexpected", *detail),
+            InvalidReason::UnknownPreset { given, known } => unknown_preset(pointer, given, known),
             InvalidReason::AllZero => Self::new(pointer, "all_zero", "at least one of them must be above 0"),
             InvalidReason::NoPath { given: Some(given) } => {
                 Self::new(pointer, "no_path", "this vehicle has no `path`").given(given.as_str())
@@ -109,6 +112,13 @@ impl From<&InvalidField> for FieldError {
     }
 }
 
+fn unknown_preset(pointer: String, given: &str, known: &[&str]) -> FieldError {
+    let detail = format!("the known craft are {}", known.join(", "));
+    FieldError::new(pointer, "unknown_preset", detail)
+        .given(given)
+        .limit(json!(known))
+}
+
 fn below_least(pointer: String, code: &str, detail: String, given: f64, least: f64) -> FieldError {
     FieldError::new(pointer, code, detail)
         .given(given)
@@ -126,33 +136,4 @@ pub(super) fn length(pointer: String, given: usize, range: RangeInclusive<usize>
     FieldError::new(pointer, "length", format!("must have {least} to {most} {unit}"))
         .given(given)
         .limit(json!({ "least": least, "most": most }))
-}
-
-/// Which of these members that may be left out are there, by name.
-macro_rules! present {
-    ($of:expr; $($member:ident),+) => {
-        [$((stringify!($member), $of.$member.is_some())),+]
-    };
-}
-pub(super) use present;
-
-/// Notes every one of the `present` members of the `what` at `pointer` that is missing or too much, where its kind
-/// needs those that are `needed`. Whether all is well.
-pub(super) fn members_fit(
-    pointer: &str,
-    what: &str,
-    needed: &[&str],
-    present: &[(&str, bool)],
-    invalid: &mut Vec<FieldError>,
-) -> bool {
-    let before = invalid.len();
-    for (name, present) in present {
-        let (code, detail) = match (needed.contains(name), present) {
-            (true, false) => ("missing", format!("this kind of {what} needs it")),
-            (false, true) => ("unexpected", format!("this kind of {what} has no such member")),
-            (true, true) | (false, false) => continue,
-        };
-        invalid.push(FieldError::new(format!("{pointer}/{name}"), code, detail));
-    }
-    before == invalid.len()
 }

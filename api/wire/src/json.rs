@@ -8,17 +8,18 @@
 
 use std::{borrow::Cow, collections::HashSet, fmt};
 
+use planner::snapshot::pointer_token;
 use serde::{
     Deserialize, Deserializer,
     de::{
-        self, DeserializeOwned, DeserializeSeed, Expected, IntoDeserializer, MapAccess, SeqAccess,
-        Unexpected, Visitor, value::StrDeserializer,
+        self, DeserializeSeed, Expected, IntoDeserializer, MapAccess, SeqAccess, Unexpected, Visitor,
+        value::StrDeserializer,
     },
     forward_to_deserialize_any,
 };
 use serde_json::{Number, json};
 
-use crate::{FieldError, both::Origin, positions::Positions};
+use crate::FieldError;
 
 /// What UTF-8 text from some editors begins with, and JSON must not (RFC 8259, section 8.1).
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
@@ -36,78 +37,6 @@ pub enum Unread {
     Syntax(Box<FieldError>),
     /// It is JSON of another shape.
     Misfit(Box<FieldError>),
-}
-
-/// The `T` that `body` is, with positions in metres from the `origin` in it.
-pub fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T, Unread> {
-    read_whole(parse(body)?)
-}
-
-/// The `T` that `body` is, with positions in metres from `origin`.
-pub fn read_from<T: DeserializeOwned>(body: &[u8], origin: Option<Origin>) -> Result<T, Unread> {
-    let mut json = parse(body)?;
-    let read = json.each_name_once().and_then(|()| {
-        let mut positions = Positions::from(origin, false)?;
-        positions.put_into_metres(&mut json)?;
-        T::deserialize(Node::whole(&json))
-    });
-    read.map_err(|Misfit(error)| Unread::Misfit(error))
-}
-
-/// As [`read_from`]; where there is no origin, the first position in latitude and longitude becomes it, and is handed
-/// back as it.
-pub fn read_reports<T: DeserializeOwned>(
-    body: &[u8],
-    origin: Option<Origin>,
-) -> Result<(T, Option<Origin>), Unread> {
-    let mut json = parse(body)?;
-    let read = json.each_name_once().and_then(|()| {
-        let mut positions = Positions::from(origin, true)?;
-        positions.put_into_metres(&mut json)?;
-        Ok((T::deserialize(Node::whole(&json))?, positions.origin))
-    });
-    read.map_err(|Misfit(error)| Unread::Misfit(error))
-}
-
-fn read_whole<T: DeserializeOwned>(mut json: Json<'_>) -> Result<T, Unread> {
-    let read = json.each_name_once().and_then(|()| {
-        Positions::of(&json)?.put_into_metres(&mut json)?;
-        T::deserialize(Node::whole(&json))
-    });
-    read.map_err(|Misfit(error)| Unread::Misfit(error))
-}
-
-/// The items of the list that is the only member, `name`, of `body`, and has 1 to `most` of them: each a `T`, or what is
-/// wrong with it, seen from the item.
-pub fn read_each<T: DeserializeOwned>(
-    body: &[u8],
-    name: &str,
-    most: usize,
-) -> Result<Vec<Result<T, Unread>>, Unread> {
-    let json = parse(body)?;
-    let refused = |code: &str, detail: String| {
-        let error = FieldError::new(token(name), code, detail);
-        Unread::Misfit(Box::new(error.limit(most)))
-    };
-    let Json::Object(mut members) = json else {
-        return Err(refused(
-            "wrong_type",
-            format!("the body must be an object with `{name}`"),
-        ));
-    };
-    let [(given, Json::List(items))] = members.as_mut_slice() else {
-        return Err(refused(
-            "wrong_type",
-            format!("the body must have the list `{name}`, and no more"),
-        ));
-    };
-    if given != name || !(1..=most).contains(&items.len()) {
-        return Err(refused(
-            "length",
-            format!("the body must have the list `{name}` of 1 to {most} items"),
-        ));
-    }
-    Ok(items.drain(..).map(read_whole).collect())
 }
 
 /// A value of JSON.
@@ -154,7 +83,7 @@ impl Json<'_> {
     }
 
     /// Fails where an object says something twice: readers of JSON differ in which they take (RFC 8259, section 4).
-    fn each_name_once(&self) -> Result<(), Misfit> {
+    pub(crate) fn each_name_once(&self) -> Result<(), Misfit> {
         match self {
             Json::List(items) => {
                 for (i, item) in items.iter().enumerate() {
@@ -177,7 +106,7 @@ impl Json<'_> {
     }
 }
 
-fn parse(body: &[u8]) -> Result<Json<'_>, Unread> {
+pub(crate) fn parse(body: &[u8]) -> Result<Json<'_>, Unread> {
     // One of these stands before every value but the first and those of members: counted before there is memory for any.
     let values = body.split(|byte| b",[{".contains(byte)).count();
     if VALUES_MAX < values {
@@ -230,10 +159,10 @@ fn pointer(path: &serde_path_to_error::Path) -> String {
         .collect()
 }
 
-/// A step of a pointer. Source: RFC 6901, section 3.
-fn token(name: &str) -> String {
+/// A step of a pointer.
+pub(crate) fn token(name: &str) -> String {
     let short: String = name.chars().take(TOKEN_LENGTH_MAX).collect();
-    format!("/{}", short.replace('~', "~0").replace('/', "~1"))
+    format!("/{}", pointer_token(&short))
 }
 
 impl<'de> Deserialize<'de> for Json<'de> {
@@ -338,7 +267,11 @@ impl de::Error for Misfit {
         Self::new(token(name), "missing", "must be given")
     }
 
+    /// Without `known` members, another kind of object has this one.
     fn unknown_field(name: &str, known: &'static [&'static str]) -> Self {
+        if known.is_empty() {
+            return Self::new(token(name), "unexpected", "this kind has no such member");
+        }
         let detail = format!("there is no such member, only {}", listed(known));
         Self::new(token(name), "unknown_field", detail)
     }

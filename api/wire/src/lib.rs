@@ -9,9 +9,8 @@
 //! Both directions are here: the service reads a [`PlanRequest`] and writes a [`PlanResponse`], a Rust
 //! client does the reverse with the same types.
 
-mod both;
-pub mod campaign;
-mod craft;
+mod check;
+mod digest;
 mod dump;
 mod field_error;
 mod field_pointers;
@@ -19,38 +18,39 @@ mod json;
 pub mod mission;
 mod positions;
 mod prediction;
-mod read_evidence;
-mod read_goal;
-mod read_path;
-mod read_request;
-mod request;
+mod read;
+mod reports;
 mod response;
 mod write_answer;
-mod write_request;
 
-pub use both::{Current, Drift, Forecast, Origin, TrajectoryPoint};
-pub use craft::{Craft, HeadingHeld, HeadingLoop, Power, SpeedHeld, SurgeLoop};
+pub use check::{check, snapshot, unsupported_version};
+pub use digest::{plan_id, sha256};
 pub use dump::program_dump;
 pub use field_error::{FieldError, shortened};
-pub use json::{Unread, VALUES_MAX, read, read_each, read_from, read_reports};
-pub use positions::{LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG};
-pub use prediction::{Heard, PredictedAuv, PredictedCraft, Prediction, SteerBy};
-pub use read_request::unsupported_version;
-pub use request::{
-    Acoustics, Asc, Auv, AuvState, Fallback, Goal, GoalKind, Hold, KeepOut, Limits, Offset, OffsetFrame,
-    Path, PlanRequest, PreviousCraft, PreviousEstimate, PreviousPlan, PreviousReference, PreviousTarget,
-    Report, Segment, SegmentKind,
+pub use json::{Unread, VALUES_MAX};
+pub use planner::{
+    certificate::Residuals,
+    craft::{CraftDescription, HeadingLoop, HeadingReference, Power, SpeedReference, SurgeLoop},
+    explain::ProgramSize,
+    path::Segment,
+    plan::Method,
+    snapshot::{
+        Acoustics, Asc, Auv, AuvState, Current, DeclaredLimits, DeclaredPath, Dive, Drift, Fallback,
+        Forecast, Goal, Hold, KeepOut, Offset, Origin, PlanRequest, PreviousCraft, PreviousEstimate,
+        PreviousPlan, PreviousReference, PreviousTarget, Report, SCHEMA_VERSION, Task, TrajectoryPoint,
+        VehicleId,
+    },
 };
+pub use positions::{LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG, Recount};
+pub use prediction::{Heard, PredictedAuv, PredictedCraft, Prediction, SteerBy};
+pub use read::{read, read_each, read_from};
+pub use reports::{Sorted, read_reports};
 pub use response::{
-    Baseline, Comparison, CraftEstimate, Explanation, GoalPoint, GoalTrajectory, Learnt, Method, Outcome,
-    PlanResponse, PlannedTarget, Plans, Predicted, ProgramSize, Reference, Residuals, Solver, Subproblem,
-    TargetPoint, UsedSlack, Violation, Warning,
+    Baseline, Comparison, CraftEstimate, Explanation, GoalPoint, GoalTrajectory, Learnt, Outcome,
+    PlanResponse, PlannedTarget, Plans, Predicted, Reference, Solver, Subproblem, TargetPoint, UsedSlack,
+    Violation, Warning,
 };
 pub use write_answer::{Answer, degraded_reason};
-pub use write_request::{keep_out, plan_id, sha256};
-
-/// The version of these shapes that requests must name and answers carry.
-pub const SCHEMA_VERSION: &str = "1.0";
 
 /// Time for an answer, ms: less than the least is over before the request is read, and no client steers by an answer
 /// that takes longer than the most.

@@ -4,17 +4,19 @@ use std::{collections::BTreeMap, mem};
 
 use geodesy::Datum;
 use nalgebra::Vector2;
-use planner::los::LosLaw;
+use planner::{
+    craft::CraftDescription,
+    los::LosLaw,
+    snapshot::{
+        Acoustics, Asc, Current, DeclaredLimits, DeclaredPath, Dive, Forecast, Hold, KeepOut, Origin, Report,
+        Task,
+    },
+};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
-use super::{
-    Method, Outcome, PlanResponse,
-    both::{Current, Forecast, Origin},
-    craft::Craft,
-    request::{Acoustics, Asc, Dive, Goal, Hold, KeepOut, Limits, Path, Report},
-};
+use super::{FieldError, Method, Outcome, PlanResponse, Recount, Segment};
 
 /// A mission to be made: either `simulated` or `live`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -73,8 +75,6 @@ pub enum Controller {
     IntegralLos,
     /// Way-points round a box.
     WaypointBox,
-    /// Line of sight as its source prints it, which fails.
-    PrintedLos,
 }
 
 impl Controller {
@@ -92,7 +92,6 @@ impl Controller {
             Self::SaturatedLosTrackerFrame => Some(LosLaw::TrackerFrame),
             Self::IntegralLos => Some(LosLaw::Integral),
             Self::WaypointBox => Some(LosLaw::WaypointBox),
-            Self::PrintedLos => Some(LosLaw::Printed),
         }
     }
 }
@@ -108,16 +107,16 @@ pub struct Live {
     /// The underwater vehicles, 1 to 16, and what is known of their plans.
     pub auvs: Vec<LiveAuv>,
     /// What to do.
-    pub goal: Goal,
+    pub goal: Task,
     /// Current at the surface, as in a snapshot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
     /// What the surface craft is allowed, as in a snapshot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub limits: Option<Limits>,
+    pub limits: Option<DeclaredLimits>,
     /// How the surface craft answers its references, as in a snapshot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub craft: Option<Craft>,
+    pub craft: Option<CraftDescription>,
     /// Discs to keep out of, as in a snapshot.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keep_outs: Vec<KeepOut>,
@@ -153,6 +152,39 @@ fn unit() -> f64 {
     1.0
 }
 
+impl Live {
+    /// Puts the datum at `origin`. Positions stay where they are on Earth; if that was unknown, they stay as they are.
+    pub fn count_from(&mut self, origin: Origin) {
+        let before = self.origin.replace(origin);
+        let Some(recount) = before.and_then(|before| Recount::new(before, origin)) else {
+            return;
+        };
+        for disc in &mut self.keep_outs {
+            recount.position(&mut disc.north_m, &mut disc.east_m);
+        }
+        for corner in &mut self.area {
+            recount.point(corner);
+        }
+        let paths = self.auvs.iter_mut().filter_map(|auv| auv.path.as_mut());
+        for segment in paths.flat_map(|path| &mut path.segments) {
+            match segment {
+                Segment::Line { from: a, to: b }
+                | Segment::Arc {
+                    from: a, centre: b, ..
+                } => {
+                    recount.point(a);
+                    recount.point(b);
+                }
+                Segment::Waypoints { points, .. } => {
+                    for point in points {
+                        recount.point(point);
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// What of a live mission can be changed while it runs, each member as the mission was made with it.
 ///
 /// As a patch: a member that is given replaces the one there was as a whole, and is not merged with it; `null` leaves
@@ -160,31 +192,30 @@ fn unit() -> f64 {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Setting {
-    /// What to do. No mission is without one: `null` is refused.
+    /// What to do. `null` is refused: every mission has a goal.
     #[serde(
         default,
         deserialize_with = "required",
         skip_serializing_if = "Option::is_none"
     )]
-    #[schema(value_type = Goal, required = false)]
-    pub goal: Option<Goal>,
-    /// What the surface craft is allowed. Together with `craft`: where that is none, limits are also taken for what the
-    /// craft does.
+    #[schema(value_type = Task, required = false)]
+    pub goal: Option<Task>,
+    /// What the operator allows the surface craft. Without `craft`, they also describe the craft.
     #[serde(
         default,
         deserialize_with = "removable",
         skip_serializing_if = "Option::is_none"
     )]
-    #[schema(value_type = Option<Limits>)]
-    pub limits: Option<Option<Limits>>,
-    /// How the surface craft answers its references. With another one, what was learnt of the craft is learnt anew.
+    #[schema(value_type = Option<DeclaredLimits>)]
+    pub limits: Option<Option<DeclaredLimits>>,
+    /// Closed-loop response of the surface craft. After a change, learning starts anew.
     #[serde(
         default,
         deserialize_with = "removable",
         skip_serializing_if = "Option::is_none"
     )]
-    #[schema(value_type = Option<Craft>)]
-    pub craft: Option<Option<Craft>>,
+    #[schema(value_type = Option<CraftDescription>)]
+    pub craft: Option<Option<CraftDescription>>,
     /// Discs to keep out of.
     #[serde(
         default,
@@ -203,6 +234,15 @@ pub struct Setting {
     )]
     #[schema(value_type = Option<Vec<[f64; 2]>>)]
     pub area: Option<Vec<[f64; 2]>>,
+    /// Where the datum lies on Earth. All that the mission knows stays where it is on Earth. `null` is refused. The mission itself has
+    /// its `origin` beside its setting.
+    #[serde(
+        default,
+        deserialize_with = "removable",
+        skip_serializing_if = "Option::is_none"
+    )]
+    #[schema(value_type = Origin, required = false)]
+    pub origin: Option<Option<Origin>>,
 }
 
 /// A member that is given, and not as `null`.
@@ -232,7 +272,7 @@ fn null_if_empty<T: Serialize, S: Serializer>(
 
 impl Setting {
     /// How many members it has at most.
-    pub const MEMBERS: usize = 5;
+    pub const MEMBERS: usize = 6;
 
     /// Puts the members that are given into `config`, and keeps those that they replace instead.
     pub fn exchange_with(&mut self, config: &mut Live) {
@@ -246,9 +286,10 @@ impl Setting {
         exchange(self.craft.as_mut(), &mut config.craft);
         exchange(self.keep_outs.as_mut(), &mut config.keep_outs);
         exchange(self.area.as_mut(), &mut config.area);
+        exchange(self.origin.as_mut(), &mut config.origin);
     }
 
-    /// The setting with the members that `patch` gives replaced.
+    /// The setting with the members that `patch` gives replaced, but for the origin.
     #[must_use]
     pub fn patched(self, patch: Self) -> Self {
         Self {
@@ -257,19 +298,21 @@ impl Setting {
             craft: patch.craft.or(self.craft),
             keep_outs: patch.keep_outs.or(self.keep_outs),
             area: patch.area.or(self.area),
+            origin: None,
         }
     }
 }
 
 impl From<&Live> for Setting {
-    /// Every member, as the mission has it.
+    /// Every member, as the mission has it, but for the origin.
     fn from(config: &Live) -> Self {
         Self {
             goal: Some(config.goal.clone()),
-            limits: Some(config.limits.clone()),
+            limits: Some(config.limits),
             craft: Some(config.craft.clone()),
             keep_outs: Some(config.keep_outs.clone()),
             area: Some(config.area.clone()),
+            origin: None,
         }
     }
 }
@@ -283,13 +326,13 @@ pub struct LiveAuv {
     pub id: String,
     /// The path that it follows, where that is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub path: Option<Path>,
+    pub path: Option<DeclaredPath>,
     /// The sawtooth in which it dives, where that is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dive: Option<Dive>,
 }
 
-/// What was heard, in any order: late, twice, out of turn. All of it is stored, or nothing.
+/// What was heard, in any order: late, twice, out of turn. Each report is accepted or rejected by itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reports {
@@ -297,6 +340,9 @@ pub struct Reports {
     /// service.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
+    /// The reports that were rejected: of each the first fault, with a pointer into the body as it was posted. Written by the service.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rejected: Vec<FieldError>,
     /// When the surface craft received them, Unix time, s. Default: when the service did.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub received_s: Option<f64>,
@@ -345,17 +391,19 @@ impl Reports {
         fixes.chain(states).all(|lat_deg| lat_deg.is_some())
     }
 
-    /// The same without what the service writes: positions in latitude and longitude without their metres.
+    /// Whether there is no report.
     #[must_use]
-    pub fn as_posted(&self) -> Self {
-        let mut posted = self.clone();
-        posted.origin = None;
-        for (north, east, lat_deg, _) in posted.positions() {
-            if lat_deg.is_some() {
-                (*north, *east) = (0.0, 0.0);
-            }
+    pub fn is_empty(&self) -> bool {
+        self.auvs.is_empty() && self.asc.is_empty() && self.notes.is_empty()
+    }
+
+    /// Adds the reports of `others`.
+    pub fn extend(&mut self, others: Self) {
+        for (id, fixes) in others.auvs {
+            self.auvs.entry(id).or_default().extend(fixes);
         }
-        posted
+        self.asc.extend(others.asc);
+        self.notes.extend(others.notes);
     }
 }
 
@@ -404,7 +452,7 @@ pub enum Status {
     Created,
     /// Under way.
     Running,
-    /// Held, to be gone on with.
+    /// Paused; can be resumed.
     Paused,
     /// Over.
     Finished,
@@ -458,10 +506,13 @@ pub struct Mission {
     pub speed_factor: Option<f64>,
     /// Number of its last event.
     pub sequence: u64,
+    /// Number of the event that last changed its setting or status: the `ETag` of answers with this mission, for `If-Match`.
+    #[serde(default)]
+    pub revision: u64,
     /// Of a live mission, what it does now and within which bounds: PATCH changes it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setting: Option<Setting>,
-    /// Where the datum of a live mission lies on Earth, where that is known: as it was made with, or by its first fix.
+    /// Where the datum of a live mission lies on Earth, where that is known: as it was made with, by its first fix, or as it was changed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
     /// What the client gave it along.
@@ -495,30 +546,30 @@ pub struct PlanSummary {
     pub waits_for: Vec<String>,
 }
 
-/// What a map of a mission shows beside vehicles, and what its controller is told. As the mission was made; what was changed since is in
+/// What a map of a mission shows beside the vehicles, and what its controller knows, as of the mission's creation. Later changes are in
 /// its `setting`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Scene {
-    /// How long a simulated mission lasts, s.
+    /// Duration of a simulated mission, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
-    /// From when on a simulated mission counts in the settled scores, such as `settled_rms_m` of `pilotfish compare`, s since its start.
+    /// Start of the settled scores (such as `settled_rms_m` of `pilotfish compare`) in a simulated mission, s since its start.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub settled_after_s: Option<f64>,
     /// Time between two plans, s.
     pub period_s: f64,
     /// Seconds that pass on a live mission's clock in one.
     pub clock_rate: f64,
-    /// The scenario, where it has a name.
+    /// Name of the scenario, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scenario: Option<String>,
     /// The seed of a simulated mission.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
-    /// What steers in a simulated mission.
+    /// Controller of a simulated mission.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub controller: Option<Controller>,
-    /// What the controller is told, in words.
+    /// What the controller knows, in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub information: Option<String>,
     /// The underwater vehicles.
@@ -602,14 +653,18 @@ impl Default for Step {
     }
 }
 
-/// What was heard is on the disk.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+/// What was accepted of what was heard is on the disk.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Accepted {
     /// Number of the event that stores it.
     pub sequence: u64,
     /// Where the datum of the mission was put, by the first of these fixes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
+    /// The reports that were rejected: of each the first fault, with a pointer into the body. An AUV that the mission does not know is
+    /// named once. The others are on the disk.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rejected: Vec<FieldError>,
 }
 
 /// Where everybody truly is in a simulated mission, when a plan is made.

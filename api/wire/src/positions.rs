@@ -4,12 +4,13 @@
 //! becomes [north, east], as the shapes have it. Where the datum lies, `origin` says.
 
 use geodesy::Datum;
+use nalgebra::Vector2;
+use planner::snapshot::Origin;
 use serde::Deserialize;
 use serde_json::Number;
 
 use crate::{
     FieldError,
-    both::Origin,
     json::{Json, Misfit, Node},
 };
 
@@ -34,7 +35,7 @@ pub const LATITUDE_MAX_DEG: f64 = 90.0;
 pub const LONGITUDE_MAX_DEG: f64 = 360.0;
 
 /// Puts positions into metres from one datum.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Positions {
     datum: Option<Datum>,
     /// Where the datum lies.
@@ -116,7 +117,7 @@ impl Positions {
             }
         };
         let refused = |code: &str, detail: &str| Misfit::new("/lat_deg".to_owned(), code, detail);
-        place.check()?;
+        check(&place)?;
         if self.datum.is_none() && self.may_begin {
             (self.datum, self.origin) = (Some(datum(&place)?), Some(place));
         }
@@ -139,31 +140,59 @@ impl Positions {
     }
 }
 
-impl Origin {
-    /// Whether it is a place on Earth.
-    fn check(&self) -> Result<(), Misfit> {
-        let outside = FieldError::outside("/lat_deg", self.lat_deg, &(-LATITUDE_MAX_DEG..=LATITUDE_MAX_DEG))
-            .or_else(|| {
-                FieldError::outside(
-                    "/lon_deg",
-                    self.lon_deg,
-                    &(-LONGITUDE_MAX_DEG..=LONGITUDE_MAX_DEG),
-                )
-            });
-        outside.map_or(Ok(()), |wrong| Err(Misfit(Box::new(wrong))))
+/// Positions in metres from one datum, to be counted from another.
+#[derive(Clone, Copy, Debug)]
+pub struct Recount {
+    from: Datum,
+    to: Datum,
+}
+
+impl Recount {
+    /// None if one of the two is no place on Earth.
+    #[must_use]
+    pub fn new(from: Origin, to: Origin) -> Option<Self> {
+        let from = Datum::new(&from.into()).ok()?;
+        let to = Datum::new(&to.into()).ok()?;
+        Some(Self { from, to })
     }
 
-    /// What is wrong with it, as a field at `pointer`.
-    pub(crate) fn wrong(&self, pointer: &str) -> Option<FieldError> {
-        self.check().err().map(|Misfit(mut wrong)| {
-            wrong.pointer.insert_str(0, pointer);
-            *wrong
-        })
+    /// Counts a position, m, from the other datum.
+    pub fn position(&self, north: &mut f64, east: &mut f64) {
+        let place = self.from.from_local(&Vector2::new(*north, *east));
+        if let Ok(local) = self.to.to_local(&place) {
+            (*north, *east) = (local.x, local.y);
+        }
+    }
+
+    /// Counts a point (north, east), m, from the other datum.
+    pub fn point(&self, [north, east]: &mut [f64; 2]) {
+        self.position(north, east);
     }
 }
 
+/// Whether `place` is a place on Earth.
+fn check(place: &Origin) -> Result<(), Misfit> {
+    let outside = FieldError::outside("/lat_deg", place.lat_deg, &(-LATITUDE_MAX_DEG..=LATITUDE_MAX_DEG))
+        .or_else(|| {
+            FieldError::outside(
+                "/lon_deg",
+                place.lon_deg,
+                &(-LONGITUDE_MAX_DEG..=LONGITUDE_MAX_DEG),
+            )
+        });
+    outside.map_or(Ok(()), |wrong| Err(Misfit(Box::new(wrong))))
+}
+
+/// What is wrong with `place`, as a field at `pointer`.
+pub(crate) fn wrong_place(place: &Origin, pointer: &str) -> Option<FieldError> {
+    check(place).err().map(|Misfit(mut wrong)| {
+        wrong.pointer.insert_str(0, pointer);
+        *wrong
+    })
+}
+
 fn datum(origin: &Origin) -> Result<Datum, Misfit> {
-    origin.check()?;
+    check(origin)?;
     Datum::new(&(*origin).into())
         .map_err(|error| Misfit::new("/lat_deg".to_owned(), "out_of_range", error.to_string()))
 }
@@ -172,7 +201,7 @@ fn datum(origin: &Origin) -> Result<Datum, Misfit> {
 mod tests {
     use serde_json::{Value, json};
 
-    use crate::{FieldError, PlanRequest, Unread, both::Origin, mission::Reports, read, read_reports};
+    use crate::{FieldError, PlanRequest, Unread, read};
 
     fn snapshot(north: &Value) -> Value {
         let mut body = json!({
@@ -264,27 +293,5 @@ mod tests {
             (&*wrong.pointer, &*wrong.code),
             ("/origin/lat_deg", "out_of_range")
         );
-    }
-
-    #[test]
-    fn the_first_fix_of_reports_may_become_the_origin() {
-        let fix = |lat: f64| json!({ "t_s": 1.0, "lat_deg": lat, "lon_deg": 180.0, "sigma_m": 1.0 });
-        let body = json!({ "auvs": { "a": [fix(-17.0), fix(-17.001)] } }).to_string();
-        let first = Origin {
-            lat_deg: -17.0,
-            lon_deg: 180.0,
-        };
-        let (heard, origin): (Reports, _) = read_reports(body.as_bytes(), None).expect("is read");
-        assert_eq!(origin, Some(first));
-        assert_eq!(heard.auvs["a"][0].north_m, 0.0);
-        assert!((heard.auvs["a"][1].north_m + 110.66).abs() < 0.02);
-        let elsewhere = Origin {
-            lat_deg: -17.001,
-            lon_deg: -180.0,
-        };
-        let (heard, origin): (Reports, _) = read_reports(body.as_bytes(), Some(elsewhere)).expect("is read");
-        assert_eq!(origin, Some(elsewhere));
-        assert!((heard.auvs["a"][0].north_m - 110.66).abs() < 0.02);
-        assert!(heard.auvs["a"][0].east_m.abs() < 1e-6);
     }
 }

@@ -2,7 +2,7 @@
 
 use planner::{
     plan::{Plan, TargetForecast},
-    snapshot::{Auv, Evidence, Snapshot},
+    snapshot::{Auv, Snapshot},
 };
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -119,7 +119,7 @@ impl Prediction {
         Self {
             after_s: kept
                 .iter()
-                .map(|&i| rounded(answer.trajectory[i].t_s - snapshot.time, CENTI))
+                .map(|&i| rounded(answer.trajectory[i].t_s - snapshot.t_s, CENTI))
                 .collect(),
             asc: pick(
                 answer
@@ -140,7 +140,7 @@ impl Prediction {
                 plan.baseline
                     .trajectory
                     .iter()
-                    .map(|p| at(p.position.x, p.position.y))
+                    .map(|p| at(p.north_m, p.east_m))
                     .collect(),
             ),
             auvs: known
@@ -172,11 +172,8 @@ impl Prediction {
 impl PredictedAuv {
     fn of(auv: &Auv, target: &TargetForecast, kept: &[usize]) -> Self {
         let estimate = &target.estimate;
-        let reports = match &auv.evidence {
-            Evidence::Reports(reports) => reports.as_slice(),
-            Evidence::State(_) => &[],
-        };
-        let newest = reports.iter().max_by(|a, b| a.time.total_cmp(&b.time));
+        let reports = auv.reports.as_deref().unwrap_or_default();
+        let newest = reports.iter().max_by(|a, b| a.t_s.total_cmp(&b.t_s));
         let of = |i: &usize| {
             let (position, covariance) = (target.positions.get(*i)?, target.position_covariances.get(*i)?);
             let terms =
@@ -189,16 +186,16 @@ impl PredictedAuv {
             positions: vec![],
             depths_m: vec![],
             covariances_m2: vec![],
-            age_s: rounded(estimate.state.age, CENTI),
+            age_s: rounded(estimate.state.age_s, CENTI),
             heard: newest.map(|report| Heard {
-                t_s: report.time,
-                north_m: rounded(report.position.x, CENTI),
-                east_m: rounded(report.position.y, CENTI),
+                t_s: report.t_s,
+                north_m: rounded(report.position().x, CENTI),
+                east_m: rounded(report.position().y, CENTI),
             }),
             refused_t_s: estimate
                 .rejected
                 .iter()
-                .filter_map(|&i| Some(reports.get(i)?.time))
+                .filter_map(|&i| Some(reports.get(i)?.t_s))
                 .collect(),
             drift: [target.drift.x, target.drift.y].map(|speed| rounded(speed, TEN_THOUSANDTH)),
         };

@@ -2,22 +2,24 @@
 
 use std::collections::BTreeMap;
 
+use planner::{
+    certificate::Residuals,
+    craft::{HeadingReference, SpeedReference},
+    explain::ProgramSize,
+    plan::Method,
+    snapshot::{Current, Drift, Forecast, Origin, TrajectoryPoint},
+};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
-
-use super::{
-    both::{Current, Drift, Forecast, Origin, TrajectoryPoint},
-    craft::{HeadingHeld, SpeedHeld},
-};
 
 /// A plan for the surface craft.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PlanResponse {
     /// Version of this shape: `"1.0"`.
     pub schema_version: String,
-    /// SHA-256 of the request's meaning, hexadecimal: spelling, order of members and metadata apart,
-    /// the same request has the same id.
+    /// SHA-256 of the checked request, hexadecimal. Spelling, order of members, defaults, `metadata`, `origin` and
+    /// `deadline_ms` do not count.
     pub plan_id: String,
     /// Whether this is what was asked for.
     pub outcome: Outcome,
@@ -27,7 +29,7 @@ pub struct PlanResponse {
     /// `certificate`, or `stale_report`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Where the datum of all positions lies, as the request has it.
+    /// The request's `origin`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
     /// What to steer now.
@@ -36,9 +38,9 @@ pub struct PlanResponse {
     pub trajectory: Vec<TrajectoryPoint>,
     /// Course of what the goal follows, its offset apart, when that last moved, rad, in (−π, π].
     pub goal_course_rad: f64,
-    /// What is known of the craft: the next request's `previous_plan` needs it.
+    /// Estimate of the craft. The next request needs it in `previous_plan`.
     pub craft_estimate: CraftEstimate,
-    /// What the current was taken for, where anything tells it: the next request's `previous_plan` needs it.
+    /// The current that was used, if it is known. The next request needs it in `previous_plan`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
     /// Where the goal is expected.
@@ -47,14 +49,14 @@ pub struct PlanResponse {
     pub targets: Vec<PlannedTarget>,
     /// What the line-of-sight law would do.
     pub baseline: Baseline,
-    /// What the solver did; absent where no program takes part.
+    /// What the solver did; absent if no program was involved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub solver: Option<Solver>,
-    /// What the trajectory is predicted to lead to.
+    /// Predicted cost of the trajectory.
     pub predicted: Predicted,
     /// Soft limits that the plan does not keep.
     pub violations: Vec<Violation>,
-    /// What the client should know of its own request.
+    /// Warnings about the request.
     pub warnings: Vec<Warning>,
     /// The request's metadata.
     #[serde(default)]
@@ -72,52 +74,30 @@ pub enum Outcome {
     Degraded,
 }
 
-/// What answered: a fallback level, or a law that is only compared with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Method {
-    /// The convex program.
-    Mpc,
-    /// The previous plan, followed further.
-    PreviousPlan,
-    /// The saturated line-of-sight law.
-    SaturatedLos,
-    /// Slow turn or stop.
-    Hold,
-    /// Line of sight in the tracker's frame; in comparisons only.
-    SaturatedLosTrackerFrame,
-    /// Integral line of sight; in comparisons only.
-    IntegralLos,
-    /// Way-points round a box; in comparisons only.
-    WaypointBox,
-    /// Line of sight as its source prints it, which fails; in comparisons only.
-    PrintedLos,
-}
-
-/// What is known of the craft, from what the client declared and from how it answered.
+/// Estimate of the craft, from its declared response and its motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CraftEstimate {
-    /// By how much the heading is behind a reference that turns steadily, its delay included, s.
+    /// Lag of the heading behind a steadily turning reference, delay included, s.
     pub heading_lag_s: Learnt,
-    /// What the heading stays off its reference, rad.
+    /// Steady offset of the heading from its reference, rad.
     pub heading_offset_rad: Learnt,
-    /// What the heading loop is taken to hold.
-    pub heading_held: HeadingHeld,
-    /// By how much the speed is behind a reference that rises steadily, its delay included, s.
+    /// Kind of heading reference that the loop seems to hold.
+    pub heading_held: HeadingReference,
+    /// Lag of the speed behind a steadily rising reference, delay included, s.
     pub surge_lag_s: Learnt,
-    /// What the speed loop is taken to hold.
-    pub speed_held: SpeedHeld,
-    /// Acceleration that the speed loop gives unasked, m/s².
+    /// Kind of speed reference that the loop seems to hold.
+    pub speed_held: SpeedReference,
+    /// Disturbance of the speed loop: its acceleration at zero error, m/s².
     pub surge_bias_mps2: Learnt,
     /// Sway per surge and yaw rate, s, positive where the craft drifts outwards in a turn.
     pub sway_per_yaw_rate_s: Learnt,
-    /// Whether the craft does what is predicted of it; where not, a warning says what was expected and what was seen.
+    /// Whether the craft moves as predicted. If not, a warning says what was expected and what was measured.
     pub follows: bool,
     /// Speed through the water that this answer asks for, m/s.
     pub asked_speed_mps: f64,
     /// Heading that it asks for, rad, in (−π, π].
     pub asked_heading_rad: f64,
-    /// What the filters remember, to be handed back as it is.
+    /// Memory of the filters, to be sent back unchanged.
     pub memory: Vec<f64>,
 }
 
@@ -130,12 +110,12 @@ pub struct Learnt {
     pub sigma: f64,
 }
 
-/// What the inner loops are to follow.
+/// Reference for the inner loops.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Reference {
-    /// Speed that the craft's loop is to hold, m/s: through the water, or over ground where `craft.speed_held` says so.
+    /// Speed for the craft's loop, m/s: through the water, or over ground if `craft.speed_held` says so.
     pub speed_mps: f64,
-    /// Heading, or course over ground where `craft.heading_held` says so, rad, in (−π, π].
+    /// Heading, or course over ground if `craft.heading_held` says so, rad, in (−π, π].
     pub heading_rad: f64,
     /// The same for people, degrees, in [0, 360).
     pub heading_deg: f64,
@@ -176,26 +156,25 @@ pub struct GoalPoint {
 pub struct PlannedTarget {
     /// The vehicle.
     pub id: String,
-    /// Where it was when it was last heard of, from which the forecast starts.
+    /// Its estimate at its last report, from which the forecast starts.
     pub estimate: Estimate,
     /// The forecast model used, never `auto`.
     pub forecast: Forecast,
-    /// How it moves beyond what its reports and the model explain, as past answers found out from one `state` without a
-    /// covariance to the next: a glider's velocity through the water, for one. Zero where nothing tells it. The next
-    /// request's `previous_plan` needs it.
+    /// Velocity that its reports and the model do not explain, such as a current that it does not know: estimated from
+    /// successive `state`s without covariance, otherwise zero. The next request needs it in `previous_plan`.
     pub drift: Drift,
     /// One point for each of the plan's trajectory.
     pub trajectory: Vec<TargetPoint>,
     /// Its depth at the times of the trajectory, m, positive down.
     pub depths_m: Vec<f64>,
-    /// How far from the trajectory it may be at its times, m: root mean square of the horizontal distance.
+    /// Root mean square of its horizontal distance from the trajectory at these times, m.
     pub position_sigma_m: Vec<f64>,
 }
 
-/// Where an underwater vehicle was when it was last heard of: the request's `state`, or what its `reports` amount to.
+/// Estimate of an underwater vehicle at its last report: the request's `state`, or the filtered `reports`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Estimate {
-    /// How long ago that was, s: age of the newest report that the estimate rests on.
+    /// Age of the newest report that was used, s.
     pub age_s: f64,
     /// Position north of the datum then, m.
     pub north_m: f64,
@@ -222,8 +201,7 @@ pub struct Estimate {
     /// Root mean square distance between the estimate, carried to now, and the vehicle, m. Absent as `covariance` is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_sigma_m: Option<f64>,
-    /// Which of the `reports` the estimate does not rest on, by their index, ascending: outliers, those before a jump,
-    /// and what was said twice.
+    /// Indices of the `reports` that were not used, ascending: outliers, reports before a jump, and duplicates.
     pub rejected: Vec<usize>,
 }
 
@@ -282,18 +260,7 @@ pub struct Solver {
     pub residuals: Option<Residuals>,
 }
 
-/// How well a solution satisfies the optimality conditions, each relative to the size of its terms.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Residuals {
-    /// Of the constraints.
-    pub primal: f64,
-    /// Of the stationarity of the cost.
-    pub dual: f64,
-    /// Between the two objectives.
-    pub gap: f64,
-}
-
-/// What a trajectory is predicted to lead to over the horizon.
+/// Predicted cost of a trajectory over the horizon.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Predicted {
     /// Predicted cost of the trajectory; less is better.
@@ -323,7 +290,7 @@ pub struct Violation {
     pub unit: String,
 }
 
-/// Something that the client should know of its own request.
+/// A warning about the request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Warning {
     /// Which, for programs.
@@ -356,27 +323,6 @@ pub struct Explanation {
     pub slack: Vec<UsedSlack>,
     /// Every convex subproblem, in the order in which they were solved.
     pub log: Vec<Subproblem>,
-}
-
-/// Size of a cone program: minimise ½ xᵀPx + qᵀx so that Ax + s = b and s is in the cones.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-pub struct ProgramSize {
-    /// Stages of the horizon.
-    pub stages: usize,
-    /// Variables x.
-    pub variables: usize,
-    /// Rows, of all cones.
-    pub rows: usize,
-    /// Rows that are equations.
-    pub equalities: usize,
-    /// Rows that are inequalities.
-    pub inequalities: usize,
-    /// Second-order cones.
-    pub second_order_cones: usize,
-    /// Entries of A that are stored.
-    pub constraint_entries: usize,
-    /// Entries of the upper triangle of P that are stored.
-    pub quadratic_entries: usize,
 }
 
 /// A soft limit that gave way at a stage.
@@ -417,6 +363,4 @@ pub struct Plans {
     pub integral_los: PlanResponse,
     /// Way-points round a box. The box is drawn about one fix in every request: see its warning.
     pub waypoint_box: PlanResponse,
-    /// The line-of-sight law's exactly as its source prints it. It runs away from the goal, and is here to show so.
-    pub printed_los: PlanResponse,
 }

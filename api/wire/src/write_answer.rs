@@ -5,31 +5,31 @@ use std::time::Duration;
 use geodesy::Datum;
 use nalgebra::Vector2;
 use planner::{
-    certificate, explain,
+    explain,
     los::{LosLaw, Reference as DomainReference},
     plan as domain,
-    plan::{Plan, SoftLimit, Subject},
+    plan::{Method, Plan, SoftLimit, Subject},
     policy::Policy,
-    snapshot as facts,
-    snapshot::{CURRENT_MAX, Evidence, Snapshot},
+    snapshot::{CURRENT_MAX, Current, Drift, Forecast, Origin, SCHEMA_VERSION, Snapshot, TrajectoryPoint},
     solve::SolverStatus,
 };
 use serde_json::{Map, Value};
 
 use super::{
-    SCHEMA_VERSION,
-    both::{Current, Drift, Forecast, Origin, TrajectoryPoint},
+    digest::plan_id,
     response::{
-        Baseline, CraftEstimate, Estimate, Explanation, GoalPoint, GoalTrajectory, Learnt, Method, Outcome,
-        PlanResponse, PlannedTarget, Predicted, ProgramSize, Reference, Residuals, Solver, Subproblem,
-        TargetPoint, UsedSlack, Violation, Warning,
+        Baseline, CraftEstimate, Estimate, Explanation, GoalPoint, GoalTrajectory, Learnt, Outcome,
+        PlanResponse, PlannedTarget, Predicted, Reference, Solver, Subproblem, TargetPoint, UsedSlack,
+        Violation, Warning,
     },
-    write_request::{plan_id, rows},
 };
 
 /// A report older than this is worth a warning, s: three of the ten-second slots in which an acoustic
 /// network usually hears of every vehicle.
 const REPORT_AGE_STALE: f64 = 30.0;
+
+/// A craft farther from the origin is worth a warning, m: headings are off by what good compasses are.
+const ORIGIN_FAR: f64 = 20e3;
 
 /// A plan with all that its answer is made of.
 #[derive(Clone, Debug)]
@@ -62,11 +62,24 @@ impl<'a> Answer<'a> {
         }
     }
 
-    /// The same answer with latitudes and longitudes, where an `origin` is known. One that is no place on Earth is none.
+    /// The same answer with latitudes and longitudes, if `origin` is a place on Earth.
     #[must_use]
     pub fn on_earth(self, origin: Option<Origin>) -> Self {
         let place = origin.and_then(|origin| Some((origin, Datum::new(&origin.into()).ok()?)));
         Self { place, ..self }
+    }
+
+    fn origin_far(&self) -> Option<Warning> {
+        let (_, datum) = self.place.as_ref()?;
+        let position = Vector2::new(self.snapshot.asc.north_m, self.snapshot.asc.east_m);
+        let distance_km = 1e-3 * position.norm();
+        let turned_deg = datum.convergence(&position).to_degrees().abs();
+        let detail = format!(
+            "the craft is {distance_km:.0} km from the origin, where headings are off by {turned_deg:.2}°: choose an origin \
+             within {:.0} km of the work",
+            1e-3 * ORIGIN_FAR
+        );
+        (ORIGIN_FAR < position.norm()).then(|| warning("origin_far", "/origin", detail))
     }
 
     /// The planner's answer.
@@ -85,7 +98,7 @@ impl<'a> Answer<'a> {
             } else {
                 Outcome::Ok
             },
-            method: self.plan.method.into(),
+            method: self.plan.method,
             reason: self.plan.degraded.map(degraded_reason),
             solver: Some(Solver {
                 status: status_name(solver.status).to_owned(),
@@ -93,7 +106,7 @@ impl<'a> Answer<'a> {
                 iterations: solver.iterations,
                 deadline_hit: solver.deadline_hit,
                 solve_time_ms: self.solve_time.as_secs_f64() * 1e3,
-                residuals: solver.residuals.map(residuals),
+                residuals: solver.residuals,
             }),
             violations: self.plan.violations.iter().map(violation).collect(),
             ..self.along(
@@ -120,7 +133,7 @@ impl<'a> Answer<'a> {
         answer
     }
 
-    /// How the planner came to its plan, of which `found` tells, and what the laws cost at the gains of `policy`.
+    /// How the planner found its plan, and the costs of the laws at the gains of `policy`.
     #[must_use]
     pub fn explained(&self, found: &explain::Explanation, policy: &Policy) -> Explanation {
         let terms =
@@ -133,18 +146,8 @@ impl<'a> Answer<'a> {
             (law.name().to_owned(), terms(predicted.terms))
         });
         let planner = ("mpc".to_owned(), terms(self.plan.predicted.terms));
-        let size = found.size;
         Explanation {
-            program: ProgramSize {
-                stages: size.stages,
-                variables: size.variables,
-                rows: size.rows,
-                equalities: size.equalities,
-                inequalities: size.inequalities,
-                second_order_cones: size.second_order_cones,
-                constraint_entries: size.constraint_entries,
-                quadratic_entries: size.quadratic_entries,
-            },
+            program: found.size,
             cost_terms: [planner].into_iter().chain(laws).collect(),
             slack: found.slacks.iter().map(used_slack).collect(),
             log: found
@@ -153,7 +156,7 @@ impl<'a> Answer<'a> {
                 .map(|one| Subproblem {
                     status: status_name(one.status).to_owned(),
                     iterations: one.iterations,
-                    residuals: one.residuals.map(residuals),
+                    residuals: one.residuals,
                 })
                 .collect(),
         }
@@ -162,7 +165,7 @@ impl<'a> Answer<'a> {
     fn of_law(&self, law: LosLaw, baseline: &domain::Baseline) -> PlanResponse {
         let reference = baseline.reference;
         PlanResponse {
-            method: domain::Method::from(law).into(),
+            method: Method::from(law),
             violations: baseline.violations.iter().map(violation).collect(),
             ..self.along(reference, reference, &baseline.trajectory, baseline.predicted)
         }
@@ -173,7 +176,7 @@ impl<'a> Answer<'a> {
         &self,
         reference: DomainReference,
         asked: DomainReference,
-        trajectory: &[facts::TrajectoryPoint],
+        trajectory: &[TrajectoryPoint],
         predicted: domain::Predicted,
     ) -> PlanResponse {
         let baseline = &self.plan.baseline;
@@ -218,13 +221,16 @@ impl<'a> Answer<'a> {
                 energy_j: predicted.energy,
             },
             violations: Vec::new(),
-            warnings: warnings(self.snapshot, self.plan),
+            warnings: warnings(self.snapshot, self.plan)
+                .into_iter()
+                .chain(self.origin_far())
+                .collect(),
             metadata: self.metadata.clone(),
         }
     }
 
     fn times(&self) -> impl Iterator<Item = f64> {
-        self.plan.trajectory.iter().map(|point| point.time)
+        self.plan.trajectory.iter().map(|point| point.t_s)
     }
 
     fn goal(&self) -> Vec<GoalPoint> {
@@ -245,12 +251,12 @@ impl<'a> Answer<'a> {
             .collect()
     }
 
-    fn point(&self, point: &facts::TrajectoryPoint) -> TrajectoryPoint {
-        let (lat_deg, lon_deg) = self.degrees(&point.position);
+    fn point(&self, point: &TrajectoryPoint) -> TrajectoryPoint {
+        let (lat_deg, lon_deg) = self.degrees(&point.position());
         TrajectoryPoint {
             lat_deg,
             lon_deg,
-            ..TrajectoryPoint::from(point)
+            ..*point
         }
     }
 
@@ -287,40 +293,22 @@ impl<'a> Answer<'a> {
     fn estimate(&self, estimate: &planner::estimate::Estimate) -> Estimate {
         let state = &estimate.state;
         let velocity = state.velocity();
-        let (lat_deg, lon_deg) = self.degrees(&state.position);
+        let (lat_deg, lon_deg) = self.degrees(&state.position());
         Estimate {
-            age_s: state.age,
-            north_m: state.position.x,
-            east_m: state.position.y,
+            age_s: state.age_s,
+            north_m: state.position().x,
+            east_m: state.position().y,
             lat_deg,
             lon_deg,
-            depth_m: state.depth,
+            depth_m: state.depth_m,
             north_mps: velocity.x,
             east_mps: velocity.y,
-            turn_rate_radps: state.turn_rate,
-            covariance: state.covariance.as_ref().map(rows),
+            turn_rate_radps: state.turn_rate_radps,
+            covariance: state.covariance,
             position_sigma_m: estimate.position_sigma(),
             rejected: estimate.rejected.clone(),
         }
     }
-}
-
-impl From<&facts::TrajectoryPoint> for TrajectoryPoint {
-    fn from(point: &facts::TrajectoryPoint) -> Self {
-        Self {
-            t_s: point.time,
-            north_m: point.position.x,
-            east_m: point.position.y,
-            lat_deg: None,
-            lon_deg: None,
-            speed_mps: point.speed,
-            heading_rad: point.heading.radians(),
-        }
-    }
-}
-
-fn residuals(certificate::Residuals { primal, dual, gap }: certificate::Residuals) -> Residuals {
-    Residuals { primal, dual, gap }
 }
 
 fn used_slack(slack: &explain::UsedSlack) -> UsedSlack {
@@ -353,20 +341,45 @@ fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
         .iter()
         .zip(snapshot.estimates())
         .enumerate()
-        .filter(|(_, (_, estimate))| REPORT_AGE_STALE < estimate.state.age);
+        .filter(|(_, (_, estimate))| REPORT_AGE_STALE < estimate.state.age_s);
     let mut warnings: Vec<_> = stale
         .map(|(i, (auv, estimate))| {
-            let pointer = match auv.evidence {
-                Evidence::State(_) => format!("/auvs/{i}/state/age_s"),
-                Evidence::Reports(_) => format!("/auvs/{i}/reports"),
+            let pointer = if auv.state.is_some() {
+                format!("/auvs/{i}/state/age_s")
+            } else {
+                format!("/auvs/{i}/reports")
             };
-            let (id, age) = (&auv.id, estimate.state.age);
+            let (id, age) = (&auv.id, estimate.state.age_s);
             let detail = format!("{id} was last heard of {age} s ago; its forecast starts there");
             warning("stale_report", &pointer, detail)
         })
         .collect();
+    warnings.extend(contradicted_claims(snapshot));
     warnings.extend(no_current(snapshot));
+    warnings.extend(unusable_memory(snapshot));
     warnings.extend(about_the_craft(snapshot, plan));
+    warnings
+}
+
+/// What reports claim and their fixes contradict.
+fn contradicted_claims(snapshot: &Snapshot) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    for (i, (auv, estimate)) in snapshot.auvs.iter().zip(snapshot.estimates()).enumerate() {
+        let (id, pointer) = (&auv.id, format!("/auvs/{i}/reports"));
+        if estimate.velocity_contradicted {
+            let detail = format!(
+                "the fixes of {id} contradict the course and speed that it reports, which are not used; 0 may mean unknown"
+            );
+            warnings.push(warning("reported_velocity_contradicted", &pointer, detail));
+        }
+        if estimate.inflation > 0.0 {
+            let detail = format!(
+                "the fixes of {id} scatter more than their sigma_m: {} m is added to it, as the root of the sum of squares",
+                estimate.inflation
+            );
+            warnings.push(warning("reported_accuracy_contradicted", &pointer, detail));
+        }
+    }
     warnings
 }
 
@@ -387,14 +400,28 @@ fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = War
         let detail = format!(
             "expected heading {:.2} rad and {:.2} m/s, seen {:.2} rad and {:.2} m/s: a slower craft is planned for; check \
              thrusters, rudder and autopilot",
-            planner::angle::wrap(asc.heading.radians() - monitor.heading_error),
-            asc.surge - monitor.speed_error,
-            asc.heading.radians(),
-            asc.surge
+            planner::angle::wrap(asc.heading().radians() - monitor.heading_error),
+            asc.speed_mps - monitor.speed_error,
+            asc.heading().radians(),
+            asc.speed_mps
         );
         warning("craft_does_not_follow", "/asc", detail)
     });
-    let speed_max = snapshot.limits.speed_max;
+    let heading_does_not_respond = plan.craft.heading_effect.is_missing().then(|| {
+        let detail = format!(
+            "the heading stays near {:.2} rad although turns are asked for: check rudder, steering thrusters, the autopilot's mode and              the compass, or steer by hand; turns of half the rate are planned for",
+            snapshot.asc.heading().radians()
+        );
+        warning("heading_does_not_respond", "/asc/heading_rad", detail)
+    });
+    let speed_does_not_respond = plan.craft.speed_effect.is_missing().then(|| {
+        let detail = format!(
+            "the speed stays near {:.2} m/s although another is asked for: check propellers, thrusters, batteries, the autopilot's              mode and the speed log, or recover the craft; half its acceleration is planned for",
+            snapshot.asc.speed_mps
+        );
+        warning("speed_does_not_respond", "/asc/speed_mps", detail)
+    });
+    let speed_max = snapshot.limits().speed_max;
     let current = snapshot.current();
     let too_strong = (speed_max < current.norm()).then(|| {
         let detail = format!(
@@ -412,9 +439,16 @@ fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = War
         );
         warning("goal_unreachable", "/goal", detail)
     });
-    [unknown, does_not_follow, too_strong, outrun]
-        .into_iter()
-        .flatten()
+    [
+        unknown,
+        does_not_follow,
+        heading_does_not_respond,
+        speed_does_not_respond,
+        too_strong,
+        outrun,
+    ]
+    .into_iter()
+    .flatten()
 }
 
 fn craft_estimate(
@@ -427,9 +461,9 @@ fn craft_estimate(
     CraftEstimate {
         heading_lag_s: learnt(known.heading_lag()),
         heading_offset_rad: learnt(known.heading_offset()),
-        heading_held: heading_held.into(),
+        heading_held,
         surge_lag_s: learnt(known.surge_lag()),
-        speed_held: speed_held.into(),
+        speed_held,
         surge_bias_mps2: learnt(known.surge_disturbance()),
         sway_per_yaw_rate_s: learnt((known.drift.mean, known.drift.variance.max(0.0).sqrt())),
         follows: !known.monitor.alarm,
@@ -439,14 +473,25 @@ fn craft_estimate(
     }
 }
 
+/// That what the previous plan remembers of the craft is not used.
+fn unusable_memory(snapshot: &Snapshot) -> Option<Warning> {
+    let unusable = snapshot.previous_plan.as_ref()?.has_unusable_memory();
+    unusable.then(|| {
+        let detail =
+            "this is no memory that an answer of this version gave: what is learnt of the craft starts anew";
+        let pointer = "/previous_plan/craft_estimate/memory";
+        warning("memory_not_used", pointer, detail.to_owned())
+    })
+}
+
 /// Why this request does not tell the current, where it does not.
 fn no_current(snapshot: &Snapshot) -> Option<Warning> {
     if snapshot.current.is_some() {
         return None;
     }
     let previous = snapshot.previous_plan.as_ref();
-    let learnt = previous.and_then(|previous| previous.craft?.current_from_positions());
-    let instead = if snapshot.asc.ground_velocity.is_none() && learnt.is_some() {
+    let learnt = previous.and_then(|previous| previous.craft()?.current_from_positions());
+    let instead = if snapshot.asc.ground_velocity().is_none() && learnt.is_some() {
         "the one that positions and speed through the water tell is taken"
     } else if snapshot.known_current().is_some() {
         "the previous plan's current is taken"
@@ -474,7 +519,7 @@ fn no_memory(law: LosLaw) -> Option<Warning> {
             "the integral of the cross-track error starts at zero: an error that lasts is not yet felt"
         }
         LosLaw::WaypointBox => "the box is drawn about one fix, and its 360 s begin with this request",
-        LosLaw::SaturatedLos | LosLaw::TrackerFrame | LosLaw::Printed => return None,
+        LosLaw::SaturatedLos | LosLaw::TrackerFrame => return None,
     };
     let detail = format!("{}: {detail}", law.name());
     Some(warning("law_without_memory", "", detail))

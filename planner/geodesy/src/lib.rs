@@ -11,6 +11,8 @@
 //! Source: C. F. F. Karney, Algorithms for geodesics, J. Geodesy 87 (2013), doi:10.1007/s00190-012-0578-z,
 //! section 13.
 
+use std::f64::consts::{PI, TAU};
+
 use geographiclib_rs::{DirectGeodesic as _, Geodesic, InverseGeodesic as _};
 use nalgebra::Vector2;
 
@@ -80,6 +82,27 @@ impl Datum {
             longitude: longitude_deg.to_radians(),
         }
     }
+
+    /// Convergence at `position` (north, east), m: true bearings there less bearings in the local frame, rad, in (−π, π].
+    ///
+    /// ```text
+    /// γ = α₂ − α₁
+    /// ```
+    ///
+    /// α₁ and α₂ are the azimuths of the geodesic from the datum, at the datum and at the position. Bearings across the geodesic
+    /// differ by as much; those between the two by up to s²/(12 R²) less or more, because distances across are too long.
+    #[must_use]
+    pub fn convergence(&self, position: &Vector2<f64>) -> f64 {
+        let azimuth = (position.y + 0.0).atan2(position.x + 0.0);
+        let (_, _, azimuth_there_deg): (f64, f64, f64) = self.ellipsoid.direct(
+            self.latitude_deg,
+            self.longitude_deg,
+            azimuth.to_degrees(),
+            position.norm(),
+        );
+        let turned = azimuth_there_deg.to_radians() - azimuth;
+        PI - (PI - turned).rem_euclid(TAU)
+    }
 }
 
 /// Unit vector (north, east) that points along `angle`, rad, clockwise from north.
@@ -104,7 +127,7 @@ fn degrees(place: &Origin) -> Result<(f64, f64), NotOnEarth> {
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::{FRAC_PI_2, TAU};
+    use std::f64::consts::FRAC_PI_2;
 
     use rand::{RngExt as _, SeedableRng};
     use rand_chacha::ChaCha8Rng;
@@ -183,6 +206,38 @@ mod tests {
             let sag = latitude.to_radians().tan() * 100.0 * 100.0 / (2.0 * across);
             assert!((sagged - sag).abs() < 1e-6, "{latitude}: {sagged} and {sag}");
         }
+    }
+
+    #[test]
+    fn convergence_is_the_local_bearing_of_true_south_to_north() {
+        const EARTH_RADIUS_M: f64 = 6.371e6;
+        for latitude in [-70.0, -38.0, 0.0, 38.0, 70.0] {
+            let datum = datum(latitude, 179.0);
+            for bearing_deg in [0.0, 40.0, 90.0, 135.0, 180.0, 230.0, 270.0] {
+                for distance in [0.0, 1e3, 20e3, 200e3, 600e3] {
+                    let position = direction(f64::to_radians(bearing_deg)) * distance;
+                    let place = datum.from_local(&position);
+                    let at = |step: f64| {
+                        let latitude = place.latitude + step;
+                        datum
+                            .to_local(&Origin { latitude, ..place })
+                            .expect("is on Earth")
+                    };
+                    // Steps of 6 m along the meridian.
+                    let north = at(1e-6) - at(-1e-6);
+                    let expected = -north.y.atan2(north.x);
+                    let most = 1e-8 + (distance / EARTH_RADIUS_M).powi(2) / 12.0;
+                    let given = datum.convergence(&position);
+                    assert!(
+                        (given - expected).abs() <= 1.02 * most,
+                        "{latitude} {position}: {given} and {expected}"
+                    );
+                }
+            }
+        }
+        // On a sphere, sin α₂ = cos φ / cos φ₂ due east: 14.5°.
+        let far = datum(70.0, 0.0).convergence(&Vector2::new(0.0, 600e3));
+        assert!((far.to_degrees() - 14.5).abs() < 0.1, "{}", far.to_degrees());
     }
 
     #[test]

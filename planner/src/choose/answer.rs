@@ -1,15 +1,19 @@
 //! What a plan says: the reference, what stands behind it, and what stands beside it.
 
 use nalgebra::{Matrix2, Vector2};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
 use crate::{
     craft::estimate::CraftEstimate,
     estimate::from_reports::Estimate,
     facts::{
         angle::Course,
-        auv::{Auv, VehicleId},
+        auv::VehicleId,
         options::ForecastModel,
-        reference::{PreviousTarget, Reference, TrajectoryPoint},
+        previous_plan::{PreviousCraft, PreviousPlan, PreviousTarget},
+        reference::{Reference, TrajectoryPoint},
+        water::Current,
     },
     los::law::LosLaw,
     predict::{forecast::AuvForecast, motion::Motion},
@@ -18,7 +22,7 @@ use crate::{
         predicted_cost::Predicted,
         result::{Degraded, SolverReport},
     },
-    snapshot::{build::Snapshot, observation::PreviousPlan},
+    snapshot::build::{KnownAuv, Snapshot},
 };
 
 /// The answer to a snapshot.
@@ -64,20 +68,26 @@ pub struct Plan {
 impl From<&Plan> for PreviousPlan {
     /// What the next request has to say of this answer.
     fn from(plan: &Plan) -> Self {
+        let asked = &plan.reference_through_water;
         Self {
+            origin: None,
             trajectory: plan.trajectory.clone(),
-            goal_course: Some(plan.goal_course),
-            reference: Some(plan.reference_through_water),
-            command: Some(plan.reference),
-            craft: Some(plan.craft),
-            current: plan.current,
-            targets: plan.targets.iter().map(PreviousTarget::from).collect(),
+            goal_course_rad: Some(plan.goal_course.radians()),
+            craft_estimate: Some(PreviousCraft {
+                asked_speed_mps: asked.speed,
+                asked_heading_rad: asked.heading.radians(),
+                memory: plan.craft.memory().to_vec(),
+            }),
+            current: plan.current.map(Current::from),
+            reference: Some(plan.reference.into()),
+            targets: Some(plan.targets.iter().map(PreviousTarget::from).collect()),
         }
     }
 }
 
-/// What answered: a fallback level, or a law that is none and is only compared with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What gave the answer: a fallback level, or a law that is only compared with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Method {
     /// The convex program, solved.
     Mpc,
@@ -93,8 +103,6 @@ pub enum Method {
     IntegralLos,
     /// Way-points round a box; no fallback level.
     WaypointBox,
-    /// Line of sight as printed; no fallback level.
-    PrintedLos,
 }
 
 impl From<LosLaw> for Method {
@@ -104,7 +112,6 @@ impl From<LosLaw> for Method {
             LosLaw::TrackerFrame => Self::SaturatedLosTrackerFrame,
             LosLaw::Integral => Self::IntegralLos,
             LosLaw::WaypointBox => Self::WaypointBox,
-            LosLaw::Printed => Self::PrintedLos,
         }
     }
 }
@@ -134,8 +141,8 @@ pub struct TargetForecast {
 impl TargetForecast {
     /// All AUVs at `times` after the snapshot, s.
     pub(crate) fn of_all(snapshot: &Snapshot, times: &[f64], forecasts: &[AuvForecast]) -> Vec<Self> {
-        let known = snapshot.auvs.iter().zip(snapshot.estimates()).zip(forecasts);
-        let target = |((auv, estimate), forecast): ((&Auv, &Estimate), &AuvForecast)| {
+        let known = snapshot.known_auvs().zip(forecasts);
+        let target = |(KnownAuv { auv, estimate, .. }, forecast): (KnownAuv<'_>, &AuvForecast)| {
             let position = |time: &f64| forecast.at(*time).position;
             let depth = |time: &f64| forecast.depth_at(*time);
             let covariance = |time: &f64| forecast.position_covariance(*time);
@@ -161,13 +168,9 @@ impl From<&TargetForecast> for PreviousTarget {
         let state = &target.estimate.state;
         Self {
             id: target.id.clone(),
-            model: target.model,
-            report_age: state.age,
-            position: state.position,
-            depth: state.depth,
-            velocity: state.velocity(),
-            turn_rate: state.turn_rate,
-            drift: target.drift,
+            estimate: Some(state.into()),
+            forecast: Some(target.model.into()),
+            drift: Some(target.drift.into()),
         }
     }
 }

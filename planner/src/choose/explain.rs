@@ -1,5 +1,8 @@
 //! What a plan was made by: the size of its program, every subproblem, and which soft rows gave way.
 
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
 use crate::{
     choose::select::select_answer,
     problem::policy::Policy,
@@ -27,20 +30,20 @@ pub struct Explanation {
 }
 
 /// Size of a cone program `minimise ½ xᵀPx + qᵀx, Ax + s = b, s ∈ K`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 pub struct ProgramSize {
     /// Stages of the horizon.
     pub stages: usize,
     /// Length of x.
     pub variables: usize,
+    /// Rows in all.
+    pub rows: usize,
     /// Rows whose s is 0.
     pub equalities: usize,
     /// Rows whose s is at least 0.
     pub inequalities: usize,
     /// Second-order cones.
     pub second_order_cones: usize,
-    /// Rows in all.
-    pub rows: usize,
     /// Entries of A that are stored.
     pub constraint_entries: usize,
     /// Entries of the upper triangle of P that are stored.

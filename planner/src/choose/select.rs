@@ -11,8 +11,8 @@ use crate::{
     facts::{
         angle::{Heading, angle_of, wrap},
         asc::AscNow,
-        options::HoldStyle,
-        reference::{Reference, TrajectoryPoint},
+        options::Hold,
+        reference::Reference,
     },
     los::{
         law::{LosLaw, LosTuning},
@@ -65,7 +65,7 @@ pub(crate) fn select_answer(
         &goal.at(0.0),
         horizon.goal_course,
         policy.los,
-        &snapshot.limits,
+        snapshot.limits(),
     );
     let los = Level {
         method: Method::SaturatedLos,
@@ -89,7 +89,7 @@ pub(crate) fn select_answer(
         scp.run(&los_rollout, los.candidate.predicted.cost)
     };
     // 4. The level that answers.
-    let distance = (goal.at(0.0).position - snapshot.asc.position).norm();
+    let distance = (goal.at(0.0).position - snapshot.asc.position()).norm();
     let craft = answered(snapshot, distance);
     let best = if craft.realised.law_steers && scp.degraded != Some(Degraded::StaleReport) {
         steered(los.clone(), snapshot, policy, &horizon)
@@ -107,7 +107,7 @@ pub(crate) fn select_answer(
         degraded: scp.degraded,
         reference: command,
         reference_through_water: through_water,
-        valid_until: snapshot.time + policy.validity,
+        valid_until: snapshot.t_s + policy.validity,
         trajectory: horizon.trajectory(&best.candidate.stages).collect(),
         goal: horizon.times.iter().map(|time| goal.at(*time)).collect(),
         goal_course: goal.course(),
@@ -133,7 +133,7 @@ pub(crate) fn select_answer(
 
 /// The command with which the craft does what was `asked`, and what that comes to through the water.
 fn commanded(asked: Reference, snapshot: &Snapshot) -> (Reference, Reference) {
-    let asked = without_heading_offset(asked, snapshot);
+    let asked = snapshot.within_speed_max(&without_heading_offset(asked, snapshot));
     let command = snapshot.slew_limited_command(&asked);
     let held_back = wrap(command.heading.radians() - snapshot.command(&asked).heading.radians());
     let through_water = Reference {
@@ -188,7 +188,7 @@ fn answered(snapshot: &Snapshot, distance: f64) -> CraftEstimate {
     let estimate = *snapshot.craft_estimate();
     let previous = snapshot.previous_plan.as_ref();
     let elapsed = previous
-        .and_then(|previous| Some(snapshot.time - previous.trajectory.first()?.time))
+        .and_then(|previous| Some(snapshot.t_s - previous.trajectory.first()?.t_s))
         .map_or(0.0, |elapsed| elapsed.clamp(0.0, 10.0));
     CraftEstimate {
         realised: estimate.realised.after(distance, elapsed, estimate.monitor.alarm),
@@ -200,14 +200,14 @@ fn answered(snapshot: &Snapshot, distance: f64) -> CraftEstimate {
 /// speed no faster than a plan's. What it is predicted to lead to stays that of the law itself.
 ///
 /// Asked for a hard turn at full speed, thrusters at their limits give neither, and the heading swings for 10 s.
-/// From rest the law may turn as fast as the craft can; see `docs/tuning.md#references`.
+/// From rest the law may turn as fast as the craft can; see `docs/rationale.md#references`.
 fn steered(level: Level, snapshot: &Snapshot, policy: &Policy, horizon: &Horizon<'_>) -> Level {
     if level.method != Method::SaturatedLos {
         return level;
     }
     let craft = snapshot.craft_model();
     let planned = policy.planned(craft).limits;
-    let at_speed = policy.hard_turn_share * planned.speed_max < snapshot.asc.surge;
+    let at_speed = policy.hard_turn_share * planned.speed_max < snapshot.asc.speed_mps;
     let rate = if at_speed {
         planned.turn_rate_max
     } else {
@@ -226,7 +226,7 @@ pub(crate) fn baseline_of(snapshot: &Snapshot, policy: &Policy, law: LosLaw) -> 
     let tuning = tuning(law, policy);
     let rollout = horizon.line_of_sight(snapshot, &goal, tuning);
     let mut tracking = TrackingLaw::new(tuning, Some(horizon.goal_course));
-    let through_water = tracking.steer(0.0, &AscNow::from(snapshot), &goal.at(0.0), &snapshot.limits);
+    let through_water = tracking.steer(0.0, &AscNow::from(snapshot), &goal.at(0.0), snapshot.limits());
     rolled_out_baseline(snapshot, &horizon, &rollout, &through_water)
 }
 
@@ -238,7 +238,7 @@ pub(crate) fn baseline_from_memory(snapshot: &Snapshot, policy: &Policy, law: &T
     let asc = AscNow::from(snapshot);
     let through_water = law
         .clone()
-        .steer(snapshot.time, &asc, &goal.at(0.0), &snapshot.limits);
+        .steer(snapshot.t_s, &asc, &goal.at(0.0), snapshot.limits());
     rolled_out_baseline(snapshot, &horizon, &rollout, &through_water)
 }
 
@@ -273,16 +273,15 @@ fn planned(horizon: &Horizon<'_>, candidate: Candidate, snapshot: &Snapshot, pol
     let craft = policy.planned(snapshot.craft_model());
     let lead = craft.course_lag() + HALF_HOLD;
     let later = stage_at(horizon, &candidate.stages, 0, lead).velocity;
-    let next = TrajectoryPoint {
+    let next = Reference {
         heading: if later.norm() < SPEED_WITHOUT_DIRECTION {
-            next.heading
+            next.heading()
         } else {
-            Heading::new(snapshot.asc.heading.radians() + angle_of(&later))
+            Heading::new(snapshot.asc.heading().radians() + angle_of(&later))
         },
         speed: stage_at(horizon, &candidate.stages, 0, speed_lead(&craft))
             .velocity
             .norm(),
-        ..next
     };
     let asked = invert_response(surge, &next, craft.surge_disturbance, &craft);
     Level {
@@ -299,9 +298,9 @@ fn previous_plan(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon<'_>) ->
     let rollout = follow(horizon, &stages, snapshot, policy);
     let craft = policy.planned(snapshot.craft_model());
     let lead = craft.course_lag() + HALF_HOLD;
-    let next = TrajectoryPoint {
-        heading: previous.at(snapshot.time + lead).heading,
-        ..previous.at(snapshot.time + speed_lead(&craft))
+    let next = Reference {
+        heading: previous.at(snapshot.t_s + lead).heading(),
+        speed: previous.at(snapshot.t_s + speed_lead(&craft)).speed_mps,
     };
     let surge = horizon.start.velocity.x;
     let asked = invert_response(surge, &next, craft.surge_disturbance, &craft);
@@ -325,16 +324,16 @@ fn rolled_out(horizon: &Horizon<'_>, stages: Vec<Stage>, rollout: &Rollout) -> C
 /// Nothing to follow: turn slowly on the spot, or stop, as the client chose.
 fn hold(snapshot: &Snapshot, horizon: &Horizon<'_>) -> Level {
     let law = |heading: Heading| match snapshot.hold {
-        HoldStyle::Stop => Reference { speed: 0.0, heading },
-        HoldStyle::SlowTurn => Reference {
-            speed: snapshot.limits.speed_min,
+        Hold::Stop => Reference { speed: 0.0, heading },
+        Hold::SlowTurn => Reference {
+            speed: snapshot.limits().speed_min,
             heading: Heading::new(heading.radians() + SLOW_TURN_LEAD),
         },
     };
     let rollout = horizon.roll_out(snapshot.craft_model(), |_, asc, _| law(asc.heading));
     Level {
         method: Method::Hold,
-        reference: law(snapshot.asc.heading),
+        reference: law(snapshot.asc.heading()),
         candidate: rolled_out(horizon, rollout.stages.clone(), &rollout),
     }
 }

@@ -1,6 +1,9 @@
 //! The closed loops of a craft as data.
 
 use nalgebra::Vector2;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
 use crate::facts::{
     angle::{Heading, angle_of},
@@ -21,11 +24,11 @@ pub struct Craft {
     #[doc(alias = "k_beta")]
     pub sway_per_yaw_rate: f64,
     /// Power that propulsion draws at a steady speed.
-    pub power: PropulsionPower,
+    pub power: Power,
     /// What the speed reference is held against.
-    pub speed_held: SpeedHeld,
+    pub speed_held: SpeedReference,
     /// What the heading reference is held against.
-    pub heading_held: HeadingHeld,
+    pub heading_held: HeadingReference,
 }
 
 /// How the heading loop answers a reference.
@@ -72,27 +75,35 @@ pub struct SurgeResponse {
     pub integral_time: Option<f64>,
 }
 
-/// Propulsion power at a steady speed through the water: P = c₁ u + c₃ u³.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PropulsionPower {
-    /// Linear coefficient c₁, W/(m/s).
-    pub linear: f64,
-    /// Cubic coefficient c₃, W/(m/s)³.
-    pub cubic: f64,
+/// Power that propulsion draws at a steady speed u through the water: linear · u + cubic · u³.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Power", bound = "N: JsonSchema + Default")]
+pub struct Power<N = f64> {
+    /// Linear coefficient, W/(m/s); 0 if left out.
+    #[serde(default)]
+    #[schema(value_type = f64)]
+    pub linear_w_per_mps: N,
+    /// Cubic coefficient, W/(m/s)³; 0 if left out.
+    #[serde(default)]
+    #[schema(value_type = f64, example = 27.5)]
+    pub cubic_w_per_mps3: N,
 }
 
-/// What a speed loop measures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum SpeedHeld {
+/// What a speed reference means: the speed that the loop measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, ToSchema, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SpeedReference {
     /// Surge speed through the water.
     ThroughWater,
     /// Velocity over ground along the bow.
     OverGround,
 }
 
-/// What a heading loop measures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum HeadingHeld {
+/// What a heading reference means: the angle that the loop measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, ToSchema, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum HeadingReference {
     /// Where the bow points ψ.
     Heading,
     /// The direction of the velocity over ground χ.
@@ -101,22 +112,22 @@ pub enum HeadingHeld {
 
 impl Craft {
     /// The command with which the craft moves through the water as `reference` says, in a `current`
-    /// (north, east), m/s: a loop that holds speed over ground gets the velocity over ground along the bow, one that
-    /// holds a course the direction of that velocity.
+    /// (north, east), m/s: a loop that holds speed over ground gets the velocity over ground along the bow, up to `speed_max`,
+    /// m/s, one that holds a course the direction of that velocity.
     #[must_use]
-    pub fn command(&self, reference: &Reference, current: &Vector2<f64>) -> Reference {
+    pub fn command(&self, reference: &Reference, current: &Vector2<f64>, speed_max: f64) -> Reference {
         let ahead = reference.heading.unit();
         let over_ground = ahead * reference.speed + current;
         Reference {
             speed: match self.speed_held {
-                SpeedHeld::ThroughWater => reference.speed,
-                SpeedHeld::OverGround => over_ground.dot(&ahead).max(0.0),
+                SpeedReference::ThroughWater => reference.speed,
+                SpeedReference::OverGround => over_ground.dot(&ahead).clamp(0.0, speed_max),
             },
             heading: match self.heading_held {
-                HeadingHeld::Course if SPEED_WITHOUT_COURSE <= over_ground.norm() => {
+                HeadingReference::Course if SPEED_WITHOUT_COURSE <= over_ground.norm() => {
                     Heading::new(angle_of(&over_ground))
                 }
-                HeadingHeld::Course | HeadingHeld::Heading => reference.heading,
+                HeadingReference::Course | HeadingReference::Heading => reference.heading,
             },
         }
     }
@@ -171,11 +182,11 @@ impl SurgeResponse {
     }
 }
 
-impl PropulsionPower {
+impl Power {
     /// Power at a speed through the water, W, never negative.
     #[must_use]
     pub fn at(&self, speed: f64) -> f64 {
         let speed = speed.abs();
-        (self.linear + self.cubic * speed * speed) * speed
+        (self.linear_w_per_mps + self.cubic_w_per_mps3 * speed * speed) * speed
     }
 }

@@ -26,7 +26,8 @@ pub(super) fn propagated(
     (predict(state), jacobian * covariance * jacobian.transpose())
 }
 
-pub(super) fn symmetric(matrix: &Matrix3<f64>) -> Matrix3<f64> {
+/// The covariance nearest to `matrix`: symmetric, bounded, no eigenvalue negative.
+pub(super) fn sound(matrix: &Matrix3<f64>) -> Matrix3<f64> {
     let mut matrix = (matrix + matrix.transpose()) * 0.5;
     // A covariance that has grown without bound knows nothing: all of it shrinks, so that it stays one.
     let largest = matrix.m11.max(matrix.m22).max(matrix.m33);
@@ -35,6 +36,15 @@ pub(super) fn symmetric(matrix: &Matrix3<f64>) -> Matrix3<f64> {
     }
     for i in 0..3 {
         matrix[(i, i)] = matrix[(i, i)].max(VARIANCE_MIN);
+    }
+    // Differences of large variances, and a linearisation that does not hold, can leave what is no covariance.
+    if matrix.cholesky().is_none() {
+        let mut eigen = matrix.symmetric_eigen();
+        eigen
+            .eigenvalues
+            .apply(|eigenvalue| *eigenvalue = eigenvalue.max(VARIANCE_MIN));
+        let recomposed = eigen.recompose();
+        matrix = (recomposed + recomposed.transpose()) * 0.5;
     }
     matrix
 }

@@ -2,123 +2,178 @@
 
 use std::ops::RangeInclusive;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer, Serialize};
+use utoipa::ToSchema;
+
 use crate::{
     craft::{
         closed_loop::{
-            Craft, HeadingDynamics, HeadingHeld, HeadingResponse, PropulsionPower, SpeedHeld, SurgeResponse,
+            Craft, HeadingDynamics, HeadingReference, HeadingResponse, Power, SpeedReference, SurgeResponse,
         },
-        presets::Preset,
+        presets::{PRESETS, Preset},
     },
-    facts::invalid_field::{InvalidField, InvalidReason},
+    facts::{
+        invalid_field::{InvalidField, InvalidReason},
+        ranges::{CRAFT, HEADING_LOOP, POWER, Range, SURGE_LOOP},
+    },
 };
 
-/// Time constant of a loop, s: 0 answers at once, beyond a minute no loop is closed.
-pub const TIME_CONSTANT: RangeInclusive<f64> = 0.0..=60.0;
-
-/// Natural frequency of a heading loop, rad/s.
-pub const NATURAL_FREQUENCY: RangeInclusive<f64> = 0.02..=20.0;
-
-/// Damping ratio of a heading loop.
-pub const DAMPING: RangeInclusive<f64> = 0.1..=5.0;
-
-/// Delay of a loop, s.
-pub const DELAY: RangeInclusive<f64> = 0.0..=10.0;
-
-/// Fastest turn, rad/s.
-pub const RATE_MAX: RangeInclusive<f64> = 0.001..=3.0;
-
-/// Largest acceleration and deceleration, m/s².
-pub const ACCELERATION: RangeInclusive<f64> = 0.001..=10.0;
-
-/// Time in which a speed loop's integrator gathers what its proportional part asks for, s.
-pub const INTEGRAL_TIME: RangeInclusive<f64> = 0.5..=600.0;
-
-/// Sway per surge and yaw rate, s.
-pub const SWAY_PER_YAW_RATE: RangeInclusive<f64> = -5.0..=20.0;
-
-/// Coefficients of propulsion power, W/(m/s) and W/(m/s)³.
-pub const POWER_COEFFICIENT: RangeInclusive<f64> = 0.0..=1.0e6;
-
-/// Relative uncertainty of all that is said: from certain to hardly more than an order of magnitude.
-pub const RELATIVE_UNCERTAINTY: RangeInclusive<f64> = 0.0..=2.0;
-
-/// What a client says of its craft; what it does not say is the preset's or, without one, learnt.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CraftDescription {
-    /// The craft of which everything is taken that is not said here.
-    pub preset: Option<&'static Preset>,
-    /// Dynamics of the heading loop.
-    pub heading_dynamics: Option<HeadingDynamics>,
-    /// Time until a heading reference begins to act, s.
-    pub heading_delay: Option<f64>,
-    /// Fastest turn that the heading loop makes, rad/s.
-    pub heading_rate_max: Option<f64>,
-    /// Time constant of the answer to a small step of the speed reference, s.
-    pub surge_time_constant: Option<f64>,
-    /// Time until a speed reference begins to act, s.
-    pub surge_delay: Option<f64>,
-    /// Largest acceleration ahead, m/s².
-    pub acceleration_max: Option<f64>,
-    /// Largest deceleration, m/s², positive.
-    pub deceleration_max: Option<f64>,
-    /// Whether the speed loop integrates, and how fast.
-    pub integrator: Option<Integrator>,
-    /// Sway per surge and yaw rate k_β, s.
+/// Closed-loop response of the surface craft. A member that is left out has the preset's value or, without a preset, is
+/// learnt.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
+#[serde(
+    deny_unknown_fields,
+    bound(
+        serialize = "N: Serialize + Default + PartialEq",
+        deserialize = "N: Deserialize<'de> + Default"
+    )
+)]
+#[schema(as = Craft)]
+#[schemars(rename = "Craft", bound = "N: JsonSchema + Default + PartialEq")]
+pub struct CraftDescription<N = f64> {
+    /// Name of a known craft (`GET /v1/crafts` lists them) whose values replace the members that are left out; none if left
+    /// out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = "medusa")]
+    pub preset: Option<String>,
+    /// Response of the heading loop; the preset's if left out.
+    #[serde(
+        default,
+        deserialize_with = "default_for_null",
+        skip_serializing_if = "is_default"
+    )]
+    #[schema(value_type = Option<HeadingLoop>)]
+    pub heading_loop: HeadingLoop<N>,
+    /// Response of the speed loop; the preset's if left out.
+    #[serde(
+        default,
+        deserialize_with = "default_for_null",
+        skip_serializing_if = "is_default"
+    )]
+    #[schema(value_type = Option<SurgeLoop>)]
+    pub surge_loop: SurgeLoop<N>,
+    /// Sway per surge and yaw rate k_β, s, positive where the craft drifts outwards in a turn; the preset's if left out. Sway
+    /// is −`sway_per_yaw_rate_s` times surge times yaw rate.
     #[doc(alias = "k_beta")]
-    pub sway_per_yaw_rate: Option<f64>,
-    /// Power that propulsion draws at a steady speed.
-    pub power: Option<PropulsionPower>,
-    /// What the speed reference is held against.
-    pub speed_held: Option<SpeedHeld>,
-    /// What the heading reference is held against.
-    pub heading_held: Option<HeadingHeld>,
-    /// Standard deviation of every number said, as a part of it.
-    pub relative_uncertainty: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<f64>, example = 0.9)]
+    pub sway_per_yaw_rate_s: Option<N>,
+    /// Power that propulsion draws at a steady speed through the water; the preset's if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Power>)]
+    pub power: Option<Power<N>>,
+    /// Kind of speed reference; the preset's if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_held: Option<SpeedReference>,
+    /// Kind of heading reference; the preset's if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heading_held: Option<HeadingReference>,
+    /// Relative standard deviation of the given numbers, 0 if they are exact; 0.15 if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<f64>, example = 0.1)]
+    pub relative_uncertainty: Option<N>,
 }
 
-/// What is known of a speed loop's integrator.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Integrator {
-    /// There is none.
-    Absent,
-    /// It gathers in this time what the proportional part asks for, s.
-    Gathers {
-        /// Time T_i, s.
-        time: f64,
-    },
+/// Response of a heading loop: a time constant, or a natural frequency and a damping ratio.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "HeadingLoop")]
+pub struct HeadingLoop<N = f64> {
+    /// Time constant of a first-order response, s; the preset's if left out. Either this, or `natural_frequency_radps` and
+    /// `damping`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<f64>)]
+    pub time_constant_s: Option<N>,
+    /// Natural frequency of a second-order response, rad/s, together with `damping`; the preset's if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<f64>, example = 1.6)]
+    pub natural_frequency_radps: Option<N>,
+    /// Damping ratio of a second-order response, together with `natural_frequency_radps`; the preset's if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<f64>, example = 0.8)]
+    pub damping: Option<N>,
+    /// Delay of a reference, s; the preset's if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<f64>, example = 0.1)]
+    pub delay_s: Option<N>,
+    /// Largest yaw rate of the loop, rad/s; the preset's if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<f64>, example = 0.3)]
+    pub rate_max_radps: Option<N>,
 }
 
-impl Integrator {
-    /// Its time T_i, s; none where there is no integrator.
-    #[must_use]
-    pub fn time(self) -> Option<f64> {
-        match self {
-            Self::Absent => None,
-            Self::Gathers { time } => Some(time),
-        }
-    }
+/// Response of a speed loop.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "SurgeLoop")]
+pub struct SurgeLoop<N = f64> {
+    /// Time constant of the response to a small step, s; the preset's if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<f64>, example = 2.5)]
+    pub time_constant_s: Option<N>,
+    /// Delay of a reference, s; the preset's if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<f64>, example = 0.0)]
+    pub delay_s: Option<N>,
+    /// Largest acceleration ahead, m/s²; the preset's if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<f64>, example = 0.09)]
+    pub acceleration_max_mps2: Option<N>,
+    /// Largest deceleration, m/s², positive; the preset's if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<f64>, example = 0.09)]
+    pub deceleration_max_mps2: Option<N>,
+    /// Whether the loop has an integrator that winds up noticeably. `false` says that it has none, `integral_time_s` that it
+    /// has one; the preset's or learnt if left out. `null` is the same as left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub integrates: Option<bool>,
+    /// Integral time of the loop k_p/k_i, s; the preset's if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<f64>, example = 8.7)]
+    pub integral_time_s: Option<N>,
 }
 
-impl From<Option<f64>> for Integrator {
-    fn from(time: Option<f64>) -> Self {
-        time.map_or(Self::Absent, |time| Self::Gathers { time })
-    }
+/// Clients may write `null` for an object that they leave out.
+fn default_for_null<'de, D: Deserializer<'de>, T: Deserialize<'de> + Default>(
+    from: D,
+) -> Result<T, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or_default())
+}
+
+fn is_default<T: Default + PartialEq>(object: &T) -> bool {
+    *object == T::default()
 }
 
 impl From<&Craft> for CraftDescription {
     /// Everything said, and nothing of how surely.
     fn from(craft: &Craft) -> Self {
+        let (heading, surge) = (&craft.heading, &craft.surge);
+        let (time_constant_s, natural_frequency_radps, damping) = match heading.dynamics {
+            HeadingDynamics::FirstOrder { time_constant } => (Some(time_constant), None, None),
+            HeadingDynamics::SecondOrder {
+                natural_frequency,
+                damping,
+            } => (None, Some(natural_frequency), Some(damping)),
+        };
         Self {
             preset: None,
-            heading_dynamics: Some(craft.heading.dynamics),
-            heading_delay: Some(craft.heading.delay),
-            heading_rate_max: Some(craft.heading.rate_max),
-            surge_time_constant: Some(craft.surge.time_constant),
-            surge_delay: Some(craft.surge.delay),
-            acceleration_max: Some(craft.surge.acceleration_max),
-            deceleration_max: Some(craft.surge.deceleration_max),
-            integrator: Some(Integrator::from(craft.surge.integral_time)),
-            sway_per_yaw_rate: Some(craft.sway_per_yaw_rate),
+            heading_loop: HeadingLoop {
+                time_constant_s,
+                natural_frequency_radps,
+                damping,
+                delay_s: Some(heading.delay),
+                rate_max_radps: Some(heading.rate_max),
+            },
+            surge_loop: SurgeLoop {
+                time_constant_s: Some(surge.time_constant),
+                delay_s: Some(surge.delay),
+                acceleration_max_mps2: Some(surge.acceleration_max),
+                deceleration_max_mps2: Some(surge.deceleration_max),
+                integrates: surge.integral_time.is_none().then_some(false),
+                integral_time_s: surge.integral_time,
+            },
+            sway_per_yaw_rate_s: Some(craft.sway_per_yaw_rate),
             power: Some(craft.power),
             speed_held: Some(craft.speed_held),
             heading_held: Some(craft.heading_held),
@@ -127,100 +182,177 @@ impl From<&Craft> for CraftDescription {
     }
 }
 
+impl HeadingLoop {
+    /// The dynamics that are described, if they are.
+    #[must_use]
+    pub fn dynamics(&self) -> Option<HeadingDynamics> {
+        match (self.time_constant_s, self.natural_frequency_radps, self.damping) {
+            (Some(time_constant), ..) => Some(HeadingDynamics::FirstOrder { time_constant }),
+            (None, Some(natural_frequency), Some(damping)) => Some(HeadingDynamics::SecondOrder {
+                natural_frequency,
+                damping,
+            }),
+            (None, _, _) => None,
+        }
+    }
+}
+
 impl CraftDescription {
+    /// The known craft of that name, and nothing else.
+    #[must_use]
+    pub fn of_preset(name: &str) -> Self {
+        Self {
+            preset: Some(name.to_owned()),
+            ..Self::default()
+        }
+    }
+
+    /// The preset that is named.
+    pub(crate) fn preset(&self) -> Option<&'static Preset> {
+        self.preset.as_deref().and_then(Preset::named)
+    }
+
     /// The craft that is described: what is not said is the preset's, or the generic craft's.
     #[must_use]
     pub fn craft(&self) -> Craft {
-        let base = self.preset.map_or(Craft::GENERIC, |preset| preset.craft);
-        let (heading, surge) = (base.heading, base.surge);
+        let base = self.preset().map_or(Craft::GENERIC, |preset| preset.craft);
+        let (heading, surge) = (&self.heading_loop, &self.surge_loop);
         Craft {
             heading: HeadingResponse {
-                dynamics: self.heading_dynamics.unwrap_or(heading.dynamics),
-                delay: self.heading_delay.unwrap_or(heading.delay),
-                rate_max: self.heading_rate_max.unwrap_or(heading.rate_max),
+                dynamics: heading.dynamics().unwrap_or(base.heading.dynamics),
+                delay: heading.delay_s.unwrap_or(base.heading.delay),
+                rate_max: heading.rate_max_radps.unwrap_or(base.heading.rate_max),
             },
             surge: SurgeResponse {
-                time_constant: self.surge_time_constant.unwrap_or(surge.time_constant),
-                delay: self.surge_delay.unwrap_or(surge.delay),
-                acceleration_max: self.acceleration_max.unwrap_or(surge.acceleration_max),
-                deceleration_max: self.deceleration_max.unwrap_or(surge.deceleration_max),
-                integral_time: self.integrator.map_or(surge.integral_time, Integrator::time),
+                time_constant: surge.time_constant_s.unwrap_or(base.surge.time_constant),
+                delay: surge.delay_s.unwrap_or(base.surge.delay),
+                acceleration_max: surge.acceleration_max_mps2.unwrap_or(base.surge.acceleration_max),
+                deceleration_max: surge.deceleration_max_mps2.unwrap_or(base.surge.deceleration_max),
+                integral_time: match surge.integrates {
+                    Some(false) => None,
+                    Some(true) | None => surge.integral_time_s.or(base.surge.integral_time),
+                },
             },
-            sway_per_yaw_rate: self.sway_per_yaw_rate.unwrap_or(base.sway_per_yaw_rate),
+            sway_per_yaw_rate: self.sway_per_yaw_rate_s.unwrap_or(base.sway_per_yaw_rate),
             power: self.power.unwrap_or(base.power),
             speed_held: self.speed_held.unwrap_or(base.speed_held),
             heading_held: self.heading_held.unwrap_or(base.heading_held),
         }
     }
 
-    /// Every number that is outside its range, by the names that the JSON has: `craft/heading_loop/delay_s`.
+    /// Everything that is wrong, by the names that the JSON has: `craft/heading_loop/delay_s`.
     #[must_use]
     pub fn faults(&self) -> Vec<InvalidField> {
-        let (time_constant, natural_frequency, damping) = match self.heading_dynamics {
-            Some(HeadingDynamics::FirstOrder { time_constant }) => (Some(time_constant), None, None),
-            Some(HeadingDynamics::SecondOrder {
-                natural_frequency,
-                damping,
-            }) => (None, Some(natural_frequency), Some(damping)),
-            None => (None, None, None),
+        let mut faults = Vec::new();
+        let mut fail = |member: &str, reason| {
+            let field = format!("craft/{member}");
+            faults.push(InvalidField { field, reason });
         };
-        let numbers = [
-            ("heading_loop/time_constant_s", time_constant, TIME_CONSTANT),
-            (
-                "heading_loop/natural_frequency_radps",
-                natural_frequency,
-                NATURAL_FREQUENCY,
-            ),
-            ("heading_loop/damping", damping, DAMPING),
-            ("heading_loop/delay_s", self.heading_delay, DELAY),
-            ("heading_loop/rate_max_radps", self.heading_rate_max, RATE_MAX),
-            (
-                "surge_loop/time_constant_s",
-                self.surge_time_constant,
-                TIME_CONSTANT,
-            ),
-            ("surge_loop/delay_s", self.surge_delay, DELAY),
-            (
-                "surge_loop/acceleration_max_mps2",
-                self.acceleration_max,
-                ACCELERATION,
-            ),
-            (
-                "surge_loop/deceleration_max_mps2",
-                self.deceleration_max,
-                ACCELERATION,
-            ),
-            (
-                "surge_loop/integral_time_s",
-                self.integrator.and_then(Integrator::time),
-                INTEGRAL_TIME,
-            ),
-            ("sway_per_yaw_rate_s", self.sway_per_yaw_rate, SWAY_PER_YAW_RATE),
-            (
-                "power/linear_w_per_mps",
-                self.power.map(|power| power.linear),
-                POWER_COEFFICIENT,
-            ),
-            (
-                "power/cubic_w_per_mps3",
-                self.power.map(|power| power.cubic),
-                POWER_COEFFICIENT,
-            ),
-            (
-                "relative_uncertainty",
-                self.relative_uncertainty,
-                RELATIVE_UNCERTAINTY,
-            ),
-        ];
-        let outside = |(name, given, range): (&str, Option<f64>, RangeInclusive<f64>)| {
-            let given = given.filter(|given| !range.contains(given))?;
-            let (least, most) = range.into_inner();
-            Some(InvalidField {
-                field: format!("craft/{name}"),
-                reason: InvalidReason::OutOfRange { given, least, most },
-            })
+        if let Some(given) = self.preset.clone().filter(|_| self.preset().is_none()) {
+            let known = PRESETS.iter().map(|preset| preset.name).collect();
+            fail("preset", InvalidReason::UnknownPreset { given, known });
+        }
+        let heading = &self.heading_loop;
+        let second_order = (heading.natural_frequency_radps, heading.damping);
+        let together = InvalidReason::Incomplete {
+            detail: "`natural_frequency_radps` and `damping` come together or not at all",
         };
-        numbers.into_iter().filter_map(outside).collect()
+        match (heading.time_constant_s, second_order) {
+            (None, (Some(_), None)) => fail("heading_loop/damping", together),
+            (None, (None, Some(_))) => fail("heading_loop/natural_frequency_radps", together),
+            (Some(_), (Some(_), _) | (_, Some(_))) => {
+                let detail = "either a time constant, or a natural frequency and a damping ratio";
+                fail(
+                    "heading_loop/time_constant_s",
+                    InvalidReason::Unexpected { detail },
+                );
+            }
+            (None, (None, None) | (Some(_), Some(_))) | (Some(_), (None, None)) => {}
+        }
+        match (self.surge_loop.integrates, self.surge_loop.integral_time_s) {
+            (Some(true), None) => {
+                let detail = "an integrator is stated by its time; leave `integrates` out to have it learnt";
+                fail("surge_loop/integral_time_s", InvalidReason::Incomplete { detail });
+            }
+            (Some(false), Some(_)) => {
+                let detail = "a loop that does not integrate has no integral time";
+                fail("surge_loop/integral_time_s", InvalidReason::Unexpected { detail });
+            }
+            (None | Some(true), Some(_)) | (None | Some(false), None) => {}
+        }
+        self.map(|member, range, given| {
+            if let Some(&given) = given.filter(|given| !range.contains(given)) {
+                let (least, most) = (*range.start(), *range.end());
+                fail(member, InvalidReason::OutOfRange { given, least, most });
+            }
+            given.copied()
+        });
+        faults
+    }
+}
+
+impl<N> CraftDescription<N> {
+    /// The same description with other numbers: what `number` makes of each one's name (`heading_loop/delay_s`), range and
+    /// value, in this order. The numbers of a `power` that is left out are skipped.
+    pub fn map<M: Default>(
+        &self,
+        mut number: impl FnMut(&str, &RangeInclusive<f64>, Option<&N>) -> Option<M>,
+    ) -> CraftDescription<M> {
+        let mut of = |object: &str, (member, range): &Range, given: Option<&N>| {
+            number(&format!("{object}{member}"), range, given)
+        };
+        let [sway_per_yaw_rate, relative_uncertainty] = &CRAFT;
+        let [linear, cubic] = &POWER;
+        CraftDescription {
+            preset: self.preset.clone(),
+            heading_loop: self
+                .heading_loop
+                .map(|range, given| of("heading_loop/", range, given)),
+            surge_loop: self
+                .surge_loop
+                .map(|range, given| of("surge_loop/", range, given)),
+            sway_per_yaw_rate_s: of("", sway_per_yaw_rate, self.sway_per_yaw_rate_s.as_ref()),
+            power: self.power.as_ref().map(|given| Power {
+                linear_w_per_mps: of("power/", linear, Some(&given.linear_w_per_mps)).unwrap_or_default(),
+                cubic_w_per_mps3: of("power/", cubic, Some(&given.cubic_w_per_mps3)).unwrap_or_default(),
+            }),
+            speed_held: self.speed_held,
+            heading_held: self.heading_held,
+            relative_uncertainty: of("", relative_uncertainty, self.relative_uncertainty.as_ref()),
+        }
+    }
+}
+
+impl<N> HeadingLoop<N> {
+    fn map<M>(&self, mut number: impl FnMut(&Range, Option<&N>) -> Option<M>) -> HeadingLoop<M> {
+        let [time_constant, natural_frequency, damping, delay, rate_max] = &HEADING_LOOP;
+        HeadingLoop {
+            time_constant_s: number(time_constant, self.time_constant_s.as_ref()),
+            natural_frequency_radps: number(natural_frequency, self.natural_frequency_radps.as_ref()),
+            damping: number(damping, self.damping.as_ref()),
+            delay_s: number(delay, self.delay_s.as_ref()),
+            rate_max_radps: number(rate_max, self.rate_max_radps.as_ref()),
+        }
+    }
+}
+
+impl<N> SurgeLoop<N> {
+    fn map<M>(&self, mut number: impl FnMut(&Range, Option<&N>) -> Option<M>) -> SurgeLoop<M> {
+        let [
+            time_constant,
+            delay,
+            acceleration_max,
+            deceleration_max,
+            integral_time,
+        ] = &SURGE_LOOP;
+        SurgeLoop {
+            time_constant_s: number(time_constant, self.time_constant_s.as_ref()),
+            delay_s: number(delay, self.delay_s.as_ref()),
+            acceleration_max_mps2: number(acceleration_max, self.acceleration_max_mps2.as_ref()),
+            deceleration_max_mps2: number(deceleration_max, self.deceleration_max_mps2.as_ref()),
+            integrates: self.integrates,
+            integral_time_s: number(integral_time, self.integral_time_s.as_ref()),
+        }
     }
 }
 
@@ -228,15 +360,34 @@ impl CraftDescription {
 mod tests {
     use super::*;
 
+    fn faults(craft: &CraftDescription) -> Vec<(String, InvalidReason)> {
+        let faults = craft.faults().into_iter();
+        faults.map(|fault| (fault.field, fault.reason)).collect()
+    }
+
+    fn heading_loop(
+        time_constant_s: Option<f64>,
+        natural_frequency_radps: Option<f64>,
+        damping: Option<f64>,
+    ) -> CraftDescription {
+        CraftDescription {
+            heading_loop: HeadingLoop {
+                time_constant_s,
+                natural_frequency_radps,
+                damping,
+                ..HeadingLoop::default()
+            },
+            ..CraftDescription::default()
+        }
+    }
+
     #[test]
     fn every_preset_is_a_craft_that_a_client_may_describe() {
-        for preset in crate::craft::presets::PRESETS {
-            assert_eq!(
-                CraftDescription::from(&preset.craft).faults(),
-                [],
-                "{}",
-                preset.name
-            );
+        for preset in PRESETS {
+            let described = CraftDescription::from(&preset.craft);
+            assert_eq!(described.faults(), [], "{}", preset.name);
+            assert_eq!(described.craft(), preset.craft);
+            assert_eq!(CraftDescription::of_preset(preset.name).craft(), preset.craft);
         }
     }
 
@@ -246,20 +397,85 @@ mod tests {
     }
 
     #[test]
+    fn an_unknown_preset_is_answered_with_the_names_there_are() {
+        let faults = faults(&CraftDescription::of_preset("titanic"));
+        let [(field, InvalidReason::UnknownPreset { given, known })] = &faults[..] else {
+            panic!("{faults:?}");
+        };
+        assert_eq!((field.as_str(), given.as_str()), ("craft/preset", "titanic"));
+        assert!(known.contains(&"medusa"));
+    }
+
+    #[test]
+    fn a_heading_loop_has_a_time_constant_or_a_natural_frequency_with_its_damping() {
+        for right in [
+            heading_loop(Some(1.0), None, None),
+            heading_loop(None, Some(1.0), Some(1.0)),
+        ] {
+            assert_eq!(right.faults(), []);
+        }
+        for (wrong, member, is_missing) in [
+            (
+                heading_loop(Some(1.0), Some(1.0), Some(1.0)),
+                "time_constant_s",
+                false,
+            ),
+            (heading_loop(Some(1.0), None, Some(1.0)), "time_constant_s", false),
+            (
+                heading_loop(None, None, Some(1.0)),
+                "natural_frequency_radps",
+                true,
+            ),
+            (heading_loop(None, Some(1.0), None), "damping", true),
+        ] {
+            let [(field, reason)] = &faults(&wrong)[..] else {
+                panic!("{wrong:?}");
+            };
+            assert_eq!(*field, format!("craft/heading_loop/{member}"));
+            assert_eq!(matches!(reason, InvalidReason::Incomplete { .. }), is_missing);
+        }
+    }
+
+    #[test]
+    fn that_a_loop_does_not_integrate_is_said_and_not_left_out() {
+        let said = |integrates, integral_time_s| CraftDescription {
+            surge_loop: SurgeLoop {
+                integrates,
+                integral_time_s,
+                ..SurgeLoop::default()
+            },
+            ..CraftDescription::of_preset("medusa")
+        };
+        let time = |craft: &CraftDescription| craft.craft().surge.integral_time;
+        assert_eq!(time(&said(Some(false), None)), None);
+        assert_eq!(time(&said(None, None)), Craft::MEDUSA.surge.integral_time);
+        assert_eq!(time(&said(Some(true), Some(9.0))), Some(9.0));
+        for contradiction in [said(Some(false), Some(9.0)), said(Some(true), None)] {
+            assert_eq!(faults(&contradiction)[0].0, "craft/surge_loop/integral_time_s");
+        }
+    }
+
+    #[test]
     fn every_number_beyond_its_range_is_named_with_the_range() {
         let wrong = CraftDescription {
-            heading_dynamics: Some(HeadingDynamics::FirstOrder { time_constant: -0.1 }),
-            heading_delay: Some(10.5),
-            surge_time_constant: Some(f64::NAN),
-            integrator: Some(Integrator::Gathers { time: 0.4 }),
-            power: Some(PropulsionPower {
-                linear: -1.0,
-                cubic: 30.0,
+            heading_loop: HeadingLoop {
+                time_constant_s: Some(-0.1),
+                delay_s: Some(10.5),
+                ..HeadingLoop::default()
+            },
+            surge_loop: SurgeLoop {
+                time_constant_s: Some(f64::NAN),
+                integral_time_s: Some(0.4),
+                ..SurgeLoop::default()
+            },
+            power: Some(Power {
+                linear_w_per_mps: -1.0,
+                cubic_w_per_mps3: 30.0,
             }),
             ..CraftDescription::default()
         };
-        let faults = wrong.faults();
-        let fields: Vec<_> = faults.iter().map(|fault| fault.field.as_str()).collect();
+        let faults = faults(&wrong);
+        let fields: Vec<_> = faults.iter().map(|(field, _)| field.as_str()).collect();
         let expected = [
             "craft/heading_loop/time_constant_s",
             "craft/heading_loop/delay_s",
@@ -269,7 +485,7 @@ mod tests {
         ];
         assert_eq!(fields, expected);
         assert_eq!(
-            faults[0].reason,
+            faults[0].1,
             InvalidReason::OutOfRange {
                 given: -0.1,
                 least: 0.0,

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::craft::{
+    effect::Effect,
     monitor::{Monitor, Realised},
     prior::Gaussian,
 };
@@ -17,7 +18,7 @@ pub(crate) const EVIDENCE_MAX: f64 = 10.0;
 pub(crate) const VARIANCE_MAX: f64 = 100.0;
 
 /// Relative standard deviation of a loop's lag about that of the delay and the first-order lag that come nearest to it.
-/// See `docs/tuning.md#learning-the-craft`.
+/// See `docs/rationale.md#learning-the-craft`.
 const LAG_MODEL_ERROR: f64 = 0.15;
 
 /// What is known of the craft's loops: from what was declared, and from how it answered. Hand it back, and the next answer
@@ -53,6 +54,10 @@ pub struct CraftEstimate {
     pub position: Vector2<f64>,
     /// Whether the craft does what is predicted.
     pub monitor: Monitor,
+    /// Whether heading references have an effect.
+    pub heading_effect: Effect,
+    /// Whether speed references have an effect.
+    pub speed_effect: Effect,
     /// How near the planner and the law kept it to its goal.
     pub realised: Realised,
 }

@@ -19,8 +19,9 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::{
     craft::{
-        closed_loop::HeadingHeld,
-        covariance::{propagated, symmetric},
+        closed_loop::HeadingReference,
+        covariance::{propagated, sound},
+        effect::{self, Effect},
         estimate::CraftEstimate,
         model::CraftModel,
         monitor::{Monitor, Realised},
@@ -29,7 +30,7 @@ use crate::{
     },
     facts::{
         angle::{ned_from_body, wrap},
-        asc::{AscState, Limits},
+        asc::{Asc, Limits},
         ranges::CURRENT_MAX,
     },
 };
@@ -62,7 +63,7 @@ const SPEED_NOISE: f64 = 0.03;
 const SPEED_WALK: f64 = 0.01;
 
 /// How a surge disturbance wanders, m/s²/√s: between following what a delay leaves and following a wound-up integrator
-/// late; see `docs/tuning.md#learning-the-craft`.
+/// late; see `docs/rationale.md#learning-the-craft`.
 const DISTURBANCE_WALK: f64 = 0.002;
 
 /// Standard deviation of a disturbance of which nothing is known, m/s².
@@ -92,12 +93,6 @@ const OFFSET_WALK: f64 = 0.004;
 /// Farthest that a heading is taken to stay off its reference, rad.
 const OFFSET_MAX: f64 = 0.8;
 
-/// Deviations by which a time constant may turn out other than declared.
-const PRIOR_DEVIATIONS: f64 = 4.0;
-
-/// The least of the same, as a logarithm: a factor of 2.2.
-const LOG_TIME_SPREAD_MIN: f64 = 0.8;
-
 /// Farthest that a filtered speed may be from a measured one, m/s.
 const FILTERED_SPEED_ERROR_MAX: f64 = 2.0;
 
@@ -110,6 +105,12 @@ const SPEED_JUMP: f64 = 10.0;
 /// Largest crab angle that the heading of a craft that holds its course is allowed, rad.
 const CRAB_MAX: f64 = 1.0;
 
+/// Turn of late that took thrust which the speed lacks, rad.
+const HARD_TURN: f64 = 0.35;
+
+/// Largest turn of which the sense is clear, rad: a plan's references are no more than 2.6 rad from the bow.
+const CLEAR_TURN_MAX: f64 = 2.7;
+
 /// Slower than this, m/s, a drift angle says nothing.
 pub(super) const SPEED_WITH_DRIFT: f64 = 0.15;
 
@@ -117,7 +118,7 @@ pub(super) const SPEED_WITH_DRIFT: f64 = 0.15;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CraftObservation<'a> {
     /// The craft now.
-    pub(crate) asc: &'a AscState,
+    pub(crate) asc: &'a Asc,
     /// What the operator allows.
     pub(crate) limits: &'a Limits,
     /// Current (north, east) as the client declares it, m/s.
@@ -152,7 +153,7 @@ impl CraftEstimate {
         if !(0.0..=INTERVAL_MAX).contains(&asked.elapsed) {
             return start();
         }
-        let jump = (before.position - observation.asc.position).norm();
+        let jump = (before.position - observation.asc.position()).norm();
         if jump > POSITION_JUMP + SPEED_JUMP * asked.elapsed {
             return start();
         }
@@ -162,18 +163,18 @@ impl CraftEstimate {
     fn start(observation: &CraftObservation<'_>, prior: &Prior) -> Self {
         let asc = observation.asc;
         Self {
-            heading: Vector3::new(asc.heading.radians(), prior.heading_lag.mean, 0.0),
+            heading: Vector3::new(asc.heading().radians(), prior.heading_lag.mean, 0.0),
             heading_covariance: Matrix3::from_diagonal(&Vector3::new(
                 HEADING_NOISE * HEADING_NOISE,
                 prior.heading_lag.variance,
                 OFFSET_SIGMA * OFFSET_SIGMA,
             )),
             delays: prior.delays(),
-            followed_heading: asc.heading.radians(),
-            followed_speed: asc.surge,
-            followed_command: Vector2::new(asc.heading.radians(), asc.surge),
+            followed_heading: asc.heading().radians(),
+            followed_speed: asc.speed_mps,
+            followed_command: Vector2::new(asc.heading().radians(), asc.speed_mps),
             evidence: Vector2::zeros(),
-            surge: Vector3::new(asc.surge, prior.surge_lag.mean, 0.0),
+            surge: Vector3::new(asc.speed_mps, prior.surge_lag.mean, 0.0),
             surge_covariance: Matrix3::from_diagonal(&Vector3::new(
                 SPEED_NOISE * SPEED_NOISE,
                 prior.surge_lag.variance,
@@ -182,8 +183,10 @@ impl CraftEstimate {
             drift: prior.drift,
             current: Vector2::zeros(),
             current_variance: CURRENT_SIGMA * CURRENT_SIGMA,
-            position: asc.position,
+            position: asc.position(),
             monitor: Monitor::new(asc),
+            heading_effect: Effect::new(asc.heading().radians()),
+            speed_effect: Effect::new(asc.speed_mps),
             realised: Realised::START,
         }
     }
@@ -192,29 +195,73 @@ impl CraftEstimate {
     fn after(&self, observation: &CraftObservation<'_>, prior: &Prior, asked: PastReference) -> Self {
         let craft = CraftModel::new(&prior.craft, observation.limits);
         let mut next = *self;
-        next.position = observation.asc.position;
+        next.position = observation.asc.position();
         next.delays = prior.delays();
         if asked.elapsed < INTERVAL_MIN {
             return next;
         }
         next.forget(prior, asked.elapsed);
         next.update_mode_evidence(observation, prior, &craft, asked);
-        next.learn_heading(observation.asc.heading.radians(), &craft, asked, prior);
-        next.learn_surge(observation.asc.surge, &craft, asked, prior);
+        next.learn_heading(observation.asc.heading().radians(), &craft, asked, prior);
+        next.learn_surge(observation.asc.speed_mps, &craft, asked, prior);
+        next.look_for_effects(observation.asc, &prior.slowest(observation.limits), asked.elapsed);
+        next.unlearn_faults(observation, prior);
         next.learn_drift(observation, prior, asked);
         next.learn_current(observation, &self.position, asked);
         let expected = next.monitored(prior, &craft);
         let crab = match next.modes(prior).0 {
-            HeadingHeld::Course => {
-                (observation.current.norm() / observation.asc.surge.max(SPEED_WITH_DRIFT)).min(CRAB_MAX)
+            HeadingReference::Course => {
+                (observation.current.norm() / observation.asc.speed_mps.max(SPEED_WITH_DRIFT)).min(CRAB_MAX)
             }
-            HeadingHeld::Heading => 0.0,
+            HeadingReference::Heading => 0.0,
         };
         let asked_for = (asked.heading, asked.speed);
         next.monitor = self
             .monitor
             .after(observation.asc, &expected, crab, asked_for, asked.elapsed);
+        next.monitor.alarm |= next.heading_effect.is_missing() || next.speed_effect.is_missing();
         next
+    }
+
+    /// Compares what the craft did with what the `slowest` does that is believed.
+    fn look_for_effects(&mut self, asc: &Asc, slowest: &CraftModel, elapsed: f64) {
+        let (heading, speed) = (self.followed_heading, self.followed_speed);
+        let seen = asc.heading().radians();
+        let (turned, faster) = (|a: f64, b: f64| wrap(a - b), |a: f64, b: f64| a - b);
+        self.heading_effect = if CLEAR_TURN_MAX < turned(heading, seen).abs() {
+            // It may turn either way.
+            self.heading_effect.anew(seen)
+        } else if asc.speed_mps < slowest.limits.speed_min {
+            // Without way a rudder does nothing.
+            self.heading_effect.paused(seen, turned)
+        } else {
+            let response = |from| {
+                let rate_max = slowest.limits.turn_rate_max;
+                wrap(from + heading_change(wrap(heading - from), slowest.heading_time, rate_max, elapsed))
+            };
+            let difference = |a, b| wrap(a - b);
+            self.heading_effect
+                .after((heading, seen), effect::HEADING, elapsed, difference, response)
+        };
+        // In a hard turn thrusters serve the turn first. One that does nothing does not turn.
+        self.speed_effect = if HARD_TURN < self.heading_effect.seen_change.abs() {
+            self.speed_effect.paused(asc.speed_mps, faster)
+        } else {
+            let response = |from| surge_after(from, 0.0, speed, slowest, elapsed).0;
+            self.speed_effect
+                .after((speed, asc.speed_mps), effect::SPEED, elapsed, faster, response)
+        };
+    }
+
+    /// A loop whose references have no effect teaches nothing: it is as expected once it works again.
+    fn unlearn_faults(&mut self, observation: &CraftObservation<'_>, prior: &Prior) {
+        let start = Self::start(observation, prior);
+        if self.heading_effect.is_missing() {
+            (self.heading, self.heading_covariance) = (start.heading, start.heading_covariance);
+        }
+        if self.speed_effect.is_missing() {
+            (self.surge, self.surge_covariance) = (start.surge, start.surge_covariance);
+        }
     }
 
     /// The craft that the monitor compares with: as it is declared, else as it is learnt.
@@ -265,7 +312,7 @@ impl CraftEstimate {
             bounded_log_time(state.y, &prior.heading_lag),
             state.z.clamp(-OFFSET_MAX, OFFSET_MAX),
         );
-        self.heading_covariance = symmetric(&(covariance - gain * covariance.row(0)));
+        self.heading_covariance = sound(&(covariance - gain * covariance.row(0)));
     }
 
     fn learn_surge(&mut self, measured: f64, craft: &CraftModel, asked: PastReference, prior: &Prior) {
@@ -298,23 +345,23 @@ impl CraftEstimate {
             bounded_log_time(state.y, &prior.surge_lag),
             state.z.clamp(-bias_most, bias_most),
         );
-        self.surge_covariance = symmetric(&(covariance - gain * covariance.row(0)));
+        self.surge_covariance = sound(&(covariance - gain * covariance.row(0)));
     }
 
     /// Sway as measured; where it is not, as the velocity over ground across the bow says, less a known current.
     fn learn_drift(&mut self, observation: &CraftObservation<'_>, prior: &Prior, asked: PastReference) {
         let asc = observation.asc;
         let across = || {
-            let through_water = asc.ground_velocity? - observation.declared_current?;
-            Some((ned_from_body(asc.heading.radians()).transpose() * through_water).y)
+            let through_water = asc.ground_velocity()? - observation.declared_current?;
+            Some((ned_from_body(asc.heading().radians()).transpose() * through_water).y)
         };
         let Some(sway) = measured_sway(asc)
             .or_else(across)
-            .filter(|_| asc.surge.abs() > SPEED_WITH_DRIFT)
+            .filter(|_| asc.speed_mps.abs() > SPEED_WITH_DRIFT)
         else {
             return;
         };
-        let slope = -asc.surge * asc.yaw_rate;
+        let slope = -asc.speed_mps * asc.yaw_rate_radps;
         // A reading a second is no independent one: drift errors last as long as a wave.
         let noise = SWAY_NOISE * SWAY_NOISE / asked.elapsed.min(1.0);
         let variance = slope * slope * self.drift.variance + noise;
@@ -334,11 +381,11 @@ impl CraftEstimate {
         asked: PastReference,
     ) {
         let asc = observation.asc;
-        let over_ground = (asc.position - before) / asked.elapsed;
-        let sway = measured_sway(asc).unwrap_or(-self.drift.mean * asc.surge * asc.yaw_rate);
+        let over_ground = (asc.position() - before) / asked.elapsed;
+        let sway = measured_sway(asc).unwrap_or(-self.drift.mean * asc.speed_mps * asc.yaw_rate_radps);
         // The mean heading and speed of the interval: both ends as measured and as filtered then.
-        let psi = asc.heading.radians() - 0.5 * asc.yaw_rate * asked.elapsed;
-        let seen = over_ground - ned_from_body(psi) * Vector2::new(asc.surge, sway);
+        let psi = asc.heading().radians() - 0.5 * asc.yaw_rate_radps * asked.elapsed;
+        let seen = over_ground - ned_from_body(psi) * Vector2::new(asc.speed_mps, sway);
         let variance = self.current_variance + CURRENT_WALK * CURRENT_WALK * asked.elapsed;
         // Errors of two positions after one another cancel over time; taken for independent, they are overrated.
         let noise = 2.0 * (POSITION_NOISE / asked.elapsed).powi(2);
@@ -350,8 +397,8 @@ impl CraftEstimate {
 }
 
 /// Sway through the water, m/s. No sensor reads exactly 0: that stands for one that is left out.
-fn measured_sway(asc: &AscState) -> Option<f64> {
-    (asc.sway != 0.0).then_some(asc.sway)
+fn measured_sway(asc: &Asc) -> Option<f64> {
+    (asc.sway_mps != 0.0).then_some(asc.sway_mps)
 }
 
 /// The share of a step of the reference that a lag of `delay` goes in `elapsed`.
@@ -365,9 +412,6 @@ pub(super) fn behind(delay: f64, elapsed: f64) -> f64 {
 
 /// A time constant's logarithm, no farther from its prior than that may be wrong.
 fn bounded_log_time(log_time: f64, prior: &Gaussian) -> f64 {
-    let most = (PRIOR_DEVIATIONS * prior.variance.sqrt()).max(LOG_TIME_SPREAD_MIN);
     let (least, largest) = TIME_CONSTANT.into_inner();
-    log_time
-        .clamp(prior.mean - most, prior.mean + most)
-        .clamp(least.ln(), largest.ln())
+    prior.bounded(log_time).clamp(least.ln(), largest.ln())
 }

@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::{
-    craft::{closed_loop::HeadingHeld, estimate::CraftEstimate, model::CraftModel, prior::Prior},
+    craft::{closed_loop::HeadingReference, estimate::CraftEstimate, model::CraftModel, prior::Prior},
     facts::asc::Limits,
 };
 
@@ -12,6 +12,10 @@ const COURSE_SPEED_RATIO: f64 = 1.4;
 
 /// The most of its fastest speed that this may be.
 const COURSE_SPEED_SHARE: f64 = 0.6;
+
+/// Part of its rates that a loop is planned with whose references have no effect: what a craft has left that half obeys, and
+/// enough to see whether it does again.
+const EFFECT_LEFT: f64 = 0.5;
 
 impl CraftModel {
     /// What is known of the craft by now; of one that does not follow, a slower one than that.
@@ -31,17 +35,24 @@ impl CraftModel {
             surge_disturbance: estimate.surge.z,
             ..declared
         };
-        if estimate.monitor.alarm {
+        let mut model = if estimate.monitor.alarm {
             learnt.cautious()
         } else {
             learnt
+        };
+        if estimate.heading_effect.is_missing() {
+            model.limits.turn_rate_max = EFFECT_LEFT * learnt.limits.turn_rate_max;
         }
-        .with_bounded_disturbance()
+        if estimate.speed_effect.is_missing() {
+            model.limits.acceleration_max = EFFECT_LEFT * learnt.limits.acceleration_max;
+            model.limits.deceleration_max = EFFECT_LEFT * learnt.limits.deceleration_max;
+        }
+        model.with_bounded_disturbance()
     }
 
     /// A craft whose loop holds a course has none where the current is faster than itself: its least speed is above that.
     fn steerable(self, prior: &Prior, estimate: &CraftEstimate, current: &Vector2<f64>) -> Self {
-        let (HeadingHeld::Course, _) = estimate.modes(prior) else {
+        let (HeadingReference::Course, _) = estimate.modes(prior) else {
             return self;
         };
         let limits = self.limits;

@@ -6,21 +6,43 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::{
     craft::{
+        effect::{self, Effect},
         estimate::{CraftEstimate, EVIDENCE_MAX, VARIANCE_MAX},
-        monitor::{Monitor, Realised},
+        monitor::{Monitor, Realised, SINCE_MAX},
         prior::Gaussian,
     },
-    facts::ranges::CURRENT_MAX,
+    facts::{previous_plan::PreviousPlan, ranges::CURRENT_MAX},
 };
 
 /// How many numbers a [`CraftEstimate`] is.
-pub const MEMORY_LENGTH: usize = 43;
+pub const MEMORY_LENGTH: usize = 53;
+
+/// As many as an answer gave that did not look for effects of references: they are looked for from now on.
+const MEMORY_LENGTH_WITHOUT_EFFECTS: usize = 43;
 
 /// Largest drift in a turn that may be declared, s, and its variance where that is twice as uncertain: memories begin with it.
 const DRIFT_DECLARED_MAX: f64 = 20.0;
 
 /// As above, s².
 const DRIFT_VARIANCE_MAX: f64 = 4.0 * DRIFT_DECLARED_MAX * DRIFT_DECLARED_MAX;
+
+/// By how much an eigenvalue may be negative through rounding, relative to the largest element.
+const COVARIANCE_ROUNDING: f64 = 1.0e-9;
+
+impl PreviousPlan {
+    /// Whether it has a memory of the craft that cannot be used.
+    #[must_use]
+    pub fn has_unusable_memory(&self) -> bool {
+        let memory = self.craft_estimate.as_ref().map(|craft| craft.memory.as_slice());
+        memory.is_some_and(|memory| !memory.is_empty() && CraftEstimate::from_memory(memory).is_none())
+    }
+
+    /// Its estimate of the craft; none if the memory cannot be used.
+    #[must_use]
+    pub fn craft(&self) -> Option<CraftEstimate> {
+        CraftEstimate::from_memory(&self.craft_estimate.as_ref()?.memory)
+    }
+}
 
 impl CraftEstimate {
     /// All its numbers, in an order that only [`Self::from_memory`] knows.
@@ -49,21 +71,26 @@ impl CraftEstimate {
                 self.position.y,
             ])
             .chain(self.monitor.memory())
-            .chain(self.realised.memory());
+            .chain(self.realised.memory())
+            .chain(self.heading_effect.memory())
+            .chain(self.speed_effect.memory());
         for (place, number) in memory.iter_mut().zip(numbers) {
             *place = number;
         }
         memory
     }
 
-    /// What [`Self::memory`] gave; none where it is not whole, or a number is out of the range that it can have.
+    /// The estimate of which `memory` is [`Self::memory`]; none if a number is missing or outside its range, or a
+    /// covariance has a negative eigenvalue.
     #[must_use]
     pub fn from_memory(memory: &[f64]) -> Option<Self> {
-        let numbers: &[f64; MEMORY_LENGTH] = memory.try_into().ok()?;
-        let mut left = numbers.iter().copied();
+        if ![MEMORY_LENGTH_WITHOUT_EFFECTS, MEMORY_LENGTH].contains(&memory.len()) {
+            return None;
+        }
+        let mut left = memory.iter().copied();
         let mut take = |range: RangeInclusive<f64>| left.next().filter(|number| range.contains(number));
         let (angle, speed) = (-4.0..=4.0, -40.0..=40.0);
-        let log_time = -6.0..=6.0;
+        let log_time = -7.0..=7.0;
         let heading = Vector3::new(
             take(angle.clone())?,
             take(log_time.clone())?,
@@ -72,12 +99,12 @@ impl CraftEstimate {
         let heading_covariance = covariance([(); 6].map(|()| take(-VARIANCE_MAX..=VARIANCE_MAX)))?;
         let surge = Vector3::new(take(speed.clone())?, take(log_time)?, take(-20.0..=20.0)?);
         let surge_covariance = covariance([(); 6].map(|()| take(-VARIANCE_MAX..=VARIANCE_MAX)))?;
-        let estimate = Self {
+        let mut estimate = Self {
             heading,
             heading_covariance,
             surge,
             surge_covariance,
-            delays: Vector2::new(take(0.0..=100.0)?, take(0.0..=100.0)?),
+            delays: Vector2::new(take(0.0..=1.0e3)?, take(0.0..=1.0e3)?),
             followed_heading: take(angle.clone())?,
             followed_speed: take(speed.clone())?,
             followed_command: Vector2::new(take(angle.clone())?, take(speed.clone())?),
@@ -107,9 +134,24 @@ impl CraftEstimate {
                 planner: take(0.0..=1.0e9)?,
                 law: take(0.0..=1.0e9)?,
                 law_steers: take(0.0..=1.0)? > 0.5,
-                since: take(0.0..=1.0e12)?,
+                since: take(0.0..=SINCE_MAX)?,
             },
+            heading_effect: Effect::new(heading.x),
+            speed_effect: Effect::new(surge.x),
         };
+        if memory.len() == MEMORY_LENGTH {
+            let mut effect = |state: RangeInclusive<f64>, change: RangeInclusive<f64>| {
+                Some(Effect {
+                    expected: take(state.clone())?,
+                    seen: take(state)?,
+                    expected_change: take(change.clone())?,
+                    seen_change: take(change)?,
+                    evidence: take(0.0..=effect::EVIDENCE_MAX)?,
+                })
+            };
+            estimate.heading_effect = effect(-4.0..=4.0, -1.0e4..=1.0e4)?;
+            estimate.speed_effect = effect(-1.0e3..=1.0e3, -1.0e4..=1.0e4)?;
+        }
         Some(estimate)
     }
 }
@@ -123,10 +165,11 @@ fn upper(matrix: &Matrix3<f64>) -> impl Iterator<Item = f64> {
     [m.m11, m.m12, m.m13, m.m22, m.m23, m.m33].into_iter()
 }
 
-/// The matrix of an upper triangle, where it can be a covariance.
-fn covariance([m11, m12, m13, m22, m23, m33]: [Option<f64>; 6]) -> Option<Matrix3<f64>> {
+/// The matrix of an upper triangle, if it is a covariance: symmetric, no eigenvalue negative but by rounding.
+fn covariance(upper: [Option<f64>; 6]) -> Option<Matrix3<f64>> {
+    let [m11, m12, m13, m22, m23, m33] = upper;
     let (m11, m12, m13, m22, m23, m33) = (m11?, m12?, m13?, m22?, m23?, m33?);
-    let is_one = |a: f64, b: f64, ab: f64| a >= 0.0 && b >= 0.0 && ab * ab <= 2.0 * a * b + 1.0e-6;
-    let plausible = is_one(m11, m22, m12) && is_one(m11, m33, m13) && is_one(m22, m33, m23);
-    plausible.then(|| Matrix3::new(m11, m12, m13, m12, m22, m23, m13, m23, m33))
+    let matrix = Matrix3::new(m11, m12, m13, m12, m22, m23, m13, m23, m33);
+    let rounding = COVARIANCE_ROUNDING * matrix.amax();
+    (-rounding <= matrix.symmetric_eigenvalues().min()).then_some(matrix)
 }

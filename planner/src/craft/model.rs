@@ -1,7 +1,7 @@
 //! What the planner takes the surface craft for: the numbers that its response model is made of.
 
 use crate::{
-    craft::closed_loop::{Craft, PropulsionPower},
+    craft::closed_loop::{Craft, Power},
     facts::asc::Limits,
 };
 
@@ -42,7 +42,7 @@ pub struct CraftModel {
     /// Sway per surge and yaw rate k_β, s.
     pub sway_per_yaw_rate: f64,
     /// Propulsion power.
-    pub power: PropulsionPower,
+    pub power: Power,
 }
 
 impl CraftModel {
@@ -82,7 +82,7 @@ impl CraftModel {
         }
     }
 
-    /// A craft that is slower to turn and to gather way.
+    /// A craft that turns and accelerates more slowly.
     pub(super) fn cautious(self) -> Self {
         let limits = self.limits;
         Self {

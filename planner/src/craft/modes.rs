@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 
 use crate::{
     craft::{
-        closed_loop::{HeadingHeld, SpeedHeld},
+        closed_loop::{HeadingReference, SpeedReference},
         estimate::{CraftEstimate, EVIDENCE_MAX},
         learn_by_ekf::{CraftObservation, OFFSET_SIGMA, PastReference, SPEED_WITH_DRIFT, behind},
         model::CraftModel,
@@ -25,16 +25,16 @@ const EVIDENCE_ENOUGH: f64 = 4.0;
 impl CraftEstimate {
     /// What the loops hold: as declared, else as the evidence says.
     #[must_use]
-    pub fn modes(&self, prior: &Prior) -> (HeadingHeld, SpeedHeld) {
+    pub fn modes(&self, prior: &Prior) -> (HeadingReference, SpeedReference) {
         let heading = match prior.heading_held {
             Some(held) => held,
-            None if EVIDENCE_ENOUGH < self.evidence.x => HeadingHeld::Course,
-            None => HeadingHeld::Heading,
+            None if EVIDENCE_ENOUGH < self.evidence.x => HeadingReference::Course,
+            None => HeadingReference::Heading,
         };
         let speed = match prior.speed_held {
             Some(held) => held,
-            None if EVIDENCE_ENOUGH < self.evidence.y => SpeedHeld::OverGround,
-            None => SpeedHeld::ThroughWater,
+            None if EVIDENCE_ENOUGH < self.evidence.y => SpeedReference::OverGround,
+            None => SpeedReference::ThroughWater,
         };
         (heading, speed)
     }
@@ -60,14 +60,14 @@ impl CraftEstimate {
                 .or_else(|| self.current_from_positions())?;
             Some(asc.water_velocity() + current)
         };
-        let ground = asc.ground_velocity.or_else(drifting);
+        let ground = asc.ground_velocity().or_else(drifting);
         let Some(ground) = ground.filter(|ground| ground.norm() > SPEED_WITH_DRIFT) else {
             return;
         };
-        let heading = wrap(self.followed_command.x - asc.heading.radians());
+        let heading = wrap(self.followed_command.x - asc.heading().radians());
         let course = wrap(self.followed_command.x - angle_of(&ground));
-        let speed = self.followed_command.y - asc.surge;
-        let over_ground = self.followed_command.y - ground.dot(&asc.heading.unit());
+        let speed = self.followed_command.y - asc.speed_mps;
+        let over_ground = self.followed_command.y - ground.dot(&asc.heading().unit());
         let before = self.modes(prior);
         let gain = Vector2::new(
             (heading * heading - course * course) / (2.0 * MODE_HEADING_SIGMA * MODE_HEADING_SIGMA),

@@ -6,14 +6,14 @@
 //! ```
 //! A prediction that is corrected this slowly gathers over seconds what a lag, a lost thruster or a stuck rudder does to
 //! each of them; one step ahead they cannot be distinguished from waves. The alarm is raised above one threshold and withdrawn below
-//! another. Its false alarms and delays are measured over whole missions, see `docs/strangers.md`.
+//! another. Its false alarms and delays are measured over whole missions, see `docs/evidence.md#random-craft`.
 
 use crate::{
     craft::{
         model::CraftModel,
         one_step::{heading_change, surge_after},
     },
-    facts::{angle::wrap, asc::AscState},
+    facts::{angle::wrap, asc::Asc},
 };
 
 /// Time in which the predicted heading is led back to the measured one, s.
@@ -73,10 +73,10 @@ impl Monitor {
 
     /// A monitor of a craft that has done nothing yet.
     #[must_use]
-    pub(crate) fn new(asc: &AscState) -> Self {
+    pub(crate) fn new(asc: &Asc) -> Self {
         Self {
-            heading: asc.heading.radians(),
-            speed: asc.surge,
+            heading: asc.heading().radians(),
+            speed: asc.speed_mps,
             statistic: 0.0,
             alarm: false,
             heading_error: 0.0,
@@ -89,7 +89,7 @@ impl Monitor {
     #[must_use]
     pub(crate) fn after(
         &self,
-        asc: &AscState,
+        asc: &Asc,
         craft: &CraftModel,
         crab: f64,
         (heading, speed): (f64, f64),
@@ -99,8 +99,8 @@ impl Monitor {
         let turned = heading_change(error, craft.heading_time, craft.limits.turn_rate_max, elapsed);
         let expected_heading = self.heading + turned;
         let (expected_speed, _) = surge_after(self.speed, craft.surge_disturbance, speed, craft, elapsed);
-        let heading_error = wrap(asc.heading.radians() - expected_heading);
-        let speed_error = asc.surge - expected_speed;
+        let heading_error = wrap(asc.heading().radians() - expected_heading);
+        let speed_error = asc.speed_mps - expected_speed;
         let share = |time: f64| 1.0 - (-elapsed / time).exp();
         let square = (heading_error / HEADING_SIGMA.hypot(CRAB_ERROR * crab))
             .abs()
@@ -163,7 +163,7 @@ impl Realised {
     #[must_use]
     pub fn after(&self, distance: f64, elapsed: f64, alarm: bool) -> Self {
         let mut next = *self;
-        next.since += elapsed;
+        next.since = (next.since + elapsed).min(SINCE_MAX);
         let steering = if self.law_steers {
             &mut next.law
         } else {
@@ -195,6 +195,9 @@ impl Realised {
 
 /// Time for which one steers at least while the craft does not follow, s.
 const TRIAL_TIME: f64 = 60.0;
+
+/// Longest time that is counted, s.
+pub(super) const SINCE_MAX: f64 = 1.0e12;
 
 /// Time over which a realised distance is averaged, s.
 const REALISED_TIME: f64 = 30.0;

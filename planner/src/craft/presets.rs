@@ -1,7 +1,7 @@
 //! Craft that are known by name: the only place in the planner with numbers of a vessel.
 
 use crate::craft::closed_loop::{
-    Craft, HeadingDynamics, HeadingHeld, HeadingResponse, PropulsionPower, SpeedHeld, SurgeResponse,
+    Craft, HeadingDynamics, HeadingReference, HeadingResponse, Power, SpeedReference, SurgeResponse,
 };
 
 impl Craft {
@@ -28,12 +28,12 @@ impl Craft {
             integral_time: Some(26.0 / 3.0),
         },
         sway_per_yaw_rate: 50.0 / 55.1,
-        power: PropulsionPower {
-            linear: 0.0,
-            cubic: 27.5,
+        power: Power {
+            linear_w_per_mps: 0.0,
+            cubic_w_per_mps3: 27.5,
         },
-        speed_held: SpeedHeld::ThroughWater,
-        heading_held: HeadingHeld::Heading,
+        speed_held: SpeedReference::ThroughWater,
+        heading_held: HeadingReference::Heading,
     };
 
     /// Maritime Robotics Otter, 80 kg, drag feed-forward on.
@@ -59,15 +59,15 @@ impl Craft {
             integral_time: Some(44.5 / 5.1),
         },
         sway_per_yaw_rate: 80.0 / 162.5,
-        power: PropulsionPower {
-            linear: 51.7,
-            cubic: 25.9,
+        power: Power {
+            linear_w_per_mps: 51.7,
+            cubic_w_per_mps3: 25.9,
         },
-        speed_held: SpeedHeld::ThroughWater,
-        heading_held: HeadingHeld::Heading,
+        speed_held: SpeedReference::ThroughWater,
+        heading_held: HeadingReference::Heading,
     };
 
-    /// What a craft without a description is taken for: slower to turn and to gather way than most small craft, so that a
+    /// The craft that is assumed without a description: it turns and accelerates more slowly than most small craft, so that a
     /// plan asks for less than it can do until it is learnt.
     ///
     /// Source: chosen inside the range of the small craft that the simulator generates (heading lags of 0.5 to 8 s,
@@ -86,12 +86,12 @@ impl Craft {
             integral_time: None,
         },
         sway_per_yaw_rate: 0.8,
-        power: PropulsionPower {
-            linear: 0.0,
-            cubic: 40.0,
+        power: Power {
+            linear_w_per_mps: 0.0,
+            cubic_w_per_mps3: 40.0,
         },
-        speed_held: SpeedHeld::ThroughWater,
-        heading_held: HeadingHeld::Heading,
+        speed_held: SpeedReference::ThroughWater,
+        heading_held: HeadingReference::Heading,
     };
 }
 

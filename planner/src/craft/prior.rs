@@ -2,9 +2,13 @@
 
 use nalgebra::Vector2;
 
-use crate::craft::{
-    closed_loop::{Craft, HeadingHeld, SpeedHeld},
-    description::CraftDescription,
+use crate::{
+    craft::{
+        closed_loop::{Craft, HeadingReference, SpeedReference},
+        description::CraftDescription,
+        model::CraftModel,
+    },
+    facts::asc::Limits,
 };
 
 /// A number that is known to within a standard deviation.
@@ -14,6 +18,22 @@ pub struct Gaussian {
     pub mean: f64,
     /// Its variance.
     pub variance: f64,
+}
+
+impl Gaussian {
+    /// The largest logarithm of a lag that is believed where this is what was expected of it.
+    pub(crate) fn largest(&self) -> f64 {
+        self.mean + self.most()
+    }
+
+    /// `log_lag`, no farther from what was expected than is believed.
+    pub(crate) fn bounded(&self, log_lag: f64) -> f64 {
+        log_lag.clamp(self.mean - self.most(), self.largest())
+    }
+
+    fn most(&self) -> f64 {
+        (LAG_DEVIATIONS * self.variance.sqrt()).max(LOG_LAG_SPREAD_MIN)
+    }
 }
 
 /// Relative standard deviation of what a client says of its craft, where it does not say.
@@ -27,6 +47,19 @@ const DEFAULT_DRIFT_SIGMA: f64 = 0.7;
 
 /// Smallest standard deviation of a drift in turns, s.
 const DRIFT_SIGMA_MIN: f64 = 0.05;
+
+/// By how many standard deviations a time constant may turn out other than expected: an undeclared one by a factor of 4.
+/// Beyond that the craft has a fault, and not another parameter.
+const LAG_DEVIATIONS: f64 = 2.0;
+
+/// The least of the same, as a logarithm: a factor of 2.2 for a declared one.
+const LOG_LAG_SPREAD_MIN: f64 = 0.8;
+
+/// Part of its declared rates that the slowest craft has which is believed.
+const SLOWEST_RATE_DECLARED: f64 = 0.7;
+
+/// The same of rates that are not declared.
+const SLOWEST_RATE: f64 = 0.5;
 
 /// Shortest lag whose logarithm is taken, s.
 const LAG_MIN: f64 = 0.2;
@@ -43,9 +76,9 @@ pub struct Prior {
     /// Sway per surge and yaw rate, s.
     pub drift: Gaussian,
     /// What the heading loop holds, where that is declared.
-    pub heading_held: Option<HeadingHeld>,
+    pub heading_held: Option<HeadingReference>,
     /// What the speed loop holds, where that is declared.
-    pub speed_held: Option<SpeedHeld>,
+    pub speed_held: Option<SpeedReference>,
     /// Whether the heading loop is declared.
     pub heading_declared: bool,
     /// Whether the speed loop is declared.
@@ -57,21 +90,41 @@ impl Prior {
     pub(crate) fn delays(&self) -> Vector2<f64> {
         Vector2::new(self.craft.heading.effective_delay(), self.craft.surge.delay)
     }
+
+    /// The slowest craft that is believed.
+    pub(crate) fn slowest(&self, limits: &Limits) -> CraftModel {
+        let craft = CraftModel::new(&self.craft, limits);
+        let share = |declared| {
+            if declared {
+                SLOWEST_RATE_DECLARED
+            } else {
+                SLOWEST_RATE
+            }
+        };
+        let (turning, surging) = (share(self.heading_declared), share(self.surge_declared));
+        CraftModel {
+            heading_time: self.heading_lag.largest().exp(),
+            surge_time: self.surge_lag.largest().exp(),
+            limits: Limits {
+                turn_rate_max: turning * craft.limits.turn_rate_max,
+                acceleration_max: surging * craft.limits.acceleration_max,
+                deceleration_max: surging * craft.limits.deceleration_max,
+                ..craft.limits
+            },
+            ..craft
+        }
+    }
 }
 
 impl From<&CraftDescription> for Prior {
     fn from(declared: &CraftDescription) -> Self {
         let craft = declared.craft();
         let sigma = declared.relative_uncertainty.unwrap_or(DECLARED_UNCERTAINTY);
-        let (by_name, lag_sigma) = (
-            declared.preset.is_some_and(|preset| preset.name != "generic"),
-            |declared| {
-                if declared { sigma } else { DEFAULT_LAG_SIGMA }
-            },
-        );
-        let heading_declared = by_name || declared.heading_dynamics.is_some();
-        let surge_declared = by_name || declared.surge_time_constant.is_some();
-        let drift_declared = by_name || declared.sway_per_yaw_rate.is_some();
+        let by_name = declared.preset().is_some_and(|preset| preset.name != "generic");
+        let lag_sigma = |declared| if declared { sigma } else { DEFAULT_LAG_SIGMA };
+        let heading_declared = by_name || declared.heading_loop.dynamics().is_some();
+        let surge_declared = by_name || declared.surge_loop.time_constant_s.is_some();
+        let drift_declared = by_name || declared.sway_per_yaw_rate_s.is_some();
         let lag = |seconds: f64, declared| Gaussian {
             mean: seconds.max(LAG_MIN).ln(),
             variance: lag_sigma(declared) * lag_sigma(declared),

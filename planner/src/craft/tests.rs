@@ -1,5 +1,10 @@
 //! Claims about what is learnt of a craft, against craft that are simulated here by equations of their own.
 
+#![expect(
+    clippy::disallowed_macros,
+    reason = "the planner has no output, its tests print what they measured"
+)]
+
 use nalgebra::Vector2;
 
 use super::*;
@@ -7,14 +12,14 @@ use crate::{
     craft::response::limited_heading,
     facts::{
         angle::{Heading, wrap},
-        asc::{AscState, Limits},
+        asc::{Asc, Limits},
         auv::{Auv, VehicleId},
-        evidence::{AuvState, Evidence},
+        evidence::AuvState,
         goal::Goal,
-        options::{Fallback, ForecastChoice, HoldStyle},
+        previous_plan::{PreviousCraft, PreviousPlan},
         reference::{Reference, TrajectoryPoint},
     },
-    snapshot::observation::{Observation, PreviousPlan},
+    snapshot::request::PlanRequest,
 };
 
 /// Numbers that look random, in [−1, 1): a linear congruence.
@@ -47,6 +52,10 @@ struct Ship {
     current: Vector2<f64>,
     holds_course: bool,
     holds_ground_speed: bool,
+    /// Seconds that it has been under way, and those after which its heading and its speed stay as they are.
+    seconds: u32,
+    heading_stuck_after: u32,
+    speed_stuck_after: u32,
 }
 
 impl Ship {
@@ -64,6 +73,9 @@ impl Ship {
             current: Vector2::zeros(),
             holds_course: false,
             holds_ground_speed: false,
+            seconds: 0,
+            heading_stuck_after: u32::MAX,
+            speed_stuck_after: u32::MAX,
         }
     }
 
@@ -72,6 +84,11 @@ impl Ship {
     }
 
     fn second(&mut self, speed: f64, heading: f64) {
+        let (stuck_heading, stuck_speed) = (
+            self.heading_stuck_after <= self.seconds,
+            self.speed_stuck_after <= self.seconds,
+        );
+        self.seconds += 1;
         for _ in 0..100 {
             let ground = self.over_ground();
             let held = if self.holds_course {
@@ -85,8 +102,14 @@ impl Ship {
                 self.speed
             };
             self.rate = (wrap(heading - held) / self.heading_lag).clamp(-Self::RATE_MAX, Self::RATE_MAX);
-            let acceleration =
+            if stuck_heading {
+                self.rate = 0.0;
+            }
+            let mut acceleration =
                 ((speed - measured) / self.surge_lag).clamp(-Self::ACCELERATION_MAX, Self::ACCELERATION_MAX);
+            if stuck_speed {
+                acceleration = 0.0;
+            }
             self.position += ground * 0.01;
             self.psi += 0.01 * self.rate;
             self.speed += 0.01 * acceleration;
@@ -108,19 +131,20 @@ fn learnt(
     let mut known: Option<(CraftEstimate, Reference)> = None;
     for second in 0..seconds {
         let mut seen = observation(declared);
-        seen.time = f64::from(second);
-        seen.asc = AscState {
-            position: ship.position,
-            heading: Heading::new(ship.psi + random.of(noise.0)),
-            surge: ship.speed + random.of(noise.1),
-            sway: 0.0,
-            yaw_rate: ship.rate,
-            ground_velocity: Some(ship.over_ground()),
+        seen.t_s = f64::from(second);
+        seen.asc = Asc {
+            yaw_rate_radps: ship.rate,
+            ..Asc::new(
+                ship.position,
+                Heading::new(ship.psi + random.of(noise.0)),
+                ship.speed + random.of(noise.1),
+            )
+            .with_ground_velocity(Some(ship.over_ground()))
         };
-        seen.current = Some(ship.current);
+        seen.current = Some(ship.current.into());
         seen.previous_plan =
             known.map(|(estimate, asked)| previous(f64::from(second) - 1.0, &estimate, asked));
-        let estimate = CraftEstimate::new(&seen.of_the_craft(), &prior);
+        let estimate = CraftEstimate::new(&seen.of_the_craft(&Limits::ANY), &prior);
         look(&estimate);
         let (speed, heading) = law(second);
         let asked = Reference {
@@ -135,84 +159,66 @@ fn learnt(
 
 fn previous(time: f64, estimate: &CraftEstimate, asked: Reference) -> PreviousPlan {
     PreviousPlan {
-        trajectory: vec![TrajectoryPoint {
+        trajectory: vec![TrajectoryPoint::new(
             time,
-            position: Vector2::zeros(),
-            speed: 0.0,
-            heading: Heading::new(0.0),
-        }],
-        goal_course: None,
-        reference: Some(asked),
-        command: Some(asked),
-        current: None,
-        craft: Some(*estimate),
-        targets: vec![],
+            Vector2::zeros(),
+            0.0,
+            Heading::new(0.0),
+        )],
+        craft_estimate: Some(PreviousCraft {
+            asked_speed_mps: asked.speed,
+            asked_heading_rad: asked.heading.radians(),
+            memory: estimate.memory().to_vec(),
+        }),
+        reference: Some(asked.into()),
+        ..PreviousPlan::default()
     }
 }
 
-fn observation(declared: &CraftDescription) -> Observation {
+fn observation(declared: &CraftDescription) -> PlanRequest {
     let id = VehicleId("a".to_owned());
-    Observation {
-        time: 0.0,
-        asc: AscState {
-            position: Vector2::zeros(),
-            heading: Heading::new(0.0),
-            surge: 0.6,
-            sway: 0.0,
-            yaw_rate: 0.0,
-            ground_velocity: None,
-        },
-        auvs: vec![Auv {
-            id: id.clone(),
-            evidence: Evidence::State(AuvState {
-                position: Vector2::zeros(),
-                depth: 5.0,
-                course: crate::facts::angle::Course::new(0.0),
-                speed: 0.2,
-                turn_rate: 0.0,
-                age: 0.0,
-                covariance: None,
-            }),
-            path: None,
-            dive: None,
-        }],
-        goal: Goal::Track { auv: id },
-        offset: None,
-        current: None,
-        limits: Limits::ANY,
-        craft: *declared,
-        keep_outs: vec![],
-        area: vec![],
-        range_max: None,
-        surfacing_separation: None,
-        forecast: ForecastChoice::Auto,
-        fallback: Fallback::Los,
-        hold: HoldStyle::SlowTurn,
-        previous_plan: None,
+    PlanRequest {
+        craft: Some(declared.clone()),
+        ..PlanRequest::new(
+            0.0,
+            Asc::new(Vector2::zeros(), Heading::new(0.0), 0.6),
+            vec![Auv::new(
+                id.clone(),
+                AuvState::new(Vector2::zeros(), 5.0, crate::facts::angle::Course::new(0.0), 0.2),
+            )],
+            Goal::Track { auv: id },
+        )
     }
 }
 
 /// Loops without delay, whose limits are known and whose time constants are not.
 fn undeclared() -> CraftDescription {
     CraftDescription {
-        heading_delay: Some(0.0),
-        heading_rate_max: Some(Ship::RATE_MAX),
-        surge_delay: Some(0.0),
-        acceleration_max: Some(Ship::ACCELERATION_MAX),
-        deceleration_max: Some(Ship::ACCELERATION_MAX),
-        integrator: Some(Integrator::Absent),
+        heading_loop: HeadingLoop {
+            delay_s: Some(0.0),
+            rate_max_radps: Some(Ship::RATE_MAX),
+            ..HeadingLoop::default()
+        },
+        surge_loop: SurgeLoop {
+            delay_s: Some(0.0),
+            acceleration_max_mps2: Some(Ship::ACCELERATION_MAX),
+            deceleration_max_mps2: Some(Ship::ACCELERATION_MAX),
+            integrates: Some(false),
+            ..SurgeLoop::default()
+        },
         ..CraftDescription::default()
     }
 }
 
 fn declared(lag: f64) -> CraftDescription {
-    CraftDescription {
-        heading_dynamics: Some(HeadingDynamics::FirstOrder { time_constant: lag }),
-        surge_time_constant: Some(lag),
-        speed_held: Some(SpeedHeld::ThroughWater),
-        heading_held: Some(HeadingHeld::Heading),
+    let mut declared = CraftDescription {
+        speed_held: Some(SpeedReference::ThroughWater),
+        heading_held: Some(HeadingReference::Heading),
         ..undeclared()
-    }
+    };
+    declared.heading_loop.time_constant_s = Some(lag);
+    declared.surge_loop.time_constant_s = Some(lag);
+    declared
 }
 
 /// 0.4 rad to either side, 0.4 m/s and 0.8 m/s, 20 s each, not at the same times.
@@ -264,8 +270,8 @@ fn what_is_not_excited_stays_as_declared() {
 /// What a ship that holds something else shows over still water is what one that does not shows.
 #[test]
 fn what_the_loops_hold_is_found_in_a_current_and_not_in_still_water() {
-    let over_ground = (HeadingHeld::Course, SpeedHeld::OverGround);
-    let through_water = (HeadingHeld::Heading, SpeedHeld::ThroughWater);
+    let over_ground = (HeadingReference::Course, SpeedReference::OverGround);
+    let through_water = (HeadingReference::Heading, SpeedReference::ThroughWater);
     for (holds, current, expected) in [
         (true, Vector2::new(0.2, -0.25), over_ground),
         (false, Vector2::new(0.2, -0.25), through_water),
@@ -292,7 +298,10 @@ fn what_is_declared_of_the_loops_is_not_estimated() {
         ..Ship::new(2.0, 2.0)
     };
     let known = learnt(&mut ship, &declared(2.0), 400, (0.02, 0.02), zig_zag, |_| ());
-    assert_eq!(known.modes(&Prior::from(&declared(2.0))).0, HeadingHeld::Heading);
+    assert_eq!(
+        known.modes(&Prior::from(&declared(2.0))).0,
+        HeadingReference::Heading
+    );
 }
 
 #[test]
@@ -302,6 +311,117 @@ fn a_craft_that_does_as_declared_raises_no_alarm_in_ten_hours() {
     let look = |known: &CraftEstimate| alarms += u32::from(known.monitor.alarm);
     let _ = learnt(&mut ship, &declared(2.0), 36_000, (0.03, 0.03), zig_zag, look);
     assert_eq!(alarms, 0);
+}
+
+/// Nothing declared, or a lag.
+fn maybe_declared(lag: Option<f64>) -> CraftDescription {
+    lag.map_or_else(undeclared, declared)
+}
+
+/// Second at which each alarm first came, of headings and of speeds, that references have no effect.
+fn noticed(ship: &mut Ship, declared: &CraftDescription, noise: f64) -> [Option<u32>; 2] {
+    let (mut second, mut at) = (0, [None; 2]);
+    let look = |known: &CraftEstimate| {
+        let missing = [known.heading_effect.is_missing(), known.speed_effect.is_missing()];
+        for (at, missing) in at.iter_mut().zip(missing) {
+            *at = at.or(missing.then_some(second));
+            assert!(known.monitor.alarm || !missing);
+        }
+        second += 1;
+    };
+    let _ = learnt(ship, declared, 200, (noise, noise), zig_zag, look);
+    at
+}
+
+#[test]
+fn references_without_effect_are_noticed_within_ten_seconds() {
+    for (said, lag) in [
+        (None, 0.8),
+        (None, 2.0),
+        (None, 6.0),
+        (Some(1.0), 1.2),
+        (Some(2.0), 2.0),
+        (Some(3.0), 4.0),
+    ] {
+        for noise in [0.0, 0.01, 0.03] {
+            // The speed reference changes at 110 s, the heading reference at 120 s.
+            let declared = maybe_declared(said);
+            let mut jammed = Ship {
+                heading_stuck_after: 105,
+                ..Ship::new(lag, lag)
+            };
+            let mut adrift = Ship {
+                speed_stuck_after: 105,
+                ..Ship::new(lag, lag)
+            };
+            let (heading, speed) = (
+                noticed(&mut jammed, &declared, noise),
+                noticed(&mut adrift, &declared, noise),
+            );
+            println!("declared {said:?} s, lag {lag} s, noise {noise}: {heading:?}, {speed:?}");
+            assert!(heading[1].is_none() && heading[0].is_some_and(|at| (120..=130).contains(&at)));
+            assert!(speed[0].is_none() && speed[1].is_some_and(|at| (110..=120).contains(&at)));
+        }
+    }
+}
+
+#[test]
+fn of_a_loop_whose_references_have_no_effect_nothing_is_learnt() {
+    let mut jammed = Ship {
+        heading_stuck_after: 105,
+        ..Ship::new(2.0, 2.0)
+    };
+    let known = learnt(&mut jammed, &undeclared(), 400, (0.02, 0.02), zig_zag, |_| ());
+    let prior = Prior::from(&undeclared());
+    assert!(known.heading_effect.is_missing());
+    assert_eq!((known.heading.y, known.heading.z), (prior.heading_lag.mean, 0.0));
+    let model =
+        |estimate: &CraftEstimate| CraftModel::learnt(&prior, estimate, &Limits::ANY, &Vector2::zeros());
+    let rate = model(&known).limits.turn_rate_max;
+    assert_eq!(rate, 0.5 * Ship::RATE_MAX);
+    // It works again.
+    jammed.heading_stuck_after = u32::MAX;
+    let known = learnt(&mut jammed, &undeclared(), 120, (0.02, 0.02), zig_zag, |_| ());
+    assert!(!known.heading_effect.is_missing() && model(&known).limits.turn_rate_max > rate);
+}
+
+#[test]
+fn references_with_an_effect_raise_no_alarm_in_ten_hours() {
+    for (said, lag) in [
+        (None, 0.5),
+        (None, 2.0),
+        (None, 8.0),
+        (Some(1.0), 0.7),
+        (Some(2.0), 2.8),
+        (Some(6.0), 8.0),
+    ] {
+        let mut most = [0.0_f64; 2];
+        let mut random = Noise(9);
+        // Steps to anywhere every 20 s, and references that swing in between.
+        let mut to = (0.6, 0.0);
+        let law = |second: u32| {
+            if second.is_multiple_of(20) {
+                to = (0.7 + 0.5 * random.next(), 3.0 * random.next());
+            }
+            let swing = 0.2 * (f64::from(second) * 0.7).sin();
+            (to.0, wrap(to.1 + swing))
+        };
+        let look = |known: &CraftEstimate| {
+            for (most, effect) in most.iter_mut().zip([known.heading_effect, known.speed_effect]) {
+                *most = most.max(effect.evidence);
+                assert!(!effect.is_missing());
+            }
+        };
+        let _ = learnt(
+            &mut Ship::new(lag, lag),
+            &maybe_declared(said),
+            36_000,
+            (0.03, 0.03),
+            law,
+            look,
+        );
+        println!("declared {said:?} s, lag {lag} s: evidence {most:.1?} of 8");
+    }
 }
 
 /// With 2 s declared, the largest value of the monitor's statistic and whether it raised the alarm in ten minutes of turns of twice
@@ -347,6 +467,10 @@ fn a_memory_comes_back_to_the_bit_and_garbage_is_none() {
     assert_eq!(read.memory().map(f64::to_bits), memory.map(f64::to_bits));
     assert_eq!(read, known, "all of the estimate is in it");
     assert_eq!(CraftEstimate::from_memory(&[]), None);
+    // An earlier version looked for no effects.
+    let earlier = CraftEstimate::from_memory(&memory[..43]).expect("is one, too");
+    assert_eq!((earlier.monitor, earlier.surge), (known.monitor, known.surge));
+    assert_eq!(earlier.speed_effect, Effect::new(known.surge.x));
     assert_eq!(CraftEstimate::from_memory(&memory[1..]), None);
     assert_eq!(
         CraftEstimate::from_memory(&[memory.as_slice(), &[0.0]].concat()),
@@ -406,16 +530,19 @@ fn a_craft_is_commanded_the_course_and_speed_over_ground_that_its_loops_hold() {
                 heading_held,
                 ..Craft::GENERIC
             };
-            craft.command(&reference, &Vector2::new(north, east))
+            craft.command(&reference, &Vector2::new(north, east), 1.5)
         };
-        assert_eq!(command(HeadingHeld::Heading, SpeedHeld::ThroughWater), reference);
+        assert_eq!(
+            command(HeadingReference::Heading, SpeedReference::ThroughWater),
+            reference
+        );
         // Over ground, component by component.
         let (v_n, v_e) = (speed * psi.cos() + north, speed * psi.sin() + east);
         let along = v_n * psi.cos() + v_e * psi.sin();
-        let over_ground = command(HeadingHeld::Heading, SpeedHeld::OverGround);
-        assert!((over_ground.speed - along.max(0.0)).abs() < 1e-12);
+        let over_ground = command(HeadingReference::Heading, SpeedReference::OverGround);
+        assert!((over_ground.speed - along.clamp(0.0, 1.5)).abs() < 1e-12);
         assert_eq!(over_ground.heading, reference.heading);
-        let course = command(HeadingHeld::Course, SpeedHeld::ThroughWater);
+        let course = command(HeadingReference::Course, SpeedReference::ThroughWater);
         assert_eq!(course.speed, speed);
         let expected = if v_n.hypot(v_e) < 0.05 {
             psi
@@ -430,7 +557,7 @@ fn a_craft_is_commanded_the_course_and_speed_over_ground_that_its_loops_hold() {
 fn without_a_ground_velocity_the_current_comes_from_positions_else_from_memory() {
     let prior = Prior::from(&undeclared());
     let undeclared_craft = observation(&undeclared());
-    let start = CraftEstimate::new(&undeclared_craft.of_the_craft(), &prior);
+    let start = CraftEstimate::new(&undeclared_craft.of_the_craft(&Limits::ANY), &prior);
     assert_eq!(start.current_from_positions(), None, "nothing has moved yet");
     let asked = Reference {
         speed: 0.6,
@@ -439,10 +566,10 @@ fn without_a_ground_velocity_the_current_comes_from_positions_else_from_memory()
     let (remembered, learnt) = (Vector2::new(0.1, -0.2), Vector2::new(0.0, 0.15));
     let with = |estimate: CraftEstimate, ground_velocity| {
         let mut later = observation(&undeclared());
-        later.time = 1.0;
-        later.asc.ground_velocity = ground_velocity;
+        later.t_s = 1.0;
+        later.asc = later.asc.with_ground_velocity(ground_velocity);
         later.previous_plan = Some(PreviousPlan {
-            current: Some(remembered),
+            current: Some(remembered.into()),
             ..previous(0.0, &estimate, asked)
         });
         later.known_current()
@@ -465,18 +592,21 @@ fn without_a_ground_velocity_the_current_comes_from_positions_else_from_memory()
 #[test]
 fn a_command_turns_no_faster_than_the_craft_where_only_the_current_is_found_out() {
     let craft = CraftDescription {
-        heading_held: Some(HeadingHeld::Course),
-        speed_held: Some(SpeedHeld::ThroughWater),
+        heading_held: Some(HeadingReference::Course),
+        speed_held: Some(SpeedReference::ThroughWater),
         ..undeclared()
     };
     let asked = Reference {
         speed: 0.6,
         heading: Heading::new(0.0),
     };
-    let estimate = CraftEstimate::new(&observation(&craft).of_the_craft(), &Prior::from(&craft));
+    let estimate = CraftEstimate::new(
+        &observation(&craft).of_the_craft(&Limits::ANY),
+        &Prior::from(&craft),
+    );
     let mut later = observation(&craft);
-    later.time = 1.0;
-    later.current = Some(Vector2::new(0.0, 0.5));
+    later.t_s = 1.0;
+    later.current = Some(Vector2::new(0.0, 0.5).into());
     later.previous_plan = Some(previous(0.0, &estimate, asked));
     let snapshot = crate::snapshot::build::Snapshot::try_from(later).expect("is in range");
     let course = snapshot.command(&asked).heading.radians();

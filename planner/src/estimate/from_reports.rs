@@ -6,6 +6,7 @@ use nalgebra::{Matrix4, Vector2};
 
 use crate::{
     estimate::{
+        claims::Believed,
         interacting::Interacting,
         kalman::Kalman,
         on_path::OnPath,
@@ -15,9 +16,9 @@ use crate::{
     facts::{
         angle::Course,
         auv::Auv,
-        evidence::{AuvState, Evidence, FORECAST_AGE_MAX, Report, SPEED_AT_REST},
+        evidence::{AuvState, FORECAST_AGE_MAX, Report, SPEED_AT_REST},
         known_path::{KnownPath, OFFSET_FROM_PATH_MAX},
-        reference::PreviousTarget,
+        previous_plan::RememberedTarget,
     },
 };
 
@@ -25,7 +26,7 @@ use crate::{
 ///
 /// Six of the ten-second slots in which an acoustic network usually hears of a vehicle, a third of a lawn-mower's
 /// turn. With a longer one, a vehicle that falls silent in a turn would be forecast to circle; see
-/// `docs/tuning.md#estimating-the-auvs`.
+/// `docs/rationale.md#estimating-the-auvs`.
 pub(crate) const TURN_RATE_AGE_MAX: f64 = 60.0;
 
 /// Fastest that an estimate is, m/s: the fastest that a snapshot lets a vehicle say it is.
@@ -37,34 +38,45 @@ pub struct Estimate {
     /// Its state at the time of the newest report that the estimate rests on. With a covariance where it is made of
     /// reports.
     pub state: AuvState,
-    /// The reports that the estimate does not rest on, by their place in the observation, ascending: outliers, those
+    /// The reports that the estimate does not rest on, by their place in the request, ascending: outliers, those
     /// before a jump, and what was said twice.
     pub rejected: Vec<usize>,
+    /// By how much the fixes are less accurate than reported, m: their variances are taken to be larger by its square. 0
+    /// where the reported accuracies are borne out.
+    pub inflation: f64,
+    /// Whether the fixes contradict the courses and speeds that the vehicle reports, so that these are not used.
+    pub velocity_contradicted: bool,
 }
+
+/// Two fixes of one time that are nearer to each other than this are one message over two links, m.
+const REPEATED_WITHIN: f64 = 0.1;
 
 impl Estimate {
     /// Of `auv` by what is known at time `now`, s, of a `current` (north, east), m/s, too; of a state that reports no rate of
     /// turn also by what the previous plan knew, and the time of the report that it knew it from.
     pub(crate) fn new(
         auv: &Auv,
+        path: Option<&KnownPath>,
         now: f64,
         current: &Vector2<f64>,
-        previous: Option<(&PreviousTarget, f64)>,
+        previous: Option<(RememberedTarget, f64)>,
     ) -> Self {
-        match &auv.evidence {
-            Evidence::State(state) => {
-                let mut state = state.clone();
+        match &auv.state {
+            Some(state) => {
+                let mut state = *state;
                 // A gyroscope never reads exactly 0: it is what stands for a rate that is left out.
-                if let (0.0, Some((earlier, reported))) = (state.turn_rate, previous) {
-                    let between = now - state.age - reported;
-                    state.turn_rate = remembered_turn_rate(earlier, &state, between);
+                if let (0.0, Some((earlier, reported))) = (state.turn_rate_radps, previous) {
+                    let between = now - state.age_s - reported;
+                    state.turn_rate_radps = remembered_turn_rate(&earlier.estimate, &state, between);
                 }
                 Self {
                     state,
                     rejected: Vec::new(),
+                    inflation: 0.0,
+                    velocity_contradicted: false,
                 }
             }
-            Evidence::Reports(reports) => from_reports(reports, auv.path.as_ref(), now, current),
+            None => from_reports(auv.reports.as_deref().unwrap_or_default(), path, now, current),
         }
     }
 
@@ -72,13 +84,9 @@ impl Estimate {
     /// of the trace of the position's covariance. None where the client gave a state without covariance.
     #[must_use]
     pub fn position_sigma(&self) -> Option<f64> {
-        let AuvState {
-            position,
-            age,
-            covariance,
-            ..
-        } = &self.state;
-        let now = Kalman::new(0.0, position, &self.state.velocity(), covariance.as_ref()?).at(*age);
+        let state = &self.state;
+        let now =
+            Kalman::new(0.0, &state.position(), &state.velocity(), &state.covariance()?).at(state.age_s);
         Some(now.position_variance().max(0.0).sqrt())
     }
 }
@@ -88,26 +96,28 @@ fn from_reports(reports: &[Report], path: Option<&KnownPath>, now: f64, current:
     // What is older than anything that is forecast says only where a vehicle was of which nothing else is known.
     let newest = reports
         .iter()
-        .map(|report| report.time)
+        .map(|report| report.t_s)
         .fold(f64::NEG_INFINITY, f64::max);
     let oldest = (now - FORECAST_AGE_MAX).min(newest);
     let mut numbered: Vec<_> = reports
         .iter()
         .enumerate()
-        .filter(|(_, report)| oldest <= report.time)
+        .filter(|(_, report)| oldest <= report.t_s)
         .map(|(number, report)| {
             // What is dated into the future can only be taken for new.
-            let time = report.time.min(now);
-            (number, Report { time, ..*report })
+            let time = report.t_s.min(now);
+            (number, Report { t_s: time, ..*report })
         })
         .collect();
     numbered.sort_by(|(_, a), (_, b)| in_order(a, b));
-    // One message over two links is no second measurement.
-    numbered.dedup_by(|(_, later), (_, first)| in_order(first, later) == Ordering::Equal);
-
-    let free = Track::through(&numbered, Interacting::start);
+    let Believed {
+        reports: believed,
+        track: free,
+        inflation,
+        velocity_contradicted,
+    } = Believed::new(without_repeated(&numbered));
     let along = path
-        .map(|known| Track::through(&numbered, |report| OnPath::start(report, known, current)))
+        .map(|known| Track::through(&believed, |report| OnPath::start(report, known, current)))
         .filter(|along| is_followed(along, &free));
     let (filtered, used) = match &along {
         Some(track) => (Filtered::from(&track.filter), &track.used),
@@ -118,7 +128,28 @@ fn from_reports(reports: &[Report], path: Option<&KnownPath>, now: f64, current:
         rejected: (0..reports.len())
             .filter(|number| used.iter().all(|(used, _)| used != number))
             .collect(),
+        inflation,
+        velocity_contradicted,
     }
+}
+
+/// Of each message that is there more than once, the one that comes last [`in_order`]: one over two links, or sent again, is
+/// no second measurement.
+fn without_repeated(numbered: &[(usize, Report)]) -> Vec<(usize, Report)> {
+    let again = |first: &Report, later: &Report| {
+        first.t_s == later.t_s && (first.position() - later.position()).norm() <= REPEATED_WITHIN
+    };
+    let is_last = |place: usize, report: &Report| {
+        let later = numbered[place + 1..].iter();
+        later
+            .take_while(|(_, later)| later.t_s == report.t_s)
+            .all(|(_, later)| !again(report, later))
+    };
+    let last = numbered
+        .iter()
+        .enumerate()
+        .filter(|(place, (_, report))| is_last(*place, report));
+    last.map(|(_, numbered)| *numbered).collect()
 }
 
 /// Whether a vehicle that goes freely along `free` follows its path as `along` has it: it moves, is near the path,
@@ -135,14 +166,14 @@ pub(crate) fn in_order(a: &Report, b: &Report) -> Ordering {
     let numbers = |report: &Report| {
         let or_none = |value: Option<f64>| value.unwrap_or(f64::NEG_INFINITY);
         [
-            report.time,
-            report.sigma,
-            or_none(report.depth),
-            or_none(report.ground_track.map(|track| track.speed)),
-            or_none(report.turn_rate),
-            or_none(report.ground_track.map(|track| track.course.radians())),
-            report.position.x,
-            report.position.y,
+            report.t_s,
+            report.sigma_m,
+            or_none(report.depth_m),
+            or_none(report.ground_track().map(|track| track.speed)),
+            or_none(report.turn_rate_radps),
+            or_none(report.ground_track().map(|track| track.course.radians())),
+            report.position().x,
+            report.position().y,
         ]
     };
     let pairs = numbers(a).into_iter().zip(numbers(b));
@@ -188,27 +219,27 @@ impl Filtered {
         let [.., (_, before), (_, after)] = used else {
             return None;
         };
-        let [from, to] = [before.ground_track?, after.ground_track?].map(|track| track.velocity());
-        let rate = turn_rate(&from, &to, after.time - before.time)?;
-        Some((after.time, clear(rate)))
+        let [from, to] = [before.ground_track()?, after.ground_track()?].map(|track| track.velocity());
+        let rate = turn_rate(&from, &to, after.t_s - before.t_s)?;
+        Some((after.t_s, clear(rate)))
     }
 
     /// The state, with what the newest of the reports in the filter say of depth and turn.
     fn state(&self, used: &[(usize, Report)], now: f64) -> AuvState {
         let newest_first = || used.iter().rev().map(|(_, report)| report);
-        let reported = newest_first().find_map(|report| report.turn_rate.map(|rate| (report.time, rate)));
+        let reported =
+            newest_first().find_map(|report| report.turn_rate_radps.map(|rate| (report.t_s, rate)));
         let turning = reported.or_else(|| Self::turning(used));
+        // A vehicle that never reports its depth is taken to be at the surface.
+        let depth = newest_first().find_map(|report| report.depth_m).unwrap_or(0.0);
+        let (course, speed) = (Course::of(&self.velocity), self.velocity.norm().min(SPEED_MAX));
         AuvState {
-            position: self.position,
-            // A vehicle that never reports its depth is taken to be at the surface.
-            depth: newest_first().find_map(|report| report.depth).unwrap_or(0.0),
-            course: Course::of(&self.velocity),
-            speed: self.velocity.norm().min(SPEED_MAX),
-            turn_rate: turning
+            turn_rate_radps: turning
                 .filter(|(time, _)| now - time <= TURN_RATE_AGE_MAX)
                 .map_or(0.0, |(_, rate)| rate),
-            age: (now - self.time).max(0.0),
-            covariance: Some(self.covariance),
+            age_s: (now - self.time).max(0.0),
+            covariance: Some(self.covariance.transpose().into()),
+            ..AuvState::new(self.position, depth, course, speed)
         }
     }
 }

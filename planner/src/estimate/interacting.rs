@@ -6,7 +6,7 @@ use crate::{
     estimate::{
         kalman::{Kalman, Measurement},
         motion_model::MotionModel,
-        track::Filter,
+        track::{Filter, Innovation},
     },
     facts::evidence::Report,
 };
@@ -63,7 +63,7 @@ impl Interacting {
         Self {
             models: [filter.clone(), filter],
             probabilities: [STRAIGHT_LENGTH / length, MANOEUVRE_LENGTH / length],
-            turn_rate: report.turn_rate,
+            turn_rate: report.turn_rate_radps,
         }
     }
 
@@ -74,13 +74,13 @@ impl Interacting {
 
     /// The same at the time of a report, before what that measures.
     fn predicted(&self, report: &Report) -> Self {
-        let t = report.time - self.models[0].time();
+        let t = report.t_s - self.models[0].time();
         let speed = self.speed(report);
         let (begin, end) = (speed / STRAIGHT_LENGTH, speed / MANOEUVRE_LENGTH);
         let settled = -(-(begin + end) * t).exp_m1() / (begin + end);
         let (begun, ended) = (settled * begin, settled * end);
         let transition = [[1.0 - begun, begun], [ended, 1.0 - ended]];
-        let turn_rate = match (self.turn_rate, report.turn_rate) {
+        let turn_rate = match (self.turn_rate, report.turn_rate_radps) {
             // What it turned by in between is nearer to the mean than to either.
             (Some(before), Some(now)) => 0.5 * (before + now),
             (None, _) | (_, None) => 0.0,
@@ -95,20 +95,20 @@ impl Interacting {
         let probabilities = std::array::from_fn(|j| joint(j).iter().sum());
         let models = std::array::from_fn(|j| {
             let shares = joint(j).map(|share| share / probabilities[j]);
-            mixture(&self.models, &shares).after(report.time, &motions[j])
+            mixture(&self.models, &shares).after(report.t_s, &motions[j])
         });
         Self {
             models,
             probabilities,
-            turn_rate: report.turn_rate,
+            turn_rate: report.turn_rate_radps,
         }
     }
 
     /// Speed that a manoeuvre until `report` is reckoned with, m/s.
     fn speed(&self, report: &Report) -> f64 {
-        let t = report.time - self.models[0].time();
+        let t = report.t_s - self.models[0].time();
         let known = self.combined().mean_square_speed().sqrt();
-        let reported = report.ground_track.map_or(0.0, |track| track.speed);
+        let reported = report.ground_track().map_or(0.0, |track| track.speed);
         reported
             .min(known + ACCELERATION_MAX * t)
             .max(known)
@@ -119,6 +119,21 @@ impl Interacting {
     /// may have turned.
     fn is_in_gate(&self, measurement: &Measurement) -> bool {
         self.models.iter().any(|model| model.is_in_gate(measurement))
+    }
+
+    /// How a position compares with the one expected.
+    fn innovation(&self, position: &Measurement) -> Innovation {
+        let densities = self.models.iter().zip(&self.probabilities);
+        let density: f64 = densities
+            .map(|(model, probability)| probability * model.log_likelihood(position).exp())
+            .sum();
+        Innovation {
+            accepted: self.is_in_gate(position),
+            normalised: position.normalised_square(&self.combined()),
+            density: density / std::f64::consts::TAU,
+            square: position.square_distance(&self.combined()),
+            variance: self.models[MANOEUVRE].innovation_variance(position),
+        }
     }
 
     fn update(&mut self, measurement: &Measurement) {
@@ -138,7 +153,7 @@ impl Interacting {
     /// position to accept. The other way round, an outlier after a long gap would be taken for a fast vehicle, and
     /// what the vehicle then says of its speed for a mistake.
     fn take_velocity(&mut self, report: &Report) {
-        let velocity = report.ground_track.as_ref().map(Measurement::of_velocity);
+        let velocity = report.ground_track().as_ref().map(Measurement::of_velocity);
         if let Some(velocity) = velocity.filter(|velocity| self.is_in_gate(velocity)) {
             self.update(&velocity);
         }
@@ -146,21 +161,21 @@ impl Interacting {
 }
 
 impl Filter for Interacting {
-    fn accept(&mut self, report: &Report) -> bool {
+    fn accept(&mut self, report: &Report) -> Innovation {
         let mut then = self.predicted(report);
         then.take_velocity(report);
         let position = Measurement::of_position(report);
-        let accepted = then.is_in_gate(&position);
-        if accepted {
+        let innovation = then.innovation(&position);
+        if innovation.accepted {
             then.update(&position);
             *self = then;
         }
-        accepted
+        innovation
     }
 
     /// With the velocity that a manoeuvre leaves.
     fn found_at(&self, report: &Report) -> Self {
-        let there = self.predicted(report).models[MANOEUVRE].found_at(&report.position, report.sigma);
+        let there = self.predicted(report).models[MANOEUVRE].found_at(&report.position(), report.sigma_m);
         let mut found = Self::of_one(there, report);
         found.take_velocity(report);
         found

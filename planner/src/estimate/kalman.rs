@@ -12,7 +12,7 @@ use crate::{
 
 /// White acceleration along north and along east, m²/s³, with which an estimate is carried on from its last report.
 ///
-/// Tuned on simulated lawn-mowers, see `docs/tuning.md#estimating-the-auvs`.
+/// Tuned on simulated lawn-mowers, see `docs/rationale.md#estimating-the-auvs`.
 pub(crate) const ACCELERATION_DENSITY: f64 = 2.0e-4;
 
 /// Standard deviation of a velocity of which nothing is known, m/s, along either axis.
@@ -65,14 +65,14 @@ impl Kalman {
 
     /// From a report alone.
     pub(crate) fn start(report: &Report) -> Self {
-        let (position, velocity) = (report.sigma.powi(2), UNKNOWN_SPEED_SIGMA.powi(2));
+        let (position, velocity) = (report.sigma_m.powi(2), UNKNOWN_SPEED_SIGMA.powi(2));
         let variances = Vector4::new(position, position, velocity, velocity);
         let mut filter = Self {
-            time: report.time,
-            mean: Vector4::new(report.position.x, report.position.y, 0.0, 0.0),
+            time: report.t_s,
+            mean: Vector4::new(report.position().x, report.position().y, 0.0, 0.0),
             covariance: Matrix4::from_diagonal(&variances),
         };
-        if let Some(track) = &report.ground_track {
+        if let Some(track) = &report.ground_track() {
             filter.update(&Measurement::of_velocity(track));
         }
         filter
@@ -81,8 +81,8 @@ impl Kalman {
     /// Takes `report` in whatever it says.
     #[cfg(test)]
     pub(crate) fn accept_blindly(&mut self, report: &Report) {
-        *self = self.at(report.time);
-        if let Some(track) = &report.ground_track {
+        *self = self.at(report.t_s);
+        if let Some(track) = &report.ground_track() {
             self.update(&Measurement::of_velocity(track));
         }
         self.update(&Measurement::of_position(report));
@@ -157,6 +157,11 @@ impl Kalman {
         -0.5 * (distance + spread.ln())
     }
 
+    /// Geometric mean of the variances of the innovation of `measurement`.
+    pub(crate) fn innovation_variance(&self, measurement: &Measurement) -> f64 {
+        self.misfit(measurement).1.sqrt()
+    }
+
     /// Squared Mahalanobis distance of a measurement from what is expected, and the determinant of the innovation's covariance.
     fn misfit(&self, measurement: &Measurement) -> (f64, f64) {
         let Measurement { z, h, r } = measurement;
@@ -184,10 +189,20 @@ pub(crate) struct Measurement {
 impl Measurement {
     pub(crate) fn of_position(report: &Report) -> Self {
         Self {
-            z: report.position,
+            z: report.position(),
             h: Matrix2x4::new(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0),
-            r: Matrix2::identity() * report.sigma.powi(2),
+            r: Matrix2::identity() * report.sigma_m.powi(2),
         }
+    }
+
+    /// Square of the distance from what is expected, normalised.
+    pub(crate) fn normalised_square(&self, expected: &Kalman) -> f64 {
+        expected.misfit(self).0
+    }
+
+    /// Square of the distance from what is expected.
+    pub(crate) fn square_distance(&self, expected: &Kalman) -> f64 {
+        (self.z - self.h * expected.mean).norm_squared()
     }
 
     /// Along the course the speed errs, across it the course too.

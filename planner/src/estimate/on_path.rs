@@ -3,7 +3,10 @@
 use nalgebra::{Matrix2, Matrix4, Vector2};
 
 use crate::{
-    estimate::{kalman::GATE, track::Filter},
+    estimate::{
+        kalman::GATE,
+        track::{Filter, Innovation},
+    },
     facts::{
         angle::{Course, direction, ned_from_body},
         evidence::{AuvState, Report},
@@ -21,7 +24,7 @@ const ALONG_DENSITY: f64 = 0.002;
 const SPEED_SIGMA: f64 = 0.05;
 
 /// Spread of that difference, (m/s)²/s: between still water and an unknown current, see
-/// `docs/tuning.md#estimating-the-auvs`.
+/// `docs/rationale.md#estimating-the-auvs`.
 const SPEED_DENSITY: f64 = 1.0e-5;
 
 /// Standard deviation of the distance from the path at the first report, m. Assumption: vehicles begin some metres off.
@@ -35,7 +38,7 @@ const OFFSET_DENSITY: f64 = 0.002;
 const ACROSS_SIGMA: f64 = 0.014;
 
 /// Standard deviation of a telemetered speed along the path, m/s: that of a moment, which may be a sawtooth's reversal.
-/// Half of what the reversal adds, 0.1 m/s; see `docs/tuning.md#estimating-the-auvs`.
+/// Half of what the reversal adds, 0.1 m/s; see `docs/rationale.md#estimating-the-auvs`.
 const TELEMETRY_SIGMA: f64 = 0.05;
 
 /// Longest step in which the place along the path is carried on, s: at 0.3 m/s and 10 m radius a turn of 0.15 rad.
@@ -71,29 +74,23 @@ pub(crate) struct OnPath<'a> {
 impl<'a> OnPath<'a> {
     /// From a report alone.
     pub(crate) fn start(report: &Report, known: &'a KnownPath, current: &Vector2<f64>) -> Self {
-        let track = report.ground_track;
-        let there = AuvState {
-            position: report.position,
-            depth: 0.0,
-            course: track.map_or(Course::new(0.0), |track| track.course),
-            // At rest it has no course, and without telemetry none that is known.
-            speed: track.map_or(0.0, |track| track.speed),
-            turn_rate: 0.0,
-            age: 0.0,
-            covariance: None,
-        };
+        let track = report.ground_track();
+        // At rest it has no course, and without telemetry none that is known.
+        let course = track.map_or(Course::new(0.0), |track| track.course);
+        let speed = track.map_or(0.0, |track| track.speed);
+        let there = AuvState::new(report.position(), 0.0, course, speed);
         let mut filter = Self {
             known,
             current: *current,
-            time: report.time,
+            time: report.t_s,
             gamma: place_on_path(&there, known, current),
             bias: 0.0,
-            along: Matrix2::new(report.sigma.powi(2), 0.0, 0.0, SPEED_SIGMA.powi(2)),
+            along: Matrix2::new(report.sigma_m.powi(2), 0.0, 0.0, SPEED_SIGMA.powi(2)),
             offset: 0.0,
             offset_variance: OFFSET_SIGMA.powi(2),
         };
         let (_, across) = filter.errors(report);
-        filter.update_offset(across, report.sigma.powi(2));
+        filter.update_offset(across, report.sigma_m.powi(2));
         filter
     }
 
@@ -185,7 +182,7 @@ impl<'a> OnPath<'a> {
     /// How far a fix is ahead of the place, and how far to starboard of the path, m.
     fn errors(&self, report: &Report) -> (f64, f64) {
         let point = self.point();
-        let error = ned_from_body(point.tangent).transpose() * (report.position - point.position);
+        let error = ned_from_body(point.tangent).transpose() * (report.position() - point.position);
         (error.x, error.y)
     }
 
@@ -209,16 +206,17 @@ impl<'a> OnPath<'a> {
 }
 
 impl Filter for OnPath<'_> {
-    fn accept(&mut self, report: &Report) -> bool {
-        let mut then = self.at(report.time);
+    fn accept(&mut self, report: &Report) -> Innovation {
+        let mut then = self.at(report.t_s);
         let (ahead, across) = then.errors(report);
-        let variance = report.sigma.powi(2);
-        let distance = ahead.powi(2) / (then.along[(0, 0)] + variance)
-            + (across - then.offset).powi(2) / (then.offset_variance + variance);
+        let variance = report.sigma_m.powi(2);
+        let variances = (then.along[(0, 0)] + variance, then.offset_variance + variance);
+        let distance = ahead.powi(2) / variances.0 + (across - then.offset).powi(2) / variances.1;
+        let mean_variance = (variances.0 * variances.1).sqrt();
         let accepted = distance <= GATE;
         if accepted {
             then.update_along(&Vector2::new(1.0, 0.0), ahead, variance);
-            if let Some(track) = &report.ground_track {
+            if let Some(track) = &report.ground_track() {
                 let tangent = then.point().tangent;
                 let excess = track.velocity().dot(&direction(tangent)) - then.speed_at(tangent);
                 then.update_along(&Vector2::new(0.0, 1.0), excess, TELEMETRY_SIGMA.powi(2));
@@ -226,7 +224,13 @@ impl Filter for OnPath<'_> {
             then.update_offset(across, variance);
             *self = then;
         }
-        accepted
+        Innovation {
+            accepted,
+            normalised: distance,
+            density: (-0.5 * distance).exp() / (std::f64::consts::TAU * mean_variance),
+            square: ahead.powi(2) + (across - self.offset).powi(2),
+            variance: mean_variance,
+        }
     }
 
     fn found_at(&self, report: &Report) -> Self {

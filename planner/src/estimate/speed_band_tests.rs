@@ -12,9 +12,9 @@ use crate::{
     estimate::{from_reports::TURN_RATE_AGE_MAX, tests::Random},
     facts::{
         angle::{Course, direction},
-        auv::{Auv, VehicleId},
-        evidence::{AuvState, Evidence, GroundTrack, Report},
-        options::ForecastChoice,
+        auv::Auv,
+        evidence::{AuvState, GroundTrack, Report},
+        options::Forecast,
         path::curve::Path,
         ranges::REPORT_SIGMA_MIN,
     },
@@ -89,15 +89,12 @@ impl Flight {
                 };
                 let has_telemetry = band.telemetry != Telemetry::None;
                 flight.reports.push(Report {
-                    time,
-                    position: point.position + fix,
-                    sigma: band.sigma.max(REPORT_SIGMA_MIN),
-                    depth: None,
-                    ground_track: has_telemetry.then(|| GroundTrack {
-                        course: Course::new(point.tangent + 0.05 * errors * telemetry.x),
-                        speed: (band.speed + 0.03 * errors * telemetry.y).max(0.0),
-                    }),
-                    turn_rate: has_telemetry.then_some(point.curvature * band.speed),
+                    turn_rate_radps: has_telemetry.then_some(point.curvature * band.speed),
+                    ..Report::new(time, point.position + fix, band.sigma.max(REPORT_SIGMA_MIN))
+                        .with_ground_track(has_telemetry.then(|| GroundTrack {
+                            course: Course::new(point.tangent + 0.05 * errors * telemetry.x),
+                            speed: (band.speed + 0.03 * errors * telemetry.y).max(0.0),
+                        }))
                 });
             }
             time += INTERVAL;
@@ -112,33 +109,24 @@ impl Flight {
     }
 
     fn estimate(&self) -> Estimate {
-        let auv = Auv {
-            id: VehicleId("a".into()),
-            evidence: Evidence::Reports(self.reports.clone()),
-            path: None,
-            dive: None,
-        };
-        Estimate::new(&auv, self.now, &Vector2::zeros(), None)
+        let auv = Auv::reported("a", self.reports.clone());
+        Estimate::new(&auv, None, self.now, &Vector2::zeros(), None)
     }
 
     /// The newest report, taken as it is.
     fn newest(&self) -> Option<AuvState> {
         let report = self.reports.last()?;
-        let track = report.ground_track?;
+        let track = report.ground_track()?;
         Some(AuvState {
-            position: report.position,
-            depth: 0.0,
-            course: track.course,
-            speed: track.speed,
-            turn_rate: report.turn_rate.unwrap_or(0.0),
-            age: self.now - report.time,
-            covariance: None,
+            turn_rate_radps: report.turn_rate_radps.unwrap_or(0.0),
+            age_s: self.now - report.t_s,
+            ..AuvState::new(report.position(), 0.0, track.course, track.speed)
         })
     }
 
     /// Square of the distance from where `state` is forecast now, m².
     fn square_miss(&self, state: &AuvState) -> f64 {
-        let forecast = AuvForecast::new(state, Intent::default(), ForecastChoice::Auto, &Vector2::zeros());
+        let forecast = AuvForecast::new(state, Intent::default(), Forecast::Auto, &Vector2::zeros());
         (forecast.at(0.0).position - self.truth(self.now).0).norm_squared()
     }
 }
@@ -162,13 +150,16 @@ fn outcome(band: Band) -> Outcome {
         let flight = Flight::new(band, seed);
         let found = flight.estimate();
         // What is silent for longer than a rate of turn is accepted is forecast by other rules.
-        if found.state.age > TURN_RATE_AGE_MAX {
+        if found.state.age_s > TURN_RATE_AGE_MAX {
             continue;
         }
-        let (position, velocity) = flight.truth(flight.now - found.state.age);
-        let (dp, dv) = (found.state.position - position, found.state.velocity() - velocity);
+        let (position, velocity) = flight.truth(flight.now - found.state.age_s);
+        let (dp, dv) = (
+            found.state.position() - position,
+            found.state.velocity() - velocity,
+        );
         let error = Vector4::new(dp.x, dp.y, dv.x, dv.y);
-        let covariance = found.state.covariance.expect("made of reports");
+        let covariance = found.state.covariance().expect("made of reports");
         let inverse = covariance.try_inverse().expect("positive definite");
         n += 1.0;
         sum.normalised += error.dot(&(inverse * error)) / 4.0;

@@ -18,11 +18,11 @@ use crate::{
     },
     facts::{
         angle::{Course, angle_of, ned_from_body},
-        auv::{Auv, VehicleId},
-        evidence::{AuvState, Evidence, GroundTrack, Report},
+        auv::Auv,
+        evidence::{AuvState, GroundTrack, Report},
         known_path::KnownPath,
         path::curve::Path,
-        reference::PreviousTarget,
+        previous_plan::{PreviousEstimate, RememberedTarget},
     },
 };
 
@@ -83,36 +83,31 @@ fn flight(
         let reported =
             ned_from_body(course) * Vector2::new(speed + SPEED_SIGMA * telemetry.x, across * telemetry.y);
         reports.push(Report {
-            time,
-            position: position + random.normal() * SIGMA,
-            sigma: SIGMA,
-            depth: Some(5.0),
-            ground_track: Some(GroundTrack {
-                course: Course::of(&reported),
-                speed: reported.norm(),
-            }),
-            turn_rate: Some(0.0),
+            depth_m: Some(5.0),
+            turn_rate_radps: Some(0.0),
+            ..Report::new(time, position + random.normal() * SIGMA, SIGMA).with_ground_track(Some(
+                GroundTrack {
+                    course: Course::of(&reported),
+                    speed: reported.norm(),
+                },
+            ))
         });
     }
     (reports, position, velocity)
 }
 
 fn estimate(reports: &[Report], now: f64) -> Estimate {
-    let auv = Auv {
-        id: VehicleId("a".into()),
-        evidence: Evidence::Reports(reports.to_vec()),
-        path: None,
-        dive: None,
-    };
-    Estimate::new(&auv, now, &Vector2::zeros(), None)
+    let auv = Auv::reported("a", reports.to_vec());
+    Estimate::new(&auv, None, now, &Vector2::zeros(), None)
 }
 
 /// The reports without what the vehicle says of itself.
 fn positions_alone(reports: &[Report]) -> Vec<Report> {
     let bare = |report: &Report| Report {
-        depth: None,
-        ground_track: None,
-        turn_rate: None,
+        depth_m: None,
+        course_rad: None,
+        speed_mps: None,
+        turn_rate_radps: None,
         ..*report
     };
     reports.iter().map(bare).collect()
@@ -133,9 +128,9 @@ fn of_a_vehicle_that_never_manoeuvres_the_error_is_no_larger_than_the_covariance
                 reports = positions_alone(&reports);
             }
             let state = estimate(&reports, 700.0).state;
-            let (dp, dv) = (state.position - position, state.velocity() - velocity);
+            let (dp, dv) = (state.position() - position, state.velocity() - velocity);
             let error = nalgebra::Vector4::new(dp.x, dp.y, dv.x, dv.y);
-            let covariance = state.covariance.expect("made of reports");
+            let covariance = state.covariance().expect("made of reports");
             let inverse = covariance.try_inverse().expect("positive definite");
             sum += error.dot(&(inverse * error));
         }
@@ -162,7 +157,7 @@ fn the_gate_pays_where_two_in_a_hundred_are_outliers() {
             for (i, report) in reports.iter_mut().enumerate() {
                 let error = random.normal() * 20.0;
                 if random.uniform() < 0.02 {
-                    report.position += error;
+                    [report.north_m, report.east_m] = (report.position() + (error)).into();
                     wild.push(i);
                 }
             }
@@ -175,10 +170,10 @@ fn the_gate_pays_where_two_in_a_hundred_are_outliers() {
                 caught +=
                     u32::try_from(wild.iter().filter(|i| found.rejected.contains(i)).count()).expect("few");
                 let newest = Kalman::new(
-                    690.0 - found.state.age,
-                    &found.state.position,
+                    690.0 - found.state.age_s,
+                    &found.state.position(),
                     &found.state.velocity(),
-                    &found.state.covariance.expect("made of reports"),
+                    &found.state.covariance().expect("made of reports"),
                 );
                 newest.at(690.0).position()
             } else {
@@ -211,13 +206,16 @@ fn one_report_alone_is_the_estimate() {
     let (reports, ..) = flight(&mut Random(1), 1, Vector2::new(0.2, 0.1));
     let only = estimate(&reports, 503.0);
     assert_eq!(only.rejected, [] as [usize; 0]);
-    assert_eq!(only.state.position, reports[0].position);
-    assert_eq!((only.state.age, only.state.depth), (3.0, 5.0));
+    assert_eq!(only.state.position(), reports[0].position());
+    assert_eq!((only.state.age_s, only.state.depth_m), (3.0, 5.0));
     // What it says of its velocity outweighs not knowing anything of it, 3 m/s, ten thousand times.
-    let reported = reports[0].ground_track.expect("is reported").velocity();
+    let reported = reports[0].ground_track().expect("is reported").velocity();
     assert!((only.state.velocity() - reported).norm() < 1e-3 * reported.norm());
     let bare = estimate(&positions_alone(&reports), 503.0).state;
-    assert_eq!((bare.speed, bare.depth, bare.turn_rate), (0.0, 0.0, 0.0));
+    assert_eq!(
+        (bare.speed_mps, bare.depth_m, bare.turn_rate_radps),
+        (0.0, 0.0, 0.0)
+    );
 }
 
 #[test]
@@ -225,13 +223,14 @@ fn two_fixes_at_one_time_are_worth_one_of_half_the_variance() {
     let (reports, ..) = flight(&mut Random(2), 1, Vector2::new(0.2, 0.1));
     let first = positions_alone(&reports)[0];
     let second = Report {
-        position: first.position + Vector2::new(1.0, -0.5),
+        north_m: (first.position() + Vector2::new(1.0, -0.5)).x,
+        east_m: (first.position() + Vector2::new(1.0, -0.5)).y,
         ..first
     };
     let both = estimate(&[first, second], 500.0).state;
-    let mean = (first.position + second.position) * 0.5;
-    assert!((both.position - mean).norm() < 1e-12);
-    let variance = both.covariance.expect("made of reports")[(0, 0)];
+    let mean = (first.position() + second.position()) * 0.5;
+    assert!((both.position() - mean).norm() < 1e-12);
+    let variance = both.covariance().expect("made of reports")[(0, 0)];
     assert!((variance - 0.5 * SIGMA * SIGMA).abs() < 1e-12);
 }
 
@@ -245,12 +244,28 @@ fn what_is_said_twice_counts_once() {
 }
 
 #[test]
+fn one_message_over_two_links_counts_once() {
+    let (reports, ..) = flight(&mut Random(3), 8, Vector2::new(0.2, 0.1));
+    // The other link rounds the position, leaves the depth out and claims less.
+    let other = |report: &Report| Report {
+        north_m: report.north_m + 0.04,
+        depth_m: None,
+        sigma_m: 1.0,
+        ..*report
+    };
+    let twice: Vec<_> = reports.iter().copied().chain(reports.iter().map(other)).collect();
+    let (once, twice) = (estimate(&reports, 580.0), estimate(&twice, 580.0));
+    assert_eq!(once.state, twice.state);
+    assert_eq!(twice.rejected, (8..16).collect::<Vec<_>>());
+}
+
+#[test]
 fn a_vehicle_that_was_moved_is_found_again_by_the_second_report() {
     let (reports, ..) = flight(&mut Random(4), 12, Vector2::new(0.2, 0.1));
     let moved = |n: usize| {
         let mut reports = reports[..n].to_vec();
         for report in &mut reports[8..] {
-            report.position += Vector2::new(300.0, 0.0);
+            [report.north_m, report.east_m] = (report.position() + (Vector2::new(300.0, 0.0))).into();
         }
         reports
     };
@@ -259,15 +274,15 @@ fn a_vehicle_that_was_moved_is_found_again_by_the_second_report() {
     for reports in [&reports, &positions_alone(&reports)] {
         let found = estimate(reports, 620.0);
         assert_eq!(found.rejected, (0..8).collect::<Vec<_>>());
-        assert!((found.state.position - reports[9].position).norm() < 3.0 * SIGMA);
-        assert!(found.state.speed < 0.5);
+        assert!((found.state.position() - reports[9].position()).norm() < 3.0 * SIGMA);
+        assert!(found.state.speed_mps < 0.5);
     }
 }
 
 #[test]
 fn an_outlier_at_the_beginning_is_not_followed() {
     let (mut reports, ..) = flight(&mut Random(5), 3, Vector2::new(0.2, 0.1));
-    reports[0].position += Vector2::new(0.0, 60.0);
+    [reports[0].north_m, reports[0].east_m] = (reports[0].position() + (Vector2::new(0.0, 60.0))).into();
     assert_eq!(estimate(&reports, 530.0).rejected, [0]);
 }
 
@@ -283,19 +298,19 @@ fn the_fastest_vehicle_that_tells_no_speed_is_followed() {
 fn a_velocity_that_cannot_be_is_left_out_and_its_position_is_not() {
     let (mut reports, ..) = flight(&mut Random(7), 10, Vector2::new(0.2, 0.1));
     let sane = estimate(&reports, 595.0);
-    reports[9].ground_track.as_mut().expect("is reported").speed = 5.0;
+    reports[9].speed_mps = Some(5.0);
     let found = estimate(&reports, 595.0);
     assert_eq!(found.rejected, [] as [usize; 0]);
-    assert_eq!(found.state.age, 5.0);
+    assert_eq!(found.state.age_s, 5.0);
     assert!((found.state.velocity() - sane.state.velocity()).norm() < 0.1);
 }
 
 #[test]
 fn a_turn_that_was_reported_a_minute_ago_does_not_count_any_more() {
     let (mut reports, ..) = flight(&mut Random(8), 2, Vector2::new(0.2, 0.1));
-    reports[0].turn_rate = Some(0.02);
-    reports[1].turn_rate = None;
-    let turn_rate = |now| estimate(&reports, now).state.turn_rate;
+    reports[0].turn_rate_radps = Some(0.02);
+    reports[1].turn_rate_radps = None;
+    let turn_rate = |now| estimate(&reports, now).state.turn_rate_radps;
     assert_eq!((turn_rate(560.0), turn_rate(560.1)), (0.02, 0.0));
 }
 
@@ -311,9 +326,9 @@ fn sigma_now_is_that_of_the_filter_carried_on() {
     // p + v t with an error of its own: P_pp + 2 t P_pv + t² P_vv + q t³/3 along either axis.
     let variance: f64 = (0..2)
         .map(|i| {
-            covariance[(i, i)]
-                + 2.0 * t * covariance[(i, i + 2)]
-                + t * t * covariance[(i + 2, i + 2)]
+            covariance[i][i]
+                + 2.0 * t * covariance[i][i + 2]
+                + t * t * covariance[i + 2][i + 2]
                 + ACCELERATION_DENSITY * t.powi(3) / 3.0
         })
         .sum();
@@ -334,17 +349,10 @@ fn lanes(random: &mut Random) -> (KnownPath, Vec<Report>, Vector2<f64>) {
     let report = |k: u32| {
         let time = INTERVAL * f64::from(k);
         let (position, tangent) = place(time);
-        Report {
-            time,
-            position: position + random.normal() * SIGMA,
-            sigma: SIGMA,
-            depth: None,
-            ground_track: Some(GroundTrack {
-                course: Course::new(tangent + COURSE_SIGMA * random.normal().x),
-                speed: 0.193,
-            }),
-            turn_rate: None,
-        }
+        Report::new(time, position + random.normal() * SIGMA, SIGMA).with_ground_track(Some(GroundTrack {
+            course: Course::new(tangent + COURSE_SIGMA * random.normal().x),
+            speed: 0.193,
+        }))
     };
     let reports: Vec<_> = (0..30).map(report).collect();
     let known = KnownPath {
@@ -355,13 +363,8 @@ fn lanes(random: &mut Random) -> (KnownPath, Vec<Report>, Vector2<f64>) {
 }
 
 fn estimate_along(known: &KnownPath, reports: &[Report]) -> Estimate {
-    let auv = Auv {
-        id: VehicleId("a".into()),
-        evidence: Evidence::Reports(reports.to_vec()),
-        path: Some(known.clone()),
-        dive: None,
-    };
-    Estimate::new(&auv, 290.0, &Vector2::zeros(), None)
+    let auv = Auv::reported("a", reports.to_vec());
+    Estimate::new(&auv, Some(known), 290.0, &Vector2::zeros(), None)
 }
 
 #[test]
@@ -373,8 +376,8 @@ fn a_path_that_is_known_and_followed_makes_the_estimate_better() {
             if !with_telemetry {
                 reports = positions_alone(&reports);
             }
-            along += (estimate_along(&known, &reports).state.position - truth).norm_squared();
-            free += (estimate(&reports, 290.0).state.position - truth).norm_squared();
+            along += (estimate_along(&known, &reports).state.position() - truth).norm_squared();
+            free += (estimate(&reports, 290.0).state.position() - truth).norm_squared();
         }
         let [along, free] = [along, free].map(|sum: f64| (sum / 200.0).sqrt());
         println!("telemetry {with_telemetry}: along the path {along:.2} m, free {free:.2} m");
@@ -389,10 +392,10 @@ fn along_a_path_the_error_is_no_larger_than_the_covariance_says() {
     let squared = (0..200).map(|seed| {
         let (known, reports, truth) = lanes(&mut Random(seed));
         let state = estimate_along(&known, &reports).state;
-        let covariance = state.covariance.expect("made of reports");
+        let covariance = state.covariance().expect("made of reports");
         assert!(covariance.cholesky().is_some());
         let position = covariance.fixed_view::<2, 2>(0, 0).into_owned();
-        let error = state.position - truth;
+        let error = state.position() - truth;
         error.dot(&(position.try_inverse().expect("positive definite") * error))
     });
     let sum: f64 = squared.sum();
@@ -403,13 +406,14 @@ fn along_a_path_the_error_is_no_larger_than_the_covariance_says() {
 fn a_vehicle_that_leaves_its_path_is_estimated_from_its_motion() {
     let (known, mut reports, _) = lanes(&mut Random(1));
     // It goes on straight where the path turns, 15 m ahead of it.
-    let start = reports[0].position + crate::facts::angle::direction(0.4) * 40.0;
+    let start = reports[0].position() + crate::facts::angle::direction(0.4) * 40.0;
     for (k, report) in (0..30).zip(&mut reports) {
-        report.position = start + crate::facts::angle::direction(0.4) * (0.193 * INTERVAL * f64::from(k));
-        report.ground_track = Some(GroundTrack {
+        [report.north_m, report.east_m] =
+            (start + crate::facts::angle::direction(0.4) * (0.193 * INTERVAL * f64::from(k))).into();
+        *report = report.with_ground_track(Some(GroundTrack {
             course: Course::new(0.4),
             speed: 0.193,
-        });
+        }));
     }
     assert_eq!(estimate_along(&known, &reports), estimate(&reports, 290.0));
 }
@@ -424,20 +428,27 @@ fn a_path_and_its_reports_in_another_place_give_the_same_estimate_there() {
         ..known.clone()
     };
     let moved = |report: &Report| Report {
-        position: turn * report.position + shift,
-        ground_track: report.ground_track.map(|track| GroundTrack {
+        north_m: (turn * report.position() + shift).x,
+        east_m: (turn * report.position() + shift).y,
+        course_rad: (report.ground_track().map(|track| GroundTrack {
             course: Course::new(track.course.radians() + 2.0),
             ..track
-        }),
+        }))
+        .map(|track| track.course.radians()),
+        speed_mps: (report.ground_track().map(|track| GroundTrack {
+            course: Course::new(track.course.radians() + 2.0),
+            ..track
+        }))
+        .map(|track| track.speed),
         ..*report
     };
     let here = estimate_along(&known, &reports).state;
     let there = estimate_along(&elsewhere, &reports.iter().map(moved).collect::<Vec<_>>()).state;
-    assert!((turn * here.position + shift - there.position).norm() < 1e-9);
+    assert!((turn * here.position() + shift - there.position()).norm() < 1e-9);
     assert!((turn * here.velocity() - there.velocity()).norm() < 1e-9);
     let position = |state: &AuvState| {
         state
-            .covariance
+            .covariance()
             .expect("is there")
             .fixed_view::<2, 2>(0, 0)
             .into_owned()
@@ -448,40 +459,29 @@ fn a_path_and_its_reports_in_another_place_give_the_same_estimate_there() {
 /// A vehicle that turns at a constant rate, reported by exact states without it, `interval` seconds apart: the estimates of
 /// its rate, each handed back with the next.
 fn turn_rates_from_states(rate: f64, interval: f64, n: u32, course_error: impl Fn(u32) -> f64) -> Vec<f64> {
-    let mut remembered: Option<(PreviousTarget, f64)> = None;
+    let mut remembered: Option<(RememberedTarget, f64)> = None;
     let mut rates = Vec::new();
     for k in 0..n {
         let time = interval * f64::from(k);
-        let auv = Auv {
-            id: VehicleId("a".into()),
-            evidence: Evidence::State(AuvState {
-                position: Vector2::zeros(),
-                depth: 0.0,
-                course: Course::new(1.0 + rate * time + course_error(k)),
-                speed: 0.9,
-                turn_rate: 0.0,
-                age: 0.0,
-                covariance: None,
-            }),
-            path: None,
-            dive: None,
-        };
-        let before = remembered.as_ref().map(|(target, reported)| (target, *reported));
-        let state = Estimate::new(&auv, time, &Vector2::zeros(), before).state;
-        rates.push(state.turn_rate);
-        let target = PreviousTarget {
-            id: auv.id.clone(),
+        let auv = Auv::new(
+            "a",
+            AuvState::new(
+                Vector2::zeros(),
+                0.0,
+                Course::new(1.0 + rate * time + course_error(k)),
+                0.9,
+            ),
+        );
+        let state = Estimate::new(&auv, None, time, &Vector2::zeros(), remembered).state;
+        rates.push(state.turn_rate_radps);
+        let target = RememberedTarget {
             model: crate::facts::options::ForecastModel::ConstantVelocity,
-            report_age: 0.0,
-            position: state.position,
-            depth: 0.0,
-            velocity: state.velocity(),
-            turn_rate: state.turn_rate,
+            estimate: PreviousEstimate::from(&state),
             drift: Vector2::zeros(),
         };
         // The same state asked for again, with an answer in between that had nothing new, tells the same.
-        let again = Estimate::new(&auv, time, &Vector2::zeros(), Some((&target, time))).state;
-        assert_eq!(again.turn_rate, state.turn_rate);
+        let again = Estimate::new(&auv, None, time, &Vector2::zeros(), Some((target, time))).state;
+        assert_eq!(again.turn_rate_radps, state.turn_rate_radps);
         remembered = Some((target, time));
     }
     rates
@@ -517,15 +517,15 @@ fn a_rate_of_turn_that_is_reported_is_not_estimated() {
     let rate = |reported: [Option<f64>; 3], turned: f64| {
         let mut reports = reports.clone();
         for (k, (report, reported)) in (0_u8..).zip(reports.iter_mut().zip(reported)) {
-            report.turn_rate = reported;
+            report.turn_rate_radps = reported;
             let course = 0.1 + turned * f64::from(k);
-            report.ground_track = Some(GroundTrack {
+            *report = report.with_ground_track(Some(GroundTrack {
                 course: Course::new(course),
                 speed: 0.9,
-            });
-            report.sigma = 100.0;
+            }));
+            report.sigma_m = 100.0;
         }
-        estimate(&reports, 525.0).state.turn_rate
+        estimate(&reports, 525.0).state.turn_rate_radps
     };
     assert_eq!(rate([None, Some(0.02), None], 0.5), 0.02);
     // Half a radian in ten seconds, where nothing is reported; a tenth of that is no turn.
@@ -537,23 +537,18 @@ fn a_rate_of_turn_that_is_reported_is_not_estimated() {
 fn reports_older_than_an_hour_count_where_there_is_no_other() {
     let (mut reports, ..) = flight(&mut Random(9), 5, Vector2::new(0.2, 0.1));
     for report in &mut reports[..3] {
-        report.time -= 5000.0;
+        report.t_s -= 5000.0;
     }
     let young = estimate(&reports, 600.0);
     assert_eq!(young.rejected, [0, 1, 2]);
     assert_eq!(young.state, estimate(&reports[3..], 600.0).state);
     let old = estimate(&reports[..3], 600.0);
     assert_eq!(old.rejected, [0, 1]);
-    assert_eq!(old.state.position, reports[2].position);
+    assert_eq!(old.state.position(), reports[2].position());
     // Years are no trouble, with a path or without.
     let (known, ..) = lanes(&mut Random(1));
-    let auv = Auv {
-        id: VehicleId("a".into()),
-        evidence: Evidence::Reports(reports),
-        path: Some(known),
-        dive: None,
-    };
-    let ages = Estimate::new(&auv, 1.0e11, &Vector2::zeros(), None);
+    let auv = Auv::reported("a", reports);
+    let ages = Estimate::new(&auv, Some(&known), 1.0e11, &Vector2::zeros(), None);
     assert!(ages.position_sigma().is_some_and(f64::is_finite));
 }
 
@@ -566,15 +561,14 @@ fn report(extent: f64) -> impl Strategy<Value = Report> {
         proptest::option::of(-1.0..1.0_f64),
     )
         .prop_map(|((time, north, east, sigma), depth, track, turn_rate)| Report {
-            time,
-            position: Vector2::new(north, east),
-            sigma,
-            depth,
-            ground_track: track.map(|(course, speed)| GroundTrack {
-                course: Course::new(course),
-                speed,
-            }),
-            turn_rate,
+            depth_m: depth,
+            turn_rate_radps: turn_rate,
+            ..Report::new(time, Vector2::new(north, east), sigma).with_ground_track(track.map(
+                |(course, speed)| GroundTrack {
+                    course: Course::new(course),
+                    speed,
+                },
+            ))
         })
 }
 
@@ -606,13 +600,13 @@ proptest! {
     ) {
         let state = estimate(&reports, 500.0 + late).state;
         let along = estimate_along(&lanes(&mut Random(1)).0, &reports).state;
-        prop_assert!(along.position.norm().is_finite() && along.velocity().norm().is_finite());
-        prop_assert!(along.covariance.is_some_and(|covariance| covariance.cholesky().is_some()));
-        let covariance = state.covariance.expect("made of reports");
+        prop_assert!(along.position().norm().is_finite() && along.velocity().norm().is_finite());
+        prop_assert!(along.covariance().is_some_and(|covariance| covariance.cholesky().is_some()));
+        let covariance = state.covariance().expect("made of reports");
         prop_assert_eq!(covariance, covariance.transpose());
         prop_assert!(covariance.cholesky().is_some(), "{}", covariance);
-        prop_assert!(state.position.norm().is_finite() && (0.0..=10.0).contains(&state.speed));
-        prop_assert!((0.0..=3600.0).contains(&state.age) && state.course.radians().is_finite());
+        prop_assert!(state.position().norm().is_finite() && (0.0..=10.0).contains(&state.speed_mps));
+        prop_assert!((0.0..=3600.0).contains(&state.age_s) && state.course().radians().is_finite());
     }
 
     #[test]
@@ -622,27 +616,25 @@ proptest! {
         (north, east, delay) in (-1.0e3..1.0e3_f64, -1.0e3..1.0e3_f64, -1.0e3..1.0e3_f64),
     ) {
         let (turn, shift) = (ned_from_body(angle), Vector2::new(north, east));
-        let moved = |report: &Report| Report {
-            time: report.time + delay,
-            position: turn * report.position + shift,
-            ground_track: report.ground_track.map(|track| GroundTrack {
+        let moved = |report: &Report| Report { t_s: report.t_s + delay, north_m: (turn * report.position() + shift).x, east_m: (turn * report.position() + shift).y, course_rad: (report.ground_track().map(|track| GroundTrack {
                 course: Course::new(track.course.radians() + angle),
                 ..track
-            }),
-            ..*report
-        };
+            })).map(|track| track.course.radians()), speed_mps: (report.ground_track().map(|track| GroundTrack {
+                course: Course::new(track.course.radians() + angle),
+                ..track
+            })).map(|track| track.speed), ..*report };
         let here = estimate(&reports, 500.0);
         let there = estimate(&reports.iter().map(moved).collect::<Vec<_>>(), 500.0 + delay);
         prop_assert_eq!(&here.rejected, &there.rejected);
         let (here, there) = (here.state, there.state);
         // Rounding of coordinates and times of a thousand, magnified by velocities between fixes that are almost
         // simultaneous.
-        prop_assert!((turn * here.position + shift - there.position).norm() < 1e-6);
+        prop_assert!((turn * here.position() + shift - there.position()).norm() < 1e-6);
         prop_assert!((turn * here.velocity() - there.velocity()).norm() < 1e-6);
         let mut four = nalgebra::Matrix4::zeros();
         four.fixed_view_mut::<2, 2>(0, 0).copy_from(&turn);
         four.fixed_view_mut::<2, 2>(2, 2).copy_from(&turn);
-        let (p, q) = (here.covariance.expect("is there"), there.covariance.expect("is there"));
+        let (p, q) = (here.covariance().expect("is there"), there.covariance().expect("is there"));
         prop_assert!((four * p * four.transpose() - q).amax() < 1e-6 * p.amax());
     }
 }

@@ -16,12 +16,45 @@ const AGREEING_TO_BE_MOVED: usize = 2;
 
 /// What holds a vehicle's motion, and says which reports fit it.
 pub(crate) trait Filter {
-    /// Takes `report`, not older than the one before, in, if its position is inside the gate; whether it was.
-    fn accept(&mut self, report: &Report) -> bool;
+    /// Takes `report`, not older than the one before, in, if its position is inside the gate.
+    fn accept(&mut self, report: &Report) -> Innovation;
 
     /// The same vehicle, if it was found at `report`, which is not where it was taken to be.
     #[must_use]
     fn found_at(&self, report: &Report) -> Self;
+}
+
+/// How a report's position compares with the one expected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Innovation {
+    /// Whether it is inside the gate.
+    pub(crate) accepted: bool,
+    /// Its square, normalised by its covariance.
+    pub(crate) normalised: f64,
+    /// Its probability density, 1/m², if it is no outlier.
+    pub(crate) density: f64,
+    /// Its square, m².
+    pub(crate) square: f64,
+    /// Geometric mean of its variances along two axes, m².
+    pub(crate) variance: f64,
+}
+
+/// Share of fixes that are outliers, and their scale along an axis, m. Assumption: multipath in shallow water.
+const OUTLIER_SHARE: f64 = 0.02;
+
+/// As above.
+const OUTLIER_SCALE: f64 = 20.0;
+
+impl Innovation {
+    /// Logarithm of its probability density, 1/m².
+    ///
+    /// Outliers have Student's distribution with two degrees of freedom: one that is far off is improbable, and no more so
+    /// than a few fixes of a wrong accuracy.
+    pub(crate) fn log_likelihood(&self) -> f64 {
+        let variance = OUTLIER_SCALE * OUTLIER_SCALE + self.variance;
+        let student = (1.0 + 0.5 * self.square / variance).powi(-2) / (std::f64::consts::TAU * variance);
+        (self.density + OUTLIER_SHARE * student).ln()
+    }
 }
 
 /// A filter, and the reports that are in it, each with its number, in order of time.
@@ -29,6 +62,8 @@ pub(crate) trait Filter {
 pub(crate) struct Track<F> {
     pub(crate) filter: F,
     pub(crate) used: Vec<(usize, Report)>,
+    /// Those of all reports but the first, each as it came, whether it is in the filter or not.
+    pub(crate) innovations: Vec<Innovation>,
 }
 
 /// What reports that a track refused come to.
@@ -49,7 +84,9 @@ impl<F: Filter> Track<F> {
         let mut track = Self::of_one(start(&first.1), first);
         let mut rival: Option<Rival<F>> = None;
         for report in later {
-            if track.accept(report) {
+            let innovation = track.accept(report);
+            track.innovations.push(innovation);
+            if innovation.accepted {
                 rival = None;
                 continue;
             }
@@ -59,11 +96,11 @@ impl<F: Filter> Track<F> {
                 rival = Some(Rival { afresh, moved });
                 continue;
             };
-            let agrees = earlier.afresh.accept(report);
-            if earlier.moved.accept(report) && earlier.moved.used.len() == AGREEING_TO_BE_MOVED {
-                track = earlier.moved;
+            let agrees = earlier.afresh.accept(report).accepted;
+            if earlier.moved.accept(report).accepted && earlier.moved.used.len() == AGREEING_TO_BE_MOVED {
+                track = track.followed_by(earlier.moved);
             } else if agrees && earlier.afresh.used.len() == AGREEING_TO_TAKE_OVER {
-                track = earlier.afresh;
+                track = track.followed_by(earlier.afresh);
             } else {
                 let afresh = if agrees {
                     earlier.afresh
@@ -73,24 +110,33 @@ impl<F: Filter> Track<F> {
                 rival = Some(Rival { afresh, moved });
             }
         }
-        rival
-            .map(|rival| rival.afresh)
-            .filter(|rival| track.used.len() < rival.used.len())
-            .unwrap_or(track)
+        match rival {
+            Some(rival) if track.used.len() < rival.afresh.used.len() => track.followed_by(rival.afresh),
+            Some(_) | None => track,
+        }
+    }
+
+    /// `rival` instead of this track.
+    fn followed_by(self, rival: Self) -> Self {
+        Self {
+            innovations: self.innovations,
+            ..rival
+        }
     }
 
     fn of_one(filter: F, report: &(usize, Report)) -> Self {
         Self {
             filter,
             used: vec![*report],
+            innovations: Vec::new(),
         }
     }
 
-    fn accept(&mut self, report: &(usize, Report)) -> bool {
-        let accepted = self.filter.accept(&report.1);
-        if accepted {
+    fn accept(&mut self, report: &(usize, Report)) -> Innovation {
+        let innovation = self.filter.accept(&report.1);
+        if innovation.accepted {
             self.used.push(*report);
         }
-        accepted
+        innovation
     }
 }

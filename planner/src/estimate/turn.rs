@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use crate::facts::{
     angle::{angle_of, wrap},
     evidence::{AuvState, SPEED_AT_REST},
-    reference::PreviousTarget,
+    previous_plan::PreviousEstimate,
 };
 
 /// Times between two courses that show how fast the vehicle turned meanwhile, s. Assumption: in a shorter one the
@@ -39,15 +39,15 @@ pub(crate) fn turn_rate(before: &Vector2<f64>, after: &Vector2<f64>, between: f6
 /// r = r⁻ + (1 − exp(−Δ/τ)) ((χ − χ⁻) / Δ − r⁻)          τ = 5 s
 /// ```
 /// r⁻ as it is, where the state is no newer.
-pub(crate) fn remembered_turn_rate(earlier: &PreviousTarget, state: &AuvState, between: f64) -> f64 {
+pub(crate) fn remembered_turn_rate(earlier: &PreviousEstimate, state: &AuvState, between: f64) -> f64 {
     if between.abs() < *BETWEEN.start() {
-        return earlier.turn_rate;
+        return earlier.turn_rate_radps;
     }
-    let Some(rate) = turn_rate(&earlier.velocity, &state.velocity(), between) else {
+    let Some(rate) = turn_rate(&earlier.velocity(), &state.velocity(), between) else {
         return 0.0;
     };
     let share = -(-between / MEMORY).exp_m1();
-    clear(earlier.turn_rate + share * (rate - earlier.turn_rate))
+    clear(earlier.turn_rate_radps + share * (rate - earlier.turn_rate_radps))
 }
 
 /// A rate that can be distinguished from none.

@@ -1,6 +1,8 @@
 //! The surface craft now, and what the operator allows it.
 
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
 use crate::facts::angle::{Heading, ned_from_body};
 
@@ -16,57 +18,142 @@ pub struct AscNow {
 }
 
 /// State of the surface craft.
-#[derive(Clone, Debug, PartialEq)]
-pub struct AscState {
-    /// Position (north, east), m.
-    pub position: Vector2<f64>,
-    /// Heading ψ.
-    pub heading: Heading,
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Asc {
+    /// Position north of the datum, m.
+    pub north_m: f64,
+    /// Position east of the datum, m.
+    pub east_m: f64,
+    /// Latitude, degrees, positive north: with `lon_deg` instead of `north_m` and `east_m`, where there is an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lat_deg: Option<f64>,
+    /// Longitude, degrees, positive east.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lon_deg: Option<f64>,
+    /// Heading, rad, within ±2π.
+    #[doc(alias = "psi")]
+    pub heading_rad: f64,
     /// Surge speed through the water, m/s, positive ahead.
-    pub surge: f64,
-    /// Sway speed through the water, m/s, positive to starboard.
-    pub sway: f64,
-    /// Yaw rate, rad/s, positive clockwise seen from above.
-    pub yaw_rate: f64,
-    /// Velocity over ground (north, east), m/s, where a GNSS receiver gives it.
-    pub ground_velocity: Option<Vector2<f64>>,
+    pub speed_mps: f64,
+    /// Sway speed through the water, m/s, positive to starboard. Default: 0.
+    #[serde(default)]
+    pub sway_mps: f64,
+    /// Yaw rate, rad/s, positive clockwise seen from above. Default: 0.
+    #[serde(default)]
+    pub yaw_rate_radps: f64,
+    /// Northward velocity over ground, m/s; together with `ground_east_mps` or not at all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ground_north_mps: Option<f64>,
+    /// Eastward velocity over ground, m/s; together with `ground_north_mps` or not at all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ground_east_mps: Option<f64>,
 }
 
-impl AscState {
-    /// A craft at `position` (north, east), m, that moves ahead at `surge`, m/s, through the water, as far as is known: its
-    /// sway and yaw rate are 0, and no receiver gives its velocity over ground.
+impl Asc {
+    /// A craft at `position` (north, east), m, that moves ahead at `surge`, m/s, through the water. Its sway and yaw rate are 0,
+    /// and its velocity over ground is not known.
     #[must_use]
     pub fn new(position: Vector2<f64>, heading: Heading, surge: f64) -> Self {
         Self {
-            position,
-            heading,
-            surge,
-            sway: 0.0,
-            yaw_rate: 0.0,
-            ground_velocity: None,
+            north_m: position.x,
+            east_m: position.y,
+            lat_deg: None,
+            lon_deg: None,
+            heading_rad: heading.radians(),
+            speed_mps: surge,
+            sway_mps: 0.0,
+            yaw_rate_radps: 0.0,
+            ground_north_mps: None,
+            ground_east_mps: None,
         }
+    }
+
+    /// The same craft with a velocity over ground (north, east), m/s.
+    #[must_use]
+    pub fn with_ground_velocity(self, velocity: Option<Vector2<f64>>) -> Self {
+        Self {
+            ground_north_mps: velocity.map(|v| v.x),
+            ground_east_mps: velocity.map(|v| v.y),
+            ..self
+        }
+    }
+
+    /// Position (north, east), m.
+    #[must_use]
+    pub fn position(&self) -> Vector2<f64> {
+        Vector2::new(self.north_m, self.east_m)
+    }
+
+    /// Heading ψ.
+    #[must_use]
+    pub fn heading(&self) -> Heading {
+        Heading::new(self.heading_rad)
+    }
+
+    /// Velocity over ground (north, east), m/s, where a GNSS receiver gives it.
+    #[must_use]
+    pub fn ground_velocity(&self) -> Option<Vector2<f64>> {
+        Some(Vector2::new(self.ground_north_mps?, self.ground_east_mps?))
     }
 
     /// Velocity through the water (north, east), m/s.
     #[must_use]
     pub fn water_velocity(&self) -> Vector2<f64> {
-        ned_from_body(self.heading.radians()) * Vector2::new(self.surge, self.sway)
+        ned_from_body(self.heading().radians()) * Vector2::new(self.speed_mps, self.sway_mps)
     }
 
-    /// Current (north, east), m/s, that velocity over ground less velocity through the water leaves, be it possible
-    /// or not.
+    /// Current (north, east), m/s, that velocity over ground less velocity through the water leaves, possible or not.
     #[must_use]
     pub fn apparent_current(&self) -> Option<Vector2<f64>> {
-        Some(self.ground_velocity? - self.water_velocity())
+        Some(self.ground_velocity()? - self.water_velocity())
     }
 }
 
 /// What the operator allows the surface craft.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = Limits)]
+pub struct DeclaredLimits {
+    /// Slowest speed reference through the water, m/s. Default: 0.05.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_min_mps: Option<f64>,
+    /// Fastest speed reference, m/s: through the water, and over ground where the craft holds that. Default: 1.5.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_max_mps: Option<f64>,
+    /// Largest yaw rate, rad/s. Default: what the craft can do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turn_rate_max_radps: Option<f64>,
+    /// Largest acceleration ahead, m/s². Default: what the craft can do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub acceleration_max_mps2: Option<f64>,
+    /// Largest deceleration, m/s², positive. Default: what the craft can do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deceleration_max_mps2: Option<f64>,
+    /// Time constant of the surge loop, s, where `craft` does not say it. Default: the craft's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surge_lag_s: Option<f64>,
+}
+
+impl From<Limits> for DeclaredLimits {
+    fn from(limits: Limits) -> Self {
+        Self {
+            speed_min_mps: Some(limits.speed_min),
+            speed_max_mps: Some(limits.speed_max),
+            turn_rate_max_radps: Some(limits.turn_rate_max),
+            acceleration_max_mps2: Some(limits.acceleration_max),
+            deceleration_max_mps2: Some(limits.deceleration_max),
+            surge_lag_s: None,
+        }
+    }
+}
+
+/// What the surface craft may do: what is not declared is [`Limits::ANY`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// Slowest speed reference through the water, m/s: below it the craft does not steer.
     pub speed_min: f64,
-    /// Fastest speed reference through the water, m/s.
+    /// Fastest speed reference, m/s: through the water, and over ground where the craft holds that.
     pub speed_max: f64,
     /// Largest yaw rate, rad/s.
     pub turn_rate_max: f64,
@@ -76,8 +163,21 @@ pub struct Limits {
     pub deceleration_max: f64,
 }
 
+impl From<&DeclaredLimits> for Limits {
+    fn from(declared: &DeclaredLimits) -> Self {
+        let any = Self::ANY;
+        Self {
+            speed_min: declared.speed_min_mps.unwrap_or(any.speed_min),
+            speed_max: declared.speed_max_mps.unwrap_or(any.speed_max),
+            turn_rate_max: declared.turn_rate_max_radps.unwrap_or(any.turn_rate_max),
+            acceleration_max: declared.acceleration_max_mps2.unwrap_or(any.acceleration_max),
+            deceleration_max: declared.deceleration_max_mps2.unwrap_or(any.deceleration_max),
+        }
+    }
+}
+
 impl Limits {
-    /// No limit but a small craft's speeds: it may turn and gather way as it can.
+    /// The speeds of a small craft; turns and accelerations are not limited.
     pub const ANY: Self = Self {
         speed_min: 0.05,
         speed_max: 1.5,

@@ -4,27 +4,13 @@
 use std::{f64::consts::TAU, ops::RangeInclusive};
 
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
 use crate::facts::{
     invalid_field::{InvalidField, InvalidReason},
-    ranges::COORDINATE_MAX,
+    ranges::{ACOUSTIC_RANGE, AREA_CORNERS, COORDINATE_MAX, KEEP_OUT, KEEP_OUTS_MAX, SURFACING_SEPARATION},
 };
-
-/// Most discs to keep out of.
-pub const KEEP_OUTS_MAX: usize = 32;
-
-/// Radius of a disc to keep out of, m: from what a craft can distinguish from a point to a large harbour.
-pub const KEEP_OUT_RADIUS: RangeInclusive<f64> = 0.1..=1.0e4;
-
-/// Number of corners of an area.
-pub const AREA_CORNERS: RangeInclusive<usize> = 3..=64;
-
-/// Acoustic range, m: nearer than the least no craft stays, farther than the most no modem reaches.
-pub const ACOUSTIC_RANGE: RangeInclusive<f64> = 1.0..=2.0e4;
-
-/// Distance to keep from an AUV at the surface, m. Assumption: from half the length of a small craft to what a craft
-/// that looks after AUVs may still be asked for.
-pub const SURFACING_SEPARATION: RangeInclusive<f64> = 0.5..=100.0;
 
 /// Shortest side of an area and its least width, m: what is smaller is a mistake.
 const AREA_SIZE_MIN: f64 = 0.1;
@@ -34,15 +20,45 @@ const AREA_SIZE_MIN: f64 = 0.1;
 const STRAIGHT: f64 = 1.0e-6;
 
 /// A disc to keep out of.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
 pub struct KeepOut {
-    /// Its centre (north, east), m.
-    pub centre: Vector2<f64>,
-    /// Its radius, m.
-    pub radius: f64,
+    /// Its centre, north of the datum, m.
+    pub north_m: f64,
+    /// Its centre, east of the datum, m.
+    pub east_m: f64,
+    /// Its centre's latitude, degrees, positive north: with `lon_deg` instead of `north_m` and `east_m`, where there is an
+    /// `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lat_deg: Option<f64>,
+    /// Its centre's longitude, degrees, positive east.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lon_deg: Option<f64>,
+    /// Its radius, m, from 0.1 to 10 000.
+    pub radius_m: f64,
 }
 
-/// Everything that is wrong with the bounds of an observation, by field.
+impl KeepOut {
+    /// A disc about `centre` (north, east), m, of `radius`, m.
+    #[must_use]
+    pub fn new(centre: Vector2<f64>, radius: f64) -> Self {
+        Self {
+            north_m: centre.x,
+            east_m: centre.y,
+            lat_deg: None,
+            lon_deg: None,
+            radius_m: radius,
+        }
+    }
+
+    /// Its centre (north, east), m.
+    #[must_use]
+    pub fn centre(&self) -> Vector2<f64> {
+        Vector2::new(self.north_m, self.east_m)
+    }
+}
+
+/// Everything that is wrong with the bounds of a request, by field.
 #[must_use]
 pub fn bounds_faults(
     keep_outs: &[KeepOut],
@@ -54,11 +70,8 @@ pub fn bounds_faults(
         faults.push(wrong_length("keep_outs", keep_outs.len(), 0..=KEEP_OUTS_MAX));
     }
     for (i, disc) in keep_outs.iter().enumerate() {
-        for (name, given, range) in [
-            ("north_m", disc.centre.x, -COORDINATE_MAX..=COORDINATE_MAX),
-            ("east_m", disc.centre.y, -COORDINATE_MAX..=COORDINATE_MAX),
-            ("radius_m", disc.radius, KEEP_OUT_RADIUS),
-        ] {
+        let numbers = [disc.north_m, disc.east_m, disc.radius_m];
+        for ((name, range), given) in KEEP_OUT.into_iter().zip(numbers) {
             faults.extend(outside(format!("keep_outs/{i}/{name}"), given, range));
         }
     }
@@ -79,8 +92,9 @@ pub(crate) fn separation_fault(separation: Option<f64>) -> Option<InvalidField> 
 }
 
 /// The corners of a checked area clockwise, seen from above, and the first of them as before.
-pub(crate) fn clockwise(mut area: Vec<Vector2<f64>>) -> Vec<Vector2<f64>> {
-    if doubled_area(&area) < 0.0 {
+pub(crate) fn clockwise(mut area: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    let corners: Vec<_> = area.iter().copied().map(Vector2::from).collect();
+    if doubled_area(&corners) < 0.0 {
         area[1..].reverse();
     }
     area
@@ -238,31 +252,8 @@ mod tests {
     }
 
     #[test]
-    fn a_point_given_twice_and_an_area_without_width_are_refused() {
-        let closed = [SQUARE[0], SQUARE[1], SQUARE[2], SQUARE[0]];
-        let (field, reason) = fault(&closed).expect("closed as some formats close it");
-        assert_eq!(field, "area/0");
-        assert_eq!(
-            reason,
-            InvalidReason::TooNear {
-                given: 0.0,
-                least: AREA_SIZE_MIN
-            }
-        );
-        let sliver = [[0.0, 0.0], [100.0, 0.0], [50.0, 0.05]];
-        let (field, reason) = fault(&sliver).expect("5 cm wide");
-        assert_eq!(field, "area");
-        assert!(matches!(reason, InvalidReason::TooNarrow { given, .. } if given < 0.05 + 1e-12));
-        let line = [[0.0, 0.0], [100.0, 0.0], [200.0, 0.0]];
-        assert!(fault(&line).is_some());
-    }
-
-    #[test]
     fn no_number_that_is_not_finite_and_no_size_goes_unseen() {
-        let disc = |radius| KeepOut {
-            centre: Vector2::new(1.0, f64::NAN),
-            radius,
-        };
+        let disc = |radius| KeepOut::new(Vector2::new(1.0, f64::NAN), radius);
         let fields: Vec<_> = bounds_faults(
             &[disc(1.0), disc(0.05)],
             &corners(&[[0.0; 2]; 2]),
@@ -293,25 +284,14 @@ mod tests {
     }
 
     #[test]
-    fn a_separation_that_is_none_is_named_with_its_range() {
-        for given in [0.499, 100.001, -5.0, f64::INFINITY] {
-            let fault = separation_fault(Some(given)).expect("outside");
-            let (least, most) = (0.5, 100.0);
-            assert_eq!(fault.field, "surfacing_separation_m");
-            assert_eq!(fault.reason, InvalidReason::OutOfRange { given, least, most });
-        }
-        assert!(separation_fault(Some(f64::NAN)).is_some());
-        for welcome in [None, Some(0.5), Some(5.0), Some(100.0)] {
-            assert_eq!(separation_fault(welcome), None);
-        }
-    }
-
-    #[test]
     fn a_stored_area_goes_clockwise_from_the_corner_that_was_first() {
-        let clock = corners(&SQUARE);
+        let listed = |order: [usize; 4]| {
+            let corners = corners(&SQUARE);
+            order.map(|i| corners[i].into()).to_vec()
+        };
+        let clock = listed([0, 1, 2, 3]);
         assert_eq!(clockwise(clock.clone()), clock);
-        let counter = corners(&[SQUARE[0], SQUARE[3], SQUARE[2], SQUARE[1]]);
-        assert_eq!(clockwise(counter), clock);
+        assert_eq!(clockwise(listed([0, 3, 2, 1])), clock);
         assert!(clockwise(Vec::new()).is_empty());
     }
 }

@@ -1,6 +1,8 @@
 //! What is known of where an AUV is: its state, or the reports that an estimate is made of.
 
 use nalgebra::{Matrix4, Vector2};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
 use crate::facts::angle::Course;
 
@@ -14,93 +16,163 @@ pub const SPEED_AT_REST: f64 = 0.05;
 /// that is not known carries it as far as any forecast is long.
 pub(crate) const FORECAST_AGE_MAX: f64 = 3600.0;
 
-/// Either of the two ways in which a client declares where an AUV is.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Evidence {
-    /// A state, as some estimator of the client's has it.
-    State(AuvState),
-    /// Recent reports, at least one, in any order.
-    Reports(Vec<Report>),
-}
-
-impl Evidence {
-    /// The state, where that is what was declared.
-    #[must_use]
-    pub fn state(&self) -> Option<&AuvState> {
-        match self {
-            Self::State(state) => Some(state),
-            Self::Reports(_) => None,
-        }
-    }
-
-    /// The same, to be changed.
-    #[must_use]
-    pub fn state_mut(&mut self) -> Option<&mut AuvState> {
-        match self {
-            Self::State(state) => Some(state),
-            Self::Reports(_) => None,
-        }
-    }
-}
-
-/// State of an AUV, as old as it says.
-#[derive(Clone, Debug, PartialEq)]
+/// State of an underwater vehicle at the time of its last report.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
 pub struct AuvState {
-    /// Position (north, east) then, m.
-    pub position: Vector2<f64>,
+    /// Position north of the datum, m.
+    pub north_m: f64,
+    /// Position east of the datum, m.
+    pub east_m: f64,
+    /// Latitude, degrees, positive north: with `lon_deg` instead of `north_m` and `east_m`, where there is an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lat_deg: Option<f64>,
+    /// Longitude, degrees, positive east.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lon_deg: Option<f64>,
     /// Depth, m, positive down.
-    pub depth: f64,
-    /// Course over ground χ.
-    pub course: Course,
+    pub depth_m: f64,
+    /// Course over ground, rad, within ±2π.
+    pub course_rad: f64,
     /// Horizontal speed over ground, m/s, never negative.
-    pub speed: f64,
-    /// Rate of turn of the course, rad/s, positive clockwise.
-    pub turn_rate: f64,
-    /// Age, s.
-    pub age: f64,
-    /// Covariance of (north, east, north velocity, east velocity) then, m², m²/s and m²/s², where it is known.
-    /// Symmetric, with no negative eigenvalue.
-    pub covariance: Option<Matrix4<f64>>,
+    pub speed_mps: f64,
+    /// Rate of turn of the course, rad/s, positive clockwise. Default, also for 0: from the courses of this state
+    /// and of the one in `previous_plan.targets`, else 0.
+    #[serde(default)]
+    pub turn_rate_radps: f64,
+    /// Age of the report, s. From 15 minutes on a goal that needs this vehicle now is held, and limits about it no longer
+    /// count; from an hour on it is taken to stay where it was. Default: 0.
+    #[serde(default)]
+    pub age_s: f64,
+    /// Covariance of north, east, north velocity and east velocity then, row by row, in m², m²/s and m²/s²:
+    /// symmetric, no eigenvalue negative. Default: not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<[[f64; 4]; 4]>,
 }
 
 impl AuvState {
-    /// The state now of an AUV at `position` (north, east), m, and `depth`, m, that goes straight on at `speed`, m/s, over
-    /// ground; how surely that is known is not.
+    /// The present state of an AUV at `position` (north, east), m, and `depth`, m, that goes straight on at `speed`, m/s, over
+    /// ground. Its covariance is not known.
     #[must_use]
     pub fn new(position: Vector2<f64>, depth: f64, course: Course, speed: f64) -> Self {
         Self {
-            position,
-            depth,
-            course,
-            speed,
-            turn_rate: 0.0,
-            age: 0.0,
+            north_m: position.x,
+            east_m: position.y,
+            lat_deg: None,
+            lon_deg: None,
+            depth_m: depth,
+            course_rad: course.radians(),
+            speed_mps: speed,
+            turn_rate_radps: 0.0,
+            age_s: 0.0,
             covariance: None,
         }
+    }
+
+    /// Position (north, east) then, m.
+    #[must_use]
+    pub fn position(&self) -> Vector2<f64> {
+        Vector2::new(self.north_m, self.east_m)
+    }
+
+    /// Course over ground χ.
+    #[must_use]
+    pub fn course(&self) -> Course {
+        Course::new(self.course_rad)
     }
 
     /// Velocity over ground (north, east), m/s.
     #[must_use]
     pub fn velocity(&self) -> Vector2<f64> {
-        self.course.unit() * self.speed
+        self.course().unit() * self.speed_mps
+    }
+
+    /// Covariance of (north, east, north velocity, east velocity) then, where it is known.
+    #[must_use]
+    pub fn covariance(&self) -> Option<Matrix4<f64>> {
+        self.covariance
+            .map(|rows| Matrix4::from_fn(|row, column| rows[row][column]))
     }
 }
 
-/// A position that was measured at a time, and what the vehicle said of itself then.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A measured position of an underwater vehicle, and what the vehicle reported of itself then.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Report {
-    /// When it was so, s on the snapshot's clock: when the message was sent, not when it arrived.
-    pub time: f64,
+    /// When this was true, s on the request's clock: when the message was sent, not when it arrived. At most 1 s
+    /// ahead, which counts as now. If all reports are older than an hour, only the newest counts.
+    pub t_s: f64,
+    /// Position north of the datum, m.
+    pub north_m: f64,
+    /// Position east of the datum, m.
+    pub east_m: f64,
+    /// Latitude, degrees, positive north: with `lon_deg` instead of `north_m` and `east_m`, where there is an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lat_deg: Option<f64>,
+    /// Longitude, degrees, positive east.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lon_deg: Option<f64>,
+    /// Standard deviation of the position along either axis, m, from 0.001 to 100,000. It is taken to be larger where the
+    /// fixes show that.
+    pub sigma_m: f64,
+    /// Telemetered depth, m, positive down. Default: not reported; if no report states it, 0 is used.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depth_m: Option<f64>,
+    /// Telemetered course over ground, rad, within ±2π; together with `speed_mps` or not at all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub course_rad: Option<f64>,
+    /// Telemetered horizontal speed over ground, m/s, never negative; together with `course_rad` or not at all. Neither
+    /// is used where the fixes contradict them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_mps: Option<f64>,
+    /// Telemetered rate of turn of the course, rad/s, positive clockwise. Default: not reported. The newest is used
+    /// for 60 s; without one, the courses of the two newest reports give the rate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turn_rate_radps: Option<f64>,
+}
+
+impl Report {
+    /// A position (north, east), m, measured at time `t_s` with standard deviation `sigma_m`. The vehicle reported nothing else.
+    #[must_use]
+    pub fn new(t_s: f64, position: Vector2<f64>, sigma_m: f64) -> Self {
+        Self {
+            t_s,
+            north_m: position.x,
+            east_m: position.y,
+            lat_deg: None,
+            lon_deg: None,
+            sigma_m,
+            depth_m: None,
+            course_rad: None,
+            speed_mps: None,
+            turn_rate_radps: None,
+        }
+    }
+
+    /// The same report with a telemetered course and speed.
+    #[must_use]
+    pub fn with_ground_track(self, track: Option<GroundTrack>) -> Self {
+        Self {
+            course_rad: track.map(|track| track.course.radians()),
+            speed_mps: track.map(|track| track.speed),
+            ..self
+        }
+    }
+
     /// Measured position (north, east), m.
-    pub position: Vector2<f64>,
-    /// Standard deviation of `position` along either axis, m.
-    pub sigma: f64,
-    /// Telemetered depth, m, positive down.
-    pub depth: Option<f64>,
+    #[must_use]
+    pub fn position(&self) -> Vector2<f64> {
+        Vector2::new(self.north_m, self.east_m)
+    }
+
     /// Telemetered course and speed.
-    pub ground_track: Option<GroundTrack>,
-    /// Telemetered rate of turn of the course, rad/s, positive clockwise.
-    pub turn_rate: Option<f64>,
+    #[must_use]
+    pub fn ground_track(&self) -> Option<GroundTrack> {
+        Some(GroundTrack {
+            course: Course::new(self.course_rad?),
+            speed: self.speed_mps?,
+        })
+    }
 }
 
 /// How a vehicle says that it moves over ground.

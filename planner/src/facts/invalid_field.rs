@@ -2,6 +2,12 @@
 
 use std::fmt;
 
+/// `name` as a token of a JSON pointer. Source: RFC 6901, section 3.
+#[must_use]
+pub fn pointer_token(name: &str) -> String {
+    name.replace('~', "~0").replace('/', "~1")
+}
+
 /// One reason why what was given cannot be used.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InvalidField {
@@ -57,6 +63,23 @@ pub enum InvalidReason {
     UnknownVehicle {
         /// The name.
         given: String,
+    },
+    /// Left out, although a member that belongs with it is given.
+    Incomplete {
+        /// Which members come together.
+        detail: &'static str,
+    },
+    /// A member that another one excludes.
+    Unexpected {
+        /// Which members exclude each other.
+        detail: &'static str,
+    },
+    /// A name that no preset has.
+    UnknownPreset {
+        /// The name.
+        given: String,
+        /// The names of all presets.
+        known: Vec<&'static str>,
     },
     /// Weights of which none is positive.
     AllZero,
@@ -152,6 +175,16 @@ impl fmt::Display for InvalidReason {
                 write!(f, "the name {given:?} has a control character")
             }
             InvalidReason::UnknownVehicle { given } => write!(f, "no vehicle is called {given:?}"),
+            InvalidReason::Incomplete { detail } | InvalidReason::Unexpected { detail } => {
+                f.write_str(detail)
+            }
+            InvalidReason::UnknownPreset { given, known } => {
+                write!(
+                    f,
+                    "unknown preset {given:?}; the presets are {}",
+                    known.join(", ")
+                )
+            }
             InvalidReason::AllZero => f.write_str("every weight is 0"),
             InvalidReason::NoPath { given: Some(given) } => write!(f, "no path is known of {given:?}"),
             InvalidReason::NoPath { given: None } => f.write_str("several vehicles have no path in common"),

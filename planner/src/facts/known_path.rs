@@ -3,14 +3,62 @@
 use std::sync::Arc;
 
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
 use crate::facts::{
     angle::{direction, ned_from_body},
     evidence::{AuvState, SPEED_AT_REST},
-    path::curve::Path,
+    path::{
+        curve::Path,
+        segment::{InvalidPath, Segment},
+    },
 };
 
-/// A path that an AUV is known to follow.
+/// A path that an underwater vehicle is known to follow.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = Path)]
+pub struct DeclaredPath {
+    /// Its segments, in order: each begins where and in which direction the one before it ends, to a millimetre
+    /// and a milliradian. At most 256, every way-point counted as one.
+    pub segments: Vec<Segment>,
+    /// Whether the last segment leads to the first again. A closed path of way-points alone returns to its
+    /// first point by itself. An open path goes on straight beyond its ends. Default: no.
+    #[serde(default)]
+    pub closed: bool,
+    /// Horizontal speed of the vehicle through the water, m/s, from 0.01 to 10.
+    pub speed_mps: f64,
+}
+
+impl DeclaredPath {
+    /// A `path` that is followed at a horizontal speed through the water, m/s.
+    #[must_use]
+    pub fn new(path: &Path, speed_mps: f64) -> Self {
+        Self {
+            segments: path.segments().to_vec(),
+            closed: path.is_closed(),
+            speed_mps,
+        }
+    }
+
+    /// How many segments it has, every way-point counted as one, an empty list of them too.
+    pub(crate) fn count(&self) -> usize {
+        let of = |segment: &Segment| segment.count().max(1);
+        self.segments.iter().map(of).sum()
+    }
+
+    /// The path that it is, if its segments join.
+    pub(crate) fn known(&self) -> Result<KnownPath, InvalidPath> {
+        let path = Path::from_segments(&self.segments, self.closed)?;
+        Ok(KnownPath {
+            path: Arc::new(path),
+            horizontal_speed: self.speed_mps,
+        })
+    }
+}
+
+/// A path that an AUV follows, and how fast.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KnownPath {
     /// The path.
@@ -20,7 +68,7 @@ pub struct KnownPath {
     pub horizontal_speed: f64,
 }
 
-/// Farther than this from its path, an AUV is not on it yet, and [`ForecastChoice::Auto`] guesses from its motion
+/// Farther than this from its path, an AUV is not on it yet, and [`Forecast::Auto`] guesses from its motion
 /// alone, m.
 ///
 /// Assumption: ten standard deviations of an acoustic fix (1.5 m); less than any lane is long.
@@ -37,13 +85,13 @@ const WRONG_WAY: f64 = 4.0;
 /// Arc length at which a vehicle in `state` is on the path that it is known to follow: the closest place, but a place
 /// that leads against the vehicle's course counts as farther away.
 pub(crate) fn place_on_path(state: &AuvState, known: &KnownPath, current: &Vector2<f64>) -> f64 {
-    known.path.closest_by(&state.position, |distance, point| {
+    known.path.closest_by(&state.position(), |distance, point| {
         // Against a strong current the vehicle goes backwards along its path.
         let forward = speed_along(known.horizontal_speed, current, point.tangent).signum();
-        let agreement = if state.speed < SPEED_AT_REST {
+        let agreement = if state.speed_mps < SPEED_AT_REST {
             1.0
         } else {
-            (direction(point.tangent) * forward).dot(&state.course.unit())
+            (direction(point.tangent) * forward).dot(&state.course().unit())
         };
         (distance + POSITION_UNCERTAINTY) * (1.0 + (WRONG_WAY - 1.0) * 0.5 * (1.0 - agreement))
     })

@@ -1,6 +1,9 @@
 //! What a client chooses: how to forecast, and what to do without a solved program.
 
-/// How an AUV's future is guessed from its state.
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// How an AUV's future is forecast from its state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ForecastModel {
     /// It stays where it is.
@@ -9,8 +12,8 @@ pub enum ForecastModel {
     ConstantVelocity,
     /// It keeps its speed and its rate of turn, and its drift.
     ConstantTurn,
-    /// It follows its path, at its speed through the water, with the offset that it has, which its drift changes for
-    /// half a minute.
+    /// It follows its path at its speed through the water, with its present offset from the path. Its drift changes that
+    /// offset for half a minute.
     Path,
 }
 
@@ -27,31 +30,71 @@ impl ForecastModel {
     }
 }
 
-/// Which forecast the client asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ForecastChoice {
-    /// The planner chooses for each AUV: [`ForecastModel::Hold`] for one at rest; else along its path, where that
-    /// is known and no more than 15 m away; else as its rate of turn says.
+/// How the underwater vehicles' future is forecast.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Forecast {
+    /// The planner chooses for each vehicle: `hold` for one at rest; along its `path` if that is known and no more than
+    /// 15 m away; else by its rate of turn.
+    #[default]
     Auto,
-    /// The same model for every AUV; [`ForecastModel::Path`] for those whose path is known, while the planner
-    /// chooses for the others.
-    Model(ForecastModel),
+    /// Each stays where it is.
+    Hold,
+    /// Each keeps its ground velocity.
+    ConstantVelocity,
+    /// Each keeps its speed and its rate of turn.
+    ConstantTurn,
+    /// Each vehicle with a `path` follows it, at its present offset from the path; the planner chooses for the others.
+    /// `auto` does the same, except for a vehicle that rests or is more than 15 m from its path.
+    Path,
 }
 
-/// What to do when no program was solved, and for a goal that rests on a report too old to be forecast. Where one was
-/// solved, the fallback level of least predicted cost answers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+impl Forecast {
+    /// The model that is chosen for every vehicle; `None` if the planner chooses.
+    #[must_use]
+    pub fn model(self) -> Option<ForecastModel> {
+        match self {
+            Self::Auto => None,
+            Self::Hold => Some(ForecastModel::Hold),
+            Self::ConstantVelocity => Some(ForecastModel::ConstantVelocity),
+            Self::ConstantTurn => Some(ForecastModel::ConstantTurn),
+            Self::Path => Some(ForecastModel::Path),
+        }
+    }
+}
+
+impl From<ForecastModel> for Forecast {
+    fn from(model: ForecastModel) -> Self {
+        match model {
+            ForecastModel::Hold => Self::Hold,
+            ForecastModel::ConstantVelocity => Self::ConstantVelocity,
+            ForecastModel::ConstantTurn => Self::ConstantTurn,
+            ForecastModel::Path => Self::Path,
+        }
+    }
+}
+
+/// What to do if no program was solved, or if the goal rests on a report that is too old.
+///
+/// Otherwise the candidate of least predicted cost answers: the solved program, the previous plan followed further, or line of
+/// sight. The outcome is then `ok`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Fallback {
-    /// The better of the previous plan followed further and line of sight answers; hold, where the report is too old.
+    /// The better of the previous plan and line of sight answers, or `hold` if the report is too old. The outcome is
+    /// `degraded`.
+    #[default]
     Los,
-    /// Nothing but a solved program will do.
+    /// Refuse with 503, or with 504 if the deadline was the reason.
     None,
 }
 
 /// What the last fallback level does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum HoldStyle {
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Hold {
     /// Circle slowly to starboard at the least speed that steers.
+    #[default]
     SlowTurn,
     /// Stop the thrusters: speed reference 0 on the present heading.
     Stop,

@@ -15,5 +15,7 @@ mod tests;
 
 pub use curve::{Path, Side};
 pub use piece::PathPoint;
-pub use segment::{GAP_MAX, InvalidPath, KINK_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX, Segment};
+pub use segment::{
+    ARC_ANGLE_MAX, GAP_MAX, InvalidPath, KINK_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX, Segment,
+};
 pub use speed_profile::SpeedProfile;

@@ -1,4 +1,6 @@
-//! Ranges of the facts that are accepted.
+//! Ranges of the facts that are accepted: requests are checked by these tables, and the `OpenAPI` document states them.
+
+use std::{f64::consts::TAU, ops::RangeInclusive};
 
 /// Most AUVs in one snapshot.
 pub const AUVS_MAX: usize = 16;
@@ -34,6 +36,256 @@ pub const REPORT_AGE_MAX: f64 = 2.0 * TIME_MAX;
 /// as from now.
 pub const REPORT_AHEAD_MAX: f64 = 1.0;
 
-/// Smallest standard deviation of a reported position, m: better than anything that measures under water, and far
-/// from what would make an estimate's arithmetic stiff.
-pub const REPORT_SIGMA_MIN: f64 = 0.01;
+/// Smallest standard deviation of a reported position, m: less than receivers claim, and far from what would make an
+/// estimate's arithmetic stiff.
+pub const REPORT_SIGMA_MIN: f64 = 0.001;
+
+/// Largest, m: beyond it, a fix says nothing.
+pub const REPORT_SIGMA_MAX: f64 = 1.0e5;
+
+/// Most discs to keep out of.
+pub const KEEP_OUTS_MAX: usize = 32;
+
+/// Radius of a disc to keep out of, m: from what a craft can distinguish from a point to a large harbour.
+pub const KEEP_OUT_RADIUS: RangeInclusive<f64> = 0.1..=1.0e4;
+
+/// Number of corners of an area.
+pub const AREA_CORNERS: RangeInclusive<usize> = 3..=64;
+
+/// Acoustic range, m: nearer than the least no craft stays, farther than the most no modem reaches.
+pub const ACOUSTIC_RANGE: RangeInclusive<f64> = 1.0..=2.0e4;
+
+/// Distance to keep from an AUV at the surface, m. Assumption: from half the length of a small craft to what a craft
+/// that looks after AUVs may still be asked for.
+pub const SURFACING_SEPARATION: RangeInclusive<f64> = 0.5..=100.0;
+
+/// The range of a member of a JSON object, by its name.
+pub type Range = (&'static str, RangeInclusive<f64>);
+
+const COORDINATE: RangeInclusive<f64> = -COORDINATE_MAX..=COORDINATE_MAX;
+const DEPTH: RangeInclusive<f64> = -10.0..=DEPTH_MAX;
+const TURN_RATE: RangeInclusive<f64> = -1.0..=1.0;
+const AUV_SPEED: RangeInclusive<f64> = 0.0..=10.0;
+const CURRENT_SPEED: RangeInclusive<f64> = -CURRENT_MAX..=CURRENT_MAX;
+
+/// Deepest depth, m: of the oceans.
+const DEPTH_MAX: f64 = 12_000.0;
+
+/// Largest coordinate of an earlier answer, m: it foresees what leaves the area that is accepted, and so may a filter.
+const FORESEEN: RangeInclusive<f64> = -2.0 * COORDINATE_MAX..=2.0 * COORDINATE_MAX;
+
+/// Any angle that is given in radians, rad: more than a turn is a mistake, such as degrees.
+pub const ANGLE: RangeInclusive<f64> = -TAU..=TAU;
+
+/// Time on the client's clock, s.
+pub(crate) const TIME: RangeInclusive<f64> = -TIME_MAX..=TIME_MAX;
+
+/// State of the surface craft.
+pub(crate) const ASC: [Range; 6] = [
+    ("north_m", COORDINATE),
+    ("east_m", COORDINATE),
+    ("heading_rad", ANGLE),
+    ("speed_mps", -5.0..=20.0),
+    ("sway_mps", -5.0..=5.0),
+    ("yaw_rate_radps", -3.0..=3.0),
+];
+
+/// Velocity of the surface craft over ground.
+pub(crate) const ASC_GROUND: [Range; 2] = [
+    ("ground_north_mps", -25.0..=25.0),
+    ("ground_east_mps", -25.0..=25.0),
+];
+
+/// State of an AUV.
+pub(crate) const AUV_STATE: [Range; 7] = [
+    ("north_m", COORDINATE),
+    ("east_m", COORDINATE),
+    ("depth_m", DEPTH),
+    ("course_rad", ANGLE),
+    ("speed_mps", AUV_SPEED),
+    ("turn_rate_radps", TURN_RATE),
+    ("age_s", 0.0..=REPORT_AGE_MAX),
+];
+
+/// An element of a covariance, in m², m²/s or m²/s².
+pub const COVARIANCE: RangeInclusive<f64> = -1.0e10..=1.0e10;
+
+/// A report.
+pub(crate) const REPORT: [Range; 3] = [
+    ("north_m", COORDINATE),
+    ("east_m", COORDINATE),
+    ("sigma_m", REPORT_SIGMA_MIN..=REPORT_SIGMA_MAX),
+];
+
+/// What a vehicle reports of itself.
+pub(crate) const TELEMETRY: [Range; 4] = [
+    ("depth_m", DEPTH),
+    ("course_rad", ANGLE),
+    ("speed_mps", AUV_SPEED),
+    ("turn_rate_radps", TURN_RATE),
+];
+
+/// Speed along a path: what is slower than the least does not follow one.
+pub(crate) const PATH: [Range; 1] = [("speed_mps", 0.01..=10.0)];
+
+/// A sawtooth. The least `depth_max_m` is the leg's least height below `depth_min_m`.
+pub(crate) const DIVE: [Range; 4] = [
+    // No vehicle flies.
+    ("depth_min_m", 0.0..=DEPTH_MAX - LEG_HEIGHT_MIN),
+    ("depth_max_m", LEG_HEIGHT_MIN..=DEPTH_MAX),
+    // From what is still no level flight to 80°, where a heading ends.
+    ("pitch_rad", 0.05..=1.4),
+    // Assumption: from the quickest pitch loop to a large glider's.
+    ("reversal_s", 0.1..=120.0),
+];
+
+/// A goal that follows vehicles in turn.
+pub(crate) const GOAL_IN_TURN: [Range; 2] = [("dwell_s", 1.0..=1.0e6), ("epoch_s", TIME)];
+
+/// Slant range to stay within: what an acoustic modem may be asked for.
+pub(crate) const GOAL_RANGE: [Range; 1] = [("range_m", 1.0..=2.0e4)];
+
+/// Weight of an AUV in a mean: only ratios count, and the sum must not overflow.
+pub const WEIGHT: RangeInclusive<f64> = 0.0..=1.0e6;
+
+const OFFSET_BY: RangeInclusive<f64> = -OFFSET_MAX..=OFFSET_MAX;
+
+/// An offset in fixed directions.
+pub(crate) const OFFSET_NED: [Range; 2] = [("north_m", OFFSET_BY), ("east_m", OFFSET_BY)];
+
+/// An offset that turns with what is followed.
+pub(crate) const OFFSET_AHEAD: [Range; 2] = [("ahead_m", OFFSET_BY), ("starboard_m", OFFSET_BY)];
+
+/// An offset by range and bearing.
+pub(crate) const OFFSET_POLAR: [Range; 2] = [("range_m", 0.0..=OFFSET_MAX), ("bearing_rad", ANGLE)];
+
+/// Fastest speed reference, m/s. The least depends on the slowest.
+pub const SPEED_MAX_MOST: f64 = 20.0;
+
+/// What the operator allows, the largest speed apart.
+pub(crate) const LIMITS: [Range; 4] = [
+    ("speed_min_mps", 0.0..=2.0),
+    ("turn_rate_max_radps", 0.01..=3.0),
+    ("acceleration_max_mps2", 0.001..=5.0),
+    ("deceleration_max_mps2", 0.001..=5.0),
+];
+
+/// Time constant of a loop, s: 0 answers at once, beyond a minute no loop is closed.
+pub const TIME_CONSTANT: RangeInclusive<f64> = 0.0..=60.0;
+
+/// Time in which a speed loop's integrator gathers what its proportional part asks for, s.
+pub const INTEGRAL_TIME: RangeInclusive<f64> = 0.5..=600.0;
+
+const LOOP_DELAY: RangeInclusive<f64> = 0.0..=10.0;
+const LOOP_ACCELERATION: RangeInclusive<f64> = 0.001..=10.0;
+const POWER_COEFFICIENT: RangeInclusive<f64> = 0.0..=1.0e6;
+
+/// A description of the craft, its loops and its power apart.
+pub(crate) const CRAFT: [Range; 2] = [
+    ("sway_per_yaw_rate_s", -5.0..=20.0),
+    // From certain to hardly more than an order of magnitude.
+    ("relative_uncertainty", 0.0..=2.0),
+];
+
+/// A heading loop.
+pub(crate) const HEADING_LOOP: [Range; 5] = [
+    ("time_constant_s", TIME_CONSTANT),
+    ("natural_frequency_radps", 0.02..=20.0),
+    ("damping", 0.1..=5.0),
+    ("delay_s", LOOP_DELAY),
+    ("rate_max_radps", 0.001..=3.0),
+];
+
+/// A speed loop.
+pub(crate) const SURGE_LOOP: [Range; 5] = [
+    ("time_constant_s", TIME_CONSTANT),
+    ("delay_s", LOOP_DELAY),
+    ("acceleration_max_mps2", LOOP_ACCELERATION),
+    ("deceleration_max_mps2", LOOP_ACCELERATION),
+    ("integral_time_s", INTEGRAL_TIME),
+];
+
+/// Propulsion power.
+pub(crate) const POWER: [Range; 2] = [
+    ("linear_w_per_mps", POWER_COEFFICIENT),
+    ("cubic_w_per_mps3", POWER_COEFFICIENT),
+];
+
+/// A current, and a drift.
+pub(crate) const CURRENT: [Range; 2] = [("north_mps", CURRENT_SPEED), ("east_mps", CURRENT_SPEED)];
+
+/// A disc to keep out of.
+pub(crate) const KEEP_OUT: [Range; 3] = [
+    ("north_m", COORDINATE),
+    ("east_m", COORDINATE),
+    ("radius_m", KEEP_OUT_RADIUS),
+];
+
+/// A point of an earlier trajectory.
+pub(crate) const TRAJECTORY_POINT: [Range; 5] = [
+    // It foresees what comes after now.
+    ("t_s", -2.0 * TIME_MAX..=2.0 * TIME_MAX),
+    ("north_m", FORESEEN),
+    ("east_m", FORESEEN),
+    // That of a craft that was taken to go at 40 m/s and drifts in its fastest turn as much as may be declared.
+    ("speed_mps", 0.0..=2.0e3),
+    ("heading_rad", ANGLE),
+];
+
+/// What an earlier answer knew of an AUV.
+pub(crate) const PREVIOUS_ESTIMATE: [Range; 7] = [
+    ("age_s", 0.0..=REPORT_AGE_MAX),
+    ("north_m", FORESEEN),
+    ("east_m", FORESEEN),
+    ("depth_m", DEPTH),
+    ("north_mps", -20.0..=20.0),
+    ("east_mps", -20.0..=20.0),
+    ("turn_rate_radps", TURN_RATE),
+];
+
+/// The reference of an earlier answer.
+pub(crate) const PREVIOUS_REFERENCE: [Range; 2] = [("speed_mps", 0.0..=40.0), ("heading_rad", ANGLE)];
+
+/// What an earlier answer asked the craft for.
+pub(crate) const PREVIOUS_ASKED: [Range; 2] = [("asked_speed_mps", 0.0..=40.0), ("asked_heading_rad", ANGLE)];
+
+/// The ranges of numbers by the name of their shape in `/openapi.json`. A shape may stand twice.
+pub fn ranges_by_shape() -> impl Iterator<Item = (&'static str, Range)> {
+    let tables: [(&str, &'static [Range]); 28] = [
+        (
+            "PlanRequest",
+            &[("t_s", TIME), ("surfacing_separation_m", SURFACING_SEPARATION)],
+        ),
+        ("Live", &[("surfacing_separation_m", SURFACING_SEPARATION)]),
+        ("Asc", &ASC),
+        ("Asc", &ASC_GROUND),
+        ("AuvState", &AUV_STATE),
+        ("Report", &REPORT),
+        ("Report", &TELEMETRY),
+        ("Path", &PATH),
+        ("Dive", &DIVE),
+        ("Goal", &GOAL_IN_TURN),
+        ("Goal", &GOAL_RANGE),
+        ("Offset", &OFFSET_NED),
+        ("Offset", &OFFSET_AHEAD),
+        ("Offset", &OFFSET_POLAR),
+        ("Limits", &LIMITS),
+        ("Craft", &CRAFT),
+        ("HeadingLoop", &HEADING_LOOP),
+        ("SurgeLoop", &SURGE_LOOP),
+        ("Power", &POWER),
+        ("KeepOut", &KEEP_OUT),
+        ("Acoustics", &[("range_max_m", ACOUSTIC_RANGE)]),
+        ("Current", &CURRENT),
+        ("Drift", &CURRENT),
+        ("TrajectoryPoint", &TRAJECTORY_POINT),
+        ("PreviousPlan", &[("goal_course_rad", ANGLE)]),
+        ("PreviousEstimate", &PREVIOUS_ESTIMATE),
+        ("PreviousReference", &PREVIOUS_REFERENCE),
+        ("PreviousCraft", &PREVIOUS_ASKED),
+    ];
+    let of = |(shape, ranges): (&'static str, &'static [Range])| {
+        ranges.iter().cloned().map(move |range| (shape, range))
+    };
+    tables.into_iter().flat_map(of)
+}

@@ -1,8 +1,10 @@
-//! References and trajectories, and what an earlier answer says of them.
+//! References and trajectories.
 
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
-use crate::facts::{angle::Heading, auv::VehicleId, options::ForecastModel};
+use crate::facts::angle::Heading;
 
 /// What a guidance law asks of the inner loops.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,37 +15,52 @@ pub struct Reference {
     pub heading: Heading,
 }
 
-/// One point of a planned trajectory.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A point of a trajectory of the surface craft.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TrajectoryPoint {
-    /// Time on the snapshot's clock, s.
-    pub time: f64,
-    /// Position (north, east), m.
-    pub position: Vector2<f64>,
+    /// Time, s on the request's clock.
+    pub t_s: f64,
+    /// Position north of the datum, m.
+    pub north_m: f64,
+    /// Position east of the datum, m.
+    pub east_m: f64,
+    /// Its latitude, degrees, positive north, where the request names an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lat_deg: Option<f64>,
+    /// Its longitude, degrees, positive east, where the request names an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lon_deg: Option<f64>,
     /// Speed through the water, m/s.
-    pub speed: f64,
-    /// Heading ψ.
-    pub heading: Heading,
+    pub speed_mps: f64,
+    /// Heading, rad, in (−π, π].
+    #[doc(alias = "psi")]
+    pub heading_rad: f64,
 }
 
-/// What an earlier answer knew of an AUV, and how it had found it to drift.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PreviousTarget {
-    /// The AUV.
-    pub id: VehicleId,
-    /// The model that it was forecast by.
-    pub model: ForecastModel,
-    /// Age of the report then, s.
-    pub report_age: f64,
-    /// Position (north, east) at the report, m.
-    pub position: Vector2<f64>,
-    /// Depth at the report, m, positive down.
-    pub depth: f64,
-    /// Velocity over ground (north, east) at the report, as declared, m/s.
-    pub velocity: Vector2<f64>,
-    /// Rate of turn of the course at the report, rad/s, positive clockwise.
-    pub turn_rate: f64,
-    /// Velocity over ground (north, east) beyond what the model and the report explained, m/s, within 0.5 m/s along
-    /// either axis; what is faster counts as that fast.
-    pub drift: Vector2<f64>,
+impl TrajectoryPoint {
+    /// A point at time `t_s` and `position` (north, east), m. Its latitude and longitude are not known.
+    #[must_use]
+    pub fn new(t_s: f64, position: Vector2<f64>, speed_mps: f64, heading: Heading) -> Self {
+        Self {
+            t_s,
+            north_m: position.x,
+            east_m: position.y,
+            lat_deg: None,
+            lon_deg: None,
+            speed_mps,
+            heading_rad: heading.radians(),
+        }
+    }
+
+    /// Position (north, east), m.
+    #[must_use]
+    pub fn position(&self) -> Vector2<f64> {
+        Vector2::new(self.north_m, self.east_m)
+    }
+
+    /// Heading ψ.
+    #[must_use]
+    pub fn heading(&self) -> Heading {
+        Heading::new(self.heading_rad)
+    }
 }

@@ -78,12 +78,6 @@ mod tests {
     use crate::los::law::LosLaw;
 
     #[test]
-    fn it_settles_on_a_straight_target_in_still_water() {
-        let miss = miss_after(1800, tuning(LosLaw::Integral), &Flight::default());
-        assert!(miss.norm() < 0.01, "{miss}");
-    }
-
-    #[test]
     fn it_rejects_an_unknown_cross_current_where_the_same_law_without_integral_does_not() {
         let flight = Flight {
             current: Vector2::new(0.0, 0.12),
@@ -91,8 +85,10 @@ mod tests {
         };
         let cross_track = |law| miss_after(1800, tuning(law), &flight).y.abs();
         let (with, without) = (cross_track(LosLaw::Integral), cross_track(LosLaw::SaturatedLos));
-        // Δ v_c / u_d = 3.1 m.
-        assert!(with < 0.01 && 3.0 < without, "{with} and {without}");
+        // At rest u sin χ_r = −v_c and u cos χ_r = u_d: tan χ_r = −v_c / u_d, so e = Δ v_c / u_d.
+        let e = tuning(LosLaw::SaturatedLos).gains.look_ahead * 0.12 / flight.target_speed;
+        assert!(with < 0.01, "{with}");
+        assert!((without - e).abs() < 0.01 * e, "{without} against {e}");
     }
 
     #[test]
@@ -106,17 +102,5 @@ mod tests {
         // u + v_c = u_d and u = u_d − k₃ s: s = v_c / k₃.
         let s = 0.05 / tuning.gains.along_track_gain;
         assert!((miss.x - s).abs() < 0.01, "{miss}");
-    }
-
-    #[test]
-    fn a_known_current_is_taken_off_as_by_the_other_laws() {
-        let current = Vector2::new(0.03, 0.12);
-        let flight = Flight {
-            current,
-            known: current,
-            ..Flight::default()
-        };
-        let miss = miss_after(1800, tuning(LosLaw::Integral), &flight);
-        assert!(miss.norm() < 0.01, "{miss}");
     }
 }

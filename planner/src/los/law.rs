@@ -11,18 +11,15 @@ pub enum LosLaw {
     Integral,
     /// [`WaypointBox`](super::WaypointBox): round a box about the target's last fixes.
     WaypointBox,
-    /// [`printed_los`](super::printed_los): as its source prints it. It runs away from the target.
-    Printed,
 }
 
 impl LosLaw {
     /// Every law, the one that is a fallback level first.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 4] = [
         Self::SaturatedLos,
         Self::TrackerFrame,
         Self::Integral,
         Self::WaypointBox,
-        Self::Printed,
     ];
 
     /// Its name wherever it leaves the program.
@@ -33,14 +30,7 @@ impl LosLaw {
             Self::TrackerFrame => "saturated_los_tracker_frame",
             Self::Integral => "integral_los",
             Self::WaypointBox => "waypoint_box",
-            Self::Printed => "printed_los",
         }
-    }
-
-    /// Whether it may win a comparison. What is shown because it fails never does.
-    #[must_use]
-    pub fn may_win(self) -> bool {
-        self != Self::Printed
     }
 }
 

@@ -42,39 +42,3 @@ pub fn saturated_los(
     let u = (u_d * chi_r.cos() - k_3 * s).clamp(limits.speed_min, limits.speed_max);
     through_water(asc, u, Course::new(chi), limits)
 }
-
-#[cfg(test)]
-mod tests {
-    use nalgebra::Vector2;
-
-    use crate::los::flight::Flight;
-    use crate::los::flight::miss_after;
-    use crate::los::flight::tuning;
-    use crate::los::law::LosLaw;
-
-    #[test]
-    fn it_settles_on_a_straight_target_in_a_known_current() {
-        for current in [Vector2::zeros(), Vector2::new(0.03, 0.12)] {
-            let flight = Flight {
-                current,
-                known: current,
-                ..Flight::default()
-            };
-            let miss = miss_after(600, tuning(LosLaw::SaturatedLos), &flight);
-            assert!(miss.norm() < 1e-3, "{miss}");
-        }
-    }
-
-    #[test]
-    fn an_unknown_current_leaves_a_cross_track_error() {
-        let flight = Flight {
-            current: Vector2::new(0.0, 0.12),
-            ..Flight::default()
-        };
-        let tuning = tuning(LosLaw::SaturatedLos);
-        let miss = miss_after(900, tuning, &flight);
-        // At rest u sin χ_r = −v_c and u cos χ_r = u_d: tan χ_r = −v_c / u_d, so e = Δ v_c / u_d.
-        let e = tuning.gains.look_ahead * 0.12 / flight.target_speed;
-        assert!((miss.y - e).abs() < 0.01 * e, "{miss} against {e}");
-    }
-}

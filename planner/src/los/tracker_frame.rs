@@ -90,8 +90,6 @@ mod tests {
     use nalgebra::Vector2;
 
     use super::*;
-    use crate::los::flight::Flight;
-    use crate::los::flight::miss_after;
     use crate::los::flight::tuning;
     use crate::los::law::LosLaw;
 
@@ -145,22 +143,6 @@ mod tests {
         // Abreast by a little: as in the target's frame, where (s, e) differ in second order only.
         let beside = relative_course(0.0, 1e-3, 5.0);
         assert!((beside + 1e-3 / 5.0).abs() < 1e-9);
-    }
-
-    #[test]
-    fn it_settles_on_a_straight_target_in_a_known_current() {
-        for current in [Vector2::zeros(), Vector2::new(0.03, 0.12)] {
-            for start in [Vector2::new(-20.0, 5.0), Vector2::new(15.0, -9.0)] {
-                let flight = Flight {
-                    current,
-                    known: current,
-                    start,
-                    ..Flight::default()
-                };
-                let miss = miss_after(900, tuning(LosLaw::TrackerFrame), &flight);
-                assert!(miss.norm() < 1e-3, "{miss}");
-            }
-        }
     }
 
     #[test]

@@ -9,7 +9,6 @@ use crate::{
     los::{
         integral::{IntegralState, integral_los},
         law::{LosLaw, LosTuning},
-        printed::printed_los,
         saturated::saturated_los,
         tracker_frame::saturated_los_tracker_frame,
         waypoint_box::WaypointBox,
@@ -64,7 +63,6 @@ impl TrackingLaw {
                 &mut self.integral,
             ),
             LosLaw::WaypointBox => self.waypoint_box.steer(time, asc, target, course, gains, limits),
-            LosLaw::Printed => printed_los(asc, target, course, gains, limits),
         }
     }
 }
@@ -85,6 +83,28 @@ mod tests {
         names.sort_unstable();
         names.dedup();
         assert_eq!(names.len(), LosLaw::ALL.len());
+    }
+
+    #[test]
+    fn each_law_settles_on_a_straight_target_in_a_known_current() {
+        for (law, seconds, near) in [
+            (LosLaw::SaturatedLos, 900, 1e-3),
+            (LosLaw::TrackerFrame, 900, 1e-3),
+            (LosLaw::Integral, 1800, 0.01),
+        ] {
+            for current in [Vector2::zeros(), Vector2::new(0.03, 0.12)] {
+                for start in [Vector2::new(-20.0, 5.0), Vector2::new(15.0, -9.0)] {
+                    let flight = Flight {
+                        current,
+                        known: current,
+                        start,
+                        ..Flight::default()
+                    };
+                    let miss = miss_after(seconds, flight::tuning(law), &flight);
+                    assert!(miss.norm() < near, "{law:?}: {miss}");
+                }
+            }
+        }
     }
 
     #[test]

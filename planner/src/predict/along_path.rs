@@ -31,7 +31,7 @@ const STRETCHES_MAX: f64 = 1000.0;
 const FOOT_FACTOR_MIN: f64 = 0.5;
 
 /// Distance in which a vehicle that is not at its steady offset gets there, m: its course relative to the path falls
-/// off by a factor of e. Tuned on the simulated follower, see `docs/tuning.md#forecasts`.
+/// off by a factor of e. Tuned on the simulated follower, see `docs/rationale.md#forecasts`.
 const APPROACH_LENGTH: f64 = 2.0;
 
 /// A vehicle that goes along a path with the offset that it has.
@@ -92,7 +92,7 @@ impl AlongPath {
         let ground_speed = |tangent: f64| speed_along(*horizontal_speed, current, tangent);
         let gamma = place_on_path(state, known, current);
         let point = path.at(gamma);
-        let offset = (state.position - point.position).dot(&starboard(point.tangent));
+        let offset = (state.position() - point.position).dot(&starboard(point.tangent));
         let mut schedule = Schedule {
             path,
             offset,
@@ -103,17 +103,17 @@ impl AlongPath {
             stretches: &mut stretches,
         };
         let lap = schedule.fill(gamma);
-        let cross_course = if state.speed < SPEED_AT_REST {
+        let cross_course = if state.speed_mps < SPEED_AT_REST {
             0.0
         } else {
-            state.course.unit().dot(&starboard(point.tangent))
+            state.course().unit().dot(&starboard(point.tangent))
         };
         Self {
             path: Arc::clone(path),
             horizontal_speed: *horizontal_speed,
             offset,
             approach: APPROACH_LENGTH * cross_course,
-            approach_rate: state.speed.max(SPEED_AT_REST) / APPROACH_LENGTH,
+            approach_rate: state.speed_mps.max(SPEED_AT_REST) / APPROACH_LENGTH,
             reported_tangent: point.tangent,
             lap,
             stretches,

@@ -14,7 +14,7 @@ const VELOCITY_SIGMA: f64 = 0.05;
 
 /// Spectral density of the acceleration of an AUV whose plans are not known, along either axis, m²/s³.
 ///
-/// It makes the error of a constant velocity on a lawn-mower, see `docs/tuning.md#forecasts`.
+/// It makes the error of a constant velocity on a lawn-mower, see `docs/rationale.md#forecasts`.
 const ACCELERATION_DENSITY: f64 = 6.0e-5;
 
 /// Speed of that lawn-mower, m/s. On the same lanes a faster vehicle accelerates with the square of its speed, for as long
@@ -28,7 +28,7 @@ const PATH_SPEED_SHARE: f64 = 0.1;
 
 /// Standard deviation of the cross-track offset that a follower takes up by and by, beside the one forecast, m.
 ///
-/// Measured on the simulated follower, see `docs/tuning.md#forecasts`.
+/// Measured on the simulated follower, see `docs/rationale.md#forecasts`.
 const CROSS_TRACK_SIGMA: f64 = 0.7;
 
 /// The covariance of (north, east, north velocity, east velocity) in m², m²/s and m²/s² that is taken where a

@@ -46,7 +46,7 @@ pub(crate) struct Flight {
 /// reversal   z = z_max + w t (1 − t / T)          sin of the pitch linear in time, for T
 /// ```
 /// and the same upwards. The depth that ends a leg is passed twice: the vehicle begins to turn there, and is back a time T
-/// later. Speed along the body is constant. How far simulated AUVs are from it is in `docs/tuning.md#forecasts`.
+/// later. Speed along the body is constant. How far simulated AUVs are from it is in `docs/rationale.md#forecasts`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Cycle {
     dive: Dive,
@@ -64,7 +64,7 @@ impl DepthForecast {
             Some(dive) if SPEED_AT_REST <= u_h => {
                 let cycle = Cycle {
                     dive,
-                    speed: u_h / dive.pitch.cos(),
+                    speed: u_h / dive.pitch_rad.cos(),
                 };
                 let flight = |descending| Flight::new(cycle, depth, descending);
                 Self::Sawtooth(match dive.descending {
@@ -78,7 +78,7 @@ impl DepthForecast {
 
     /// Along its sawtooth, at the speed through the water that its report gives in a `current` (north, east), m/s.
     pub(crate) fn from_motion(state: &AuvState, dive: Option<Dive>, current: &Vector2<f64>) -> Self {
-        Self::at_speed(state.depth, dive, (state.velocity() - current).norm())
+        Self::at_speed(state.depth_m, dive, (state.velocity() - current).norm())
     }
 
     /// Expected depth `elapsed` seconds after the report, m.
@@ -99,7 +99,7 @@ impl DepthForecast {
 
     /// Expected lead over one that keeps the horizontal speed of its legs, since the report.
     ///
-    /// What it is worth to a craft that follows the AUV is in `docs/tuning.md#forecasts`.
+    /// What it is worth to a craft that follows the AUV is in `docs/rationale.md#forecasts`.
     pub(crate) fn lead(&self, elapsed: f64) -> Lead {
         match self {
             Self::Held(_) => Lead::default(),
@@ -119,11 +119,11 @@ impl Flight {
     /// or on its way to the sawtooth if it is farther out than any reversal leads.
     fn new(cycle: Cycle, depth: f64, descending: bool) -> Self {
         let Dive {
-            depth_min,
-            depth_max,
-            reversal,
+            depth_min_m: depth_min,
+            depth_max_m: depth_max,
             ..
         } = cycle.dive;
+        let reversal = cycle.dive.reversal();
         let (w, half) = (cycle.sink_rate(), cycle.half_period());
         let on_it = |phase| Self {
             cycle,
@@ -178,17 +178,17 @@ impl Flight {
 impl Cycle {
     /// Rate of change of depth on a leg w, m/s.
     fn sink_rate(&self) -> f64 {
-        self.speed * self.dive.pitch.sin()
+        self.speed * self.dive.pitch_rad.sin()
     }
 
     /// Duration of a leg, s.
     fn leg(&self) -> f64 {
-        (self.dive.depth_max - self.dive.depth_min) / self.sink_rate()
+        (self.dive.depth_max_m - self.dive.depth_min_m) / self.sink_rate()
     }
 
     /// Duration of a leg and a reversal, s.
     fn half_period(&self) -> f64 {
-        self.leg() + self.dive.reversal
+        self.leg() + self.dive.reversal()
     }
 
     /// Half periods that are over, and the time since the last of them, s.
@@ -199,18 +199,18 @@ impl Cycle {
 
     fn depth(&self, phase: f64) -> f64 {
         let (half, since) = self.split(phase);
-        let (w, reversal) = (self.sink_rate(), self.dive.reversal);
+        let (w, reversal) = (self.sink_rate(), self.dive.reversal());
         let in_reversal = since - self.leg();
         let travelled = if in_reversal < 0.0 {
             w * since
         } else {
-            self.dive.depth_max - self.dive.depth_min + w * in_reversal * (1.0 - in_reversal / reversal)
+            self.dive.depth_max_m - self.dive.depth_min_m + w * in_reversal * (1.0 - in_reversal / reversal)
         };
         // No vehicle flies.
         if half.rem_euclid(2.0) == 0.0 {
-            self.dive.depth_min + travelled
+            self.dive.depth_min_m + travelled
         } else {
-            (self.dive.depth_max - travelled).max(0.0)
+            (self.dive.depth_max_m - travelled).max(0.0)
         }
     }
 
@@ -221,8 +221,8 @@ impl Cycle {
     /// ```
     fn lead(&self, phase: f64) -> Lead {
         let (half, since) = self.split(phase);
-        let (sin, cos) = self.dive.pitch.sin_cos();
-        let reversal = self.dive.reversal;
+        let (sin, cos) = self.dive.pitch_rad.sin_cos();
+        let reversal = self.dive.reversal();
         // Antiderivative of √(1 − y²), which is the cosine of the pitch whose sine is y.
         let primitive = |y: f64| 0.5 * (y * (1.0 - y * y).sqrt() + y.asin());
         let distance =

@@ -5,11 +5,11 @@ use nalgebra::{Matrix2, Matrix4, Vector2};
 use crate::{
     facts::{
         angle::{Course, angle_of, direction, sinc},
-        auv::{Auv, Dive},
+        auv::Dive,
         evidence::{AuvState, FORECAST_AGE_MAX},
         known_path::{KnownPath, OFFSET_FROM_PATH_MAX},
-        options::{ForecastChoice, ForecastModel},
-        reference::PreviousTarget,
+        options::{Forecast, ForecastModel},
+        previous_plan::RememberedTarget,
     },
     predict::{
         along_path::AlongPath,
@@ -21,7 +21,7 @@ use crate::{
 
 pub use crate::{facts::evidence::SPEED_AT_REST, predict::motion::Motion};
 
-/// A course that turns slower than this is forecast as straight by [`ForecastChoice::Auto`], rad/s.
+/// A course that turns slower than this is forecast as straight by [`Forecast::Auto`], rad/s.
 ///
 /// Over the default horizon of 78 s it amounts to 9°.
 const TURN_RATE_STRAIGHT: f64 = 0.002;
@@ -59,15 +59,6 @@ pub struct Intent<'a> {
     pub dive: Option<Dive>,
 }
 
-impl<'a> From<&'a Auv> for Intent<'a> {
-    fn from(auv: &'a Auv) -> Self {
-        Self {
-            path: auv.path.as_ref(),
-            dive: auv.dive,
-        }
-    }
-}
-
 /// The forecast of one AUV.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AuvForecast {
@@ -79,6 +70,8 @@ pub struct AuvForecast {
     depth: DepthForecast,
     /// Covariance of (north, east, north velocity, east velocity) at the report.
     covariance: Matrix4<f64>,
+    /// Variance of the velocity at the report, as far as a course depends on it, (m/s)².
+    velocity_variance: f64,
     /// Velocity (north, east) beyond what its model explains, m/s.
     drift: Vector2<f64>,
 }
@@ -105,16 +98,16 @@ impl AuvForecast {
     /// The forecast of an AUV from its `state`, under the model that `choice` gives, in a `current` (north, east),
     /// m/s.
     #[must_use]
-    pub fn new(state: &AuvState, intent: Intent<'_>, choice: ForecastChoice, current: &Vector2<f64>) -> Self {
+    pub fn new(state: &AuvState, intent: Intent<'_>, choice: Forecast, current: &Vector2<f64>) -> Self {
         let along_path = |known| AlongPath::new(state, known, current);
-        let choice = if state.age <= FORECAST_AGE_MAX {
+        let choice = if state.age_s <= FORECAST_AGE_MAX {
             choice
         } else {
-            ForecastChoice::Model(ForecastModel::Hold)
+            Forecast::Hold
         };
         let along = match (choice, intent.path) {
-            (ForecastChoice::Model(ForecastModel::Path), Some(known)) => Some(along_path(known)),
-            (ForecastChoice::Auto, Some(known)) if SPEED_AT_REST <= state.speed => {
+            (Forecast::Path, Some(known)) => Some(along_path(known)),
+            (Forecast::Auto, Some(known)) if SPEED_AT_REST <= state.speed_mps => {
                 Some(along_path(known)).filter(|along| along.offset().abs() <= OFFSET_FROM_PATH_MAX)
             }
             _ => None,
@@ -122,37 +115,43 @@ impl AuvForecast {
         if let Some(along_path) = along {
             return Self {
                 model: ForecastModel::Path,
-                age: state.age,
-                depth: DepthForecast::at_speed(state.depth, intent.dive, along_path.horizontal_speed()),
+                age: state.age_s,
+                depth: DepthForecast::at_speed(state.depth_m, intent.dive, along_path.horizontal_speed()),
                 propagation: Propagation::AlongPath(along_path),
-                covariance: state.covariance.unwrap_or_else(default_covariance),
+                covariance: state.covariance().unwrap_or_else(default_covariance),
+                velocity_variance: 0.0,
                 drift: Vector2::zeros(),
             };
         }
         let model = match choice {
-            ForecastChoice::Auto | ForecastChoice::Model(ForecastModel::Path) => from_motion_alone(state),
-            ForecastChoice::Model(model) => model,
+            Forecast::Auto | Forecast::Path => from_motion_alone(state),
+            Forecast::Hold => ForecastModel::Hold,
+            Forecast::ConstantVelocity => ForecastModel::ConstantVelocity,
+            Forecast::ConstantTurn => ForecastModel::ConstantTurn,
         };
         let (velocity, turn_rate) = match model {
             ForecastModel::Hold => (Vector2::zeros(), 0.0),
-            ForecastModel::ConstantTurn => (state.velocity(), state.turn_rate),
+            ForecastModel::ConstantTurn => (state.velocity(), state.turn_rate_radps),
             ForecastModel::ConstantVelocity | ForecastModel::Path => (state.velocity(), 0.0),
         };
         Self {
             model,
-            age: state.age,
+            age: state.age_s,
             propagation: Propagation::Turning(Turning {
-                position: state.position,
+                position: state.position(),
                 velocity,
                 turn_rate,
             }),
             depth: match model {
-                ForecastModel::Hold => DepthForecast::Held(state.depth),
+                ForecastModel::Hold => DepthForecast::Held(state.depth_m),
                 ForecastModel::ConstantVelocity | ForecastModel::ConstantTurn | ForecastModel::Path => {
                     DepthForecast::from_motion(state, intent.dive, current)
                 }
             },
-            covariance: state.covariance.unwrap_or_else(default_covariance),
+            covariance: state.covariance().unwrap_or_else(default_covariance),
+            velocity_variance: state
+                .covariance()
+                .map_or(0.0, |known| 0.5 * (known.m33 + known.m44)),
             drift: Vector2::zeros(),
         }
     }
@@ -209,6 +208,12 @@ impl AuvForecast {
         }
     }
 
+    /// Variance of the velocity at the report along either axis, (m/s)². 0 where it is not known, and along a path, which
+    /// gives the course.
+    pub(crate) fn velocity_variance(&self) -> f64 {
+        self.velocity_variance
+    }
+
     /// Trace of [`AuvForecast::position_covariance`], m²: the mean square of the distance between where the vehicle
     /// is and where it is forecast.
     #[must_use]
@@ -230,11 +235,11 @@ impl AuvForecast {
     }
 }
 
-/// What [`ForecastChoice::Auto`] uses for an AUV whose path is not known.
+/// What [`Forecast::Auto`] uses for an AUV whose path is not known.
 fn from_motion_alone(state: &AuvState) -> ForecastModel {
-    if state.speed < SPEED_AT_REST {
+    if state.speed_mps < SPEED_AT_REST {
         ForecastModel::Hold
-    } else if state.turn_rate.abs() < TURN_RATE_STRAIGHT {
+    } else if state.turn_rate_radps.abs() < TURN_RATE_STRAIGHT {
         ForecastModel::ConstantVelocity
     } else {
         ForecastModel::ConstantTurn
@@ -275,26 +280,23 @@ impl AuvForecast {
     /// d⁻, and Δ the time between the two; as it was, where the newest report is no newer, Δ is above a minute, or p − p⁻
     /// is a jump. Noise of the positions mostly cancels from report to report.
     ///
-    /// Along paths a drift that did not fade would do harm, see `docs/tuning.md#forecasts`.
+    /// Along paths a drift that did not fade would do harm, see `docs/rationale.md#forecasts`.
     pub(crate) fn after(
-        earlier: &PreviousTarget,
+        earlier: &RememberedTarget,
         between: f64,
         state: &AuvState,
-        (intent, choice, current): (Intent<'_>, ForecastChoice, &Vector2<f64>),
+        (intent, choice, current): (Intent<'_>, Forecast, &Vector2<f64>),
     ) -> Self {
         let drift = earlier.drift.map(|along| along.clamp(-DRIFT_MAX, DRIFT_MAX));
         let tells = earlier.model != ForecastModel::Hold && (BETWEEN_MIN..=BETWEEN_MAX).contains(&between);
         let expected = tells.then(|| {
+            let known = &earlier.estimate;
+            let (course, speed) = (Course::of(&known.velocity()), known.velocity().norm());
             let before = AuvState {
-                position: earlier.position,
-                depth: earlier.depth,
-                course: Course::of(&earlier.velocity),
-                speed: earlier.velocity.norm(),
-                turn_rate: earlier.turn_rate,
-                age: 0.0,
-                covariance: None,
+                turn_rate_radps: known.turn_rate_radps,
+                ..AuvState::new(known.position(), known.depth_m, course, speed)
             };
-            let choice = ForecastChoice::Model(earlier.model);
+            let choice = Forecast::from(earlier.model);
             let forecast = Self::new(&before, intent, choice, current);
             Self { drift, ..forecast }.at(between).position
         });
@@ -305,12 +307,32 @@ impl AuvForecast {
             return forecast;
         }
         forecast.drift = drift;
-        let off = expected.map_or_else(Vector2::zeros, |expected| state.position - expected);
+        let off = expected.map_or_else(Vector2::zeros, |expected| state.position() - expected);
         if off.norm() <= JUMP.max(USUAL * between) {
             let drift = drift + off / between.max(MEMORY);
             forecast.drift = drift.map(|along| along.clamp(-DRIFT_MAX, DRIFT_MAX));
         }
         forecast
+    }
+}
+
+/// An AUV, as the tests forecast it.
+#[cfg(test)]
+#[derive(Clone)]
+struct Known {
+    state: AuvState,
+    path: Option<KnownPath>,
+    dive: Option<Dive>,
+}
+
+#[cfg(test)]
+impl Known {
+    fn forecast(&self, choice: Forecast, current: &Vector2<f64>) -> AuvForecast {
+        let intent = Intent {
+            path: self.path.as_ref(),
+            dive: self.dive,
+        };
+        AuvForecast::new(&self.state, intent, choice, current)
     }
 }
 
@@ -330,23 +352,19 @@ mod tests {
 
     fn state(turn_rate: f64, age: f64) -> AuvState {
         AuvState {
-            position: Vector2::new(3.0, -4.0),
-            depth: 5.0,
-            course: Course::new(0.7),
-            speed: 0.193,
-            turn_rate,
-            age,
-            covariance: None,
+            turn_rate_radps: turn_rate,
+            age_s: age,
+            ..AuvState::new(Vector2::new(3.0, -4.0), 5.0, Course::new(0.7), 0.193)
         }
     }
 
-    fn forecast(state: &AuvState, choice: ForecastChoice) -> AuvForecast {
+    fn forecast(state: &AuvState, choice: Forecast) -> AuvForecast {
         AuvForecast::new(state, Intent::default(), choice, &Vector2::zeros())
     }
 
     #[test]
     fn a_constant_turn_integrates_its_own_velocity() {
-        let forecast = forecast(&state(0.02, 1.5), ForecastChoice::Auto);
+        let forecast = forecast(&state(0.02, 1.5), Forecast::Auto);
         assert_eq!(forecast.model, ForecastModel::ConstantTurn);
         for ahead in [0.0, 10.0, 78.0] {
             let h = 1e-3;
@@ -358,30 +376,21 @@ mod tests {
 
     #[test]
     fn a_constant_turn_closes_its_circle() {
-        let forecast = forecast(
-            &state(0.05, 0.0),
-            ForecastChoice::Model(ForecastModel::ConstantTurn),
-        );
+        let forecast = forecast(&state(0.05, 0.0), Forecast::ConstantTurn);
         let period = std::f64::consts::TAU / 0.05;
         assert!((forecast.at(period).position - forecast.at(0.0).position).norm() < 1e-12);
     }
 
     #[test]
     fn no_turn_is_the_limit_of_a_slow_turn() {
-        let straight = forecast(
-            &state(0.0, 2.0),
-            ForecastChoice::Model(ForecastModel::ConstantVelocity),
-        );
-        let slow = forecast(
-            &state(1e-9, 2.0),
-            ForecastChoice::Model(ForecastModel::ConstantTurn),
-        );
+        let straight = forecast(&state(0.0, 2.0), Forecast::ConstantVelocity);
+        let slow = forecast(&state(1e-9, 2.0), Forecast::ConstantTurn);
         assert!((straight.at(78.0).position - slow.at(78.0).position).norm() < 1e-6);
     }
 
     #[test]
     fn an_old_report_is_carried_to_now() {
-        let forecast = forecast(&state(0.0, 10.0), ForecastChoice::Auto);
+        let forecast = forecast(&state(0.0, 10.0), Forecast::Auto);
         let moved = forecast.at(0.0).position - Vector2::new(3.0, -4.0);
         assert!((moved.norm() - 1.93).abs() < 1e-12);
     }
@@ -389,11 +398,11 @@ mod tests {
     #[test]
     fn a_slow_auv_is_held() {
         let slow = AuvState {
-            speed: 0.049,
+            speed_mps: 0.049,
             ..state(0.1, 0.0)
         };
-        let forecast = forecast(&slow, ForecastChoice::Auto);
+        let forecast = forecast(&slow, Forecast::Auto);
         assert_eq!(forecast.model, ForecastModel::Hold);
-        assert_eq!(forecast.at(60.0).position, slow.position);
+        assert_eq!(forecast.at(60.0).position, slow.position());
     }
 }

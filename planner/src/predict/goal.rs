@@ -4,22 +4,27 @@ use nalgebra::Vector2;
 use smallvec::SmallVec;
 
 use crate::{
-    estimate::from_reports::Estimate,
     facts::{
         angle::Course,
-        auv::{Auv, VehicleId},
-        evidence::{AuvState, Evidence},
+        auv::VehicleId,
+        evidence::{AuvState, SPEED_AT_REST},
         goal::{Goal, Offset},
+        known_path::KnownPath,
+        previous_plan::PreviousPlan,
         ranges::AUVS_MAX,
     },
     predict::{
         forecast::{AuvForecast, Intent},
-        motion::{Motion, target_course},
+        motion::{Motion, course_from},
         offset::{Axes, displaced},
         smallest_circle::{Below, nearest_to_all},
     },
-    snapshot::build::Snapshot,
+    snapshot::build::{KnownAuv, Snapshot},
 };
+
+/// A velocity that is this many of its standard deviations or less may be that of a vehicle at rest: the 99 % quantile of
+/// χ² with two degrees of freedom is its square.
+const DEVIATIONS_AT_REST: f64 = 3.034_854_258_770_293;
 
 /// The goal's motion over time, and that of every AUV.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,12 +70,12 @@ struct AtRest {
 }
 
 impl GoalForecast {
-    /// The goal of `snapshot`, forecast as it asks. Where what it follows stands still, its course is the one
-    /// that the previous plan remembers.
+    /// The goal of `snapshot`, forecast as it asks. Where what it follows stands still, as far as its velocity is known, its
+    /// course is the one that the previous plan remembers.
     #[must_use]
     pub fn new(snapshot: &Snapshot) -> Self {
         let previous = snapshot.previous_plan.as_ref();
-        Self::holding(snapshot, previous.and_then(|previous| previous.goal_course))
+        Self::holding(snapshot, previous.and_then(PreviousPlan::goal_course))
     }
 
     /// The goal of `snapshot`, `held` the course of what it follows when that last moved: an earlier forecast's
@@ -82,14 +87,14 @@ impl GoalForecast {
             members: members(snapshot, &auvs),
             auvs,
             rule: Rule::of(snapshot),
-            offset: snapshot.offset,
+            offset: snapshot.goal.offset,
             course: Course::new(0.0),
         };
         let now = forecast.followed(0.0);
         let still = now.velocity == Vector2::zeros();
         let first = forecast.member_in_turn(0.0).unwrap_or(0);
         let reported = still.then(|| forecast.members[first].at_rest.course);
-        forecast.course = target_course(&now, held.or(reported));
+        forecast.course = course_from(&now, forecast.speed_at_rest(0.0), held.or(reported));
         forecast
     }
 
@@ -99,12 +104,15 @@ impl GoalForecast {
     #[must_use]
     pub fn at(&self, ahead: f64) -> Motion {
         let followed = self.followed(ahead);
-        match self.offset {
-            None => followed,
-            Some(Offset::Ned(by)) => displaced(&followed, &by, Axes::NED),
-            Some(Offset::Target(by)) => displaced(&followed, &by, self.target_axes(ahead)),
-            Some(Offset::Path(by)) => displaced(&followed, &by, self.path_axes(ahead)),
-        }
+        let Some(offset) = self.offset else {
+            return followed;
+        };
+        let axes = match offset {
+            Offset::Ned { .. } | Offset::Polar { .. } => Axes::NED,
+            Offset::Target { .. } => self.target_axes(ahead),
+            Offset::Path { .. } => self.path_axes(ahead),
+        };
+        displaced(&followed, &offset.vector(), axes)
     }
 
     /// Motion of what the goal follows, its offset apart, `ahead` seconds after the snapshot.
@@ -190,7 +198,24 @@ impl GoalForecast {
             Some(_) | None => self.course,
         };
         let velocity = |time| self.followed_in_turn(ahead, time).velocity;
-        Axes::along_course(velocity, ahead, held)
+        Axes::along_course(velocity, self.speed_at_rest(ahead), ahead, held)
+    }
+
+    /// Speed below which what is followed at the time `turn` counts as standing still, m/s: below it a course is noise.
+    fn speed_at_rest(&self, turn: f64) -> f64 {
+        let variances = || self.members().map(AuvForecast::velocity_variance);
+        let variance = match (self.member_in_turn(turn), self.rule) {
+            (Some(member), _) => self.auvs[self.members[member].auv].velocity_variance(),
+            (None, Rule::NearestToAll) => variances().fold(0.0, f64::max),
+            (None, Rule::Mean | Rule::InTurn { .. }) => {
+                let shares = self.members.iter().map(|member| member.share.powi(2));
+                variances()
+                    .zip(shares)
+                    .map(|(variance, share)| variance * share)
+                    .sum()
+            }
+        };
+        SPEED_AT_REST.max(DEVIATIONS_AT_REST * variance.sqrt())
     }
 
     fn path_axes(&self, ahead: f64) -> Axes {
@@ -205,32 +230,32 @@ impl GoalForecast {
 /// Forecasts every AUV of `snapshot`.
 fn forecast_all(snapshot: &Snapshot) -> Vec<AuvForecast> {
     let current = snapshot.current();
-    let forecast = |(auv, estimate): (&Auv, &Estimate)| {
-        let state = &estimate.state;
-        let (intent, choice) = (Intent::from(auv), snapshot.forecast);
-        match (&auv.evidence, snapshot.remembered(&auv.id)) {
+    let forecast = |known: KnownAuv<'_>| {
+        let (auv, state) = (known.auv, &known.estimate.state);
+        let intent = Intent {
+            path: known.path,
+            dive: auv.dive,
+        };
+        match (&auv.state, snapshot.remembered(&auv.id)) {
             // A client that declares a covariance has a filter, whose velocity is that of its positions already.
-            (Evidence::State(AuvState { covariance: None, .. }), Some((earlier, reported))) => {
-                let between = snapshot.time - state.age - reported;
-                AuvForecast::after(earlier, between, state, (intent, choice, &current))
+            (Some(AuvState { covariance: None, .. }), Some((earlier, reported))) => {
+                let between = snapshot.t_s - state.age_s - reported;
+                AuvForecast::after(&earlier, between, state, (intent, snapshot.forecast, &current))
             }
-            _ => AuvForecast::new(state, intent, choice, &current),
+            _ => AuvForecast::new(state, intent, snapshot.forecast, &current),
         }
     };
-    snapshot
-        .auvs
-        .iter()
-        .zip(snapshot.estimates())
-        .map(forecast)
-        .collect()
+    snapshot.known_auvs().map(forecast).collect()
 }
 
 /// The AUVs that the goal depends on, in its order; their shares sum to 1.
 fn members(snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Vec<Member> {
     let member = |id: &VehicleId| {
-        let place = snapshot.auvs.iter().position(|auv| auv.id == *id);
-        let auv = place.expect("a snapshot's goal names only vehicles that are in it");
-        let weight = match &snapshot.goal {
+        let mut auvs = snapshot.known_auvs().enumerate();
+        let (auv, known) = auvs
+            .find(|(_, known)| known.auv.id == *id)
+            .expect("a snapshot's goal names only vehicles that are in it");
+        let weight = match &snapshot.goal.goal {
             Goal::Weighted { weights } => weights[id],
             Goal::Track { .. } | Goal::Midpoint { .. } | Goal::Intermittent { .. } | Goal::Range { .. } => {
                 1.0
@@ -239,10 +264,10 @@ fn members(snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Vec<Member> {
         Member {
             auv,
             share: weight,
-            at_rest: AtRest::of(&snapshot.auvs[auv], &snapshot.estimates()[auv], &forecasts[auv]),
+            at_rest: AtRest::of(&known, &forecasts[auv]),
         }
     };
-    let mut members: Vec<_> = snapshot.goal.vehicles().map(member).collect();
+    let mut members: Vec<_> = snapshot.goal.goal.vehicles().map(member).collect();
     let sum: f64 = members.iter().map(|member| member.share).sum();
     for member in &mut members {
         member.share /= sum;
@@ -252,11 +277,11 @@ fn members(snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Vec<Member> {
 
 impl Rule {
     fn of(snapshot: &Snapshot) -> Self {
-        match &snapshot.goal {
+        match &snapshot.goal.goal {
             Goal::Track { .. } | Goal::Midpoint { .. } | Goal::Weighted { .. } => Self::Mean,
-            Goal::Intermittent { dwell, epoch, .. } => Self::InTurn {
-                since_epoch: snapshot.time - epoch,
-                dwell: *dwell,
+            Goal::Intermittent { dwell_s, epoch_s, .. } => Self::InTurn {
+                since_epoch: snapshot.t_s - epoch_s,
+                dwell: *dwell_s,
             },
             Goal::Range { .. } => Self::NearestToAll,
         }
@@ -264,13 +289,12 @@ impl Rule {
 }
 
 impl AtRest {
-    fn of(auv: &Auv, estimate: &Estimate, member: &AuvForecast) -> Self {
-        let tangent = auv.path.as_ref().map(|known| {
-            let path = &known.path;
-            path.at(path.closest(&member.at(0.0).position)).tangent
-        });
+    fn of(known: &KnownAuv<'_>, member: &AuvForecast) -> Self {
+        let tangent = known
+            .path
+            .map(|KnownPath { path, .. }| path.at(path.closest(&member.at(0.0).position)).tangent);
         Self {
-            course: estimate.state.course,
+            course: known.estimate.state.course(),
             tangent: tangent.unwrap_or(0.0),
         }
     }

@@ -8,8 +8,13 @@ use crate::facts::{angle::Course, evidence::SPEED_AT_REST};
 /// vehicle at rest is noise. `held` is the course when it last moved.
 #[must_use]
 pub fn target_course(target: &Motion, held: Option<Course>) -> Course {
+    course_from(target, SPEED_AT_REST, held)
+}
+
+/// [`target_course`] of a target that stands still below the speed `slowest`, m/s.
+pub(crate) fn course_from(target: &Motion, slowest: f64, held: Option<Course>) -> Course {
     match held {
-        Some(course) if target.velocity.norm() < SPEED_AT_REST => course,
+        Some(course) if target.velocity.norm() < slowest => course,
         Some(_) | None => Course::of(&target.velocity),
     }
 }

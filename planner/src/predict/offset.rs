@@ -3,10 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::{
-    facts::{
-        angle::{Course, ned_from_body, wrap},
-        evidence::SPEED_AT_REST,
-    },
+    facts::angle::{Course, ned_from_body, wrap},
     predict::motion::Motion,
 };
 
@@ -40,11 +37,16 @@ impl Axes {
         rate: 0.0,
     };
 
-    /// Along the course of a `velocity` over time, `ahead` seconds after the snapshot. At rest they stand as they
-    /// stood when the rest began, where that was after the snapshot, else as `held`.
-    pub(crate) fn along_course(velocity: impl Fn(f64) -> Vector2<f64>, ahead: f64, held: Course) -> Self {
+    /// Along the course of a `velocity` over time, `ahead` seconds after the snapshot. At rest, that is below `slowest`, m/s,
+    /// they stand as they stood when the rest began, where that was after the snapshot, else as `held`.
+    pub(crate) fn along_course(
+        velocity: impl Fn(f64) -> Vector2<f64>,
+        slowest: f64,
+        ahead: f64,
+        held: Course,
+    ) -> Self {
         let course = |time| Course::of(&velocity(time)).radians();
-        let moves = |time| SPEED_AT_REST <= velocity(time).norm();
+        let moves = |time| slowest <= velocity(time).norm();
         if moves(ahead) {
             let turned = wrap(course(ahead + RATE_INTERVAL) - course(ahead - RATE_INTERVAL));
             return Self {

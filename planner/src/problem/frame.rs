@@ -30,10 +30,10 @@ impl Frame {
     /// The frame of the craft of `snapshot`.
     pub(crate) fn of(snapshot: &Snapshot) -> Self {
         Self {
-            now: snapshot.time,
-            origin: snapshot.asc.position,
-            ned_from_craft: ned_from_body(snapshot.asc.heading.radians()),
-            heading: snapshot.asc.heading,
+            now: snapshot.t_s,
+            origin: snapshot.asc.position(),
+            ned_from_craft: ned_from_body(snapshot.asc.heading().radians()),
+            heading: snapshot.asc.heading(),
         }
     }
 
@@ -79,8 +79,8 @@ impl Frame {
     pub(crate) fn stage(&self, point: &TrajectoryPoint) -> Stage {
         let craft_from_ned = self.ned_from_craft.transpose();
         Stage {
-            position: craft_from_ned * (point.position - self.origin),
-            velocity: craft_from_ned * point.heading.unit() * point.speed,
+            position: craft_from_ned * (point.position() - self.origin),
+            velocity: craft_from_ned * point.heading().unit() * point.speed_mps,
         }
     }
 
@@ -101,12 +101,8 @@ impl Frame {
                 if k > 0 && velocity.norm() >= SPEED_WITHOUT_DIRECTION {
                     heading = Heading::new(angle_of(&velocity));
                 }
-                TrajectoryPoint {
-                    time: self.now + time,
-                    position: self.origin + self.ned_from_craft * stage.position,
-                    speed: stage.velocity.norm(),
-                    heading,
-                }
+                let position = self.origin + self.ned_from_craft * stage.position;
+                TrajectoryPoint::new(self.now + time, position, stage.velocity.norm(), heading)
             })
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 
 use crate::{
     craft::{
-        closed_loop::PropulsionPower,
+        closed_loop::Power,
         model::CraftModel,
         response::{HALF_HOLD, Response, Rollout, Stage, Surge},
     },
@@ -48,7 +48,7 @@ pub(crate) struct Horizon<'a> {
     /// The previous plan's trajectory, if it is usable.
     pub(crate) previous: Option<PreviousTrajectory<'a>>,
     /// Propulsion power of the craft.
-    pub(crate) power: PropulsionPower,
+    pub(crate) power: Power,
     /// Weights of the cost, as the goal is known.
     pub(crate) weights: Weights,
     /// Limits of position at the stages, craft frame.
@@ -97,7 +97,7 @@ impl<'a> Horizon<'a> {
     ) -> Rollout {
         let mut tracking = TrackingLaw::new(tuning, Some(self.local_goal_course()));
         let law = |time, asc: &_, _| {
-            tracking.steer(time, asc, &self.frame.motion(&goal.at(time)), &snapshot.limits)
+            tracking.steer(time, asc, &self.frame.motion(&goal.at(time)), snapshot.limits())
         };
         self.roll_out(snapshot.craft_model(), law)
     }
@@ -111,7 +111,7 @@ impl<'a> Horizon<'a> {
     ) -> Rollout {
         let law = |time, asc: &_, _| {
             let (now, asc) = (self.frame.time(time), self.frame.asc_in_ned(asc));
-            let asked = tracking.steer(now, &asc, &goal.at(time), &snapshot.limits);
+            let asked = tracking.steer(now, &asc, &goal.at(time), snapshot.limits());
             Reference {
                 heading: Heading::new(self.frame.angle(asked.heading.radians())),
                 ..asked
@@ -200,8 +200,8 @@ fn yaw_rate(snapshot: &Snapshot, previous: Option<&PreviousTrajectory<'_>>) -> f
     let craft = snapshot.craft_model();
     let reference = previous.and_then(|previous| previous.followed_heading);
     let followed = reference.map(|reference| {
-        wrap(reference.radians() - snapshot.asc.heading.radians()) / craft.heading_lag().max(HALF_HOLD)
+        wrap(reference.radians() - snapshot.asc.heading().radians()) / craft.heading_lag().max(HALF_HOLD)
     });
     let most = craft.limits.turn_rate_max;
-    followed.unwrap_or(snapshot.asc.yaw_rate).clamp(-most, most)
+    followed.unwrap_or(snapshot.asc.yaw_rate_radps).clamp(-most, most)
 }

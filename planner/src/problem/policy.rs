@@ -87,7 +87,7 @@ pub struct Weights {
     /// Of entering a keep-out disc.
     pub keep_out_slack: (f64, f64),
     /// Linear and quadratic price of breaking a soft row of motion (m/s or m/s²), per stage. The linear one is above
-    /// what a detour around a surfacing AUV bids at the planned rate of turn, see `docs/tuning.md#prices`.
+    /// what a detour around a surfacing AUV bids at the planned rate of turn, see `docs/rationale.md#prices`.
     pub slack: (f64, f64),
 }
 
@@ -114,7 +114,7 @@ impl Policy {
     /// Whether an AUV was last heard of so long ago that no goal may rest on it, and no limit needs to.
     #[must_use]
     pub(crate) fn is_stale(&self, estimate: &Estimate) -> bool {
-        estimate.state.age > self.report_age_max
+        estimate.state.age_s > self.report_age_max
     }
 
     /// The weights for a plan on `snapshot` with `goal`: those of the policy, less what the uncertainty of the goal takes.
@@ -125,13 +125,14 @@ impl Policy {
     pub fn weights_for(&self, snapshot: &Snapshot, goal: &GoalForecast) -> Weights {
         let sigma = snapshot
             .goal
+            .goal
             .vehicles()
-            .filter_map(|id| snapshot.auv_and_estimate(id))
+            .filter_map(|id| snapshot.known_auv(id))
             // Of one in turn that is not heard of any more, there is no estimate that could be uncertain.
-            .filter(|(_, estimate)| !self.is_stale(estimate))
-            .filter_map(|(_, estimate)| estimate.position_sigma())
+            .filter(|known| !self.is_stale(known.estimate))
+            .filter_map(|known| known.estimate.position_sigma())
             .fold(0.0, f64::max);
-        let distance = (goal.at(0.0).position - snapshot.asc.position).norm();
+        let distance = (goal.at(0.0).position - snapshot.asc.position()).norm();
         self.weights
             .for_uncertain_goal(distance, sigma, self.uncertain_goal_share)
     }
@@ -145,7 +146,7 @@ impl Weights {
     /// w ← w max(least, e⁴ / (e⁴ + (2 d)⁴))      for both weights of position
     /// ```
     /// An error that is no larger than the uncertainty is as likely the estimate's as the craft's, and the next report takes
-    /// a part of it back: a craft that chases it travels farther, and is no nearer; see `docs/tuning.md#prices`.
+    /// a part of it back: a craft that chases it travels farther, and is no nearer; see `docs/rationale.md#prices`.
     #[must_use]
     pub(crate) fn for_uncertain_goal(&self, distance: f64, sigma: f64, least: f64) -> Self {
         let (error, sigma) = (distance.powi(4), (UNCERTAINTY_DEVIATIONS * sigma).powi(4));
@@ -182,13 +183,13 @@ impl Default for Policy {
             uncertain_goal_share: 0.01,
             range_back_off: 1.73,
             converged_cosine: 0.94,
-            // Just under 10°/s: what a small twin-thruster craft follows without a jerk; `docs/tuning.md#references`.
+            // Just under 10°/s: what a small twin-thruster craft follows without a jerk; `docs/rationale.md#references`.
             heading_rate_max: 0.17,
-            // A quick boat that goes about at 10°/s is 16 m behind an AUV that sets off the other way; `docs/at-sea.md#measured-with-ardupilot`.
+            // A quick boat that goes about at 10°/s is 16 m behind an AUV that sets off the other way; `docs/evidence.md#with-ardupilot`.
             quick_craft_share: 0.2,
-            // The surge loop overshoots, and thrusters at their limits cannot hold a heading; `docs/tuning.md#references`.
+            // The surge loop overshoots, and thrusters at their limits cannot hold a heading; `docs/rationale.md#references`.
             speed_share: 0.98,
-            // The least with which the craft is never inside; `docs/tuning.md#prices`.
+            // The least with which the craft is never inside; `docs/rationale.md#prices`.
             keep_out_margin: 0.5,
             hard_turn_share: 0.5,
             cost_decides: true,

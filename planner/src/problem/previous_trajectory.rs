@@ -23,21 +23,21 @@ impl<'a> PreviousTrajectory<'a> {
     pub(crate) fn of(snapshot: &'a Snapshot, policy: &Policy) -> Option<Self> {
         let previous = snapshot.previous_plan.as_ref()?;
         let points = previous.trajectory.as_slice();
-        let (first, last, now) = (points.first()?, points.last()?, snapshot.time);
-        let young = first.time <= now && now - first.time < policy.previous_plan_age_max && now < last.time;
-        let miss = (point_at(points, now).position - snapshot.asc.position).norm();
+        let (first, last, now) = (points.first()?, points.last()?, snapshot.t_s);
+        let young = first.t_s <= now && now - first.t_s < policy.previous_plan_age_max && now < last.t_s;
+        let miss = (point_at(points, now).position() - snapshot.asc.position()).norm();
         let offset = snapshot.craft_model().heading_offset;
         (young && miss < policy.previous_plan_miss_max).then(|| Self {
             points,
             followed_heading: previous
-                .reference
+                .asked()
                 .map(|reference| Heading::new(reference.heading.radians() + offset)),
         })
     }
 
     /// When it was planned, s on the snapshot's clock.
     pub(crate) fn planned_at(&self) -> f64 {
-        self.points[0].time
+        self.points[0].t_s
     }
 
     /// Its point at `time`, s on the snapshot's clock.
@@ -49,7 +49,7 @@ impl<'a> PreviousTrajectory<'a> {
 /// A trajectory at a time between its points, linear in position and speed, along the shorter arc in
 /// heading; its ends beyond them.
 fn point_at(points: &[TrajectoryPoint], time: f64) -> TrajectoryPoint {
-    let after = points.partition_point(|point| point.time <= time);
+    let after = points.partition_point(|point| point.t_s <= time);
     if after == 0 {
         return points[0];
     }
@@ -57,12 +57,12 @@ fn point_at(points: &[TrajectoryPoint], time: f64) -> TrajectoryPoint {
         return points[after - 1];
     }
     let (from, to) = (&points[after - 1], &points[after]);
-    let share = (time - from.time) / (to.time - from.time);
-    let turn = wrap(to.heading.radians() - from.heading.radians());
-    TrajectoryPoint {
+    let share = (time - from.t_s) / (to.t_s - from.t_s);
+    let turn = wrap(to.heading_rad - from.heading_rad);
+    TrajectoryPoint::new(
         time,
-        position: from.position.lerp(&to.position, share),
-        speed: from.speed + share * (to.speed - from.speed),
-        heading: Heading::new(from.heading.radians() + share * turn),
-    }
+        from.position().lerp(&to.position(), share),
+        from.speed_mps + share * (to.speed_mps - from.speed_mps),
+        Heading::new(from.heading_rad + share * turn),
+    )
 }

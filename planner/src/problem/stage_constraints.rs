@@ -8,7 +8,13 @@ use smallvec::SmallVec;
 
 use crate::{
     craft::response::Stage,
-    facts::{angle::starboard_of, auv::VehicleId, bounds::KEEP_OUTS_MAX, goal::Goal, ranges::AUVS_MAX},
+    facts::{
+        angle::starboard_of,
+        auv::VehicleId,
+        bounds::KeepOut,
+        goal::Goal,
+        ranges::{AUVS_MAX, KEEP_OUTS_MAX},
+    },
     predict::{forecast::AuvForecast, motion::Motion},
     problem::{
         common_point::{Place, have_a_common_point},
@@ -63,7 +69,7 @@ impl StageConstraints {
         forecasts: &[AuvForecast],
     ) -> Self {
         // In geometric order, so that nothing depends on who was named first.
-        let centres = snapshot.keep_outs.iter().map(|disc| disc.centre);
+        let centres = snapshot.keep_outs.iter().map(KeepOut::centre);
         let keep_outs = sorted(centres, frame);
         let positions = forecasts.iter().map(|forecast| forecast.at(0.0).position);
         let mut auvs = sorted(positions, frame);
@@ -71,7 +77,7 @@ impl StageConstraints {
         auvs.retain(|auv| !policy.is_stale(&snapshot.estimates()[*auv]));
         let named = |auv: usize| {
             let id = &snapshot.auvs[auv].id;
-            snapshot.goal.vehicles().any(|named| named == id)
+            snapshot.goal.goal.vehicles().any(|named| named == id)
         };
         let (first, others): (Vec<_>, Vec<_>) = auvs.into_iter().partition(|auv| named(*auv));
         let auvs = [first, others].concat();
@@ -81,14 +87,14 @@ impl StageConstraints {
             .iter()
             .map(|place| {
                 let keep_out = &snapshot.keep_outs[*place];
-                sampling.fixed_disc(&keep_out.centre, keep_out.radius)
+                sampling.fixed_disc(&keep_out.centre(), keep_out.radius_m)
             })
             .collect();
-        if let Some(separation) = snapshot.surfacing_separation {
+        if let Some(separation) = snapshot.surfacing_separation_m {
             let moving = |auv: &usize| sampling.surfacing_disc(&forecasts[*auv], separation);
             discs.extend(auvs.iter().map(moving));
         }
-        let ranges = snapshot.range_max.map_or_else(Vec::new, |range_max| {
+        let ranges = snapshot.range_max().map_or_else(Vec::new, |range_max| {
             let range = |auv: &usize| AcousticRange {
                 named: named(*auv),
                 ..sampling.acoustic_range(&forecasts[*auv], range_max, policy.range_back_off)
@@ -326,22 +332,23 @@ impl Sampling<'_> {
 /// Whether the goal is the worst range, and this AUV's is one of those. Beside the place where it is least, the goal
 /// is a place like any other.
 fn is_minimax(snapshot: &Snapshot, id: &VehicleId) -> bool {
-    let Goal::Range { .. } = &snapshot.goal else {
+    let Goal::Range { .. } = &snapshot.goal.goal else {
         return false;
     };
-    snapshot.offset.is_none() && snapshot.goal.vehicles().any(|named| named == id)
+    snapshot.goal.offset.is_none() && snapshot.goal.goal.vehicles().any(|named| named == id)
 }
 
 /// Edges of an area whose corners go clockwise.
-fn edges(corners: &[Vector2<f64>], frame: &Frame) -> impl Iterator<Item = Edge> {
-    let after = corners.iter().cycle().skip(1);
-    corners.iter().zip(after).map(|(from, to)| {
+fn edges(corners: &[[f64; 2]], frame: &Frame) -> impl Iterator<Item = Edge> {
+    let corner = corners.iter().copied().map(Vector2::from);
+    let after = corner.clone().cycle().skip(1);
+    corner.zip(after).map(|(from, to)| {
         // Clockwise seen from above, the area is to starboard of its edge.
         let along = (to - from).normalize();
         let normal = frame.vector(&-starboard_of(along));
         Edge {
             normal,
-            offset: normal.dot(&frame.position(from)),
+            offset: normal.dot(&frame.position(&from)),
         }
     })
 }

@@ -16,9 +16,9 @@ pub struct Violation {
 /// What in a snapshot a limit is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
-    /// A disc to keep out of, by its place in [`keep_outs`](crate::snapshot::observation::Observation::keep_outs).
+    /// A disc to keep out of, by its place in [`keep_outs`](crate::snapshot::PlanRequest::keep_outs).
     KeepOut(usize),
-    /// An AUV, by its place in [`auvs`](crate::snapshot::observation::Observation::auvs).
+    /// An AUV, by its place in [`auvs`](crate::snapshot::PlanRequest::auvs).
     Auv(usize),
 }
 

@@ -103,8 +103,8 @@ impl Program {
             let sigma = self.layout.energy(k);
             let (square, cube) = (sigma + 1, sigma + 2);
             let price = scale * subproblem.weights.energy * duration(subproblem, k);
-            self.linear[sigma] += price * subproblem.power.linear;
-            self.linear[cube] += price * subproblem.power.cubic;
+            self.linear[sigma] += price * subproblem.power.linear_w_per_mps;
+            self.linear[cube] += price * subproblem.power.cubic_w_per_mps3;
             let first = self.layout.energy_cones(k);
             self.row_triplets.push((first, square, -0.5));
             self.bounds[first] = 0.5;

@@ -65,14 +65,6 @@ impl Sparse {
             self.values[slot] += value;
         }
     }
-
-    /// Product of one column with a vector of as many entries as there are rows.
-    #[must_use]
-    pub(crate) fn column_dot(&self, column: usize, vector: &[f64]) -> f64 {
-        (self.column_starts[column]..self.column_starts[column + 1])
-            .map(|entry| self.values[entry] * vector[self.row_indices[entry]])
-            .sum()
-    }
 }
 
 #[cfg(test)]

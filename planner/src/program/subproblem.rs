@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::{
-    craft::closed_loop::PropulsionPower,
+    craft::closed_loop::Power,
     facts::asc::Limits,
     problem::{
         limits::{AcousticRange, Disc, Edge, MinimaxRange},
@@ -46,7 +46,7 @@ pub struct Subproblem<'a> {
     /// Weights of the cost.
     pub weights: &'a Weights,
     /// What energy there is a price for.
-    pub power: PropulsionPower,
+    pub power: Power,
 }
 
 impl Subproblem<'_> {

@@ -8,7 +8,7 @@ use crate::{
     facts::{
         angle::{Heading, angle_of},
         asc::AscNow,
-        reference::{Reference, TrajectoryPoint},
+        reference::Reference,
     },
     problem::{frame::SPEED_WITHOUT_DIRECTION, horizon::Horizon, policy::Policy},
     snapshot::build::Snapshot,
@@ -23,7 +23,7 @@ const SPEED_LEAD_MIN: f64 = 1.0;
 /// As above.
 const SPEED_LEAD_MAX: f64 = 6.0;
 
-/// A keep-out that is nearer than this on a heading is worth a hard turn, s; see `docs/tuning.md#references`.
+/// A keep-out that is nearer than this on a heading is worth a hard turn, s; see `docs/rationale.md#references`.
 const KEEP_OUT_FORESIGHT: f64 = 10.0;
 
 /// Part of its error that a follower takes back in a second, 1/s.
@@ -61,9 +61,7 @@ pub(crate) fn follow(
         let back = (here.position - asc.position) * gain;
         let next = stage_at(horizon, stages, k, time + speed_lead(&craft));
         let later = stage_at(horizon, stages, k, time + heading_lead).velocity + back;
-        let point = TrajectoryPoint {
-            time,
-            position: next.position,
+        let planned = Reference {
             speed: (next.velocity + back).norm(),
             heading: if later.norm() < SPEED_WITHOUT_DIRECTION {
                 asc.heading
@@ -71,7 +69,7 @@ pub(crate) fn follow(
                 Heading::new(angle_of(&later))
             },
         };
-        invert_response(surge.speed, &point, surge.bias, &craft)
+        invert_response(surge.speed, &planned, surge.bias, &craft)
     };
     horizon.roll_out(&craft, law)
 }
@@ -99,10 +97,10 @@ pub(crate) fn speed_lead(craft: &CraftModel) -> f64 {
 /// a = (u(t + lead) − u)/lead        u_ref = u + (T + ½ s) a − T_u b
 /// ```
 /// The whole lag leads, as the delay of a second-order loop is no dead time: a reference that foresees it as one brakes
-/// too late, see `docs/tuning.md#references`.
+/// too late, see `docs/rationale.md#references`.
 pub(crate) fn invert_response(
     speed_now: f64,
-    planned: &TrajectoryPoint,
+    planned: &Reference,
     bias: f64,
     craft: &CraftModel,
 ) -> Reference {
@@ -138,16 +136,21 @@ pub(crate) fn slew_limited(
 fn limited(asked: &Reference, snapshot: &Snapshot, horizon: &Horizon<'_>, rate: f64) -> Option<Heading> {
     let previous = horizon.previous.as_ref()?;
     let before = previous.followed_heading?;
-    let slew = rate * (snapshot.time - previous.planned_at());
-    Some(limited_heading(asked.heading, before, snapshot.asc.heading, slew))
+    let slew = rate * (snapshot.t_s - previous.planned_at());
+    Some(limited_heading(
+        asked.heading,
+        before,
+        snapshot.asc.heading(),
+        slew,
+    ))
 }
 
 /// Whether a craft on `heading` would be in a keep-out within [`KEEP_OUT_FORESIGHT`].
 fn leads_into_a_keep_out(heading: Heading, speed: f64, snapshot: &Snapshot) -> bool {
-    let velocity = heading.unit() * speed.max(snapshot.asc.surge) + snapshot.current();
+    let velocity = heading.unit() * speed.max(snapshot.asc.speed_mps) + snapshot.current();
     snapshot.keep_outs.iter().any(|disc| {
-        let outward = snapshot.asc.position - disc.centre;
-        let gap = outward.norm() - disc.radius;
+        let outward = snapshot.asc.position() - disc.centre();
+        let gap = outward.norm() - disc.radius_m;
         let closing = outward
             .try_normalize(f64::EPSILON)
             .map_or(0.0, |outward| -velocity.dot(&outward));

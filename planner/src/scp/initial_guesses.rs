@@ -99,12 +99,12 @@ impl InitialGuesses<'_> {
     }
 
     fn loiters(&self) -> bool {
-        loiters(self.horizon, &self.snapshot.limits)
+        loiters(self.horizon, self.snapshot.limits())
     }
 
     /// At full speed for the goal, turning to that side however far it is, then as line of sight says.
     fn turning(&self, side: Side) -> Vec<Stage> {
-        let speed_max = self.snapshot.limits.speed_max;
+        let speed_max = self.snapshot.limits().speed_max;
         self.roll_out(|_, target, asc, los| {
             let reference = for_the_goal(target, asc, los, speed_max);
             let turn = wrap(reference.heading.radians() - asc.heading.radians());
@@ -121,7 +121,7 @@ impl InitialGuesses<'_> {
 
     /// At full speed along the outline of whatever wall hides the goal, then for the goal.
     fn around_walls(&self, side: Side) -> Vec<Stage> {
-        let (horizon, speed_max) = (self.horizon, self.snapshot.limits.speed_max);
+        let (horizon, speed_max) = (self.horizon, self.snapshot.limits().speed_max);
         let discs = &horizon.constraints.discs;
         self.roll_out(|time, target, asc, los| {
             let stage = horizon.times.partition_point(|begun| *begun <= time) - 1;
@@ -141,7 +141,7 @@ impl InitialGuesses<'_> {
         let horizon = self.horizon;
         let duration = horizon.times[horizon.times.len() - 1];
         let end = horizon.goal[horizon.goal.len() - 1].position;
-        let limits = &self.snapshot.limits;
+        let limits = &self.snapshot.limits();
         let law = |time: f64, asc: &AscNow, _: Surge| {
             let to_end = end - asc.position;
             let left = (duration - time).max(1.0);
@@ -161,7 +161,7 @@ impl InitialGuesses<'_> {
 
     /// Slowly around a goal that stands still.
     fn loitering(&self, side: Side) -> Vec<Stage> {
-        let speed_min = self.snapshot.limits.speed_min;
+        let speed_min = self.snapshot.limits().speed_min;
         self.roll_out(|_, _, asc, _| Reference {
             speed: speed_min,
             heading: Heading::new(asc.heading.radians() + side.sign() * LOITER_RATE),
@@ -171,7 +171,7 @@ impl InitialGuesses<'_> {
     fn roll_out(&self, law: impl Fn(f64, &Motion, &AscNow, Reference) -> Reference) -> Vec<Stage> {
         let horizon = self.horizon;
         let mut held = horizon.local_goal_course();
-        let limits = &self.snapshot.limits;
+        let limits = &self.snapshot.limits();
         let law = |time: f64, asc: &AscNow, _: Surge| {
             let target = horizon.frame.motion(&self.goal.at(time));
             held = target_course(&target, Some(held));

@@ -246,10 +246,10 @@ impl Solved {
 impl Linearisation {
     /// The facts of `horizon` for a subproblem about `stages`.
     fn about(stages: &[Stage], horizon: &Horizon<'_>, snapshot: &Snapshot, policy: &Policy) -> Self {
-        let reach = GOAL_REACH * snapshot.limits.speed_max * policy.steps.iter().sum::<f64>();
+        let reach = GOAL_REACH * snapshot.limits().speed_max * policy.steps.iter().sum::<f64>();
         let near = |motion: &Motion| motion.position.cap_magnitude(reach);
         let goal: Vec<_> = horizon.goal.iter().map(near).collect();
-        let fastest = GOAL_REACH * snapshot.limits.speed_max;
+        let fastest = GOAL_REACH * snapshot.limits().speed_max;
         let slow = |motion: &Motion| (motion.velocity - horizon.current).cap_magnitude(fastest);
         let mut constraints = horizon.constraints.clone();
         constraints.widen_keep_outs(policy.keep_out_margin);

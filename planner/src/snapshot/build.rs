@@ -1,22 +1,28 @@
-//! A checked observation with the estimates that follow from it.
+//! A checked request with the estimates that follow from it.
 
 use std::ops::Deref;
 
 use nalgebra::Vector2;
 
 use crate::{
-    craft::{closed_loop::Craft, estimate::CraftEstimate, model::CraftModel, prior::Prior},
+    craft::{
+        closed_loop::{Craft, SpeedReference},
+        estimate::CraftEstimate,
+        model::CraftModel,
+        prior::Prior,
+    },
     estimate::from_reports::Estimate,
     facts::{
         angle::{Heading, wrap},
-        asc::AscNow,
+        asc::{AscNow, Limits},
         auv::{Auv, VehicleId},
         bounds::clockwise,
+        known_path::KnownPath,
         reference::Reference,
     },
     snapshot::{
-        check::{InvalidObservation, faults},
-        observation::{Observation, REMEMBERED_AGE_MAX},
+        check::InvalidRequest,
+        request::{PlanRequest, REMEMBERED_AGE_MAX},
     },
 };
 
@@ -26,19 +32,21 @@ const DRIFT_SHARE: f64 = 0.8;
 impl From<&Snapshot> for AscNow {
     fn from(snapshot: &Snapshot) -> Self {
         Self {
-            position: snapshot.asc.position,
-            heading: snapshot.asc.heading,
+            position: snapshot.asc.position(),
+            heading: snapshot.asc.heading(),
             current: snapshot.current(),
         }
     }
 }
 
-/// An [`Observation`] whose every number is finite and inside its range, whose names are unique,
+/// A checked [`PlanRequest`], its defaults spelled out, whose every number is finite and inside its range, whose names are unique,
 /// and whose goal names vehicles that are there; with the estimates that it leads to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Snapshot {
-    observation: Observation,
-    /// In the order of the observation's AUVs.
+    request: PlanRequest,
+    limits: Limits,
+    /// In the order of the request's AUVs, like the estimates.
+    paths: Vec<Option<KnownPath>>,
     estimates: Vec<Estimate>,
     craft_prior: Prior,
     craft_estimate: CraftEstimate,
@@ -55,7 +63,25 @@ impl Snapshot {
             heading_held,
             ..self.craft_prior.craft
         };
-        craft.command(reference, &self.current())
+        craft.command(reference, &self.current(), self.limits.speed_max)
+    }
+
+    /// `reference` through the water as far as the largest speed lets the craft do it, where that is one over ground, but no
+    /// slower than it steers.
+    #[must_use]
+    pub(crate) fn within_speed_max(&self, reference: &Reference) -> Reference {
+        let (_, speed_held) = self.craft_estimate.modes(&self.craft_prior);
+        let speed_max = match speed_held {
+            SpeedReference::ThroughWater => self.limits.speed_max,
+            SpeedReference::OverGround => {
+                let along = self.current().dot(&reference.heading.unit());
+                (self.limits.speed_max - along).max(self.limits.speed_min)
+            }
+        };
+        Reference {
+            speed: reference.speed.min(speed_max),
+            ..*reference
+        }
     }
 
     /// [`Snapshot::command`] behind a slew-rate limit: its heading moves from the command before no faster than the craft turns, or
@@ -64,9 +90,9 @@ impl Snapshot {
     pub(crate) fn slew_limited_command(&self, reference: &Reference) -> Reference {
         let command = self.command(reference);
         let before = self.previous_plan.as_ref().and_then(|previous| {
-            let elapsed = self.time - previous.trajectory.first()?.time;
+            let elapsed = self.t_s - previous.made_at()?;
             let young = (0.0..=REMEMBERED_AGE_MAX).contains(&elapsed);
-            young.then_some((elapsed, previous.reference?.heading, previous.command?.heading))
+            young.then_some((elapsed, previous.asked()?.heading, previous.command()?.heading))
         });
         let Some((elapsed, reference_before, command_before)) = before else {
             return command;
@@ -91,76 +117,101 @@ impl Snapshot {
     /// of them asks for is noise.
     #[must_use]
     pub fn velocity_now(&self, yaw_rate: f64) -> Vector2<f64> {
-        let (surge, sway) = (self.craft_estimate.surge.x, self.asc.sway);
+        let (surge, sway) = (self.craft_estimate.surge.x, self.asc.sway_mps);
         let drift = -self.craft.sway_per_yaw_rate * surge * yaw_rate;
         Vector2::new(surge, sway + DRIFT_SHARE * (drift - sway))
     }
 
-    /// What is declared of the surface craft, and how surely.
+    /// The declared surface craft, with its uncertainty.
     #[must_use]
     pub fn craft_prior(&self) -> &Prior {
         &self.craft_prior
     }
 
-    /// What is known of the surface craft by how it answered.
+    /// What was learnt of the surface craft from its motion.
     #[must_use]
     pub fn craft_estimate(&self) -> &CraftEstimate {
         &self.craft_estimate
     }
 
-    /// What the surface craft is taken for.
+    /// The response model of the surface craft.
     #[must_use]
     pub fn craft_model(&self) -> &CraftModel {
         &self.craft
     }
 
-    /// Where every AUV is taken to be, in the observation's order.
+    /// What the surface craft may do.
+    #[must_use]
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// The path of every AUV, where it is known, in the request's order.
+    #[must_use]
+    pub fn paths(&self) -> &[Option<KnownPath>] {
+        &self.paths
+    }
+
+    /// The estimate of every AUV, in the request's order.
     #[must_use]
     pub fn estimates(&self) -> &[Estimate] {
         &self.estimates
     }
 
-    /// The AUV called `id`, and where it is taken to be.
+    /// The AUV called `id`, its path, and where it is taken to be.
     #[must_use]
-    pub(crate) fn auv_and_estimate(&self, id: &VehicleId) -> Option<(&Auv, &Estimate)> {
-        self.auvs
-            .iter()
-            .zip(&self.estimates)
-            .find(|(auv, _)| auv.id == *id)
+    pub(crate) fn known_auv(&self, id: &VehicleId) -> Option<KnownAuv<'_>> {
+        self.known_auvs().find(|known| known.auv.id == *id)
     }
+
+    /// Every AUV in the request's order.
+    pub(crate) fn known_auvs(&self) -> impl Iterator<Item = KnownAuv<'_>> {
+        let known = self.auvs.iter().zip(&self.paths).zip(&self.estimates);
+        known.map(|((auv, path), estimate)| KnownAuv {
+            auv,
+            path: path.as_ref(),
+            estimate,
+        })
+    }
+}
+
+/// An AUV, its path where that is known, and where it is taken to be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct KnownAuv<'a> {
+    pub(crate) auv: &'a Auv,
+    pub(crate) path: Option<&'a KnownPath>,
+    pub(crate) estimate: &'a Estimate,
 }
 
 impl Deref for Snapshot {
-    type Target = Observation;
+    type Target = PlanRequest;
 
-    fn deref(&self) -> &Observation {
-        &self.observation
+    fn deref(&self) -> &PlanRequest {
+        &self.request
     }
 }
 
-impl TryFrom<Observation> for Snapshot {
-    type Error = InvalidObservation;
+impl TryFrom<PlanRequest> for Snapshot {
+    type Error = InvalidRequest;
 
-    fn try_from(observation: Observation) -> Result<Self, InvalidObservation> {
-        let faults = faults(&observation);
-        if !faults.is_empty() {
-            return Err(InvalidObservation(faults));
-        }
-        let observation = Observation {
-            area: clockwise(observation.area),
-            ..observation
+    fn try_from(mut request: PlanRequest) -> Result<Self, InvalidRequest> {
+        let paths = request.known_paths()?;
+        request.area = clockwise(request.area);
+        let (limits, craft) = (request.limits(), request.craft());
+        let craft_prior = Prior::from(&craft);
+        (request.limits, request.craft) = (Some(limits.into()), Some(craft));
+        let current = request.current();
+        let estimate = |(auv, path): (&Auv, &Option<KnownPath>)| {
+            let remembered = request.remembered(&auv.id);
+            Estimate::new(auv, path.as_ref(), request.t_s, &current, remembered)
         };
-        let current = observation.current();
-        let estimate = |auv: &Auv| {
-            let remembered = observation.remembered(&auv.id);
-            Estimate::new(auv, observation.time, &current, remembered)
-        };
-        let estimates = observation.auvs.iter().map(estimate).collect();
-        let craft_prior = Prior::from(&observation.craft);
-        let craft_estimate = CraftEstimate::new(&observation.of_the_craft(), &craft_prior);
-        let craft = CraftModel::learnt(&craft_prior, &craft_estimate, &observation.limits, &current);
+        let estimates = request.auvs.iter().zip(&paths).map(estimate).collect();
+        let craft_estimate = CraftEstimate::new(&request.of_the_craft(&limits), &craft_prior);
+        let craft = CraftModel::learnt(&craft_prior, &craft_estimate, &limits, &current);
         Ok(Self {
-            observation,
+            request,
+            limits,
+            paths,
             estimates,
             craft_prior,
             craft_estimate,

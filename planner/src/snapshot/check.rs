@@ -1,4 +1,4 @@
-//! The one place where an observation is checked, field by field, and becomes a snapshot.
+//! The one place where a request is checked, field by field.
 
 mod evidence;
 
@@ -12,99 +12,88 @@ use nalgebra::Vector2;
 
 use crate::{
     facts::{
-        asc::{AscState, Limits},
+        asc::{Asc, DeclaredLimits, Limits},
         auv::{Auv, Dive, VehicleId},
         bounds::{bounds_faults, separation_fault},
-        goal::{Goal, Offset},
-        invalid_field::{InvalidField, InvalidReason},
-        known_path::KnownPath,
+        evidence::Report,
+        goal::{Goal, Offset, Task},
+        invalid_field::{InvalidField, InvalidReason, pointer_token},
+        known_path::{DeclaredPath, KnownPath},
+        options::Forecast,
         path::segment::InvalidPath,
+        previous_plan::{PreviousPlan, PreviousTarget},
         ranges::{
-            AUVS_MAX, COORDINATE_MAX, CURRENT_MAX, ID_LENGTH_MAX, LEG_HEIGHT_MIN, OFFSET_MAX, REPORT_AGE_MAX,
-            TIME_MAX, TRAJECTORY_POINTS_MAX,
+            ANGLE, AREA_CORNERS, ASC, ASC_GROUND, AUVS_MAX, CURRENT, DIVE, GOAL_IN_TURN, GOAL_RANGE,
+            ID_LENGTH_MAX, KEEP_OUTS_MAX, LEG_HEIGHT_MIN, LIMITS, OFFSET_AHEAD, OFFSET_NED, OFFSET_POLAR,
+            PATH, PREVIOUS_ASKED, PREVIOUS_ESTIMATE, PREVIOUS_REFERENCE, REPORTS_MAX, Range, SPEED_MAX_MOST,
+            TIME, TRAJECTORY_POINT, TRAJECTORY_POINTS_MAX, WEIGHT,
         },
-        reference::{PreviousTarget, Reference, TrajectoryPoint},
+        reference::TrajectoryPoint,
+        water::{Current, Drift},
     },
-    snapshot::observation::{Observation, PreviousPlan},
+    path::SEGMENTS_MAX,
+    snapshot::request::PlanRequest,
 };
 
-/// Largest coordinate of an earlier answer, m: it foresees what leaves the area that is accepted, and so may a filter.
-const FORESEEN_MAX: f64 = 2.0 * COORDINATE_MAX;
-
-/// Largest speed of an earlier answer, m/s: that of a craft that was taken to go at 40 m/s and drifts in its fastest turn as
-/// much as may be declared.
-const FORESEEN_SPEED_MAX: f64 = 2.0e3;
-
-/// Largest time of an earlier answer, s: it foresees what comes after now.
-const FORESEEN_TIME_MAX: f64 = 2.0 * TIME_MAX;
-
-/// Slowest speed along a path, m/s: what is slower does not follow one.
-const PATH_SPEED_MIN: f64 = 0.01;
-
-/// Shallowest depth at which a climb can end, m: no vehicle flies.
-const DEPTH_MIN: f64 = 0.0;
-
-/// Deepest depth, m: of the oceans.
-const DEPTH_MAX: f64 = 12_000.0;
-
-/// Pitch of the legs of a sawtooth, rad: from what is still no level flight to 80°, where a heading ends.
-const DIVE_PITCH: RangeInclusive<f64> = 0.05..=1.4;
-
-/// Time that a reversal takes, s. Assumption: from the quickest pitch loop to a large glider's.
-const REVERSAL: RangeInclusive<f64> = 0.1..=120.0;
-
-/// Shortest and longest slant range to stay within, m: what an acoustic modem may be reference for.
-const RADIUS_MIN: f64 = 1.0;
-
-const RADIUS_MAX: f64 = 2.0e4;
-
-/// Largest weight of an AUV in a mean: only ratios count, and the sum must not overflow.
-const WEIGHT_MAX: f64 = 1.0e6;
-
-/// Every reason why an observation is no snapshot, in the order of its fields.
+/// Every reason why a request is no snapshot, in the order of its fields.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
-pub struct InvalidObservation(pub Vec<InvalidField>);
+pub struct InvalidRequest(pub Vec<InvalidField>);
 
-/// Everything that is wrong with `observation`, in the order of its fields.
-pub(crate) fn faults(observation: &Observation) -> Vec<InvalidField> {
-    let mut check = Check::default();
-    check.within(format_args!("t_s"), observation.time, -TIME_MAX..=TIME_MAX);
-    check.asc(&observation.asc);
-    check.auvs(&observation.auvs, observation.time);
-    check.goal(&observation.goal, &observation.auvs);
-    if let Some(offset) = &observation.offset {
-        check.offset(offset, observation);
+impl PlanRequest {
+    /// Fails with everything that is wrong, in the order of the fields. Nothing is estimated.
+    ///
+    /// # Errors
+    /// Where a list is too long, with that alone: the checks behind compare every name with every other.
+    pub fn check(&self) -> Result<(), InvalidRequest> {
+        self.known_paths().map(drop)
     }
-    if let Some(current) = &observation.current {
-        check.current("current", current);
-    }
-    check.limits(&observation.limits);
-    let (keep_outs, area) = (&observation.keep_outs, &observation.area);
-    check
-        .invalid
-        .extend(bounds_faults(keep_outs, area, observation.range_max));
-    check
-        .invalid
-        .extend(separation_fault(observation.surfacing_separation));
-    if let Some(previous) = &observation.previous_plan {
-        check.trajectory(&previous.trajectory);
-        check.previous_targets(&previous.targets);
-        if let Some(course) = previous.goal_course {
-            let angle = -std::f64::consts::PI..=std::f64::consts::PI;
-            check.within(
-                format_args!("previous_plan/goal_course_rad"),
-                course.radians(),
-                angle,
-            );
+
+    /// The path that each AUV is known to follow, if nothing is wrong with the request.
+    pub(crate) fn known_paths(&self) -> Result<Vec<Option<KnownPath>>, InvalidRequest> {
+        let mut check = Check::default();
+        check.lengths(self);
+        if !check.invalid.is_empty() {
+            return Err(InvalidRequest(check.invalid));
         }
-        if let Some(current) = &previous.current {
-            check.current("previous_plan/current", current);
+        let paths = check.members(self);
+        if check.invalid.is_empty() {
+            Ok(paths)
+        } else {
+            Err(InvalidRequest(check.invalid))
         }
-        check.previous_references(previous);
     }
-    check.invalid.extend(observation.craft.faults());
-    check.invalid
+}
+
+/// What `check` finds.
+fn found(check: impl FnOnce(&mut Check)) -> Vec<InvalidField> {
+    let mut found = Check::default();
+    check(&mut found);
+    found.invalid
+}
+
+impl Report {
+    /// What is wrong with it at time `now`, s, by its members within `field`.
+    #[must_use]
+    pub fn faults(&self, field: &str, now: f64) -> Vec<InvalidField> {
+        found(|check| check.report(field, self, now))
+    }
+}
+
+impl Asc {
+    /// What is wrong with it, by its members within `field`.
+    #[must_use]
+    pub fn faults(&self, field: &str) -> Vec<InvalidField> {
+        found(|check| check.asc(field, self))
+    }
+}
+
+impl Current {
+    /// What is wrong with it, by its members within `field`.
+    #[must_use]
+    pub fn faults(&self, field: &str) -> Vec<InvalidField> {
+        found(|check| check.current(field, self))
+    }
 }
 
 #[derive(Default)]
@@ -134,34 +123,109 @@ impl Check {
         }
     }
 
-    fn asc(&mut self, asc: &AscState) {
-        self.within(
-            format_args!("asc/north_m"),
-            asc.position.x,
-            -COORDINATE_MAX..=COORDINATE_MAX,
-        );
-        self.within(
-            format_args!("asc/east_m"),
-            asc.position.y,
-            -COORDINATE_MAX..=COORDINATE_MAX,
-        );
-        self.within(format_args!("asc/speed_mps"), asc.surge, -5.0..=20.0);
-        self.within(format_args!("asc/sway_mps"), asc.sway, -5.0..=5.0);
-        self.within(format_args!("asc/yaw_rate_radps"), asc.yaw_rate, -3.0..=3.0);
-        if let Some(ground) = &asc.ground_velocity {
-            self.within(format_args!("asc/ground_north_mps"), ground.x, -25.0..=25.0);
-            self.within(format_args!("asc/ground_east_mps"), ground.y, -25.0..=25.0);
+    fn lengths(&mut self, request: &PlanRequest) {
+        self.length(format_args!("auvs"), request.auvs.len(), 1..=AUVS_MAX);
+        for (i, auv) in request.auvs.iter().enumerate() {
+            if let Some(reports) = &auv.reports {
+                self.length(format_args!("auvs/{i}/reports"), reports.len(), 1..=REPORTS_MAX);
+            }
+            if let Some(path) = &auv.path {
+                self.length(
+                    format_args!("auvs/{i}/path/segments"),
+                    path.count(),
+                    1..=SEGMENTS_MAX,
+                );
+            }
         }
-        // Heading wraps whatever finite angle it is given; NaN and ∞ survive the wrap as NaN.
-        self.within(
-            format_args!("asc/heading_rad"),
-            asc.heading.radians(),
-            -std::f64::consts::PI..=std::f64::consts::PI,
+        match &request.goal.goal {
+            Goal::Track { .. } => {}
+            Goal::Intermittent { auvs, .. } | Goal::Midpoint { auvs } | Goal::Range { auvs, .. } => {
+                self.length(format_args!("goal/auvs"), auvs.len(), 1..=AUVS_MAX);
+            }
+            Goal::Weighted { weights } => {
+                self.length(format_args!("goal/weights"), weights.len(), 1..=AUVS_MAX);
+            }
+        }
+        self.length(
+            format_args!("keep_outs"),
+            request.keep_outs.len(),
+            0..=KEEP_OUTS_MAX,
         );
+        if !request.area.is_empty() {
+            self.length(format_args!("area"), request.area.len(), AREA_CORNERS);
+        }
+        if let Some(previous) = &request.previous_plan {
+            let n_points = previous.trajectory.len();
+            self.length(
+                format_args!("previous_plan/trajectory"),
+                n_points,
+                0..=TRAJECTORY_POINTS_MAX,
+            );
+            let n_targets = previous.targets.iter().flatten().count();
+            self.length(format_args!("previous_plan/targets"), n_targets, 0..=AUVS_MAX);
+        }
     }
 
-    fn auvs(&mut self, auvs: &[Auv], now: f64) {
-        self.length(format_args!("auvs"), auvs.len(), 1..=AUVS_MAX);
+    /// Everything but the lengths of lists.
+    fn members(&mut self, request: &PlanRequest) -> Vec<Option<KnownPath>> {
+        self.within(format_args!("t_s"), request.t_s, TIME);
+        self.asc("asc", &request.asc);
+        let paths = self.auvs(&request.auvs, request.t_s);
+        self.goal(&request.goal, &request.auvs);
+        if let Some(current) = &request.current {
+            self.current("current", current);
+        }
+        if let Some(limits) = &request.limits {
+            self.limits(limits);
+        }
+        let area: Vec<_> = request.area.iter().copied().map(Vector2::from).collect();
+        let bounds = bounds_faults(&request.keep_outs, &area, request.range_max());
+        self.invalid.extend(bounds);
+        self.invalid
+            .extend(separation_fault(request.surfacing_separation_m));
+        if let Some(previous) = &request.previous_plan {
+            self.previous_plan(previous);
+        }
+        self.invalid.extend(request.craft().faults());
+        paths
+    }
+
+    /// Each of `values` must be in the range at its place.
+    pub(crate) fn numbers<const N: usize>(&mut self, field: &str, ranges: &[Range; N], values: [f64; N]) {
+        for ((name, range), value) in ranges.iter().zip(values) {
+            self.within(format_args!("{field}/{name}"), value, range.clone());
+        }
+    }
+
+    fn asc(&mut self, field: &str, asc: &Asc) {
+        let values = [
+            asc.north_m,
+            asc.east_m,
+            asc.heading_rad,
+            asc.speed_mps,
+            asc.sway_mps,
+            asc.yaw_rate_radps,
+        ];
+        self.numbers(field, &ASC, values);
+        let ground = [asc.ground_north_mps, asc.ground_east_mps];
+        let n_given = ground.iter().flatten().count();
+        for ((name, range), value) in ASC_GROUND.into_iter().zip(ground) {
+            match value {
+                Some(value) => self.within(format_args!("{field}/{name}"), value, range),
+                None if n_given == 1 => {
+                    let detail = "the two components of the ground velocity come together or not at all";
+                    self.fail(
+                        format_args!("{field}/{name}"),
+                        InvalidReason::Incomplete { detail },
+                    );
+                }
+                None => {}
+            }
+        }
+    }
+
+    fn auvs(&mut self, auvs: &[Auv], now: f64) -> Vec<Option<KnownPath>> {
+        let mut paths = Vec::with_capacity(auvs.len());
         let mut seen = HashSet::new();
         for (i, auv) in auvs.iter().enumerate() {
             self.length(format_args!("auvs/{i}/id"), auv.id.0.len(), 1..=ID_LENGTH_MAX);
@@ -176,93 +240,96 @@ impl Check {
                 let given = auv.id.0.clone();
                 self.fail(format_args!("auvs/{i}/id"), InvalidReason::Duplicate { given });
             }
-            self.evidence(i, &auv.evidence, now);
-            if let Some(known) = &auv.path {
-                self.path(i, known);
-            }
+            self.evidence(i, auv, now);
+            paths.push(auv.path.as_ref().and_then(|path| self.path(i, path)));
             if let Some(dive) = &auv.dive {
                 self.dive(i, dive);
             }
         }
+        paths
     }
 
-    /// A path put together from lengths and angles has not been checked before.
-    fn path(&mut self, auv: usize, known: &KnownPath) {
-        if let Err(InvalidPath(InvalidField { field, reason })) = known.path.check() {
-            self.fail(format_args!("auvs/{auv}/path/{field}"), reason);
+    /// The path, if its segments join.
+    fn path(&mut self, auv: usize, path: &DeclaredPath) -> Option<KnownPath> {
+        self.numbers(&format!("auvs/{auv}/path"), &PATH, [path.speed_mps]);
+        match path.known() {
+            Ok(known) => Some(known),
+            Err(InvalidPath(InvalidField { field, reason })) => {
+                self.fail(format_args!("auvs/{auv}/path/{field}"), reason);
+                None
+            }
         }
-        let speed = format_args!("auvs/{auv}/path/speed_mps");
-        self.within(speed, known.horizontal_speed, PATH_SPEED_MIN..=10.0);
     }
 
     fn dive(&mut self, auv: usize, dive: &Dive) {
-        let depth_min = DEPTH_MIN..=DEPTH_MAX - LEG_HEIGHT_MIN;
+        let mut ranges = DIVE;
         // Where the other depth is none, this one's range is still to be named.
-        let least_depth = if depth_min.contains(&dive.depth_min) {
-            dive.depth_min + LEG_HEIGHT_MIN
-        } else {
-            LEG_HEIGHT_MIN
-        };
-        for (name, value, range) in [
-            ("depth_min_m", dive.depth_min, depth_min),
-            ("depth_max_m", dive.depth_max, least_depth..=DEPTH_MAX),
-            ("pitch_rad", dive.pitch, DIVE_PITCH),
-            ("reversal_s", dive.reversal, REVERSAL),
-        ] {
-            self.within(format_args!("auvs/{auv}/dive/{name}"), value, range);
+        if ranges[0].1.contains(&dive.depth_min_m) {
+            ranges[1].1 = dive.depth_min_m + LEG_HEIGHT_MIN..=*DIVE[1].1.end();
         }
+        let values = [
+            dive.depth_min_m,
+            dive.depth_max_m,
+            dive.pitch_rad,
+            dive.reversal(),
+        ];
+        self.numbers(&format!("auvs/{auv}/dive"), &ranges, values);
     }
 
-    fn goal(&mut self, goal: &Goal, auvs: &[Auv]) {
-        match goal {
+    fn goal(&mut self, task: &Task, auvs: &[Auv]) {
+        match &task.goal {
             Goal::Track { auv } => self.vehicle(format_args!("goal/auv"), auv, auvs),
             Goal::Intermittent {
                 auvs: named,
-                dwell,
-                epoch,
+                dwell_s,
+                epoch_s,
             } => {
                 self.vehicles(named, auvs);
-                self.within(format_args!("goal/dwell_s"), *dwell, 1.0..=1.0e6);
-                self.within(format_args!("goal/epoch_s"), *epoch, -TIME_MAX..=TIME_MAX);
+                self.numbers("goal", &GOAL_IN_TURN, [*dwell_s, *epoch_s]);
             }
             Goal::Midpoint { auvs: named } => self.vehicles(named, auvs),
             Goal::Weighted { weights } => self.weights(weights, auvs),
-            Goal::Range { auvs: named, radius } => {
+            Goal::Range { auvs: named, range_m } => {
                 self.vehicles(named, auvs);
-                self.within(format_args!("goal/range_m"), *radius, RADIUS_MIN..=RADIUS_MAX);
+                self.numbers("goal", &GOAL_RANGE, [*range_m]);
             }
+        }
+        if let Some(offset) = &task.offset {
+            self.offset(offset, &task.goal, auvs);
         }
     }
 
     fn weights(&mut self, weights: &BTreeMap<VehicleId, f64>, auvs: &[Auv]) {
-        self.length(format_args!("goal/weights"), weights.len(), 1..=AUVS_MAX);
         for (id, weight) in weights {
-            // The field is a JSON pointer (RFC 6901), and a name may hold what separates its parts.
-            let name = id.0.replace('~', "~0").replace('/', "~1");
+            let name = pointer_token(&id.0);
             self.vehicle(format_args!("goal/weights/{name}"), id, auvs);
-            self.within(format_args!("goal/weights/{name}"), *weight, 0.0..=WEIGHT_MAX);
+            self.within(format_args!("goal/weights/{name}"), *weight, WEIGHT);
         }
         if weights.values().all(|weight| *weight == 0.0) {
             self.fail(format_args!("goal/weights"), InvalidReason::AllZero);
         }
     }
 
-    fn offset(&mut self, offset: &Offset, observation: &Observation) {
-        let (names, offset_by) = match offset {
-            Offset::Ned(by) => (["north_m", "east_m"], by),
-            Offset::Target(by) | Offset::Path(by) => (["ahead_m", "starboard_m"], by),
-        };
-        for (name, value) in names.into_iter().zip(offset_by.iter()) {
-            let field = format_args!("goal/offset/{name}");
-            self.within(field, *value, -OFFSET_MAX..=OFFSET_MAX);
+    fn offset(&mut self, offset: &Offset, goal: &Goal, auvs: &[Auv]) {
+        match *offset {
+            Offset::Ned { north_m, east_m } => {
+                self.numbers("goal/offset", &OFFSET_NED, [north_m, east_m]);
+            }
+            Offset::Target { ahead_m, starboard_m } | Offset::Path { ahead_m, starboard_m } => {
+                self.numbers("goal/offset", &OFFSET_AHEAD, [ahead_m, starboard_m]);
+            }
+            Offset::Polar { range_m, bearing_rad } => {
+                self.numbers("goal/offset", &OFFSET_POLAR, [range_m, bearing_rad]);
+            }
         }
-        if !matches!(offset, Offset::Path(_)) {
+        if !matches!(offset, Offset::Path { .. }) {
             return;
         }
         let field = format_args!("goal/offset/frame");
-        match &observation.goal {
+        match goal {
             Goal::Track { .. } | Goal::Intermittent { .. } => {
-                for auv in observation.goal.vehicles().filter_map(|id| observation.auv(id)) {
+                let named = |id: &VehicleId| auvs.iter().find(|auv| auv.id == *id);
+                for auv in goal.vehicles().filter_map(named) {
                     if auv.path.is_none() {
                         let given = Some(auv.id.0.clone());
                         self.fail(field, InvalidReason::NoPath { given });
@@ -276,7 +343,6 @@ impl Check {
     }
 
     fn vehicles(&mut self, named: &[VehicleId], auvs: &[Auv]) {
-        self.length(format_args!("goal/auvs"), named.len(), 1..=AUVS_MAX);
         let mut seen = HashSet::new();
         for (i, id) in named.iter().enumerate() {
             self.vehicle(format_args!("goal/auvs/{i}"), id, auvs);
@@ -293,37 +359,36 @@ impl Check {
         }
     }
 
-    fn current(&mut self, field: &str, current: &Vector2<f64>) {
-        for (axis, speed) in [("north_mps", current.x), ("east_mps", current.y)] {
-            self.within(format_args!("{field}/{axis}"), speed, -CURRENT_MAX..=CURRENT_MAX);
+    fn current(&mut self, field: &str, current: &Current) {
+        self.numbers(field, &CURRENT, [current.north_mps, current.east_mps]);
+    }
+
+    fn previous_plan(&mut self, previous: &PreviousPlan) {
+        self.trajectory(&previous.trajectory);
+        for (i, target) in previous.targets.iter().flatten().enumerate() {
+            self.previous_target(&format!("previous_plan/targets/{i}"), target);
+        }
+        if let Some(course) = previous.goal_course_rad {
+            self.within(format_args!("previous_plan/goal_course_rad"), course, ANGLE);
+        }
+        if let Some(current) = &previous.current {
+            self.current("previous_plan/current", current);
+        }
+        if let Some(craft) = &previous.craft_estimate {
+            let asked = [craft.asked_speed_mps, craft.asked_heading_rad];
+            self.numbers("previous_plan/craft_estimate", &PREVIOUS_ASKED, asked);
+        }
+        if let Some(reference) = &previous.reference {
+            let heading = reference.heading_rad.unwrap_or(0.0);
+            let numbers = [reference.speed_mps, heading];
+            self.numbers("previous_plan/reference", &PREVIOUS_REFERENCE, numbers);
         }
     }
 
-    /// The previous reference and the command made of it; where they are equal, the JSON has only the latter.
-    fn previous_references(&mut self, previous: &PreviousPlan) {
-        let (reference, command) = (previous.reference, previous.command);
-        let apart = previous.craft.is_some() || command.is_some() && command != reference;
-        if let Some(reference) = reference.filter(|_| apart) {
-            let names = ["asked_speed_mps", "asked_heading_rad"];
-            self.reference("previous_plan/craft_estimate", names, &reference);
-        }
-        if let Some(command) = if apart { command } else { reference } {
-            self.reference("previous_plan/reference", ["speed_mps", "heading_rad"], &command);
-        }
-    }
-
-    fn reference(&mut self, field: &str, [speed, heading]: [&str; 2], reference: &Reference) {
-        self.within(format_args!("{field}/{speed}"), reference.speed, 0.0..=40.0);
-        let angle = -std::f64::consts::PI..=std::f64::consts::PI;
-        self.within(
-            format_args!("{field}/{heading}"),
-            reference.heading.radians(),
-            angle,
-        );
-    }
-
-    fn limits(&mut self, limits: &Limits) {
-        self.within(format_args!("limits/speed_min_mps"), limits.speed_min, 0.0..=2.0);
+    fn limits(&mut self, declared: &DeclaredLimits) {
+        let limits = Limits::from(declared);
+        let [slowest, others @ ..] = LIMITS;
+        self.numbers("limits", &[slowest], [limits.speed_min]);
         // The least gap keeps the speed cone and the forward half-plane from closing on each other.
         let least_top_speed = if limits.speed_min.is_finite() {
             limits.speed_min + 0.05
@@ -333,68 +398,59 @@ impl Check {
         self.within(
             format_args!("limits/speed_max_mps"),
             limits.speed_max,
-            least_top_speed..=20.0,
+            least_top_speed..=SPEED_MAX_MOST,
         );
-        self.within(
-            format_args!("limits/turn_rate_max_radps"),
+        let values = [
             limits.turn_rate_max,
-            0.01..=3.0,
-        );
-        self.within(
-            format_args!("limits/acceleration_max_mps2"),
             limits.acceleration_max,
-            0.001..=5.0,
-        );
-        self.within(
-            format_args!("limits/deceleration_max_mps2"),
             limits.deceleration_max,
-            0.001..=5.0,
-        );
+        ];
+        self.numbers("limits", &others, values);
     }
 
     fn trajectory(&mut self, points: &[TrajectoryPoint]) {
         let field = "previous_plan/trajectory";
-        self.length(format_args!("{field}"), points.len(), 0..=TRAJECTORY_POINTS_MAX);
         for (i, point) in points.iter().enumerate() {
-            let angle = -std::f64::consts::PI..=std::f64::consts::PI;
-            for (name, value, range) in [
-                ("t_s", point.time, -FORESEEN_TIME_MAX..=FORESEEN_TIME_MAX),
-                ("north_m", point.position.x, -FORESEEN_MAX..=FORESEEN_MAX),
-                ("east_m", point.position.y, -FORESEEN_MAX..=FORESEEN_MAX),
-                ("speed_mps", point.speed, 0.0..=FORESEEN_SPEED_MAX),
-                ("heading_rad", point.heading.radians(), angle),
-            ] {
-                self.within(format_args!("{field}/{i}/{name}"), value, range);
-            }
+            let values = [
+                point.t_s,
+                point.north_m,
+                point.east_m,
+                point.speed_mps,
+                point.heading_rad,
+            ];
+            self.numbers(&format!("{field}/{i}"), &TRAJECTORY_POINT, values);
         }
         for (i, pair) in points.windows(2).enumerate() {
             let [before, after] = pair else { continue };
-            if after.time <= before.time {
+            if after.t_s <= before.t_s {
                 let reason = InvalidReason::NotIncreasing {
-                    given: after.time,
-                    before: before.time,
+                    given: after.t_s,
+                    before: before.t_s,
                 };
                 self.fail(format_args!("{field}/{}/t_s", i + 1), reason);
             }
         }
     }
 
-    fn previous_targets(&mut self, targets: &[PreviousTarget]) {
-        let field = "previous_plan/targets";
-        self.length(format_args!("{field}"), targets.len(), 0..=AUVS_MAX);
-        for (i, target) in targets.iter().enumerate() {
-            for (name, value, range) in [
-                ("age_s", target.report_age, 0.0..=REPORT_AGE_MAX),
-                ("north_m", target.position.x, -FORESEEN_MAX..=FORESEEN_MAX),
-                ("east_m", target.position.y, -FORESEEN_MAX..=FORESEEN_MAX),
-                ("depth_m", target.depth, -10.0..=DEPTH_MAX),
-                ("north_mps", target.velocity.x, -20.0..=20.0),
-                ("east_mps", target.velocity.y, -20.0..=20.0),
-                ("turn_rate_radps", target.turn_rate, -1.0..=1.0),
-            ] {
-                self.within(format_args!("{field}/{i}/estimate/{name}"), value, range);
-            }
-            self.current(&format!("{field}/{i}/drift"), &target.drift);
-        }
+    /// One that is not whole is not read.
+    fn previous_target(&mut self, field: &str, target: &PreviousTarget) {
+        let (Some(known), Some(_), Some(Drift { north_mps, east_mps })) = (
+            target.estimate,
+            target.forecast.and_then(Forecast::model),
+            target.drift,
+        ) else {
+            return;
+        };
+        let values = [
+            known.age_s,
+            known.north_m,
+            known.east_m,
+            known.depth_m,
+            known.north_mps,
+            known.east_mps,
+            known.turn_rate_radps,
+        ];
+        self.numbers(&format!("{field}/estimate"), &PREVIOUS_ESTIMATE, values);
+        self.numbers(&format!("{field}/drift"), &CURRENT, [north_mps, east_mps]);
     }
 }

@@ -4,6 +4,8 @@ use faer::{
     Accum, ColMut, ColRef, Par,
     sparse::{SparseColMatRef, SymbolicSparseColMatRef, linalg::matmul::sparse_dense_matmul},
 };
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
 use crate::{
     program::{build::Program, sparse::Sparse, standard_form::Cone},
@@ -13,7 +15,7 @@ use crate::{
 /// How well a solution satisfies the optimality conditions, recomputed from the program's data.
 ///
 /// All are relative to the largest term they are the difference of, or to 1 where that is smaller.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Residuals {
     /// ‖A x + s − b‖∞, and how far s is outside its cones.
     pub primal: f64,

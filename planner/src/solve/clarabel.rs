@@ -20,14 +20,14 @@ use crate::{
 pub const TOLERANCE: f64 = 1e-7;
 
 /// Feasibility tolerance of a kept solver as a multiple of its optimality tolerance: with 1, some programs stall without
-/// refinement; see `docs/tuning.md#solver`.
+/// refinement; see `docs/rationale.md#solver`.
 const FEASIBILITY: f64 = 10.0;
 
 /// Most shapes of programs that a workspace remembers, those used last: the client chooses the shapes,
 /// and a solver of a large one takes megabytes.
 pub const SHAPES_MAX: usize = 16;
 
-/// Most interior-point iterations of one subproblem: more than twice what the hardest took, see `docs/tuning.md#solver`.
+/// Most interior-point iterations of one subproblem: more than twice what the hardest took, see `docs/rationale.md#solver`.
 const ITERATIONS_MAX: u32 = 100;
 
 /// How a solve ended.
@@ -86,16 +86,6 @@ impl Solution {
             iterations: 0,
         }
     }
-}
-
-/// Solves a program that nothing like it will follow: memory is set up for it alone, and Clarabel may scale
-/// it as it likes.
-#[must_use]
-pub(crate) fn solve_once(program: &StandardForm<'_>, tolerance: f64) -> Solution {
-    settings(tolerance, tolerance).map_or_else(
-        || Solution::none(SolverStatus::NumericalError),
-        |settings| solve_with_care(program, settings, &Stop::never()),
-    )
 }
 
 /// Solves with refinement and Clarabel's own scaling: slower, and it gets through where the arithmetic is at its end.
@@ -162,7 +152,7 @@ impl Solvers {
         if !gave_up {
             return solution;
         }
-        // Rare: the numbers lie far apart, see `docs/tuning.md#solver`.
+        // Rare: the numbers lie far apart, see `docs/rationale.md#solver`.
         let Some(settings) = settings(self.tolerance, FEASIBILITY * self.tolerance) else {
             return solution;
         };
@@ -243,7 +233,7 @@ fn settings(tolerance: f64, feasibility: f64) -> Option<DefaultSettings<f64>> {
         .tol_infeas_rel(0.0)
         .reduced_tol_infeas_rel(0.0)
         .max_threads(1)
-        // It takes about half of the time, and the certificate sees what its absence could spoil: `docs/tuning.md#solver`.
+        // It takes about half of the time, and the certificate sees what its absence could spoil: `docs/rationale.md#solver`.
         .iterative_refinement_enable(false)
         // Updates re-apply the first data's scaling, so a kept solver would depend on its past: the
         // program scales itself instead.

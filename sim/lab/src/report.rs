@@ -1,24 +1,23 @@
-//! A mission, or some that differ in their controller, as one page that needs no network and no other file: what the service's page
-//! shows of missions, on recorded data.
+//! One or more missions that differ in the controller, as one page without network access: the service's page on recorded data.
 
 use ::record::{
     ExportError, Source as _,
     table::{self, Cell, Column, Row},
 };
 use serde_json::{Value, json};
-use sim::{metrics::Metrics, record::Record};
+use sim::record::Record;
 use wire::Prediction;
 
-use crate::scores::{Scores, auv_lines};
+use crate::scores::lines;
 
-/// What one run of a report is made of.
+/// A run in a report.
 #[derive(Clone, Debug)]
 pub struct ReportedRun<'a> {
-    /// What happened.
+    /// Its record.
     pub record: &'a Record,
-    /// What the planner predicted, at the times of some plans, s; nothing of another guide.
+    /// Predictions of the planner with the times of their plans, s; empty for other guides.
     pub predictions: &'a [(f64, Prediction)],
-    /// What the guide was told, in words; empty where that was not said.
+    /// What the controller knew, in words; may be empty.
     pub information: String,
 }
 
@@ -33,10 +32,10 @@ impl<'a> From<&'a Record> for ReportedRun<'a> {
     }
 }
 
-/// Points of a path at most: what a picture of a thousand pixels shows.
+/// Largest number of points of a path: enough for a thousand pixels.
 const PATH_POINTS_MAX: usize = 400;
 
-/// A page about `runs`, which differ in nothing but what guided them.
+/// A page about `runs`, which differ only in the controller.
 #[must_use]
 pub fn report(runs: &[ReportedRun<'_>]) -> String {
     let title = runs.first().map_or_else(String::new, |run| {
@@ -46,7 +45,7 @@ pub fn report(runs: &[ReportedRun<'_>]) -> String {
         "kind": "runs",
         "title": title,
         "runs": runs.iter().map(run).collect::<Vec<_>>(),
-        "scores": runs.iter().map(|run| scores(run.record)).collect::<Vec<_>>(),
+        "scores": runs.iter().map(|run| json!({ "guide": run.record.guide, "lines": lines(run.record) })).collect::<Vec<_>>(),
     });
     page::one_file(&title, &data)
 }
@@ -68,7 +67,7 @@ fn run(run: &ReportedRun<'_>) -> Value {
     })
 }
 
-/// What the page reads of a record's table: a tenth of the whole.
+/// The columns of a record that the page reads.
 const COLUMNS: [&str; 22] = [
     "kind",
     "t_s",
@@ -93,7 +92,7 @@ const COLUMNS: [&str; 22] = [
     "solve_ms",
     "late_s",
 ];
-/// A tenth of a millimetre is nothing on a screen.
+/// Values are rounded to a tenth of a millimetre, which no screen shows.
 const PER_UNIT: f64 = 1e4;
 
 /// The record's table with these columns alone, rounded, as CSV.
@@ -143,23 +142,11 @@ fn scene(record: &Record, information: &str) -> Value {
         "controller": record.guide,
         "information": (!information.is_empty()).then_some(information),
         "auvs": record.auv_ids,
-        "keep_outs": bounds.keep_outs.iter().map(wire::keep_out).collect::<Vec<_>>(),
+        "keep_outs": bounds.keep_outs,
         "area": bounds.area.iter().map(|corner| [corner.x, corner.y]).collect::<Vec<_>>(),
         "range_max_m": bounds.range_max,
         "paths": paths.collect::<std::collections::BTreeMap<_, _>>(),
     })
-}
-
-fn scores(record: &Record) -> Value {
-    let metrics = Metrics::of(record);
-    let mut lines = metrics.surface_craft.map_or_else(Vec::new, |surface_craft| {
-        Scores::new(record, surface_craft).lines()
-    });
-    for auv in &metrics.auvs {
-        let values = auv_lines(auv).into_iter();
-        lines.extend(values.map(|(name, value)| (format!("{}.{name}", auv.id), format!("{value:.3}"))));
-    }
-    json!({ "guide": record.guide, "lines": lines })
 }
 
 #[cfg(test)]
@@ -180,22 +167,6 @@ mod tests {
         let (_, rest) = page.split_once("id=\"data\">").expect("has data");
         let (json, _) = rest.split_once("</script>").expect("ends");
         serde_json::from_str(json).expect("is JSON")
-    }
-
-    #[test]
-    fn nothing_in_a_record_becomes_markup() {
-        let hostile = "</script><script>alert('1')</script><img src=\"x\">";
-        let record = Record {
-            scenario: hostile.into(),
-            title: hostile.into(),
-            guide: hostile.into(),
-            auv_ids: vec![hostile.into()],
-            ..record()
-        };
-        let page = report(&[(&record).into(), (&record).into()]);
-        assert!(!page.contains("<script>alert") && !page.contains("<img src=\"x\">"));
-        assert_eq!(page.matches("</script>").count(), 2, "the page's own");
-        assert_eq!(data(&page)["runs"][1]["mission"]["title"], hostile);
     }
 
     #[test]

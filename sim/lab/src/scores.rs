@@ -1,224 +1,90 @@
 //! What a controller achieved on a mission, under the names that leave the program.
 
-use std::collections::BTreeMap;
-
-use crate::regret::regret;
 use serde::Serialize;
 use sim::{
-    metrics::{AnswersByMethod, AuvMetrics, SurfaceCraftMetrics, Violation, Violations},
+    metrics::{AuvMetrics, Metrics, SurfaceCraftMetrics, Violation},
     record::Record,
 };
 
-/// A controller's scores. Distances are true ones, to the goal, over the whole mission.
+use crate::bound::bound_rms_m;
+
+/// A controller's scores.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Scores {
-    /// Root mean square distance, m.
-    pub rms_m: f64,
-    /// Mean distance, m.
-    pub mean_m: f64,
-    /// Distance not exceeded 95 % of the time, m.
-    pub p95_m: f64,
-    /// Largest distance, m.
-    pub max_m: f64,
-    /// Root mean square distance after the scenario's settling time, m.
-    pub settled_rms_m: f64,
-    /// Time within contact range of each underwater vehicle, s.
-    pub time_in_range_s: BTreeMap<String, f64>,
-    /// The craft's true limits, where it did not keep them.
-    pub violations: ViolationScores,
-    /// Propulsion energy, J.
-    pub energy_j: f64,
-    /// Heading travel, rad.
-    pub heading_travel_rad: f64,
-    /// Root mean square second difference of the velocity reference, m/s³.
-    pub reference_jerk: f64,
-    /// Median time of an answer, ms.
-    pub solve_ms_p50: Option<f64>,
-    /// Time of an answer that 99 % do not exceed, ms.
-    pub solve_ms_p99: Option<f64>,
-    /// Answers by the method that gave them.
-    pub answers_by_method: AnswerCounts,
+    /// The record's metrics.
+    #[serde(flatten)]
+    pub metrics: SurfaceCraftMetrics,
     /// How much nearer to the goal any craft of this hull could have stayed that knew the whole future, m
     /// (root mean square); none in waves, whose push has no bound.
     pub regret_m: Option<f64>,
 }
 
-/// Limits and bounds that the craft did not keep. The unit in a name is that of the worst excess.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct ViolationScores {
-    /// Turn rate beyond its limit.
-    pub turn_rate_radps: ViolationScore,
-    /// Speed beyond its limit.
-    pub speed_mps: ViolationScore,
-    /// Inside a disc to keep out of.
-    pub keep_out_m: ViolationScore,
-    /// Outside the area to stay in.
-    pub area_m: ViolationScore,
-    /// Too far from an underwater vehicle.
-    pub range_m: ViolationScore,
-    /// More propulsion energy than there is.
-    pub energy_j: ViolationScore,
-}
-
-/// How one limit was not kept.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct ViolationScore {
-    /// Episodes.
-    pub count: usize,
-    /// Duration of all episodes, s.
-    pub duration_s: f64,
-    /// Largest excess.
-    pub worst: f64,
-}
-
-impl From<Violation> for ViolationScore {
-    fn from(violation: Violation) -> Self {
-        Self {
-            count: violation.count,
-            duration_s: violation.seconds,
-            worst: violation.worst,
-        }
-    }
-}
-
-impl ViolationScores {
-    fn lines(&self) -> [(&'static str, String); 6] {
-        [
-            ("turn_rate_radps", self.turn_rate_radps),
-            ("speed_mps", self.speed_mps),
-            ("keep_out_m", self.keep_out_m),
-            ("area_m", self.area_m),
-            ("range_m", self.range_m),
-            ("energy_j", self.energy_j),
-        ]
-        .map(|(name, score)| {
-            let ViolationScore {
-                count,
-                duration_s,
-                worst,
-            } = score;
-            let text = if count == 0 {
-                "0".to_owned()
-            } else {
-                format!("{count}: {duration_s:.0} s, {worst:.3}")
-            };
-            (name, text)
-        })
-    }
-}
-
-/// Answers by method.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct AnswerCounts {
-    /// The program, solved.
-    pub mpc: usize,
-    /// The previous plan, followed further.
-    pub previous_plan: usize,
-    /// The line-of-sight law.
-    pub saturated_los: usize,
-    /// Hold.
-    pub hold: usize,
-}
-
 impl Scores {
-    /// The scores of a mission with a surface craft.
+    /// The scores of a mission; none without a surface craft.
     #[must_use]
-    pub fn new(record: &Record, metrics: SurfaceCraftMetrics) -> Self {
-        let Violations {
-            turn_rate,
-            speed,
-            keep_out,
-            area,
-            range,
-            energy,
-        } = metrics.violations;
-        let AnswersByMethod {
-            mpc,
-            previous_plan,
-            saturated_los,
-            hold,
-        } = metrics.answers_by_method;
-        Self {
-            rms_m: metrics.rms_m,
-            mean_m: metrics.mean_m,
-            p95_m: metrics.p95_m,
-            max_m: metrics.max_m,
-            settled_rms_m: metrics.settled_rms_m,
-            time_in_range_s: record
-                .auv_ids
-                .iter()
-                .cloned()
-                .zip(metrics.time_in_range_s)
-                .collect(),
-            violations: ViolationScores {
-                turn_rate_radps: turn_rate.into(),
-                speed_mps: speed.into(),
-                keep_out_m: keep_out.into(),
-                area_m: area.into(),
-                range_m: range.into(),
-                energy_j: energy.into(),
-            },
-            energy_j: metrics.energy_j,
-            heading_travel_rad: metrics.heading_travel_rad,
-            reference_jerk: metrics.reference_jerk,
-            solve_ms_p50: metrics.solve_ms_p50,
-            solve_ms_p99: metrics.solve_ms_p99,
-            regret_m: regret(record).ok().flatten().map(|regret| regret.regret_m),
-            answers_by_method: AnswerCounts {
-                mpc,
-                previous_plan,
-                saturated_los,
-                hold,
-            },
-        }
+    pub fn of(record: &Record) -> Option<Self> {
+        let metrics = Metrics::of(record).surface_craft?;
+        let regret_m = bound_rms_m(record).map(|bound| metrics.rms_m - bound);
+        Some(Self { metrics, regret_m })
     }
 
     /// The scores as lines of a table: name, and value for people.
     #[must_use]
     pub fn lines(&self) -> Vec<(String, String)> {
-        let milliseconds = |time: Option<f64>| time.map_or("-".to_owned(), |ms| format!("{ms:.4}"));
-        let mut lines = vec![
-            ("rms_m", format!("{:.3}", self.rms_m)),
-            ("mean_m", format!("{:.3}", self.mean_m)),
-            ("p95_m", format!("{:.3}", self.p95_m)),
-            ("max_m", format!("{:.3}", self.max_m)),
-            ("settled_rms_m", format!("{:.3}", self.settled_rms_m)),
+        let metrics = &self.metrics;
+        let (answers, violations) = (&metrics.answers_by_method, &metrics.violations);
+        let number = |value: f64, digits: usize| format!("{value:.digits$}");
+        let optional =
+            |value: Option<f64>, digits| value.map_or("-".to_owned(), |value| number(value, digits));
+        let violation = |violation: &Violation| match violation.count {
+            0 => "0".to_owned(),
+            count => format!("{count}: {:.0} s, {:.3}", violation.duration_s, violation.worst),
+        };
+        let lines = [
+            ("rms_m", number(metrics.rms_m, 3)),
+            ("mean_m", number(metrics.mean_m, 3)),
+            ("p95_m", number(metrics.p95_m, 3)),
+            ("max_m", number(metrics.max_m, 3)),
+            ("settled_rms_m", number(metrics.settled_rms_m, 3)),
+            ("regret_m", optional(self.regret_m, 3)),
+            ("energy_j", number(metrics.energy_j, 0)),
+            ("heading_travel_rad", number(metrics.heading_travel_rad, 2)),
+            ("reference_jerk", number(metrics.reference_jerk, 4)),
+            ("solve_ms_p50", optional(metrics.solve_ms_p50, 4)),
+            ("solve_ms_p99", optional(metrics.solve_ms_p99, 4)),
+            ("answers.mpc", answers.mpc.to_string()),
+            ("answers.previous_plan", answers.previous_plan.to_string()),
+            ("answers.saturated_los", answers.saturated_los.to_string()),
+            ("answers.hold", answers.hold.to_string()),
             (
-                "regret_m",
-                self.regret_m
-                    .map_or("-".to_owned(), |regret| format!("{regret:.3}")),
+                "violations.turn_rate_radps",
+                violation(&violations.turn_rate_radps),
             ),
-            ("energy_j", format!("{:.0}", self.energy_j)),
-            ("heading_travel_rad", format!("{:.2}", self.heading_travel_rad)),
-            ("reference_jerk", format!("{:.4}", self.reference_jerk)),
-            ("solve_ms_p50", milliseconds(self.solve_ms_p50)),
-            ("solve_ms_p99", milliseconds(self.solve_ms_p99)),
-            ("answers.mpc", self.answers_by_method.mpc.to_string()),
-            (
-                "answers.previous_plan",
-                self.answers_by_method.previous_plan.to_string(),
-            ),
-            (
-                "answers.saturated_los",
-                self.answers_by_method.saturated_los.to_string(),
-            ),
-            ("answers.hold", self.answers_by_method.hold.to_string()),
-        ]
-        .into_iter()
-        .map(|(name, value)| (name.to_owned(), value))
-        .collect::<Vec<_>>();
-        let violations = self.violations.lines();
-        lines.extend(violations.map(|(limit, text)| (format!("violations.{limit}"), text)));
-        let in_range = self.time_in_range_s.iter();
-        lines
-            .extend(in_range.map(|(id, seconds)| (format!("time_in_range_s.{id}"), format!("{seconds:.0}"))));
-        lines
+            ("violations.speed_mps", violation(&violations.speed_mps)),
+            ("violations.keep_out_m", violation(&violations.keep_out_m)),
+            ("violations.area_m", violation(&violations.area_m)),
+            ("violations.range_m", violation(&violations.range_m)),
+            ("violations.energy_j", violation(&violations.energy_j)),
+        ];
+        let lines = lines.into_iter().map(|(name, value)| (name.to_owned(), value));
+        let in_range = metrics.time_in_range_s.iter();
+        let in_range = in_range.map(|(id, seconds)| (format!("time_in_range_s.{id}"), number(*seconds, 0)));
+        lines.chain(in_range).collect()
     }
 }
 
-/// How an underwater vehicle kept to its path, as lines of a table: name and value.
+/// All scores of a mission as lines of a table: those of the surface craft, and how each AUV kept to its path.
 #[must_use]
-pub fn auv_lines(auv: &AuvMetrics) -> [(&'static str, f64); 7] {
+pub fn lines(record: &Record) -> Vec<(String, String)> {
+    let mut lines = Scores::of(record).map_or_else(Vec::new, |scores| scores.lines());
+    for auv in &Metrics::of(record).auvs {
+        let values = auv_values(auv).into_iter();
+        lines.extend(values.map(|(name, value)| (format!("{}.{name}", auv.id), format!("{value:.3}"))));
+    }
+    lines
+}
+
+fn auv_values(auv: &AuvMetrics) -> [(&'static str, f64); 7] {
     [
         ("cross_track_max_m", auv.cross_track_max_m),
         ("position_error_max_m", auv.position_error_max_m),

@@ -1,14 +1,14 @@
-//! Times a guide and notes what it received: the simulator has no clock.
+//! Solve times, and what the snapshots held: the simulator has no clock.
 
 use std::time::Instant;
 
 use planner::{
-    forecast::AuvForecast,
+    forecast::{AuvForecast, Intent},
     snapshot::{ForecastModel, Snapshot},
 };
 use sim::guide::{Guidance, Guide, GuideError};
 
-/// A guide with a stopwatch.
+/// A guide whose solve times are measured.
 pub struct Stopwatch<'a> {
     guide: &'a mut dyn Guide,
     /// What the snapshots held.
@@ -20,14 +20,14 @@ pub struct Stopwatch<'a> {
 pub struct Received {
     /// The forecast models that the snapshots called for, in the order of their first use.
     pub forecasts: Vec<ForecastModel>,
-    /// How many snapshots there were.
+    /// Number of snapshots.
     pub snapshots: usize,
-    /// How many of them gave the current.
+    /// Number of snapshots with the current.
     pub with_current: usize,
 }
 
 impl<'a> Stopwatch<'a> {
-    /// Around `guide`.
+    /// Measures `guide`.
     pub fn new(guide: &'a mut dyn Guide) -> Self {
         Self {
             guide,
@@ -45,8 +45,17 @@ impl Guide for Stopwatch<'_> {
         self.received.snapshots += 1;
         self.received.with_current += usize::from(snapshot.current.is_some());
         let current = snapshot.current();
-        for (auv, estimate) in snapshot.auvs.iter().zip(snapshot.estimates()) {
-            let model = AuvForecast::new(&estimate.state, auv.into(), snapshot.forecast, &current).model;
+        let known = snapshot
+            .auvs
+            .iter()
+            .zip(snapshot.paths())
+            .zip(snapshot.estimates());
+        for ((auv, path), estimate) in known {
+            let intent = Intent {
+                path: path.as_ref(),
+                dive: auv.dive,
+            };
+            let model = AuvForecast::new(&estimate.state, intent, snapshot.forecast, &current).model;
             if !self.received.forecasts.contains(&model) {
                 self.received.forecasts.push(model);
             }
@@ -55,7 +64,7 @@ impl Guide for Stopwatch<'_> {
     }
 }
 
-/// What `guide` answers, and how long that took.
+/// The answer of `guide`, with its solve time.
 pub(crate) fn timed(guide: &mut dyn Guide, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
     let start = Instant::now();
     let guidance = guide.guide(snapshot)?;

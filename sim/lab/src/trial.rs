@@ -1,8 +1,8 @@
-//! A sea trial: half an hour of manoeuvres that show how a craft answers, and a simulated craft that makes them.
+//! A simulated sea trial: half an hour of manoeuvres that identify a craft.
 //!
-//! Zig-zag and turning circle are those of the IMO's *Standards for ship manoeuvrability* (resolution MSC.137(76), 2002),
-//! in small, with references and not rudder angles; speed and heading steps are what a response model is fitted to, and the
-//! drift test shows the current.
+//! Zig-zag and turning circle follow the IMO's *Standards for ship manoeuvrability* (resolution MSC.137(76), 2002), scaled down,
+//! with references instead of rudder angles; speed and heading steps identify the response model, and the drift test the
+//! current.
 
 use std::f64::consts::TAU;
 
@@ -29,50 +29,31 @@ use sim::{
 /// Inner-loop periods from one row of a log to the next: five rows a second.
 const PERIODS_PER_ROW: u32 = 2;
 
-/// Working speed, as a part of the top speed.
+/// Working speed, as a share of the top speed.
 const WORKING: f64 = 0.5;
-/// The way back, rad: not a half turn, which may be made to either side.
+/// Heading of the way back, rad: less than a half turn, whose side would be arbitrary.
 const BACK: f64 = 170.0 / 180.0 * std::f64::consts::PI;
 
 /// Current of a trial (north, east), m/s: enough to tell speed through the water from speed over ground.
 const CURRENT: Vector2<f64> = Vector2::new(0.12, 0.09);
 
-/// How far round a circle goes: once, whatever the craft is behind, and not to where the way back is a half turn.
+/// Turns of a circle: at least once although the craft lags, and not to where the way back would be a half turn.
 const ROUNDS: f64 = 1.3;
 
-/// A part of a trial with one reference.
+/// A part of a trial with one speed and one turn rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leg {
-    /// What it belongs to.
-    pub manoeuvre: Manoeuvre,
-    /// How long it lasts, s.
+    /// Duration, s.
     pub duration: f64,
     /// Speed reference, m/s.
     pub speed: f64,
     /// Heading reference at its start, rad.
     pub heading: f64,
-    /// Rate at which the heading reference turns, rad/s.
+    /// Rate of turn of the heading reference, rad/s.
     pub turn_rate: f64,
 }
 
-/// The manoeuvres of a trial.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Manoeuvre {
-    /// Straight ahead until all is steady.
-    Settle,
-    /// Steps of the speed reference on a straight course.
-    SpeedSteps,
-    /// Steps of the heading reference at working speed.
-    HeadingSteps,
-    /// From one side to the other.
-    ZigZag,
-    /// Once round.
-    Circle,
-    /// Speed reference 0.
-    Drift,
-}
-
-/// Legs, one after the other.
+/// The legs of a trial, in order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trial {
     /// The legs.
@@ -80,73 +61,54 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// Half an hour for a craft of that top speed, m/s, and fastest turn, rad/s.
+    /// Half an hour for a craft with that top speed, m/s, and largest turn rate, rad/s.
     #[must_use]
     pub(crate) fn half_hour(speed_max: f64, turn_rate_max: f64) -> Self {
-        use Manoeuvre::{Circle, Drift, HeadingSteps, Settle, SpeedSteps, ZigZag};
         let mut legs = Vec::new();
-        let mut leg = |manoeuvre, duration, speed: f64, heading: f64| {
+        let mut leg = |duration, speed: f64, heading, turn_rate| {
             legs.push(Leg {
-                manoeuvre,
                 duration,
                 speed: speed * speed_max,
                 heading,
-                turn_rate: 0.0,
-            });
-        };
-        leg(Settle, 60.0, WORKING, 0.0);
-        // Up and down on one course and back on the other: small steps for the time constant, large ones for the limits.
-        for heading in [0.0, BACK] {
-            leg(Settle, 30.0, WORKING, heading);
-            for speed in [0.6, 0.5, 0.4, 0.5] {
-                leg(SpeedSteps, 30.0, speed, heading);
-            }
-            for speed in [0.25, 0.85, 0.25, 0.85, 0.25] {
-                leg(SpeedSteps, 45.0, speed, heading);
-            }
-        }
-        leg(Settle, 40.0, WORKING, BACK);
-        for degrees in [10.0_f64, 0.0, -30.0, 0.0, 60.0, 0.0, 90.0, 180.0, -20.0, 0.0] {
-            leg(HeadingSteps, 35.0, WORKING, BACK + degrees.to_radians());
-        }
-        for degrees in [20.0_f64, -20.0, 20.0, -20.0, 45.0, -45.0, 45.0, -45.0, 0.0] {
-            leg(ZigZag, 15.0, WORKING, BACK + degrees.to_radians());
-        }
-        // Half of the fastest turn: the reference is followed all the way round.
-        let turn_rate = 0.5 * turn_rate_max;
-        for (turn_rate, speed) in [(turn_rate, WORKING), (-turn_rate, WORKING)] {
-            legs.push(Leg {
-                manoeuvre: Circle,
-                duration: ROUNDS * TAU / turn_rate.abs(),
-                speed: speed * speed_max,
-                heading: BACK,
                 turn_rate,
             });
-            legs.push(Leg {
-                manoeuvre: Circle,
-                duration: 30.0,
-                speed: speed * speed_max,
-                heading: BACK,
-                turn_rate: 0.0,
-            });
+        };
+        leg(60.0, WORKING, 0.0, 0.0);
+        // Speed steps up and down on one course and back on the other: small ones for the time constant, large ones for the limits.
+        for heading in [0.0, BACK] {
+            leg(30.0, WORKING, heading, 0.0);
+            for speed in [0.6, 0.5, 0.4, 0.5] {
+                leg(30.0, speed, heading, 0.0);
+            }
+            for speed in [0.25, 0.85, 0.25, 0.85, 0.25] {
+                leg(45.0, speed, heading, 0.0);
+            }
         }
-        legs.push(Leg {
-            manoeuvre: Drift,
-            duration: 120.0,
-            speed: 0.0,
-            heading: BACK,
-            turn_rate: 0.0,
-        });
+        leg(40.0, WORKING, BACK, 0.0);
+        // Heading steps, then a zig-zag.
+        for degrees in [10.0_f64, 0.0, -30.0, 0.0, 60.0, 0.0, 90.0, 180.0, -20.0, 0.0] {
+            leg(35.0, WORKING, BACK + degrees.to_radians(), 0.0);
+        }
+        for degrees in [20.0_f64, -20.0, 20.0, -20.0, 45.0, -45.0, 45.0, -45.0, 0.0] {
+            leg(15.0, WORKING, BACK + degrees.to_radians(), 0.0);
+        }
+        // Circles at half of the fastest turn: the reference is followed all the way round.
+        for turn_rate in [0.5 * turn_rate_max, -0.5 * turn_rate_max] {
+            leg(ROUNDS * TAU / turn_rate.abs(), WORKING, BACK, turn_rate);
+            leg(30.0, WORKING, BACK, 0.0);
+        }
+        // Drift.
+        leg(120.0, 0.0, BACK, 0.0);
         Self { legs }
     }
 
-    /// How long it lasts, s.
+    /// Its duration, s.
     #[must_use]
     pub fn duration(&self) -> f64 {
         self.legs.iter().map(|leg| leg.duration).sum()
     }
 
-    /// Speed and heading reference at `time` s after its start: the last leg goes on.
+    /// Speed and heading reference at `time` s after its start; the last leg continues.
     #[must_use]
     pub fn reference(&self, time: f64) -> (f64, f64) {
         let mut begin = 0.0;
@@ -162,47 +124,37 @@ impl Trial {
     }
 }
 
-/// Who makes a trial, where, and with which sensors.
+/// A trial with its craft, water and sensors.
 #[derive(Clone, Debug)]
 pub struct TrialSetup {
-    /// What is to be done.
+    /// The manoeuvres.
     pub trial: Trial,
     /// The craft in its water.
     world: World,
-    /// What measures it.
+    /// Its sensors.
     sensors: SensorSetup,
 }
 
-/// Why a scenario has no trial.
+/// Why a trial cannot start.
 #[derive(Debug, thiserror::Error)]
 pub enum NoTrial {
-    /// It has no craft that could make one.
+    /// The scenario has no surface craft.
     #[error("the scenario has no surface craft")]
     NoSurfaceCraft,
-    /// It does not start.
+    /// The scenario does not start.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
 }
 
 impl TrialSetup {
-    /// A MEDUSA-class craft with drag feed-forward, in a current of 0.15 m/s, with a small craft's sensors.
+    /// A craft of that class with drag feed-forward, in a current of 0.15 m/s, with a small craft's sensors.
     #[must_use]
-    pub fn medusa() -> Self {
-        Self::of_class(SurfaceClass::Medusa)
-    }
-
-    /// An Otter, likewise.
-    #[must_use]
-    pub fn otter() -> Self {
-        Self::of_class(SurfaceClass::Otter)
-    }
-
-    fn of_class(class: SurfaceClass) -> Self {
+    pub fn of_class(class: SurfaceClass) -> Self {
         let autopilot = class.autopilot(DragFeedForward::On);
         Self::with(class.hull(), autopilot, &class.limits())
     }
 
-    /// A craft of that hull and autopilot, likewise.
+    /// A craft with that hull and autopilot, likewise.
     #[must_use]
     pub fn with(hull: SurfaceHull, autopilot: SurfaceAutopilot, limits: &Limits) -> Self {
         let trial = Trial::half_hour(limits.speed_max, limits.turn_rate_max);
@@ -239,7 +191,7 @@ impl TrialSetup {
     }
 }
 
-/// Lets the surface craft of `world` make `trial`, and logs what its sensors measure. Nothing where there is no craft.
+/// Simulates `trial` with the surface craft of `world`, and logs the measurements; empty without a craft.
 fn fly(trial: &Trial, world: &mut World, sensors: &mut SurfaceSensors) -> Vec<LogRow> {
     let mut rows = Vec::new();
     let mut energy = world.surface_craft.as_ref().map_or(0.0, |craft| craft.energy);
@@ -270,11 +222,11 @@ fn fly(trial: &Trial, world: &mut World, sensors: &mut SurfaceSensors) -> Vec<Lo
                 time: world.time(),
                 speed_reference: speed,
                 heading_reference: reference.heading.radians(),
-                heading: measured.heading.radians(),
-                surge: Some(measured.surge),
-                sway: Some(measured.sway),
-                ground_velocity: measured.ground_velocity,
-                position: Some(measured.position),
+                heading: measured.heading().radians(),
+                surge: Some(measured.speed_mps),
+                sway: Some(measured.sway_mps),
+                ground_velocity: measured.ground_velocity(),
+                position: Some(measured.position()),
                 power: (!rows.is_empty()).then_some((craft.energy - energy) / interval),
             });
             energy = craft.energy;
@@ -318,7 +270,7 @@ mod tests {
 
     #[test]
     fn a_log_has_five_rows_a_second_and_follows_from_its_seed() {
-        let setup = TrialSetup::medusa();
+        let setup = TrialSetup::of_class(SurfaceClass::Medusa);
         let log = setup.fly(3);
         assert_eq!(log, setup.fly(3));
         assert_ne!(log, setup.fly(4));

@@ -1,13 +1,14 @@
-//! Line-of-sight laws tuned for a scenario, so that the planner is compared with no straw man.
+//! Line-of-sight laws tuned for a scenario, so that the planner is compared with strong laws.
 
 use planner::{
     los::{LosGains, LosLaw, LosTuning},
     policy::Policy,
 };
-
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use sim::{
     guide::{GuideError, LosGuide},
-    metrics::Metrics,
+    metrics::{Metrics, SurfaceCraftMetrics},
     mission::run,
     scenario::Scenario,
 };
@@ -19,28 +20,72 @@ const ALONG_TRACK_GAINS: [f64; 5] = [0.05, 0.1, 0.15, 0.3, 0.6];
 /// Integral gains tried, m/s: behind an AUV at 0.193 m/s they damp the cross-track error by 2.2, 1.3 and 0.7.
 const INTEGRAL_GAINS: [f64; 3] = [0.01, 0.03, 0.1];
 
-/// Why a law could not be tuned.
-#[derive(Debug, thiserror::Error)]
-pub enum TuningError {
-    /// There is nothing to tune for.
-    #[error("scenario {scenario} has no surface craft to guide")]
-    NoSurfaceCraft {
-        /// The scenario's name.
-        scenario: String,
-    },
-    /// A mission failed.
-    #[error("a mission of the grid failed")]
-    Mission(#[source] GuideError),
+/// Gains of a line-of-sight law.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LawGains {
+    /// Look-ahead distance, m.
+    pub look_ahead_m: f64,
+    /// Along-track gain, 1/s.
+    pub along_track_gain_per_s: f64,
+    /// Integral gain, m/s, of `integral_los`; the planner's default if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub integral_gain_mps: Option<f64>,
 }
 
-/// The tunings of `law` that are tried: look-aheads times along-track gains, and times integral gains for
-/// [`LosLaw::Integral`].
+impl From<LosTuning> for LawGains {
+    fn from(tuning: LosTuning) -> Self {
+        Self {
+            look_ahead_m: tuning.gains.look_ahead,
+            along_track_gain_per_s: tuning.gains.along_track_gain,
+            integral_gain_mps: (tuning.law == LosLaw::Integral).then_some(tuning.integral_gain),
+        }
+    }
+}
+
+impl LawGains {
+    pub(crate) fn tuning(self, law: LosLaw) -> LosTuning {
+        LosTuning {
+            law,
+            gains: LosGains {
+                look_ahead: self.look_ahead_m,
+                along_track_gain: self.along_track_gain_per_s,
+            },
+            integral_gain: self.integral_gain_mps.unwrap_or(Policy::default().integral_gain),
+        }
+    }
+}
+
+/// Why missions that are compared gave no result.
+#[derive(Debug, thiserror::Error)]
+pub enum ComparisonError {
+    /// There is nothing to guide.
+    #[error(
+        "scenario {0} has no surface craft, so there is nothing to compare; `pilotfish simulate {0}` runs it"
+    )]
+    NoSurfaceCraft(String),
+    /// A mission of a scenario failed.
+    #[error("a mission of scenario {0} failed")]
+    Mission(String, #[source] GuideError),
+}
+
+impl ComparisonError {
+    pub(crate) fn no_surface_craft(scenario: &Scenario) -> Self {
+        Self::NoSurfaceCraft(scenario.name.clone())
+    }
+
+    pub(crate) fn mission(scenario: &Scenario) -> impl Fn(GuideError) -> Self {
+        |error| Self::Mission(scenario.name.clone(), error)
+    }
+}
+
+/// The grid of `law`: look-aheads times along-track gains, and times integral gains for [`LosLaw::Integral`].
 #[must_use]
 pub fn grid(law: LosLaw) -> Vec<LosTuning> {
     let default = [Policy::default().integral_gain];
     let integral_gains: &[f64] = match law {
         LosLaw::Integral => &INTEGRAL_GAINS,
-        LosLaw::SaturatedLos | LosLaw::TrackerFrame | LosLaw::WaypointBox | LosLaw::Printed => &default,
+        LosLaw::SaturatedLos | LosLaw::TrackerFrame | LosLaw::WaypointBox => &default,
     };
     let mut grid = vec![];
     for &integral_gain in integral_gains {
@@ -60,16 +105,6 @@ pub fn grid(law: LosLaw) -> Vec<LosTuning> {
     grid
 }
 
-/// [`tune`] for the saturated law.
-pub fn tune_los(
-    scenario: &Scenario,
-    seed: u64,
-    progress: &mut dyn FnMut(f64),
-) -> Result<(LosGains, Metrics), TuningError> {
-    let (tuning, metrics) = tune(LosLaw::SaturatedLos, scenario, seed, progress)?;
-    Ok((tuning.gains, metrics))
-}
-
 /// The tuning of the law's grid with the least root mean square distance to the goal over the whole mission,
 /// and what it achieves. Of equals the first counts. `progress` gets the fraction done.
 pub fn tune(
@@ -77,37 +112,29 @@ pub fn tune(
     scenario: &Scenario,
     seed: u64,
     progress: &mut dyn FnMut(f64),
-) -> Result<(LosTuning, Metrics), TuningError> {
+) -> Result<(LosTuning, SurfaceCraftMetrics), ComparisonError> {
     let grid = grid(law);
-    let no_surface_craft = || TuningError::NoSurfaceCraft {
-        scenario: scenario.name.clone(),
-    };
-    let mut best: Option<(f64, LosTuning, Metrics)> = None;
+    let mut best: Option<(LosTuning, SurfaceCraftMetrics)> = None;
     let share = 1.0 / f64::from(u32::try_from(grid.len()).expect("a grid of dozens"));
     let mut done = 0.0;
     for tuning in grid {
         let record = run(scenario, &mut LosGuide::tuned(tuning), seed, &mut |part| {
             progress(done + part * share);
         })
-        .map_err(TuningError::Mission)?;
+        .map_err(ComparisonError::mission(scenario))?;
         done += share;
-        let metrics = Metrics::of(&record);
-        let rms = metrics.surface_craft.as_ref().ok_or_else(no_surface_craft)?.rms_m;
-        if best.as_ref().is_none_or(|(least, ..)| rms < *least) {
-            best = Some((rms, tuning, metrics));
+        let metrics = Metrics::of(&record).surface_craft;
+        let metrics = metrics.ok_or_else(|| ComparisonError::no_surface_craft(scenario))?;
+        if best.as_ref().is_none_or(|(_, least)| metrics.rms_m < least.rms_m) {
+            best = Some((tuning, metrics));
         }
     }
-    best.map(|(_, tuning, metrics)| (tuning, metrics))
-        .ok_or_else(no_surface_craft)
+    Ok(best.expect("a grid has points"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn rms(metrics: &Metrics) -> f64 {
-        metrics.surface_craft.as_ref().expect("has one").rms_m
-    }
 
     #[test]
     fn no_gains_of_the_grid_beat_the_tuned_ones() {
@@ -117,18 +144,18 @@ mod tests {
             let mut met = 0;
             for tuning in grid(law) {
                 let record = run(&scenario, &mut LosGuide::tuned(tuning), 1, &mut |_| {}).expect("runs");
-                let other = rms(&Metrics::of(&record));
-                assert!(rms(&metrics) <= other, "{tuning:?}");
-                met += usize::from(tuning == tuned && (other - rms(&metrics)).abs() < f64::EPSILON);
+                let other = Metrics::of(&record).surface_craft.expect("has one").rms_m;
+                assert!(metrics.rms_m <= other, "{tuning:?}");
+                met += usize::from(tuning == tuned && (other - metrics.rms_m).abs() < f64::EPSILON);
             }
             assert_eq!(met, 1, "{law:?}");
         }
     }
 
     #[test]
-    fn tuned_each_law_keeps_to_its_target_but_the_printed_one() {
+    fn tuned_each_law_keeps_to_its_target() {
         let scenario = Scenario::named("paper-tracking").expect("exists").lasting(600.0);
-        let worst = |law| rms(&tune(law, &scenario, 1, &mut |_| {}).expect("tunes").1);
+        let worst = |law| tune(law, &scenario, 1, &mut |_| {}).expect("tunes").1.rms_m;
         for law in [LosLaw::SaturatedLos, LosLaw::TrackerFrame, LosLaw::Integral] {
             // Most of it is the approach from 17 m off.
             assert!(worst(law) < 2.5, "{law:?}: {}", worst(law));
@@ -136,7 +163,6 @@ mod tests {
         // Half the box's diagonal, and as much as the target moves on from it.
         let round_the_box = worst(LosLaw::WaypointBox);
         assert!((15.0..70.0).contains(&round_the_box), "{round_the_box}");
-        assert!(worst(LosLaw::Printed) > 40.0, "{}", worst(LosLaw::Printed));
     }
 
     #[test]
@@ -144,7 +170,7 @@ mod tests {
         let scenario = Scenario::named("paper-path-following")
             .expect("exists")
             .lasting(10.0);
-        let refused = tune_los(&scenario, 0, &mut |_| {});
-        assert!(matches!(refused, Err(TuningError::NoSurfaceCraft { .. })));
+        let refused = tune(LosLaw::SaturatedLos, &scenario, 0, &mut |_| {});
+        assert!(matches!(refused, Err(ComparisonError::NoSurfaceCraft(_))));
     }
 }

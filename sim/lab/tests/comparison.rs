@@ -1,6 +1,6 @@
 //! The planner against the line-of-sight law tuned for the very mission, on the same observations.
 
-use pilotfish_lab::tuning::{tune, tune_los};
+use pilotfish_lab::tuning::tune;
 use planner::{los::LosLaw, plan::Method, policy::Policy};
 use sim::{
     guide::MpcGuide,
@@ -27,12 +27,12 @@ const JUST_HANDED_OVER: f64 = 30.0;
 /// Tuned line of sight, then the planner, and the planner's record.
 fn both(scenario: &Scenario, seed: u64) -> ([SurfaceCraftMetrics; 2], Record) {
     let name = &scenario.name;
-    let (gains, los) = tune_los(scenario, seed, &mut |_| {}).expect("tunes");
+    let (tuning, los) = tune(LosLaw::SaturatedLos, scenario, seed, &mut |_| {}).expect("tunes");
     let record = run(scenario, &mut MpcGuide::new(Policy::default()), seed, &mut |_| {}).expect("runs");
-    let metrics = [los, Metrics::of(&record)].map(|metrics| metrics.surface_craft.expect("has one"));
+    let metrics = [los, Metrics::of(&record).surface_craft.expect("has one")];
     for (method, of) in ["los", "mpc"].into_iter().zip(&metrics) {
         println!(
-            "{name} {seed} {method}: rms {:.3} settled {:.3} energy {:.0} travel {:.1} {:?} (los {gains:?})",
+            "{name} {seed} {method}: rms {:.3} settled {:.3} energy {:.0} travel {:.1} {:?} (los {tuning:?})",
             of.rms_m, of.settled_rms_m, of.energy_j, of.heading_travel_rad, of.answers_by_method
         );
     }
@@ -83,7 +83,6 @@ fn line_of_sight_in_the_tracker_s_frame_gains_a_little_on_the_approach_and_loses
     for name in ["paper-tracking", "paper-midpoint", "cross-current"] {
         let scenario = Scenario::named(name).expect("exists");
         let (_, law) = tune(LosLaw::TrackerFrame, &scenario, SEEDS[0], &mut |_| {}).expect("tunes");
-        let law = law.surface_craft.expect("has one");
         let ([_, mpc], _) = both(&scenario, SEEDS[0]);
         assert!(
             mpc.rms_m <= 1.03 * law.rms_m,

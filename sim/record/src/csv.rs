@@ -12,11 +12,11 @@ use crate::{
     table::{COLUMNS, Cell, Row},
 };
 
-/// What a spreadsheet takes for a formula at the beginning of a cell. A word that begins so gets an apostrophe before it.
+/// Characters that start a formula in a spreadsheet. A word that starts with one gets an apostrophe before it.
 /// Source: OWASP, "CSV Injection".
 const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 
-/// Numbers have the fewest digits that give the same bits back. Nothing where nothing is known.
+/// Numbers have the fewest digits that give the same bits back. Unknown values are empty.
 pub(super) fn write<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S::Error> {
     let mut lines = csv::Writer::from_writer(out);
     let header = COLUMNS.iter().map(|column| column.name);
@@ -53,7 +53,7 @@ fn line(lines: &mut csv::Writer<impl Write>, row: &Row<'_>, digits: &mut String)
     lines.write_record(None::<&[u8]>)
 }
 
-/// What the file refused with.
+/// The I/O error behind `error`.
 fn not_written(error: csv::Error) -> io::Error {
     match error.into_kind() {
         ErrorKind::Io(error) => error,

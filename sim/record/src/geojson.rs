@@ -1,12 +1,12 @@
-//! A record as `GeoJSON` (RFC 7946): a line for each vehicle and for the goal, with the times of its points, and what
-//! stands still: paths, discs, the area.
+//! A record as `GeoJSON` (RFC 7946): a line for each vehicle and the goal, with the times of its points, and paths, discs and
+//! area.
 //!
 //! Positions are longitude, latitude and, where an AUV's depth is known, an altitude of minus it, in WGS 84. That
 //! altitude counts from the sea surface, RFC 7946's from the ellipsoid: this sea has no geoid. Lines are not cut at
-//! the antimeridian; their longitudes go on beyond ±180° instead, so that no line runs around the Earth.
+//! the antimeridian; their longitudes continue beyond ±180° instead, so that no line runs around the Earth.
 //!
-//! The record is gone through once to see who is in it and twice for each of them, because a line's points and its
-//! times are two lists, neither of which fits into memory.
+//! The record is read once to find the vehicles and twice for each of them, because a line has one list of points and one of
+//! times, and neither fits into memory.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -28,11 +28,11 @@ const DEGREE_DECIMALS: i32 = 9;
 /// Decimals of a metre.
 const METRE_DECIMALS: i32 = 3;
 
-/// Points that wait for one that was so before them: reports are at most a day late, and mostly minutes. What is later
-/// than as many others stays where it was heard. 160 kB.
+/// Number of points held back for sorting by time, because reports arrive late. A report later than as many others keeps its
+/// position. 160 kB.
 const WINDOW: usize = 4_096;
 
-/// Points that a line has at least (RFC 7946, 3.1.4).
+/// Least number of points of a line (RFC 7946, 3.1.4).
 const POINTS_MIN: usize = 2;
 
 pub(super) fn write<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S::Error> {
@@ -84,12 +84,12 @@ impl Frame {
     }
 }
 
-/// Whose a line is: its kind and id. The surface craft comes first.
+/// Owner of a line: kind and id. The surface craft comes first.
 type Track = (&'static str, String);
 
-/// Where a vehicle or the goal was at a time.
+/// Position of a vehicle or the goal at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Place {
+struct TrackPoint {
     /// On the mission's clock, s.
     time: f64,
     /// (north, east), m.
@@ -98,10 +98,10 @@ struct Place {
     depth: Option<f64>,
 }
 
-/// The places that a row tells, and whose they are.
-fn places<'a>(row: &Row<'a>) -> impl Iterator<Item = (&'static str, &'a str, Place)> {
+/// The positions in a row and their owners.
+fn track_points<'a>(row: &Row<'a>) -> impl Iterator<Item = (&'static str, &'a str, TrackPoint)> {
     let time = row.t_s.unwrap_or_default();
-    let place = |position, depth| Place {
+    let place = |position, depth| TrackPoint {
         time,
         position,
         depth,
@@ -121,17 +121,17 @@ fn places<'a>(row: &Row<'a>) -> impl Iterator<Item = (&'static str, &'a str, Pla
 struct Chart<'a, S> {
     source: &'a S,
     frame: Frame,
-    /// What every feature says of the run.
+    /// Properties of the run, for every feature.
     run: Map<String, Value>,
 }
 
 impl<S: Source> Chart<'_, S> {
     fn for_each_place(
         &self,
-        mut take: impl FnMut(&'static str, &str, Place) -> Result<(), S::Error>,
+        mut take: impl FnMut(&'static str, &str, TrackPoint) -> Result<(), S::Error>,
     ) -> Result<(), S::Error> {
         self.source.for_each_with_places(&mut |entry| {
-            let mut places = entry.rows.iter().flat_map(places);
+            let mut places = entry.rows.iter().flat_map(track_points);
             places.try_for_each(|(kind, id, place)| take(kind, id, place))
         })
     }
@@ -172,10 +172,10 @@ impl<S: Source> Chart<'_, S> {
         &self,
         (kind, id): &Track,
         out: &mut W,
-        write_place: impl Fn(&mut W, &Place) -> io::Result<()>,
+        write_place: impl Fn(&mut W, &TrackPoint) -> io::Result<()>,
     ) -> Result<(), S::Error> {
         let mut separator: &[u8] = b"[";
-        let mut item = |place: Option<Place>| {
+        let mut item = |place: Option<TrackPoint>| {
             let Some(place) = place else { return Ok(()) };
             out.write_all(std::mem::replace(&mut separator, b","))?;
             write_place(out, &place)
@@ -233,13 +233,13 @@ impl<S: Source> Chart<'_, S> {
     }
 }
 
-/// Places in the order of their times, so far as they are not too late.
+/// Points in the order of their times, unless they are too late.
 #[derive(Debug, Default)]
-struct Window(VecDeque<Place>);
+struct Window(VecDeque<TrackPoint>);
 
 impl Window {
-    /// Takes one more, and gives the earliest where there is no room.
-    fn push(&mut self, place: Place) -> Option<Place> {
+    /// Adds a point, and returns the earliest if the window is full.
+    fn push(&mut self, place: TrackPoint) -> Option<TrackPoint> {
         let order = self.0.partition_point(|earlier| earlier.time <= place.time);
         self.0.insert(order, place);
         if WINDOW < self.0.len() {

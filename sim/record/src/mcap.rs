@@ -6,14 +6,14 @@
 //! | topic | schema | messages |
 //! |---|---|---|
 //! | `/rows` | `pilotfish.Row` | one a row of the table, as in the lines of JSON |
-//! | `/tf` | `foxglove.FrameTransforms` | one a row that tells where a vehicle was: it in `world` |
+//! | `/tf` | `foxglove.FrameTransforms` | one a row with a vehicle's position: the vehicle in `world` |
 //! | `/{vehicle}/pose` | `foxglove.PoseInFrame` | the same |
-//! | `/{vehicle}/fix` | `foxglove.LocationFix` | the same, where the datum lies on Earth |
-//! | `/scene` | `foxglove.SceneUpdate` | one, where something stands still: paths, keep-out discs, area |
+//! | `/{vehicle}/fix` | `foxglove.LocationFix` | the same, if the record has an origin |
+//! | `/scene` | `foxglove.SceneUpdate` | one, with paths, keep-out discs and area, if there are any |
 //! | `/events` | `pilotfish.Event` | of a mission, one an event |
 //!
-//! Times are those of the mission's clock: from its start on of a simulated one, from 1970 on of a live one. What was
-//! heard is logged when the service received it, and published when it was so.
+//! Times are those of the mission's clock, which starts at 0 in a simulated mission and in 1970 in a live one. A message's
+//! publish time is that of the observation, its log time that of the reception by the service.
 
 use std::{
     collections::BTreeMap,
@@ -28,7 +28,7 @@ use mcap::{
 };
 use serde_json::Value;
 
-use crate::{Entry, ExportError, Scene, Source, plain};
+use crate::{Entry, ExportError, Scene, Source, source::plain};
 use messages::{Time, Vehicle};
 
 mod messages;
@@ -51,14 +51,14 @@ pub(super) fn write<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S
     match written {
         Ok(()) => Ok(log.file.finish().map(drop).map_err(not_written)?),
         Err(error) => {
-            // Without its end, which dropping it would write, the file is not taken for whole.
+            // Without its end, which dropping it would write, the file is recognisably incomplete.
             log.file.into_inner();
             Err(error)
         }
     }
 }
 
-/// What a file refused with, where it was the file.
+/// The I/O error behind `error`.
 fn not_written(error: McapError) -> io::Error {
     match error {
         McapError::Io(error) => error,
@@ -66,7 +66,7 @@ fn not_written(error: McapError) -> io::Error {
     }
 }
 
-/// An MCAP file being written. Its index, of some hundred bytes a megabyte, is in memory until its end.
+/// An open MCAP file. Its index, some hundred bytes a megabyte, is in memory until its end.
 struct Log<'a, W: Write> {
     file: Writer<NoSeek<W>>,
     datum: Option<&'a Datum>,
@@ -75,7 +75,7 @@ struct Log<'a, W: Write> {
 }
 
 impl<'a, W: Write> Log<'a, W> {
-    /// Never seeks, so that a pipe will do. Chunks, indexes, statistics and the summary are on by default,
+    /// Never seeks, so that `out` may be a pipe. Chunks, indexes, statistics and the summary are on by default,
     /// compression is not: it would bring C code.
     fn new(out: W, datum: Option<&'a Datum>) -> McapResult<Self> {
         let file = WriteOptions::new()
@@ -89,7 +89,7 @@ impl<'a, W: Write> Log<'a, W> {
         })
     }
 
-    /// What the file says of itself.
+    /// Writes the metadata of the file.
     fn metadata(&mut self, about: &[(&'static str, Value)]) -> McapResult<()> {
         let pairs = about.iter().map(|(key, value)| ((*key).to_owned(), plain(value)));
         self.file.write_metadata(&Metadata {
@@ -142,7 +142,7 @@ impl<'a, W: Write> Log<'a, W> {
         Ok(())
     }
 
-    /// A message, in JSON, of what was so at one time and known at another. The topic's schema is named by its title.
+    /// Writes a JSON message with its publish and log time. The schema's name is its title.
     fn message(
         &mut self,
         topic: &str,
@@ -258,15 +258,5 @@ mod tests {
             (500_000_000, json!({"sequence": 2, "kind": "finished"}))
         );
         assert_eq!(events.len(), 2);
-    }
-
-    #[test]
-    fn without_a_place_on_earth_there_are_no_fixes() {
-        let file = written(&Sample {
-            origin: None,
-            ..sample::record()
-        });
-        assert_eq!(messages(&file, "/asc/fix").len(), 0);
-        assert_eq!(messages(&file, "/asc/pose").len(), 3);
     }
 }

@@ -1,5 +1,4 @@
-//! Tables as Apache Parquet, compressed with Snappy: full precision, nulls where nothing is known, and what a table is
-//! of in the file's key-value metadata.
+//! Tables as Apache Parquet with Snappy compression: full precision, null for unknown values, metadata as key-value pairs.
 
 use std::{
     borrow::Cow,
@@ -20,11 +19,12 @@ use parquet::{
 };
 
 use crate::{
-    ExportError, Source, plain,
+    ExportError, Source,
+    source::plain,
     table::{COLUMNS, Cell, Kind},
 };
 
-/// Rows that are in memory at once, here and in its reader.
+/// Rows of a group, which writer and reader hold in memory.
 const GROUP: usize = 16_384;
 
 /// Definition levels of an optional column's cells.
@@ -37,7 +37,7 @@ pub struct Table {
     pub name: &'static str,
     /// The columns, at least one.
     pub columns: Vec<Column>,
-    /// What the file says of itself.
+    /// Metadata of the file.
     pub about: Vec<(&'static str, String)>,
 }
 
@@ -53,7 +53,7 @@ pub struct Column {
 /// Values of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values {
-    /// Numbers, in the unit that the name says; `None` where nothing is known.
+    /// Numbers, in the unit of the name; `None` if unknown.
     Numbers(Vec<Option<f64>>),
     /// Words.
     Words(Vec<Cow<'static, str>>),
@@ -108,7 +108,7 @@ fn in_groups<S: Source>(source: &S, group: usize, out: &mut (impl Write + Send))
     Ok(ended.map_err(not_written)?)
 }
 
-/// What a file refused with, where it was the file.
+/// The I/O error behind `error`.
 fn not_written(error: ParquetError) -> io::Error {
     match error {
         ParquetError::External(source) => match source.downcast::<io::Error>() {
@@ -125,7 +125,7 @@ impl From<ParquetError> for ExportError {
     }
 }
 
-/// A file being written, and the group of rows that is gathered for it.
+/// An open file with the current group of rows.
 struct File<W: Write + Send> {
     out: SerializedFileWriter<W>,
     columns: Vec<Cells>,
@@ -172,7 +172,7 @@ impl<W: Write + Send> File<W> {
         self.columns.first().map_or(0, |cells| cells.levels.len())
     }
 
-    /// Writes the rows that are gathered, if there are any, and forgets them.
+    /// Writes and clears the current group of rows, if there are any.
     fn end_group(&mut self) -> Result<(), ParquetError> {
         if self.n_rows() == 0 {
             return Ok(());
@@ -192,7 +192,7 @@ impl<W: Write + Send> File<W> {
     }
 }
 
-/// The cells of a column: which of them there are, and those.
+/// The cells of a column: definition levels and values.
 struct Cells {
     levels: Vec<i16>,
     values: Present,
@@ -289,18 +289,6 @@ mod tests {
                 .iter()
                 .all(|column| column.compression() == Compression::SNAPPY)
         );
-    }
-
-    #[test]
-    fn the_file_says_what_it_is_of() {
-        let file = read(10);
-        let pairs = file.metadata().file_metadata().key_value_metadata();
-        let pairs = pairs.expect("has pairs").iter();
-        let pairs: Vec<_> = pairs
-            .map(|pair| (pair.key.as_str(), pair.value.as_deref().unwrap_or_default()))
-            .collect();
-        let expected = [("schema_version", "3"), ("scenario", "by-hand"), ("seed", "7")];
-        assert_eq!(pairs, expected);
     }
 
     #[test]

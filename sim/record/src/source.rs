@@ -1,4 +1,4 @@
-//! What a record is written from: a simulated run in memory, or a mission's events out of their store.
+//! The source of a record: a simulated run in memory, or a mission's events from their store.
 
 use std::io;
 
@@ -8,29 +8,29 @@ use serde_json::Value;
 
 use crate::{ExportError, table::Row};
 
-/// A record that can be gone through, more than once, without holding it in memory.
+/// A record that can be read several times without holding it in memory.
 pub trait Source {
-    /// Why it was not read, or not written.
+    /// Why it could not be read or written.
     type Error: From<ExportError> + From<io::Error>;
 
-    /// What a file says of the record as a whole, as names and values.
+    /// Metadata of the record, as names and values.
     fn about(&self) -> Vec<(&'static str, Value)>;
 
-    /// Where the datum lies on Earth, where that is known.
+    /// Position of the datum on Earth, if known.
     fn origin(&self) -> Option<Origin>;
 
-    /// What stands still.
+    /// What does not move.
     fn scene(&self) -> Scene<'_> {
         Scene::default()
     }
 
-    /// Hands every entry to `take`, in order, until it fails.
+    /// Passes every entry to `take`, in order, until it fails.
     fn for_each(
         &self,
         take: &mut dyn FnMut(&Entry<'_>) -> Result<(), Self::Error>,
     ) -> Result<(), Self::Error>;
 
-    /// As [`Source::for_each`], but may pass over entries that tell no vehicle's place.
+    /// [`Source::for_each`], which may skip entries without a vehicle's position.
     fn for_each_with_places(
         &self,
         take: &mut dyn FnMut(&Entry<'_>) -> Result<(), Self::Error>,
@@ -39,7 +39,7 @@ pub trait Source {
     }
 }
 
-/// A record of which every position has its latitude and longitude.
+/// A record with latitude and longitude for every position.
 pub(crate) struct OnEarth<'a, S> {
     pub(crate) source: &'a S,
     pub(crate) datum: Datum,
@@ -96,23 +96,23 @@ impl<S: Source> Source for OnEarth<'_, S> {
     }
 }
 
-/// An event of a mission and what it tells, or an instant of a simulated run.
+/// An event of a mission, or an instant of a simulated run, with its rows.
 #[derive(Clone, Debug, Default)]
 pub struct Entry<'a> {
-    /// What the mission's clock showed, s.
+    /// Time on the mission's clock, s.
     pub logged_s: f64,
-    /// The event in JSON, with its number; none of a simulated run.
+    /// The event in JSON, with its number; none in a simulated run.
     pub event: Option<&'a [u8]>,
     /// What was observed.
     pub rows: Vec<Row<'a>>,
 }
 
-/// What stands still. Points are (north, east), m.
+/// What does not move. Points are (north, east), m.
 #[derive(Clone, Debug, Default)]
 pub struct Scene<'a> {
-    /// The AUVs' ids and the paths that they are to follow.
+    /// The AUVs' ids and paths.
     pub paths: Vec<(&'a str, &'a [Vector2<f64>])>,
-    /// Discs to stay out of.
+    /// Keep-out discs.
     pub keep_outs: Vec<Disc>,
     /// Corners of the area to stay in; empty for no limit.
     pub area: &'a [Vector2<f64>],
@@ -134,7 +134,7 @@ pub struct Disc {
 }
 
 impl Disc {
-    /// A polygon within 0.12 % of the radius, 1 − cos(π/64); its corners go round clockwise seen from above.
+    /// A polygon within 0.12 % of the radius, 1 − cos(π/64), with corners clockwise from above.
     pub(crate) fn outline(&self) -> Vec<Vector2<f64>> {
         const CORNERS: u32 = 64;
         let angle = |k| std::f64::consts::TAU * f64::from(k) / f64::from(CORNERS);
@@ -142,4 +142,9 @@ impl Disc {
             .map(|k| self.centre + geodesy::direction(angle(k)) * self.radius)
             .collect()
     }
+}
+
+/// A value in a file's metadata: words without quotes.
+pub(crate) fn plain(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }

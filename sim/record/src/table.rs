@@ -1,4 +1,4 @@
-//! The table: one row an observation, one definition of every column for every format.
+//! The table: one row for each observation, one definition of every column for all formats.
 
 use serde::ser::{Serialize, SerializeMap as _, Serializer};
 
@@ -7,17 +7,17 @@ use serde::ser::{Serialize, SerializeMap as _, Serializer};
 pub struct Column {
     /// Name, with the unit.
     pub name: &'static str,
-    /// What its cells are.
+    /// Kind of its cells.
     pub kind: Kind,
-    /// Unit; empty where there is none.
+    /// Unit; empty if there is none.
     pub unit: &'static str,
-    /// What it says, in a sentence without its full stop.
+    /// Its meaning, a sentence without a full stop.
     pub meaning: &'static str,
     /// Its cell of a row.
     pub cell: for<'a> fn(&Row<'a>) -> Cell<'a>,
 }
 
-/// What the cells of a column are.
+/// Kind of a column's cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Whole numbers.
@@ -31,7 +31,7 @@ pub enum Kind {
 /// A cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cell<'a> {
-    /// Not known.
+    /// Unknown.
     Nothing,
     /// A whole number.
     Count(u64),
@@ -48,7 +48,7 @@ type Word<'a> = &'a str;
 /// The row and the columns, each defined once.
 macro_rules! columns {
     ($($name:ident: $kind:ident, $unit:literal, $meaning:literal;)*) => {
-        /// Something that was observed, planned, or done to the mission. What is not known is `None`.
+        /// An observation, a plan or a command. Unknown values are `None`.
         #[derive(Clone, Copy, Debug, Default, PartialEq)]
         pub struct Row<'a> {
             $(#[doc = concat!($meaning, ".")] pub $name: Option<$kind<'a>>,)*
@@ -66,60 +66,60 @@ macro_rules! columns {
 }
 
 columns! {
-    sequence: Count, "", "Number of the mission's event that tells it; a simulated run has no events";
-    kind: Word, "", "What the row tells: one of the kinds above";
-    t_s: Number, "s", "When it was so, on the mission's clock: from the start on, or Unix time of a live mission";
-    received_s: Number, "s", "When it was received: a report by the surface craft, on the mission's clock; an order by the service, Unix time";
-    vehicle: Word, "", "The vehicle that it is about: `asc`, the surface craft, or the AUV's id";
+    sequence: Count, "", "Number of the mission's event; a simulated run has no events";
+    kind: Word, "", "Kind of the row: one of the kinds above";
+    t_s: Number, "s", "Time of what the row describes, on the mission's clock: since the start, or Unix time in a live mission";
+    received_s: Number, "s", "Time of receipt: of a report by the surface craft, on the mission's clock; of an order by the service, Unix time";
+    vehicle: Word, "", "Vehicle that the row describes: `asc`, the surface craft, or the AUV's id";
     north_m: Number, "m", "Position north of the datum";
     east_m: Number, "m", "Position east of the datum";
-    lat_deg: Number, "°", "Latitude of the position, WGS 84, positive north, where it is known where the datum lies";
-    lon_deg: Number, "°", "Longitude of the position, WGS 84, positive east, likewise";
+    lat_deg: Number, "°", "Latitude of the position, WGS 84, positive north, if the datum's place on Earth is known";
+    lon_deg: Number, "°", "Longitude of the position, WGS 84, positive east, if the datum's place on Earth is known";
     depth_m: Number, "m", "Depth, positive down";
     pitch_rad: Number, "rad", "Pitch, positive nose-up";
-    heading_rad: Number, "rad", "Heading of the bow, 0 at north, clockwise";
+    heading_rad: Number, "rad", "Heading, 0 at north, clockwise";
     course_rad: Number, "rad", "Course over ground, 0 at north, clockwise";
-    speed_mps: Number, "m/s", "Surge through the water; horizontal speed over ground in a `fix`, and in what is `known` of an AUV";
+    speed_mps: Number, "m/s", "Surge through the water; in a `fix` and in `known` rows of an AUV, horizontal speed over ground";
     sway_mps: Number, "m/s", "Sway through the water, positive to starboard";
-    yaw_rate_radps: Number, "rad/s", "Yaw rate, in a `fix` the rate of turn of the course, positive to starboard";
-    current_north_mps: Number, "m/s", "Current northward, where the vehicle is";
-    current_east_mps: Number, "m/s", "Current eastward, where the vehicle is";
-    sigma_m: Number, "m", "Standard deviation of the position along either axis";
-    age_s: Number, "s", "Time since what is `known` of an AUV was so, by the surface craft's clock; of what is `estimated`, since the newest fix that it rests on";
-    clock_s: Number, "s", "What the surface craft's own clock shows";
+    yaw_rate_radps: Number, "rad/s", "Yaw rate, positive to starboard; in a `fix`, the rate of turn of the course";
+    current_north_mps: Number, "m/s", "Current northward at the vehicle";
+    current_east_mps: Number, "m/s", "Current eastward at the vehicle";
+    sigma_m: Number, "m", "Standard deviation of the position along each axis";
+    age_s: Number, "s", "Age of what is `known` of an AUV, by the surface craft's clock; age of the newest fix behind what is `estimated`";
+    clock_s: Number, "s", "Reading of the surface craft's own clock";
     thrust_port_n: Number, "N", "Thrust of the port thruster";
     thrust_starboard_n: Number, "N", "Thrust of the starboard thruster";
     energy_j: Number, "J", "Propulsion energy since the start";
     heading_travel_rad: Number, "rad", "Sum of the absolute changes of heading since the start";
-    goal_north_m: Number, "m", "True position of the goal, north of the datum; of what is `planned` in a live mission, where the planner took it to be";
-    goal_east_m: Number, "m", "True position of the goal, east of the datum, or likewise";
-    goal_distance_m: Number, "m", "True horizontal distance from the surface craft to the goal, or likewise";
-    path_north_m: Number, "m", "The point of its path that the AUV follows, north of the datum";
-    path_east_m: Number, "m", "The point of its path that the AUV follows, east of the datum";
+    goal_north_m: Number, "m", "True position of the goal north of the datum; in `planned` rows of a live mission, the planner's estimate";
+    goal_east_m: Number, "m", "True or estimated position of the goal east of the datum";
+    goal_distance_m: Number, "m", "True or estimated horizontal distance from the surface craft to the goal";
+    path_north_m: Number, "m", "Reference point on the AUV's path, north of the datum";
+    path_east_m: Number, "m", "Reference point on the AUV's path, east of the datum";
     along_track_m: Number, "m", "True along-track error, positive ahead of that point";
     cross_track_m: Number, "m", "True cross-track error, positive to starboard of the path";
-    reference_speed_mps: Number, "m/s", "Speed reference from then on: of the surface craft where `planned`, else of the AUV along its body";
-    reference_heading_rad: Number, "rad", "Heading reference from then on, likewise";
+    reference_speed_mps: Number, "m/s", "Speed reference from then on: of the surface craft in `planned` rows, else of the AUV along its body";
+    reference_heading_rad: Number, "rad", "Heading reference from then on, of the same vehicle";
     reference_pitch_rad: Number, "rad", "Pitch reference of the AUV from then on, positive nose-up";
-    outcome: Word, "", "Whether the plan is what was asked for: `ok` or `degraded`";
-    method: Word, "", "What led to the plan: `mpc`, `previous_plan`, `saturated_los`, `hold`, or another law";
-    reason: Word, "", "Why the plan is degraded, or the mission failed; what a `note` says";
-    predicted_rms_m: Number, "m", "Distance to the goal that the plan predicts over its horizon, root mean square";
-    solve_ms: Number, "ms", "Time that planning took";
-    late_s: Number, "s", "Time from when the plan was due until it was about to be stored";
+    outcome: Word, "", "`ok`, or `degraded`";
+    method: Word, "", "What produced the plan: `mpc`, `previous_plan`, `saturated_los`, `hold`, or another law";
+    reason: Word, "", "Why the plan is degraded or the mission failed; the text of a `note`";
+    predicted_rms_m: Number, "m", "Predicted RMS distance to the goal over the plan's horizon";
+    solve_ms: Number, "ms", "Planning time";
+    late_s: Number, "s", "Time from when the plan was due until just before it was stored";
 }
 
 /// The `vehicle` of rows about the surface craft.
 pub const SURFACE_CRAFT: &str = "asc";
 
-/// The `kind` of rows about what the surface craft knew; others tell where their vehicle was.
+/// The `kind` of rows with the surface craft's knowledge.
 pub const KNOWN: &str = "known";
 
-/// The `kind` of rows about where an AUV was believed to be.
+/// The `kind` of rows with an AUV's estimated position.
 pub const ESTIMATED: &str = "estimated";
 
 impl<'a> Row<'a> {
-    /// The vehicle and its position (north, east), m, where the row tells where a vehicle was.
+    /// The vehicle and its position (north, east), m, if the row has a measured or true position.
     pub(crate) fn place(&self) -> Option<(&'a str, nalgebra::Vector2<f64>)> {
         let position = nalgebra::Vector2::new(self.north_m?, self.east_m?);
         let is_belief = matches!(self.kind, Some(KNOWN | ESTIMATED));
@@ -127,7 +127,7 @@ impl<'a> Row<'a> {
     }
 }
 
-/// An object of what is known: absent members, not nulls, because the viewers' schemas have one type a member.
+/// An object without members for unknown values: the viewers' schemas have one type a member, so null is not possible.
 impl Serialize for Row<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut members = serializer.serialize_map(None)?;

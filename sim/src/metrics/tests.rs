@@ -89,7 +89,7 @@ fn distances_are_summed_up_as_by_hand() {
         "rows from 2 s on"
     );
     // Slant range 5 m over a depth of 3 m: 4 m and less.
-    assert_eq!(metrics.time_in_range_s, [2.0]);
+    assert_eq!(metrics.time_in_range_s.into_values().collect::<Vec<_>>(), [2.0]);
     assert!((metrics.energy_j - 3.0).abs() < 1e-12 && (metrics.heading_travel_rad - 0.3).abs() < 1e-12);
 }
 
@@ -124,13 +124,14 @@ fn separate_excursions_count_separately_and_by_their_worst() {
     let violations = surface_craft_metrics(&record).violations;
     let Violation {
         count,
-        seconds,
+        duration_s,
         worst,
-    } = violations.turn_rate;
-    assert_eq!((count, seconds), (1, 2.0));
+    } = violations.turn_rate_radps;
+    assert_eq!((count, duration_s), (1, 2.0));
     assert!((worst - 0.2).abs() < 1e-12);
-    assert_eq!((violations.speed.count, violations.speed.seconds), (1, 1.0));
-    assert!((violations.speed.worst - 0.3).abs() < 1e-12);
+    let speed = violations.speed_mps;
+    assert_eq!((speed.count, speed.duration_s), (1, 1.0));
+    assert!((speed.worst - 0.3).abs() < 1e-12);
 }
 
 #[test]
@@ -139,30 +140,27 @@ fn bounds_are_judged_by_where_the_craft_truly_was() {
     let mut record = record(&[4.0, 0.0, -6.0]);
     let square = [(-5.0, -5.0), (-5.0, 5.0), (5.0, 5.0), (5.0, -5.0)];
     record.bounds = Bounds {
-        keep_outs: vec![KeepOut {
-            centre: Vector2::new(3.0, 0.0),
-            radius: 1.5,
-        }],
+        keep_outs: vec![KeepOut::new(Vector2::new(3.0, 0.0), 1.5)],
         area: square.map(|(north, east)| Vector2::new(north, east)).to_vec(),
         range_max: Some(6.0),
         energy_max: Some(1.5),
     };
     let Violations {
-        keep_out,
-        area,
-        range,
-        energy,
+        keep_out_m,
+        area_m,
+        range_m,
+        energy_j,
         ..
     } = surface_craft_metrics(&record).violations;
-    let worst = [keep_out, area, range, energy].map(|violation| {
-        assert_eq!((violation.count, violation.seconds), (1, 1.0));
+    let worst = [keep_out_m, area_m, range_m, energy_j].map(|violation| {
+        assert_eq!((violation.count, violation.duration_s), (1, 1.0));
         violation.worst
     });
     for (worst, by_hand) in worst.into_iter().zip([0.5, 1.0, 45_f64.sqrt() - 6.0, 0.5]) {
         assert!((worst - by_hand).abs() < 1e-12, "{worst} and {by_hand}");
     }
     record.bounds.area.reverse();
-    assert_eq!(surface_craft_metrics(&record).violations.area, area);
+    assert_eq!(surface_craft_metrics(&record).violations.area_m, area_m);
 }
 
 #[test]

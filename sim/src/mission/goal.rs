@@ -1,4 +1,4 @@
-//! The true goal, from the true positions and velocities of the vehicles and not from what a guide knows.
+//! The true goal, computed from the true positions and velocities of the vehicles.
 
 use nalgebra::Vector2;
 use planner::{
@@ -8,28 +8,32 @@ use planner::{
     snapshot::{Goal, Offset, VehicleId},
 };
 
-use crate::{auv::SimulatedAuv, world::World};
+use crate::{auv::SimulatedAuv, observe::Briefing, world::World};
 
-/// A goal, and what has to be remembered of it.
+/// A goal with its state.
 #[derive(Clone, Debug)]
 pub(crate) struct TrueGoal {
     goal: Goal,
     offset: Option<Offset>,
-    /// Course of what it follows when that last moved.
+    /// Last course of the followed point.
     course: Course,
 }
 
-/// What a goal follows, its offset apart.
+/// The point that a goal follows, without its offset.
 struct Followed<'a> {
     position: Vector2<f64>,
     /// Velocity over ground (north, east), m/s.
     velocity: Vector2<f64>,
-    /// The one vehicle that it follows, where there is only one at a time.
+    /// The vehicle, if the goal follows one at a time.
     auv: Option<&'a SimulatedAuv>,
 }
 
 impl TrueGoal {
-    pub(crate) fn new(goal: Goal, offset: Option<Offset>) -> Self {
+    pub(crate) fn new(briefing: &Briefing) -> Self {
+        Self::of(briefing.goal.clone(), briefing.offset)
+    }
+
+    fn of(goal: Goal, offset: Option<Offset>) -> Self {
         Self {
             goal,
             offset,
@@ -37,17 +41,17 @@ impl TrueGoal {
         }
     }
 
-    /// Where it is now (north, east), m. Calls must be in order of time: a goal at rest keeps its course.
+    /// Its present position (north, east), m. Calls must be in order of time, because a goal at rest keeps its course.
     pub(crate) fn position(&mut self, world: &World) -> Vector2<f64> {
         let followed = followed(&self.goal, world);
         if SPEED_AT_REST <= followed.velocity.norm() {
             self.course = Course::of(&followed.velocity);
         }
+        let by = self.offset.map_or_else(Vector2::zeros, |offset| offset.vector());
         let arm = match self.offset {
-            None => Vector2::zeros(),
-            Some(Offset::Ned(by)) => by,
-            Some(Offset::Target(by)) => ned_from_body(self.course.radians()) * by,
-            Some(Offset::Path(by)) => {
+            None | Some(Offset::Ned { .. } | Offset::Polar { .. }) => by,
+            Some(Offset::Target { .. }) => ned_from_body(self.course.radians()) * by,
+            Some(Offset::Path { .. }) => {
                 let auv = followed.auv.expect("a start checks that there is one");
                 ned_from_body(auv.path.at(auv.gamma).tangent) * by
             }
@@ -69,9 +73,13 @@ fn followed<'a>(goal: &Goal, world: &'a World) -> Followed<'a> {
     };
     match goal {
         Goal::Track { auv } => one(named(auv)),
-        Goal::Intermittent { auvs, dwell, epoch } => {
-            one(named(&auvs[in_turn(world.time() - epoch, *dwell, auvs.len())]))
-        }
+        Goal::Intermittent {
+            auvs,
+            dwell_s,
+            epoch_s,
+        } => one(named(
+            &auvs[in_turn(world.time() - epoch_s, *dwell_s, auvs.len())],
+        )),
         Goal::Midpoint { auvs } => mean(world, auvs.iter().map(|id| (named(id), 1.0))),
         Goal::Weighted { weights } => mean(world, weights.iter().map(|(id, weight)| (named(id), *weight))),
         Goal::Range { auvs, .. } => {
@@ -107,7 +115,7 @@ fn ground_velocity(auv: &SimulatedAuv, world: &World) -> Vector2<f64> {
     direction(auv.heading()) * auv.horizontal_speed() + world.water.current(&auv.position(), auv.depth())
 }
 
-/// Whose turn it is `elapsed` s after the epoch: half-open intervals [k T, (k + 1) T), in turn.
+/// Index of the vehicle to follow `elapsed` s after the epoch, for half-open intervals [k T, (k + 1) T).
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_possible_wrap,
@@ -143,8 +151,7 @@ mod tests {
             auv.state[2] = 0.0;
         }
         let [a, b] = [0, 1].map(|i| world.auvs[i].position());
-        let at = |goal| TrueGoal::new(goal, None).position(&world);
-        let radius = 100.0;
+        let at = |goal| TrueGoal::of(goal, None).position(&world);
         for goal in [
             Goal::Midpoint { auvs: auvs.clone() },
             Goal::Weighted {
@@ -152,7 +159,7 @@ mod tests {
             },
             Goal::Range {
                 auvs: auvs.clone(),
-                radius,
+                range_m: 100.0,
             },
         ] {
             assert!((at(goal) - (a + b) * 0.5).norm() < 1e-12);
@@ -166,8 +173,8 @@ mod tests {
         let mut world = world();
         let auv = world.auvs[0].id.clone();
         let by = Vector2::new(4.0, -7.0);
-        let mut goals = [Offset::Ned(by), Offset::Target(by), Offset::Path(by)]
-            .map(|offset| TrueGoal::new(Goal::Track { auv: auv.clone() }, Some(offset)));
+        let mut goals = [Offset::ned(by), Offset::target(by), Offset::path(by)]
+            .map(|offset| TrueGoal::of(Goal::Track { auv: auv.clone() }, Some(offset)));
         let mut arms = |world: &World| {
             let here = world.auvs[0].position();
             goals.each_mut().map(|goal| goal.position(world) - here)

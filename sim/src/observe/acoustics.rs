@@ -1,12 +1,12 @@
-//! What the surface craft hears of the underwater vehicles: each speaks in its slot, sound takes its time,
-//! and some of it never arrives.
+//! Acoustic messages of the underwater vehicles: each transmits in its time slot, sound takes time to arrive, and some
+//! messages are lost.
 //!
 //! ```text
-//! slot begins → travels range / c → first sound arrives → latency → known
-//!               range > range_max: never heard; two at once: both destroyed; chance: lost
+//! slot begins → travels range / c → first sound arrives → latency → fix
+//!               range > range_max: does not arrive; two at once: both destroyed; by chance: lost
 //! ```
-//! The position in a fix is where the vehicle was when it spoke, as the surface craft measured it; depth,
-//! course, speed, rate of turn and which way it dives are what the vehicle says of itself.
+//! The position in a fix is the vehicle's position at transmission as measured by the surface craft. Depth, course, speed,
+//! rate of turn and direction of the dive are the vehicle's telemetry.
 
 use nalgebra::Vector2;
 use planner::angle::Course;
@@ -19,13 +19,13 @@ mod setup;
 
 pub use setup::AcousticsSetup;
 
-/// Most messages of a vehicle that are on their way or not yet collected. No valid setup has more than 46
-/// in the water and in the computer (a frame of 1 s, 20 km at 1400 m/s, a latency of 30 s).
+/// Largest number of a vehicle's messages that are under way or not yet received. A valid setup has at most 46 (a frame of
+/// 1 s, 20 km at 1400 m/s, a latency of 30 s).
 const QUEUE_PER_VEHICLE: usize = 64;
 
-/// An underwater vehicle as it is when it may speak.
+/// The state of an underwater vehicle at transmission.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Emission {
+pub struct Telemetry {
     /// Position (north, east), m.
     pub position: Vector2<f64>,
     /// Depth, m, positive down.
@@ -43,42 +43,33 @@ pub struct Emission {
 /// A message that arrived.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fix {
-    /// Whose it is, in the scenario's order.
+    /// Index of the vehicle in the scenario's order.
     pub vehicle: usize,
-    /// When it was sent and what it says was so, s.
+    /// Time of transmission, to which its content refers, s.
     pub sent_at: f64,
-    /// When it became known, s. Less `sent_at` and the latency: the travel time, and so the slant range.
+    /// Time of the fix, s. Minus `sent_at` and the latency, it is the travel time of the slant range.
     pub heard_at: f64,
-    /// Measured position (north, east) at `sent_at`, m.
-    pub position: Vector2<f64>,
-    /// Telemetered depth, m, positive down.
-    pub depth: f64,
-    /// Telemetered course over ground χ.
-    pub course: Course,
-    /// Telemetered horizontal speed over ground, m/s, never negative.
-    pub speed: f64,
-    /// Telemetered rate of turn of the course, rad/s: the gyroscope's, without error.
-    pub turn_rate: f64,
-    /// Whether it says that its nose is down.
-    pub descending: bool,
-    /// What the surface craft takes for the σ of `position` along either axis, m. It does not know outliers.
+    /// The state at `sent_at`: the position as measured; depth, course and speed (never negative) as telemetered; the
+    /// rate of turn and whether its nose is down without error.
+    pub telemetry: Telemetry,
+    /// Assumed σ of the position along either axis, m. It does not include outliers.
     pub sigma: f64,
 }
 
-/// What became of the messages. Every one sent is counted once more, when its fate is known.
+/// Counts of messages. A sent message is counted a second time when its fate is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Tally {
-    /// Transmitted; a silent vehicle transmits nothing.
+pub struct MessageCounts {
+    /// Transmitted.
     pub sent: u64,
-    /// Never heard because too far away.
+    /// Out of range.
     pub beyond_range: u64,
-    /// Lost by chance, whether or not something else sounded at the same time.
+    /// Lost by chance, with or without a collision.
     pub lost: u64,
     /// Destroyed by another message, and not lost by chance.
     pub collided: u64,
-    /// Known to the surface craft.
+    /// Received by the surface craft.
     pub delivered: u64,
-    /// Discarded, oldest first, because the caller did not collect them.
+    /// Discarded, oldest first, because the caller did not receive them.
     pub uncollected: u64,
 }
 
@@ -93,9 +84,9 @@ pub struct Acoustics {
     frame_steps: u32,
     /// Step of the frame at which each vehicle transmits.
     slot_steps: Vec<u32>,
-    /// Messages on their way, in order of arrival.
+    /// Messages under way, in the order of their fixes.
     pending: Vec<Message>,
-    tally: Tally,
+    counts: MessageCounts,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -108,12 +99,12 @@ struct Message {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fate {
-    Heard,
+    Received,
     Lost,
     Collided,
 }
 
-/// The random numbers of one slot, of which every slot takes the same count.
+/// The random numbers of one slot; every slot draws the same number.
 struct SlotNoise {
     position: Vector2<f64>,
     depth: f64,
@@ -127,11 +118,11 @@ struct SlotNoise {
 
 impl SlotNoise {
     fn draw(rng: &mut ChaCha8Rng) -> Self {
-        let (position, telemetry) = (normal_pair(rng), normal_pair(rng));
+        let (position, reported) = (normal_pair(rng), normal_pair(rng));
         Self {
             position,
-            depth: telemetry.x,
-            course: telemetry.y,
+            depth: reported.x,
+            course: reported.y,
             speed: normal_pair(rng).x,
             outlier: rng.random(),
             loss: rng.random(),
@@ -140,8 +131,7 @@ impl SlotNoise {
 }
 
 impl Acoustics {
-    /// A quiet channel. `setup` has passed its check; `period` is the length of a step, s, not longer than
-    /// a frame.
+    /// A channel without messages. `period` is the length of a step, s, at most that of a frame.
     #[must_use]
     pub fn new(setup: &AcousticsSetup, period: f64, rng: ChaCha8Rng) -> Self {
         let frame_steps = whole_steps(setup.frame, period).max(1);
@@ -157,60 +147,70 @@ impl Acoustics {
             frame_steps,
             slot_steps,
             pending: Vec::with_capacity(QUEUE_PER_VEHICLE * setup.slots.len()),
-            tally: Tally::default(),
+            counts: MessageCounts::default(),
             setup: setup.clone(),
         }
     }
 
-    /// Lets each vehicle transmit whose slot begins at step number `step`, at time `step · period`. To be called
-    /// once for each step, in order; `emissions` and `silent` are in the scenario's order.
+    /// Transmits the messages of the vehicles whose slot begins at step number `step`, at time `step · period`. Call it once for
+    /// each step, in order; `all_telemetry` and `silent` are in the scenario's order.
     ///
     /// The slant range to the surface craft is taken when the message leaves: before it arrives, two vehicles
     /// of 1.5 m/s change the range by 0.2 % at most.
     ///
-    /// A slot takes as many random numbers as every other, used, silent or out of range, so that two runs
-    /// from one seed have the same noise, although their surface craft move differently.
-    pub fn step(&mut self, step: u32, asc_position: &Vector2<f64>, emissions: &[Emission], silent: &[bool]) {
-        debug_assert_eq!(emissions.len(), self.slot_steps.len(), "one emission a slot");
+    /// Every slot draws the same number of random numbers, also if it is silent or out of range. Two runs with one seed
+    /// therefore have the same noise, although their surface craft move differently.
+    pub fn step(
+        &mut self,
+        step: u32,
+        asc_position: &Vector2<f64>,
+        all_telemetry: &[Telemetry],
+        silent: &[bool],
+    ) {
+        debug_assert_eq!(all_telemetry.len(), self.slot_steps.len(), "one telemetry a slot");
         debug_assert_eq!(silent.len(), self.slot_steps.len(), "one flag a slot");
         let step_of_frame = step % self.frame_steps;
         let sent_at = f64::from(step) * self.period;
-        for (vehicle, (emission, silent)) in emissions.iter().zip(silent).enumerate() {
+        for (vehicle, (telemetry, silent)) in all_telemetry.iter().zip(silent).enumerate() {
             if self.slot_steps[vehicle] == step_of_frame {
                 let noise = SlotNoise::draw(&mut self.rng);
                 if !silent {
-                    let range = (emission.position - asc_position).norm().hypot(emission.depth);
-                    self.transmit(self.fix(vehicle, sent_at, range, emission, &noise), range, &noise);
+                    let range = (telemetry.position - asc_position).norm().hypot(telemetry.depth);
+                    self.transmit(
+                        self.fix(vehicle, sent_at, range, telemetry, &noise),
+                        range,
+                        &noise,
+                    );
                 }
             }
         }
     }
 
-    /// Appends to `heard` what became known up to `now`, s, in the order in which it did.
+    /// Appends the fixes up to `now`, s, to `heard`, in the order of arrival.
     pub fn receive(&mut self, now: f64, heard: &mut Vec<Fix>) {
         let due = self
             .pending
             .partition_point(|message| message.fix.heard_at <= now);
         for message in self.pending.drain(..due) {
             match message.fate {
-                Fate::Heard => {
-                    self.tally.delivered += 1;
+                Fate::Received => {
+                    self.counts.delivered += 1;
                     heard.push(message.fix);
                 }
-                Fate::Lost => self.tally.lost += 1,
-                Fate::Collided => self.tally.collided += 1,
+                Fate::Lost => self.counts.lost += 1,
+                Fate::Collided => self.counts.collided += 1,
             }
         }
     }
 
-    /// What became of the messages so far.
+    /// The counts of messages so far.
     #[must_use]
-    pub fn tally(&self) -> Tally {
-        self.tally
+    pub fn counts(&self) -> MessageCounts {
+        self.counts
     }
 
-    /// What the surface craft will know if the message comes through.
-    fn fix(&self, vehicle: usize, sent_at: f64, range: f64, emission: &Emission, noise: &SlotNoise) -> Fix {
+    /// The fix of the surface craft if the message is received.
+    fn fix(&self, vehicle: usize, sent_at: f64, range: f64, telemetry: &Telemetry, noise: &SlotNoise) -> Fix {
         let setup = &self.setup;
         let spread = if noise.outlier < setup.outlier_share {
             setup.outlier_sigma
@@ -221,25 +221,26 @@ impl Acoustics {
             vehicle,
             sent_at,
             heard_at: sent_at + range / setup.sound_speed + setup.latency,
-            position: disturbed_vector(&emission.position, &(noise.position * spread)),
-            depth: disturbed(emission.depth, setup.depth_sigma * noise.depth),
-            course: Course::new(disturbed(
-                emission.course.radians(),
-                setup.course_sigma * noise.course,
-            )),
-            speed: disturbed(emission.speed, setup.speed_sigma * noise.speed).max(0.0),
-            turn_rate: emission.turn_rate,
-            descending: emission.descending,
+            telemetry: Telemetry {
+                position: disturbed_vector(&telemetry.position, &(noise.position * spread)),
+                depth: disturbed(telemetry.depth, setup.depth_sigma * noise.depth),
+                course: Course::new(disturbed(
+                    telemetry.course.radians(),
+                    setup.course_sigma * noise.course,
+                )),
+                speed: disturbed(telemetry.speed, setup.speed_sigma * noise.speed).max(0.0),
+                ..*telemetry
+            },
             sigma: setup.position_sigma,
         }
     }
 
-    /// Sends a message over `range` m, and lets it collide with those on their way.
+    /// Sends a message over `range` m, which may collide with those under way.
     fn transmit(&mut self, fix: Fix, range: f64, noise: &SlotNoise) {
         let setup = &self.setup;
-        self.tally.sent += 1;
+        self.counts.sent += 1;
         if range > setup.range_max {
-            self.tally.beyond_range += 1;
+            self.counts.beyond_range += 1;
             return;
         }
         let loss = setup.loss + (setup.loss_at_range_max - setup.loss) * (range / setup.range_max);
@@ -249,11 +250,11 @@ impl Acoustics {
             fate: if noise.loss < loss {
                 Fate::Lost
             } else {
-                Fate::Heard
+                Fate::Received
             },
         };
-        // Every message that this one can collide with is still pending: it is not collected before its last sound
-        // arrives, which is after this one left. A lost message was not decoded, but it is as loud.
+        // Every message that this one can collide with is still pending: it is received after its last sound arrives, and
+        // so after this transmission. A lost message is not decoded, but as loud.
         for other in &mut self.pending {
             if (other.arrival - message.arrival).abs() < setup.slot_length {
                 other.collide();
@@ -262,7 +263,7 @@ impl Acoustics {
         }
         if self.pending.len() == QUEUE_PER_VEHICLE * self.slot_steps.len() {
             self.pending.remove(0);
-            self.tally.uncollected += 1;
+            self.counts.uncollected += 1;
         }
         let after = self
             .pending
@@ -273,14 +274,13 @@ impl Acoustics {
 
 impl Message {
     fn collide(&mut self) {
-        if self.fate == Fate::Heard {
+        if self.fate == Fate::Received {
             self.fate = Fate::Collided;
         }
     }
 }
 
-/// The nearest whole number of steps to `duration`: 10 s are 100 steps of 0.1 s, though 0.1 is no binary
-/// fraction.
+/// The nearest whole number of steps to `duration`: 10 s are 100 steps of 0.1 s, although 0.1 is not a binary fraction.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

@@ -1,25 +1,21 @@
-//! What the surface craft knows of itself: satellite navigation, compass, speed log, and dead reckoning
-//! while there are no satellites.
+//! Own sensors of the surface craft: satellite navigation, compass, speed log, and dead reckoning without satellites.
 
 use nalgebra::Vector2;
 use planner::{
     angle::{Heading, ned_from_body},
-    snapshot::AscState,
+    snapshot::Asc,
 };
 use rand_chacha::ChaCha8Rng;
 
-use super::{
-    noise::{disturbed, disturbed_vector, normal_pair},
-    setup::{InvalidSetup, within},
-};
+use super::noise::{disturbed, disturbed_vector, normal_pair};
 
 /// Time over which dead reckoning averages the current while there are satellites, s. Assumption: far
 /// longer than the second between two looks, over which the noise is white, and far shorter than the
 /// hours in which a tidal current changes.
 const CURRENT_MEMORY: f64 = 30.0;
 
-/// How well the surface craft knows itself. Every σ is a standard deviation; 0 means without error.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Errors of the surface craft's own sensors. Every σ is a standard deviation; 0 means without error.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SensorSetup {
     /// σ of the satellite position along north and along east, m.
     pub position_sigma: f64,
@@ -30,7 +26,7 @@ pub struct SensorSetup {
     pub velocity_sigma: f64,
     /// σ of the heading, rad; white.
     pub heading_sigma: f64,
-    /// What the compass always reads too much, rad, positive clockwise: deviation and misalignment.
+    /// Constant error of the compass, rad, positive clockwise: deviation and misalignment.
     pub heading_bias: f64,
     /// σ of the yaw rate, rad/s; white.
     pub yaw_rate_sigma: f64,
@@ -39,17 +35,6 @@ pub struct SensorSetup {
 }
 
 impl SensorSetup {
-    /// Sensors without error, bit for bit.
-    pub const PERFECT: Self = Self {
-        position_sigma: 0.0,
-        position_correlation_time: 0.0,
-        velocity_sigma: 0.0,
-        heading_sigma: 0.0,
-        heading_bias: 0.0,
-        yaw_rate_sigma: 0.0,
-        speed_sigma: 0.0,
-    };
-
     /// What a small craft carries: an uncorrected satellite receiver, a micro-mechanical compass, a log.
     pub const SMALL_CRAFT: Self = Self {
         // Half of all fixes within 2.5 m (data sheet of the u-blox NEO-M8), over √(2 ln 2) = 1.177.
@@ -67,30 +52,9 @@ impl SensorSetup {
         // Assumption: 1 % of the craft's speed and waves.
         speed_sigma: 0.02,
     };
-
-    /// Whether every number is in its range: none below 0 but the bias, none so large that a measured
-    /// speed or rate could leave the range of a snapshot (no error exceeds 8.6 σ).
-    pub fn check(&self) -> Result<(), InvalidSetup> {
-        within("sensors/position_sigma_m", self.position_sigma, 0.0..=1000.0)?;
-        within(
-            "sensors/position_correlation_time_s",
-            self.position_correlation_time,
-            0.0..=1.0e5,
-        )?;
-        within("sensors/velocity_sigma_mps", self.velocity_sigma, 0.0..=0.5)?;
-        within("sensors/heading_sigma_rad", self.heading_sigma, 0.0..=1.0)?;
-        let half_turn = std::f64::consts::PI;
-        within(
-            "sensors/heading_bias_rad",
-            self.heading_bias,
-            -half_turn..=half_turn,
-        )?;
-        within("sensors/yaw_rate_sigma_radps", self.yaw_rate_sigma, 0.0..=0.2)?;
-        within("sensors/speed_sigma_mps", self.speed_sigma, 0.0..=0.4)
-    }
 }
 
-/// The surface craft as it is.
+/// The true state of the surface craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceTruth {
     /// Position (north, east), m.
@@ -107,7 +71,7 @@ pub struct SurfaceTruth {
     pub ground_velocity: Vector2<f64>,
 }
 
-/// The surface craft's sensors, with what they remember.
+/// The surface craft's sensors with their state.
 #[derive(Clone, Debug)]
 pub struct SurfaceSensors {
     setup: SensorSetup,
@@ -170,24 +134,28 @@ impl SurfaceSensors {
     /// p̂ ← p̂ + (R(ψ_m) [u_m, v_m] + v̂_c) T        v̂_c: mean over 30 s of ground less water velocity
     /// ```
     /// with what is measured at this look. When the satellites come back, so does their position, at once.
-    /// A craft leaves with a fix: its first look has a satellite position whatever `gnss_works` says.
+    /// The first measurement has a satellite position, also without GNSS: a craft departs with a fix.
     ///
     /// Every look takes as many random numbers as every other, so that the errors of two runs from one
-    /// seed are the same whatever happens in them.
-    pub fn measure(&mut self, truth: &SurfaceTruth, gnss_works: bool, period: f64) -> AscState {
+    /// seed are the same in every mission.
+    pub fn measure(&mut self, truth: &SurfaceTruth, gnss_works: bool, period: f64) -> Asc {
         let setup = self.setup;
         let errors = Errors::draw(&mut self.rng);
         self.position_error = self.next_position_error(&errors.position, period);
         let heading_error = setup.heading_bias + setup.heading_sigma * errors.heading;
-        let mut state = AscState {
-            position: disturbed_vector(&truth.position, &self.position_error),
-            heading: Heading::new(disturbed(truth.heading, heading_error)),
-            surge: disturbed(truth.surge, setup.speed_sigma * errors.speed.x),
-            sway: disturbed(truth.sway, setup.speed_sigma * errors.speed.y),
-            yaw_rate: disturbed(truth.yaw_rate, setup.yaw_rate_sigma * errors.yaw_rate),
-            ground_velocity: gnss_works
-                .then(|| disturbed_vector(&truth.ground_velocity, &(errors.velocity * setup.velocity_sigma))),
-        };
+        let mut state =
+            Asc {
+                sway_mps: disturbed(truth.sway, setup.speed_sigma * errors.speed.y),
+                yaw_rate_radps: disturbed(truth.yaw_rate, setup.yaw_rate_sigma * errors.yaw_rate),
+                ..Asc::new(
+                    disturbed_vector(&truth.position, &self.position_error),
+                    Heading::new(disturbed(truth.heading, heading_error)),
+                    disturbed(truth.surge, setup.speed_sigma * errors.speed.x),
+                )
+                .with_ground_velocity(gnss_works.then(|| {
+                    disturbed_vector(&truth.ground_velocity, &(errors.velocity * setup.velocity_sigma))
+                }))
+            };
         self.keep_track(&mut state, period);
         state
     }
@@ -208,10 +176,11 @@ impl SurfaceSensors {
     }
 
     /// Reckons `state`'s position where there are no satellites, and averages the current where there are.
-    fn keep_track(&mut self, state: &mut AscState, period: f64) {
-        let through_water = ned_from_body(state.heading.radians()) * Vector2::new(state.surge, state.sway);
+    fn keep_track(&mut self, state: &mut Asc, period: f64) {
+        let through_water =
+            ned_from_body(state.heading().radians()) * Vector2::new(state.speed_mps, state.sway_mps);
         let mut current = self.track.and_then(|track| track.current);
-        match (state.ground_velocity, self.track) {
+        match (state.ground_velocity(), self.track) {
             (Some(ground), _) => {
                 let seen = ground - through_water;
                 let gain = -(-period / CURRENT_MEMORY).exp_m1();
@@ -219,12 +188,12 @@ impl SurfaceSensors {
             }
             (None, Some(track)) => {
                 let drift = current.unwrap_or_else(Vector2::zeros);
-                state.position = track.position + (through_water + drift) * period;
+                [state.north_m, state.east_m] = (track.position + (through_water + drift) * period).into();
             }
             (None, None) => {}
         }
         self.track = Some(Track {
-            position: state.position,
+            position: state.position(),
             current,
         });
     }

@@ -32,8 +32,8 @@ impl Source for Record {
     fn scene(&self) -> Scene<'_> {
         let paths = self.auv_ids.iter().zip(&self.paths);
         let discs = self.bounds.keep_outs.iter().map(|disc| Disc {
-            centre: disc.centre,
-            radius: disc.radius,
+            centre: disc.centre(),
+            radius: disc.radius_m,
         });
         Scene {
             paths: paths.map(|(id, path)| (id.as_str(), path.as_slice())).collect(),

@@ -1,5 +1,5 @@
-//! The shape of a scenario file. Every number may be a distribution; what is left out has the value
-//! that its description names.
+//! The shape of a scenario file. Every number may be a distribution. The description of an optional member states its
+//! default.
 
 use planner::snapshot::{AREA_CORNERS, AUVS_MAX, ID_LENGTH_MAX, KEEP_OUTS_MAX};
 use schemars::JsonSchema;
@@ -8,17 +8,15 @@ use serde::{Deserialize, Deserializer, de::Error as _};
 use super::{
     files::Files,
     quantity::{
-        ClockTime, Coordinate, Energy, Instant, KeepOutRadius, Latitude, Longitude, MissionTime, Quantity,
-        RangeToKeep, Share,
+        ClaimFactor, ClockTime, Coordinate, Energy, Instant, KeepOutRadius, Latitude, Longitude, MissionTime,
+        Quantity, RangeToKeep, Share, SignedShare,
     },
     source::Source,
 };
 
-mod craft;
 mod environment;
 mod vehicles;
 
-pub use craft::*;
 pub use environment::*;
 pub use vehicles::*;
 
@@ -26,7 +24,7 @@ pub use vehicles::*;
 pub(super) const ITEMS_MAX: usize = 64;
 /// Most lanes of a lawn-mower.
 pub(super) const LANES_MAX: usize = 100;
-/// Names end up in files, tables and addresses.
+/// Characters that are safe in files, tables and URLs.
 const NAME_PATTERN: &str = "^[a-z0-9-]+$";
 
 /// A point: [north, east], m.
@@ -40,7 +38,9 @@ impl<'de> Deserialize<'de> for Point {
             Ok(Self(numbers))
         } else {
             let n = numbers.len();
-            Err(D::Error::custom(format!("{n} numbers; a point is [north, east]")))
+            Err(D::Error::custom(format!(
+                "a point is [north, east], two numbers, not {n}"
+            )))
         }
     }
 }
@@ -60,7 +60,7 @@ pub struct Scenario {
     pub duration_s: Quantity<MissionTime>,
     /// Start of the settled metrics, s: by then every vehicle has had time to reach its path or goal.
     pub settled_after_s: Quantity<Instant>,
-    /// Where the datum lies on Earth, which GeoJSON needs; nowhere if left out.
+    /// Position of the datum on Earth, which GeoJSON needs; none if left out.
     pub origin: Option<OriginFile>,
     /// The surface craft; none if left out.
     pub surface_craft: Option<SurfaceCraftFile>,
@@ -70,33 +70,33 @@ pub struct Scenario {
     /// The water; still if left out.
     #[serde(default)]
     pub water: WaterFile,
-    /// What the surface craft knows; all but the paths, at once and exactly, if left out.
+    /// What the surface craft knows; everything but the paths, without delay or error, if left out.
     #[serde(default)]
     pub knowledge: KnowledgeFile,
     /// Bounds of the surface craft; none if left out.
     #[serde(default)]
     pub bounds: BoundsFile,
-    /// What goes wrong, and when; nothing if left out.
+    /// Faults, each with its start and end; none if left out.
     #[serde(default)]
     #[schemars(length(max = ITEMS_MAX))]
     pub faults: Vec<FaultFile>,
-    /// Where the files that it names are.
+    /// The files that it names.
     #[serde(skip)]
     pub files: Files,
-    /// Where it was read from.
+    /// The text that it was read from.
     #[serde(skip)]
     pub source: Source,
 }
 
-/// A version of the format.
+/// Version of the format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 pub enum Version {
-    /// The only one so far.
+    /// The current version.
     #[serde(rename = "1")]
     One,
 }
 
-/// Where the datum lies on Earth (WGS 84).
+/// Position of the datum on Earth (WGS 84).
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OriginFile {
@@ -106,7 +106,7 @@ pub struct OriginFile {
     pub lon_deg: Quantity<Longitude>,
 }
 
-/// Bounds of the surface craft: the planner is given all but the energy, and violations of all are counted.
+/// Bounds of the surface craft. The planner gets all but the energy; violations of all are counted.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoundsFile {
@@ -136,25 +136,25 @@ pub struct KeepOutFile {
     pub radius_m: Quantity<KeepOutRadius>,
 }
 
-/// Something that goes wrong for a while.
+/// A fault that lasts for a while.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FaultFile {
-    /// From when on, s.
+    /// Start, s.
     pub from_s: Quantity<Instant>,
-    /// Until when, s; to the end if left out.
+    /// End, s; the end of the mission if left out.
     pub until_s: Option<Quantity<Instant>>,
-    /// What.
+    /// What goes wrong.
     pub what: FaultKindFile,
 }
 
-/// What goes wrong.
+/// A kind of fault.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum FaultKindFile {
-    /// A thruster of the surface craft gives only a share of its thrust; 0 is a lost one.
+    /// A thruster of the surface craft delivers only a share of its thrust; 0 means that it is lost.
     Thruster {
-        /// Which.
+        /// Side of the thruster.
         side: SideFile,
         /// The share.
         share: Quantity<Share>,
@@ -163,27 +163,49 @@ pub enum FaultKindFile {
     GnssOutage,
     /// The surface craft's clock is ahead by this much, s; negative if behind.
     ClockOffset {
-        /// By how much, s.
+        /// Offset, s.
         offset_s: Quantity<ClockTime>,
     },
-    /// Nothing is heard of an underwater vehicle.
+    /// No message of an underwater vehicle arrives.
     Silence {
-        /// Which.
+        /// Name of the vehicle.
         auv: String,
     },
     /// An underwater vehicle surfaces and waits there.
     AuvStops {
-        /// Which.
+        /// Name of the vehicle.
         auv: String,
     },
-    /// An underwater vehicle loses power: it drifts, and is not heard.
+    /// An underwater vehicle loses power: it drifts and sends no messages.
     AuvDies {
-        /// Which.
+        /// Name of the vehicle.
         auv: String,
     },
-    /// An underwater vehicle keeps its heading, wherever its path goes.
+    /// An underwater vehicle keeps its heading and leaves its path.
     AuvLeavesPath {
-        /// Which.
+        /// Name of the vehicle.
+        auv: String,
+    },
+    /// The surface craft's rudder, or differential thrust, is stuck.
+    RudderStuck {
+        /// Where, as a share of the largest yaw moment, positive to starboard.
+        share: Quantity<SignedShare>,
+    },
+    /// The reported accuracy of an underwater vehicle's fixes is wrong.
+    WrongAccuracy {
+        /// Name of the vehicle.
+        auv: String,
+        /// Factor by which the reported standard deviation is wrong; 0.3 claims 0.45 m for 1.5 m.
+        factor: Quantity<ClaimFactor>,
+    },
+    /// An underwater vehicle reports speed 0.
+    ReportsSpeedZero {
+        /// Name of the vehicle.
+        auv: String,
+    },
+    /// Every message of an underwater vehicle arrives twice.
+    MessagesTwice {
+        /// Name of the vehicle.
         auv: String,
     },
 }

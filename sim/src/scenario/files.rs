@@ -1,8 +1,9 @@
-//! Files that a scenario names: read from the folder it lies in, or kept with it, and nowhere else.
+//! Files that a scenario names: in its folder, or stored with it; nowhere else.
 
 use std::{
     borrow::Cow,
     collections::BTreeMap,
+    error::Error,
     fs::{self, File},
     io::{self, Read as _},
     path::{Component, Path, PathBuf},
@@ -11,23 +12,23 @@ use std::{
 
 use geojson::{GeoJson, Geometry, GeometryValue, Position};
 
-use crate::{
-    record::Origin,
-    world::water::{CurrentGrid, InvalidGrid},
-};
+use crate::{record::Origin, world::water::CurrentGrid};
 
 /// Largest GeoJSON file that is read, bytes.
 const GEOJSON_BYTES_MAX: u64 = 10_000_000;
 
+/// What some tools write before the text.
+const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
+
 /// Largest grid of currents that is read, bytes: a million nodes of five long numbers.
 const GRID_BYTES_MAX: u64 = 100_000_000;
 
-/// Where a scenario's other files are.
+/// The location of a scenario's other files.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Files(Place);
+pub struct Files(Location);
 
 #[derive(Clone, Debug, Default, PartialEq)]
-enum Place {
+enum Location {
     #[default]
     Nowhere,
     Folder(PathBuf),
@@ -35,80 +36,28 @@ enum Place {
     Memory(Arc<BTreeMap<String, String>>),
 }
 
-/// Why a file that a scenario names is of no use.
+/// Why a file that a scenario names cannot be used, in words.
 #[derive(Debug, thiserror::Error)]
-pub enum UnreadableFile {
-    /// The scenario did not come from a folder.
-    #[error("{0:?} cannot be found: this scenario is not a file, so nothing lies beside it")]
-    NoFolder(String),
-    /// It was not kept with the scenario.
-    #[error("{0:?} was not kept with the scenario")]
-    NotKept(String),
-    /// The name leads out of the scenario's folder.
-    #[error("{0:?} does not lie beside the scenario; give the name of a file in its folder")]
-    Elsewhere(String),
-    /// It cannot be read.
-    #[error("cannot read {path}: {source}")]
-    Unreadable {
-        /// The file.
-        path: String,
-        /// Why.
-        source: io::Error,
-    },
-    /// Not a grid of currents.
-    #[error("{path}: {source}")]
-    Grid {
-        /// The file.
-        path: String,
-        /// What is wrong.
-        source: InvalidGrid,
-    },
-    /// Not GeoJSON.
-    #[error("{path} is not GeoJSON: {source}")]
-    NotGeojson {
-        /// The file.
-        path: String,
-        /// Why.
-        source: serde_json::Error,
-    },
-    /// GeoJSON without exactly one line.
-    #[error("{path} has {lines} LineStrings, and a path is exactly one")]
-    NotOneLine {
-        /// The file.
-        path: String,
-        /// How many there are.
-        lines: usize,
-    },
-    /// A position without longitude or latitude.
-    #[error("{path}: position {index} of the line has no longitude and latitude")]
-    NoPosition {
-        /// The file.
-        path: String,
-        /// Which, from 0 on.
-        index: usize,
-    },
-}
+#[error("{0}")]
+pub struct UnreadableFile(String);
 
 impl Files {
-    /// Those in `folder`.
+    /// The files in `folder`.
     #[must_use]
     pub fn beside(folder: &Path) -> Self {
-        Self(Place::Folder(folder.to_owned()))
+        Self(Location::Folder(folder.to_owned()))
     }
 
-    /// These `texts`, by name, of a scenario that is no longer where it came from.
+    /// These `texts`, by name, stored with a scenario that was moved.
     #[must_use]
     pub fn kept(texts: BTreeMap<String, String>) -> Self {
-        Self(Place::Memory(Arc::new(texts)))
+        Self(Location::Memory(Arc::new(texts)))
     }
 
     /// The text of the file called `name`, for [`Self::kept`].
     pub(super) fn text(&self, name: &str) -> Result<String, UnreadableFile> {
         let (bytes, path) = self.bytes(name, GRID_BYTES_MAX)?;
-        String::from_utf8(bytes.into_owned()).map_err(|error| UnreadableFile::Unreadable {
-            path,
-            source: io::Error::other(error),
-        })
+        String::from_utf8(bytes.into_owned()).map_err(|error| cannot_read(&path, &error))
     }
 
     /// The grid of currents in the file called `name`.
@@ -116,61 +65,64 @@ impl Files {
         let (bytes, path) = self.bytes(name, GRID_BYTES_MAX)?;
         let grid = CurrentGrid::read(&bytes[..]);
         grid.map(Arc::new)
-            .map_err(|source| UnreadableFile::Grid { path, source })
+            .map_err(|error| UnreadableFile(format!("{path}: {error}")))
     }
 
-    /// The places on the only LineString of the GeoJSON file called `name`.
+    /// The points of the only line in the GeoJSON file called `name`: a `LineString`, or a `MultiLineString`, whose parts are sailed one
+    /// after the other. A point that follows itself counts once, because tools repeat the last point of one part at the start of the next.
     pub(super) fn line(&self, name: &str) -> Result<Vec<Origin>, UnreadableFile> {
         let (bytes, path) = self.bytes(name, GEOJSON_BYTES_MAX)?;
-        let geojson = GeoJson::from_reader(&bytes[..]).map_err(|source| UnreadableFile::NotGeojson {
-            path: path.clone(),
-            source,
-        })?;
-        let mut lines = vec![];
-        find_lines(&geojson, &mut lines);
-        let [line] = lines[..] else {
-            return Err(UnreadableFile::NotOneLine {
-                path,
-                lines: lines.len(),
-            });
+        let geojson = GeoJson::from_reader(bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&bytes))
+            .map_err(|error| UnreadableFile(format!("{path} is not GeoJSON: {error}")))?;
+        let lines = lines(&geojson);
+        let [line] = &lines[..] else {
+            let says = format!("{path} has {} LineStrings instead of one; join them", lines.len());
+            return Err(UnreadableFile(says));
         };
-        let place = |(index, position): (usize, &Position)| match position.as_slice() {
-            [longitude, latitude, ..] => Ok(Origin {
+        let place = |(index, position): (usize, &&Position)| {
+            let [longitude, latitude, ..] = position.as_slice() else {
+                let says = format!("{path}: position {index} of the line has no longitude and latitude");
+                return Err(UnreadableFile(says));
+            };
+            Ok(Origin {
                 latitude: latitude.to_radians(),
                 longitude: longitude.to_radians(),
-            }),
-            _ => Err(UnreadableFile::NoPosition {
-                path: path.clone(),
-                index,
-            }),
+            })
         };
-        line.iter().enumerate().map(place).collect()
+        let mut points: Vec<_> = line.iter().enumerate().map(place).collect::<Result<_, _>>()?;
+        points.dedup();
+        Ok(points)
     }
 
-    /// What is in the file called `name`, and its path. Links that lead out of the folder are not followed.
+    /// The content of the file called `name`, and its path. Links out of the folder are refused.
     fn bytes(&self, name: &str, bytes_max: u64) -> Result<(Cow<'_, [u8]>, String), UnreadableFile> {
         let folder = match &self.0 {
-            Place::Nowhere => return Err(UnreadableFile::NoFolder(name.to_owned())),
-            Place::Memory(texts) => {
+            Location::Nowhere => {
+                let says = format!("{name:?} cannot be found: the scenario was not read from a folder");
+                return Err(UnreadableFile(says));
+            }
+            Location::Memory(texts) => {
                 let text = texts.get(name);
-                let text = text.ok_or_else(|| UnreadableFile::NotKept(name.to_owned()))?;
+                let text =
+                    text.ok_or_else(|| UnreadableFile(format!("{name:?} was not stored with the scenario")))?;
                 return Ok((Cow::Borrowed(text.as_bytes()), name.to_owned()));
             }
-            Place::Folder(folder) => folder,
+            Location::Folder(folder) => folder,
         };
         let path = folder.join(name);
         let shown = path.display().to_string();
-        let unreadable = |source| UnreadableFile::Unreadable {
-            path: shown.clone(),
-            source,
+        let unreadable = |error: io::Error| cannot_read(&shown, &error);
+        let elsewhere = || {
+            let says = format!("{name:?} is not in the scenario's folder; give the name of a file there");
+            Err(UnreadableFile(says))
         };
         let inside = Path::new(name)
             .components()
             .all(|component| matches!(component, Component::Normal(_)));
         if name.is_empty() || !inside {
-            return Err(UnreadableFile::Elsewhere(name.to_owned()));
+            return elsewhere();
         }
-        // An empty folder is where the program runs.
+        // An empty path is the current folder.
         let folder = if folder.as_os_str().is_empty() {
             Path::new(".")
         } else {
@@ -179,14 +131,18 @@ impl Files {
         let (real, home) = (path.canonicalize(), folder.canonicalize());
         let real = real.map_err(unreadable)?;
         if !real.starts_with(home.map_err(unreadable)?) {
-            return Err(UnreadableFile::Elsewhere(name.to_owned()));
+            return elsewhere();
         }
         let bytes = read(&real, bytes_max).map_err(unreadable)?;
         Ok((Cow::Owned(bytes), shown))
     }
 }
 
-/// What is in the file at `path`: a regular one, whose end is not waited for as a pipe's or a device's would be.
+fn cannot_read(path: &str, error: &dyn Error) -> UnreadableFile {
+    UnreadableFile(format!("cannot read {path}: {error}"))
+}
+
+/// The content of the file at `path`, which must be a regular file: a pipe or device may have no end.
 pub(super) fn read(path: &Path, bytes_max: u64) -> io::Result<Vec<u8>> {
     if !fs::metadata(path)?.is_file() {
         return Err(io::Error::other("it is not a regular file"));
@@ -199,27 +155,22 @@ pub(super) fn read(path: &Path, bytes_max: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn find_lines<'a>(geojson: &'a GeoJson, lines: &mut Vec<&'a [Position]>) {
-    let of_geometry = |geometry: &'a Geometry, lines: &mut Vec<&'a [Position]>| {
-        if let GeometryValue::LineString { coordinates } = &geometry.value {
-            lines.push(coordinates);
+/// The lines of a file, each with the positions of all its parts.
+fn lines(geojson: &GeoJson) -> Vec<Vec<&Position>> {
+    let geometries: Vec<&Geometry> = match geojson {
+        GeoJson::Geometry(geometry) => vec![geometry],
+        GeoJson::Feature(feature) => feature.geometry.iter().collect(),
+        GeoJson::FeatureCollection(collection) => {
+            let features = collection.features.iter();
+            features.filter_map(|feature| feature.geometry.as_ref()).collect()
         }
     };
-    match geojson {
-        GeoJson::Geometry(geometry) => of_geometry(geometry, lines),
-        GeoJson::Feature(feature) => {
-            if let Some(geometry) = &feature.geometry {
-                of_geometry(geometry, lines);
-            }
-        }
-        GeoJson::FeatureCollection(collection) => {
-            for geometry in collection
-                .features
-                .iter()
-                .filter_map(|feature| feature.geometry.as_ref())
-            {
-                of_geometry(geometry, lines);
-            }
-        }
-    }
+    let lines = geometries
+        .into_iter()
+        .filter_map(|geometry| match &geometry.value {
+            GeometryValue::LineString { coordinates } => Some(coordinates.iter().collect()),
+            GeometryValue::MultiLineString { coordinates } => Some(coordinates.iter().flatten().collect()),
+            _ => None,
+        });
+    lines.collect()
 }

@@ -1,6 +1,6 @@
-//! Numbers of a scenario file: each inside its range, each fixed or drawn anew for every seed.
+//! Numbers of a scenario file: each has a range, and is fixed or drawn for every seed.
 
-use std::{fmt, marker::PhantomData};
+use std::{fmt, marker::PhantomData, ops::RangeInclusive};
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -15,43 +15,109 @@ mod kind;
 
 pub use kind::*;
 
-/// A number of a scenario: fixed, or a distribution that every seed draws from.
+/// A number that is fixed, or a distribution from which every seed draws.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Distribution {
+    /// Always this value.
+    Fixed(f64),
+    /// Evenly between two limits.
+    Uniform(f64, f64),
+    /// Mean and standard deviation; a draw outside the range is clamped.
+    Normal(f64, f64),
+    /// One of these, with equal probability.
+    Choice(Vec<f64>),
+}
+
+/// A number of the kind `K`, whose limits are known when the file is read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quantity<K> {
     distribution: Distribution,
     kind: PhantomData<K>,
 }
 
-#[derive(Clone, Debug, PartialEq)]
-enum Distribution {
-    Fixed(f64),
-    /// Evenly between two limits.
-    Uniform(f64, f64),
-    /// Mean and standard deviation; draws outside the kind's limits become the limit.
-    Normal(f64, f64),
-    /// One of these, each as likely.
-    Choice(Vec<f64>),
+impl Default for Distribution {
+    fn default() -> Self {
+        Self::Fixed(0.0)
+    }
+}
+
+impl Distribution {
+    /// A value for one seed, inside `range`. A fixed number draws nothing from `rng`.
+    pub(super) fn draw(&self, range: &RangeInclusive<f64>, rng: &mut ChaCha8Rng) -> f64 {
+        match self {
+            Self::Fixed(value) => *value,
+            Self::Uniform(least, most) => rng.random_range(*least..=*most),
+            Self::Normal(mean, sigma) => {
+                let deviate: f64 = StandardNormal.sample(rng);
+                (mean + sigma * deviate).clamp(*range.start(), *range.end())
+            }
+            Self::Choice(values) => values[rng.random_range(0..values.len())],
+        }
+    }
+
+    /// Fails with the first of its numbers that is outside `range`, in `unit`.
+    pub(super) fn check(&self, range: &RangeInclusive<f64>, unit: &str) -> Result<(), String> {
+        let each = |value: &f64| within("", *value, range, unit);
+        match self {
+            Self::Fixed(value) => each(value),
+            Self::Uniform(least, most) => each(least).and(each(most)),
+            Self::Normal(mean, sigma) => {
+                let sigmas = 0.0..=range.end() - range.start();
+                each(mean).and(within("a standard deviation of ", *sigma, &sigmas, unit))
+            }
+            Self::Choice(values) => values.iter().try_for_each(each),
+        }
+    }
+}
+
+/// Fails if `value` is outside `range`.
+fn within(what: &str, value: f64, range: &RangeInclusive<f64>, unit: &str) -> Result<(), String> {
+    if range.contains(&value) {
+        Ok(())
+    } else {
+        Err(format!("{what}{value} is outside {}", limits(range, unit)))
+    }
+}
+
+/// The unit that the name of a member ends in.
+pub(super) fn unit_of(member: &str) -> &'static str {
+    let units = [
+        ("_w_per_mps", "W/(m/s)"),
+        ("_w_per_mps3", "W/(m/s)³"),
+        ("_radps", "rad/s"),
+        ("_mps2", "m/s²"),
+        ("_s", "s"),
+    ];
+    let known = units.iter().find(|(end, _)| member.ends_with(end));
+    known.map_or("", |(_, unit)| unit)
+}
+
+/// A range with its unit, for people.
+fn limits(range: &RangeInclusive<f64>, unit: &str) -> String {
+    let text = format!("{} to {} {unit}", range.start(), range.end());
+    text.trim_end().to_owned()
 }
 
 impl<K: Kind> Quantity<K> {
+    const RANGE: RangeInclusive<f64> = K::MIN..=K::MAX;
+
     /// Always `value`, which must lie inside the kind's limits.
     #[must_use]
     pub fn fixed(value: f64) -> Self {
-        debug_assert!((K::MIN..=K::MAX).contains(&value), "{} {value}", K::NAME);
+        debug_assert!(Self::RANGE.contains(&value), "{} {value}", K::NAME);
         Self::of(Distribution::Fixed(value))
     }
 
-    /// A value for one seed, in SI. A fixed one takes nothing from `rng`.
+    /// Always `value`; an error if it is outside the kind's limits.
+    pub(super) fn checked(value: f64) -> Result<Self, String> {
+        let fixed = Distribution::Fixed(value);
+        fixed.check(&Self::RANGE, K::UNIT)?;
+        Ok(Self::of(fixed))
+    }
+
+    /// A value for one seed, in SI. A fixed number draws nothing from `rng`.
     pub fn draw(&self, rng: &mut ChaCha8Rng) -> f64 {
-        match &self.distribution {
-            Distribution::Fixed(value) => *value,
-            Distribution::Uniform(least, most) => rng.random_range(*least..=*most),
-            Distribution::Normal(mean, sigma) => {
-                let deviate: f64 = StandardNormal.sample(rng);
-                (mean + sigma * deviate).clamp(K::MIN, K::MAX)
-            }
-            Distribution::Choice(values) => values[rng.random_range(0..values.len())],
-        }
+        self.distribution.draw(&Self::RANGE, rng)
     }
 
     /// The largest value it may draw.
@@ -74,31 +140,45 @@ impl<K: Kind> Quantity<K> {
 
 impl<'de, K: Kind> Deserialize<'de> for Quantity<K> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(QuantityVisitor(PhantomData))
+        let distribution = deserializer.deserialize_any(Form {
+            range: Self::RANGE,
+            unit: K::UNIT,
+        })?;
+        Ok(Self::of(distribution))
     }
 }
 
-/// Reads numbers itself rather than through an untagged enum, whose errors forget line and limit.
-struct QuantityVisitor<K>(PhantomData<K>);
+impl<'de> Deserialize<'de> for Distribution {
+    /// Its range is not known here.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Form {
+            range: f64::NEG_INFINITY..=f64::INFINITY,
+            unit: "",
+        })
+    }
+}
+
+/// Reads the forms itself: the errors of an untagged enum contain neither line nor limit.
+struct Form {
+    range: RangeInclusive<f64>,
+    unit: &'static str,
+}
 
 const DISTRIBUTIONS: [&str; 3] = ["uniform", "normal", "choice"];
 
-impl<'de, K: Kind> Visitor<'de> for QuantityVisitor<K> {
-    type Value = Quantity<K>;
+impl<'de> Visitor<'de> for Form {
+    type Value = Distribution;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "a number ({} to {} {}), or {{uniform = [least, most]}}, {{normal = [mean, sigma]}}, \
-             {{choice = [a, b, …]}}",
-            K::MIN,
-            K::MAX,
-            K::UNIT
-        )
+        f.write_str("a number")?;
+        if self.range.end().is_finite() {
+            write!(f, " ({})", limits(&self.range, self.unit))?;
+        }
+        f.write_str(", or {uniform = [least, most]}, {normal = [mean, sigma]}, {choice = [a, b, …]}")
     }
 
     fn visit_f64<E: Error>(self, value: f64) -> Result<Self::Value, E> {
-        Ok(Quantity::of(Distribution::Fixed(within::<K, E>(value)?)))
+        self.checked(Distribution::Fixed(value))
     }
 
     #[expect(
@@ -123,66 +203,45 @@ impl<'de, K: Kind> Visitor<'de> for QuantityVisitor<K> {
         let distribution = match name.as_str() {
             "uniform" => {
                 let [least, most] = two(&map.next_value::<Vec<f64>>()?)?;
-                within::<K, _>(least)?;
-                within::<K, _>(most)?;
-                if most < least {
-                    return Err(A::Error::custom(format!(
-                        "uniform runs from {least} to {most}: the least comes first"
-                    )));
-                }
                 Distribution::Uniform(least, most)
             }
             "normal" => {
                 let [mean, sigma] = two(&map.next_value::<Vec<f64>>()?)?;
-                within::<K, _>(mean)?;
-                if !(0.0..=K::MAX - K::MIN).contains(&sigma) {
-                    return Err(A::Error::custom(format!(
-                        "a standard deviation of {sigma} is outside 0 to {} {}",
-                        K::MAX - K::MIN,
-                        K::UNIT
-                    )));
-                }
                 Distribution::Normal(mean, sigma)
             }
-            "choice" => {
-                let values = map.next_value::<Vec<f64>>()?;
-                if values.is_empty() {
-                    return Err(A::Error::custom("a choice of nothing; give at least one value"));
-                }
-                for value in &values {
-                    within::<K, _>(*value)?;
-                }
-                Distribution::Choice(values)
-            }
+            "choice" => Distribution::Choice(map.next_value()?),
             other => return Err(A::Error::unknown_field(other, &DISTRIBUTIONS)),
         };
+        let distribution = self.checked(distribution)?;
         match map.next_key::<String>()? {
             Some(second) => Err(A::Error::custom(format!(
                 "both {name} and {second}; a number has one distribution"
             ))),
-            None => Ok(Quantity::of(distribution)),
+            None => Ok(distribution),
         }
     }
 }
 
-/// Two numbers and no third: an array of two would let more pass unseen.
+impl Form {
+    fn checked<E: Error>(&self, distribution: Distribution) -> Result<Distribution, E> {
+        distribution.check(&self.range, self.unit).map_err(E::custom)?;
+        match &distribution {
+            Distribution::Uniform(least, most) if most < least => Err(E::custom(format!(
+                "uniform runs from {least} to {most}: the lower limit comes first"
+            ))),
+            Distribution::Choice(values) if values.is_empty() => {
+                Err(E::custom("an empty choice; give at least one value"))
+            }
+            _ => Ok(distribution),
+        }
+    }
+}
+
+/// Exactly two numbers: an array type would ignore further ones.
 fn two<E: Error>(numbers: &[f64]) -> Result<[f64; 2], E> {
     numbers
         .try_into()
-        .map_err(|_| E::custom(format!("{} numbers, and two are wanted", numbers.len())))
-}
-
-fn within<K: Kind, E: Error>(value: f64) -> Result<f64, E> {
-    if (K::MIN..=K::MAX).contains(&value) {
-        Ok(value)
-    } else {
-        Err(E::custom(format!(
-            "{value} is outside {} to {} {}",
-            K::MIN,
-            K::MAX,
-            K::UNIT
-        )))
-    }
+        .map_err(|_| E::custom(format!("{} numbers instead of two", numbers.len())))
 }
 
 impl<K: Kind> JsonSchema for Quantity<K> {
@@ -191,30 +250,47 @@ impl<K: Kind> JsonSchema for Quantity<K> {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let number = json_schema!({ "type": "number", "minimum": K::MIN, "maximum": K::MAX });
-        let table = |name: &str, value: Schema| {
-            json_schema!({
-                "type": "object",
-                "properties": { name: value },
-                "required": [name],
-                "additionalProperties": false,
-            })
-        };
-        json_schema!({
-            "description": format!("{} to {} {}; drawn anew for every seed if a distribution.", K::MIN, K::MAX, K::UNIT),
-            "oneOf": [
-                number,
-                table("uniform", json_schema!({ "type": "array", "items": number, "minItems": 2, "maxItems": 2 })),
-                table("normal", json_schema!({
-                    "type": "array",
-                    "prefixItems": [number, { "type": "number", "minimum": 0, "maximum": K::MAX - K::MIN }],
-                    "minItems": 2,
-                    "maxItems": 2,
-                })),
-                table("choice", json_schema!({ "type": "array", "items": number, "minItems": 1 })),
-            ],
-        })
+        schema_within(&Self::RANGE, K::UNIT)
     }
+}
+
+impl JsonSchema for Distribution {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Distribution".into()
+    }
+
+    /// Where it stands, `schema_within` its range takes its place.
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({})
+    }
+}
+
+/// The schema of numbers in `range`, and of distributions of them.
+pub(super) fn schema_within(range: &RangeInclusive<f64>, unit: &str) -> Schema {
+    let (least, most) = (range.start(), range.end());
+    let number = json_schema!({ "type": "number", "minimum": least, "maximum": most });
+    let table = |name: &str, value: Schema| {
+        json_schema!({
+            "type": "object",
+            "properties": { name: value },
+            "required": [name],
+            "additionalProperties": false,
+        })
+    };
+    json_schema!({
+        "description": format!("{}; a distribution is drawn for every seed.", limits(range, unit)),
+        "oneOf": [
+            number,
+            table("uniform", json_schema!({ "type": "array", "items": number, "minItems": 2, "maxItems": 2 })),
+            table("normal", json_schema!({
+                "type": "array",
+                "prefixItems": [number, { "type": "number", "minimum": 0, "maximum": most - least }],
+                "minItems": 2,
+                "maxItems": 2,
+            })),
+            table("choice", json_schema!({ "type": "array", "items": number, "minItems": 1 })),
+        ],
+    })
 }
 
 #[cfg(test)]
@@ -278,7 +354,7 @@ mod tests {
             ("v = -1", "-1 is outside 0 to 5 m/s"),
             ("v = nan", "NaN is outside 0 to 5 m/s"),
             ("v = {uniform = [1, 9]}", "9 is outside 0 to 5 m/s"),
-            ("v = {uniform = [2, 1]}", "the least comes first"),
+            ("v = {uniform = [2, 1]}", "the lower limit comes first"),
             ("v = {normal = [1, -1]}", "a standard deviation of -1"),
             ("v = {choice = []}", "at least one"),
             ("v = {gamma = [1, 2]}", "unknown field `gamma`"),
@@ -286,7 +362,7 @@ mod tests {
                 "v = {uniform = [1, 2], normal = [1, 2]}",
                 "a number has one distribution",
             ),
-            ("v = {uniform = [0, 1, 2]}", "3 numbers, and two are wanted"),
+            ("v = {uniform = [0, 1, 2]}", "3 numbers instead of two"),
             ("v = {}", "one of uniform, normal, choice"),
             ("v = \"fast\"", "expected a number (0 to 5 m/s)"),
         ] {

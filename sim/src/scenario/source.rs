@@ -1,4 +1,4 @@
-//! The text of a scenario file: lines for messages, and messages about members of the wrong form.
+//! The text of a scenario file: line numbers for errors, and errors about members of the wrong form.
 
 use std::ops::Range;
 
@@ -9,15 +9,15 @@ use toml::{
 
 use super::{InvalidScenario, ScenarioError};
 
-/// Most characters of a file that a message repeats.
+/// Largest number of characters that an error quotes.
 const QUOTED_MAX: usize = 60;
 
-/// Where a scenario was read from: what its mistakes are shown in.
+/// The text that a scenario was read from, for errors.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Source {
     /// Name of the file.
     pub file: String,
-    /// What it says.
+    /// The text.
     pub text: String,
 }
 
@@ -38,15 +38,11 @@ impl Source {
     }
 
     fn invalid(&self, line: usize, wrong: InvalidScenario) -> ScenarioError {
-        ScenarioError::Invalid {
-            file: self.file.clone(),
-            line,
-            wrong,
-        }
+        ScenarioError::Invalid(self.file.clone(), line, wrong)
     }
 }
 
-/// The form of a member that is often written otherwise, for a message with an example.
+/// The form of a member that is often written in another form, with an example for the error.
 struct Form {
     /// The member without indices, as `auvs[].path`.
     place: &'static str,
@@ -54,7 +50,7 @@ struct Form {
     example: &'static str,
 }
 
-/// What a value looks like.
+/// The shape of a value.
 enum Shape {
     Text,
     WholeNumber,
@@ -122,7 +118,7 @@ impl Shape {
 
     fn wanted(&self) -> String {
         match self {
-            Self::Text => "a text in quotes".to_owned(),
+            Self::Text => "a string".to_owned(),
             Self::WholeNumber => "a whole number".to_owned(),
             Self::Table => "a table".to_owned(),
             Self::OneOf(names) => format!("a table with one of {}", names.join(", ")),
@@ -130,7 +126,7 @@ impl Shape {
     }
 }
 
-/// A member of a file, on the way to a member inside it.
+/// A member of a file on the path to an inner member.
 struct Member<'a> {
     /// Its name, as `auvs[0].path`.
     field: String,
@@ -139,7 +135,7 @@ struct Member<'a> {
     value: Spanned<DeValue<'a>>,
 }
 
-/// The outermost member on the way to `field` that has not its form: its line, and a message with an example.
+/// The outermost member on the path to `field` that does not have its form: its line, and an error with an example.
 fn misshapen(text: &str, field: &str) -> Option<(usize, InvalidScenario)> {
     members_to(text, field).into_iter().find_map(|member| {
         let form = FORMS.iter().find(|form| form.place == member.place)?;
@@ -154,7 +150,7 @@ fn misshapen(text: &str, field: &str) -> Option<(usize, InvalidScenario)> {
     })
 }
 
-/// What a file says at `value`, shortened.
+/// The text of `value`, shortened.
 fn given(text: &str, value: &Spanned<DeValue<'_>>) -> String {
     if let DeValue::Table(table) = value.get_ref() {
         let keys: Vec<&str> = table.keys().map(|key| key.get_ref().as_ref()).collect();
@@ -169,7 +165,7 @@ fn given(text: &str, value: &Spanned<DeValue<'_>>) -> String {
     words.chars().take(QUOTED_MAX).chain("…".chars()).collect()
 }
 
-/// The members on the way to `field`, as `auvs[0].path`, from the outermost inwards, as far as they are there.
+/// The members on the path to `field`, such as `auvs[0].path`, from the outermost inwards, as far as they exist.
 fn members_to<'a>(text: &'a str, field: &str) -> Vec<Member<'a>> {
     let mut members: Vec<Member<'a>> = vec![];
     let Ok(document) = DeTable::parse(text) else {
@@ -208,7 +204,7 @@ fn line_of(text: &str, byte: usize) -> usize {
     1 + text.bytes().take(byte).filter(|byte| *byte == b'\n').count()
 }
 
-/// The line of the member at `field`, or of the innermost table around it that is there.
+/// The line of the member at `field`, or of the innermost existing table around it.
 fn line_of_field(text: &str, field: &str) -> usize {
     let members = members_to(text, field);
     members
@@ -239,7 +235,7 @@ mod tests {
             (
                 "schema_version = \"1\"",
                 "schema_version = 1",
-                "schema_version: 1 is not a text in quotes; write for example schema_version = \"1\"",
+                "schema_version: 1 is not a string; write for example schema_version = \"1\"",
             ),
             (
                 "lanes = 4",

@@ -11,7 +11,7 @@ use planner::{
 
 use crate::world::{
     dive::{Dive, Leg},
-    fault::Conduct,
+    fault::Behaviour,
     hull::{UnderwaterHull, UnderwaterInput, UnderwaterState, heading_rate},
     inner_loop::{PERIOD, SurgeLoop, UnderwaterLoops, UnderwaterReference},
     integrate::rk4,
@@ -19,11 +19,11 @@ use crate::world::{
     underwater_vehicle::Navigation,
 };
 
-/// Shallower than this, a GNSS antenna on the vehicle's tail sees the sky, m. Assumption: half a vehicle's length.
+/// Largest depth at which a GNSS antenna on the vehicle's tail is above water, m. Assumption: half a vehicle's length.
 const ANTENNA_DEPTH: f64 = 1.0;
 
-/// How much further along its path than it strayed a vehicle looks for the nearest point when it rejoins, m.
-/// Assumption: less than the way into the next lane of any lawn-mower that it can turn on.
+/// Distance along the path, beyond the distance strayed, within which a vehicle rejoins at the nearest point, m.
+/// Assumption: less than the distance to the next lane of any lawn-mower that it can turn on.
 const REJOIN_REACH: f64 = 10.0;
 
 /// An underwater vehicle.
@@ -39,7 +39,7 @@ pub struct SimulatedAuv {
     pub loops: UnderwaterLoops,
     /// State of its surge loop.
     pub surge: SurgeLoop,
-    /// How it knows where it is.
+    /// Its navigation.
     pub navigation: Navigation,
     /// Its estimate of its own position (north, east), m: the input of its path follower.
     pub position_estimate: Vector2<f64>,
@@ -47,7 +47,7 @@ pub struct SimulatedAuv {
     pub gains: PathFollowingGains,
     /// The path it follows.
     pub path: Arc<Path>,
-    /// Arc length of the point it follows γ, m.
+    /// Arc length γ of the point that it follows, m.
     pub gamma: f64,
     /// Speed reference along the body `U_d(γ)`.
     pub speed: SpeedProfile,
@@ -55,8 +55,8 @@ pub struct SimulatedAuv {
     pub dive: Dive,
     /// The leg it is on.
     pub leg: Leg,
-    /// What it does at the moment.
-    pub conduct: Conduct,
+    /// Its present behaviour.
+    pub behaviour: Behaviour,
 }
 
 impl SimulatedAuv {
@@ -112,16 +112,16 @@ impl SimulatedAuv {
         PathError::new(&self.position(), self.heading(), &self.path.at(self.gamma))
     }
 
-    /// Heading that it approaches, ψ_P + δ, rad, in (−π, π]; its own while it does not follow its path.
+    /// Heading reference ψ_P + δ, rad, in (−π, π]; the own heading while it does not follow its path.
     #[must_use]
     pub fn heading_reference(&self) -> f64 {
-        match self.conduct {
-            Conduct::FollowsPath => {
+        match self.behaviour {
+            Behaviour::FollowsPath => {
                 let point = self.path.at(self.gamma);
                 let estimated = PathError::new(&self.position_estimate, self.heading(), &point);
                 wrap(point.tangent + self.gains.approach_angle(estimated.y_1))
             }
-            Conduct::KeepsHeading | Conduct::WaitsAtTheTop | Conduct::Drifts => wrap(self.heading()),
+            Behaviour::KeepsHeading | Behaviour::WaitsAtTop | Behaviour::Drifts => wrap(self.heading()),
         }
     }
 
@@ -132,9 +132,9 @@ impl SimulatedAuv {
     }
 
     fn command(&self) -> PathCommand {
-        match self.conduct {
-            Conduct::FollowsPath => self.path_command(),
-            Conduct::KeepsHeading | Conduct::WaitsAtTheTop | Conduct::Drifts => PathCommand {
+        match self.behaviour {
+            Behaviour::FollowsPath => self.path_command(),
+            Behaviour::KeepsHeading | Behaviour::WaitsAtTop | Behaviour::Drifts => PathCommand {
                 point_speed: 0.0,
                 heading_rate: 0.0,
             },
@@ -142,14 +142,14 @@ impl SimulatedAuv {
     }
 
     fn reference_for(&self, command: &PathCommand) -> Option<UnderwaterReference> {
-        match self.conduct {
-            Conduct::Drifts => None,
-            Conduct::WaitsAtTheTop if self.depth() <= self.dive.depth_min => Some(UnderwaterReference {
+        match self.behaviour {
+            Behaviour::Drifts => None,
+            Behaviour::WaitsAtTop if self.depth() <= self.dive.depth_min => Some(UnderwaterReference {
                 surge: 0.0,
                 pitch: 0.0,
                 yaw_rate: 0.0,
             }),
-            Conduct::FollowsPath | Conduct::KeepsHeading | Conduct::WaitsAtTheTop => {
+            Behaviour::FollowsPath | Behaviour::KeepsHeading | Behaviour::WaitsAtTop => {
                 Some(self.inner_loop_reference(command))
             }
         }
@@ -172,17 +172,17 @@ impl SimulatedAuv {
     }
 
     /// Lets one inner-loop period pass in a current (north, east), m/s.
-    pub(crate) fn step(&mut self, conduct: Conduct, current: &Vector2<f64>) {
-        if conduct == Conduct::FollowsPath && self.conduct != conduct {
+    pub(crate) fn step(&mut self, behaviour: Behaviour, current: &Vector2<f64>) {
+        if behaviour == Behaviour::FollowsPath && self.behaviour != behaviour {
             // After a fault it rejoins at the nearest point of its path that is not on another lane.
             let left_at = self.path.at(self.gamma).position;
             let reach = (self.position_estimate - left_at).norm() + REJOIN_REACH;
             self.gamma = self.path.closest_near(&self.position_estimate, self.gamma, reach);
         }
-        self.conduct = conduct;
-        self.leg = match conduct {
-            Conduct::WaitsAtTheTop => Leg::Up,
-            Conduct::FollowsPath | Conduct::KeepsHeading | Conduct::Drifts => {
+        self.behaviour = behaviour;
+        self.leg = match behaviour {
+            Behaviour::WaitsAtTop => Leg::Up,
+            Behaviour::FollowsPath | Behaviour::KeepsHeading | Behaviour::Drifts => {
                 self.leg.next(self.depth(), &self.dive)
             }
         };
@@ -198,12 +198,12 @@ impl SimulatedAuv {
             self.hull.derivative(state, input, current)
         });
         self.gamma += command.point_speed * PERIOD;
-        // No vehicle leaves the water.
+        // A vehicle cannot leave the water.
         self.state[2] = self.state[2].max(0.0);
         self.navigate(&through_water);
     }
 
-    /// Dead reckoning knows heading and speed through the water, and nothing of the current.
+    /// Dead reckoning uses heading and speed through the water, without the current.
     fn navigate(&mut self, through_water: &Vector2<f64>) {
         self.position_estimate = match self.navigation {
             Navigation::GpsAtSurface if ANTENNA_DEPTH < self.depth() => {

@@ -1,5 +1,8 @@
 //! The sawtooth: dive until deep enough, climb until shallow enough.
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 /// Depths and angle of a sawtooth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dive {
@@ -23,10 +26,12 @@ impl Dive {
     }
 }
 
-/// The leg a vehicle is on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A leg of a dive.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Leg {
     /// Nose down.
+    #[default]
     Down,
     /// Nose up.
     Up,

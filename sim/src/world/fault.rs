@@ -1,71 +1,82 @@
-//! What goes wrong, and when.
+//! Faults with their start and end.
 
 use planner::path::Side;
 
 use crate::world::hull::ThrusterHealth;
 
-/// Something that goes wrong for a while.
+/// A fault that lasts for a while.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fault {
-    /// From when on, s.
+    /// Start, s.
     pub from: f64,
-    /// Until when, s; it has ended at that instant.
+    /// End, s, exclusive.
     pub until: f64,
-    /// What.
+    /// What goes wrong.
     pub what: FaultKind,
 }
 
-/// What goes wrong. Underwater vehicles are numbered in the scenario's order.
+/// A kind of fault. Underwater vehicles are numbered in the scenario's order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FaultKind {
-    /// A thruster of the surface craft gives a share of its thrust.
+    /// A thruster of the surface craft delivers a share of its thrust.
     Thruster {
-        /// Which.
+        /// Side of the thruster.
         side: Side,
         /// The share, 0 to 1.
         share: f64,
     },
     /// The surface craft's heading loop is slower by this factor, above 1.
     SlowHeadingLoop(f64),
-    /// The surface craft's heading loop comes to rest this far to starboard of its reference, rad: the autopilot's own
-    /// compass turned in its mount.
+    /// The surface craft's heading loop settles this angle to starboard of its reference, rad: the compass of the autopilot
+    /// is misaligned.
     HeadingOffset(f64),
-    /// The surface craft's rudder, or what stands for one, is stuck at this share of the largest yaw moment, −1 to 1,
-    /// positive to starboard.
+    /// The surface craft's rudder, or differential thrust, is stuck at this share of the largest yaw moment, −1 to 1, positive
+    /// to starboard.
     RudderStuck(f64),
     /// The surface craft's GNSS receiver gives nothing.
     GnssOutage,
     /// The surface craft's clock is ahead, s.
     ClockOffset(f64),
-    /// Nothing is heard of an underwater vehicle.
+    /// No message of an underwater vehicle arrives.
     Silence(usize),
     /// An underwater vehicle surfaces and waits there.
     Stops(usize),
-    /// An underwater vehicle has no power and is not heard.
+    /// An underwater vehicle has no power: it drifts and sends no messages.
     Dies(usize),
     /// An underwater vehicle keeps its heading.
     LeavesPath(usize),
+    /// The reported standard deviation of an underwater vehicle's fixes is wrong by a factor.
+    WrongAccuracy {
+        /// The vehicle.
+        auv: usize,
+        /// The factor, positive.
+        factor: f64,
+    },
+    /// An underwater vehicle reports speed 0.
+    ReportsSpeedZero(usize),
+    /// Every message of an underwater vehicle arrives twice.
+    MessagesTwice(usize),
 }
 
-/// What an underwater vehicle does.
+/// The behaviour of an underwater vehicle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Conduct {
+pub enum Behaviour {
     /// It follows its path and dives.
     FollowsPath,
     /// It keeps its heading and dives.
     KeepsHeading,
     /// It climbs to the top of its dive and waits there.
-    WaitsAtTheTop,
+    WaitsAtTop,
     /// It drifts.
     Drifts,
 }
 
-/// Everything that goes wrong in a mission.
+/// The faults of a mission.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faults(pub Vec<Fault>);
 
 impl Faults {
-    /// What the surface craft's thrusters are worth at `time` s. Faults of one thruster multiply.
+    /// Health of the surface craft's thrusters at `time` s. Shares of one thruster multiply.
     #[must_use]
     pub fn thrusters(&self, time: f64) -> ThrusterHealth {
         let mut health = ThrusterHealth::SOUND;
@@ -86,7 +97,7 @@ impl Faults {
         health
     }
 
-    /// By which factor the surface craft's heading loop is slower at `time` s. Factors multiply.
+    /// Factor by which the surface craft's heading loop is slower at `time` s. Factors multiply.
     #[must_use]
     pub fn heading_loop_slowed(&self, time: f64) -> f64 {
         self.at(time).fold(1.0, |product, what| match what {
@@ -95,8 +106,7 @@ impl Faults {
         })
     }
 
-    /// How far to starboard of its reference the surface craft's heading loop comes to rest at `time` s, rad. Offsets
-    /// add up.
+    /// Offset at which the surface craft's heading loop settles at `time` s, rad, positive to starboard. Offsets add up.
     #[must_use]
     pub fn heading_offset(&self, time: f64) -> f64 {
         self.at(time).fold(0.0, |sum, what| match what {
@@ -111,7 +121,7 @@ impl Faults {
         !self.at(time).any(|what| what == FaultKind::GnssOutage)
     }
 
-    /// By how much the surface craft's clock is ahead at `time` s. Offsets add up.
+    /// Offset of the surface craft's clock at `time` s, s, positive if ahead. Offsets add up.
     #[must_use]
     pub fn clock_offset(&self, time: f64) -> f64 {
         self.at(time).fold(0.0, |sum, what| match what {
@@ -120,25 +130,47 @@ impl Faults {
         })
     }
 
-    /// Whether underwater vehicle `auv` cannot be heard at `time` s.
+    /// Whether no message of underwater vehicle `auv` arrives at `time` s.
     #[must_use]
     pub fn is_silent(&self, auv: usize, time: f64) -> bool {
         self.at(time)
             .any(|what| [FaultKind::Silence(auv), FaultKind::Dies(auv)].contains(&what))
     }
 
-    /// What underwater vehicle `auv` does at `time` s. The gravest of several faults counts.
+    /// Factor by which the reported standard deviation of fixes of underwater vehicle `auv` is wrong at `time` s. Factors
+    /// multiply.
     #[must_use]
-    pub fn conduct(&self, auv: usize, time: f64) -> Conduct {
+    pub fn accuracy_factor(&self, auv: usize, time: f64) -> f64 {
+        self.at(time).fold(1.0, |product, what| match what {
+            FaultKind::WrongAccuracy { auv: of, factor } if of == auv => product * factor,
+            _ => product,
+        })
+    }
+
+    /// Whether underwater vehicle `auv` reports speed 0 at `time` s.
+    #[must_use]
+    pub fn reports_speed_zero(&self, auv: usize, time: f64) -> bool {
+        self.at(time).any(|what| what == FaultKind::ReportsSpeedZero(auv))
+    }
+
+    /// Whether every message of underwater vehicle `auv` that arrives at `time` s arrives twice.
+    #[must_use]
+    pub fn messages_twice(&self, auv: usize, time: f64) -> bool {
+        self.at(time).any(|what| what == FaultKind::MessagesTwice(auv))
+    }
+
+    /// Behaviour of underwater vehicle `auv` at `time` s. The gravest of several faults applies.
+    #[must_use]
+    pub fn behaviour(&self, auv: usize, time: f64) -> Behaviour {
         let is = |kind: FaultKind| self.at(time).any(|what| what == kind);
         if is(FaultKind::Dies(auv)) {
-            Conduct::Drifts
+            Behaviour::Drifts
         } else if is(FaultKind::Stops(auv)) {
-            Conduct::WaitsAtTheTop
+            Behaviour::WaitsAtTop
         } else if is(FaultKind::LeavesPath(auv)) {
-            Conduct::KeepsHeading
+            Behaviour::KeepsHeading
         } else {
-            Conduct::FollowsPath
+            Behaviour::FollowsPath
         }
     }
 
@@ -190,16 +222,36 @@ mod tests {
         let health = several.thrusters(15.0);
         assert_eq!((health.port, health.starboard), (0.25, 1.0));
         assert!(several.is_silent(1, 15.0) && !several.is_silent(0, 15.0));
-        assert_eq!(several.conduct(0, 15.0), Conduct::KeepsHeading);
-        assert_eq!(several.conduct(1, 15.0), Conduct::FollowsPath);
+        assert_eq!(several.behaviour(0, 15.0), Behaviour::KeepsHeading);
+        assert_eq!(several.behaviour(1, 15.0), Behaviour::FollowsPath);
         assert_eq!(several.clock_offset(15.0), 2.0);
         assert!(several.gnss_works(15.0));
     }
 
     #[test]
+    fn what_is_reported_wrongly_is_that_of_the_vehicle_named() {
+        let wrong = faults(&[
+            FaultKind::WrongAccuracy { auv: 0, factor: 0.3 },
+            FaultKind::WrongAccuracy { auv: 0, factor: 0.1 },
+            FaultKind::ReportsSpeedZero(1),
+            FaultKind::MessagesTwice(1),
+        ]);
+        assert_eq!(
+            [0, 1].map(|auv| wrong.accuracy_factor(auv, 15.0)),
+            [0.3 * 0.1, 1.0]
+        );
+        assert_eq!(
+            [0, 1].map(|auv| wrong.reports_speed_zero(auv, 15.0)),
+            [false, true]
+        );
+        assert_eq!([0, 1].map(|auv| wrong.messages_twice(auv, 15.0)), [false, true]);
+        assert!(!wrong.messages_twice(1, 20.0));
+    }
+
+    #[test]
     fn a_dead_vehicle_neither_waits_nor_transmits() {
         let dead = faults(&[FaultKind::Stops(0), FaultKind::Dies(0)]);
-        assert_eq!(dead.conduct(0, 15.0), Conduct::Drifts);
+        assert_eq!(dead.behaviour(0, 15.0), Behaviour::Drifts);
         assert!(dead.is_silent(0, 15.0));
     }
 }

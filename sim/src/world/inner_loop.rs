@@ -14,15 +14,14 @@ pub const PERIOD: f64 = 0.1;
 /// Whether the surge loop adds the drag at the measured speed to its output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DragFeedForward {
-    /// Proportional and integral part alone, as on the laboratory's vehicles: large steps wait for
-    /// the integral part.
+    /// Proportional and integral part only, as on the laboratory's vehicles: large steps need the integral part.
     Off,
-    /// Drag is made up for at once; the loop sees a free mass.
+    /// Drag is compensated at once; the loop controls a free mass.
     On,
 }
 
 impl DragFeedForward {
-    /// What it adds at a measured `speed`, m/s: N.
+    /// The added force at a measured `speed`, m/s: N.
     fn force(self, speed: f64, drag: &Drag) -> f64 {
         match self {
             Self::Off => 0.0,
@@ -31,8 +30,8 @@ impl DragFeedForward {
     }
 }
 
-/// A difference between wanted and given force below this, N, is rounding and not saturation: the forces of two
-/// thrusters, up to 200 N and added up again, are wrong in the fourteenth place.
+/// Largest difference between wanted and given force that counts as rounding, N: sums of two thrusts up to 200 N are exact to
+/// fourteen digits.
 const ROUNDING: f64 = 1e-9;
 
 /// Gains of a surge loop.
@@ -44,16 +43,16 @@ pub struct SurgeGains {
     pub integral: f64,
     /// Largest speed error that the loop acts on ε_max, m/s.
     pub error_max: f64,
-    /// What its integral part does while the actuators are at their limits.
+    /// Behaviour of its integral part while the actuators saturate.
     pub anti_windup: AntiWindup,
 }
 
-/// What an integral part does while the actuators give less than is asked for.
+/// Behaviour of an integral part while the actuators saturate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AntiWindup {
-    /// It goes on integrating, and has to be unwound afterwards.
+    /// It continues to integrate, and winds up.
     Off,
-    /// It waits.
+    /// It stops.
     On,
 }
 
@@ -71,7 +70,7 @@ pub struct SurgeLoop {
 }
 
 impl SurgeLoop {
-    /// A loop that already holds `speed`, m/s, in steady state on a hull of that drag.
+    /// A loop in steady state at `speed`, m/s, on a hull with this drag.
     #[must_use]
     pub fn settled_at(speed: f64, feed_forward: DragFeedForward, hull_drag: Drag) -> Self {
         let integral = match feed_forward {
@@ -93,9 +92,8 @@ impl SurgeLoop {
     /// Integrates the error, with anti-windup unless the actuators at their limits give less than was
     /// `wanted` in the error's direction, or more against it.
     ///
-    /// `given` is what saturation leaves, whatever the reason: less thrust astern than ahead, or a moment
-    /// that was served first. A dead zone is no such limit: integrating is what leads out of it, and what
-    /// the loop can store there is no more than its width.
+    /// `given` is the force after saturation, by a limit of thrust or because a moment has priority. A dead zone is not a
+    /// saturation: integrating leads out of it, and the integral there stays below its width.
     fn integrate(&mut self, gains: &SurgeGains, reference: f64, measured: f64, wanted: f64, given: f64) {
         let error = gains.error(reference, measured);
         let withheld = wanted - given;

@@ -2,7 +2,7 @@
 //!
 //! Source: L. Lapierre, D. Soetanto, A. Pascoal, *Nonlinear path following with applications to the
 //! control of autonomous underwater vehicles*, CDC 2003; eqs. (9)–(31) of the paper, corrected as
-//! `docs/corrections.md` lists.
+//! `docs/rationale.md#corrections-of-the-source-paper` lists.
 
 use nalgebra::Vector2;
 use planner::{
@@ -77,7 +77,7 @@ impl PathError {
     }
 }
 
-/// What the law asks for.
+/// The command of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathCommand {
     /// Speed of the point along the path `u_P`, m/s.
@@ -95,7 +95,7 @@ pub struct PathCommand {
 /// δ̇   = δ′(y₁) (−κ u_P s₁ + u_h sinψ_e)
 /// ```
 /// δ̇ leaves the current out: the vehicle does not know it. A current across therefore leaves a steady
-/// offset, little larger than a δ̇ with the current would (docs/tuning.md#sim-path-offset).
+/// offset, little larger than a δ̇ with the current would (docs/rationale.md#sim-path-offset).
 #[must_use]
 pub fn follow_path(error: &PathError, curvature: f64, u_h: f64, gains: &PathFollowingGains) -> PathCommand {
     let PathError { s_1, y_1, psi_e } = *error;

@@ -46,65 +46,27 @@ pub struct Plant {
     pub acceleration_max: f64,
 }
 
-/// What moves and brakes a hull. Masses and drags are positive, and every drag grows without limit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Loads {
-    /// Mass with added mass in surge m_u, kg.
-    pub mass_surge: f64,
-    /// Mass with added mass in sway m_v, kg.
-    pub mass_sway: f64,
-    /// Mass of the Coriolis terms in surge c_u, kg.
-    pub coriolis_surge: f64,
-    /// Mass of the Coriolis terms in sway c_v, kg.
-    pub coriolis_sway: f64,
-    /// Drag in surge D_u.
-    pub drag_surge: Drag,
-    /// Drag in sway D_v.
-    pub drag_sway: Drag,
-    /// Drag in yaw D_r.
-    pub drag_yaw: Drag,
-    /// Largest force along the hull F_max, N, ahead or astern: thrusters and waves together.
-    pub surge_force_max: f64,
-    /// Largest moment in yaw M_max, N m: thrusters and waves together.
-    pub yaw_moment_max: f64,
-}
-
-impl Loads {
-    /// Those of `hull` with sound thrusters in calm water.
+impl Plant {
+    /// The bounds of `hull` with sound thrusters in calm water. Its masses and drags are positive, and every drag grows
+    /// without limit.
     #[must_use]
     pub fn of(hull: &SurfaceHull) -> Self {
+        let (m_u, m_v) = (hull.mass_surge, hull.mass_sway);
+        let (c_u, c_v) = (hull.coriolis.surge, hull.coriolis.sway);
         let thrusters = &hull.thrusters;
-        Self {
-            mass_surge: hull.mass_surge,
-            mass_sway: hull.mass_sway,
-            coriolis_surge: hull.coriolis.surge,
-            coriolis_sway: hull.coriolis.sway,
-            drag_surge: hull.drag_surge,
-            drag_sway: hull.drag_sway,
-            drag_yaw: hull.drag_yaw,
-            surge_force_max: 2.0 * thrusters.ahead_max.max(thrusters.astern_max),
-            yaw_moment_max: thrusters.arm * (thrusters.ahead_max + thrusters.astern_max),
-        }
-    }
-}
-
-impl Plant {
-    /// The plant that a hull under `loads` is.
-    #[must_use]
-    pub fn of(loads: &Loads) -> Self {
-        let (m_u, m_v) = (loads.mass_surge, loads.mass_sway);
-        let (c_u, c_v) = (loads.coriolis_surge, loads.coriolis_sway);
+        let surge_force_max = 2.0 * thrusters.ahead_max.max(thrusters.astern_max);
+        let yaw_moment_max = thrusters.arm * (thrusters.ahead_max + thrusters.astern_max);
         let alpha = c_u * m_u / (c_v * m_v);
-        let w_max = weighted_speed_squared_max(loads, alpha);
+        let w_max = weighted_speed_squared_max(hull, surge_force_max, alpha);
         let (u_max, largest_product) = ((w_max / alpha).sqrt(), 0.5 * w_max / alpha.sqrt());
         let r_max = speed_against(
-            &loads.drag_yaw,
-            loads.yaw_moment_max + (c_u - c_v).abs() * largest_product,
+            &hull.drag_yaw,
+            yaw_moment_max + (c_u - c_v).abs() * largest_product,
         );
-        let v_max = speed_against(&loads.drag_sway, c_u * u_max * r_max).min(w_max.sqrt());
-        let ahead = loads.surge_force_max + loads.drag_surge.resistance(u_max);
+        let v_max = speed_against(&hull.drag_sway, c_u * u_max * r_max).min(w_max.sqrt());
+        let ahead = surge_force_max + hull.drag_surge.resistance(u_max);
         let ahead = (ahead + (c_v - m_u).abs() * v_max * r_max) / m_u;
-        let starboard = ((m_v - c_u).abs() * u_max * r_max + loads.drag_sway.resistance(v_max)) / m_v;
+        let starboard = ((m_v - c_u).abs() * u_max * r_max + hull.drag_sway.resistance(v_max)) / m_v;
         Self {
             speed_max: MARGIN * u_max.max(w_max.sqrt()),
             acceleration_max: MARGIN * ahead.hypot(starboard),
@@ -114,13 +76,12 @@ impl Plant {
 
 /// `W_max`: over the surge speeds that full thrust can still raise, the largest α u² + v² with v where sway drag
 /// takes as much as thrust gives.
-fn weighted_speed_squared_max(loads: &Loads, alpha: f64) -> f64 {
-    let force = loads.surge_force_max;
-    let top = speed_against(&loads.drag_surge, force);
+fn weighted_speed_squared_max(hull: &SurfaceHull, force: f64, alpha: f64) -> f64 {
+    let top = speed_against(&hull.drag_surge, force);
     let weighted = |i: u32| {
         let u = top * f64::from(i) / f64::from(GRID);
-        let gain = alpha * u * (force - loads.drag_surge.resistance(u)) / loads.mass_surge;
-        let lost = |v: f64| v * loads.drag_sway.resistance(v) / loads.mass_sway;
+        let gain = alpha * u * (force - hull.drag_surge.resistance(u)) / hull.mass_surge;
+        let lost = |v: f64| v * hull.drag_sway.resistance(v) / hull.mass_sway;
         let v = root(|v| lost(v) - gain);
         alpha * u * u + v * v
     };
@@ -158,58 +119,47 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
+    use crate::world::hull::{CoriolisMasses, Thrusters};
 
-    /// The MEDUSA-class hull of the surface craft.
-    const MEDUSA: Loads = Loads {
-        mass_surge: 50.0,
-        mass_sway: 60.0,
-        coriolis_surge: 50.0,
-        coriolis_sway: 60.0,
-        drag_surge: Drag {
-            linear: 0.0,
-            quadratic: 27.5,
-        },
-        drag_sway: Drag {
-            linear: 55.1,
-            quadratic: 101.0,
-        },
-        drag_yaw: Drag {
-            linear: 4.14,
-            quadratic: 6.23,
-        },
-        surge_force_max: 72.0,
-        yaw_moment_max: 10.8,
-    };
+    const MEDUSA: SurfaceHull = SurfaceHull::MEDUSA;
 
     /// A hull that sways easily and turns hard, so that more than the balance ahead matters.
-    const SLIPPERY: Loads = Loads {
+    const SLIPPERY: SurfaceHull = SurfaceHull {
         drag_sway: Drag {
             linear: 5.0,
             quadratic: 8.0,
         },
-        yaw_moment_max: 40.0,
+        thrusters: Thrusters {
+            arm: 40.0 / 72.0,
+            ..MEDUSA.thrusters
+        },
         ..MEDUSA
     };
 
     /// A hull whose water is not carried along in a turn.
-    const DRY: Loads = Loads {
-        coriolis_surge: 30.0,
-        coriolis_sway: 30.0,
+    const DRY: SurfaceHull = SurfaceHull {
+        coriolis: CoriolisMasses {
+            surge: 30.0,
+            sway: 30.0,
+        },
         ..MEDUSA
     };
 
-    fn derivative(loads: &Loads, [u, v, r]: [f64; 3], force: f64, moment: f64) -> [f64; 3] {
-        let (c_u, c_v) = (loads.coriolis_surge, loads.coriolis_sway);
+    fn force_max(hull: &SurfaceHull) -> f64 {
+        2.0 * hull.thrusters.ahead_max
+    }
+
+    fn derivative(hull: &SurfaceHull, [u, v, r]: [f64; 3], force: f64, moment: f64) -> [f64; 3] {
+        let (c_u, c_v) = (hull.coriolis.surge, hull.coriolis.sway);
         [
-            (force + c_v * v * r - loads.drag_surge.resistance(u)) / loads.mass_surge,
-            (-c_u * u * r - loads.drag_sway.resistance(v)) / loads.mass_sway,
-            // The inertia of the surface craft's hull, kg m².
-            (moment + (c_u - c_v) * u * v - loads.drag_yaw.resistance(r)) / 4.64,
+            (force + c_v * v * r - hull.drag_surge.resistance(u)) / hull.mass_surge,
+            (-c_u * u * r - hull.drag_sway.resistance(v)) / hull.mass_sway,
+            (moment + (c_u - c_v) * u * v - hull.drag_yaw.resistance(r)) / hull.inertia_yaw,
         ]
     }
 
     /// Largest speed and acceleration over random full-force manoeuvres from rest.
-    fn driven(loads: &Loads, seed: u64) -> (f64, f64) {
+    fn driven(hull: &SurfaceHull, seed: u64) -> (f64, f64) {
         const STEP: f64 = 0.002;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let (mut state, mut psi, mut most) = ([0.0; 3], 0.0, (0.0_f64, 0.0_f64));
@@ -223,10 +173,10 @@ mod tests {
                     -most
                 }
             };
-            let (force, moment) = (full(loads.surge_force_max), full(loads.yaw_moment_max));
+            let (force, moment) = (full(force_max(hull)), full(force_max(hull) * hull.thrusters.arm));
             let mut time = 0.0;
             while time < hold {
-                let slope = derivative(loads, state, force, moment);
+                let slope = derivative(hull, state, force, moment);
                 state = std::array::from_fn(|i| state[i] + STEP * slope[i]);
                 psi += STEP * state[2];
                 // The acceleration as seen from a frame that does not turn, without the formula for it.
@@ -248,10 +198,10 @@ mod tests {
 
     #[test]
     fn no_manoeuvre_at_full_force_breaks_the_bounds() {
-        for loads in [MEDUSA, SLIPPERY, DRY] {
-            let plant = Plant::of(&loads);
+        for hull in [MEDUSA, SLIPPERY, DRY] {
+            let plant = Plant::of(&hull);
             for seed in 0..4 {
-                let (speed, acceleration) = driven(&loads, seed);
+                let (speed, acceleration) = driven(&hull, seed);
                 assert!(speed < plant.speed_max, "{speed} against {plant:?}");
                 assert!(
                     acceleration < plant.acceleration_max,
@@ -275,17 +225,5 @@ mod tests {
         // Thrust and drag together; what a turn adds at worst is the rest.
         let braking = -derivative(&MEDUSA, ahead, -72.0, 0.0)[0];
         assert!(0.7 * plant.acceleration_max < braking, "{braking} of {plant:?}");
-    }
-
-    #[test]
-    fn more_force_makes_a_faster_and_livelier_craft() {
-        let (plant, other) = (
-            Plant::of(&MEDUSA),
-            Plant::of(&Loads {
-                surge_force_max: 100.0,
-                ..MEDUSA
-            }),
-        );
-        assert!(plant.speed_max < other.speed_max && plant.acceleration_max < other.acceleration_max);
     }
 }

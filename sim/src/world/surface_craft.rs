@@ -1,11 +1,7 @@
-//! The surface craft whole: hull, thrusters and autopilot, in a sea.
+//! The surface craft: hull, thrusters and autopilot in water.
 
 use nalgebra::Vector2;
-use planner::{
-    craft::{CraftDescription, Preset},
-    los::Reference,
-    snapshot::Limits,
-};
+use planner::{craft::CraftDescription, los::Reference, snapshot::Limits};
 
 pub use super::hull::{
     CoriolisMasses, Drag, SurfaceHull, SurfaceInput, SurfaceState, Thrust, ThrusterHealth, Thrusters,
@@ -17,9 +13,9 @@ use super::{
 };
 
 pub mod random;
-pub mod step_test;
+pub mod step_response;
 
-/// The surface craft that the simulator knows.
+/// A class of surface craft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SurfaceClass {
     /// MEDUSA class: 30 kg, 1.6 m/s.
@@ -38,7 +34,7 @@ impl SurfaceClass {
         }
     }
 
-    /// Its inner loops, the surge loop in the mode given.
+    /// Its inner loops, with this mode of the surge loop.
     #[must_use]
     pub fn autopilot(self, feed_forward: DragFeedForward) -> SurfaceAutopilot {
         let gains = match self {
@@ -58,10 +54,7 @@ impl SurfaceClass {
             Self::Medusa => "medusa",
             Self::Otter => "otter",
         };
-        CraftDescription {
-            preset: Preset::named(name),
-            ..CraftDescription::default()
-        }
+        CraftDescription::of_preset(name)
     }
 
     /// Its limits, as given to the planner.
@@ -75,7 +68,7 @@ impl SurfaceClass {
 }
 
 /// Limits of the Otter. The slowest speed takes each propeller well out of its dead zone, the fastest leaves thrust to turn
-/// at the largest rate (docs/tuning.md#sim-otter-limits). The rest is the hull's, [`planner::craft::Craft::OTTER`].
+/// at the largest rate (docs/rationale.md#sim-otter-limits). The rest is the hull's, [`planner::craft::Craft::OTTER`].
 const OTTER_LIMITS: Limits = Limits {
     speed_min: 0.1,
     speed_max: 2.0,
@@ -93,7 +86,7 @@ pub struct SurfaceCraft {
     pub state: SurfaceState,
     /// Its autopilot.
     pub autopilot: SurfaceAutopilot,
-    /// What the autopilot remembers.
+    /// State of the autopilot.
     pub memory: AutopilotMemory,
     /// Propulsion energy since the start ∫ |T u| dt, J.
     pub energy: f64,
@@ -106,7 +99,7 @@ pub struct SurfaceCraft {
 pub struct Sea {
     /// Current (north, east), m/s.
     pub current: Vector2<f64>,
-    /// What the waves do.
+    /// Acceleration by waves.
     pub waves: WaveAcceleration,
 }
 
@@ -148,14 +141,14 @@ impl SurfaceCraft {
         self.state.fixed_rows::<2>(0).into_owned()
     }
 
-    /// Lets one inner-loop period pass.
+    /// Advances by one inner-loop period.
     pub fn step(&mut self, reference: &Reference, health: ThrusterHealth, sea: &Sea) {
         let measured = Measured::of(&self.state, &sea.current);
         let command = self
             .autopilot
             .command(&self.hull, &mut self.memory, &measured, reference);
         let thrust = self.hull.thrusters.steady(command, health);
-        // The load that gives a free hull the motion of the waves.
+        // The load that moves a free hull as the waves do.
         let waves = SurfaceInput {
             surge_force: self.hull.mass_surge * sea.waves.surge,
             yaw_moment: self.hull.inertia_yaw * sea.waves.yaw,

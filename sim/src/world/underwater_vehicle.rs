@@ -1,18 +1,23 @@
 //! The classes of underwater vehicle: hull, inner loops, dive, speed and navigation of each.
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 pub use super::hull::{PITCH_MAX, UnderwaterHull, UnderwaterInput, UnderwaterState, heading_rate};
 use super::{dive::Dive, inner_loop::UnderwaterLoops};
 
-/// The underwater vehicles that the simulator knows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A class of underwater vehicle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum UnderwaterClass {
-    /// MEDUSA-class AUV.
+    /// MEDUSA: 0.3 m/s, 1 to 23 m at 50°; exact navigation.
+    #[default]
     Medusa,
-    /// Slocum-class glider.
+    /// Slocum glider: 0.29 m/s horizontally at 26°; a position fix at the surface only.
     Slocum,
 }
 
-/// How an underwater vehicle knows where it is.
+/// Navigation of an underwater vehicle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Navigation {
     /// Its own estimate is its true position.

@@ -7,7 +7,7 @@
 //!     <bearing>,<elevation>,<roll>,<pitch>,<yaw>,<rssi>,<integrity>,<accuracy>
 //! ```
 //!
-//! Times are s of the modem's own clock; only their difference is used, the age of the fix. Propagation time is
+//! Times are s of the modem's own clock; only their difference, the age of the fix, is used. Propagation time is
 //! µs, one way. Angles are rad, distances and the accuracy of `USBLLONG` m; the accuracy of `USBLANGLES` is rad,
 //! negative where the modem has no direction. In data mode a line is wrapped as `+++AT:<length>:<line>`, and the
 //! length is checked; in command mode it comes bare.
@@ -20,17 +20,20 @@
 //! (bearing atan2(Y, X) and atan2(N, E), elevation atan2(Z, ‖X, Y‖), range propagation time · 1e-6 s · 1500 m/s);
 //! `LSTS/dune`, `src/Transports/Evologics/Driver.hpp` (fields, declination).
 
+use std::f64::consts::FRAC_PI_2;
+
 use nalgebra::Vector3;
 
 use super::{
-    Frame,
-    sighting::{
-        ADDRESS, Axes, Clock, FIELDS, NO_POSITION, NUMBER, OTHER, Place, Sighting, line_of_sight, number,
+    observation::{
+        ADDRESS, Axes, FIELDS, Location, NO_POSITION, OTHER, Observation, SignalTime, line_of_sight, number,
+        optional,
     },
+    settings::Frame,
 };
 
 const LENGTH: &str = "length does not match";
-const BACKWARDS: &str = "measured after it was told";
+const BACKWARDS: &str = "measured after it was printed";
 
 /// Microseconds to seconds.
 const S_PER_US: f64 = 1e-6;
@@ -41,15 +44,60 @@ const WRAPPER: &str = "+++AT:";
 /// The highest address of an S2C modem. Source: `AT!AM`, LSTS/dune, `src/Transports/Evologics/Task.cpp`.
 const ADDRESS_MAX: u16 = 254;
 
-pub(super) fn read(line: &str, frame: Frame, received_s: f64) -> Result<Sighting, &'static str> {
-    let mut fields = unwrapped(line)?.split(',');
-    let message = fields.next().unwrap_or_default();
-    let fields: Vec<&str> = fields.collect();
-    match message {
-        "USBLLONG" => position(&fields, frame, received_s),
-        "USBLANGLES" => direction(&fields, frame, received_s),
-        _ => Err(OTHER),
+/// The observation in `line`, which arrived at `received_s`.
+pub(super) fn read(line: &str, frame: Frame, received_s: f64) -> Result<Observation, &'static str> {
+    let (message, fields) = unwrapped(line)?.split_once(',').ok_or(OTHER)?;
+    let n_fields = match message {
+        "USBLLONG" => 16,
+        "USBLANGLES" => 13,
+        _ => return Err(OTHER),
+    };
+    let fields: Vec<&str> = fields.split(',').collect();
+    if fields.len() != n_fields {
+        return Err(FIELDS);
     }
+    // Both messages begin with times and address, and end with the accuracy.
+    let value = |field: usize| number(fields[field]);
+    let age = value(0)? - value(1)?;
+    let sigma = optional(fields[n_fields - 1])?;
+    if age < 0.0 {
+        return Err(BACKWARDS);
+    }
+    if sigma.is_some_and(|sigma| sigma < 0.0) {
+        return Err(NO_POSITION);
+    }
+    let (address, time) = (address(fields[2])?, SignalTime::Arrived(received_s - age));
+    if message == "USBLANGLES" {
+        let (axes, unit) = match frame {
+            Frame::Body => (Axes::Transducer, line_of_sight(-value(3)?, value(4)?)),
+            Frame::Earth => (Axes::Magnetic, line_of_sight(FRAC_PI_2 - value(5)?, value(6)?)),
+        };
+        let location = Location::Direction {
+            axes,
+            unit,
+            sigma_rad: sigma.ok_or(NO_POSITION)?,
+        };
+        return Ok(Observation::new(address, time, location));
+    }
+    let travel = optional(fields[12])?.map(|time| time * S_PER_US);
+    if travel.is_some_and(|travel| travel < 0.0) {
+        return Err(NO_POSITION);
+    }
+    let location = match frame {
+        Frame::Body => {
+            let vector = Vector3::new(value(3)?, -value(4)?, -value(5)?);
+            Location::vector(Axes::Transducer, vector)
+        }
+        Frame::Earth => {
+            let vector = Vector3::new(value(7)?, value(6)?, -value(8)?);
+            Location::vector(Axes::Magnetic, vector)
+        }
+    };
+    Ok(Observation {
+        travel_s: travel,
+        sigma_m: sigma,
+        ..Observation::new(address, time, location)
+    })
 }
 
 /// The notification itself. Data of a burst may stand before the wrapper on the same line.
@@ -65,129 +113,18 @@ fn unwrapped(line: &str) -> Result<&str, &'static str> {
     }
 }
 
-fn position(fields: &[&str], frame: Frame, received_s: f64) -> Result<Sighting, &'static str> {
-    let [
-        current,
-        measured,
-        remote,
-        x,
-        y,
-        z,
-        e,
-        n,
-        u,
-        roll,
-        pitch,
-        yaw,
-        travel,
-        rssi,
-        integrity,
-        accuracy,
-    ] = *fields
-    else {
-        return Err(FIELDS);
-    };
-    numbers(&[roll, pitch, yaw, rssi, integrity])?;
-    let travel = number(travel)? * S_PER_US;
-    let sigma = number(accuracy)?;
-    if travel < 0.0 || sigma < 0.0 {
-        return Err(NO_POSITION);
-    }
-    let (xyz, enu) = (vector([x, y, z])?, vector([e, n, u])?);
-    let (axes, vector) = match frame {
-        Frame::Body => (Axes::Transducer, Vector3::new(xyz.x, -xyz.y, -xyz.z)),
-        Frame::Earth => (Axes::Magnetic, Vector3::new(enu.y, enu.x, -enu.z)),
-    };
-    Ok(Sighting {
-        address: address(remote)?,
-        clock: Clock::Arrived(received_s - age(current, measured)?),
-        travel_s: Some(travel),
-        place: Place::vector(axes, vector),
-        sigma_m: Some(sigma),
-        depth_m: None,
-        transducer_depth_m: None,
-    })
-}
-
-fn direction(fields: &[&str], frame: Frame, received_s: f64) -> Result<Sighting, &'static str> {
-    let [
-        current,
-        measured,
-        remote,
-        local_bearing,
-        local_elevation,
-        bearing,
-        elevation,
-        roll,
-        pitch,
-        yaw,
-        rssi,
-        integrity,
-        accuracy,
-    ] = *fields
-    else {
-        return Err(FIELDS);
-    };
-    numbers(&[roll, pitch, yaw, rssi, integrity])?;
-    let sigma = number(accuracy)?;
-    if sigma < 0.0 {
-        return Err(NO_POSITION);
-    }
-    let local = (number(local_bearing)?, number(local_elevation)?);
-    let inertial = (number(bearing)?, number(elevation)?);
-    let (axes, unit) = match frame {
-        Frame::Body => (Axes::Transducer, line_of_sight(-local.0, local.1)),
-        Frame::Earth => {
-            let clockwise = std::f64::consts::FRAC_PI_2 - inertial.0;
-            (Axes::Magnetic, line_of_sight(clockwise, inertial.1))
-        }
-    };
-    Ok(Sighting {
-        address: address(remote)?,
-        clock: Clock::Arrived(received_s - age(current, measured)?),
-        travel_s: None,
-        place: Place::Direction {
-            axes,
-            unit,
-            sigma_rad: Some(sigma),
-        },
-        sigma_m: None,
-        depth_m: None,
-        transducer_depth_m: None,
-    })
-}
-
-/// How long the modem kept the measurement, s.
-fn age(current: &str, measured: &str) -> Result<f64, &'static str> {
-    let age = number(current)? - number(measured)?;
-    if age >= 0.0 { Ok(age) } else { Err(BACKWARDS) }
-}
-
 fn address(text: &str) -> Result<String, &'static str> {
-    let address: u16 = text.trim().parse().map_err(|_| ADDRESS)?;
-    let assigned = (1..=ADDRESS_MAX).contains(&address);
-    if assigned {
-        Ok(address.to_string())
-    } else {
-        Err(ADDRESS)
-    }
-}
-
-fn vector([x, y, z]: [&str; 3]) -> Result<Vector3<f64>, &'static str> {
-    Ok(Vector3::new(number(x)?, number(y)?, number(z)?))
-}
-
-fn numbers(texts: &[&str]) -> Result<(), &'static str> {
-    if texts.iter().all(|text| number(text).is_ok()) {
-        Ok(())
-    } else {
-        Err(NUMBER)
-    }
+    let address = text.trim().parse::<u16>().ok();
+    let assigned = address.filter(|address| (1..=ADDRESS_MAX).contains(address));
+    Ok(assigned.ok_or(ADDRESS)?.to_string())
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{super::mounting::attitude, *};
+    use super::{
+        super::{mounting::attitude, observation::NUMBER},
+        *,
+    };
 
     /// Lines of real modems, published in `Brazilian-Institute-of-Robotics/drivers-usbl_evologics`
     /// (`test/test_UsblParser.cpp`) and in public ground-station programs that quote their logs.
@@ -208,12 +145,12 @@ mod tests {
         attitude(fields[first], fields[first + 1], fields[first + 2])
     }
 
-    fn long(line: &str, frame: Frame) -> (Sighting, Vector3<f64>) {
-        let sighting = read(line, frame, 1000.0).expect("is published");
-        let Place::Vector { vector, .. } = sighting.place else {
+    fn long(line: &str, frame: Frame) -> (Observation, Vector3<f64>) {
+        let observation = read(line, frame, 1000.0).expect("is published");
+        let Location::Vector { vector, .. } = observation.location else {
             panic!("is a vector")
         };
-        (sighting, vector)
+        (observation, vector)
     }
 
     #[test]
@@ -235,14 +172,17 @@ mod tests {
     #[test]
     fn published_propagation_times_are_one_way_and_in_microseconds() {
         for line in LONG {
-            let (sighting, vector) = long(line, Frame::Body);
-            let speed = vector.norm() / sighting.travel_s.expect("is measured");
+            let (observation, vector) = long(line, Frame::Body);
+            let speed = vector.norm() / observation.travel_s.expect("is measured");
             // The shortest range is 0.4 m, and the time is printed in whole µs: half a percent.
             assert!((speed - 1500.0).abs() < 8.0, "{speed}");
         }
-        let sighting = long(LONG[1], Frame::Body).0;
-        assert_eq!((sighting.address.as_str(), sighting.sigma_m), ("3", Some(1.2375)));
-        let Clock::Arrived(arrival_s) = sighting.clock else {
+        let observation = long(LONG[1], Frame::Body).0;
+        assert_eq!(
+            (observation.address.as_str(), observation.sigma_m),
+            ("3", Some(1.2375))
+        );
+        let SignalTime::Arrived(arrival_s) = observation.time else {
             panic!("arrived")
         };
         assert!((1000.0 - arrival_s - 0.457_338).abs() < 1e-6, "{arrival_s}");
@@ -250,8 +190,8 @@ mod tests {
 
     #[test]
     fn published_angles_agree_in_both_frames() {
-        let unit = |frame| match read(ANGLES, frame, 1000.0).expect("is published").place {
-            Place::Direction { unit, sigma_rad, .. } => (unit, sigma_rad),
+        let unit = |frame| match read(ANGLES, frame, 1000.0).expect("is published").location {
+            Location::Direction { unit, sigma_rad, .. } => (unit, sigma_rad),
             other => panic!("is a direction: {other:?}"),
         };
         let ((local, sigma), (ned, _)) = (unit(Frame::Body), unit(Frame::Earth));
@@ -259,11 +199,11 @@ mod tests {
         let enu = Vector3::new(ned.y, ned.x, -ned.z);
         // Four printed decimals of each angle.
         assert!((turned - enu).norm() < 2e-4, "{turned} and {enu}");
-        assert_eq!(sigma, Some(0.0114));
+        assert!((sigma - 0.0114).abs() < 1e-12);
     }
 
     #[test]
-    fn what_is_damaged_is_refused_by_name() {
+    fn damaged_lines_are_rejected_by_name() {
         let long = LONG[1];
         for (line, reason) in [
             (long.replace("124", "125"), LENGTH),

@@ -1,12 +1,12 @@
-//! Lines out of a stream of bytes.
+//! Splits a stream of bytes into lines.
 
 /// Longest line kept, bytes. The longest here is a SeaTrac response, 600 characters at most.
 const LINE_MAX: usize = 1024;
 
-/// Refusal of a line that does not end.
+/// The reason for a line that does not end.
 pub(super) const TOO_LONG: &str = "line too long";
 
-/// Splits at CR, LF or both, for modems end their lines with either; empty lines are none.
+/// Splits at CR, LF or both; skips empty lines.
 #[derive(Debug, Default)]
 pub(super) struct Lines {
     line: Vec<u8>,
@@ -14,8 +14,7 @@ pub(super) struct Lines {
 }
 
 impl Lines {
-    /// The line that `byte` ends, or why there is none. Bytes that are no UTF-8 are replaced, so that the line can
-    /// be refused by its fields.
+    /// The line that `byte` ends, or why it is rejected. Invalid UTF-8 is replaced: the line is then rejected by its fields.
     pub(super) fn push(&mut self, byte: u8) -> Option<Result<String, &'static str>> {
         if byte != b'\r' && byte != b'\n' {
             if self.line.len() < LINE_MAX {
@@ -44,7 +43,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_end_with_either_or_both_and_an_open_end_is_none() {
+    fn lines_end_with_either_or_both_and_an_unfinished_line_is_kept_back() {
         let expected = ["a", "b", "c"].map(|line| Ok(line.to_owned()));
         assert_eq!(lines(b"a\r\nb\n\n \r\nc\rd"), expected);
     }

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 /// Where the transducer is and how it is turned, in the craft's frame (forward, starboard, down).
 ///
-/// The reference point is the one that the craft's position is of, as a rule the GNSS antenna.
+/// The reference point is that of the craft's position, usually the GNSS antenna.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mounting {
@@ -23,7 +23,7 @@ pub struct Mounting {
     /// Roll of the transducer in the craft, rad, positive starboard axis down.
     #[serde(default)]
     pub roll_offset_rad: f64,
-    /// Transducer below the surface of the water, m, where known: then a fix can tell the AUV's depth.
+    /// Transducer below the water's surface, m, if known: then a fix includes the AUV's depth.
     #[serde(default)]
     pub depth_m: Option<f64>,
 }

@@ -5,7 +5,7 @@
 //! | groups | from | axes |
 //! |---|---|---|
 //! | `lat_deg`, `lon_deg` | Earth, WGS 84 | degrees |
-//! | `north_m`, `east_m`, and `down_m` where told | transducer | true north, east, down |
+//! | `north_m`, `east_m`, and `down_m` if known | transducer | true north, east, down |
 //! | `forward_m`, `starboard_m`, `down_m` | transducer | transducer's own |
 //! | `range_m`, `bearing_deg`, `elevation_deg` | transducer | its own: clockwise from forward, up |
 //!
@@ -20,15 +20,13 @@ use nalgebra::Vector3;
 use regex::{Captures, Regex, RegexBuilder};
 
 use super::{
-    UnusableSettings,
-    sighting::{Axes, Clock, Place, Sighting, address, line_of_sight, number},
+    observation::{Axes, Location, Observation, SignalTime, address, line_of_sight, optional},
+    settings::UnusableSettings,
 };
-use crate::Geographic;
 
 const NO_MATCH: &str = "the pattern does not match";
 const MISSING: &str = "the pattern left a group out";
 const NEGATIVE: &str = "a field is negative";
-const NOT_ON_EARTH: &str = "no place on Earth";
 
 /// Memory of the compiled pattern, bytes: a slip in a repetition must not take the machine's.
 const COMPILED_MAX: usize = 1 << 20;
@@ -39,7 +37,7 @@ const BESIDE: [&str; 6] = ["id", "depth_m", "sigma_m", "age_s", "travel_time_s",
 /// May stand with both Cartesian kinds.
 const DOWN: &str = "down_m";
 
-/// How positions are told.
+/// The kind of position, and the groups that it needs and that no other kind has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Form {
     Geographic,
@@ -48,19 +46,12 @@ enum Form {
     Polar,
 }
 
-impl Form {
-    const ALL: [Self; 4] = [Self::Geographic, Self::North, Self::Body, Self::Polar];
-
-    /// The groups that it needs and that no other form has.
-    fn groups(self) -> &'static [&'static str] {
-        match self {
-            Self::Geographic => &["lat_deg", "lon_deg"],
-            Self::North => &["north_m", "east_m"],
-            Self::Body => &["forward_m", "starboard_m"],
-            Self::Polar => &["range_m", "bearing_deg", "elevation_deg"],
-        }
-    }
-}
+const FORMS: [(Form, &[&str]); 4] = [
+    (Form::Geographic, &["lat_deg", "lon_deg"]),
+    (Form::North, &["north_m", "east_m"]),
+    (Form::Body, &["forward_m", "starboard_m"]),
+    (Form::Polar, &["range_m", "bearing_deg", "elevation_deg"]),
+];
 
 /// A pattern whose groups make sense.
 #[derive(Debug)]
@@ -77,132 +68,151 @@ impl Pattern {
         let regex = builder
             .size_limit(COMPILED_MAX)
             .build()
-            .map_err(UnusableSettings::Pattern)?;
+            .map_err(|error| UnusableSettings(format!("the pattern is not usable: {error}")))?;
         let groups: Vec<&str> = regex.capture_names().flatten().collect();
-        let known = || {
-            Form::ALL
-                .iter()
-                .flat_map(|form| form.groups())
-                .chain([&DOWN])
-                .chain(&BESIDE)
-        };
-        if let Some(unknown) = groups.iter().find(|group| !known().any(|known| known == *group)) {
-            return Err(UnusableSettings::UnknownGroup {
-                group: (*unknown).to_owned(),
-                known: known().copied().collect::<Vec<_>>().join(", "),
-            });
+        let known: Vec<&str> = FORMS
+            .iter()
+            .flat_map(|(_, groups)| *groups)
+            .chain([&DOWN])
+            .chain(&BESIDE)
+            .copied()
+            .collect();
+        if let Some(unknown) = groups.iter().find(|group| !known.contains(group)) {
+            let known = known.join(", ");
+            let says = format!("the pattern has an unknown group {unknown:?}; groups are {known}");
+            return Err(UnusableSettings(says));
         }
         let form = form(&groups)?;
         let only = if groups.contains(&"id") {
             None
         } else {
             let mut addresses = names.keys();
-            match (addresses.next(), addresses.next()) {
-                (Some(only), None) => Some(only.clone()),
-                _ => return Err(UnusableSettings::NoId { n_names: names.len() }),
-            }
+            let (Some(only), None) = (addresses.next(), addresses.next()) else {
+                let (has_no_id, n_names) = ("the pattern has no group \"id\"", names.len());
+                let says = format!("{has_no_id}, and names has {n_names} entries; then it must have one");
+                return Err(UnusableSettings(says));
+            };
+            Some(only.clone())
         };
         Ok(Self { regex, form, only })
     }
 
-    /// Whether positions are told from the transducer.
+    /// Whether positions are relative to the transducer.
     pub(super) fn is_relative(&self) -> bool {
         self.form != Form::Geographic
     }
 
-    pub(super) fn read(&self, line: &str, received_s: f64) -> Result<Sighting, &'static str> {
-        let captures = self.regex.captures(line).ok_or(NO_MATCH)?;
-        let field = |group: &str| captures.name(group).map(|text| number(text.as_str())).transpose();
-        let positive = |group: &str| match field(group)? {
-            Some(value) if value < 0.0 => Err(NEGATIVE),
-            value => Ok(value),
-        };
+    pub(super) fn read(&self, line: &str, received_s: f64) -> Result<Observation, &'static str> {
+        let fields = Fields(self.regex.captures(line).ok_or(NO_MATCH)?);
         let address = match &self.only {
             Some(only) => only.clone(),
-            None => address(captures.name("id").ok_or(MISSING)?.as_str())?,
+            None => address(fields.0.name("id").ok_or(MISSING)?.as_str())?,
         };
-        let clock = match field("t_s")? {
-            Some(sent_s) => Clock::Sent(sent_s),
-            None => Clock::Arrived(received_s - positive("age_s")?.unwrap_or(0.0)),
+        let time = match fields.optional("t_s")? {
+            Some(sent_s) => SignalTime::Sent(sent_s),
+            None => SignalTime::Arrived(received_s - fields.positive("age_s")?.unwrap_or(0.0)),
         };
-        Ok(Sighting {
-            address,
-            clock,
-            travel_s: positive("travel_time_s")?,
-            place: self.place(&captures)?,
-            sigma_m: positive("sigma_m")?,
-            depth_m: field("depth_m")?,
-            transducer_depth_m: None,
+        Ok(Observation {
+            travel_s: fields.positive("travel_time_s")?,
+            sigma_m: fields.positive("sigma_m")?,
+            depth_m: fields.optional("depth_m")?,
+            ..Observation::new(address, time, self.location(&fields)?)
         })
     }
 
-    fn place(&self, captures: &Captures<'_>) -> Result<Place, &'static str> {
-        let field = |group: &str| number(captures.name(group).ok_or(MISSING)?.as_str());
-        let groups = self.form.groups();
-        let (first, second) = (field(groups[0])?, field(groups[1])?);
+    fn location(&self, fields: &Fields<'_>) -> Result<Location, &'static str> {
         Ok(match self.form {
-            Form::Geographic => Place::Geographic(Geographic::new(first, second).ok_or(NOT_ON_EARTH)?),
+            Form::Geographic => {
+                Location::geographic(fields.required("lat_deg")?, fields.required("lon_deg")?)?
+            }
             Form::North => {
-                let down = captures
-                    .name(DOWN)
-                    .map(|text| number(text.as_str()))
-                    .transpose()?;
-                Place::Vector {
+                let down = fields.optional(DOWN)?;
+                let (north, east) = (fields.required("north_m")?, fields.required("east_m")?);
+                Location::Vector {
                     axes: Axes::North,
-                    vector: Vector3::new(first, second, down.unwrap_or(0.0)),
-                    tells_depth: down.is_some(),
+                    vector: Vector3::new(north, east, down.unwrap_or(0.0)),
+                    has_depth: down.is_some(),
                 }
             }
-            Form::Body => Place::vector(Axes::Transducer, Vector3::new(first, second, field(DOWN)?)),
+            Form::Body => {
+                let (forward, starboard) = (fields.required("forward_m")?, fields.required("starboard_m")?);
+                let vector = Vector3::new(forward, starboard, fields.required(DOWN)?);
+                Location::vector(Axes::Transducer, vector)
+            }
             Form::Polar => {
-                let elevation = field(groups[2])?;
-                if first < 0.0 {
-                    return Err(NEGATIVE);
-                }
-                Place::vector(
-                    Axes::Transducer,
-                    line_of_sight(second.to_radians(), elevation.to_radians()) * first,
-                )
+                let range = fields.positive("range_m")?.ok_or(MISSING)?;
+                let bearing = fields.required("bearing_deg")?.to_radians();
+                let elevation = fields.required("elevation_deg")?.to_radians();
+                Location::vector(Axes::Transducer, line_of_sight(bearing, elevation) * range)
             }
         })
     }
 }
 
-/// The one kind of position that `groups` tell, whole.
+/// The groups of one line.
+struct Fields<'a>(Captures<'a>);
+
+impl Fields<'_> {
+    fn optional(&self, group: &str) -> Result<Option<f64>, &'static str> {
+        self.0
+            .name(group)
+            .map_or(Ok(None), |text| optional(text.as_str()))
+    }
+
+    fn required(&self, group: &str) -> Result<f64, &'static str> {
+        self.optional(group)?.ok_or(MISSING)
+    }
+
+    fn positive(&self, group: &str) -> Result<Option<f64>, &'static str> {
+        match self.optional(group)? {
+            Some(value) if value < 0.0 => Err(NEGATIVE),
+            value => Ok(value),
+        }
+    }
+}
+
+/// The one kind of position in `groups`, complete.
 fn form(groups: &[&str]) -> Result<Form, UnusableSettings> {
+    let two_positions = |first: &str, second: &str| {
+        let says = format!("the pattern has positions of two kinds, with {first:?} and with {second:?}");
+        UnusableSettings(says)
+    };
+    let lacks = |given: &str, missing: &str| {
+        UnusableSettings(format!(
+            "the pattern has the group {given:?} and lacks {missing:?}"
+        ))
+    };
     let mut found: Option<(Form, &'static str)> = None;
-    for form in Form::ALL {
-        let Some(given) = form.groups().iter().copied().find(|group| groups.contains(group)) else {
+    for (form, needed) in FORMS {
+        let Some(given) = needed.iter().copied().find(|group| groups.contains(group)) else {
             continue;
         };
         if let Some((_, first)) = found {
-            return Err(UnusableSettings::TwoPositions { first, second: given });
+            return Err(two_positions(first, given));
         }
-        if let Some(missing) = form
-            .groups()
-            .iter()
-            .copied()
-            .find(|group| !groups.contains(group))
-        {
-            return Err(UnusableSettings::MissingGroup { given, missing });
+        if let Some(missing) = needed.iter().copied().find(|group| !groups.contains(group)) {
+            return Err(lacks(given, missing));
         }
         found = Some((form, given));
     }
-    let (form, given) = found.ok_or(UnusableSettings::NoPosition)?;
+    let (form, given) = found.ok_or_else(|| {
+        let says = "the pattern has no position: it needs lat_deg and lon_deg, or another kind of position";
+        UnusableSettings(says.to_owned())
+    })?;
     let has_down = groups.contains(&DOWN);
     match form {
-        Form::Body if !has_down => Err(UnusableSettings::MissingGroup { given, missing: DOWN }),
-        Form::Geographic | Form::Polar if has_down => Err(UnusableSettings::TwoPositions {
-            first: given,
-            second: DOWN,
-        }),
+        Form::Body if !has_down => Err(lacks(given, DOWN)),
+        Form::Geographic | Form::Polar if has_down => Err(two_positions(given, DOWN)),
         _ => Ok(form),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{
+        super::observation::{NOT_ON_EARTH, NUMBER},
+        *,
+    };
 
     fn names(addresses: &[&str]) -> BTreeMap<String, String> {
         addresses
@@ -218,7 +228,7 @@ mod tests {
     fn groups_that_make_no_sense_are_named() {
         let new = |pattern: &str| {
             Pattern::new(pattern, &names(&[]))
-                .expect_err("makes no sense")
+                .expect_err("is invalid")
                 .to_string()
         };
         for (pattern, named) in [
@@ -242,36 +252,34 @@ mod tests {
             assert!(new(pattern).contains(named), "{pattern}: {}", new(pattern));
         }
         let two = Pattern::new(r"(?<lat_deg>.)(?<lon_deg>.)", &names(&["1", "2"]));
-        assert_eq!(
-            two.expect_err("is ambiguous"),
-            UnusableSettings::NoId { n_names: 2 }
-        );
+        let two = two.expect_err("is ambiguous").to_string();
+        assert!(two.contains("names has 2 entries"), "{two}");
     }
 
     #[test]
     fn fields_are_read_and_the_optional_ones_may_be_left_out() {
         let pattern = Pattern::new(NORTH, &names(&[])).expect("makes sense");
-        let sighting = pattern.read("7:1.5,-2,30 age 0.25", 100.0).expect("matches");
+        let observation = pattern.read("7:1.5,-2,30 age 0.25", 100.0).expect("matches");
         assert_eq!(
-            (sighting.address.as_str(), sighting.clock),
-            ("7", Clock::Arrived(99.75))
+            (observation.address.as_str(), observation.time),
+            ("7", SignalTime::Arrived(99.75))
         );
         let vector = Vector3::new(1.5, -2.0, 30.0);
-        assert_eq!(sighting.place, Place::vector(Axes::North, vector));
+        assert_eq!(observation.location, Location::vector(Axes::North, vector));
         let flat = pattern.read("7:1.5,-2", 100.0).expect("matches");
         let vector = Vector3::new(1.5, -2.0, 0.0);
         assert_eq!(
-            flat.place,
-            Place::Vector {
+            flat.location,
+            Location::Vector {
                 axes: Axes::North,
                 vector,
-                tells_depth: false
+                has_depth: false
             }
         );
         for (line, reason) in [
             ("seven:1,2", NO_MATCH),
-            ("7:1,x", super::super::sighting::NUMBER),
-            ("7:1,inf", super::super::sighting::NUMBER),
+            ("7:1,x", NUMBER),
+            ("7:1,inf", NUMBER),
             ("7:1,2 age -1", NEGATIVE),
         ] {
             assert_eq!(pattern.read(line, 0.0), Err(reason), "{line}");
@@ -282,10 +290,10 @@ mod tests {
     fn a_pattern_without_an_id_is_of_the_only_auv() {
         let pattern = r"^(?<lat_deg>\S+) (?<lon_deg>\S+) at (?<t_s>\S+)$";
         let pattern = Pattern::new(pattern, &names(&["pinger"])).expect("makes sense");
-        let sighting = pattern.read("60.5 -5.25 at 1000.5", 1002.0).expect("matches");
+        let observation = pattern.read("60.5 -5.25 at 1000.5", 1002.0).expect("matches");
         assert_eq!(
-            (sighting.address.as_str(), sighting.clock),
-            ("pinger", Clock::Sent(1000.5))
+            (observation.address.as_str(), observation.time),
+            ("pinger", SignalTime::Sent(1000.5))
         );
         assert_eq!(pattern.read("91 0 at 1", 0.0), Err(NOT_ON_EARTH));
     }

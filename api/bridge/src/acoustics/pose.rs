@@ -1,40 +1,40 @@
-//! Where the craft was and where it pointed, over the last minute.
+//! Positions and attitudes of the craft over the last minute.
 
 use std::collections::VecDeque;
 
 use crate::{Geographic, reference::wrapped};
 
-/// How far from a measured pose one may be told, s: the craft moves 1.5 m in it at full speed.
+/// Longest extrapolation and interpolation from a measured pose, s: the craft moves 1.5 m in it at full speed.
 const HOLD_S: f64 = 1.0;
 
-/// How long poses are kept, s. Older fixes are refused.
+/// How long poses are kept, s. Older fixes are rejected.
 const KEPT_S: f64 = 60.0;
 
-/// How many poses are kept: a minute at 100 Hz, so that no rate of a wire fills the memory.
+/// Largest number of poses: a minute at 100 Hz.
 const KEPT_MAX: usize = 6000;
 
 /// Position and attitude of the craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CraftPose {
-    /// Where its reference point is, as a rule the GNSS antenna.
+    /// Position of its reference point, usually the GNSS antenna.
     pub position: Geographic,
     /// Heading, rad, true, clockwise from north.
     pub heading: f64,
-    /// Roll, rad, positive starboard down; 0 where it is not measured.
+    /// Roll, rad, positive starboard down; 0 if not measured.
     pub roll: f64,
-    /// Pitch, rad, positive bow up; 0 where it is not measured.
+    /// Pitch, rad, positive bow up; 0 if not measured.
     pub pitch: f64,
 }
 
-/// The craft's poses of the last minute, in the order of their times.
+/// The craft's poses of the last minute, in order of time.
 #[derive(Clone, Debug, Default)]
 pub struct PoseHistory {
     poses: VecDeque<(f64, CraftPose)>,
 }
 
 impl PoseHistory {
-    /// Adds the pose at `t_s`, s of Unix time. Poses at that time or after it are forgotten: the clock was set back.
-    /// A pose with a number that is none is not taken.
+    /// Adds the pose at `t_s`, s of Unix time. Poses at or after that time are dropped: the clock was set back. A pose with a number that is
+    /// not finite is ignored.
     pub fn push(&mut self, t_s: f64, pose: CraftPose) {
         let numbers = [
             t_s,
@@ -61,8 +61,8 @@ impl PoseHistory {
         }
     }
 
-    /// The pose at `t_s`, s of Unix time: between two measured ones in proportion to the time, longitude and angles
-    /// by the shorter turn; before the oldest or after the newest, that one. None farther than 1 s from any.
+    /// The pose at `t_s`, s of Unix time: interpolated, longitude and angles by the shorter turn; before the oldest and after the newest,
+    /// that one. None more than 1 s from any pose.
     #[must_use]
     pub fn at(&self, t_s: f64) -> Option<CraftPose> {
         let next = self.poses.partition_point(|(pose_s, _)| *pose_s < t_s);

@@ -13,7 +13,7 @@
 //! position  (flags bit 2)  easting i16, northing i16, depth i16, 0.1 m; depth from the surface
 //! ```
 //!
-//! Flag bit 4 says that the beacon's own filter doubts the position: such fixes are refused. Position is turned by
+//! Flag bit 4 says that the beacon's own filter doubts the position: such fixes are rejected. Position is turned by
 //! the beacon's compass (magnetic north); azimuth and elevation are in the beacon's own axes, here clockwise from
 //! forward and up. A response carries no time: the signal counts as arrived when the line was received. It carries
 //! no accuracy in metres either.
@@ -24,13 +24,15 @@
 use nalgebra::Vector3;
 
 use super::{
-    Frame,
-    sighting::{ADDRESS, Axes, CHECKSUM, Clock, NO_POSITION, OTHER, Place, Sighting, line_of_sight},
+    observation::{
+        ADDRESS, Axes, CHECKSUM, Location, NO_POSITION, OTHER, Observation, SignalTime, line_of_sight,
+    },
+    settings::Frame,
 };
 
 const NOT_HEX: &str = "no hexadecimal digits";
 const TOO_SHORT: &str = "message too short";
-const DOUBTED: &str = "the modem doubts the position";
+const DOUBTFUL: &str = "the modem doubts the position";
 
 const CID_PING_RESP: u8 = 0x42;
 const CID_NAV_QUERY_RESP: u8 = 0x52;
@@ -49,62 +51,46 @@ const TENTH: f64 = 0.1;
 const CRC_POLYNOMIAL: u16 = 0xA001;
 const CRC_BYTES: usize = 2;
 
-pub(super) fn read(line: &str, frame: Frame, received_s: f64) -> Result<Sighting, &'static str> {
+pub(super) fn read(line: &str, frame: Frame, received_s: f64) -> Result<Observation, &'static str> {
     let message = message(line)?;
     let mut bytes = Bytes(&message);
     if ![CID_PING_RESP, CID_NAV_QUERY_RESP].contains(&bytes.u8()?) {
         return Err(OTHER);
     }
     let fix = AcousticFix::read(&mut bytes)?;
-    if fix.position_doubted {
-        return Err(DOUBTED);
+    if fix.is_doubtful {
+        return Err(DOUBTFUL);
     }
     let distance = fix.range.map(|range| range.distance);
-    let (place, depth_m) = match frame {
+    let (location, depth_m) = match frame {
         Frame::Body => {
             let (distance, (azimuth, elevation)) = distance.zip(fix.angles).ok_or(NO_POSITION)?;
             let vector = line_of_sight(azimuth, elevation) * distance;
-            (Place::vector(Axes::Transducer, vector), None)
+            (Location::vector(Axes::Transducer, vector), None)
         }
         Frame::Earth => {
             let mut vector = fix.position.ok_or(NO_POSITION)?;
             let depth = vector.z;
             vector.z -= fix.local_depth;
-            (Place::vector(Axes::Magnetic, vector), Some(depth))
+            (Location::vector(Axes::Magnetic, vector), Some(depth))
         }
     };
-    Ok(Sighting {
-        address: fix.source.to_string(),
-        clock: Clock::Arrived(received_s),
+    let time = SignalTime::Arrived(received_s);
+    Ok(Observation {
         travel_s: fix.range.and_then(|range| range.travel),
-        place,
-        sigma_m: None,
         depth_m,
         transducer_depth_m: Some(fix.local_depth),
+        ..Observation::new(fix.source.to_string(), time, location)
     })
 }
 
 /// The bytes between `$` and the checksum.
 fn message(line: &str) -> Result<Vec<u8>, &'static str> {
     let (_, digits) = line.rsplit_once('$').ok_or(OTHER)?;
-    let digits = digits.trim().as_bytes();
-    if !digits.iter().all(u8::is_ascii_hexdigit) || !digits.len().is_multiple_of(2) {
-        return Err(NOT_HEX);
-    }
-    let nibble = |digit: u8| {
-        (digit as char)
-            .to_digit(16)
-            .and_then(|n| u8::try_from(n).ok())
-            .unwrap_or(0)
-    };
-    let mut bytes: Vec<u8> = digits
-        .chunks_exact(2)
-        .map(|pair| nibble(pair[0]) << 4 | nibble(pair[1]))
-        .collect();
+    let mut bytes = hex::decode(digits.trim()).map_err(|_| NOT_HEX)?;
     let body = bytes.len().checked_sub(CRC_BYTES).ok_or(TOO_SHORT)?;
-    let told = [bytes[body], bytes[body + 1]];
-    bytes.truncate(body);
-    if crc16(&bytes).to_le_bytes() == told {
+    let crc = bytes.split_off(body);
+    if crc16(&bytes).to_le_bytes() == crc[..] {
         Ok(bytes)
     } else {
         Err(CHECKSUM)
@@ -126,7 +112,7 @@ fn crc16(bytes: &[u8]) -> u16 {
 
 struct AcousticFix {
     source: u8,
-    position_doubted: bool,
+    is_doubtful: bool,
     local_depth: f64,
     range: Option<Range>,
     /// Azimuth and elevation, rad.
@@ -138,7 +124,7 @@ struct AcousticFix {
 #[derive(Clone, Copy)]
 struct Range {
     distance: f64,
-    /// One way, s: the beacon's distance over its speed of sound. Its own time is not told to be one way.
+    /// One way, s: the beacon's distance over its speed of sound. The documents do not say that the beacon's own time is one way.
     travel: Option<f64>,
 }
 
@@ -154,7 +140,7 @@ impl AcousticFix {
         let _rssi = bytes.i16()?;
         let mut fix = Self {
             source,
-            position_doubted: flags & POSITION_FLT_ERROR != 0,
+            is_doubtful: flags & POSITION_FLT_ERROR != 0,
             local_depth,
             range: None,
             angles: None,
@@ -224,20 +210,20 @@ mod tests {
 
     #[test]
     fn the_published_response_is_read() {
-        // Every byte behind the flags is 1: 257 decimetres everywhere, over 25.7 m/s, which takes a second.
-        let sighting = read(PING, Frame::Earth, 1000.0).expect("is published");
-        assert_eq!(sighting.address, "15");
-        assert_eq!(sighting.clock, Clock::Arrived(1000.0));
-        let travel = sighting.travel_s.expect("has a range");
+        // Every byte after the flags is 1: 257 decimetres everywhere, over 25.7 m/s, which takes a second.
+        let observation = read(PING, Frame::Earth, 1000.0).expect("is published");
+        assert_eq!(observation.address, "15");
+        assert_eq!(observation.time, SignalTime::Arrived(1000.0));
+        let travel = observation.travel_s.expect("has a range");
         assert!((travel - 1.0).abs() < 1e-12, "{travel}");
-        assert!((sighting.depth_m.expect("has a position") - 25.7).abs() < 1e-9);
-        let Place::Vector { vector, .. } = sighting.place else {
+        assert!((observation.depth_m.expect("has a position") - 25.7).abs() < 1e-9);
+        let Location::Vector { vector, .. } = observation.location else {
             panic!("is a vector")
         };
         assert!((vector - Vector3::new(25.7, 25.7, 0.0)).norm() < 1e-9, "{vector}");
 
         let local = read(PING, Frame::Body, 1000.0).expect("is published");
-        let Place::Vector { vector, .. } = local.place else {
+        let Location::Vector { vector, .. } = local.location else {
             panic!("is a vector")
         };
         let angle = 25.7_f64.to_radians();
@@ -247,14 +233,14 @@ mod tests {
     }
 
     #[test]
-    fn published_checksums_hold_and_other_messages_are_none() {
+    fn other_published_messages_pass_the_checksum_and_are_no_observation() {
         for line in [STATUS, "$4000028015", "$43340266D5", "$12000CA0"] {
             assert_eq!(read(line, Frame::Earth, 0.0), Err(OTHER), "{line}");
         }
     }
 
     #[test]
-    fn one_wrong_digit_anywhere_is_refused() {
+    fn one_wrong_digit_anywhere_is_rejected() {
         for place in 1..PING.len() {
             let mut line = PING.to_owned().into_bytes();
             line[place] = if line[place] == b'7' { b'8' } else { b'7' };
@@ -264,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn messages_without_what_is_needed_are_refused_by_name() {
+    fn incomplete_messages_are_rejected_by_name() {
         let mut message = vec![CID_PING_RESP, 1, 2, 0, 0];
         message.resize(17, 0);
         let mut with_flags = |flags: u8, bytes: usize| {
@@ -273,7 +259,7 @@ mod tests {
             read(&line(&message), Frame::Earth, 0.0)
         };
         assert_eq!(with_flags(RANGE_VALID, 27), Err(NO_POSITION));
-        assert_eq!(with_flags(POSITION_VALID | POSITION_FLT_ERROR, 23), Err(DOUBTED));
+        assert_eq!(with_flags(POSITION_VALID | POSITION_FLT_ERROR, 23), Err(DOUBTFUL));
         assert_eq!(with_flags(POSITION_VALID, 22), Err(TOO_SHORT));
         assert!(with_flags(POSITION_VALID, 23).is_ok());
         message[2] = 0;

@@ -5,12 +5,12 @@
 //! $PSIMSSB,hhmmss.ss,<name>,<A|V>,<error>,<C|P|U|R>,<H|N|E>,<M|F|P>,<x>,<y>,<depth>,<accuracy>,<info>,<v1>,<v2>*hh
 //! ```
 //!
-//! `$PSONLLD` is a place on Earth: the system applied lever arm and heading. Its time is taken as the fix's own.
+//! `$PSONLLD` is a place on Earth: the system applied lever arm and heading. Its time is that of the fix.
 //! The error ellipse is of one standard deviation; its major half-axis is the accuracy.
 //!
 //! `$PSIMSSB` is used where it is Cartesian (C), m: x and y are starboard and ahead (H), north and east (N) or
 //! east and north (E), in the horizontal plane. Its time is taken as the arrival of the signal. With the info T the
-//! first value is the travel time, s. Predicted positions and those with an error code are refused.
+//! first value is the travel time, s. Predicted positions and those with an error code are rejected.
 //!
 //! Both carry the time of day only: the day is the one that puts it nearest to the arrival of the bytes. Both need
 //! their checksum.
@@ -21,20 +21,19 @@
 
 use nalgebra::Vector3;
 
-use super::sighting::{
-    Axes, CHECKSUM, Clock, FIELDS, NO_POSITION, NUMBER, OTHER, Place, Sighting, address, number, optional,
+use super::observation::{
+    Axes, CHECKSUM, FIELDS, Location, NO_POSITION, NUMBER, OTHER, Observation, SignalTime, address, number,
+    optional,
 };
-use crate::Geographic;
 
 const OWN_SHIP: &str = "the ship itself";
 const AXES: &str = "coordinates of another kind";
 const ERROR_CODE: &str = "the modem reports an error";
 const PREDICTED: &str = "predicted, not measured";
-const NOT_ON_EARTH: &str = "no place on Earth";
 
 const DAY_S: f64 = 86_400.0;
 
-pub(super) fn read(line: &str, received_s: f64) -> Result<Sighting, &'static str> {
+pub(super) fn read(line: &str, received_s: f64) -> Result<Observation, &'static str> {
     let sentence = checked(line)?;
     let mut fields = sentence.split(',');
     let message = fields.next().unwrap_or_default();
@@ -49,16 +48,17 @@ pub(super) fn read(line: &str, received_s: f64) -> Result<Sighting, &'static str
 /// What stands between `$` and `*`.
 fn checked(line: &str) -> Result<&str, &'static str> {
     let (_, sentence) = line.rsplit_once('$').ok_or(OTHER)?;
-    let (body, told) = sentence.trim().rsplit_once('*').ok_or(CHECKSUM)?;
+    let (body, digits) = sentence.trim().rsplit_once('*').ok_or(CHECKSUM)?;
     let sum = body.bytes().fold(0, |sum, byte| sum ^ byte);
-    let matches = told.len() == 2 && u8::from_str_radix(told, 16) == Ok(sum);
+    let matches = digits.len() == 2 && u8::from_str_radix(digits, 16) == Ok(sum);
     if matches { Ok(body) } else { Err(CHECKSUM) }
 }
 
-fn ranger(fields: &[&str], received_s: f64) -> Result<Sighting, &'static str> {
-    let [time, name, status, lat, lon, depth, major, minor, ..] = *fields else {
+fn ranger(fields: &[&str], received_s: f64) -> Result<Observation, &'static str> {
+    let [time, name, status, lat, lon, ref rest @ ..] = *fields else {
         return Err(FIELDS);
     };
+    let at = |field: usize| optional(rest.get(field).copied().unwrap_or_default());
     if status != "A" {
         return Err(NO_POSITION);
     }
@@ -69,37 +69,19 @@ fn ranger(fields: &[&str], received_s: f64) -> Result<Sighting, &'static str> {
     {
         return Err(OWN_SHIP);
     }
-    let position = Geographic::new(number(lat)?, number(lon)?).ok_or(NOT_ON_EARTH)?;
-    let (major, minor) = (optional(major)?, optional(minor)?);
-    Ok(Sighting {
-        address: address(name)?,
-        clock: Clock::Sent(time_near(time, received_s)?),
-        travel_s: None,
-        place: Place::Geographic(position),
+    let location = Location::geographic(number(lat)?, number(lon)?)?;
+    let (depth, major, minor) = (at(0)?, at(1)?, at(2)?);
+    let time = SignalTime::Sent(time_near(time, received_s)?);
+    Ok(Observation {
         sigma_m: major.map(|major| major.max(minor.unwrap_or(0.0))),
-        depth_m: optional(depth)?,
-        transducer_depth_m: None,
+        depth_m: depth,
+        ..Observation::new(address(name)?, time, location)
     })
 }
 
-fn apos(fields: &[&str], received_s: f64) -> Result<Sighting, &'static str> {
-    let [
-        time,
-        name,
-        status,
-        error,
-        system,
-        orientation,
-        filter,
-        x,
-        y,
-        depth,
-        accuracy,
-        ref more @ ..,
-    ] = *fields
-    else {
-        return Err(FIELDS);
-    };
+fn apos(fields: &[&str], received_s: f64) -> Result<Observation, &'static str> {
+    let (&[time, name, status, error, system], rest) = fields.split_first_chunk().ok_or(FIELDS)?;
+    let (&[orientation, filter, x, y, depth, accuracy], more) = rest.split_first_chunk().ok_or(FIELDS)?;
     if status != "A" {
         return Err(NO_POSITION);
     }
@@ -109,7 +91,8 @@ fn apos(fields: &[&str], received_s: f64) -> Result<Sighting, &'static str> {
     if filter != "M" && filter != "F" {
         return Err(PREDICTED);
     }
-    let (x, y, z) = (number(x)?, number(y)?, number(depth)?);
+    let (x, y, depth) = (number(x)?, number(y)?, optional(depth)?);
+    let z = depth.unwrap_or(0.0);
     let (axes, vector) = match (system, orientation) {
         ("C", "H") => (Axes::HeadUp, Vector3::new(y, x, z)),
         ("C", "N") => (Axes::North, Vector3::new(x, y, z)),
@@ -123,19 +106,27 @@ fn apos(fields: &[&str], received_s: f64) -> Result<Sighting, &'static str> {
     if travel.is_some_and(|travel| travel < 0.0) {
         return Err(NUMBER);
     }
-    Ok(Sighting {
-        address: address(name)?,
-        clock: Clock::Arrived(time_near(time, received_s)?),
+    let time = SignalTime::Arrived(time_near(time, received_s)?);
+    Ok(Observation {
         travel_s: travel,
-        place: Place::vector(axes, vector),
         sigma_m: optional(accuracy)?,
-        depth_m: None,
-        transducer_depth_m: None,
+        ..Observation::new(
+            address(name)?,
+            time,
+            Location::Vector {
+                axes,
+                vector,
+                has_depth: depth.is_some(),
+            },
+        )
     })
 }
 
-/// The time `hhmmss.ss` of the day that puts it nearest to `received_s`, s of Unix time.
+/// The time `hhmmss.ss` of the day that puts it nearest to `received_s`, s of Unix time; that itself, if the field is empty.
 fn time_near(text: &str, received_s: f64) -> Result<f64, &'static str> {
+    if text.is_empty() {
+        return Ok(received_s);
+    }
     let part = |range: std::ops::Range<usize>| {
         let digits = text
             .get(range)
@@ -160,7 +151,7 @@ pub(super) fn line(body: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::observation::NOT_ON_EARTH, *};
 
     /// 2026-05-23 00:00:00 UTC.
     const MIDNIGHT_S: f64 = 1_779_494_400.0;
@@ -173,18 +164,18 @@ mod tests {
     fn published_ranger_sentences_are_read() {
         // jrenken/udp4all, src/ranger2gapsprocessor.cpp, and GSO-soslab/whoi_ds.
         let beacon = "$PSONLLD,133707.52,2401,A,51.3315406,-0.83563975,999.916,5.33,5.33,0.00,0.62,,,,*2A";
-        let sighting = read(beacon, at(13.0, 37.0, 8.5)).expect("is published");
-        assert_eq!(sighting.address, "2401");
-        assert_eq!((sighting.sigma_m, sighting.depth_m), (Some(5.33), Some(999.916)));
-        let Clock::Sent(sent_s) = sighting.clock else {
-            panic!("tells when")
+        let observation = read(beacon, at(13.0, 37.0, 8.5)).expect("is published");
+        assert_eq!(observation.address, "2401");
+        assert_eq!(
+            (observation.sigma_m, observation.depth_m),
+            (Some(5.33), Some(999.916))
+        );
+        let SignalTime::Sent(sent_s) = observation.time else {
+            panic!("says when")
         };
         assert!((sent_s - at(13.0, 37.0, 7.52)).abs() < 1e-6);
-        let expected = Geographic {
-            lat_deg: 51.331_540_6,
-            lon_deg: -0.835_639_75,
-        };
-        assert_eq!(sighting.place, Place::Geographic(expected));
+        let expected = Location::geographic(51.331_540_6, -0.835_639_75);
+        assert_eq!(Ok(observation.location), expected);
 
         let alvin =
             "$PSONLLD,170004.53,ALVIN 914,A,28.8114807,-87.80925696,1951.156,13.96,13.96,0.00,2.62,,,,*6F";
@@ -205,11 +196,11 @@ mod tests {
     fn published_apos_sentences_are_read() {
         // lbe19/qgis-udp-nav, tests: derived from a HiPAP's log.
         let tracking = "$PSIMSSB,083733.386,M17,A,,C,N,F,46.649,1.632,24.829,1.414,T,0.033681,*54";
-        let sighting = read(tracking, at(8.0, 37.0, 34.0)).expect("is published");
+        let observation = read(tracking, at(8.0, 37.0, 34.0)).expect("is published");
         let vector = Vector3::new(46.649, 1.632, 24.829);
-        assert_eq!(sighting.place, Place::vector(Axes::North, vector));
+        assert_eq!(observation.location, Location::vector(Axes::North, vector));
         assert_eq!(
-            (sighting.sigma_m, sighting.travel_s),
+            (observation.sigma_m, observation.travel_s),
             (Some(1.414), Some(0.033_681))
         );
         let reply = "$PSIMSSB,083733.036,M17,A,NRy,C,N,F,0.000,0.000,0.000,20.000,T,0.003731,*08";
@@ -217,9 +208,9 @@ mod tests {
 
         // NavDP 4000 operator's manual, "Simrad SSBL"; its printed checksum is 20, that of its text is 0C.
         let body = "PSIMSSB,085405.61,B42,A,,C,H,M,134.5,114.5,120.0,,,,";
-        let sighting = read(&line(body), at(8.0, 54.0, 6.0)).expect("is published");
+        let observation = read(&line(body), at(8.0, 54.0, 6.0)).expect("is published");
         let vector = Vector3::new(114.5, 134.5, 120.0);
-        assert_eq!(sighting.place, Place::vector(Axes::HeadUp, vector));
+        assert_eq!(observation.location, Location::vector(Axes::HeadUp, vector));
         assert_eq!(read(&format!("${body}*20"), at(8.0, 54.0, 6.0)), Err(CHECKSUM));
     }
 
@@ -230,8 +221,8 @@ mod tests {
         assert_eq!(second("000000.25", MIDNIGHT_S - 0.25), Ok(MIDNIGHT_S + 0.25));
         assert_eq!(second("110000", MIDNIGHT_S), Ok(MIDNIGHT_S + 39_600.0));
         assert_eq!(second("130000", MIDNIGHT_S), Ok(MIDNIGHT_S - 39_600.0));
+        assert_eq!(second("", MIDNIGHT_S), Ok(MIDNIGHT_S));
         for text in [
-            "",
             "1200",
             "24000000",
             "126000.0",
@@ -245,7 +236,26 @@ mod tests {
     }
 
     #[test]
-    fn sentences_of_other_kinds_are_refused_by_name() {
+    fn a_missing_field_costs_no_other_field() {
+        let sonardyne = read(&line("PSONLLD,,24,A,50.0,8.5"), MIDNIGHT_S).expect("has a position");
+        assert_eq!(
+            (sonardyne.time, sonardyne.depth_m, sonardyne.sigma_m),
+            (SignalTime::Sent(MIDNIGHT_S), None, None)
+        );
+        let apos = read(&line("PSIMSSB,,B01,A,,C,N,M,1,2,,,,,"), MIDNIGHT_S).expect("has a position");
+        let location = Location::Vector {
+            axes: Axes::North,
+            vector: Vector3::new(1.0, 2.0, 0.0),
+            has_depth: false,
+        };
+        assert_eq!(
+            (apos.time, apos.location),
+            (SignalTime::Arrived(MIDNIGHT_S), location)
+        );
+    }
+
+    #[test]
+    fn sentences_of_other_kinds_are_rejected_by_name() {
         for (body, reason) in [
             ("PSIMSSB,000000,B01,V,,C,H,M,1,2,3,,,,", NO_POSITION),
             ("PSIMSSB,000000,B01,A,,C,H,P,1,2,3,,,,", PREDICTED),

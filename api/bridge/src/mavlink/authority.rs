@@ -1,42 +1,44 @@
-//! When references may be sent: in the autopilot's guided mode, armed, heard of, with a valid plan. To PX4, which takes its guided mode
-//! only while references come and passes them over outside it, in other modes too.
+//! When references may be sent: with a recent heartbeat and position and a valid plan, in the autopilot's guided mode, armed. To PX4
+//! also in other modes: it enters OFFBOARD only while references arrive, and ignores them outside it.
 
 use std::fmt;
 
 use super::autopilot::{Autopilot, Heartbeat};
-use crate::reference::Reference;
+use crate::{Alarm, reference::Reference};
 
-/// A heartbeat comes once a second: three in a row missed, and the autopilot is taken to be out of reach.
+/// Three missed heartbeats, one per second, s: the autopilot is out of reach.
 const HEARTBEAT_AGE_MAX_S: f64 = 3.0;
-/// A craft that has not said for so long where it is.
+/// Largest age of the craft's state, s.
 const STATE_AGE_MAX_S: f64 = 3.0;
 /// Between two attempts at taking control.
 const TAKE_INTERVAL_S: f64 = 2.0;
-/// Orders that are given at most: an autopilot that has refused so often has a reason, and a person who sets another mode one too.
+/// Largest number of orders: an autopilot that rejects them, and a person who sets another mode, have a reason.
 const ORDERS_MAX: u32 = 6;
 
-/// Who has the craft.
+/// Who controls the craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Control {
-    /// The wire tells: by the newest heartbeat of the autopilot, and its age, s.
+    /// The wire reports it: the newest heartbeat of the autopilot, and its age, s.
     Reported(Option<(Heartbeat, f64)>),
-    /// The wire tells nothing of it: the craft takes references when it is switched so.
+    /// The wire does not report it: the craft follows references when it is switched to do so.
     Unreported,
 }
 
-/// What is known at one tick; ages in s.
+/// What is known at one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conditions {
-    /// Who has the craft, as far as the wire tells.
+    /// Who controls the craft.
     pub control: Control,
-    /// Age of the newest state of the craft, none before the first.
+    /// What makes the craft's navigation untrustworthy, if anything does.
+    pub distrust: Option<Alarm>,
+    /// Age of the newest state of the craft, s; none before the first.
     pub state_age: Option<f64>,
-    /// What the plan says for now; none where there is no plan, or it is too old.
+    /// The plan's reference for now; none without a plan or if it is too old.
     pub reference: Option<Reference>,
-    /// Whether there has been any plan.
+    /// Whether there is a plan, valid or not.
     pub has_planned: bool,
-    /// Whether the mission is held.
-    pub is_held: bool,
+    /// Whether the mission is paused.
+    pub is_paused: bool,
 }
 
 /// What to do at one tick.
@@ -44,53 +46,63 @@ pub struct Conditions {
 pub enum Action {
     /// Send this reference.
     Send(Reference),
-    /// Send this reference to an autopilot that does not act on it yet: it enters its guided mode only while references come.
+    /// Send this reference to an autopilot outside its guided mode: it enters that mode only while references arrive.
     Offer(Reference),
     /// Send nothing; the autopilot's own time-out stops the craft.
     Silent(Silence),
     /// Order the guided mode.
     OrderGuided(Autopilot),
-    /// Order the motors on.
+    /// Order the autopilot to arm.
     OrderArm,
 }
 
 /// Why nothing is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Silence {
-    /// Not heard of, or not for three seconds.
+    /// No heartbeat for three seconds.
     NoHeartbeat,
-    /// Another mode, though this one was guided before: a person took over.
+    /// Another mode after the guided mode: a person took over.
     TakenOver,
     /// Another mode since the start.
     NotGuided,
-    /// The motors are off.
+    /// Not armed.
     NotArmed,
-    /// The craft does not say where it is.
+    /// The craft's navigation contradicts itself.
+    Distrust(Alarm),
+    /// No recent position, heading or velocity.
     NoPosition,
     /// There is no plan yet.
     NoPlan,
-    /// The newest plan is too old to be followed.
+    /// The newest plan is too old.
     PlanStale,
-    /// The mission is held.
-    MissionHeld,
+    /// The mission is paused.
+    MissionPaused,
 }
 
 impl fmt::Display for Silence {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NoHeartbeat => "no heartbeat of the autopilot: nothing is sent, it stops by itself 3 s after the last reference",
-            Self::TakenOver => "the autopilot left its guided mode: a person has the craft, nothing is sent until it is handed back",
-            Self::NotGuided => "the autopilot is not in its guided mode: set it, or start with --take-control",
-            Self::NotArmed => "the motors are off: arm the craft, or start with --take-control",
-            Self::NoPosition => "the craft does not say where it is: nothing is sent",
+        let text = match self {
+            Self::Distrust(alarm) => return write!(f, "{alarm}; nothing is sent until it is over"),
+            Self::NoHeartbeat => {
+                "no heartbeat of the autopilot: nothing is sent; it stops by itself 3 s after the last reference"
+            }
+            Self::TakenOver => {
+                "the autopilot left its guided mode: a person has the craft; nothing is sent until the mode is set again"
+            }
+            Self::NotGuided => {
+                "the autopilot is not in its guided mode: set it, or start with --take-control"
+            }
+            Self::NotArmed => "not armed: arm the craft, or start with --take-control",
+            Self::NoPosition => "no recent position, heading or velocity of the craft: nothing is sent",
             Self::NoPlan => "no plan yet: nothing is sent",
-            Self::MissionHeld => "the mission is held: nothing is sent until it runs (POST …/run)",
-            Self::PlanStale => "the plan is too old to be followed: nothing is sent, the autopilot stops by itself",
-        })
+            Self::MissionPaused => "the mission is paused: nothing is sent until it runs (POST …/run)",
+            Self::PlanStale => "the plan is too old: nothing is sent; the autopilot stops by itself",
+        };
+        f.write_str(text)
     }
 }
 
-/// Decides, tick by tick.
+/// Decides at each tick what may be sent.
 #[derive(Debug)]
 pub struct Authority {
     take_control: bool,
@@ -100,8 +112,7 @@ pub struct Authority {
 }
 
 impl Authority {
-    /// With `take_control` the guided mode is ordered and the motors are switched on, until that has led to guided and armed
-    /// once; never again after that.
+    /// With `take_control` it orders the guided mode and arming until both are so for the first time, and never again.
     #[must_use]
     pub fn new(take_control: bool) -> Self {
         Self {
@@ -112,7 +123,7 @@ impl Authority {
         }
     }
 
-    /// What to do at `now`, s of a clock that is never set.
+    /// What to do at `now`, s on a clock that is never set.
     pub fn decide(&mut self, now: f64, known: &Conditions) -> Action {
         let heartbeat = match known.control {
             Control::Reported(heard) => match heard.filter(|(_, age)| *age <= HEARTBEAT_AGE_MAX_S) {
@@ -121,12 +132,15 @@ impl Authority {
             },
             Control::Unreported => None,
         };
+        if let Some(alarm) = known.distrust {
+            return Action::Silent(Silence::Distrust(alarm));
+        }
         if !known.state_age.is_some_and(|age| age <= STATE_AGE_MAX_S) {
             return Action::Silent(Silence::NoPosition);
         }
         let Some(reference) = known.reference else {
-            return Action::Silent(if known.is_held {
-                Silence::MissionHeld
+            return Action::Silent(if known.is_paused {
+                Silence::MissionPaused
             } else if known.has_planned {
                 Silence::PlanStale
             } else {
@@ -152,7 +166,7 @@ impl Authority {
         Action::Send(reference)
     }
 
-    /// The order, if it may be given and the last one is not too fresh.
+    /// The order, if it is allowed and the last one is long enough ago.
     fn order(&mut self, now: f64, order: Action, otherwise: Silence) -> Action {
         let is_due = self
             .ordered_s
@@ -167,7 +181,7 @@ impl Authority {
     }
 }
 
-/// PX4 changes to OFFBOARD, and stays in it, only while references come; outside it passes them over.
+/// PX4 enters OFFBOARD and stays in it only while references arrive; in other modes it ignores them.
 fn offered(action: Action, heartbeat: Heartbeat, reference: Reference) -> Action {
     match (action, heartbeat.autopilot) {
         (Action::Silent(_), Autopilot::Px4) => Action::Offer(reference),

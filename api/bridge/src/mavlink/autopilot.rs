@@ -1,24 +1,24 @@
-//! What is known of the two autopilots: their modes, and the parameters that decide what becomes of a reference.
+//! The two autopilots: their modes, and the parameters that change what a reference does.
 
 use std::{collections::BTreeMap, fmt};
 
-/// The programs that a reference can be sent to.
+/// The supported autopilots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Autopilot {
     /// ArduPilot's Rover.
     ArduPilot,
-    /// PX4: in every message as its documentation says; not tried with the program.
+    /// PX4: messages as documented; not tried with the program.
     Px4,
 }
 
-/// What an autopilot says of itself once a second.
+/// What an autopilot reports once a second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Heartbeat {
     /// Its program.
     pub autopilot: Autopilot,
-    /// Its mode, as the program numbers them.
+    /// Its mode, by the program's own number.
     pub mode: u32,
-    /// Whether the motors may run.
+    /// Whether it is armed.
     pub is_armed: bool,
 }
 
@@ -29,7 +29,7 @@ const PX4_OFFBOARD: u32 = 6 << 16;
 const PX4_MAIN_MODE: u32 = 0xFF << 16;
 
 impl Autopilot {
-    /// The mode in which it takes references.
+    /// The mode in which it follows references.
     #[must_use]
     pub fn guided_mode(self) -> u32 {
         match self {
@@ -38,7 +38,7 @@ impl Autopilot {
         }
     }
 
-    /// What its handbook calls that mode.
+    /// Name of that mode.
     #[must_use]
     pub fn guided_name(self) -> &'static str {
         match self {
@@ -49,7 +49,7 @@ impl Autopilot {
 }
 
 impl Heartbeat {
-    /// Whether it takes references.
+    /// Whether it follows references.
     #[must_use]
     pub fn is_guided(&self) -> bool {
         match self.autopilot {
@@ -58,7 +58,7 @@ impl Heartbeat {
         }
     }
 
-    /// The mode, as people call it.
+    /// Name of the mode.
     #[must_use]
     pub fn mode_name(&self) -> String {
         let name = match (self.autopilot, self.mode) {
@@ -92,24 +92,24 @@ pub const PARAMETERS: [&str; 9] = [
 
 /// Functions of an output that drives the port or the starboard thruster of two. Source: ArduPilot, `SRV_Channel`.
 const THRUSTER_OF_TWO: [f64; 2] = [73.0, 74.0];
-/// Slowest speed through the water at which a rudder, or a thruster that is turned, holds a heading, m/s: below it a boat that was to
-/// wait for an AUV in a current of 0.3 m/s did not turn any more, and was carried off.
+/// Slowest speed through the water at which a rudder or a turned thruster holds a heading, m/s: a boat below it drifted off in a
+/// current of 0.3 m/s.
 const STEERAGE_WAY: f64 = 0.2;
 
-/// What the autopilot said of its parameters.
+/// The autopilot's parameters, as far as it has sent them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Parameters {
     values: BTreeMap<String, f32>,
 }
 
-/// A parameter that does not go with references from here.
+/// A parameter that contradicts the mission.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contradiction {
     /// Its name.
     pub parameter: &'static str,
     /// Its value.
     pub value: f64,
-    /// What becomes of references with it, and what to set.
+    /// What it does to references, and what to set.
     pub detail: &'static str,
 }
 
@@ -120,20 +120,20 @@ impl fmt::Display for Contradiction {
 }
 
 impl Parameters {
-    /// Keeps what was said of one of [`PARAMETERS`].
+    /// Stores the value of one of [`PARAMETERS`].
     pub fn note(&mut self, name: &str, value: f32) {
         if PARAMETERS.contains(&name) && value.is_finite() {
             self.values.insert(name.to_owned(), value);
         }
     }
 
-    /// The value of one, if it was said.
+    /// The value of one, if known.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<f64> {
         self.values.get(name).map(|value| f64::from(*value))
     }
 
-    /// Those that were not said yet.
+    /// Parameters without a value so far.
     pub fn missing(&self) -> impl Iterator<Item = &'static str> {
         PARAMETERS
             .into_iter()
@@ -149,7 +149,7 @@ impl Parameters {
             .find(|speed| *speed > 0.0)
     }
 
-    /// The fastest turn, rad/s; none where there is no limit.
+    /// The fastest turn, rad/s; none without a limit.
     #[must_use]
     pub fn turn_rate_max(&self) -> Option<f64> {
         self.positive("ATC_STR_RAT_MAX").map(f64::to_radians)
@@ -161,56 +161,52 @@ impl Parameters {
         self.positive("ATC_ACCEL_MAX")
     }
 
-    /// The largest deceleration, m/s², positive; ArduPilot takes that of the acceleration where it is 0.
+    /// The largest deceleration, m/s², positive; 0 means that of acceleration to ArduPilot.
     #[must_use]
     pub fn deceleration_max(&self) -> Option<f64> {
         self.positive("ATC_DECEL_MAX").or_else(|| self.acceleration_max())
     }
 
-    /// The slowest speed through the water at which the craft steers, m/s: none for one that steers by two thrusters, or does not tell
-    /// what it steers by.
+    /// The slowest speed through the water at which the craft steers, m/s; none if it steers by two thrusters, or if its outputs are
+    /// unknown.
     #[must_use]
     pub fn steerage_way(&self) -> Option<f64> {
         let outputs = [self.get("SERVO1_FUNCTION"), self.get("SERVO3_FUNCTION")];
-        let mut told = outputs.into_iter().flatten().peekable();
-        told.peek()?;
-        let has_two_thrusters = told.any(|function| THRUSTER_OF_TWO.contains(&function));
+        let mut known = outputs.into_iter().flatten().peekable();
+        known.peek()?;
+        let has_two_thrusters = known.any(|function| THRUSTER_OF_TWO.contains(&function));
         let most = self.speed_max().map_or(STEERAGE_WAY, |speed| 0.5 * speed);
         (!has_two_thrusters).then_some(STEERAGE_WAY.min(most))
     }
 
-    /// What does not go with a craft that is to be sent up to `speed_max`, m/s.
+    /// Parameters that contradict a mission with this speed limit, m/s.
     #[must_use]
     pub fn contradictions(&self, speed_max: f64) -> Vec<Contradiction> {
-        let mut found = vec![];
-        if let Some(value) = self.speed_max()
-            && value < speed_max
-        {
-            found.push(Contradiction {
-                parameter: "WP_SPEED",
-                value,
-                detail: "the autopilot goes no faster than that, and the mission allows more: raise it, or lower limits.speed_max_mps",
-            });
-        }
-        if let Some(value) = self.get("GUID_OPTIONS")
-            && value != 0.0
-        {
-            found.push(Contradiction {
-                parameter: "GUID_OPTIONS",
-                value,
-                detail: "references are meant for the autopilot's plain guided mode: set it to 0, or try in a harbour what it changes",
-            });
-        }
-        if let Some(value) = self.get("ATC_SPEED_I")
-            && value == 0.0
-        {
-            found.push(Contradiction {
-                parameter: "ATC_SPEED_I",
-                value,
-                detail: "without an integrator the speed stays off its reference in a current: tune the speed loop first",
-            });
-        }
-        found
+        let found = [
+            (
+                "WP_SPEED",
+                self.speed_max().filter(|value| *value < speed_max),
+                "the autopilot goes no faster, and the mission allows more: raise it, or lower limits.speed_max_mps",
+            ),
+            (
+                "GUID_OPTIONS",
+                self.get("GUID_OPTIONS").filter(|value| *value != 0.0),
+                "it changes the guided mode: set it to 0, or try in a harbour what it does",
+            ),
+            (
+                "ATC_SPEED_I",
+                self.get("ATC_SPEED_I").filter(|value| *value == 0.0),
+                "without an integrator a current causes a permanent speed error: tune the speed loop first",
+            ),
+        ];
+        let contradiction = |(parameter, value, detail): (&'static str, Option<f64>, &'static str)| {
+            Some(Contradiction {
+                parameter,
+                value: value?,
+                detail,
+            })
+        };
+        found.into_iter().filter_map(contradiction).collect()
     }
 
     fn positive(&self, name: &str) -> Option<f64> {

@@ -1,7 +1,7 @@
-//! Bytes of a MAVLink stream → what was heard.
+//! Reads a MAVLink stream as events of the autopilot and its craft, and fixes of AUVs.
 
 use std::{
-    collections::{BTreeMap, VecDeque},
+    collections::{BTreeMap, BTreeSet, VecDeque},
     fmt,
     io::{self, Read},
     sync::{Arc, Mutex, PoisonError},
@@ -11,21 +11,21 @@ use std::{
 use ::mavlink::{
     MAVLinkMessageRaw, MavlinkReader as FrameReader, Message as _,
     dialects::ardupilotmega::{
-        EkfStatusFlags, FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, GpsFixType, HEARTBEAT_DATA,
-        MavAutopilot, MavMessage, MavModeFlag, MavResult,
+        EkfStatusFlags, EstimatorStatusFlags, FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, GpsFixType,
+        HEARTBEAT_DATA, MavAutopilot, MavMessage, MavModeFlag, MavResult,
     },
 };
 use nalgebra::Vector2;
 
 use super::autopilot::{Autopilot, Heartbeat};
-use crate::{AuvFix, CraftMeasurement, Geographic, Measurement, Refused};
+use crate::{AuvFix, CraftMeasurement, Geographic, Measurement, Rejects};
 
-/// What one message said.
+/// What one message says.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Heard {
-    /// Of the surface craft, or of an AUV.
+pub enum AutopilotEvent {
+    /// A measurement of the surface craft or of an AUV.
     Measured(Measurement),
-    /// The craft's autopilot lives.
+    /// A heartbeat of the craft's autopilot.
     Heartbeat(Heartbeat),
     /// A parameter of the craft's autopilot.
     Parameter {
@@ -34,18 +34,18 @@ pub enum Heard {
         /// Its value.
         value: f32,
     },
-    /// What the craft's autopilot says to people.
+    /// A status text of the craft's autopilot.
     Text(String),
-    /// The craft's autopilot carried out a command, or did not.
+    /// The answer of the craft's autopilot to a command.
     Acknowledged {
         /// MAVLink's number of the command.
         command: u32,
-        /// Whether it was carried out.
+        /// Whether the autopilot accepted it.
         is_accepted: bool,
     },
-    /// Whether the craft's autopilot knows where it is.
+    /// Whether the craft's autopilot knows its position.
     PositionKnown(bool),
-    /// The time by the craft's autopilot, s of Unix time.
+    /// Time on the clock of the craft's autopilot, s of Unix time.
     Time(f64),
     /// Roll and pitch of the craft, rad, positive starboard down and nose up.
     Attitude {
@@ -56,29 +56,32 @@ pub enum Heard {
     },
 }
 
-/// Reads a stream in whatever pieces it comes.
+/// Reads a stream in pieces of any size.
 ///
-/// What the craft says is taken from its autopilot alone (component 1); AUVs are other systems, each by its number.
+/// Messages of the craft count from its autopilot only (component 1); AUVs are other systems.
 pub struct MavlinkReader {
     frames: FrameReader<Feed>,
     feed: Feed,
-    /// Bytes that are in no frame yet, and those of the frames read since.
+    /// Bytes pushed that are in no frame yet, and bytes of the frames read since.
     pending: usize,
     framed: usize,
     craft: Option<u8>,
     autopilot: Option<Autopilot>,
+    /// The senders' own times of the newest positions, by system and message number.
+    timed: BTreeMap<(u8, u32), u64>,
     auvs: BTreeMap<u8, String>,
-    refused: Refused,
+    /// AUVs whose own filter reports that it does not know the position.
+    lost: BTreeSet<u8>,
+    rejects: Rejects,
 }
 
-/// Longest frame, bytes: what may wait for its end.
+/// Longest frame, bytes.
 const FRAME_BYTES_MAX: usize = 280;
 /// Component number of an autopilot. Source: MAVLink, `MAV_COMP_ID_AUTOPILOT1`.
 const AUTOPILOT: u8 = 1;
 /// Unknown heading in `GLOBAL_POSITION_INT`, centidegrees.
 const HEADING_UNKNOWN: u16 = u16::MAX;
-/// Positions and velocities that are no craft's: the unit is 1e-7 degrees, and 0, 0 is what an autopilot sends that has no
-/// position.
+/// Units of the messages.
 const DEGREES: f64 = 1e-7;
 const METRES_PER_SECOND: f64 = 0.01;
 const CENTIDEGREES: f64 = 0.01;
@@ -91,14 +94,13 @@ impl fmt::Debug for MavlinkReader {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut shown = f.debug_struct("MavlinkReader");
         shown.field("craft", &self.craft).field("auvs", &self.auvs);
-        // The crate's reader of frames shows nothing of itself.
-        shown.field("refused", &self.refused).finish_non_exhaustive()
+        // The crate's frame reader has no `Debug`.
+        shown.field("rejects", &self.rejects).finish_non_exhaustive()
     }
 }
 
 impl MavlinkReader {
-    /// A reader for the craft `system`, or the first autopilot that is heard where none is given, and AUVs by the numbers
-    /// of their systems.
+    /// A reader for the craft `system`, or else the first autopilot with a heartbeat, and for AUVs by system number.
     #[must_use]
     pub fn new(system: Option<u8>, auvs: BTreeMap<u8, String>) -> Self {
         let feed = Feed::default();
@@ -109,8 +111,10 @@ impl MavlinkReader {
             framed: 0,
             craft: system,
             autopilot: None,
+            timed: BTreeMap::new(),
             auvs,
-            refused: Refused::default(),
+            lost: BTreeSet::new(),
+            rejects: Rejects::default(),
         }
     }
 
@@ -120,14 +124,14 @@ impl MavlinkReader {
         self.craft
     }
 
-    /// What was not understood, or not believed.
+    /// Rejected input, by reason.
     #[must_use]
-    pub fn refused(&self) -> &Refused {
-        &self.refused
+    pub fn rejects(&self) -> &Rejects {
+        &self.rejects
     }
 
-    /// What `bytes`, which came at `received_s`, s of Unix time, complete.
-    pub fn push(&mut self, bytes: &[u8], received_s: f64) -> Vec<Heard> {
+    /// The events that `bytes` complete, received at `received_s`, s of Unix time.
+    pub fn push(&mut self, bytes: &[u8], received_s: f64) -> Vec<AutopilotEvent> {
         self.feed.extend(bytes);
         self.pending += bytes.len();
         let mut heard = vec![];
@@ -140,18 +144,18 @@ impl MavlinkReader {
             self.framed += length;
             match MavMessage::parse(raw.version(), raw.message_id(), raw.payload()) {
                 Ok(message) => self.take(&raw, &message, received_s, &mut heard),
-                Err(_) => self.refused.count("message out of its ranges"),
+                Err(_) => self.rejects.count("message out of its ranges"),
             }
         }
         self.count_strays();
         heard
     }
 
-    /// Counts what was in no frame, but for what may be the beginning of the next one.
+    /// Counts bytes in no frame, except those that may begin the next frame.
     fn count_strays(&mut self) {
         let stray = self.pending.saturating_sub(self.framed + FRAME_BYTES_MAX);
-        self.refused.add("byte of no whole frame", stray as u64);
-        self.pending -= stray + self.framed.min(self.pending - stray);
+        self.rejects.add("byte of no whole frame", stray as u64);
+        self.pending = (self.pending - stray).saturating_sub(self.framed);
         self.framed = 0;
     }
 
@@ -160,34 +164,57 @@ impl MavlinkReader {
         raw: &MAVLinkMessageRaw,
         message: &MavMessage,
         received_s: f64,
-        heard: &mut Vec<Heard>,
+        heard: &mut Vec<AutopilotEvent>,
     ) {
         let component = raw.component_id();
         let Ok(system) = u8::try_from(raw.system_id()) else {
-            return self.refused.count("system number above 255");
+            return self.rejects.count("system number above 255");
         };
         if let MavMessage::HEARTBEAT(heartbeat) = message {
             if let Some(heartbeat) = self.heartbeat(system, component, heartbeat) {
-                heard.push(Heard::Heartbeat(heartbeat));
+                heard.push(AutopilotEvent::Heartbeat(heartbeat));
             }
             return;
         }
-        if self.craft == Some(system) && component == AUTOPILOT {
+        let is_craft = self.craft == Some(system) && component == AUTOPILOT;
+        if (is_craft || self.auvs.contains_key(&system)) && self.is_repeated(system, message) {
+            return self.rejects.count("repeated message");
+        }
+        if is_craft {
             self.craft_message(message, received_s, heard);
         } else if let Some(auv) = self.auvs.get(&system).cloned() {
+            match knows_position(message) {
+                Some(true) => drop(self.lost.remove(&system)),
+                Some(false) => drop(self.lost.insert(system)),
+                None => {}
+            }
             let fix = match message {
                 MavMessage::GLOBAL_POSITION_INT(at) => fix_of_position(auv, at, received_s),
                 MavMessage::FOLLOW_TARGET(at) => fix_of_target(auv, at, received_s),
                 _ => return,
             };
             match fix {
-                Some(fix) => heard.push(Heard::Measured(Measurement::Auv(fix))),
-                None => self.refused.count("AUV without a position"),
+                Some(_) if self.lost.contains(&system) => {
+                    self.rejects.count("AUV that does not know its position");
+                }
+                Some(fix) => heard.push(AutopilotEvent::Measured(Measurement::Auv(fix))),
+                None => self.rejects.count("AUV without a position"),
             }
         }
     }
 
-    /// An autopilot's: others, such as ground stations, have heartbeats too.
+    /// Whether a position has the sender's own time of the one before: a radio or a gateway repeats it. Senders without a clock state 0.
+    fn is_repeated(&mut self, system: u8, message: &MavMessage) -> bool {
+        let sent_ms = match message {
+            MavMessage::GLOBAL_POSITION_INT(at) => u64::from(at.time_boot_ms),
+            MavMessage::FOLLOW_TARGET(at) => at.timestamp,
+            _ => return false,
+        };
+        let before = self.timed.insert((system, message.message_id()), sent_ms);
+        sent_ms != 0 && before == Some(sent_ms)
+    }
+
+    /// A heartbeat of an autopilot: ground stations send them, too.
     fn heartbeat(&mut self, system: u8, component: u8, heartbeat: &HEARTBEAT_DATA) -> Option<Heartbeat> {
         let autopilot = match heartbeat.autopilot {
             MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA => Autopilot::ArduPilot,
@@ -198,7 +225,7 @@ impl MavlinkReader {
             return None;
         }
         if *self.craft.get_or_insert(system) != system {
-            self.refused.count("another craft's heartbeat");
+            self.rejects.count("another craft's heartbeat");
             return None;
         }
         self.autopilot = Some(autopilot);
@@ -211,10 +238,11 @@ impl MavlinkReader {
         })
     }
 
-    fn craft_message(&mut self, message: &MavMessage, received_s: f64, heard: &mut Vec<Heard>) {
+    fn craft_message(&mut self, message: &MavMessage, received_s: f64, heard: &mut Vec<AutopilotEvent>) {
         let mut measured = |measured| {
-            heard.push(Heard::Measured(Measurement::Craft {
+            heard.push(AutopilotEvent::Measured(Measurement::Craft {
                 t_s: received_s,
+                talker: [0; 2],
                 measured,
             }));
         };
@@ -228,50 +256,54 @@ impl MavlinkReader {
                         measured(CraftMeasurement::Heading(heading));
                     }
                 }
-                None => self.refused.count("craft without a position"),
+                None => self.rejects.count("craft without a position"),
             },
             MavMessage::ATTITUDE(attitude) => {
                 let [roll, pitch, yaw, rate] =
                     [attitude.roll, attitude.pitch, attitude.yaw, attitude.yawspeed].map(f64::from);
-                if [roll, pitch, yaw, rate].iter().all(|angle| angle.is_finite()) {
+                let numbers = [roll, pitch, yaw, rate];
+                if !numbers.iter().all(|angle| angle.is_finite()) {
+                    self.rejects.count("attitude that is no number");
+                }
+                if yaw.is_finite() {
                     measured(CraftMeasurement::Heading(yaw));
+                }
+                if rate.is_finite() {
                     measured(CraftMeasurement::YawRate(rate));
-                    heard.push(Heard::Attitude { roll, pitch });
-                } else {
-                    self.refused.count("attitude that is no number");
+                }
+                if roll.is_finite() && pitch.is_finite() {
+                    heard.push(AutopilotEvent::Attitude { roll, pitch });
                 }
             }
-            MavMessage::EKF_STATUS_REPORT(status) => {
-                let knows = status.flags.contains(EkfStatusFlags::EKF_POS_HORIZ_ABS)
-                    && !status.flags.contains(EkfStatusFlags::EKF_CONST_POS_MODE);
-                heard.push(Heard::PositionKnown(knows));
+            MavMessage::EKF_STATUS_REPORT(_) => {
+                heard.extend(knows_position(message).map(AutopilotEvent::PositionKnown));
             }
-            // ArduPilot's filter says itself what it knows, and for how long it goes on without GNSS.
+            // ArduPilot's filter reports by itself whether it knows the position, also for a time without GNSS.
             MavMessage::GPS_RAW_INT(gps) if self.autopilot == Some(Autopilot::Px4) => {
                 let has_fix = !matches!(
                     gps.fix_type,
                     GpsFixType::GPS_FIX_TYPE_NO_GPS | GpsFixType::GPS_FIX_TYPE_NO_FIX
                 );
-                heard.push(Heard::PositionKnown(has_fix));
+                heard.push(AutopilotEvent::PositionKnown(has_fix));
             }
             MavMessage::PARAM_VALUE(parameter) => match parameter.param_id.to_str() {
-                Ok(name) => heard.push(Heard::Parameter {
+                Ok(name) => heard.push(AutopilotEvent::Parameter {
                     name: name.to_owned(),
                     value: parameter.param_value,
                 }),
-                Err(_) => self.refused.count("name that is no text"),
+                Err(_) => self.rejects.count("name that is no text"),
             },
             MavMessage::STATUSTEXT(text) => match text.text.to_str() {
-                Ok(said) => heard.push(Heard::Text(said.to_owned())),
-                Err(_) => self.refused.count("status that is no text"),
+                Ok(said) => heard.push(AutopilotEvent::Text(said.to_owned())),
+                Err(_) => self.rejects.count("status that is no text"),
             },
             // 0 before the first fix.
             MavMessage::SYSTEM_TIME(time) if time.time_unix_usec != 0 => {
-                heard.push(Heard::Time(
+                heard.push(AutopilotEvent::Time(
                     Duration::from_micros(time.time_unix_usec).as_secs_f64(),
                 ));
             }
-            MavMessage::COMMAND_ACK(answer) => heard.push(Heard::Acknowledged {
+            MavMessage::COMMAND_ACK(answer) => heard.push(AutopilotEvent::Acknowledged {
                 command: answer.command as u32,
                 is_accepted: answer.result == MavResult::MAV_RESULT_ACCEPTED,
             }),
@@ -281,9 +313,6 @@ impl MavlinkReader {
 }
 
 fn position(lat: i32, lon: i32) -> Option<Geographic> {
-    if (lat, lon) == (0, 0) {
-        return None;
-    }
     Geographic::new(f64::from(lat) * DEGREES, f64::from(lon) * DEGREES)
 }
 
@@ -291,9 +320,33 @@ fn velocity(at: &GLOBAL_POSITION_INT_DATA) -> Vector2<f64> {
     Vector2::new(f64::from(at.vx), f64::from(at.vy)) * METRES_PER_SECOND
 }
 
-/// Depth, m, of an altitude above mean sea level, m: none above the surface.
-fn depth(altitude: f64) -> Option<f64> {
-    altitude.is_finite().then(|| (-altitude).max(0.0))
+/// Whether a filter knows where it is, if the message is a filter's status. The bits are the same in both messages.
+fn knows_position(message: &MavMessage) -> Option<bool> {
+    let (is_absolute, is_constant) = match message {
+        MavMessage::EKF_STATUS_REPORT(status) => (
+            status.flags.contains(EkfStatusFlags::EKF_POS_HORIZ_ABS),
+            status.flags.contains(EkfStatusFlags::EKF_CONST_POS_MODE),
+        ),
+        MavMessage::ESTIMATOR_STATUS(status) => (
+            status
+                .flags
+                .contains(EstimatorStatusFlags::ESTIMATOR_POS_HORIZ_ABS),
+            status
+                .flags
+                .contains(EstimatorStatusFlags::ESTIMATOR_CONST_POS_MODE),
+        ),
+        _ => return None,
+    };
+    Some(is_absolute && !is_constant)
+}
+
+/// Depth below the water surface, m, of a height above the vehicle's home, m, which is on the surface, or else of an altitude above
+/// mean sea level, m: in a lake above the sea that says nothing. A vehicle without a home states the height 0.
+fn depth(above_home: f64, altitude: f64) -> Option<f64> {
+    if above_home != 0.0 {
+        return Some((-above_home).max(0.0));
+    }
+    (altitude <= 0.0).then_some(-altitude)
 }
 
 fn fix_of_position(auv: String, at: &GLOBAL_POSITION_INT_DATA, received_s: f64) -> Option<AuvFix> {
@@ -302,12 +355,12 @@ fn fix_of_position(auv: String, at: &GLOBAL_POSITION_INT_DATA, received_s: f64) 
         t_s: received_s,
         position: position(at.lat, at.lon)?,
         sigma_m: None,
-        depth_m: depth(f64::from(at.alt) * METRES),
+        depth_m: depth(f64::from(at.relative_alt) * METRES, f64::from(at.alt) * METRES),
         ground_velocity: Some(velocity(at)),
     })
 }
 
-/// `FOLLOW_TARGET.timestamp` counts from the sender's start, so that the time is that of its arrival.
+/// The time is that of arrival: `FOLLOW_TARGET.timestamp` counts from the sender's start.
 fn fix_of_target(auv: String, at: &FOLLOW_TARGET_DATA, received_s: f64) -> Option<AuvFix> {
     if at.est_capabilities & KNOWS_POSITION == 0 {
         return None;
@@ -320,12 +373,12 @@ fn fix_of_target(auv: String, at: &FOLLOW_TARGET_DATA, received_s: f64) -> Optio
         t_s: received_s,
         position: position(at.lat, at.lon)?,
         sigma_m: (sigma.is_finite() && sigma > 0.0).then_some(sigma),
-        depth_m: depth(f64::from(at.alt)),
+        depth_m: depth(0.0, f64::from(at.alt)),
         ground_velocity: knows_velocity.then(|| Vector2::new(north, east)),
     })
 }
 
-/// Bytes on their way from [`MavlinkReader::push`] to the crate's reader of frames, which owns its source.
+/// Bytes from [`MavlinkReader::push`] for the crate's frame reader, which owns its source.
 #[derive(Clone, Debug, Default)]
 struct Feed(Arc<Mutex<VecDeque<u8>>>);
 

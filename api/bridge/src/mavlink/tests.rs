@@ -1,19 +1,20 @@
-//! Messages there and back, and the rules of who has the craft. Numbers of messages, bits and units are MAVLink's, written out here.
+//! Messages in both directions, and who controls the craft. Message numbers, bits and units are MAVLink's, written out here.
 
 use std::collections::BTreeMap;
 
 use ::mavlink::{
     MAVLinkV2MessageRaw, MavHeader, MavlinkReader as FrameReader,
     dialects::ardupilotmega::{
-        ATTITUDE_DATA, FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, HEARTBEAT_DATA, MavAutopilot, MavFrame,
-        MavMessage, MavModeFlag,
+        ATTITUDE_DATA, EKF_STATUS_REPORT_DATA, ESTIMATOR_STATUS_DATA, EkfStatusFlags, EstimatorStatusFlags,
+        FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, HEARTBEAT_DATA, MavAutopilot, MavFrame, MavMessage,
+        MavModeFlag,
     },
 };
 use nalgebra::Vector2;
 use proptest::prelude::*;
 
 use super::*;
-use crate::{CraftMeasurement, Geographic, Measurement, reference::Reference};
+use crate::{Alarm, CraftMeasurement, Geographic, Measurement, reference::Reference};
 
 fn frame(system_id: u32, component_id: u8, message: &MavMessage) -> Vec<u8> {
     let header = MavHeader {
@@ -52,13 +53,13 @@ fn reader() -> MavlinkReader {
     let mut reader = MavlinkReader::new(None, BTreeMap::from([(7, "auv-1".to_owned())]));
     let beat = heartbeat(MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA, 15);
     let heard = reader.push(&frame(1, 1, &beat), 0.0);
-    assert!(matches!(heard[..], [Heard::Heartbeat(beat)] if beat.is_guided() && beat.is_armed));
+    assert!(matches!(heard[..], [AutopilotEvent::Heartbeat(beat)] if beat.is_guided() && beat.is_armed));
     reader
 }
 
-fn measured(heard: &[Heard]) -> Vec<CraftMeasurement> {
-    let of_the_craft = |heard: &Heard| match heard {
-        Heard::Measured(Measurement::Craft { measured, .. }) => Some(*measured),
+fn measured(heard: &[AutopilotEvent]) -> Vec<CraftMeasurement> {
+    let of_the_craft = |heard: &AutopilotEvent| match heard {
+        AutopilotEvent::Measured(Measurement::Craft { measured, .. }) => Some(*measured),
         _ => None,
     };
     heard.iter().filter_map(of_the_craft).collect()
@@ -92,7 +93,7 @@ fn the_craft_is_where_its_autopilot_says_in_degrees_and_metres_per_second() {
 fn an_auv_is_another_system_and_a_third_system_is_nothing() {
     let mut reader = reader();
     let heard = reader.push(&frame(7, 1, &place()), 5.0);
-    let [Heard::Measured(Measurement::Auv(fix))] = &heard[..] else {
+    let [AutopilotEvent::Measured(Measurement::Auv(fix))] = &heard[..] else {
         panic!("{heard:?}");
     };
     assert_eq!(
@@ -119,7 +120,7 @@ fn a_follow_target_tells_what_its_capabilities_say() {
         })
     };
     let fix = |capabilities| match &reader().push(&frame(7, 1, &target(capabilities)), 0.0)[..] {
-        [Heard::Measured(Measurement::Auv(fix))] => Some(fix.clone()),
+        [AutopilotEvent::Measured(Measurement::Auv(fix))] => Some(fix.clone()),
         _ => None,
     };
     assert_eq!(fix(0), None);
@@ -130,21 +131,121 @@ fn a_follow_target_tells_what_its_capabilities_say() {
 }
 
 #[test]
-fn what_is_no_number_or_no_place_is_refused_by_name() {
+fn invalid_numbers_and_positions_are_rejected_by_name() {
     let mut reader = reader();
     let nowhere = MavMessage::GLOBAL_POSITION_INT(GLOBAL_POSITION_INT_DATA::DEFAULT);
     let attitude = MavMessage::ATTITUDE(ATTITUDE_DATA {
         yaw: f32::NAN,
+        yawspeed: 0.25,
         ..ATTITUDE_DATA::DEFAULT
     });
-    for said in [nowhere, attitude] {
-        assert_eq!(reader.push(&frame(1, 1, &said), 0.0), []);
-    }
-    let reasons: Vec<_> = reader.refused().iter().collect();
+    assert_eq!(reader.push(&frame(1, 1, &nowhere), 0.0), []);
+    let heard = reader.push(&frame(1, 1, &attitude), 0.0);
+    assert_eq!(
+        measured(&heard),
+        [CraftMeasurement::YawRate(0.25)],
+        "the rest of it counts"
+    );
+    let reasons: Vec<_> = reader.rejects().iter().collect();
     assert_eq!(
         reasons,
         [("attitude that is no number", 1), ("craft without a position", 1)]
     );
+}
+
+#[test]
+fn a_depth_is_below_the_water_surface_and_not_above_sea_level() {
+    let depth = |relative_alt, alt| {
+        let MavMessage::GLOBAL_POSITION_INT(here) = place() else {
+            unreachable!("is a position")
+        };
+        let said = MavMessage::GLOBAL_POSITION_INT(GLOBAL_POSITION_INT_DATA {
+            relative_alt,
+            alt,
+            ..here
+        });
+        match &reader().push(&frame(7, 1, &said), 0.0)[..] {
+            [AutopilotEvent::Measured(Measurement::Auv(fix))] => fix.depth_m,
+            other => panic!("{other:?}"),
+        }
+    };
+    // In a lake 320 m above the sea: 40 m deep, at the surface, and without a home.
+    assert_eq!(depth(-40_000, 280_000), Some(40.0));
+    assert_eq!(depth(200, 320_200), Some(0.0));
+    assert_eq!(depth(0, 280_000), None);
+    // In the sea: with and without a home, and at the surface.
+    assert_eq!(depth(-12_500, -12_000), Some(12.5));
+    assert_eq!(depth(0, -12_500), Some(12.5));
+    assert_eq!(depth(0, 0), Some(0.0));
+    let target = MavMessage::FOLLOW_TARGET(FOLLOW_TARGET_DATA {
+        lat: 384_100_000,
+        lon: -91_200_000,
+        alt: 280.0,
+        est_capabilities: 1,
+        ..FOLLOW_TARGET_DATA::DEFAULT
+    });
+    let heard = reader().push(&frame(7, 1, &target), 0.0);
+    let [AutopilotEvent::Measured(Measurement::Auv(fix))] = &heard[..] else {
+        panic!("{heard:?}");
+    };
+    assert_eq!(fix.depth_m, None);
+}
+
+#[test]
+fn an_auv_whose_own_filter_is_lost_has_no_fixes_until_it_knows_its_position_again() {
+    // EKF_POS_HORIZ_ABS and EKF_CONST_POS_MODE; the same bits of ESTIMATOR_STATUS.
+    let (absolute, constant) = (0x10, 0x80);
+    let ekf = |flags| {
+        MavMessage::EKF_STATUS_REPORT(EKF_STATUS_REPORT_DATA {
+            flags: EkfStatusFlags::from_bits_retain(flags),
+            ..EKF_STATUS_REPORT_DATA::DEFAULT
+        })
+    };
+    let estimator = |flags| {
+        MavMessage::ESTIMATOR_STATUS(ESTIMATOR_STATUS_DATA {
+            flags: EstimatorStatusFlags::from_bits_retain(flags),
+            ..ESTIMATOR_STATUS_DATA::DEFAULT
+        })
+    };
+    for status in [&ekf as &dyn Fn(u16) -> MavMessage, &estimator] {
+        let mut reader = reader();
+        let mut has_fix = |flags: u16| {
+            assert_eq!(
+                reader.push(&frame(7, 1, &status(flags)), 0.0),
+                [],
+                "it is no status of the craft"
+            );
+            !reader.push(&frame(7, 1, &place()), 0.0).is_empty()
+        };
+        assert!(has_fix(absolute));
+        assert!(!has_fix(absolute | constant));
+        assert!(!has_fix(0));
+        assert!(has_fix(absolute));
+        assert_eq!(
+            reader.rejects().to_string(),
+            "AUV that does not know its position: 2"
+        );
+    }
+}
+
+#[test]
+fn a_message_that_is_repeated_counts_once_unless_its_sender_has_no_clock() {
+    let at = |time_boot_ms| {
+        let MavMessage::GLOBAL_POSITION_INT(here) = place() else {
+            unreachable!("is a position")
+        };
+        MavMessage::GLOBAL_POSITION_INT(GLOBAL_POSITION_INT_DATA { time_boot_ms, ..here })
+    };
+    for system in [1, 7] {
+        let mut reader = reader();
+        let mut counts = |times: [u32; 4]| {
+            let heard = times.map(|time| reader.push(&frame(system, 1, &at(time)), 0.0));
+            heard.map(|events| !events.is_empty())
+        };
+        assert_eq!(counts([4711, 4711, 4711, 4712]), [true, false, false, true]);
+        assert_eq!(counts([0, 0, 0, 0]), [true; 4]);
+        assert_eq!(reader.rejects().to_string(), "repeated message: 2");
+    }
 }
 
 #[test]
@@ -195,7 +296,7 @@ fn px4_takes_references_in_offboard_alone() {
     let mut reader = MavlinkReader::new(None, BTreeMap::new());
     let mut is_guided = |main_mode: u32| {
         let beat = heartbeat(MavAutopilot::MAV_AUTOPILOT_PX4, main_mode << 16);
-        matches!(reader.push(&frame(1, 1, &beat), 0.0)[..], [Heard::Heartbeat(beat)] if beat.is_guided())
+        matches!(reader.push(&frame(1, 1, &beat), 0.0)[..], [AutopilotEvent::Heartbeat(beat)] if beat.is_guided())
     };
     assert!(is_guided(6));
     assert!(!is_guided(4));
@@ -209,13 +310,14 @@ fn known(mode: u32, is_armed: bool) -> Conditions {
     };
     Conditions {
         control: Control::Reported(Some((beat, 0.5))),
+        distrust: None,
         state_age: Some(0.1),
         reference: Some(Reference {
             speed: 1.0,
             heading: 0.0,
         }),
         has_planned: true,
-        is_held: false,
+        is_paused: false,
     }
 }
 
@@ -249,7 +351,7 @@ fn control_is_taken_once_and_never_again_after_a_person_took_over() {
 }
 
 #[test]
-fn an_autopilot_that_refuses_is_not_ordered_about_for_ever() {
+fn an_autopilot_that_rejects_orders_gets_six_at_most() {
     let mut authority = Authority::new(true);
     let ordered = (0..100_u8)
         .filter(|second| {
@@ -263,7 +365,7 @@ fn an_autopilot_that_refuses_is_not_ordered_about_for_ever() {
 }
 
 #[test]
-fn px4_is_offered_references_so_that_it_can_be_handed_over_and_back() {
+fn px4_gets_references_in_other_modes_so_that_it_can_enter_offboard() {
     let beat = |mode| Heartbeat {
         autopilot: Autopilot::Px4,
         mode,
@@ -280,81 +382,46 @@ fn px4_is_offered_references_so_that_it_can_be_handed_over_and_back() {
 }
 
 #[test]
-fn each_thing_that_is_missing_silences_by_its_own_name() {
-    let whole = known(15, true);
-    let cases = [
+fn each_missing_condition_stops_references_with_its_own_reason() {
+    type Change = fn(&mut Conditions);
+    let decide = |change: Change| {
+        let mut conditions = known(15, true);
+        change(&mut conditions);
+        Authority::new(false).decide(0.0, &conditions)
+    };
+    let cases: [(Change, Silence); 11] = [
+        (|c| c.control = Control::Reported(None), Silence::NoHeartbeat),
         (
-            Conditions {
-                control: Control::Reported(None),
-                ..whole
+            |c| {
+                let Control::Reported(Some((_, age))) = &mut c.control else {
+                    unreachable!("is reported")
+                };
+                *age = 3.1;
             },
             Silence::NoHeartbeat,
         ),
         (
-            Conditions {
-                state_age: None,
-                ..whole
-            },
-            Silence::NoPosition,
+            |c| c.distrust = Some(Alarm::PositionFrozen),
+            Silence::Distrust(Alarm::PositionFrozen),
         ),
+        (|c| c.state_age = None, Silence::NoPosition),
+        (|c| c.state_age = Some(3.1), Silence::NoPosition),
+        (|c| c.reference = None, Silence::PlanStale),
+        (|c| (c.reference, c.has_planned) = (None, false), Silence::NoPlan),
         (
-            Conditions {
-                state_age: Some(3.1),
-                ..whole
-            },
-            Silence::NoPosition,
+            |c| (c.reference, c.is_paused) = (None, true),
+            Silence::MissionPaused,
         ),
-        (
-            Conditions {
-                reference: None,
-                ..whole
-            },
-            Silence::PlanStale,
-        ),
-        (
-            Conditions {
-                reference: None,
-                has_planned: false,
-                ..whole
-            },
-            Silence::NoPlan,
-        ),
-        (
-            Conditions {
-                reference: None,
-                is_held: true,
-                ..whole
-            },
-            Silence::MissionHeld,
-        ),
-        (known(15, false), Silence::NotArmed),
-        (known(4, true), Silence::NotGuided),
+        (|c| *c = known(15, false), Silence::NotArmed),
+        (|c| *c = known(4, true), Silence::NotGuided),
+        (|c| *c = known(4, false), Silence::NotGuided),
     ];
-    for (conditions, silence) in cases {
-        assert_eq!(
-            Authority::new(false).decide(0.0, &conditions),
-            Action::Silent(silence)
-        );
+    for (change, silence) in cases {
+        assert_eq!(decide(change), Action::Silent(silence));
     }
-    let beat = Heartbeat {
-        autopilot: Autopilot::ArduPilot,
-        mode: 15,
-        is_armed: true,
-    };
-    let silent = Conditions {
-        control: Control::Reported(Some((beat, 3.1))),
-        ..whole
-    };
-    assert_eq!(
-        Authority::new(false).decide(0.0, &silent),
-        Action::Silent(Silence::NoHeartbeat)
-    );
-    let untold = Conditions {
-        control: Control::Unreported,
-        ..whole
-    };
+    // A wire that reports no mode.
     assert!(matches!(
-        Authority::new(false).decide(0.0, &untold),
+        decide(|c| c.control = Control::Unreported),
         Action::Send(_)
     ));
 }
@@ -384,13 +451,26 @@ fn parameters_that_contradict_the_mission_are_named() {
 }
 
 #[test]
-fn a_craft_with_two_thrusters_steers_without_way() {
+fn a_craft_with_two_thrusters_steers_at_rest() {
     let mut parameters = Parameters::default();
     assert_eq!(parameters.steerage_way(), None);
     parameters.note("SERVO1_FUNCTION", 26.0);
     assert_eq!(parameters.steerage_way(), Some(0.2));
     parameters.note("SERVO1_FUNCTION", 73.0);
     assert_eq!(parameters.steerage_way(), None);
+}
+
+/// `frame` with one byte changed, lost or doubled, or cut short.
+fn damaged(frame: &[u8], kind: u8, at: prop::sample::Index, byte: u8) -> Vec<u8> {
+    let mut damaged = frame.to_vec();
+    let at = at.index(damaged.len());
+    match kind {
+        0 => damaged[at] ^= byte,
+        1 => drop(damaged.remove(at)),
+        2 => damaged.insert(at, byte),
+        _ => damaged.truncate(at),
+    }
+    damaged
 }
 
 proptest! {
@@ -414,5 +494,21 @@ proptest! {
         let heard = reader.push(&bytes, 1.0);
         // A frame that is right by chance is one of 65,536.
         prop_assert!(measured(&heard).is_empty());
+    }
+
+    #[test]
+    fn damaged_frames_say_nothing_new(
+        damages in prop::collection::vec((0..4_u8, any::<prop::sample::Index>(), 1..=u8::MAX), 1..40),
+    ) {
+        let whole = frame(1, 1, &place());
+        let mut stream: Vec<u8> = damages.into_iter().flat_map(|(kind, at, byte)| damaged(&whole, kind, at, byte)).collect();
+        // A frame that lost its beginning may swallow the start of the next ones.
+        stream.extend(whole.repeat(10));
+        let said = measured(&reader().push(&whole, 1.0));
+        let heard = measured(&reader().push(&stream, 1.0));
+        prop_assert!(!heard.is_empty());
+        // A checksum of 16 bits lets one damaged frame in 65,536 pass, with its three measurements.
+        let new = heard.iter().filter(|one| !said.contains(one)).count();
+        prop_assert!(new <= 3, "{heard:?}");
     }
 }

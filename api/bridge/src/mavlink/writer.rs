@@ -1,4 +1,4 @@
-//! The frames that an autopilot is sent.
+//! Frames to an autopilot.
 
 use ::mavlink::{
     MAVLinkV2MessageRaw, MavHeader,
@@ -12,7 +12,7 @@ use ::mavlink::{
 use super::autopilot::Autopilot;
 use crate::reference::Reference;
 
-/// Makes frames, each with its number.
+/// Makes frames with sequence numbers.
 #[derive(Debug)]
 pub struct MavlinkWriter {
     sequence: u8,
@@ -22,18 +22,18 @@ pub struct MavlinkWriter {
 /// An onboard computer. Source: MAVLink, `MAV_COMP_ID_ONBOARD_COMPUTER`.
 const ONBOARD_COMPUTER: u8 = 191;
 const AUTOPILOT: u8 = 1;
-/// All but velocity and yaw is to be ignored: bits 0 to 2 position, 6 to 8 acceleration, 11 yaw rate.
+/// Type mask that ignores all but velocity and yaw: bits 0 to 2 position, 6 to 8 acceleration, 11 yaw rate.
 const SPEED_AND_HEADING: u16 = 0x9C7;
-/// All but velocity: yaw too.
+/// Type mask that ignores all but velocity.
 const VELOCITY: u16 = 0xDC7;
 /// A custom mode follows. Source: MAVLink, `MAV_MODE_FLAG_CUSTOM_MODE_ENABLED`.
 const CUSTOM_MODE: f32 = 1.0;
-/// Numbers of the messages that the bridge lives on, and how often each is wanted, Hz.
+/// Numbers and rates, Hz, of the messages that the bridge needs.
 const STREAMS: [(f32, f32); 5] = [
     // GLOBAL_POSITION_INT, ATTITUDE: what a plan starts from.
     (33.0, 10.0),
     (30.0, 10.0),
-    // GPS_RAW_INT, EKF_STATUS_REPORT: whether it knows where it is.
+    // GPS_RAW_INT, EKF_STATUS_REPORT: whether it knows its position.
     (24.0, 2.0),
     (193.0, 2.0),
     // SYSTEM_TIME: whether its clock is right.
@@ -48,7 +48,7 @@ impl MavlinkWriter {
         Self { sequence: 0, system }
     }
 
-    /// That this computer lives; once a second.
+    /// The heartbeat of this computer, once a second.
     pub fn heartbeat(&mut self) -> Vec<u8> {
         self.frame(&MavMessage::HEARTBEAT(HEARTBEAT_DATA {
             custom_mode: 0,
@@ -62,8 +62,8 @@ impl MavlinkWriter {
 
     /// Speed ahead and heading, at `boot_ms` of this computer.
     ///
-    /// ArduPilot's Rover takes the length of the velocity for the speed ahead, over ground, and the yaw for the heading; a
-    /// negative speed would mean astern. PX4 takes speed and bearing from the velocity's components.
+    /// ArduPilot's Rover takes the length of the velocity as the speed ahead, over ground, and the yaw as the heading; a negative speed
+    /// would mean astern. PX4 takes speed and bearing from the velocity's components.
     pub fn reference(&mut self, autopilot: Autopilot, reference: &Reference, boot_ms: u32) -> Vec<u8> {
         let speed = reference.speed.max(0.0);
         let (mask, [vx, vy]) = match autopilot {
@@ -89,7 +89,7 @@ impl MavlinkWriter {
         ))
     }
 
-    /// Asks for the messages that the bridge lives on.
+    /// Requests the messages that the bridge needs.
     pub fn streams(&mut self) -> Vec<u8> {
         STREAMS
             .into_iter()
@@ -99,7 +99,7 @@ impl MavlinkWriter {
             .collect()
     }
 
-    /// Asks for a parameter.
+    /// Requests a parameter.
     pub fn read_parameter(&mut self, name: &str) -> Vec<u8> {
         let mut id = [0; 16];
         let kept = name.len().min(id.len());
@@ -113,7 +113,7 @@ impl MavlinkWriter {
         }))
     }
 
-    /// Orders the mode in which references are taken.
+    /// Orders the mode in which references are followed.
     pub fn set_guided(&mut self, autopilot: Autopilot) -> Vec<u8> {
         let mode = match autopilot {
             Autopilot::ArduPilot => [CUSTOM_MODE, small(autopilot.guided_mode())],
@@ -123,7 +123,7 @@ impl MavlinkWriter {
         self.command(MavCmd::MAV_CMD_DO_SET_MODE, mode)
     }
 
-    /// Orders the motors on.
+    /// Orders the autopilot to arm.
     pub fn arm(&mut self) -> Vec<u8> {
         self.command(MavCmd::MAV_CMD_COMPONENT_ARM_DISARM, [1.0, 0.0])
     }

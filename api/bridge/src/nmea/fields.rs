@@ -2,19 +2,18 @@
 
 use std::ops::RangeInclusive;
 
-use super::refusal::Refusal;
 use crate::Geographic;
 
 /// Angles from north, degrees. Both ends are north.
 pub(super) const BEARING_DEG: RangeInclusive<f64> = 0.0..=360.0;
 
-/// Minutes of arc in a degree. The last digit of a writer may round 59.99999 to 60.0: that is taken.
+/// Minutes of arc in a degree. Up to 60.0 is accepted: writers round 59.99999.
 const MINUTES_PER_DEGREE: f64 = 60.0;
 const SECONDS_PER_MINUTE: f64 = 60.0;
 const SECONDS_PER_HOUR: f64 = 3_600.0;
 const HOUR_MAX: f64 = 23.0;
 const MINUTE_MAX: f64 = 59.0;
-/// Before this a minute with a leap second ends, s.
+/// End of a minute with a leap second, s.
 const MINUTE_END_S: f64 = 61.0;
 /// Digits of whole minutes in a position, and of each part of a time of day.
 const PAIR: usize = 2;
@@ -35,16 +34,20 @@ impl<'a> Fields<'a> {
     }
 
     /// A number in `range`.
-    pub(super) fn number(&self, field: usize, range: &RangeInclusive<f64>) -> Result<Option<f64>, Refusal> {
+    pub(super) fn number(
+        &self,
+        field: usize,
+        range: &RangeInclusive<f64>,
+    ) -> Result<Option<f64>, &'static str> {
         let text = self.text(field);
         if text.is_empty() {
             return Ok(None);
         }
-        let number = decimal(text).ok_or(Refusal::Number)?;
+        let number = decimal(text).ok_or("number")?;
         if range.contains(&number) {
             Ok(Some(number))
         } else {
-            Err(Refusal::Range)
+            Err("range")
         }
     }
 
@@ -54,16 +57,16 @@ impl<'a> Fields<'a> {
         unit: &str,
         field: usize,
         range: &RangeInclusive<f64>,
-    ) -> Result<Option<f64>, Refusal> {
+    ) -> Result<Option<f64>, &'static str> {
         let number = self.number(field, range)?;
         if number.is_some() && self.text(field + 1) != unit {
-            return Err(Refusal::Unit);
+            return Err("unit");
         }
         Ok(number)
     }
 
     /// A position in four fields from `field` on: latitude, N or S, longitude, E or W.
-    pub(super) fn position(&self, field: usize) -> Result<Option<Geographic>, Refusal> {
+    pub(super) fn position(&self, field: usize) -> Result<Option<Geographic>, &'static str> {
         let [latitude, north, longitude, east] = [0, 1, 2, 3].map(|next| self.text(field + next));
         if latitude.is_empty() || longitude.is_empty() {
             return Ok(None);
@@ -73,16 +76,16 @@ impl<'a> Fields<'a> {
         let on_earth = lat_deg
             .zip(lon_deg)
             .and_then(|(lat_deg, lon_deg)| Geographic::new(lat_deg, lon_deg));
-        on_earth.map(Some).ok_or(Refusal::Position)
+        on_earth.map(Some).ok_or("position")
     }
 
     /// UTC as hhmmss.sss, s after midnight.
-    pub(super) fn time_of_day(&self, field: usize) -> Result<Option<f64>, Refusal> {
+    pub(super) fn time_of_day(&self, field: usize) -> Result<Option<f64>, &'static str> {
         let text = self.text(field);
         if text.is_empty() {
             return Ok(None);
         }
-        seconds_after_midnight(text).map(Some).ok_or(Refusal::Time)
+        seconds_after_midnight(text).map(Some).ok_or("time")
     }
 }
 

@@ -1,19 +1,19 @@
-//! From a reference to what an autopilot reads.
+//! Writes a reference for an autopilot.
 
 use std::f64::consts::TAU;
 
 use super::sentence::checksum;
 use crate::reference::Reference;
 
-/// Integrated navigation: who speaks.
+/// Talker: integrated navigation.
 const TALKER: &str = "IN";
-/// Headings are written to this part of a turn: 0.1°, as the sentences of headings have it (xxx.x).
+/// Steps of a written heading in a turn: 0.1°, as in heading sentences (xxx.x).
 const HEADING_STEPS: f64 = 3600.0;
 const STEPS_PER_DEGREE: f64 = 10.0;
 
 /// `reference` in four sentences, each with its checksum and line end: HTC, HTD, APB and `$PPLTF`.
 ///
-/// Headings are true, degrees in [0, 360), to 0.1°. An autopilot takes the sentence that it knows.
+/// Headings are true, degrees in [0, 360), to 0.1°. An autopilot follows the sentence that it knows.
 ///
 /// ```text
 /// $INHTC,V,,,H,N,,,,,045.0,,,T,C*hh                          heading/track control command
@@ -34,11 +34,8 @@ const STEPS_PER_DEGREE: f64 = 10.0;
 #[must_use]
 pub fn heading_and_speed_sentences(reference: &Reference) -> String {
     let Reference { speed, heading } = *reference;
-    debug_assert!(
-        speed.is_finite() && heading.is_finite(),
-        "a reference is of numbers"
-    );
-    // No speed astern is ever written as one ahead; `+ 0.0` as below.
+    debug_assert!(speed.is_finite() && heading.is_finite(), "references are finite");
+    // Never astern; `+ 0.0` as below.
     let (heading, speed) = (degrees_true(heading), speed.max(0.0) + 0.0);
     let heading_control = format!("V,,,H,N,,,,,{heading},,,T");
     [
@@ -51,9 +48,9 @@ pub fn heading_and_speed_sentences(reference: &Reference) -> String {
     .concat()
 }
 
-/// Degrees in [0, 360): rounded first, so that a little west of north is 000.0 and never 360.0.
+/// Degrees in [0, 360): rounded first, so that just west of north is 000.0 and never 360.0.
 fn degrees_true(heading: f64) -> String {
-    // `+ 0.0` turns −0.0 into 0.0, which would be written with its sign.
+    // `+ 0.0` turns −0.0 into 0.0: otherwise the sign is written.
     let steps = (heading / TAU * HEADING_STEPS).round().rem_euclid(HEADING_STEPS) + 0.0;
     format!("{:05.1}", steps / STEPS_PER_DEGREE)
 }

@@ -1,4 +1,4 @@
-//! From one line to what it tells of the craft.
+//! Reads one sentence as measurements of the craft.
 //!
 //! Source of the fields: IEC 61162-1 (NMEA 0183), as its sentences are listed in the manuals of Furuno's GP-170 and
 //! RD-50 and in gpsd's "NMEA Revealed".
@@ -7,10 +7,7 @@ use std::ops::RangeInclusive;
 
 use nalgebra::Vector2;
 
-use super::{
-    fields::{BEARING_DEG, Fields},
-    refusal::Refusal,
-};
+use super::fields::{BEARING_DEG, Fields};
 use crate::{CraftMeasurement, reference::wrapped};
 
 /// A knot, m/s: one international nautical mile, 1852 m, an hour.
@@ -26,45 +23,73 @@ const AXIS_SPEED_KN: RangeInclusive<f64> = -102.2..=102.2;
 /// Rates of turn that ROT has digits for, degrees a minute (Furuno FMD-3100, appendix 3).
 const TURN_DEG_PER_MIN: RangeInclusive<f64> = -9999.9..=9999.9;
 
-/// What a sentence tells.
+const NO_CHECKSUM: &str = "no checksum";
+/// The receiver reports that it has no fix.
+const NO_FIX: &str = "no fix";
+/// The sender reports that the value is not valid.
+const NOT_VALID: &str = "not valid";
+/// The sender reports that the value was entered by hand or simulated, or uses an unknown mode.
+const NOT_MEASURED: &str = "not measured";
+
+/// What a sentence says.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Reported {
-    /// When it was so, s after midnight UTC, where the sentence says it.
+pub(super) struct Content {
+    /// The first two letters of the address.
+    pub(super) talker: [u8; 2],
+    /// Time of the measurements, s after midnight UTC, if the sentence states it.
     pub(super) time_of_day: Option<f64>,
-    /// What was measured then.
+    /// The measurements.
     pub(super) measured: Vec<CraftMeasurement>,
 }
 
-impl Reported {
-    fn now(measured: impl IntoIterator<Item = CraftMeasurement>) -> Self {
-        Self {
-            time_of_day: None,
-            measured: measured.into_iter().collect(),
-        }
+/// The content of `line`, from its `$` to the end of its checksum, or why it is rejected.
+pub(super) fn read(line: &[u8]) -> Result<Content, &'static str> {
+    let fields = Fields::new(checked_payload(line)?);
+    let kind = kind(fields.text(0));
+    let (time_of_day, measured) = match kind {
+        "GGA" => (fields.time_of_day(1), gga(&fields)),
+        "GLL" => (fields.time_of_day(5), gll(&fields)),
+        "RMC" => (fields.time_of_day(1), rmc(&fields)),
+        "VTG" => (Ok(None), vtg(&fields)),
+        "HDT" => (Ok(None), hdt(&fields)),
+        "THS" => (Ok(None), ths(&fields)),
+        "ROT" => (Ok(None), rot(&fields)),
+        "VHW" => (Ok(None), vhw(&fields)),
+        "VBW" => (Ok(None), vbw(&fields)),
+        "HDG" | "HDM" => return Err("magnetic"),
+        _ => return Err("unused sentence"),
+    };
+    // The status of the sentence comes first: its other fields may be empty or wrong then.
+    let [first, second] = measured?;
+    let measured: Vec<CraftMeasurement> = first.into_iter().chain(second).collect();
+    if measured.is_empty() {
+        return Err(empty(kind));
+    }
+    let address = fields.text(0).as_bytes();
+    Ok(Content {
+        talker: address.first_chunk().copied().unwrap_or_default(),
+        time_of_day: time_of_day?,
+        measured,
+    })
+}
+
+/// Why a sentence of `kind` in which all used fields are empty is rejected.
+fn empty(kind: &str) -> &'static str {
+    match kind {
+        "GGA" => "GGA without a position",
+        "GLL" => "GLL without a position",
+        "RMC" => "RMC without position and speed",
+        "VTG" => "VTG without a speed",
+        "HDT" => "HDT without a heading",
+        "THS" => "THS without a heading",
+        "ROT" => "ROT without a rate",
+        "VHW" => "VHW without true heading and speed",
+        _ => "VBW without a speed",
     }
 }
 
-/// What `line`, from its `$` to the end of its checksum, tells.
-pub(super) fn reported_by(line: &[u8]) -> Result<Reported, Refusal> {
-    let fields = Fields::new(checked_payload(line)?);
-    let told = match kind(fields.text(0)) {
-        "GGA" => gga(&fields),
-        "RMC" => rmc(&fields),
-        "VTG" => vtg(&fields),
-        "HDT" => hdt(&fields),
-        "THS" => ths(&fields),
-        "ROT" => rot(&fields),
-        "VHW" => vhw(&fields),
-        "VBW" => vbw(&fields),
-        "HDG" | "HDM" => Err(Refusal::Magnetic),
-        _ => Err(Refusal::UnusedSentence),
-    }?;
-    if told.measured.is_empty() {
-        Err(Refusal::Empty)
-    } else {
-        Ok(told)
-    }
-}
+/// One or two measurements, if the fields are filled.
+type Measured = Result<[Option<CraftMeasurement>; 2], &'static str>;
 
 /// Exclusive or of all bytes between `$` and `*`.
 pub(super) fn checksum(payload: &[u8]) -> u8 {
@@ -75,20 +100,18 @@ pub(super) fn checksum(payload: &[u8]) -> u8 {
 ///
 /// The checksum must be the last thing on the line: one that ends earlier could be a digit that a flipped bit turned
 /// into `*`.
-fn checked_payload(line: &[u8]) -> Result<&str, Refusal> {
+fn checked_payload(line: &[u8]) -> Result<&str, &'static str> {
     let [_, payload @ .., b'*', high, low] = line else {
-        return Err(Refusal::NoChecksum);
+        return Err(NO_CHECKSUM);
     };
-    let given = hexadecimal(*high)
-        .zip(hexadecimal(*low))
-        .ok_or(Refusal::NoChecksum)?;
+    let given = hexadecimal(*high).zip(hexadecimal(*low)).ok_or(NO_CHECKSUM)?;
     let computed = checksum(payload);
     if given != (computed >> 4, computed & 0x0f) {
-        return Err(Refusal::WrongChecksum);
+        return Err("wrong checksum");
     }
     match std::str::from_utf8(payload) {
         Ok(text) if text.bytes().all(|byte| byte == b' ' || byte.is_ascii_graphic()) => Ok(text),
-        Ok(_) | Err(_) => Err(Refusal::NotText),
+        Ok(_) | Err(_) => Err("not text"),
     }
 }
 
@@ -105,104 +128,95 @@ fn kind(address: &str) -> &str {
     }
 }
 
-fn gga(fields: &Fields<'_>) -> Result<Reported, Refusal> {
+fn gga(fields: &Fields<'_>) -> Measured {
     match fields.text(6) {
         // Alone, differential, precise, real-time kinematic fixed and float, dead reckoning.
         "1" | "2" | "3" | "4" | "5" | "6" => {}
-        "" | "0" => return Err(Refusal::NoFix),
-        _ => return Err(Refusal::NotMeasured),
+        "" | "0" => return Err(NO_FIX),
+        _ => return Err(NOT_MEASURED),
     }
-    Ok(Reported {
-        time_of_day: fields.time_of_day(1)?,
-        measured: fields
-            .position(2)?
-            .map(CraftMeasurement::Position)
-            .into_iter()
-            .collect(),
-    })
+    Ok([fields.position(2)?.map(CraftMeasurement::Position), None])
 }
 
-fn rmc(fields: &Fields<'_>) -> Result<Reported, Refusal> {
+fn gll(fields: &Fields<'_>) -> Measured {
+    // Writers before NMEA 0183 2.0 leave the status out.
+    if !matches!(fields.text(6), "A" | "") {
+        return Err(NO_FIX);
+    }
+    check_mode(fields.text(7))?;
+    Ok([fields.position(1)?.map(CraftMeasurement::Position), None])
+}
+
+fn rmc(fields: &Fields<'_>) -> Measured {
     if fields.text(2) != "A" {
-        return Err(Refusal::NoFix);
+        return Err(NO_FIX);
     }
     check_mode(fields.text(12))?;
     let position = fields.position(3)?.map(CraftMeasurement::Position);
     let speed = fields.number(7, &SPEED_KN)?.map(|knots| knots * KNOT);
-    let velocity = ground_velocity(speed, fields.number(8, &BEARING_DEG)?);
-    Ok(Reported {
-        time_of_day: fields.time_of_day(1)?,
-        measured: position.into_iter().chain(velocity).collect(),
-    })
+    Ok([position, ground_velocity(speed, fields.number(8, &BEARING_DEG)?)])
 }
 
-fn vtg(fields: &Fields<'_>) -> Result<Reported, Refusal> {
+fn vtg(fields: &Fields<'_>) -> Measured {
     check_mode(fields.text(9))?;
     let course_deg = fields.number_in("T", 1, &BEARING_DEG)?;
-    Ok(Reported::now(ground_velocity(
-        speed(fields, &SPEED_KN)?,
-        course_deg,
-    )))
+    Ok([ground_velocity(speed(fields, &SPEED_KN)?, course_deg), None])
 }
 
-fn hdt(fields: &Fields<'_>) -> Result<Reported, Refusal> {
-    Ok(Reported::now(
-        fields.number_in("T", 1, &BEARING_DEG)?.map(heading),
-    ))
+fn hdt(fields: &Fields<'_>) -> Measured {
+    Ok([fields.number_in("T", 1, &BEARING_DEG)?.map(heading), None])
 }
 
-fn ths(fields: &Fields<'_>) -> Result<Reported, Refusal> {
+fn ths(fields: &Fields<'_>) -> Measured {
     match fields.text(2) {
         // Autonomous, estimated.
-        "A" | "E" => Ok(Reported::now(fields.number(1, &BEARING_DEG)?.map(heading))),
-        "V" => Err(Refusal::NotValid),
-        _ => Err(Refusal::NotMeasured),
+        "A" | "E" => Ok([fields.number(1, &BEARING_DEG)?.map(heading), None]),
+        "V" => Err(NOT_VALID),
+        _ => Err(NOT_MEASURED),
     }
 }
 
-fn rot(fields: &Fields<'_>) -> Result<Reported, Refusal> {
+fn rot(fields: &Fields<'_>) -> Measured {
     if fields.text(2) != "A" {
-        return Err(Refusal::NotValid);
+        return Err(NOT_VALID);
     }
     let rate = fields
         .number(1, &TURN_DEG_PER_MIN)?
         .map(|rate| rate * DEGREE_PER_MINUTE);
-    Ok(Reported::now(rate.map(CraftMeasurement::YawRate)))
+    Ok([rate.map(CraftMeasurement::YawRate), None])
 }
 
-/// Heading and speed of the water log: one axis, so that the sway through the water is taken as 0.
-fn vhw(fields: &Fields<'_>) -> Result<Reported, Refusal> {
+/// Heading and speed log. The log has one axis: the sway through the water is taken as 0.
+fn vhw(fields: &Fields<'_>) -> Measured {
     let heading = fields.number_in("T", 1, &BEARING_DEG)?.map(heading);
     let surge = speed(fields, &AXIS_SPEED_KN)?;
     let velocity = surge.map(|surge| CraftMeasurement::WaterVelocity(Vector2::new(surge, 0.0)));
-    Ok(Reported::now(heading.into_iter().chain(velocity)))
+    Ok([heading, velocity])
 }
 
-/// Velocity through the water, of both axes. That over ground is left: it needs the heading at the same instant.
-fn vbw(fields: &Fields<'_>) -> Result<Reported, Refusal> {
+/// Velocity through the water; without a second axis the sway is taken as 0. That over ground is not used: it needs the heading at the same instant.
+fn vbw(fields: &Fields<'_>) -> Measured {
     if fields.text(3) != "A" {
-        return Err(Refusal::NotValid);
+        return Err(NOT_VALID);
     }
     let surge = fields.number(1, &AXIS_SPEED_KN)?;
-    let sway = fields.number(2, &AXIS_SPEED_KN)?;
-    let velocity = surge
-        .zip(sway)
-        .map(|(surge, sway)| Vector2::new(surge, sway) * KNOT);
-    Ok(Reported::now(velocity.map(CraftMeasurement::WaterVelocity)))
+    let sway = fields.number(2, &AXIS_SPEED_KN)?.unwrap_or(0.0);
+    let velocity = surge.map(|surge| Vector2::new(surge, sway) * KNOT);
+    Ok([velocity.map(CraftMeasurement::WaterVelocity), None])
 }
 
 /// The mode indicator of RMC and VTG. Writers before NMEA 0183 2.3, and ArduPilot, leave it out.
-fn check_mode(mode: &str) -> Result<(), Refusal> {
+fn check_mode(mode: &str) -> Result<(), &'static str> {
     match mode {
         // Autonomous, differential, estimated, precise, real-time kinematic fixed and float.
         "" | "A" | "D" | "E" | "P" | "R" | "F" => Ok(()),
-        "N" => Err(Refusal::NoFix),
-        _ => Err(Refusal::NotMeasured),
+        "N" => Err(NO_FIX),
+        _ => Err(NOT_MEASURED),
     }
 }
 
 /// The speed of VTG and VHW, m/s: in field 5 in knots, in field 7 in km/h.
-fn speed(fields: &Fields<'_>, range_kn: &RangeInclusive<f64>) -> Result<Option<f64>, Refusal> {
+fn speed(fields: &Fields<'_>, range_kn: &RangeInclusive<f64>) -> Result<Option<f64>, &'static str> {
     if let Some(knots) = fields.number_in("N", 5, range_kn)? {
         return Ok(Some(knots * KNOT));
     }
@@ -216,10 +230,13 @@ fn heading(degrees: f64) -> CraftMeasurement {
     CraftMeasurement::Heading(wrapped(degrees.to_radians()))
 }
 
+/// Receivers leave out the course of a craft at rest.
 fn ground_velocity(speed: Option<f64>, course_deg: Option<f64>) -> Option<CraftMeasurement> {
-    let velocity = |(speed, course_deg): (f64, f64)| geodesy::direction(course_deg.to_radians()) * speed;
-    speed
-        .zip(course_deg)
-        .map(velocity)
-        .map(CraftMeasurement::GroundVelocity)
+    let speed = speed?;
+    Some(match course_deg {
+        Some(course_deg) => {
+            CraftMeasurement::GroundVelocity(geodesy::direction(course_deg.to_radians()) * speed)
+        }
+        None => CraftMeasurement::GroundSpeed(speed),
+    })
 }

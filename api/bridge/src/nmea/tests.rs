@@ -7,7 +7,7 @@ use nalgebra::Vector2;
 
 use super::*;
 use crate::{
-    CraftMeasurement::{self, GroundVelocity, Heading, Position, WaterVelocity, YawRate},
+    CraftMeasurement::{self, GroundSpeed, GroundVelocity, Heading, Position, WaterVelocity, YawRate},
     Geographic,
 };
 
@@ -18,7 +18,7 @@ const RECEIVED_S: f64 = MIDNIGHT_S + 45_320.0;
 /// Of values that another program computed to 16 digits.
 const TOLERANCE: f64 = 1e-12;
 
-// By whom: gpsinformation.org/dale/nmea.htm (GGA, RMC, VTG), pynmea2 (the southern GGA), gpsd's "NMEA Revealed" (HDT),
+// Sources: gpsinformation.org/dale/nmea.htm (GGA, RMC, VTG), pynmea2 (the southern GGA), gpsd's "NMEA Revealed" (HDT),
 // SignalK (VHW), go-nmea (THS, ROT, VBW). The numbers are their documented contents, turned into SI by Python.
 const GGA: &str = "$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47";
 const RMC: &str = "$GPRMC,123519,A,4807.038,N,01131.000,E,022.4,084.4,230394,003.1,W*6A";
@@ -30,31 +30,31 @@ const VHW: &str = "$IIVHW,201.1,T,209.2,M,6.5,N,12.0,K*6E";
 const VBW: &str = "$VMVBW,-7.1,0.1,A,,,V,,V,,V*65";
 const PUBLISHED: [&str; 8] = [GGA, RMC, VTG, HDT, THS, ROT, VHW, VBW];
 
-/// The measurements in `text`, received at `received_s`, and the reasons for which others were refused.
+/// The measurements in `text`, received at `received_s`, and the reasons for which others were rejected.
 fn read_at(text: &str, received_s: f64) -> (Vec<(f64, CraftMeasurement)>, Vec<&'static str>) {
     let mut reader = NmeaReader::default();
     let mut read = Vec::new();
     for measurement in reader.push(text.as_bytes(), received_s) {
         match measurement {
-            Measurement::Craft { t_s, measured } => read.push((t_s, measured)),
-            Measurement::Auv(fix) => panic!("no sentence tells of AUVs: {fix:?}"),
+            Measurement::Craft { t_s, measured, .. } => read.push((t_s, measured)),
+            Measurement::Auv(fix) => panic!("no sentence is about AUVs: {fix:?}"),
         }
     }
-    (read, reader.refused().iter().map(|(reason, _)| reason).collect())
+    (read, reader.rejects().iter().map(|(reason, _)| reason).collect())
 }
 
 fn measured_in(sentence: &str) -> Vec<CraftMeasurement> {
-    let (read, refused) = read_at(&format!("{sentence}\r\n"), RECEIVED_S);
-    assert_eq!(refused, Vec::<&str>::new(), "{sentence}");
+    let (read, rejected) = read_at(&format!("{sentence}\r\n"), RECEIVED_S);
+    assert_eq!(rejected, Vec::<&str>::new(), "{sentence}");
     read.into_iter().map(|(_, measured)| measured).collect()
 }
 
-/// The one reason for which a sentence with the right checksum is refused.
+/// The one reason for which a sentence with the right checksum is rejected.
 fn refusal_of(payload: &str) -> &'static str {
-    let (read, refused) = read_at(&with_checksum(payload), RECEIVED_S);
+    let (read, rejected) = read_at(&with_checksum(payload), RECEIVED_S);
     assert_eq!(read, [], "{payload}");
-    assert_eq!(refused.len(), 1, "{payload}: {refused:?}");
-    refused[0]
+    assert_eq!(rejected.len(), 1, "{payload}: {rejected:?}");
+    rejected[0]
 }
 
 fn with_checksum(payload: &str) -> String {
@@ -66,6 +66,7 @@ fn assert_near(measured: &[CraftMeasurement], expected: &[CraftMeasurement]) {
         let number = |measured: &CraftMeasurement| match *measured {
             Position(place) => (0, place.lat_deg, place.lon_deg),
             GroundVelocity(velocity) => (1, velocity.x, velocity.y),
+            GroundSpeed(speed) => (5, speed, 0.0),
             Heading(heading) => (2, heading, 0.0),
             YawRate(rate) => (3, rate, 0.0),
             WaterVelocity(velocity) => (4, velocity.x, velocity.y),
@@ -122,19 +123,19 @@ fn a_time_of_day_is_of_the_day_nearest_to_the_arrival() {
         // A leap second, and a writer that rounds 59.9996.
         ("235960.000", MIDNIGHT_S, MIDNIGHT_S),
     ] {
-        let (read, refused) = read_at(&gga(time), received_s);
-        assert_eq!((read[0].0, refused), (t_s, vec![]), "{time}");
+        let (read, rejected) = read_at(&gga(time), received_s);
+        assert_eq!((read[0].0, rejected), (t_s, vec![]), "{time}");
     }
     for time in ["000005.1", "120000", "235954.9"] {
-        let (read, refused) = read_at(&gga(time), MIDNIGHT_S);
-        assert_eq!((read[0].0, refused), (MIDNIGHT_S, vec!["clock"]), "{time}");
+        let (read, rejected) = read_at(&gga(time), MIDNIGHT_S);
+        assert_eq!((read[0].0, rejected), (MIDNIGHT_S, vec!["clock"]), "{time}");
     }
-    let (read, refused) = read_at(&gga(""), MIDNIGHT_S);
-    assert_eq!((read[0].0, refused), (MIDNIGHT_S, vec![]));
+    let (read, rejected) = read_at(&gga(""), MIDNIGHT_S);
+    assert_eq!((read[0].0, rejected), (MIDNIGHT_S, vec![]));
 }
 
 #[test]
-fn what_is_not_measured_is_refused_by_name() {
+fn values_that_are_not_measured_are_rejected_by_name() {
     for (payload, reason) in [
         ("GPGGA,123519,4807.038,N,01131.000,E,0,00,,,M,,M,,", "no fix"),
         ("GPGGA,,,,,,0,00,99.99,,,,,,", "no fix"),
@@ -155,14 +156,21 @@ fn what_is_not_measured_is_refused_by_name() {
             "not measured",
         ),
         ("GNVTG,,T,,M,,N,,K,N", "no fix"),
-        ("GNVTG,,T,,M,0.01,N,0.02,K,A", "empty"),
+        ("GNVTG,054.7,T,,M,,N,,K,A", "VTG without a speed"),
+        ("GPGLL,,,,,123519,A,A", "GLL without a position"),
+        ("GPGLL,4807.038,N,01131.000,E,123519,V,N", "no fix"),
+        (
+            "GPRMC,123519,A,,,,,,,140326,,,A",
+            "RMC without position and speed",
+        ),
+        ("HEHDT,,T", "HDT without a heading"),
         ("INTHS,,V", "not valid"),
         ("INTHS,123.456,S", "not measured"),
         ("TIROT,3.0,V", "not valid"),
-        ("TIROT,,A", "empty"),
+        ("TIROT,,A", "ROT without a rate"),
         ("VDVBW,1.0,0.0,V,1.0,0.0,A", "not valid"),
-        ("VDVBW,1.0,,A,1.0,0.0,A", "empty"),
-        ("VWVHW,,T,,M,,N,,K", "empty"),
+        ("VDVBW,,0.5,A,1.0,0.0,A", "VBW without a speed"),
+        ("VWVHW,,T,,M,,N,,K", "VHW without true heading and speed"),
         ("HCHDG,101.1,,,7.1,W", "magnetic"),
         ("HCHDM,101.1,M", "magnetic"),
         ("IIVDR,10.1,T,12.3,M,1.2,N", "unused sentence"),
@@ -175,7 +183,82 @@ fn what_is_not_measured_is_refused_by_name() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_by_name() {
+fn a_missing_field_costs_no_other_field() {
+    let munich = place(48.1173, 11.516_666_666_666_667);
+    let one_knot = 0.514_444_444_444_444_5;
+    let east = GroundVelocity(Vector2::new(0.0, one_knot));
+    let place_only = &[munich][..];
+    for (payload, expected) in [
+        // Course, speed, both, date, time, mode, variation of RMC.
+        (
+            "GPRMC,123519,A,4807.038,N,01131.000,E,1.0,,140326,,,A",
+            &[munich, GroundSpeed(one_knot)][..],
+        ),
+        (
+            "GPRMC,123519,A,4807.038,N,01131.000,E,,90.0,140326,,,A",
+            place_only,
+        ),
+        ("GPRMC,123519,A,4807.038,N,01131.000,E,,,140326,,,A", place_only),
+        (
+            "GPRMC,123519,A,4807.038,N,01131.000,E,1.0,90.0,,,,A",
+            &[munich, east],
+        ),
+        (
+            "GPRMC,,A,4807.038,N,01131.000,E,1.0,90.0,140326,,,A",
+            &[munich, east],
+        ),
+        ("GPRMC,123519,A,4807.038,N,01131.000,E,1.0,90.0", &[munich, east]),
+        ("GPRMC,123519,A,,,,,1.0,90.0,140326,3.1,W,A", &[east]),
+        // Of GGA all but quality and position; of GLL time, status and mode.
+        ("GPGGA,,4807.038,N,01131.000,E,1", place_only),
+        ("GPGLL,4807.038,N,01131.000,E,123519,A,A", place_only),
+        ("GPGLL,4807.038,N,01131.000,E", place_only),
+        // VTG at rest, and with one of its speeds.
+        ("GNVTG,,T,,M,0.00,N,0.00,K,A", &[GroundSpeed(0.0)]),
+        ("GNVTG,90.0,T,,M,,N,1.852,K,A", &[east]),
+        (
+            "VDVBW,1.0,,A,1.0,0.0,A",
+            &[WaterVelocity(Vector2::new(one_knot, 0.0))],
+        ),
+        (
+            "VWVHW,,T,,M,1.0,N,,K",
+            &[WaterVelocity(Vector2::new(one_knot, 0.0))],
+        ),
+        ("VWVHW,0.0,T,,M,,N,,K", &[Heading(0.0)]),
+    ] {
+        let (read, rejected) = read_at(&with_checksum(payload), RECEIVED_S);
+        let read: Vec<_> = read.into_iter().map(|(_, measured)| measured).collect();
+        assert_eq!(rejected, Vec::<&str>::new(), "{payload}");
+        assert_near(&read, expected);
+    }
+}
+
+#[test]
+fn a_sentence_with_the_time_and_the_content_of_an_earlier_one_is_rejected() {
+    let gga = |time: &str, minutes: &str| {
+        with_checksum(&format!(
+            "GPGGA,{time},48{minutes},N,01131.000,E,1,08,0.9,,M,,M,,"
+        ))
+    };
+    let stands = gga("123519", "07.038").repeat(5) + HDT + "\r\n" + HDT + "\r\n";
+    let (read, rejected) = read_at(&stands, RECEIVED_S);
+    assert_eq!(
+        (read.len(), rejected),
+        (3, vec!["repeated sentence"]),
+        "headings state no time"
+    );
+    // At rest, and faster than its clock.
+    for goes_on in [
+        gga("123519", "07.038") + &gga("123520", "07.038"),
+        gga("123519", "07.038") + &gga("123519", "07.039"),
+    ] {
+        let (read, rejected) = read_at(&goes_on, RECEIVED_S);
+        assert_eq!((read.len(), rejected), (2, vec![]), "{goes_on}");
+    }
+}
+
+#[test]
+fn impossible_values_are_rejected_by_name() {
     for (payload, reason) in [
         ("HEHDT,360.1,T", "range"),
         ("HEHDT,-1.0,T", "range"),
@@ -196,6 +279,7 @@ fn what_cannot_be_is_refused_by_name() {
         ("TIROT,10000,A", "range"),
         ("GPGGA,123519,9000.001,N,01131.000,E,1,,,,,,,,", "position"),
         ("GPGGA,123519,4807.038,N,18000.001,E,1,,,,,,,,", "position"),
+        ("GPGGA,123519,0000.000,N,00000.000,E,1,,,,,,,,", "position"),
         ("GPGGA,123519,4861.000,N,01131.000,E,1,,,,,,,,", "position"),
         ("GPGGA,123519,4807.038,E,01131.000,N,1,,,,,,,,", "position"),
         ("GPGGA,123519,4807.038,,01131.000,E,1,,,,,,,,", "position"),
@@ -213,7 +297,7 @@ fn what_cannot_be_is_refused_by_name() {
 }
 
 #[test]
-fn lines_that_are_no_sentences_are_refused_by_name() {
+fn lines_that_are_no_sentences_are_rejected_by_name() {
     let long = format!("${}*00\r\n", "x".repeat(LINE_MAX));
     for (line, reason) in [
         ("$HEHDT,341.8,T\r\n", "no checksum"),
@@ -235,12 +319,12 @@ fn lines_that_are_no_sentences_are_refused_by_name() {
 fn a_sentence_is_read_after_garbage_without_a_line_end_and_with_a_small_checksum() {
     let heading = measured_in(HDT)[0];
     let garbage = format!("\\s:GPS*00\\$GPGG{HDT}{HDT}\u{0}\n{}{HDT}\r", "x".repeat(1_000));
-    let (read, refused) = read_at(&garbage, RECEIVED_S);
+    let (read, rejected) = read_at(&garbage, RECEIVED_S);
     assert_eq!(read, [(RECEIVED_S, heading); 2]);
     // The second was followed by a byte that does not belong to it.
-    assert_eq!(refused, ["no checksum", "no sentence"]);
-    let (read, refused) = read_at("$HEHDT,74.0,T*1c\n", RECEIVED_S);
-    assert_eq!((read.len(), refused), (1, vec![]));
+    assert_eq!(rejected, ["no checksum", "no sentence"]);
+    let (read, rejected) = read_at("$HEHDT,74.0,T*1c\n", RECEIVED_S);
+    assert_eq!((read.len(), rejected), (1, vec![]));
 }
 
 #[test]
@@ -248,8 +332,8 @@ fn what_ardupilot_writes_is_read() {
     // As the formats of AP_NMEA_Output.cpp write 35.363262° S, 149.165237° E: no mode in RMC, minutes to 5 digits.
     let gga = with_checksum("GPGGA,123519.400,3521.79572,S,14909.91422,E,1,10,01.2,0584.09,M,0.0,M,,");
     let rmc = with_checksum("GPRMC,123519.400,A,3521.79572,S,14909.91422,E,2.92,45.00,140326,,");
-    let (read, refused) = read_at(&format!("{gga}{rmc}"), RECEIVED_S);
-    assert_eq!(refused, Vec::<&str>::new());
+    let (read, rejected) = read_at(&format!("{gga}{rmc}"), RECEIVED_S);
+    assert_eq!(rejected, Vec::<&str>::new());
     let canberra = place(-35.363_262, 149.165_237);
     // 2.92 knots to the north-east.
     let velocity = GroundVelocity(Vector2::repeat(2.92 * 0.514_444_444_444_444_5 * 0.5_f64.sqrt()));

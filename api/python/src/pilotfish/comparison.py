@@ -1,4 +1,4 @@
-"""A snapshot through the planner and through the laws that it is compared with."""
+"""The plans of the planner and of the line-of-sight laws for one snapshot."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from .frames import pandas
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-# What is compared: less is better.
+# Compared quantities: less is better.
 ROWS: Mapping[str, Callable[[types.PlanResponse], float]] = {
     "predicted cost": lambda plan: plan["predicted"]["cost"],
     "RMS distance to the goal, m": lambda plan: plan["predicted"]["rms_error_m"],
     "propulsion energy, J": lambda plan: plan["predicted"]["energy_j"],
 }
 
-# From here on without decimals.
+# Larger numbers have no decimals.
 THOUSAND = 1000
 
 
@@ -34,7 +34,7 @@ class Comparison:
         return min(self.plans, key=lambda law: ROWS[row](self.plans[law]))
 
     def frame(self) -> DataFrame:
-        """What each law asks for and is predicted to lead to, a row a law."""
+        """Reference and prediction of each law, one row for each."""
         rows = {
             law: {
                 "speed_mps": plan["reference"]["speed_mps"],

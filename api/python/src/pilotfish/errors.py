@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from http.client import responses
 from typing import Any
 
-# Most of an answer that is no problem document which is repeated, characters.
+# Longest quotation of an answer that is not a problem document, characters.
 QUOTE_LENGTH_MAX = 200
 
 
 class PilotfishError(Exception):
-    """Something that the service, or the way to it, did not do."""
+    """A call failed."""
 
 
 class Unreachable(PilotfishError):
@@ -20,7 +20,7 @@ class Unreachable(PilotfishError):
 
 
 class MissionFailed(PilotfishError):
-    """A mission that was waited for could not go on."""
+    """A mission ended with the status `failed`."""
 
     def __init__(self, mission: str, reason: str) -> None:
         super().__init__(f"mission {mission} failed: {reason}")
@@ -29,21 +29,21 @@ class MissionFailed(PilotfishError):
 
 
 class Refused(PilotfishError):
-    """The service's problem document (RFC 9457), or what a proxy before it said instead of an answer."""
+    """The service's problem document (RFC 9457), or a proxy's error."""
 
     def __init__(self, status: int, document: Mapping[str, Any], retry_after_s: float | None = None) -> None:
         super().__init__(status, document)
         self.status = status
         self.retry_after_s = retry_after_s
-        """When to ask again, where the service said so."""
+        """When to try again, if the service says so."""
         self.code: str = document.get("code", "")
-        """The kind of problem, for programs; empty where the service did not say it."""
+        """The kind of problem, for programs; empty if the answer is not from the service."""
         self.title: str = document.get("title", "")
         self.detail: str = document.get("detail", "")
         self.request_id: str = document.get("request_id", "")
-        """Of the request, as in the service's log."""
+        """The request's id in the service's log."""
         self.errors: list[dict[str, Any]] = document.get("errors", [])
-        """The fields at fault: `pointer` or `parameter`, `code`, `detail`; some have `given` and `limit`."""
+        """The wrong fields: `pointer` or `parameter`, `code`, `detail`; some have `given` and `limit`."""
 
     def __str__(self) -> str:
         kind = f"{self.status} {self.code}".strip()
@@ -53,7 +53,7 @@ class Refused(PilotfishError):
 
     @classmethod
     def of(cls, status: int, headers: Mapping[str, str], body: bytes) -> Refused:
-        """What an answer of that status says."""
+        """The error of an answer with that status."""
         try:
             document = json.loads(body)
         except ValueError:
@@ -65,12 +65,12 @@ class Refused(PilotfishError):
 
 
 def _seconds(text: str | None) -> float | None:
-    """`Retry-After` in seconds. A date, as some proxies send, counts as none."""
+    """`Retry-After` in seconds. Dates, which some proxies send, are ignored."""
     return float(text) if text is not None and text.isdecimal() else None
 
 
 def _sentence(error: Mapping[str, Any]) -> str:
-    """One field at fault: where, what, which value, which limit."""
+    """One wrong field: where, what, the value and the limit."""
     place = error.get("parameter") or error.get("pointer") or "the body"
     facts = []
     if "given" in error:

@@ -1,4 +1,4 @@
-"""Tables of pandas, which is asked for where one is wanted and not before."""
+"""Tables of pandas, which is imported at the first use."""
 
 from __future__ import annotations
 

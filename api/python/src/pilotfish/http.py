@@ -1,4 +1,4 @@
-"""Calls in httpx's words. The clients alone know it beside."""
+"""How calls are sent with httpx. Only this module and the clients use it."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from typing import Any
 
 import httpx
 
-from .core import Call, Lost
+from .core import Call, NoReply
 
 OK = 200
 
 URL = "http://127.0.0.1:8080"
 
-# For an answer, s: a mission that has not answered after 10 s is said to by the service itself.
+# For an answer, s: after 10 s the service itself reports a mission that does not answer.
 TIMEOUT_S = 15.0
 
-# How long a mission's service may be away, s: it is started again within that.
+# How long a mission's service may be away, s: enough for a restart.
 PATIENCE_S = 60.0
 
 
 def settings(url: str, token: str | None, timeout_s: float, verify: ssl.SSLContext | bool) -> dict[str, Any]:
-    """Of a client of httpx."""
+    """Arguments of an httpx client."""
     if not url.startswith(("http://", "https://")):
         raise ValueError(f"{url!r} does not begin with http:// or https://")
     headers = {"user-agent": f"pilotfish-python/{version('pilotfish')}"}
@@ -32,7 +32,7 @@ def settings(url: str, token: str | None, timeout_s: float, verify: ssl.SSLConte
 
 
 def request(call: Call[Any], timeout_s: float) -> dict[str, Any]:
-    """What httpx is to send."""
+    """Arguments of an httpx request."""
     return {
         "method": call.method,
         "url": call.path,
@@ -43,6 +43,6 @@ def request(call: Call[Any], timeout_s: float) -> dict[str, Any]:
     }
 
 
-def lost(error: httpx.RequestError) -> Lost:
+def no_reply(error: httpx.RequestError) -> NoReply:
     """A call without an answer."""
-    return Lost(error, connected=not isinstance(error, httpx.ConnectError | httpx.ConnectTimeout))
+    return NoReply(error, connected=not isinstance(error, httpx.ConnectError | httpx.ConnectTimeout))

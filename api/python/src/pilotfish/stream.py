@@ -1,4 +1,4 @@
-"""A mission's events as they are sent (server-sent events), across connections."""
+"""A mission's server-sent events, across connections."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from . import types
-from .core import Call, Lost, Patience, Reply, error_of
+from .core import Backoff, Call, NoReply, Reply, error_of
 
-# The service says something at least so often, s.
+# Longest time between two lines of the service, s.
 HEARTBEAT_S = 15.0
 
 NO_CONTENT = 204
@@ -20,7 +20,7 @@ class Event:
     """An event of a mission."""
 
     sequence: int
-    """Its number in the mission: `events(after=sequence)` goes on after it."""
+    """Its number in the mission: `events(after=sequence)` resumes after it."""
     data: types.Event
 
     @property
@@ -30,10 +30,9 @@ class Event:
 
 
 class EventStream:
-    """What was read of a mission's events, and what is to be asked for next.
+    """Reads a mission's events. None is missed and none comes twice.
 
-    While it is not `over`: sends `call`, feeds what comes, and rests as `ended` says. No event is missed and none
-    comes twice.
+    Until it is `over`: send `call`, `feed` the answer's pieces, and pause as `ended` says.
     """
 
     def __init__(self, mission: str, after: int, patience_s: float) -> None:
@@ -42,8 +41,8 @@ class EventStream:
         """Number of the last event that was read."""
         self.over = False
         self.behind = False
-        """Whether the service left events out, for a slow reader. It sends them to one that connects again."""
-        self._patience = Patience(patience_s)
+        """Whether the service left events out, for a slow reader. A new connection gets them."""
+        self._backoff = Backoff(patience_s)
         self._left = b""
 
     def call(self) -> Call[bytes]:
@@ -53,8 +52,8 @@ class EventStream:
         return Call("GET", self._path, bytes, headers=headers, waits_s=HEARTBEAT_S)
 
     def feed(self, piece: bytes) -> Iterator[Event]:
-        """The events that are whole with this piece."""
-        self._patience.restore()
+        """The events that this piece completes."""
+        self._backoff.reset()
         # Not by `splitlines`: JSON may hold other ends of lines, such as U+2028.
         *blocks, self._left = (self._left + piece).replace(b"\r\n", b"\n").split(b"\n\n")
         for block in blocks:
@@ -67,7 +66,7 @@ class EventStream:
                 yield event
 
     def _read(self, block: bytes) -> Event | None:
-        """An event; None where a comment says that the stream lives."""
+        """An event; None for a comment, which keeps the connection open."""
         fields: dict[bytes, list[bytes]] = {}
         for line in block.split(b"\n"):
             name, _, value = line.partition(b":")
@@ -78,15 +77,15 @@ class EventStream:
             return None
         return Event(int(fields[b"id"][-1]), json.loads(b"\n".join(fields[b"data"])))
 
-    def ended(self, got: Reply | Lost | None) -> float:
-        """How long to rest before the next connection, s. Raises what was refused, or that patience is over.
+    def ended(self, got: Reply | NoReply | None) -> float:
+        """Pause before the next connection, s. Raises a refusal, or the last error after too many failures.
 
-        `got` is the refusal, or how the connection was lost; None where it was closed.
+        `got` is the refusal or the lost connection; None if the service closed it.
         """
         if isinstance(got, Reply) and got.status == NO_CONTENT:
             self.over = True
         if self.over or self.behind:
             return 0.0
         error = error_of(got)
-        assert error is not None, "a stream that was answered is fed"
-        return self._patience.rest_after(error)
+        assert error is not None, "the answer is fed, not given here"
+        return self._backoff.pause_after(error)

@@ -9,20 +9,25 @@ from typing import Any, Literal, NotRequired, TypeAlias, TypedDict
 
 
 class Accepted(TypedDict):
-    """What was heard is on the disk."""
+    """What was accepted of what was heard is on the disk."""
 
     # Where the datum of the mission was put, by the first of these fixes.
     origin: NotRequired[Origin | None]
+    # The reports that were rejected: of each the first fault, with a pointer into the body. An AUV that the mission
+    # does not know is named once. The others are on the disk.
+    rejected: NotRequired[list[FieldError]]
     # Number of the event that stores it.
     sequence: int
 
 
 class Access(TypedDict):
-    """What the client that asks may do."""
+    """What the caller may do."""
 
-    # Name of the client's token; none where the service asks for none.
+    # Name of the caller's token, if the service requires tokens.
     caller: NotRequired[str | None]
-    # Whether the service asks for tokens.
+    # Missions and craft to which the caller's token is limited, if it is.
+    limit: NotRequired[TokenLimit | None]
+    # Whether the service requires tokens.
     protected: bool
     # `read-only`, `operator` or `admin`.
     role: str
@@ -31,9 +36,9 @@ class Access(TypedDict):
 class Acoustics(TypedDict):
     """What the acoustic link needs."""
 
-    # Slant range to every underwater vehicle to keep within, m, from 1 to 20 000. The horizontal distance that it
-    # leaves is shortened by 1.73 times the vehicle's `position_sigma_m`, so that it is kept for all but few of the
-    # places where the vehicle may be.
+    # Largest slant range to every underwater vehicle, m, from 1 to 20 000. The planner keeps 1.73 times the
+    # vehicle's `position_sigma_m` less in the horizontal, so that the range holds for nearly all positions where
+    # the vehicle may be.
     range_max_m: float
 
 
@@ -96,8 +101,8 @@ class Auv(TypedDict):
 class AuvState(TypedDict):
     """State of an underwater vehicle at the time of its last report."""
 
-    # Age of the report, s. From 15 minutes on a goal that needs this AUV now is held, and limits about it no longer
-    # count; from an hour on it is taken to stay where it was. Default: 0.
+    # Age of the report, s. From 15 minutes on a goal that needs this vehicle now is held, and limits about it no
+    # longer count; from an hour on it is taken to stay where it was. Default: 0.
     age_s: NotRequired[float]
     # Course over ground, rad, within ±2π.
     course_rad: float
@@ -117,8 +122,8 @@ class AuvState(TypedDict):
     north_m: NotRequired[float]
     # Horizontal speed over ground, m/s, never negative.
     speed_mps: float
-    # Rate of turn of the course, rad/s, positive clockwise. Default, and where it is 0: as the courses of this
-    # state and the one in `previous_plan.targets` tell, else 0.
+    # Rate of turn of the course, rad/s, positive clockwise. Default, also for 0: from the courses of this state and
+    # of the one in `previous_plan.targets`, else 0.
     turn_rate_radps: NotRequired[float]
 
 
@@ -140,383 +145,28 @@ class Baseline(TypedDict):
 
 
 class Batch(TypedDict):
-    """Snapshots to plan for, each by itself."""
+    """Snapshots to plan for, independently of each other."""
 
-    # The snapshots, from 1 to 64. What is wrong with one spoils no other.
+    # The snapshots, from 1 to 64. An invalid one does not affect the others.
     requests: list[PlanRequest]
 
 
 class BatchAnswer(TypedDict):
-    """An answer to each snapshot."""
+    """Answers to a batch."""
 
-    # In the order of the requests.
+    # The answers, in the order of the requests.
     answers: list[BatchItem]
 
 
 class BatchItem(TypedDict):
-    """A plan, or why there is none."""
+    """A plan, or the reason why there is none."""
 
     # The plan.
     plan: NotRequired[PlanResponse | None]
-    # The problem; its pointers lead into the whole body.
+    # The problem. Its pointers refer to the whole body.
     problem: NotRequired[ProblemDocument | None]
-    # The status code that the snapshot would be answered with alone.
+    # The status code that the snapshot alone would get.
     status: int
-
-
-class Campaign(TypedDict):
-    """A campaign that was posted, and how far it is."""
-
-    # When it was posted, Unix time, s.
-    created_s: float
-    # SHA-256 of all rows but for what the clock measured, once it is done: equal campaigns have equal ones.
-    digest: NotRequired[str | None]
-    # When it was over, Unix time, s.
-    finished_s: NotRequired[float | None]
-    # Its name in paths.
-    id: str
-    # Its file's name.
-    name: str
-    # How far it is.
-    progress: CampaignProgress
-    # Why it failed.
-    reason: NotRequired[str | None]
-    # Rows of its table, once it is done.
-    rows: NotRequired[int | None]
-    # When the service began with it, or went on with it after its last start, Unix time, s.
-    started_s: NotRequired[float | None]
-    # Where it is.
-    status: CampaignStatus
-    # What it asks, in one line.
-    title: str
-
-
-# What breaks.
-CampaignBreakdown: TypeAlias = Literal[
-    # The heading loop has twice its lag.
-    "slow_heading_loop",
-    # The port thruster is lost.
-    "port_thruster_lost",
-    # The rudder is stuck 10° to starboard, of 35° at most.
-    "rudder_stuck",
-    # The craft comes to rest 10° to starboard of its heading reference.
-    "heading_offset",
-]
-
-
-# A claim: that a column of some controllers is small in some scenarios. It is decided for each controller and
-# scenario by itself, but where it says otherwise.
-CampaignClaim = TypedDict(
-    "CampaignClaim",
-    {
-        # Names of the controllers beside which it is set: in each scenario the one of them with the least mean of the
-        # first objective that gains are found for, at its gains for that objective.
-        "beside": "NotRequired[list[str]]",
-        # The claim, in words.
-        "claim": "str",
-        # Names of the controllers that it is about.
-        "controllers": "list[str]",
-        # What is claimed.
-        "is": "CampaignClaimed",
-        # The column; `rms_m` if left out.
-        "metric": "NotRequired[str]",
-        # Names of the scenarios that it is about; all if left out.
-        "scenarios": "NotRequired[list[str]]",
-    },
-)
-
-
-class CampaignClaimed1(TypedDict):
-    """The paired ratio to the one beside it is at most this."""
-
-    ratio_at_most: float
-
-
-class CampaignClaimed2(TypedDict):
-    """The upper end of the ratio's 95 % interval is at most this."""
-
-    ratio_surely_at_most: float
-
-
-class CampaignClaimed3(TypedDict):
-    """The mean is at most this in every scenario; it is decided for all of them together."""
-
-    mean_at_most: float
-
-
-class CampaignClaimed4WithinBound(TypedDict):
-    # So many times the bound are allowed,
-    factor: float
-    # and so much more, m.
-    spare_m: float
-
-
-class CampaignClaimed4(TypedDict):
-    """The middle over scenarios of its ratio to what the bound allows is at most 1; it is decided for all of them
-    together.
-    """
-
-    within_bound: CampaignClaimed4WithinBound
-
-
-# What is claimed.
-CampaignClaimed: TypeAlias = (
-    'CampaignClaimed1 | CampaignClaimed2 | CampaignClaimed3 | CampaignClaimed4 | Literal["undominated"]'
-)
-
-
-class CampaignController(TypedDict):
-    """Who flies, and what it knows."""
-
-    # What is declared to it of the surface craft.
-    craft: NotRequired[CampaignCraftKnowledge]
-    # a line-of-sight law.
-    law: NotRequired[CampaignLaw | None]
-    # Its name, unique in the campaign.
-    name: str
-    # What it knows of the AUVs' paths, speeds and dives.
-    paths: NotRequired[CampaignPaths]
-    # The planner, or
-    planner: NotRequired[CampaignPlanner | None]
-    # What is other than the scenario says, or than the craft is; nothing if left out.
-    variation: NotRequired[CampaignVariation | None]
-
-
-class CampaignCraft4Random(TypedDict):
-    # How many.
-    count: int
-    # Seed of the first.
-    first: int
-
-
-class CampaignCraft4(TypedDict):
-    """Craft drawn from consecutive seeds."""
-
-    random: CampaignCraft4Random
-
-
-# One craft, or several drawn ones.
-CampaignCraft: TypeAlias = 'Literal["scenario"] | Literal["medusa"] | Literal["otter"] | CampaignCraft4'
-
-
-# What is declared to a controller of the surface craft.
-CampaignCraftKnowledge: TypeAlias = Literal[
-    # How it answers references, and all of its limits.
-    "declared",
-    # Its least and its largest speed.
-    "speeds",
-]
-
-
-# A forecast model.
-CampaignForecast: TypeAlias = Literal[
-    # All stay where they are.
-    "hold",
-    # All keep their velocity.
-    "constant_velocity",
-    # All keep their rate of turn.
-    "constant_turn",
-    # Along the paths.
-    "path",
-]
-
-
-class CampaignGains(TypedDict):
-    """Gains of a law."""
-
-    # Along-track gain, 1/s.
-    along_track_gain_per_s: float
-    # Integral gain, m/s, of the law that has one; the planner's own number if left out.
-    integral_gain_mps: NotRequired[float | None]
-    # Look-ahead distance, m.
-    look_ahead_m: float
-
-
-class CampaignLaw(TypedDict):
-    """A line-of-sight law."""
-
-    # Its gains: the best of its grid for each scenario and craft if left out.
-    gains: NotRequired[CampaignGains | None]
-    # Its name, as `saturated_los`.
-    name: Literal["saturated_los", "saturated_los_tracker_frame", "integral_los", "waypoint_box", "printed_los"]
-    # Whether it flies at every point of its grid, a controller each.
-    whole_grid: NotRequired[bool]
-
-
-class CampaignList(TypedDict):
-    """Campaigns, in the order in which they were posted."""
-
-    # Some of them.
-    campaigns: list[Campaign]
-    # Where the next ones begin: the `after` to ask for them with. None: there are no more.
-    next: NotRequired[int | None]
-
-
-# What gains are found for.
-CampaignObjective: TypeAlias = Literal[
-    # Root mean square distance to the goal, m.
-    "rms_m",
-    # Propulsion energy, J.
-    "energy_j",
-    # Heading travel, rad.
-    "heading_travel_rad",
-]
-
-
-class CampaignParameter(TypedDict):
-    """A number of the scenarios that is drawn for each world: evenly between two limits, or one of some, each as
-    likely.
-    """
-
-    # or the values.
-    choice: NotRequired[list[float] | None]
-    # Where it stands in a scenario file, such as `knowledge.acoustics.sigma_m` or `auvs[0].speed_mps`.
-    key: str
-    # Least and largest value; either this
-    uniform: NotRequired[list[float] | None]
-
-
-# What a controller knows of the AUVs' paths, speeds and dives.
-CampaignPaths: TypeAlias = Literal[
-    # What the scenario grants.
-    "as_scenario",
-    # Nothing, unless its very goal is given along a path.
-    "unknown",
-    # Everything, whatever the scenario says.
-    "known",
-]
-
-
-class CampaignPlanner(TypedDict):
-    """The planner."""
-
-    # Whether the fallback level of least predicted cost answers.
-    cost_decides: NotRequired[bool | None]
-    # Price of propulsion energy, 1/J; the planner's own number if left out, as for those below.
-    energy_weight_per_j: NotRequired[float | None]
-    # The forecast model that it has to use; its own choice if left out.
-    forecast: NotRequired[CampaignForecast | None]
-    # Share of the largest planned speed above which a law that is preferred to a plan is slew-limited as one.
-    hard_turn_share: NotRequired[float | None]
-    # Fastest that a heading reference turns where the craft could turn faster, rad/s.
-    heading_rate_max_radps: NotRequired[float | None]
-    # Standard deviations by which acoustic ranges are taken to be shorter.
-    range_back_off: NotRequired[float | None]
-    # SCP iterations from one initial guess.
-    scp_iterations: NotRequired[int | None]
-    # Lengths of the horizon's intervals, s.
-    steps_s: NotRequired[list[float] | None]
-    # Least share of its weight that a distance to the goal keeps, however uncertain the goal is.
-    uncertain_goal_share: NotRequired[float | None]
-
-
-class CampaignProgress(TypedDict):
-    """How far a campaign is."""
-
-    # Laws whose gains are to be found, in all scenarios with all craft: those of a part that was flown before a
-    # start of the service are not counted.
-    laws: int
-    # Laws whose gains are found.
-    laws_tuned: int
-    # Runs, at most: a law whose gains are the best for two objectives flies once for both.
-    runs: int
-    # Runs that are flown. A few of the newest are flown again after the service was stopped.
-    runs_done: int
-    # Missions that failed since the service began or went on with it.
-    runs_failed: int
-    # Runs in a second since then.
-    runs_per_s: NotRequired[float | None]
-
-
-class CampaignReport(TypedDict):
-    """What the report compares."""
-
-    # Columns that are compared; less is better in each.
-    metrics: NotRequired[list[str]]
-    # Two columns whose means are drawn over each other, scenario by scenario, and how many controllers are better
-    # in both than each; none if left out.
-    pareto_front: NotRequired[list[str] | None]
-    # The controller that the others are compared with; the first that is a law if left out, else the first.
-    reference: NotRequired[str | None]
-
-
-# Where a campaign is.
-CampaignStatus: TypeAlias = Literal["queued", "running", "done", "cancelled", "failed"]
-
-
-class CampaignTuning(TypedDict):
-    """How the gains of laws are found: by the grid of each law, on worlds of their own."""
-
-    # Seed of the first of these worlds; drawn from the campaign's seed if left out. None is a world that is scored.
-    first_seed: NotRequired[int | None]
-    # A law flies at the gains with the least mean of each of these; `rms_m` if left out.
-    objectives: NotRequired[list[CampaignObjective]]
-    # Worlds of each scenario and craft.
-    replicates: int
-
-
-class CampaignVariation1(TypedDict):
-    """Masses, inertia and drags of the hull are this many times theirs."""
-
-    hull: float
-
-
-class CampaignVariation2(TypedDict):
-    """This is added to every current that is known (north, east), m/s."""
-
-    wrong_current_mps: list[float]
-
-
-class CampaignVariation3(TypedDict):
-    """The surface craft's clock is ahead by this, s."""
-
-    clock_ahead_s: float
-
-
-class CampaignVariation4(TypedDict):
-    """A fix is known later than the scenario says, by this, s."""
-
-    late_reports_s: float
-
-
-class CampaignVariation8(TypedDict):
-    """The controller is asked every so many seconds, and its answer is held meanwhile."""
-
-    asked_every_s: int
-
-
-class CampaignVariation9Breakdown(TypedDict):
-    # When, s.
-    at_s: float
-    # What.
-    what: CampaignBreakdown
-
-
-class CampaignVariation9(TypedDict):
-    """Something of the surface craft breaks, and stays broken."""
-
-    breakdown: CampaignVariation9Breakdown
-
-
-# What is other than the scenario says, or than the craft is.
-CampaignVariation: TypeAlias = (
-    "CampaignVariation1"
-    " | CampaignVariation2"
-    " | CampaignVariation3"
-    " | CampaignVariation4"
-    ' | Literal["no_surge_lag"]'
-    ' | Literal["no_turn_rate"]'
-    ' | Literal["no_preview"]'
-    " | CampaignVariation8"
-    " | CampaignVariation9"
-)
-
-
-# A version of the format.
-CampaignVersion: TypeAlias = Literal[
-    # The only one so far.
-    "1",
-]
 
 
 class Comparison(TypedDict):
@@ -530,44 +180,38 @@ class Comparison(TypedDict):
 
 
 # What steers the surface craft of a simulated mission.
-Controller: TypeAlias = Literal[
-    "mpc",
-    "saturated_los",
-    "saturated_los_tracker_frame",
-    "integral_los",
-    "waypoint_box",
-    "printed_los",
-]
+Controller: TypeAlias = Literal["mpc", "saturated_los", "saturated_los_tracker_frame", "integral_los", "waypoint_box"]
 
 
 class Craft(TypedDict):
-    """How the surface craft answers its references, its own loops closed. All members may be left out: what is not
-    stated is taken from the `preset` and, without one, learnt.
+    """Closed-loop response of the surface craft. A member that is left out has the preset's value or, without a
+    preset, is learnt.
     """
 
-    # What the heading reference is held against.
-    heading_held: NotRequired[HeadingHeld | None]
-    # How the heading loop answers.
+    # Kind of heading reference; the preset's if left out.
+    heading_held: NotRequired[HeadingReference | None]
+    # Response of the heading loop; the preset's if left out.
     heading_loop: NotRequired[HeadingLoop | None]
-    # Power that propulsion draws at a steady speed through the water.
+    # Power that propulsion draws at a steady speed through the water; the preset's if left out.
     power: NotRequired[Power | None]
-    # Name of a known craft of which everything is taken that is not stated here: see `GET /v1/crafts`.
+    # Name of a known craft (`GET /v1/crafts` lists them) whose values replace the members that are left out; none
+    # if left out.
     preset: NotRequired[str | None]
-    # Standard deviation of the stated numbers, as a part of each, from 0 (certain) to 2.
+    # Relative standard deviation of the given numbers, 0 if they are exact; 0.15 if left out.
     relative_uncertainty: NotRequired[float | None]
-    # What the speed reference is held against.
-    speed_held: NotRequired[SpeedHeld | None]
-    # How the speed loop answers.
+    # Kind of speed reference; the preset's if left out.
+    speed_held: NotRequired[SpeedReference | None]
+    # Response of the speed loop; the preset's if left out.
     surge_loop: NotRequired[SurgeLoop | None]
-    # Sway per surge and yaw rate, s, from −5 to 20: positive where the craft drifts outwards in a turn. Sway is
-    # −`sway_per_yaw_rate_s` times surge times yaw rate.
+    # Sway per surge and yaw rate k_β, s, positive where the craft drifts outwards in a turn; the preset's if left
+    # out. Sway is −`sway_per_yaw_rate_s` times surge times yaw rate.
     sway_per_yaw_rate_s: NotRequired[float | None]
 
 
 class CraftEntry(TypedDict):
-    """A craft by name."""
+    """A built-in craft."""
 
-    # How it answers, everything spelled out.
+    # Its model, with every default filled in.
     craft: Craft
     # Its name: `preset` of a request's `craft`.
     name: str
@@ -578,36 +222,36 @@ class CraftEntry(TypedDict):
 
 
 class CraftEstimate(TypedDict):
-    """What is known of the craft, from what the client declared and from how it answered."""
+    """Estimate of the craft, from its declared response and its motion."""
 
     # Heading that it asks for, rad, in (−π, π].
     asked_heading_rad: float
     # Speed through the water that this answer asks for, m/s.
     asked_speed_mps: float
-    # Whether the craft does what is predicted of it; where not, a warning says what was expected and what was seen.
+    # Whether the craft moves as predicted. If not, a warning says what was expected and what was measured.
     follows: bool
-    # What the heading loop is taken to hold.
-    heading_held: HeadingHeld
-    # By how much the heading is behind a reference that turns steadily, its delay included, s.
+    # Kind of heading reference that the loop seems to hold.
+    heading_held: HeadingReference
+    # Lag of the heading behind a steadily turning reference, delay included, s.
     heading_lag_s: Learnt
-    # What the heading stays off its reference, rad.
+    # Steady offset of the heading from its reference, rad.
     heading_offset_rad: Learnt
-    # What the filters remember, to be handed back as it is.
+    # Memory of the filters, to be sent back unchanged.
     memory: list[float]
-    # What the speed loop is taken to hold.
-    speed_held: SpeedHeld
-    # Acceleration that the speed loop gives unasked, m/s².
+    # Kind of speed reference that the loop seems to hold.
+    speed_held: SpeedReference
+    # Disturbance of the speed loop: its acceleration at zero error, m/s².
     surge_bias_mps2: Learnt
-    # By how much the speed is behind a reference that rises steadily, its delay included, s.
+    # Lag of the speed behind a steadily rising reference, delay included, s.
     surge_lag_s: Learnt
     # Sway per surge and yaw rate, s, positive where the craft drifts outwards in a turn.
     sway_per_yaw_rate_s: Learnt
 
 
 class CraftList(TypedDict):
-    """The craft there are."""
+    """The built-in craft."""
 
-    # One entry each, the first the one that stands for a craft without a description.
+    # One entry each. The first one is used for a request without `craft`.
     crafts: list[CraftEntry]
 
 
@@ -658,7 +302,7 @@ class Dive(TypedDict):
     depth_max_m: float
     # Depth at which a climb ends, m, positive down, from 0.
     depth_min_m: float
-    # Whether its nose was down and it got deeper at the time of its `state`. Where that is not known, its depth is
+    # Whether the vehicle was descending, nose down, at the time of its `state`. If this is not known, its depth is
     # forecast as the mean of both.
     descending: NotRequired[bool | None]
     # Pitch of both legs, rad, positive, from 0.05 to 1.4. With the horizontal speed through the water it gives the
@@ -679,11 +323,9 @@ class Drift(TypedDict):
 
 
 class Estimate(TypedDict):
-    """Where an underwater vehicle was when it was last heard of: the request's `state`, or what its `reports` amount
-    to.
-    """
+    """Estimate of an underwater vehicle at its last report: the request's `state`, or the filtered `reports`."""
 
-    # How long ago that was, s: age of the newest report that the estimate rests on.
+    # Age of the newest report that was used, s.
     age_s: float
     # Covariance of north, east, north velocity and east velocity then, row by row, in m², m²/s and m²/s². Absent
     # where the request gives a state without one.
@@ -704,15 +346,14 @@ class Estimate(TypedDict):
     north_mps: float
     # Root mean square distance between the estimate, carried to now, and the vehicle, m. Absent as `covariance` is.
     position_sigma_m: NotRequired[float | None]
-    # Which of the `reports` the estimate does not rest on, by their index, ascending: outliers, those before a
-    # jump, and what was said twice.
+    # Indices of the `reports` that were not used, ascending: outliers, reports before a jump, and duplicates.
     rejected: list[int]
     # Rate of turn of the course that the forecast starts with, rad/s, positive clockwise.
     turn_rate_radps: float
 
 
 class ExampleEntry(TypedDict):
-    """An example by name."""
+    """An example."""
 
     # Its name in `/v1/examples/{name}`.
     name: str
@@ -721,7 +362,7 @@ class ExampleEntry(TypedDict):
 
 
 class ExampleList(TypedDict):
-    """The examples there are."""
+    """The examples."""
 
     # One entry each.
     examples: list[ExampleEntry]
@@ -743,10 +384,10 @@ class Explanation(TypedDict):
     slack: list[UsedSlack]
 
 
-# What to do when no program was solved, and for a goal of which the last report is too old.
+# What to do if no program was solved, or if the goal rests on a report that is too old.
 #
-# It does not choose who answers otherwise: a previous plan that is followed further, or line of sight, answers
-# with the outcome `ok` where it is predicted to do better than the solved program.
+# Otherwise the candidate of least predicted cost answers: the solved program, the previous plan followed
+# further, or line of sight. The outcome is then `ok`.
 Fallback: TypeAlias = Literal["los", "none"]
 
 
@@ -767,15 +408,12 @@ class FieldError(TypedDict):
     pointer: str
 
 
-# How the underwater vehicles' future is guessed.
+# How the underwater vehicles' future is forecast.
 Forecast: TypeAlias = Literal["auto", "hold", "constant_velocity", "constant_turn", "path"]
 
 
 class Goal(TypedDict):
-    """What the surface craft is to do. Which members are needed depends on `kind`.
-
-    One flat shape and not one variant per kind: serde's tagged variants forget where in the document an error is.
-    """
+    """What the surface craft is to do. Which members are needed depends on `kind`."""
 
     # `track`: the vehicle to follow.
     auv: NotRequired[str | None]
@@ -827,28 +465,28 @@ class GoalTrajectory(TypedDict):
     trajectory: list[GoalPoint]
 
 
-# What a heading loop measures.
-HeadingHeld: TypeAlias = Literal["heading", "course"]
-
-
 class HeadingLoop(TypedDict):
-    """How a heading loop answers: with a time constant, or with a natural frequency and a damping ratio."""
+    """Response of a heading loop: a time constant, or a natural frequency and a damping ratio."""
 
-    # Damping ratio of a second-order answer, from 0.1 to 5; together with `natural_frequency_radps`.
+    # Damping ratio of a second-order response, together with `natural_frequency_radps`; the preset's if left out.
     damping: NotRequired[float | None]
-    # Time until a reference begins to act, s, from 0 to 10.
+    # Delay of a reference, s; the preset's if left out.
     delay_s: NotRequired[float | None]
-    # Natural frequency of a second-order answer, rad/s, from 0.02 to 20; together with `damping`.
+    # Natural frequency of a second-order response, rad/s, together with `damping`; the preset's if left out.
     natural_frequency_radps: NotRequired[float | None]
-    # Fastest turn that the loop makes, rad/s, from 0.001 to 3.
+    # Largest yaw rate of the loop, rad/s; the preset's if left out.
     rate_max_radps: NotRequired[float | None]
-    # Time constant of a first-order answer, s, from 0 (at once) to 60. Either this, or `natural_frequency_radps`
-    # and `damping`.
+    # Time constant of a first-order response, s; the preset's if left out. Either this, or
+    # `natural_frequency_radps` and `damping`.
     time_constant_s: NotRequired[float | None]
 
 
+# What a heading reference means: the angle that the loop measures.
+HeadingReference: TypeAlias = Literal["heading", "course"]
+
+
 class Health(TypedDict):
-    """The service answers."""
+    """State of the service."""
 
     # `live` or `ready`.
     status: str
@@ -901,7 +539,7 @@ class Limits(TypedDict):
     acceleration_max_mps2: NotRequired[float | None]
     # Largest deceleration, m/s², positive. Default: what the craft can do.
     deceleration_max_mps2: NotRequired[float | None]
-    # Fastest speed reference through the water, m/s. Default: 1.5.
+    # Fastest speed reference, m/s: through the water, and over ground where the craft holds that. Default: 1.5.
     speed_max_mps: NotRequired[float | None]
     # Slowest speed reference through the water, m/s. Default: 0.05.
     speed_min_mps: NotRequired[float | None]
@@ -957,7 +595,7 @@ class LiveAuv(TypedDict):
     path: NotRequired[Path | None]
 
 
-# What answered: a fallback level, or a law that is only compared with.
+# What gave the answer: a fallback level, or a law that is only compared with.
 Method: TypeAlias = Literal[
     "mpc",
     "previous_plan",
@@ -966,7 +604,6 @@ Method: TypeAlias = Literal[
     "saturated_los_tracker_frame",
     "integral_los",
     "waypoint_box",
-    "printed_los",
 ]
 
 
@@ -983,11 +620,14 @@ class Mission(TypedDict):
     kind: str
     # What the client gave it along.
     metadata: NotRequired[dict[str, Any]]
-    # Where the datum of a live mission lies on Earth, where that is known: as it was made with, or by its first
-    # fix.
+    # Where the datum of a live mission lies on Earth, where that is known: as it was made with, by its first fix,
+    # or as it was changed.
     origin: NotRequired[Origin | None]
     # The last plan, of a mission that was asked for or has run since the service was started.
     plan: NotRequired[PlanSummary | None]
+    # Number of the event that last changed its setting or status: the `ETag` of answers with this mission, for `If-
+    # Match`.
+    revision: NotRequired[int]
     # Number of its last event.
     sequence: int
     # Of a live mission, what it does now and within which bounds: PATCH changes it.
@@ -1012,43 +652,6 @@ class MissionList(TypedDict):
     missions: list[Mission]
     # Where the next ones begin: the `after` to ask for them with. None: there are no more.
     next: NotRequired[int | None]
-
-
-class NewCampaign(TypedDict):
-    """A campaign: scenarios × craft × replicates, and who flies in each."""
-
-    # What is claimed beforehand, and decided by the report.
-    claims: NotRequired[list[CampaignClaim]]
-    # Who flies.
-    controllers: list[CampaignController]
-    # Which craft fly; that of the scenario if left out.
-    craft: NotRequired[list[CampaignCraft]]
-    # End every mission after this many seconds, if it is not over before; as the scenarios say if left out.
-    duration_s: NotRequired[float | None]
-    # Seed of the first world's mission; the others follow it. Drawn from `seed` if left out.
-    first_seed: NotRequired[int | None]
-    # Its name: lower-case letters, digits and hyphens.
-    name: str
-    # Numbers of the scenarios that are drawn for each world, the same for all of its controllers.
-    parameters: NotRequired[list[CampaignParameter]]
-    # Worlds of each scenario and craft.
-    replicates: int
-    # What the report compares.
-    report: NotRequired[CampaignReport]
-    # Texts of scenario files, TOML, by the names that `scenarios` calls them: for a campaign that is one file. They
-    # name no files themselves.
-    scenario_files: NotRequired[dict[str, str]]
-    # Names of built-in scenarios or of `scenario_files`, or, where the campaign is a file, paths of others relative
-    # to it; every built-in scenario with a surface craft if left out.
-    scenarios: NotRequired[list[str]]
-    # Version of this format.
-    schema_version: CampaignVersion
-    # Seed of all that is drawn for the campaign; 1 if left out.
-    seed: NotRequired[int]
-    # What it asks, in one line.
-    title: str
-    # How the gains of laws are found; laws whose gains are `tuned` need it.
-    tuning: NotRequired[CampaignTuning | None]
 
 
 class NewMission(TypedDict):
@@ -1165,17 +768,17 @@ class PlanRequest(TypedDict):
     asc: Asc
     # The underwater vehicles, 1 to 16, in any order.
     auvs: list[Auv]
-    # How the surface craft answers its references: what is known of it. What is not said is the preset's, or else a
-    # cautious generic craft's, and learnt from how the craft moves. Default: nothing is known.
+    # Closed-loop response of the surface craft. A member that is left out has the preset's value or, without a
+    # preset, a cautious generic craft's, and is learnt from the motion. Default: unknown.
     craft: NotRequired[Craft | None]
-    # Current at the surface. Without it, it is taken from the surface craft's ground velocity; without that, from
-    # its positions and its speed through the water, else from `previous_plan`, else the water is taken to be still.
-    # A ground velocity that would leave a current of more than 3 m/s along an axis is set aside, with the warning
-    # `velocities_contradict`.
+    # Current at the surface. Default: the surface craft's ground velocity less its velocity through the water;
+    # without a ground velocity, the estimate from its positions and its speed through the water, else the current
+    # of `previous_plan`, else still water. Velocities that differ by more than 3 m/s along an axis are ignored,
+    # with the warning `velocities_contradict`.
     current: NotRequired[Current | None]
-    # Time for the answer, ms, from 0.05 to 60 000, counted from the arrival of the request's head. When it comes
-    # before all programs are solved, those that are compete for the answer, or else what `fallback` says counts.
-    # Default and most: the service's own deadline, 1000 unless it was started with another.
+    # Deadline of the answer, ms after the request's head arrived, from 0.05 to 60 000. If it comes before all
+    # programs are solved, the solved ones compete for the answer; if none is solved, `fallback` applies. Default
+    # and maximum: the service's deadline, 1000 unless configured.
     deadline_ms: NotRequired[float | None]
     # What to do when no program was solved, and for a goal of which the last report is too old. Default: `los`.
     fallback: NotRequired[Fallback]
@@ -1187,8 +790,8 @@ class PlanRequest(TypedDict):
     hold: NotRequired[Hold]
     # Discs to keep out of, at most 32. Default: none.
     keep_outs: NotRequired[list[KeepOut]]
-    # What the surface craft is allowed. Default: as in each member. Where `craft` is left out, they are also taken
-    # for what the craft does.
+    # What the operator allows the surface craft. Default: as in each member. Without `craft`, `limits` also
+    # describe the craft.
     limits: NotRequired[Limits | None]
     # Anything; comes back in the answer. At most 4096 bytes.
     metadata: NotRequired[dict[str, Any]]
@@ -1196,7 +799,7 @@ class PlanRequest(TypedDict):
     # instead of `north_m` and `east_m`, and a point of a list as an object of these two; answers have both.
     # Default: not known.
     origin: NotRequired[Origin | None]
-    # The last answer, whole: the service itself remembers nothing.
+    # The last answer, whole. The service keeps none.
     previous_plan: NotRequired[PreviousPlan | None]
     # Version of this shape: `"1.0"`.
     schema_version: Literal["1.0"]
@@ -1212,9 +815,9 @@ class PlanResponse(TypedDict):
 
     # What the line-of-sight law would do.
     baseline: Baseline
-    # What is known of the craft: the next request's `previous_plan` needs it.
+    # Estimate of the craft. The next request needs it in `previous_plan`.
     craft_estimate: CraftEstimate
-    # What the current was taken for, where anything tells it: the next request's `previous_plan` needs it.
+    # The current that was used, if it is known. The next request needs it in `previous_plan`.
     current: NotRequired[Current | None]
     # Where the goal is expected.
     goal: GoalTrajectory
@@ -1224,14 +827,14 @@ class PlanResponse(TypedDict):
     metadata: NotRequired[dict[str, Any]]
     # The fallback level that answered; in a comparison, the law.
     method: Method
-    # Where the datum of all positions lies, as the request has it.
+    # The request's `origin`.
     origin: NotRequired[Origin | None]
     # Whether this is what was asked for.
     outcome: Outcome
-    # SHA-256 of the request's meaning, hexadecimal: spelling, order of members and metadata apart, the same request
-    # has the same id.
+    # SHA-256 of the checked request, hexadecimal. Spelling, order of members, defaults, `metadata`, `origin` and
+    # `deadline_ms` do not count.
     plan_id: str
-    # What the trajectory is predicted to lead to.
+    # Predicted cost of the trajectory.
     predicted: Predicted
     # Why the outcome is `degraded`: `deadline` (it came before any program was solved), `solver_` and the status,
     # `certificate`, or `stale_report`.
@@ -1240,7 +843,7 @@ class PlanResponse(TypedDict):
     reference: Reference
     # Version of this shape: `"1.0"`.
     schema_version: str
-    # What the solver did; absent where no program takes part.
+    # What the solver did; absent if no program was involved.
     solver: NotRequired[Solver | None]
     # Where each underwater vehicle is expected, in the request's order.
     targets: list[PlannedTarget]
@@ -1248,7 +851,7 @@ class PlanResponse(TypedDict):
     trajectory: list[TrajectoryPoint]
     # Soft limits that the plan does not keep.
     violations: list[Violation]
-    # What the client should know of its own request.
+    # Warnings about the request.
     warnings: list[Warning]
 
 
@@ -1276,31 +879,29 @@ class PlanSummary(TypedDict):
 
 
 class Planned(TypedDict):
-    """A plan: what it was made at, and what its answer amounts to. The answer itself is made again from what was
-    heard.
-    """
+    """A plan, in short. The whole answer can be computed again from the events before it."""
 
     # SHA-256 of the answer's JSON, hexadecimal.
     answer_sha256: str
-    # What the next plan needs of this one, where the deadline cut it short and it cannot be made again.
+    # What the next plan needs of this one, if the deadline cut it short: then it cannot be computed again.
     cut_short: NotRequired[PreviousPlan | None]
-    # How long after it was due it was made and about to be stored, s.
+    # Time from when it was due to when it was made, s.
     late_s: float
-    # What led to it.
+    # How it was computed.
     method: Method
     # Whether it is what was asked for.
     outcome: Outcome
-    # What it predicts, for people to look at. Versions before 0.3 kept none.
+    # What it predicts. Versions before 0.3 stored none.
     prediction: NotRequired[Prediction | None]
     # Why the outcome is `degraded`.
     reason: NotRequired[str | None]
-    # What to steer.
+    # The reference to steer.
     reference: Reference
-    # How long the planner took, ns: the answer says it too.
+    # Solve time, ns.
     solve_time_ns: int
     # Time of the plan on the mission's clock, s.
     t_s: float
-    # Where every vehicle was, in a simulated mission.
+    # The true states of all vehicles, in a simulated mission.
     truth: NotRequired[Truth | None]
 
 
@@ -1309,17 +910,16 @@ class PlannedTarget(TypedDict):
 
     # Its depth at the times of the trajectory, m, positive down.
     depths_m: list[float]
-    # How it moves beyond what its reports and the model explain, as past answers found out from one `state` without
-    # a covariance to the next: a glider's velocity through the water, for one. Zero where nothing tells it. The
-    # next request's `previous_plan` needs it.
+    # Velocity that its reports and the model do not explain, such as a current that it does not know: estimated
+    # from successive `state`s without covariance, otherwise zero. The next request needs it in `previous_plan`.
     drift: Drift
-    # Where it was when it was last heard of, from which the forecast starts.
+    # Its estimate at its last report, from which the forecast starts.
     estimate: Estimate
     # The forecast model used, never `auto`.
     forecast: Forecast
     # The vehicle.
     id: str
-    # How far from the trajectory it may be at its times, m: root mean square of the horizontal distance.
+    # Root mean square of its horizontal distance from the trajectory at these times, m.
     position_sigma_m: list[float]
     # One point for each of the plan's trajectory.
     trajectory: list[TargetPoint]
@@ -1332,8 +932,6 @@ class Plans(TypedDict):
     integral_los: PlanResponse
     # The planner's answer.
     mpc: PlanResponse
-    # The line-of-sight law's exactly as its source prints it. It runs away from the goal, and is here to show so.
-    printed_los: PlanResponse
     # The saturated line-of-sight law's, errors in the target's frame.
     saturated_los: PlanResponse
     # The saturated line-of-sight law's, errors in the tracker's frame.
@@ -1343,16 +941,16 @@ class Plans(TypedDict):
 
 
 class Power(TypedDict):
-    """Power that propulsion draws at a steady speed through the water: linear · u + cubic · u³."""
+    """Power that propulsion draws at a steady speed u through the water: linear · u + cubic · u³."""
 
-    # Cubic coefficient, W/(m/s)³, from 0 to 10⁶. Default: 0.
+    # Cubic coefficient, W/(m/s)³; 0 if left out.
     cubic_w_per_mps3: NotRequired[float]
-    # Linear coefficient, W/(m/s), from 0 to 10⁶. Default: 0.
+    # Linear coefficient, W/(m/s); 0 if left out.
     linear_w_per_mps: NotRequired[float]
 
 
 class Predicted(TypedDict):
-    """What a trajectory is predicted to lead to over the horizon."""
+    """Predicted cost of a trajectory over the horizon."""
 
     # Predicted cost of the trajectory; less is better.
     cost: float
@@ -1430,22 +1028,22 @@ class Prediction(TypedDict):
 
 
 class PreviousCraft(TypedDict):
-    """What an earlier answer knew of the craft, of which these members are read: with how the craft moved since,
-    they tell how it answers its references.
+    """The craft in the last answer. Together with the motion since then, these members show how the craft answers
+    its references.
     """
 
     # Heading that it asked for, rad.
     asked_heading_rad: float
     # Speed through the water that the answer asked for, m/s.
     asked_speed_mps: float
-    # Its memory, as it was; another is none.
+    # Memory of the filters, unchanged. Any other is discarded, with the warning `memory_not_used`.
     memory: list[float]
 
 
 class PreviousEstimate(TypedDict):
-    """What an earlier answer forecast an underwater vehicle from, of which these members are read."""
+    """The estimate from which the last answer forecast an underwater vehicle."""
 
-    # How long ago that was then, s.
+    # Its age then, s.
     age_s: float
     # Depth, m, positive down.
     depth_m: float
@@ -1462,27 +1060,27 @@ class PreviousEstimate(TypedDict):
 
 
 class PreviousPlan(TypedDict):
-    """An earlier answer. A whole one is accepted, these members of it are read."""
+    """The last answer. The whole answer is accepted; these members are read."""
 
-    # What it knew of the craft. Without it, what is learnt of the craft starts anew.
+    # Its estimate of the craft. Without it, learning starts anew.
     craft_estimate: NotRequired[PreviousCraft | None]
-    # What it took the current for. Where the request tells a ground velocity and no current, that is averaged over
-    # half a minute.
+    # Its current. If the request has a ground velocity and no current, the current is averaged over half a minute,
+    # starting from this one.
     current: NotRequired[Current | None]
     # Course of what the goal follows when that last moved, rad, within ±2π.
     goal_course_rad: NotRequired[float | None]
-    # Where its datum lay: where the request says so too, in the same place.
+    # Where its datum lies on Earth; equal to the request's `origin` if both are given.
     origin: NotRequired[Origin | None]
     # The reference that it gave.
     reference: NotRequired[PreviousReference | None]
-    # What it knew of the underwater vehicles, at most 16.
+    # Its underwater vehicles, at most 16.
     targets: NotRequired[list[PreviousTarget] | None]
     # Its trajectory, in order of time, at most 256 points.
     trajectory: list[TrajectoryPoint]
 
 
 class PreviousReference(TypedDict):
-    """The reference of an earlier answer, of which these members are read."""
+    """The reference of the last answer."""
 
     # Heading, rad, within ±2π: the next one of `mpc` or `previous_plan` differs from it by no more than 9.7° a
     # second, unless a keep-out is ahead.
@@ -1492,8 +1090,8 @@ class PreviousReference(TypedDict):
 
 
 class PreviousTarget(TypedDict):
-    """What an earlier answer knew of an underwater vehicle, of which these members are read: with where the vehicle
-    turned out to be, they tell how it drifts. Without one of them it starts anew.
+    """An underwater vehicle in the last answer. Together with its position now, these members show how it drifts. If
+    one is missing, the drift starts at zero.
     """
 
     # How it drifted. Beyond 0.5 m/s along either axis it counts as that.
@@ -1511,63 +1109,62 @@ class ProblemDocument(TypedDict):
 
     # The kind of problem, for programs.
     code: str
-    # Which error it is, and what to do about it.
+    # What is wrong, and what to do about it.
     detail: str
-    # The fields at fault.
+    # The invalid fields.
     errors: list[FieldError]
     # Path of the request.
     instance: str
-    # Id of the request, also in the `x-request-id` header and the service's log.
+    # Id of the request. The `x-request-id` header and the service's log have it too.
     request_id: str
     # The HTTP status code.
     status: int
     # The kind of problem, for people.
     title: str
-    # Names the kind of problem.
+    # The kind of problem, as a URI.
     type: str
 
 
 class ProgramSize(TypedDict):
-    """Size of a cone program: minimise ½ xᵀPx + qᵀx so that Ax + s = b and s is in the cones."""
+    """Size of a cone program `minimise ½ xᵀPx + qᵀx, Ax + s = b, s ∈ K`."""
 
     # Entries of A that are stored.
     constraint_entries: int
-    # Rows that are equations.
+    # Rows whose s is 0.
     equalities: int
-    # Rows that are inequalities.
+    # Rows whose s is at least 0.
     inequalities: int
     # Entries of the upper triangle of P that are stored.
     quadratic_entries: int
-    # Rows, of all cones.
+    # Rows in all.
     rows: int
     # Second-order cones.
     second_order_cones: int
     # Stages of the horizon.
     stages: int
-    # Variables x.
+    # Length of x.
     variables: int
 
 
 class Reference(TypedDict):
-    """What the inner loops are to follow."""
+    """Reference for the inner loops."""
 
     # The same for people, degrees, in [0, 360).
     heading_deg: float
-    # Heading, or course over ground where `craft.heading_held` says so, rad, in (−π, π].
+    # Heading, or course over ground if `craft.heading_held` says so, rad, in (−π, π].
     heading_rad: float
-    # Speed that the craft's loop is to hold, m/s: through the water, or over ground where `craft.speed_held` says
-    # so.
+    # Speed for the craft's loop, m/s: through the water, or over ground if `craft.speed_held` says so.
     speed_mps: float
     # Do not follow it after this time, s on the request's clock.
     valid_until_s: float
 
 
 class Report(TypedDict):
-    """A measured position of an underwater vehicle, and what the vehicle said of itself then."""
+    """A measured position of an underwater vehicle, and what the vehicle reported of itself then."""
 
     # Telemetered course over ground, rad, within ±2π; together with `speed_mps` or not at all.
     course_rad: NotRequired[float | None]
-    # Telemetered depth, m, positive down. Default: not reported; where no report states it, 0 is taken.
+    # Telemetered depth, m, positive down. Default: not reported; if no report states it, 0 is used.
     depth_m: NotRequired[float | None]
     # Position east of the datum, m.
     east_m: NotRequired[float]
@@ -1578,20 +1175,22 @@ class Report(TypedDict):
     lon_deg: NotRequired[float | None]
     # Position north of the datum, m.
     north_m: NotRequired[float]
-    # Standard deviation of the position along either axis, m, from 0.01 to 10,000.
+    # Standard deviation of the position along either axis, m, from 0.001 to 100,000. It is taken to be larger where
+    # the fixes show that.
     sigma_m: float
     # Telemetered horizontal speed over ground, m/s, never negative; together with `course_rad` or not at all.
+    # Neither is used where the fixes contradict them.
     speed_mps: NotRequired[float | None]
-    # When it was so, s on the request's clock: when the message was sent, not when it arrived. At most 1 s ahead,
-    # which counts as now. Of reports older than an hour the newest counts, if there is no other.
+    # When this was true, s on the request's clock: when the message was sent, not when it arrived. At most 1 s
+    # ahead, which counts as now. If all reports are older than an hour, only the newest counts.
     t_s: float
     # Telemetered rate of turn of the course, rad/s, positive clockwise. Default: not reported. The newest is used
-    # for 60 s; where none tells, the courses of the two newest do.
+    # for 60 s; without one, the courses of the two newest reports give the rate.
     turn_rate_radps: NotRequired[float | None]
 
 
 class Reports(TypedDict):
-    """What was heard, in any order: late, twice, out of turn. All of it is stored, or nothing."""
+    """What was heard, in any order: late, twice, out of turn. Each report is accepted or rejected by itself."""
 
     # States of the surface craft, at most 64. The newest counts.
     asc: NotRequired[list[AscReport]]
@@ -1604,16 +1203,22 @@ class Reports(TypedDict):
     origin: NotRequired[Origin | None]
     # When the surface craft received them, Unix time, s. Default: when the service did.
     received_s: NotRequired[float | None]
+    # The reports that were rejected: of each the first fault, with a pointer into the body as it was posted.
+    # Written by the service.
+    rejected: NotRequired[list[FieldError]]
 
 
 class Residuals(TypedDict):
-    """How well a solution satisfies the optimality conditions, each relative to the size of its terms."""
+    """How well a solution satisfies the optimality conditions, recomputed from the program's data.
 
-    # Of the stationarity of the cost.
+    All are relative to the largest term they are the difference of, or to 1 where that is smaller.
+    """
+
+    # ‖P x + q + Aᵀ z‖∞, and how far z is outside the dual cones.
     dual: float
-    # Between the two objectives.
+    # |xᵀ P x + qᵀ x + bᵀ z|: primal less dual objective.
     gap: float
-    # Of the constraints.
+    # ‖A x + s − b‖∞, and how far s is outside its cones.
     primal: float
 
 
@@ -1625,8 +1230,8 @@ class Run(TypedDict):
 
 
 class Scene(TypedDict):
-    """What a map of a mission shows beside vehicles, and what its controller is told. As the mission was made; what
-    was changed since is in its `setting`.
+    """What a map of a mission shows beside the vehicles, and what its controller knows, as of the mission's
+    creation. Later changes are in its `setting`.
     """
 
     # Corners (north, east) of the area to stay in, m.
@@ -1635,11 +1240,11 @@ class Scene(TypedDict):
     auvs: list[str]
     # Seconds that pass on a live mission's clock in one.
     clock_rate: float
-    # What steers in a simulated mission.
+    # Controller of a simulated mission.
     controller: NotRequired[Controller | None]
-    # How long a simulated mission lasts, s.
+    # Duration of a simulated mission, s.
     duration_s: NotRequired[float | None]
-    # What the controller is told, in words.
+    # What the controller knows, in words.
     information: NotRequired[str | None]
     # Discs to keep out of.
     keep_outs: list[KeepOut]
@@ -1652,12 +1257,12 @@ class Scene(TypedDict):
     period_s: float
     # Slant range to keep within, m.
     range_max_m: NotRequired[float | None]
-    # The scenario, where it has a name.
+    # Name of the scenario, if it has one.
     scenario: NotRequired[str | None]
     # The seed of a simulated mission.
     seed: NotRequired[int | None]
-    # From when on a simulated mission counts in the settled scores, such as `settled_rms_m` of `pilotfish compare`,
-    # s since its start.
+    # Start of the settled scores (such as `settled_rms_m` of `pilotfish compare`) in a simulated mission, s since
+    # its start.
     settled_after_s: NotRequired[float | None]
 
 
@@ -1688,30 +1293,19 @@ SegmentKind: TypeAlias = Literal["line", "arc", "waypoints"]
 
 
 class SentEvent(TypedDict):
-    """A server-sent event. The `data` of a `gap` are the numbers `from` and `to` of the events missed."""
+    """A server-sent event. The `data` of a `gap` holds the numbers `from` and `to` of the missed events."""
 
     data: str
     # The event's `kind`, or `gap`.
     event: str
     # The event's number in the mission.
     id: NotRequired[str]
-    # When to come again after a break, ms.
-    retry: NotRequired[int]
-
-
-class SentProgress(TypedDict):
-    """A server-sent event of a campaign."""
-
-    data: str
-    event: Literal["progress", "done", "cancelled", "failed"]
-    # A number that grows with what is done.
-    id: NotRequired[str]
-    # When to come again after a break, ms.
+    # When to reconnect after a break, ms.
     retry: NotRequired[int]
 
 
 class ServiceLimits(TypedDict):
-    """What the service takes on."""
+    """The limits of the service."""
 
     # Most AUVs in a snapshot or a mission.
     auvs: int
@@ -1719,15 +1313,15 @@ class ServiceLimits(TypedDict):
     batch_requests: int
     # Longest body, bytes.
     body_bytes: int
-    # Shortest deadline that a request may ask for, ms.
+    # Shortest deadline of a request, ms.
     deadline_least_ms: float
-    # Longest time for an answer, ms, whatever a request asks for.
+    # Longest time for an answer, ms, even if a request allows more.
     deadline_most_ms: float
     # Longest `metadata`, bytes of compact JSON.
     metadata_bytes: int
     # Most reports of a vehicle.
     reports: int
-    # Most values in a body, about.
+    # Most values in a body, approximately.
     values: int
 
 
@@ -1740,15 +1334,17 @@ class Setting(TypedDict):
 
     # Corners of the area to stay in.
     area: NotRequired[list[list[float] | Origin] | None]
-    # How the surface craft answers its references. With another one, what was learnt of the craft is learnt anew.
+    # Closed-loop response of the surface craft. After a change, learning starts anew.
     craft: NotRequired[Craft | None]
-    # What to do. No mission is without one: `null` is refused.
+    # What to do. `null` is refused: every mission has a goal.
     goal: NotRequired[Goal]
     # Discs to keep out of.
     keep_outs: NotRequired[list[KeepOut] | None]
-    # What the surface craft is allowed. Together with `craft`: where that is none, limits are also taken for what
-    # the craft does.
+    # What the operator allows the surface craft. Without `craft`, they also describe the craft.
     limits: NotRequired[Limits | None]
+    # Where the datum lies on Earth. All that the mission knows stays where it is on Earth. `null` is refused. The
+    # mission itself has its `origin` beside its setting.
+    origin: NotRequired[Origin]
 
 
 class Simulated(TypedDict):
@@ -1782,8 +1378,8 @@ class Solver(TypedDict):
     status: str
 
 
-# What a speed loop measures.
-SpeedHeld: TypeAlias = Literal["through_water", "over_ground"]
+# What a speed reference means: the speed that the loop measures.
+SpeedReference: TypeAlias = Literal["through_water", "over_ground"]
 
 
 # Where a mission is in its life.
@@ -1818,21 +1414,20 @@ class Subproblem(TypedDict):
 
 
 class SurgeLoop(TypedDict):
-    """How a speed loop answers."""
+    """Response of a speed loop."""
 
-    # Largest acceleration ahead, m/s², from 0.001 to 10.
+    # Largest acceleration ahead, m/s²; the preset's if left out.
     acceleration_max_mps2: NotRequired[float | None]
-    # Largest deceleration, m/s², positive, from 0.001 to 10.
+    # Largest deceleration, m/s², positive; the preset's if left out.
     deceleration_max_mps2: NotRequired[float | None]
-    # Time until a reference begins to act, s, from 0 to 10.
+    # Delay of a reference, s; the preset's if left out.
     delay_s: NotRequired[float | None]
-    # Time in which the integrator gathers what the proportional part asks for, k_p/k_i, s, from 0.5 to 600.
+    # Integral time of the loop k_p/k_i, s; the preset's if left out.
     integral_time_s: NotRequired[float | None]
-    # Whether the loop has an integrator that winds up noticeably. `false` says that it has none; `integral_time_s`
-    # says that it has one. With neither, that is learnt. Not `null`, which many programs write for what they do not
-    # know.
+    # Whether the loop has an integrator that winds up noticeably. `false` says that it has none, `integral_time_s`
+    # that it has one; the preset's or learnt if left out. `null` is the same as left out.
     integrates: NotRequired[bool | None]
-    # Time constant of the answer to a small step, s, from 0 (at once) to 60.
+    # Time constant of the response to a small step, s; the preset's if left out.
     time_constant_s: NotRequired[float | None]
 
 
@@ -1849,6 +1444,15 @@ class TargetPoint(TypedDict):
     north_m: float
     # Time, s on the request's clock.
     t_s: float
+
+
+class TokenLimit(TypedDict):
+    """Missions to which a token is limited: those that are named, and all of the craft that are named."""
+
+    # Names of craft, which missions have in `metadata.bridge`.
+    craft: NotRequired[list[str]]
+    # IDs of missions.
+    missions: NotRequired[list[str]]
 
 
 class TrajectoryPoint(TypedDict):
@@ -1917,20 +1521,20 @@ class UsedSlack(TypedDict):
 
 
 class Validation(TypedDict):
-    """What a snapshot is taken for."""
+    """How the service reads a snapshot."""
 
-    # `plan_id` of the answer that it would get.
+    # The `plan_id` of its answer.
     plan_id: str
-    # The snapshot with every default spelled out.
+    # The snapshot with every default filled in.
     request: PlanRequest
 
 
 class Version(TypedDict):
-    """What the service is."""
+    """Name and versions."""
 
     # Name of the program.
     name: str
-    # Version of the requests and answers it speaks.
+    # Version of its requests and answers.
     schema_version: str
     # Version of the program.
     version: str
@@ -1954,7 +1558,7 @@ class Violation(TypedDict):
 
 
 class Warning(TypedDict):
-    """Something that the client should know of its own request."""
+    """A warning about the request."""
 
     # Which, for programs.
     code: str
@@ -1965,27 +1569,27 @@ class Warning(TypedDict):
 
 
 class EventCreated(TypedDict):
-    """It was made."""
+    """The mission was created."""
 
     # When.
     at_s: float
     kind: Literal["created"]
-    # As what.
+    # What it was created with.
     mission: NewMission
 
 
 class EventRan(TypedDict):
-    """It was begun, or gone on with."""
+    """The mission was started or resumed."""
 
     # When.
     at_s: float
     kind: Literal["ran"]
-    # How many seconds of the mission pass in one; none for a mission that is live, or as fast as it can.
+    # Seconds of the mission in one second; none for a live mission, or one that runs as fast as possible.
     speed_factor: NotRequired[float | None]
 
 
 class EventPaused(TypedDict):
-    """It was held."""
+    """The mission was paused."""
 
     # When.
     at_s: float
@@ -1993,45 +1597,45 @@ class EventPaused(TypedDict):
 
 
 class EventChanged(TypedDict):
-    """Its setting was changed: plans after it are made by the new one."""
+    """The setting was changed. Later plans use the new one."""
 
     # When.
     at_s: float
     kind: Literal["changed"]
-    # What they replaced.
+    # The members before.
     replaced: Setting
-    # The members that are new. Those that are not here stayed.
+    # The new members. The others are unchanged.
     setting: Setting
 
 
 class EventReported(TypedDict):
-    """Something was heard."""
+    """Reports came in."""
 
-    # When the service took it up.
+    # When the service received them.
     at_s: float
-    # What.
+    # The reports.
     heard: Reports
     kind: Literal["reported"]
 
 
 class EventPlanned(Planned):
-    """A plan was made of what had been heard until then."""
+    """A plan was made from the reports so far."""
 
     kind: Literal["planned"]
 
 
 class EventClockSet(TypedDict):
-    """The service's clock was set, while the mission went on."""
+    """The service's clock was set while the mission was running."""
 
-    # When, by the new time.
+    # When, by the new clock.
     at_s: float
-    # How far it was set forward; back where negative, s.
+    # By how much it was set forward, s; negative if back.
     by_s: float
     kind: Literal["clock_set"]
 
 
 class EventFinished(TypedDict):
-    """It was over."""
+    """The mission finished."""
 
     # When.
     at_s: float
@@ -2039,7 +1643,7 @@ class EventFinished(TypedDict):
 
 
 class EventFailed(TypedDict):
-    """It could not go on."""
+    """The mission failed."""
 
     # When.
     at_s: float
@@ -2048,7 +1652,7 @@ class EventFailed(TypedDict):
     reason: str
 
 
-# An event of a mission. Times are Unix times, s, but for those of a simulated mission's own clock.
+# An event of a mission. Times are Unix times, s, except those on a simulated mission's clock.
 Event: TypeAlias = (
     "EventCreated"
     " | EventRan"

@@ -1,11 +1,11 @@
-//! The file of tokens. It holds digests: a token itself is shown once, to the one who makes it.
+//! The token file. It holds digests: a token itself is shown once, when it is created.
 
 use std::{
     fs::{self, File, OpenOptions},
     io::{self, Write as _},
     os::unix::fs::{MetadataExt as _, OpenOptionsExt as _, fchown},
     path::{Path, PathBuf},
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant, SystemTime, UNIX_EPOCH},
 };
 
@@ -13,42 +13,47 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 use subtle::ConstantTimeEq as _;
 
-use super::{Caller, Role};
-use crate::problem::Problem;
+use crate::{
+    role::{Role, TokenLimit},
+    store::{EventStore, StoreError, TrustedClock},
+};
 
-/// What a token begins with, so that people and scanners of leaked secrets know one when they see it.
+/// Prefix of a token, by which people and secret scanners recognise one.
 pub const PREFIX: &str = "pf_";
 
-/// Random bytes of a token. So many cannot be guessed, which is why a fast hash will do.
+/// Random bytes of a token: too many to guess, so that a fast hash is enough.
 const RANDOM_BYTES: usize = 32;
 
 /// Longest name of a token, bytes.
 const NAME_BYTES_MAX: usize = 64;
 
-/// How long a change of the file may go unnoticed.
-const REREAD: Duration = Duration::from_secs(1);
+/// How often the file is checked for changes.
+const REREAD: Duration = Duration::from_millis(500);
 
-/// What is known of every token.
+/// The stored tokens.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TokenFile {
-    /// Every token, in the order in which they were made.
+    /// All tokens, in the order of creation.
     pub tokens: Vec<StoredToken>,
 }
 
-/// What is known of one token.
+/// A stored token.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StoredToken {
-    /// Whose it is, as logs show it.
+    /// Name of the client, as in logs.
     pub name: String,
-    /// What its bearer may do.
+    /// Permissions of the client.
     pub role: Role,
+    /// Missions and craft to which the client is limited; all if none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limit: Option<TokenLimit>,
     /// SHA-256 of the token, hexadecimal.
     pub sha256: Digest,
-    /// When it was made, Unix time, s.
+    /// Time of creation, Unix time, s.
     pub made_s: u64,
-    /// When it ceases to be valid, Unix time, s; never if none.
+    /// Time of expiry, Unix time, s; never if none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expires_s: Option<u64>,
 }
@@ -81,42 +86,46 @@ impl TryFrom<String> for Digest {
     }
 }
 
-/// What a token is to be.
+/// A token to create.
 #[derive(Clone, Debug)]
 pub struct NewToken {
-    /// Whose it is.
+    /// Name of the client.
     pub name: String,
-    /// What its bearer may do.
+    /// Permissions of the client.
     pub role: Role,
-    /// How long it is valid; for ever if none.
+    /// Missions and craft to which the client is limited; all if none.
+    pub limit: Option<TokenLimit>,
+    /// Time of validity; unlimited if none.
     pub valid: Option<Duration>,
 }
 
-/// Why the tokens are not known, or not changed.
+/// An error of the token file.
 #[derive(Debug, thiserror::Error)]
 pub enum TokenError {
     /// The file cannot be read or written.
-    #[error("the tokens in {} cannot be read or written", .0.display())]
+    #[error("cannot read or write the token file {}", .0.display())]
     File(PathBuf, #[source] io::Error),
-    /// The file is not what was written.
-    #[error("{} is no file of tokens; pilotfish token add makes one", .0.display())]
+    /// The file has another content.
+    #[error("{} is not a token file; `pilotfish token add` creates one", .0.display())]
     NoTokens(PathBuf, #[source] serde_json::Error),
-    /// The name cannot be one.
-    #[error("a token's name is 1 to {NAME_BYTES_MAX} letters, digits and . _ -, such as bridge-1, not {0:?}")]
+    /// The name is not allowed.
+    #[error(
+        "the name of a token has 1 to {NAME_BYTES_MAX} letters, digits and . _ -, such as bridge-1, not {0:?}"
+    )]
     Name(String),
-    /// There is one of that name.
-    #[error("there is a token called {0}; revoke it first, or choose another name")]
+    /// The name is in use.
+    #[error("a token named {0} exists; revoke it first, or choose another name")]
     NameTaken(String),
-    /// There is none of that name.
-    #[error("there is no token called {0}; pilotfish token list shows them")]
+    /// There is no token with that name.
+    #[error("there is no token named {0}; `pilotfish token list` lists all")]
     Unknown(String),
-    /// The system gives no random numbers.
-    #[error("the system gives no random numbers: {0}")]
+    /// The system has no random numbers.
+    #[error("no random numbers from the system: {0}")]
     Random(getrandom::Error),
 }
 
 impl TokenFile {
-    /// What stands in the file at `path`; none if there is no such file.
+    /// Reads the file at `path`; none if there is no such file.
     pub fn read(path: &Path) -> Result<Option<Self>, TokenError> {
         match fs::read(path) {
             Ok(text) => serde_json::from_slice(&text)
@@ -127,9 +136,14 @@ impl TokenFile {
         }
     }
 
-    /// Makes a token, stores its digest in the file at `path`, and gives it back.
+    /// Creates a token, stores its digest in the file at `path`, and returns it.
     pub fn add(path: &Path, new: NewToken) -> Result<String, TokenError> {
-        let NewToken { name, role, valid } = new;
+        let NewToken {
+            name,
+            role,
+            limit,
+            valid,
+        } = new;
         let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"._-".contains(&byte);
         if !(1..=NAME_BYTES_MAX).contains(&name.len()) || !name.bytes().all(plain) {
             return Err(TokenError::Name(name));
@@ -145,6 +159,7 @@ impl TokenFile {
             known.tokens.push(StoredToken {
                 name,
                 role,
+                limit,
                 sha256: Digest::of(&token),
                 made_s: now,
                 expires_s: valid.map(|valid| now.saturating_add(valid.as_secs())),
@@ -154,7 +169,7 @@ impl TokenFile {
         Ok(token)
     }
 
-    /// Makes the token called `name` invalid.
+    /// Revokes the token named `name`.
     pub fn revoke(path: &Path, name: &str) -> Result<(), TokenError> {
         Self::change(path, |known| {
             let before = known.tokens.len();
@@ -166,7 +181,20 @@ impl TokenFile {
         })
     }
 
-    /// Changes the file as a whole, one program at a time.
+    /// Copies the file at `path` to `to`, where no file may be. False if there is none.
+    pub fn back_up(path: &Path, to: &Path) -> Result<bool, TokenError> {
+        let refused = |error| TokenError::File(to.to_owned(), error);
+        let Some(known) = Self::read(path)? else {
+            return Ok(false);
+        };
+        if to.try_exists().map_err(refused)? {
+            return Err(refused(io::ErrorKind::AlreadyExists.into()));
+        }
+        known.write(to).map_err(refused)?;
+        Ok(true)
+    }
+
+    /// Replaces the file; a lock keeps other programs out.
     fn change(
         path: &Path,
         change: impl FnOnce(&mut Self) -> Result<(), TokenError>,
@@ -176,22 +204,16 @@ impl TokenFile {
         lock.lock().map_err(refused)?;
         let mut known = Self::read(path)?.unwrap_or_default();
         change(&mut known)?;
-        let text = serde_json::to_vec_pretty(&known).expect("names and numbers only");
-        write_whole(path, &text).map_err(refused)
+        known.write(path).map_err(refused)
     }
 
-    /// Who `token` belongs to.
-    pub(super) fn caller(&self, token: &str) -> Result<Caller, Problem> {
-        let found = self.find(token, unix_now()).ok_or(Problem::Unauthenticated)?;
-        Ok(Caller {
-            name: found.name.as_str().into(),
-            role: found.role,
-            has_token: true,
-        })
+    fn write(&self, path: &Path) -> io::Result<()> {
+        let text = serde_json::to_vec_pretty(self).expect("names and numbers only");
+        write_whole(path, &text)
     }
 
-    /// The stored token that `token` is, if it is one and has not expired. Takes the same time for every wrong one.
-    fn find(&self, token: &str, now: u64) -> Option<&StoredToken> {
+    /// The stored token that matches, unless it has expired. Wrong tokens all take the same time.
+    pub(super) fn find(&self, token: &str, now: u64) -> Option<&StoredToken> {
         let given = Digest::of(token);
         let mut found = None;
         for stored in &self.tokens {
@@ -203,11 +225,12 @@ impl TokenFile {
     }
 }
 
-/// Replaces the file at `path` at once, so that no reader sees half of it.
+/// Replaces the file at `path` atomically.
 fn write_whole(path: &Path, text: &[u8]) -> io::Result<()> {
     let new = path.with_extension("new");
     let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty());
-    let owner = fs::metadata(directory.unwrap_or(Path::new(".")))?;
+    let directory = File::open(directory.unwrap_or(Path::new(".")))?;
+    let owner = directory.metadata()?;
     let mut file = OpenOptions::new()
         .write(true)
         .create(true)
@@ -215,26 +238,30 @@ fn write_whole(path: &Path, text: &[u8]) -> io::Result<()> {
         .mode(0o600)
         .open(&new)?;
     file.write_all(text)?;
-    // Where an administrator makes it, the service's user is to read it. Only an administrator can, and needs to.
+    // A file that root creates must be readable by the service's user, who owns the directory. Others cannot chown.
     let _ = fchown(&file, Some(owner.uid()), Some(owner.gid()));
     file.sync_all()?;
-    fs::rename(&new, path)
+    fs::rename(&new, path)?;
+    // Else a power cut may bring a revoked token back.
+    directory.sync_all()
 }
 
-/// The tokens of a file, read again when it changes. Clones share them.
+/// The tokens of a file, reloaded when it changes. Clones share them.
 #[derive(Clone, Debug)]
 pub struct Tokens(Arc<Mutex<Reread>>);
 
 #[derive(Debug)]
 struct Reread {
     path: PathBuf,
-    /// None as long as there was no file.
+    /// None until there is a file.
     known: Option<Arc<TokenFile>>,
     version: Option<Version>,
     looked: Instant,
+    /// Decides which tokens have expired; the machine's clock until there is one.
+    clock: Option<TrustedClock>,
 }
 
-/// What changes when a file does.
+/// Changes with the file.
 type Version = (u64, u64, SystemTime);
 
 fn version(path: &Path) -> Option<Version> {
@@ -243,7 +270,7 @@ fn version(path: &Path) -> Option<Version> {
 }
 
 impl Tokens {
-    /// The tokens of the file at `path`, which may be made later.
+    /// The tokens of the file at `path`, which may be created later.
     pub fn open(path: &Path) -> Result<Self, TokenError> {
         let version = version(path);
         let reread = Reread {
@@ -251,19 +278,56 @@ impl Tokens {
             known: TokenFile::read(path)?.map(Arc::new),
             version,
             looked: Instant::now(),
+            clock: None,
         };
         Ok(Self(Arc::new(Mutex::new(reread))))
     }
 
-    /// Whether there is a token, so that every client needs one.
+    /// Whether any token exists: then every client needs one.
     #[must_use]
     pub fn are_made(&self) -> bool {
         self.known().is_some_and(|known| !known.tokens.is_empty())
     }
 
-    /// What is known of every token; none as long as there was no file.
+    /// Binds them to the store: they expire by its trusted time, and a service that had tokens fails without them.
+    pub(crate) async fn bind(&self, store: &EventStore) -> Result<(), StoreError> {
+        self.locked().clock = Some(store.clock().clone());
+        if self.are_made() {
+            return store.protect().await;
+        }
+        if store.reader()?.is_protected()? {
+            return Err(StoreError::Unprotected(self.locked().path.clone()));
+        }
+        let (tokens, store) = (self.clone(), store.clone());
+        tokio::spawn(async move {
+            while !tokens.are_made() {
+                tokio::time::sleep(REREAD).await;
+            }
+            if let Err(error) = store.protect().await {
+                tracing::error!(%error, "the mission log does not know that the service has tokens");
+            }
+        });
+        Ok(())
+    }
+
+    /// The time by which tokens expire, Unix time, s.
+    pub(super) fn now(&self) -> u64 {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "whole seconds since 1970"
+        )]
+        let trusted = |clock: &TrustedClock| clock.now_s() as u64;
+        self.locked().clock.as_ref().map_or_else(unix_now, trusted)
+    }
+
+    fn locked(&self) -> MutexGuard<'_, Reread> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The stored tokens; none until there is a file.
     pub(super) fn known(&self) -> Option<Arc<TokenFile>> {
-        let mut reread = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut reread = self.locked();
         if REREAD <= reread.looked.elapsed() {
             reread.look();
         }
@@ -272,8 +336,7 @@ impl Tokens {
 }
 
 impl Reread {
-    /// Reads the file again if it is another. One that is gone or broken leaves no token valid: it may have been changed to
-    /// revoke one.
+    /// Reloads the file if it changed. If it is gone or broken, no token is valid: the change may have revoked one.
     fn look(&mut self) {
         self.looked = Instant::now();
         let version = version(&self.path);
@@ -283,15 +346,15 @@ impl Reread {
         self.version = version;
         match TokenFile::read(&self.path) {
             Ok(Some(known)) => {
-                tracing::info!(tokens = known.tokens.len(), "the tokens were read again");
+                tracing::info!(tokens = known.tokens.len(), "reloaded the token file");
                 self.known = Some(Arc::new(known));
             }
             Ok(None) => {
-                tracing::error!(path = %self.path.display(), "the file of tokens is gone; every call is refused");
+                tracing::error!(path = %self.path.display(), "the token file is gone; all calls are refused");
                 self.known = Some(Arc::default());
             }
             Err(error) => {
-                tracing::error!(%error, "the file of tokens is broken; every call is refused");
+                tracing::error!(%error, "the token file is broken; all calls are refused");
                 self.known = Some(Arc::default());
             }
         }
@@ -311,12 +374,14 @@ mod tests {
         NewToken {
             name: name.to_owned(),
             role,
+            limit: None,
             valid,
         }
     }
 
-    fn caller(tokens: &Tokens, token: &str) -> Result<Caller, Problem> {
-        tokens.known().expect("there was a file").caller(token)
+    fn valid(tokens: &Tokens, token: &str) -> Option<StoredToken> {
+        let known = tokens.known().expect("there was a file");
+        known.find(token, tokens.now()).cloned()
     }
 
     #[test]
@@ -332,20 +397,32 @@ mod tests {
         assert_eq!(fs::metadata(&path).expect("is there").mode() & 0o777, 0o600);
 
         let tokens = Tokens::open(&path).expect("is read");
-        let bridge = caller(&tokens, &token).expect("is valid");
-        assert_eq!((&*bridge.name, bridge.role), ("bridge", Role::Operator));
+        let bridge = valid(&tokens, &token).expect("is valid");
+        assert_eq!((bridge.name.as_str(), bridge.role), ("bridge", Role::Operator));
         for wrong in [&token[1..], &token.to_uppercase(), "", &format!("{token} ")] {
-            assert_eq!(caller(&tokens, wrong), Err(Problem::Unauthenticated));
+            assert_eq!(valid(&tokens, wrong), None);
         }
 
         TokenFile::revoke(&path, "bridge").expect("is there");
         tokens.0.lock().expect("no thread panics").look();
-        assert_eq!(caller(&tokens, &token), Err(Problem::Unauthenticated));
-        assert!(caller(&tokens, &other).is_ok());
+        assert_eq!(valid(&tokens, &token), None);
+        assert!(valid(&tokens, &other).is_some());
         assert!(matches!(
             TokenFile::revoke(&path, "bridge"),
             Err(TokenError::Unknown(_))
         ));
+    }
+
+    #[test]
+    fn a_file_of_an_earlier_version_limits_no_token() {
+        let directory = tempfile::tempdir().expect("there is room");
+        let path = directory.path().join("tokens.json");
+        let sha256 = String::from(Digest::of("pf_a"));
+        let text =
+            format!(r#"{{"tokens":[{{"name":"a","role":"operator","sha256":"{sha256}","made_s":1}}]}}"#);
+        fs::write(&path, text).expect("is written");
+        let tokens = Tokens::open(&path).expect("is read");
+        assert_eq!(valid(&tokens, "pf_a").expect("is valid").limit, None);
     }
 
     #[test]
@@ -368,18 +445,14 @@ mod tests {
         assert!(tokens.known().is_none() && !tokens.are_made());
         let token = TokenFile::add(&path, new("bridge", Role::Operator, None)).expect("is made");
         tokens.0.lock().expect("no thread panics").look();
-        assert!(caller(&tokens, &token).is_ok() && tokens.are_made());
+        assert!(valid(&tokens, &token).is_some() && tokens.are_made());
         for broken in [Some("{"), None] {
             match broken {
                 Some(text) => fs::write(&path, text).expect("is written"),
                 None => fs::remove_file(&path).expect("is there"),
             }
             tokens.0.lock().expect("no thread panics").look();
-            assert_eq!(
-                caller(&tokens, &token),
-                Err(Problem::Unauthenticated),
-                "{broken:?}"
-            );
+            assert_eq!(valid(&tokens, &token), None, "{broken:?}");
         }
     }
 

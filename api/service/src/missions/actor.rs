@@ -1,4 +1,4 @@
-//! One mission under way: its commands, its clock, and its state. Clients hear only of what is on the disk.
+//! The actor of one mission: commands, clock and state. Clients learn only what is on the disk.
 //!
 //! ```text
 //! requests ──► command ──► events ──► event store ──► state ──► view, event streams
@@ -26,64 +26,70 @@ use tracing::{Instrument as _, Span, error_span, info_span};
 use super::{
     clock::Clock,
     event::{Event, StoredAnswer, json},
+    if_match::IfMatch,
     state::MissionState,
 };
 use crate::{
     metrics::Counted,
     planners::Planners,
     problem::Problem,
-    store::{Append, Appended, EventStore, KeyedAnswer, Order, Room, StoredEvent},
+    store::{Append, Appended, AuditEntry, EventStore, KeyedAnswer, Room, StoredEvent},
 };
-use wire::mission::{Accepted, Live, Mission, Reports, Setting, Status};
+use wire::{
+    Origin,
+    mission::{Accepted, Live, Mission, Reports, Setting, Status},
+};
 
 pub(super) mod live;
 pub(super) mod simulated;
 
-/// Requests that may wait for a mission: some seconds of a few vehicles' reports.
+/// Requests that may wait for a mission: reports of a few vehicles for some seconds.
 const MAILBOX: usize = 32;
 
-/// How long the actor of a mission that is over waits for another request, such as one that is sent again.
+/// How long the actor of a finished mission waits for another request, such as a repeated one.
 const REST: Duration = Duration::from_secs(5);
 
-/// Events that a reader of the stream may be behind before it misses some.
+/// How many events a reader of the stream may be behind before it misses some.
 const STREAM: usize = 64;
 
 /// Why a simulated mission refuses reports.
-pub(super) const NO_REPORTS: &str = "a simulated mission hears its own vehicles; reports are for live ones";
+pub(super) const NO_REPORTS: &str = "a simulated mission makes its own reports; only live missions take them";
 
 /// Why a simulated mission keeps its setting.
-pub(super) const FIXED_SETTING: &str = "a simulated mission does what its scenario says: make another one, with the goal, \
+pub(super) const FIXED_SETTING: &str = "the scenario sets what a simulated mission does: create another mission with the goal, \
     the keep-outs and the craft in its scenario_file";
 
-/// A command to a mission, and where the reply goes. The client may be gone: then the reply is dropped.
+/// A command to a mission, and where its reply goes. If the client is gone, the reply is dropped.
 #[derive(Debug)]
 pub(super) struct Request {
     pub(super) command: Command,
     pub(super) key: Option<IdempotencyKey>,
-    /// Who orders it, where it is an order.
-    pub(super) order: Option<Order>,
+    /// The revisions of the mission for which the command is meant; none for any.
+    pub(super) if_match: IfMatch,
+    /// The order behind the command, if there is one.
+    pub(super) order: Option<AuditEntry>,
     pub(super) reply: oneshot::Sender<Result<Vec<u8>, Problem>>,
-    /// The client's request.
+    /// The span of the client's request.
     pub(super) span: Span,
 }
 
 #[derive(Debug)]
 pub(super) enum Command {
-    /// Takes up reports of vehicles.
-    Report(Box<Reports>),
-    /// Replaces members of the setting.
-    Change(Box<Setting>),
-    /// Begins or goes on, so many seconds of the mission in one.
+    /// Adds reports of vehicles, which were read with this origin.
+    Report(Box<Reports>, Option<Origin>),
+    /// Replaces members of the setting, which were read with this origin.
+    Change(Box<Setting>, Option<Origin>),
+    /// Starts or resumes the mission, with a speed factor for a simulated one.
     Run(Option<f64>),
-    /// Holds the mission.
+    /// Pauses the mission.
     Pause,
-    /// Goes on for so many plans.
+    /// Makes a number of plans.
     Step(u32),
     /// Ends the mission.
     Finish,
 }
 
-/// A client's name for a request, which shows that it is sent again.
+/// A client's name for a request, by which a repeated request is recognised.
 #[derive(Clone, Debug)]
 pub(crate) struct IdempotencyKey {
     pub(crate) key: String,
@@ -92,13 +98,13 @@ pub(crate) struct IdempotencyKey {
 }
 
 impl IdempotencyKey {
-    /// The key with its answer, as it is stored.
+    /// The key with its answer, to be stored.
     pub(super) fn with(self, answer: Vec<u8>) -> KeyedAnswer {
         let Self { key, request } = self;
         KeyedAnswer { key, request, answer }
     }
 
-    /// What the key was answered with before.
+    /// The earlier answer to the key.
     pub(super) async fn answered(
         &self,
         store: &EventStore,
@@ -120,11 +126,11 @@ pub(super) struct View {
     pub(super) mission: Mission,
     /// The last plan.
     pub(super) plan: Option<Arc<StoredPlan>>,
-    /// Vehicles without recent reports that the next plan needs.
+    /// Vehicles whose recent reports the next plan needs and lacks.
     pub(super) waits_for: Vec<String>,
     /// Plans that were due and not made.
     pub(super) missed: u64,
-    /// When the last report was stored, or since when the service runs.
+    /// When the last report was stored, or the service was started.
     pub(super) reported: Instant,
 }
 
@@ -133,14 +139,14 @@ pub(super) struct View {
 pub(super) struct StoredPlan {
     /// Number of the event that stored it.
     pub(super) sequence: u64,
-    /// When it was made, on the mission's clock, s.
+    /// Its time on the mission's clock, s.
     pub(super) time: f64,
     /// How long after it was due, s.
     pub(super) late: f64,
     pub(super) answer: StoredAnswer,
     /// When each vehicle was last heard, on the mission's clock, s.
     pub(super) heard: BTreeMap<String, f64>,
-    /// When it was made, by a clock that is never set; none of a plan from before the service was started.
+    /// Its time by a monotonic clock; none for a plan from before the service was started.
     #[serde(skip)]
     pub(super) made: Option<Instant>,
 }
@@ -148,7 +154,7 @@ pub(super) struct StoredPlan {
 impl StoredPlan {
     /// Its age by the mission's `clock`, s.
     pub(super) fn age(&self, clock: &Clock) -> f64 {
-        // A clock that is set back makes the one too small, a machine that sleeps the other.
+        // The difference of clocks is too small after the clock was set back, the monotonic time after the machine slept.
         let steady = self
             .made
             .map_or(0.0, |made| clock.rate * made.elapsed().as_secs_f64());
@@ -156,9 +162,9 @@ impl StoredPlan {
     }
 }
 
-/// The fold of a mission's events, stored beside them so that a start reads few of them.
+/// The fold of a mission's events, stored beside them so that a restart reads few events.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Snapshot {
+pub(super) struct Checkpoint {
     /// The state of a live mission.
     #[serde(rename = "known")]
     pub(super) state: Option<MissionState>,
@@ -166,37 +172,37 @@ pub(super) struct Snapshot {
     pub(super) plan: Option<Arc<StoredPlan>>,
 }
 
-impl Snapshot {
-    /// As it is stored.
+impl Checkpoint {
+    /// The stored form.
     pub(super) fn json(state: Option<MissionState>, plan: Option<Arc<StoredPlan>>) -> Vec<u8> {
         json(&Self { state, plan })
     }
 }
 
-/// A mission under way. It ends when its last handle is dropped.
+/// A handle to the actor of a mission. The actor ends when its last handle is dropped.
 #[derive(Clone, Debug)]
 pub(super) struct Handle {
     pub(super) requests: mpsc::Sender<Request>,
     pub(super) view: watch::Receiver<View>,
     pub(super) events: broadcast::WeakSender<StoredEvent>,
-    /// What a live mission was made with.
+    /// A live mission's configuration.
     pub(super) live: Option<Arc<LiveMission>>,
 }
 
-/// What a live mission was made with.
+/// A live mission's configuration and clock.
 #[derive(Debug)]
 pub(super) struct LiveMission {
     pub(super) config: Live,
     pub(super) clock: Clock,
 }
 
-/// A mission of either kind at work.
+/// The part of an actor that differs between live and simulated missions.
 pub(super) trait Actor: Send {
     fn context(&mut self) -> &mut Context;
-    /// When to advance, if the mission is running.
+    /// When to advance next, if the mission is running.
     fn due(&self) -> Instant;
-    /// Carries out a command of a mission that is not over, and answers it.
-    fn carry_out(
+    /// Executes a command of a mission that is not over, and answers it.
+    fn execute(
         &mut self,
         command: Command,
         key: Option<IdempotencyKey>,
@@ -204,10 +210,10 @@ pub(super) trait Actor: Send {
     fn advance(&mut self) -> impl Future<Output = ()> + Send;
 }
 
-/// Lets an actor work as long as it has a handle and something to do.
+/// Runs an actor until its last handle is dropped or its mission is over.
 pub(super) async fn run(mut actor: impl Actor) {
     while !actor.context().superseded {
-        // By turns, so that neither a flood of requests nor a slow disk keeps the other waiting.
+        // In turn, so that neither a flood of requests nor a slow plan delays the other.
         match actor.context().requests.try_recv() {
             Ok(request) => serve(&mut actor, request).await,
             Err(TryRecvError::Empty) => {}
@@ -232,7 +238,7 @@ pub(super) async fn run(mut actor: impl Actor) {
 
 async fn serve(actor: &mut impl Actor, request: Request) {
     actor.context().order = request.order;
-    let answer = answer(actor, request.command, request.key);
+    let answer = answer(actor, request.command, request.key, &request.if_match);
     let answer = answer.instrument(request.span).await;
     actor.context().order = None;
     let _ = request.reply.send(answer);
@@ -242,53 +248,55 @@ async fn answer(
     actor: &mut impl Actor,
     command: Command,
     key: Option<IdempotencyKey>,
+    if_match: &IfMatch,
 ) -> Result<Vec<u8>, Problem> {
     let context = actor.context();
     let status = context.mission.status;
     // The store looks up the key of reports when it stores them.
     if let Some(key) = &key
-        && (status.is_over() || !matches!(command, Command::Report(_)))
+        && (status.is_over() || !matches!(command, Command::Report(..)))
         && let Some(before) = key.answered(&context.store, &context.mission.id).await?
     {
         return Ok(before);
     }
+    if_match.check(&context.mission)?;
     match (command, status) {
         (Command::Finish, Status::Finished) | (Command::Pause, Status::Created | Status::Paused) => {
             context.unchanged(key).await
         }
         _ if status.is_over() => Err(Problem::conflict("the mission is over")),
-        (command, _) => actor.carry_out(command, key).await,
+        (command, _) => actor.execute(command, key).await,
     }
 }
 
-/// What an actor of either kind works with.
+/// The part of an actor that live and simulated missions share.
 #[derive(Debug)]
 pub(super) struct Context {
     requests: mpsc::Receiver<Request>,
     /// Number of the mission in the store.
     number: u64,
     mission: Mission,
-    /// Whether the mission was deleted or has events that this actor does not know. The actor ends then.
+    /// Whether the mission was deleted or has events unknown to this actor. Then the actor ends.
     superseded: bool,
     store: EventStore,
     view: watch::Sender<View>,
     events: broadcast::Sender<StoredEvent>,
     planners: Planners,
-    /// The order that is carried out.
-    order: Option<Order>,
-    /// Counts the mission as long as it is not over.
+    /// The order that is being executed.
+    order: Option<AuditEntry>,
+    /// Counts the mission until it is over.
     counted: Option<Counted>,
 }
 
-/// The answer to a request whose events were to be stored.
+/// The answer to a request after its events were stored.
 struct Stored {
     answer: Vec<u8>,
-    /// Whether the events are stored now; else the key had this answer before.
+    /// Whether the events were stored now; otherwise the key had this answer before.
     is_new: bool,
 }
 
 impl Context {
-    /// The context of `mission`, and the handle to the actor that will work with it.
+    /// The context of `mission`, and the handle to its actor.
     pub(super) fn new(
         number: u64,
         mission: Mission,
@@ -331,7 +339,7 @@ impl Context {
         self.mission.status == Status::Running
     }
 
-    /// The next request. None when no more will come: there is no handle, or the mission is over and has rested.
+    /// The next request. None if no handle is left, or no request came for some time after the mission's end.
     async fn next_request(&mut self) -> Option<Request> {
         if !self.mission.status.is_over() {
             return self.requests.recv().await;
@@ -339,18 +347,18 @@ impl Context {
         if let Ok(request) = timeout(REST, self.requests.recv()).await {
             return request;
         }
-        // Requests that were sent until now are still served.
+        // Requests that were already sent are still served.
         self.requests.close();
         self.requests.recv().await
     }
 
-    /// Stores events of the mission, and then publishes them: an event that is not on the disk does not count. `snapshot` is
-    /// the fold of all events after them.
+    /// Stores events of the mission and then publishes them. An event that is not on the disk does not count. `checkpoint` is
+    /// the fold of all events including these.
     async fn append(
         &mut self,
         events: Vec<Event>,
         key: Option<IdempotencyKey>,
-        snapshot: Option<Vec<u8>>,
+        checkpoint: Option<Vec<u8>>,
     ) -> Result<Stored, Problem> {
         let mut after = self.mission.clone();
         let mut stored = vec![];
@@ -362,6 +370,7 @@ impl Context {
             Some(Event::Reported { heard, .. }) => json(&Accepted {
                 sequence: after.sequence,
                 origin: heard.origin,
+                rejected: heard.rejected.clone(),
             }),
             _ => json(&after),
         };
@@ -371,9 +380,9 @@ impl Context {
             events: stored.clone(),
             status: after.status.name().to_owned(),
             summary: json(&after),
-            snapshot,
+            snapshot: checkpoint,
             answered: key.map(|key| key.with(answer.clone())),
-            // What changes nothing was no order.
+            // A command that changes nothing is not an order.
             order: self.order.take_if(|_| !events.is_empty()),
             room: self.room_for(events.first()),
         };
@@ -410,16 +419,16 @@ impl Context {
             }
         });
         for event in stored {
-            // Fails without readers.
+            // Fails if there are no readers.
             let _ = self.events.send(event);
         }
         Ok(Stored { answer, is_new: true })
     }
 
-    /// How full the client's share of the disk may be for events that begin with this one.
+    /// How full the client's share of the disk may be when events are stored that begin with this one.
     fn room_for(&self, first: Option<&Event>) -> Room {
         match first {
-            // A live mission's plan is made of what was heard already, and guides a craft.
+            // A live mission's plan is stored in any case: it guides a craft.
             Some(Event::Planned(_)) if self.mission.kind == "live" => Room::Any,
             Some(
                 Event::Paused { .. } | Event::Finished { .. } | Event::Failed { .. } | Event::ClockSet { .. },
@@ -428,7 +437,7 @@ impl Context {
         }
     }
 
-    /// Shows the last plan, which is stored.
+    /// Publishes the last plan, which is stored.
     fn show(&self, plan: Option<Arc<StoredPlan>>) {
         self.view.send_modify(|view| {
             view.plan = plan;
@@ -436,7 +445,7 @@ impl Context {
         });
     }
 
-    /// Answers a request that changes nothing, and remembers its key.
+    /// Answers a request that changes nothing, and stores its key.
     async fn unchanged(&mut self, key: Option<IdempotencyKey>) -> Result<Vec<u8>, Problem> {
         if key.is_none() {
             return Ok(json(&self.mission));
@@ -450,7 +459,7 @@ fn count(planners: &Planners, mission: &Mission) -> Option<Counted> {
     (!status.is_over()).then(|| planners.metrics().mission(kind, status.name()))
 }
 
-/// Tells the log of a change.
+/// Logs a change.
 fn log(mission: &str, event: &Event) {
     match event {
         Event::Reported { .. } | Event::Planned(_) | Event::ClockSet { .. } => {}
@@ -465,9 +474,15 @@ fn log(mission: &str, event: &Event) {
     }
 }
 
-/// What an event changes of what a mission shows of itself.
+/// Applies an event to the mission as clients see it.
 fn apply(mission: &mut Mission, event: &Event) {
     mission.sequence += 1;
+    if !matches!(
+        event,
+        Event::Reported { .. } | Event::Planned(_) | Event::ClockSet { .. }
+    ) {
+        mission.revision = mission.sequence;
+    }
     match event {
         Event::Created { .. } | Event::ClockSet { .. } => {}
         Event::Ran { at_s, speed_factor } => {
@@ -480,6 +495,7 @@ fn apply(mission: &mut Mission, event: &Event) {
         Event::Changed { setting, .. } => {
             let before = mission.setting.take().unwrap_or_default();
             mission.setting = Some(before.patched(Setting::clone(setting)));
+            mission.origin = setting.origin.unwrap_or(mission.origin);
         }
         Event::Planned(planned) => mission.t_s = planned.t_s,
         Event::Finished { at_s } => {

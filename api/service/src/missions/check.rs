@@ -1,56 +1,58 @@
-//! What is wrong with a mission that is to be made, or with reports that were posted.
+//! Validation of new missions, of changes and of reports.
 
 use std::ops::RangeInclusive;
 
-use planner::snapshot::{AUVS_MAX, REPORTS_MAX, Snapshot};
+use planner::snapshot::{InvalidField, pointer_token};
 use serde_json::json;
 
 use super::{
     simulation,
     state::{AHEAD_MAX, trial_request},
 };
-use wire::FieldError;
 use wire::{
-    METADATA_BYTES_MAX, PlanRequest, Segment, SegmentKind,
+    FieldError, METADATA_BYTES_MAX, PlanRequest, Segment, check,
     mission::{Live, NewMission, Reports, Setting, Simulated},
-    unsupported_version,
+    shortened, unsupported_version,
 };
 
 /// Longest title, bytes.
-const TITLE_BYTES_MAX: usize = 200;
+pub(crate) const TITLE_BYTES_MAX: usize = 200;
 /// Longest note, bytes.
-const NOTE_BYTES_MAX: usize = 500;
+pub(crate) const NOTE_BYTES_MAX: usize = 500;
 /// Longest scenario, bytes.
 const SCENARIO_BYTES_MAX: usize = 64 << 10;
 /// Time between two plans, s.
-const PERIOD: RangeInclusive<f64> = 0.5..=60.0;
-/// Seconds of a rehearsal's clock in one.
-const CLOCK_RATE: RangeInclusive<f64> = 1.0..=60.0;
+pub(crate) const PERIOD: RangeInclusive<f64> = 0.5..=60.0;
+/// Seconds of a rehearsal's clock in one second.
+pub(crate) const CLOCK_RATE: RangeInclusive<f64> = 1.0..=60.0;
 /// Shortest time between two plans of a rehearsal in real time, s.
 const REAL_PERIOD_MIN: f64 = 0.05;
-/// Seconds of a simulated mission in one.
-const SPEED_FACTOR: RangeInclusive<f64> = 0.1..=1000.0;
-/// Plans that are asked for at once.
-const TICKS: RangeInclusive<u32> = 1..=60;
-/// How old what was heard may be, s: what is older is no time on the mission's clock.
+/// Seconds of a simulated mission in one second.
+pub(crate) const SPEED_FACTOR: RangeInclusive<f64> = 0.1..=1000.0;
+/// Plans of one step.
+pub(crate) const TICKS: RangeInclusive<u32> = 1..=60;
+/// Greatest age of a report, s. An older time is not on the mission's clock.
 const AGE_MAX: f64 = 86_400.0;
+/// Greatest age of a state of the surface craft, s: an older one steers nothing. Less than the offset of the next time zone, because
+/// receivers and modems on local time state it as UTC.
+const STATE_AGE_MAX: f64 = 1800.0;
 
 pub(crate) fn new_mission(new: &NewMission) -> Result<(), Vec<FieldError>> {
     let mut errors = Vec::from_iter(unsupported_version(&new.schema_version));
     if let Some(title) = &new.title
         && TITLE_BYTES_MAX < title.len()
     {
-        errors.push(too_long("/title", title.len(), TITLE_BYTES_MAX));
+        errors.push(FieldError::too_long("/title", title.len(), TITLE_BYTES_MAX));
     }
     let metadata = serde_json::to_vec(&new.metadata).map_or(0, |bytes| bytes.len());
     if METADATA_BYTES_MAX < metadata {
-        errors.push(too_long("/metadata", metadata, METADATA_BYTES_MAX));
+        errors.push(FieldError::too_long("/metadata", metadata, METADATA_BYTES_MAX));
     }
     match (&new.live, &new.simulated) {
         (Some(live), None) => errors.extend(check_live(live)),
         (None, Some(simulated)) => errors.extend(check_simulated(simulated)),
         _ => {
-            let detail = "give either simulated or live, and not both";
+            let detail = "give either simulated or live, not both";
             errors.push(FieldError::new("", "one_of", detail));
         }
     }
@@ -67,10 +69,10 @@ fn check_live(config: &Live) -> Vec<FieldError> {
         errors.extend(rate(&(1.0..=most)));
     }
     if let Some(auv) = config.auvs.iter().position(|auv| auv.id == "asc") {
-        let detail = "is what the surface craft is called";
+        let detail = "is the name of the surface craft";
         errors.push(FieldError::new(format!("/live/auvs/{auv}/id"), "reserved", detail).given("asc"));
     }
-    if let Err(wrong) = Snapshot::try_from(&trial_request(config, 0.0)) {
+    if let Err(wrong) = check(&trial_request(config, 0.0)) {
         errors.extend(moved(wrong, "", "/live"));
     }
     errors
@@ -83,7 +85,7 @@ fn check_simulated(config: &Simulated) -> Vec<FieldError> {
         _ => ("/simulated", 0),
     };
     if SCENARIO_BYTES_MAX < length {
-        return vec![too_long(pointer, length, SCENARIO_BYTES_MAX)];
+        return vec![FieldError::too_long(pointer, length, SCENARIO_BYTES_MAX)];
     }
     // Some scenarios cannot start with some seeds.
     let started = simulation::Simulation::new(config);
@@ -93,111 +95,95 @@ fn check_simulated(config: &Simulated) -> Vec<FieldError> {
     errors.into_iter().collect()
 }
 
-/// What is wrong with `heard` by the mission's clock at `now`, s.
-pub(crate) fn reports(config: &Live, heard: &Reports, now: f64) -> Result<(), Vec<FieldError>> {
+/// What is wrong with a time at `pointer` of a report that came at `now` on the mission's clock, s.
+fn off_the_clock(pointer: &str, time: f64, now: f64, age_max: f64) -> Option<FieldError> {
+    let limits = now - age_max..=now + AHEAD_MAX;
+    let clock = "the mission's clock (Unix time, except in rehearsals)";
+    (!limits.contains(&time)).then(|| FieldError::off_the_clock(pointer, time, clock, now, &limits))
+}
+
+/// Fails if reports were received at an impossible time.
+pub(crate) fn received(received_s: Option<f64>, now: f64) -> Result<(), Vec<FieldError>> {
+    none(received_s.and_then(|received| off_the_clock("/received_s", received, now, AGE_MAX)))
+}
+
+/// What is wrong with a report at `now` on the mission's clock, s: the only one of `heard`.
+pub(crate) fn report(config: &Live, heard: &Reports, now: f64) -> Vec<FieldError> {
     let mut errors = vec![];
-    let time = |pointer: String, time: f64| {
-        let limits = now - AGE_MAX..=now + AHEAD_MAX;
-        let clock = "the mission's clock (Unix time but in rehearsals)";
-        (!limits.contains(&time)).then(|| FieldError::off_the_clock(pointer, time, clock, now, &limits))
-    };
-    let received = heard.received_s;
-    errors.extend(received.and_then(|received| time("/received_s".to_owned(), received)));
-    if heard.auvs.is_empty() && heard.asc.is_empty() && heard.notes.is_empty() {
-        errors.push(FieldError::new("", "missing", "give auvs, asc or notes"));
-    }
-    if AUVS_MAX < heard.auvs.len() {
-        errors.push(too_long("/auvs", heard.auvs.len(), AUVS_MAX));
-    }
-    for (pointer, given) in [("/asc", heard.asc.len()), ("/notes", heard.notes.len())]
-        .into_iter()
-        .chain(heard.auvs.values().map(|fixes| ("/auvs", fixes.len())))
-    {
-        if REPORTS_MAX < given {
-            errors.push(too_long(pointer, given, REPORTS_MAX));
-        }
-    }
-    if !errors.is_empty() {
-        return Err(errors);
-    }
-    let mut trial = short_trial(config, now);
-    trial.keep_outs.clear();
-    let at_rest = trial.auvs.first().and_then(|auv| auv.reports.clone());
+    let time = |pointer: String, time: f64| off_the_clock(&pointer, time, now, AGE_MAX);
+    let faults = |found: Vec<InvalidField>| found.into_iter().map(|fault| FieldError::from(&fault));
     for (id, fixes) in &heard.auvs {
-        let Some(auv) = config.auvs.iter().position(|auv| auv.id == *id) else {
+        if !config.auvs.iter().any(|auv| auv.id == *id) {
             let known: Vec<&str> = config.auvs.iter().map(|auv| auv.id.as_str()).collect();
-            let pointer = format!("/auvs/{}", token(id));
-            let error = FieldError::new(pointer, "unknown_auv", "the mission has no such AUV");
+            let error = FieldError::new(
+                format!("/auvs/{}", pointer_token(&shortened(id.clone()))),
+                "unknown_auv",
+                "the mission has no such AUV",
+            );
             errors.push(error.given(id.clone()).limit(json!(known)));
             continue;
-        };
+        }
+        let token = pointer_token(id);
         for (i, fix) in fixes.iter().enumerate() {
-            errors.extend(time(format!("/auvs/{}/{i}/t_s", token(id)), fix.t_s));
+            let field = format!("auvs/{token}/{i}");
+            errors.extend(time(format!("/{field}/t_s"), fix.t_s));
+            // The time has been checked.
+            errors.extend(faults(wire::Report { t_s: now, ..*fix }.faults(&field, now)));
         }
-        // Values are checked as those of fixes of now: their times are checked above, and kept.
-        let fixes = fixes.iter().map(|fix| wire::Report { t_s: now, ..*fix });
-        trial.auvs[auv].reports = Some(fixes.collect());
-        if let Err(wrong) = Snapshot::try_from(&trial) {
-            let here = format!("/auvs/{auv}/reports");
-            errors.extend(moved(wrong, &here, &format!("/auvs/{}", token(id))));
-        }
-        trial.auvs[auv].reports.clone_from(&at_rest);
     }
     for (i, note) in heard.notes.iter().enumerate() {
         errors.extend(time(format!("/notes/{i}/t_s"), note.t_s));
         if NOTE_BYTES_MAX < note.text.len() {
-            errors.push(too_long(
-                &format!("/notes/{i}/text"),
+            errors.push(FieldError::too_long(
+                format!("/notes/{i}/text"),
                 note.text.len(),
                 NOTE_BYTES_MAX,
             ));
         }
     }
-    for (i, state) in heard.asc.iter().enumerate() {
-        errors.extend(time(format!("/asc/{i}/t_s"), state.t_s));
-        trial.asc = state.state.clone();
-        trial.current = state.current.or(config.current);
-        if let Err(wrong) = Snapshot::try_from(&trial) {
-            let (current, state): (Vec<_>, Vec<_>) = wrong
-                .into_iter()
-                .partition(|error| error.pointer.starts_with("/current"));
-            errors.extend(moved(state, "/asc", &format!("/asc/{i}/state")));
-            errors.extend(moved(current, "/current", &format!("/asc/{i}/current")));
-        }
+    for (i, report) in heard.asc.iter().enumerate() {
+        let pointer = format!("/asc/{i}/t_s");
+        errors.extend(off_the_clock(&pointer, report.t_s, now, STATE_AGE_MAX));
+        errors.extend(faults(report.state.faults(&format!("asc/{i}/state"))));
+        let current = report
+            .current
+            .map(|current| current.faults(&format!("asc/{i}/current")));
+        errors.extend(faults(current.unwrap_or_default()));
     }
-    none(errors)
+    errors
 }
 
-/// What is wrong with a `patch`, whatever the mission.
+/// What is wrong with a `patch`, independently of the mission.
 pub(crate) fn patch(patch: &Setting) -> Result<(), Vec<FieldError>> {
+    if patch.origin == Some(None) {
+        let detail = "the origin can be changed, not removed";
+        return none([FieldError::new("/origin", "missing", detail)]);
+    }
     none((*patch == Setting::default()).then(|| {
-        let detail = "give what is to change: goal, limits, craft, keep_outs or area";
+        let detail = "give at least one of goal, limits, craft, keep_outs, area and origin";
         let limit = json!({ "least": 1, "most": Setting::MEMBERS });
         FieldError::new("", "missing", detail).limit(limit)
     }))
 }
 
-/// What is wrong with a mission whose setting was changed to the one in `config`. The pointers are those of the setting.
-pub(crate) fn changed(config: &Live) -> Result<(), Vec<FieldError>> {
-    Snapshot::try_from(&short_trial(config, 0.0)).map(drop)
+/// What is wrong with a mission after its setting was changed to that of `config`. The pointers refer to the setting.
+/// `has_moved` says whether its origin was changed.
+pub(crate) fn changed(config: &Live, has_moved: bool) -> Result<(), Vec<FieldError>> {
+    let trial = if has_moved { trial_request } else { short_trial };
+    check(&trial(config, 0.0))
 }
 
-/// [`trial_request`] without the paths and dives, which were checked when the mission was made and are long to check again.
+/// [`trial_request`] without the paths and dives: they were checked when the mission was created, and checking them takes long.
 fn short_trial(config: &Live, now: f64) -> PlanRequest {
     let mut trial = trial_request(config, now);
     for auv in &mut trial.auvs {
         auv.dive = None;
-        // A goal may need one.
+        // The goal may need a path.
         if let Some(path) = &mut auv.path {
             path.closed = false;
-            path.segments = vec![Segment {
-                kind: SegmentKind::Line,
-                from: Some([0.0, 0.0]),
-                to: Some([1.0, 0.0]),
-                centre: None,
-                angle_rad: None,
-                points: None,
-                fillet_m: None,
+            path.segments = vec![Segment::Line {
+                from: [0.0, 0.0],
+                to: [1.0, 0.0],
             }];
         }
     }
@@ -212,19 +198,12 @@ pub(crate) fn ticks(given: u32) -> Result<(), Vec<FieldError>> {
     none(FieldError::outside("/ticks", given, &TICKS))
 }
 
-fn too_long(pointer: &str, given: usize, limit: usize) -> FieldError {
-    let detail = format!("must be at most {limit} long, not {given}");
-    FieldError::new(pointer, "too_long", detail)
-        .given(given)
-        .limit(json!({ "most": limit }))
-}
-
 fn none(errors: impl IntoIterator<Item = FieldError>) -> Result<(), Vec<FieldError>> {
     let errors = Vec::from_iter(errors);
     if errors.is_empty() { Ok(()) } else { Err(errors) }
 }
 
-/// The same errors, where the client finds what they are about.
+/// The errors with pointers moved from one place to another.
 fn moved(errors: Vec<FieldError>, from: &str, to: &str) -> Vec<FieldError> {
     let moved = |mut error: FieldError| {
         let rest = error.pointer.strip_prefix(from).unwrap_or(&error.pointer);
@@ -232,9 +211,4 @@ fn moved(errors: Vec<FieldError>, from: &str, to: &str) -> Vec<FieldError> {
         error
     };
     errors.into_iter().map(moved).collect()
-}
-
-/// Source: RFC 6901, section 3.
-fn token(name: &str) -> String {
-    name.replace('~', "~0").replace('/', "~1")
 }

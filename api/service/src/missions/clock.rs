@@ -1,40 +1,42 @@
 //! The clock of a live mission.
 
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use std::time::Instant;
 
 use wire::mission::Live;
 
-/// Shortest way by which a clock counts as set, s: that of reports that are refused for being ahead.
+use crate::unix_time::unix_now;
+
+/// Least step by which a clock counts as set, s: reports that are ahead by more are refused.
 const SET_MIN: f64 = 1.0;
 
-/// Unix time, or the clock of a rehearsal, which is faster from the moment on when the mission was made.
+/// Unix time, or the clock of a rehearsal, which runs faster from the creation of the mission on.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Clock {
-    /// When the mission was made, Unix time, s.
+    /// When the mission was created, Unix time, s.
     pub(super) created: f64,
-    /// Seconds of this clock in one.
+    /// Seconds of this clock in one second.
     pub(super) rate: f64,
 }
 
 impl Clock {
-    /// The clock of a mission that was made at `created`, Unix time, s; of a simulated one, Unix time.
+    /// The clock of a mission created at `created`, Unix time, s. For a simulated mission it is Unix time.
     pub(super) fn new(created: f64, live: Option<&Live>) -> Self {
         let rate = live.map_or(1.0, |live| live.clock_rate);
         Self { created, rate }
     }
 
-    /// What it shows now, s.
+    /// The time now, s.
     pub(super) fn now(&self) -> f64 {
         self.at(unix_now())
     }
 
-    /// What it shows at a Unix time, s.
+    /// The time at a Unix time, s.
     pub(super) fn at(&self, unix: f64) -> f64 {
         self.created + self.rate * (unix - self.created)
     }
 }
 
-/// Notices that the clock of this machine was set.
+/// Detects that the clock of this machine was set.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ClockWatch {
     unix: f64,
@@ -42,7 +44,7 @@ pub(super) struct ClockWatch {
 }
 
 impl ClockWatch {
-    /// Watches from now on.
+    /// Begins to watch now.
     pub(super) fn new() -> Self {
         Self {
             unix: unix_now(),
@@ -50,8 +52,7 @@ impl ClockWatch {
         }
     }
 
-    /// How far the clock was set forward since it was last asked, s, negative where back; none where less than a second,
-    /// which clocks are slewed by.
+    /// By how much the clock was set since the last call, s, positive forward. None below a second: slewing is no step.
     pub(super) fn set_by(&mut self) -> Option<f64> {
         self.set_by_at(Self::new())
     }
@@ -61,13 +62,6 @@ impl ClockWatch {
         let by = (now.unix - before.unix) - (now.instant - before.instant).as_secs_f64();
         (SET_MIN < by.abs()).then_some(by)
     }
-}
-
-/// Time since 1970, s.
-pub(crate) fn unix_now() -> f64 {
-    SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .map_or(0.0, |since| since.as_secs_f64())
 }
 
 #[cfg(test)]

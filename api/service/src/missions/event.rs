@@ -2,76 +2,79 @@
 
 use std::time::Duration;
 
-use planner::{plan::Degraded, snapshot};
+use planner::plan::Degraded;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::DeserializeOwned, de::Error as _};
-use serde_json::value::{RawValue, to_raw_value};
+use serde_json::{
+    Map,
+    value::{RawValue, to_raw_value},
+};
 use utoipa::ToSchema;
 
 use crate::{
-    planners, planning,
+    planners,
     store::{EventReader, StoreError, StoredEvent},
 };
 use wire::{
-    Method, Origin, Outcome, PlanResponse, Prediction, PreviousPlan, Reference,
+    Answer, Method, Origin, Outcome, PlanResponse, Prediction, PreviousPlan, Reference,
     mission::{NewMission, Reports, Setting, Truth},
     sha256,
 };
 
-/// An event of a mission. Times are Unix times, s, but for those of a simulated mission's own clock.
+/// An event of a mission. Times are Unix times, s, except those on a simulated mission's clock.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Event {
-    /// It was made.
+    /// The mission was created.
     Created {
         /// When.
         at_s: f64,
-        /// As what.
+        /// What it was created with.
         mission: Box<NewMission>,
     },
-    /// It was begun, or gone on with.
+    /// The mission was started or resumed.
     Ran {
         /// When.
         at_s: f64,
-        /// How many seconds of the mission pass in one; none for a mission that is live, or as fast as it can.
+        /// Seconds of the mission in one second; none for a live mission, or one that runs as fast as possible.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         speed_factor: Option<f64>,
     },
-    /// It was held.
+    /// The mission was paused.
     Paused {
         /// When.
         at_s: f64,
     },
-    /// Its setting was changed: plans after it are made by the new one.
+    /// The setting was changed. Later plans use the new one.
     Changed {
         /// When.
         at_s: f64,
-        /// The members that are new. Those that are not here stayed.
+        /// The new members. The others are unchanged.
         setting: Box<Setting>,
-        /// What they replaced.
+        /// The members before.
         replaced: Box<Setting>,
     },
-    /// Something was heard.
+    /// Reports came in.
     Reported {
-        /// When the service took it up.
+        /// When the service received them.
         at_s: f64,
-        /// What.
+        /// The reports.
         heard: Box<Reports>,
     },
-    /// A plan was made of what had been heard until then.
+    /// A plan was made from the reports so far.
     Planned(Box<Planned>),
-    /// The service's clock was set, while the mission went on.
+    /// The service's clock was set while the mission was running.
     ClockSet {
-        /// When, by the new time.
+        /// When, by the new clock.
         at_s: f64,
-        /// How far it was set forward; back where negative, s.
+        /// By how much it was set forward, s; negative if back.
         by_s: f64,
     },
-    /// It was over.
+    /// The mission finished.
     Finished {
         /// When.
         at_s: f64,
     },
-    /// It could not go on.
+    /// The mission failed.
     Failed {
         /// When.
         at_s: f64,
@@ -80,52 +83,50 @@ pub enum Event {
     },
 }
 
-/// A plan: what it was made at, and what its answer amounts to. The answer itself is made again from what was heard.
+/// A plan, in short. The whole answer can be computed again from the events before it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Planned {
     /// Time of the plan on the mission's clock, s.
     pub t_s: f64,
-    /// How long after it was due it was made and about to be stored, s.
+    /// Time from when it was due to when it was made, s.
     pub late_s: f64,
-    /// How long the planner took, ns: the answer says it too.
+    /// Solve time, ns.
     pub solve_time_ns: u64,
     /// Whether it is what was asked for.
     pub outcome: Outcome,
-    /// What led to it.
+    /// How it was computed.
     pub method: Method,
     /// Why the outcome is `degraded`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// What to steer.
+    /// The reference to steer.
     pub reference: Reference,
     /// SHA-256 of the answer's JSON, hexadecimal.
     pub answer_sha256: String,
-    /// What the next plan needs of this one, where the deadline cut it short and it cannot be made again.
+    /// What the next plan needs of this one, if the deadline cut it short: then it cannot be computed again.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cut_short: Option<Box<PreviousPlan>>,
-    /// Where every vehicle was, in a simulated mission.
+    /// The true states of all vehicles, in a simulated mission.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub truth: Option<Box<Truth>>,
-    /// What it predicts, for people to look at. Versions before 0.3 kept none.
+    /// What it predicts. Versions before 0.3 stored none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prediction: Option<Box<Prediction>>,
 }
 
 /// The answer of a mission's plan. Unlike a request, a mission gives no metadata.
 pub(super) fn answer(made: &planners::Planned, origin: Option<Origin>) -> StoredAnswer {
-    let context = planning::Context {
-        origin,
-        ..planning::Context::default()
-    };
-    planning::answer(made, &context).planned().into()
+    let no_metadata = Map::new();
+    let answer = Answer::new(&made.snapshot, &made.plan, made.solve_time, &no_metadata);
+    answer.on_earth(origin).planned().into()
 }
 
 /// What the next plan needs of this one.
 pub(super) fn previous(made: &planners::Planned) -> PreviousPlan {
-    PreviousPlan::from(&snapshot::PreviousPlan::from(&made.plan))
+    PreviousPlan::from(&made.plan)
 }
 
-/// The event of a plan made at `time` on the mission's clock.
+/// The event of a plan at `time` on the mission's clock.
 pub(super) fn planned(
     time: f64,
     late: Duration,
@@ -150,7 +151,7 @@ pub(super) fn planned(
     }
 }
 
-/// An answer with its JSON, which is written once and hashed and stored as written.
+/// An answer with its JSON, which is written once and then hashed and stored.
 #[derive(Clone, Debug)]
 pub(super) struct StoredAnswer {
     pub(super) answer: PlanResponse,
@@ -200,23 +201,24 @@ pub(super) fn parsed<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, StoreError>
     serde_json::from_slice(bytes).map_err(|error| StoreError::Damaged(error.to_string()))
 }
 
-/// What the mission was made with: its first event.
+/// What the mission was created with: its first event.
 pub(super) fn created(reader: &EventReader, number: u64) -> Result<NewMission, StoreError> {
     let first = reader.events(number, 0, 1)?;
     match first.first().map(Event::read).transpose()? {
         Some(Event::Created { mission, .. }) => Ok(*mission),
-        _ => Err(reader.damaged(number, format!("mission number {number} has no beginning"))),
+        _ => Err(reader.damaged(number, format!("mission number {number} has no first event"))),
     }
 }
 
 impl Event {
-    /// The event that is stored.
+    /// The event in its stored form.
     pub fn read(stored: &StoredEvent) -> Result<Self, StoreError> {
-        serde_json::from_slice(&stored.body)
-            .map_err(|error| StoreError::Damaged(format!("event {} is no event: {error}", stored.sequence)))
+        serde_json::from_slice(&stored.body).map_err(|error| {
+            StoreError::Damaged(format!("event {} cannot be read: {error}", stored.sequence))
+        })
     }
 
-    /// As it is stored under that number.
+    /// The stored form, under that number.
     pub(super) fn stored(&self, sequence: u64) -> StoredEvent {
         StoredEvent {
             sequence,
@@ -225,7 +227,7 @@ impl Event {
         }
     }
 
-    /// Every kind's name.
+    /// The names of all kinds.
     pub const KINDS: [&str; 9] = [
         "created",
         "ran",
@@ -238,7 +240,7 @@ impl Event {
         "failed",
     ];
 
-    /// Its kind's name.
+    /// The name of its kind.
     #[must_use]
     pub fn kind(&self) -> &'static str {
         match self {

@@ -1,14 +1,12 @@
-//! The record of a mission, out of the log and into a file that other programs open, however long the mission is.
-//!
-//! A page of events is in memory, and what the format itself has to keep. No format holds the mission.
+//! The record of a mission, as a file for other programs. The mission may be of any length: memory holds a page of events, and
+//! what the format itself needs.
 
 use std::{
     cell::OnceCell,
-    fmt,
     io::{self, BufWriter, Write},
 };
 
-use ::record::{Entry, ExportError, Format, Origin, SCHEMA_VERSION, Source};
+use ::record::{Entry, ExportError, Format, Origin, SCHEMA_VERSION, Source, table::Row};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use utoipa::ToSchema;
@@ -16,38 +14,33 @@ use utoipa::ToSchema;
 use super::{event::Event, simulation::scenario};
 use crate::store::{EventReader, StoreError, StoredEvent};
 use row::{Before, Timeline};
-use stored::Stored;
-use wire::mission::NewMission;
+pub use stored::EventFilter;
+use stored::{PLANNED, StoredEvents};
+use wire::{Recount, mission::NewMission};
 
 mod row;
 mod stored;
 #[cfg(test)]
 mod tests;
 
-/// Events read at once. With 64 fixes of each of 16 vehicles an event is some 0.2 MB, and a page 13 MB.
-const PAGE: usize = 64;
-
-/// The kind of events that tell of plans.
-const PLANNED: &str = "planned";
-
-/// What lines are gathered into before the client takes them, bytes.
+/// Size of the buffer of lines, bytes.
 const PIECE: usize = 64 << 10;
 
 /// A file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RecordFormat {
-    /// Comma-separated values: one header line, one line a row of the table.
+    /// Comma-separated values: a header line, then a line for each row of the table.
     Csv,
     /// Apache Parquet: the same table with nulls, compressed.
     Parquet,
-    /// Lines of JSON: an object a row of the table.
+    /// Lines of JSON: an object for each row of the table.
     Ndjson,
     /// MCAP with the schemas of Foxglove and Lichtblick, the rows of the table and every event.
     Mcap,
-    /// `GeoJSON` (RFC 7946): where each vehicle was, on Earth.
+    /// `GeoJSON` (RFC 7946): positions of each vehicle on Earth.
     Geojson,
-    /// Lines of JSON: every event, whole, with its `sequence`.
+    /// Lines of JSON: every event with its `sequence`.
     EventsNdjson,
 }
 
@@ -62,7 +55,7 @@ impl RecordFormat {
         Self::EventsNdjson,
     ];
 
-    /// The format of the table; none of the events.
+    /// The format of the table; none for that of the events.
     fn of_table(self) -> Option<Format> {
         match self {
             Self::Csv => Some(Format::Csv),
@@ -74,7 +67,7 @@ impl RecordFormat {
         }
     }
 
-    /// What a `Content-Type` calls it: as IANA has it, but for lines of JSON, which it has not.
+    /// Its media type, registered with IANA except for lines of JSON.
     #[must_use]
     pub fn media_type(self) -> &'static str {
         match self {
@@ -86,70 +79,47 @@ impl RecordFormat {
         }
     }
 
-    /// The ending of its files, without the dot.
+    /// The extension of its files, without the dot.
     #[must_use]
     pub fn extension(self) -> &'static str {
         self.of_table().map_or("events.ndjson", Format::extension)
     }
 }
 
-impl fmt::Display for RecordFormat {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.extension())
-    }
-}
-
-/// Why a record was not written, or not to its end.
+/// Why a record was not written completely.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The format holds places on Earth and the mission none.
+    /// The format holds positions on Earth, and the mission has none.
     #[error(
-        "GeoJSON needs the place on Earth, which this mission does not tell: take another format, or make the next \
-         mission with live.origin, or of a scenario with an [origin], each with lat_deg and lon_deg"
+        "GeoJSON needs positions on Earth, which this mission does not have: choose another format, or create the next \
+         mission with live.origin, or from a scenario with an [origin], each with lat_deg and lon_deg"
     )]
     NoOrigin,
-    /// The mission's origin cannot be used.
+    /// The mission's origin is not usable.
     #[error(transparent)]
     Export(#[from] ExportError),
     /// The log cannot be read.
     #[error(transparent)]
     Log(#[from] StoreError),
-    /// The file did not take it.
+    /// The file cannot be written.
     #[error(transparent)]
     Write(#[from] io::Error),
 }
 
-/// Writes the mission numbered `number` as the log has it now; what happens to it meanwhile is left out. Equal logs
-/// give equal bytes. After an error, what was written is not whole.
+/// Writes the record of the mission numbered `number` as the log has it now. Equal logs give equal bytes. After an error the
+/// record is incomplete.
 pub fn write(
     reader: &EventReader,
     number: u64,
     format: RecordFormat,
-    part: &Part,
+    filter: &EventFilter,
     out: &mut (impl Write + Send),
 ) -> Result<(), RecordError> {
-    let events = MissionEvents::of(reader, number, part)?;
+    let events = MissionEvents::of(reader, number, filter)?;
     match format.of_table() {
         Some(Format::Geojson) if events.origin().is_none() => Err(RecordError::NoOrigin),
         Some(format) => ::record::write(&events, format, out),
         None => events_ndjson(&events, out),
-    }
-}
-
-/// Which events of a mission. Default: all.
-#[derive(Clone, Debug, Default)]
-pub struct Part {
-    /// Those after the one with this number.
-    pub after: u64,
-    /// So many at most, of the kinds that are wanted.
-    pub limit: Option<u64>,
-    /// Of these kinds alone; of every kind where there are none.
-    pub kinds: Vec<String>,
-}
-
-impl Part {
-    fn has(&self, kind: &str) -> bool {
-        self.kinds.is_empty() || self.kinds.iter().any(|wanted| wanted == kind)
     }
 }
 
@@ -162,7 +132,7 @@ fn events_ndjson(events: &MissionEvents<'_>, out: &mut impl Write) -> Result<(),
     Ok(out.flush()?)
 }
 
-/// The event's JSON with its `sequence` in front. What is stored is not read: it stays as it is to the byte.
+/// The event's JSON with its `sequence` in front. The stored JSON is not parsed: it stays the same to the byte.
 fn numbered(stored: &StoredEvent) -> Result<Vec<u8>, StoreError> {
     let Some(members) = stored.body.strip_prefix(b"{") else {
         return Err(StoreError::Damaged(format!(
@@ -175,30 +145,30 @@ fn numbered(stored: &StoredEvent) -> Result<Vec<u8>, StoreError> {
     Ok(line)
 }
 
-/// A mission from its making until the record was asked for. It can be gone through more than once.
+/// The events of a mission until now. They can be read more than once.
 struct MissionEvents<'a> {
     reader: &'a EventReader,
     number: u64,
-    /// The sequence of its last event; 0 where there is none.
+    /// The sequence of its last event; 0 if there is none.
     last: u64,
-    /// What the client said when it made the mission.
-    made_as: Option<Box<NewMission>>,
-    /// The mission's clock, which its first event tells.
+    /// What the mission was created with.
+    created: Option<Box<NewMission>>,
+    /// The mission's clock, from its first event.
     start: Timeline,
-    /// Where its datum lies, once that was looked for.
-    origin: OnceCell<Option<Origin>>,
-    part: &'a Part,
+    /// Where its datum lies from which event on, once looked up.
+    origins: OnceCell<Vec<(u64, Origin)>>,
+    filter: &'a EventFilter,
 }
 
 impl<'a> MissionEvents<'a> {
-    fn of(reader: &'a EventReader, number: u64, part: &'a Part) -> Result<Self, StoreError> {
+    fn of(reader: &'a EventReader, number: u64, filter: &'a EventFilter) -> Result<Self, StoreError> {
         let first = reader.events(number, 0, 1)?;
         let first = first.first().map(Event::read).transpose()?;
         let mut start = Timeline::default();
         if let Some(event) = &first {
-            start.take_up(event);
+            start.apply(event);
         }
-        let made_as = match first {
+        let created = match first {
             Some(Event::Created { mission, .. }) => Some(mission),
             _ => None,
         };
@@ -206,26 +176,67 @@ impl<'a> MissionEvents<'a> {
             reader,
             number,
             last: reader.last_sequence(number)?,
-            made_as,
+            created,
             start,
-            origin: OnceCell::new(),
-            part,
+            origins: OnceCell::new(),
+            filter,
         })
     }
 
-    fn find_origin(&self) -> Option<Origin> {
-        let made_as = self.made_as.as_ref()?;
-        if let Some(live) = &made_as.live {
+    fn first_origin(&self) -> Option<Origin> {
+        let created = self.created.as_ref()?;
+        if let Some(live) = &created.live {
             return live.origin.or_else(|| self.first_fix()).map(Origin::from);
         }
-        let simulated = made_as.simulated.as_ref()?;
+        let simulated = created.simulated.as_ref()?;
         scenario(simulated).ok()?.start(simulated.seed).ok()?.origin
     }
 
-    /// Where the first fix put the datum of a live mission that was made without an origin.
+    /// The origins, the first one first.
+    fn origins(&self) -> &[(u64, Origin)] {
+        self.origins.get_or_init(|| {
+            let first = self.first_origin().map(|origin| (0, origin));
+            let mut changed = vec![];
+            let mut last = self.last;
+            while let Ok(Some(stored)) = self.reader.last_of_kind(self.number, "changed", last) {
+                if let Ok(Event::Changed { setting, .. }) = Event::read(&stored)
+                    && let Some(Some(origin)) = setting.origin
+                {
+                    changed.push((stored.sequence, origin.into()));
+                }
+                last = stored.sequence - 1;
+            }
+            first.into_iter().chain(changed.into_iter().rev()).collect()
+        })
+    }
+
+    /// Counts the positions of rows of the event numbered `sequence` from the last origin.
+    fn recount(&self, sequence: u64, rows: &mut [Row<'_>]) {
+        let [before @ .., (_, last)] = self.origins() else {
+            return;
+        };
+        let since = |(since, _): &&(u64, Origin)| *since <= sequence;
+        let then = self.origins().iter().rfind(since);
+        let then = then.or(before.first()).filter(|(_, then)| then != last);
+        let Some(recount) = then.and_then(|(_, then)| Recount::new((*then).into(), (*last).into())) else {
+            return;
+        };
+        for row in rows {
+            for (north, east) in [
+                (&mut row.north_m, &mut row.east_m),
+                (&mut row.goal_north_m, &mut row.goal_east_m),
+            ] {
+                if let (Some(north), Some(east)) = (north, east) {
+                    recount.position(north, east);
+                }
+            }
+        }
+    }
+
+    /// The datum from the first fix of a live mission that was created without an origin.
     fn first_fix(&self) -> Option<wire::Origin> {
-        let whole = Part::default();
-        let first = Stored::of(self, &whole)
+        let whole = EventFilter::default();
+        let first = StoredEvents::of(self.reader, self.number, self.last, &whole)
             .filter_map(Result::ok)
             .find(|stored| stored.kind == "reported")?;
         match Event::read(&first) {
@@ -234,35 +245,37 @@ impl<'a> MissionEvents<'a> {
         }
     }
 
-    /// Its events as they are stored, in order.
-    fn stored(&self) -> Stored<'_> {
-        Stored::of(self, self.part)
+    /// Its events as stored, in order.
+    fn stored(&self) -> StoredEvents<'_> {
+        StoredEvents::of(self.reader, self.number, self.last, self.filter)
     }
 
     fn is_live(&self) -> bool {
-        let made_as = self.made_as.as_ref();
-        made_as.is_some_and(|made_as| made_as.live.is_some())
+        let created = self.created.as_ref();
+        created.is_some_and(|created| created.live.is_some())
     }
 
-    /// What the rows of the part depend on of what is before it: a part's rows are those that the whole has.
+    /// What the rows of a part depend on before that part: its rows are the same as in the whole record.
     fn before(&self) -> Result<Before, RecordError> {
         let mut before = Before {
             timeline: self.start,
             ..Before::default()
         };
-        // A live mission's clock runs by itself: its last plan says which fixes are refused, and nothing else.
-        let depends = !self.is_live() || self.part.has(PLANNED);
-        if 0 < self.part.after && depends {
-            let plan = self.reader.last_of_kind(self.number, PLANNED, self.part.after)?;
+        // A live mission's clock runs by itself: its last plan tells only which fixes were refused.
+        let depends = !self.is_live() || self.filter.has(PLANNED);
+        if 0 < self.filter.after && depends {
+            let plan = self
+                .reader
+                .last_of_kind(self.number, PLANNED, self.filter.after)?;
             if let Some(plan) = plan {
-                before.take_up(&Event::read(&plan)?);
+                before.apply(&Event::read(&plan)?);
             }
         }
         Ok(before)
     }
 
-    /// Hands the events for whose kind `wanted` is true to `take`, with what they tell.
-    fn hand(
+    /// Passes each event whose kind is `wanted` to `take`, with its rows.
+    fn pass_each(
         &self,
         wanted: impl Fn(&str) -> bool,
         take: &mut dyn FnMut(&Entry<'_>) -> Result<(), RecordError>,
@@ -274,15 +287,17 @@ impl<'a> MissionEvents<'a> {
             if !wanted(&stored.kind) {
                 continue;
             }
-            if let Some(plan) = events.passed_plan.take_if(|_| !self.is_live()) {
-                before.take_up(&Event::read(&plan)?);
+            if let Some(plan) = events.skipped_plan.take_if(|_| !self.is_live()) {
+                before.apply(&Event::read(&plan)?);
             }
             let event = Event::read(&stored)?;
-            let logged_s = before.timeline.take_up(&event);
+            let logged_s = before.timeline.apply(&event);
+            let mut rows = row::rows(stored.sequence, logged_s, &event, &mut before.refused);
+            self.recount(stored.sequence, &mut rows);
             take(&Entry {
                 logged_s,
                 event: Some(&numbered(&stored)?),
-                rows: row::rows(stored.sequence, logged_s, &event, &mut before.refused),
+                rows,
             })?;
         }
         Ok(())
@@ -294,11 +309,11 @@ impl Source for MissionEvents<'_> {
 
     fn about(&self) -> Vec<(&'static str, Value)> {
         let mut about = vec![("schema_version", json!(SCHEMA_VERSION))];
-        let Some(made_as) = &self.made_as else {
+        let Some(created) = &self.created else {
             return about;
         };
-        about.extend(made_as.title.as_ref().map(|title| ("title", json!(title))));
-        if let Some(simulated) = &made_as.simulated {
+        about.extend(created.title.as_ref().map(|title| ("title", json!(title))));
+        if let Some(simulated) = &created.simulated {
             about.push(("kind", json!("simulated")));
             about.extend(simulated.scenario.as_ref().map(|name| ("scenario", json!(name))));
             about.push(("seed", json!(simulated.seed)));
@@ -308,24 +323,24 @@ impl Source for MissionEvents<'_> {
         about
     }
 
-    /// Where the client said so, or the first fix was. Where a scenario lay that this program no longer has is not known.
+    /// The last one: from the client or the first fix. Unknown for a scenario that this program no longer has.
     fn origin(&self) -> Option<Origin> {
-        *self.origin.get_or_init(|| self.find_origin())
+        self.origins().last().map(|(_, origin)| *origin)
     }
 
     fn for_each(
         &self,
         take: &mut dyn FnMut(&Entry<'_>) -> Result<(), RecordError>,
     ) -> Result<(), RecordError> {
-        self.hand(|_| true, take)
+        self.pass_each(|_| true, take)
     }
 
-    /// No other events tell where a vehicle was, and reading one takes its time; so do plans of a live mission.
+    /// Reads only events with positions of vehicles, because reading takes time: reports of a live mission, plans of a simulated one.
     fn for_each_with_places(
         &self,
         take: &mut dyn FnMut(&Entry<'_>) -> Result<(), RecordError>,
     ) -> Result<(), RecordError> {
-        let telling = if self.is_live() { "reported" } else { PLANNED };
-        self.hand(|kind| kind == telling, take)
+        let positioned = if self.is_live() { "reported" } else { PLANNED };
+        self.pass_each(|kind| kind == positioned, take)
     }
 }

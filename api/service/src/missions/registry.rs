@@ -1,4 +1,4 @@
-//! All missions: those under way as actors, the others in the event store.
+//! All missions: active ones have an actor, the others are in the event store only.
 
 use std::{
     collections::HashMap,
@@ -6,8 +6,9 @@ use std::{
     time::Duration,
 };
 
+use serde_json::{Map, Value};
 use tokio::{
-    sync::{Semaphore, mpsc::error::TrySendError, oneshot, watch},
+    sync::{Semaphore, mpsc::error::TrySendError, oneshot},
     task::spawn_blocking,
     time::timeout,
 };
@@ -15,51 +16,58 @@ use tracing::Span;
 
 use super::{
     actor::{
-        Command, Context, Handle, IdempotencyKey, LiveMission, NO_REPORTS, Request, Snapshot, live::Live,
-        run, simulated::Simulated,
+        Checkpoint, Command, Context, Handle, IdempotencyKey, LiveMission, Request, live::Live, run,
+        simulated::Simulated,
     },
     check,
-    clock::{Clock, unix_now},
+    clock::Clock,
     event::{Event, created, json, parsed},
+    if_match::IfMatch,
     simulation,
     state::MissionState,
 };
 use crate::{
-    edge::fresh_id,
     metrics::Shed,
     planners::Planners,
-    pool::Lane,
+    pool::Priority,
     problem::Problem,
-    slots::{NoSlot, Slots},
-    store::{Append, Appended, EventReader, EventStore, Order, Room, StoreError, StoredMission},
+    quota::{Quota, QuotaExceeded},
+    request_id::new_id,
+    role::TokenLimit,
+    store::{Append, Appended, AuditEntry, EventReader, EventStore, Room, StoreError, StoredMission},
+    unix_time::unix_now,
 };
 use wire::{
-    mission::{Mission, NewMission, PlanSummary, Reports, Setting, Status},
+    Origin,
+    mission::{Mission, MissionList, NewMission, PlanSummary, Reports, Setting, Status},
     sha256,
 };
 
-/// Missions that may be under way at once: more than two processors plan for once a second.
+/// Most active missions: more than two processors can plan for once a second.
 const ACTORS_MAX: usize = 1_024;
 
 /// Hexadecimal digits of a mission's id.
 const ID_DIGITS: usize = 24;
 
-/// Missions of one client that are not over: the others keep room for theirs.
+/// Most missions of one client that are not over.
 const OPEN_SHARE: usize = ACTORS_MAX / 2;
 
-/// Readers of event streams at once.
+/// Longest list of missions, bytes of their stored form, except for a list of one.
+const LIST_BYTES_MAX: usize = 64 << 10;
+
+/// Most readers of event streams.
 const STREAMS_MAX: usize = 256;
 
-/// Records written at once, each on a thread of its own and in at most 9 MB.
+/// Most records written at the same time, each on its own thread and in at most 9 MB.
 const RECORDS_MAX: usize = 16;
 
-/// Threads that read the store at once.
+/// Most threads that read the store.
 const READERS_MAX: usize = 16;
 
-/// How long a client waits for the check of a simulation before it is told to come again.
+/// Longest wait of a client for the check of a simulation.
 const CHECK_TIME: Duration = Duration::from_secs(5);
 
-/// How long a mission may take to reply before the client is asked to retry.
+/// Longest wait of a client for a mission's reply.
 const ANSWER_TIME: Duration = Duration::from_secs(10);
 
 /// Every mission of a data directory. Clones share them.
@@ -67,19 +75,17 @@ const ANSWER_TIME: Duration = Duration::from_secs(10);
 pub struct Missions {
     store: EventStore,
     planners: Planners,
-    /// Missions under way, by id. None once the service stops.
+    /// Handles of active missions, by id. None once the service stops.
     actors: Arc<Mutex<Option<HashMap<String, Handle>>>>,
-    /// The store's.
+    /// The store's salt.
     salt: Arc<[u8]>,
-    pub(super) streams: Slots<Arc<str>>,
-    pub(super) records: Slots<Arc<str>>,
+    pub(super) streams: Quota<Arc<str>>,
+    pub(super) records: Quota<Arc<str>>,
     reading: Arc<Semaphore>,
-    /// True once the service stops.
-    closing: watch::Sender<bool>,
 }
 
 impl Missions {
-    /// The missions of `store`. Those that were running go on.
+    /// The missions of `store`. Those that were running continue.
     pub(crate) async fn resume(store: EventStore, planners: Planners) -> Result<Self, StoreError> {
         let salt = store.reader()?.salt()?.into();
         let missions = Self {
@@ -87,10 +93,9 @@ impl Missions {
             store,
             planners,
             actors: Arc::new(Mutex::new(Some(HashMap::new()))),
-            streams: Slots::new(STREAMS_MAX),
-            records: Slots::new(RECORDS_MAX),
+            streams: Quota::new(STREAMS_MAX),
+            records: Quota::new(RECORDS_MAX),
             reading: Arc::new(Semaphore::new(READERS_MAX)),
-            closing: watch::Sender::new(false),
         };
         let running = missions
             .store
@@ -98,56 +103,53 @@ impl Missions {
             .missions_with_status(Status::Running.name())?;
         let n_running = running.len();
         for mission in running {
-            let mission = match mission {
-                Ok(mission) => mission,
-                Err(error) => {
-                    missions.store.note_damage(error.to_string());
-                    continue;
-                }
-            };
             let id = mission.id.clone();
             if let Err(problem) = missions.start_actor(mission).await {
-                // A damaged mission must not keep the others from going on; its clients get the error.
-                tracing::error!(mission = id, ?problem, "does not go on");
+                // A damaged mission does not stop the others; its clients get the error.
+                tracing::error!(mission = id, ?problem, "the mission does not continue");
             }
         }
         if 0 < n_running {
-            tracing::info!(n_running, "missions go on");
+            tracing::info!(n_running, "missions continue");
         }
         let store = missions.store.clone();
         std::thread::spawn(move || store.inspect());
         Ok(missions)
     }
 
-    /// Ends every actor and every stream. The next start goes on with what is stored.
+    /// Ends every actor and every stream. The next start continues from what is stored.
     pub fn close(&self) {
         *self.actors() = None;
-        self.closing.send_replace(true);
     }
 
-    /// True after [`Self::close`]; without a sender once the missions are gone.
-    pub(crate) fn closing(&self) -> watch::Receiver<bool> {
-        self.closing.subscribe()
-    }
-
-    /// Ends the event store once everything is stored, after [`Self::close`] and the last request.
+    /// Closes the event store once everything is stored. Call it after [`Self::close`] and the last request.
     pub async fn close_store(&self) -> Result<(), StoreError> {
         self.store.close().await
     }
 
-    /// Whether anything can be stored.
+    /// Reads the machine's clocks, and stores the trusted time.
+    pub(super) async fn read_clocks(&self) -> Result<(), StoreError> {
+        self.store.read_clocks().await
+    }
+
+    /// The trusted time, Unix time, s.
+    pub(super) fn now_trusted_s(&self) -> f64 {
+        self.store.clock().now_s()
+    }
+
+    /// Fails if nothing can be stored.
     pub(crate) async fn probe(&self) -> Result<(), StoreError> {
         self.store.probe().await
     }
 
-    /// Makes a mission.
+    /// Creates a mission.
     pub(super) async fn create(
         &self,
         new: NewMission,
         key: Option<IdempotencyKey>,
-        order: Order,
+        order: AuditEntry,
     ) -> Result<Mission, Problem> {
-        // A key that was answered before ids had a salt.
+        // Earlier versions derived the id from the key without a salt.
         if let Some(key) = &key
             && let Some(before) = key
                 .answered(
@@ -167,17 +169,17 @@ impl Missions {
         }
         let is_simulated = new.simulated.is_some();
         let check = move || check::new_mission(&new).map(|()| new);
-        // The check of a simulated one starts the scenario, which takes as long as a simulation.
+        // The check of a simulated mission starts its scenario, so it runs where simulations run.
         let new = if is_simulated {
             let checked = timeout(CHECK_TIME, self.planners.simulate(check)).await;
             checked.map_err(|_| self.planners.too_late())??
         } else {
-            self.planners.read_for_mission(Lane::Long, check).await?
+            self.planners.read_for_mission(Priority::Long, check).await?
         };
         let new = new.map_err(Problem::Invalid)?;
         let at_s = unix_now();
         let id = self.mission_id(&key.as_ref().map_or_else(
-            || format!("{} {at_s}", fresh_id()),
+            || format!("{} {at_s}", new_id()),
             |key| format!("key {}", key.key),
         ));
         let mission = Mission {
@@ -190,6 +192,7 @@ impl Missions {
             t_s: if new.live.is_some() { at_s } else { 0.0 },
             speed_factor: None,
             sequence: 1,
+            revision: 1,
             setting: new.live.as_ref().map(Setting::from),
             origin: new.live.as_ref().and_then(|live| live.origin),
             metadata: new.metadata.clone(),
@@ -197,7 +200,7 @@ impl Missions {
             id,
         };
         let state = new.live.clone().map(MissionState::new);
-        let snapshot = state.map(|state| Snapshot::json(Some(state), None));
+        let checkpoint = state.map(|state| Checkpoint::json(Some(state), None));
         let event = Event::Created {
             at_s,
             mission: Box::new(new),
@@ -208,14 +211,14 @@ impl Missions {
             status: mission.status.name().to_owned(),
             events: vec![event.stored(mission.sequence)],
             summary: json(&mission),
-            snapshot,
+            snapshot: checkpoint,
             answered: key.map(|key| key.with(json(&mission))),
             order: Some(order),
             room: Room::Half,
         };
         match self.store.append(append).await? {
             Appended::Stored => {
-                // A mission of that name may have been deleted just now.
+                // A mission with this id may have been deleted just now.
                 if let Some(actors) = self.actors().as_mut() {
                     actors.remove(&mission.id);
                 }
@@ -231,20 +234,45 @@ impl Missions {
         }
     }
 
-    /// At most `most` missions after the one numbered `after`, and its number with each.
-    pub(super) async fn list(&self, after: u64, most: usize) -> Result<Vec<(u64, Mission)>, Problem> {
-        let stored = self.read(move |reader| reader.missions(after, most)).await?;
-        let mut listed = vec![];
-        for mission in stored {
-            match mission {
-                Ok(mission) => listed.push((mission.number, parsed(&mission.summary)?)),
-                Err(error) => self.store.note_damage(error.to_string()),
-            }
-        }
-        Ok(listed)
+    /// At most `most` missions after the one numbered `after`, and the number after which more follow. Of them, those within
+    /// the caller's `limit`.
+    pub(super) async fn list(
+        &self,
+        after: u64,
+        most: usize,
+        limit: Option<TokenLimit>,
+    ) -> Result<MissionList, Problem> {
+        let page = move |reader: &EventReader| reader.missions(after, most, LIST_BYTES_MAX);
+        let (stored, more) = self.read(page).await?;
+        let missions = self.clone();
+        let is_within = move |mission: &Mission| {
+            let named =
+                |limit: &TokenLimit| limit.names(&mission.id) || limit.names_craft_of(&mission.metadata);
+            limit.as_ref().is_none_or(named)
+        };
+        let list = move || MissionList {
+            next: stored.last().filter(|_| more).map(|last| last.number),
+            missions: stored
+                .iter()
+                .filter_map(|stored| missions.listed(stored))
+                .filter(is_within)
+                .collect(),
+        };
+        // On a thread for long work: many clients may ask at once.
+        self.planners.read_for_mission(Priority::Long, list).await
     }
 
-    /// What the last plan of the mission called `id` amounts to, where that is in memory.
+    /// A mission with a summary of its last plan; none if it is damaged.
+    fn listed(&self, stored: &StoredMission) -> Option<Mission> {
+        let mission = parsed::<Mission>(&stored.summary);
+        let mission = mission.inspect_err(|error| self.store.note_damage(error.to_string()));
+        mission.ok().map(|mission| Mission {
+            plan: self.last_plan(&stored.id),
+            ..mission
+        })
+    }
+
+    /// A summary of the last plan of the mission `id`, if the mission is active.
     pub(super) fn last_plan(&self, id: &str) -> Option<PlanSummary> {
         let (view, live) = {
             let actors = self.actors();
@@ -272,10 +300,19 @@ impl Missions {
         })
     }
 
-    /// The mission called `id`, as it was stored last, and its number.
+    /// The mission `id` as stored last, and its number.
     pub(super) async fn find(&self, id: &str) -> Result<(u64, Mission), Problem> {
         let stored = self.stored(id).await?;
         Ok((stored.number, parsed(&stored.summary)?))
+    }
+
+    /// What the client attached to the mission `id`.
+    pub(super) async fn metadata(&self, id: &str) -> Result<Map<String, Value>, Problem> {
+        let active = self.actors().as_ref().and_then(|actors| actors.get(id).cloned());
+        match active {
+            Some(handle) => Ok(handle.view.borrow().mission.metadata.clone()),
+            None => Ok(self.find(id).await?.1.metadata),
+        }
     }
 
     async fn stored(&self, id: &str) -> Result<StoredMission, Problem> {
@@ -284,9 +321,19 @@ impl Missions {
         found.ok_or(Problem::NoMission)
     }
 
-    /// Deletes the mission called `id`.
-    pub(super) async fn delete(&self, id: &str, order: Order) -> Result<(), Problem> {
-        // Its actor ends after its last request: nothing of a deleted mission is stored.
+    /// Deletes the mission `id`.
+    pub(super) async fn delete(
+        &self,
+        id: &str,
+        if_match: &IfMatch,
+        order: AuditEntry,
+    ) -> Result<(), Problem> {
+        // A damaged mission can be deleted too, so no actor is asked.
+        if *if_match != IfMatch::default() {
+            let (_, mission) = self.find(id).await?;
+            if_match.check(&mission)?;
+        }
+        // Its actor may serve a last request: the store stores nothing for a deleted mission.
         let gone = self.store.delete(id.to_owned(), order).await?;
         if let Some(actors) = self.actors().as_mut() {
             actors.remove(id);
@@ -298,55 +345,45 @@ impl Missions {
         Ok(())
     }
 
-    /// Takes up reports, and answers once they are on the disk.
+    /// Adds reports that were read with that `origin`, and answers once they are on the disk.
     pub(super) async fn report(
         &self,
         id: &str,
-        mut heard: Reports,
+        reports: Result<Reports, Problem>,
+        origin: Option<Origin>,
         key: Option<IdempotencyKey>,
     ) -> Result<Vec<u8>, Problem> {
-        let handle = self.handle(id).await?;
-        let Some(live) = handle.live else {
-            return Err(Problem::conflict(NO_REPORTS));
-        };
-        let origin = handle.view.borrow().mission.origin.or(heard.origin);
-        let check = move || {
-            let checked = check::reports(&live.config, &heard, live.clock.now());
-            if let (Ok(()), Some(origin)) = (&checked, origin) {
-                heard.complete(origin);
+        match (reports, &key) {
+            (Ok(reports), _) => {
+                let report = Command::Report(Box::new(reports), origin);
+                self.send(id, report, key, IfMatch::default(), None).await
             }
-            (checked, heard)
-        };
-        let (checked, heard) = self.planners.read_for_mission(Lane::Mission, check).await?;
-        if let Err(wrong) = checked {
-            // Reports that were right when they were first sent may be too old by now.
-            let before = match &key {
-                Some(key) => key.answered(&self.store, id).await?,
-                None => None,
-            };
-            return before.ok_or(Problem::Invalid(wrong));
+            // A repeated request may have been valid when it was first sent, and too old now.
+            (Err(problem), Some(key)) => key.answered(&self.store, id).await?.ok_or(problem),
+            (Err(problem), None) => Err(problem),
         }
-        self.send(id, Command::Report(Box::new(heard)), key, None).await
     }
 
-    /// Sends a command to the mission called `id`, and waits for the reply.
+    /// Sends a command to the mission `id`, and waits for the reply.
     pub(super) async fn send(
         &self,
         id: &str,
         command: Command,
         key: Option<IdempotencyKey>,
-        order: Option<Order>,
+        if_match: IfMatch,
+        order: Option<AuditEntry>,
     ) -> Result<Vec<u8>, Problem> {
         let (reply, answer) = oneshot::channel();
         let span = Span::current();
         let mut request = Request {
             command,
             key,
+            if_match,
             order,
             reply,
             span,
         };
-        // The actor of a mission that is over may end just now; a new one answers then.
+        // The actor of a finished mission may end at this moment; then a new one answers.
         for _ in 0..2 {
             match self.handle(id).await?.requests.try_send(request) {
                 Err(TrySendError::Closed(back)) => request = back,
@@ -357,8 +394,11 @@ impl Missions {
                 Ok(()) => {
                     return match timeout(ANSWER_TIME, answer).await {
                         Ok(Ok(answer)) => answer,
-                        // The mission was deleted meanwhile, or the service stops.
-                        Ok(Err(_)) => Err(Problem::NoMission),
+                        // The mission was deleted meanwhile, or its actor ended because the store knows more than it.
+                        Ok(Err(_)) => {
+                            self.stored(id).await?;
+                            Err(Problem::Behind)
+                        }
                         Err(_) => Err(Problem::Unanswered),
                     };
                 }
@@ -367,7 +407,7 @@ impl Missions {
         Err(Problem::Behind)
     }
 
-    /// The actor of the mission called `id`, started if it does not run.
+    /// The actor of the mission `id`, started if it is not running.
     pub(super) async fn handle(&self, id: &str) -> Result<Handle, Problem> {
         let handle = match self.actors().as_ref() {
             Some(actors) => actors.get(id).cloned(),
@@ -383,15 +423,15 @@ impl Missions {
         let StoredMission { number, id, summary } = stored;
         let mut mission: Mission = parsed(&summary)?;
         let (created_s, sequence) = (mission.created_s, mission.sequence);
-        let (created, Snapshot { state, plan }) = self
+        let (created, Checkpoint { state, plan }) = self
             .read(move |reader| fold(reader, number, created_s, sequence))
             .await?;
-        // An older version did not write it there.
+        // Earlier versions did not store them here.
         mission.setting = state.as_ref().map(|state| Setting::from(state.config()));
         mission.origin = state.as_ref().and_then(MissionState::origin);
         let mut actors = self.actors();
         let actors = actors.as_mut().ok_or(Problem::Log(StoreError::Closed))?;
-        // The actors of missions that are over have ended.
+        // Actors of finished missions may have ended.
         actors.retain(|_, handle| !handle.requests.is_closed());
         // Another request may have been faster.
         if let Some(handle) = actors.get(&id) {
@@ -443,22 +483,22 @@ impl Missions {
         Ok(read?)
     }
 
-    /// Why there is no slot for `what`.
-    pub(super) fn no_slot(&self, no_slot: NoSlot, what: &'static str) -> Problem {
+    /// The problem of a client whose quota of `what` is used up.
+    pub(super) fn quota_exceeded(&self, exceeded: QuotaExceeded, what: &'static str) -> Problem {
         self.planners.metrics().shed(Shed::Places);
-        match no_slot {
-            NoSlot::OfAll(limit) => Problem::Crowded { what, limit },
-            NoSlot::OfClient(limit) => Problem::Share { what, limit },
+        match exceeded {
+            QuotaExceeded::OfAll(limit) => Problem::Crowded { what, limit },
+            QuotaExceeded::OfClient(limit) => Problem::Share { what, limit },
         }
     }
 
-    /// A connection of its own, for reading that takes long.
+    /// A separate connection, for reading that takes long.
     pub(super) fn reader(&self) -> Result<EventReader, StoreError> {
         self.store.reader()
     }
 
-    /// The same id for the same text, so that a request that is sent again finds the mission that it made; unguessable for
-    /// a client that does not know the store's salt.
+    /// The same id for the same text: a repeated request finds the mission that it created. Without the store's salt the id
+    /// cannot be guessed.
     fn mission_id(&self, text: &str) -> String {
         format!(
             "m-{}",
@@ -471,26 +511,26 @@ impl Missions {
     }
 }
 
-/// What a mission was made with, and the fold of its events up to the one numbered `last`.
+/// What a mission was created with, and the fold of its events up to the one numbered `last`.
 fn fold(
     reader: &EventReader,
     number: u64,
     created_s: f64,
     last: u64,
-) -> Result<(NewMission, Snapshot), StoreError> {
+) -> Result<(NewMission, Checkpoint), StoreError> {
     let created = created(reader, number)?;
     let Some((after, body)) = reader.snapshot(number)? else {
-        return Ok((created, Snapshot::default()));
+        return Ok((created, Checkpoint::default()));
     };
-    let mut snapshot: Snapshot = parsed(&body)?;
+    let mut checkpoint: Checkpoint = parsed(&body)?;
     // A simulated mission has no state to fold: it is simulated again.
-    if let Some(state) = &mut snapshot.state {
+    if let Some(state) = &mut checkpoint.state {
         let clock = Clock::new(created_s, created.live.as_ref());
-        // Every plan leaves a snapshot, so that no plan is among these events.
+        // Every plan stores a checkpoint: no plan is among these events.
         reader.each(number, after, last, &mut |stored| {
             state.apply(&Event::read(stored)?, &clock);
             Ok(())
         })?;
     }
-    Ok((created, snapshot))
+    Ok((created, checkpoint))
 }

@@ -1,4 +1,4 @@
-//! Makes every plan of a mission again from its stored events, and compares the answers with those of then.
+//! Makes every plan of a mission again from its stored events, and compares the answers.
 
 use std::time::Duration;
 
@@ -19,21 +19,21 @@ use crate::{
 };
 use wire::{PreviousPlan, mission::Mission};
 
-/// The result of the comparison.
+/// The result of a replay.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Replayed {
-    /// Events, without a gap and each as it was stored.
+    /// Number of events, which are complete and as stored.
     pub events: u64,
-    /// Plans that came out the same, to the byte.
+    /// Plans with the same answer, to the byte.
     pub equal: u64,
-    /// Plans that a deadline cut short, which cannot be made again: taken as they were stored.
+    /// Plans that a deadline cut short. They cannot be made again and are taken as stored.
     pub cut_short: u64,
-    /// Numbers of the events whose plans came out otherwise.
+    /// Numbers of the events whose plans have another answer.
     pub different: Vec<u64>,
 }
 
-/// Makes every plan of the mission called `id` again. `progress` gets the number of the event that it is at, and of
-/// the last.
+/// Makes every plan of the mission `id` again. `progress` gets the numbers of the current and the last event. None if there is
+/// no such mission.
 pub fn replay(
     reader: &EventReader,
     id: &str,
@@ -50,7 +50,7 @@ pub fn replay(
         (None, Some(config)) => {
             Run::Simulated(Box::new(Simulation::new(&config).map_err(StoreError::Damaged)?))
         }
-        (None, None) => return Err(StoreError::Damaged(format!("{id} is of no kind"))),
+        (None, None) => return Err(StoreError::Damaged(format!("{id} is neither live nor simulated"))),
     };
     let mut replayed = Replayed::default();
     reader.each(listed.number, 0, mission.sequence, &mut |stored| {
@@ -70,14 +70,14 @@ pub fn replay(
     Ok(Some(replayed))
 }
 
-/// A mission on its way through its events.
+/// A mission during its replay.
 enum Run {
     Live(Box<MissionState>, Box<Workspace>),
     Simulated(Box<Simulation>),
 }
 
 impl Run {
-    /// The answer, made again; none where a deadline cut it short.
+    /// The answer, made again; none if a deadline cut it short.
     fn plan(&mut self, logged: &Planned) -> Result<Option<StoredAnswer>, StoreError> {
         match self {
             Self::Live(state, workspace) => {
@@ -89,8 +89,9 @@ impl Run {
                     |what: &str| StoreError::Damaged(format!("the plan at {} s: {what}", logged.t_s));
                 let request = state
                     .request(logged.t_s)
-                    .ok_or_else(|| damaged("nothing was known that it could rest on"))?;
-                let snapshot = facts(request).map_err(|_| damaged("what was known makes no snapshot"))?;
+                    .ok_or_else(|| damaged("the events before it have too few reports"))?;
+                let snapshot =
+                    facts(request).map_err(|_| damaged("the events before it make no valid snapshot"))?;
                 let plan = plan(&snapshot, &Policy::default(), workspace);
                 let made = planners::Planned {
                     snapshot: snapshot.into(),

@@ -1,30 +1,35 @@
-//! How long missions are kept: those that are over, and those for which reports have ceased.
+//! Retention: deletes old finished missions, and finishes live missions without reports.
+//!
+//! What is old is decided by the store's trusted time: a clock that was set wrongly deletes nothing.
 
-use std::time::Duration;
+use std::{panic::AssertUnwindSafe, time::Duration};
 
-use super::{actor::Command, clock::unix_now, event::parsed, registry::Missions};
+use futures_util::FutureExt as _;
+
+use super::{actor::Command, event::parsed, if_match::IfMatch, registry::Missions};
 use crate::{
     problem::Problem,
-    store::{EventReader, Order, StoreError},
+    store::{AuditEntry, EventReader, StoreError},
+    unix_time::unix_now,
 };
 use wire::mission::{Mission, Status};
 
-/// How often it is looked which missions are due.
-const LOOK: Duration = Duration::from_mins(10);
+/// Time between two checks for missions that are due.
+const CHECK: Duration = Duration::from_mins(10);
 
-/// Whom the audit names.
+/// The caller of these orders in the audit list.
 const CALLER: &str = "the service";
 
 /// How long missions are kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Retention {
-    /// A mission that has been over for so long is deleted; none ever if not given.
+    /// A mission is deleted this long after its end, by the trusted time; never if none.
     pub over: Option<Duration>,
-    /// A live mission without a report for so long, or since the service was started, is finished; none ever if not given.
+    /// A live mission is finished this long after its last report or the start of the service; never if none.
     pub abandoned: Option<Duration>,
 }
 
-/// What was done with missions that were due.
+/// The missions that were due.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct Expired {
     deleted: Vec<String>,
@@ -32,16 +37,16 @@ struct Expired {
 }
 
 impl Missions {
-    /// Finishes and deletes missions that are due, now and then, for ever.
+    /// Follows the machine's clocks, and finishes and deletes missions that are due, again and again.
     pub async fn keep_for(self, retention: Retention) {
-        if retention == Retention::default() {
-            return;
-        }
         loop {
-            if let Err(problem) = self.expire(retention).await {
-                tracing::warn!(?problem, "missions that are due stay for now");
+            if let Err(error) = self.read_clocks().await {
+                tracing::warn!(%error, "the trusted time was not stored");
             }
-            tokio::time::sleep(LOOK).await;
+            if let Err(problem) = or_panicked(self.expire(retention)).await {
+                tracing::warn!(?problem, "missions that are due were not all finished or deleted");
+            }
+            tokio::time::sleep(CHECK).await;
         }
     }
 
@@ -53,36 +58,41 @@ impl Missions {
             let live = self.read(|reader| with_status(reader, &OPEN)).await?;
             for mission in live.into_iter().filter(|mission| mission.kind == "live") {
                 if self.is_silent(&mission.id, after).await {
-                    self.send(&mission.id, Command::Finish, None, Some(expire_order()))
-                        .await?;
-                    tracing::info!(mission = mission.id, "finished: no report came for too long");
+                    self.send(
+                        &mission.id,
+                        Command::Finish,
+                        None,
+                        IfMatch::default(),
+                        Some(expire_order()),
+                    )
+                    .await?;
+                    tracing::info!(mission = mission.id, "finished: it had no report for too long");
                     expired.finished.push(mission.id);
                 }
             }
         }
         if let Some(after) = retention.over {
-            for id in self.read(move |reader| over_for(reader, after)).await? {
-                self.delete(&id, expire_order()).await?;
-                tracing::info!(mission = id, "deleted: it has been over for too long");
+            let before_s = self.now_trusted_s() - after.as_secs_f64();
+            for id in self.read(move |reader| reader.over_before(before_s)).await? {
+                self.delete(&id, &IfMatch::default(), expire_order()).await?;
+                tracing::info!(mission = id, "deleted: it had been over for long enough");
                 expired.deleted.push(id);
             }
         }
         Ok(expired)
     }
 
-    /// Whether no report came for so long, by a clock that is never set.
+    /// Whether no report came for so long, by a monotonic clock.
     async fn is_silent(&self, id: &str, after: Duration) -> bool {
         let handle = self.handle(id).await;
         handle.is_ok_and(|handle| after <= handle.view.borrow().reported.elapsed())
     }
 }
 
-/// Names of the missions that have been over for so long. Damaged ones are kept as they are.
-pub fn over_for(reader: &EventReader, after: Duration) -> Result<Vec<String>, StoreError> {
-    let mut over = with_status(reader, &[Status::Finished, Status::Failed])?;
-    let now = unix_now();
-    over.retain(|mission| after.as_secs_f64() <= now - mission.finished_s.unwrap_or(mission.created_s));
-    Ok(over.into_iter().map(|mission| mission.id).collect())
+/// The result, also if `work` panics: the next round tries again.
+async fn or_panicked<T>(work: impl Future<Output = Result<T, Problem>>) -> Result<T, Problem> {
+    let caught = AssertUnwindSafe(work).catch_unwind().await;
+    caught.unwrap_or(Err(Problem::Panicked))
 }
 
 fn with_status(reader: &EventReader, statuses: &[Status]) -> Result<Vec<Mission>, StoreError> {
@@ -90,19 +100,31 @@ fn with_status(reader: &EventReader, statuses: &[Status]) -> Result<Vec<Mission>
     for status in statuses {
         all.extend(reader.missions_with_status(status.name())?);
     }
-    let whole = all.into_iter().flatten();
-    Ok(whole
+    Ok(all
+        .iter()
         .filter_map(|mission| parsed(&mission.summary).ok())
         .collect())
 }
 
-/// The service's own order to end or delete a mission that is due.
+/// The service's order to finish or delete a mission that is due.
 #[must_use]
-pub fn expire_order() -> Order {
-    Order {
+pub fn expire_order() -> AuditEntry {
+    AuditEntry {
         at_s: unix_now(),
         caller: CALLER.to_owned(),
         request: String::new(),
         action: "expire".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn a_round_that_panics_is_a_problem_and_the_next_may_succeed() {
+        let panics = async { panic!("a test wants this panic") };
+        assert_eq!(or_panicked::<()>(panics).await, Err(Problem::Panicked));
+        assert_eq!(or_panicked(async { Ok(1) }).await, Ok(1));
     }
 }

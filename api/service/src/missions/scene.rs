@@ -1,37 +1,42 @@
-//! What a map of a mission shows beside vehicles.
+//! What a map of a mission shows beside the vehicles.
 
 use std::collections::BTreeMap;
 
-use planner::snapshot::Snapshot;
+use planner::path::Path;
 use sim::scenario::{CurrentKnowledge, Scenario};
 
-use super::{simulation, state::trial_request};
+use super::simulation;
 use wire::{
     Origin,
     mission::{Live, NewMission, Scene, Simulated},
 };
 
-/// Points of a path at most: what a picture of a thousand pixels shows.
+/// Most points of a path: a picture of a thousand pixels shows no more.
 const PATH_POINTS_MAX: usize = 400;
 
-/// What `mission` was made with. Nothing is known of a scenario that this program no longer has.
-pub(super) fn scene(mission: &NewMission) -> Scene {
+/// The scene of a mission that was created so, counted from its `origin` now. It is empty if this program no longer has the scenario.
+pub(super) fn scene(mission: &NewMission, origin: Option<Origin>) -> Scene {
     match (&mission.live, &mission.simulated) {
-        (Some(live), _) => of_live(live),
+        (Some(live), _) => {
+            let mut live = live.clone();
+            if let Some(origin) = origin {
+                live.count_from(origin);
+            }
+            of_live(&live)
+        }
         (None, Some(simulated)) => of_simulated(simulated).unwrap_or_default(),
         (None, None) => Scene::default(),
     }
 }
 
 fn of_live(live: &Live) -> Scene {
-    let snapshot = Snapshot::try_from(&trial_request(live, 0.0)).ok();
-    let auvs = snapshot.iter().flat_map(|snapshot| &snapshot.auvs);
-    let paths = auvs.filter_map(|auv| {
-        let path = &auv.path.as_ref()?.path;
+    let paths = live.auvs.iter().filter_map(|auv| {
+        let declared = auv.path.as_ref()?;
+        let path = Path::from_segments(&declared.segments, declared.closed).ok()?;
         #[expect(clippy::cast_precision_loss, reason = "hundreds")]
         let at = |k: usize| path.length() * k as f64 / (PATH_POINTS_MAX - 1) as f64;
         let points = (0..PATH_POINTS_MAX).map(|k| path.at(at(k)).position);
-        Some((auv.id.0.clone(), points.map(|point| [point.x, point.y]).collect()))
+        Some((auv.id.clone(), points.map(|point| [point.x, point.y]).collect()))
     });
     Scene {
         period_s: live.period_s,
@@ -74,7 +79,7 @@ fn of_simulated(simulated: &Simulated) -> Option<Scene> {
         controller: Some(simulated.controller),
         information: Some(information(&scenario, simulated)),
         auvs: record.auv_ids.clone(),
-        keep_outs: bounds.keep_outs.iter().map(wire::keep_out).collect(),
+        keep_outs: bounds.keep_outs.clone(),
         area: bounds.area.iter().map(|corner| [corner.x, corner.y]).collect(),
         range_max_m: bounds.range_max,
         paths: paths.collect::<BTreeMap<_, _>>(),
@@ -82,7 +87,7 @@ fn of_simulated(simulated: &Simulated) -> Option<Scene> {
     })
 }
 
-/// What the controller is told, in words. All controllers are told the same; laws use the present alone.
+/// What the controller knows, in words. All controllers know the same; laws use only the present.
 fn information(scenario: &Scenario, simulated: &Simulated) -> String {
     let knowledge = &scenario.knowledge;
     let auvs = if knowledge.acoustics.is_some() {

@@ -1,4 +1,4 @@
-//! A run of the simulator, one plan at a time, the same each time it is simulated.
+//! The simulation of a mission, one plan at a time. It is deterministic.
 
 use std::{collections::BTreeMap, time::Duration};
 
@@ -7,7 +7,7 @@ use planner::{
     los::{LosTuning, Reference},
     plan::{Baseline, Plan, SolverReport, Workspace, baseline_from, plan, plan_until},
     policy::Policy,
-    snapshot::{Observation, PreviousPlan, Snapshot},
+    snapshot::{PlanRequest, PreviousPlan, Snapshot},
     stop::Stop,
 };
 use sim::{
@@ -20,10 +20,10 @@ use super::event::{Planned, StoredAnswer, answer, planned};
 use crate::planners;
 use wire::mission::{Simulated, TrueVehicle, Truth};
 
-/// Time between two plans, s: as the simulator has it.
+/// Time between two plans of the simulator, s.
 pub(super) const PERIOD: f64 = 1.0;
 
-/// The simulated world, and the memory of what steers.
+/// The simulated world, and the controller with its memory.
 #[derive(Debug)]
 pub(super) struct Simulation {
     mission: sim::mission::Mission,
@@ -31,11 +31,11 @@ pub(super) struct Simulation {
     policy: Policy,
     workspace: Workspace,
     previous: Option<PreviousPlan>,
-    /// What steers, where it is not the planner.
+    /// The controller, if it is not the planner.
     law: Option<LosGuide>,
 }
 
-/// A plan with its event.
+/// One simulated plan.
 #[derive(Debug)]
 pub(super) struct Tick {
     pub(super) planned: Planned,
@@ -43,20 +43,24 @@ pub(super) struct Tick {
     pub(super) made: planners::Planned,
 }
 
-/// The scenario that the client named or sent; else a text for people.
+/// The scenario that the client named or sent. The error is a text for people.
 pub(super) fn scenario(config: &Simulated) -> Result<Scenario, String> {
     let scenario = match (&config.scenario, &config.scenario_file) {
-        (Some(name), None) => Scenario::named(name)
-            .ok_or_else(|| format!("there is no such scenario, only {}", Scenario::names().join(", ")))?,
+        (Some(name), None) => Scenario::named(name).ok_or_else(|| {
+            format!(
+                "there is no such scenario; the scenarios are {}",
+                Scenario::names().join(", ")
+            )
+        })?,
         (None, Some(text)) => {
             Scenario::parse(text, "scenario_file", Files::default()).map_err(|error| error.to_string())?
         }
-        _ => return Err("give either scenario, a name, or scenario_file, the whole of one".to_owned()),
+        _ => return Err("give either scenario, a name, or scenario_file, the content of a file".to_owned()),
     };
     if scenario.has_surface_craft() {
         Ok(scenario)
     } else {
-        Err("there is no surface craft in it to plan for".to_owned())
+        Err("the scenario has no surface craft to plan for".to_owned())
     }
 }
 
@@ -87,10 +91,10 @@ impl Simulation {
         self.mission.is_over()
     }
 
-    /// Plans, and follows the plan for a second. A simulation that is repeated follows the `logged` reference instead.
+    /// Makes a plan and simulates a second with it. A repeated simulation uses the `logged` reference instead.
     pub(super) fn tick(&mut self, logged: Option<&Planned>) -> Result<Tick, GuideError> {
         let time = self.mission.time();
-        let seen = self.mission.look()?.ok_or("there is no surface craft")?;
+        let seen = self.mission.observe()?.ok_or("there is no surface craft")?;
         let made = self.steer(&seen, logged)?;
         let guidance = Guidance {
             reference: logged.map_or(made.plan.reference, |logged| reference(&logged.reference)),
@@ -101,7 +105,7 @@ impl Simulation {
         let origin = self.mission.record().origin;
         let answer = answer(&made, origin.map(wire::Origin::from));
         let mut planned = planned(time, Duration::ZERO, &made, &answer);
-        self.mission.go_on(Some((&seen, guidance)));
+        self.mission.step(Some((&seen, guidance)));
         let rows = self.mission.take_rows();
         planned.truth = rows.last().and_then(|row| truth(row, &self.ids)).map(Box::new);
         Ok(Tick {
@@ -113,17 +117,17 @@ impl Simulation {
 }
 
 impl Simulation {
-    /// The planner's plan for what is `seen`, or the law's reference as one.
+    /// The planner's plan for the snapshot `seen`, or the law's reference as a plan.
     fn steer(&mut self, seen: &Snapshot, logged: Option<&Planned>) -> Result<planners::Planned, GuideError> {
         let start = std::time::Instant::now();
         let (snapshot, plan) = if let Some(law) = &mut self.law {
             let guidance = law.guide(seen)?;
-            // With the current that the law takes off, which it smooths over its looks.
-            let known = Snapshot::try_from(Observation {
-                current: law.current(),
-                ..Observation::clone(seen)
+            // With the current that the law subtracts, which it smooths over time.
+            let known = Snapshot::try_from(PlanRequest {
+                current: law.current().map(Into::into),
+                ..PlanRequest::clone(seen)
             })?;
-            // No program: what a law's plan says of forecasts and of where the law leads is not for solving.
+            // Forecasts and the law's trajectory need no solved program.
             let plan = plan_until(&known, &self.policy, &mut self.workspace, &Stop::at_once());
             let Baseline {
                 trajectory,
@@ -147,9 +151,9 @@ impl Simulation {
             };
             (seen.clone(), plan)
         } else {
-            let observation = Observation {
+            let observation = PlanRequest {
                 previous_plan: self.previous.take(),
-                ..Observation::clone(seen)
+                ..PlanRequest::clone(seen)
             };
             let snapshot = Snapshot::try_from(observation)?;
             let plan = plan(&snapshot, &self.policy, &mut self.workspace);

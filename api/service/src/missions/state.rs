@@ -2,16 +2,21 @@
 
 use std::collections::BTreeMap;
 
-use planner::snapshot::{REPORTS_MAX, Snapshot};
+use planner::{
+    angle::Heading,
+    nalgebra::Vector2,
+    snapshot::{COORDINATE_MAX, REPORTS_MAX, Snapshot},
+};
 use serde::{Deserialize, Serialize};
 
 use super::{clock::Clock, event::Event};
 use wire::{
-    Asc, Auv, Fallback, FieldError, Goal, Limits, Origin, PlanRequest, PreviousPlan, Report, SCHEMA_VERSION,
+    Asc, Auv, DeclaredLimits, FieldError, Origin, PlanRequest, PreviousPlan, Recount, Report, Task,
+    VehicleId,
     mission::{AscReport, Live, LiveAuv, Reports, Setting},
 };
 
-/// How long the surface craft's last state is carried on by its velocity, s. After that its place is unknown, and no plan
+/// How long the surface craft's last state is extrapolated by its velocity, s. After that its position is unknown, and no plan
 /// is made.
 pub(super) const ASC_AGE_MAX: f64 = 10.0;
 
@@ -39,7 +44,7 @@ impl MissionState {
         }
     }
 
-    /// Applies an event: of all kinds only reports and changes of the setting change the state.
+    /// Applies an event. Only reports and changes of the setting change the state.
     pub(super) fn apply(&mut self, event: &Event, clock: &Clock) {
         match event {
             Event::Reported { heard, at_s } => self.take_reports(heard, clock.at(*at_s)),
@@ -54,12 +59,12 @@ impl MissionState {
         }
     }
 
-    /// Where the datum lies, where that is known.
+    /// The position of the datum, if known.
     pub(super) fn origin(&self) -> Option<Origin> {
         self.config.origin
     }
 
-    /// Whether the first fix in latitude and longitude can become the origin: nothing counts from a datum yet.
+    /// Whether the first fix in latitude and longitude can become the origin: no position in metres is known yet.
     pub(super) fn may_begin(&self) -> bool {
         let Live {
             origin,
@@ -74,24 +79,26 @@ impl MissionState {
         origin.is_none() && nothing_heard && nothing_told
     }
 
-    /// What the mission is to do, and all that is known of it but for reports and plans.
+    /// The mission's configuration, as changed so far.
     pub(super) fn config(&self) -> &Live {
         &self.config
     }
 
-    /// Replaces members of the setting, and forgets of the previous plan what was so by the old ones only.
+    /// Replaces members of the setting, and drops what the previous plan derived from the old ones.
     ///
-    /// Its trajectory and its reference stay: the craft follows them until the next plan, whose heading turns from there, and
-    /// the trajectory is followed on only where the new goal predicts no lower cost for another.
+    /// The previous trajectory and reference stay: the craft follows them until the next plan, whose heading turns from there. The
+    /// trajectory is continued only if no other has a lower predicted cost for the new goal.
     fn change(&mut self, setting: &Setting) {
+        if let Some(origin) = setting.origin.flatten() {
+            self.count_from(origin);
+        }
         let mut replaced = setting.clone();
         replaced.exchange_with(&mut self.config);
         let Some(plan) = &mut self.previous_plan else {
             return;
         };
         let config = &self.config;
-        let follows_another =
-            |before: &Goal| without_offset(before.clone()) != without_offset(config.goal.clone());
+        let follows_another = |before: &Task| before.goal != config.goal.goal;
         if replaced.goal.as_ref().is_some_and(follows_another) {
             plan.goal_course_rad = None;
         }
@@ -106,8 +113,38 @@ impl MissionState {
         }
     }
 
-    /// Takes up reports at `now` on the mission's clock, s: of each vehicle the newest 64 fixes, each once; of the surface
-    /// craft the newest state. Reports dated later are from before the clock was set back, and are forgotten.
+    /// Puts the datum at `origin`. What is known stays where it is on Earth; directions are true and stay. What lies beyond all
+    /// coordinates then, such as a first fix that was wrong, is dropped.
+    fn count_from(&mut self, origin: Origin) {
+        let recount = self.config.origin.and_then(|before| Recount::new(before, origin));
+        self.config.count_from(origin);
+        let Some(recount) = recount else { return };
+        let is_near = |north: f64, east: f64| north.abs().max(east.abs()) <= COORDINATE_MAX;
+        for fixes in self.reports.values_mut() {
+            for fix in fixes.iter_mut() {
+                recount.position(&mut fix.north_m, &mut fix.east_m);
+            }
+            fixes.retain(|fix| is_near(fix.north_m, fix.east_m));
+        }
+        if let Some(AscReport { state, .. }) = &mut self.asc {
+            recount.position(&mut state.north_m, &mut state.east_m);
+        }
+        self.asc
+            .take_if(|asc| !is_near(asc.state.north_m, asc.state.east_m));
+        if let Some(plan) = &mut self.previous_plan {
+            plan.origin = plan.origin.and(Some(origin));
+            for point in &mut plan.trajectory {
+                recount.position(&mut point.north_m, &mut point.east_m);
+            }
+            let targets = plan.targets.iter_mut().flatten();
+            for estimate in targets.filter_map(|target| target.estimate.as_mut()) {
+                recount.position(&mut estimate.north_m, &mut estimate.east_m);
+            }
+        }
+    }
+
+    /// Adds reports at `now` on the mission's clock, s. It keeps the newest 64 fixes of each AUV, without duplicates, and the newest
+    /// state of the surface craft. Reports dated later than `now` are from before the clock was set back, and are dropped.
     fn take_reports(&mut self, heard: &Reports, now: f64) {
         for kept in self.reports.values_mut() {
             kept.retain(|fix| !is_ahead(fix.t_s, now));
@@ -137,12 +174,12 @@ impl MissionState {
         }
     }
 
-    /// The next request hands this plan back to the planner.
+    /// The next request contains this plan.
     pub(super) fn set_previous_plan(&mut self, plan: PreviousPlan) {
         self.previous_plan = Some(plan);
     }
 
-    /// The vehicles without reports that a plan at `now` on the mission's clock, s, needs: `asc`, or AUVs of the goal.
+    /// The vehicles whose reports a plan at `now` on the mission's clock, s, lacks: `asc`, or AUVs of the goal.
     pub(super) fn waits_for(&self, now: f64) -> Vec<String> {
         let asc = self.asc.as_ref();
         let asc = asc.filter(|asc| now - asc.t_s <= ASC_AGE_MAX && !is_ahead(asc.t_s, now));
@@ -151,7 +188,7 @@ impl MissionState {
         asc.into_iter().chain(unheard.map(str::to_owned)).collect()
     }
 
-    /// Fixes of an AUV that count at `now`.
+    /// Fixes of an AUV that are valid at `now`.
     fn fixes(&self, id: &str, now: f64) -> impl Iterator<Item = &Report> {
         let fixes = self.reports.get(id).into_iter().flatten();
         fixes.filter(move |fix| !is_ahead(fix.t_s, now))
@@ -164,7 +201,7 @@ impl MissionState {
         asc.chain(self.reports.iter().filter_map(newest)).collect()
     }
 
-    /// The request for a plan at `now` on the mission's clock, s; none as long as the mission waits for a vehicle.
+    /// The request for a plan at `now` on the mission's clock, s; none while reports are missing.
     pub(super) fn request(&self, now: f64) -> Option<PlanRequest> {
         if !self.waits_for(now).is_empty() {
             return None;
@@ -176,7 +213,7 @@ impl MissionState {
         };
         let mut previous_plan = self.previous_plan.clone();
         if let (false, Some(plan)) = (asc.steered, &mut previous_plan) {
-            ask_for_what_it_does(plan, &asc.state);
+            take_motion_for_reference(plan, &asc.state);
         }
         let request = request(
             &self.config,
@@ -192,9 +229,9 @@ impl MissionState {
     }
 }
 
-/// A craft that a person steers did not follow the reference of `plan`: it is taken to have been asked for what it does, so that nothing
-/// is learnt of how it answers, and the next reference turns from the bow.
-fn ask_for_what_it_does(plan: &mut PreviousPlan, asc: &Asc) {
+/// A craft that a person steers did not follow the reference of `plan`. Its own motion is taken for the reference, so that nothing is
+/// learnt of its response, and the next reference turns from the bow.
+fn take_motion_for_reference(plan: &mut PreviousPlan, asc: &Asc) {
     let over_ground = asc
         .ground_north_mps
         .zip(asc.ground_east_mps)
@@ -212,33 +249,25 @@ fn ask_for_what_it_does(plan: &mut PreviousPlan, asc: &Asc) {
 /// The facts of a mission's request. A previous plan that makes no valid snapshot, such as one that leads beyond all
 /// coordinates, is left out.
 pub(super) fn facts(mut request: PlanRequest) -> Result<Snapshot, Vec<FieldError>> {
-    Snapshot::try_from(&request).or_else(|_| {
+    wire::snapshot(request.clone()).or_else(|_| {
         request.previous_plan = None;
-        Snapshot::try_from(&request)
+        wire::snapshot(request)
     })
 }
 
-fn without_offset(goal: Goal) -> Goal {
-    Goal { offset: None, ..goal }
-}
-
-/// What limits say of the craft itself.
-fn surge_lag(limits: Option<&Limits>) -> Option<f64> {
+/// The surge lag in the limits, s.
+fn surge_lag(limits: Option<&DeclaredLimits>) -> Option<f64> {
     limits.and_then(|limits| limits.surge_lag_s)
 }
 
-/// Whether a time lies in the future of a clock that shows `now`, s, by more than clocks differ.
+/// Whether a time is later than `now`, s, by more than the tolerance of clocks.
 fn is_ahead(time: f64, now: f64) -> bool {
     now + AHEAD_MAX < time
 }
 
 /// The AUVs that the goal names.
 fn goal_members(config: &Live) -> impl Iterator<Item = &str> {
-    let goal = &config.goal;
-    let one = goal.auv.iter();
-    let several = goal.auvs.iter().flatten();
-    let weighted = goal.weights.iter().flatten().map(|(id, _)| id);
-    one.chain(several).chain(weighted).map(String::as_str)
+    config.goal.goal.named().map(|VehicleId(id)| id.as_str())
 }
 
 fn request(
@@ -249,39 +278,30 @@ fn request(
     previous_plan: Option<PreviousPlan>,
 ) -> PlanRequest {
     PlanRequest {
-        schema_version: SCHEMA_VERSION.to_owned(),
-        t_s: now,
         origin: config.origin,
-        asc,
-        auvs,
-        goal: config.goal.clone(),
         current: config.current,
-        limits: config.limits.clone(),
+        limits: config.limits,
         craft: config.craft.clone(),
         keep_outs: config.keep_outs.clone(),
         area: config.area.clone(),
         acoustics: config.acoustics,
         surfacing_separation_m: config.surfacing_separation_m,
         forecast: config.forecast,
-        fallback: Fallback::Los,
         hold: config.hold,
-        deadline_ms: None,
         previous_plan,
-        metadata: serde_json::Map::new(),
+        ..PlanRequest::new(now, asc, auvs, config.goal.clone())
     }
 }
 
 fn known_by(fixes: Vec<Report>, auv: &LiveAuv) -> Auv {
     Auv {
-        id: auv.id.clone(),
-        state: None,
-        reports: Some(fixes),
         path: auv.path.clone(),
         dive: auv.dive,
+        ..Auv::reported(auv.id.as_str(), fixes)
     }
 }
 
-/// A fix as a request takes it: a fix dated ahead counts as one of now.
+/// The fix for a request. A fix dated ahead counts as one of now.
 fn aged(fix: &Report, now: f64) -> Report {
     Report {
         t_s: fix.t_s.min(now),
@@ -289,7 +309,7 @@ fn aged(fix: &Report, now: f64) -> Report {
     }
 }
 
-/// The surface craft `age` seconds after its state: moved by its velocity over ground, with the same heading and speed.
+/// The surface craft `age` seconds after its state: moved with its velocity over ground, at the same heading and speed.
 fn carried(asc: &Asc, age: f64, previous: Option<&PreviousPlan>) -> Asc {
     let (sin, cos) = asc.heading_rad.sin_cos();
     let through_water = (
@@ -310,33 +330,11 @@ fn carried(asc: &Asc, age: f64, previous: Option<&PreviousPlan>) -> Asc {
     }
 }
 
-/// The request of a mission whose vehicles all lie still at the datum: what is wrong with it is wrong with the mission.
+/// The request of a mission whose vehicles all lie still at the datum. It is invalid if the mission is invalid.
 pub(super) fn trial_request(config: &Live, now: f64) -> PlanRequest {
-    let fix = Report {
-        t_s: now,
-        north_m: 0.0,
-        east_m: 0.0,
-        lat_deg: None,
-        lon_deg: None,
-        sigma_m: 1.0,
-        depth_m: None,
-        course_rad: None,
-        speed_mps: None,
-        turn_rate_radps: None,
-    };
+    let fix = Report::new(now, Vector2::zeros(), 1.0);
     let auvs = config.auvs.iter().map(|auv| known_by(vec![fix], auv));
-    let asc = Asc {
-        north_m: 0.0,
-        east_m: 0.0,
-        lat_deg: None,
-        lon_deg: None,
-        heading_rad: 0.0,
-        speed_mps: 0.0,
-        sway_mps: 0.0,
-        yaw_rate_radps: 0.0,
-        ground_north_mps: None,
-        ground_east_mps: None,
-    };
+    let asc = Asc::new(Vector2::zeros(), Heading::new(0.0), 0.0);
     request(config, now, asc, auvs.collect(), None)
 }
 
@@ -345,7 +343,6 @@ mod tests {
     use planner::{
         plan::{Workspace, plan},
         policy::Policy,
-        snapshot,
     };
     use serde_json::json;
 
@@ -410,10 +407,10 @@ mod tests {
     fn before_and_after(change: serde_json::Value) -> [MissionState; 2] {
         let mut before = state();
         before.take_reports(&heard(10.0, 1.0), 10.0);
-        before.config.limits = Some(Limits::default());
+        before.config.limits = Some(DeclaredLimits::default());
         let first = facts(before.request(9.0).expect("waits for no vehicle")).expect("is valid");
         let plan = plan(&first, &Policy::default(), &mut Workspace::default());
-        before.set_previous_plan(PreviousPlan::from(&snapshot::PreviousPlan::from(&plan)));
+        before.set_previous_plan(PreviousPlan::from(&plan));
         let mut after = before.clone();
         after.change(&serde_json::from_value(change).expect("has the shape"));
         [before, after]

@@ -1,4 +1,4 @@
-//! Answers whose length the client decides: events as they happen, and records.
+//! Answers that are streamed: events as they happen, and records.
 
 use std::{
     io::{self, Write},
@@ -11,7 +11,7 @@ use axum::{
     http::{StatusCode, header},
     response::{
         IntoResponse, Response,
-        sse::{Event as Sent, KeepAlive, Sse},
+        sse::{Event as SseEvent, KeepAlive, Sse},
     },
 };
 use futures_util::stream::{self, Stream};
@@ -27,53 +27,53 @@ use tokio::{
 };
 
 use super::{
-    record::{self, Part, RecordError, RecordFormat},
+    record::{self, EventFilter, RecordError, RecordFormat},
     registry::Missions,
 };
-use crate::{access::By, problem::Problem, slots::Slot, store::StoredEvent};
+use crate::{access::By, problem::Problem, quota::QuotaPermit, store::StoredEvent};
 
-/// Between two signs of life when nothing happens.
+/// Time between two keep-alive comments when nothing happens.
 const HEARTBEAT: Duration = Duration::from_secs(15);
 
-/// When an `EventSource` should come again.
-pub(crate) const RETRY: Duration = Duration::from_secs(1);
+/// When an `EventSource` should reconnect.
+const RETRY: Duration = Duration::from_secs(1);
 
-/// Events that are read from the store at once, for a client that was away: each may be over 100 kB.
+/// Events read from the store at once, for a client that was away: each may exceed 100 kB.
 const PAGE: usize = 4;
 
-/// Pieces of a record on their way: with the size of one, what a slow reader costs.
-const PIECES: usize = 4;
-/// Size of a piece, bytes.
-const PIECE: usize = 64 << 10;
+/// Chunks of a record on their way: with their size, the memory that a slow reader costs.
+const CHUNKS: usize = 4;
+/// Size of a chunk, bytes.
+const CHUNK: usize = 64 << 10;
 
-/// How long the client of a record may leave a piece waiting.
+/// How long the client of a record may leave a chunk waiting.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// A client that reads a mission's events.
+/// A reader of a mission's events.
 struct Subscription {
     missions: Missions,
     number: u64,
     /// The last event that was sent.
     sent: u64,
-    /// Read from the store, and not yet sent.
+    /// Read from the store and not yet sent.
     page: std::vec::IntoIter<StoredEvent>,
-    /// Whether the store may have more than was read.
+    /// Whether the store may have more events.
     behind: bool,
     stream: Receiver<StoredEvent>,
     /// The event after a gap.
-    kept: Option<StoredEvent>,
-    _slot: Slot<Arc<str>>,
+    after_gap: Option<StoredEvent>,
+    _permit: QuotaPermit<Arc<str>>,
 }
 
-/// The events of the mission called `id` after the one numbered `after`, or from now on.
+/// The events of the mission `id` after the one numbered `after`, or from now on.
 pub(super) async fn events(
     missions: Missions,
     by: &By,
     id: &str,
     after: Option<u64>,
 ) -> Result<Response, Problem> {
-    let slot = missions.streams.take(by.name());
-    let slot = slot.map_err(|none| missions.no_slot(none, "event streams"))?;
+    let permit = missions.streams.take(by.name(), 1);
+    let permit = permit.map_err(|exceeded| missions.quota_exceeded(exceeded, "event streams"))?;
     let handle = missions.handle(id).await?;
     // Before the store is read, so that no event falls between the two.
     let stream = handle.events.upgrade().ok_or(Problem::NoMission)?.subscribe();
@@ -90,28 +90,24 @@ pub(super) async fn events(
         page: vec![].into_iter(),
         behind: true,
         stream,
-        kept: None,
-        _slot: slot,
+        after_gap: None,
+        _permit: permit,
     };
-    Ok(sent_to(sent_events(subscription)))
-}
-
-/// The answer that sends `events`, with signs of life between them.
-pub(crate) fn sent_to(events: impl Stream<Item = io::Result<Sent>> + Send + 'static) -> Response {
     let alive = KeepAlive::new().interval(HEARTBEAT);
-    Sse::new(events).keep_alive(alive).into_response()
+    let events = Sse::new(sent_events(subscription)).keep_alive(alive);
+    Ok(events.into_response())
 }
 
-/// What is sent. The next event is fetched when the connection has room for it.
-fn sent_events(subscription: Subscription) -> impl Stream<Item = io::Result<Sent>> {
+/// The events to send. Each is fetched when the connection has room for it.
+fn sent_events(subscription: Subscription) -> impl Stream<Item = io::Result<SseEvent>> {
     stream::unfold(Some(subscription), async |subscription| {
         let mut subscription = subscription?;
         match subscription.next().await {
             Ok(Some((event, last))) => Some((Ok(event), (!last).then_some(subscription))),
             Ok(None) => None,
-            // The answer has begun: it can only break off.
+            // The answer has begun: it can only be cut off.
             Err(problem) => {
-                tracing::warn!(?problem, "an event stream broke off");
+                tracing::warn!(?problem, "an event stream was cut off");
                 Some((Err(io::ErrorKind::Other.into()), None))
             }
         }
@@ -119,9 +115,9 @@ fn sent_events(subscription: Subscription) -> impl Stream<Item = io::Result<Sent
 }
 
 impl Subscription {
-    /// The next event, and whether it is the last one of the mission.
-    async fn next(&mut self) -> Result<Option<(Sent, bool)>, Problem> {
-        if let Some(event) = self.kept.take() {
+    /// The next event, and whether it is the mission's last.
+    async fn next(&mut self) -> Result<Option<(SseEvent, bool)>, Problem> {
+        if let Some(event) = self.after_gap.take() {
             return Ok(Some(self.send(&event)));
         }
         loop {
@@ -141,9 +137,9 @@ impl Subscription {
                 Ok(event) if event.sequence == self.sent + 1 => return Ok(Some(self.send(&event))),
                 Ok(event) => {
                     let gap = json!({ "kind": "gap", "from": self.sent + 1, "to": event.sequence - 1 });
-                    self.kept = Some(event);
-                    // Without an id, so that a client that connects again gets what it missed.
-                    let gap = Sent::default().event("gap").data(gap.to_string());
+                    self.after_gap = Some(event);
+                    // Without an id: a client that reconnects gets what it missed.
+                    let gap = SseEvent::default().event("gap").data(gap.to_string());
                     return Ok(Some((gap, false)));
                 }
                 // The number of the next event shows how many were missed.
@@ -153,9 +149,9 @@ impl Subscription {
         }
     }
 
-    fn send(&mut self, event: &StoredEvent) -> (Sent, bool) {
+    fn send(&mut self, event: &StoredEvent) -> (SseEvent, bool) {
         self.sent = event.sequence;
-        let sent = Sent::default()
+        let sent = SseEvent::default()
             .id(event.sequence.to_string())
             .event(&event.kind)
             .retry(RETRY)
@@ -164,43 +160,43 @@ impl Subscription {
     }
 }
 
-/// The record of the mission called `id`.
+/// The record of the mission `id`.
 pub(super) async fn record(
     missions: Missions,
     by: &By,
     id: &str,
     format: RecordFormat,
-    part: Part,
+    filter: EventFilter,
 ) -> Result<Response, Problem> {
-    let slot = missions.records.take(by.name());
-    let slot = slot.map_err(|none| missions.no_slot(none, "records"))?;
+    let permit = missions.records.take(by.name(), 1);
+    let permit = permit.map_err(|exceeded| missions.quota_exceeded(exceeded, "records"))?;
     let (number, _) = missions.find(id).await?;
-    let (pieces, mut written) = mpsc::channel(PIECES);
+    let (chunks, mut written) = mpsc::channel(CHUNKS);
     let runtime = runtime::Handle::current();
     spawn_blocking(move || {
-        let _slot = slot;
-        let mut out = Pieces {
-            client: pieces,
+        let _permit = permit;
+        let mut out = ChunkWriter {
+            client: chunks,
             runtime,
-            piece: Vec::with_capacity(PIECE),
+            chunk: Vec::with_capacity(CHUNK),
             patience: PATIENCE,
         };
         let done = missions
             .reader()
             .map_err(RecordError::from)
-            .and_then(|reader| record::write(&reader, number, format, &part, &mut out));
+            .and_then(|reader| record::write(&reader, number, format, &filter, &mut out));
         if let Err(error) = done.and_then(|()| Ok(out.finish()?)) {
             out.fail(error);
         }
     });
-    // An error of the whole record comes before the first piece, and is answered as a problem.
+    // An error before the first chunk is answered as a problem.
     let first = match written.recv().await {
         Some(Err(RecordError::NoOrigin)) => {
             return Err(Problem::conflict(&RecordError::NoOrigin.to_string()));
         }
         Some(Err(RecordError::Log(error))) => return Err(error.into()),
         Some(Err(error)) => {
-            tracing::error!(%error, "no record");
+            tracing::error!(%error, "a record failed");
             return Err(Problem::Panicked);
         }
         first => first,
@@ -210,55 +206,55 @@ pub(super) async fn record(
         (header::CONTENT_TYPE, format.media_type().to_owned()),
         (header::CONTENT_DISPOSITION, name),
     ];
-    Ok((headers, Body::from_stream(whole_or_broken_off(first, written))).into_response())
+    Ok((headers, Body::from_stream(complete_or_cut_off(first, written))).into_response())
 }
 
-/// A piece of a record; the empty one after the last says that the record is whole.
-type Piece = Result<Bytes, RecordError>;
+/// A chunk of a record. An empty one marks the end of a complete record.
+type Chunk = Result<Bytes, RecordError>;
 
-/// The pieces up to the empty one. Without that the writer gave up, and the answer breaks off, so that no client takes
-/// it for whole.
-fn whole_or_broken_off(first: Option<Piece>, written: mpsc::Receiver<Piece>) -> impl Stream<Item = Piece> {
+/// The chunks up to the empty one. Without that one the writer failed, and the answer is cut off: the client notices that it
+/// is incomplete.
+fn complete_or_cut_off(first: Option<Chunk>, written: mpsc::Receiver<Chunk>) -> impl Stream<Item = Chunk> {
     stream::unfold(Some((first, written)), async |left| {
         let (first, mut written) = left?;
-        let piece = match first {
-            Some(piece) => Some(piece),
+        let chunk = match first {
+            Some(chunk) => Some(chunk),
             None => written.recv().await,
         };
-        match piece {
-            Some(Ok(piece)) if piece.is_empty() => None,
-            Some(Ok(piece)) => Some((Ok(piece), Some((None, written)))),
+        match chunk {
+            Some(Ok(chunk)) if chunk.is_empty() => None,
+            Some(Ok(chunk)) => Some((Ok(chunk), Some((None, written)))),
             Some(Err(error)) => Some((Err(error), None)),
             None => Some((Err(io::Error::from(io::ErrorKind::UnexpectedEof).into()), None)),
         }
     })
 }
 
-/// Takes a record in pieces, which wait for the client. What the last piece holds is sent only when the record is whole:
-/// an error before the first piece is answered as a problem.
-struct Pieces {
-    client: mpsc::Sender<Piece>,
+/// Sends what is written in chunks, which wait for the client. The last chunk is sent only when the record is complete, so
+/// that an error before the first chunk is answered as a problem.
+struct ChunkWriter {
+    client: mpsc::Sender<Chunk>,
     runtime: runtime::Handle,
-    piece: Vec<u8>,
-    /// How long the client may leave a piece waiting.
+    chunk: Vec<u8>,
+    /// How long the client may leave a chunk waiting.
     patience: Duration,
 }
 
-impl Pieces {
-    /// Marks the record as whole.
+impl ChunkWriter {
+    /// Marks the record as complete.
     fn finish(&mut self) -> io::Result<()> {
         self.flush()?;
         self.send(Bytes::new())
     }
 
-    /// Sends the error, if there is room for it: a client that takes nothing is not waited for again.
+    /// Sends the error if there is room for it; it does not wait again for a client that takes nothing.
     fn fail(&mut self, error: RecordError) {
         tracing::debug!(%error, "a record ended early");
         let _ = self.client.try_send(Err(error));
     }
 
-    fn send(&mut self, piece: Bytes) -> io::Result<()> {
-        let sent = timeout(self.patience, self.client.send(Ok(piece)));
+    fn send(&mut self, chunk: Bytes) -> io::Result<()> {
+        let sent = timeout(self.patience, self.client.send(Ok(chunk)));
         match self.runtime.block_on(sent) {
             Ok(Ok(())) => Ok(()),
             Ok(Err(_)) => Err(io::ErrorKind::BrokenPipe.into()),
@@ -267,22 +263,22 @@ impl Pieces {
     }
 }
 
-impl Write for Pieces {
+impl Write for ChunkWriter {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let taken = bytes.len().min(PIECE - self.piece.len());
-        self.piece.extend_from_slice(&bytes[..taken]);
-        if self.piece.len() == PIECE {
+        let taken = bytes.len().min(CHUNK - self.chunk.len());
+        self.chunk.extend_from_slice(&bytes[..taken]);
+        if self.chunk.len() == CHUNK {
             self.flush()?;
         }
         Ok(taken)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        if self.piece.is_empty() {
+        if self.chunk.is_empty() {
             return Ok(());
         }
-        let piece = std::mem::replace(&mut self.piece, Vec::with_capacity(PIECE));
-        self.send(piece.into())
+        let chunk = std::mem::replace(&mut self.chunk, Vec::with_capacity(CHUNK));
+        self.send(chunk.into())
     }
 }
 
@@ -292,9 +288,9 @@ mod tests {
 
     use super::*;
 
-    /// Writes a little more than the pieces on their way hold, for a client that takes none of them in time, or all.
-    async fn written(taken: bool) -> (io::Result<()>, Vec<Piece>) {
-        let (client, written) = mpsc::channel(PIECES);
+    /// Writes a little more than the chunks on their way hold, for a client that takes all of them or none.
+    async fn written(taken: bool) -> (io::Result<()>, Vec<Chunk>) {
+        let (client, written) = mpsc::channel(CHUNKS);
         let runtime = runtime::Handle::current();
         let patience = if taken {
             PATIENCE
@@ -302,24 +298,24 @@ mod tests {
             Duration::from_millis(20)
         };
         let writer = spawn_blocking(move || {
-            let mut out = Pieces {
+            let mut out = ChunkWriter {
                 client,
                 runtime,
-                piece: vec![],
+                chunk: vec![],
                 patience,
             };
             let done = out
-                .write_all(&vec![b'x'; (PIECES + 1) * PIECE + 1])
+                .write_all(&vec![b'x'; (CHUNKS + 1) * CHUNK + 1])
                 .and_then(|()| out.finish());
             if done.is_err() {
                 out.fail(io::Error::from(io::ErrorKind::TimedOut).into());
             }
             done
         });
-        let take = async || whole_or_broken_off(None, written).collect().await;
+        let take = async || complete_or_cut_off(None, written).collect().await;
         if taken {
-            let (done, pieces) = tokio::join!(writer, take());
-            (done.expect("does not panic"), pieces)
+            let (done, chunks) = tokio::join!(writer, take());
+            (done.expect("does not panic"), chunks)
         } else {
             let done = writer.await.expect("does not panic");
             (done, take().await)
@@ -328,26 +324,26 @@ mod tests {
 
     #[tokio::test]
     async fn a_record_that_is_taken_ends_when_it_is_whole() {
-        let (done, pieces) = written(true).await;
+        let (done, chunks) = written(true).await;
         done.expect("is taken");
-        let bytes: usize = pieces
+        let bytes: usize = chunks
             .iter()
-            .map(|piece| piece.as_ref().map_or(0, Bytes::len))
+            .map(|chunk| chunk.as_ref().map_or(0, Bytes::len))
             .sum();
         assert_eq!(
-            (pieces.iter().all(Result::is_ok), bytes),
-            (true, (PIECES + 1) * PIECE + 1)
+            (chunks.iter().all(Result::is_ok), bytes),
+            (true, (CHUNKS + 1) * CHUNK + 1)
         );
     }
 
     #[tokio::test]
     async fn a_record_that_no_client_takes_is_given_up_at_once_and_does_not_look_whole() {
-        let (done, pieces) = written(false).await;
+        let (done, chunks) = written(false).await;
         assert_eq!(
             done.expect_err("no client takes it").kind(),
             io::ErrorKind::TimedOut
         );
-        assert_eq!(pieces.len(), PIECES + 1);
-        assert!(pieces[PIECES].is_err());
+        assert_eq!(chunks.len(), CHUNKS + 1);
+        assert!(chunks[CHUNKS].is_err());
     }
 }

@@ -30,9 +30,6 @@ pub(super) fn write(document: &mut Value) {
         let schema = schemas.pointer_mut(place).and_then(Value::as_object_mut);
         schema.expect("is in the document").append(&mut words);
     }
-    // Its limit is one of its size.
-    let angle = &mut schemas["Segment"]["properties"]["angle_rad"];
-    angle["minimum"] = json!(-angle["maximum"].as_f64().unwrap_or_default());
     let corners = schemas["PlanRequest"]["properties"]["area"]["items"].clone();
     for shape in ["PlanRequest", "Live"] {
         let area = &mut schemas[shape]["properties"]["area"];
@@ -270,7 +267,6 @@ fn words() -> Vec<(&'static str, Map<String, Value>)> {
         ("/Segment/properties/centre", exactly(2)),
         ("/Segment/properties/points/items", exactly(2)),
         ("/Segment/properties/points", json!({ "minItems": 2 })),
-        ("/Segment/properties/fillet_m", json!({ "minimum": 0 })),
         ("/AuvState/properties/covariance", exactly(4)),
         ("/AuvState/properties/covariance/items", exactly(4)),
         ("/Batch", json!({ "additionalProperties": false })),

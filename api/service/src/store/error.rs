@@ -1,4 +1,4 @@
-//! Why the event store does not do what it should.
+//! Errors of the event store. Messages call the store the mission log.
 
 use std::{
     fmt::Display,
@@ -7,7 +7,7 @@ use std::{
 
 use rusqlite::ErrorCode;
 
-/// Why the event store does not do what it should. Its messages call the store the mission log.
+/// An error of the event store.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StoreError {
     /// The directory or the file cannot be used.
@@ -20,7 +20,7 @@ pub enum StoreError {
     },
     /// The file was written by a later version of this program.
     #[error(
-        "the mission log {path} has schema {found}, this program knows up to {known}: use the newer program"
+        "the mission log {path} has schema {found}, but this program knows schemas up to {known}: use the newer program"
     )]
     TooNew {
         /// The file.
@@ -32,8 +32,7 @@ pub enum StoreError {
     },
     /// The file was written by an earlier version of this program.
     #[error(
-        "the mission log {path} has schema {found}, this program reads {known}: start the service once, which brings \
-         it there"
+        "the mission log {path} has schema {found}, but this program reads {known}: start the service once to migrate it"
     )]
     TooOld {
         /// The file.
@@ -45,27 +44,52 @@ pub enum StoreError {
     },
     /// Another program writes to it.
     #[error(
-        "the mission log {path} is in use by another pilotfish: stop that one, or choose another --data directory"
+        "the mission log {path} is in use by another pilotfish: stop it, or choose another --data directory"
     )]
     InUse {
         /// The file.
         path: PathBuf,
     },
-    /// There is no room.
-    #[error("the disk under the mission log is full: nothing was stored; make room and send it again")]
+    /// The service had tokens and has none.
+    #[error(
+        "the service had tokens, but {} holds none: restore the file from a backup, or create tokens with pilotfish token add",
+        .0.display()
+    )]
+    Unprotected(PathBuf),
+    /// The disk is full.
+    #[error(
+        "the disk of the mission log is full: nothing was stored; free some space and send the request again"
+    )]
     Full,
-    /// What was written cannot be read back as it was.
+    /// A file of the store was deleted or replaced while it was open.
+    #[error(
+        "the data directory was deleted or replaced while the service was running: {path} {why}. Nothing more is stored: stop \
+         the service, put the directory back, and start the service again"
+    )]
+    Displaced {
+        /// The file.
+        path: PathBuf,
+        /// What is there now.
+        why: String,
+    },
+    /// The events are stored, but could not be added to the list of acknowledged ones.
+    #[error("cannot write the list of acknowledged events: {0}; send the request again with the same key")]
+    Unconfirmed(String),
+    /// The file is damaged.
     #[error("the mission log is damaged: {0}")]
     Damaged(String),
     /// The mission was deleted.
     #[error("the mission was deleted")]
     Gone,
-    /// The disk does not take it.
-    #[error("the mission log cannot be written: {0}; nothing was stored")]
+    /// The write failed.
+    #[error("cannot write the mission log: {0}; nothing was stored")]
     Refused(String),
-    /// More is to be written than the disk takes.
-    #[error("the mission log is behind: nothing was stored; try again in a moment")]
+    /// Too many writes wait for the disk.
+    #[error("the mission log is overloaded: nothing was stored; try again in a moment")]
     Busy,
+    /// The writer panicked or ended before it replied.
+    #[error("the mission log failed before it answered: send the request again with the same key")]
+    Unanswered,
     /// The writer has ended.
     #[error("the mission log is closed")]
     Closed,

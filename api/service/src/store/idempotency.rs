@@ -1,13 +1,13 @@
-//! Idempotency keys: a request that is sent again with its key gets the answer that it had.
+//! Idempotency keys: a repeated request with the same key gets its first answer again.
 
 use rusqlite::{Connection, OptionalExtension as _, Transaction, params};
 
-/// An answer that the same key gets again.
+/// The answer to a request with a key.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct KeyedAnswer {
     /// The client's key.
     pub key: String,
-    /// Hash of the request: the same key for another request is a mistake.
+    /// Hash of the request, to detect the same key in a different request.
     pub request: [u8; 32],
     /// The answer, JSON.
     pub answer: Vec<u8>,
@@ -16,7 +16,7 @@ pub struct KeyedAnswer {
 /// Hash of an earlier request, and its answer.
 pub type PreviousAnswer = ([u8; 32], Vec<u8>);
 
-/// The earlier answer to the client's key, and the hash of its request.
+/// The answer to an earlier request with the key, and the hash of that request.
 pub(super) fn find(
     connection: &Connection,
     mission: &str,

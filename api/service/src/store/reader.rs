@@ -1,133 +1,130 @@
-//! Reads whole commits, and fails at what is not as it was stored.
+//! Reads complete commits.
 
-use std::{
-    fs::{self, File},
-    io,
-    path::Path,
-    sync::Arc,
-    thread,
-    time::Instant,
-};
+use std::{path::Path, sync::Arc};
 
-use rusqlite::{Connection, OpenFlags, OptionalExtension as _, Params, params};
+use rusqlite::{Connection, OpenFlags, OptionalExtension as _, Params, Row, params};
+use wire::mission::Order;
 
 use super::{
-    entry::{Order, StoredEvent, StoredMission, StoredOrder},
+    entry::{StoredEvent, StoredMission},
     error::StoreError,
     idempotency::{self, PreviousAnswer},
-    make_private, schema,
-    sql::{LOCK_TIME, SNAPSHOT, digest, limit, order_digest, signed, summary_digest, unsigned},
+    place::Place,
+    schema,
+    sql::{LOCK_TIME, limit, signed, unsigned},
 };
 
 /// Name of the store's file in the data directory.
 pub const FILE_NAME: &str = "missions.sqlite3";
 
-/// Events and missions that are read at once.
+/// Events that are read at once.
 const PAGE: usize = 64;
-
-/// A mission of a list, or that it is damaged, which keeps no other from being read.
-pub type MaybeDamaged = Result<StoredMission, StoreError>;
 
 /// Reads the event store.
 #[derive(Debug)]
-pub struct EventReader(pub(super) Connection);
+pub struct EventReader(
+    pub(super) Connection,
+    /// Guard of the writing service in the same process. It is dropped after the connection.
+    #[expect(dead_code, reason = "holds the lock")]
+    Option<Arc<Place>>,
+);
 
 impl EventReader {
-    /// Reads the store in `directory`, whether a service writes to it or not.
+    /// Reads the store in `directory`; a service may be writing to it.
     pub fn of(directory: &Path) -> Result<Self, StoreError> {
         let path = directory.join(FILE_NAME);
-        if !path.exists() {
-            let reason = "there is none: name the directory that the service was started with, --data";
+        if !path
+            .try_exists()
+            .map_err(|error| StoreError::open(&path, &error))?
+        {
+            let reason = "there is no such file: give the data directory of the service with --data";
             return Err(StoreError::open(&path, &reason));
         }
-        let reader = Self::open(&path)?;
+        let reader = Self::open(&path, None)?;
         schema::require_newest(&reader.0, &path)?;
         Ok(reader)
     }
 
-    pub(super) fn open(path: &Path) -> Result<Self, StoreError> {
+    pub(super) fn open(path: &Path, place: Option<Arc<Place>>) -> Result<Self, StoreError> {
         let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         let connection = Connection::open_with_flags(path, flags)?;
         connection.busy_timeout(LOCK_TIME)?;
-        Ok(Self(connection))
+        Ok(Self(connection, place))
     }
 
-    /// At most `most` missions whose number is above `after`, in order.
-    pub fn missions(&self, after: u64, most: usize) -> Result<Vec<MaybeDamaged>, StoreError> {
-        let page = "number > ?1 AND status <> 'deleted' ORDER BY number LIMIT ?2";
-        self.missions_where(page, params![signed(after), limit(most)])
+    /// The missions with numbers above `after`, in order, and whether more follow: at most `most`, and no more than `bytes` of
+    /// them except for one that is longer.
+    pub fn missions(
+        &self,
+        after: u64,
+        most: usize,
+        bytes: usize,
+    ) -> Result<(Vec<StoredMission>, bool), StoreError> {
+        let page = "number > ?1 AND status <> 'deleted' ORDER BY number";
+        let mut statement = self.0.prepare_cached(&select_missions(page))?;
+        let mut listed = vec![];
+        let mut left = bytes;
+        for mission in statement.query_map([signed(after)], stored_mission)? {
+            let mission = mission?;
+            if listed.len() == most || (left < mission.summary.len() && !listed.is_empty()) {
+                return Ok((listed, true));
+            }
+            left = left.saturating_sub(mission.summary.len());
+            listed.push(mission);
+        }
+        Ok((listed, false))
     }
 
-    /// All missions of that status, in order.
-    pub fn missions_with_status(&self, status: &str) -> Result<Vec<MaybeDamaged>, StoreError> {
+    /// All missions with that status, in order.
+    pub fn missions_with_status(&self, status: &str) -> Result<Vec<StoredMission>, StoreError> {
         self.missions_where("status = ?1 ORDER BY number", [status])
     }
 
-    /// The mission of that name.
+    /// The mission with that id.
     pub fn mission(&self, id: &str) -> Result<Option<StoredMission>, StoreError> {
         let mut named = self.missions_where("id = ?1 AND status <> 'deleted'", [id])?;
-        named.pop().transpose()
+        Ok(named.pop())
     }
 
-    fn missions_where(&self, condition: &str, params: impl Params) -> Result<Vec<MaybeDamaged>, StoreError> {
-        let select = format!("SELECT number, id, status, summary, digest FROM missions WHERE {condition}");
-        let mut statement = self.0.prepare_cached(&select)?;
-        let mut rows = statement.query(params)?;
-        let mut missions = vec![];
-        while let Some(row) = rows.next()? {
-            let (number, id, status, summary, stored): (i64, String, String, Vec<u8>, Vec<u8>) =
-                row.try_into()?;
-            let is_whole = stored == summary_digest(&id, &status, &summary);
-            let mission = StoredMission {
-                number: unsigned(number),
-                id,
-                summary,
-            };
-            missions.push(if is_whole {
-                Ok(mission)
-            } else {
-                Err(StoreError::Damaged(format!(
-                    "the summary of mission number {number}"
-                )))
-            });
-        }
-        Ok(missions)
+    fn missions_where(&self, condition: &str, params: impl Params) -> Result<Vec<StoredMission>, StoreError> {
+        let mut statement = self.0.prepare_cached(&select_missions(condition))?;
+        let missions = statement.query_map(params, stored_mission)?;
+        Ok(missions.collect::<rusqlite::Result<_>>()?)
     }
 
     /// At most `most` orders after the one numbered `after`, of one mission or of all.
-    pub fn orders(
-        &self,
-        mission: Option<&str>,
-        after: u64,
-        most: usize,
-    ) -> Result<Vec<StoredOrder>, StoreError> {
+    pub fn orders(&self, mission: Option<&str>, after: u64, most: usize) -> Result<Vec<Order>, StoreError> {
         let mut statement = self.0.prepare_cached(
-            "SELECT number, at_s, caller, request, mission, action, digest FROM orders
+            "SELECT number, mission, at_s, caller, request, action FROM orders
              WHERE ?1 < number AND (?2 IS NULL OR mission = ?2) ORDER BY number LIMIT ?3",
         )?;
-        let mut rows = statement.query(params![signed(after), mission, limit(most)])?;
-        let mut orders = vec![];
-        while let Some(row) = rows.next()? {
-            let order = Order {
-                at_s: row.get(1)?,
-                caller: row.get(2)?,
-                request: row.get(3)?,
+        let orders = statement.query_map(params![signed(after), mission, limit(most)], |row| {
+            Ok(Order {
+                number: unsigned(row.get(0)?),
+                mission: row.get(1)?,
+                at_s: row.get(2)?,
+                caller: row.get(3)?,
+                request_id: row.get(4)?,
                 action: row.get(5)?,
-            };
-            let (number, mission, stored): (i64, String, Vec<u8>) = (row.get(0)?, row.get(4)?, row.get(6)?);
-            if stored != order_digest(&mission, &order) {
-                return Err(StoreError::Damaged(format!("order number {number}")));
-            }
-            orders.push(StoredOrder {
-                number: unsigned(number),
-                mission,
-                order,
-            });
-        }
+            })
+        })?;
+        Ok(orders.collect::<rusqlite::Result<_>>()?)
+    }
+
+    /// The last orders of a mission, at most `most`, the newest first.
+    pub fn last_orders(&self, mission: &str, most: usize) -> Result<Vec<Order>, StoreError> {
+        let newest = "SELECT number FROM orders WHERE mission = ?1 ORDER BY number DESC LIMIT 1 OFFSET ?2";
+        let after = self
+            .0
+            .prepare_cached(newest)?
+            .query_row(params![mission, limit(most)], |row| row.get(0));
+        let after = after.optional()?.map_or(0, unsigned);
+        let mut orders = self.orders(Some(mission), after, most)?;
+        orders.reverse();
         Ok(orders)
     }
 
-    /// How many missions that `caller` made are neither over nor deleted.
+    /// How many unfinished missions `caller` has created.
     pub fn count_open(&self, caller: &str) -> Result<usize, StoreError> {
         let mut count = self.0.prepare_cached(
             "SELECT count(*) FROM missions WHERE status IN ('created', 'running', 'paused') AND EXISTS
@@ -137,12 +134,12 @@ impl EventReader {
         Ok(usize::try_from(open).unwrap_or(usize::MAX))
     }
 
-    /// A secret of this store, of which ids are made.
+    /// A secret of this store, from which ids are derived.
     pub fn salt(&self) -> Result<Vec<u8>, StoreError> {
         Ok(self.0.query_row("SELECT salt FROM salts", [], |row| row.get(0))?)
     }
 
-    /// The earlier answer to the client's key, and the hash of its request.
+    /// The answer to an earlier request with the key, and the hash of that request.
     pub fn answered(&self, mission: &str, key: &str) -> Result<Option<PreviousAnswer>, StoreError> {
         Ok(idempotency::find(&self.0, mission, key)?)
     }
@@ -151,19 +148,12 @@ impl EventReader {
     pub fn snapshot(&self, mission: u64) -> Result<Option<(u64, Vec<u8>)>, StoreError> {
         let mut statement = self
             .0
-            .prepare_cached("SELECT sequence, body, digest FROM snapshots WHERE mission = ?1")?;
-        let found = statement.query_row([signed(mission)], |row| row.try_into());
-        let found: Option<(i64, Vec<u8>, Vec<u8>)> = found.optional()?;
-        let Some((sequence, body, stored)) = found else {
-            return Ok(None);
-        };
-        if stored != digest(signed(mission), sequence, SNAPSHOT, &body) {
-            return Err(self.damaged(mission, format!("the snapshot of mission number {mission}")));
-        }
-        Ok(Some((unsigned(sequence), body)))
+            .prepare_cached("SELECT sequence, body FROM snapshots WHERE mission = ?1")?;
+        let found = statement.query_row([signed(mission)], |row| Ok((unsigned(row.get(0)?), row.get(1)?)));
+        Ok(found.optional()?)
     }
 
-    /// Hands over every event after `after` up to `last`, some at a time.
+    /// Calls `take` with every event after `after` up to `last`.
     pub fn each(
         &self,
         mission: u64,
@@ -175,7 +165,7 @@ impl EventReader {
             let left = usize::try_from(last - after).unwrap_or(PAGE);
             let page = self.events(mission, after, left.min(PAGE))?;
             let Some(end) = page.last() else {
-                let what = format!("events after {after} of mission number {mission} are not there");
+                let what = format!("events after {after} of mission number {mission} are missing");
                 return Err(self.damaged(mission, what));
             };
             after = end.sequence;
@@ -184,31 +174,22 @@ impl EventReader {
         Ok(())
     }
 
-    /// At most `most` events after `sequence`, in order: the next ones, without a gap, as they were stored.
+    /// At most `most` events after `sequence`, in order. A gap is an error.
     pub fn events(&self, mission: u64, after: u64, most: usize) -> Result<Vec<StoredEvent>, StoreError> {
         let mut statement = self.0.prepare_cached(
-            "SELECT sequence, kind, body, digest FROM events WHERE mission = ?1 AND sequence > ?2
-             ORDER BY sequence LIMIT ?3",
+            "SELECT sequence, kind, body FROM events WHERE mission = ?1 AND sequence > ?2 ORDER BY sequence LIMIT ?3",
         )?;
-        let mut rows = statement.query(params![signed(mission), signed(after), limit(most)])?;
-        let mut events = vec![];
-        let mut next = signed(after).saturating_add(1);
-        while let Some(row) = rows.next()? {
-            let (sequence, kind, body, stored): (i64, String, Arc<[u8]>, Vec<u8>) = row.try_into()?;
-            if sequence != next || stored != digest(signed(mission), sequence, &kind, &body) {
+        let found = statement.query_map(params![signed(mission), signed(after), limit(most)], event)?;
+        let events = found.collect::<rusqlite::Result<Vec<_>>>()?;
+        for (event, next) in events.iter().zip(after.saturating_add(1)..) {
+            if event.sequence != next {
                 return Err(self.damaged(mission, format!("event {next} of mission number {mission}")));
             }
-            next += 1;
-            events.push(StoredEvent {
-                sequence: unsigned(sequence),
-                kind,
-                body,
-            });
         }
         Ok(events)
     }
 
-    /// The last event of that kind up to `sequence`, as it was stored.
+    /// The last event of that kind up to `sequence`.
     pub fn last_of_kind(
         &self,
         mission: u64,
@@ -216,28 +197,15 @@ impl EventReader {
         sequence: u64,
     ) -> Result<Option<StoredEvent>, StoreError> {
         let mut statement = self.0.prepare_cached(
-            "SELECT sequence, body, digest FROM events WHERE mission = ?1 AND kind = ?2 AND sequence <= ?3
+            "SELECT sequence, kind, body FROM events WHERE mission = ?1 AND kind = ?2 AND sequence <= ?3
              ORDER BY sequence DESC LIMIT 1",
         )?;
-        let found = statement.query_row(params![signed(mission), kind, signed(sequence)], |row| {
-            row.try_into()
-        });
-        let found: Option<(i64, Arc<[u8]>, Vec<u8>)> = found.optional()?;
-        let Some((sequence, body, stored)) = found else {
-            return Ok(None);
-        };
-        if stored != digest(signed(mission), sequence, kind, &body) {
-            return Err(self.damaged(mission, format!("event {sequence} of mission number {mission}")));
-        }
-        Ok(Some(StoredEvent {
-            sequence: unsigned(sequence),
-            kind: kind.to_owned(),
-            body,
-        }))
+        let found = statement.query_row(params![signed(mission), kind, signed(sequence)], event);
+        Ok(found.optional()?)
     }
 
-    /// Why something of a mission is not there as it was stored: damage, unless the mission is deleted. Deleting marks
-    /// the mission first and then removes its events, some at a time.
+    /// The error for missing data of a mission: damage, unless the mission is being deleted. A deletion marks the mission
+    /// first and then removes its events step by step.
     pub fn damaged(&self, mission: u64, what: String) -> StoreError {
         let mark = "SELECT 1 FROM missions WHERE number = ?1 AND status <> 'deleted'";
         let kept = self
@@ -251,7 +219,7 @@ impl EventReader {
         }
     }
 
-    /// Number of the mission's last event; 0 of one without events.
+    /// Number of the mission's last event; 0 without events.
     pub fn last_sequence(&self, mission: u64) -> Result<u64, StoreError> {
         let mut statement = self
             .0
@@ -260,74 +228,41 @@ impl EventReader {
         Ok(last.map_or(0, unsigned))
     }
 
-    /// Writes everything up to the last commit into a new store in `directory`, which is made if it is not there, and
-    /// inspects it. Whole or not at all; services may write meanwhile.
-    pub fn back_up(&self, directory: &Path) -> Result<(), StoreError> {
-        let path = directory.join(FILE_NAME);
-        let partial = directory.join(format!("{FILE_NAME}.partial"));
-        let failed = |error: io::Error| StoreError::open(&path, &error);
-        if path.exists() {
-            return Err(StoreError::open(
-                &path,
-                &"there is one already: name another directory",
-            ));
-        }
-        make_private(directory, &partial).map_err(failed)?;
-        // What an earlier try left is no part of this one.
-        File::create(&partial).map_err(failed)?;
-        let name = partial.to_string_lossy();
-        let written = self
+    /// Ids of the missions that have been over since before `trusted_s`, trusted Unix time, s.
+    pub fn over_before(&self, trusted_s: f64) -> Result<Vec<String>, StoreError> {
+        let over =
+            "SELECT id FROM missions WHERE status IN ('finished', 'failed') AND over_s <= ?1 ORDER BY number";
+        let mut statement = self.0.prepare_cached(over)?;
+        let ids = statement.query_map([trusted_s], |row| row.get(0))?;
+        Ok(ids.collect::<rusqlite::Result<_>>()?)
+    }
+
+    /// Whether the service had tokens.
+    pub fn is_protected(&self) -> Result<bool, StoreError> {
+        Ok(self
             .0
-            .execute("VACUUM INTO ?1", [&name])
-            .map_err(StoreError::from)
-            .and_then(|_| Self::open(&partial)?.inspect())
-            .and_then(|()| {
-                File::open(&partial)
-                    .and_then(|file| file.sync_all())
-                    .and_then(|()| fs::rename(&partial, &path))
-                    .and_then(|()| File::open(directory)?.sync_all())
-                    .map_err(failed)
-            });
-        if written.is_err() {
-            // Nothing is lost with it.
-            let _ = fs::remove_file(&partial);
-        }
-        written
+            .query_row("SELECT protected FROM guards", [], |row| row.get(0))?)
     }
+}
 
-    /// Reads everything, and fails at what is not as it was stored.
-    pub(super) fn inspect(&self) -> Result<(), StoreError> {
-        let verdict: String = self.0.query_row("PRAGMA quick_check(1)", [], |row| row.get(0))?;
-        if verdict != "ok" {
-            return Err(StoreError::Damaged(verdict));
-        }
-        let mut after = 0;
-        loop {
-            let some: Vec<_> = self
-                .missions(after, PAGE)?
-                .into_iter()
-                .collect::<Result<_, _>>()?;
-            let Some(end) = some.last() else { return Ok(()) };
-            after = end.number;
-            for mission in &some {
-                match self.inspect_mission(mission.number) {
-                    Ok(()) | Err(StoreError::Gone) => {}
-                    Err(error) => return Err(error),
-                }
-            }
-        }
-    }
+fn select_missions(condition: &str) -> String {
+    format!("SELECT number, id, summary FROM missions WHERE {condition}")
+}
 
-    fn inspect_mission(&self, mission: u64) -> Result<(), StoreError> {
-        self.snapshot(mission)?;
-        let mut after = 0;
-        loop {
-            let start = Instant::now();
-            let page = self.events(mission, after, PAGE)?;
-            let Some(end) = page.last() else { return Ok(()) };
-            after = end.sequence;
-            // Planners need the processor more.
-            thread::sleep(start.elapsed());
-        }
-    }
+/// The mission of a row of [`select_missions`].
+fn stored_mission(row: &Row<'_>) -> rusqlite::Result<StoredMission> {
+    Ok(StoredMission {
+        number: unsigned(row.get(0)?),
+        id: row.get(1)?,
+        summary: row.get(2)?,
+    })
+}
+
+/// The event of a row of `sequence, kind, body`.
+pub(super) fn event(row: &Row<'_>) -> rusqlite::Result<StoredEvent> {
+    Ok(StoredEvent {
+        sequence: unsigned(row.get(0)?),
+        kind: row.get(1)?,
+        body: row.get(2)?,
+    })
 }

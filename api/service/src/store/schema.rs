@@ -1,21 +1,16 @@
-//! Versions of the store's tables. A version, once released, never changes; a change is a new one.
+//! Versions of the store's tables. A released version never changes; a change is a new version.
 
 use std::path::Path;
 
-use rusqlite::{Connection, Transaction, params};
+use rusqlite::Connection;
 
-use super::{
-    error::StoreError,
-    sql::{SNAPSHOT, digest, summary_digest},
-};
+use super::error::StoreError;
 
-/// The step from each version to the next, in order.
-const STEPS: [fn(&Transaction<'_>) -> rusqlite::Result<()>; 5] = [first, digests, summaries, orders, shares];
+/// The migrations from each version to the next.
+const STEPS: [&str; 7] = [FIRST, PROBES, SALTS, ORDERS, SHARES, WITHOUT_DIGESTS, GUARDS];
 
 /// Missions, their events, a snapshot of each, and the requests that were answered.
-fn first(transaction: &Transaction<'_>) -> rusqlite::Result<()> {
-    transaction.execute_batch(
-        "
+const FIRST: &str = "
 CREATE TABLE missions (
     number INTEGER PRIMARY KEY AUTOINCREMENT,
     id TEXT NOT NULL UNIQUE,
@@ -42,65 +37,25 @@ CREATE TABLE answered (
     answer BLOB NOT NULL,
     PRIMARY KEY (mission, key)
 ) STRICT, WITHOUT ROWID;
-",
-    )
-}
+";
 
-/// Digests, which show damage, and a row that probes whether anything can be stored.
-fn digests(transaction: &Transaction<'_>) -> rusqlite::Result<()> {
-    transaction.execute_batch(
-        "
+/// A row that tests whether the store can be written. Versions 2 to 5 had digests of rows.
+const PROBES: &str = "
 ALTER TABLE events ADD COLUMN digest BLOB NOT NULL DEFAULT x'';
 ALTER TABLE snapshots ADD COLUMN digest BLOB NOT NULL DEFAULT x'';
 CREATE TABLE probes (count INTEGER NOT NULL, room BLOB NOT NULL) STRICT;
 INSERT INTO probes VALUES (0, x'');
-",
-    )?;
-    let mut rows = transaction.prepare("SELECT mission, sequence, kind, body FROM events")?;
-    let mut mark =
-        transaction.prepare("UPDATE events SET digest = ?3 WHERE mission = ?1 AND sequence = ?2")?;
-    let mut rows = rows.query([])?;
-    while let Some(row) = rows.next()? {
-        let (mission, sequence, kind, body): (i64, i64, String, Vec<u8>) = row.try_into()?;
-        mark.execute(params![
-            mission,
-            sequence,
-            digest(mission, sequence, &kind, &body)
-        ])?;
-    }
-    let mut rows = transaction.prepare("SELECT mission, sequence, body FROM snapshots")?;
-    let mut mark = transaction.prepare("UPDATE snapshots SET digest = ?2 WHERE mission = ?1")?;
-    let mut rows = rows.query([])?;
-    while let Some(row) = rows.next()? {
-        let (mission, sequence, body): (i64, i64, Vec<u8>) = row.try_into()?;
-        mark.execute(params![mission, digest(mission, sequence, SNAPSHOT, &body)])?;
-    }
-    Ok(())
-}
+";
 
-/// Digests of the missions' summaries too, and a salt that makes ids unguessable.
-fn summaries(transaction: &Transaction<'_>) -> rusqlite::Result<()> {
-    transaction.execute_batch(
-        "
+/// A salt that makes ids unguessable.
+const SALTS: &str = "
 ALTER TABLE missions ADD COLUMN digest BLOB NOT NULL DEFAULT x'';
 CREATE TABLE salts (salt BLOB NOT NULL) STRICT;
 INSERT INTO salts VALUES (randomblob(32));
-",
-    )?;
-    let mut rows = transaction.prepare("SELECT number, id, status, summary FROM missions")?;
-    let mut mark = transaction.prepare("UPDATE missions SET digest = ?2 WHERE number = ?1")?;
-    let mut rows = rows.query([])?;
-    while let Some(row) = rows.next()? {
-        let (number, id, status, summary): (i64, String, String, Vec<u8>) = row.try_into()?;
-        mark.execute(params![number, summary_digest(&id, &status, &summary)])?;
-    }
-    Ok(())
-}
+";
 
-/// Who ordered what of which mission.
-fn orders(transaction: &Transaction<'_>) -> rusqlite::Result<()> {
-    transaction.execute_batch(
-        "
+/// Who changed which mission, and how.
+const ORDERS: &str = "
 CREATE TABLE orders (
     number INTEGER PRIMARY KEY AUTOINCREMENT,
     at_s REAL NOT NULL,
@@ -111,29 +66,47 @@ CREATE TABLE orders (
     digest BLOB NOT NULL
 ) STRICT;
 CREATE INDEX orders_by_mission ON orders (mission, number);
-",
-    )
-}
+";
 
-/// Who made each mission, and how much its events take, bytes.
-fn shares(transaction: &Transaction<'_>) -> rusqlite::Result<()> {
-    transaction.execute_batch(
-        "
+/// Who made each mission, and how many bytes its events take.
+const SHARES: &str = "
 ALTER TABLE missions ADD COLUMN owner TEXT NOT NULL DEFAULT '';
 ALTER TABLE missions ADD COLUMN bytes INTEGER NOT NULL DEFAULT 0;
 UPDATE missions SET
     owner = coalesce((SELECT caller FROM orders WHERE mission = id AND action = 'create' ORDER BY number DESC LIMIT 1), ''),
     bytes = coalesce((SELECT sum(length(body) + 64) FROM events WHERE mission = number), 0);
-",
-    )
-}
+";
+
+/// Without digests of rows: SQLite's own checks remain.
+const WITHOUT_DIGESTS: &str = "
+ALTER TABLE missions DROP COLUMN digest;
+ALTER TABLE events DROP COLUMN digest;
+ALTER TABLE snapshots DROP COLUMN digest;
+ALTER TABLE orders DROP COLUMN digest;
+";
+
+/// Whether the service had tokens, the trusted time, and when by that each mission was over. No boot lasts 1e300 s: an older log
+/// is of another one.
+const GUARDS: &str = "
+CREATE TABLE guards (
+    protected INTEGER NOT NULL,
+    trusted_s REAL NOT NULL,
+    agreed_s REAL NOT NULL,
+    clock_s REAL NOT NULL,
+    up_s REAL NOT NULL
+) STRICT;
+INSERT INTO guards SELECT 0, coalesce(max(at_s), 0.0), 0.0, coalesce(max(at_s), 0.0), 1e300 FROM orders;
+ALTER TABLE missions ADD COLUMN over_s REAL;
+UPDATE missions SET over_s = json_extract(CAST(summary AS TEXT), '$.finished_s')
+    WHERE status IN ('finished', 'failed') AND json_valid(CAST(summary AS TEXT));
+";
 
 /// The newest version.
 fn newest() -> u32 {
     u32::try_from(STEPS.len()).expect("a handful")
 }
 
-/// The version of the stored tables. Fails if this program does not know it.
+/// The version of the stored tables. Fails if it is newer than this program.
 fn version(connection: &Connection, path: &Path) -> Result<u32, StoreError> {
     let found: u32 = connection.pragma_query_value(None, "user_version", |row| row.get(0))?;
     let known = newest();
@@ -147,22 +120,22 @@ fn version(connection: &Connection, path: &Path) -> Result<u32, StoreError> {
     Ok(found)
 }
 
-/// Brings the tables to the newest version, a whole step at a time.
+/// Migrates the tables to the newest version, one transaction for each step.
 pub(super) fn migrate(connection: &mut Connection, path: &Path) -> Result<(), StoreError> {
     let found = version(connection, path)?;
     for (step, next) in STEPS.iter().zip(1_u32..).skip(found as usize) {
         let transaction = connection.transaction()?;
-        step(&transaction)?;
+        transaction.execute_batch(step)?;
         transaction.pragma_update(None, "user_version", next)?;
         transaction.commit()?;
         if 0 < found {
-            tracing::info!(path = %path.display(), version = next, "brought the mission log to a newer schema");
+            tracing::info!(path = %path.display(), version = next, "migrated the mission log");
         }
     }
     Ok(())
 }
 
-/// Refuses older tables where the caller may not migrate them.
+/// Fails for older tables: a reader cannot migrate them.
 pub(super) fn require_newest(connection: &Connection, path: &Path) -> Result<(), StoreError> {
     let found = version(connection, path)?;
     let known = newest();
@@ -179,7 +152,7 @@ pub(super) fn require_newest(connection: &Connection, path: &Path) -> Result<(),
 #[cfg(test)]
 pub(super) fn step(connection: &mut Connection, version: usize) {
     let transaction = connection.transaction().expect("begins");
-    STEPS[version](&transaction).expect("is SQL");
+    transaction.execute_batch(STEPS[version]).expect("is SQL");
     let next = u32::try_from(version + 1).expect("small");
     transaction
         .pragma_update(None, "user_version", next)

@@ -1,4 +1,4 @@
-//! How much of the disk the missions of each client take. What goes on by itself is counted and never refused.
+//! How much of the disk the missions of each client use. Plans are counted but never refused.
 
 use std::collections::HashMap;
 
@@ -6,19 +6,18 @@ use rusqlite::Connection;
 
 use super::entry::{Append, Room};
 
-/// What an event, an answer that is kept or an order takes beside its text, bytes.
+/// Bytes that an event, a stored answer or an order takes besides its text.
 const BESIDE_TEXT: u64 = 64;
 
-/// The room of each client that made missions, and the most that one may take. Snapshots, which do not grow with a mission,
-/// are not counted, and neither is what a deleted mission leaves until it is purged. Missions from before orders were kept
-/// belong to no client.
+/// The bytes that each client's missions use, and the limit of one client. Not counted: snapshots, which do not grow with a
+/// mission, and deleted missions that are not purged yet. Missions from before schema 4 belong to no client.
 #[derive(Debug)]
 pub(super) struct Shares {
     most: u64,
     taken: HashMap<String, u64>,
 }
 
-/// Room that a commit takes.
+/// Bytes of a commit.
 #[derive(Debug)]
 pub(super) struct Taken {
     pub(super) owner: String,
@@ -26,7 +25,7 @@ pub(super) struct Taken {
 }
 
 impl Shares {
-    /// As the missions of the store take it.
+    /// The shares of the stored missions.
     pub(super) fn read(connection: &Connection, most: u64) -> rusqlite::Result<Self> {
         let sums = "SELECT owner, sum(bytes) FROM missions WHERE status <> 'deleted' GROUP BY owner";
         let taken = connection
@@ -36,7 +35,13 @@ impl Shares {
         Ok(Self { most, taken })
     }
 
-    /// Whether `owner` may store an append that takes as much.
+    /// Counts the stored missions again.
+    pub(super) fn read_again(&mut self, connection: &Connection) -> rusqlite::Result<()> {
+        *self = Self::read(connection, self.most)?;
+        Ok(())
+    }
+
+    /// Whether `owner` may store an append of that size.
     pub(super) fn has_room(&self, owner: &str, bytes: u64, room: Room) -> bool {
         let most = match room {
             Room::Share => self.most,
@@ -57,7 +62,7 @@ impl Shares {
         }
     }
 
-    /// What an append takes, bytes.
+    /// Size of an append, bytes.
     pub(super) fn bytes_of(append: &Append) -> u64 {
         let events = append.events.iter().map(|event| event.body.len());
         let answer = append.answered.iter().map(|answered| answered.answer.len());

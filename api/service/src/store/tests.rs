@@ -1,6 +1,9 @@
-use std::{fs, path::Path, time::Duration};
+use std::{collections::HashMap, fs, path::Path, time::Duration};
 
 use super::*;
+
+/// The mission whose appends make the writer panic.
+pub(super) const PANICS: &str = "panics";
 
 fn event(sequence: u64, body: &str) -> StoredEvent {
     StoredEvent {
@@ -13,7 +16,7 @@ fn event(sequence: u64, body: &str) -> StoredEvent {
 fn append(mission: &str, events: Vec<StoredEvent>) -> Append {
     Append {
         mission: mission.to_owned(),
-        // Tests go on with the first mission only.
+        // Tests continue the first mission only.
         number: events.first().filter(|event| 1 < event.sequence).map(|_| 1),
         events,
         status: "running".to_owned(),
@@ -44,7 +47,7 @@ fn open(directory: &Path) -> EventStore {
     EventStore::open(directory).expect("opens")
 }
 
-/// Bodies of all events, whose numbers and digests the reader has checked.
+/// Bodies of all events, whose numbers the reader has checked.
 fn bodies(store: &EventStore, id: &str) -> Vec<Vec<u8>> {
     let reader = store.reader().expect("opens");
     let mission = reader.mission(id).expect("reads").expect("is there");
@@ -56,19 +59,23 @@ async fn add(store: &EventStore, append: Append) {
     assert_eq!(store.append(append).await.expect("is stored"), Appended::Stored);
 }
 
-/// Waits until the writer of a dropped store has let go of its file.
-fn open_again(directory: &Path) -> EventStore {
+/// Opens a store whose writer may still be ending.
+fn try_open_again(directory: &Path, share: u64) -> Result<EventStore, StoreError> {
     for _ in 0..500 {
-        match EventStore::open(directory) {
+        match EventStore::open_with(directory, share) {
             Err(StoreError::InUse { .. }) => thread::sleep(Duration::from_millis(10)),
-            opened => return opened.expect("opens again"),
+            opened => return opened,
         }
     }
     panic!("the log stays in use");
 }
 
+fn open_again(directory: &Path) -> EventStore {
+    try_open_again(directory, u64::MAX).expect("opens again")
+}
+
 #[tokio::test]
-async fn what_was_acknowledged_is_there_after_the_log_is_opened_again() {
+async fn acknowledged_events_are_there_after_a_restart() {
     let directory = directory();
     let store = open(directory.path());
     for sequence in 1..=3 {
@@ -79,7 +86,7 @@ async fn what_was_acknowledged_is_there_after_the_log_is_opened_again() {
 }
 
 #[tokio::test]
-async fn appends_that_wait_together_are_stored_each_whole_and_a_bad_one_alone_fails() {
+async fn waiting_appends_share_a_commit_and_only_a_bad_one_fails() {
     let directory = directory();
     let store = open(directory.path());
     add(&store, append("a", vec![event(1, "one")])).await;
@@ -106,7 +113,43 @@ async fn appends_that_wait_together_are_stored_each_whole_and_a_bad_one_alone_fa
 }
 
 #[tokio::test]
-async fn a_key_is_answered_once_and_stands_for_one_request() {
+async fn a_panic_of_the_writer_costs_only_the_commit_that_it_interrupts() {
+    let directory = directory();
+    let store = EventStore::open_with(directory.path(), 10_000).expect("opens");
+    add(&store, append("a", vec![event(1, "one")])).await;
+    for sequence in 2..=4 {
+        // In one commit with the other or in another: what is acknowledged is there, and what is there once is there.
+        let panics = store.append(append(PANICS, vec![event(1, "x")]));
+        let (panicked, other) = tokio::join!(panics, store.append(append("a", vec![event(sequence, "y")])));
+        assert_eq!(panicked, Err(StoreError::Unanswered));
+        if other == Err(StoreError::Unanswered) {
+            add(&store, append("a", vec![event(sequence, "y")])).await;
+        }
+    }
+    store.probe().await.expect("is ready");
+    let order = AuditEntry {
+        at_s: 0.0,
+        caller: "admin".to_owned(),
+        request: String::new(),
+        action: "delete".to_owned(),
+    };
+    assert_eq!(bodies(&store, "a"), [b"one".as_slice(), b"y", b"y", b"y"]);
+    assert_eq!(store.delete("a".to_owned(), order).await, Ok(true));
+    drop(store);
+    let store = open_again(directory.path());
+    store.probe().await.expect("nothing acknowledged is missing");
+    assert!(
+        store
+            .reader()
+            .expect("opens")
+            .mission(PANICS)
+            .expect("reads")
+            .is_none()
+    );
+}
+
+#[tokio::test]
+async fn a_key_belongs_to_one_request() {
     let directory = directory();
     let store = open(directory.path());
     add(&store, keyed(1, "k", 1, "first")).await;
@@ -130,20 +173,20 @@ async fn an_append_out_of_sequence_stores_nothing() {
 }
 
 #[tokio::test]
-async fn a_deleted_mission_is_gone_at_once_takes_nothing_more_and_gives_its_room_back() {
+async fn a_deleted_mission_is_gone_at_once_and_frees_its_space() {
     let directory = directory();
     let store = open(directory.path());
     add(&store, append("a", (1..=5000).map(|k| event(k, "x")).collect())).await;
     add(&store, append("b", vec![event(1, "y")])).await;
     assert!(
         store
-            .delete("a".to_owned(), Order::default())
+            .delete("a".to_owned(), AuditEntry::default())
             .await
             .expect("is deleted")
     );
     assert!(
         !store
-            .delete("a".to_owned(), Order::default())
+            .delete("a".to_owned(), AuditEntry::default())
             .await
             .expect("is known not to be there")
     );
@@ -151,12 +194,12 @@ async fn a_deleted_mission_is_gone_at_once_takes_nothing_more_and_gives_its_room
     assert_eq!(late, Ok(Appended::MissionGone));
     let reader = store.reader().expect("opens");
     assert_eq!(reader.mission("a").expect("reads"), None);
-    assert_eq!(reader.missions(0, 10).expect("reads").len(), 1);
+    assert_eq!(reader.missions(0, 10, 1).expect("reads").0.len(), 1);
     let left = || -> i64 {
         let count = "SELECT (SELECT count(*) FROM events) + (SELECT count(*) FROM missions)";
         reader.0.query_row(count, [], |row| row.get(0)).expect("reads")
     };
-    // The purge goes on by itself.
+    // The purge runs by itself.
     for _ in 0..500 {
         if left() == 2 {
             break;
@@ -181,7 +224,7 @@ async fn a_deleted_mission_is_gone_at_once_takes_nothing_more_and_gives_its_room
 }
 
 #[tokio::test]
-async fn a_full_disk_stores_nothing_says_so_and_goes_on_when_there_is_room() {
+async fn a_full_disk_stores_nothing_and_works_again_when_there_is_space() {
     let directory = directory();
     let path = directory.path().join(FILE_NAME);
     drop(open(directory.path()));
@@ -194,8 +237,8 @@ async fn a_full_disk_stores_nothing_says_so_and_goes_on_when_there_is_room() {
             .expect("is set");
     };
     limit(&connection, 80);
-    let file = File::create(directory.path().join("other.lock")).expect("is made");
-    let store = EventStore::start(connection, path, file, u64::MAX).expect("starts");
+    let file = private_file(&path).expect("is there");
+    let store = EventStore::start(connection, &path, file, u64::MAX).expect("starts");
     let mut stored = 0;
     let full = loop {
         match store
@@ -211,10 +254,10 @@ async fn a_full_disk_stores_nothing_says_so_and_goes_on_when_there_is_room() {
     assert_eq!(u64::try_from(bodies(&store, "a").len()).expect("small"), stored);
     assert_eq!(store.probe().await, Err(StoreError::Full));
     store
-        .delete("a".to_owned(), Order::default())
+        .delete("a".to_owned(), AuditEntry::default())
         .await
         .expect("makes room");
-    // Deleting gives the pages back by and by.
+    // The pages are freed step by step.
     for _ in 0..500 {
         if store
             .append(append("b", vec![event(1, &"y".repeat(5000))]))
@@ -230,7 +273,7 @@ async fn a_full_disk_stores_nothing_says_so_and_goes_on_when_there_is_room() {
 }
 
 #[tokio::test]
-async fn a_second_service_is_refused_while_the_first_one_has_the_log() {
+async fn a_second_service_on_the_same_log_is_refused() {
     let directory = directory();
     let store = open(directory.path());
     let refused = EventStore::open(directory.path()).expect_err("is in use");
@@ -240,7 +283,7 @@ async fn a_second_service_is_refused_while_the_first_one_has_the_log() {
 }
 
 #[test]
-fn a_log_of_a_later_program_is_refused_and_left_as_it_is() {
+fn a_log_of_a_newer_program_is_refused_and_not_changed() {
     let directory = directory();
     drop(open(directory.path()));
     let path = directory.path().join(FILE_NAME);
@@ -249,18 +292,11 @@ fn a_log_of_a_later_program_is_refused_and_left_as_it_is() {
         .pragma_update(None, "user_version", 99)
         .expect("is written");
     drop(connection);
-    for _ in 0..500 {
-        match EventStore::open(directory.path()) {
-            Err(StoreError::InUse { .. }) => thread::sleep(Duration::from_millis(10)),
-            refused => {
-                assert!(
-                    matches!(refused, Err(StoreError::TooNew { found: 99, .. })),
-                    "{refused:?}"
-                );
-                break;
-            }
-        }
-    }
+    let refused = try_open_again(directory.path(), u64::MAX);
+    assert!(
+        matches!(refused, Err(StoreError::TooNew { found: 99, .. })),
+        "{refused:?}"
+    );
     assert!(matches!(
         EventReader::of(directory.path()),
         Err(StoreError::TooNew { .. })
@@ -268,7 +304,7 @@ fn a_log_of_a_later_program_is_refused_and_left_as_it_is() {
 }
 
 #[tokio::test]
-async fn a_log_of_the_first_schema_is_brought_to_the_newest_with_everything_in_it() {
+async fn a_log_of_the_first_schema_is_migrated_with_its_content() {
     let directory = directory();
     let path = directory.path().join(FILE_NAME);
     let mut connection = Connection::open(&path).expect("opens");
@@ -297,7 +333,7 @@ async fn a_log_of_the_first_schema_is_brought_to_the_newest_with_everything_in_i
 }
 
 #[test]
-fn a_file_that_is_no_log_is_refused() {
+fn a_file_that_is_not_a_log_is_refused() {
     let directory = directory();
     fs::write(directory.path().join(FILE_NAME), [b'x'; 4096]).expect("is written");
     let refused = EventStore::open(directory.path()).expect_err("is no log");
@@ -305,128 +341,41 @@ fn a_file_that_is_no_log_is_refused() {
 }
 
 #[tokio::test]
-async fn an_event_or_a_snapshot_that_is_not_what_was_stored_is_found_when_it_is_read() {
+async fn a_missing_event_is_found_when_it_is_read() {
     let directory = directory();
     let store = open(directory.path());
-    add(
-        &store,
-        append("a", vec![event(1, "one"), event(2, "two"), event(3, "three")]),
-    )
-    .await;
+    add(&store, append("a", (1..=3).map(|k| event(k, "x")).collect())).await;
     let connection = Connection::open(&store.shared.path).expect("opens");
-    let reader = store.reader().expect("opens");
-    for damage in [
-        "UPDATE events SET body = x'00' WHERE sequence = 2",
-        "DELETE FROM events WHERE sequence = 2",
-    ] {
-        connection.execute(damage, []).expect("is done");
-        let found = reader.events(1, 0, 10).expect_err("is damaged").to_string();
-        assert!(found.contains("event 2 of mission number 1"), "{found}");
-        assert_eq!(reader.events(1, 2, 10).expect("the rest is whole").len(), 1);
-    }
     connection
-        .execute("UPDATE snapshots SET body = x'00'", [])
+        .execute("DELETE FROM events WHERE sequence = 2", [])
         .expect("is done");
-    let found = reader.snapshot(1).expect_err("is damaged").to_string();
-    assert!(found.contains("the snapshot of mission number 1"), "{found}");
+    let reader = store.reader().expect("opens");
+    let found = reader.events(1, 0, 10).expect_err("is damaged").to_string();
+    assert!(found.contains("event 2 of mission number 1"), "{found}");
+    assert_eq!(reader.events(1, 2, 10).expect("the rest is whole").len(), 1);
 }
 
-/// Copies a store as a power cut would leave it: with its write-ahead file.
-fn cut(from: &Path, to: &Path) -> std::path::PathBuf {
-    for ending in ["", "-wal"] {
-        let name = format!("{FILE_NAME}{ending}");
-        fs::copy(from.join(&name), to.join(&name)).expect("is copied");
-    }
-    to.join(format!("{FILE_NAME}-wal"))
-}
-
+/// The damage is what a power cut in the middle of the last commit may leave.
 #[tokio::test]
-async fn damage_in_the_write_ahead_file_is_distinguished_from_a_commit_that_was_under_way() {
+async fn a_torn_last_commit_leaves_every_commit_before_it() {
     let running = directory();
     let store = open(running.path());
     for sequence in 1..=5 {
         add(&store, append("a", vec![event(sequence, &"x".repeat(50))])).await;
     }
-    let whole = directory();
-    let wal = fs::read(cut(running.path(), whole.path())).expect("is there");
-    assert_eq!(bodies(&open(whole.path()), "a").len(), 5);
-
-    // The last page of the last commit, as a power cut in its middle may leave it.
-    let last = directory();
-    let path = cut(running.path(), last.path());
-    let mut bytes = wal.clone();
-    let end = bytes.len();
-    bytes[end - 100..].fill(0xAA);
-    fs::write(&path, &bytes).expect("is written");
-    assert_eq!(bodies(&open(last.path()), "a").len(), 4);
-
-    // Cut off in the middle of a frame.
-    let short = directory();
-    let path = cut(running.path(), short.path());
-    fs::write(&path, &wal[..end - 3000]).expect("is written");
-    assert_eq!(bodies(&open(short.path()), "a").len(), 4);
-
-    // A page of a commit that others followed: it was acknowledged to their clients.
-    let middle = directory();
-    let path = cut(running.path(), middle.path());
-    let mut bytes = wal;
-    bytes[end / 2] ^= 1;
-    fs::write(&path, &bytes).expect("is written");
-    let refused = EventStore::open(middle.path()).expect_err("would lose what was acknowledged");
-    assert!(
-        refused
-            .to_string()
-            .contains("was acknowledged and cannot be read"),
-        "{refused}"
-    );
-}
-
-type Damage = fn(&mut Vec<u8>);
-
-/// Without its parser a start would take the store for whole: SQLite goes back to the commit before the damage, and
-/// what is left is in order.
-#[tokio::test]
-async fn no_check_of_the_log_finds_what_damage_in_the_write_ahead_file_takes_from_it() {
-    let running = directory();
-    let store = open(running.path());
-    for sequence in 1..=2 {
-        add(&store, append("a", vec![event(sequence, "x")])).await;
-    }
-    let connection = Connection::open(&store.shared.path).expect("opens");
-    let moved_into_the_log = "PRAGMA wal_checkpoint(TRUNCATE)";
-    connection
-        .query_row(moved_into_the_log, [], |_| Ok(()))
-        .expect("is done");
-    for sequence in 3..=6 {
-        add(&store, append("a", vec![event(sequence, &"x".repeat(50))])).await;
-    }
-    let damages: [(usize, Damage); 2] = [
-        (2, |wal| wal[20] ^= 1),
-        (4, |wal| {
-            let middle = wal.len() / 2 + 100;
-            wal[middle] ^= 1;
-        }),
-    ];
-    for (n_left, damage) in damages {
+    let ahead = format!("{FILE_NAME}-wal");
+    let whole = fs::read(running.path().join(&ahead)).expect("is there");
+    // What follows the last event in the file is the store's own.
+    let body = [b'x'; 50];
+    let cut_off = whole.windows(body.len()).rposition(|bytes| bytes == body);
+    let cut_off = cut_off.expect("the last event is there");
+    let mut torn = whole.clone();
+    torn[cut_off..cut_off + 20].fill(0xAA);
+    for (left, wal) in [(5, &whole[..]), (4, &whole[..cut_off]), (4, &torn)] {
         let copy = directory();
-        let wal_path = cut(running.path(), copy.path());
-        let mut wal = fs::read(&wal_path).expect("is there");
-        damage(&mut wal);
-        fs::write(&wal_path, &wal).expect("is written");
-        let path = copy.path().join(FILE_NAME);
-        let found = write_ahead::check(&path);
-        assert!(matches!(found, Err(StoreError::Damaged(_))), "{found:?}");
-
-        let connection = Connection::open(&path).expect("opens");
-        configure(&connection).expect("is configured");
-        let lock = lock(copy.path(), &path).expect("is free");
-        let store = EventStore::start(connection, path, lock, u64::MAX).expect("starts");
-        let reader = store.reader().expect("opens");
-        let whole = "PRAGMA integrity_check";
-        let verdict: String = reader.0.query_row(whole, [], |row| row.get(0)).expect("reads");
-        store.inspect();
-        assert_eq!((verdict.as_str(), store.probe().await), ("ok", Ok(())));
-        assert_eq!(bodies(&store, "a").len(), n_left);
+        fs::copy(running.path().join(FILE_NAME), copy.path().join(FILE_NAME)).expect("is copied");
+        fs::write(copy.path().join(&ahead), wal).expect("is written");
+        assert_eq!(bodies(&open(copy.path()), "a").len(), left);
     }
 }
 
@@ -440,15 +389,8 @@ async fn a_damaged_page_of_the_log_shows_in_the_probe() {
     )
     .await;
     store.probe().await.expect("is whole");
+    store.close().await.expect("is closed");
     drop(store);
-    drop(open_again(directory.path()));
-    for _ in 0..500 {
-        // Closing the last connection moves everything into the main file.
-        if !directory.path().join(format!("{FILE_NAME}-wal")).exists() {
-            break;
-        }
-        thread::sleep(Duration::from_millis(10));
-    }
     let path = directory.path().join(FILE_NAME);
     let mut bytes = fs::read(&path).expect("is there");
     let end = bytes.len();
@@ -465,7 +407,7 @@ async fn a_damaged_page_of_the_log_shows_in_the_probe() {
 }
 
 #[tokio::test]
-async fn a_closed_log_is_whole_without_its_write_ahead_file_and_an_emptied_one_is_refused() {
+async fn a_closed_log_needs_no_write_ahead_file_and_an_emptied_one_is_refused() {
     let directory = directory();
     let path = directory.path().join(FILE_NAME);
     let ahead = directory.path().join(format!("{FILE_NAME}-wal"));
@@ -521,7 +463,7 @@ async fn the_file_shrinks_after_a_mission_is_deleted() {
     let full = pages();
     assert!(
         store
-            .delete("a".to_owned(), Order::default())
+            .delete("a".to_owned(), AuditEntry::default())
             .await
             .expect("is deleted")
     );
@@ -535,27 +477,7 @@ async fn the_file_shrinks_after_a_mission_is_deleted() {
 }
 
 #[tokio::test]
-async fn a_summary_that_is_not_what_was_stored_is_found_and_keeps_no_other_from_being_read() {
-    let directory = directory();
-    let store = open(directory.path());
-    add(&store, append("a", vec![event(1, "x")])).await;
-    add(&store, append("b", vec![event(1, "y")])).await;
-    store.close().await.expect("is closed");
-    let other = Connection::open(directory.path().join(FILE_NAME)).expect("opens");
-    other
-        .execute("UPDATE missions SET summary = x'5b5d' WHERE id = 'a'", [])
-        .expect("is written");
-    let reader = store.reader().expect("opens");
-    let found = reader.missions_with_status("running").expect("reads");
-    assert!(
-        matches!(found.as_slice(), [Err(StoreError::Damaged(_)), Ok(mission)] if mission.id == "b"),
-        "{found:?}"
-    );
-    assert!(matches!(reader.mission("a"), Err(StoreError::Damaged(_))));
-}
-
-#[tokio::test]
-async fn a_log_that_is_read_while_it_is_closed_says_that_its_write_ahead_file_is_needed() {
+async fn closing_a_log_during_a_read_reports_that_the_write_ahead_file_stays() {
     let directory = directory();
     let store = open(directory.path());
     add(&store, append("a", vec![event(1, "x")])).await;
@@ -568,29 +490,29 @@ async fn a_log_that_is_read_while_it_is_closed_says_that_its_write_ahead_file_is
 }
 
 #[tokio::test]
-async fn a_backup_under_writes_is_a_whole_log_of_its_own() {
+async fn a_backup_during_writes_is_a_complete_log() {
     let directory = directory();
     let store = open(directory.path());
-    add(&store, append("a", vec![event(1, "x")])).await;
+    add(&store, append("a", vec![event(1, "1")])).await;
     let writer = tokio::spawn({
         let store = store.clone();
         async move {
             for k in 2..400 {
-                add(&store, append("a", vec![event(k, "y")])).await;
+                add(&store, append("a", vec![event(k, "2")])).await;
             }
         }
     });
     let to = directory.path().join("copy");
     let (reader, copy) = (store.reader().expect("opens"), to.clone());
     let copied = tokio::task::spawn_blocking(move || {
-        reader.back_up(&copy).expect("is copied");
+        assert_eq!(reader.back_up(&copy).expect("is copied"), [""; 0]);
         reader.back_up(&copy)
     });
     let again = copied
         .await
         .expect("does not panic")
         .expect_err("is there already");
-    assert!(again.to_string().contains("name another directory"), "{again}");
+    assert!(again.to_string().contains("choose another directory"), "{again}");
     writer.await.expect("is stored");
     let (whole, copied) = (bodies(&store, "a"), bodies(&open(&to), "a"));
     assert!(whole.starts_with(&copied) && !copied.is_empty());
@@ -607,7 +529,7 @@ async fn a_backup_under_writes_is_a_whole_log_of_its_own() {
 }
 
 #[tokio::test]
-async fn a_vacuum_gives_room_back_that_an_older_log_keeps() {
+async fn a_vacuum_frees_space_that_an_older_log_keeps() {
     let directory = directory();
     let file = directory.path().join(FILE_NAME);
     // A file whose first table was made without it has no incremental vacuum.
@@ -625,31 +547,26 @@ async fn a_vacuum_gives_room_back_that_an_older_log_keeps() {
     };
     store.append(big).await.expect("is stored");
     store
-        .delete("a".to_owned(), Order::default())
+        .delete("a".to_owned(), AuditEntry::default())
         .await
         .expect("is deleted");
     store.close().await.expect("ends");
     drop(store);
     assert!(1 << 20 < size(), "only a vacuum gives the room back");
 
-    let store = loop {
-        match EventStore::open(directory.path()) {
-            Err(StoreError::InUse { .. }) => thread::yield_now(),
-            opened => break opened.expect("opens"),
-        }
-    };
+    let store = open_again(directory.path());
     store.vacuum().await.expect("has room");
     store.close().await.expect("ends");
     assert!(size() < 1 << 18, "{} bytes are left", size());
 }
 
 #[tokio::test]
-async fn a_client_that_has_its_share_of_the_disk_stores_no_more_and_leaves_the_others_theirs() {
+async fn a_client_that_used_up_its_share_stores_no_more_and_others_still_do() {
     let by = |caller: &str| {
-        Some(Order {
+        Some(AuditEntry {
             caller: caller.to_owned(),
             action: "create".to_owned(),
-            ..Order::default()
+            ..AuditEntry::default()
         })
     };
     let made = |mission: &str, caller: &str| Append {
@@ -678,7 +595,7 @@ async fn a_client_that_has_its_share_of_the_disk_stores_no_more_and_leaves_the_o
     };
     add(&store, keyed_at(4)).await;
     full(&store, append("a", vec![event(5, &long)])).await;
-    // A request that is sent again has its answer, and what the mission stores itself goes on.
+    // A repeated request gets its answer, and the mission itself may still store.
     let again = store.append(keyed_at(5)).await.expect("is answered");
     assert_eq!(again, Appended::AnsweredBefore(b"answer".to_vec()));
     let own = Append {
@@ -700,14 +617,319 @@ async fn a_client_that_has_its_share_of_the_disk_stores_no_more_and_leaves_the_o
     full(&store, made("d", "two")).await;
     drop(store);
 
-    let store = loop {
-        match EventStore::open_with(directory.path(), 2_000) {
-            Err(StoreError::InUse { .. }) => thread::sleep(Duration::from_millis(10)),
-            opened => break opened.expect("opens again"),
-        }
-    };
+    let store = try_open_again(directory.path(), 2_000).expect("opens again");
     full(&store, made("b", "one")).await;
-    let deleted = store.delete("a".to_owned(), Order::default()).await;
+    let deleted = store.delete("a".to_owned(), AuditEntry::default()).await;
     assert_eq!(deleted, Ok(true));
     add(&store, made("b", "one")).await;
+}
+
+/// The files of a store whose service was killed just now.
+fn files_of_a_killed(directory: &Path) -> HashMap<String, Vec<u8>> {
+    let entries = fs::read_dir(directory).expect("is there");
+    entries
+        .map(|entry| {
+            let entry = entry.expect("is there");
+            let bytes = fs::read(entry.path()).expect("is read");
+            (entry.file_name().into_string().expect("is text"), bytes)
+        })
+        .filter(|(name, _)| !name.ends_with("-shm"))
+        .collect()
+}
+
+fn written(files: &HashMap<String, Vec<u8>>) -> tempfile::TempDir {
+    let directory = directory();
+    for (name, bytes) in files {
+        fs::write(directory.path().join(name), bytes).expect("is written");
+    }
+    directory
+}
+
+#[tokio::test]
+async fn what_a_damaged_write_ahead_file_lost_is_named_until_a_person_has_read_it() {
+    const EVENTS: u64 = 120;
+    let running = directory();
+    let store = open(running.path());
+    for sequence in 1..=EVENTS {
+        add(&store, append("a", vec![event(sequence, &"1".repeat(500))])).await;
+    }
+    let whole = files_of_a_killed(running.path());
+    let ahead = format!("{FILE_NAME}-wal");
+    let wal = &whole[&ahead];
+    let flipped: Vec<u8> = (0..)
+        .zip(wal)
+        .map(|(place, byte)| byte ^ u8::from(place == wal.len() / 2))
+        .collect();
+    for (is_whole, damaged) in [
+        (true, Some(wal.clone())),
+        (false, Some(wal[..wal.len() / 2 - 1000].to_vec())),
+        (false, Some(wal[..wal.len() - 3000].to_vec())),
+        (false, Some(flipped)),
+        (false, Some(vec![])),
+        (false, None),
+    ] {
+        let mut files = whole.clone();
+        match damaged {
+            Some(bytes) => drop(files.insert(ahead.clone(), bytes)),
+            None => drop(files.remove(&ahead)),
+        }
+        let killed = written(&files);
+        let store = open(killed.path());
+        let found = store.probe().await;
+        if is_whole {
+            assert_eq!(found, Ok(()));
+            assert_eq!(bodies(&store, "a").len() as u64, EVENTS);
+            continue;
+        }
+        let reader = store.reader().expect("opens");
+        let left = reader.last_sequence(1).expect("reads");
+        let lost = format!(
+            "{} events of mission a from {} to {EVENTS}",
+            EVENTS - left,
+            left + 1
+        );
+        let found = found.expect_err("events are missing").to_string();
+        assert!(found.contains(&lost), "{lost}: {found}");
+        // A second start does not forget it, and does not find it again.
+        drop((store, reader));
+        let store = open_again(killed.path());
+        let found = store.probe().await.expect_err("was not read").to_string();
+        assert_eq!(found.matches(&lost).count(), 1, "{found}");
+        fs::remove_file(killed.path().join(LOST_NAME)).expect("is there");
+        assert_eq!(store.probe().await, Ok(()));
+    }
+}
+
+#[tokio::test]
+async fn a_deletion_that_a_damaged_write_ahead_file_lost_is_named() {
+    let running = directory();
+    let store = open(running.path());
+    add(&store, append("a", vec![event(1, "1")])).await;
+    store.close().await.expect("is merged");
+    drop(store);
+    let store = open_again(running.path());
+    let deleted = store.delete("a".to_owned(), AuditEntry::default()).await;
+    assert_eq!(deleted, Ok(true));
+    let mut files = files_of_a_killed(running.path());
+    files.remove(&format!("{FILE_NAME}-wal"));
+    let killed = written(&files);
+    let found = open(killed.path()).probe().await.expect_err("was deleted");
+    assert!(found.to_string().contains("the deletion of mission a"), "{found}");
+}
+
+#[tokio::test]
+async fn the_list_of_acknowledged_events_begins_again_when_everything_is_merged() {
+    let directory = directory();
+    let store = open(directory.path());
+    for sequence in 1..=2_000 {
+        add(&store, append("a", vec![event(sequence, &"1".repeat(5_000))])).await;
+    }
+    let files = files_of_a_killed(directory.path());
+    let merged = written(&files);
+    let (_, entries) = Acknowledged::open(merged.path()).expect("opens");
+    assert!(entries.len() < 1_000, "{}", entries.len());
+    // The entries that are left by an earlier run are not taken for entries of this one.
+    assert_eq!(open(merged.path()).probe().await, Ok(()));
+}
+
+#[tokio::test]
+async fn a_store_whose_files_were_deleted_or_replaced_acknowledges_nothing() {
+    let cases: [fn(&Path); 4] = [
+        |data| fs::remove_dir_all(data).expect("is there"),
+        |data| fs::rename(data, data.with_extension("before")).expect("is there"),
+        |data| {
+            fs::rename(data, data.with_extension("before")).expect("is there");
+            drop(open(data));
+        },
+        |data| fs::remove_file(data.join(format!("{FILE_NAME}-wal"))).expect("is there"),
+    ];
+    for displace in cases {
+        let directory = directory();
+        let data = directory.path().join("data");
+        let store = open(&data);
+        add(&store, append("a", vec![event(1, "1")])).await;
+        displace(&data);
+        let found = store.append(append("a", vec![event(2, "2")])).await;
+        assert!(matches!(found, Err(StoreError::Displaced { .. })), "{found:?}");
+        let deleted = store.delete("a".to_owned(), AuditEntry::default()).await;
+        assert!(
+            matches!(deleted, Err(StoreError::Displaced { .. })),
+            "{deleted:?}"
+        );
+        assert!(matches!(store.probe().await, Err(StoreError::Displaced { .. })));
+        assert!(matches!(store.reader(), Err(StoreError::Displaced { .. })));
+    }
+}
+
+#[tokio::test]
+async fn a_directory_that_is_put_back_is_used_again() {
+    let directory = directory();
+    let (data, away) = (directory.path().join("data"), directory.path().join("away"));
+    let store = open(&data);
+    fs::rename(&data, &away).expect("is there");
+    let append = append("a", vec![event(1, "1")]);
+    store.append(append.clone()).await.expect_err("is not stored");
+    fs::rename(&away, &data).expect("is there");
+    add(&store, append).await;
+    assert_eq!(bodies(&store, "a"), [b"1"]);
+}
+
+#[tokio::test]
+async fn a_service_that_stops_leaves_the_write_ahead_file_of_the_store_in_its_place() {
+    let directory = directory();
+    let data = directory.path().join("data");
+    let old = open(&data);
+    add(&old, append("a", vec![event(1, "1")])).await;
+    fs::rename(&data, directory.path().join("before")).expect("is there");
+    let new = open(&data);
+    add(&new, append("b", vec![event(1, "1")])).await;
+    old.close().await.expect("ends");
+    drop(old);
+    thread::sleep(Duration::from_millis(200));
+    add(&new, append("c", vec![event(1, "1")])).await;
+}
+
+#[tokio::test]
+async fn the_lock_needs_no_file_of_its_own() {
+    let directory = directory();
+    let store = open(directory.path());
+    for entry in fs::read_dir(directory.path()).expect("is there") {
+        let path = entry.expect("is there").path();
+        if !path.to_string_lossy().contains(FILE_NAME) {
+            fs::remove_file(path).expect("is there");
+        }
+    }
+    let refused = EventStore::open(directory.path()).expect_err("is in use");
+    assert!(matches!(refused, StoreError::InUse { .. }), "{refused}");
+    drop(store);
+}
+
+/// Three missions of 300 events, of which the second has a damaged page.
+async fn with_a_damaged_page() -> tempfile::TempDir {
+    let directory = directory();
+    let store = open(directory.path());
+    for mission in ["a", "b", "c"] {
+        let mark = format!("\"{}\"", mission.repeat(200));
+        let events = (1..=300).map(|k| event(k, &mark)).collect();
+        let summary = br#"{"sequence":300}"#.to_vec();
+        add(
+            &store,
+            Append {
+                summary,
+                ..append(mission, events)
+            },
+        )
+        .await;
+    }
+    store.close().await.expect("is merged");
+    drop(store);
+    let path = directory.path().join(FILE_NAME);
+    let mut bytes = fs::read(&path).expect("is there");
+    let has = |page: &[u8], letter: u8| page.windows(200).any(|text| text == [letter; 200]);
+    let of_b: Vec<&mut [u8]> = bytes
+        .chunks_mut(4096)
+        .filter(|page| has(page, b'b') && !has(page, b'a') && !has(page, b'c'))
+        .collect();
+    let middle = of_b.len() / 2;
+    of_b.into_iter().nth(middle).expect("has many pages").fill(0xAA);
+    fs::write(&path, &bytes).expect("is written");
+    directory
+}
+
+#[tokio::test]
+async fn a_backup_of_a_damaged_log_has_all_that_is_whole_and_names_the_rest() {
+    let directory = with_a_damaged_page().await;
+    let reader = EventReader::of(directory.path()).expect("opens");
+    let to = directory.path().join("copy");
+    let damage = reader.back_up(&to).expect("is copied");
+    assert_eq!(damage.len(), 1, "{damage:?}");
+    assert!(
+        damage[0].starts_with("mission b: ") && damage[0].contains(REST_NAME),
+        "{damage:?}"
+    );
+    let rest = fs::read_to_string(to.join(REST_NAME)).expect("is there");
+    let n_read = rest.lines().count();
+    assert!((250..300).contains(&n_read), "{n_read} events");
+    assert!(
+        damage[0].contains(&format!("{n_read} of 300 events")),
+        "{damage:?}"
+    );
+    let copy = open(&to);
+    assert_eq!(copy.probe().await, Ok(()));
+    copy.inspect();
+    assert_eq!(copy.probe().await, Ok(()));
+    for mission in ["a", "c"] {
+        assert_eq!(bodies(&copy, mission).len(), 300);
+    }
+    let salt = |reader: &EventReader| reader.salt().expect("is read");
+    assert_eq!(salt(&copy.reader().expect("opens")), salt(&reader));
+}
+
+#[tokio::test]
+async fn a_damaged_event_does_not_block_a_backup_and_is_forgotten_with_its_mission() {
+    let directory = directory();
+    let store = open(directory.path());
+    for mission in ["a", "b"] {
+        add(&store, append(mission, vec![event(1, "1"), event(2, "2")])).await;
+    }
+    let connection = Connection::open(&store.shared.path).expect("opens");
+    connection
+        .execute(
+            "UPDATE events SET body = x'00' WHERE mission = 2 AND sequence = 2",
+            [],
+        )
+        .expect("is done");
+    store.inspect();
+    let found = store.probe().await.expect_err("is damaged").to_string();
+    assert!(found.contains("mission b: event 2"), "{found}");
+    let to = directory.path().join("copy");
+    let damage = store.reader().expect("opens").back_up(&to).expect("is copied");
+    assert_eq!(damage, ["mission b: event 2 is not JSON"]);
+    assert_eq!(bodies(&open(&to), "a").len(), 2);
+
+    let deleted = store.delete("b".to_owned(), AuditEntry::default()).await;
+    assert_eq!(deleted, Ok(true));
+    for _ in 0..500 {
+        if store.probe().await.is_ok() {
+            return;
+        }
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    }
+    panic!("{:?}", store.probe().await);
+}
+
+#[tokio::test]
+async fn a_clock_that_was_set_ahead_makes_no_mission_old_until_a_person_says_that_it_is_right() {
+    const YEAR: f64 = 365.0 * 86_400.0;
+    let directory = directory();
+    let store = open(directory.path());
+    let finished = Append {
+        status: "finished".to_owned(),
+        ..append("a", vec![event(1, "1")])
+    };
+    add(&store, finished).await;
+    store.close().await.expect("ends");
+    drop(store);
+    // As if the log had been made a year ago by the clock, and a moment ago by the kernel.
+    let connection = Connection::open(directory.path().join(FILE_NAME)).expect("opens");
+    connection
+        .execute_batch(&format!(
+            "UPDATE guards SET clock_s = clock_s - {YEAR}, trusted_s = trusted_s - {YEAR};
+             UPDATE missions SET over_s = over_s - {YEAR}"
+        ))
+        .expect("is done");
+    drop(connection);
+    let store = open_again(directory.path());
+    let older_than = |days: f64| {
+        let reader = store.reader().expect("opens");
+        let before_s = store.clock().now_s() - 86_400.0 * days;
+        reader.over_before(before_s).expect("reads")
+    };
+    assert!((store.clock().clock_ahead_s() - YEAR).abs() < 60.0);
+    store.read_clocks().await.expect("is stored");
+    assert_eq!(older_than(90.0), [""; 0]);
+    // The kernel counts hundredths of a second.
+    assert_eq!(older_than(-0.001), ["a"]);
+    store.believe_clock().await.expect("is stored");
+    assert_eq!(older_than(90.0), ["a"]);
 }

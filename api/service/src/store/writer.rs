@@ -1,8 +1,12 @@
-//! The writer thread: appends that wait together share a commit, and each gets its own reply.
+//! The writer thread: waiting appends share a commit, and each gets its own reply.
 
 use std::{
     ops::ControlFlow,
-    sync::mpsc::{Receiver, RecvTimeoutError},
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::{
+        Arc,
+        mpsc::{Receiver, RecvTimeoutError},
+    },
     time::{Duration, Instant},
 };
 
@@ -10,98 +14,172 @@ use rusqlite::{Connection, OptionalExtension as _, Row, Transaction, params};
 use tokio::sync::oneshot;
 
 use super::{
-    entry::{Append, Appended, Order, StoredEvent},
+    acknowledged::{Acknowledged, Entry},
+    entry::{Append, Appended, AuditEntry, StoredEvent},
     error::StoreError,
     idempotency::{self, KeyedAnswer},
+    place::Place,
     shares::{Shares, Taken},
-    sql::{SNAPSHOT, digest, limit, order_digest, signed, summary_digest},
+    sql::{limit, signed},
+    trusted_time::{TrustedClock, TrustedTime},
 };
 use crate::metrics::StoreMetrics;
 
-/// Most appends in one commit, so that the first of them does not wait for long.
+/// Most appends in one commit, so that the first does not wait long.
 const COMMIT_MAX: usize = 256;
 
-/// Events of a deleted mission that are removed in one commit, and pages that are given back in one: some milliseconds.
+/// Events of a deleted mission, or free pages, that one commit removes: some milliseconds.
 const PURGE: i64 = 500;
 
-/// When to try a removal again that failed.
-const PATIENCE: Duration = Duration::from_secs(1);
+/// Pause after a failed removal.
+const PURGE_RETRY: Duration = Duration::from_secs(1);
 
-/// What should be free beyond an append that was refused before the log is well again, bytes.
+/// Bytes in the write-ahead file after which it is merged: SQLite's own limit of 1,000 pages.
+const MERGE_BYTES: usize = 4 << 20;
+
+/// Bytes that a commit writes besides its events: a page each of five tables and indexes.
+const COMMIT_BYTES: usize = 20 << 10;
+
+/// Bytes that a step of freeing disk space writes.
+const PURGE_BYTES: usize = 1 << 20;
+
+/// Free space beyond a refused append that is needed before the store is ready again, bytes.
 const PROBE_BYTES: usize = 64 << 10;
 
-/// Where the reply goes. The caller may be gone: then the reply is dropped.
+/// Receives the reply, unless the caller is gone.
 pub(super) type Reply<T> = oneshot::Sender<Result<T, StoreError>>;
 
-/// What the writer does.
+/// The result of `Close`, and where it goes.
+type Closed = (Reply<()>, Result<(), StoreError>);
+
+/// A command to the writer.
 pub(super) enum Command {
     Append(Append, Reply<Appended>),
-    /// Hides a mission at once, as it was ordered, and purges it by and by.
-    Delete(String, Order, Reply<bool>),
-    /// Tries whether anything can be stored.
+    /// Hides a mission at once, stores who ordered it, and removes its events later.
+    Delete(String, AuditEntry, Reply<bool>),
+    /// Tests whether the store can be written.
     Probe(Reply<()>),
-    /// Writes the store's file anew, without the room of what was deleted.
+    /// Stores the trusted time.
+    KeepTime(TrustedTime, Reply<()>),
+    /// Stores that the service has tokens.
+    Protect(Reply<()>),
+    /// Rewrites the file without free pages.
     Vacuum(Reply<()>),
-    /// Moves everything from the write-ahead file into the store's own file, and ends.
+    /// Merges the write-ahead file and ends.
     Close(Reply<()>),
 }
 
-/// The one connection that writes.
+/// The only writing connection.
 pub(super) struct Writer {
     connection: Connection,
-    /// Missions whose events are removed a few at a time, when no command waits.
+    /// Deleted missions whose events are removed step by step when no command waits.
     purge: Vec<i64>,
-    /// Whether the file has pages that are free since missions were deleted.
+    /// Whether the file may have free pages.
     free_pages: bool,
     /// Whether the last removal failed, as on a full disk.
     stuck: bool,
-    /// Size of the largest append that was not stored, bytes: until as much can be stored, the store is not well.
+    /// Size of the largest append that failed, bytes. The store is ready again when it could store as much.
     refused: Option<usize>,
     shares: Shares,
     metrics: StoreMetrics,
+    clock: TrustedClock,
+    acknowledged: Acknowledged,
+    /// What is committed and not yet in the list, because the list could not be written.
+    unlisted: Vec<Entry>,
+    /// Bytes in the write-ahead file, about.
+    unmerged: usize,
+    /// Dropped after the connection.
+    place: Arc<Place>,
 }
 
 impl Writer {
-    pub(super) fn new(connection: Connection, share: u64, metrics: StoreMetrics) -> rusqlite::Result<Self> {
-        let deleted = "SELECT number FROM missions WHERE status = 'deleted'";
-        let purge = connection
-            .prepare(deleted)?
-            .query_map([], |row| row.get(0))?
-            .collect::<rusqlite::Result<_>>()?;
+    pub(super) fn new(
+        connection: Connection,
+        place: Arc<Place>,
+        acknowledged: Acknowledged,
+        clock: TrustedClock,
+        share: u64,
+        metrics: StoreMetrics,
+    ) -> rusqlite::Result<Self> {
         Ok(Self {
             shares: Shares::read(&connection, share)?,
+            purge: deleted(&connection)?,
             connection,
-            purge,
             free_pages: true,
             stuck: false,
             refused: None,
             metrics,
+            clock,
+            acknowledged,
+            unlisted: vec![],
+            unmerged: 0,
+            place,
         })
     }
 
-    /// Writes until every handle of the store is dropped.
-    pub(super) fn run(mut self, commands: &Receiver<Command>) {
+    /// Writes until every handle of the store is dropped. After a panic the commands that were being carried out have no reply, and
+    /// the next ones are carried out.
+    pub(super) fn run(mut self, commands: Receiver<Command>) {
         loop {
-            let patience = match (self.purge.is_empty(), self.stuck) {
-                (true, _) if self.free_pages => Duration::ZERO,
-                (true, _) => Duration::MAX,
-                (false, true) => PATIENCE,
-                (false, false) => Duration::ZERO,
-            };
-            match commands.recv_timeout(patience) {
-                Ok(first) => {
-                    if self.carry_out(first, commands).is_break() {
+            match catch_unwind(AssertUnwindSafe(|| self.work(&commands))) {
+                Ok(None) => return,
+                Ok(Some((reply, closed))) => {
+                    // Later commands find it closed.
+                    drop(commands);
+                    let _ = reply.send(closed);
+                    return;
+                }
+                // The program's panic hook has logged it.
+                Err(_) => {
+                    if let Err(error) = self.recover() {
+                        tracing::error!(%error, "the mission log ends: it cannot be read after a panic");
                         return;
                     }
                 }
-                Err(RecvTimeoutError::Timeout) => self.purge_some(),
-                Err(RecvTimeoutError::Disconnected) => return,
             }
         }
     }
 
-    /// Carries out `first`, and the appends that wait behind it in the same commit; breaks after the last command.
-    fn carry_out(&mut self, first: Command, commands: &Receiver<Command>) -> ControlFlow<()> {
+    /// Counts again what is stored, after a panic that may have come between a commit and its count.
+    fn recover(&mut self) -> rusqlite::Result<()> {
+        self.shares.read_again(&self.connection)?;
+        self.purge = deleted(&self.connection)?;
+        // A removal that panics must not panic at every turn.
+        (self.stuck, self.free_pages) = (true, false);
+        self.merge();
+        Ok(())
+    }
+
+    /// Writes until `Close`, which it returns with the result, or until every handle is dropped.
+    fn work(&mut self, commands: &Receiver<Command>) -> Option<Closed> {
+        loop {
+            let idle = match (self.purge.is_empty(), self.stuck) {
+                (true, _) if self.free_pages => Duration::ZERO,
+                (true, _) => Duration::MAX,
+                (false, true) => PURGE_RETRY,
+                (false, false) => Duration::ZERO,
+            };
+            let timeout = self.acknowledged.sync_in().map_or(idle, |due| due.min(idle));
+            match commands.recv_timeout(timeout) {
+                Ok(first) => {
+                    if let ControlFlow::Break(closed) = self.carry_out(first, commands) {
+                        return Some(closed);
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) if timeout < idle => {}
+                Err(RecvTimeoutError::Timeout) => self.purge_some(),
+                Err(RecvTimeoutError::Disconnected) => return None,
+            }
+            if self.acknowledged.sync_in() == Some(Duration::ZERO)
+                && let Err(error) = self.acknowledged.sync()
+            {
+                tracing::warn!(%error, "the list of acknowledged events would not survive a power cut");
+            }
+        }
+    }
+
+    /// Carries out `first`, and stores the appends that wait behind it in the same commit. Breaks after `Close`.
+    fn carry_out(&mut self, first: Command, commands: &Receiver<Command>) -> ControlFlow<Closed> {
         let mut appends = vec![];
         let mut next = Some(first);
         while let Some(command) = next {
@@ -109,19 +187,25 @@ impl Writer {
                 Command::Append(append, reply) => appends.push((append, reply)),
                 Command::Delete(id, order, reply) => {
                     self.store(std::mem::take(&mut appends));
-                    let _ = reply.send(self.delete(&id, &order).map_err(StoreError::from));
+                    let _ = reply.send(self.delete(&id, &order));
                 }
                 Command::Vacuum(reply) => {
                     self.store(std::mem::take(&mut appends));
                     let _ = reply.send(self.vacuum().map_err(StoreError::from));
                 }
                 Command::Probe(reply) => {
-                    let _ = reply.send(self.probe().map_err(StoreError::from));
+                    let _ = reply.send(self.probe());
+                }
+                Command::KeepTime(time, reply) => {
+                    let _ = reply.send(time.write(&self.connection).map_err(StoreError::from));
+                }
+                Command::Protect(reply) => {
+                    let protect = self.connection.execute("UPDATE guards SET protected = 1", []);
+                    let _ = reply.send(protect.map(drop).map_err(StoreError::from));
                 }
                 Command::Close(reply) => {
                     self.store(std::mem::take(&mut appends));
-                    let _ = reply.send(self.checkpoint());
-                    return ControlFlow::Break(());
+                    return ControlFlow::Break((reply, self.checkpoint()));
                 }
             }
             next = (appends.len() < COMMIT_MAX)
@@ -132,12 +216,49 @@ impl Writer {
         ControlFlow::Continue(())
     }
 
-    /// After this the store's own file is whole without its write-ahead file.
-    fn checkpoint(&self) -> Result<(), StoreError> {
-        let checkpoint = "PRAGMA wal_checkpoint(TRUNCATE)";
-        let busy: bool = self.connection.query_row(checkpoint, [], |row| row.get(0))?;
-        // A reader still reads: the write-ahead file keeps the rest.
-        if busy { Err(StoreError::Busy) } else { Ok(()) }
+    /// Merges the write-ahead file into the store's file.
+    fn checkpoint(&mut self) -> Result<(), StoreError> {
+        // If a reader is active, a part stays in the write-ahead file.
+        if merge(&self.connection, "TRUNCATE")? {
+            self.restart_list();
+            Ok(())
+        } else {
+            Err(StoreError::Busy)
+        }
+    }
+
+    /// Merges once it is much.
+    fn merge_much(&mut self) {
+        if MERGE_BYTES <= self.unmerged {
+            self.merge();
+        }
+    }
+
+    /// Merges what is merged without waiting for readers.
+    pub(super) fn merge(&mut self) {
+        self.unmerged = 0;
+        match merge(&self.connection, "PASSIVE") {
+            Ok(true) => self.restart_list(),
+            Ok(false) => {}
+            Err(error) => tracing::warn!(%error, "cannot merge the write-ahead file of the mission log yet"),
+        }
+    }
+
+    fn restart_list(&mut self) {
+        // The old list stays true.
+        if let Err(error) = self.acknowledged.restart() {
+            tracing::warn!(%error, "cannot begin the list of acknowledged events again");
+        }
+    }
+
+    /// Makes sure that what was committed stays: after `Ok` it may be acknowledged.
+    fn confirm(&mut self, committed: Vec<Entry>) -> Result<(), StoreError> {
+        self.unlisted.extend(committed);
+        self.place.check()?;
+        let listed = self.acknowledged.add(&self.unlisted);
+        listed.map_err(|error| StoreError::Unconfirmed(error.to_string()))?;
+        self.unlisted.clear();
+        Ok(())
     }
 
     fn store(&mut self, mut batch: Vec<(Append, Reply<Appended>)>) {
@@ -146,27 +267,46 @@ impl Writer {
         }
         let appends: Vec<&Append> = batch.iter().map(|(append, _)| append).collect();
         let start = Instant::now();
-        let committed = commit(&mut self.connection, &mut self.shares, &appends);
+        let mut entries = vec![];
+        let committed = self.place.check().and_then(|()| {
+            let now_s = self.clock.now_s();
+            commit(
+                &mut self.connection,
+                &mut self.shares,
+                &appends,
+                now_s,
+                &mut entries,
+            )
+        });
         let n_events = committed.as_ref().ok().map(|done| n_stored(&appends, done));
         self.metrics.committed(start.elapsed(), n_events);
-        if committed.is_err() {
-            let bytes = appends.iter().map(|append| size(append)).sum();
-            self.refused = self.refused.max(Some(bytes));
-        }
+        let bytes = appends.iter().map(|append| size(append)).sum::<usize>();
         match committed {
-            Ok(appended) => reply_to_each(batch, appended.into_iter().map(Ok)),
-            // One that cannot be stored must not take the others with it.
+            Ok(appended) => {
+                let confirmed = self.confirm(entries);
+                let results = appended
+                    .into_iter()
+                    .map(|appended| confirmed.clone().map(|()| appended));
+                reply_to_each(batch, results);
+                self.unmerged += bytes + COMMIT_BYTES;
+                self.merge_much();
+            }
+            // One bad append must not fail the others.
             Err(_) if 1 < batch.len() => {
                 for alone in batch {
                     self.store(vec![alone]);
                 }
             }
-            Err(error) => reply_to_each([batch.remove(0)], [Err(error)]),
+            Err(error) => {
+                self.refused = self.refused.max(Some(bytes));
+                reply_to_each([batch.remove(0)], [Err(error)]);
+            }
         }
     }
 
-    /// Tries to store as much as was refused last: a disk may be full for one append and not for another.
-    fn probe(&mut self) -> rusqlite::Result<()> {
+    /// Writes as much as the largest failed append: a disk may be full for one append and not for another.
+    fn probe(&mut self) -> Result<(), StoreError> {
+        self.confirm(vec![])?;
         let mut try_out = self
             .connection
             .prepare_cached("UPDATE probes SET count = count + 1, room = zeroblob(?1)")?;
@@ -179,8 +319,9 @@ impl Writer {
         Ok(())
     }
 
-    /// Hides the mission at once; purging gives its room on the disk back by and by.
-    fn delete(&mut self, id: &str, order: &Order) -> rusqlite::Result<bool> {
+    /// Hides the mission at once; its disk space is freed step by step.
+    fn delete(&mut self, id: &str, order: &AuditEntry) -> Result<bool, StoreError> {
+        self.place.check()?;
         let transaction = self.connection.transaction()?;
         let hidden: Option<(i64, Taken)> = transaction
             .prepare_cached(
@@ -190,29 +331,40 @@ impl Writer {
             .query_row([id], |row| Ok((row.get(0)?, taken(row, 1)?)))
             .optional()?;
         let Some((number, room)) = hidden else {
-            return Ok(false);
+            drop(transaction);
+            // An earlier try may have deleted it.
+            return self.confirm(vec![]).map(|()| false);
         };
         keep_order(&transaction, id, order)?;
         transaction.commit()?;
         self.shares.give_back(&room);
+        self.unmerged += COMMIT_BYTES;
+        self.confirm(vec![Entry::deletion(number, id)])?;
+        // Before its events are removed: a mission without a trace counts as lost.
+        let synced = self.acknowledged.sync();
+        synced.map_err(|error| StoreError::Unconfirmed(error.to_string()))?;
         self.purge.push(number);
         Ok(true)
     }
 
-    /// Removes what is left of deleted missions, and their room.
+    /// Removes the deleted missions and the free pages.
     fn vacuum(&mut self) -> rusqlite::Result<()> {
         while let Some(&number) = self.purge.last() {
             if purge(&self.connection, number)? {
                 self.purge.pop();
             }
         }
-        self.connection.execute_batch("VACUUM")
+        self.connection.execute_batch("VACUUM")?;
+        self.merge();
+        Ok(())
     }
 
-    /// Removes some events, or gives some pages back to the disk.
+    /// Removes some events of deleted missions, or some free pages.
     fn purge_some(&mut self) {
+        self.unmerged += PURGE_BYTES;
+        self.merge_much();
         let Some(&number) = self.purge.last() else {
-            // Not worth a second try: the next deletion gives the pages back.
+            // After an error, the next deletion tries again.
             self.free_pages = give_back(&self.connection).unwrap_or(false);
             return;
         };
@@ -224,12 +376,27 @@ impl Writer {
                 self.free_pages = true;
             }
             Ok(false) => {}
-            Err(error) => tracing::warn!(%error, "a deleted mission keeps its room on the disk for now"),
+            Err(error) => tracing::warn!(%error, "cannot free the disk space of a deleted mission yet"),
         }
     }
 }
 
-/// Removes some events of a deleted mission, and the mission after the last one; whether the mission is gone.
+/// Numbers of the deleted missions that still have events.
+fn deleted(connection: &Connection) -> rusqlite::Result<Vec<i64>> {
+    let mut deleted = connection.prepare("SELECT number FROM missions WHERE status = 'deleted'")?;
+    deleted.query_map([], |row| row.get(0))?.collect()
+}
+
+/// Merges the write-ahead file. True if everything is merged, and on the disk.
+fn merge(connection: &Connection, mode: &str) -> rusqlite::Result<bool> {
+    let checkpoint = format!("PRAGMA wal_checkpoint({mode})");
+    connection.query_row(&checkpoint, [], |row| {
+        let (busy, frames, merged): (bool, i64, i64) = row.try_into()?;
+        Ok(!busy && frames == merged)
+    })
+}
+
+/// Removes some events of a deleted mission, and the mission after its last event. True if the mission is gone.
 fn purge(connection: &Connection, number: i64) -> rusqlite::Result<bool> {
     let mut some = connection.prepare_cached(
         "DELETE FROM events WHERE mission = ?1 AND sequence <=
@@ -242,7 +409,7 @@ fn purge(connection: &Connection, number: i64) -> rusqlite::Result<bool> {
     Ok(true)
 }
 
-/// Gives some free pages back to the disk; whether any were left to give.
+/// Removes some free pages. True if more are left.
 fn give_back(connection: &Connection) -> rusqlite::Result<bool> {
     let free = || connection.query_row("PRAGMA freelist_count", [], |row| row.get::<_, i64>(0));
     let before = free()?;
@@ -254,14 +421,14 @@ fn give_back(connection: &Connection) -> rusqlite::Result<bool> {
     Ok(0 < after && after < before)
 }
 
-/// Roughly how much of the disk an append takes, bytes.
+/// Approximate size of an append on the disk, bytes.
 fn size(append: &Append) -> usize {
     let events = append.events.iter().map(|event| event.body.len());
     let snapshot = append.snapshot.as_ref().map_or(0, Vec::len);
     events.sum::<usize>() + append.summary.len() + snapshot
 }
 
-/// Events that a commit stored.
+/// Number of events that a commit stored.
 fn n_stored(appends: &[&Append], appended: &[Appended]) -> usize {
     let each = appends.iter().zip(appended);
     let stored = each.filter(|(_, appended)| matches!(appended, Appended::Stored));
@@ -274,13 +441,13 @@ fn reply_to_each(
 ) {
     for ((append, reply), result) in batch.into_iter().zip(results) {
         if let Err(error) = &result {
-            tracing::error!(%error, mission = append.mission, "the mission log did not store");
+            tracing::error!(%error, mission = append.mission, "cannot store in the mission log");
         }
         let _ = reply.send(result);
     }
 }
 
-/// Who made the mission of a row, and what its events take: the columns from `first` on.
+/// Owner and bytes of a mission: the columns from `first` on.
 fn taken(row: &Row<'_>, first: usize) -> rusqlite::Result<Taken> {
     Ok(Taken {
         owner: row.get(first)?,
@@ -292,12 +459,14 @@ fn commit(
     connection: &mut Connection,
     shares: &mut Shares,
     appends: &[&Append],
+    now_s: f64,
+    entries: &mut Vec<Entry>,
 ) -> Result<Vec<Appended>, StoreError> {
     let transaction = connection.transaction()?;
     let mut taken = vec![];
     let appended = appends
         .iter()
-        .map(|append| store(&transaction, shares, append, &mut taken))
+        .map(|append| store(&transaction, shares, append, now_s, &mut taken, entries))
         .collect::<rusqlite::Result<_>>()?;
     transaction.commit()?;
     for taken in taken {
@@ -306,13 +475,17 @@ fn commit(
     Ok(appended)
 }
 
-/// Stores an append; what it takes of whose share goes into `taken`.
+/// Stores an append at the trusted time `now_s`; adds its size to `taken` and its events to `entries`.
 fn store(
     transaction: &Transaction<'_>,
     shares: &Shares,
     append: &Append,
+    now_s: f64,
     taken: &mut Vec<Taken>,
+    entries: &mut Vec<Entry>,
 ) -> rusqlite::Result<Appended> {
+    #[cfg(test)]
+    assert_ne!(append.mission, super::tests::PANICS, "a test wants this panic");
     if let Some(KeyedAnswer { key, request, .. }) = &append.answered
         && let Some((asked, answer)) = idempotency::find(transaction, &append.mission, key)?
     {
@@ -322,7 +495,6 @@ fn store(
             Appended::KeyTaken
         });
     }
-    let summary = summary_digest(&append.mission, &append.status, &append.summary);
     let bytes = Shares::bytes_of(append);
     let room = limit(usize::try_from(bytes).unwrap_or(usize::MAX));
     let has_room = |owner: &str| shares.has_room(owner, bytes, append.room);
@@ -334,18 +506,11 @@ fn store(
                 return Ok(Appended::ShareUsed);
             }
             let mut made = transaction.prepare_cached(
-                "INSERT INTO missions (id, status, summary, digest, owner, bytes) VALUES (?1, ?2, ?3, ?4, ?5, ?6)
-                 RETURNING number",
+                "INSERT INTO missions (id, status, summary, owner, bytes, over_s) VALUES (?1, ?2, ?3, ?4, ?5,
+                 CASE WHEN ?2 IN ('finished', 'failed') THEN ?6 END) RETURNING number",
             )?;
             let number = made.query_row(
-                params![
-                    append.mission,
-                    append.status,
-                    append.summary,
-                    summary,
-                    owner,
-                    room
-                ],
+                params![append.mission, append.status, append.summary, owner, room, now_s],
                 |row| row.get(0),
             )?;
             (number, owner)
@@ -372,38 +537,27 @@ fn store(
                 return Ok(Appended::ShareUsed);
             }
             let mut became = transaction.prepare_cached(
-                "UPDATE missions SET status = ?2, summary = ?3, digest = ?4, bytes = bytes + ?5 WHERE number = ?1",
+                "UPDATE missions SET status = ?2, summary = ?3, bytes = bytes + ?4,
+                 over_s = CASE WHEN ?2 IN ('finished', 'failed') THEN coalesce(over_s, ?5) END WHERE number = ?1",
             )?;
-            became.execute(params![number, append.status, append.summary, summary, room])?;
+            became.execute(params![number, append.status, append.summary, room, now_s])?;
             (number, owner)
         }
     };
     taken.push(Taken { owner, bytes });
-    let mut event = transaction.prepare_cached(
-        "INSERT INTO events (mission, sequence, kind, body, digest) VALUES (?1, ?2, ?3, ?4, ?5)",
-    )?;
+    let mut event = transaction
+        .prepare_cached("INSERT INTO events (mission, sequence, kind, body) VALUES (?1, ?2, ?3, ?4)")?;
     for StoredEvent { sequence, kind, body } in &append.events {
-        let sequence = signed(*sequence);
-        event.execute(params![
-            number,
-            sequence,
-            kind,
-            body,
-            digest(number, sequence, kind, body)
-        ])?;
+        event.execute(params![number, signed(*sequence), kind, body])?;
+        entries.push(Entry::event(number, &append.mission, *sequence, body));
     }
     if let Some(snapshot) = &append.snapshot {
         let last = append.events.last().map_or(0, |event| signed(event.sequence));
         let mut kept = transaction.prepare_cached(
-            "INSERT INTO snapshots (mission, sequence, body, digest) VALUES (?1, ?2, ?3, ?4)
-             ON CONFLICT (mission) DO UPDATE SET sequence = ?2, body = ?3, digest = ?4",
+            "INSERT INTO snapshots (mission, sequence, body) VALUES (?1, ?2, ?3)
+             ON CONFLICT (mission) DO UPDATE SET sequence = ?2, body = ?3",
         )?;
-        kept.execute(params![
-            number,
-            last,
-            snapshot,
-            digest(number, last, SNAPSHOT, snapshot)
-        ])?;
+        kept.execute(params![number, last, snapshot])?;
     }
     if let Some(answered) = &append.answered {
         idempotency::keep(transaction, number, answered)?;
@@ -414,23 +568,16 @@ fn store(
     Ok(Appended::Stored)
 }
 
-fn keep_order(transaction: &Transaction<'_>, mission: &str, order: &Order) -> rusqlite::Result<()> {
-    let Order {
+fn keep_order(transaction: &Transaction<'_>, mission: &str, order: &AuditEntry) -> rusqlite::Result<()> {
+    let AuditEntry {
         at_s,
         caller,
         request,
         action,
     } = order;
     let mut kept = transaction.prepare_cached(
-        "INSERT INTO orders (at_s, caller, request, mission, action, digest) VALUES (?1, ?2, ?3, ?4, ?5, ?6)",
+        "INSERT INTO orders (at_s, caller, request, mission, action) VALUES (?1, ?2, ?3, ?4, ?5)",
     )?;
-    kept.execute(params![
-        at_s,
-        caller,
-        request,
-        mission,
-        action,
-        order_digest(mission, order)
-    ])?;
+    kept.execute(params![at_s, caller, request, mission, action])?;
     Ok(())
 }

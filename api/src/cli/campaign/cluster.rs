@@ -3,26 +3,25 @@
 use std::{error::Error, num::NonZeroUsize, path::PathBuf, time::Duration};
 
 use clap::Args;
-use cluster::{Access, Broker, ClusterError, Standing, Worker, WorkerEvent, collect, standing, submit};
+use cluster::{Access, Broker, ClusterError, Progress, Worker, WorkerEvent, collect, progress, submit};
 use lab::campaign::{Campaign, jobs};
 use tokio::{runtime::Runtime, signal, sync::watch};
 
-use super::say;
-use crate::cli::out_file::print;
+use crate::cli::out_file::{print, print_rows};
 
-/// Between two looks at how far a campaign is.
+/// Time between two checks of a campaign's progress.
 const LOOK_EVERY: Duration = Duration::from_secs(2);
 
-/// The broker, and who this is to it.
+/// The broker, and how to log in.
 #[derive(Debug, Args)]
 pub(crate) struct BrokerFlags {
-    /// Addresses of the broker, with commas between them, such as nats://host:4222 or tls://user:password@host.
+    /// Addresses of the broker, separated by commas, such as nats://host:4222 or tls://user:password@host.
     #[arg(long, value_name = "URL")]
     nats: String,
     /// Credentials file of NATS (.creds).
     #[arg(long, value_name = "FILE")]
     nats_creds: Option<PathBuf>,
-    /// Certificates of the authority that signed the broker's, PEM [default: the system's].
+    /// Certificates of the authority that signed the broker's certificate, PEM [default: the system's].
     #[arg(long, value_name = "FILE")]
     nats_ca: Option<PathBuf>,
     /// Certificate of this client, PEM.
@@ -39,14 +38,14 @@ pub(crate) struct Submit {
     file: PathBuf,
     #[command(flatten)]
     broker: BrokerFlags,
-    /// Copies of everything, on so many servers of the broker's cluster.
+    /// Keep everything on this many servers of the broker's cluster.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=5))]
     replicas: u8,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Submitted {
-    /// What `campaign submit` called the campaign.
+    /// The campaign's id, which `campaign submit` printed.
     id: String,
     #[command(flatten)]
     broker: BrokerFlags,
@@ -56,7 +55,7 @@ pub(crate) struct Submitted {
 pub(crate) struct Collect {
     #[command(flatten)]
     campaign: Submitted,
-    /// Directory for the rows; made if it is not there.
+    /// Directory for the rows; created if missing.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -65,13 +64,13 @@ pub(crate) struct Collect {
 pub(crate) struct WorkerFlags {
     #[command(flatten)]
     broker: BrokerFlags,
-    /// Pieces of work at once [default: the number of processors].
+    /// Pieces of work in parallel [default: the number of processors].
     #[arg(long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
-    /// Give work up, by name, that was begun so often without being done.
+    /// Give up work that was started this often without a result.
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..))]
     max_tries: u16,
-    /// End after so many seconds without work [default: never].
+    /// Exit after this many seconds without work [default: never].
     #[arg(long, value_name = "S")]
     idle_s: Option<u32>,
 }
@@ -97,26 +96,23 @@ pub(super) fn send(arguments: &Submit) -> Result<(), Box<dyn Error>> {
         let broker = arguments.broker.connect("pilotfish campaign submit").await?;
         submit(&broker, &campaign, usize::from(arguments.replicas)).await
     })?;
-    eprintln!(
-        "{} pieces of work sent, {} were done before",
-        sent.sent, sent.done
-    );
+    eprintln!("{} pieces of work sent, {} already done", sent.sent, sent.done);
     Ok(print(&format!("{}\n", sent.id))?)
 }
 
 pub(super) fn watch_until_over(arguments: &Submitted) -> Result<(), Box<dyn Error>> {
     Runtime::new()?.block_on(async {
         let broker = arguments.broker.connect("pilotfish campaign watch").await?;
-        let mut before = Standing::default();
+        let mut before = Progress::default();
         loop {
-            let now = match standing(&broker, &arguments.id).await {
-                // A broker that is started again, or chooses a leader, answers later.
+            let now = match progress(&broker, &arguments.id).await {
+                // A broker that restarts, or elects a leader, answers later.
                 Err(error @ ClusterError::Broker(..)) => {
                     eprintln!("trying again: {error}");
                     tokio::time::sleep(LOOK_EVERY).await;
                     continue;
                 }
-                standing => standing?,
+                progress => progress?,
             };
             if now != before {
                 eprintln!("{}", in_words(&now));
@@ -137,13 +133,13 @@ pub(super) fn watch_until_over(arguments: &Submitted) -> Result<(), Box<dyn Erro
     })
 }
 
-fn in_words(standing: &Standing) -> String {
-    let Standing {
+fn in_words(progress: &Progress) -> String {
+    let Progress {
         tuned,
         chunks,
         parked,
         ..
-    } = standing;
+    } = progress;
     format!(
         "gains of {} of {} laws, {} of {} chunks, {} given up",
         tuned.0,
@@ -160,20 +156,20 @@ pub(super) fn fetch_all(arguments: &Collect) -> Result<(), Box<dyn Error>> {
         let broker = broker.connect("pilotfish campaign collect").await?;
         collect(&broker, id, &arguments.out).await
     })?;
-    say(&directory, rows.len(), &rows.digest())
+    print_rows(directory.path(), rows.len(), &rows.digest())
 }
 
-/// Works until Ctrl-C or SIGTERM, after which what was begun is done to its end.
+/// Works until Ctrl-C or SIGTERM, then finishes the work that was started.
 pub(crate) fn work(arguments: &WorkerFlags) -> Result<(), Box<dyn Error>> {
     let jobs = arguments.jobs.unwrap_or_else(jobs).get();
     Runtime::new()?.block_on(async {
-        let tell = |event| eprintln!("{}", event_in_words(&event));
+        let notify = |event| eprintln!("{}", event_in_words(&event));
         let access = arguments.broker.access();
-        let broker = Broker::awaited(&access, "pilotfish worker", &tell).await?;
+        let broker = Broker::connect_when_ready(&access, "pilotfish worker", &notify).await?;
         let (stop, stopped) = watch::channel(false);
         tokio::spawn(async move {
             asked_to_stop().await;
-            eprintln!("ending when what was begun is done");
+            eprintln!("stopping after the work under way");
             let _ = stop.send(true);
             std::future::pending::<()>().await;
         });
@@ -181,7 +177,7 @@ pub(crate) fn work(arguments: &WorkerFlags) -> Result<(), Box<dyn Error>> {
             .idle_s
             .map(|seconds| Duration::from_secs(seconds.into()));
         let worker = Worker::new(broker, jobs, arguments.max_tries.into());
-        worker.run(stopped, idle, &tell).await
+        worker.run(stopped, idle, &notify).await
     })?;
     Ok(())
 }

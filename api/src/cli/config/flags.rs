@@ -1,27 +1,31 @@
-//! Flags of the settings, for clap.
+//! The flags of the settings, for clap.
 
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches, parser::ValueSource};
-use figment::value::Dict;
+use toml::Value;
 
 use super::setting::{COMMON, Kind, SERVE, Setting};
 
-/// What flags that every subcommand has were given.
+/// The given flags of one table of settings, [`SERVE`] or [`COMMON`].
 #[derive(Clone, Debug, Default)]
-pub(crate) struct CommonFlags(pub(crate) Dict);
+pub(crate) struct Flags<const OF_SERVICE: bool>(pub(crate) Vec<(&'static Setting, Value)>);
 
-/// What flags of the service were given.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct ServeFlags(pub(crate) Dict);
+/// Flags that every subcommand has.
+pub(crate) type CommonFlags = Flags<false>;
 
-impl ServeFlags {
-    /// The first flag that was given.
+/// Flags of the service.
+pub(crate) type ServeFlags = Flags<true>;
+
+impl<const OF_SERVICE: bool> Flags<OF_SERVICE> {
+    const SETTINGS: &'static [Setting] = if OF_SERVICE { SERVE } else { COMMON };
+
+    /// The name of one given flag, if there is any.
     pub(crate) fn first(&self) -> Option<String> {
-        let name = self.0.keys().next()?;
-        Some(format!("--{}", name.replace('_', "-")))
+        let (setting, _) = self.0.first()?;
+        Some(format!("--{}", setting.flag()))
     }
 }
 
-/// What clap calls it: subcommands have arguments of the same names.
+/// Name of the argument in clap. Subcommands have arguments with the settings' names.
 fn id(setting: &Setting) -> String {
     format!("setting {}", setting.name)
 }
@@ -45,57 +49,35 @@ fn flag(setting: &'static Setting) -> Arg {
     }
 }
 
-/// The values that were given on the command line, by setting.
-fn given(settings: &[Setting], matches: &ArgMatches) -> Dict {
-    let mut given = Dict::new();
-    for setting in settings {
-        let id = id(setting);
-        if matches.value_source(&id) != Some(ValueSource::CommandLine) {
-            continue;
+impl<const OF_SERVICE: bool> FromArgMatches for Flags<OF_SERVICE> {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
+        let mut flags = Self::default();
+        flags.update_from_arg_matches(matches)?;
+        Ok(flags)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
+        for setting in Self::SETTINGS {
+            let id = id(setting);
+            if matches.value_source(&id) != Some(ValueSource::CommandLine) {
+                continue;
+            }
+            let texts = matches.get_many::<String>(&id).into_iter().flatten();
+            let text = texts.map(String::as_str).collect::<Vec<_>>().join(",");
+            let value = setting.kind.read(&text).expect("clap has read it");
+            self.0.push((setting, value));
         }
-        let texts = matches.get_many::<String>(&id).into_iter().flatten();
-        let text = texts.map(String::as_str).collect::<Vec<_>>().join(",");
-        let value = setting.kind.read(&text).expect("clap has read it");
-        given.insert(setting.name.to_owned(), value);
-    }
-    given
-}
-
-impl FromArgMatches for CommonFlags {
-    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
-        Ok(Self(given(COMMON, matches)))
-    }
-
-    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
-        self.0.extend(given(COMMON, matches));
         Ok(())
     }
 }
 
-impl Args for CommonFlags {
+impl<const OF_SERVICE: bool> Args for Flags<OF_SERVICE> {
     fn augment_args(command: Command) -> Command {
-        command.args(COMMON.iter().map(|setting| flag(setting).global(true)))
-    }
-
-    fn augment_args_for_update(command: Command) -> Command {
-        Self::augment_args(command)
-    }
-}
-
-impl FromArgMatches for ServeFlags {
-    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
-        Ok(Self(given(SERVE, matches)))
-    }
-
-    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
-        self.0.extend(given(SERVE, matches));
-        Ok(())
-    }
-}
-
-impl Args for ServeFlags {
-    fn augment_args(command: Command) -> Command {
-        command.args(SERVE.iter().map(flag))
+        command.args(
+            Self::SETTINGS
+                .iter()
+                .map(|setting| flag(setting).global(!OF_SERVICE)),
+        )
     }
 
     fn augment_args_for_update(command: Command) -> Command {

@@ -1,54 +1,39 @@
-//! `pilotfish figures`: the source paper's figures as files.
+//! `pilotfish figures`: the source paper's figures as a page.
 
-use std::{error::Error, fmt::Write as _, path::PathBuf};
+use std::{error::Error, path::PathBuf};
 
 use clap::Args;
-use lab::figures::{PaperMissions, draw, gallery, stated, table};
+use lab::figures::{PaperMissions, page, stated, table};
 
-use super::{
-    files::OTHER_DIRECTORY,
+use crate::cli::{
+    out_file::{OutFile, print},
     progress::{bar, show},
 };
-use crate::cli::out_file::{OutFile, directory, print};
 
 #[derive(Debug, Args)]
 pub(crate) struct Figures {
-    /// Directory for the pictures and `index.html`, which shows them; made if it is not there.
-    #[arg(long, value_name = "DIR")]
+    /// File for the page.
+    #[arg(long, value_name = "FILE.html")]
     out: PathBuf,
     /// Seed of the starting positions.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// End every mission after this many seconds, if it is not over before.
+    /// End each mission after at most this many seconds.
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..))]
     duration_s: Option<u32>,
 }
 
-/// Flies the paper's missions, writes its figures, and prints its numbers beside the measured ones.
+/// Simulates the paper's missions, writes its figures, and prints its numbers beside the simulated ones.
 pub(crate) fn figures(arguments: &Figures) -> Result<(), Box<dyn Error>> {
-    // Before the missions: a directory that cannot be written should not cost them.
-    directory(&arguments.out, OTHER_DIRECTORY)?;
-    let index = arguments.out.join("index.html");
-    OutFile::new(&index, OTHER_DIRECTORY)?;
-
+    // Before the missions, so that a file that cannot be written does not waste them.
+    let file = OutFile::new(&arguments.out)?;
     let bar = bar();
     let duration_max = arguments.duration_s.map_or(f64::INFINITY, f64::from);
     let missions = PaperMissions::fly(arguments.seed, duration_max, &mut |scenario, done| {
         show(&bar, scenario, done);
     })?;
     bar.finish_and_clear();
-
-    let (figures, rows) = (draw(&missions), stated(&missions));
-    let mut files: Vec<(PathBuf, String)> = figures
-        .iter()
-        .map(|figure| (arguments.out.join(figure.file_name()), figure.svg.clone()))
-        .collect();
-    // Last: where it is, so is what it shows.
-    files.push((index, gallery(&figures, &rows)));
-    let mut written = String::new();
-    for (path, text) in files {
-        OutFile::new(&path, OTHER_DIRECTORY)?.write_text(&text)?;
-        writeln!(written, "{}", path.display()).expect("a string takes everything");
-    }
-    Ok(print(&format!("{written}\n{}", table(&rows)))?)
+    let rows = stated(&missions);
+    file.write_text(&page(&missions, &rows))?;
+    Ok(print(&table(&rows))?)
 }

@@ -2,13 +2,15 @@
 
 use std::{error::Error, fmt::Write as _, path::PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::{
+    Args,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
 use lab::{
-    comparison::Gains,
     report::ReportedRun,
-    scores::{Scores, auv_lines},
+    scores::lines,
     stopwatch::Stopwatch,
-    tuning::tune,
+    tuning::{LawGains, tune},
 };
 use planner::{
     los::{LosGains, LosLaw, LosTuning},
@@ -16,71 +18,64 @@ use planner::{
 };
 use sim::{
     guide::{Guide, LosGuide, MpcGuide},
-    metrics::Metrics,
     mission,
     record::Record,
     scenario::Scenario,
 };
 
 use super::{
-    declared::{declare, lasting},
+    arguments::RunArguments,
     error::MissionError,
-    files::{RecordFile, record_file, report_file, write_report},
-    progress::{bar, show},
-    snapshots::{KeptPlanner, snapshot_file, write_snapshots},
+    files::{RecordFile, record_file, write_report},
+    snapshots::{RecordedPlanner, write_snapshots},
 };
-use crate::cli::{declared_craft::DeclaredCraft, out_file::print, scenarios::scenario, trial::trial};
+use crate::cli::{
+    out_file::{OutFile, print},
+    progress::{bar, show},
+    trial::trial,
+};
 
 const LOOK_AHEAD: &str = "look-ahead-m";
 const ALONG_TRACK_GAIN: &str = "along-track-gain-per-s";
 
 #[derive(Debug, Args)]
 pub(crate) struct Simulate {
-    /// Name of a scenario (`pilotfish scenarios` lists them), or the path of a scenario file, as ./my.toml. Of a trial
-    /// also medusa, which is the default, or otter.
+    /// A built-in scenario (`pilotfish scenarios` lists them), or the path of a scenario file, such as ./my.toml. With
+    /// --trial also medusa (the default) or otter.
     #[arg(required_unless_present = "trial")]
     scenario: Option<String>,
-    /// Put the scenario's craft through a sea trial in its water (docs/commissioning.md) and log it, for
-    /// `pilotfish identify`.
+    /// Simulate a sea trial (docs/commissioning.md) of the scenario's craft and write its log for `pilotfish identify`.
     #[arg(
         long, requires = "out",
         conflicts_with_all = ["controller", "duration_s", "untimed", "report", "snapshots", "craft", "tuned"]
     )]
     trial: bool,
     #[command(flatten)]
-    craft: DeclaredCraft,
-    /// What guides the surface craft.
-    #[arg(long, value_enum, default_value_t = Controller::Mpc)]
+    run: RunArguments,
+    /// The planner (mpc) or a line-of-sight law.
+    #[arg(long, value_parser = Controller::parser(), default_value = Controller::PLANNER)]
     controller: Controller,
-    /// Seed of everything that the scenario leaves to chance.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// End the mission after this many seconds, whatever the scenario says. Settled metrics that would begin later
-    /// begin at once.
-    #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=86_400))]
-    duration_s: Option<u32>,
-    /// Write the record to this file; may be given several times. Its ending says how: .csv, .parquet and .ndjson
-    /// are the table of docs/records.md, .geojson is a map, .mcap is for Foxglove and Lichtblick. A pipe or a
-    /// device gets CSV.
+    /// Write the record to this file; may be repeated. The suffix chooses the format: .csv, .parquet and .ndjson are
+    /// the table of docs/records.md, .geojson is a map, .mcap is for Foxglove and Lichtblick. A pipe or a device gets
+    /// CSV.
     #[arg(long, value_name = "FILE")]
     out: Vec<PathBuf>,
-    /// Leave solve times out of record and page, so that the same command writes the same bytes again.
+    /// Leave solve times out of record and report, so that the same command writes the same bytes.
     #[arg(long)]
     untimed: bool,
-    /// Write an interactive page about the mission to this file.
+    /// Write an interactive report of the mission to this file.
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
-    /// Write every snapshot that the planner was asked to this file, as requests to plan again, one a line.
+    /// Write the planner's snapshots to this file, as requests to plan again, one for each line.
     #[arg(long, value_name = "FILE.ndjson")]
     snapshots: Option<PathBuf>,
-    /// Of the snapshots, write the first and every N-th after it.
+    /// Write only the first snapshot and every N-th after it.
     #[arg(
         long, value_name = "N", default_value_t = 1, requires = "snapshots",
         value_parser = clap::value_parser!(u32).range(1..)
     )]
     every: u32,
-    /// Search for the gains of the line-of-sight law first, as `pilotfish compare` does: the best of its grid for this
-    /// scenario and seed.
+    /// First tune the gains of the line-of-sight law for this scenario and seed, as `pilotfish compare` does.
     #[arg(long, conflicts_with_all = ["look_ahead_m", "along_track_gain_per_s"])]
     tuned: bool,
     #[arg(
@@ -95,59 +90,37 @@ pub(crate) struct Simulate {
     along_track_gain_per_s: Option<f64>,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Controller {
-    /// The planner.
-    #[value(name = "mpc")]
-    Mpc,
-    /// The saturated line-of-sight law, errors in the target's frame.
-    #[value(name = "saturated_los")]
-    SaturatedLos,
-    /// The saturated line-of-sight law, errors in the tracker's frame.
-    #[value(name = "saturated_los_tracker_frame")]
-    TrackerFrame,
-    /// Integral line of sight.
-    #[value(name = "integral_los")]
-    Integral,
-    /// Way-points round a box, drawn every 360 s.
-    #[value(name = "waypoint_box")]
-    WaypointBox,
-    /// Line of sight exactly as printed, which runs away.
-    #[value(name = "printed_los")]
-    Printed,
-}
+/// The planner, or a law instead.
+#[derive(Clone, Copy, Debug)]
+struct Controller(Option<LosLaw>);
 
 impl Controller {
-    /// The law that it is; none for the planner.
-    fn law(self) -> Option<LosLaw> {
-        match self {
-            Self::Mpc => None,
-            Self::SaturatedLos => Some(LosLaw::SaturatedLos),
-            Self::TrackerFrame => Some(LosLaw::TrackerFrame),
-            Self::Integral => Some(LosLaw::Integral),
-            Self::WaypointBox => Some(LosLaw::WaypointBox),
-            Self::Printed => Some(LosLaw::Printed),
-        }
+    const PLANNER: &str = "mpc";
+
+    /// Parses the value of `--controller`.
+    fn parser() -> impl TypedValueParser<Value = Self> {
+        let names = [Self::PLANNER].into_iter().chain(LosLaw::ALL.map(LosLaw::name));
+        PossibleValuesParser::new(names)
+            .map(|name| Self(LosLaw::ALL.into_iter().find(|law| law.name() == name)))
     }
 }
 
-/// Runs one mission, prints what it is worth, and keeps the record where asked to.
+/// Runs one mission, prints its scores, and writes the requested files.
 pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
     let Some(name) = arguments.scenario.as_deref().filter(|_| !arguments.trial) else {
         let craft = arguments.scenario.as_deref().unwrap_or("medusa");
-        return trial(craft, arguments.seed, &arguments.out);
+        return trial(craft, arguments.run.seed, &arguments.out);
     };
-    let scenario = declare(lasting(scenario(name)?, arguments.duration_s), &arguments.craft)?;
+    let scenario = arguments.run.scenario(name)?;
     check(arguments)?;
-    // Before the mission: a file that cannot be written should not cost one.
+    // Before the mission, so that a file that cannot be written does not waste it.
     let files = arguments.out.iter().map(|path| record_file(path, &scenario));
     let files = files.collect::<Result<Vec<_>, _>>()?;
-    let page = arguments.report.as_deref().map(report_file).transpose()?;
-    let requests = arguments.snapshots.as_deref().map(snapshot_file);
-    let requests = requests.transpose()?;
+    let page = arguments.report.as_deref().map(OutFile::new).transpose()?;
+    let requests = arguments.snapshots.as_deref().map(OutFile::new).transpose()?;
 
     let bar = bar();
-    let tuning = match arguments.controller.law() {
+    let tuning = match arguments.controller.0 {
         Some(law) => Some(law_tuning(law, &scenario, arguments, &mut |done| {
             show(&bar, "tuning", done);
         })?),
@@ -156,7 +129,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
     let (mut asked, mut predictions) = (Vec::new(), Vec::new());
     let mut guide: Box<dyn Guide + '_> = match tuning {
         Some(tuning) => Box::new(LosGuide::tuned(tuning)),
-        None => Box::new(KeptPlanner {
+        None => Box::new(RecordedPlanner {
             planner: MpcGuide::new(Policy::default()),
             n_plans: 0,
             every: arguments.snapshots.is_some().then_some(arguments.every as usize),
@@ -166,16 +139,16 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
     };
     let mut progress = |done| show(&bar, "mission", done);
     let record = if arguments.untimed {
-        mission::run(&scenario, guide.as_mut(), arguments.seed, &mut progress)
+        mission::run(&scenario, guide.as_mut(), arguments.run.seed, &mut progress)
     } else {
         let mut stopwatch = Stopwatch::new(guide.as_mut());
-        mission::run(&scenario, &mut stopwatch, arguments.seed, &mut progress)
+        mission::run(&scenario, &mut stopwatch, arguments.run.seed, &mut progress)
     };
     let record = record.map_err(MissionError::Mission)?;
     drop(guide);
     bar.finish_and_clear();
 
-    // The mission is not to be had again: what one file does not take, the others still get.
+    // The mission took long: if one file fails, the others are still written.
     let write = |file: &RecordFile| file.write(&record);
     let written = files.iter().map(write).fold(Ok(()), Result::and);
     let requests = requests.map_or(Ok(()), |file| write_snapshots(&file, &asked));
@@ -190,14 +163,14 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
     let found = tuning
         .filter(|_| arguments.tuned)
         .map_or_else(String::new, |tuning| {
-            format!("{}: {}.\n", tuning.law.name(), Gains::from(tuning))
+            format!("{}: {}.\n", tuning.law.name(), LawGains::from(tuning))
         });
     Ok(print(&(summary(&record) + &found))?)
 }
 
-/// Refuses what one kind of controller does not have.
+/// Checks the options of the planner and of the laws.
 fn check(arguments: &Simulate) -> Result<(), MissionError> {
-    match arguments.controller.law() {
+    match arguments.controller.0 {
         None if arguments.look_ahead_m.is_some() => Err(MissionError::GainOfAnother(LOOK_AHEAD)),
         None if arguments.along_track_gain_per_s.is_some() => {
             Err(MissionError::GainOfAnother(ALONG_TRACK_GAIN))
@@ -209,7 +182,7 @@ fn check(arguments: &Simulate) -> Result<(), MissionError> {
     }
 }
 
-/// How `law` flies: with the gains that are given, or the best of its grid.
+/// The law with the given gains, or tuned.
 fn law_tuning(
     law: LosLaw,
     scenario: &Scenario,
@@ -217,7 +190,7 @@ fn law_tuning(
     progress: &mut dyn FnMut(f64),
 ) -> Result<LosTuning, MissionError> {
     if arguments.tuned {
-        let (tuning, _) = tune(law, scenario, arguments.seed, progress)?;
+        let (tuning, _) = tune(law, scenario, arguments.run.seed, progress)?;
         return Ok(tuning);
     }
     Ok(LosTuning {
@@ -249,20 +222,9 @@ fn gains(arguments: &Simulate) -> Result<LosGains, MissionError> {
 }
 
 fn summary(record: &Record) -> String {
-    let metrics = Metrics::of(record);
     let mut text = format!("{}, seed {}\n", record.scenario, record.seed);
-    let mut line = |name: &str, value: String| {
+    for (name, value) in lines(record) {
         writeln!(text, "{name:<34}{value:>20}").expect("a string takes everything");
-    };
-    if let Some(surface_craft) = metrics.surface_craft {
-        for (name, value) in Scores::new(record, surface_craft).lines() {
-            line(&name, value);
-        }
-    }
-    for auv in &metrics.auvs {
-        for (name, value) in auv_lines(auv) {
-            line(&format!("{}.{name}", auv.id), format!("{value:.3}"));
-        }
     }
     text
 }

@@ -1,21 +1,20 @@
-//! The snapshots that the planner was asked in a mission, to ask again: requests, one a line.
+//! The planner's snapshots in a mission, as requests to plan again, one for each line.
 
 use std::{
     io::{self, Write as _},
-    path::Path,
     time::Duration,
 };
 
 use planner::snapshot::Snapshot;
 use serde_json::Map;
 use sim::guide::{Guidance, Guide, GuideError, MpcGuide};
-use wire::{Answer, PlanRequest, Prediction};
+use wire::{Answer, Prediction};
 
 use crate::cli::out_file::{NotWritten, OutFile};
 
-/// A planner of which some is kept: the first and every `every`-th further snapshot that it is asked, and what every
-/// [`PREDICTION_EVERY`]-th plan predicts. They are written after the mission, so that writing does not count as planning.
-pub(super) struct KeptPlanner<'a> {
+/// A planner that keeps the first and every `every`-th further snapshot, and the prediction of every
+/// [`PREDICTION_EVERY`]-th plan. They are written after the mission, so that writing does not count as planning.
+pub(super) struct RecordedPlanner<'a> {
     pub(super) planner: MpcGuide,
     pub(super) n_plans: usize,
     pub(super) every: Option<usize>,
@@ -23,10 +22,10 @@ pub(super) struct KeptPlanner<'a> {
     pub(super) predictions: Option<&'a mut Vec<(f64, Prediction)>>,
 }
 
-/// A report shows what was predicted at every so manyth plan: some kilobyte each.
+/// A report has one prediction in so many: each takes some kilobytes.
 const PREDICTION_EVERY: usize = 5;
 
-impl Guide for KeptPlanner<'_> {
+impl Guide for RecordedPlanner<'_> {
     fn name(&self) -> &'static str {
         self.planner.name()
     }
@@ -41,22 +40,17 @@ impl Guide for KeptPlanner<'_> {
         {
             let metadata = Map::new();
             let answer = Answer::new(snapshot, plan, Duration::ZERO, &metadata).planned();
-            kept.push((snapshot.time, Prediction::of(snapshot, plan, &answer)));
+            kept.push((snapshot.t_s, Prediction::of(snapshot, plan, &answer)));
         }
         self.n_plans += 1;
         Ok(guidance)
     }
 }
 
-/// A file for the snapshots.
-pub(super) fn snapshot_file(path: &Path) -> Result<OutFile, NotWritten> {
-    OutFile::new(path, "choose another file with --snapshots")
-}
-
 pub(super) fn write_snapshots(file: &OutFile, snapshots: &[Snapshot]) -> Result<(), NotWritten> {
     file.write(|out| {
         for snapshot in snapshots {
-            serde_json::to_writer(&mut *out, &PlanRequest::from(snapshot))?;
+            serde_json::to_writer(&mut *out, &**snapshot)?;
             out.write_all(b"\n")?;
         }
         Ok::<(), io::Error>(())

@@ -1,6 +1,6 @@
-//! Connections: how many, how long each may take to say what it wants, and how they end.
+//! Connections: how many, how long each may take to send a request, and how they end.
 
-use std::{net::IpAddr, sync::Arc, time::Duration};
+use std::{io, net::IpAddr, sync::Arc, time::Duration};
 
 use axum::{Router, body::Body, extract::Request};
 use hyper::{body::Incoming, server::conn::http1, service::service_fn};
@@ -8,8 +8,15 @@ use hyper_util::{
     rt::{TokioIo, TokioTimer},
     server::graceful::{GracefulShutdown, Watcher},
 };
-use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
-use service::{Connections as Count, access::Peer, slots::Slots};
+use rustix::{
+    net::sockopt,
+    process::{Resource, Rlimit, getrlimit, setrlimit},
+};
+use service::{
+    Connections as Count,
+    access::Peer,
+    places::{Place, Places},
+};
 use tokio::{
     io::{AsyncRead, AsyncWrite, AsyncWriteExt as _},
     net::{TcpListener, TcpStream},
@@ -20,112 +27,158 @@ use tower::ServiceExt as _;
 
 use super::tls::Tls;
 
-/// How long requests under way may take to finish after the order to stop: as long as a body may take to arrive.
+/// Time for open requests after the stop signal: as long as a body may take to arrive.
 const DRAIN: Duration = Duration::from_secs(10);
 
-/// How long a connection may take to say what it wants, the wait for its next request included.
+/// Time for a request header, including the wait for the next request of a connection.
 const HEADER_TIME: Duration = Duration::from_secs(10);
 
-/// How long to wait where no connection can be accepted, as without a free file.
+/// Longest head of a request, bytes; hyper itself refuses more than 100 headers. It also bounds what hyper buffers of bodies, so
+/// that all connections together buffer at most twice 64 MiB.
+const HEAD_BYTES_MAX: usize = 16 << 10;
+
+/// How long a client may take nothing of what was sent to it.
+const UNREAD_TIME: Duration = Duration::from_secs(5);
+
+/// Unread bytes of an answer that the system holds for a connection. More would keep a slow client's connection from being
+/// noticed, and costs memory for each connection.
+const SEND_BUFFER: usize = 64 << 10;
+
+/// Pause when no connection can be accepted, for example without a free file descriptor.
 const ACCEPT_AGAIN: Duration = Duration::from_millis(100);
 
-/// Most connections at once: a few for every mission that may be under way.
+/// Connections that the system completes before they are accepted: as many as there may be at once. Linux allows no more than
+/// `net.core.somaxconn`, by default as many.
+const WAITING_MAX: usize = CONNECTIONS_MAX;
+
+/// Most connections at once: a few for each running mission.
 const CONNECTIONS_MAX: usize = 4_096;
 
-/// Files that the service itself needs: the mission log and its readers, records, and connections that are turned away.
-const FILES_OF_OUR_OWN: usize = 256;
+/// File descriptors that the service itself needs: mission log, readers, records and refused connections.
+const FILES_RESERVED: usize = 256;
 
-/// Connections that are being turned away; more are closed without a word.
+/// Connections that are refused at the same time; more are closed without an answer.
 const TURNED_AWAY_MAX: usize = 64;
 
-/// How long one may take to hear that it is turned away.
+/// Time for a refused client to read the answer.
 const TURN_AWAY_TIME: Duration = Duration::from_millis(500);
 
-/// What one is told.
-const NO_PLACE: &str = r#"{"type":"urn:pilotfish:problem:crowded","title":"The service has taken on all it can","status":503,"code":"crowded","detail":"there are too many connections; try again after the time in Retry-After"}"#;
+/// The answer to a refused client.
+const NO_PLACE: &str = r#"{"type":"urn:pilotfish:problem:crowded","title":"The service is at its limit","status":503,"code":"crowded","detail":"the service accepts no more connections; try again after the time in Retry-After"}"#;
 
-/// What serves connections.
+/// Serves connections.
 pub(super) struct Connections {
     http: http1::Builder,
     router: Router,
     tls: Option<Arc<Tls>>,
     under_way: GracefulShutdown,
-    places: Slots<IpAddr>,
-    at_the_door: Arc<Semaphore>,
+    places: Places,
+    refusals: Arc<Semaphore>,
     count: Count,
 }
 
 impl Connections {
     pub(super) fn new(router: Router, tls: Option<Arc<Tls>>, count: Count) -> Self {
-        // `axum::serve` waits for a header as long as the client likes.
+        // `axum::serve` has no time limit for a header.
         let mut http = http1::Builder::new();
-        http.timer(TokioTimer::new()).header_read_timeout(HEADER_TIME);
+        http.timer(TokioTimer::new())
+            .header_read_timeout(HEADER_TIME)
+            .max_buf_size(HEAD_BYTES_MAX);
         Self {
             http,
             router,
             tls,
             under_way: GracefulShutdown::new(),
-            places: Slots::new(places()),
-            at_the_door: Arc::new(Semaphore::new(TURNED_AWAY_MAX)),
+            places: Places::new(n_connections_max()),
+            refusals: Arc::new(Semaphore::new(TURNED_AWAY_MAX)),
             count,
         }
     }
 
-    /// Waits for a connection, and serves it beside the others.
+    /// Waits for a connection, and serves it in a task of its own.
     pub(super) async fn accept(&self, listener: &TcpListener) {
         let (socket, peer) = match listener.accept().await {
             Ok(accepted) => accepted,
             Err(error) => {
-                tracing::warn!(%error, "a connection is not accepted");
+                tracing::warn!(%error, "cannot accept a connection");
                 tokio::time::sleep(ACCEPT_AGAIN).await;
                 return;
             }
         };
-        // An answer's last segment should not wait for the client's acknowledgement of the first.
+        // The last segment of an answer must not wait for the acknowledgement of the first.
         if let Err(error) = socket.set_nodelay(true) {
-            tracing::debug!(%error, "a connection stays without TCP_NODELAY");
+            tracing::debug!(%error, "cannot set TCP_NODELAY");
         }
         let peer = peer.ip().to_canonical();
-        let Ok(place) = self.places.take(peer) else {
+        let Some(place) = self.places.take(peer) else {
             self.count.turned_away();
             self.turn_away(socket);
             return;
         };
         let (http, router, watcher) = (self.http.clone(), self.router.clone(), self.under_way.watcher());
         let tls = self.tls.clone();
-        let held = (place, self.count.opened());
+        let counted = self.count.opened();
         tokio::spawn(async move {
-            let _held = held;
-            match tls {
-                None => serve(http, router, watcher, socket, peer).await,
-                Some(tls) => match timeout(HEADER_TIME, tls.accept(socket)).await {
-                    Ok(Ok(socket)) => serve(http, router, watcher, socket, peer).await,
-                    Ok(Err(error)) => tracing::debug!(%error, %peer, "no TLS connection came about"),
-                    Err(_) => tracing::debug!(%peer, "no TLS connection came about in time"),
-                },
+            let _counted = counted;
+            let client = Client {
+                peer,
+                place: place.clone(),
+            };
+            let served = async {
+                match tls {
+                    None => serve(http, router, watcher, socket, client).await,
+                    Some(tls) => match timeout(HEADER_TIME, tls.accept(socket)).await {
+                        Ok(Ok(socket)) => serve(http, router, watcher, socket, client).await,
+                        Ok(Err(error)) => tracing::debug!(%error, %peer, "TLS handshake failed"),
+                        Err(_) => tracing::debug!(%peer, "TLS handshake timed out"),
+                    },
+                }
+            };
+            tokio::select! {
+                () = served => {}
+                () = place.lost() => tracing::debug!(%peer, "a connection gave way to another"),
             }
         });
     }
 
-    /// Tells a client for which there is no place to come again.
+    /// Answers 503 with `Retry-After`.
     fn turn_away(&self, socket: TcpStream) {
-        // In the clear a client that speaks TLS would not understand it.
+        // A TLS client cannot read a plain answer.
         if self.tls.is_none()
-            && let Ok(place) = Arc::clone(&self.at_the_door).try_acquire_owned()
+            && let Ok(permit) = Arc::clone(&self.refusals).try_acquire_owned()
         {
             tokio::spawn(async {
                 turn_away(socket).await;
-                drop(place);
+                drop(permit);
             });
         }
     }
 
-    /// Lets requests under way finish, for some time.
+    /// Waits for open requests, for a limited time.
     pub(super) async fn drain(self) {
         if timeout(DRAIN, self.under_way.shutdown()).await.is_err() {
-            tracing::warn!("gave up on requests that did not finish");
+            tracing::warn!("some requests did not finish in time");
         }
     }
+}
+
+/// The other end of a connection, and its place here.
+struct Client {
+    peer: IpAddr,
+    place: Place,
+}
+
+/// Has the system keep newcomers of a burst, and limits what it does for clients that do not read. Accepted sockets inherit that.
+pub(super) fn prepare(listener: &TcpListener) -> io::Result<()> {
+    // A second call changes the length of the queue only.
+    rustix::net::listen(listener, i32::try_from(WAITING_MAX).expect("is small"))?;
+    sockopt::set_socket_send_buffer_size(listener, SEND_BUFFER)?;
+    // The system also ends closed connections whose last bytes are not taken.
+    sockopt::set_tcp_user_timeout(
+        listener,
+        u32::try_from(UNREAD_TIME.as_millis()).expect("is short"),
+    )?;
+    Ok(())
 }
 
 /// Serves one connection to its end.
@@ -134,11 +187,11 @@ async fn serve<S: AsyncRead + AsyncWrite + Unpin + 'static>(
     router: Router,
     watcher: Watcher,
     socket: S,
-    peer: IpAddr,
+    client: Client,
 ) {
-    let peer = Peer(peer);
     let answer = service_fn(move |mut request: Request<Incoming>| {
-        request.extensions_mut().insert(peer);
+        request.extensions_mut().insert(Peer(client.peer));
+        request.extensions_mut().insert(client.place.clone());
         let router = router.clone();
         async move { router.oneshot(request.map(Body::new)).await }
     });
@@ -148,10 +201,10 @@ async fn serve<S: AsyncRead + AsyncWrite + Unpin + 'static>(
     }
 }
 
-/// How many connections there may be: as many as the system gives files for, but for those that the service itself needs.
-fn places() -> usize {
+/// Limit of connections: the limit of file descriptors, less those that the service itself needs.
+fn n_connections_max() -> usize {
     let mut files = getrlimit(Resource::Nofile);
-    // The service starts with the modest limit of a shell; it may raise that as far as the administrator allows.
+    // A shell sets a low soft limit, which may be raised to the hard limit.
     let raised = Rlimit {
         current: files.maximum,
         ..files
@@ -162,22 +215,45 @@ fn places() -> usize {
     let files = files.current.map_or(CONNECTIONS_MAX, |files| {
         usize::try_from(files).unwrap_or(CONNECTIONS_MAX)
     });
-    files.saturating_sub(FILES_OF_OUR_OWN).clamp(1, CONNECTIONS_MAX)
+    files.saturating_sub(FILES_RESERVED).clamp(1, CONNECTIONS_MAX)
 }
 
-/// Tells a client for which there is no place to come again, whatever it wants.
+/// Answers 503 before any request is read.
 async fn turn_away(mut socket: TcpStream) {
     let answer = format!(
         "HTTP/1.1 503 Service Unavailable\r\nretry-after: 1\r\nconnection: close\r\n\
          content-type: application/problem+json\r\ncontent-length: {}\r\n\r\n{NO_PLACE}",
         NO_PLACE.len()
     );
-    let told = async {
+    let answered = async {
         socket.write_all(answer.as_bytes()).await?;
         socket.shutdown().await?;
-        // A socket that is closed with something unread takes its answer back.
+        // Closing a socket with unread input discards the answer.
         tokio::io::copy(&mut socket, &mut tokio::io::sink()).await
     };
-    // The client may be gone, or not listen.
-    let _ = timeout(TURN_AWAY_TIME, told).await;
+    // The client may be gone.
+    let _ = timeout(TURN_AWAY_TIME, answered).await;
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{fs, net::TcpStream};
+
+    use super::*;
+
+    #[tokio::test]
+    async fn a_burst_of_connections_waits_instead_of_being_dropped() {
+        /// More than the 1024 that Tokio asks for.
+        const BURST: usize = 1_500;
+        let system = fs::read_to_string("/proc/sys/net/core/somaxconn").expect("is Linux");
+        let system: usize = system.trim().parse().expect("is a number");
+        let burst = BURST.min(system).min(n_connections_max());
+        let listener = TcpListener::bind("127.0.0.1:0").await.expect("a port is free");
+        prepare(&listener).expect("is a socket");
+        let address = listener.local_addr().expect("is bound");
+        // The system repeats a dropped SYN after 1 s, 3 s, 7 s and 15 s.
+        let connect = || TcpStream::connect_timeout(&address, Duration::from_secs(20));
+        let waiting: Vec<_> = (0..burst).map_while(|_| connect().ok()).collect();
+        assert_eq!(waiting.len(), burst);
+    }
 }

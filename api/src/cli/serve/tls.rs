@@ -20,18 +20,18 @@ use tokio_rustls::{
     server::TlsStream,
 };
 
-/// Why the service cannot speak TLS.
+/// TLS cannot be set up.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum TlsError {
     #[error("TLS needs both --tls-certificate and --tls-key")]
     Half,
-    #[error("{} is not the PEM file of {what}", path.display())]
+    #[error("{} is not a PEM file with {what}", path.display())]
     Pem {
         path: PathBuf,
         what: &'static str,
         source: pem::Error,
     },
-    #[error("{} holds no certificate that the key in {} is of", certificate.display(), key.display())]
+    #[error("the certificate in {} does not match the key in {}", certificate.display(), key.display())]
     Pair {
         certificate: PathBuf,
         key: PathBuf,
@@ -39,7 +39,7 @@ pub(crate) enum TlsError {
     },
 }
 
-/// The service's certificate, which may be renewed while it runs.
+/// The service's certificate, which can be reloaded.
 pub(super) struct Tls {
     certificate: PathBuf,
     key: PathBuf,
@@ -55,7 +55,7 @@ impl fmt::Debug for Tls {
 }
 
 impl Tls {
-    /// TLS with the certificate and key of those files; none if neither is given.
+    /// Reads certificate and key; none if neither is given.
     pub(super) fn open(certificate: Option<&Path>, key: Option<&Path>) -> Result<Option<Self>, TlsError> {
         match (certificate, key) {
             (None, None) => Ok(None),
@@ -68,18 +68,18 @@ impl Tls {
         }
     }
 
-    /// Reads the certificate again, for connections from now on. The old one stays if the new one is none.
+    /// Reads the certificate again for new connections. If it is invalid, the old one stays.
     pub(super) fn reload(&self) {
         match acceptor(&self.certificate, &self.key) {
             Ok(renewed) => {
                 *self.acceptor.write().unwrap_or_else(PoisonError::into_inner) = renewed;
-                tracing::info!(certificate = %self.certificate.display(), "the certificate was read again");
+                tracing::info!(certificate = %self.certificate.display(), "the certificate was reloaded");
             }
-            Err(error) => tracing::error!(%error, "the certificate stays what it was"),
+            Err(error) => tracing::error!(%error, "cannot reload the certificate; the old one stays"),
         }
     }
 
-    /// Begins TLS on a connection.
+    /// Performs the TLS handshake.
     pub(super) async fn accept(&self, socket: TcpStream) -> io::Result<TlsStream<TcpStream>> {
         let acceptor = self
             .acceptor

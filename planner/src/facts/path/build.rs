@@ -53,14 +53,9 @@ impl Path {
     ///
     /// Fails as [`Path::from_segments`]; the corner at fault is a point of `segments/0`.
     pub fn waypoints(points: &[Vector2<f64>], fillet_radius: f64, closed: bool) -> Result<Self, InvalidPath> {
-        let points = points.to_vec();
-        Self::from_segments(
-            &[Segment::Waypoints {
-                points,
-                fillet_radius,
-            }],
-            closed,
-        )
+        let points = points.iter().map(|point| [point.x, point.y]).collect();
+        let fillet_m = fillet_radius;
+        Self::from_segments(&[Segment::Waypoints { points, fillet_m }], closed)
     }
 
     /// A circle of `radius` metres around `centre`, turning to `side`, from its point in the direction
@@ -69,11 +64,16 @@ impl Path {
     /// Fails as [`Path::from_segments`].
     pub fn circle(centre: Vector2<f64>, radius: f64, side: Side, bearing: f64) -> Result<Self, InvalidPath> {
         let from = centre + direction(bearing) * radius;
-        let angle = match side {
+        let angle_rad = match side {
             Side::Port => -TAU,
             Side::Starboard => TAU,
         };
-        Self::from_segments(&[Segment::Arc { from, centre, angle }], true)
+        let circle = Segment::Arc {
+            from: from.into(),
+            centre: centre.into(),
+            angle_rad,
+        };
+        Self::from_segments(&[circle], true)
     }
 
     /// Whether its segments pass [`Path::from_segments`]: a path put together from lengths and angles, such as

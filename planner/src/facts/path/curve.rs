@@ -74,7 +74,10 @@ impl Path {
         if length != 0.0 {
             let from = self.end.position;
             let to = from + direction(self.end.tangent) * length;
-            self.push(Segment::Line { from, to });
+            self.push(Segment::Line {
+                from: from.into(),
+                to: to.into(),
+            });
         }
         self
     }
@@ -88,7 +91,11 @@ impl Path {
             Side::Port => (from - to_starboard, -angle),
             Side::Starboard => (from + to_starboard, angle),
         };
-        self.push(Segment::Arc { from, centre, angle });
+        self.push(Segment::Arc {
+            from: from.into(),
+            centre: centre.into(),
+            angle_rad: angle,
+        });
         self
     }
 

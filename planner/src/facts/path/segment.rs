@@ -3,10 +3,13 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use nalgebra::Vector2;
+use serde::{Deserialize, Deserializer, Serialize};
+use utoipa::ToSchema;
 
 use crate::facts::{
     angle::{angle_of, direction, wrap},
     invalid_field::{InvalidField, InvalidReason},
+    members::{needed, none_left, schema_of},
     path::piece::Piece,
     ranges::COORDINATE_MAX,
 };
@@ -33,35 +36,106 @@ pub const KINK_MAX: f64 = 1e-3;
 const LENGTH_OF_ROUNDING: f64 = 1e-9;
 
 /// Most of an arc, rad: full circle, and what rounding makes of it.
-const ARC_ANGLE_MAX: f64 = TAU + KINK_MAX;
+pub const ARC_ANGLE_MAX: f64 = TAU + KINK_MAX;
 
 /// A segment of a path; positions are (north, east), m.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Segment {
     /// A straight line.
     Line {
         /// Where it begins.
-        from: Vector2<f64>,
+        from: [f64; 2],
         /// Where it ends.
-        to: Vector2<f64>,
+        to: [f64; 2],
     },
     /// Part of a circle.
     Arc {
         /// Where it begins.
-        from: Vector2<f64>,
+        from: [f64; 2],
         /// Centre of the circle.
-        centre: Vector2<f64>,
+        centre: [f64; 2],
         /// How far it turns, rad, positive to starboard, up to a full circle.
-        angle: f64,
+        angle_rad: f64,
     },
     /// Straight legs between points, joined by fillets: arcs that touch both legs.
     Waypoints {
         /// Where the legs would meet.
-        points: Vec<Vector2<f64>>,
+        points: Vec<[f64; 2]>,
         /// Radius of the fillets, m; 0 where all points lie on one line.
-        fillet_radius: f64,
+        fillet_m: f64,
     },
 }
+
+/// A segment of a path. Which members are needed depends on `kind`. Points are (north, east), m.
+#[derive(Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct SegmentMembers {
+    /// Which segment.
+    kind: SegmentKind,
+    /// `line`, `arc`: where it begins.
+    #[serde(default)]
+    from: Option<[f64; 2]>,
+    /// `line`: where it ends.
+    #[serde(default)]
+    to: Option<[f64; 2]>,
+    /// `arc`: centre of its circle.
+    #[serde(default)]
+    centre: Option<[f64; 2]>,
+    /// `arc`: how far it turns, rad, positive to starboard, up to a full circle.
+    #[serde(default)]
+    angle_rad: Option<f64>,
+    /// `waypoints`: where its straight legs would meet.
+    #[serde(default)]
+    points: Option<Vec<[f64; 2]>>,
+    /// `waypoints`: radius by which corners are rounded, m; 0 only where no leg turns.
+    #[serde(default)]
+    fillet_m: Option<f64>,
+}
+
+/// The kinds of segments.
+#[derive(Clone, Copy, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum SegmentKind {
+    /// A straight line: `from`, `to`.
+    Line,
+    /// Part of a circle: `from`, `centre`, `angle_rad`.
+    Arc,
+    /// Straight legs with rounded corners: `points`, `fillet_m`.
+    Waypoints,
+}
+
+impl<'de> Deserialize<'de> for Segment {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let mut given = SegmentMembers::deserialize(deserializer)?;
+        let segment = match given.kind {
+            SegmentKind::Line => Self::Line {
+                from: needed(&mut given.from, "from")?,
+                to: needed(&mut given.to, "to")?,
+            },
+            SegmentKind::Arc => Self::Arc {
+                from: needed(&mut given.from, "from")?,
+                centre: needed(&mut given.centre, "centre")?,
+                angle_rad: needed(&mut given.angle_rad, "angle_rad")?,
+            },
+            SegmentKind::Waypoints => Self::Waypoints {
+                points: needed(&mut given.points, "points")?,
+                fillet_m: needed(&mut given.fillet_m, "fillet_m")?,
+            },
+        };
+        none_left(&[
+            ("from", given.from.is_some()),
+            ("to", given.to.is_some()),
+            ("centre", given.centre.is_some()),
+            ("angle_rad", given.angle_rad.is_some()),
+            ("points", given.points.is_some()),
+            ("fillet_m", given.fillet_m.is_some()),
+        ])?;
+        Ok(segment)
+    }
+}
+
+schema_of!(Segment: SegmentMembers, "Segment");
 
 /// Why segments make no path: the first field at fault, as slash-separated names (`segments/2/points/0/1` is
 /// the east of the first point of the third segment).
@@ -70,8 +144,9 @@ pub enum Segment {
 pub struct InvalidPath(pub InvalidField);
 
 impl Segment {
-    /// How many segments it counts as.
-    pub(super) fn count(&self) -> usize {
+    /// How many segments it counts as: every way-point as one.
+    #[must_use]
+    pub fn count(&self) -> usize {
         match self {
             Self::Line { .. } | Self::Arc { .. } => 1,
             Self::Waypoints { points, .. } => points.len(),
@@ -87,52 +162,65 @@ impl Segment {
             Self::Line { from, to } => {
                 require_point(&format!("{field}/from"), from)?;
                 require_point(&format!("{field}/to"), to)?;
-                let length = (to - from).norm();
+                let length = between(from, to).norm();
                 require_within(&format!("{field}/to"), length, LENGTH_MIN, LENGTH_MAX)
             }
-            Self::Arc { from, centre, angle } => {
+            Self::Arc {
+                from,
+                centre,
+                angle_rad,
+            } => {
                 require_point(&format!("{field}/from"), from)?;
                 require_point(&format!("{field}/centre"), centre)?;
-                let radius = (from - centre).norm();
+                let radius = between(centre, from).norm();
                 require_within(&format!("{field}/centre"), radius, LENGTH_MIN, LENGTH_MAX)?;
                 let (field, least) = (format!("{field}/angle_rad"), LENGTH_MIN / radius);
-                require_within(&field, angle.abs(), least, ARC_ANGLE_MAX)
+                require_within(&field, angle_rad.abs(), least, ARC_ANGLE_MAX)
             }
-            Self::Waypoints {
-                points,
-                fillet_radius,
-            } => Legs::new(points, ring).check(field, *fillet_radius),
+            Self::Waypoints { points, fillet_m } => Legs::new(points, ring).check(field, *fillet_m),
         }
     }
 
     pub(super) fn pieces_of(&self, ring: bool) -> Vec<Piece> {
         match self {
             Self::Line { from, to } => {
-                let along = to - from;
-                vec![Piece::line(*from, angle_of(&along), along.norm())]
+                let along = between(from, to);
+                vec![Piece::line(Vector2::from(*from), angle_of(&along), along.norm())]
             }
-            Self::Arc { from, centre, angle } => {
-                let to_centre = centre - from;
-                let tangent = angle_of(&to_centre) - FRAC_PI_2.copysign(*angle);
-                vec![Piece::arc(*from, tangent, to_centre.norm(), *angle)]
+            Self::Arc {
+                from,
+                centre,
+                angle_rad,
+            } => {
+                let to_centre = between(from, centre);
+                let tangent = angle_of(&to_centre) - FRAC_PI_2.copysign(*angle_rad);
+                vec![Piece::arc(
+                    Vector2::from(*from),
+                    tangent,
+                    to_centre.norm(),
+                    *angle_rad,
+                )]
             }
-            Self::Waypoints {
-                points,
-                fillet_radius,
-            } => Legs::new(points, ring).pieces(*fillet_radius),
+            Self::Waypoints { points, fillet_m } => Legs::new(points, ring).pieces(*fillet_m),
         }
     }
 }
 
+/// The vector from one point to another, m.
+fn between(from: &[f64; 2], to: &[f64; 2]) -> Vector2<f64> {
+    Vector2::from(*to) - Vector2::from(*from)
+}
+
 /// Straight legs between points, and the corners between them.
-struct Legs<'a> {
-    points: &'a [Vector2<f64>],
+struct Legs {
+    points: Vec<Vector2<f64>>,
     /// Whether there is a leg from the last point to the first.
     ring: bool,
 }
 
-impl<'a> Legs<'a> {
-    fn new(points: &'a [Vector2<f64>], ring: bool) -> Self {
+impl Legs {
+    fn new(points: &[[f64; 2]], ring: bool) -> Self {
+        let points = points.iter().map(|point| Vector2::from(*point)).collect();
         Self { points, ring }
     }
 
@@ -167,7 +255,7 @@ impl<'a> Legs<'a> {
             n_least..=SEGMENTS_MAX,
         )?;
         for (k, point) in self.points.iter().enumerate() {
-            require_point(&format!("{field}/points/{k}"), point)?;
+            require_point(&format!("{field}/points/{k}"), &[point.x, point.y])?;
         }
         for leg in 0..self.n() {
             let field = format!("{field}/points/{}", (leg + 1) % self.points.len());
@@ -237,9 +325,9 @@ pub(super) fn require_straight(field: &str, turn: f64) -> Result<(), InvalidPath
     Ok(())
 }
 
-fn require_point(field: &str, point: &Vector2<f64>) -> Result<(), InvalidPath> {
-    require_within(&format!("{field}/0"), point.x, -COORDINATE_MAX, COORDINATE_MAX)?;
-    require_within(&format!("{field}/1"), point.y, -COORDINATE_MAX, COORDINATE_MAX)
+fn require_point(field: &str, [north, east]: &[f64; 2]) -> Result<(), InvalidPath> {
+    require_within(&format!("{field}/0"), *north, -COORDINATE_MAX, COORDINATE_MAX)?;
+    require_within(&format!("{field}/1"), *east, -COORDINATE_MAX, COORDINATE_MAX)
 }
 
 pub(super) fn require_count(

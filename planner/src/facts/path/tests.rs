@@ -238,10 +238,7 @@ fn a_corner_without_a_fillet_is_a_kink_and_a_straight_line_needs_none() {
 
 #[test]
 fn segments_that_do_not_join_are_refused_with_the_size_of_the_gap_or_kink() {
-    let line = |from: [f64; 2], to: [f64; 2]| Segment::Line {
-        from: Vector2::from(from),
-        to: Vector2::from(to),
-    };
+    let line = |from: [f64; 2], to: [f64; 2]| Segment::Line { from, to };
     let first = line([0.0, 0.0], [10.0, 0.0]);
     let gap = [first.clone(), line([10.0, 0.002], [20.0, 0.002])];
     let (field, reason) = refused(Path::from_segments(&gap, false));
@@ -266,31 +263,31 @@ fn strange_numbers_are_refused_by_name() {
         for (segment, at_fault) in [
             (
                 Segment::Line {
-                    from: origin,
-                    to: Vector2::new(strange, 0.0),
+                    from: origin.into(),
+                    to: [strange, 0.0],
                 },
                 "segments/0/to/0",
             ),
             (
                 Segment::Arc {
-                    from: Vector2::new(0.0, strange),
-                    centre: origin,
-                    angle: 1.0,
+                    from: [0.0, strange],
+                    centre: origin.into(),
+                    angle_rad: 1.0,
                 },
                 "segments/0/from/1",
             ),
             (
                 Segment::Arc {
-                    from: Vector2::new(5.0, 0.0),
-                    centre: origin,
-                    angle: strange,
+                    from: [5.0, 0.0],
+                    centre: origin.into(),
+                    angle_rad: strange,
                 },
                 "segments/0/angle_rad",
             ),
             (
                 Segment::Waypoints {
-                    points: vec![origin, Vector2::new(5.0, 0.0), Vector2::new(9.0, 9.0)],
-                    fillet_radius: strange,
+                    points: vec![origin.into(), [5.0, 0.0], [9.0, 9.0]],
+                    fillet_m: strange,
                 },
                 "segments/0/fillet_m",
             ),
@@ -302,8 +299,8 @@ fn strange_numbers_are_refused_by_name() {
         assert!(Path::circle(origin, strange, Side::Port, 0.0).is_err());
     }
     let point = Segment::Line {
-        from: origin,
-        to: origin,
+        from: origin.into(),
+        to: origin.into(),
     };
     assert_eq!(refused(Path::from_segments(&[point], false)).0, "segments/0/to");
     assert_eq!(refused(Path::from_segments(&[], false)).0, "segments");

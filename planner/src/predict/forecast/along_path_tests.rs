@@ -41,15 +41,12 @@ impl Follower {
 fn follower(path: Path, gamma: f64, offset: f64) -> Follower {
     let point = path.at(gamma);
     Follower {
-        state: AuvState {
-            position: point.position + starboard(point.tangent) * offset,
-            depth: 5.0,
-            course: Course::new(point.tangent),
-            speed: U_H,
-            turn_rate: 0.0,
-            age: 0.0,
-            covariance: None,
-        },
+        state: AuvState::new(
+            point.position + starboard(point.tangent) * offset,
+            5.0,
+            Course::new(point.tangent),
+            U_H,
+        ),
         path: KnownPath {
             path: Arc::new(path),
             horizontal_speed: U_H,
@@ -57,12 +54,12 @@ fn follower(path: Path, gamma: f64, offset: f64) -> Follower {
     }
 }
 
-fn chosen(auv: &Follower, choice: ForecastChoice, current: &Vector2<f64>) -> AuvForecast {
+fn chosen(auv: &Follower, choice: Forecast, current: &Vector2<f64>) -> AuvForecast {
     AuvForecast::new(&auv.state, auv.intent(), choice, current)
 }
 
 fn forecast(auv: &Follower, current: Vector2<f64>) -> AuvForecast {
-    let forecast = chosen(auv, ForecastChoice::Auto, &current);
+    let forecast = chosen(auv, Forecast::Auto, &current);
     assert_eq!(forecast.model, ForecastModel::Path);
     forecast
 }
@@ -71,7 +68,7 @@ fn forecast(auv: &Follower, current: Vector2<f64>) -> AuvForecast {
 fn in_still_water_the_arc_length_grows_by_speed_times_time() {
     for gamma in [5.0, 45.0, 60.0, 130.0] {
         let mut auv = follower(mower(), gamma, 0.0);
-        auv.state.age = 3.0;
+        auv.state.age_s = 3.0;
         let forecast = forecast(&auv, STILL);
         for ahead in [0.0, 10.0, 78.0, 600.0, 3_000.0] {
             let expected = mower().at(gamma + U_H * (3.0 + ahead)).position;
@@ -90,7 +87,7 @@ fn position_and_velocity_agree_whatever_the_current_and_the_offset() {
     ] {
         for offset in [-2.0, 0.0, 1.5] {
             let auv = follower(mower(), 46.0, offset);
-            let forecast = chosen(&auv, ForecastChoice::Model(ForecastModel::Path), &current);
+            let forecast = chosen(&auv, Forecast::Path, &current);
             let h = 1e-4;
             for k in 1..400 {
                 let ahead = f64::from(k) * 0.77;
@@ -131,7 +128,7 @@ fn a_current_that_is_faster_than_the_vehicle_leaves_what_is_along_the_path() {
     assert!((velocity - Vector2::new(0.1, 0.0)).norm() < 1e-12);
     // Dead ahead and faster, it carries the vehicle back out of the path's beginning.
     let mut carried = auv;
-    carried.state.course = Course::new(PI);
+    carried.state.course_rad = (Course::new(PI)).radians();
     let current = Vector2::new(-0.3, 0.0);
     let motion = forecast(&carried, current).at(200.0);
     assert!((motion.position.x - (10.0 - 0.107 * 200.0)).abs() < 1e-9);
@@ -184,7 +181,7 @@ fn the_offset_is_kept_round_the_turn() {
 fn an_offset_that_grows_or_shrinks_goes_on_to_and_then_stays() {
     for (offset, course) in [(0.0, 0.3), (-2.0, 0.4), (3.0, -0.6), (1.0, 0.0)] {
         let mut auv = follower(mower(), 5.0, offset);
-        auv.state.course = Course::new(course);
+        auv.state.course_rad = (Course::new(course)).radians();
         let forecast = forecast(&auv, STILL);
         // As it is seen to at first,
         assert!((forecast.at(0.0).velocity.y - U_H * course.sin()).abs() < 1e-12);
@@ -202,7 +199,8 @@ fn the_course_tells_which_of_two_close_lanes_a_vehicle_is_on() {
     let position = Vector2::new(25.0, 3.2);
     for (course, sign) in [(0.05, 1.0), (PI - 0.05, -1.0)] {
         let mut auv = follower(path.clone(), 25.0, 0.0);
-        (auv.state.position, auv.state.course) = (position, Course::new(course));
+        [auv.state.north_m, auv.state.east_m] = position.into();
+        auv.state.course_rad = course;
         let moved = forecast(&auv, STILL).at(30.0).position - position;
         // Abeam, the course of 0.05 rad off the lane goes on for a metre or two.
         assert!((moved.x - sign * U_H * 30.0).abs() < 1e-9 && moved.y.abs() < 0.1);
@@ -229,17 +227,17 @@ fn a_closed_path_is_gone_round_for_ever() {
 
 #[test]
 fn a_vehicle_without_a_path_or_off_it_or_at_rest_is_forecast_from_its_motion() {
-    let choice = ForecastChoice::Model(ForecastModel::Path);
+    let choice = Forecast::Path;
     let on_path = follower(mower(), 10.0, 0.0);
     assert_eq!(
         AuvForecast::new(&on_path.state, Intent::default(), choice, &STILL),
-        AuvForecast::new(&on_path.state, Intent::default(), ForecastChoice::Auto, &STILL)
+        AuvForecast::new(&on_path.state, Intent::default(), Forecast::Auto, &STILL)
     );
-    let model = |auv: &Follower| chosen(auv, ForecastChoice::Auto, &STILL).model;
+    let model = |auv: &Follower| chosen(auv, Forecast::Auto, &STILL).model;
     let off = follower(mower(), 10.0, -15.1);
     assert_eq!(model(&off), ForecastModel::ConstantVelocity);
     let mut at_rest = on_path;
-    at_rest.state.speed = 0.04;
+    at_rest.state.speed_mps = 0.04;
     assert_eq!(model(&at_rest), ForecastModel::Hold);
     for auv in [off, at_rest] {
         assert_eq!(chosen(&auv, choice, &STILL).model, ForecastModel::Path);
@@ -258,7 +256,7 @@ fn a_path_that_winds_without_end_is_forecast_with_finite_numbers() {
             for offset in [-5.0, 0.0, 5.0] {
                 let mut auv = follower(path.clone(), 0.1, offset);
                 auv.path.horizontal_speed = speed;
-                let forecast = chosen(&auv, ForecastChoice::Model(ForecastModel::Path), &current);
+                let forecast = chosen(&auv, Forecast::Path, &current);
                 for ahead in [0.0, 1.0, 78.0, 3_600.0] {
                     let Motion { position, velocity } = forecast.at(ahead);
                     assert!(position.norm().is_finite() && velocity.norm().is_finite());

@@ -7,8 +7,7 @@ use super::*;
 use crate::{
     facts::{
         angle::{Course, ned_from_body},
-        auv::{Auv, VehicleId},
-        evidence::{AuvState, Evidence},
+        evidence::AuvState,
         known_path::KnownPath,
         options::ForecastModel,
         path::curve::{Path, Side},
@@ -27,18 +26,12 @@ const SAMPLED: f64 = 0.04;
 /// Spectral density of the acceleration, m²/s³, a second time.
 const Q: f64 = 6.0e-5;
 
-fn auv(turn_rate: f64, path: Option<Path>) -> Auv {
-    Auv {
-        id: VehicleId("a".into()),
-        evidence: Evidence::State(AuvState {
-            position: Vector2::new(3.0, -4.0),
-            depth: 5.0,
-            course: Course::new(0.4),
-            speed: U_H,
-            turn_rate,
-            age: 0.0,
-            covariance: None,
-        }),
+fn auv(turn_rate: f64, path: Option<Path>) -> Known {
+    Known {
+        state: AuvState {
+            turn_rate_radps: turn_rate,
+            ..AuvState::new(Vector2::new(3.0, -4.0), 5.0, Course::new(0.4), U_H)
+        },
         path: path.map(|path| KnownPath {
             path: std::sync::Arc::new(path),
             horizontal_speed: U_H,
@@ -47,23 +40,14 @@ fn auv(turn_rate: f64, path: Option<Path>) -> Auv {
     }
 }
 
-fn state(auv: &mut Auv) -> &mut AuvState {
-    auv.evidence.state_mut().expect("the state is given")
-}
-
 /// The same vehicle, known so well.
-fn with_covariance(mut auv: Auv, covariance: Matrix4<f64>) -> Auv {
-    state(&mut auv).covariance = Some(covariance);
+fn with_covariance(mut auv: Known, covariance: Matrix4<f64>) -> Known {
+    auv.state.covariance = Some(covariance.transpose().into());
     auv
 }
 
-fn forecast(auv: &Auv, model: ForecastModel) -> AuvForecast {
-    AuvForecast::new(
-        auv.evidence.state().expect("is given"),
-        auv.into(),
-        ForecastChoice::Model(model),
-        &Vector2::zeros(),
-    )
+fn forecast(auv: &Known, model: ForecastModel) -> AuvForecast {
+    auv.forecast(Forecast::from(model), &Vector2::zeros())
 }
 
 /// A covariance without any symmetry, as a filter that has seen a course better than a speed leaves it.
@@ -156,7 +140,8 @@ fn the_covariance_on_a_path_is_that_of_many_followers() {
         .arc(Side::Starboard, 100.0, 0.3);
     let path = path.line(1e3);
     let mut vehicle = auv(0.0, Some(path.clone()));
-    state(&mut vehicle).position = Vector2::zeros();
+    let origin = &mut vehicle.state;
+    [origin.north_m, origin.east_m] = [0.0, 0.0];
     let forecast = forecast(&with_covariance(vehicle, filtered()), ForecastModel::Path);
     let seconds = 300.0;
     let mut rng = ChaCha8Rng::seed_from_u64(11);
@@ -195,7 +180,7 @@ fn waiting_never_tells_where_a_vehicle_is() {
             (ForecastModel::Path, 0.0, Some(mower.clone())),
         ] {
             let mut vehicle = auv(turn_rate, path);
-            state(&mut vehicle).covariance = covariance;
+            vehicle.state.covariance = covariance.map(|matrix| matrix.transpose().into());
             let forecast = forecast(&vehicle, model);
             let mut before = covariance
                 .unwrap_or_else(default_covariance)
@@ -226,7 +211,7 @@ fn across_a_path_the_covariance_is_bounded_and_along_it_is_not() {
 fn the_covariance_of_an_older_report_is_that_after_waiting() {
     let fresh = forecast(&auv(0.02, None), ForecastModel::ConstantTurn);
     let mut old = auv(0.02, None);
-    state(&mut old).age = 30.0;
+    old.state.age_s = 30.0;
     let old = forecast(&old, ForecastModel::ConstantTurn);
     assert_eq!(old.position_covariance(10.0), fresh.position_covariance(40.0));
 }
@@ -237,8 +222,8 @@ fn the_covariance_of_a_faster_vehicle_is_that_of_a_slow_one_whose_time_goes_fast
     let known = with_covariance(auv(0.0, None), Matrix4::identity() * 1e-12);
     let slow = forecast(&known, ForecastModel::ConstantVelocity);
     let mut fast = known;
-    state(&mut fast).speed = 5.0 * 0.193;
-    state(&mut fast).covariance = Some(Matrix4::identity() * 1e-12);
+    fast.state.speed_mps = 5.0 * 0.193;
+    fast.state.covariance = Some((Matrix4::identity() * 1e-12).transpose().into());
     let fast = forecast(&fast, ForecastModel::ConstantVelocity);
     let ratio = fast.position_variance(10.0) / slow.position_variance(50.0);
     // q t³: 5³ times the density, 5⁻³ of the time cubed. The slow one's speed is 0.19302 m/s.

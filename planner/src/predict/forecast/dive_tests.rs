@@ -3,8 +3,8 @@ use nalgebra::Vector2;
 use super::*;
 use crate::facts::{
     angle::{Course, direction},
-    auv::{Dive, VehicleId},
-    evidence::{AuvState, Evidence},
+    auv::Dive,
+    evidence::AuvState,
     known_path::KnownPath,
     path::curve::Path,
 };
@@ -16,28 +16,19 @@ const STILL: Vector2<f64> = Vector2::new(0.0, 0.0);
 
 fn sawtooth(descending: Option<bool>) -> Dive {
     Dive {
-        depth_min: 1.0,
-        depth_max: 23.0,
-        pitch: 50_f64.to_radians(),
-        reversal: Dive::REVERSAL_MEDUSA,
+        depth_min_m: 1.0,
+        depth_max_m: 23.0,
+        pitch_rad: 50_f64.to_radians(),
+        reversal_s: Some(Dive::REVERSAL_MEDUSA),
         descending,
     }
 }
 
 /// A vehicle on a straight path due north that dives in `dive` and is at `depth`.
-fn auv(dive: Dive, depth: f64) -> Auv {
-    let u_h = U_D * dive.pitch.cos();
-    Auv {
-        id: VehicleId("a".into()),
-        evidence: Evidence::State(AuvState {
-            position: STILL,
-            depth,
-            course: Course::new(0.0),
-            speed: u_h,
-            turn_rate: 0.0,
-            age: 0.0,
-            covariance: None,
-        }),
+fn auv(dive: Dive, depth: f64) -> Known {
+    let u_h = U_D * dive.pitch_rad.cos();
+    Known {
+        state: AuvState::new(STILL, depth, Course::new(0.0), u_h),
         path: Some(KnownPath {
             path: std::sync::Arc::new(Path::starting_at(STILL, 0.0).line(1e4)),
             horizontal_speed: u_h,
@@ -46,17 +37,8 @@ fn auv(dive: Dive, depth: f64) -> Auv {
     }
 }
 
-fn state(auv: &mut Auv) -> &mut AuvState {
-    auv.evidence.state_mut().expect("an auv's state is given")
-}
-
-fn forecast(auv: &Auv) -> AuvForecast {
-    AuvForecast::new(
-        auv.evidence.state().expect("is given"),
-        auv.into(),
-        ForecastChoice::Auto,
-        &STILL,
-    )
+fn forecast(auv: &Known) -> AuvForecast {
+    auv.forecast(Forecast::Auto, &STILL)
 }
 
 /// Times of a cycle and a half, s.
@@ -138,44 +120,31 @@ fn without_a_direction_it_is_the_mean_of_both_and_surfaced_if_either_is() {
 #[test]
 fn a_vehicle_that_does_not_dive_or_rests_stays_as_deep_as_it_is() {
     let diving = auv(sawtooth(Some(true)), 10.0);
-    let level = Auv {
+    let level = Known {
         dive: None,
         ..diving.clone()
     };
     let mut at_rest = diving.clone();
-    state(&mut at_rest).speed = 0.01;
+    at_rest.state.speed_mps = 0.01;
     for auv in [level, at_rest] {
         assert!(times().all(|t| forecast(&auv).depth_at(t) == 10.0));
     }
-    let hold = ForecastChoice::Model(ForecastModel::Hold);
-    assert!(times().all(|t| {
-        AuvForecast::new(
-            diving.evidence.state().expect("is given"),
-            (&diving).into(),
-            hold,
-            &STILL,
-        )
-        .depth_at(t)
-            == 10.0
-    }));
+    let hold = Forecast::Hold;
+    assert!(times().all(|t| { diving.forecast(hold, &STILL).depth_at(t) == 10.0 }));
 }
 
 #[test]
 fn without_a_path_it_dives_at_the_speed_through_the_water_that_it_tells() {
     let current = Vector2::new(-0.1, 0.2);
-    let mut on_path = auv(sawtooth(Some(true)), 10.0);
-    let ground = direction(0.0) * state(&mut on_path).speed + current;
-    let mut carried = Auv {
+    let on_path = auv(sawtooth(Some(true)), 10.0);
+    let ground = direction(0.0) * on_path.state.speed_mps + current;
+    let mut carried = Known {
         path: None,
         ..on_path.clone()
     };
-    (state(&mut carried).course, state(&mut carried).speed) = (Course::of(&ground), ground.norm());
-    let carried = AuvForecast::new(
-        carried.evidence.state().expect("is given"),
-        (&carried).into(),
-        ForecastChoice::Auto,
-        &current,
-    );
+    carried.state.course_rad = Course::of(&ground).radians();
+    carried.state.speed_mps = ground.norm();
+    let carried = carried.forecast(Forecast::Auto, &current);
     let expected = forecast(&on_path);
     for t in times() {
         assert!((carried.depth_at(t) - expected.depth_at(t)).abs() < 1e-9);
@@ -185,7 +154,7 @@ fn without_a_path_it_dives_at_the_speed_through_the_water_that_it_tells() {
 #[test]
 fn an_old_report_has_dived_on() {
     let mut old = auv(sawtooth(Some(true)), 10.0);
-    state(&mut old).age = 60.0;
+    old.state.age_s = 60.0;
     let fresh = auv(sawtooth(Some(true)), 10.0);
     for t in times() {
         assert!((forecast(&old).depth_at(t) - forecast(&fresh).depth_at(t + 60.0)).abs() < 1e-9);
@@ -200,24 +169,19 @@ fn whatever_a_snapshot_accepts_is_forecast_with_finite_numbers_under_water() {
                 for depth in [-10.0, 0.0, 0.25, 0.5, 22.0, 12_000.0] {
                     for descending in [Some(true), Some(false), None] {
                         let dive = Dive {
-                            depth_min,
-                            depth_max,
-                            pitch,
-                            reversal,
+                            depth_min_m: depth_min,
+                            depth_max_m: depth_max,
+                            pitch_rad: pitch,
+                            reversal_s: Some(reversal),
                             descending,
                         };
                         let mut auv = auv(dive, depth);
-                        state(&mut auv).speed = speed;
+                        auv.state.speed_mps = speed;
                         auv.path = auv.path.map(|known| KnownPath {
                             horizontal_speed: speed,
                             ..known
                         });
-                        let forecast = AuvForecast::new(
-                            auv.evidence.state().expect("is given"),
-                            (&auv).into(),
-                            ForecastChoice::Model(ForecastModel::Path),
-                            &STILL,
-                        );
+                        let forecast = auv.forecast(Forecast::Path, &STILL);
                         for ahead in [0.0, 1.0, 78.0, 3_600.0, 1e5] {
                             let deep = forecast.depth_at(ahead);
                             assert!(deep.is_finite() && deep >= depth.min(0.0), "{deep} m of {dive:?}");

@@ -1,5 +1,5 @@
 use super::*;
-use crate::facts::{angle::Course, auv::VehicleId, path::curve::Path, reference::PreviousTarget};
+use crate::facts::{angle::Course, path::curve::Path};
 
 const HEADING: f64 = 0.4;
 
@@ -12,50 +12,45 @@ const STILL: Vector2<f64> = Vector2::new(0.0, 0.0);
 fn reported(at: f64, age: f64) -> AuvState {
     let through_the_water = crate::facts::angle::direction(HEADING) * 0.29;
     AuvState {
-        position: (through_the_water + CURRENT) * at,
-        depth: 5.0,
-        course: Course::of(&through_the_water),
-        speed: through_the_water.norm(),
-        turn_rate: 0.0,
-        age,
-        covariance: None,
+        age_s: age,
+        ..AuvState::new(
+            (through_the_water + CURRENT) * at,
+            5.0,
+            Course::of(&through_the_water),
+            through_the_water.norm(),
+        )
     }
 }
 
 /// Forecasts, one after the other: what is `reported` at each of `times`, s, and what the forecast before left.
 fn in_turn(
-    choice: ForecastChoice,
+    choice: Forecast,
     path: Option<&KnownPath>,
     times: impl IntoIterator<Item = f64>,
     reported: impl Fn(f64) -> AuvState,
 ) -> AuvForecast {
-    let mut before: Option<(PreviousTarget, f64)> = None;
+    let mut before: Option<(RememberedTarget, f64)> = None;
     let mut last = None;
     for now in times {
         let (intent, state) = (Intent { path, dive: None }, reported(now));
         let forecast = match &before {
             None => AuvForecast::new(&state, intent, choice, &STILL),
             Some((before, reported)) => {
-                let between = now - state.age - reported;
+                let between = now - state.age_s - reported;
                 AuvForecast::after(before, between, &state, (intent, choice, &STILL))
             }
         };
-        before = Some((left(&forecast, &state), now - state.age));
+        before = Some((left(&forecast, &state), now - state.age_s));
         last = Some(forecast);
     }
     last.expect("a time at least")
 }
 
 /// What an answer leaves to the next.
-fn left(forecast: &AuvForecast, state: &AuvState) -> PreviousTarget {
-    PreviousTarget {
-        id: VehicleId("a".into()),
+fn left(forecast: &AuvForecast, state: &AuvState) -> RememberedTarget {
+    RememberedTarget {
         model: forecast.model,
-        report_age: state.age,
-        position: state.position,
-        depth: state.depth,
-        velocity: state.velocity(),
-        turn_rate: state.turn_rate,
+        estimate: state.into(),
         drift: forecast.drift(),
     }
 }
@@ -67,12 +62,7 @@ fn seconds(n: u32) -> impl Iterator<Item = f64> {
 #[test]
 fn a_velocity_through_the_water_is_found_out() {
     for model in [ForecastModel::ConstantVelocity, ForecastModel::ConstantTurn] {
-        let drift = |n| {
-            in_turn(ForecastChoice::Model(model), None, seconds(n), |at| {
-                reported(at, 0.0)
-            })
-            .drift()
-        };
+        let drift = |n| in_turn(Forecast::from(model), None, seconds(n), |at| reported(at, 0.0)).drift();
         assert_eq!(drift(0), STILL);
         // What is left of it falls by a thirtieth a second.
         for n in [10, 60, 300] {
@@ -84,10 +74,10 @@ fn a_velocity_through_the_water_is_found_out() {
 
 #[test]
 fn then_it_is_expected_where_it_will_be() {
-    let forecast = in_turn(ForecastChoice::Auto, None, seconds(400), |at| reported(at, 0.0));
+    let forecast = in_turn(Forecast::Auto, None, seconds(400), |at| reported(at, 0.0));
     for ahead in [0.0, 10.0, 78.0] {
         let motion = forecast.at(ahead);
-        assert!((motion.position - reported(400.0 + ahead, 0.0).position).norm() < 1e-3);
+        assert!((motion.position - reported(400.0 + ahead, 0.0).position()).norm() < 1e-3);
         let h = 1e-3;
         let slope = (forecast.at(ahead + h).position - forecast.at(ahead - h).position) / (2.0 * h);
         assert!((slope - motion.velocity).norm() < 1e-9);
@@ -97,21 +87,21 @@ fn then_it_is_expected_where_it_will_be() {
 #[test]
 fn reports_that_are_late_or_rare_tell_the_same() {
     // Every ten seconds, and seven seconds on its way.
-    let rare = in_turn(ForecastChoice::Auto, None, seconds(400), |now| {
+    let rare = in_turn(Forecast::Auto, None, seconds(400), |now| {
         let sent = ((now - 7.0) / 10.0).floor() * 10.0;
         reported(sent, now - sent)
     });
     assert!((rare.drift() - CURRENT).norm() < 1e-4, "{}", rare.drift());
     // Every half minute: the whole of it is taken up at once. A minute tells it too.
     for interval in [30.0, 60.0] {
-        let seldom = in_turn(ForecastChoice::Auto, None, seconds(125), |now| {
+        let seldom = in_turn(Forecast::Auto, None, seconds(125), |now| {
             let sent = (now / interval).floor() * interval;
             reported(sent, now - sent)
         });
         assert!((seldom.drift() - CURRENT).norm() < 1e-9, "{}", seldom.drift());
     }
     // In two minutes a vehicle may turn.
-    let hardly = in_turn(ForecastChoice::Auto, None, seconds(1000), |now| {
+    let hardly = in_turn(Forecast::Auto, None, seconds(1000), |now| {
         let sent = (now / 120.0).floor() * 120.0;
         reported(sent, now - sent)
     });
@@ -121,10 +111,10 @@ fn reports_that_are_late_or_rare_tell_the_same() {
 #[test]
 fn a_strong_current_is_found_out_however_rare_the_reports() {
     for interval in [1.0, 10.0, 30.0, 60.0] {
-        let strong = in_turn(ForecastChoice::Auto, None, seconds(600), |now| {
+        let strong = in_turn(Forecast::Auto, None, seconds(600), |now| {
             let sent = (now / interval).floor() * interval;
             let mut state = reported(sent, now - sent);
-            state.position.x -= 0.2 * sent;
+            state.north_m -= 0.2 * sent;
             state
         });
         assert!(
@@ -137,8 +127,8 @@ fn a_strong_current_is_found_out_however_rare_the_reports() {
 
 #[test]
 fn a_report_that_is_not_renewed_changes_nothing() {
-    let before = in_turn(ForecastChoice::Auto, None, seconds(60), |at| reported(at, 0.0));
-    let silent = in_turn(ForecastChoice::Auto, None, seconds(120), |at| {
+    let before = in_turn(Forecast::Auto, None, seconds(60), |at| reported(at, 0.0));
+    let silent = in_turn(Forecast::Auto, None, seconds(120), |at| {
         let heard = at.min(60.0);
         reported(heard, at - heard)
     });
@@ -151,10 +141,11 @@ fn noise_of_positions_mostly_cancels() {
     let noisy = |at: f64| {
         let side = if at.rem_euclid(2.0) < 0.5 { 1.0 } else { -1.0 };
         let mut state = reported(at, 0.0);
-        state.position += Vector2::new(-HEADING.sin(), HEADING.cos()) * side;
+        [state.north_m, state.east_m] =
+            (state.position() + (Vector2::new(-HEADING.sin(), HEADING.cos()) * side)).into();
         state
     };
-    let drift = in_turn(ForecastChoice::Auto, None, seconds(601), noisy).drift();
+    let drift = in_turn(Forecast::Auto, None, seconds(601), noisy).drift();
     // The last of them, not all of them.
     assert!((drift - CURRENT).norm() < 1.1 / 30.0, "{drift}");
 }
@@ -164,44 +155,37 @@ fn a_jump_tells_nothing() {
     let jumps = |at: f64| {
         let mut state = reported(at, 0.0);
         if 300.0 <= at {
-            state.position.y += 20.0;
+            state.east_m += 20.0;
         }
         state
     };
-    let drift = in_turn(ForecastChoice::Auto, None, seconds(300), jumps).drift();
+    let drift = in_turn(Forecast::Auto, None, seconds(300), jumps).drift();
     assert!((drift - CURRENT).norm() < 1e-4, "{drift}");
 }
 
 #[test]
 fn a_turn_seen_between_two_whole_seconds_is_no_drift() {
     let circling = |at: f64| AuvState {
-        position: Vector2::new((0.02 * at).sin(), -(0.02 * at).cos()) * (0.29 / 0.02),
-        course: Course::new(0.02 * at),
-        turn_rate: 0.02,
+        north_m: (Vector2::new((0.02 * at).sin(), -(0.02 * at).cos()) * (0.29 / 0.02)).x,
+        east_m: (Vector2::new((0.02 * at).sin(), -(0.02 * at).cos()) * (0.29 / 0.02)).y,
+        course_rad: (Course::new(0.02 * at)).radians(),
+        turn_rate_radps: 0.02,
         ..reported(at, 0.0)
     };
     let halves = (0..200).map(|n| 0.5 * f64::from(n));
-    assert!(
-        in_turn(ForecastChoice::Auto, None, halves, circling)
-            .drift()
-            .norm()
-            < 1e-9
-    );
+    assert!(in_turn(Forecast::Auto, None, halves, circling).drift().norm() < 1e-9);
 }
 
 #[test]
 fn what_a_path_does_not_explain_says_nothing_of_motion() {
     let (state, next) = (reported(60.0, 0.0), reported(61.0, 0.0));
     let before = left(
-        &in_turn(ForecastChoice::Auto, None, seconds(60), |at| reported(at, 0.0)),
+        &in_turn(Forecast::Auto, None, seconds(60), |at| reported(at, 0.0)),
         &state,
     );
     let drift_after = |model: ForecastModel| {
-        let declared = (Intent::default(), ForecastChoice::Auto, &STILL);
-        let before = PreviousTarget {
-            model,
-            ..before.clone()
-        };
+        let declared = (Intent::default(), Forecast::Auto, &STILL);
+        let before = RememberedTarget { model, ..before };
         AuvForecast::after(&before, 1.0, &next, declared).drift()
     };
     assert_eq!(drift_after(ForecastModel::Path), STILL);
@@ -214,18 +198,18 @@ fn what_a_path_does_not_explain_says_nothing_of_motion() {
 #[test]
 fn an_older_report_changes_nothing() {
     let (state, late) = (reported(60.0, 0.0), reported(50.0, 11.0));
-    let before = in_turn(ForecastChoice::Auto, None, seconds(60), |at| reported(at, 0.0));
-    let declared = (Intent::default(), ForecastChoice::Auto, &STILL);
+    let before = in_turn(Forecast::Auto, None, seconds(60), |at| reported(at, 0.0));
+    let declared = (Intent::default(), Forecast::Auto, &STILL);
     let forecast = AuvForecast::after(&left(&before, &state), -10.0, &late, declared);
     assert_eq!(forecast.drift(), before.drift());
 }
 
 #[test]
 fn one_that_is_held_stays_where_it_is() {
-    let choice = ForecastChoice::Model(ForecastModel::Hold);
+    let choice = Forecast::Hold;
     let held = in_turn(choice, None, seconds(60), |at| reported(at, 0.0));
     assert_eq!(held.drift(), STILL);
-    assert_eq!(held.at(60.0).position, reported(60.0, 0.0).position);
+    assert_eq!(held.at(60.0).position, reported(60.0, 0.0).position());
 }
 
 #[test]
@@ -235,9 +219,7 @@ fn along_a_path_it_fades() {
         path: std::sync::Arc::new(line),
         horizontal_speed: 0.29,
     };
-    let carried = in_turn(ForecastChoice::Auto, Some(&known), seconds(200), |at| {
-        reported(at, 0.0)
-    });
+    let carried = in_turn(Forecast::Auto, Some(&known), seconds(200), |at| reported(at, 0.0));
     assert_eq!(carried.model, ForecastModel::Path);
     assert!(
         (carried.drift() - CURRENT).norm() < 0.1 * CURRENT.norm(),
@@ -248,7 +230,7 @@ fn along_a_path_it_fades() {
         path: Some(&known),
         dive: None,
     };
-    let without = AuvForecast::new(&reported(200.0, 0.0), intent, ForecastChoice::Auto, &STILL);
+    let without = AuvForecast::new(&reported(200.0, 0.0), intent, Forecast::Auto, &STILL);
     // As far as thirty seconds of it, and no farther.
     let by = carried.at(900.0).position - without.at(900.0).position;
     assert!((by - carried.drift() * 30.0).norm() < 1e-9, "{by}");

@@ -1,86 +1,86 @@
-//! What a campaign amounts to: its arenas, worlds and runs, each with a number that says all of it.
+//! The design of a campaign: its cases, conditions and numbered runs.
 
 use std::path::Path;
 
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
-use sim::scenario::{Files, Scenario};
+use sim::scenario::{InvalidScenario, Scenario};
 
 use super::{
-    contender::{Contender, Pilot},
+    controller::{ControlLaw, Controller},
     file::{CampaignError, CampaignFile, CraftEntry, Objective, SEED_MAX},
 };
 
-mod arena;
+mod case;
 mod scenario_files;
 
-pub use arena::Arena;
+pub use case::Case;
 pub use scenario_files::ScenarioFiles;
 
-/// Replicates of tuning draw from streams of their own.
+/// Offset of the random streams of tuning replicates.
 const TUNING_STREAM: u64 = 1 << 40;
-/// Streams of one replicate: a seed's, and one for each parameter.
+/// Random streams of one replicate: one for the seed, one for each parameter.
 const STREAMS: u64 = 1 << 10;
-/// Runs of one chunk, where a world has fewer: what is lost where a process is killed, and what one worker of many does at a time.
+/// Fewest runs of a chunk, if the case has as many. A chunk is lost if a process is killed, and is the work of a worker at a time.
 const RUNS_PER_CHUNK: u64 = 6;
 
 /// A campaign that can be run.
 #[derive(Clone, Debug)]
 pub struct Campaign {
-    /// What its file says.
+    /// Its file.
     pub file: CampaignFile,
     /// The file's text.
     pub text: String,
-    /// Scenario files that it names and does not hold itself.
+    /// The scenario files that it names.
     pub scenario_files: ScenarioFiles,
-    /// Who flies, in the file's order.
-    pub controllers: Vec<Contender>,
+    /// Its controllers, in the file's order.
+    pub controllers: Vec<Controller>,
     /// Every scenario with every craft.
-    pub arenas: Vec<Arena>,
+    pub cases: Vec<Case>,
 }
 
-/// A world: all that the controllers of a comparison have in common.
+/// A replicate of a case: start, water, noise and parameters, equal for all controllers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct World {
-    /// Its arena's number.
-    pub arena: usize,
-    /// Which replicate of it.
+pub struct Condition {
+    /// Its case's number.
+    pub case: usize,
+    /// Number of the replicate.
     pub replicate: u64,
-    /// Whether it is for finding gains.
+    /// Whether it is for tuning.
     pub tuning: bool,
 }
 
-/// One flight of one controller.
+/// One mission of one controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Run {
     /// Its number in the campaign, from 0 on.
     pub number: u64,
-    /// Where.
-    pub world: World,
-    /// Who, in `Campaign::controllers`.
+    /// Its condition.
+    pub condition: Condition,
+    /// Its controller's number in `Campaign::controllers`.
     pub controller: usize,
-    /// For which of the tuning's objectives a law that is tuned has its gains; 0 for all others.
+    /// Number of the tuning objective of a tuned law; 0 for others.
     pub objective: usize,
 }
 
-/// Some runs that are done and kept together: all of some worlds of one arena.
+/// Runs that are stored together: all runs of some replicates of one case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Chunk {
     /// Its number, from 0 on.
     pub number: u64,
-    /// Its arena's number.
-    pub arena: usize,
+    /// Its case's number.
+    pub case: usize,
     /// Its first replicate.
     pub first: u64,
-    /// How many replicates.
+    /// Number of replicates.
     pub count: u64,
 }
 
 impl Chunk {
-    /// Its worlds.
-    pub(super) fn worlds(self) -> impl Iterator<Item = World> {
-        (self.first..self.first + self.count).map(move |replicate| World {
-            arena: self.arena,
+    /// Its conditions.
+    pub(super) fn conditions(self) -> impl Iterator<Item = Condition> {
+        (self.first..self.first + self.count).map(move |replicate| Condition {
+            case: self.case,
             replicate,
             tuning: false,
         })
@@ -92,18 +92,27 @@ impl Campaign {
     pub fn read(path: &Path) -> Result<Self, CampaignError> {
         let (text, name) = (CampaignFile::text(path)?, path.display().to_string());
         let folder = path.parent().unwrap_or(Path::new(""));
-        let files = ScenarioFiles::read(&CampaignFile::parse(&text, &name)?, folder)?;
-        Self::parse(&text, &name, files)
+        let campaign = CampaignFile::parse(&text, &name)?;
+        let files = ScenarioFiles::read(&campaign, folder)?;
+        Self::of(campaign, &text, &name, files)
     }
 
-    /// The campaign in `text`, which came from `file`, with the scenario files that it names and does not hold itself.
+    /// The campaign in `text`, which came from `file`, with the scenario files that it names.
     pub fn parse(text: &str, file: &str, scenario_files: ScenarioFiles) -> Result<Self, CampaignError> {
-        let campaign = CampaignFile::parse(text, file)?;
+        Self::of(CampaignFile::parse(text, file)?, text, file, scenario_files)
+    }
+
+    fn of(
+        campaign: CampaignFile,
+        text: &str,
+        file: &str,
+        scenario_files: ScenarioFiles,
+    ) -> Result<Self, CampaignError> {
         let invalid = |field: String, reason: String| CampaignError::invalid(text, file, field, reason);
-        let controllers: Vec<Contender> = campaign
+        let controllers: Vec<Controller> = campaign
             .controllers
             .iter()
-            .filter_map(|controller| controller.contenders().ok())
+            .filter_map(|controller| controller.controllers().ok())
             .flatten()
             .collect();
         let names: Vec<String> = if campaign.scenarios.is_empty() {
@@ -118,20 +127,23 @@ impl Campaign {
         let drawn = crafts
             .iter()
             .enumerate()
-            .map(|(k, entry)| arena::drawn(entry).map_err(|reason| invalid(format!("craft[{k}]"), reason)))
+            .map(|(k, entry)| case::drawn(entry).map_err(|reason| invalid(format!("craft[{k}]"), reason)))
             .collect::<Result<Vec<_>, _>>()?;
-        let mut arenas = vec![];
+        let mut cases = vec![];
         for (i, name) in names.iter().enumerate() {
-            let scenario = scenario(name, &campaign, &scenario_files).ok_or_else(|| {
-                let known = Scenario::names().join(", ");
-                invalid(
-                    format!("scenarios[{i}]"),
-                    format!("there is no scenario {name:?}, only {known}"),
-                )
-            })??;
-            if arenas
+            let built_in = Scenario::named(name).map(Ok);
+            let scenario = built_in
+                .or_else(|| scenario_files.scenario(name))
+                .ok_or_else(|| {
+                    let known = Scenario::names().join(", ");
+                    invalid(
+                        format!("scenarios[{i}]"),
+                        format!("there is no scenario {name:?}, only {known}"),
+                    )
+                })??;
+            if cases
                 .iter()
-                .any(|arena: &Arena| arena.scenario.name == scenario.name)
+                .any(|case: &Case| case.scenario.name == scenario.name)
             {
                 return Err(invalid(
                     format!("scenarios[{i}]"),
@@ -145,8 +157,8 @@ impl Campaign {
                 ));
             }
             for (entry, drawn) in crafts.iter().zip(&drawn) {
-                let all = Arena::all(&scenario, entry, drawn, &campaign);
-                arenas.extend(all.into_iter().map(|arena| arena.with_controllers(&controllers)));
+                let all = Case::all(&scenario, entry, drawn, &campaign);
+                cases.extend(all.into_iter().map(|case| case.with_controllers(&controllers)));
             }
         }
         let made = Self {
@@ -154,36 +166,36 @@ impl Campaign {
             text: text.to_owned(),
             scenario_files,
             controllers,
-            arenas,
+            cases,
         };
         made.check_parameters()
             .map_err(|(field, reason)| invalid(field, reason))?;
         Ok(made)
     }
 
-    /// How many runs there are at most: laws whose gains are the same for two objectives fly once for both.
+    /// The largest number of runs: a law with the same gains for two objectives flies once for both.
     #[must_use]
     pub fn n_runs(&self) -> u64 {
-        (0..self.arenas.len())
-            .map(|arena| self.runs_per_world(arena) * self.file.replicates)
+        (0..self.cases.len())
+            .map(|case| self.runs_per_condition(case) * self.file.replicates)
             .sum()
     }
 
-    /// The runs of a world, in order.
+    /// The runs of a condition, in order.
     #[must_use]
-    pub fn runs_in(&self, world: World) -> Vec<Run> {
-        let before: u64 = (0..world.arena)
-            .map(|arena| self.runs_per_world(arena) * self.file.replicates)
+    pub fn runs_in(&self, condition: Condition) -> Vec<Run> {
+        let before: u64 = (0..condition.case)
+            .map(|case| self.runs_per_condition(case) * self.file.replicates)
             .sum();
-        let first = before + world.replicate * self.runs_per_world(world.arena);
-        let flights = self.arenas[world.arena].controllers.iter();
-        let flights = flights.flat_map(|&controller| {
-            (0..self.flights_of(controller)).map(move |objective| (controller, objective))
+        let first = before + condition.replicate * self.runs_per_condition(condition.case);
+        let flown = self.cases[condition.case].controllers.iter();
+        let flown = flown.flat_map(|&controller| {
+            (0..self.n_objectives(controller)).map(move |objective| (controller, objective))
         });
-        let numbered = flights.zip(first..);
+        let numbered = flown.zip(first..);
         let runs = numbered.map(|((controller, objective), number)| Run {
             number,
-            world,
+            condition,
             controller,
             objective,
         });
@@ -194,17 +206,20 @@ impl Campaign {
     #[must_use]
     pub fn run(&self, number: u64) -> Option<Run> {
         let mut first = 0;
-        for arena in 0..self.arenas.len() {
-            let each = self.runs_per_world(arena);
+        for case in 0..self.cases.len() {
+            let each = self.runs_per_condition(case);
             let end = first + each * self.file.replicates;
             if number < end {
                 let replicate = (number - first) / each;
-                let world = World {
-                    arena,
+                let condition = Condition {
+                    case,
                     replicate,
                     tuning: false,
                 };
-                return self.runs_in(world).into_iter().find(|run| run.number == number);
+                return self
+                    .runs_in(condition)
+                    .into_iter()
+                    .find(|run| run.number == number);
             }
             first = end;
         }
@@ -215,18 +230,18 @@ impl Campaign {
     #[must_use]
     pub fn chunks(&self) -> Vec<Chunk> {
         let mut chunks = vec![];
-        for arena in 0..self.arenas.len() {
-            let per_world = self.runs_per_world(arena);
-            if per_world == 0 {
+        for case in 0..self.cases.len() {
+            let per_condition = self.runs_per_condition(case);
+            if per_condition == 0 {
                 continue;
             }
-            let count = (RUNS_PER_CHUNK / per_world).max(1);
+            let count = (RUNS_PER_CHUNK / per_condition).max(1);
             let mut first = 0;
             while first < self.file.replicates {
                 let count = count.min(self.file.replicates - first);
                 chunks.push(Chunk {
                     number: chunks.len() as u64,
-                    arena,
+                    case,
                     first,
                     count,
                 });
@@ -236,45 +251,45 @@ impl Campaign {
         chunks
     }
 
-    /// The objectives that gains are found for.
+    /// The tuning objectives.
     #[must_use]
     pub fn objectives(&self) -> &[Objective] {
         self.file.tuning.as_ref().map_or(&[], |tuning| &tuning.objectives)
     }
 
-    /// The worlds that gains are found in.
-    pub(super) fn tuning_worlds(&self, arena: usize) -> impl Iterator<Item = World> {
+    /// The conditions for tuning.
+    pub(super) fn tuning_conditions(&self, case: usize) -> impl Iterator<Item = Condition> {
         let replicates = self.file.tuning.as_ref().map_or(0, |tuning| tuning.replicates);
-        (0..replicates).map(move |replicate| World {
-            arena,
+        (0..replicates).map(move |replicate| Condition {
+            case,
             replicate,
             tuning: true,
         })
     }
 
-    /// The seed of a world's mission.
+    /// The seed of a condition's mission.
     #[must_use]
-    pub fn seed(&self, world: World) -> u64 {
+    pub fn seed(&self, condition: Condition) -> u64 {
         let tuning = self.file.tuning.as_ref();
-        let first = if world.tuning {
+        let first = if condition.tuning {
             tuning.and_then(|tuning| tuning.first_seed)
         } else {
             self.file.first_seed
         };
         match first {
-            Some(first) => first + world.replicate,
-            None => self.rng(world, 0).random_range(1..SEED_MAX),
+            Some(first) => first + condition.replicate,
+            None => self.rng(condition, 0).random_range(1..SEED_MAX),
         }
     }
 
-    /// The parameters of a world: keys and values, in the file's order. The same replicate of every arena has the same.
+    /// Keys and values of the parameters, in the file's order. They are equal for the same replicate of every case.
     #[must_use]
-    pub fn parameters(&self, world: World) -> Vec<(&str, f64)> {
+    pub fn parameters(&self, condition: Condition) -> Vec<(&str, f64)> {
         let all = self.file.parameters.iter().zip(1..);
         all.map(|(parameter, stream)| {
             (
                 parameter.key.as_str(),
-                parameter.draw(&mut self.rng(world, stream)),
+                parameter.draw(&mut self.rng(condition, stream)),
             )
         })
         .collect()
@@ -289,61 +304,62 @@ impl Campaign {
             .collect()
     }
 
-    /// The scenario of a world, with its parameters.
-    pub(super) fn scenario(&self, world: World) -> Result<Scenario, String> {
-        let arena = &self.arenas[world.arena];
-        let parameters = self.parameters(world);
+    /// The scenario of a condition, with its parameters.
+    pub(super) fn scenario(&self, condition: Condition) -> Result<Scenario, InvalidScenario> {
+        let case = &self.cases[condition.case];
+        let parameters = self.parameters(condition);
         if parameters.is_empty() {
-            return Ok(arena.scenario.clone());
+            return Ok(case.scenario.clone());
         }
-        arena.with_parameters(&parameters, self.file.duration_s)
+        case.with_parameters(&parameters, self.file.duration_s)
     }
 
-    /// Randomness of its own for each world and purpose. It does not depend on the arena, so that arenas can be compared.
-    fn rng(&self, world: World, stream: u64) -> ChaCha8Rng {
+    /// A random stream for each replicate and purpose. It does not depend on the case, so that cases can be compared.
+    fn rng(&self, condition: Condition, stream: u64) -> ChaCha8Rng {
         let mut rng = ChaCha8Rng::seed_from_u64(self.file.seed);
-        let replicate = world.replicate + if world.tuning { TUNING_STREAM } else { 0 };
+        let replicate = condition.replicate + if condition.tuning { TUNING_STREAM } else { 0 };
         rng.set_stream(replicate * STREAMS + stream);
         rng
     }
 
-    fn flights_of(&self, controller: usize) -> usize {
-        match self.controllers[controller].pilot {
-            Pilot::Law(_) => self.objectives().len(),
-            Pilot::Tuned(_) | Pilot::Planner { .. } => 1,
+    fn n_objectives(&self, controller: usize) -> usize {
+        match self.controllers[controller].law {
+            ControlLaw::Tuned(_) => self.objectives().len(),
+            ControlLaw::Fixed(_) | ControlLaw::Planner { .. } => 1,
         }
     }
 
-    fn runs_per_world(&self, arena: usize) -> u64 {
-        self.arenas[arena]
+    fn runs_per_condition(&self, case: usize) -> u64 {
+        self.cases[case]
             .controllers
             .iter()
-            .map(|&controller| self.flights_of(controller) as u64)
+            .map(|&controller| self.n_objectives(controller) as u64)
             .sum()
     }
 
-    /// Tries each parameter's extremes in each scenario: a campaign should not find out after hours.
+    /// Tries the extremes of each parameter in each scenario, so that a campaign does not fail after hours.
     fn check_parameters(&self) -> Result<(), (String, String)> {
         let mut tried: Vec<&str> = vec![];
-        for arena in &self.arenas {
-            if tried.contains(&arena.scenario.name.as_str()) {
+        for case in &self.cases {
+            if tried.contains(&case.scenario.name.as_str()) {
                 continue;
             }
-            tried.push(&arena.scenario.name);
+            tried.push(&case.scenario.name);
             for (i, parameter) in self.file.parameters.iter().enumerate() {
                 for value in parameter.extremes() {
-                    arena
-                        .with_parameters(&[(&parameter.key, value)], self.file.duration_s)
-                        .map_err(|reason| {
-                            let place = format!("parameters[{i}].key");
-                            (
-                                place,
-                                format!(
-                                    "{} = {value} does not fit into {}: {reason}",
-                                    parameter.key, arena.scenario.name
-                                ),
-                            )
-                        })?;
+                    let scenario = case.with_parameters(&[(&parameter.key, value)], self.file.duration_s);
+                    let start = scenario
+                        .map_err(|error| error.to_string())
+                        .and_then(|scenario| scenario.start(0).map_err(|error| error.to_string()));
+                    start.map_err(|reason| {
+                        (
+                            format!("parameters[{i}].key"),
+                            format!(
+                                "{} = {value} does not fit into {}: {reason}",
+                                parameter.key, case.scenario.name
+                            ),
+                        )
+                    })?;
                 }
             }
         }
@@ -357,20 +373,4 @@ fn crafts(file: &CampaignFile) -> Vec<CraftEntry> {
     } else {
         file.craft.clone()
     }
-}
-
-/// The scenario called `name`: a built-in one, one of the campaign file's own, or one of `files`. None if there is none.
-fn scenario(
-    name: &str,
-    campaign: &CampaignFile,
-    files: &ScenarioFiles,
-) -> Option<Result<Scenario, CampaignError>> {
-    if let Some(built_in) = Scenario::named(name) {
-        return Some(Ok(built_in));
-    }
-    let scenario = match campaign.scenario_files.get(name) {
-        Some(text) => Scenario::parse(text, name, Files::default()),
-        None => files.scenario(name)?,
-    };
-    Some(scenario.map_err(CampaignError::from))
 }

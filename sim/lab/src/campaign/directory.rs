@@ -1,12 +1,12 @@
-//! A campaign on the disk: what it is of, the gains that were found, chunks of rows, and in the end one table.
+//! A campaign on disk: its manifest, gains, chunks of rows, and finally one table.
 //!
 //! ```text
-//! DIR/campaign.json      what it is of; written first, and never changed
-//!     gains/A-C.json     the best gains of the law of controller C in arena A
-//!     chunks/N.parquet   rows of a chunk: each is written under another name, brought to the disk, and renamed
-//!     runs.parquet       all rows in the order of the runs; the chunks are deleted after it is there
+//! DIR/campaign.json      the manifest; written first, never changed
+//!     gains/A-C.json     the best gains of the law of controller C in case A
+//!     chunks/N.parquet   rows of a chunk: written under a temporary name, synced, and renamed
+//!     runs.parquet       all rows in the order of the runs; the chunks are deleted afterwards
 //! ```
-//! A process that is killed loses the chunks that it was flying, and nothing else.
+//! A killed process loses only the chunks under way.
 
 use std::{
     fmt, fs,
@@ -31,14 +31,14 @@ const RUNS: &str = "runs.parquet";
 /// A part of a campaign: the `index`-th of `of`, from 1 on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shard {
-    /// Which, from 1 on.
+    /// Its number, from 1 on.
     pub index: u64,
-    /// Of how many.
+    /// Number of parts.
     pub of: u64,
 }
 
 impl Shard {
-    /// The whole.
+    /// The whole campaign.
     pub const WHOLE: Self = Self { index: 1, of: 1 };
 
     /// The `index`-th of `of`, from 1 on.
@@ -47,7 +47,7 @@ impl Shard {
         Self { index, of }
     }
 
-    /// Its chunks, side by side, so that few shards have to find the same gains.
+    /// Its chunks, adjacent, so that few shards tune the same laws.
     pub(super) fn chunks(self, all: &[Chunk]) -> &[Chunk] {
         let n = all.len() as u64;
         #[expect(clippy::cast_possible_truncation, reason = "no more than there are chunks")]
@@ -80,37 +80,37 @@ impl fmt::Display for Shard {
     }
 }
 
-/// What a directory is of.
+/// What a directory holds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// Version of the tables.
     pub schema_version: String,
     /// The campaign's name.
     pub name: String,
-    /// Version of the program that flies it.
+    /// Version of the program.
     pub program: String,
-    /// SHA-256 of all that decides its rows: its file, its scenarios and the files that they name, the program's version.
+    /// SHA-256 of everything that decides its rows: campaign file, scenarios with their files, and the program's version.
     pub digest: String,
-    /// Which part of it is here.
+    /// The part in this directory.
     pub shard: Shard,
     /// The campaign file's text.
     pub text: String,
-    /// The scenario files that it names, as they were when it was begun.
+    /// The scenario files that it names, as they were at its start.
     #[serde(default)]
     pub scenario_files: ScenarioFiles,
 }
 
 impl Manifest {
-    /// Of `campaign`.
+    /// The manifest of `campaign`.
     #[must_use]
     pub fn of(campaign: &Campaign, shard: Shard) -> Self {
         let program = env!("CARGO_PKG_VERSION").to_owned();
         let mut parts = vec![SCHEMA_VERSION.to_owned(), program.clone(), campaign.text.clone()];
         parts.extend(
             campaign
-                .arenas
+                .cases
                 .iter()
-                .map(|arena| format!("{}\0{}", arena.craft, arena.scenario.source.text)),
+                .map(|case| format!("{}\0{}", case.craft, case.scenario.source.text)),
         );
         parts.extend(campaign.scenario_files.parts());
         Self {
@@ -124,12 +124,12 @@ impl Manifest {
         }
     }
 
-    /// The campaign, which errors call `file`. Fails where this program refuses what another one took.
+    /// The campaign; errors name `file`. Fails if this version of the program refuses it.
     pub fn campaign(&self, file: &str) -> Result<Campaign, CampaignError> {
         Campaign::parse(&self.text, file, self.scenario_files.clone())
     }
 
-    /// What a table says of itself.
+    /// Metadata of its tables.
     pub(super) fn about(&self) -> Vec<(&'static str, String)> {
         vec![
             ("schema_version", self.schema_version.clone()),
@@ -141,64 +141,40 @@ impl Manifest {
     }
 }
 
-/// Where a campaign is kept.
+/// The directory of a campaign.
 #[derive(Clone, Debug)]
 pub struct Directory {
     path: PathBuf,
-    /// What it is of.
+    /// Its manifest.
     pub manifest: Manifest,
 }
 
-/// Why a directory is of no use.
+/// Why a directory cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum DirectoryError {
     /// It cannot be read or written.
-    #[error("cannot use {path}")]
-    Io {
-        /// What.
-        path: String,
-        /// Why.
-        source: io::Error,
-    },
-    /// Not a campaign's.
-    #[error("{0} is not of a campaign: it has no readable campaign.json")]
+    #[error("cannot use {0}")]
+    Io(String, #[source] io::Error),
+    /// It holds no campaign.
+    #[error("{0} holds no campaign: it has no readable campaign.json")]
     NotOne(String),
-    /// Another campaign's.
-    #[error(
-        "{path} holds another campaign ({found}, of program {program}) than this one ({wanted}): give another --out, or delete it"
-    )]
-    Other {
-        /// The directory.
-        path: String,
-        /// Begin of the digest that is there, and the shard.
-        found: String,
-        /// The program that it is of.
-        program: String,
-        /// Begin of the digest that is wanted, and the shard.
-        wanted: String,
-    },
-    /// A table is damaged.
-    #[error("{path} is damaged: delete it, and run the campaign again")]
-    Damaged {
-        /// The file.
-        path: String,
-        /// Why.
-        source: RowsError,
-    },
-    /// Rows are missing.
-    #[error("the campaign in {0} is not flown to its end: run it again to go on")]
-    Unfinished(String),
-    /// Parts that do not make a whole.
+    /// It holds another campaign, or the shards do not make a whole.
     #[error("{0}")]
-    Parts(String),
+    Other(String),
+    /// A table is damaged.
+    #[error("{0} is damaged: delete it, and run the campaign again")]
+    Damaged(String, #[source] RowsError),
+    /// Rows are missing.
+    #[error("the campaign in {0} is not finished: run it again to continue")]
+    Unfinished(String),
 }
 
 impl Directory {
-    /// The directory at `path` for `manifest`: a new one, or one in which that campaign was begun.
+    /// The directory at `path` for `manifest`: created, or opened if it holds that campaign.
     pub fn create(path: &Path, manifest: Manifest) -> Result<Self, DirectoryError> {
         fs::create_dir_all(path).map_err(|source| io_error(path, source))?;
         let file = path.join(MANIFEST);
-        if file.exists() {
+        if is_there(&file)? {
             let found = Self::open(path)?;
             if (&found.manifest.digest, found.manifest.shard) != (&manifest.digest, manifest.shard) {
                 let brief = |of: &Manifest| {
@@ -209,12 +185,13 @@ impl Directory {
                         of.shard
                     )
                 };
-                return Err(DirectoryError::Other {
-                    path: path.display().to_string(),
-                    found: brief(&found.manifest),
-                    program: found.manifest.program.clone(),
-                    wanted: brief(&manifest),
-                });
+                return Err(DirectoryError::Other(format!(
+                    "{} holds another campaign ({}, program {}), not this one ({}): give another --out, or delete it",
+                    path.display(),
+                    brief(&found.manifest),
+                    found.manifest.program,
+                    brief(&manifest),
+                )));
             }
             return Ok(found);
         }
@@ -226,7 +203,7 @@ impl Directory {
         })
     }
 
-    /// The directory at `path`, in which a campaign was begun.
+    /// The directory at `path`, which holds a campaign.
     pub fn open(path: &Path) -> Result<Self, DirectoryError> {
         let text = fs::read(path.join(MANIFEST)).ok();
         let manifest = text.and_then(|text| serde_json::from_slice(&text).ok());
@@ -237,47 +214,42 @@ impl Directory {
         })
     }
 
-    /// Where it is.
+    /// Its path.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Whether all rows of it are in one table.
-    #[must_use]
-    pub fn is_collected(&self) -> bool {
-        self.path.join(RUNS).exists()
+    /// Whether all rows are in one table.
+    pub fn is_collected(&self) -> Result<bool, DirectoryError> {
+        is_there(&self.path.join(RUNS))
     }
 
-    /// All of its rows, in the order of the runs.
+    /// All rows, in the order of the runs.
     pub fn rows(&self) -> Result<Rows, DirectoryError> {
-        if self.is_collected() {
+        if self.is_collected()? {
             return read(&self.path.join(RUNS));
         }
         Err(DirectoryError::Unfinished(self.path.display().to_string()))
     }
 
-    /// The gains of a law that were found before.
-    pub(super) fn gains(&self, arena: usize, controller: usize) -> Option<Tuned> {
-        serde_json::from_slice(&fs::read(self.gains_file(arena, controller)).ok()?).ok()
+    /// The stored gains of a law.
+    pub(super) fn gains(&self, case: usize, controller: usize) -> Option<Tuned> {
+        serde_json::from_slice(&fs::read(self.path.join(format!("gains/{case}-{controller}.json"))).ok()?)
+            .ok()
     }
 
-    pub(super) fn keep_gains(
+    pub(super) fn store_gains(
         &self,
-        arena: usize,
+        case: usize,
         controller: usize,
         tuned: &Tuned,
     ) -> Result<(), DirectoryError> {
-        let file = self.gains_file(arena, controller);
         let json = serde_json::to_vec_pretty(tuned).expect("texts and numbers only");
-        write_whole(&file, &json).map_err(|source| io_error(&file, source))
+        self.store_bytes(&format!("gains/{case}-{controller}"), &json)
     }
 
-    fn gains_file(&self, arena: usize, controller: usize) -> PathBuf {
-        self.path.join("gains").join(format!("{arena}-{controller}.json"))
-    }
-
-    /// Numbers of the chunks that are here.
+    /// Numbers of the stored chunks.
     pub(super) fn chunks_done(&self) -> Result<Vec<u64>, DirectoryError> {
         let folder = self.path.join("chunks");
         let entries = match fs::read_dir(&folder) {
@@ -293,24 +265,18 @@ impl Directory {
         Ok(done)
     }
 
-    /// Keeps a file of that name beside the campaign's own: a report, or what another program knows of the campaign. It is on the
-    /// disk, whole, when this returns.
-    pub fn keep_file(&self, name: &str, bytes: &[u8]) -> Result<(), DirectoryError> {
-        let file = self.path.join(name);
-        write_whole(&file, bytes).map_err(|source| io_error(&file, source))
-    }
-
-    /// Keeps a file of this name, without its ending: what a piece of work came to.
-    pub(super) fn keep_bytes(&self, name: &str, bytes: &[u8]) -> Result<(), DirectoryError> {
+    /// Stores the result of a piece of work; `name` has no ending.
+    pub(super) fn store_bytes(&self, name: &str, bytes: &[u8]) -> Result<(), DirectoryError> {
         let ending = if name.starts_with("chunks/") {
             "parquet"
         } else {
             "json"
         };
-        self.keep_file(&format!("{name}.{ending}"), bytes)
+        let file = self.path.join(format!("{name}.{ending}"));
+        write_whole(&file, bytes).map_err(|source| io_error(&file, source))
     }
 
-    pub(super) fn keep_chunk(&self, number: u64, rows: &Rows) -> Result<(), DirectoryError> {
+    pub(super) fn store_chunk(&self, number: u64, rows: &Rows) -> Result<(), DirectoryError> {
         self.write(&self.chunk_file(number), rows)
     }
 
@@ -318,7 +284,7 @@ impl Directory {
         self.path.join("chunks").join(format!("{number}.parquet"))
     }
 
-    /// Puts the rows of all of `chunks` into one table behind `all`, which has its columns, and deletes them.
+    /// Appends the rows of `chunks` to `all`, stores them as one table, and deletes the chunks.
     pub(super) fn collect(&self, chunks: &[Chunk], mut all: Rows) -> Result<Rows, DirectoryError> {
         let done = self.chunks_done()?;
         if chunks.iter().any(|chunk| !done.contains(&chunk.number)) {
@@ -329,7 +295,7 @@ impl Directory {
             let rows = read(&file)?;
             all.append(rows).map_err(|source| damaged(&file, source))?;
         }
-        let all = self.keep(&all)?;
+        let all = self.store_rows(&all)?;
         let folder = self.path.join("chunks");
         match fs::remove_dir_all(&folder) {
             Err(source) if source.kind() != io::ErrorKind::NotFound => Err(io_error(&folder, source)),
@@ -337,17 +303,17 @@ impl Directory {
         }
     }
 
-    /// Keeps all rows of the campaign.
-    pub(super) fn keep(&self, all: &Rows) -> Result<Rows, DirectoryError> {
+    /// Stores all rows of the campaign.
+    pub(super) fn store_rows(&self, all: &Rows) -> Result<Rows, DirectoryError> {
         let all = all.sorted();
         self.write(&self.path.join(RUNS), &all)?;
         Ok(all)
     }
 
-    /// Puts the shards in `parts` together at `path`.
+    /// Merges the shards in `parts` at `path`.
     pub fn merge(path: &Path, parts: &[Self]) -> Result<(Self, Rows), DirectoryError> {
         let Some(first) = parts.first() else {
-            return Err(DirectoryError::Parts("there is nothing to merge".to_owned()));
+            return Err(DirectoryError::Other("there is nothing to merge".to_owned()));
         };
         let of = first.manifest.shard.of;
         let mut shards: Vec<u64> = parts.iter().map(|part| part.manifest.shard.index).collect();
@@ -355,7 +321,7 @@ impl Directory {
             .iter()
             .find(|part| part.manifest.digest != first.manifest.digest || part.manifest.shard.of != of)
         {
-            return Err(DirectoryError::Parts(format!(
+            return Err(DirectoryError::Other(format!(
                 "{} and {} are not shards of one campaign",
                 first.path.display(),
                 other.path.display()
@@ -364,7 +330,7 @@ impl Directory {
         shards.sort_unstable();
         if !shards.iter().copied().eq(1..=of) {
             let names: Vec<String> = shards.iter().map(|index| format!("{index}/{of}")).collect();
-            return Err(DirectoryError::Parts(format!(
+            return Err(DirectoryError::Other(format!(
                 "these are the shards {}: each is needed once",
                 names.join(", ")
             )));
@@ -379,7 +345,7 @@ impl Directory {
             ..first.manifest.clone()
         };
         let whole = Self::create(path, manifest)?;
-        let all = whole.keep(&all)?;
+        let all = whole.store_rows(&all)?;
         Ok((whole, all))
     }
 
@@ -397,20 +363,19 @@ fn read(file: &Path) -> Result<Rows, DirectoryError> {
 }
 
 fn io_error(path: &Path, source: io::Error) -> DirectoryError {
-    DirectoryError::Io {
-        path: path.display().to_string(),
-        source,
-    }
+    DirectoryError::Io(path.display().to_string(), source)
 }
 
 fn damaged(path: &Path, source: RowsError) -> DirectoryError {
-    DirectoryError::Damaged {
-        path: path.display().to_string(),
-        source,
-    }
+    DirectoryError::Damaged(path.display().to_string(), source)
 }
 
-/// Writes a file whole or not at all, and returns when it is on the disk.
+/// Whether there is such a file. Where that cannot be seen, nothing may be written over it.
+fn is_there(path: &Path) -> Result<bool, DirectoryError> {
+    path.try_exists().map_err(|source| io_error(path, source))
+}
+
+/// Writes a file whole or not at all, and syncs it.
 fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let folder = path.parent().unwrap_or(Path::new("."));
     fs::create_dir_all(folder)?;
@@ -420,6 +385,6 @@ fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     file.write_all(bytes)?;
     file.sync_all()?;
     fs::rename(&partial, path)?;
-    // The new name is in the folder, which is a file of its own.
+    // The new name is in the folder, which must be synced too.
     File::open(folder)?.sync_all()
 }

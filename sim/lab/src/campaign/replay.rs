@@ -1,98 +1,79 @@
-//! One run of a campaign, flown again.
+//! Replay of a run.
 
-use planner::los::{LosGains, LosTuning};
 use sim::{guide::GuideError, record::Record};
 
-mod explanation;
-
-use explanation::explanation;
-
 use super::{
-    contender::Pilot,
+    controller::ControlLaw,
     design::{Campaign, Run},
-    fly::{Flight, TO_THE_END, bound, fly, row},
-    rows::{Row, Rows},
+    fly::{RunGains, bound, fly, result},
+    rows::{Rows, RunResult},
 };
+use crate::tuning::LawGains;
 
-/// A run that was flown again.
+/// A replayed run.
 #[derive(Clone, Debug)]
 pub struct Replay {
-    /// Which.
+    /// The run.
     pub run: Run,
     /// The controller's name.
     pub controller: String,
     /// What the controller knows.
     pub information: String,
-    /// What happened.
+    /// Its record.
     pub record: Record,
-    /// When the craft was farthest off, and what the record has to explain that with.
-    pub explanation: String,
-    /// Whether every cell of its row is again what it was, to the bit, but for the measured ones.
+    /// Whether its row is the same to the bit, except measured cells.
     pub same: bool,
 }
 
-/// Why a run was not flown again.
+/// Why a run cannot be replayed.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
     /// There is no such run.
-    #[error("there is no run {number}: the table has {rows} of the {runs} that there are at most")]
-    NoRun {
-        /// The number that was given.
-        number: u64,
-        /// Rows of the table.
-        rows: usize,
-        /// Runs of the campaign.
-        runs: u64,
-    },
-    /// The mission failed, as it may have before.
+    #[error("there is no run {0}: the table has {1} of at most {2} runs")]
+    NoRun(u64, usize, u64),
+    /// The mission failed, perhaps as before.
     #[error("the mission failed")]
     Mission(#[source] GuideError),
 }
 
-/// Flies the run of that number again, as its row in `rows` says.
+/// Flies the run of that number again, at the gains of its row in `rows`.
 pub fn replay(campaign: &Campaign, rows: &Rows, number: u64) -> Result<Replay, ReplayError> {
-    let no_run = || ReplayError::NoRun {
-        number,
-        rows: rows.len(),
-        runs: campaign.n_runs(),
-    };
+    let no_run = || ReplayError::NoRun(number, rows.len(), campaign.n_runs());
     let run = campaign.run(number).ok_or_else(no_run)?;
     let before = rows.only(number).ok_or_else(no_run)?;
-    let contender = &campaign.controllers[run.controller];
+    let controller = &campaign.controllers[run.controller];
     let cell = |name: &str| {
         before
             .numbers(name)
             .and_then(|cells| cells.first().copied().flatten())
     };
-    let tuning = match contender.pilot {
-        Pilot::Law(law) => Some(LosTuning {
-            law,
-            gains: LosGains {
-                look_ahead: cell("look_ahead_m").ok_or_else(no_run)?,
-                along_track_gain: cell("along_track_gain_per_s").ok_or_else(no_run)?,
-            },
-            integral_gain: cell("integral_gain_mps").ok_or_else(no_run)?,
-        }),
-        Pilot::Tuned(_) | Pilot::Planner { .. } => None,
+    let tuning = match controller.law {
+        ControlLaw::Tuned(law) => {
+            let gains = LawGains {
+                look_ahead_m: cell("look_ahead_m").ok_or_else(no_run)?,
+                along_track_gain_per_s: cell("along_track_gain_per_s").ok_or_else(no_run)?,
+                integral_gain_mps: cell("integral_gain_mps"),
+            };
+            Some(gains.tuning(law))
+        }
+        ControlLaw::Fixed(_) | ControlLaw::Planner { .. } => None,
     };
     let words = before.words("objectives").and_then(|words| words.first());
-    let flight = Flight {
+    let gains = RunGains {
         tuning,
         objectives: words.map(ToString::to_string).unwrap_or_default(),
     };
-    let to_its_end = "nothing stops it";
-    let flown = fly(campaign, run.world, contender, tuning, TO_THE_END).expect(to_its_end);
+    let flown = fly(campaign, run.condition, controller, tuning);
     let record = flown.map_err(ReplayError::Mission)?.record;
-    let again = Row {
-        bound_rms_m: bound(campaign, run.world, TO_THE_END).expect(to_its_end),
-        ..row(campaign, run, &flight, TO_THE_END).expect(to_its_end)
+    let again = RunResult {
+        bound_rms_m: bound(campaign, run.condition),
+        ..result(campaign, run, &gains)
     };
     let again = Rows::of(&[again], &campaign.parameter_keys());
     Ok(Replay {
         run,
-        controller: contender.name.clone(),
-        information: contender.information(),
-        explanation: explanation(&record),
+        controller: controller.name.clone(),
+        information: controller.information(),
         record,
         same: again.digest() == before.digest(),
     })

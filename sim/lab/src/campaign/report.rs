@@ -1,13 +1,14 @@
-//! The report of a campaign: how each controller did beside the reference, how surely, where it failed, and what that depends on.
+//! The report of a campaign: each controller beside the reference, with intervals, failures and the effect of parameters.
 //!
-//! One set of numbers, in three forms: a page that needs nothing else, Markdown, and JSON for programs. Equal rows give equal
-//! reports, but for solve times, which are measured.
+//! One set of numbers in three forms: a page in one file, Markdown, and JSON for programs. Equal rows give equal
+//! reports, except for measured solve times.
 
 mod claims;
-mod forest;
-mod gather;
+mod compared;
+mod data;
 mod learnt;
 mod numbers;
+mod overview;
 mod pareto;
 mod scores;
 mod sections;
@@ -20,7 +21,6 @@ use crate::document::Document;
 
 use super::{design::Campaign, rows::Rows};
 use numbers::Numbers;
-pub(super) use words::number;
 
 /// The report of a campaign.
 #[derive(Clone, Debug)]
@@ -29,7 +29,7 @@ pub struct CampaignReport {
     document: Document,
 }
 
-/// The report on the `rows` of `campaign`, in any order. Shards and broken-off campaigns have one too: of the rows that are there.
+/// The report on the `rows` of `campaign`, in any order. Shards have one too, on their rows.
 #[must_use]
 pub fn report(campaign: &Campaign, rows: &Rows) -> CampaignReport {
     let numbers = Numbers::of(campaign, rows);
@@ -40,20 +40,20 @@ pub fn report(campaign: &Campaign, rows: &Rows) -> CampaignReport {
 }
 
 impl CampaignReport {
-    /// As Markdown with GitHub's tables; pictures are named and left out.
+    /// As Markdown with GitHub's tables; pictures are left out, and their captions stay.
     #[must_use]
     pub fn markdown(&self) -> String {
         self.document.markdown()
     }
 
-    /// As one page of HTML with its pictures, without scripts or references.
+    /// As one page of HTML with its pictures, which needs no other file.
     #[must_use]
     pub fn html(&self) -> String {
         self.document.html()
     }
 
-    /// All numbers of the tables, not rounded, as JSON. Ratios, shares and probabilities are 1; other units stand beside the numbers
-    /// or at the end of their names.
+    /// All numbers of the tables as JSON, unrounded. Ratios, shares and probabilities have no unit; other units are beside the
+    /// numbers or at the end of their names.
     #[must_use]
     pub fn json(&self) -> String {
         serde_json::to_string_pretty(&self.numbers).expect("numbers and words are JSON") + "\n"

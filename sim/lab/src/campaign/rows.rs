@@ -1,4 +1,4 @@
-//! Results as a table: a row a run, and its way into Parquet and back.
+//! Results as a table with a row for each run, written to Parquet and read back.
 
 use std::{borrow::Cow, collections::BTreeMap, io::Write};
 
@@ -15,20 +15,20 @@ use record::{
 };
 
 use super::{
-    fly::Learnt,
+    learnt::Learnt,
     score::{SCORES, Score},
 };
 
 /// Version of the table's columns.
 pub const SCHEMA_VERSION: &str = "2";
-/// Columns that are measured by the clock, and are other ones each time.
+/// Columns with measured times, which differ each time.
 pub const MEASURED: [&str; 3] = ["solve_ms_p50", "solve_ms_p99", "run_s"];
-/// What begins the names of columns that hold parameters.
+/// Prefix of the columns that hold parameters.
 pub const PARAMETER: &str = "param.";
 
-/// What a run came to.
+/// The result of a run.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Row {
+pub(super) struct RunResult {
     pub(super) run: u64,
     pub(super) scenario: String,
     pub(super) craft: String,
@@ -40,29 +40,29 @@ pub(super) struct Row {
     pub(super) tuning: Option<LosTuning>,
     /// Values, in the campaign's order.
     pub(super) parameters: Vec<f64>,
-    /// What it came to, or why it failed.
+    /// Its outcome, or why it failed.
     pub(super) outcome: Result<Outcome, String>,
-    /// What step tests of the craft found: lag of the heading loop, lag of the surge loop, sway per yaw rate, s.
+    /// Step tests of the craft: lag of the heading loop, lag of the surge loop, sway per yaw rate, s.
     pub(super) tested: Option<[f64; 3]>,
-    /// When something breaks, s.
+    /// Time of a breakdown, s.
     pub(super) breaks_at_s: Option<f64>,
     pub(super) bound_rms_m: Option<f64>,
     pub(super) run_s: f64,
 }
 
-/// What a mission came to.
+/// The outcome of a mission.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Outcome {
     pub(super) score: Score,
-    /// Share of the seconds at whose end the heading reference steps by more than the craft turns in one, %.
+    /// Share of seconds in which the heading reference steps by more than the craft can turn, %.
     pub(super) too_fast_steps_percent: Option<f64>,
     pub(super) learnt: Option<Learnt>,
 }
 
-/// Columns beside the scores in which less is better.
+/// Further columns in which less is better.
 pub(super) const MORE: [&str; 4] = ["too_fast_steps_percent", "alarms", "alarm_s", "noticed_after_s"];
 
-/// Columns of what the planner made of its craft: estimate, standard deviation, and what step tests found.
+/// Columns of what the planner learnt: estimate, standard deviation, and step test.
 pub(super) const LEARNT: [[&str; 3]; 3] = [
     ["heading_lag_s", "heading_lag_sigma_s", "heading_lag_tested_s"],
     ["surge_lag_s", "surge_lag_sigma_s", "surge_lag_tested_s"],
@@ -73,48 +73,48 @@ pub(super) const LEARNT: [[&str; 3]; 3] = [
     ],
 ];
 
-/// Rows by column, in any order.
+/// Rows in any order, stored by column.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rows {
     columns: Vec<Column>,
 }
 
-/// Why a table cannot be read or put together.
+/// Why tables cannot be read or joined.
 #[derive(Debug, thiserror::Error)]
 pub enum RowsError {
     /// Not Parquet.
     #[error("not Apache Parquet that this program wrote")]
     Parquet(#[from] ParquetError),
-    /// Other columns.
+    /// The columns differ.
     #[error("its columns are not those of the other tables of this campaign: {0}")]
     Columns(String),
 }
 
 impl Rows {
-    /// Of runs that were flown in worlds with parameters of these names.
-    pub(super) fn of(rows: &[Row], parameters: &[&str]) -> Self {
+    /// The table of `rows`; `parameters` are the keys of the parameters.
+    pub(super) fn of(rows: &[RunResult], parameters: &[&str]) -> Self {
         #[expect(clippy::cast_precision_loss, reason = "runs and seeds are below 2⁵³")]
         fn count(value: u64) -> f64 {
             value as f64
         }
-        let words = |name: &str, of: &dyn Fn(&Row) -> String| Column {
+        type Number<'a> = &'a dyn Fn(&RunResult) -> Option<f64>;
+        let words = |name: &str, of: fn(&RunResult) -> &str| Column {
             name: name.to_owned(),
-            values: Values::Words(rows.iter().map(|row| Cow::Owned(of(row))).collect()),
+            values: Values::Words(rows.iter().map(|row| Cow::Owned(of(row).to_owned())).collect()),
         };
-        let numbers = |name: &str, of: &dyn Fn(&Row) -> Option<f64>| Column {
+        let numbers = |name: &str, of: Number<'_>| Column {
             name: name.to_owned(),
             values: Values::Numbers(rows.iter().map(of).collect()),
         };
-        let outcome = |row: &Row| row.outcome.clone().ok();
-        let score = |row: &Row, of: fn(&Score) -> Option<f64>| of(&row.outcome.as_ref().ok()?.score);
-        let learnt = |row: &Row| outcome(row)?.learnt;
+        let score = |row: &RunResult| row.outcome.as_ref().ok().map(|outcome| outcome.score.clone());
+        let learnt = |row: &RunResult| row.outcome.as_ref().ok()?.learnt.clone();
         let mut columns = vec![
             numbers("run", &|row| Some(count(row.run))),
-            words("scenario", &|row| row.scenario.clone()),
-            words("craft", &|row| row.craft.clone()),
-            words("controller", &|row| row.controller.clone()),
-            words("information", &|row| row.information.clone()),
-            words("objectives", &|row| row.objectives.clone()),
+            words("scenario", |row| &row.scenario),
+            words("craft", |row| &row.craft),
+            words("controller", |row| &row.controller),
+            words("information", |row| &row.information),
+            words("objectives", |row| &row.objectives),
             numbers("replicate", &|row| Some(count(row.replicate))),
             numbers("seed", &|row| Some(count(row.seed))),
             numbers("look_ahead_m", &|row| Some(row.tuning?.gains.look_ahead)),
@@ -124,46 +124,36 @@ impl Rows {
             numbers("integral_gain_mps", &|row| Some(row.tuning?.integral_gain)),
         ];
         for (k, key) in parameters.iter().enumerate() {
-            columns.push(numbers(&format!("{PARAMETER}{key}"), &|row| {
-                row.parameters.get(k).copied()
-            }));
+            let name = format!("{PARAMETER}{key}");
+            columns.push(numbers(&name, &|row| row.parameters.get(k).copied()));
         }
-        for (name, of) in SCORES {
-            columns.push(numbers(name, &|row| score(row, of)));
-        }
+        columns.extend(SCORES.map(|column| numbers(column.0, &|row| score(row)?.value(column))));
         let [too_fast, alarms, alarm_s, noticed] = MORE;
-        columns.push(numbers(too_fast, &|row| outcome(row)?.too_fast_steps_percent));
         #[expect(clippy::cast_precision_loss, reason = "an alarm a second at most")]
-        columns.push(numbers(
-            alarms,
-            &|row| Some(learnt(row)?.alarms_at_s.len() as f64),
-        ));
-        columns.push(numbers(alarm_s, &|row| Some(learnt(row)?.alarm_s)));
-        columns.push(numbers(noticed, &|row| {
-            let broke = row.breaks_at_s?;
-            let alarms = learnt(row)?.alarms_at_s.into_iter();
-            alarms.map(|at| at - broke).find(|after| 0.0 <= *after)
-        }));
+        columns.extend([
+            numbers(too_fast, &|row| row.outcome.as_ref().ok()?.too_fast_steps_percent),
+            numbers(alarms, &|row| Some(learnt(row)?.alarms_at_s.len() as f64)),
+            numbers(alarm_s, &|row| Some(learnt(row)?.alarm_s)),
+            numbers(noticed, &|row| learnt(row)?.noticed_after_s(row.breaks_at_s?)),
+        ]);
         for (k, [value, sigma, tested]) in LEARNT.into_iter().enumerate() {
-            columns.push(numbers(value, &|row| Some(learnt(row)?.estimates?[k].0)));
-            columns.push(numbers(sigma, &|row| Some(learnt(row)?.estimates?[k].1)));
-            columns.push(numbers(tested, &|row| Some(row.tested?[k])));
+            columns.extend([
+                numbers(value, &|row| Some(learnt(row)?.estimates?[k].0)),
+                numbers(sigma, &|row| Some(learnt(row)?.estimates?[k].1)),
+                numbers(tested, &|row| Some(row.tested?[k])),
+            ]);
         }
-        columns.push(numbers("bound_rms_m", &|row| row.bound_rms_m));
-        columns.push(words("failure", &|row| {
-            row.outcome.as_ref().err().cloned().unwrap_or_default()
-        }));
-        columns.push(numbers("solve_ms_p50", &|row| {
-            score(row, |score| score.metrics.solve_ms_p50)
-        }));
-        columns.push(numbers("solve_ms_p99", &|row| {
-            score(row, |score| score.metrics.solve_ms_p99)
-        }));
-        columns.push(numbers("run_s", &|row| Some(row.run_s)));
+        columns.extend([
+            numbers("bound_rms_m", &|row| row.bound_rms_m),
+            words("failure", |row| row.outcome.as_ref().err().map_or("", |why| why)),
+            numbers("solve_ms_p50", &|row| score(row)?.metrics.solve_ms_p50),
+            numbers("solve_ms_p99", &|row| score(row)?.metrics.solve_ms_p99),
+            numbers("run_s", &|row| Some(row.run_s)),
+        ]);
         Self { columns }
     }
 
-    /// How many rows there are.
+    /// Number of rows.
     #[must_use]
     pub fn len(&self) -> usize {
         self.columns.first().map_or(0, |column| match &column.values {
@@ -172,7 +162,7 @@ impl Rows {
         })
     }
 
-    /// Whether there are none.
+    /// Whether it has no rows.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -183,31 +173,30 @@ impl Rows {
         self.columns.iter().map(|column| column.name.as_str())
     }
 
+    fn column(&self, name: &str) -> Option<&Values> {
+        let mut columns = self.columns.iter();
+        Some(&columns.find(|column| column.name == name)?.values)
+    }
+
     /// The numbers of a column; none where no column of numbers has that name.
     #[must_use]
     pub fn numbers(&self, name: &str) -> Option<&[Option<f64>]> {
-        self.columns
-            .iter()
-            .find(|column| column.name == name)
-            .and_then(|column| match &column.values {
-                Values::Numbers(numbers) => Some(numbers.as_slice()),
-                Values::Words(_) => None,
-            })
+        match self.column(name)? {
+            Values::Numbers(numbers) => Some(numbers),
+            Values::Words(_) => None,
+        }
     }
 
     /// The words of a column; none where no column of words has that name.
     #[must_use]
     pub fn words(&self, name: &str) -> Option<&[Cow<'static, str>]> {
-        self.columns
-            .iter()
-            .find(|column| column.name == name)
-            .and_then(|column| match &column.values {
-                Values::Words(words) => Some(words.as_slice()),
-                Values::Numbers(_) => None,
-            })
+        match self.column(name)? {
+            Values::Words(words) => Some(words),
+            Values::Numbers(_) => None,
+        }
     }
 
-    /// Puts `other` behind these.
+    /// Appends `other`.
     pub(super) fn append(&mut self, other: Self) -> Result<(), RowsError> {
         if self.columns.is_empty() {
             *self = other;
@@ -226,7 +215,7 @@ impl Rows {
         Ok(())
     }
 
-    /// The row of the run of that number; none where it is not here.
+    /// The row of a run; none if it is missing.
     pub(super) fn only(&self, number: u64) -> Option<Self> {
         #[expect(clippy::cast_precision_loss, reason = "runs are below 2⁵³")]
         let wanted = Some(number as f64);
@@ -234,7 +223,7 @@ impl Rows {
         Some(self.picked(&[place]))
     }
 
-    /// The same in the order of the runs.
+    /// The rows in the order of the runs.
     pub(super) fn sorted(&self) -> Self {
         let runs = self.numbers("run").unwrap_or_default().iter();
         let runs: Vec<f64> = runs.map(|run| run.unwrap_or(f64::NAN)).collect();
@@ -257,7 +246,7 @@ impl Rows {
         }
     }
 
-    /// SHA-256 of every cell but the measured ones, in the order of the runs: equal for equal results.
+    /// SHA-256 of all cells except the measured ones, in the order of the runs. Equal results have equal digests.
     #[must_use]
     pub fn digest(&self) -> String {
         let mut bytes = vec![];
@@ -285,7 +274,7 @@ impl Rows {
         wire::sha256(&bytes)
     }
 
-    /// Writes them as Parquet, with what they are of.
+    /// Writes Parquet; `about` goes into its metadata.
     pub(super) fn write(
         &self,
         about: Vec<(&'static str, String)>,
@@ -317,7 +306,7 @@ impl Rows {
                 },
             })
             .collect();
-        // The same few names stand in thousands of rows.
+        // The same few names are in thousands of rows.
         let mut known: BTreeMap<String, Cow<'static, str>> = BTreeMap::new();
         for row in file.get_row_iter(None)? {
             for (column, (_, field)) in columns.iter_mut().zip(row?.get_column_iter()) {

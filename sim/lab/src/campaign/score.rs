@@ -1,4 +1,4 @@
-//! What a run is worth: the columns of scores.
+//! The scores of a run, by column.
 
 use planner::{angle::wrap, los::Reference};
 
@@ -7,7 +7,7 @@ use sim::{
     record::{Record, SurfaceCraftRow},
 };
 
-/// Distance to the goal that counts as near, m: the reach of the shortest look-ahead tried.
+/// Distance to the goal that counts as near, m: a short look-ahead distance.
 pub(super) const NEAR: f64 = 3.0;
 
 /// Heading references that differ by more than this from one second to the next count as steep, rad/s.
@@ -18,27 +18,27 @@ pub(super) const STEEP: f64 = 0.174_532_925_199_432_95;
 /// A reference this little outside its limits is rounding, m/s.
 const NOTICEABLE: f64 = 1e-9;
 
-/// What one run is worth.
+/// Scores of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Score {
     /// The record's metrics.
     pub(super) metrics: SurfaceCraftMetrics,
-    /// When the craft was first within `NEAR` of its goal, s; none if never.
+    /// First time within `NEAR` of the goal, s; none if never.
     pub(super) near_after_s: Option<f64>,
-    /// How long the mission lasted, s.
+    /// Duration of the mission, s.
     pub(super) duration_s: f64,
     /// Share of seconds with a steep heading reference.
     pub(super) steep_share: f64,
-    /// Speed references outside the limits that the guide was given, m/s.
+    /// Speed references outside the declared limits, m/s.
     pub(super) reference: Violation,
     /// Sum of all changes of the speed reference once settled, m/s.
-    pub(super) speed_reference_travel: f64,
+    pub(super) speed_travel: f64,
     /// Sum of all changes of the heading reference once settled, rad.
-    pub(super) heading_reference_travel: f64,
+    pub(super) heading_travel: f64,
 }
 
 impl Score {
-    /// Of a mission with a surface craft; none without.
+    /// The scores of a mission; none without a surface craft.
     #[must_use]
     pub(super) fn of(record: &Record) -> Option<Self> {
         let metrics = Metrics::of(record).surface_craft?;
@@ -69,16 +69,14 @@ impl Score {
                 let craft = row.surface_craft.as_ref();
                 craft.map_or(0.0, |craft| outside_limits(record, craft))
             }),
-            speed_reference_travel: travel(|pair| (pair[1].speed - pair[0].speed).abs()),
-            heading_reference_travel: travel(|pair| {
-                wrap(pair[1].heading.radians() - pair[0].heading.radians()).abs()
-            }),
+            speed_travel: travel(|pair| (pair[1].speed - pair[0].speed).abs()),
+            heading_travel: travel(|pair| wrap(pair[1].heading.radians() - pair[0].heading.radians()).abs()),
         })
     }
 }
 
-/// Seconds at whose end the heading reference steps by more than `rate`, rad/s, would turn it in one, and all seconds. What is made
-/// of the two has to be rounded once: the digest of rows is of every bit.
+/// Number of seconds in which the heading reference steps by more than `rate` allows, rad/s, and of all seconds. Callers divide them
+/// once: the digest of rows sees every bit.
 pub(super) fn steps_above(rate: f64, record: &Record) -> (f64, f64) {
     let rows = record.rows.iter().filter_map(|row| row.surface_craft.as_ref());
     let headings: Vec<f64> = rows.map(|craft| craft.reference.heading.radians()).collect();
@@ -94,76 +92,64 @@ pub(super) fn steps_above(rate: f64, record: &Record) -> (f64, f64) {
 }
 
 /// A column: its name, with the unit at the end, and its value.
-type Number = (&'static str, fn(&Score) -> Option<f64>);
+type Number = (&'static str, fn(&Score, &SurfaceCraftMetrics) -> Option<f64>);
 
-/// The columns. Less is better in each, but for `duration_s` and the counts of answers.
+impl Score {
+    /// The value of a column.
+    pub(super) fn value(&self, (_, of): Number) -> Option<f64> {
+        of(self, &self.metrics)
+    }
+}
+
 #[expect(
     clippy::cast_precision_loss,
-    reason = "thousands of episodes and ticks, not 2⁵³"
+    clippy::unnecessary_wraps,
+    reason = "thousands of episodes and ticks, not 2⁵³; a column may have no value"
 )]
+fn count(n: usize) -> Option<f64> {
+    Some(n as f64)
+}
+
+/// The columns. Less is better in each, but for `duration_s` and the counts of answers.
 pub(super) const SCORES: [Number; 28] = [
-    ("rms_m", |score| Some(score.metrics.rms_m)),
-    ("mean_m", |score| Some(score.metrics.mean_m)),
-    ("p95_m", |score| Some(score.metrics.p95_m)),
-    ("max_m", |score| Some(score.metrics.max_m)),
-    ("settled_rms_m", |score| Some(score.metrics.settled_rms_m)),
-    ("time_to_3_m_s", |score| score.near_after_s),
-    ("duration_s", |score| Some(score.duration_s)),
-    ("energy_j", |score| Some(score.metrics.energy_j)),
-    ("heading_travel_rad", |score| {
-        Some(score.metrics.heading_travel_rad)
+    ("rms_m", |_, m| Some(m.rms_m)),
+    ("mean_m", |_, m| Some(m.mean_m)),
+    ("p95_m", |_, m| Some(m.p95_m)),
+    ("max_m", |_, m| Some(m.max_m)),
+    ("settled_rms_m", |_, m| Some(m.settled_rms_m)),
+    ("time_to_3_m_s", |s, _| s.near_after_s),
+    ("duration_s", |s, _| Some(s.duration_s)),
+    ("energy_j", |_, m| Some(m.energy_j)),
+    ("heading_travel_rad", |_, m| Some(m.heading_travel_rad)),
+    ("reference_jerk", |_, m| Some(m.reference_jerk)),
+    ("speed_reference_travel_mps", |s, _| Some(s.speed_travel)),
+    ("heading_reference_travel_rad", |s, _| Some(s.heading_travel)),
+    ("steep_steps_percent", |s, _| Some(100.0 * s.steep_share)),
+    ("reference_violations", |s, _| count(s.reference.count)),
+    ("reference_violation_worst_mps", |s, _| Some(s.reference.worst)),
+    ("speed_violations", |_, m| count(m.violations.speed_mps.count)),
+    ("speed_violation_worst_mps", |_, m| {
+        Some(m.violations.speed_mps.worst)
     }),
-    ("reference_jerk", |score| Some(score.metrics.reference_jerk)),
-    ("speed_reference_travel_mps", |score| {
-        Some(score.speed_reference_travel)
+    ("turn_rate_violations", |_, m| {
+        count(m.violations.turn_rate_radps.count)
     }),
-    ("heading_reference_travel_rad", |score| {
-        Some(score.heading_reference_travel)
+    ("keep_out_violations", |_, m| count(m.violations.keep_out_m.count)),
+    ("keep_out_violation_worst_m", |_, m| {
+        Some(m.violations.keep_out_m.worst)
     }),
-    ("steep_steps_percent", |score| Some(100.0 * score.steep_share)),
-    ("reference_violations", |score| Some(score.reference.count as f64)),
-    ("reference_violation_worst_mps", |score| {
-        Some(score.reference.worst)
+    ("area_violations", |_, m| count(m.violations.area_m.count)),
+    ("range_violations", |_, m| count(m.violations.range_m.count)),
+    ("range_violation_s", |_, m| Some(m.violations.range_m.duration_s)),
+    ("energy_violations", |_, m| count(m.violations.energy_j.count)),
+    ("answers_mpc", |_, m| count(m.answers_by_method.mpc)),
+    ("answers_previous_plan", |_, m| {
+        count(m.answers_by_method.previous_plan)
     }),
-    ("speed_violations", |score| {
-        Some(score.metrics.violations.speed.count as f64)
+    ("answers_saturated_los", |_, m| {
+        count(m.answers_by_method.saturated_los)
     }),
-    ("speed_violation_worst_mps", |score| {
-        Some(score.metrics.violations.speed.worst)
-    }),
-    ("turn_rate_violations", |score| {
-        Some(score.metrics.violations.turn_rate.count as f64)
-    }),
-    ("keep_out_violations", |score| {
-        Some(score.metrics.violations.keep_out.count as f64)
-    }),
-    ("keep_out_violation_worst_m", |score| {
-        Some(score.metrics.violations.keep_out.worst)
-    }),
-    ("area_violations", |score| {
-        Some(score.metrics.violations.area.count as f64)
-    }),
-    ("range_violations", |score| {
-        Some(score.metrics.violations.range.count as f64)
-    }),
-    ("range_violation_s", |score| {
-        Some(score.metrics.violations.range.seconds)
-    }),
-    ("energy_violations", |score| {
-        Some(score.metrics.violations.energy.count as f64)
-    }),
-    ("answers_mpc", |score| {
-        Some(score.metrics.answers_by_method.mpc as f64)
-    }),
-    ("answers_previous_plan", |score| {
-        Some(score.metrics.answers_by_method.previous_plan as f64)
-    }),
-    ("answers_saturated_los", |score| {
-        Some(score.metrics.answers_by_method.saturated_los as f64)
-    }),
-    ("answers_hold", |score| {
-        Some(score.metrics.answers_by_method.hold as f64)
-    }),
+    ("answers_hold", |_, m| count(m.answers_by_method.hold)),
 ];
 
 /// By how much a speed reference is outside its limits, m/s; 0 where that is rounding.
@@ -218,7 +204,7 @@ mod tests {
     fn references_outside_the_limits_are_counted_by_episode() {
         let record = record(|k| reference(if k == 3 || k == 4 { 1.7 } else { 1.5 }, 0.0));
         let found = Score::of(&record).expect("has a craft").reference;
-        assert_eq!((found.count, found.seconds), (1, 2.0));
+        assert_eq!((found.count, found.duration_s), (1, 2.0));
         assert!((found.worst - 0.2).abs() < 1e-12);
     }
 

@@ -1,18 +1,18 @@
-//! The gains of laws: for each arena and law the best of its grid, on worlds that are not scored.
+//! Tuning: for each case and law the best gains of its grid, under conditions that are not scored.
 
-use planner::los::{LosGains, LosLaw, LosTuning};
+use planner::los::LosTuning;
 use serde::{Deserialize, Serialize};
 use sim::mission::Mission;
 
-use super::{contender::Pilot, score::Score};
+use super::{controller::ControlLaw, score::Score};
 use super::{
-    design::{Campaign, World},
+    design::{Campaign, Condition},
     file::Objective,
-    fly::{Flight, GoOn, Stopped, fly_while},
+    fly::{RunGains, fly_while},
 };
-use crate::tuning::grid;
+use crate::tuning::{LawGains, grid};
 
-/// The best gains of the laws that are tuned in one arena.
+/// The best gains of the laws that are tuned in one case.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Gains(pub(super) Vec<Tuned>);
 
@@ -21,55 +21,32 @@ pub(super) struct Gains(pub(super) Vec<Tuned>);
 pub(super) struct Tuned {
     /// The controller's name.
     pub(super) controller: String,
-    /// The best gains, an entry for each objective in the file's order.
+    /// The best gains for each objective, in the file's order.
     pub(super) best: Vec<Best>,
 }
 
-/// The best gains for one objective.
+/// The best gains for one objective, and its mean.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Best {
-    /// Look-ahead distance, m.
-    pub(super) look_ahead_m: f64,
-    /// Along-track gain, 1/s.
-    pub(super) along_track_gain_per_s: f64,
-    /// Integral gain, m/s.
-    pub(super) integral_gain_mps: f64,
-    /// Mean of the objective over the worlds.
+    pub(super) gains: LawGains,
     pub(super) mean: f64,
 }
 
-impl Best {
-    fn of(tuning: LosTuning, mean: f64) -> Self {
-        Self {
-            look_ahead_m: tuning.gains.look_ahead,
-            along_track_gain_per_s: tuning.gains.along_track_gain,
-            integral_gain_mps: tuning.integral_gain,
-            mean,
-        }
-    }
-
-    fn tuning(self, law: LosLaw) -> LosTuning {
-        LosTuning {
-            law,
-            gains: LosGains {
-                look_ahead: self.look_ahead_m,
-                along_track_gain: self.along_track_gain_per_s,
-            },
-            integral_gain: self.integral_gain_mps,
-        }
-    }
-}
-
 impl Gains {
-    /// What the run of `controller` for the objective of that number is flown at; none where an earlier one has the same gains, and
-    /// stands for both.
-    pub(super) fn flight(&self, campaign: &Campaign, controller: usize, objective: usize) -> Option<Flight> {
-        let contender = &campaign.controllers[controller];
-        let Pilot::Law(law) = contender.pilot else {
-            return Some(Flight::default());
+    /// The gains of the run of `controller` for the objective of that number; none where an earlier run has the same gains and stands
+    /// for both.
+    pub(super) fn of_run(
+        &self,
+        campaign: &Campaign,
+        controller: usize,
+        objective: usize,
+    ) -> Option<RunGains> {
+        let controller = &campaign.controllers[controller];
+        let ControlLaw::Tuned(law) = controller.law else {
+            return Some(RunGains::default());
         };
-        let tuned = self.0.iter().find(|tuned| tuned.controller == contender.name)?;
-        let gains = |k: usize| tuned.best.get(k).map(|best| best.tuning(law));
+        let tuned = self.0.iter().find(|tuned| tuned.controller == controller.name)?;
+        let gains = |k: usize| tuned.best.get(k).map(|best| best.gains.tuning(law));
         let tuning = gains(objective)?;
         if (0..objective).any(|earlier| gains(earlier) == Some(tuning)) {
             return None;
@@ -80,97 +57,84 @@ impl Gains {
             .enumerate()
             .filter(|(k, _)| gains(*k) == Some(tuning));
         let names: Vec<&str> = shared.map(|(_, objective)| objective.name()).collect();
-        Some(Flight {
+        Some(RunGains {
             tuning: Some(tuning),
             objectives: names.join(" "),
         })
     }
 }
 
-/// Controllers of an arena whose gains are to be found.
-pub(super) fn tuned_in(campaign: &Campaign, arena: usize) -> Vec<usize> {
-    let all = campaign.arenas[arena].controllers.iter().copied();
-    all.filter(|&controller| matches!(campaign.controllers[controller].pilot, Pilot::Law(_)))
+/// Controllers of a case that are tuned.
+pub(super) fn tuned_in(campaign: &Campaign, case: usize) -> Vec<usize> {
+    let all = campaign.cases[case].controllers.iter().copied();
+    all.filter(|&controller| matches!(campaign.controllers[controller].law, ControlLaw::Tuned(_)))
         .collect()
 }
 
-/// The best gains of one law in one arena: of equals the first of the grid. A point of the grid at which a mission fails is none.
-pub(super) fn tune(
-    campaign: &Campaign,
-    arena: usize,
-    controller: usize,
-    go_on: GoOn<'_>,
-) -> Result<Tuned, Stopped> {
-    let contender = &campaign.controllers[controller];
-    let Pilot::Law(law) = contender.pilot else {
+/// The best gains of one law in one case; of equals the first of the grid. Points at which a mission fails are left out.
+pub(super) fn tune(campaign: &Campaign, case: usize, number: usize) -> Tuned {
+    let controller = &campaign.controllers[number];
+    let ControlLaw::Tuned(law) = controller.law else {
         unreachable!("only laws are tuned");
     };
     let mut best: Vec<Best> = vec![];
     for tuning in grid(law) {
         let beaten: Vec<f64> = best.iter().map(|best| best.mean).collect();
-        let Some(means) = means(campaign, (arena, controller), tuning, &beaten, go_on)? else {
+        let Some(means) = means(campaign, (case, number), tuning, &beaten) else {
             continue;
         };
+        let gains = LawGains::from(tuning);
         if best.is_empty() {
-            best.extend(means.iter().map(|mean| Best::of(tuning, *mean)));
+            best.extend(means.iter().map(|&mean| Best { gains, mean }));
         }
         for (best, mean) in best.iter_mut().zip(means) {
             if mean < best.mean {
-                *best = Best::of(tuning, mean);
+                *best = Best { gains, mean };
             }
         }
     }
-    Ok(Tuned {
-        controller: contender.name.clone(),
+    Tuned {
+        controller: controller.name.clone(),
         best,
-    })
+    }
 }
 
-/// Means of the objectives at `tuning`; none where a mission failed, or where all are certain to be above those that are to be `beaten`:
-/// what is left of the missions is not flown then. All objectives only grow during a mission.
+/// Means of the objectives at `tuning`; none if a mission failed, or as soon as all are certain to exceed `beaten`, as objectives only
+/// grow during a mission.
 fn means(
     campaign: &Campaign,
-    (arena, controller): (usize, usize),
+    (case, controller): (usize, usize),
     tuning: LosTuning,
     beaten: &[f64],
-    go_on: GoOn<'_>,
-) -> Result<Option<Vec<f64>>, Stopped> {
-    let contender = &campaign.controllers[controller];
+) -> Option<Vec<f64>> {
+    let controller = &campaign.controllers[controller];
     let objectives = campaign.objectives();
-    let worlds: Vec<World> = campaign.tuning_worlds(arena).collect();
+    let conditions: Vec<Condition> = campaign.tuning_conditions(case).collect();
     #[expect(clippy::cast_precision_loss, reason = "a million at most")]
-    let n_worlds = worlds.len() as f64;
+    let n_conditions = conditions.len() as f64;
     let mut sums = vec![0.0; objectives.len()];
-    for world in worlds {
+    for condition in conditions {
         let mut so_far = SoFar::default();
-        let mut stopped = false;
-        let flown = fly_while(campaign, world, contender, Some(tuning), &mut |mission| {
+        let flown = fly_while(campaign, condition, controller, Some(tuning), &mut |mission| {
             so_far.look(mission);
             let above = |k: usize| {
                 let least = so_far.least(objectives[k], mission.n_rows());
-                beaten[k] < (sums[k] + SURE * least) / n_worlds
+                beaten[k] < (sums[k] + SURE * least) / n_conditions
             };
-            stopped = go_on().is_break();
-            !stopped && (beaten.is_empty() || !(0..objectives.len()).all(above))
+            beaten.is_empty() || !(0..objectives.len()).all(above)
         });
-        if stopped {
-            return Err(Stopped);
-        }
-        let flown = flown.ok().flatten();
-        let Some(score) = flown.and_then(|flown| Score::of(&flown.record)) else {
-            return Ok(None);
-        };
+        let score = Score::of(&flown.ok()??.record)?;
         for (sum, objective) in sums.iter_mut().zip(objectives) {
             *sum += objective.of(&score);
         }
     }
-    Ok(Some(sums.into_iter().map(|sum| sum / n_worlds).collect()))
+    Some(sums.into_iter().map(|sum| sum / n_conditions).collect())
 }
 
-/// Rounding in a sum of thousands of seconds is far below what this leaves.
+/// Margin for rounding in a sum over thousands of seconds.
 const SURE: f64 = 1.0 - 1e-9;
 
-/// What a mission under way comes to at least.
+/// Lower bounds of the objectives of a mission under way.
 #[derive(Clone, Copy, Debug, Default)]
 struct SoFar {
     /// Sum of the squared distances to the goal, m².
@@ -182,7 +146,7 @@ struct SoFar {
 }
 
 impl SoFar {
-    /// To be called once a second.
+    /// Call it once a second.
     fn look(&mut self, mission: &Mission) {
         let last = mission.record().rows.last();
         if let Some(craft) = last.and_then(|row| row.surface_craft.as_ref()) {

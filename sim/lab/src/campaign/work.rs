@@ -1,7 +1,7 @@
-//! A campaign as pieces of work that can be done anywhere, and what they come to as bytes.
+//! A campaign as pieces of work that any machine can do, with results as bytes.
 //!
-//! [`run()`](super::run()) does them on the threads of one process; a program that spreads them over machines sends a [`Work`], and keeps what
-//! comes of it under [`Work::name`].
+//! [`run()`](super::run()) flies a campaign in one process; a program that uses many machines sends [`Work`] to them, and keeps each
+//! result under [`Work::name`].
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,6 @@ use super::{
     chunk::flown,
     design::Campaign,
     directory::{Directory, DirectoryError, Manifest},
-    fly::TO_THE_END,
     tune::{Gains, Tuned, tune, tuned_in},
 };
 
@@ -17,14 +16,14 @@ use super::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Work {
-    /// Find the gains of one law in one arena.
+    /// Tune one law in one case.
     Tune {
-        /// The arena's number.
-        arena: usize,
+        /// The case's number.
+        case: usize,
         /// The controller's number.
         controller: usize,
     },
-    /// Fly a chunk, once the gains of its arena are found.
+    /// Fly a chunk; needs the gains of its case.
     Fly {
         /// The chunk's number.
         chunk: u64,
@@ -34,55 +33,55 @@ pub enum Work {
 /// Why a piece of work cannot be done.
 #[derive(Debug, thiserror::Error)]
 pub enum WorkError {
-    /// Not of this campaign.
+    /// The work belongs to another campaign.
     #[error("the campaign has no {0:?}")]
     NotOfCampaign(Work),
-    /// The gains that a chunk needs are none.
+    /// The gains of a chunk are missing.
     #[error("gains of the chunk's laws are missing or damaged")]
     NoGains,
-    /// What it came to cannot be written.
+    /// The result cannot be written.
     #[error("rows cannot be written")]
     Rows(#[from] record::ExportError),
 }
 
 impl Work {
-    /// The name of what it comes to.
+    /// The name of its result.
     #[must_use]
     pub fn name(self) -> String {
         match self {
-            Self::Tune { arena, controller } => format!("gains/{arena}-{controller}"),
+            Self::Tune { case, controller } => format!("gains/{case}-{controller}"),
             Self::Fly { chunk } => format!("chunks/{chunk}"),
         }
     }
 
-    /// The work that has to be done before the chunks of `arena` can be flown.
+    /// The work that must be done before the chunks of `case`.
     #[must_use]
-    pub fn before(campaign: &Campaign, arena: usize) -> Vec<Self> {
-        let laws = tuned_in(campaign, arena).into_iter();
-        laws.map(|controller| Self::Tune { arena, controller }).collect()
+    pub fn before(campaign: &Campaign, case: usize) -> Vec<Self> {
+        let laws = tuned_in(campaign, case).into_iter();
+        laws.map(|controller| Self::Tune { case, controller }).collect()
     }
 
-    /// The chunks of `arena`.
+    /// The chunks of `case`.
     #[must_use]
-    pub fn chunks(campaign: &Campaign, arena: usize) -> Vec<Self> {
-        let chunks = campaign.chunks().into_iter().filter(|chunk| chunk.arena == arena);
+    pub fn chunks(campaign: &Campaign, case: usize) -> Vec<Self> {
+        let chunks = campaign.chunks().into_iter().filter(|chunk| chunk.case == case);
         chunks.map(|chunk| Self::Fly { chunk: chunk.number }).collect()
     }
 
-    /// The arena that it is in; none of another campaign's.
+    /// Its case; none if it belongs to another campaign.
     #[must_use]
-    pub fn arena(self, campaign: &Campaign) -> Option<usize> {
+    pub fn case(self, campaign: &Campaign) -> Option<usize> {
         match self {
-            Self::Tune { arena, .. } => (arena < campaign.arenas.len()).then_some(arena),
+            Self::Tune { case, .. } => (case < campaign.cases.len()).then_some(case),
             Self::Fly { chunk } => campaign
                 .chunks()
                 .into_iter()
                 .find(|other| other.number == chunk)
-                .map(|chunk| chunk.arena),
+                .map(|chunk| chunk.case),
         }
     }
 
-    /// Does it. `before` is what [`Self::before`] came to, in that order; a search for gains needs none of it.
+    /// Does it. `before` holds the results of [`Self::before`] in order; tuning needs none.
     pub fn done(
         self,
         campaign: &Campaign,
@@ -90,11 +89,11 @@ impl Work {
         before: &[Vec<u8>],
     ) -> Result<Vec<u8>, WorkError> {
         match self {
-            Self::Tune { arena, controller } => {
-                if self.arena(campaign).is_none() || !tuned_in(campaign, arena).contains(&controller) {
+            Self::Tune { case, controller } => {
+                if self.case(campaign).is_none() || !tuned_in(campaign, case).contains(&controller) {
                     return Err(WorkError::NotOfCampaign(self));
                 }
-                let tuned = tune(campaign, arena, controller, TO_THE_END).expect("nothing stops it");
+                let tuned = tune(campaign, case, controller);
                 Ok(serde_json::to_vec(&tuned).expect("texts and numbers only"))
             }
             Self::Fly { chunk } => {
@@ -108,7 +107,7 @@ impl Work {
                     .map(|bytes| serde_json::from_slice(bytes).ok())
                     .collect();
                 let tuned = tuned
-                    .filter(|tuned| tuned.len() == tuned_in(campaign, chunk.arena).len())
+                    .filter(|tuned| tuned.len() == tuned_in(campaign, chunk.case).len())
                     .ok_or(WorkError::NoGains)?;
                 let mut bytes = vec![];
                 flown(campaign, *chunk, &Gains(tuned)).write(manifest.about(), &mut bytes)?;
@@ -119,8 +118,8 @@ impl Work {
 }
 
 impl Directory {
-    /// Keeps what a piece of work came to somewhere else, as if it had been done here.
-    pub fn keep_work(&self, work: Work, bytes: &[u8]) -> Result<(), DirectoryError> {
-        self.keep_bytes(&work.name(), bytes)
+    /// Stores the result of work that was done elsewhere.
+    pub fn store_work(&self, work: Work, bytes: &[u8]) -> Result<(), DirectoryError> {
+        self.store_bytes(&work.name(), bytes)
     }
 }

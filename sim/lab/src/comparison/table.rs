@@ -2,41 +2,33 @@
 
 use std::fmt;
 
-use super::{Comparison, Controller, Gains};
+use super::{Comparison, Controller, PLANNER};
+use crate::tuning::LawGains;
 
-/// Controllers beside each other: two blocks of the six that there are.
+/// Controllers beside each other.
 const COLUMNS: usize = 3;
 
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}, seed {}", self.scenario, self.seed)?;
-        let named: Vec<_> = self.controllers.named().collect();
-        for block in named.chunks(COLUMNS) {
+        for block in self.controllers.chunks(COLUMNS) {
             write_block(f, block)?;
         }
         writeln!(
             f,
-            "mpc forecasts with {}; every other controller sees the goal's present motion, tuned over its grid.",
-            self.controllers.mpc.information.forecasts.join(" and ")
+            "{PLANNER} forecasts with {}; the laws use the present motion of the goal, at the best gains of their grids.",
+            self.controllers[0].information.forecasts.join(" and ")
         )?;
-        for (name, controller) in &named {
+        for controller in &self.controllers {
             if let Some(gains) = &controller.gains {
-                let remark = if controller.never_a_winner {
-                    "; the law as printed, which runs away: never a winner"
-                } else {
-                    ""
-                };
-                writeln!(f, "{name}: {gains}{remark}.")?;
+                writeln!(f, "{}: {gains}.", controller.name)?;
             }
         }
-        for note in &self.notes {
-            writeln!(f, "Note: {note}")?;
-        }
-        writeln!(f, "Least rms_m: {}.", self.controllers.nearest())
+        writeln!(f, "Least rms_m: {}.", self.nearest().name)
     }
 }
 
-fn write_block(f: &mut fmt::Formatter<'_>, block: &[(&str, &Controller)]) -> fmt::Result {
+fn write_block(f: &mut fmt::Formatter<'_>, block: &[Controller]) -> fmt::Result {
     let write_row = |f: &mut fmt::Formatter<'_>, name: &str, values: &[&str]| {
         write!(f, "{name:<26}")?;
         for value in values {
@@ -44,12 +36,9 @@ fn write_block(f: &mut fmt::Formatter<'_>, block: &[(&str, &Controller)]) -> fmt
         }
         writeln!(f)
     };
-    let names: Vec<&str> = block.iter().map(|(name, _)| *name).collect();
+    let names: Vec<&str> = block.iter().map(|controller| controller.name).collect();
     write_row(f, "", &names)?;
-    let columns: Vec<_> = block
-        .iter()
-        .map(|(_, controller)| controller.scores.lines())
-        .collect();
+    let columns: Vec<_> = block.iter().map(|controller| controller.scores.lines()).collect();
     for (i, (name, _)) in columns.first().into_iter().flatten().enumerate() {
         let values: Vec<&str> = columns.iter().map(|lines| lines[i].1.as_str()).collect();
         write_row(f, name, &values)?;
@@ -61,12 +50,12 @@ fn write_block(f: &mut fmt::Formatter<'_>, block: &[(&str, &Controller)]) -> fmt
             "no"
         }
     };
-    let known: Vec<&str> = block.iter().map(|(_, controller)| known(controller)).collect();
+    let known: Vec<&str> = block.iter().map(known).collect();
     write_row(f, "current known", &known)?;
     writeln!(f)
 }
 
-impl fmt::Display for Gains {
+impl fmt::Display for LawGains {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
             look_ahead_m,

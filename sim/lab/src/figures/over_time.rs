@@ -1,90 +1,82 @@
-//! Quantities over time.
+//! Charts over time.
 
 use nalgebra::Vector2;
 use planner::angle::ned_from_body;
-use sim::record::{AuvRow, Record, SurfaceCraftRow};
+use sim::record::{AuvRow, Record, Row, SurfaceCraftRow};
 
 use super::Both;
 use crate::{
-    chart::{Axes, BLACK_INK, BLUE, Colour, Line, PURPLE, Panel, Sheet, Stroke, VERMILION},
+    chart::{Axes, BLACK_INK, BLUE, Line, PURPLE, Panel, Stroke, VERMILION},
     unwrap::unwrap,
 };
 
-/// Height of the only panel of a page, and of one of three, units.
-const ALONE: u32 = 700;
-const ONE_OF_THREE: u32 = 420;
-
 /// Fig. 4: depth.
-pub(super) fn depth(record: &Record) -> Sheet {
-    let lines = (0..record.auv_ids.len())
-        .map(|i| auv_line(record, i, "depth", BLUE, Stroke::Solid, |auv| auv.depth))
-        .collect();
-    column(vec![panel("", "depth, m", Axes::Depth(ALONE), lines)])
+pub(super) fn depth(record: &Record) -> Vec<Panel> {
+    let lines = (0..record.auv_ids.len()).map(|i| {
+        let depth = over_time(record, |row| Some(row.auvs.get(i)?.depth));
+        Line::new("depth", BLUE, Stroke::Solid, depth)
+    });
+    vec![Panel::over_time("", "depth, m", Axes::Down, lines.collect())]
 }
 
 /// Fig. 5: distance from the followed point, and the part of it across the path.
-pub(super) fn path_error(record: &Record) -> Sheet {
+pub(super) fn path_error(record: &Record) -> Vec<Panel> {
+    let error = |of: fn(&AuvRow) -> f64| over_time(record, move |row| Some(of(row.auvs.first()?)));
+    let to_point = error(|auv| auv.along_track.hypot(auv.cross_track));
+    let across = error(|auv| auv.cross_track.abs());
     let lines = vec![
-        auv_line(record, 0, "to the point followed", BLUE, Stroke::Solid, |auv| {
-            auv.along_track.hypot(auv.cross_track)
-        }),
-        auv_line(record, 0, "across the path", VERMILION, Stroke::Dashed, |auv| {
-            auv.cross_track.abs()
-        }),
+        Line::new("to the point followed", BLUE, Stroke::Solid, to_point),
+        Line::new("across the path", VERMILION, Stroke::Dashed, across),
     ];
-    column(vec![panel("", "distance, m", Axes::Time(ALONE), lines)])
+    vec![Panel::over_time("", "distance, m", Axes::Up, lines)]
 }
 
 /// Fig. 6: inner loops of an underwater vehicle.
-pub(super) fn inner_loops(record: &Record) -> Sheet {
+pub(super) fn inner_loops(record: &Record) -> Vec<Panel> {
     let [surge, pitch, heading] = inner_loop_lines(record);
-    column(vec![
-        panel("surge", "surge, m/s", Axes::Time(ONE_OF_THREE), surge),
-        panel("pitch", "pitch, °", Axes::Time(ONE_OF_THREE), pitch),
-        panel("heading", "heading, °", Axes::Time(ONE_OF_THREE), heading),
-    ])
+    vec![
+        Panel::over_time("surge", "surge, m/s", Axes::Up, surge),
+        Panel::over_time("pitch", "pitch, °", Axes::Up, pitch),
+        Panel::over_time("heading", "heading, °", Axes::Up, heading),
+    ]
 }
 
 /// Fig. 9: the surface craft's place in the frame of the underwater vehicle.
-pub(super) fn relative(both: &Both) -> Sheet {
+pub(super) fn relative(both: &Both) -> Vec<Panel> {
     let lines = |of: fn(&Offset) -> f64| {
-        let line = |name: &str, colour, stroke, record| Line {
-            name: name.to_owned(),
-            colour,
-            stroke,
-            points: offsets(record)
-                .iter()
-                .map(|offset| (offset.time, of(offset)))
-                .collect(),
+        let points = |record| {
+            offsets(record)
+                .into_iter()
+                .map(move |offset| (offset.time, of(&offset)))
         };
         vec![
-            line("planner", BLUE, Stroke::Solid, &both.planner),
-            line(
+            Line::new("planner", BLUE, Stroke::Solid, points(&both.planner)),
+            Line::new(
                 "line of sight, tuned",
                 VERMILION,
                 Stroke::Dashed,
-                &both.line_of_sight,
+                points(&both.line_of_sight),
             ),
         ]
     };
-    column(vec![
-        panel(
+    vec![
+        Panel::over_time(
             "along the AUV's course, positive ahead of it",
             "along-track, m",
-            Axes::Time(ONE_OF_THREE),
+            Axes::Up,
             lines(|offset| offset.along),
         ),
-        panel(
+        Panel::over_time(
             "across it, positive to starboard",
             "cross-track, m",
-            Axes::Time(ONE_OF_THREE),
+            Axes::Up,
             lines(|offset| offset.across),
         ),
-    ])
+    ]
 }
 
-/// Fig. 10: references of both craft and what becomes of them, under either controller.
-pub(super) fn both_craft(both: &Both) -> Sheet {
+/// Fig. 10: references and motion of both craft, under either controller.
+pub(super) fn both_craft(both: &Both) -> Vec<Panel> {
     let columns = [
         ("planner", &both.planner),
         ("line of sight, tuned", &both.line_of_sight),
@@ -95,10 +87,10 @@ pub(super) fn both_craft(both: &Both) -> Sheet {
     for (k, unit) in units.into_iter().enumerate() {
         for (name, under, above) in &columns {
             let lines = [above[k].clone(), under[k].clone()].concat();
-            panels.push(panel(name, unit, Axes::Time(ONE_OF_THREE), lines));
+            panels.push(Panel::over_time(name, unit, Axes::Up, lines));
         }
     }
-    Sheet { columns: 2, panels }
+    panels
 }
 
 /// Where the surface craft is, seen from an underwater vehicle.
@@ -144,80 +136,52 @@ pub(super) fn offsets(record: &Record) -> Vec<Offset> {
 
 /// Surge, pitch and heading of the first underwater vehicle, its references on top.
 fn inner_loop_lines(record: &Record) -> [Vec<Line>; 3] {
-    let reference = |of| auv_line(record, 0, "AUV, reference", VERMILION, Stroke::Dashed, of);
-    let actual = |of| auv_line(record, 0, "AUV", BLUE, Stroke::Solid, of);
-    let mut heading = [reference(|auv| auv.reference.heading), actual(|auv| auv.heading)];
-    unwrap(&mut heading);
-    let [heading_reference, heading_actual] = heading;
+    let points = |of: fn(&AuvRow) -> f64| over_time(record, move |row| Some(of(row.auvs.first()?)));
+    let reference = |of| Line::new("AUV, reference", VERMILION, Stroke::Dashed, points(of));
+    let actual = |of| Line::new("AUV", BLUE, Stroke::Solid, points(of));
     [
         vec![actual(|auv| auv.surge), reference(|auv| auv.reference.surge)],
         vec![
             actual(|auv| auv.pitch.to_degrees()),
             reference(|auv| auv.reference.pitch.to_degrees()),
         ],
-        vec![heading_actual, heading_reference],
+        heading_lines(reference(|auv| auv.reference.heading), actual(|auv| auv.heading)),
     ]
 }
 
-/// Surge, pitch (of which there is none) and heading of the surface craft, its references on top.
+/// Surge, pitch (which has none) and heading of the surface craft, its references on top.
 fn surface_craft_lines(record: &Record) -> [Vec<Line>; 3] {
-    let line = |name: &str, colour, stroke, of: fn(&SurfaceCraftRow) -> f64| Line {
-        name: name.to_owned(),
-        colour,
-        stroke,
-        points: record
-            .rows
-            .iter()
-            .filter_map(|row| Some((row.time, of(row.surface_craft.as_ref()?))))
-            .collect(),
+    let points = |of: fn(&SurfaceCraftRow) -> f64| {
+        over_time(record, move |row| Some(of(row.surface_craft.as_ref()?)))
     };
-    let reference = |of| line("surface craft, reference", PURPLE, Stroke::Dashed, of);
-    let actual = |of| line("surface craft", BLACK_INK, Stroke::Solid, of);
-    let mut heading = [
-        reference(|craft| craft.reference.heading.radians()),
-        actual(|craft| craft.heading),
-    ];
-    unwrap(&mut heading);
-    let [heading_reference, heading_actual] = heading;
+    let reference = |of| Line::new("surface craft, reference", PURPLE, Stroke::Dashed, points(of));
+    let actual = |of| Line::new("surface craft", BLACK_INK, Stroke::Solid, points(of));
     [
         vec![
             actual(|craft| craft.surge),
             reference(|craft| craft.reference.speed),
         ],
         vec![],
-        vec![heading_actual, heading_reference],
+        heading_lines(
+            reference(|craft| craft.reference.heading.radians()),
+            actual(|craft| craft.heading),
+        ),
     ]
 }
 
-fn auv_line(
-    record: &Record,
-    i: usize,
-    name: &str,
-    colour: Colour,
-    stroke: Stroke,
-    of: fn(&AuvRow) -> f64,
-) -> Line {
-    Line {
-        name: name.to_owned(),
-        colour,
-        stroke,
-        points: record
-            .rows
-            .iter()
-            .filter_map(|row| Some((row.time, of(row.auvs.get(i)?))))
-            .collect(),
-    }
+/// Headings without jumps, the reference on top.
+fn heading_lines(reference: Line, actual: Line) -> Vec<Line> {
+    let mut lines = [reference, actual];
+    unwrap(&mut lines);
+    let [reference, actual] = lines;
+    vec![actual, reference]
 }
 
-fn panel(heading: &str, y_label: &'static str, axes: Axes, lines: Vec<Line>) -> Panel {
-    Panel {
-        heading: heading.to_owned(),
-        ..Panel::over_time(y_label, axes, lines)
-    }
-}
-
-fn column(panels: Vec<Panel>) -> Sheet {
-    Sheet { columns: 1, panels }
+fn over_time(record: &Record, of: impl Fn(&Row) -> Option<f64>) -> impl Iterator<Item = (f64, f64)> {
+    record
+        .rows
+        .iter()
+        .filter_map(move |row| Some((row.time, of(row)?)))
 }
 
 #[cfg(test)]

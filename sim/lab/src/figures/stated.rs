@@ -1,6 +1,4 @@
-//! The numbers that the source paper states, beside what its missions give here.
-
-use std::fmt::Write as _;
+//! The numbers that the source paper states, beside the measured ones.
 
 use nalgebra::Vector2;
 use sim::{
@@ -8,14 +6,16 @@ use sim::{
     record::{AuvRow, Record},
 };
 
+use crate::document::{Block, Document, Table};
+
 use super::{Both, PaperMissions, over_time::offsets};
 
-/// A quantity of the paper, and the same quantity measured.
+/// A quantity that the paper states, and its measured value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Stated {
-    /// Figure that it belongs to.
+    /// Its figure.
     pub figure: u8,
-    /// What it is.
+    /// Its name.
     pub quantity: &'static str,
     /// As the paper states it.
     pub paper: &'static str,
@@ -66,16 +66,17 @@ pub fn stated(missions: &PaperMissions) -> Vec<Stated> {
 /// The rows as a Markdown table.
 #[must_use]
 pub fn table(rows: &[Stated]) -> String {
-    let mut text = "| Fig. | quantity | paper | here | why |\n|---|---|---|---|---|\n".to_owned();
-    for row in rows {
-        writeln!(
-            text,
-            "| {} | {} | {} | {} | {} |",
-            row.figure, row.quantity, row.paper, row.measured, row.why
-        )
-        .expect("a string takes everything");
-    }
-    text
+    Document(vec![Block::Table(as_table(rows))]).markdown()
+}
+
+pub(super) fn as_table(rows: &[Stated]) -> Table {
+    Table::of(5, rows)
+        .column("Fig.", |row| row.figure.to_string())
+        .column("quantity", |row| row.quantity.to_owned())
+        .column("paper", |row| row.paper.to_owned())
+        .column("here", |row| row.measured.clone())
+        .column("why", |row| row.why.to_owned())
+        .table
 }
 
 fn underwater(record: &Record) -> Vec<Stated> {
@@ -88,7 +89,7 @@ fn underwater(record: &Record) -> Vec<Stated> {
             quantity: "cross-track error, settled",
             paper: "±1.2 m",
             measured: of(|auv| format!("within ±{}", metres(auv.cross_track_max_m))),
-            why: "the law here is the paper's with its equations corrected (docs/corrections.md)",
+            why: "the law here is the paper's with its equations corrected (docs/rationale.md)",
         },
         Stated {
             figure: 4,
@@ -253,7 +254,7 @@ fn settled_auvs(record: &Record) -> impl Iterator<Item = &AuvRow> {
     settled.filter_map(|row| row.auvs.first())
 }
 
-/// Not a number of nothing.
+/// Not a number if there are no values.
 fn average(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, n) = values.fold((0.0, 0.0), |(sum, n), value| (sum + value, n + 1.0));
     sum / n
@@ -271,7 +272,7 @@ fn degrees(radians: f64) -> String {
     number(radians.to_degrees(), 1, "°")
 }
 
-/// Without a settled row there is nothing to measure.
+/// Not finite where no row has settled.
 fn number(value: f64, decimals: usize, unit: &str) -> String {
     if value.is_finite() {
         format!("{value:.decimals$}{unit}").replace('-', "−")

@@ -4,55 +4,40 @@ use nalgebra::Vector2;
 use sim::record::{Record, SurfaceCraftRow};
 
 use super::Both;
-use crate::chart::{Axes, BLACK_INK, BLUE, GREEN, GREY, Line, PURPLE, Panel, Sheet, Stroke, VERMILION};
+use crate::chart::{Axes, BLACK_INK, BLUE, GREEN, GREY, Line, PURPLE, Panel, Stroke, VERMILION};
 
 /// Fig. 3: underwater vehicles and their paths.
-pub(super) fn alone(record: &Record) -> Sheet {
-    sheet(vec![map(record.title.clone(), under_water(record))])
+pub(super) fn alone(record: &Record) -> Vec<Panel> {
+    vec![map(record.title.clone(), under_water(record))]
 }
 
 /// Figs. 8 and 14: the same under the surface craft, with either controller.
-pub(super) fn both(both: &Both) -> Sheet {
+pub(super) fn both(both: &Both) -> Vec<Panel> {
     beside(both, |_| None)
 }
 
-/// Fig. 15: with the goal, which is none of the vehicles.
-pub(super) fn both_with_goal(both: &Both) -> Sheet {
-    beside(both, |record| Some(goal(record, "midpoint")))
+/// Fig. 15: with the goal, which is not at a vehicle.
+pub(super) fn both_with_goal(both: &Both) -> Vec<Panel> {
+    beside(both, |record| {
+        let goal = craft_points(record, |craft| craft.goal);
+        Some(Line::new("midpoint", PURPLE, Stroke::Wide, goal))
+    })
 }
 
 /// A map for each controller, with the line that `more` makes.
-fn beside(both: &Both, more: impl Fn(&Record) -> Option<Line>) -> Sheet {
-    let maps = sides(both).map(|(heading, record)| {
-        let mut lines = under_water(record);
-        lines.extend(more(record));
-        lines.push(surface_craft(record));
-        map(heading.to_owned(), lines)
-    });
-    sheet(maps.into())
-}
-
-fn goal(record: &Record, name: &str) -> Line {
-    Line {
-        name: name.to_owned(),
-        colour: PURPLE,
-        stroke: Stroke::Wide,
-        points: craft_points(record, |craft| craft.goal),
-    }
-}
-
-fn sides(both: &Both) -> [(&'static str, &Record); 2] {
-    [
+fn beside(both: &Both, more: impl Fn(&Record) -> Option<Line>) -> Vec<Panel> {
+    let sides = [
         ("planner", &both.planner),
         ("line of sight, tuned", &both.line_of_sight),
-    ]
-}
-
-fn sheet(panels: Vec<Panel>) -> Sheet {
-    Sheet {
-        columns: panels.len(),
-        panels,
-    }
+    ];
+    let maps = sides.map(|(heading, record)| {
+        let mut lines = under_water(record);
+        lines.extend(more(record));
+        let track = craft_points(record, |craft| craft.position);
+        lines.push(Line::new("surface craft", BLACK_INK, Stroke::Track, track));
+        map(heading.to_owned(), lines)
+    });
+    maps.into()
 }
 
 fn map(heading: String, lines: Vec<Line>) -> Panel {
@@ -66,33 +51,19 @@ fn map(heading: String, lines: Vec<Line>) -> Panel {
 }
 
 fn under_water(record: &Record) -> Vec<Line> {
-    let paths = record.paths.iter().map(|path| Line {
-        name: "path".into(),
-        colour: GREY,
-        stroke: Stroke::Wide,
-        points: path.iter().map(east_north).collect(),
-    });
-    let tracks = record.auv_ids.iter().enumerate().map(|(i, id)| Line {
-        name: id.clone(),
-        colour: [BLUE, GREEN, VERMILION][i % 3],
-        stroke: Stroke::Track,
-        points: record
-            .rows
-            .iter()
-            .filter_map(|row| row.auvs.get(i))
-            .map(|auv| east_north(&auv.position))
-            .collect(),
+    let paths = record.paths.iter();
+    let paths = paths.map(|path| Line::new("path", GREY, Stroke::Wide, path.iter().map(east_north)));
+    let tracks = record.auv_ids.iter().enumerate().map(|(i, id)| {
+        let auvs = record.rows.iter().filter_map(|row| row.auvs.get(i));
+        let colour = [BLUE, GREEN, VERMILION][i % 3];
+        Line::new(
+            id,
+            colour,
+            Stroke::Track,
+            auvs.map(|auv| east_north(&auv.position)),
+        )
     });
     paths.chain(tracks).collect()
-}
-
-fn surface_craft(record: &Record) -> Line {
-    Line {
-        name: "surface craft".into(),
-        colour: BLACK_INK,
-        stroke: Stroke::Track,
-        points: craft_points(record, |craft| craft.position),
-    }
 }
 
 fn craft_points(record: &Record, of: fn(&SurfaceCraftRow) -> Vector2<f64>) -> Vec<(f64, f64)> {

@@ -1,4 +1,4 @@
-//! Nonlinear least squares with intervals that hold for coloured residuals.
+//! Nonlinear least squares with intervals for coloured residuals.
 
 use std::ops::Range;
 
@@ -11,16 +11,16 @@ pub(super) const QUANTILE: f64 = 1.96;
 /// Half of the interval of the central differences. Parameters are logarithms, seconds, metres per second and radians,
 /// all of order 1; residuals are piecewise smooth, and smoother over a thousandth than over less.
 const DIFFERENCE: f64 = 1e-3;
-/// Most lags over which residuals are taken to be correlated, samples.
+/// Largest lag of the residuals' correlation, samples.
 const LAGS_MAX: usize = 400;
-/// Least eigenvalue of the scaled information that counts as any: below it a direction is not shown at all.
+/// Least eigenvalue of the scaled information matrix: a direction below it is unobservable.
 const INFORMATION_MIN: f64 = 1e-9;
-/// Relative change of sum and parameters at which the search ends: far below any interval.
+/// Relative change of sum and parameters at which the search ends, far below any interval.
 const TOLERANCE: f64 = 1e-7;
-/// Evaluations a parameter, as MINPACK counts its patience.
+/// Evaluations for each parameter, as in MINPACK.
 const PATIENCE: usize = 30;
 
-/// A number with its standard deviation, infinite where the log does not show it.
+/// A number with its standard deviation, which is infinite if the log does not show it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Estimate {
     pub(super) value: f64,
@@ -75,7 +75,7 @@ pub(super) fn least_squares(model: impl Fn(&[f64]) -> Vec<f64>, start: &[f64]) -
         model,
         parameters: DVector::from_column_slice(start),
     };
-    // How it ended does not matter: wherever it stopped, the interval says what is known there.
+    // How it ended does not matter: the interval describes the point where it stopped.
     let (problem, _) = LevenbergMarquardt::new()
         .with_patience(PATIENCE)
         .with_tol(TOLERANCE)
@@ -89,7 +89,7 @@ pub(super) fn least_squares(model: impl Fn(&[f64]) -> Vec<f64>, start: &[f64]) -
     }
 }
 
-/// That of `starts` with the least sum of squares.
+/// The initial guess with the least sum of squares.
 pub(super) fn nearest(
     model: impl Fn(&[f64]) -> Vec<f64>,
     starts: impl Iterator<Item = Vec<f64>>,
@@ -185,7 +185,7 @@ pub(super) fn estimates(
         .collect()
 }
 
-/// Autocovariance of `residuals` at lags from 0 on, up to the first that is lost in noise.
+/// Autocovariance of `residuals` from lag 0 to the first that is lost in noise.
 fn autocovariance(residuals: &[f64], n_parameters: usize) -> Vec<f64> {
     let n = residuals.len();
     #[expect(clippy::cast_precision_loss, reason = "hundreds of thousands at most")]
@@ -215,7 +215,7 @@ fn convolved(column: &[f64], covariance: &[f64]) -> Vec<f64> {
     result
 }
 
-/// How many independent samples `residuals` are worth.
+/// Effective number of independent samples in `residuals`.
 fn effective_count(residuals: &[f64]) -> f64 {
     let covariance = autocovariance(residuals, 0);
     #[expect(clippy::cast_precision_loss, reason = "hundreds of thousands at most")]
@@ -236,15 +236,14 @@ impl Fitted {
     }
 }
 
-/// By how much `one` explains the same measurements better than `other`, in natural units of log likelihood, the
-/// residuals' colour counted.
+/// Advantage in log likelihood of `one` over `other` on the same measurements, natural units, with coloured residuals.
 pub(super) fn advantage(one: &Fitted, other: &Fitted) -> f64 {
     let count = effective_count(&one.residuals).min(effective_count(&other.residuals));
     0.5 * count
         * (other.sum_of_squares.max(f64::MIN_POSITIVE) / one.sum_of_squares.max(f64::MIN_POSITIVE)).ln()
 }
 
-/// Whether `one` explains the same measurements better than `other`, where the log tells: odds of 150 to 1.
+/// Whether `one` fits the same measurements better than `other`; none if the odds are below 150 to 1.
 pub(super) fn better(one: &Fitted, other: &Fitted) -> Option<bool> {
     const DECISIVE: f64 = 5.0;
     let advantage = advantage(one, other);

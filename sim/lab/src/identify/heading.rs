@@ -4,31 +4,30 @@ use nalgebra::Vector2;
 use planner::angle::{direction, wrap};
 
 use super::{
-    Parameter, Quantity,
     fit::{self, Estimate, Fitted, advantage, least_squares, nearest},
-    held::Held,
     log::{Log, LogRow},
-    positive, signed, time_constant,
+    parameter::{Parameter, Quantity, positive, signed, time_constant},
+    reference::HeldReference,
 };
 
 /// Longest step of the simulation, s.
 const STEP_MAX: f64 = 0.1;
-/// A shorter time is rounding, s.
+/// Times below this are rounding, s.
 pub(super) const SHORTEST: f64 = 1e-9;
-/// What comes in the first seconds shows the start, which the log does not tell, s.
+/// Time to ignore at the start, whose state the log does not contain, s.
 pub(super) const SETTLING: f64 = 10.0;
-/// Fastest and most damped second-order loop that is simulated, rad/s and 1: with halves of [`STEP_MAX`] it stays stable.
+/// Largest natural frequency and damping of a simulated second-order loop, rad/s and 1: stable with half of [`STEP_MAX`].
 const FREQUENCY_MAX: f64 = 5.0;
 const DAMPING_MAX: f64 = 3.0;
-/// Slower than this over ground a craft has no course to hold, m/s.
+/// Below this speed over ground a craft has no course, m/s.
 const COURSE_SPEED_MIN: f64 = 0.1;
-/// Lags and delays among which the search's start is the best, s.
+/// Lags and delays of the initial guesses, s; the best one is taken.
 const STARTS: [f64; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 const DELAYS: [f64; 3] = [0.1, 0.8, 2.0];
-/// By how much more likely a second-order loop must be than a first-order one, natural units of log likelihood.
+/// Least advantage of a second-order loop over a first-order one, natural units of log likelihood.
 const SECOND_ORDER_WORTH: f64 = 5.0;
 
-/// How the craft moves through the water at one row.
+/// Motion through the water at a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Motion {
     /// True heading, rad.
@@ -41,7 +40,7 @@ pub(super) struct Motion {
     pub(super) sway: f64,
 }
 
-/// What makes a course of a heading.
+/// Current and motion, which turn a heading into a course.
 #[derive(Clone, Debug)]
 pub(super) struct Water {
     /// Current (north, east), m/s.
@@ -51,26 +50,26 @@ pub(super) struct Water {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Order {
+enum LoopOrder {
     First,
     Second,
 }
 
-/// The heading loop that explains a log best.
+/// The heading loop with the best fit.
 pub(super) struct HeadingFit {
-    order: Order,
+    order: LoopOrder,
     pub(super) fit: Fitted,
     estimates: Vec<Estimate>,
     /// Heading and yaw rate at each row.
     pub(super) simulated: Vec<Motion>,
-    /// What the compass should have read at each row, rad.
+    /// Predicted compass heading at each row, rad.
     pub(super) predicted: Vec<f64>,
 }
 
-/// A heading loop with the compass that watches it.
+/// A heading loop with its compass.
 #[derive(Clone, Copy, Debug)]
 struct Loop {
-    order: Order,
+    order: LoopOrder,
     /// T or 1/ω, s.
     time: f64,
     damping: f64,
@@ -81,14 +80,14 @@ struct Loop {
 
 impl Loop {
     /// Parameters in the order of [`Loop::start`].
-    fn of(order: Order, parameters: &[f64]) -> Self {
+    fn of(order: LoopOrder, parameters: &[f64]) -> Self {
         let time = parameters[0].exp();
         let damping = parameters[4..].first().map_or(1.0, |zeta| zeta.exp());
         Self {
             order,
             time: match order {
-                Order::First => time,
-                Order::Second => time.max(1.0 / FREQUENCY_MAX),
+                LoopOrder::First => time,
+                LoopOrder::Second => time.max(1.0 / FREQUENCY_MAX),
             },
             damping: damping.min(DAMPING_MAX),
             delay: parameters[1],
@@ -98,9 +97,9 @@ impl Loop {
     }
 
     /// ln T, t_d, ln r_max, compass bias, and ln ζ of a second-order loop.
-    fn start(order: Order, time: f64, delay: f64, rate_max: f64) -> Vec<f64> {
+    fn start(order: LoopOrder, time: f64, delay: f64, rate_max: f64) -> Vec<f64> {
         let mut start = vec![time.ln(), delay, rate_max.ln(), 0.0];
-        if order == Order::Second {
+        if order == LoopOrder::Second {
             start[0] = (0.5 * time).ln();
             start.push(0.0);
         }
@@ -108,10 +107,10 @@ impl Loop {
     }
 }
 
-/// Fits the heading loop; where `water` is given, to a course that is held and not a heading.
-pub(super) fn fit(log: &Log, reference: &Held, water: Option<&Water>) -> HeadingFit {
+/// Fits the heading loop; with `water`, a loop that controls the course.
+pub(super) fn fit(log: &Log, reference: &HeldReference, water: Option<&Water>) -> HeadingFit {
     let begin = begin(log);
-    let residuals = |order: Order, parameters: &[f64]| -> Vec<f64> {
+    let residuals = |order: LoopOrder, parameters: &[f64]| -> Vec<f64> {
         let (_, predicted) = simulate(log, reference, water, &Loop::of(order, parameters));
         let pairs = log.headings().iter().zip(predicted).zip(log.rows()).skip(begin);
         pairs
@@ -120,17 +119,17 @@ pub(super) fn fit(log: &Log, reference: &Held, water: Option<&Water>) -> Heading
             .collect()
     };
     let rate_max = 0.8 * fastest_turn(log);
-    let best = |order: Order| {
+    let best = |order: LoopOrder| {
         let starts = STARTS
             .iter()
             .flat_map(|time| DELAYS.map(|delay| Loop::start(order, *time, delay, rate_max)));
         least_squares(|p| residuals(order, p), &nearest(|p| residuals(order, p), starts))
     };
-    let (first, second) = (best(Order::First), best(Order::Second));
+    let (first, second) = (best(LoopOrder::First), best(LoopOrder::Second));
     let (order, fitted) = if SECOND_ORDER_WORTH < advantage(&second, &first) {
-        (Order::Second, second)
+        (LoopOrder::Second, second)
     } else {
-        (Order::First, first)
+        (LoopOrder::First, first)
     };
     let channels = std::iter::once(0..fitted.residuals.len()).collect::<Vec<_>>();
     let estimates = fit::estimates(|p| residuals(order, p), &fitted, &channels);
@@ -144,7 +143,7 @@ pub(super) fn fit(log: &Log, reference: &Held, water: Option<&Water>) -> Heading
     }
 }
 
-/// The first row that is no longer settling.
+/// The first row after the settling time.
 pub(super) fn begin(log: &Log) -> usize {
     let rows = log.rows();
     rows.partition_point(|row| row.time < rows[0].time + SETTLING)
@@ -168,14 +167,19 @@ fn fastest_turn(log: &Log) -> f64 {
     fastest
 }
 
-/// Heading and yaw rate at every row, and what the compass should read.
-fn simulate(log: &Log, reference: &Held, water: Option<&Water>, law: &Loop) -> (Vec<Motion>, Vec<f64>) {
+/// Heading and yaw rate at every row, and the predicted compass heading.
+fn simulate(
+    log: &Log,
+    reference: &HeldReference,
+    water: Option<&Water>,
+    law: &Loop,
+) -> (Vec<Motion>, Vec<f64>) {
     let rows = log.rows();
     let (mut psi, mut rate) = (log.headings()[0] - law.compass_bias, 0.0);
-    // A first-order loop in still water is exact over any step.
+    // A first-order loop in still water is exact for any step.
     let step_max = match (law.order, water) {
-        (Order::First, None) => f64::INFINITY,
-        (Order::First, Some(_)) | (Order::Second, _) => STEP_MAX,
+        (LoopOrder::First, None) => f64::INFINITY,
+        (LoopOrder::First, Some(_)) | (LoopOrder::Second, _) => STEP_MAX,
     };
     let mut reference = reference.late(law.delay, rows[0].time);
     let mut simulated = Vec::with_capacity(rows.len());
@@ -196,12 +200,12 @@ fn simulate(log: &Log, reference: &Held, water: Option<&Water>, law: &Loop) -> (
             let crab = water.map_or(0.0, |water| crab(water, i, psi + 0.5 * rate * step));
             let error = wrap(wanted - crab - psi);
             psi += match law.order {
-                Order::First => {
+                LoopOrder::First => {
                     let turned = approached(error, law.time, law.rate_max, step);
                     rate = ((error - turned) / law.time).clamp(-law.rate_max, law.rate_max);
                     turned
                 }
-                Order::Second => turned(law, error, &mut rate, step),
+                LoopOrder::Second => turned(law, error, &mut rate, step),
             };
         }
     }
@@ -212,8 +216,8 @@ fn simulate(log: &Log, reference: &Held, water: Option<&Water>, law: &Loop) -> (
     (simulated, predicted)
 }
 
-/// Course less heading that the current gives on heading `psi`, rad, between a row and the next. The sway of a turn is
-/// left to the loop's own parameters: with it, the turn would depend on itself.
+/// Crab angle of the current on heading `psi`, rad, between a row and the next. The sway of a turn is left out: the loop's
+/// parameters contain it, and the turn would depend on itself.
 fn crab(water: &Water, row: usize, psi: f64) -> f64 {
     let (now, next) = (&water.motion[row], &water.motion[row + 1]);
     let ground = direction(psi) * (0.5 * (now.surge + next.surge)) + water.current;
@@ -223,7 +227,7 @@ fn crab(water: &Water, row: usize, psi: f64) -> f64 {
     wrap(ground.y.atan2(ground.x) - psi)
 }
 
-/// By how much a second-order loop turns in a `step`, and its yaw rate after it: the midpoint rule, twice.
+/// Turn of a second-order loop in a `step`, by two steps of the midpoint rule; updates the yaw rate.
 fn turned(law: &Loop, error: f64, rate: &mut f64, step: f64) -> f64 {
     let omega = 1.0 / law.time;
     let acceleration =
@@ -240,8 +244,7 @@ fn turned(law: &Loop, error: f64, rate: &mut f64, step: f64) -> f64 {
     turned
 }
 
-/// How far a first-order loop of that time constant goes towards what it is `error` away from in a `step`, no faster than
-/// `rate_max`: exact.
+/// Exact change of a first-order loop with that error and time constant in a `step`, at most at `rate_max`.
 ///
 /// ```text
 /// ẋ = clamp(e/T, ±r),  ė = −ẋ:   r t until |e| = r T, then exponential
@@ -251,11 +254,11 @@ pub(super) fn approached(error: f64, time_constant: f64, rate_max: f64, step: f6
     let saturated = ((error.abs() - linear) / rate_max).clamp(0.0, step);
     let rest = error.abs() - rate_max * saturated;
     let gone = rate_max * saturated + rest * (1.0 - (-(step - saturated) / time_constant).exp());
-    // Where all of the step was saturated, `rest` counts for nothing.
+    // If the whole step was saturated, `rest` has no weight.
     gone.copysign(error)
 }
 
-/// Whether the craft is to move at all: without way it does not answer.
+/// Whether the craft makes way: without it, it does not answer.
 fn steers(row: &LogRow) -> bool {
     0.0 < row.speed_reference
 }
@@ -265,8 +268,8 @@ impl HeadingFit {
     pub(super) fn parameters(&self) -> Vec<Parameter> {
         let [time, delay, rate_max] = [self.estimates[0], self.estimates[1], self.estimates[2]];
         let mut parameters = match self.order {
-            Order::First => vec![time_constant(Quantity::HeadingTimeConstant, time)],
-            Order::Second => {
+            LoopOrder::First => vec![time_constant(Quantity::HeadingTimeConstant, time)],
+            LoopOrder::Second => {
                 let frequency = Estimate {
                     value: -time.value,
                     ..time

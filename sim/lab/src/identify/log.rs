@@ -1,15 +1,22 @@
-//! A log of references and motion, checked.
+//! A checked log of references and motion.
+
+use std::f64::consts::TAU;
 
 use nalgebra::Vector2;
-use planner::angle::wrap;
 
-/// Shortest log, s: less than that shows no loop.
+use crate::unwrap::continuous;
+
+/// Shortest log, s: less shows no loop.
 const DURATION_MIN: f64 = 60.0;
 /// Most rows: four hours at 10 Hz and more.
 const ROWS_MAX: usize = 200_000;
-/// Longest time between two rows, s: in a longer one a heading cannot be followed round.
+/// Longest time between two rows, s: over a longer time the turns of a heading are ambiguous.
 const INTERVAL_MAX: f64 = 5.0;
-/// Half of the time over which positions are differenced where there is no velocity over ground, s.
+/// Fastest turn of a surface craft, rad/s. A heading in degrees seems to turn faster.
+const TURN_RATE_MAX: f64 = 3.0;
+/// Largest difference of two headings by noise, rad.
+const HEADING_NOISE_MAX: f64 = 0.5;
+/// Half of the time over which positions are differenced if there is no velocity over ground, s.
 const DIFFERENCE_HALF: f64 = 1.0;
 
 /// One sample. The references are those in force from `time` until the next row.
@@ -35,43 +42,12 @@ pub struct LogRow {
     pub power: Option<f64>,
 }
 
-/// Why a log cannot be used.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum InvalidLog {
-    /// Fewer or more rows than can be used.
-    #[error("{given} rows, and 2 to {ROWS_MAX} can be used")]
-    Rows {
-        /// How many there are.
-        given: usize,
-    },
-    /// A time not after the one before it, or long after it.
-    #[error("row {row}: {given} s does not come 0 to {INTERVAL_MAX} s after {before} s")]
-    Time {
-        /// The row, from 0 on.
-        row: usize,
-        /// Its time, s.
-        given: f64,
-        /// Time of the row before it, s.
-        before: f64,
-    },
-    /// Too short a time.
-    #[error("the log lasts {given} s, and {DURATION_MIN} s are the least that shows anything")]
-    Short {
-        /// How long it lasts, s.
-        given: f64,
-    },
-    /// A number that is not finite.
-    #[error("row {row}: a number that is not finite")]
-    NotFinite {
-        /// The row, from 0 on.
-        row: usize,
-    },
-    /// No measurement of speed: neither through the water nor over ground nor positions.
-    #[error("no speed: the log needs surge through the water, velocity over ground, or positions")]
-    NoSpeed,
-}
+/// Why a log cannot be used, in words.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{0}")]
+pub struct InvalidLog(String);
 
-/// A log that can be used.
+/// A checked log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Log {
     rows: Vec<LogRow>,
@@ -80,11 +56,12 @@ pub struct Log {
 }
 
 impl Log {
-    /// Checks `rows`. Where no row has a velocity over ground, it is differenced from the positions.
+    /// Checks `rows`. Rows of one time are spread evenly until the next time, because loggers cut times to whole seconds; a row that
+    /// follows itself counts once. If no row has a velocity over ground, it is differenced from the positions.
     pub fn new(mut rows: Vec<LogRow>) -> Result<Self, InvalidLog> {
         let given = rows.len();
         if !(2..=ROWS_MAX).contains(&given) {
-            return Err(InvalidLog::Rows { given });
+            return Err(InvalidLog(format!("{given} rows: a log has 2 to {ROWS_MAX}")));
         }
         for (i, row) in rows.iter().enumerate() {
             let pair = |pair: Option<Vector2<f64>>| pair.is_none_or(|v| v.x.is_finite() && v.y.is_finite());
@@ -95,22 +72,27 @@ impl Log {
                 && pair(row.ground_velocity)
                 && pair(row.position);
             if !finite {
-                return Err(InvalidLog::NotFinite { row: i });
+                return Err(InvalidLog(format!("row {i}: a number that is not finite")));
             }
         }
+        rows.dedup();
+        spread_equal_times(&mut rows);
         for (i, two) in rows.windows(2).enumerate() {
             let (before, given) = (two[0].time, two[1].time);
             if !(before < given && given - before <= INTERVAL_MAX) {
-                return Err(InvalidLog::Time {
-                    row: i + 1,
-                    given,
-                    before,
-                });
+                let must = format!("later than the one before it, by {INTERVAL_MAX} s at most");
+                let says = format!(
+                    "row {}: {given} s follows {before} s; a row must be {must}",
+                    i + 1
+                );
+                return Err(InvalidLog(says));
             }
         }
+        reject_degrees(&rows)?;
         let given = rows[rows.len() - 1].time - rows[0].time;
         if given < DURATION_MIN {
-            return Err(InvalidLog::Short { given });
+            let says = format!("the log lasts {given} s: it must last at least {DURATION_MIN} s");
+            return Err(InvalidLog(says));
         }
         if rows.iter().all(|row| row.ground_velocity.is_none()) {
             difference_positions(&mut rows);
@@ -119,7 +101,8 @@ impl Log {
             .iter()
             .all(|row| row.surge.is_none() && row.ground_velocity.is_none())
         {
-            return Err(InvalidLog::NoSpeed);
+            let says = "no speed: the log needs surge through the water, velocity over ground, or positions";
+            return Err(InvalidLog(says.to_owned()));
         }
         let headings = continuous(rows.iter().map(|row| row.heading));
         Ok(Self { rows, headings })
@@ -138,16 +121,37 @@ impl Log {
     }
 }
 
-/// Angles without jumps: each within half a turn of the one before it.
-pub(super) fn continuous(angles: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut last = None;
-    angles
-        .map(|angle| {
-            let next = last.map_or(angle, |last: f64| last + wrap(angle - last));
-            last = Some(next);
-            next
-        })
-        .collect()
+/// Fails if headings look like degrees. A heading in rad is wrapped, or counted on over several turns from a wrapped one without jumps.
+fn reject_degrees(rows: &[LogRow]) -> Result<(), InvalidLog> {
+    let is_wrapped = |heading: f64| heading.abs() <= TAU;
+    let jumps = |two: &[LogRow]| {
+        let most = TURN_RATE_MAX * (two[1].time - two[0].time) + HEADING_NOISE_MAX;
+        most < (two[1].heading - two[0].heading).abs()
+    };
+    let far = |two: &&[LogRow]| !(is_wrapped(two[0].heading) && is_wrapped(two[1].heading)) && jumps(two);
+    let first = [rows[0].heading, rows[0].heading_reference];
+    let mut suspects = first.into_iter().filter(|&heading| !is_wrapped(heading));
+    let jump = || rows.windows(2).find(far).map(|two| two[1].heading);
+    suspects.next().or_else(jump).map_or(Ok(()), |heading| {
+        Err(InvalidLog(format!(
+            "a heading of {heading} rad: name the columns heading_deg and reference_heading_deg if they are in degrees"
+        )))
+    })
+}
+
+#[expect(clippy::cast_precision_loss, reason = "a log has at most 200,000 rows")]
+fn spread_equal_times(rows: &mut [LogRow]) {
+    let (mut first, mut spacing) = (0, 0.0);
+    while let Some(time) = rows.get(first).map(|row| row.time) {
+        let equal = rows[first..].iter().take_while(|row| row.time == time).count();
+        if let Some(next) = rows.get(first + equal) {
+            spacing = (next.time - time) / equal as f64;
+        }
+        for (k, row) in rows[first..first + equal].iter_mut().enumerate() {
+            row.time = time + spacing * k as f64;
+        }
+        first += equal;
+    }
 }
 
 fn difference_positions(rows: &mut [LogRow]) {
@@ -163,5 +167,67 @@ fn difference_positions(rows: &mut [LogRow]) {
         if *from < *until {
             row.ground_velocity = Some((end - begin) / (until - from));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two minutes at 5 Hz with a turn of a whole circle and more.
+    fn rows() -> Vec<LogRow> {
+        let row = |k: u32| {
+            let time = 0.2 * f64::from(k);
+            LogRow {
+                time,
+                speed_reference: 1.0,
+                heading_reference: 0.1,
+                heading: 0.1 + 0.08 * time,
+                surge: Some(1.0),
+                sway: None,
+                ground_velocity: None,
+                position: None,
+                power: None,
+            }
+        };
+        (0..600).map(row).collect()
+    }
+
+    #[test]
+    fn headings_in_degrees_are_refused_and_those_counted_on_over_turns_are_read() {
+        let counted_on = rows();
+        assert!(TAU < counted_on[599].heading);
+        let in_degrees = |wrap: bool| {
+            let mut rows = rows();
+            for row in &mut rows {
+                row.heading = row.heading.to_degrees();
+                if wrap {
+                    row.heading %= 360.0;
+                }
+            }
+            rows
+        };
+        Log::new(counted_on).expect("is in rad");
+        // It begins at 5.7°, which may be rad.
+        let error = Log::new(in_degrees(true)).expect_err("jumps by 360");
+        assert!(error.0.contains("heading_deg"), "{error}");
+        let later = in_degrees(false).split_off(100);
+        let error = Log::new(later).expect_err("begins at 97");
+        assert!(error.0.contains("97."), "{error}");
+    }
+
+    #[test]
+    fn times_cut_to_whole_seconds_are_spread_again_and_a_row_that_follows_itself_counts_once() {
+        let mut cut = rows();
+        for row in &mut cut {
+            row.time = row.time.floor();
+        }
+        let spread = Log::new(cut).expect("is read");
+        let shift = |(a, b): (&LogRow, &LogRow)| (a.time - b.time).abs();
+        let worst = spread.rows().iter().zip(&rows()).map(shift).fold(0.0, f64::max);
+        assert!(worst < 1e-9, "{worst}");
+        let mut twice = rows();
+        twice.insert(300, twice[300]);
+        assert_eq!(Log::new(twice).expect("is read").rows(), &rows()[..]);
     }
 }

@@ -1,108 +1,89 @@
-//! What a log says of a craft, as one page that needs no network and no other file.
-
-use serde_json::{Value, json};
+//! The identified craft as one page without network access.
 
 use super::{Identification, Parameter, Traces};
-use crate::chart::{Axes, BLUE, Colour, GREY, Line, Panel, Stroke, VERMILION};
+use crate::{
+    chart::{Axes, BLUE, Colour, GREY, Line, Panel, Sheet, Stroke, VERMILION},
+    document::{Block, Document, Table},
+};
 
-/// Height of one panel, units.
-const HEIGHT: u32 = 340;
 const MEASURED: Colour = BLUE;
 const SIMULATED: Colour = VERMILION;
 const REFERENCE: Colour = GREY;
 /// Digits of estimates: four of six are noise already.
 const DIGITS: usize = 4;
 
-/// A page about what was `found` in the log called `name`.
+/// A page about the craft that was `found` in the log called `name`.
 #[must_use]
 pub fn page(name: &str, found: &Identification) -> String {
-    let craft = serde_json::to_string_pretty(&wire::Craft::from(&found.description()))
-        .expect("strings, numbers and objects only");
-    let title = format!("{name}: the craft as its log shows it");
-    let data = json!({
-        "kind": "sheets",
-        "title": title,
-        "text": missing(found),
-        "tables": [{
-            "caption": "Parameters, with 95\u{a0}% intervals",
-            "head": ["parameter", "estimate", "from", "to", ""],
-            "rows": rows(found).into_iter().map(cells).collect::<Vec<_>>(),
-        }],
-        "code": [{ "caption": "Craft file", "text": craft }],
-        "sheets": [{ "title": "What was measured and what is simulated", "columns": 2, "panels": panels(&found.traces) }],
-    });
-    ::page::one_file(&title, &data)
+    let craft =
+        serde_json::to_string_pretty(&found.description()).expect("strings, numbers and objects only");
+    let mut blocks = vec![Block::Heading(1, format!("{name}: identified craft"))];
+    blocks.extend(missing(found).into_iter().map(Block::Paragraph));
+    blocks.extend([
+        Block::Heading(2, "Parameters, with 95\u{a0}% intervals".to_owned()),
+        Block::Table(Table {
+            words: 1,
+            columns: ["parameter", "estimate", "from", "to", ""]
+                .map(str::to_owned)
+                .into(),
+            rows: rows(found).into_iter().map(Vec::from).collect(),
+        }),
+        Block::Code("Craft file".to_owned(), craft),
+        Block::Sheet(Sheet {
+            title: "Measured and simulated motion".to_owned(),
+            columns: 2,
+            panels: panels(&found.traces),
+        }),
+    ]);
+    Document(blocks).html()
 }
 
-/// A line of the table as its cells.
-fn cells(Row(open, name, [estimate, low, high], remark): Row<'_>) -> Value {
-    let name = if open {
-        format!("{name} (open)")
-    } else {
-        name.to_owned()
+/// Lines of the table: name, estimate, interval, remark.
+fn rows(found: &Identification) -> Vec<[String; 5]> {
+    let line = |name: &str, [estimate, low, high]: [String; 3], remark: &str| {
+        [name.to_owned(), estimate, low, high, remark.to_owned()]
     };
-    json!([name, estimate, low, high, remark])
-}
-
-/// A line of the table: whether it is uncertain, name, estimate and interval, remark.
-struct Row<'a>(bool, &'a str, [String; 3], &'a str);
-
-fn rows(found: &Identification) -> Vec<Row<'static>> {
     let parameter = |parameter: &Parameter| {
-        let Parameter {
-            quantity,
-            estimate,
-            low,
-            high,
-            identified,
-        } = *parameter;
-        let remark = if identified { "" } else { "not identified" };
-        Row(
-            !identified,
-            quantity.name(),
-            [estimate, low, high].map(digits),
-            remark,
-        )
+        let numbers = [parameter.estimate, parameter.low, parameter.high].map(digits);
+        let name = parameter.quantity.name();
+        if parameter.identified {
+            line(name, numbers, "")
+        } else {
+            line(&format!("{name} (open)"), numbers, "not identified")
+        }
     };
-    let mut rows: Vec<Row> = found.parameters.iter().map(parameter).collect();
-    let one = |name, text, remark| Row(false, name, [text, String::new(), String::new()], remark);
-    let craft = serde_json::to_value(wire::Craft::from(&found.description())).expect("JSON");
+    let one = |name, text, remark| line(name, [text, String::new(), String::new()], remark);
+    let nuisance = |name, (value, sigma): (f64, f64)| {
+        let half = 1.96 * sigma;
+        line(name, [value, value - half, value + half].map(digits), "nuisance")
+    };
+    let mut rows: Vec<_> = found.parameters.iter().map(parameter).collect();
+    let craft = serde_json::to_value(found.description()).expect("JSON");
     for name in ["speed_held", "heading_held"] {
         rows.push(one(name, craft[name].as_str().unwrap_or("open").to_owned(), ""));
     }
-    for (name, number) in [
-        ("residual of heading, rad", found.heading_residual),
-        ("residual of surge, m/s", found.surge_residual),
-    ] {
-        rows.push(one(name, digits(number), "RMS"));
-    }
-    let nuisance = |name, (value, sigma): (f64, f64)| {
-        let half = 1.96 * sigma;
-        Row(
-            false,
-            name,
-            [value, value - half, value + half].map(digits),
-            "nuisance",
-        )
-    };
+    rows.push(one(
+        "residual of heading, rad",
+        digits(found.heading_residual),
+        "RMS",
+    ));
+    rows.push(one("residual of surge, m/s", digits(found.surge_residual), "RMS"));
     if let Some([north, east]) = found.current {
         rows.push(nuisance("mean current northward, m/s", north));
         rows.push(nuisance("mean current eastward, m/s", east));
     }
-    if let Some(bias) = found.compass_bias {
-        rows.push(nuisance("compass bias, rad", bias));
-    }
+    rows.extend(found.compass_bias.map(|bias| nuisance("compass bias, rad", bias)));
     rows
 }
 
 fn missing(found: &Identification) -> Vec<String> {
     let missing = found.missing();
     if missing.is_empty() {
-        return vec!["The log shows every parameter: all of them are in the craft file.".to_owned()];
+        return vec!["The log identifies every parameter: all are in the craft file.".to_owned()];
     }
     let sentence = |quantity: &super::Quantity| {
         format!(
-            "The log does not show {}: log {}.",
+            "The log does not identify {}: log {}.",
             quantity.name(),
             quantity.manoeuvre()
         )
@@ -110,7 +91,7 @@ fn missing(found: &Identification) -> Vec<String> {
     missing.iter().map(sentence).collect()
 }
 
-/// A number with as many digits as mean something.
+/// A number with its significant digits.
 #[must_use]
 pub fn digits(number: f64) -> String {
     if number.is_infinite() {
@@ -175,17 +156,13 @@ fn panels(traces: &Traces) -> Vec<Panel> {
         lines.extend(reference.map(|values| line("reference", REFERENCE, Stroke::Dashed, values)));
         let residual = line("measured less simulated", MEASURED, Stroke::Solid, residual);
         [(y_label, lines), (residual_label, vec![residual])]
-            .map(|(y_label, lines)| Panel::over_time(y_label, Axes::Time(HEIGHT), lines))
+            .map(|(y_label, lines)| Panel::over_time("", y_label, Axes::Up, lines))
     })
     .collect()
 }
 
 fn line(time: &[f64], name: &str, colour: Colour, stroke: Stroke, values: Vec<Option<f64>>) -> Line {
     let points = time.iter().zip(values);
-    Line {
-        name: name.to_owned(),
-        colour,
-        stroke,
-        points: points.filter_map(|(time, value)| Some((*time, value?))).collect(),
-    }
+    let known = points.filter_map(|(time, value)| Some((*time, value?)));
+    Line::new(name, colour, stroke, known)
 }

@@ -1,26 +1,26 @@
 //! Propulsion power at steady speeds.
 
 use super::{
-    Parameter, Quantity, RELATIVE_WIDTH_MAX,
     fit::{self, Estimate, QUANTILE, least_squares},
     heading::{Motion, begin},
     log::Log,
+    parameter::{Parameter, Quantity, RELATIVE_WIDTH_MAX},
 };
 
-/// Slower than this a propeller's losses are all there is, m/s.
+/// Below this speed a propeller's losses dominate, m/s.
 const SPEED_MIN: f64 = 0.1;
 /// What counts as steady: acceleration, m/s², and yaw rate, rad/s.
 const ACCELERATION_MAX: f64 = 0.005;
 const YAW_RATE_MAX: f64 = 0.01;
-/// For how long it must have been steady, s: speed loops take as long to come to rest.
+/// How long it must have been steady, s: as long as speed loops settle.
 const STEADY_FOR: f64 = 10.0;
 /// Standard deviation of a steady simulated speed, as a part of it. Assumption: what the fits of speed and current leave,
-/// and it is not seen in the residuals of power.
+/// which the residuals of power do not show.
 const SPEED_SIGMA: f64 = 0.003;
-/// A motor that cannot be distinguished from noise draws this, W.
+/// Power that cannot be distinguished from noise, W.
 const POWER_MIN: f64 = 1e-3;
 
-/// The coefficients of P = c₁ u + c₃ u³, none negative; nothing where the log has no power.
+/// The coefficients of P = c₁ u + c₃ u³, none negative; empty if the log has no power.
 pub(super) fn fit(log: &Log, motion: &[Motion]) -> Vec<Parameter> {
     let samples = steady(log, motion);
     let fastest = samples.iter().map(|(speed, _)| *speed).fold(0.0, f64::max);
@@ -47,7 +47,7 @@ pub(super) fn fit(log: &Log, motion: &[Motion]) -> Vec<Parameter> {
     } else {
         [both[0], both[1]]
     };
-    // P = c uⁿ, and so c is wrong by n times as much as u is.
+    // P = c uⁿ: the relative error of c is n times that of u.
     let with_speed = |estimate: Estimate, exponent: f64| Estimate {
         sigma: estimate.sigma.hypot(exponent * SPEED_SIGMA * estimate.value),
         ..estimate
@@ -55,7 +55,7 @@ pub(super) fn fit(log: &Log, motion: &[Motion]) -> Vec<Parameter> {
     let (linear, cubic) = (with_speed(linear, 1.0), with_speed(cubic, 3.0));
     let at_most = (linear.value + cubic.value * fastest * fastest) * fastest;
     let (of_linear, of_cubic) = (linear.sigma * fastest, cubic.sigma * fastest.powi(3));
-    // Together or not at all: one without the other is no power.
+    // Both or none: one coefficient alone does not give the power.
     let identified =
         POWER_MIN < at_most && QUANTILE * of_linear.hypot(of_cubic) <= RELATIVE_WIDTH_MAX * at_most;
     let parameter = |quantity, estimate: Estimate| Parameter {

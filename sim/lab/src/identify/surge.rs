@@ -1,36 +1,35 @@
-//! The speed loop's parameters, sway in turns, and what the speed reference is held against.
+//! The speed loop's parameters, sway in turns, and whether speed is through the water or over ground.
 
 use nalgebra::Vector2;
-use planner::{angle::direction, craft::SpeedHeld};
+use planner::{angle::direction, craft::SpeedReference};
 
 use super::{
-    Parameter, Quantity, SLOW_INTEGRAL_TIME,
     fit::{self, Channels, Estimate, Fitted, least_squares, nearest},
     heading::{Motion, SHORTEST, Water, approached, begin},
-    held::Held,
     log::{Log, LogRow},
-    positive, signed, time_constant,
+    parameter::{Parameter, Quantity, SLOW_INTEGRAL_TIME, positive, signed, time_constant},
+    reference::HeldReference,
 };
 
 /// Longest step of the simulation, s.
 const STEP_MAX: f64 = 0.2;
-/// Time constants and delays among which the search's start is the best, s.
+/// Time constants and delays of the initial guesses, s; the best one is taken.
 const STARTS: [f64; 5] = [0.7, 1.5, 3.0, 6.0, 12.0];
 const DELAYS: [f64; 2] = [0.1, 1.0];
-/// Least residual that weighs a channel, m/s: one without noise must not count for all.
+/// Least residual of a channel's weight, m/s: a channel without noise must not outweigh all others.
 const RESIDUAL_MIN: f64 = 1e-4;
-/// A craft that turns faster than this slows down, by what no speed loop's model says, rad/s, and needs as long as this to
-/// be back at its speed, s. Assumption; measured, the MEDUSA loses half its speed in a turn of 160°.
+/// A craft that turns faster than this, rad/s, loses speed, which the speed loop's model does not contain, and needs this long to
+/// recover, s. Assumption; the MEDUSA loses half its speed in a turn of 160°.
 const TURNING: f64 = 0.05;
 const RECOVERY: f64 = 20.0;
-/// Less time on straight courses than this does not do without the turns, s.
+/// With less time on straight courses than this, turns are used too, s.
 const STRAIGHT_MIN: f64 = 120.0;
 /// Kinds of measurements: surge and sway by the log, velocity over ground along the bow and to starboard.
 const N_CHANNELS: usize = 4;
 
-/// Places of the parameters: ln T, t_d, ln a_acc, ln a_dec, k_β, 1/T_i, ln T_v, and where there is ground velocity the
-/// current and the compass bias. The sway's lag T_v is a nuisance: a hull's sway takes a second or two to come, and without
-/// it k_β would be that of the quickest turns and not of a steady one.
+/// Indices of the parameters: ln T, t_d, ln a_acc, ln a_dec, k_β, 1/T_i, ln T_v, and with ground velocity the
+/// current and the compass bias. The sway's lag T_v is a nuisance parameter: sway builds up in a second or two, and without the lag
+/// k_β would be that of quick turns instead of a steady one.
 const TIME_CONSTANT: usize = 0;
 const DELAY: usize = 1;
 const ACCELERATION: usize = 2;
@@ -41,18 +40,18 @@ const SWAY_LAG: usize = 6;
 const CURRENT_NORTH: usize = 7;
 const CURRENT_EAST: usize = 8;
 const COMPASS_BIAS: usize = 9;
-/// Shortest and longest lag of sway, s: below the one it is at once, above the other it is no answer to a turn.
+/// Shortest and longest lag of sway, s.
 const SWAY_LAGS: std::ops::RangeInclusive<f64> = 0.05..=20.0;
 
-/// The speed loop that explains a log best.
+/// The speed loop with the best fit.
 pub(super) struct SurgeFit {
     estimates: Vec<Estimate>,
     integrator: Parameter,
-    /// What the speed reference is held against, where the log tells.
-    pub(super) speed_held: Option<SpeedHeld>,
+    /// Whether speed is through the water or over ground, if the log shows it.
+    pub(super) speed_held: Option<SpeedReference>,
     /// Motion through the water at each row.
     pub(super) simulated: Vec<Motion>,
-    /// The same with the current, where there is ground velocity.
+    /// The same with the current, if there is ground velocity.
     pub(super) water: Option<Water>,
     pub(super) measured_surge: Vec<Option<f64>>,
     pub(super) measured_sway: Vec<Option<f64>>,
@@ -60,21 +59,21 @@ pub(super) struct SurgeFit {
     pub(super) rms: f64,
 }
 
-/// A log with what the fit needs of it beside.
+/// A log, prepared for the fit.
 struct Data<'a> {
     log: &'a Log,
-    reference: Held,
+    reference: HeldReference,
     /// True heading and yaw rate at each row.
     heading: &'a [Motion],
     begin: usize,
     has_ground: bool,
-    /// Whether the craft goes straight at each row: surge is looked at there alone.
+    /// Whether the craft goes straight at each row: surge is fitted there only.
     straight: Vec<bool>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Loop {
-    held: SpeedHeld,
+    held: SpeedReference,
     time: f64,
     delay: f64,
     acceleration_max: f64,
@@ -87,7 +86,7 @@ struct Loop {
 }
 
 impl Loop {
-    fn of(held: SpeedHeld, parameters: &[f64]) -> Self {
+    fn of(held: SpeedReference, parameters: &[f64]) -> Self {
         let ground = |i: usize| parameters.get(i).copied().unwrap_or(0.0);
         Self {
             held,
@@ -106,31 +105,41 @@ impl Loop {
     }
 }
 
-/// Fits the speed loop to a craft that turns as `heading` says.
+/// Fits the speed loop of a craft with the motion `heading`.
 pub(super) fn fit(log: &Log, heading: &[Motion]) -> SurgeFit {
     let data = Data {
         log,
-        reference: Held::speeds(log),
+        reference: HeldReference::speeds(log),
         heading,
         begin: begin(log),
         has_ground: log.rows().iter().any(|row| row.ground_velocity.is_some()),
         straight: straight(log, heading),
     };
-    // In rounds: the first shows how noisy each kind of measurement is.
+    // In rounds: the first shows the noise of each kind of measurement.
     let mut weights = [1.0; N_CHANNELS];
     let start = data.start(&weights);
-    let mut through_water = data.fit(SpeedHeld::ThroughWater, &weights, true, &start);
+    let mut through_water = data.fit(SpeedReference::ThroughWater, &weights, true, &start);
     let mut over_ground = through_water.clone();
     for _ in 0..2 {
         let (best, held) = if through_water.sum_of_squares <= over_ground.sum_of_squares {
-            (&through_water, SpeedHeld::ThroughWater)
+            (&through_water, SpeedReference::ThroughWater)
         } else {
-            (&over_ground, SpeedHeld::OverGround)
+            (&over_ground, SpeedReference::OverGround)
         };
         weights = data.weights(held, best, &weights);
-        through_water = data.fit(SpeedHeld::ThroughWater, &weights, true, &through_water.parameters);
+        through_water = data.fit(
+            SpeedReference::ThroughWater,
+            &weights,
+            true,
+            &through_water.parameters,
+        );
         if data.has_ground {
-            over_ground = data.fit(SpeedHeld::OverGround, &weights, true, &over_ground.parameters);
+            over_ground = data.fit(
+                SpeedReference::OverGround,
+                &weights,
+                true,
+                &over_ground.parameters,
+            );
         }
     }
     let speed_held = data
@@ -139,15 +148,15 @@ pub(super) fn fit(log: &Log, heading: &[Motion]) -> SurgeFit {
         .flatten()
         .map(|through_water| {
             if through_water {
-                SpeedHeld::ThroughWater
+                SpeedReference::ThroughWater
             } else {
-                SpeedHeld::OverGround
+                SpeedReference::OverGround
             }
         });
-    let held = speed_held.unwrap_or(SpeedHeld::ThroughWater);
+    let held = speed_held.unwrap_or(SpeedReference::ThroughWater);
     let mut fitted = match held {
-        SpeedHeld::ThroughWater => through_water,
-        SpeedHeld::OverGround => over_ground,
+        SpeedReference::ThroughWater => through_water,
+        SpeedReference::OverGround => over_ground,
     };
     let mut estimates = data.estimates(held, &fitted, &weights, true);
     let integrator = integrator(estimates[INTEGRAL_RATE]);
@@ -163,7 +172,7 @@ pub(super) fn fit(log: &Log, heading: &[Motion]) -> SurgeFit {
     )
 }
 
-/// Whether the craft goes straight and has done so for a while, at each row; always, where it hardly ever does.
+/// Whether the craft has gone straight for a while, at each row; true everywhere if it hardly ever does.
 fn straight(log: &Log, heading: &[Motion]) -> Vec<bool> {
     let rows = log.rows();
     let mut turned_at = f64::NEG_INFINITY;
@@ -184,7 +193,7 @@ fn straight(log: &Log, heading: &[Motion]) -> Vec<bool> {
     straight
 }
 
-/// Whether the loop integrates: infinite where it was shown not to, unidentified where that is open.
+/// The integral time: infinite if the log shows no integrator, not identified if that is open.
 fn integrator(rate: Estimate) -> Parameter {
     let half = fit::QUANTILE * rate.sigma;
     let (low, high) = (rate.value - half, rate.value + half);
@@ -199,12 +208,15 @@ fn integrator(rate: Estimate) -> Parameter {
     if high < 1.0 / SLOW_INTEGRAL_TIME {
         parameter(f64::INFINITY, true)
     } else {
-        parameter(time(rate.value), half < super::RELATIVE_WIDTH_MAX * rate.value)
+        parameter(
+            time(rate.value),
+            half < super::parameter::RELATIVE_WIDTH_MAX * rate.value,
+        )
     }
 }
 
 impl Data<'_> {
-    /// Where the search begins.
+    /// The initial guess.
     fn start(&self, weights: &[f64; N_CHANNELS]) -> Vec<f64> {
         let (acceleration, deceleration) = self.strongest();
         let limits = [(0.8 * acceleration).ln(), (0.8 * deceleration).ln()];
@@ -218,18 +230,24 @@ impl Data<'_> {
             .iter()
             .flat_map(|time| DELAYS.map(|delay| start(*time, delay)));
         nearest(
-            |p| self.residuals(SpeedHeld::ThroughWater, p, weights, true).0,
+            |p| self.residuals(SpeedReference::ThroughWater, p, weights, true).0,
             starts,
         )
     }
 
-    fn fit(&self, held: SpeedHeld, weights: &[f64; N_CHANNELS], integrates: bool, start: &[f64]) -> Fitted {
+    fn fit(
+        &self,
+        held: SpeedReference,
+        weights: &[f64; N_CHANNELS],
+        integrates: bool,
+        start: &[f64],
+    ) -> Fitted {
         least_squares(|p| self.residuals(held, p, weights, integrates).0, start)
     }
 
     fn estimates(
         &self,
-        held: SpeedHeld,
+        held: SpeedReference,
         fitted: &Fitted,
         weights: &[f64; N_CHANNELS],
         integrates: bool,
@@ -242,10 +260,10 @@ impl Data<'_> {
         )
     }
 
-    /// Weighted residuals, one kind of measurement after the other, and where each kind stands.
+    /// Weighted residuals by kind of measurement, and the range of each kind.
     fn residuals(
         &self,
-        held: SpeedHeld,
+        held: SpeedReference,
         parameters: &[f64],
         weights: &[f64; N_CHANNELS],
         integrates: bool,
@@ -282,8 +300,13 @@ impl Data<'_> {
         (residuals, channels)
     }
 
-    /// Weights under which all kinds of measurements are as noisy.
-    fn weights(&self, held: SpeedHeld, fitted: &Fitted, before: &[f64; N_CHANNELS]) -> [f64; N_CHANNELS] {
+    /// Weights that give all kinds of measurements equal noise.
+    fn weights(
+        &self,
+        held: SpeedReference,
+        fitted: &Fitted,
+        before: &[f64; N_CHANNELS],
+    ) -> [f64; N_CHANNELS] {
         let (_, channels) = self.residuals(held, &fitted.parameters, before, true);
         let mut weights = *before;
         for ((weight, channel), before) in weights.iter_mut().zip(&channels).zip(before) {
@@ -314,8 +337,8 @@ impl Data<'_> {
             let Some(next) = rows.get(i + 1) else { break };
             let between = 0.5 * (heading.heading + self.heading[i + 1].heading);
             let pushed = match law.held {
-                SpeedHeld::ThroughWater => 0.0,
-                SpeedHeld::OverGround => law.current.dot(&direction(between)),
+                SpeedReference::ThroughWater => 0.0,
+                SpeedReference::OverGround => law.current.dot(&direction(between)),
             };
             let turned = self.heading[i + 1].heading - heading.heading;
             let interval = next.time - row.time;
@@ -331,7 +354,7 @@ impl Data<'_> {
                 } else {
                     law.acceleration_max
                 };
-                // In the middle of the step the bias has carried the speed by as much.
+                // The bias has changed the speed by this in the middle of the step.
                 let carried = 0.5 * bias * step;
                 let asked = approached(error - carried, law.time, limit, step);
                 let gathered = asked * law.integral_rate;
@@ -363,7 +386,7 @@ impl Data<'_> {
     /// Largest acceleration and deceleration that the log shows from one mean over two seconds to the next, m/s².
     fn strongest(&self) -> (f64, f64) {
         const OVER: f64 = 2.0;
-        let still = Loop::of(SpeedHeld::ThroughWater, &[0.0; 7]);
+        let still = Loop::of(SpeedReference::ThroughWater, &[0.0; 7]);
         let rows = self.log.rows();
         let surge = |row: &LogRow| row.surge.or(Some(ground_in_body(row, &still)?.x));
         let window = |from: f64, until: f64| {
@@ -388,7 +411,7 @@ impl Data<'_> {
         law: &Loop,
         estimates: Vec<Estimate>,
         integrator: Parameter,
-        speed_held: Option<SpeedHeld>,
+        speed_held: Option<SpeedReference>,
     ) -> SurgeFit {
         let law = &Loop {
             integral_rate: if integrator.identified {

@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 use planner::{
     angle::{direction, wrap},
     craft::{
-        Craft, HeadingDynamics, HeadingHeld, HeadingResponse, PropulsionPower, SpeedHeld, SurgeResponse,
+        Craft, HeadingDynamics, HeadingReference, HeadingResponse, Power, SpeedReference, SurgeResponse,
     },
 };
 use rand::{RngExt, SeedableRng};
@@ -95,8 +95,8 @@ fn log(craft: &Craft, trial: &Trial, ocean: &Ocean) -> Log {
             });
         }
         let measured = match craft.heading_held {
-            HeadingHeld::Heading => psi,
-            HeadingHeld::Course => {
+            HeadingReference::Heading => psi,
+            HeadingReference::Course => {
                 let straight = bow * u + ocean.current;
                 if straight.norm() < 0.1 {
                     psi
@@ -128,8 +128,8 @@ fn log(craft: &Craft, trial: &Trial, ocean: &Ocean) -> Log {
             }
         }
         let held_speed = match craft.speed_held {
-            SpeedHeld::ThroughWater => u,
-            SpeedHeld::OverGround => ground.dot(&bow),
+            SpeedReference::ThroughWater => u,
+            SpeedReference::OverGround => ground.dot(&bow),
         };
         let surge = &craft.surge;
         let asked = ((held(surge.delay).0 - held_speed) / surge.time_constant)
@@ -168,19 +168,19 @@ fn some_craft(seed: u64) -> (Craft, Ocean) {
             integral_time: seed.is_multiple_of(3).then(|| between(6.0, 15.0)),
         },
         sway_per_yaw_rate: between(0.3, 2.0),
-        power: PropulsionPower {
-            linear: between(1.0, 20.0),
-            cubic: between(10.0, 50.0),
+        power: Power {
+            linear_w_per_mps: between(1.0, 20.0),
+            cubic_w_per_mps3: between(10.0, 50.0),
         },
         speed_held: if seed % 4 < 2 {
-            SpeedHeld::ThroughWater
+            SpeedReference::ThroughWater
         } else {
-            SpeedHeld::OverGround
+            SpeedReference::OverGround
         },
         heading_held: if seed % 5 < 3 {
-            HeadingHeld::Heading
+            HeadingReference::Heading
         } else {
-            HeadingHeld::Course
+            HeadingReference::Course
         },
     };
     let current = direction(std::f64::consts::TAU * between(1.0, 2.0)) * between(0.08, 0.2);
@@ -213,8 +213,8 @@ fn truth(craft: &Craft, quantity: Quantity) -> Option<f64> {
         (Quantity::DecelerationMax, _) => Some(craft.surge.deceleration_max),
         (Quantity::IntegralTime, _) => Some(craft.surge.integral_time.unwrap_or(f64::INFINITY)),
         (Quantity::SwayPerYawRate, _) => Some(craft.sway_per_yaw_rate),
-        (Quantity::PowerLinear, _) => Some(craft.power.linear),
-        (Quantity::PowerCubic, _) => Some(craft.power.cubic),
+        (Quantity::PowerLinear, _) => Some(craft.power.linear_w_per_mps),
+        (Quantity::PowerCubic, _) => Some(craft.power.cubic_w_per_mps3),
         _ => None,
     }
 }
@@ -262,155 +262,158 @@ fn share_covered(n_logs: u64, colour: f64) -> f64 {
     share
 }
 
-/// The claim is 95 %. What is missing to it is the loops' interplay: intervals of one log miss together.
-#[test]
-fn in_fifty_logs_the_intervals_hold_the_truth_as_often_as_claimed_and_all_modes_are_identified() {
-    let share = share_covered(50, 0.0);
-    assert!(0.90 <= share, "{share}");
-}
+mod slow {
+    use super::*;
 
-/// With residuals taken for white, a noise of this colour would be taken for a third of what it is.
-#[test]
-fn coloured_noise_widens_the_intervals_until_they_hold_the_truth() {
-    let share = share_covered(12, 0.8);
-    assert!(0.87 <= share, "{share}");
-}
+    /// The claim is 95 %. What is missing to it is the loops' interplay: intervals of one log miss together.
+    #[test]
+    fn in_fifty_logs_the_intervals_hold_the_truth_as_often_as_claimed_and_all_modes_are_identified() {
+        let share = share_covered(50, 0.0);
+        assert!(0.90 <= share, "{share}");
+    }
 
-#[test]
-fn a_log_without_noise_gives_the_craft_back() {
-    let silent = Noise {
-        heading: 0.0,
-        log: 0.0,
-        ground: 0.0,
-        colour: 0.0,
-    };
-    let (craft, ocean) = some_craft(1);
-    let trial = Trial::half_hour(1.5, 0.3);
-    let found = identify(&log(
-        &craft,
-        &trial,
-        &Ocean {
-            noise: silent,
+    /// With residuals taken for white, a noise of this colour would be taken for a third of what it is.
+    #[test]
+    fn coloured_noise_widens_the_intervals_until_they_hold_the_truth() {
+        let share = share_covered(12, 0.8);
+        assert!(0.87 <= share, "{share}");
+    }
+
+    #[test]
+    fn a_log_without_noise_gives_the_craft_back() {
+        let silent = Noise {
+            heading: 0.0,
+            log: 0.0,
+            ground: 0.0,
+            colour: 0.0,
+        };
+        let (craft, ocean) = some_craft(1);
+        let trial = Trial::half_hour(1.5, 0.3);
+        let found = identify(&log(
+            &craft,
+            &trial,
+            &Ocean {
+                noise: silent,
+                ..ocean
+            },
+        ));
+        for parameter in found.parameters {
+            let truth = truth(&craft, parameter.quantity).expect("of the same order");
+            // Power has its noise always.
+            if matches!(parameter.quantity, Quantity::PowerLinear | Quantity::PowerCubic) {
+                continue;
+            }
+            if truth.is_finite() {
+                // Half a per cent, or ten milliseconds: what a step of 2 ms and its Euler leave.
+                let error = (parameter.estimate - truth).abs();
+                assert!(error < 0.01_f64.max(0.005 * truth), "{truth} {parameter:?}");
+            } else {
+                assert_eq!(parameter.estimate, truth, "{:?}", parameter.quantity);
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_log_does_not_show_is_left_out_and_the_manoeuvre_is_named() {
+        // Small steps at one speed in still water: no limit is reached, no modes are distinguished, and power has one speed.
+        let (craft, ocean) = some_craft(0);
+        let leg = |speed: f64, degrees: f64| crate::trial::Leg {
+            duration: 30.0,
+            speed,
+            heading: degrees.to_radians(),
+            turn_rate: 0.0,
+        };
+        let legs = [0.0, 10.0, 0.0, -10.0, 0.0, 10.0].map(|degrees| leg(0.8, degrees));
+        let trial = Trial { legs: legs.into() };
+        let still = Ocean {
+            current: Vector2::zeros(),
             ..ocean
-        },
-    ));
-    for parameter in found.parameters {
-        let truth = truth(&craft, parameter.quantity).expect("of the same order");
-        // Power has its noise always.
-        if matches!(parameter.quantity, Quantity::PowerLinear | Quantity::PowerCubic) {
-            continue;
+        };
+        let found = identify(&log(&craft, &trial, &still));
+        let missing = found.missing();
+        for quantity in [
+            Quantity::HeadingRateMax,
+            Quantity::SurgeTimeConstant,
+            Quantity::AccelerationMax,
+            Quantity::DecelerationMax,
+            Quantity::SpeedReference,
+            Quantity::HeadingReference,
+        ] {
+            assert!(missing.contains(&quantity), "{quantity:?} {found:?}");
+            assert!(!quantity.manoeuvre().is_empty());
         }
-        if truth.is_finite() {
-            // Half a per cent, or ten milliseconds: what a step of 2 ms and its Euler leave.
-            let error = (parameter.estimate - truth).abs();
-            assert!(error < 0.01_f64.max(0.005 * truth), "{truth} {parameter:?}");
-        } else {
-            assert_eq!(parameter.estimate, truth, "{:?}", parameter.quantity);
+        let description = found.description();
+        assert_eq!(description.surge_loop.acceleration_max_mps2, None);
+        assert_eq!(description.heading_loop.rate_max_radps, None);
+        assert_eq!(description.speed_held, None);
+        assert!(!missing.contains(&Quantity::HeadingTimeConstant), "{found:?}");
+    }
+
+    /// Craft whose hulls and autopilots are simulated, beside what step tests without noise say of them.
+    #[test]
+    fn simulated_hulls_are_found_as_their_step_tests_have_them() {
+        use crate::trial::TrialSetup;
+        use sim::{
+            inner_loop::DragFeedForward,
+            surface_craft::SurfaceClass,
+            surface_craft::{random::RandomCraft, step_response::step_test},
+        };
+
+        let mut crafts = vec![];
+        for class in [SurfaceClass::Medusa, SurfaceClass::Otter] {
+            let (hull, autopilot) = (class.hull(), class.autopilot(DragFeedForward::On));
+            let tested = step_test(&hull, &autopilot).expect("answers");
+            crafts.push((
+                format!("{class:?}"),
+                TrialSetup::with(hull, autopilot, &class.limits()),
+                tested.craft,
+            ));
         }
-    }
-}
-
-#[test]
-fn what_a_log_does_not_show_is_left_out_and_the_manoeuvre_is_named() {
-    // Small steps at one speed in still water: no limit is reached, no modes are distinguished, and power has one speed.
-    let (craft, ocean) = some_craft(0);
-    let leg = |speed: f64, degrees: f64| crate::trial::Leg {
-        manoeuvre: crate::trial::Manoeuvre::HeadingSteps,
-        duration: 30.0,
-        speed,
-        heading: degrees.to_radians(),
-        turn_rate: 0.0,
-    };
-    let legs = [0.0, 10.0, 0.0, -10.0, 0.0, 10.0].map(|degrees| leg(0.8, degrees));
-    let trial = Trial { legs: legs.into() };
-    let still = Ocean {
-        current: Vector2::zeros(),
-        ..ocean
-    };
-    let found = identify(&log(&craft, &trial, &still));
-    let missing = found.missing();
-    for quantity in [
-        Quantity::HeadingRateMax,
-        Quantity::SurgeTimeConstant,
-        Quantity::AccelerationMax,
-        Quantity::DecelerationMax,
-        Quantity::SpeedHeld,
-        Quantity::HeadingHeld,
-    ] {
-        assert!(missing.contains(&quantity), "{quantity:?} {found:?}");
-        assert!(!quantity.manoeuvre().is_empty());
-    }
-    let description = found.description();
-    assert_eq!(description.acceleration_max, None);
-    assert_eq!(description.heading_rate_max, None);
-    assert_eq!(description.speed_held, None);
-    assert!(!missing.contains(&Quantity::HeadingTimeConstant), "{found:?}");
-}
-
-/// Craft whose hulls and autopilots are simulated, beside what step tests without noise say of them.
-#[test]
-fn simulated_hulls_are_found_as_their_step_tests_have_them() {
-    use crate::trial::TrialSetup;
-    use sim::{
-        inner_loop::DragFeedForward,
-        surface_craft::SurfaceClass,
-        surface_craft::{random::RandomCraft, step_test::step_test},
-    };
-
-    let mut crafts = vec![];
-    for class in [SurfaceClass::Medusa, SurfaceClass::Otter] {
-        let (hull, autopilot) = (class.hull(), class.autopilot(DragFeedForward::On));
-        let tested = step_test(&hull, &autopilot).expect("answers");
-        crafts.push((
-            format!("{class:?}"),
-            TrialSetup::with(hull, autopilot, &class.limits()),
-            tested.craft,
-        ));
-    }
-    for seed in 0..6 {
-        let drawn =
-            RandomCraft::draw(seed, &sim::surface_craft::random::CraftWishes::default()).expect("is drawn");
-        crafts.push((
-            format!("random {seed}"),
-            TrialSetup::with(drawn.hull, drawn.autopilot, &drawn.tested.limits),
-            drawn.tested.craft,
-        ));
-    }
-    for (name, setup, tested) in crafts {
-        let found = identify(&Log::new(setup.fly(1)).expect("a log"));
-        let craft = found.description().craft();
-        let heads = [
-            ("heading lag", craft.heading.lag(), tested.heading.lag(), 0.3),
-            ("rate", craft.heading.rate_max, tested.heading.rate_max, 0.3),
-            ("surge lag", craft.surge.lag(), tested.surge.lag(), 0.35),
-            (
-                "up",
-                craft.surge.acceleration_max,
-                tested.surge.acceleration_max,
-                0.45,
-            ),
-            (
-                "down",
-                craft.surge.deceleration_max,
-                tested.surge.deceleration_max,
-                0.45,
-            ),
-            ("sway", craft.sway_per_yaw_rate, tested.sway_per_yaw_rate, 0.35),
-            ("power", craft.power.at(1.0), tested.power.at(1.0), 0.1),
-        ];
-        for (what, found, tested, tolerance) in heads {
-            println!("{name}: {what} {found:.3}, step test {tested:.3}");
-            let error = (found - tested).abs();
-            // A tenth of a second, or a part: no hull is a loop of first or second order.
-            assert!(
-                error < tolerance * tested.abs() || error < 0.1 && what.contains("lag"),
-                "{name}: {what} {found} {tested}"
+        for seed in 0..6 {
+            let drawn = RandomCraft::draw(seed, &sim::surface_craft::random::CraftConstraints::default())
+                .expect("is drawn");
+            crafts.push((
+                format!("random {seed}"),
+                TrialSetup::with(drawn.hull, drawn.autopilot, &drawn.tested.limits),
+                drawn.tested.craft,
+            ));
+        }
+        for (name, setup, tested) in crafts {
+            let found = identify(&Log::new(setup.fly(1)).expect("a log"));
+            let craft = found.description().craft();
+            let heads = [
+                ("heading lag", craft.heading.lag(), tested.heading.lag(), 0.3),
+                ("rate", craft.heading.rate_max, tested.heading.rate_max, 0.3),
+                ("surge lag", craft.surge.lag(), tested.surge.lag(), 0.35),
+                (
+                    "up",
+                    craft.surge.acceleration_max,
+                    tested.surge.acceleration_max,
+                    0.45,
+                ),
+                (
+                    "down",
+                    craft.surge.deceleration_max,
+                    tested.surge.deceleration_max,
+                    0.45,
+                ),
+                ("sway", craft.sway_per_yaw_rate, tested.sway_per_yaw_rate, 0.35),
+                ("power", craft.power.at(1.0), tested.power.at(1.0), 0.1),
+            ];
+            for (what, found, tested, tolerance) in heads {
+                println!("{name}: {what} {found:.3}, step test {tested:.3}");
+                let error = (found - tested).abs();
+                // A tenth of a second, or a part: no hull is a loop of first or second order.
+                assert!(
+                    error < tolerance * tested.abs() || error < 0.1 && what.contains("lag"),
+                    "{name}: {what} {found} {tested}"
+                );
+            }
+            assert_eq!(
+                (found.speed_held, found.heading_held),
+                (Some(tested.speed_held), Some(tested.heading_held)),
+                "{name}"
             );
         }
-        assert_eq!(
-            (found.speed_held, found.heading_held),
-            (Some(tested.speed_held), Some(tested.heading_held)),
-            "{name}"
-        );
     }
 }

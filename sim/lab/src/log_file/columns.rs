@@ -11,100 +11,40 @@ use super::{
     table::{Cell, Table},
 };
 
-/// A column of a log.
-#[derive(Clone, Copy, Debug)]
-pub struct LogColumn {
-    /// Its name and the other names under which it is found, the first that a file has.
-    pub names: &'static [&'static str],
-    /// What it is.
-    pub meaning: &'static str,
-}
-
-const TIME: LogColumn = LogColumn {
-    names: &["t_s"],
-    meaning: "time, on any clock",
-};
-const SPEED_REFERENCE: LogColumn = LogColumn {
-    names: &["reference_speed_mps"],
-    meaning: "speed reference in force from this row on; 0 where it is to make no way",
-};
-const HEADING_REFERENCE: LogColumn = LogColumn {
-    names: &["reference_heading_rad", "reference_heading_deg"],
-    meaning: "heading (or course) reference in force from this row on, 0 at north, clockwise",
-};
-const HEADING: LogColumn = LogColumn {
-    names: &["heading_rad", "heading_deg"],
-    meaning: "measured heading of the bow",
-};
-const SURGE: LogColumn = LogColumn {
-    names: &["speed_mps"],
-    meaning: "speed through the water, ahead, by a speed log",
-};
-const SWAY: LogColumn = LogColumn {
-    names: &["sway_mps"],
-    meaning: "speed through the water to starboard, by a two-axis log",
-};
-const GROUND_NORTH: LogColumn = LogColumn {
-    names: &["ground_north_mps"],
-    meaning: "velocity over ground, northward, by a satellite receiver",
-};
-const GROUND_EAST: LogColumn = LogColumn {
-    names: &["ground_east_mps"],
-    meaning: "velocity over ground, eastward",
-};
-const NORTH: LogColumn = LogColumn {
-    names: &["north_m"],
-    meaning: "position north of any datum; used where there is no velocity over ground",
-};
-const EAST: LogColumn = LogColumn {
-    names: &["east_m"],
-    meaning: "position east of it",
-};
-const POWER: LogColumn = LogColumn {
-    names: &["power_w"],
-    meaning: "electrical power of the propulsion",
-};
+/// Names of a column in radians or degrees; the first that a file has counts.
+const HEADING_REFERENCE: &[&str] = &["reference_heading_rad", "reference_heading_deg"];
+const HEADING: &[&str] = &["heading_rad", "heading_deg"];
 /// Where a table has it, power is the increase of energy.
 const ENERGY: &str = "energy_j";
-/// Where a table has it, rows of other vehicles than the surface craft are passed over; rows of none tell references.
+/// Where a table has it, rows of AUVs are skipped; rows without a vehicle hold references.
 const VEHICLE: &str = "vehicle";
-/// Where a table has it, rows of what was known are passed over: a record has the truth beside it.
+/// Where a table has it, rows of what was known are skipped: a record has the truth beside it.
 const KIND: &str = "kind";
 
-/// Every column, in the order in which logs are written.
-pub const COLUMNS: [LogColumn; 11] = [
-    TIME,
-    SPEED_REFERENCE,
-    HEADING_REFERENCE,
-    HEADING,
-    SURGE,
-    SWAY,
-    GROUND_NORTH,
-    GROUND_EAST,
-    NORTH,
-    EAST,
-    POWER,
+/// A column of a log: its name, and its value in a row.
+type LogColumn = (&'static str, fn(&LogRow) -> Option<f64>);
+
+/// The columns that [`write_csv`] writes. docs/commissioning.md says what each means.
+const COLUMNS: [LogColumn; 11] = [
+    ("t_s", |row| Some(row.time)),
+    ("reference_speed_mps", |row| Some(row.speed_reference)),
+    ("reference_heading_rad", |row| Some(row.heading_reference)),
+    ("heading_rad", |row| Some(row.heading)),
+    ("speed_mps", |row| row.surge),
+    ("sway_mps", |row| row.sway),
+    ("ground_north_mps", |row| Some(row.ground_velocity?.x)),
+    ("ground_east_mps", |row| Some(row.ground_velocity?.y)),
+    ("north_m", |row| Some(row.position?.x)),
+    ("east_m", |row| Some(row.position?.y)),
+    ("power_w", |row| row.power),
 ];
 
-/// Writes `rows` as comma-separated values: numbers with six decimals, nothing where there was nothing to tell.
+/// Writes `rows` as comma-separated values: numbers with six decimals; unknown values are empty.
 pub fn write_csv(rows: &[LogRow], out: &mut impl Write) -> io::Result<()> {
-    writeln!(out, "{}", COLUMNS.map(|column| column.names[0]).join(","))?;
-    let values: [fn(&LogRow) -> Option<f64>; COLUMNS.len()] = [
-        |row| Some(row.time),
-        |row| Some(row.speed_reference),
-        |row| Some(row.heading_reference),
-        |row| Some(row.heading),
-        |row| row.surge,
-        |row| row.sway,
-        |row| Some(row.ground_velocity?.x),
-        |row| Some(row.ground_velocity?.y),
-        |row| Some(row.position?.x),
-        |row| Some(row.position?.y),
-        |row| row.power,
-    ];
+    writeln!(out, "{}", COLUMNS.map(|(name, _)| name).join(","))?;
     for row in rows {
-        let cells = values.map(|value| value(row).map_or_else(String::new, |number| format!("{number:.6}")));
-        writeln!(out, "{}", cells.join(","))?;
+        let cell = |number: Option<f64>| number.map_or_else(String::new, |number| format!("{number:.6}"));
+        writeln!(out, "{}", COLUMNS.map(|(_, value)| cell(value(row))).join(","))?;
     }
     Ok(())
 }
@@ -116,19 +56,17 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn of(table: &'a Table, column: LogColumn) -> Self {
+    fn of(table: &'a Table, names: &[&'static str]) -> Self {
         Self {
             table,
-            place: table.column(column.names),
+            place: table.column(names),
         }
     }
 
-    fn needed(table: &'a Table, column: LogColumn) -> Result<Self, LogFileError> {
-        let reader = Self::of(table, column);
-        match reader.place {
-            Some(_) => Ok(reader),
-            None => Err(LogFileError::NoColumn(column.names[0])),
-        }
+    fn needed(table: &'a Table, names: &[&'static str]) -> Result<Self, LogFileError> {
+        let reader = Self::of(table, names);
+        let found = reader.place.is_some();
+        found.then_some(reader).ok_or(LogFileError::NoColumn(names[0]))
     }
 
     fn at(&self, row: usize) -> Result<Option<f64>, LogFileError> {
@@ -139,27 +77,28 @@ impl<'a> Reader<'a> {
             Some(Cell::Number(number)) if name.ends_with("_deg") => Ok(Some(number.to_radians())),
             Some(Cell::Number(number)) => Ok(Some(*number)),
             Some(Cell::Nothing) | None => Ok(None),
-            Some(Cell::Word(given)) => Err(LogFileError::NotANumber {
-                row: row + 1,
-                column: name.to_owned(),
-                given: given.clone(),
-            }),
+            Some(Cell::Word(given)) => Err(LogFileError::NotANumber(row + 1, name.to_owned(), given.clone())),
         }
     }
 }
 
 /// The samples of a table. References hold until the next; rows before the first, and without a heading, are passed over.
 pub(super) fn rows(table: &Table) -> Result<Vec<LogRow>, LogFileError> {
-    let time = Reader::needed(table, TIME)?;
-    let speed_reference = Reader::needed(table, SPEED_REFERENCE)?;
+    let time = Reader::needed(table, &["t_s"])?;
+    let speed_reference = Reader::needed(table, &["reference_speed_mps"])?;
     let heading_reference = Reader::needed(table, HEADING_REFERENCE)?;
     let heading = Reader::needed(table, HEADING)?;
-    let [surge, sway, north_mps, east_mps, north, east, power] =
-        [SURGE, SWAY, GROUND_NORTH, GROUND_EAST, NORTH, EAST, POWER].map(|column| Reader::of(table, column));
-    let energy = Reader {
-        table,
-        place: table.column(&[ENERGY]),
-    };
+    let [surge, sway, north_mps, east_mps, north, east, power, energy] = [
+        "speed_mps",
+        "sway_mps",
+        "ground_north_mps",
+        "ground_east_mps",
+        "north_m",
+        "east_m",
+        "power_w",
+        ENERGY,
+    ]
+    .map(|name| Reader::of(table, &[name]));
     let place = |name| table.column(&[name]).map(|(_, place)| place);
     let (vehicle, kind) = (place(VEHICLE), place(KIND));
 

@@ -20,7 +20,7 @@ pub(super) struct Table {
     pub(super) rows: Vec<Vec<Cell>>,
 }
 
-/// What stands in a row's column.
+/// A cell.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Cell {
     Nothing,
@@ -43,7 +43,7 @@ impl Table {
         names.iter().find_map(place)
     }
 
-    /// The word in a row's column; an empty one where there is a number.
+    /// The word in a row's column; empty if it holds a number.
     pub(super) fn word(&self, row: usize, place: Option<usize>) -> Option<&str> {
         match self.rows[row].get(place?)? {
             Cell::Nothing => None,

@@ -11,7 +11,7 @@ use crate::table::Row;
 /// The frame that does not move.
 pub(super) const WORLD: &str = "world";
 
-/// The covariance of a place that has none.
+/// The type of a covariance that is unknown.
 const UNKNOWN: u8 = 0;
 const COVARIANCE: [f64; 9] = [0.0; 9];
 
@@ -42,7 +42,7 @@ impl Time {
     }
 }
 
-/// Where a vehicle is and how it lies, north-east-down.
+/// Position and attitude of a vehicle, north-east-down.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Vehicle {
     /// (north, east), m.
@@ -56,8 +56,7 @@ pub(super) struct Vehicle {
 }
 
 impl Vehicle {
-    /// The vehicle of a row that has its position. It lies level where its pitch is not known, at the
-    /// surface where its depth is not; it points where the course leads where its heading is not known, else north.
+    /// The vehicle of a row with a position. Unknown pitch and depth are 0; an unknown heading is the course, or else north.
     pub(super) fn of<'a>(row: &Row<'a>) -> Option<(&'a str, Self)> {
         let (id, position) = row.place()?;
         let vehicle = Self {

@@ -1,4 +1,4 @@
-//! What stands still, as lines: the vehicles' paths, the discs to stay out of, the area to stay in.
+//! What does not move, as lines: paths, keep-out discs, area.
 
 use nalgebra::Vector2;
 use serde_json::{Value, json};

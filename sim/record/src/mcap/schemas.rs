@@ -149,7 +149,7 @@ fn numbers(title: &str, names: &[&'static str]) -> Value {
     object(title, names.iter().map(|name| (*name, number())))
 }
 
-/// A list that is always empty, whatever it could hold.
+/// A list that is always empty.
 fn unused(title: &str) -> Value {
     list(object(title, []))
 }

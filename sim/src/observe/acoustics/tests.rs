@@ -1,13 +1,36 @@
 use rand::SeedableRng;
 
-use super::{super::setup::InvalidSetup, *};
+use super::*;
 use crate::world::inner_loop::PERIOD;
 
 /// Steps of the usual frame of 10 s.
 const FRAME_STEPS: u32 = 100;
 
-/// A channel without error or loss: frame 10 s, latency 2 s, 1500 m/s.
-fn clear(vehicles: usize) -> AcousticsSetup {
+/// An ordinary modem with position fixes, the slots of `vehicles` vehicles evenly over the frame.
+fn usual(vehicles: u32) -> AcousticsSetup {
+    let frame = 10.0;
+    AcousticsSetup {
+        frame,
+        slot_length: 0.5,
+        slots: (0..vehicles)
+            .map(|i| frame * f64::from(i) / f64::from(vehicles))
+            .collect(),
+        sound_speed: 1500.0,
+        latency: 2.0,
+        position_sigma: 1.5,
+        depth_sigma: 0.1,
+        course_sigma: 0.05,
+        speed_sigma: 0.02,
+        range_max: 1000.0,
+        loss: 0.05,
+        loss_at_range_max: 0.5,
+        outlier_share: 0.02,
+        outlier_sigma: 20.0,
+    }
+}
+
+/// The same without error or loss.
+fn clear(vehicles: u32) -> AcousticsSetup {
     AcousticsSetup {
         position_sigma: 0.0,
         depth_sigma: 0.0,
@@ -16,18 +39,17 @@ fn clear(vehicles: usize) -> AcousticsSetup {
         loss: 0.0,
         loss_at_range_max: 0.0,
         outlier_share: 0.0,
-        ..AcousticsSetup::for_vehicles(vehicles)
+        ..usual(vehicles)
     }
 }
 
 fn channel(setup: &AcousticsSetup, seed: u64) -> Acoustics {
-    setup.check(setup.slots.len()).expect("a valid setup");
     Acoustics::new(setup, PERIOD, ChaCha8Rng::seed_from_u64(seed))
 }
 
 /// A vehicle `north` m north of the datum at `depth` m.
-fn at(north: f64, depth: f64) -> Emission {
-    Emission {
+fn at(north: f64, depth: f64) -> Telemetry {
+    Telemetry {
         position: Vector2::new(north, 0.0),
         depth,
         course: Course::new(0.5),
@@ -39,18 +61,23 @@ fn at(north: f64, depth: f64) -> Emission {
 
 /// Everything heard in `steps` steps with the surface craft at the datum, and what became of the rest.
 /// Collected once a second, and once more when the last message has had its time.
-fn listen(setup: &AcousticsSetup, seed: u64, steps: u32, emissions: &[Emission]) -> (Vec<Fix>, Tally) {
+fn listen(
+    setup: &AcousticsSetup,
+    seed: u64,
+    steps: u32,
+    all_telemetry: &[Telemetry],
+) -> (Vec<Fix>, MessageCounts) {
     let mut channel = channel(setup, seed);
-    let silent = vec![false; emissions.len()];
+    let silent = vec![false; all_telemetry.len()];
     let mut heard = vec![];
     for step in 0..steps {
-        channel.step(step, &Vector2::zeros(), emissions, &silent);
+        channel.step(step, &Vector2::zeros(), all_telemetry, &silent);
         if step % 10 == 0 {
             channel.receive(f64::from(step) * PERIOD, &mut heard);
         }
     }
     channel.receive(f64::INFINITY, &mut heard);
-    (heard, channel.tally())
+    (heard, channel.counts())
 }
 
 /// Four standard deviations of a count of `n` draws with probability `p`.
@@ -70,8 +97,8 @@ fn each_vehicle_is_heard_once_a_frame_with_the_truth_of_its_slot() {
     for step in 0..50 * FRAME_STEPS {
         // The position of a vehicle that moves 1 m a step gives the time of the look.
         let north = f64::from(step % 400);
-        let emissions = [at(north, 5.0), at(north, 6.0), at(north, 7.0)];
-        channel.step(step, &Vector2::zeros(), &emissions, &[false; 3]);
+        let all_telemetry = [at(north, 5.0), at(north, 6.0), at(north, 7.0)];
+        channel.step(step, &Vector2::zeros(), &all_telemetry, &[false; 3]);
         channel.receive(f64::from(step) * PERIOD, &mut heard);
     }
     channel.receive(f64::INFINITY, &mut heard);
@@ -82,17 +109,15 @@ fn each_vehicle_is_heard_once_a_frame_with_the_truth_of_its_slot() {
             let step = frame * FRAME_STEPS + slot;
             assert_eq!(fix.sent_at, f64::from(step) * PERIOD);
             let truth = at(f64::from(step % 400), [5.0, 6.0, 7.0][vehicle]);
-            assert_eq!(fix.position, truth.position);
-            assert_eq!((fix.depth, fix.course), (truth.depth, truth.course));
-            assert_eq!((fix.speed, fix.turn_rate), (truth.speed, truth.turn_rate));
+            assert_eq!(fix.telemetry, truth);
         }
     }
-    let all = Tally {
+    let all = MessageCounts {
         sent: 150,
         delivered: 150,
-        ..Tally::default()
+        ..MessageCounts::default()
     };
-    assert_eq!(channel.tally(), all);
+    assert_eq!(channel.counts(), all);
 }
 
 #[test]
@@ -118,9 +143,9 @@ fn fixes_come_in_the_order_of_hearing_not_of_speaking() {
         slot_length: 0.05,
         ..clear(2)
     };
-    let (heard, tally) = listen(&setup, 1, FRAME_STEPS, &[at(995.0, 0.0), at(5.0, 0.0)]);
+    let (heard, counts) = listen(&setup, 1, FRAME_STEPS, &[at(995.0, 0.0), at(5.0, 0.0)]);
     let order: Vec<usize> = heard.iter().map(|fix| fix.vehicle).collect();
-    assert_eq!((order, tally.delivered), (vec![1, 0], 2));
+    assert_eq!((order, counts.delivered), (vec![1, 0], 2));
     assert!(heard[0].heard_at < heard[1].heard_at);
 }
 
@@ -133,62 +158,78 @@ fn the_share_lost_is_the_one_asked_for_and_grows_linearly_with_slant_range() {
         ..clear(1)
     };
     let frames = 10_000;
-    for (emission, expected) in [
+    for (telemetry, expected) in [
         (at(0.0, 0.0), 0.1),
         (at(60.0, 80.0), 0.4),
         (at(0.0, 150.0), 0.55),
         (at(-200.0, 0.0), 0.7),
     ] {
-        let (heard, tally) = listen(&setup, 2, frames * FRAME_STEPS, &[emission]);
+        let (heard, counts) = listen(&setup, 2, frames * FRAME_STEPS, &[telemetry]);
         let n = f64::from(frames);
-        assert_eq!(tally.sent, u64::from(frames));
-        assert_eq!(tally.delivered, heard.len() as u64);
-        assert_eq!(tally.lost + tally.delivered, tally.sent);
+        assert_eq!(counts.sent, u64::from(frames));
+        assert_eq!(counts.delivered, heard.len() as u64);
+        assert_eq!(counts.lost + counts.delivered, counts.sent);
         let bound = four_sigma(n, expected);
-        assert!((count(tally.lost) - expected * n).abs() < bound, "{tally:?}");
+        assert!((count(counts.lost) - expected * n).abs() < bound, "{counts:?}");
     }
 }
 
 #[test]
-fn two_in_one_slot_destroy_each_other_and_two_in_slots_apart_do_not() {
-    let both = [at(50.0, 5.0), at(-60.0, 20.0)];
-    let shared = AcousticsSetup {
-        slots: vec![3.0, 3.0],
+fn two_messages_at_one_time_destroy_each_other_unless_one_is_out_of_range() {
+    let slots = |slots: [f64; 2]| AcousticsSetup {
+        slots: slots.to_vec(),
         ..clear(2)
     };
-    let (heard, tally) = listen(&shared, 1, 20 * FRAME_STEPS, &both);
-    assert_eq!((heard.len(), tally.sent, tally.collided), (0, 40, 40));
-    let (heard, tally) = listen(&clear(2), 1, 20 * FRAME_STEPS, &both);
-    assert_eq!((heard.len(), tally.sent, tally.collided), (40, 40, 0));
-}
-
-#[test]
-fn a_message_too_garbled_to_be_read_still_destroys_another() {
-    // The farther one is always lost by chance, the nearer one never.
-    let shared = AcousticsSetup {
-        slots: vec![3.0, 3.0],
-        range_max: 100.0,
-        loss_at_range_max: 1.0,
-        ..clear(2)
+    let (shared, apart) = (slots([3.0, 3.0]), slots([0.0, 0.6]));
+    let frames = 20;
+    let none = MessageCounts {
+        sent: 40,
+        ..MessageCounts::default()
     };
-    let (heard, tally) = listen(&shared, 1, 20 * FRAME_STEPS, &[at(100.0, 0.0), at(0.0, 0.0)]);
-    assert_eq!((heard.len(), tally.lost, tally.collided), (0, 20, 20));
-}
-
-#[test]
-fn messages_sent_apart_collide_where_the_travel_times_make_up_for_it() {
-    // Slots 0.6 s apart, messages of 0.5 s: they pass each other where the first is not more than 0.1 s,
-    // or 150 m, farther away than the second.
-    let setup = AcousticsSetup {
-        slots: vec![0.0, 0.6],
-        ..clear(2)
+    let delivered = MessageCounts {
+        delivered: 40,
+        ..none
     };
-    let delivered = |farther: f64| {
-        let emissions = [at(10.0 + farther, 0.0), at(10.0, 0.0)];
-        listen(&setup, 1, 5 * FRAME_STEPS, &emissions).1.delivered
-    };
-    assert_eq!(delivered(140.0), 10);
-    assert_eq!(delivered(160.0), 0);
+    let collided = MessageCounts { collided: 40, ..none };
+    for (setup, all_telemetry, expected) in [
+        (shared.clone(), [at(50.0, 5.0), at(-60.0, 20.0)], collided),
+        (clear(2), [at(50.0, 5.0), at(-60.0, 20.0)], delivered),
+        // Slots 0.6 s apart, messages of 0.5 s: they pass each other if the first is at most 0.1 s, or 150 m, farther
+        // away than the second.
+        (apart.clone(), [at(150.0, 0.0), at(10.0, 0.0)], delivered),
+        (apart, [at(170.0, 0.0), at(10.0, 0.0)], collided),
+        // The farther one is always lost by chance, the nearer one never: a lost message is as loud.
+        (
+            AcousticsSetup {
+                range_max: 100.0,
+                loss_at_range_max: 1.0,
+                ..shared.clone()
+            },
+            [at(100.0, 0.0), at(0.0, 0.0)],
+            MessageCounts {
+                lost: 20,
+                collided: 20,
+                ..none
+            },
+        ),
+        // 300 and 400.1 m make 500.08 m; 300 and 400 make 500.
+        (
+            AcousticsSetup {
+                range_max: 500.0,
+                ..shared
+            },
+            [at(300.0, 400.1), at(300.0, 400.0)],
+            MessageCounts {
+                beyond_range: 20,
+                delivered: 20,
+                ..none
+            },
+        ),
+    ] {
+        let (heard, counts) = listen(&setup, 1, frames * FRAME_STEPS, &all_telemetry);
+        assert_eq!(counts, expected, "{all_telemetry:?}");
+        assert_eq!(heard.len() as u64, counts.delivered);
+    }
 }
 
 #[test]
@@ -210,24 +251,7 @@ fn a_silent_vehicle_collides_with_no_message_and_is_not_heard() {
     channel.receive(f64::INFINITY, &mut heard);
     assert_eq!(heard.len(), 20);
     assert!(heard.iter().all(|fix| fix.vehicle == 1));
-    assert_eq!(channel.tally().sent, 20);
-}
-
-#[test]
-fn nothing_is_heard_from_beyond_the_range_and_nothing_from_there_collides() {
-    let shared = AcousticsSetup {
-        slots: vec![3.0, 3.0],
-        range_max: 500.0,
-        ..clear(2)
-    };
-    // 300 and 400.1 m make 500.08 m; 300 and 400 make 500.
-    let emissions = [at(300.0, 400.1), at(300.0, 400.0)];
-    let (heard, tally) = listen(&shared, 1, 30 * FRAME_STEPS, &emissions);
-    assert!(heard.iter().all(|fix| fix.vehicle == 1));
-    assert_eq!(
-        (tally.sent, tally.beyond_range, tally.delivered, tally.collided),
-        (60, 30, 30, 0)
-    );
+    assert_eq!(channel.counts().sent, 20);
 }
 
 #[test]
@@ -245,13 +269,13 @@ fn errors_have_the_spread_asked_for_no_mean_and_none_knows_of_another() {
     let mut sum = nalgebra::SVector::<f64, 5>::zeros();
     let mut products = nalgebra::SMatrix::<f64, 5, 5>::zeros();
     for fix in &heard {
-        let off = fix.position - truth.position;
+        let off = fix.telemetry.position - truth.position;
         let errors = nalgebra::SVector::from([
             off.x / 1.5,
             off.y / 1.5,
-            (fix.depth - truth.depth) / 0.2,
-            (fix.course.radians() - truth.course.radians()) / 0.05,
-            (fix.speed - truth.speed) / 0.01,
+            (fix.telemetry.depth - truth.depth) / 0.2,
+            (fix.telemetry.course.radians() - truth.course.radians()) / 0.05,
+            (fix.telemetry.speed - truth.speed) / 0.01,
         ]);
         sum += errors;
         products += errors * errors.transpose();
@@ -289,14 +313,14 @@ fn the_share_of_outliers_is_the_one_asked_for_and_they_look_like_any_other_fix()
     // probability 1 − exp(−(6.1/500)²/2) < 0.0001.
     let far = heard
         .iter()
-        .filter(|fix| (fix.position - truth.position).norm() > 6.1);
+        .filter(|fix| (fix.telemetry.position - truth.position).norm() > 6.1);
     let n = count(heard.len() as u64);
     let outliers = count(far.clone().count() as u64);
     assert!((outliers - 0.02 * n).abs() < four_sigma(n, 0.02), "{outliers}");
     let squares: f64 = far
         .map(|fix| {
-            assert_eq!((fix.sigma, fix.depth), (0.5, truth.depth));
-            (fix.position - truth.position).norm_squared() / (500.0 * 500.0)
+            assert_eq!((fix.sigma, fix.telemetry.depth), (0.5, truth.depth));
+            (fix.telemetry.position - truth.position).norm_squared() / (500.0 * 500.0)
         })
         .sum();
     // χ² with two degrees of freedom for each.
@@ -308,9 +332,9 @@ fn luck_is_the_same_wherever_the_surface_craft_is_and_whichever_vehicle_kept_sil
     let setup = AcousticsSetup {
         loss: 0.3,
         loss_at_range_max: 0.3,
-        ..AcousticsSetup::for_vehicles(2)
+        ..usual(2)
     };
-    let emissions = [at(50.0, 5.0), at(80.0, 10.0)];
+    let all_telemetry = [at(50.0, 5.0), at(80.0, 10.0)];
     let run = |asc: Vector2<f64>, quiet: std::ops::Range<u32>| {
         let mut channel = channel(&setup, 5);
         let mut heard = vec![];
@@ -319,7 +343,7 @@ fn luck_is_the_same_wherever_the_surface_craft_is_and_whichever_vehicle_kept_sil
             // A while out of range, too.
             let away = if quiet.contains(&step) { 5000.0 } else { 0.0 };
             let asc = asc + Vector2::new(away, 0.0);
-            channel.step(step, &asc, &emissions, &silent);
+            channel.step(step, &asc, &all_telemetry, &silent);
             channel.receive(f64::from(step) * PERIOD, &mut heard);
         }
         channel.receive(f64::INFINITY, &mut heard);
@@ -343,9 +367,9 @@ fn luck_is_the_same_wherever_the_surface_craft_is_and_whichever_vehicle_kept_sil
 
 #[test]
 fn a_seed_gives_the_same_fixes_again_and_another_seed_others() {
-    let setup = AcousticsSetup::for_vehicles(2);
-    let emissions = [at(50.0, 5.0), at(80.0, 10.0)];
-    let run = |seed| listen(&setup, seed, 100 * FRAME_STEPS, &emissions);
+    let setup = usual(2);
+    let all_telemetry = [at(50.0, 5.0), at(80.0, 10.0)];
+    let run = |seed| listen(&setup, seed, 100 * FRAME_STEPS, &all_telemetry);
     assert_eq!(run(6), run(6));
     assert_ne!(run(6).0, run(7).0);
 }
@@ -358,8 +382,8 @@ fn slots_do_not_drift_over_a_day_nor_depend_on_how_the_period_rounds() {
         ..clear(1)
     };
     let steps = 864_000;
-    let (heard, tally) = listen(&setup, 1, steps, &[at(1.0, 0.0)]);
-    assert_eq!(tally.sent, u64::from(steps / FRAME_STEPS));
+    let (heard, counts) = listen(&setup, 1, steps, &[at(1.0, 0.0)]);
+    assert_eq!(counts.sent, u64::from(steps / FRAME_STEPS));
     for (frame, fix) in (0..).zip(&heard) {
         assert_eq!(fix.sent_at, f64::from(frame * FRAME_STEPS + 7) * PERIOD);
     }
@@ -374,7 +398,7 @@ fn fixes_that_are_not_collected_are_forgotten_oldest_first() {
     let mut heard = vec![];
     channel.receive(f64::INFINITY, &mut heard);
     assert_eq!(heard.len(), QUEUE_PER_VEHICLE);
-    assert_eq!(channel.tally().uncollected, 36);
+    assert_eq!(channel.counts().uncollected, 36);
     assert_eq!(heard[0].sent_at, 360.0);
 }
 
@@ -385,45 +409,6 @@ fn a_telemetered_speed_is_never_negative() {
         ..clear(1)
     };
     let (heard, _) = listen(&setup, 8, 100 * FRAME_STEPS, &[at(5.0, 5.0)]);
-    assert!(heard.iter().all(|fix| fix.speed >= 0.0));
-    assert!(heard.iter().any(|fix| fix.speed == 0.0));
-}
-
-#[test]
-fn a_setup_with_a_number_out_of_range_is_refused_by_its_name() {
-    let usual = AcousticsSetup::for_vehicles(2);
-    for vehicles in 1..=16 {
-        assert_eq!(AcousticsSetup::for_vehicles(vehicles).check(vehicles), Ok(()));
-    }
-    let refused = |setup: AcousticsSetup| setup.check(2).expect_err("invalid").to_string();
-    let nan = AcousticsSetup {
-        frame: f64::NAN,
-        ..usual.clone()
-    };
-    assert_eq!(refused(nan), "acoustics/frame_s: NaN is not in [1, 3600]");
-    let late = AcousticsSetup {
-        slots: vec![0.0, 11.0],
-        ..usual.clone()
-    };
-    assert_eq!(refused(late), "acoustics/slots_s/1: 11 is not in [0, 10]");
-    let shrinking = AcousticsSetup {
-        loss: 0.6,
-        ..usual.clone()
-    };
-    assert_eq!(
-        refused(shrinking),
-        "acoustics/loss_at_range_max: 0.5 is not in [0.6, 1]"
-    );
-    let long = AcousticsSetup {
-        slot_length: 2.5,
-        ..usual.clone()
-    };
-    assert_eq!(refused(long), "acoustics/slot_length_s: 2.5 is not in [0.001, 2]");
-    let too_few = usual.check(3);
-    let expected = InvalidSetup::SlotCount {
-        field: "acoustics/slots_s",
-        given: 2,
-        vehicles: 3,
-    };
-    assert_eq!(too_few, Err(expected));
+    assert!(heard.iter().all(|fix| fix.telemetry.speed >= 0.0));
+    assert!(heard.iter().any(|fix| fix.telemetry.speed == 0.0));
 }

@@ -17,9 +17,9 @@ use crate::scenario::quantity::{
 pub struct WaterFile {
     /// Mean current at the surface; none if left out.
     pub current: Option<CurrentFile>,
-    /// What the current does on top of its mean: a first-order Gauss–Markov process, each component by itself; none if left out.
+    /// Fluctuation about the mean current: an independent first-order Gauss–Markov process for each component; none if left out.
     pub gauss_markov: Option<GaussMarkovFile>,
-    /// How the current changes with depth; not at all if left out.
+    /// Change of the current with depth; none if left out.
     pub shear: Option<ShearFile>,
     /// Waves; none if left out.
     pub waves: Option<WavesFile>,
@@ -29,14 +29,14 @@ pub struct WaterFile {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum CurrentFile {
-    /// The same everywhere and always.
+    /// Constant in space and time.
     Constant {
         /// Towards north, m/s.
         north_mps: Quantity<CurrentComponent>,
         /// Towards east, m/s.
         east_mps: Quantity<CurrentComponent>,
     },
-    /// A grid over north, east and time, interpolated: a CSV file beside the scenario file, with the columns
+    /// Interpolated on a grid of north, east and time, from a CSV file beside the scenario file with the columns
     /// `t_s, north_m, east_m, current_north_mps, current_east_mps`.
     Grid {
         /// Name of the file.
@@ -50,11 +50,11 @@ pub enum CurrentFile {
 pub struct GaussMarkovFile {
     /// Standard deviation of each component, m/s.
     pub sigma_mps: Quantity<WaterSpeedNoise>,
-    /// Time after which 1/e of a deviation is left, s.
+    /// Correlation time, s.
     pub correlation_s: Quantity<CorrelationTime>,
 }
 
-/// Vertical shear: the surface's current scaled and turned, linearly down to a depth and not further.
+/// Vertical shear: the surface current, scaled and turned linearly down to a depth and constant below it.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ShearFile {
@@ -66,7 +66,7 @@ pub struct ShearFile {
     pub turn_rad: Option<Quantity<HalfTurn>>,
 }
 
-/// Waves: motion that they would give the craft, if neither drag nor thrust acted on it.
+/// Waves, as the motion of a craft without drag and thrust.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WavesFile {
@@ -76,7 +76,7 @@ pub struct WavesFile {
     pub surge_sigma_mps: Quantity<WaterSpeedNoise>,
     /// Peak period, s.
     pub peak_period_s: Quantity<WavePeriod>,
-    /// Relative damping: how broad the spectrum is.
+    /// Relative damping, which sets the width of the spectrum.
     pub damping: Quantity<Damping>,
 }
 
@@ -84,16 +84,16 @@ pub struct WavesFile {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KnowledgeFile {
-    /// Whether every snapshot gives the current at the craft, or the craft estimates it from its velocities through water and over ground; `known` if left out.
+    /// Whether snapshots contain the current at the craft, or the craft estimates it from its velocities through water and over ground; `known` if left out.
     #[serde(default)]
     pub current: CurrentKnowledge,
-    /// Whether it knows the paths and speeds of the underwater vehicles, and how they dive.
+    /// Whether it knows the paths, speeds and dives of the underwater vehicles.
     #[serde(default)]
     pub paths: bool,
-    /// Its sensors' errors; none if left out.
+    /// Errors of its sensors; none if left out.
     #[serde(default)]
     pub sensors: SensorsFile,
-    /// How it hears of the underwater vehicles; at once and exactly if left out.
+    /// Acoustic messages of the underwater vehicles; exact states without delay if left out.
     pub acoustics: Option<AcousticsFile>,
 }
 
@@ -101,10 +101,10 @@ pub struct KnowledgeFile {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CurrentKnowledge {
-    /// Every snapshot gives it.
+    /// Every snapshot contains it.
     #[default]
     Known,
-    /// No snapshot gives it; the ground velocity contains it.
+    /// No snapshot contains it; the ground velocity includes it.
     Unknown,
 }
 
@@ -114,7 +114,7 @@ pub enum CurrentKnowledge {
 pub struct SensorsFile {
     /// Standard deviation of a GNSS position along each axis, m; 0 if left out.
     pub position_sigma_m: Option<Quantity<PositionNoise>>,
-    /// Time after which 1/e of that error is left, s; 0 if left out.
+    /// Correlation time of that error, s; 0 if left out.
     pub position_correlation_s: Option<Quantity<Period>>,
     /// Standard deviation of a GNSS velocity along each axis, m/s; 0 if left out.
     pub velocity_sigma_mps: Option<Quantity<SpeedNoise>>,
@@ -132,10 +132,10 @@ pub struct SensorsFile {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ReportedAs {
-    /// As `reports`: every message of the last minutes.
+    /// As `reports`: every message of the last five minutes.
     #[default]
     Reports,
-    /// As `state`: the newest message, taken for exact.
+    /// As `state`: the newest message, as if it were exact.
     State,
 }
 
@@ -146,13 +146,13 @@ pub struct AcousticsFile {
     /// How a snapshot carries the messages; `reports` if left out.
     #[serde(default, alias = "told_as")]
     pub reported_as: ReportedAs,
-    /// Time from one slot of a vehicle to its next, s.
+    /// Time between two messages of a vehicle, s.
     pub frame_s: Quantity<FrameTime>,
     /// Length of a message, s.
     pub slot_length_s: Quantity<MessageTime>,
-    /// Start of every vehicle's slot in the frame, s, by the vehicle's name.
+    /// Start of each vehicle's slot in the frame, s, by name of the vehicle.
     pub slots_s: BTreeMap<String, Quantity<Period>>,
-    /// Time from a message's arrival until its fix is known, s.
+    /// Time from the arrival of a message until its fix is available, s.
     pub latency_s: Quantity<MessageTime>,
     /// Standard deviation of a fix along each axis, m.
     pub position_sigma_m: Quantity<PositionNoise>,
@@ -162,11 +162,11 @@ pub struct AcousticsFile {
     pub course_sigma_rad: Option<Quantity<AngleNoise>>,
     /// Standard deviation of the speed in a message, m/s; 0 if left out.
     pub speed_sigma_mps: Option<Quantity<SpeedNoise>>,
-    /// Range beyond which nothing is heard, m.
+    /// Range beyond which no message arrives, m.
     pub range_max_m: Quantity<AcousticRange>,
-    /// Share of messages lost at no range; 0 if left out.
+    /// Share of messages lost at zero range; 0 if left out.
     pub loss: Option<Quantity<Share>>,
-    /// Share lost just inside the largest range; that at no range if left out.
+    /// Share of messages lost at the largest range; the share at zero range if left out.
     pub loss_at_range_max: Option<Quantity<Share>>,
     /// Share of fixes that are outliers; 0 if left out.
     pub outlier_share: Option<Quantity<Share>>,

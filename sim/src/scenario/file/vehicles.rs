@@ -2,25 +2,32 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use planner::snapshot::ID_LENGTH_MAX;
+use planner::{
+    craft::{CraftDescription, HeadingReference, SpeedReference},
+    snapshot::ID_LENGTH_MAX,
+};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{CraftFile, ITEMS_MAX, LANES_MAX, NAME_PATTERN, Point};
+use super::{ITEMS_MAX, LANES_MAX, NAME_PATTERN, Point};
 use crate::{
     scenario::quantity::{
-        Acceleration, Angle, ClockTime, CommandDelay, Coordinate, CraftMass, Depth, LeastSpeed, Length,
-        LoopLag, MissionTime, OffsetComponent, PathSpeed, Pitch, Quantity, SlantRange, Speed,
+        Acceleration, Angle, ClockTime, CommandDelay, Coordinate, CraftMass, Depth, Distribution, LeastSpeed,
+        Length, LoopLag, MissionTime, OffsetComponent, PathSpeed, Pitch, Quantity, SlantRange, Speed,
         TunedAcceleration, TunedLag, TurnRate, Weight,
     },
-    world::surface_craft::random::RandomCraft,
+    world::{
+        dive::Leg,
+        surface_craft::random::{HeadingLoopKind, RandomCraft, SurgeLoopKind},
+        underwater_vehicle::UnderwaterClass,
+    },
 };
 
 /// The surface craft at the start, and its task.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceCraftFile {
-    /// Its hull, thrusters and autopilot: a class, or drawn.
+    /// Class of its hull, thrusters and autopilot, or a random craft.
     pub class: SurfaceClassFile,
     /// North of the datum, m.
     pub north_m: Quantity<Coordinate>,
@@ -30,24 +37,24 @@ pub struct SurfaceCraftFile {
     pub heading_rad: Quantity<Angle>,
     /// Surge speed through the water, m/s.
     pub speed_mps: Quantity<Speed>,
-    /// Whether its surge loop has drag feed-forward. Without it a MEDUSA takes so long to change its speed that the
-    /// guidance hardly shows. A drawn craft has its own.
-    // The time that it takes: docs/tuning.md#sim-drag-feed-forward.
+    /// Whether its surge loop has drag feed-forward. Without it, a MEDUSA changes its speed so slowly that guidance makes
+    /// little difference. A random craft ignores this.
+    // The response times: docs/rationale.md#sim-drag-feed-forward.
     #[serde(default = "yes")]
     pub drag_feed_forward: bool,
-    /// Its task.
+    /// Its goal.
     pub goal: GoalFile,
-    /// Offset of the goal from what it follows: an underwater vehicle or, of several, their mean or the place nearest
-    /// to all. Right above it if left out.
+    /// Offset of the goal from the point that it follows: an underwater vehicle, the mean of several, or the point
+    /// nearest to all of them; none if left out.
     pub goal_offset: Option<OffsetFile>,
     /// Slant range to an underwater vehicle that counts as contact, m.
     pub contact_range_m: Quantity<Length>,
-    /// Limits given to the planner, where they differ from those of the class; those of the class if left out.
+    /// Limits given to the planner; those of the class if left out.
     #[serde(default)]
     pub limits: LimitsFile,
     /// Closed-loop response given to the planner; the true one if left out, none if empty.
-    pub craft: Option<CraftFile>,
-    /// The craft of a random class, where it was drawn before: drawing one takes as long as a mission.
+    pub craft: Option<CraftDescription<Distribution>>,
+    /// A random craft that was drawn earlier, because a draw takes as long as a mission.
     #[serde(skip)]
     pub drawn: Option<Arc<RandomCraft>>,
 }
@@ -64,148 +71,101 @@ pub enum SurfaceClassFile {
     Medusa,
     /// Otter: 3 m/s.
     Otter,
-    /// A craft that the planner does not know: hull, thrusters and autopilot are drawn, and step-tested.
+    /// A random craft, unknown to the planner: hull, thrusters and autopilot are drawn until they pass step tests.
     Random(RandomCraftFile),
 }
 
-/// A surface craft that is drawn. What is left out is drawn too.
+/// A random surface craft. Members that are left out are drawn.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RandomCraftFile {
-    /// Which craft; another one for every seed of the mission if left out.
+    /// Seed of the craft; the mission's seed if left out.
     pub seed: Option<u64>,
     /// Dry mass, kg; drawn if left out.
     pub mass_kg: Option<Quantity<CraftMass>>,
     /// Kind of heading loop; drawn if left out.
-    pub heading_loop: Option<HeadingLoopFile>,
-    /// Lag that the heading loop is tuned for, the delay not counted, s; drawn if left out.
+    pub heading_loop: Option<HeadingLoopKind>,
+    /// Design lag of the heading loop without the delay, s; drawn if left out.
     pub heading_lag_s: Option<Quantity<TunedLag>>,
-    /// What the heading loop holds; drawn if left out.
-    pub heading_held: Option<HeadingHeldFile>,
+    /// Kind of heading reference; drawn if left out.
+    pub heading_held: Option<HeadingReference>,
     /// Kind of surge loop; drawn if left out.
-    pub surge_loop: Option<SurgeLoopFile>,
-    /// Lag that the surge loop is tuned for, the delay not counted, s; drawn if left out.
+    pub surge_loop: Option<SurgeLoopKind>,
+    /// Design lag of the surge loop without the delay, s; drawn if left out.
     pub surge_lag_s: Option<Quantity<TunedLag>>,
-    /// What the surge loop holds; drawn if left out.
-    pub speed_held: Option<SpeedHeldFile>,
-    /// Largest acceleration that the surge loop asks for, m/s²; drawn if left out.
+    /// Kind of speed reference; drawn if left out.
+    pub speed_held: Option<SpeedReference>,
+    /// Largest acceleration that the surge loop commands, m/s²; drawn if left out.
     pub acceleration_mps2: Option<Quantity<TunedAcceleration>>,
     /// Time until a reference reaches the loops, s; drawn if left out.
     pub delay_s: Option<Quantity<CommandDelay>>,
 }
 
-/// A kind of heading loop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum HeadingLoopFile {
-    /// Proportional-derivative.
-    Pd,
-    /// Proportional-integral-derivative.
-    Pid,
-    /// The same behind a second-order reference model.
-    ReferenceModel,
-    /// Heading error to a yaw rate that is limited, and that to a moment.
-    Cascade,
-}
-
-/// What a heading loop holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum HeadingHeldFile {
-    /// Where the bow points.
-    Heading,
-    /// Where the craft goes, over ground; where the bow points below 0.1 m/s.
-    Course,
-}
-
-/// A kind of surge loop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum SurgeLoopFile {
-    /// Proportional, with drag feed-forward.
-    P,
-    /// Proportional-integral, with anti-windup.
-    Pi,
-    /// Proportional-integral, without.
-    PiWindup,
-}
-
-/// What a surge loop holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum SpeedHeldFile {
-    /// Speed through the water.
-    ThroughWater,
-    /// Speed over ground along the bow.
-    OverGround,
-}
-
-/// What the surface craft is to do.
+/// A goal of the surface craft.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum GoalFile {
     /// Stay above one underwater vehicle.
     Track {
-        /// Which.
+        /// Name of the vehicle.
         auv: String,
     },
     /// Follow several in turn.
     Intermittent {
-        /// Which, in order.
+        /// Names of the vehicles, in order.
         auvs: Vec<String>,
-        /// Time with each, s.
+        /// Time above each, s.
         dwell_s: Quantity<MissionTime>,
-        /// When the first turn of the first began, s on the surface craft's clock.
+        /// Start of the first vehicle's first interval, s on the surface craft's clock.
         epoch_s: Quantity<ClockTime>,
     },
     /// Stay above the mean of several.
     Midpoint {
-        /// Which.
+        /// Names of the vehicles.
         auvs: Vec<String>,
     },
     /// Stay above the weighted mean of several.
     Weighted {
-        /// How much each counts, by name, relative to the others.
+        /// Weight of each vehicle by name, relative to the others.
         weights: BTreeMap<String, Quantity<Weight>>,
     },
-    /// Stay within a slant range of every one of several, and where the worst is least.
+    /// Stay within a slant range of several, where the largest of their ranges is least.
     Range {
-        /// Which.
+        /// Names of the vehicles.
         auvs: Vec<String>,
         /// The range, m.
         range_m: Quantity<SlantRange>,
     },
 }
 
-/// Offset of a goal from what it follows.
+/// Offset of a goal from the point that it follows.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum OffsetFile {
-    /// In fixed directions.
+    /// Along north and east.
     Ned {
-        /// How far north, m.
+        /// Distance north, m.
         north_m: Quantity<OffsetComponent>,
-        /// How far east, m.
+        /// Distance east, m.
         east_m: Quantity<OffsetComponent>,
     },
-    /// Along the course of what is followed, held while that rests.
+    /// Along the course of the followed point; along its last course while it rests.
     Target {
-        /// How far ahead, m.
+        /// Distance ahead, m.
         ahead_m: Quantity<OffsetComponent>,
-        /// How far to starboard, m.
+        /// Distance to starboard, m.
         starboard_m: Quantity<OffsetComponent>,
     },
-    /// Along the tangent of the path where the underwater vehicle is on it that is followed. The surface craft has
-    /// to know the paths.
+    /// Along the tangent of the path at the followed underwater vehicle. Requires `knowledge.paths`.
     Path {
-        /// How far ahead, m.
+        /// Distance ahead, m.
         ahead_m: Quantity<OffsetComponent>,
-        /// How far to starboard, m.
+        /// Distance to starboard, m.
         starboard_m: Quantity<OffsetComponent>,
     },
 }
 
-/// Limits other than the class's.
+/// Limits that differ from those of the class.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LimitsFile {
@@ -219,11 +179,11 @@ pub struct LimitsFile {
     pub acceleration_max_mps2: Option<Quantity<Acceleration>>,
     /// Largest deceleration, m/s²; the class's if left out.
     pub deceleration_max_mps2: Option<Quantity<Acceleration>>,
-    /// Time constant of the surge loop, s: a member of `craft`, here for files without one; that of `craft` if left out.
+    /// Time constant of the surge loop, s, for files without `craft`; that of `craft` if left out.
     pub surge_lag_s: Option<Quantity<LoopLag>>,
 }
 
-/// An underwater vehicle: its class, its path, and where it starts relative to the beginning of the path.
+/// An underwater vehicle: its class, its path, and its start relative to the beginning of the path.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AuvFile {
@@ -232,24 +192,24 @@ pub struct AuvFile {
     pub id: String,
     /// Its hull, loops, navigation, speed and dive; `medusa` if left out.
     #[serde(default)]
-    pub class: UnderwaterClassFile,
-    /// How far north of the path's beginning it starts, m; 0 if left out.
+    pub class: UnderwaterClass,
+    /// Distance of its start north of the path's beginning, m; 0 if left out.
     pub north_of_path_m: Option<Quantity<Coordinate>>,
-    /// How far east of it, m; 0 if left out.
+    /// Distance of its start east of the path's beginning, m; 0 if left out.
     pub east_of_path_m: Option<Quantity<Coordinate>>,
     /// Heading relative to the path's, rad, clockwise; 0 if left out.
     pub heading_off_path_rad: Option<Quantity<Angle>>,
-    /// Depth at the start, m; the least of the dive if left out.
+    /// Depth at the start, m; the least depth of the dive if left out.
     pub depth_m: Option<Quantity<Depth>>,
     /// Leg of the dive at the start; down if left out.
     #[serde(default)]
-    pub leg: LegFile,
+    pub leg: Leg,
     /// Speed along its body, m/s; the class's if left out.
     pub speed_mps: Option<Quantity<PathSpeed>>,
     /// Speed along its body over arc length, [m, m/s] at each knot, linear between, instead of `speed_mps`; none if left out.
     #[schemars(length(min = 1, max = ITEMS_MAX))]
     pub speed_profile: Option<Vec<SpeedKnot>>,
-    /// Its sawtooth, where it differs from the class's; the class's if left out.
+    /// Its sawtooth dive; the class's if left out.
     pub dive: Option<DiveFile>,
     /// Its path.
     pub path: PathFile,
@@ -265,29 +225,7 @@ pub struct SpeedKnot {
     pub speed_mps: Quantity<PathSpeed>,
 }
 
-/// A class of underwater vehicle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum UnderwaterClassFile {
-    /// MEDUSA: 0.3 m/s, 1 to 23 m at 50°; knows where it is.
-    #[default]
-    Medusa,
-    /// Slocum glider: 0.29 m/s horizontally at 26°; knows where it is at the surface only.
-    Slocum,
-}
-
-/// A leg of a dive.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum LegFile {
-    /// Nose down.
-    #[default]
-    Down,
-    /// Nose up.
-    Up,
-}
-
-/// A sawtooth.
+/// A sawtooth dive.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DiveFile {
@@ -303,7 +241,7 @@ pub struct DiveFile {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum PathFile {
-    /// Lanes joined by half circles, the first turn to starboard.
+    /// Lanes joined by half circles; the first turn is to starboard.
     LawnMower {
         /// Beginning of the first lane.
         from: Point,
@@ -313,7 +251,7 @@ pub enum PathFile {
         lane_length_m: Quantity<Length>,
         /// Distance of neighbouring lanes, m.
         lane_spacing_m: Quantity<Length>,
-        /// How many lanes.
+        /// Number of lanes.
         #[schemars(range(min = 1, max = LANES_MAX))]
         lanes: usize,
     },
@@ -327,26 +265,26 @@ pub enum PathFile {
         #[serde(default)]
         closed: bool,
     },
-    /// A circle, round and round.
+    /// A circle, repeated without end.
     Circle {
         /// Its centre.
         centre: Point,
         /// Its radius, m.
         radius_m: Quantity<Length>,
-        /// To which side it turns.
+        /// Side to which it turns.
         turn: SideFile,
-        /// Where on it the path begins: direction from the centre, rad; north if left out.
+        /// Bearing of the path's beginning from the centre, rad; north if left out.
         bearing_rad: Option<Quantity<Angle>>,
     },
-    /// Lines and arcs that join without a kink.
+    /// Lines and arcs; neighbours share a tangent.
     Segments {
-        /// In order.
+        /// The pieces, in order.
         segments: Vec<SegmentFile>,
-        /// Whether the last leads back to the first.
+        /// Whether the last piece leads back to the first.
         #[serde(default)]
         closed: bool,
     },
-    /// Way-points read from a GeoJSON LineString, beside the scenario file. The scenario needs an origin.
+    /// Way-points from a GeoJSON LineString in a file beside the scenario file. Requires `origin`.
     Geojson {
         /// Name of the file.
         file: String,
@@ -382,7 +320,7 @@ pub enum SegmentFile {
         from: Point,
         /// Its centre.
         centre: Point,
-        /// The angle it turns through, rad, positive to starboard.
+        /// Angle, rad, positive to starboard.
         angle_rad: Quantity<Angle>,
     },
 }

@@ -1,17 +1,14 @@
-//! What the numbers of a scenario count, and between which limits.
+//! Units and limits of a scenario's numbers.
 
-use planner::{
-    craft::description,
-    snapshot::{ACOUSTIC_RANGE, CURRENT_MAX, KEEP_OUT_RADIUS, OFFSET_MAX},
-};
+use planner::snapshot::{ACOUSTIC_RANGE, CURRENT_MAX, KEEP_OUT_RADIUS, OFFSET_MAX, TIME_CONSTANT};
 
 use crate::world::surface_craft::random;
 
-/// What a number counts, and between which limits.
+/// A kind of number with its unit and limits.
 pub trait Kind {
     /// Its name in the schema.
     const NAME: &'static str;
-    /// Its unit, for people.
+    /// Its unit, for messages.
     const UNIT: &'static str;
     /// Least value.
     const MIN: f64;
@@ -35,18 +32,18 @@ macro_rules! kinds {
 }
 
 kinds! {
-    /// North or east of the datum. A tenth of what a snapshot accepts: no vehicle leaves that
-    /// in a day at 3 m/s in a current of 3 m/s.
+    /// North or east of the datum. A tenth of the range of a snapshot: no vehicle leaves it in a
+    /// day at 3 m/s in a current of 3 m/s.
     Coordinate: -1.0e5, 1.0e5, "m";
-    /// A length that must not vanish.
+    /// A positive length.
     Length: 0.01, 1.0e5, "m";
-    /// Slant range to stay within; what a snapshot accepts.
+    /// Slant range to stay within; the range of a snapshot.
     SlantRange: 1.0, 2.0e4, "m";
-    /// A component of an offset; what a snapshot accepts.
+    /// A component of an offset; the range of a snapshot.
     OffsetComponent: -OFFSET_MAX, OFFSET_MAX, "m";
-    /// Weight of a vehicle in a mean; what a snapshot accepts.
+    /// Weight of a vehicle in a mean; the range of a snapshot.
     Weight: 0.0, 1.0e6, "";
-    /// Depth, positive down. Twice the deepest that gliders go, and more than most seas.
+    /// Depth, positive down. Twice the depth that gliders reach.
     Depth: 0.0, 2000.0, "m";
     /// A heading or a change of one, rad.
     Angle: -std::f64::consts::TAU, std::f64::consts::TAU, "rad";
@@ -56,7 +53,7 @@ kinds! {
     Speed: 0.0, 5.0, "m/s";
     /// Speed of an underwater vehicle along its path.
     PathSpeed: 0.05, 3.0, "m/s";
-    /// A component of the current; what a snapshot accepts.
+    /// A component of the current; the range of a snapshot.
     CurrentComponent: -CURRENT_MAX, CURRENT_MAX, "m/s";
     /// How long a mission lasts: up to a day.
     MissionTime: 1.0, 86_400.0, "s";
@@ -68,6 +65,10 @@ kinds! {
     Period: 0.0, 3600.0, "s";
     /// A share of a whole.
     Share: 0.0, 1.0, "";
+    /// A share of a whole, to either side.
+    SignedShare: -1.0, 1.0, "";
+    /// A factor on a claimed standard deviation.
+    ClaimFactor: 1.0e-6, 1.0e6, "";
     /// A factor on a current.
     Factor: 0.0, 2.0, "";
     /// Standard deviation of a position.
@@ -88,15 +89,15 @@ kinds! {
     Damping: 0.01, 0.5, "";
     /// Peak period of waves.
     WavePeriod: 1.0, 30.0, "s";
-    /// Time after which a process has forgotten itself.
+    /// Correlation time of a process.
     CorrelationTime: 0.1, 1.0e6, "s";
     /// Half a turn to either side.
     HalfTurn: -std::f64::consts::PI, std::f64::consts::PI, "rad";
     /// Depth down to which a current changes.
     ShearDepth: 0.1, 2000.0, "m";
-    /// Radius of a disc to keep out of; what a snapshot accepts.
+    /// Radius of a keep-out disc; the range of a snapshot.
     KeepOutRadius: *KEEP_OUT_RADIUS.start(), *KEEP_OUT_RADIUS.end(), "m";
-    /// Slant range to keep within; what a snapshot accepts.
+    /// Largest slant range allowed; the range of a snapshot.
     RangeToKeep: *ACOUSTIC_RANGE.start(), *ACOUSTIC_RANGE.end(), "m";
     /// Range of an acoustic modem.
     AcousticRange: 0.01, 20_000.0, "m";
@@ -104,9 +105,9 @@ kinds! {
     FrameTime: 1.0, 3600.0, "s";
     /// Length of a message, or of its processing.
     MessageTime: 0.001, 30.0, "s";
-    /// Time constant of a control loop; what a snapshot accepts.
-    LoopLag: *description::TIME_CONSTANT.start(), *description::TIME_CONSTANT.end(), "s";
-    /// Least speed of a craft that steers.
+    /// Time constant of a control loop; the range of a snapshot.
+    LoopLag: *TIME_CONSTANT.start(), *TIME_CONSTANT.end(), "s";
+    /// Least speed at which a craft steers.
     LeastSpeed: 0.0, 2.0, "m/s";
     /// Speed of sound in water.
     SoundSpeed: 1400.0, 1600.0, "m/s";
@@ -114,33 +115,14 @@ kinds! {
     TurnRate: 0.01, 2.0, "rad/s";
     /// Largest acceleration.
     Acceleration: 0.005, 5.0, "m/s²";
-    /// Dry mass of a surface craft that is drawn.
+    /// Dry mass of a random surface craft.
     CraftMass: random::MASS[0], random::MASS[1], "kg";
-    /// Lag that a loop of a craft that is drawn is tuned for.
+    /// Design lag of a loop of a random craft.
     TunedLag: random::LAG[0], random::LAG[1], "s";
-    /// Acceleration that the surge loop of a craft that is drawn asks for.
+    /// Largest acceleration that the surge loop of a random craft commands.
     TunedAcceleration: random::ACCELERATION[0], random::ACCELERATION[1], "m/s²";
-    /// Delay of references on their way to the loops.
+    /// Delay of references before they reach the loops.
     CommandDelay: random::DELAY[0], random::DELAY[1], "s";
-    /// Natural frequency of a heading loop; this and what follows as a snapshot accepts them.
-    NaturalFrequency: *description::NATURAL_FREQUENCY.start(), *description::NATURAL_FREQUENCY.end(), "rad/s";
-    /// Damping ratio of a heading loop.
-    LoopDamping: *description::DAMPING.start(), *description::DAMPING.end(), "";
-    /// Delay of a loop.
-    LoopDelay: *description::DELAY.start(), *description::DELAY.end(), "s";
-    /// Fastest turn that a heading loop makes.
-    LoopRate: *description::RATE_MAX.start(), *description::RATE_MAX.end(), "rad/s";
-    /// Largest acceleration of a speed loop.
-    LoopAcceleration: *description::ACCELERATION.start(), *description::ACCELERATION.end(), "m/s²";
-    /// Time of a speed loop's integrator.
-    IntegralTime: *description::INTEGRAL_TIME.start(), *description::INTEGRAL_TIME.end(), "s";
-    /// Sway per surge and yaw rate.
-    SwayPerYawRate: *description::SWAY_PER_YAW_RATE.start(), *description::SWAY_PER_YAW_RATE.end(), "s";
-    /// Coefficient of propulsion power.
-    PowerCoefficient: *description::POWER_COEFFICIENT.start(), *description::POWER_COEFFICIENT.end(), "W/(m/s)ⁿ";
-    /// Relative uncertainty of a craft description.
-    RelativeUncertainty:
-        *description::RELATIVE_UNCERTAINTY.start(), *description::RELATIVE_UNCERTAINTY.end(), "";
     /// Propulsion energy.
     Energy: 0.0, 1.0e12, "J";
     /// Latitude of the datum.

@@ -1,11 +1,16 @@
 //! The environment of a start: water, bounds, faults, sensors, acoustics.
 
+use std::{f64::consts::TAU, ops::RangeInclusive};
+
 use nalgebra::Vector2;
 use planner::snapshot::{InvalidField, KeepOut, bounds_faults};
 
-use super::{Draw, InvalidScenario, Stream, check_count, invalid, side, stream};
+use super::{
+    draw::{Draw, Stream, check_count, side, stream},
+    invalid::{InvalidScenario, invalid},
+};
 use crate::{
-    observe::{Acoustics, AcousticsSetup, Briefing, InvalidSetup, Observer, SensorSetup, SurfaceSensors},
+    observe::{Acoustics, AcousticsSetup, Briefing, Observer, SensorSetup, SurfaceSensors},
     record::Bounds,
     scenario::file::{
         AcousticsFile, BoundsFile, CurrentFile, FaultFile, FaultKindFile, Scenario, SensorsFile, WaterFile,
@@ -17,6 +22,9 @@ use crate::{
         water::{GaussMarkov, MeanCurrent, Shear, Water, WaterSetup, Waves},
     },
 };
+
+/// Largest standard deviation of the yaw rate that waves may cause, rad/s: a sixth of what a snapshot accepts.
+const YAW_RATE_SIGMA_MAX: f64 = 0.5;
 
 impl Scenario {
     pub(super) fn water(
@@ -55,13 +63,15 @@ impl Scenario {
                 damping: draw.take(&file.damping),
             }),
         };
-        setup.check().map_err(|error| {
-            let field = format!("water.{}", error.field.replace('/', "."));
-            invalid(
-                field,
-                format_args!("{} is not in [{}, {}]", error.given, error.least, error.most),
-            )
-        })?;
+        if let Some(waves) = &setup.waves {
+            // The heading's rate is its deviation times the peak frequency.
+            let sigma_max = YAW_RATE_SIGMA_MAX * waves.peak_period / TAU;
+            within(
+                "water.waves.heading_sigma_rad",
+                waves.heading_sigma,
+                0.0..=sigma_max,
+            )?;
+        }
         Ok(Water::new(&setup, stream(seed, Stream::Water)))
     }
 
@@ -77,7 +87,7 @@ impl Scenario {
         if until <= from {
             return Err(invalid(
                 format!("faults[{i}].until_s"),
-                format_args!("{until} s is not after its beginning at {from} s"),
+                format_args!("{until} s is not after the start at {from} s"),
             ));
         }
         let auv = |kind: &str, id: &str| self.auv_called(&format!("faults[{i}].what.{kind}.auv"), id);
@@ -92,6 +102,15 @@ impl Scenario {
             FaultKindFile::AuvStops { auv: id } => FaultKind::Stops(auv("auv_stops", id)?),
             FaultKindFile::AuvDies { auv: id } => FaultKind::Dies(auv("auv_dies", id)?),
             FaultKindFile::AuvLeavesPath { auv: id } => FaultKind::LeavesPath(auv("auv_leaves_path", id)?),
+            FaultKindFile::RudderStuck { share } => FaultKind::RudderStuck(draw.take(share)),
+            FaultKindFile::WrongAccuracy { auv: id, factor } => FaultKind::WrongAccuracy {
+                auv: auv("wrong_accuracy", id)?,
+                factor: draw.take(factor),
+            },
+            FaultKindFile::ReportsSpeedZero { auv: id } => {
+                FaultKind::ReportsSpeedZero(auv("reports_speed_zero", id)?)
+            }
+            FaultKindFile::MessagesTwice { auv: id } => FaultKind::MessagesTwice(auv("messages_twice", id)?),
         };
         Ok(Fault { from, until, what })
     }
@@ -104,14 +123,10 @@ impl Scenario {
         draw: &mut Draw,
     ) -> Result<Observer, InvalidScenario> {
         let sensors = sensors(&self.knowledge.sensors, draw);
-        sensors.check().map_err(|error| invalid_knowledge(&error))?;
         let acoustics = match &self.knowledge.acoustics {
             None => None,
             Some(file) => {
                 let setup = self.acoustics(file, draw)?;
-                setup
-                    .check(self.auvs.len())
-                    .map_err(|error| invalid_knowledge(&error))?;
                 Some(Acoustics::new(&setup, PERIOD, stream(seed, Stream::Acoustics)))
             }
         };
@@ -135,7 +150,7 @@ impl Scenario {
         let slots = slots.collect::<Result<Vec<_>, _>>()?;
         let loss = draw.take_or(file.loss.as_ref(), 0.0);
         let position_sigma = draw.take(&file.position_sigma_m);
-        Ok(AcousticsSetup {
+        let setup = AcousticsSetup {
             frame: draw.take(&file.frame_s),
             slot_length: draw.take(&file.slot_length_s),
             slots,
@@ -150,16 +165,35 @@ impl Scenario {
             loss_at_range_max: draw.take_or(file.loss_at_range_max.as_ref(), loss),
             outlier_share: draw.take_or(file.outlier_share.as_ref(), 0.0),
             outlier_sigma: draw.take_or(file.outlier_sigma_m.as_ref(), 10.0 * position_sigma),
-        })
+        };
+        let longest = setup.latency.min(setup.frame);
+        within(
+            "knowledge.acoustics.slot_length_s",
+            setup.slot_length,
+            0.0..=longest,
+        )?;
+        let loss = setup.loss..=1.0;
+        within(
+            "knowledge.acoustics.loss_at_range_max",
+            setup.loss_at_range_max,
+            loss,
+        )?;
+        for (auv, slot) in self.auvs.iter().zip(&setup.slots) {
+            let field = format!("knowledge.acoustics.slots_s.{}", auv.id);
+            within(field, *slot, 0.0..=setup.frame)?;
+        }
+        Ok(setup)
     }
 }
 
 pub(super) fn bounds(file: &BoundsFile, draw: &mut Draw) -> Result<Bounds, InvalidScenario> {
     check_count("bounds.keep_outs", file.keep_outs.len())?;
     check_count("bounds.area", file.area.len())?;
-    let keep_outs = file.keep_outs.iter().map(|disc| KeepOut {
-        centre: Vector2::new(draw.take(&disc.north_m), draw.take(&disc.east_m)),
-        radius: draw.take(&disc.radius_m),
+    let keep_outs = file.keep_outs.iter().map(|disc| {
+        KeepOut::new(
+            Vector2::new(draw.take(&disc.north_m), draw.take(&disc.east_m)),
+            draw.take(&disc.radius_m),
+        )
     });
     let keep_outs = keep_outs.collect();
     let bounds = Bounds {
@@ -168,14 +202,14 @@ pub(super) fn bounds(file: &BoundsFile, draw: &mut Draw) -> Result<Bounds, Inval
         range_max: file.range_max_m.as_ref().map(|range| draw.take(range)),
         energy_max: file.energy_max_j.as_ref().map(|energy| draw.take(energy)),
     };
-    // A snapshot gives them to the planner, and must accept them.
+    // Snapshots contain them and have the same rules.
     match bounds_faults(&bounds.keep_outs, &bounds.area, bounds.range_max).first() {
         None => Ok(bounds),
         Some(InvalidField { field, reason }) => Err(invalid(field_in_file(field), reason)),
     }
 }
 
-/// A field of a snapshot's bounds as a scenario file calls it: `area/2` is `bounds.area[2]` there.
+/// The member of a scenario file for a field of a snapshot's bounds: `bounds.area[2]` for `area/2`.
 fn field_in_file(field: &str) -> String {
     let parts = field.split('/').filter(|part| *part != "acoustics");
     parts.fold("bounds".to_owned(), |name, part| match part.parse::<usize>() {
@@ -196,17 +230,14 @@ fn sensors(file: &SensorsFile, draw: &mut Draw) -> SensorSetup {
     }
 }
 
-fn invalid_knowledge(error: &InvalidSetup) -> InvalidScenario {
-    match error {
-        InvalidSetup::OutOfRange {
-            field,
-            given,
-            least,
-            most,
-        } => {
-            let field = format!("knowledge.{}", field.replace('/', "."));
-            invalid(field, format_args!("{given} is not in [{least}, {most}]"))
-        }
-        InvalidSetup::SlotCount { .. } => invalid("knowledge.acoustics.slots_s", error),
+/// Checks a number against limits that other numbers of the scenario set.
+fn within(field: impl Into<String>, value: f64, range: RangeInclusive<f64>) -> Result<(), InvalidScenario> {
+    if range.contains(&value) {
+        return Ok(());
     }
+    let (least, most) = range.into_inner();
+    Err(invalid(
+        field,
+        format_args!("{value} is outside {least} to {most}, the limits that other members set"),
+    ))
 }

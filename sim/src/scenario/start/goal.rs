@@ -5,7 +5,10 @@ use std::collections::BTreeMap;
 use nalgebra::Vector2;
 use planner::snapshot::{Goal, Offset, VehicleId};
 
-use super::{Draw, InvalidScenario, invalid};
+use super::{
+    draw::Draw,
+    invalid::{InvalidScenario, invalid},
+};
 use crate::scenario::file::{GoalFile, OffsetFile, Scenario};
 
 impl Scenario {
@@ -40,8 +43,8 @@ impl Scenario {
                 epoch_s,
             } => Goal::Intermittent {
                 auvs: all("intermittent", auvs)?,
-                dwell: draw.take(dwell_s),
-                epoch: draw.take(epoch_s),
+                dwell_s: draw.take(dwell_s),
+                epoch_s: draw.take(epoch_s),
             },
             GoalFile::Midpoint { auvs } => Goal::Midpoint {
                 auvs: all("midpoint", auvs)?,
@@ -57,7 +60,7 @@ impl Scenario {
             }
             GoalFile::Range { auvs, range_m } => Goal::Range {
                 auvs: all("range", auvs)?,
-                radius: draw.take(range_m),
+                range_m: draw.take(range_m),
             },
         })
     }
@@ -70,8 +73,8 @@ impl Scenario {
     ) -> Result<Offset, InvalidScenario> {
         let mut pair = |first, second| Vector2::new(draw.take(first), draw.take(second));
         Ok(match file {
-            OffsetFile::Ned { north_m, east_m } => Offset::Ned(pair(north_m, east_m)),
-            OffsetFile::Target { ahead_m, starboard_m } => Offset::Target(pair(ahead_m, starboard_m)),
+            OffsetFile::Ned { north_m, east_m } => Offset::ned(pair(north_m, east_m)),
+            OffsetFile::Target { ahead_m, starboard_m } => Offset::target(pair(ahead_m, starboard_m)),
             OffsetFile::Path { ahead_m, starboard_m } => {
                 let field = "surface_craft.goal_offset.path";
                 if !matches!(goal, GoalFile::Track { .. } | GoalFile::Intermittent { .. }) {
@@ -86,7 +89,7 @@ impl Scenario {
                         "the surface craft knows no paths; set knowledge.paths",
                     ));
                 }
-                Offset::Path(pair(ahead_m, starboard_m))
+                Offset::path(pair(ahead_m, starboard_m))
             }
         })
     }

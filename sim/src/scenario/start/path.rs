@@ -4,7 +4,10 @@ use geodesy::Datum;
 use nalgebra::Vector2;
 use planner::path::{Path, Segment, SpeedProfile};
 
-use super::{Draw, InvalidScenario, check_count, invalid, side};
+use super::{
+    draw::{Draw, check_count, side},
+    invalid::{InvalidScenario, invalid},
+};
 use crate::{
     record::Origin,
     scenario::{
@@ -89,17 +92,20 @@ impl Scenario {
     }
 }
 
-/// A point of `path` beyond the coordinates that a file may name, if there is one.
+/// A point of `path` outside the range of coordinates, if there is one.
 pub(super) fn point_out_of_range(path: &Path) -> Option<Vector2<f64>> {
     /// A path has at most a few hundred pieces.
-    const LOOKS: u32 = 2000;
-    let point = |k: u32| path.at(path.length() * f64::from(k) / f64::from(LOOKS)).position;
-    (0..=LOOKS)
+    const SAMPLES: u32 = 2000;
+    let point = |k: u32| {
+        path.at(path.length() * f64::from(k) / f64::from(SAMPLES))
+            .position
+    };
+    (0..=SAMPLES)
         .map(point)
         .find(|point| Coordinate::MAX < point.amax())
 }
 
-/// Speed along the path; none that the hull cannot reach.
+/// Speed along the path, which the hull must be able to reach.
 pub(super) fn speed_profile(
     i: usize,
     file: &AuvFile,
@@ -124,7 +130,10 @@ pub(super) fn speed_profile(
         if hull.force_max < hull.drag_surge.resistance(*speed) {
             return Err(invalid(
                 format!("auvs[{i}].speed_mps"),
-                format_args!("{speed} m/s take more than the {} N that it has", hull.force_max),
+                format_args!(
+                    "{speed} m/s needs more than the {} N of the vehicle",
+                    hull.force_max
+                ),
             ));
         }
     }
@@ -134,10 +143,10 @@ pub(super) fn speed_profile(
 fn segment(file: &SegmentFile, draw: &mut Draw) -> Segment {
     match file {
         SegmentFile::Line { from, to } => {
-            let from = draw.point(from);
+            let from = draw.point(from).into();
             Segment::Line {
                 from,
-                to: draw.point(to),
+                to: draw.point(to).into(),
             }
         }
         SegmentFile::Arc {
@@ -145,12 +154,12 @@ fn segment(file: &SegmentFile, draw: &mut Draw) -> Segment {
             centre,
             angle_rad,
         } => {
-            let from = draw.point(from);
-            let centre = draw.point(centre);
+            let from = draw.point(from).into();
+            let centre = draw.point(centre).into();
             Segment::Arc {
                 from,
                 centre,
-                angle: draw.take(angle_rad),
+                angle_rad: draw.take(angle_rad),
             }
         }
     }

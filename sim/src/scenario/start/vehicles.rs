@@ -4,12 +4,14 @@ use std::sync::Arc;
 
 use nalgebra::Vector2;
 use planner::{
-    craft::{CraftDescription, HeadingHeld, SpeedHeld},
+    craft::CraftDescription,
     snapshot::{Limits, VehicleId},
 };
 
 use super::{
-    Draw, InvalidScenario, craft_description, invalid,
+    craft::craft_description,
+    draw::Draw,
+    invalid::{InvalidScenario, invalid},
     path::{point_out_of_range, speed_profile},
 };
 use crate::{
@@ -17,23 +19,23 @@ use crate::{
     record::{Bounds, Origin},
     scenario::{
         file::{
-            AuvFile, CurrentKnowledge, HeadingLoopFile, LegFile, LimitsFile, RandomCraftFile, ReportedAs,
-            Scenario, SurfaceClassFile, SurfaceCraftFile, SurgeLoopFile, UnderwaterClassFile,
+            AuvFile, CurrentKnowledge, LimitsFile, RandomCraftFile, ReportedAs, Scenario, SurfaceClassFile,
+            SurfaceCraftFile,
         },
         quantity::{Coordinate, Kind},
     },
     world::{
         SurfaceCraft,
         auv::SimulatedAuv,
-        dive::{Dive, Leg},
-        fault::Conduct,
+        dive::Dive,
+        fault::Behaviour,
         inner_loop::{DragFeedForward, SurfaceAutopilot, SurgeLoop},
         path_following::PathFollowingGains,
         surface_craft::{
             SurfaceClass, SurfaceHull,
-            random::{CraftWishes, HeadingLoopKind, RandomCraft, SurgeLoopKind},
+            random::{CraftConstraints, RandomCraft},
         },
-        underwater_vehicle::{UnderwaterClass, UnderwaterState},
+        underwater_vehicle::UnderwaterState,
     },
 };
 
@@ -51,7 +53,7 @@ impl Scenario {
         if thrust_max < hull.drag_surge.resistance(speed) {
             return Err(invalid(
                 "surface_craft.speed_mps",
-                format_args!("{speed} m/s take more than the {thrust_max} N that both thrusters have"),
+                format_args!("{speed} m/s needs more than the {thrust_max} N of both thrusters"),
             ));
         }
         let craft = SurfaceCraft::cruising(hull, kind.autopilot, &position, heading, speed);
@@ -75,16 +77,16 @@ impl Scenario {
         Ok((craft, briefing, draw.take(&file.contact_range_m)))
     }
 
-    /// The craft of a class, or one that is drawn.
+    /// A craft of a class, or a random craft.
     fn surface_kind(file: &SurfaceCraftFile, draw: &mut Draw) -> Result<SurfaceKind, InvalidScenario> {
         let class = match &file.class {
             SurfaceClassFile::Medusa => SurfaceClass::Medusa,
             SurfaceClassFile::Otter => SurfaceClass::Otter,
             SurfaceClassFile::Random(random) => {
-                let (seed, wishes) = (random.seed.unwrap_or(draw.seed), wishes(random, draw));
+                let (seed, constraints) = (random.seed.unwrap_or(draw.seed), constraints(random, draw));
                 let drawn = match &file.drawn {
                     Some(drawn) => drawn.clone(),
-                    None => RandomCraft::draw(seed, &wishes)
+                    None => RandomCraft::draw(seed, &constraints)
                         .map(Arc::new)
                         .map_err(|error| invalid("surface_craft.class.random", error))?,
                 };
@@ -116,16 +118,13 @@ impl Scenario {
         origin: Option<Origin>,
         draw: &mut Draw,
     ) -> Result<SimulatedAuv, InvalidScenario> {
-        let class = match file.class {
-            UnderwaterClassFile::Medusa => UnderwaterClass::Medusa,
-            UnderwaterClassFile::Slocum => UnderwaterClass::Slocum,
-        };
+        let class = file.class;
         let path = self.path(&format!("auvs[{i}].path"), &file.path, origin, draw)?;
         if let Some(far) = point_out_of_range(&path) {
             return Err(invalid(
                 format!("auvs[{i}].path"),
                 format_args!(
-                    "it goes to {:.0} m north, {:.0} m east of the datum, and {} m are allowed",
+                    "the path reaches {:.0} m north, {:.0} m east of the datum; {} m are allowed",
                     far.x,
                     far.y,
                     Coordinate::MAX
@@ -149,7 +148,7 @@ impl Scenario {
             return Err(invalid(
                 format!("auvs[{i}].dive.depth_max_m"),
                 format_args!(
-                    "{} m is not deeper than the least, {} m",
+                    "{} m is not below depth_min_m, {} m",
                     dive.depth_max, dive.depth_min
                 ),
             ));
@@ -182,44 +181,32 @@ impl Scenario {
             gamma: 0.0,
             speed,
             dive,
-            leg: match file.leg {
-                LegFile::Down => Leg::Down,
-                LegFile::Up => Leg::Up,
-            },
-            conduct: Conduct::FollowsPath,
+            leg: file.leg,
+            behaviour: Behaviour::FollowsPath,
         })
     }
 }
 
-/// A surface craft before it is anywhere.
+/// A surface craft without position.
 struct SurfaceKind {
     hull: SurfaceHull,
     autopilot: SurfaceAutopilot,
     limits: Limits,
-    /// What is said of how it answers its references.
+    /// Its declared closed-loop response.
     craft: CraftDescription,
 }
 
-fn wishes(file: &RandomCraftFile, draw: &mut Draw) -> CraftWishes {
-    CraftWishes {
+fn constraints(file: &RandomCraftFile, draw: &mut Draw) -> CraftConstraints {
+    CraftConstraints {
         mass: draw.take_optional(file.mass_kg.as_ref()),
-        heading_loop: file.heading_loop.map(|kind| match kind {
-            HeadingLoopFile::Pd => HeadingLoopKind::ProportionalDerivative,
-            HeadingLoopFile::Pid => HeadingLoopKind::ProportionalIntegralDerivative,
-            HeadingLoopFile::ReferenceModel => HeadingLoopKind::ReferenceModel,
-            HeadingLoopFile::Cascade => HeadingLoopKind::Cascade,
-        }),
+        heading_loop: file.heading_loop,
         heading_lag: draw.take_optional(file.heading_lag_s.as_ref()),
-        surge_loop: file.surge_loop.map(|kind| match kind {
-            SurgeLoopFile::P => SurgeLoopKind::Proportional,
-            SurgeLoopFile::Pi => SurgeLoopKind::AntiWindup,
-            SurgeLoopFile::PiWindup => SurgeLoopKind::Windup,
-        }),
+        surge_loop: file.surge_loop,
         surge_lag: draw.take_optional(file.surge_lag_s.as_ref()),
         acceleration: draw.take_optional(file.acceleration_mps2.as_ref()),
         delay: draw.take_optional(file.delay_s.as_ref()),
-        speed_held: file.speed_held.map(SpeedHeld::from),
-        heading_held: file.heading_held.map(HeadingHeld::from),
+        speed_held: file.speed_held,
+        heading_held: file.heading_held,
     }
 }
 
@@ -231,12 +218,12 @@ fn limits(file: &LimitsFile, class: &Limits, draw: &mut Draw) -> Result<Limits, 
         acceleration_max: draw.take_or(file.acceleration_max_mps2.as_ref(), class.acceleration_max),
         deceleration_max: draw.take_or(file.deceleration_max_mps2.as_ref(), class.deceleration_max),
     };
-    // The planner's own rule: a snapshot with less is refused.
+    // A snapshot must satisfy the same rule.
     if limits.speed_max < limits.speed_min + 0.05 {
         return Err(invalid(
             "surface_craft.limits.speed_max_mps",
             format_args!(
-                "{} m/s is not 0.05 m/s above the slowest, {} m/s",
+                "{} m/s is less than 0.05 m/s above speed_min_mps, {} m/s",
                 limits.speed_max, limits.speed_min
             ),
         ));

@@ -1,7 +1,7 @@
 use planner::{
     angle::Course,
-    forecast::AuvForecast,
-    snapshot::{self, Auv, AuvState, Evidence, ForecastChoice, ForecastModel, KnownPath},
+    forecast::{AuvForecast, Intent},
+    snapshot::{self, AuvState, Forecast, KnownPath},
 };
 
 use super::*;
@@ -31,46 +31,42 @@ fn followed(mut auv: SimulatedAuv, current: Vector2<f64>, seconds: usize) -> Vec
         if period % SECOND == 0 {
             states.push(auv.clone());
         }
-        auv.step(Conduct::FollowsPath, &current);
+        auv.step(Behaviour::FollowsPath, &current);
     }
     states
 }
 
 /// What a craft that knows everything may know of it.
-fn known(auv: &SimulatedAuv, current: Vector2<f64>, diving: bool) -> Auv {
+struct Known {
+    state: AuvState,
+    path: KnownPath,
+    dive: Option<snapshot::Dive>,
+}
+
+fn known(auv: &SimulatedAuv, current: Vector2<f64>, diving: bool) -> Known {
     let ground = direction(auv.heading()) * auv.horizontal_speed() + current;
-    Auv {
-        id: auv.id.clone(),
-        evidence: Evidence::State(AuvState {
-            position: auv.position(),
-            depth: auv.depth(),
-            course: Course::of(&ground),
-            speed: ground.norm(),
-            turn_rate: 0.0,
-            age: 0.0,
-            covariance: None,
-        }),
-        path: Some(KnownPath {
+    Known {
+        state: AuvState::new(auv.position(), auv.depth(), Course::of(&ground), ground.norm()),
+        path: KnownPath {
             path: auv.path.clone(),
             horizontal_speed: auv.speed_at(auv.gamma) * auv.dive.pitch.cos(),
-        }),
+        },
         dive: diving.then(|| snapshot::Dive {
-            depth_min: auv.dive.depth_min,
-            depth_max: auv.dive.depth_max,
-            pitch: auv.dive.pitch,
-            reversal: auv.loops.reversal_time(),
+            depth_min_m: auv.dive.depth_min,
+            depth_max_m: auv.dive.depth_max,
+            pitch_rad: auv.dive.pitch,
+            reversal_s: Some(auv.loops.reversal_time()),
             descending: Some(auv.pitch() < 0.0),
         }),
     }
 }
 
-fn forecast(auv: &Auv, current: Vector2<f64>) -> AuvForecast {
-    AuvForecast::new(
-        auv.evidence.state().expect("is given"),
-        auv.into(),
-        ForecastChoice::Model(ForecastModel::Path),
-        &current,
-    )
+fn forecast(auv: &Known, current: Vector2<f64>) -> AuvForecast {
+    let intent = Intent {
+        path: Some(&auv.path),
+        dive: auv.dive,
+    };
+    AuvForecast::new(&auv.state, intent, Forecast::Path, &current)
 }
 
 /// Root mean square and largest of `values`.

@@ -64,7 +64,7 @@ impl SurfaceHull {
     ///
     /// Source: the public parameters of the vehicle's laboratory (IST Lisbon). No public value exists
     /// for the thrusters' dead zone and lag: 0.2 N and 0.1 s are assumptions, to which a step of the heading
-    /// is not sensitive (docs/tuning.md#sim-thruster-lag).
+    /// is not sensitive (docs/rationale.md#sim-thruster-lag).
     pub const MEDUSA: Self = Self {
         mass_surge: 50.0,
         mass_sway: 60.0,
@@ -108,7 +108,7 @@ impl SurfaceHull {
         self.drag_surge.speed_against(2.0 * self.thrusters.ahead_max)
     }
 
-    /// Slowest speed reference worth giving, m/s: its thrusters are well out of their dead zone there.
+    /// Slowest useful speed reference, m/s, at which the thrusters are well out of their dead zone.
     #[must_use]
     pub fn speed_least(&self) -> f64 {
         let margin = 2.0;

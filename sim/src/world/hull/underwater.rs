@@ -9,8 +9,8 @@ pub const PITCH_MAX: f64 = 80.0 / 180.0 * std::f64::consts::PI;
 
 /// Least |cosθ| that heading rates are computed with: cos 85°.
 ///
-/// ψ̇ = r / cosθ has a pole where the vehicle stands on its nose. Pitch references end at 80° and the
-/// loops damp, so it is met only by a vehicle thrown there, whose heading then swings by at most 11.5 r.
+/// ψ̇ = r / cosθ has a pole at a vertical attitude. Pitch references end at 80°, so that only an initial state can be there;
+/// its heading rate is at most 11.5 r.
 const COSINE_MIN: f64 = 0.087;
 
 /// A hull that moves ahead, pitches and yaws; sway, heave and roll are neglected.
@@ -152,7 +152,7 @@ impl UnderwaterHull {
         ])
     }
 
-    /// What the actuators give when `wanted` is asked of them.
+    /// The forces of the actuators for the command `wanted`.
     #[must_use]
     pub fn saturated(&self, wanted: UnderwaterInput) -> UnderwaterInput {
         UnderwaterInput {

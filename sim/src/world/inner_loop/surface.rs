@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 use planner::{
     angle::{Heading, direction, ned_from_body},
-    craft::{HeadingHeld, SpeedHeld},
+    craft::{HeadingReference, SpeedReference},
     los::Reference,
 };
 
@@ -28,13 +28,13 @@ pub struct SurfaceAutopilot {
     /// The heading loop.
     pub heading: HeadingLoop,
     /// What the heading loop holds.
-    pub heading_held: HeadingHeld,
+    pub heading_held: HeadingReference,
     /// Of the surge loop.
     pub surge: SurgeGains,
     /// Mode of the surge loop.
     pub feed_forward: DragFeedForward,
     /// What the surge loop holds.
-    pub speed_held: SpeedHeld,
+    pub speed_held: SpeedReference,
     /// How fast the speed reference is allowed to change before it reaches the loop; at once if none.
     pub speed_slew: Option<SpeedSlew>,
     /// Periods until a reference reaches the loops, at most [`DELAY_PERIODS_MAX`].
@@ -101,20 +101,20 @@ impl Measured {
         }
     }
 
-    fn speed(&self, held: SpeedHeld) -> f64 {
+    fn speed(&self, held: SpeedReference) -> f64 {
         match held {
-            SpeedHeld::ThroughWater => self.surge,
-            SpeedHeld::OverGround => self.over_ground.dot(&direction(self.heading)),
+            SpeedReference::ThroughWater => self.surge,
+            SpeedReference::OverGround => self.over_ground.dot(&direction(self.heading)),
         }
     }
 
     /// The angle that the heading loop holds, rad.
-    fn angle(&self, held: HeadingHeld) -> f64 {
+    fn angle(&self, held: HeadingReference) -> f64 {
         match held {
-            HeadingHeld::Course if COURSE_SPEED_MIN <= self.over_ground.norm() => {
+            HeadingReference::Course if COURSE_SPEED_MIN <= self.over_ground.norm() => {
                 self.over_ground.y.atan2(self.over_ground.x)
             }
-            HeadingHeld::Course | HeadingHeld::Heading => self.heading,
+            HeadingReference::Course | HeadingReference::Heading => self.heading,
         }
     }
 }
@@ -126,7 +126,7 @@ impl SurfaceAutopilot {
             frequency: 1.6,
             damping: 0.8,
         },
-        heading_held: HeadingHeld::Heading,
+        heading_held: HeadingReference::Heading,
         surge: SurgeGains {
             proportional: 26.0,
             integral: 3.0,
@@ -134,7 +134,7 @@ impl SurfaceAutopilot {
             anti_windup: AntiWindup::On,
         },
         feed_forward: DragFeedForward::Off,
-        speed_held: SpeedHeld::ThroughWater,
+        speed_held: SpeedReference::ThroughWater,
         speed_slew: None,
         delay_periods: 0,
     };
@@ -263,8 +263,8 @@ mod tests {
     #[test]
     fn over_ground_a_loop_makes_up_for_the_current_that_it_does_not_know() {
         let autopilot = SurfaceAutopilot {
-            speed_held: SpeedHeld::OverGround,
-            heading_held: HeadingHeld::Course,
+            speed_held: SpeedReference::OverGround,
+            heading_held: HeadingReference::Course,
             ..SurfaceAutopilot::MEDUSA
         };
         // By hand: 0.3 m/s to the north through water that flows at 0.4 m/s to the east.

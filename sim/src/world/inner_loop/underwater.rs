@@ -3,14 +3,14 @@
 use super::{AntiWindup, SurgeGains, SurgeLoop};
 use crate::world::hull::{PITCH_MAX, UnderwaterHull, UnderwaterInput, UnderwaterState};
 
-/// What the path follower and the dive ask of an underwater vehicle.
+/// References of an underwater vehicle from path follower and dive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnderwaterReference {
     /// Speed along the body, through the water, m/s.
     pub surge: f64,
     /// Pitch θ, rad, positive nose-up; the loop goes no further than [`PITCH_MAX`] either way.
     pub pitch: f64,
-    /// Body yaw rate r, rad/s, positive to starboard. A heading rate ψ̇ asks for r = ψ̇ cosθ.
+    /// Body yaw rate r, rad/s, positive to starboard. A heading rate ψ̇ requires r = ψ̇ cosθ.
     pub yaw_rate: f64,
 }
 
@@ -31,7 +31,7 @@ impl UnderwaterLoops {
     /// The MEDUSA-class AUV's.
     ///
     /// Surge as the laboratory's surface craft. Pitch so that a reversal from −50° to +50° takes 4 s
-    /// (docs/tuning.md#sim-pitch-loop). Yaw rate ten times the bandwidth of the path following above it, and a third of what a
+    /// (docs/rationale.md#sim-pitch-loop). Yaw rate ten times the bandwidth of the path following above it, and a third of what a
     /// loop of ten hertz allows.
     pub const MEDUSA: Self = Self {
         surge: SurgeGains {
@@ -63,7 +63,7 @@ impl UnderwaterLoops {
     /// Time that a reversal of a dive takes, s: from passing the depth that ends a leg until passing it again.
     ///
     /// In inverse proportion to the frequency of the pitch loop, as simulated dives show
-    /// (docs/tuning.md#sim-dive-reversal).
+    /// (docs/rationale.md#sim-dive-reversal).
     #[must_use]
     pub fn reversal_time(&self) -> f64 {
         const PHASE: f64 = 4.2;

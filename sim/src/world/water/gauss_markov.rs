@@ -8,13 +8,13 @@ use rand_distr::StandardNormal;
 /// Statistics of the fluctuation, for each of its two components.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussMarkov {
-    /// Standard deviation σ of each component, m/s, in [0, 1].
+    /// Standard deviation σ of each component, m/s.
     pub sigma: f64,
-    /// Time after which the autocorrelation has fallen to 1/e, s, in [0.1, 1e6].
+    /// Time after which the autocorrelation has fallen to 1/e, s.
     pub correlation_time: f64,
 }
 
-/// The fluctuation as it goes on, exactly discretised, so that its statistics do not depend on the step:
+/// The fluctuation, discretised exactly, so that its statistics do not depend on the step:
 ///
 /// ```text
 /// x⁺ = e^(−Δt/T) x + σ √(1 − e^(−2Δt/T)) n,   n ~ N(0, 1),   x(0) ~ N(0, σ²)

@@ -6,25 +6,26 @@ use nalgebra::Vector2;
 
 mod table;
 
-pub use table::{InvalidGrid, NODES_MAX, Node};
+pub use table::{InvalidGrid, NODES_MAX};
 
 /// A current (north, east), m/s, over time since the mission's start, s, and position (north, east), m.
 ///
 /// Trilinear between the nodes; beyond the grid's edges, in time as in space, the edge's value holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurrentGrid {
-    /// Where the nodes stand in time, north and east, each increasing and not empty.
+    /// Coordinates of the nodes in time, north and east, each increasing and not empty.
     axes: [Vec<f64>; 3],
     /// The current at every node; east varies fastest, then north, then time.
     currents: Vec<Vector2<f64>>,
 }
 
 impl CurrentGrid {
-    /// Reads a table of comma-separated values with the header
+    /// Reads a CSV table with the header
     /// `t_s,north_m,east_m,current_north_mps,current_east_mps`: every node of a full rectangular grid exactly
     /// once, in any order; the columns in any order, too.
     pub fn read(reader: impl Read) -> Result<Self, InvalidGrid> {
-        table::read(reader)
+        let (axes, currents) = table::read(reader)?;
+        Ok(Self { axes, currents })
     }
 
     /// The current (north, east), m/s, at `time` s and `position` (north, east), m.

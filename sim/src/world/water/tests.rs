@@ -34,7 +34,7 @@ fn a_constant_current_alone_is_the_same_to_the_bit() {
     let constant = Vector2::new(-0.0, 0.1 + 0.2);
     let mut water = Water::new(&WaterSetup::constant(constant), rng());
     for depth in [SURFACE, 20.0] {
-        water.step(0.1);
+        water.step();
         let bits = water.current(&Vector2::new(3.0, 4.0), depth).map(f64::to_bits);
         assert_eq!(bits, constant.map(f64::to_bits));
     }
@@ -46,7 +46,7 @@ fn a_seed_means_the_same_water_and_another_seed_another_one() {
     let run = |seed| {
         let mut water = Water::new(&everything(), ChaCha8Rng::seed_from_u64(seed));
         for _ in 0..100 {
-            water.step(0.1);
+            water.step();
         }
         (water.current(&Vector2::zeros(), 7.0), water.wave_acceleration())
     };
@@ -68,7 +68,7 @@ fn neither_waves_nor_fluctuation_change_the_other() {
     let [mut all, mut calm, mut steady] = [everything(), calm, steady].map(|setup| Water::new(&setup, rng()));
     for _ in 0..100 {
         for water in [&mut all, &mut calm, &mut steady] {
-            water.step(0.1);
+            water.step();
         }
     }
     let current = |water: &Water| water.current(&Vector2::zeros(), SURFACE);
@@ -106,18 +106,6 @@ fn shear_acts_on_mean_and_fluctuation_alike() {
 }
 
 #[test]
-fn the_clock_counts_and_keeps_its_time_when_the_period_changes() {
-    let mut clock = Clock::default();
-    for _ in 0..18_000 {
-        clock.step(0.1);
-    }
-    assert_eq!(clock.time(), 18_000.0 * 0.1);
-    clock.step(0.5);
-    clock.step(0.5);
-    assert_eq!(clock.time(), 1801.0);
-}
-
-#[test]
 fn a_gridded_current_is_taken_at_the_waters_own_time() {
     let table = "t_s,north_m,east_m,current_north_mps,current_east_mps\n0,0,0,0,0\n10,0,0,1,-1\n";
     let grid = CurrentGrid::read(table.as_bytes()).expect("two nodes");
@@ -126,60 +114,8 @@ fn a_gridded_current_is_taken_at_the_waters_own_time() {
         ..WaterSetup::constant(Vector2::zeros())
     };
     let mut water = Water::new(&setup, rng());
-    for _ in 0..10 {
-        water.step(0.5);
+    for _ in 0..50 {
+        water.step();
     }
     assert_eq!(water.current(&Vector2::zeros(), SURFACE), Vector2::new(0.5, -0.5));
-}
-
-#[test]
-fn every_number_outside_its_range_is_named_with_its_value_and_limits() {
-    type Spoil = fn(&mut WaterSetup, f64);
-
-    assert_eq!(everything().check(), Ok(()));
-    let spoils: [(&str, Spoil); 11] = [
-        ("current/north_mps", |setup, bad| {
-            setup.current = MeanCurrent::Constant(Vector2::new(bad, 0.0));
-        }),
-        ("current/east_mps", |setup, bad| {
-            setup.current = MeanCurrent::Constant(Vector2::new(0.0, bad));
-        }),
-        ("gauss_markov/sigma_mps", |setup, bad| {
-            setup.gauss_markov.as_mut().expect("set").sigma = bad;
-        }),
-        ("gauss_markov/correlation_time_s", |setup, bad| {
-            setup.gauss_markov.as_mut().expect("set").correlation_time = bad;
-        }),
-        ("shear/depth_m", |setup, bad| {
-            setup.shear.as_mut().expect("set").depth = bad;
-        }),
-        ("shear/factor", |setup, bad| {
-            setup.shear.as_mut().expect("set").factor = bad;
-        }),
-        ("shear/turn_rad", |setup, bad| {
-            setup.shear.as_mut().expect("set").turn = bad;
-        }),
-        ("waves/heading_sigma_rad", |setup, bad| {
-            setup.waves.as_mut().expect("set").heading_sigma = bad;
-        }),
-        ("waves/surge_sigma_mps", |setup, bad| {
-            setup.waves.as_mut().expect("set").surge_sigma = bad;
-        }),
-        ("waves/peak_period_s", |setup, bad| {
-            setup.waves.as_mut().expect("set").peak_period = bad;
-        }),
-        ("waves/damping", |setup, bad| {
-            setup.waves.as_mut().expect("set").damping = bad;
-        }),
-    ];
-    for (field, spoil) in spoils {
-        for bad in [-4.0, 1.0e9, f64::NAN, f64::INFINITY] {
-            let mut setup = everything();
-            spoil(&mut setup, bad);
-            let error = setup.check().expect_err(field);
-            assert_eq!(error.field, field);
-            assert_eq!(error.given.to_bits(), bad.to_bits());
-            assert!(!(error.least <= bad && bad <= error.most));
-        }
-    }
 }

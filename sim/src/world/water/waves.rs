@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Source: T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, Wiley 2011, chapter 8,
-//! linear wave-response approximation. The filter itself is not what runs here. Its output is ẋ₁ of the state
+//! linear wave-response approximation. The filter itself is not used. Its output is ẋ₁ of the state
 //! ẋ₁ = x₂, ẋ₂ = −ω₀² x₁ − 2 λ ω₀ x₂ + K_w w: the output's rate holds the white noise, so a surge
 //! acceleration would have infinite variance and a heading acceleration more than that, and a stepped
 //! approximation of either would grow with the step rate. So the motion is a sum of sinusoids drawn from
@@ -31,7 +31,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 /// Sinusoids in each motion: enough for a normal distribution (kurtosis 3 − 3 / 2N = 2.95), few enough to
-/// cost little (docs/tuning.md#sim-sinusoids).
+/// cost little (docs/rationale.md#sim-sinusoids).
 const N_SINUSOIDS: u32 = 32;
 /// Logarithm of the band's upper edge over ω₀; the lower edge is as far below. Assumption: swell and wind
 /// waves that move a small craft lie within an octave of the peak.
@@ -271,48 +271,6 @@ mod tests {
         let share = integral(0.5, 2.0, |_| 1.0) / all;
         assert!((share - 2.0 / PI * (0.75 / SETUP.damping).atan()).abs() < 1e-6);
         assert!((share - 0.92).abs() < 0.005, "{share}");
-    }
-
-    #[test]
-    fn the_periodogram_peaks_at_the_peak_period() {
-        // Power at a frequency from many short records: resolution 2π/100 s, four per cent of ω₀.
-        let power = |w: f64| -> f64 {
-            (0..SEEDS)
-                .map(|seed| {
-                    let surge = motion(seed).surge;
-                    let (cos, sin) = times(0.5, 200).fold((0.0, 0.0), |(cos, sin), t| {
-                        let u = value(&surge, t);
-                        (cos + u * (w * t).cos(), sin + u * (w * t).sin())
-                    });
-                    cos * cos + sin * sin
-                })
-                .sum()
-        };
-        let ratios = [0.5, 0.7, 0.8, 0.88, 0.94, 1.0, 1.06, 1.14, 1.25, 1.43, 2.0];
-        let powers = ratios.map(|ratio| power(ratio * OMEGA_0));
-        for (i, (ratio, pair)) in ratios.iter().zip(powers.windows(2)).enumerate() {
-            let rises = pair[0] < pair[1];
-            assert_eq!(rises, i < 5, "from {ratio} ω₀: {pair:?}");
-        }
-    }
-
-    #[test]
-    fn zero_crossings_come_at_the_mean_period_of_the_spectrum() {
-        // Rice: a normal process crosses zero upwards √(m₂ / m₀) / 2π times a second.
-        let expected = moment(2).sqrt() / TAU;
-        let (n, period) = (40_000_u32, 0.1);
-        let crossings: f64 = (0..20)
-            .map(|seed| {
-                let surge = motion(seed).surge;
-                let samples: Vec<f64> = times(period, n).map(|t| value(&surge, t)).collect();
-                count(samples.windows(2).filter(|pair| pair[0] < 0.0 && 0.0 <= pair[1]))
-            })
-            .sum();
-        let rate = crossings / (20.0 * f64::from(n) * period);
-        // The mean period differs from the peak's by more than what is allowed here: the test tells them
-        // apart.
-        assert!((rate / expected - 1.0).abs() < 0.01, "{rate} for {expected}");
-        assert!(expected * SETUP.peak_period > 1.02);
     }
 
     #[test]

@@ -7,23 +7,23 @@ use super::*;
 /// Bits of a byte.
 const BITS: u32 = 8;
 
-fn everything_in<'a>(pieces: impl IntoIterator<Item = &'a [u8]>) -> (Vec<Measurement>, Refused) {
+fn everything_in<'a>(pieces: impl IntoIterator<Item = &'a [u8]>) -> (Vec<Measurement>, Rejects) {
     let mut reader = NmeaReader::default();
     let read = pieces
         .into_iter()
         .flat_map(|piece| reader.push(piece, RECEIVED_S))
         .collect();
-    (read, reader.refused().clone())
+    (read, reader.rejects().clone())
 }
 
 fn are_numbers(measurement: &Measurement) -> bool {
-    let Measurement::Craft { t_s, measured } = measurement else {
+    let Measurement::Craft { t_s, measured, .. } = measurement else {
         return false;
     };
     let (first, second) = match *measured {
         Position(place) => (place.lat_deg, place.lon_deg),
         GroundVelocity(velocity) | WaterVelocity(velocity) => (velocity.x, velocity.y),
-        Heading(angle) | YawRate(angle) => (angle, 0.0),
+        Heading(number) | YawRate(number) | GroundSpeed(number) => (number, 0.0),
     };
     t_s.is_finite() && first.is_finite() && second.is_finite()
 }
@@ -31,7 +31,7 @@ fn are_numbers(measurement: &Measurement) -> bool {
 /// Sentences with right checksums around fields of any numbers and of nonsense.
 fn any_sentence() -> impl Strategy<Value = String> {
     let kind = prop::sample::select(vec![
-        "GGA", "RMC", "VTG", "HDT", "THS", "ROT", "VHW", "VBW", "HDG", "GSV",
+        "GGA", "GLL", "RMC", "VTG", "HDT", "THS", "ROT", "VHW", "VBW", "HDG", "GSV",
     ]);
     let field = prop_oneof![
         "[-+]?[0-9]{0,5}(\\.[0-9]{0,5})?",
@@ -99,8 +99,8 @@ proptest! {
 
     #[test]
     fn every_good_sentence_is_read(sentence in any_good_sentence()) {
-        let (read, refused) = everything_in([sentence.as_bytes()]);
-        prop_assert!(!read.is_empty() && refused.total() == 0, "{refused}");
+        let (read, rejected) = everything_in([sentence.as_bytes()]);
+        prop_assert!(!read.is_empty() && rejected.total() == 0, "{rejected}");
     }
 
     #[test]

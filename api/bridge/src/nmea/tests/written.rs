@@ -24,7 +24,7 @@ fn headings_are_written_in_degrees_from_0_to_less_than_360() {
 }
 
 #[test]
-fn an_autopilot_is_told_the_heading_and_the_speed() {
+fn four_sentences_carry_heading_and_speed() {
     let reference = Reference {
         heading: -PI / 2.0,
         speed: 0.756,

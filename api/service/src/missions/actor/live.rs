@@ -1,42 +1,43 @@
-//! A mission of real vehicles: plans once a period from the reports until then, also when none came.
+//! A live mission: it plans once a period from the reports so far, even if no new ones came.
 
 use std::{
     sync::Arc,
     time::{Duration, Instant},
 };
 
-use super::{Actor, Command, Context, IdempotencyKey, LiveMission, Snapshot, StoredPlan};
+use super::{Actor, Checkpoint, Command, Context, IdempotencyKey, LiveMission, StoredPlan};
 use crate::{
     deadline::Arrival,
     metrics::{Counted, PlanFor},
     missions::{
         check,
-        clock::{Clock, ClockWatch, unix_now},
+        clock::{Clock, ClockWatch},
         event::{Event, answer, planned, previous},
         state::{MissionState, facts},
     },
-    pool::Lane,
+    pool::Priority,
     problem::Problem,
+    unix_time::unix_now,
 };
 use wire::{
     FieldError, Outcome, PlanRequest,
     mission::{Reports, Setting},
 };
 
-/// Reports that a start reads one by one at most.
-const FOLD_MAX: u32 = 64;
+/// Most events after a checkpoint: a restart reads them one by one.
+const EVENTS_PER_CHECKPOINT_MAX: u32 = 64;
 
 pub(in crate::missions) struct Live {
     context: Context,
     state: MissionState,
     made: Arc<LiveMission>,
-    /// Between two plans, real time.
+    /// Real time between two plans.
     period: Duration,
     due: Instant,
-    /// Events since the last snapshot.
-    unfolded: u32,
+    /// Events since the last checkpoint.
+    since_checkpoint: u32,
     watch: ClockWatch,
-    /// Counts the mission as long as its craft does not follow.
+    /// Counts the mission while its craft does not follow.
     does_not_follow: Option<Counted>,
 }
 
@@ -49,7 +50,7 @@ impl Live {
             context,
             state,
             made,
-            unfolded: 0,
+            since_checkpoint: 0,
             watch: ClockWatch::new(),
             does_not_follow: None,
         };
@@ -68,23 +69,29 @@ impl Actor for Live {
         self.due
     }
 
-    async fn carry_out(&mut self, command: Command, key: Option<IdempotencyKey>) -> Result<Vec<u8>, Problem> {
+    async fn execute(&mut self, command: Command, key: Option<IdempotencyKey>) -> Result<Vec<u8>, Problem> {
         let at_s = unix_now();
         let event = match command {
             Command::Step(_) => {
-                let why = "a live mission goes on by itself; only simulated ones take steps";
+                let why = "a live mission runs by the clock; only simulated missions take steps";
                 return Err(Problem::conflict(why));
             }
             Command::Run(Some(_)) => {
-                let why = "a live mission is as fast as life; only simulated ones take a speed_factor";
+                let why = "a live mission runs in real time; only simulated missions take a speed_factor";
                 return Err(Problem::conflict(why));
             }
             Command::Run(None) if self.context.is_running() => return self.context.unchanged(key).await,
-            Command::Report(heard) => {
-                self.check_origin(&heard)?;
-                return self.take_up(Event::Reported { at_s, heard }, key).await;
+            // Another request has set another origin meanwhile. Sent again, this one is read with that.
+            Command::Report(_, Some(origin)) | Command::Change(_, Some(origin))
+                if self.state.origin() != Some(origin) =>
+            {
+                return Err(Problem::Behind);
             }
-            Command::Change(setting) => return self.change(at_s, setting, key).await,
+            Command::Report(heard, _) => {
+                self.check_origin(&heard)?;
+                return self.append_and_apply(Event::Reported { at_s, heard }, key).await;
+            }
+            Command::Change(setting, _) => return self.change(at_s, setting, key).await,
             Command::Run(None) => {
                 self.due = next_due(&self.made.clock, self.made.config.period_s);
                 let speed_factor = None;
@@ -94,7 +101,7 @@ impl Actor for Live {
             Command::Finish => Event::Finished { at_s },
         };
         let stored = self.context.append(vec![event], key, None).await?;
-        self.unfolded += u32::from(stored.is_new);
+        self.since_checkpoint += u32::from(stored.is_new);
         self.count_does_not_follow();
         Ok(stored.answer)
     }
@@ -115,57 +122,70 @@ impl Actor for Live {
 }
 
 impl Live {
-    /// Fails for reports that do not count from the mission's own origin: they were read before there was one.
+    /// Fails if the reports do not count from the mission's origin, because they were read before it was known.
     fn check_origin(&self, heard: &Reports) -> Result<(), Problem> {
         match (heard.origin, self.state.origin()) {
             (None, None) => Ok(()),
             (None, Some(_)) if heard.is_complete() => Ok(()),
             (Some(_), None) if self.state.may_begin() => Ok(()),
-            // Another post was first with its origin. Sent again, this one counts from that.
+            // Another request set the origin meanwhile. Sent again, this one is read with that origin.
             (_, Some(_)) => Err(Problem::Behind),
             (Some(_), None) => {
-                let detail = "the mission has positions in metres from a datum of which it is not known where it lies: give \
-                    metres, or make a mission with an `origin`";
+                let detail = "the mission has positions in metres from an unknown datum: give metres, or create a mission \
+                    with an `origin`";
                 Err(Problem::Invalid(vec![FieldError::new("", "no_origin", detail)]))
             }
         }
     }
 
-    /// Changes the setting, if a mission can have what comes of it. One that is so already is left alone.
+    /// Changes the setting, if the result is valid. A change to what is set already stores nothing.
     async fn change(
         &mut self,
         at_s: f64,
-        setting: Box<Setting>,
+        mut setting: Box<Setting>,
         key: Option<IdempotencyKey>,
     ) -> Result<Vec<u8>, Problem> {
-        let (mut replaced, mut config) = (setting.clone(), self.state.config().clone());
-        replaced.exchange_with(&mut config);
+        let mut config = self.state.config().clone();
+        let origin = setting.origin.flatten().filter(|new| config.origin != Some(*new));
+        if let Some(origin) = origin {
+            config.count_from(origin);
+            // Their metres change: clients see the new ones in the event and in the setting.
+            setting.keep_outs.get_or_insert(config.keep_outs.clone());
+            setting.area.get_or_insert(config.area.clone());
+        }
+        let mut replaced = setting.clone();
+        replaced.exchange_with(&mut self.state.config().clone());
         if replaced == setting {
             return self.context.unchanged(key).await;
         }
-        // Here and not where the request came in, so that no other change comes in between.
-        let check = move || check::changed(&config);
-        let checked = self.context.planners.read_for_mission(Lane::Mission, check);
+        setting.clone().exchange_with(&mut config);
+        // Checked here and not in the handler, so that no other change comes in between.
+        let check = move || check::changed(&config, origin.is_some());
+        let checked = self.context.planners.read_for_mission(Priority::Mission, check);
         checked.await?.map_err(Problem::Invalid)?;
         let event = Event::Changed {
             at_s,
             setting,
             replaced,
         };
-        self.take_up(event, key).await
+        self.append_and_apply(event, key).await
     }
 
-    /// Stores an event that changes the state, and takes it up.
-    async fn take_up(&mut self, event: Event, key: Option<IdempotencyKey>) -> Result<Vec<u8>, Problem> {
+    /// Stores an event that changes the state, and applies it.
+    async fn append_and_apply(
+        &mut self,
+        event: Event,
+        key: Option<IdempotencyKey>,
+    ) -> Result<Vec<u8>, Problem> {
         let mut state = self.state.clone();
         state.apply(&event, &self.made.clock);
-        // Every plan leaves a snapshot; where none is made, reports do now and then.
-        let folds = FOLD_MAX <= self.unfolded;
+        // Every plan stores a checkpoint. Without plans, reports store one now and then.
+        let is_due = EVENTS_PER_CHECKPOINT_MAX <= self.since_checkpoint;
         let plan = || self.context.view.borrow().plan.clone();
-        let snapshot = folds.then(|| Snapshot::json(Some(state.clone()), plan()));
-        let stored = self.context.append(vec![event], key, snapshot).await?;
+        let checkpoint = is_due.then(|| Checkpoint::json(Some(state.clone()), plan()));
+        let stored = self.context.append(vec![event], key, checkpoint).await?;
         if stored.is_new {
-            self.unfolded = if folds { 0 } else { self.unfolded + 1 };
+            self.since_checkpoint = if is_due { 0 } else { self.since_checkpoint + 1 };
             self.state = state;
             self.show_waits_for();
         }
@@ -174,7 +194,7 @@ impl Live {
 
     async fn plan_for(&mut self, request: PlanRequest, now: f64, due: Instant) -> Result<(), Problem> {
         let made_at = Instant::now();
-        // The other half of the period is for the disk, and for other missions.
+        // The other half of the period is for the disk and for other missions.
         let made = self
             .context
             .planners
@@ -197,9 +217,9 @@ impl Live {
             heard: state.heard(),
             made: Some(made_at),
         }));
-        let snapshot = Snapshot::json(Some(state.clone()), plan.clone());
+        let checkpoint = Checkpoint::json(Some(state.clone()), plan.clone());
         let events = vec![Event::Planned(Box::new(event))];
-        self.context.append(events, None, Some(snapshot)).await?;
+        self.context.append(events, None, Some(checkpoint)).await?;
         let metrics = self.context.planners.metrics();
         metrics.plan(PlanFor::Live, &made.plan, made.solve_time);
         metrics.late(late);
@@ -207,12 +227,11 @@ impl Live {
         self.context.show(plan);
         self.count_does_not_follow();
         self.state = state;
-        self.unfolded = 0;
+        self.since_checkpoint = 0;
         Ok(())
     }
 
-    /// Tells the mission's log where the service's clock was set since the last plan was due: reports of before and after
-    /// do not fit together then.
+    /// Stores an event if the service's clock was set since the last plan: reports from before and after do not match then.
     async fn note_clock_set(&mut self) {
         let Some(by_s) = self.watch.set_by() else { return };
         tracing::warn!(mission = self.context.mission.id, by_s, "the clock was set");
@@ -222,12 +241,12 @@ impl Live {
             .append(vec![Event::ClockSet { at_s, by_s }], None, None)
             .await
         {
-            Ok(_) => self.unfolded += 1,
-            Err(problem) => tracing::warn!(?problem, "the log does not tell it"),
+            Ok(_) => self.since_checkpoint += 1,
+            Err(problem) => tracing::warn!(?problem, "the change of the clock was not stored"),
         }
     }
 
-    /// The next plan is due a period after this one; plans whose time is past are missed.
+    /// The next plan is due a period after this one. Plans whose time has passed are missed.
     fn set_next_due(&mut self) {
         let now = Instant::now();
         self.due += self.period;
@@ -241,7 +260,7 @@ impl Live {
         }
     }
 
-    /// Tells the log where the newest plan is of another kind than the one before.
+    /// Logs if the plans begin or cease to be degraded, or the craft to follow.
     fn log_changes(&self, newest: Option<&StoredPlan>) {
         let mission = &self.context.mission.id;
         let before = self.context.view.borrow().plan.clone();
@@ -264,7 +283,7 @@ impl Live {
         }
     }
 
-    /// Counts the mission while it runs and its newest plan warns of the craft.
+    /// Counts the mission while it runs and its newest plan warns that the craft does not follow.
     fn count_does_not_follow(&mut self) {
         let warns =
             self.context.is_running() && !self.context.view.borrow().plan.as_deref().is_none_or(follows);
@@ -293,8 +312,8 @@ fn follows(plan: &StoredPlan) -> bool {
     plan.answer.answer.craft_estimate.follows
 }
 
-/// When the mission's clock next shows a whole number of periods since it was made: a restart moves no mission's plans
-/// onto its neighbours'.
+/// When the mission's clock next shows a whole number of periods since its creation. So a restart does not align the plans of
+/// all missions.
 fn next_due(clock: &Clock, period: f64) -> Instant {
     let since = (clock.now() - clock.created) / period;
     let left = (since.ceil() - since).clamp(0.0, 1.0) * period / clock.rate;

@@ -1,4 +1,4 @@
-//! A mission of the simulator: steps as fast as the client asked for.
+//! A simulated mission: it runs as fast as the client asked for.
 
 use std::{
     collections::BTreeMap,
@@ -7,26 +7,26 @@ use std::{
 };
 
 use super::{
-    Actor, Command, Context, FIXED_SETTING, IdempotencyKey, NO_REPORTS, Snapshot, Stored, StoredPlan,
+    Actor, Checkpoint, Command, Context, FIXED_SETTING, IdempotencyKey, NO_REPORTS, Stored, StoredPlan,
 };
 use crate::{
     metrics::PlanFor,
     missions::{
-        clock::unix_now,
         event::Event,
         simulation::{Simulation, Tick},
     },
     problem::Problem,
     store::StoreError,
+    unix_time::unix_now,
 };
 use wire::mission;
 
-/// Plans that are stored together where nothing paces them: some tens of milliseconds of work.
+/// Plans that are stored together without a speed factor: some tens of milliseconds of work.
 const TICKS_AT_ONCE: u32 = 16;
 
-/// When to try again what was not stored.
+/// Pause after a failure.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// Longest of these times after failures in a row: each try may simulate everything again.
+/// Longest pause after failures in a row: each attempt may simulate everything again.
 const PATIENCE_MAX: Duration = Duration::from_mins(1);
 
 pub(in crate::missions) struct Simulated {
@@ -59,11 +59,11 @@ impl Actor for Simulated {
         self.due
     }
 
-    async fn carry_out(&mut self, command: Command, key: Option<IdempotencyKey>) -> Result<Vec<u8>, Problem> {
+    async fn execute(&mut self, command: Command, key: Option<IdempotencyKey>) -> Result<Vec<u8>, Problem> {
         let at_s = unix_now();
         let event = match command {
-            Command::Report(_) => return Err(Problem::conflict(NO_REPORTS)),
-            Command::Change(_) => return Err(Problem::conflict(FIXED_SETTING)),
+            Command::Report(..) => return Err(Problem::conflict(NO_REPORTS)),
+            Command::Change(..) => return Err(Problem::conflict(FIXED_SETTING)),
             Command::Step(_) if self.context.is_running() => {
                 return Err(Problem::conflict("the mission is running: pause it first"));
             }
@@ -78,18 +78,22 @@ impl Actor for Simulated {
         Ok(self.context.append(vec![event], key, None).await?.answer)
     }
 
-    /// Makes one plan, or some where nothing paces them.
+    /// Makes one plan, or several without a speed factor.
     async fn advance(&mut self) {
         let ticks = match self.context.mission.speed_factor {
             Some(factor) => {
-                // A late plan delays those after it: none is made in a hurry.
+                // A late plan delays the later ones: the simulation does not catch up.
                 self.due = Instant::now().max(self.due + Duration::from_secs_f64(1.0 / factor));
                 1
             }
             None => TICKS_AT_ONCE,
         };
         if let Err(problem) = self.step(ticks, None).await {
-            tracing::warn!(mission = self.context.mission.id, ?problem, "did not go on");
+            tracing::warn!(
+                mission = self.context.mission.id,
+                ?problem,
+                "the simulation did not advance"
+            );
             self.due = Instant::now() + self.patience;
             self.patience = PATIENCE_MAX.min(2 * self.patience);
         } else {
@@ -99,7 +103,7 @@ impl Actor for Simulated {
 }
 
 impl Simulated {
-    /// Goes on for `ticks` plans, or to the end. A simulation whose events are not stored is dropped.
+    /// Makes `ticks` plans, or fewer at the end. If their events are not stored, the simulation is dropped.
     async fn step(&mut self, ticks: u32, key: Option<IdempotencyKey>) -> Result<Stored, Problem> {
         let simulation = match self.simulation.take() {
             Some(simulation) => simulation,
@@ -127,8 +131,8 @@ impl Simulated {
         }
         let planned = |tick: Tick| Event::Planned(Box::new(tick.planned));
         let events = ticks.into_iter().map(planned).chain(end).collect();
-        let snapshot = plan.is_some().then(|| Snapshot::json(None, plan.clone()));
-        let stored = self.context.append(events, key, snapshot).await?;
+        let checkpoint = plan.is_some().then(|| Checkpoint::json(None, plan.clone()));
+        let stored = self.context.append(events, key, checkpoint).await?;
         if stored.is_new {
             self.simulation = Some(simulation);
             if plan.is_some() {
@@ -157,7 +161,7 @@ impl Simulated {
     }
 }
 
-/// Some plans, and the event of the end if it came.
+/// Makes up to `n_ticks` plans. The event is that of the end, if it came.
 fn simulate(mut simulation: Box<Simulation>, n_ticks: u32) -> (Box<Simulation>, Vec<Tick>, Option<Event>) {
     let mut ticks = vec![];
     for _ in 0..n_ticks {

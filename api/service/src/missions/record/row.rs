@@ -1,4 +1,4 @@
-//! What events tell, as rows of the table.
+//! Rows of the table, from events.
 
 use std::{collections::BTreeMap, time::Duration};
 
@@ -21,12 +21,12 @@ pub(super) fn outcome(outcome: Outcome) -> &'static str {
     }
 }
 
-/// What a mission's clock showed, learnt from its events in order.
+/// A mission's clock, from its events in order.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Timeline {
-    /// A live mission's runs by itself.
+    /// A live mission's clock, which runs by itself.
     live: Option<Clock>,
-    /// A simulated one's stands still from one plan to the next: when the last was made, s since the start.
+    /// A simulated mission's clock, which stands still between plans: the time of the last plan, s since the start.
     planned: f64,
 }
 
@@ -38,9 +38,9 @@ pub(super) struct Before {
 }
 
 impl Before {
-    /// Takes up an event of which no row is wanted.
-    pub(super) fn take_up(&mut self, event: &Event) {
-        self.timeline.take_up(event);
+    /// Applies an event without rows.
+    pub(super) fn apply(&mut self, event: &Event) {
+        self.timeline.apply(event);
         if let Event::Planned(plan) = event {
             for auv in plan.prediction.iter().flat_map(|prediction| &prediction.auvs) {
                 self.refused.insert(auv.id.clone(), auv.refused_t_s.clone());
@@ -50,8 +50,8 @@ impl Before {
 }
 
 impl Timeline {
-    /// What it showed at the event, s.
-    pub(super) fn take_up(&mut self, event: &Event) -> f64 {
+    /// Applies an event, and returns the clock's time then, s.
+    pub(super) fn apply(&mut self, event: &Event) -> f64 {
         let at_s = match event {
             Event::Planned(plan) => {
                 self.planned = plan.t_s;
@@ -72,18 +72,17 @@ impl Timeline {
         };
         match self.live {
             None => self.planned,
-            // To the bit, where the mission's clock is the service's.
+            // Exact to the bit if the mission's clock is the service's.
             Some(Clock { rate: 1.0, .. }) => at_s,
             Some(clock) => clock.at(at_s),
         }
     }
 }
 
-/// The fixes that the last plan refused: their times by the vehicle, s.
+/// The fixes that the last plan refused: their times by vehicle, s.
 pub(super) type Refused = BTreeMap<String, Vec<f64>>;
 
-/// What the event numbered `sequence` tells, when the mission's clock showed `time`. A fix that one plan after another
-/// refuses is told of once.
+/// The rows of the event numbered `sequence` at `time` on the mission's clock. A fix that several plans refuse has one row.
 pub(super) fn rows<'a>(sequence: u64, time: f64, event: &'a Event, refused: &mut Refused) -> Vec<Row<'a>> {
     let row = Row {
         sequence: Some(sequence),
@@ -187,7 +186,7 @@ fn planned<'a>(row: &Row<'a>, plan: &'a Planned) -> Row<'a> {
         reference_speed_mps: Some(plan.reference.speed_mps),
         reference_heading_rad: Some(plan.reference.heading_rad),
         outcome: Some(outcome(plan.outcome)),
-        method: Some(method_name(plan.method.into())),
+        method: Some(method_name(plan.method)),
         reason: plan.reason.as_deref(),
         solve_ms: Some(Duration::from_nanos(plan.solve_time_ns).as_secs_f64() * 1e3),
         late_s: Some(plan.late_s),
@@ -195,8 +194,8 @@ fn planned<'a>(row: &Row<'a>, plan: &'a Planned) -> Row<'a> {
     }
 }
 
-/// When an AUV of a simulated mission was last heard, as the plan knew it, and where it then was where a fix told that: also where
-/// the estimate does not rest on that fix, so that place and age are of one.
+/// When an AUV of a simulated mission was last heard, as the plan knew it, and its position then if a fix told it. The fix counts
+/// even if the estimate refuses it, so that position and age belong together.
 fn known_of<'a>(row: &Row<'a>, auv: &'a PredictedAuv) -> Row<'a> {
     let since_sent = |sent_s: f64| row.t_s.map(|now| now - sent_s);
     Row {
@@ -209,7 +208,7 @@ fn known_of<'a>(row: &Row<'a>, auv: &'a PredictedAuv) -> Row<'a> {
     }
 }
 
-/// Where an AUV of a live mission was believed to be.
+/// The estimated position of an AUV of a live mission.
 fn estimated<'a>(row: &Row<'a>, auv: &'a PredictedAuv) -> Option<Row<'a>> {
     auv.positions.first().map(|&[north_m, east_m]| Row {
         kind: Some(ESTIMATED),
@@ -222,7 +221,7 @@ fn estimated<'a>(row: &Row<'a>, auv: &'a PredictedAuv) -> Option<Row<'a>> {
     })
 }
 
-/// Which fixes of an AUV its estimate does not rest on, while that of the plan before did.
+/// The fixes of an AUV that this plan refuses and the plan before did not.
 fn newly_refused<'a>(
     row: &Row<'a>,
     auv: &'a PredictedAuv,
@@ -240,7 +239,7 @@ fn newly_refused<'a>(
     })
 }
 
-/// The surface craft with its goal, and the AUVs.
+/// The true states of the surface craft, with its goal, and of the AUVs.
 fn truths<'a>(row: &Row<'a>, truth: &'a Truth) -> impl Iterator<Item = Row<'a>> {
     let craft = Row {
         energy_j: Some(truth.energy_j),

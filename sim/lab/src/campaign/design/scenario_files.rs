@@ -1,4 +1,4 @@
-//! Scenario files that a campaign names, with the files that they name: with them it can be flown anywhere.
+//! Scenario files of a campaign with the files that they name, so that it can be flown anywhere.
 
 use std::{
     collections::BTreeMap,
@@ -10,7 +10,7 @@ use sim::scenario::{Files, Scenario, ScenarioError};
 
 use crate::campaign::file::{CampaignError, CampaignFile};
 
-/// Scenario files of a campaign, by the names that it calls them.
+/// Scenario files of a campaign, by name.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct ScenarioFiles(BTreeMap<String, ScenarioFile>);
@@ -25,21 +25,19 @@ struct ScenarioFile {
 }
 
 impl ScenarioFiles {
-    /// Those that `campaign` names and does not have in itself, read from `folder`.
+    /// Reads the files that `campaign` names from `folder`.
     pub(super) fn read(campaign: &CampaignFile, folder: &Path) -> Result<Self, CampaignError> {
         let mut files = BTreeMap::new();
         for (i, name) in campaign.scenarios.iter().enumerate() {
             let is_path = Path::new(name).extension().is_some() || 1 < Path::new(name).components().count();
-            if !is_path || campaign.scenario_files.contains_key(name) {
+            if !is_path {
                 continue;
             }
             let path: PathBuf = folder.join(name);
             let scenario = Scenario::read(&path)?;
-            let beside = scenario.texts_beside().map_err(|error| CampaignError::Invalid {
-                file: path.display().to_string(),
-                line: 1,
-                field: format!("scenarios[{i}]"),
-                reason: error.to_string(),
+            let beside = scenario.texts_beside().map_err(|error| {
+                let (file, field) = (path.display().to_string(), format!("scenarios[{i}]"));
+                CampaignError::Invalid(file, 1, field, error.to_string())
             })?;
             let text = scenario.source.text;
             files.insert(name.clone(), ScenarioFile { text, beside });
@@ -47,7 +45,7 @@ impl ScenarioFiles {
         Ok(Self(files))
     }
 
-    /// The scenario in the file called `name`, if it is here.
+    /// The scenario of that name; none if there is no such file.
     pub(super) fn scenario(&self, name: &str) -> Option<Result<Scenario, ScenarioError>> {
         let file = self.0.get(name)?;
         Some(Scenario::parse(
@@ -57,7 +55,7 @@ impl ScenarioFiles {
         ))
     }
 
-    /// All that is in them, for a digest.
+    /// Their contents, for a digest.
     pub(in crate::campaign) fn parts(&self) -> impl Iterator<Item = String> {
         self.0.iter().flat_map(|(name, file)| {
             let beside = file.beside.iter().map(|(name, text)| format!("{name}\0{text}"));
@@ -160,69 +158,7 @@ planner = {}
     }
 
     #[test]
-    fn a_scenario_in_the_campaign_file_is_the_file_beside_it() {
-        let text = Scenario::text("cross-current")
-            .expect("is built in")
-            .replace("\"cross-current\"", "\"mine\"");
-        let folder = TempDir::new().expect("is a folder");
-        fs::create_dir(folder.path().join("waters")).expect("is new");
-        fs::write(folder.path().join("waters/mine.toml"), &text).expect("is written");
-        let file = folder.path().join("campaign.toml");
-        fs::write(&file, CAMPAIGN).expect("is written");
-        let beside = Campaign::read(&file).expect("is a campaign");
-        let one_file = format!("{CAMPAIGN}\n[scenario_files]\n\"waters/mine.toml\" = '''{text}'''\n");
-        let inside = Campaign::parse(&one_file, "one.toml", ScenarioFiles::default()).expect("is a campaign");
-        assert_eq!(flown(&inside), flown(&beside));
-    }
-
-    #[test]
-    fn what_is_wrong_with_a_scenario_file_is_named() {
-        let text = Scenario::text("calm").expect("is built in");
-        for (name, key, text, says) in [
-            (
-                "crowded",
-                "calm",
-                text.to_owned(),
-                "one.toml:9: scenario_files.calm: is the name of a built-in scenario",
-            ),
-            (
-                "crowded",
-                "mine",
-                text.to_owned(),
-                "one.toml:9: scenario_files.mine: scenarios does not name it",
-            ),
-            (
-                "mine",
-                "mine",
-                text.to_owned(),
-                "one.toml:5: scenarios[1]: calm is the second with the name calm",
-            ),
-            (
-                "mine",
-                "mine",
-                text.replace("speed_mps = 0.19", "speed_mps = -3"),
-                "mine:18: surface_craft.speed_mps: -3",
-            ),
-            (
-                "x.toml",
-                "",
-                text.to_owned(),
-                "one.toml:5: scenarios[0]: there is no scenario \"x.toml\", only paper-path",
-            ),
-        ] {
-            let file = CAMPAIGN.replace("waters/mine.toml", name);
-            let (head, rest) = file.split_once("[[parameters]]").expect("has parameters");
-            let files = if key.is_empty() {
-                String::new()
-            } else {
-                format!("[scenario_files]\n{key} = '''{text}'''\n")
-            };
-            let file = format!("{head}{files}[[parameters]]{rest}");
-            let refused = Campaign::parse(&file, "one.toml", ScenarioFiles::default())
-                .expect_err(says)
-                .to_string();
-            assert!(refused.contains(says), "{refused}");
-        }
+    fn a_file_that_a_scenario_names_and_that_is_missing_is_named() {
         let here = folder(0.12);
         fs::remove_file(here.path().join("waters/grid.csv")).expect("is there");
         let refused = Campaign::read(&here.path().join("campaign.toml"))

@@ -1,8 +1,8 @@
-//! What the planner made of its craft, and whether it noticed what broke.
+//! What the planner learnt of its craft, and its alarms.
 
 use serde::Serialize;
 
-use super::gather::Gather;
+use super::data::Data;
 use crate::campaign::{
     rows::LEARNT,
     statistics::student::{median, quantile},
@@ -12,32 +12,32 @@ use crate::campaign::{
 const Z: f64 = 1.959_963_984_540_054;
 const SECONDS_PER_HOUR: f64 = 3_600.0;
 
-/// One quantity that a planner estimates, beside step tests of the craft.
+/// An estimate of the planner beside step tests of the craft.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Estimated {
     pub(super) controller: String,
     /// The column of the estimates.
     pub(super) quantity: &'static str,
     pub(super) n_runs: usize,
-    /// Size of the error, s: the middle, and what 90 % do not exceed.
+    /// Absolute error, s: median and 90th percentile.
     pub(super) error_median_s: f64,
     pub(super) error_90_s: f64,
-    /// Share of the runs whose stated 95 % interval holds what step tests found.
+    /// Share of the runs whose 95 % interval contains the step test.
     pub(super) held: f64,
 }
 
-/// How often a planner said that its craft does not follow.
+/// Alarms of a planner that the craft does not follow.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Alarms {
     pub(super) controller: String,
     pub(super) n_runs: usize,
     /// Whether something breaks in its runs.
     pub(super) breaks: bool,
-    /// Alarms an hour of missions.
+    /// Alarms per hour of missions.
     pub(super) per_hour: f64,
     /// Share of the runs with an alarm.
     pub(super) alarmed: f64,
-    /// Runs in which an alarm was raised anew after something broke, and how soon, s: the middle and the longest.
+    /// Runs with a new alarm after the breakdown, and the delay, s: median and longest.
     pub(super) n_noticed: usize,
     pub(super) noticed_after_median_s: Option<f64>,
     pub(super) noticed_after_worst_s: Option<f64>,
@@ -48,22 +48,22 @@ fn share(part: usize, of: usize) -> f64 {
     part as f64 / of as f64
 }
 
-impl Gather<'_> {
+impl Data<'_> {
     pub(super) fn estimated(&self) -> Vec<Estimated> {
         let planners = self.campaign.controllers.iter();
-        let all = planners.flat_map(|contender| {
+        let all = planners.flat_map(|controller| {
             LEARNT.map(|[quantity, sigma, tested]| {
-                let rows = self.flights.of_controller(&contender.name, quantity).into_iter();
+                let rows = self.runs.of_controller(&controller.name, quantity).into_iter();
                 let found: Vec<(f64, f64)> = rows
                     .filter_map(|(_, row)| {
-                        let value = |name| self.flights.value(name, row);
+                        let value = |name| self.runs.value(name, row);
                         Some(((value(quantity)? - value(tested)?).abs(), value(sigma)?))
                     })
                     .collect();
                 let errors: Vec<f64> = found.iter().map(|(error, _)| *error).collect();
                 let held = found.iter().filter(|(error, sigma)| *error <= Z * sigma).count();
                 Some(Estimated {
-                    controller: contender.name.clone(),
+                    controller: controller.name.clone(),
                     quantity,
                     n_runs: found.len(),
                     error_median_s: median(&errors)?,
@@ -77,11 +77,11 @@ impl Gather<'_> {
 
     pub(super) fn alarms(&self) -> Vec<Alarms> {
         let planners = self.campaign.controllers.iter();
-        let all = planners.filter_map(|contender| {
-            let rows = self.flights.of_controller(&contender.name, "alarms").into_iter();
+        let all = planners.filter_map(|controller| {
+            let rows = self.runs.of_controller(&controller.name, "alarms").into_iter();
             let counted: Vec<(f64, f64, Option<f64>)> = rows
                 .filter_map(|(_, row)| {
-                    let value = |name| self.flights.value(name, row);
+                    let value = |name| self.runs.value(name, row);
                     Some((value("alarms")?, value("duration_s")?, value("noticed_after_s")))
                 })
                 .collect();
@@ -92,9 +92,9 @@ impl Gather<'_> {
             let seconds: f64 = counted.iter().map(|(_, seconds, _)| seconds).sum();
             let noticed: Vec<f64> = counted.iter().filter_map(|(.., after)| *after).collect();
             Some(Alarms {
-                controller: contender.name.clone(),
+                controller: controller.name.clone(),
                 n_runs: counted.len(),
-                breaks: contender.breaks_at().is_some(),
+                breaks: controller.breaks_at().is_some(),
                 per_hour: alarms * SECONDS_PER_HOUR / seconds,
                 alarmed: share(
                     counted.iter().filter(|(alarms, ..)| 0.0 < *alarms).count(),

@@ -1,14 +1,14 @@
-//! Means by scenario, who has the least of each, limits that were broken, and gains.
+//! Means by scenario, the least of each, broken limits, and gains.
 
 use serde::Serialize;
 
-use super::gather::Gather;
+use super::data::Data;
 use crate::campaign::{
-    contender::Contender,
-    statistics::{Measure, Question, compare, student::mean},
+    controller::Controller,
+    statistics::{Measure, Question, compare},
 };
 
-/// Counts of episodes beyond a limit or bound, and what that is.
+/// Columns of violations, and their names.
 const BEYOND: [(&str, &str); 7] = [
     ("speed_violations", "speed"),
     ("reference_violations", "reference"),
@@ -24,29 +24,29 @@ const BEYOND: [(&str, &str); 7] = [
 pub(super) struct Scores {
     pub(super) scenario: String,
     pub(super) controller: String,
-    /// Means of the report's metrics, in their order and units; none where it has no value.
+    /// Means of the report's metrics, in their order and units.
     pub(super) means: Vec<Option<f64>>,
     /// Half the width of each mean's 95 % interval, Student's.
     pub(super) half_widths: Vec<Option<f64>>,
-    /// Of the metrics in which it has the least mean of those that may win.
+    /// Whether it has the least mean of each metric, among those that may win.
     pub(super) is_least: Vec<bool>,
-    /// Episodes a run beyond each limit that was broken.
+    /// Episodes per run beyond each broken limit.
     pub(super) beyond: Vec<(&'static str, f64)>,
-    /// A tuned law's gains, and the objectives that they are for; of one craft alone.
+    /// Gains of a tuned law with their objectives, if there is one craft.
     pub(super) gains: Vec<String>,
 }
 
-/// Who has the least mean of a metric in a scenario, of those that know no more than the scenario grants.
+/// The controller with the least mean of a metric in a scenario, among those that know no more than the scenario grants.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Winner {
     pub(super) scenario: String,
     pub(super) metric: String,
     pub(super) controller: String,
-    /// Those that its 95 % interval does not tell from it.
+    /// Controllers that a paired 95 % interval does not distinguish from it.
     pub(super) as_good: Vec<String>,
 }
 
-impl Gather<'_> {
+impl Data<'_> {
     pub(super) fn winners(&self) -> Vec<Winner> {
         let mut winners = vec![];
         for scenario in &self.scenarios {
@@ -58,22 +58,19 @@ impl Gather<'_> {
     }
 
     fn winner(&self, scenario: &str, metric: &str) -> Option<Winner> {
-        let eligible: Vec<&Contender> = self
+        let eligible: Vec<&Controller> = self
             .campaign
             .controllers
             .iter()
-            .filter(|contender| contender.may_win())
+            .filter(|controller| controller.may_win())
             .collect();
         let least = self.least(&eligible, scenario, metric)?;
-        let is_as_good = |other: &&&Contender| {
+        let is_as_good = |other: &&&Controller| {
             let question = Question {
-                controller: &other.name,
                 reference: &least.name,
-                metric,
-                scenario: Some(scenario),
-                objective: None,
+                ..self.question(&other.name, metric, Some(scenario))
             };
-            let found = compare(self.flights, question, self.campaign.file.seed);
+            let found = compare(self.runs, question);
             let nought = if found.measure == Measure::Ratio { 1.0 } else { 0.0 };
             let holds = match (found.student_95, found.estimate) {
                 (Some([low, high]), _) => low <= nought && nought <= high,
@@ -88,33 +85,18 @@ impl Gather<'_> {
             as_good: eligible
                 .iter()
                 .filter(is_as_good)
-                .map(|contender| contender.name.clone())
+                .map(|controller| controller.name.clone())
                 .collect(),
         })
-    }
-
-    /// Of equals the first.
-    fn least<'c>(&self, all: &[&'c Contender], scenario: &str, metric: &str) -> Option<&'c Contender> {
-        let flown = all.iter().filter_map(|contender| {
-            let values = self.flights.observations(&contender.name, metric, scenario);
-            (!values.is_empty()).then(|| (*contender, mean(&values).centre))
-        });
-        flown
-            .min_by(|a, b| a.1.total_cmp(&b.1))
-            .map(|(contender, _)| contender)
     }
 
     pub(super) fn scores(&self, winners: &[Winner]) -> Vec<Scores> {
         let mut all = vec![];
         for scenario in &self.scenarios {
-            for contender in &self.campaign.controllers {
-                let found: Vec<_> = self
-                    .metrics
-                    .iter()
-                    .map(|metric| {
-                        let values = self.flights.observations(&contender.name, metric, scenario);
-                        (!values.is_empty()).then(|| mean(&values))
-                    })
+            for controller in &self.campaign.controllers {
+                let found = self.metrics.iter();
+                let found: Vec<_> = found
+                    .map(|metric| self.mean(&controller.name, metric, scenario))
                     .collect();
                 if found.iter().all(Option::is_none) {
                     continue;
@@ -123,20 +105,20 @@ impl Gather<'_> {
                     winners.iter().any(|winner| {
                         winner.scenario == **scenario
                             && winner.metric == **metric
-                            && winner.controller == contender.name
+                            && winner.controller == controller.name
                     })
                 };
                 all.push(Scores {
                     scenario: (*scenario).to_owned(),
-                    controller: contender.name.clone(),
+                    controller: controller.name.clone(),
                     means: found.iter().map(|found| found.map(|mean| mean.centre)).collect(),
                     half_widths: found
                         .iter()
-                        .map(|found| found.and_then(|mean| Some(mean.bounds?.1 - mean.centre)))
+                        .map(|found| found.and_then(|mean| Some(mean.bounds?[1] - mean.centre)))
                         .collect(),
                     is_least: self.metrics.iter().map(is_least).collect(),
-                    beyond: self.beyond(&contender.name, scenario),
-                    gains: self.gains(&contender.name, scenario),
+                    beyond: self.beyond(&controller.name, scenario),
+                    gains: self.gains(&controller.name, scenario),
                 });
             }
         }
@@ -144,17 +126,16 @@ impl Gather<'_> {
     }
 
     fn beyond(&self, controller: &str, scenario: &str) -> Vec<(&'static str, f64)> {
-        let means = BEYOND.into_iter().filter_map(|(column, name)| {
-            let values = self.flights.observations(controller, column, scenario);
-            (!values.is_empty()).then(|| (name, mean(&values).centre))
-        });
+        let means = BEYOND
+            .into_iter()
+            .filter_map(|(column, name)| Some((name, self.mean(controller, column, scenario)?.centre)));
         means.filter(|(_, mean)| 0.0 < *mean).collect()
     }
 
-    /// Gains of a law that was tuned, as rows of the first replicate have them.
+    /// Gains of a tuned law, from the rows of the first replicate.
     fn gains(&self, controller: &str, scenario: &str) -> Vec<String> {
-        let flights = self.flights;
-        let crafts = flights
+        let runs = self.runs;
+        let crafts = runs
             .groups
             .iter()
             .filter(|group| group.scenario == scenario)
@@ -162,17 +143,17 @@ impl Gather<'_> {
         if crafts != 1 {
             return vec![];
         }
-        let rows = (0..flights.rows.len()).filter(|&row| {
-            flights.word("controller", row) == controller
-                && flights.word("scenario", row) == scenario
-                && flights.value("replicate", row) == Some(0.0)
-                && !flights.word("objectives", row).is_empty()
+        let rows = (0..runs.rows.len()).filter(|&row| {
+            runs.word("controller", row) == controller
+                && runs.word("scenario", row) == scenario
+                && runs.value("replicate", row) == Some(0.0)
+                && !runs.word("objectives", row).is_empty()
         });
         let named = rows.filter_map(|row| {
-            let look_ahead = flights.value("look_ahead_m", row)?;
-            let along = flights.value("along_track_gain_per_s", row)?;
-            let integral = flights.value("integral_gain_mps", row)?;
-            let objectives = flights.word("objectives", row);
+            let look_ahead = runs.value("look_ahead_m", row)?;
+            let along = runs.value("along_track_gain_per_s", row)?;
+            let integral = runs.value("integral_gain_mps", row)?;
+            let objectives = runs.word("objectives", row);
             Some(format!("{look_ahead} / {along} / {integral} for {objectives}"))
         });
         named.collect()

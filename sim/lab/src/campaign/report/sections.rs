@@ -1,57 +1,50 @@
-//! The report as a document: headings, sentences, tables, pictures.
+//! The report as a document: headings, texts, tables, pictures.
 
-use super::{
-    forest,
-    numbers::{Numbers, Part},
-    pareto, tables,
-    words::integer,
-};
-use crate::{
-    campaign::statistics::Comparison,
-    document::{Block, Document, Table},
-};
+use super::{numbers::Numbers, pareto, tables, words::integer};
+use crate::document::{Block, Document, Table};
 
-const METHOD: &str = "Controllers are compared in the same worlds: same start, water, noise and parameters. A ratio is the geometric mean \
-    of the paired ratios to the reference; below 1 is better. In brackets stand 95 % intervals. Student's is that of \
-    the mean logarithm. The bootstrap is BCa; ≠ marks one that differs from Student's by more than a fifth of its width. One scenario \
-    with one craft takes replicates as observations. Several craft or scenarios take the mean of each arena, a scenario with a craft, as \
-    one observation: that interval is about other scenarios and craft, not about more replicates. Where a value is 0 or \
-    below, a difference stands instead of the ratio, marked Δ. Wins are the share of pairs in which the controller has less \
-    (a tie is half of one), with Wilson's interval. p is that of the paired t-test on the same observations; Holm's correction takes all \
-    comparisons of this report together. **Bold** is distinguished from the reference at 5 % after it.";
+const METHOD: &str = "Controllers are compared under the same conditions: same start, water, noise and parameters. A ratio is the geometric \
+    mean of the paired ratios to the reference; below 1 is better. Brackets hold 95 % intervals. The interval is Student's, of the mean \
+    logarithm. With one scenario and \
+    one craft, each replicate is an observation. With several craft or scenarios, the mean of each case (a scenario with a craft) is \
+    one observation: the interval then describes other scenarios and craft, not more replicates. Where a value is 0 or \
+    below, a difference replaces the ratio, marked Δ. Wins are the share of pairs in which the controller has less (a tie counts \
+    half), with Wilson's interval. p is that of the paired t-test on the same observations; Holm's correction covers all \
+    comparisons of this report. **Bold** marks a significant difference from the reference (5 %, after the correction).";
 
-const CLAIMS: &str = "What the campaign file claims, decided controller by controller and scenario by scenario. Beside stands, of those that the file \
-    names, the one with the least mean of the first objective, on the very worlds that are scored, which favours it. A controller that \
-    leaves paths unused which the scenario grants is not judged there. Intervals are Student's.";
+const CLAIMS: &str = "The claims of the campaign file, decided for each controller and scenario. `beside` is the controller, of those that the \
+    claim names, with the least mean of the first objective under the scored conditions, which favours it. A controller that \
+    does not use paths which the scenario grants is not judged there. Intervals are Student's.";
 
-const WINNERS: &str = "The least mean of each metric among those that know no more than the scenario grants, laws as printed excepted. After `=` stand those \
-    that a paired 95 % interval does not distinguish from it. A law is judged at gains that were found for the metric's objective, where the file asks \
-    for them.";
+const WINNERS: &str = "The least mean of each metric among controllers that know no more than the scenario grants. After `=` follow those \
+    that a paired 95 % interval does not distinguish from it. A law is judged at the gains that were tuned for the metric's objective, if \
+    the file asks for them.";
 
-const SCORES: &str = "Means ± half of their 95 % interval, Student's: over replicates of one craft, over craft where there are several. **Least** in bold, in \
-    a tie the first alone. `beyond` counts episodes a run beyond a limit or bound. Gains of tuned laws are look-ahead, m / along-track, 1/s / integral, \
-    m/s.";
+const SCORES: &str = "Means ± half of their 95 % interval (Student): over replicates of one craft, or over craft where there are several. **Bold** marks the \
+    least (the first of equals). `beyond` counts episodes per run beyond a limit or bound. Gains of tuned laws are look-ahead, m / along-track, 1/s / \
+    integral, m/s.";
 
-const PARETO: &str = "Means over the worlds of a scenario. Of the laws' points only those are listed that no other point of a law beats: in neither worse, and \
-    better in one. The picture shows all that are at most twice as far off as the nearest.";
+const PARETO: &str = "Means over the conditions of a scenario. The table lists the planners and those points of the laws that no other law's \
+    point dominates. The picture shows all points that are at most twice as far off as the nearest.";
 
-const ESTIMATED: &str = "What planners make of their craft after 300 s, beside step tests of it. The error is the size of the difference. The stated interval \
-    is ± 1.96 standard deviations and should hold the truth in 95 %.";
+const ESTIMATED: &str = "What the planner learnt of its craft after 300 s, compared with step tests of the craft. The error is the absolute \
+    difference. The stated interval is ± 1.96 standard deviations and should contain the step test in 95 % of the runs.";
 
-const ALARMS: &str = "`craft_does_not_follow` is false wherever nothing breaks. Noticed is an alarm that is raised anew after something broke.";
+const ALARMS: &str = "An alarm is `craft_does_not_follow`; it is false wherever nothing breaks. `noticed` counts runs with a new alarm after \
+    the breakdown.";
 
-const ANSWERS: &str = "Shares of all answers of a controller's runs. A run has a median and a 99th percentile of its solve times; the table has \
-    the median of the former and the largest of the latter. They depend on the machine.";
+const ANSWERS: &str = "Shares of all answers of a controller's runs. Each run has a median and a 99th percentile of its solve times; the table shows \
+    the median of the medians and the largest percentile. They depend on the machine.";
 
-const WORST: &str = "The ten worlds with the largest ratio to the reference, for each planner. `pilotfish campaign replay DIR RUN` flies a run again \
+const WORST: &str = "For each planner, the ten conditions with the largest ratio to the reference. `pilotfish campaign replay DIR RUN` flies a run again \
     and writes its page; DIR is the campaign's directory.";
 
 const EFFECTS: &str = "Spearman's rank correlation between a parameter and the ratio to the reference: below 0, a larger parameter favours the \
-    controller. A replicate is one observation: its parameters are the same in every scenario and with every craft. Holm's correction takes all \
-    rows of this table together. Thirds are by the parameter's values, whose range stands before the ratio and its Student interval.";
+    controller. Each replicate is one observation, as its parameters are the same in all cases. Holm's correction covers all \
+    rows of this table. Thirds are by the parameter's value; each cell shows the range, the ratio and its Student interval.";
 
-const REGRET: &str = "The bound is the RMS distance below which no craft of that hull could have come with the whole future known. Means over runs whose \
-    bound is known.";
+const REGRET: &str = "The bound is the RMS distance that no craft of that hull can come below, even if it knew the whole future. Means over runs with a \
+    known bound.";
 
 /// The document.
 pub(super) fn document(numbers: &Numbers) -> Document {
@@ -60,13 +53,12 @@ pub(super) fn document(numbers: &Numbers) -> Document {
         heading(1, &about.title),
         paragraph(&tables::introduction(numbers)),
     ];
-    if about.reference_replaced {
-        blocks.push(paragraph(
-            "The file asks for another reference: a law as printed, which is shown and never is one.",
-        ));
-    }
-    blocks.extend(section("What was flown", "", tables::controllers(numbers)));
-    blocks.push(Block::Table(tables::arenas(numbers)));
+    blocks.extend(section(
+        "Controllers, scenarios, parameters",
+        "",
+        tables::controllers(numbers),
+    ));
+    blocks.push(Block::Table(tables::cases(numbers)));
     if !numbers.parameters.is_empty() {
         blocks.push(Block::Table(tables::parameters(numbers)));
     }
@@ -80,13 +72,7 @@ pub(super) fn document(numbers: &Numbers) -> Document {
         blocks.extend([
             heading(2, &format!("{} and {}", metrics[0], metrics[1])),
             paragraph(PARETO),
-            Block::Drawing(
-                pareto::picture(&numbers.pareto, metrics),
-                format!(
-                    "Mean `{}` over mean `{}`, scenario by scenario.",
-                    metrics[1], metrics[0]
-                ),
-            ),
+            Block::Sheet(pareto::picture(&numbers.pareto, metrics)),
             Block::Table(tables::pareto(numbers, metrics)),
         ]);
     }
@@ -103,30 +89,18 @@ pub(super) fn document(numbers: &Numbers) -> Document {
         }
         let comparisons = numbers.comparisons.iter();
         let of_it: Vec<_> = comparisons.filter(|found| found.metric == metric.name).collect();
-        let drawn: Vec<_> = of_it
-            .iter()
-            .copied()
-            .filter(|found| is_drawn(numbers, found))
-            .collect();
-        if let Some(svg) = forest::picture(&drawn, &metric.name, &about.reference) {
-            let shows = format!(
-                "Paired ratio of `{}` to that of `{}` by scenario, with 95 % intervals, on a logarithmic axis.",
-                metric.name, about.reference
-            );
-            blocks.push(Block::Drawing(svg, shows));
-        }
-        blocks.push(Block::Table(tables::comparisons(&of_it, numbers)));
+        blocks.push(Block::Table(tables::comparisons(&of_it)));
     }
-    blocks.extend(section("Who answered", ANSWERS, tables::answers(numbers)));
+    blocks.extend(section("Answers by method", ANSWERS, tables::answers(numbers)));
     blocks.extend(section("Worst runs", WORST, tables::worst(numbers)));
-    blocks.extend(section("What parameters do", EFFECTS, tables::effects(numbers)));
+    blocks.extend(section("Effect of parameters", EFFECTS, tables::effects(numbers)));
     blocks.extend(section(
         "Learning the craft",
         ESTIMATED,
         tables::estimated(numbers),
     ));
     blocks.extend(section(
-        "Noticing that the craft does not follow",
+        "Detection of breakdowns",
         ALARMS,
         tables::alarms(numbers),
     ));
@@ -141,20 +115,13 @@ pub(super) fn document(numbers: &Numbers) -> Document {
     if !numbers.failures.is_empty() {
         let shown = numbers.failures.len().min(tables::FAILURES);
         let text = format!(
-            "{} of {} missions failed; here are {shown}. They are in no ratio.",
+            "{} of {} missions failed; {shown} are listed. They are in no ratio.",
             integer(numbers.failures.len()),
             integer(about.n_rows)
         );
         blocks.extend(section("Failures", &text, tables::failures(numbers)));
     }
     Document(blocks)
-}
-
-/// The law as printed is in the tables alone: it never wins, and others would be told apart no more on an axis that it fits on.
-fn is_drawn(numbers: &Numbers, found: &Comparison) -> bool {
-    let controllers = numbers.controllers.iter();
-    let mut shown = controllers.filter(|controller| controller.part == Part::Shown);
-    shown.all(|controller| controller.name != found.controller)
 }
 
 fn heading(level: usize, words: &str) -> Block {
@@ -165,7 +132,7 @@ fn paragraph(words: &str) -> Block {
     Block::Paragraph(words.to_owned())
 }
 
-/// Nothing where the table has no rows.
+/// A heading, a text and a table; nothing if the table has no rows.
 fn section(name: &str, text: &str, table: Table) -> Vec<Block> {
     if table.rows.is_empty() {
         return vec![];

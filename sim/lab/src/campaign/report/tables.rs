@@ -1,8 +1,11 @@
 //! Tables of a report.
 
 use super::{
-    numbers::{Numbers, Part},
-    words::{NONE, bold, code, integer, interval, number, or_none, percent, probability, signed, wins},
+    numbers::Numbers,
+    overview::{ControllerFlown, Part},
+    words::{
+        NONE, bold, code, integer, interval, number, optional, or_none, percent, probability, signed, wins,
+    },
 };
 use crate::{
     campaign::{
@@ -16,23 +19,23 @@ use crate::{
 pub(super) const FAILURES: usize = 20;
 /// Craft whose names are shown; of more there are the first and the last.
 const CRAFT: usize = 4;
-/// What is told apart: the probability of an error in any comparison.
+/// Probability of an error in any comparison below which a difference is significant.
 const LEVEL: f64 = 0.05;
 /// Name of the line on all scenarios.
-pub(super) const ALL: &str = "all";
+const ALL: &str = "all";
 
 pub(super) fn introduction(numbers: &Numbers) -> String {
     let about = &numbers.campaign;
-    let n_arenas: usize = numbers.arenas.iter().map(|arena| arena.craft.len()).sum();
+    let n_cases: usize = numbers.cases.iter().map(|case| case.craft.len()).sum();
     let lasting = about
         .duration_s
-        .map_or(String::new(), |seconds| format!(" of {seconds} s at most"));
+        .map_or(String::new(), |seconds| format!(" of at most {seconds} s"));
     format!(
-        "Campaign `{}`, seed {}: {} scenarios, {n_arenas} with their craft, {} replicates of each; {} runs{lasting}, of {} at most; {} \
-         failed. The reference is `{}`. Digest of the rows: `{}`.",
+        "Campaign `{}`, seed {}: {} scenarios, {n_cases} cases (scenarios with a craft), {} replicates of each; {} runs{lasting} (of at most \
+         {} runs); {} failed. The reference is `{}`. Digest of the rows: `{}`.",
         about.name,
         about.seed,
-        numbers.arenas.len(),
+        numbers.cases.len(),
         integer(about.replicates),
         integer(about.n_rows),
         integer(about.n_runs_at_most),
@@ -43,144 +46,126 @@ pub(super) fn introduction(numbers: &Numbers) -> String {
 }
 
 pub(super) fn controllers(numbers: &Numbers) -> Table {
-    let mut table = Table::new(
-        3,
-        &["controller", "information, and its use", "part", "runs", "failed"],
-    );
-    for controller in &numbers.controllers {
-        let part = match controller.part {
-            Part::Reference => "reference",
-            Part::Compared => "compared",
-            Part::KnowsMore => "compared; knows more than the scenario grants",
-            Part::Shown => "shown as it was printed; never wins",
-        };
-        table.rows.push(vec![
-            code(&controller.name),
-            controller.information.clone(),
-            part.to_owned(),
-            integer(controller.n_runs),
-            integer(controller.n_failed),
-        ]);
-    }
-    table
+    let part = |controller: &ControllerFlown| match controller.part {
+        Part::Reference => "reference",
+        Part::Compared => "compared",
+        Part::KnowsMore => "compared; knows more than the scenario grants",
+    };
+    Table::of(3, &numbers.controllers)
+        .column("controller", |c| code(&c.name))
+        .column("information", |c| c.information.clone())
+        .column("part", |c| part(c).to_owned())
+        .column("runs", |c| integer(c.n_runs))
+        .column("failed", |c| integer(c.n_failed))
+        .table
 }
 
-pub(super) fn arenas(numbers: &Numbers) -> Table {
-    let mut table = Table::new(3, &["scenario", "what happens", "craft"]);
-    for arena in &numbers.arenas {
-        let names = match &arena.craft[..] {
-            [first, .., last] if CRAFT < arena.craft.len() => {
-                format!("{} from {first} to {last}", arena.craft.len())
-            }
-            few => few.join(", "),
-        };
-        table
-            .rows
-            .push(vec![code(&arena.scenario), arena.title.clone(), names]);
-    }
-    table
+pub(super) fn cases(numbers: &Numbers) -> Table {
+    let names = |craft: &[String]| match craft {
+        [first, .., last] if CRAFT < craft.len() => format!("{} from {first} to {last}", craft.len()),
+        few => few.join(", "),
+    };
+    Table::of(3, &numbers.cases)
+        .column("scenario", |case| code(&case.scenario))
+        .column("title", |case| case.title.clone())
+        .column("craft", |case| names(&case.craft))
+        .table
 }
 
 pub(super) fn parameters(numbers: &Numbers) -> Table {
-    let mut table = Table::new(2, &["parameter", "drawn from"]);
-    for drawn in &numbers.parameters {
-        let from = match (&drawn.uniform, &drawn.choice) {
-            (Some([least, most]), _) => format!("{least} to {most}, evenly"),
-            (None, Some(values)) => {
-                let values: Vec<String> = values.iter().map(ToString::to_string).collect();
-                format!("{}, each as likely", values.join(", "))
-            }
+    let values = |values: &[f64]| {
+        values
+            .iter()
+            .map(ToString::to_string)
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    Table::of(2, &numbers.parameters)
+        .column("parameter", |drawn| code(&drawn.key))
+        .column("drawn from", |drawn| match (&drawn.uniform, &drawn.choice) {
+            (Some([least, most]), _) => format!("{least} to {most}, uniform"),
+            (None, Some(choice)) => format!("{}, equally likely", values(choice)),
             (None, None) => NONE.to_owned(),
-        };
-        table.rows.push(vec![code(&drawn.key), from]);
-    }
-    table
+        })
+        .table
 }
 
-/// Everyone in every metric, on all scenarios.
+/// All controllers in all metrics, over all scenarios.
 pub(super) fn overall(numbers: &Numbers) -> Table {
-    let mut columns = vec!["controller".to_owned()];
-    let known = || numbers.metrics.iter().filter(|metric| metric.known);
-    columns.extend(known().map(|metric| metric.name.clone()));
-    let mut table = Table {
-        words: 1,
-        columns,
-        rows: vec![],
-    };
-    for controller in &numbers.controllers {
-        if controller.part == Part::Reference {
-            continue;
-        }
-        let mut row = vec![code(&controller.name)];
-        row.extend(known().map(|metric| {
+    let compared = numbers.controllers.iter();
+    let compared: Vec<_> = compared
+        .filter(|controller| controller.part != Part::Reference)
+        .collect();
+    by_metric(
+        numbers,
+        1,
+        "controller",
+        &compared,
+        &|c| code(&c.name),
+        &|controller, metric| {
             let found = numbers.comparisons.iter().find(|found| {
-                found.controller == controller.name && found.metric == metric.name && found.scenario.is_none()
+                found.controller == controller.name && found.metric == metric && found.scenario.is_none()
             });
             found.map_or(NONE.to_owned(), |found| {
-                let interval = interval(found.student_95);
-                bold(
-                    format!("{} {interval}", estimate(found)).trim(),
-                    is_told_apart(found, controller.part),
-                )
+                let text = format!("{} {}", estimate(found), interval(found.student_95));
+                bold(text.trim(), is_significant(found))
             })
-        }));
-        table.rows.push(row);
+        },
+    )
+}
+
+/// A column for each known metric behind the first.
+fn by_metric<T>(
+    numbers: &Numbers,
+    words: usize,
+    heading: &str,
+    rows: &[T],
+    name: &dyn Fn(&T) -> String,
+    cell: &dyn Fn(&T, &str) -> String,
+) -> Table {
+    let known = || {
+        numbers
+            .metrics
+            .iter()
+            .filter(|metric| metric.known)
+            .map(|metric| metric.name.as_str())
+    };
+    let columns = std::iter::once(heading).chain(known());
+    let row = |item: &T| {
+        let cells = known().map(|metric| cell(item, metric));
+        std::iter::once(name(item)).chain(cells).collect()
+    };
+    Table {
+        words,
+        columns: columns.map(str::to_owned).collect(),
+        rows: rows.iter().map(row).collect(),
     }
-    table
 }
 
 /// One metric, by controller and scenario.
-pub(super) fn comparisons(all: &[&Comparison], numbers: &Numbers) -> Table {
-    let mut table = Table::new(
-        2,
-        &[
-            "controller",
-            "scenario",
-            "pairs",
-            "observations",
-            "mean",
-            "reference's",
-            "ratio",
-            "Student",
-            "bootstrap",
-            "median / 90 % / worst",
-            "wins",
-            "p",
-            "p, Holm",
-        ],
-    );
-    for found in all {
-        let part = numbers
-            .controllers
-            .iter()
-            .find(|controller| controller.name == found.controller)
-            .map_or(Part::Compared, |controller| controller.part);
-        let differs = if found.intervals_differ { " ≠" } else { "" };
-        table.rows.push(vec![
-            code(&found.controller),
-            found
-                .scenario
-                .as_ref()
-                .map_or(ALL.to_owned(), |scenario| code(scenario)),
-            pairs(found),
-            format!("{} {}", integer(found.n_clusters), clusters(found.cluster)),
-            found.mean.map_or(NONE.to_owned(), number),
-            found.reference_mean.map_or(NONE.to_owned(), number),
-            bold(&estimate(found), is_told_apart(found, part)),
-            or_none(interval(found.student_95)),
-            or_none(interval(found.bootstrap_95) + differs),
-            found
-                .quantiles
-                .map_or(NONE.to_owned(), |values| values.map(number).join(" / ")),
-            found.wins.map_or(NONE.to_owned(), wins),
-            probability(found.p),
-            probability(found.p_holm),
-        ]);
-    }
-    table
+pub(super) fn comparisons(all: &[&Comparison]) -> Table {
+    Table::of(2, all)
+        .column("controller", |found| code(&found.controller))
+        .column("scenario", |found| scenario(found.scenario.as_deref()))
+        .column("pairs", |found| pairs(found))
+        .column("observations", |found| {
+            format!("{} {}", integer(found.n_clusters), clusters(found.cluster))
+        })
+        .column("mean", |found| optional(found.mean))
+        .column("reference's", |found| optional(found.reference_mean))
+        .column("ratio", |found| bold(&estimate(found), is_significant(found)))
+        .column("Student", |found| or_none(interval(found.student_95)))
+        .column("median / 90 % / worst", |found| {
+            let quantiles = found.quantiles;
+            quantiles.map_or(NONE.to_owned(), |values| values.map(number).join(" / "))
+        })
+        .column("wins", |found| found.wins.map_or(NONE.to_owned(), wins))
+        .column("p", |found| probability(found.p))
+        .column("p, Holm", |found| probability(found.p_holm))
+        .table
 }
 
-/// How many pairs there are, and why there are no more.
+/// The number of pairs, and the reasons for missing ones.
 fn pairs(found: &Comparison) -> String {
     let mut text = integer(found.n_pairs);
     for (n, why) in [
@@ -200,368 +185,264 @@ fn clusters(cluster: Cluster) -> &'static str {
         Cluster::Replicate => "replicates",
         Cluster::Craft => "craft",
         Cluster::Scenario => "scenarios",
-        Cluster::ScenarioAndCraft => "arenas",
+        Cluster::ScenarioAndCraft => "cases",
     }
 }
 
-/// Whether it is less or more than the reference at [`LEVEL`]. The law as printed is not judged.
-fn is_told_apart(found: &Comparison, part: Part) -> bool {
-    part != Part::Shown && is_significant(found)
-}
-
 /// Whether the adjusted probability is below [`LEVEL`].
-pub(super) fn is_significant(found: &Comparison) -> bool {
+fn is_significant(found: &Comparison) -> bool {
     found.p_holm.is_some_and(|p| p < LEVEL)
 }
 
 pub(super) fn claims(numbers: &Numbers) -> Table {
-    let mut table = Table::new(
-        4,
-        &[
-            "claim",
-            "scenario",
-            "controller",
-            "beside",
-            "measured",
-            "claimed",
-            "holds",
-        ],
-    );
-    for verdict in &numbers.claims {
-        table.rows.push(vec![
-            verdict.claim.clone(),
-            verdict.scenario.clone().unwrap_or(ALL.to_owned()),
-            verdict.controller.clone(),
-            verdict.beside.clone().unwrap_or_default(),
-            verdict.words.clone(),
-            verdict.limit.clone(),
-            if verdict.holds { "yes" } else { "**no**" }.to_owned(),
-        ]);
-    }
-    table
+    Table::of(4, &numbers.claims)
+        .column("claim", |verdict| verdict.claim.clone())
+        .column("scenario", |verdict| {
+            verdict.scenario.clone().unwrap_or(ALL.to_owned())
+        })
+        .column("controller", |verdict| verdict.controller.clone())
+        .column("beside", |verdict| verdict.beside.clone().unwrap_or_default())
+        .column("measured", |verdict| verdict.words.clone())
+        .column("claimed", |verdict| verdict.limit.clone())
+        .column("holds", |verdict| {
+            if verdict.holds { "yes" } else { "**no**" }.to_owned()
+        })
+        .table
 }
 
 pub(super) fn winners(numbers: &Numbers) -> Table {
-    let known = || numbers.metrics.iter().filter(|metric| metric.known);
-    let mut columns = vec!["scenario".to_owned()];
-    columns.extend(known().map(|metric| metric.name.clone()));
-    let mut table = Table {
-        words: columns.len(),
-        columns,
-        rows: vec![],
-    };
-    for arena in &numbers.arenas {
-        let mut row = vec![code(&arena.scenario)];
-        row.extend(known().map(|metric| {
+    let mut table = by_metric(
+        numbers,
+        1 + numbers.metrics.iter().filter(|metric| metric.known).count(),
+        "scenario",
+        &numbers.cases,
+        &|case| code(&case.scenario),
+        &|case, metric| {
             let mut winners = numbers.winners.iter();
-            let found =
-                winners.find(|winner| winner.scenario == arena.scenario && winner.metric == metric.name);
+            let found = winners.find(|winner| winner.scenario == case.scenario && winner.metric == metric);
             found.map_or(NONE.to_owned(), |winner| {
                 let names = std::iter::once(&winner.controller).chain(&winner.as_good);
                 names.map(|name| code(name)).collect::<Vec<_>>().join(" = ")
             })
-        }));
-        if row[1..].iter().any(|cell| cell != NONE) {
-            table.rows.push(row);
-        }
-    }
+        },
+    );
+    table.rows.retain(|row| row[1..].iter().any(|cell| cell != NONE));
     table
 }
 
-/// A table a scenario.
+/// A table for each scenario.
 pub(super) fn scores(numbers: &Numbers) -> Vec<(String, Table)> {
-    let known = || numbers.metrics.iter().filter(|metric| metric.known);
-    let mut columns = vec!["controller".to_owned()];
-    columns.extend(known().map(|metric| metric.name.clone()));
-    columns.extend(["beyond".to_owned(), "gains".to_owned()]);
-    let mut tables = vec![];
-    for arena in &numbers.arenas {
-        let here = numbers
+    let names: Vec<&str> = numbers
+        .metrics
+        .iter()
+        .filter(|metric| metric.known)
+        .map(|metric| metric.name.as_str())
+        .collect();
+    let of = |scenario: &str| {
+        let here: Vec<_> = numbers
             .scores
             .iter()
-            .filter(|scores| scores.scenario == arena.scenario);
-        let rows = here.map(|scores| {
-            let mut row = vec![code(&scores.controller)];
-            for ((mean, half), least) in scores.means.iter().zip(&scores.half_widths).zip(&scores.is_least) {
-                let words = match (mean, half) {
-                    (Some(mean), Some(half)) => format!("{} ± {}", number(*mean), number(*half)),
-                    (Some(mean), None) => number(*mean),
-                    (None, _) => NONE.to_owned(),
+            .filter(|scores| scores.scenario == scenario)
+            .collect();
+        let mut table = by_metric(
+            numbers,
+            1,
+            "controller",
+            &here,
+            &|scores| code(&scores.controller),
+            &|scores, metric| {
+                let k = names
+                    .iter()
+                    .position(|name| *name == metric)
+                    .expect("is one of them");
+                let words = match (scores.means[k], scores.half_widths[k]) {
+                    (Some(mean), Some(half)) => format!("{} ± {}", number(mean), number(half)),
+                    (mean, _) => optional(mean),
                 };
-                row.push(bold(&words, *least));
-            }
-            let beyond: Vec<String> = scores
-                .beyond
-                .iter()
-                .map(|(name, mean)| format!("{name} {}", number(*mean)))
-                .collect();
-            row.push(beyond.join(", "));
-            row.push(scores.gains.join("; "));
-            row
-        });
-        let rows: Vec<Vec<String>> = rows.collect();
-        if !rows.is_empty() {
-            let table = Table {
-                words: 1,
-                columns: columns.clone(),
-                rows,
-            };
-            tables.push((arena.scenario.clone(), table));
+                bold(&words, scores.is_least[k])
+            },
+        );
+        table.columns.extend(["beyond".to_owned(), "gains".to_owned()]);
+        for (row, scores) in table.rows.iter_mut().zip(&here) {
+            let beyond = scores.beyond.iter();
+            let beyond = beyond.map(|(name, mean)| format!("{name} {}", number(*mean)));
+            row.extend([beyond.collect::<Vec<_>>().join(", "), scores.gains.join("; ")]);
         }
-    }
-    tables
+        table
+    };
+    let all = numbers
+        .cases
+        .iter()
+        .map(|case| (case.scenario.clone(), of(&case.scenario)));
+    all.filter(|(_, table)| !table.rows.is_empty()).collect()
 }
 
-/// Planners, and the laws' points that no other of theirs beats.
+/// Planners, and the laws' points that no other law's point dominates.
 pub(super) fn pareto(numbers: &Numbers, metrics: &[String; 2]) -> Table {
-    let mut table = Table::new(
-        2,
-        &["scenario", "controller", &metrics[0], &metrics[1], "beaten by"],
-    );
-    for point in &numbers.pareto {
-        if !point.is_planner && point.beaten_by_its_kind {
-            continue;
-        }
-        let whose = if point.is_planner {
+    let shown = numbers.pareto.iter();
+    let shown: Vec<_> = shown
+        .filter(|point| point.is_planner || !point.beaten_by_its_kind)
+        .collect();
+    let others = |is_planner: bool| {
+        if is_planner {
             "of the laws' points"
         } else {
             "of the planners"
-        };
-        table.rows.push(vec![
-            code(&point.scenario),
-            code(&point.controller),
-            number(point.means[0]),
-            number(point.means[1]),
-            format!("{} {whose}", point.beaten_by),
-        ]);
-    }
-    table
+        }
+    };
+    Table::of(2, &shown)
+        .column("scenario", |point| code(&point.scenario))
+        .column("controller", |point| code(&point.controller))
+        .column(&metrics[0], |point| number(point.means[0]))
+        .column(&metrics[1], |point| number(point.means[1]))
+        .column("dominated by", |point| {
+            format!("{} {}", point.beaten_by, others(point.is_planner))
+        })
+        .table
 }
 
 pub(super) fn estimated(numbers: &Numbers) -> Table {
-    let mut table = Table::new(
-        2,
-        &[
-            "controller",
-            "estimate",
-            "runs",
-            "error, median, s",
-            "error, 90 %, s",
-            "interval holds",
-        ],
-    );
-    for found in &numbers.estimated {
-        table.rows.push(vec![
-            code(&found.controller),
-            code(found.quantity),
-            integer(found.n_runs),
-            number(found.error_median_s),
-            number(found.error_90_s),
-            percent(found.held),
-        ]);
-    }
-    table
+    Table::of(2, &numbers.estimated)
+        .column("controller", |found| code(&found.controller))
+        .column("estimate", |found| code(found.quantity))
+        .column("runs", |found| integer(found.n_runs))
+        .column("error, median, s", |found| number(found.error_median_s))
+        .column("error, 90 %, s", |found| number(found.error_90_s))
+        .column("interval holds", |found| percent(found.held))
+        .table
 }
 
 pub(super) fn alarms(numbers: &Numbers) -> Table {
-    let mut table = Table::new(
-        1,
-        &[
-            "controller",
-            "runs",
-            "alarms an hour",
-            "runs with an alarm",
-            "noticed",
-            "after, median / longest, s",
-        ],
-    );
-    for found in &numbers.alarms {
-        let after = match (found.noticed_after_median_s, found.noticed_after_worst_s) {
-            (Some(middle), Some(longest)) => format!("{} / {}", number(middle), number(longest)),
-            _ => NONE.to_owned(),
-        };
-        table.rows.push(vec![
-            code(&found.controller),
-            integer(found.n_runs),
-            number(found.per_hour),
-            percent(found.alarmed),
-            if found.breaks {
-                format!("{} of {}", integer(found.n_noticed), integer(found.n_runs))
-            } else {
-                NONE.to_owned()
-            },
-            after,
-        ]);
-    }
-    table
+    Table::of(1, &numbers.alarms)
+        .column("controller", |found| code(&found.controller))
+        .column("runs", |found| integer(found.n_runs))
+        .column("alarms an hour", |found| number(found.per_hour))
+        .column("runs with an alarm", |found| percent(found.alarmed))
+        .column("noticed", |found| {
+            let share = format!("{} of {}", integer(found.n_noticed), integer(found.n_runs));
+            if found.breaks { share } else { NONE.to_owned() }
+        })
+        .column("after, median / longest, s", |found| {
+            match (found.noticed_after_median_s, found.noticed_after_worst_s) {
+                (Some(middle), Some(longest)) => format!("{} / {}", number(middle), number(longest)),
+                _ => NONE.to_owned(),
+            }
+        })
+        .table
 }
 
 pub(super) fn answers(numbers: &Numbers) -> Table {
-    let mut table = Table::new(
-        1,
-        &[
-            "controller",
-            "answers",
-            "MPC",
-            "previous plan",
-            "saturated LOS",
-            "hold",
-            "median solve, ms",
-            "worst p99, ms",
-        ],
-    );
-    for controller in &numbers.controllers {
-        let share = |share: Option<f64>| share.map_or(NONE.to_owned(), percent);
-        table.rows.push(vec![
-            code(&controller.name),
-            integer(controller.n_answers),
-            share(controller.answers_mpc),
-            share(controller.answers_previous_plan),
-            share(controller.answers_saturated_los),
-            share(controller.answers_hold),
-            controller.solve_ms_p50_median.map_or(NONE.to_owned(), number),
-            controller.solve_ms_p99_worst.map_or(NONE.to_owned(), number),
-        ]);
-    }
-    table
+    let share = |share: Option<f64>| share.map_or(NONE.to_owned(), percent);
+    Table::of(1, &numbers.controllers)
+        .column("controller", |c| code(&c.name))
+        .column("answers", |c| integer(c.n_answers))
+        .column("MPC", |c| share(c.answers_mpc))
+        .column("previous plan", |c| share(c.answers_previous_plan))
+        .column("saturated LOS", |c| share(c.answers_saturated_los))
+        .column("hold", |c| share(c.answers_hold))
+        .column("median solve, ms", |c| optional(c.solve_ms_p50_median))
+        .column("worst p99, ms", |c| optional(c.solve_ms_p99_worst))
+        .table
 }
 
 pub(super) fn worst(numbers: &Numbers) -> Table {
-    let mut table = Table::new(
-        3,
-        &[
-            "controller",
-            "scenario, craft",
-            "again",
-            "run",
-            "value",
-            "reference's run",
-            "its value",
-            "ratio",
-        ],
-    );
-    for worst in &numbers.worst {
-        let delta = if worst.measure == Some(Measure::Difference) {
-            "Δ "
-        } else {
-            ""
-        };
-        table.rows.push(vec![
-            code(&worst.controller),
-            format!("`{}`, {}", worst.scenario, worst.craft),
-            format!("`pilotfish campaign replay DIR {}`", worst.run),
-            worst.run.to_string(),
-            number(worst.value),
-            worst.reference_run.map_or(NONE.to_owned(), |run| run.to_string()),
-            worst.reference_value.map_or(NONE.to_owned(), number),
-            worst
-                .by
-                .map_or(NONE.to_owned(), |by| format!("{delta}{}", number(by))),
-        ]);
-    }
-    table
+    Table::of(3, &numbers.worst)
+        .column("controller", |worst| code(&worst.controller))
+        .column("scenario, craft", |worst| {
+            format!("`{}`, {}", worst.scenario, worst.craft)
+        })
+        .column("replay", |worst| replay(worst.run))
+        .column("run", |worst| worst.run.to_string())
+        .column("value", |worst| number(worst.value))
+        .column("reference's run", |worst| {
+            worst.reference_run.map_or(NONE.to_owned(), |run| run.to_string())
+        })
+        .column("its value", |worst| optional(worst.reference_value))
+        .column("ratio", |worst| match (worst.by, worst.measure) {
+            (Some(by), Some(measure)) => delta(measure).to_owned() + &number(by),
+            _ => NONE.to_owned(),
+        })
+        .table
 }
 
 pub(super) fn effects(numbers: &Numbers) -> Table {
-    let mut table = Table::new(
-        3,
-        &[
-            "parameter",
-            "controller",
-            "metric",
-            "replicates",
-            "Spearman",
-            "p",
-            "p, Holm",
-            "lowest third",
-            "middle third",
-            "highest third",
-        ],
-    );
-    for effect in &numbers.effects {
-        let third = |third: Option<Third>| {
-            third.map_or(NONE.to_owned(), |third| {
-                let [least, most] = third.parameter.map(number);
-                let delta = if effect.measure == Measure::Difference {
-                    "Δ "
-                } else {
-                    ""
-                };
-                let (estimate, interval) = (number(third.estimate), interval(third.student_95));
-                format!("{least} to {most}: {delta}{estimate} {interval}")
-                    .trim_end()
-                    .to_owned()
-            })
-        };
-        let mut row = vec![
-            code(effect.parameter.trim_start_matches(PARAMETER)),
-            code(&effect.controller),
-            code(&effect.metric),
-            integer(effect.n_replicates),
+    let third = |third: Option<Third>, measure| {
+        third.map_or(NONE.to_owned(), |third| {
+            let [least, most] = third.parameter.map(number);
+            let text = format!(
+                "{least} to {most}: {}{} {}",
+                delta(measure),
+                number(third.estimate),
+                interval(third.student_95)
+            );
+            text.trim_end().to_owned()
+        })
+    };
+    Table::of(3, &numbers.effects)
+        .column("parameter", |effect| {
+            code(effect.parameter.trim_start_matches(PARAMETER))
+        })
+        .column("controller", |effect| code(&effect.controller))
+        .column("metric", |effect| code(&effect.metric))
+        .column("replicates", |effect| integer(effect.n_replicates))
+        .column("Spearman", |effect| {
             effect
                 .spearman
-                .map_or(NONE.to_owned(), |rho| signed(&format!("{rho:.2}"))),
-            probability(effect.p),
-            probability(effect.p_holm),
-        ];
-        row.extend(effect.thirds.map(third));
-        table.rows.push(row);
-    }
-    table
+                .map_or(NONE.to_owned(), |rho| signed(&format!("{rho:.2}")))
+        })
+        .column("p", |effect| probability(effect.p))
+        .column("p, Holm", |effect| probability(effect.p_holm))
+        .column("lowest third", |effect| third(effect.thirds[0], effect.measure))
+        .column("middle third", |effect| third(effect.thirds[1], effect.measure))
+        .column("highest third", |effect| third(effect.thirds[2], effect.measure))
+        .table
 }
 
 pub(super) fn regret(numbers: &Numbers) -> Table {
-    let mut table = Table::new(
-        2,
-        &[
-            "controller",
-            "scenario",
-            "runs",
-            "RMS distance, m",
-            "bound, m",
-            "beyond it, m",
-            "at worst, m",
-            "run",
-        ],
-    );
-    for regret in &numbers.regret {
-        table.rows.push(vec![
-            code(&regret.controller),
-            regret
-                .scenario
-                .as_ref()
-                .map_or(ALL.to_owned(), |scenario| code(scenario)),
-            integer(regret.n_runs),
-            number(regret.rms_m),
-            number(regret.bound_rms_m),
-            number(regret.beyond_bound_m),
-            number(regret.beyond_bound_worst_m),
-            regret.worst_run.to_string(),
-        ]);
-    }
-    table
+    Table::of(2, &numbers.regret)
+        .column("controller", |regret| code(&regret.controller))
+        .column("scenario", |regret| scenario(regret.scenario.as_deref()))
+        .column("runs", |regret| integer(regret.n_runs))
+        .column("RMS distance, m", |regret| number(regret.rms_m))
+        .column("bound, m", |regret| number(regret.bound_rms_m))
+        .column("beyond it, m", |regret| number(regret.beyond_bound_m))
+        .column("at worst, m", |regret| number(regret.beyond_bound_worst_m))
+        .column("run", |regret| regret.worst_run.to_string())
+        .table
 }
 
 pub(super) fn failures(numbers: &Numbers) -> Table {
-    let mut table = Table::new(4, &["controller", "scenario, craft", "failure", "again", "run"]);
-    for failure in numbers.failures.iter().take(FAILURES) {
-        table.rows.push(vec![
-            code(&failure.controller),
-            format!("`{}`, {}", failure.scenario, failure.craft),
-            failure.reason.clone(),
-            format!("`pilotfish campaign replay DIR {}`", failure.run),
-            failure.run.to_string(),
-        ]);
+    let shown = numbers.failures.len().min(FAILURES);
+    Table::of(4, &numbers.failures[..shown])
+        .column("controller", |failure| code(&failure.controller))
+        .column("scenario, craft", |failure| {
+            format!("`{}`, {}", failure.scenario, failure.craft)
+        })
+        .column("failure", |failure| failure.reason.clone())
+        .column("replay", |failure| replay(failure.run))
+        .column("run", |failure| failure.run.to_string())
+        .table
+}
+
+fn scenario(name: Option<&str>) -> String {
+    name.map_or(ALL.to_owned(), code)
+}
+
+fn replay(run: u64) -> String {
+    format!("`pilotfish campaign replay DIR {run}`")
+}
+
+fn delta(measure: Measure) -> &'static str {
+    match measure {
+        Measure::Ratio => "",
+        Measure::Difference => "Δ ",
     }
-    table
 }
 
 fn estimate(found: &Comparison) -> String {
-    let Some(estimate) = found.estimate else {
-        return NONE.to_owned();
-    };
-    match found.measure {
-        Measure::Ratio => number(estimate),
-        Measure::Difference => format!("Δ {} {}", number(estimate), found.unit),
+    match (found.estimate, found.measure) {
+        (None, _) => NONE.to_owned(),
+        (Some(estimate), Measure::Ratio) => number(estimate),
+        (Some(estimate), Measure::Difference) => format!("Δ {} {}", number(estimate), found.unit),
     }
 }

@@ -8,7 +8,7 @@ use crate::campaign::{
     statistics::tests::{Line, rows},
 };
 
-/// The planner, a law as it was printed, and a law that may win.
+/// The planner and two laws.
 const CAMPAIGN: &str = r#"
 schema_version = "1"
 name = "made-up"
@@ -19,14 +19,14 @@ replicates = 6
 key = "surface_craft.speed_mps"
 uniform = [0.1, 0.3]
 [[controllers]]
-name = "printed"
-law = { name = "printed_los", gains = { look_ahead_m = 5, along_track_gain_per_s = 0.15 } }
+name = "law"
+law = { name = "saturated_los", gains = { look_ahead_m = 5, along_track_gain_per_s = 0.15 } }
 [[controllers]]
 name = "planner"
 planner = {}
 [[controllers]]
-name = "law"
-law = { name = "saturated_los", gains = { look_ahead_m = 5, along_track_gain_per_s = 0.15 } }
+name = "other"
+law = { name = "integral_los", gains = { look_ahead_m = 5, along_track_gain_per_s = 0.15 } }
 [report]
 metrics = ["rms_m", "energy_j"]
 "#;
@@ -43,7 +43,7 @@ fn made_up() -> Vec<Line> {
     for scenario in ["paper-tracking", "switching"] {
         for replicate in 0..6 {
             let own = 0.5 + 0.02 * f64::from(replicate);
-            for (controller, rms) in [("printed", 0.01 * own), ("planner", own), ("law", 1.0)] {
+            for (controller, rms) in [("other", 2.0), ("planner", own), ("law", 1.0)] {
                 let failed = (controller, scenario, replicate) == ("planner", "switching", 5);
                 lines.push(Line {
                     scenario,
@@ -59,38 +59,23 @@ fn made_up() -> Vec<Line> {
 }
 
 #[test]
-fn the_law_as_printed_is_no_reference_no_winner_and_not_drawn() {
-    for asked in ["", "reference = \"printed\""] {
+fn the_first_law_is_the_reference_unless_another_controller_is_asked_for() {
+    for (asked, reference) in [("", "law"), ("reference = \"other\"", "other")] {
         let report = report(&campaign(asked), &rows(&made_up()));
         let json: Value = serde_json::from_str(&report.json()).expect("is JSON");
-        assert_eq!(json["campaign"]["reference"], "law");
-        assert_eq!(json["campaign"]["reference_replaced"], !asked.is_empty());
+        assert_eq!(json["campaign"]["reference"], reference);
         let text = report.markdown();
-        assert_eq!(
-            text.contains("The file asks for another reference"),
-            !asked.is_empty()
-        );
-        // It has by far the least, and certainly so, and is not in bold.
-        let of = |name: &str| {
-            let line = text
-                .lines()
-                .find(|line| line.starts_with(&format!("| `{name}` | `paper-tracking` |")));
-            line.expect("is in the table").to_owned()
-        };
-        assert!(!of("printed").contains("**"), "{}", of("printed"));
-        assert!(of("planner").contains("**"), "{}", of("planner"));
-        let page = report.html();
-        let (_, drawing) = page.split_once("<svg").expect("a picture");
-        let (drawing, _) = drawing.split_once("</svg>").expect("it ends");
-        assert!(drawing.contains(">planner<") && !drawing.contains(">printed<"));
+        let mut lines = text.lines();
+        let planner = lines.find(|line| line.starts_with("| `planner` | `paper-tracking` |"));
+        assert!(planner.is_some_and(|line| line.contains("**")), "{text}");
     }
 }
 
 #[test]
-fn failures_are_told_with_the_command_that_flies_them_again_and_are_in_no_pair() {
+fn failures_are_listed_with_the_command_that_flies_them_again_and_are_in_no_pair() {
     let report = report(&campaign(""), &rows(&made_up()));
     let text = report.markdown();
-    // The last world: runs 33 to 35.
+    // The last condition: runs 33 to 35.
     assert!(
         text.contains(
             "| `planner` | `switching`, scenario | no answer | `pilotfish campaign replay DIR 34` | 34 |"
@@ -131,24 +116,9 @@ fn the_worst_run_is_named_with_the_reference_in_the_same_world() {
 }
 
 #[test]
-fn a_page_needs_nothing_else_and_its_title_is_the_campaigns() {
-    let page = report(&campaign(""), &rows(&made_up())).html();
-    assert!(page.contains("<title>Pilotfish: Who &lt;wins&gt;</title>"));
-    assert!(page.contains("<h1>Who &lt;wins&gt;</h1>"));
-    for reference in [
-        "<script", "<link", "<img", "href=", "src=", "url(", "NaN", "=\"inf",
-    ] {
-        assert!(!page.contains(reference), "{reference}");
-    }
-    // One picture a metric that is known.
-    assert_eq!(page.matches("<svg").count(), 2);
-}
-
-#[test]
 fn a_campaign_without_rows_has_a_report_too() {
     let none = report(&campaign(""), &Rows::default());
     assert!(none.markdown().contains("0 runs"));
-    assert!(!none.html().contains("<svg"));
     let json: Value = serde_json::from_str(&none.json()).expect("is JSON");
     assert_eq!(json["comparisons"], Value::Array(vec![]));
 }
@@ -205,8 +175,8 @@ fn claims_are_decided_and_a_broken_one_is_named_with_what_broke_it() {
         ("half as far planner", "paper-tracking", true),
         ("half as far planner", "switching", true),
         ("surely half as far planner", "switching", false),
-        ("near planner", "all", true),
         ("near law", "all", false),
+        ("near planner", "all", true),
         ("both nearer and cheaper planner", "paper-tracking", true),
         ("both nearer and cheaper planner", "switching", true),
         ("the other way round law", "paper-tracking", false),
@@ -222,12 +192,16 @@ fn claims_are_decided_and_a_broken_one_is_named_with_what_broke_it() {
         text.contains("| near | all | law |  | `paper-tracking` 1.00, `switching` 1.00 | ≤ 0.9 | **no** |"),
         "{text}"
     );
-    // The picture of the front stands in the page.
-    assert_eq!(report.html().matches("<svg").count(), 3);
+    // The picture of the front is in the page.
+    assert!(
+        report
+            .html()
+            .contains("Mean energy_j against mean rms_m, by scenario")
+    );
 }
 
 #[test]
-fn the_least_wins_and_the_law_as_printed_does_not() {
+fn the_least_wins() {
     let report = report(&campaign(""), &rows(&made_up()));
     let json: Value = serde_json::from_str(&report.json()).expect("is JSON");
     for winner in json["winners"].as_array().expect("a list") {
@@ -254,7 +228,7 @@ fn a_claim_that_cannot_be_decided_is_refused_by_its_member() {
         (
             "beside = [\"law\"]\nis = { ratio",
             "is = { ratio",
-            "claims[0].beside: there is none",
+            "claims[0].beside: is empty",
         ),
         (
             "pareto_front = [\"rms_m\", \"energy_j\"]",

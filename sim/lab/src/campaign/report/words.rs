@@ -1,8 +1,8 @@
-//! Numbers for people.
+//! Formats of numbers in a report.
 
 use crate::campaign::statistics::Wins;
 
-/// Where nothing is known.
+/// For an unknown value.
 pub(super) const NONE: &str = "–";
 
 pub(super) fn interval(bounds: Option<[f64; 2]>) -> String {
@@ -28,8 +28,8 @@ pub(super) fn percent(share: f64) -> String {
     format!("{:.2} %", 100.0 * share)
 }
 
-/// Three digits or so.
-pub(in crate::campaign) fn number(value: f64) -> String {
+/// About three digits.
+pub(super) fn number(value: f64) -> String {
     let decimals = match value.abs() {
         size if size < 1.0 => 3,
         size if size < 10.0 => 2,
@@ -40,7 +40,12 @@ pub(in crate::campaign) fn number(value: f64) -> String {
     signed(&format!("{value:.decimals$}"))
 }
 
-/// A whole number; thousands apart.
+/// A number that may be unknown.
+pub(super) fn optional(value: Option<f64>) -> String {
+    value.map_or(NONE.to_owned(), number)
+}
+
+/// A whole number, with a space between thousands.
 pub(super) fn integer<T: ToString + Copy>(value: T) -> String {
     let digits = value.to_string();
     let mut text = String::new();
@@ -54,7 +59,7 @@ pub(super) fn integer<T: ToString + Copy>(value: T) -> String {
 }
 
 pub(super) fn signed(digits: &str) -> String {
-    // No minus before a nought: it says nothing.
+    // No minus sign before zero.
     let nought = digits.chars().all(|c| matches!(c, '-' | '0' | '.'));
     digits.replace('-', if nought { "" } else { "−" })
 }

@@ -1,4 +1,4 @@
-//! Many jobs on several threads, with answers in the order of the jobs.
+//! Jobs on several threads, with answers in the order of the jobs.
 
 use std::{
     num::NonZeroUsize,
@@ -9,9 +9,8 @@ use std::{
     thread,
 };
 
-/// What every one of `jobs` comes to, in their order, whichever thread did them; or the error of the first of those
-/// that failed. Jobs that were not begun by then are left undone. `done` hears of every job that ends and of what it comes to,
-/// one at a time.
+/// The answers of `jobs` in order, or the error of the first job in order that failed. After a failure no further job is started.
+/// `done` is called after each job, by one thread at a time.
 pub(in crate::campaign) fn in_parallel<Job: Sync, Answer: Send, Failure: Send>(
     jobs: &[Job],
     threads: NonZeroUsize,
@@ -31,13 +30,13 @@ pub(in crate::campaign) fn in_parallel<Job: Sync, Answer: Send, Failure: Send>(
                     let Some(job) = jobs.get(i) else { break };
                     let answer = work(job);
                     failed.fetch_or(answer.is_err(), Ordering::Relaxed);
-                    (*done.lock().expect("telling of progress does not panic"))(job, &answer);
+                    (*done.lock().expect("showing progress does not panic"))(job, &answer);
                     *answers[i].lock().expect("no job panics while it holds a lock") = Some(answer);
                 }
             });
         }
     });
-    // Jobs are begun in order: whatever is missing comes after the failure.
+    // Jobs start in order, so missing answers come after the failure.
     answers
         .into_iter()
         .filter_map(|answer| answer.into_inner().expect("no job panics while it holds a lock"))

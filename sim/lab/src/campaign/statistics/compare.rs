@@ -1,31 +1,25 @@
-//! One controller beside another: ratio, intervals, wins, test.
+//! Comparison of two controllers: ratio, intervals, wins, test.
 
 use serde::Serialize;
 
+use super::run_table::{Pair, Pairing, RunTable, objective};
 use super::student::{mean, median, quantile, student_test};
-use super::{
-    flights::{Flights, Pair, Pairing, objective},
-    resampling::{bootstrap, rng},
-};
 
 /// The two-sided 95 % point of the normal distribution.
 const Z: f64 = 1.959_963_984_540_054;
 
-/// Ends of the two intervals that are further apart than this share of Student's are worth a warning.
-const APART: f64 = 0.2;
-
-/// What is compared.
+/// A comparison to make.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Question<'a> {
-    /// Who is judged.
+    /// The controller.
     pub(crate) controller: &'a str,
     /// The controller that it is compared with.
     pub(crate) reference: &'a str,
-    /// In which column.
+    /// The column.
     pub(crate) metric: &'a str,
-    /// In which scenario; none for all.
+    /// The scenario; none for all.
     pub(crate) scenario: Option<&'a str>,
-    /// The objective at whose gains laws are judged; the metric's own if none.
+    /// The objective whose gains count for laws; the metric's own if none.
     pub(crate) objective: Option<&'a str>,
 }
 
@@ -36,7 +30,7 @@ pub(crate) enum Measure {
     /// a/b, by its logarithm.
     #[default]
     Ratio,
-    /// a − b, as a value is 0 or below.
+    /// a − b, if a value is 0 or below.
     Difference,
 }
 
@@ -54,10 +48,10 @@ pub(crate) enum Cluster {
     ScenarioAndCraft,
 }
 
-/// How often the controller had less than the reference.
+/// The share of pairs in which the controller has less than the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Wins {
-    /// Share of the pairs, a tie as half.
+    /// Share of the pairs; a tie counts half.
     pub(crate) share: f64,
     /// Its 95 % interval by Wilson, as if pairs were independent.
     pub(crate) wilson_95: [f64; 2],
@@ -90,22 +84,18 @@ pub(crate) struct Comparison {
     pub(crate) n_clusters: usize,
     /// Geometric mean of the ratios, or mean of the differences; none of no pair.
     pub(crate) estimate: Option<f64>,
-    /// Its 95 % interval by Student's distribution; none of one cluster, as for those below.
+    /// Its 95 % interval by Student's distribution; none of one cluster, as for the members below.
     pub(crate) student_95: Option<[f64; 2]>,
-    /// Its 95 % interval by the bootstrap.
-    pub(crate) bootstrap_95: Option<[f64; 2]>,
-    /// Whether an end of the two is apart by more than a fifth of Student's width, both in logarithms for a ratio.
-    pub(crate) intervals_differ: bool,
     pub(crate) wins: Option<Wins>,
-    /// The middle of what the pairs come to, what 90 % of them do not exceed, and the largest; none of no pair.
+    /// Median, 90th percentile and largest value over the pairs; none of no pair.
     pub(crate) quantiles: Option<[f64; 3]>,
-    /// Of the two-sided paired t-test.
+    /// The p-value of the two-sided paired t-test.
     pub(crate) p: Option<f64>,
-    /// Adjusted for all comparisons of the report; see [`holm`].
+    /// The p-value, adjusted for all comparisons of the report; see [`holm`].
     pub(crate) p_holm: Option<f64>,
 }
 
-/// A world in which the controller did badly beside the reference.
+/// A condition in which the controller did badly beside the reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct WorstRun {
     /// Both rows and values.
@@ -114,8 +104,8 @@ pub(crate) struct WorstRun {
     pub(crate) by: f64,
 }
 
-/// Answers `question`; `seed` is the campaign's.
-pub(crate) fn compare(flights: &Flights, question: Question<'_>, seed: u64) -> Comparison {
+/// Answers `question`.
+pub(crate) fn compare(runs: &RunTable, question: Question<'_>) -> Comparison {
     let Question {
         controller,
         reference,
@@ -123,28 +113,17 @@ pub(crate) fn compare(flights: &Flights, question: Question<'_>, seed: u64) -> C
         scenario,
         objective: asked,
     } = question;
-    let pairing = flights.pairing_at(
+    let pairing = runs.pairing_at(
         asked.unwrap_or(objective(metric)),
         [controller, reference],
         metric,
         scenario,
     );
     let measure = pairing.measure();
-    let (cluster, values) = pairing.clusters(flights, scenario.is_some());
+    let (cluster, values) = pairing.clusters(runs, scenario.is_some());
     let out = |value: f64| measure.out(value);
     let student = (!values.is_empty()).then(|| mean(&values));
     let student_95 = student.and_then(|interval| interval.bounds);
-    let name = format!(
-        "{controller}\0{reference}\0{metric}\0{}",
-        scenario.unwrap_or_default()
-    );
-    let resampled = bootstrap(&values, &mut rng(seed, &name));
-    let intervals_differ = match (student_95, resampled) {
-        (Some((low, high)), Some([least, most])) => {
-            APART * (high - low) < (low - least).abs().max((high - most).abs())
-        }
-        _ => false,
-    };
     Comparison {
         controller: controller.to_owned(),
         reference: reference.to_owned(),
@@ -161,9 +140,7 @@ pub(crate) fn compare(flights: &Flights, question: Question<'_>, seed: u64) -> C
         cluster,
         n_clusters: values.len(),
         estimate: student.map(|interval| out(interval.centre)),
-        student_95: student_95.map(|(low, high)| [out(low), out(high)]),
-        bootstrap_95: resampled.map(|ends| ends.map(out)),
-        intervals_differ,
+        student_95: student_95.map(|ends| ends.map(out)),
         wins: pairing.wins(),
         quantiles: pairing.quantiles(),
         p: student_test(&values),
@@ -171,7 +148,7 @@ pub(crate) fn compare(flights: &Flights, question: Question<'_>, seed: u64) -> C
     }
 }
 
-/// Unit of a column, by the end of its name; 1 where that says none.
+/// Unit of a column by the end of its name; 1 if it names none.
 pub(crate) fn unit(column: &str) -> &'static str {
     let units = [
         ("reference_jerk", "m/s³"),
@@ -195,7 +172,7 @@ impl Measure {
         }
     }
 
-    /// What is averaged, of two values.
+    /// The averaged quantity of two values.
     pub(super) fn of(self, (a, b): (f64, f64)) -> f64 {
         match self {
             Self::Ratio => (a / b).ln(),
@@ -203,7 +180,7 @@ impl Measure {
         }
     }
 
-    /// What is shown of an average.
+    /// The shown value of an average.
     pub(super) fn out(self, value: f64) -> f64 {
         match self {
             Self::Ratio => value.exp(),
@@ -213,7 +190,7 @@ impl Measure {
 }
 
 impl Pairing {
-    /// Ratios where all values are positive.
+    /// A ratio if all values are positive.
     pub(crate) fn measure(&self) -> Measure {
         let positive = |pair: &Pair| 0.0 < pair.values.0 && 0.0 < pair.values.1;
         if self.pairs.iter().all(positive) {
@@ -223,8 +200,8 @@ impl Pairing {
         }
     }
 
-    /// The observations, and what each is of; see the [module](super).
-    fn clusters(&self, flights: &Flights, in_one_scenario: bool) -> (Cluster, Vec<f64>) {
+    /// The observations and their kind; see the [module](super).
+    fn clusters(&self, runs: &RunTable, in_one_scenario: bool) -> (Cluster, Vec<f64>) {
         let measure = self.measure();
         let mut groups: Vec<(usize, f64, f64)> = vec![];
         for pair in &self.pairs {
@@ -238,8 +215,8 @@ impl Pairing {
             let each = self.pairs.iter().map(|pair| measure.of(pair.values));
             return (Cluster::Replicate, each.collect());
         }
-        let first = &flights.groups[groups[0].0];
-        let of_groups = || groups.iter().map(|(group, ..)| &flights.groups[*group]);
+        let first = &runs.groups[groups[0].0];
+        let of_groups = || groups.iter().map(|(group, ..)| &runs.groups[*group]);
         let cluster = if in_one_scenario || of_groups().all(|group| group.scenario == first.scenario) {
             Cluster::Craft
         } else if of_groups().all(|group| group.craft == first.craft) {
@@ -284,7 +261,7 @@ impl Pairing {
     }
 }
 
-/// The 95 % interval of a share that was found as `wins` of `n`, which is positive.
+/// Wilson's 95 % interval of the share `wins` of `n`; `n` is positive.
 ///
 /// ```text
 /// (p̂ + z²/2n ± z √(p̂(1 − p̂)/n + z²/4n²)) / (1 + z²/n)
@@ -299,8 +276,8 @@ pub(super) fn wilson(wins: f64, n: f64) -> [f64; 2] {
     [end(middle - half), end(middle + half)]
 }
 
-/// Adjusts probabilities for being many, in their order; those that are unknown are not counted. If each is compared with 5 %, the
-/// probability that any true null hypothesis is rejected is at most 5 %, however they depend on each other.
+/// Holm's adjustment of p-values, in their order; unknown ones are not counted. If each is compared with 5 %, the probability that
+/// any true null hypothesis is rejected is at most 5 %, however they depend on each other.
 ///
 /// ```text
 /// p̃₍ᵢ₎ = max_{j ≤ i} min(1, (m − j + 1) p₍ⱼ₎)                         p₍₁₎ ≤ … ≤ p₍ₘ₎
@@ -322,7 +299,7 @@ pub(crate) fn holm(all: &[Option<f64>]) -> Vec<Option<f64>> {
     adjusted
 }
 
-/// The `n` worlds in which the first controller did worst beside the second, the worst first.
+/// The `n` conditions in which the first controller did worst beside the second, the worst first.
 pub(crate) fn worst(pairing: &Pairing, n: usize) -> Vec<WorstRun> {
     let measure = pairing.measure();
     let mut all: Vec<WorstRun> = pairing

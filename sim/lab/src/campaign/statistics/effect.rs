@@ -1,4 +1,4 @@
-//! What a parameter does to a comparison.
+//! The effect of a parameter on a comparison.
 
 use std::collections::BTreeMap;
 
@@ -7,13 +7,13 @@ use serde::Serialize;
 use super::student::{mean, student_beyond};
 use super::{
     compare::{Measure, Question},
-    flights::Flights,
+    run_table::RunTable,
 };
 
-/// Values nearer to each other than this share of the largest are one.
+/// Values that differ by less than this share of the largest are equal.
 const SAME: f64 = 1e-12;
 
-/// How a comparison goes with a parameter.
+/// The correlation of a comparison with a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Effect {
     pub(crate) controller: String,
@@ -26,11 +26,11 @@ pub(crate) struct Effect {
     pub(crate) unit: &'static str,
     /// Replicates, each with one value of the parameter.
     pub(crate) n_replicates: usize,
-    /// Spearman's rank correlation of parameter and comparison; none where one of them is the same throughout.
+    /// Spearman's rank correlation of parameter and comparison; none if one of them is constant.
     pub(crate) spearman: Option<f64>,
-    /// Probability of a correlation as far from 0 where there is none.
+    /// Its p-value.
     pub(crate) p: Option<f64>,
-    /// Adjusted for all effects of the report.
+    /// The p-value, adjusted for all effects of the report.
     pub(crate) p_holm: Option<f64>,
     /// The comparison in the lowest, middle and highest third of the parameter's values.
     pub(crate) thirds: [Option<Third>; 3],
@@ -41,7 +41,7 @@ pub(crate) struct Effect {
 pub(crate) struct Third {
     /// Least and largest value of the parameter, in its unit.
     pub(crate) parameter: [f64; 2],
-    /// How many replicates.
+    /// Number of replicates.
     pub(crate) n_replicates: usize,
     /// Geometric mean of the ratios, or mean of the differences.
     pub(crate) estimate: f64,
@@ -49,15 +49,15 @@ pub(crate) struct Third {
     pub(crate) student_95: Option<[f64; 2]>,
 }
 
-/// The effect of `parameter` on a comparison; none where no pair has it.
+/// The effect of `parameter` on a comparison; none if no pair has it.
 ///
-/// All groups of a replicate have the same parameters, so that a replicate is one observation:
+/// All groups of a replicate have the same parameters, so each replicate is one observation:
 ///
 /// ```text
 /// y_r = x̄ + mean over groups g of (d_{g,r} − x̄_g)                     x̄_g: mean of d in group g;  x̄: mean of x̄_g
 /// ```
-/// A group whose mission failed in a replicate is left out of it; as its mean is taken off, its level is not missed.
-pub(crate) fn effect(flights: &Flights, question: Question<'_>, parameter: &str) -> Option<Effect> {
+/// A group whose mission failed in a replicate is left out there; as group means are subtracted, this adds no bias.
+pub(crate) fn effect(runs: &RunTable, question: Question<'_>, parameter: &str) -> Option<Effect> {
     let Question {
         controller,
         reference,
@@ -65,12 +65,12 @@ pub(crate) fn effect(flights: &Flights, question: Question<'_>, parameter: &str)
         scenario,
         objective: _,
     } = question;
-    let pairing = flights.pairing([controller, reference], metric, scenario);
+    let pairing = runs.pairing([controller, reference], metric, scenario);
     let measure = pairing.measure();
     let mut groups: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
     let mut replicates: BTreeMap<u64, (f64, Vec<(usize, f64)>)> = BTreeMap::new();
     for pair in &pairing.pairs {
-        let Some(drawn) = flights.value(parameter, pair.rows.0) else {
+        let Some(drawn) = runs.value(parameter, pair.rows.0) else {
             continue;
         };
         let value = measure.of(pair.values);
@@ -109,14 +109,14 @@ pub(crate) fn effect(flights: &Flights, question: Question<'_>, parameter: &str)
     })
 }
 
-/// `values` that are equal where they differ by rounding: it is not to be ranked.
+/// `values` without rounding errors, which must not be ranked.
 fn without_rounding(values: &[f64]) -> Vec<f64> {
     let size = values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
     let unit = if size == 0.0 { 1.0 } else { SAME * size };
     values.iter().map(|value| (value / unit).round()).collect()
 }
 
-/// Spearman's rank correlation of two lists of one length, ties at their mean rank, and the probability of one as far from 0.
+/// Spearman's rank correlation of two lists of equal length, ties at their mean rank, and its p-value.
 ///
 /// ```text
 /// ρ = Pearson's correlation of the ranks;   t = ρ √((n − 2) / (1 − ρ²)), of n − 2 degrees of freedom
@@ -149,7 +149,7 @@ pub(super) fn spearman(a: &[f64], b: &[f64]) -> (Option<f64>, Option<f64>) {
     (Some(rho), p)
 }
 
-/// Ranks from 1 on; equal values have the mean of theirs.
+/// Ranks from 1 on; equal values have their mean rank.
 #[expect(clippy::cast_precision_loss, reason = "millions of replicates, not 2⁵³")]
 fn ranks(values: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..values.len()).collect();
@@ -166,7 +166,7 @@ fn ranks(values: &[f64]) -> Vec<f64> {
     ranks
 }
 
-/// The comparison by thirds of the parameter's ranks. Equal values are in one third, so that one may have none.
+/// The comparison by thirds of the parameter's ranks. Equal values are in the same third, so a third may be empty.
 fn thirds(drawn: &[f64], values: &[f64], measure: Measure) -> [Option<Third>; 3] {
     let ranks = ranks(drawn);
     let third = |number: u32| {
@@ -188,9 +188,7 @@ fn thirds(drawn: &[f64], values: &[f64], measure: Measure) -> [Option<Third>; 3]
             parameter: limits,
             n_replicates: inside.len(),
             estimate: measure.out(interval.centre),
-            student_95: interval
-                .bounds
-                .map(|(low, high)| [measure.out(low), measure.out(high)]),
+            student_95: interval.bounds.map(|ends| ends.map(|end| measure.out(end))),
         })
     };
     [third(0), third(1), third(2)]

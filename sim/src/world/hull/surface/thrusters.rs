@@ -20,7 +20,7 @@ pub struct Thrusters {
     pub astern_max: f64,
     /// Distance of each thruster from the centre line, m.
     pub arm: f64,
-    /// Least thrust in either direction, N: for a smaller command the propeller stands still.
+    /// Least thrust in either direction, N; a smaller command does not turn the propeller.
     pub dead_zone: f64,
     /// Time constant with which thrust comes and goes, s. At least 0.04 s: below it the explicit integration
     /// over a period of 0.1 s is unstable (h/τ ≤ 2.78).
@@ -34,7 +34,7 @@ pub struct ThrusterHealth {
     pub port: f64,
     /// The same of the starboard thruster.
     pub starboard: f64,
-    /// Where the steering is stuck, if it is: the share of the largest yaw moment that it gives whatever is asked for, −1 to
+    /// Share of the largest yaw moment at which the steering is stuck, if it is, −1 to
     /// 1, positive to starboard.
     pub steering_stuck: Option<f64>,
 }

@@ -1,10 +1,10 @@
 //! One attempt at a random craft: traits, then the hull, then the loops that fit it.
 
-use planner::craft::{HeadingHeld, SpeedHeld};
+use planner::craft::{HeadingReference, SpeedReference};
 use rand::{RngExt, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 
-use super::{ACCELERATION, CraftTraits, CraftWishes, DELAY, HeadingLoopKind, LAG, MASS, SurgeLoopKind};
+use super::{ACCELERATION, CraftConstraints, CraftTraits, DELAY, HeadingLoopKind, LAG, MASS, SurgeLoopKind};
 use crate::world::{
     hull::{CoriolisMasses, Drag, SurfaceHull, Thrusters},
     inner_loop::{
@@ -16,33 +16,33 @@ use crate::world::{
 /// One attempt.
 pub(super) struct Draw<'a> {
     pub(super) rng: ChaCha8Rng,
-    pub(super) wishes: &'a CraftWishes,
+    pub(super) constraints: &'a CraftConstraints,
 }
 
 impl Draw<'_> {
     pub(super) fn craft(mut self) -> (SurfaceHull, SurfaceAutopilot, CraftTraits) {
         let traits = self.traits();
-        let heading_held = self.wishes.heading_held;
+        let heading_held = self.constraints.heading_held;
         let drawn = if self.chance(0.2) {
-            HeadingHeld::Course
+            HeadingReference::Course
         } else {
-            HeadingHeld::Heading
+            HeadingReference::Heading
         };
         let heading_held = heading_held.unwrap_or(drawn);
         let hull = self.hull(&traits, heading_held);
         let (surge, feed_forward, speed_slew) = self.surge(&hull, &traits);
         let over_ground = self.chance(0.4) && traits.surge_loop != SurgeLoopKind::Proportional;
         let drawn = if over_ground {
-            SpeedHeld::OverGround
+            SpeedReference::OverGround
         } else {
-            SpeedHeld::ThroughWater
+            SpeedReference::ThroughWater
         };
         let autopilot = SurfaceAutopilot {
             heading: self.heading(&hull, &traits),
             heading_held,
             surge,
             feed_forward,
-            speed_held: self.wishes.speed_held.unwrap_or(drawn),
+            speed_held: self.constraints.speed_held.unwrap_or(drawn),
             speed_slew,
             delay_periods: periods(traits.delay),
         };
@@ -50,7 +50,7 @@ impl Draw<'_> {
     }
 
     fn traits(&mut self) -> CraftTraits {
-        let wishes = self.wishes;
+        let constraints = self.constraints;
         let mass = self.log_uniform(MASS[0], MASS[1]);
         let slenderness = self.uniform(0.8, 1.5);
         let heading_lag = self.log_uniform(LAG[0], LAG[1]);
@@ -68,30 +68,30 @@ impl Draw<'_> {
             SurgeLoopKind::AntiWindup,
             SurgeLoopKind::Windup,
         ]);
-        let mass = wishes.mass.unwrap_or(mass);
+        let mass = constraints.mass.unwrap_or(mass);
         // The Otter's 80 kg are 2 m long, the MEDUSA's 30 kg 1 m.
         let length = 0.4 * slenderness * mass.cbrt();
         CraftTraits {
             mass,
             length,
-            heading_loop: wishes.heading_loop.unwrap_or(heading_loop),
-            heading_lag: wishes.heading_lag.unwrap_or(heading_lag),
-            surge_loop: wishes.surge_loop.unwrap_or(surge_loop),
-            surge_lag: wishes.surge_lag.unwrap_or(surge_lag),
-            acceleration: wishes.acceleration.unwrap_or(acceleration),
-            delay: PERIOD * count(periods(wishes.delay.unwrap_or(delay))),
+            heading_loop: constraints.heading_loop.unwrap_or(heading_loop),
+            heading_lag: constraints.heading_lag.unwrap_or(heading_lag),
+            surge_loop: constraints.surge_loop.unwrap_or(surge_loop),
+            surge_lag: constraints.surge_lag.unwrap_or(surge_lag),
+            acceleration: constraints.acceleration.unwrap_or(acceleration),
+            delay: PERIOD * count(periods(constraints.delay.unwrap_or(delay))),
         }
     }
 
-    /// A hull whose thrusters give what the loops ask for, some only just.
-    fn hull(&mut self, traits: &CraftTraits, held: HeadingHeld) -> SurfaceHull {
+    /// A hull whose thrusters can follow the loops, some only just.
+    fn hull(&mut self, traits: &CraftTraits, held: HeadingReference) -> SurfaceHull {
         let CraftTraits { mass, length, .. } = *traits;
         let mass_surge = mass * self.uniform(1.05, 1.7);
         let mass_sway = mass_surge * self.uniform(1.05, 1.8);
         let gyration = length * self.uniform(0.22, 0.3);
         let inertia_yaw = mass * gyration * gyration * self.uniform(1.3, 2.5);
 
-        // Weak or strong: bollard pull per mass, from what the acceleration asks for to the MEDUSA's and beyond.
+        // Bollard pull per mass, from the least for the acceleration to more than the MEDUSA's.
         let least_pull = (traits.acceleration / 0.6).max(0.15);
         let pull = self.log_uniform(least_pull, least_pull.max(2.0) * 1.25);
         let force = mass_surge * pull;
@@ -117,8 +117,8 @@ impl Draw<'_> {
 
         // A course loop must be slower than the hull's drift.
         let drift_max = match held {
-            HeadingHeld::Heading => 2.0,
-            HeadingHeld::Course => (0.5 * traits.heading_lag).clamp(0.25, 2.0),
+            HeadingReference::Heading => 2.0,
+            HeadingReference::Course => (0.5 * traits.heading_lag).clamp(0.25, 2.0),
         };
         let drift_time = self.log_uniform(0.2, drift_max);
         let sway_linear = mass_surge / drift_time;

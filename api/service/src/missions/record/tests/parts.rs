@@ -65,7 +65,7 @@ async fn a_record_in_two_parts_is_the_whole_wherever_it_is_split() {
     for events in [rehearsal(), simulated_with_a_refused_fix()] {
         let n = events.len() as u64;
         let logged = Logged::of(events).await;
-        let csv = |part: &Part| {
+        let csv = |part: &EventFilter| {
             text(
                 logged
                     .write_part(RecordFormat::Csv, part)
@@ -75,13 +75,13 @@ async fn a_record_in_two_parts_is_the_whole_wherever_it_is_split() {
         let whole = csv(&WHOLE);
         let (head, rows) = whole.split_once('\n').expect("has a head");
         for after in 0..=n {
-            let before = csv(&Part {
+            let before = csv(&EventFilter {
                 limit: Some(after),
-                ..Part::default()
+                ..EventFilter::default()
             });
-            let rest = csv(&Part {
+            let rest = csv(&EventFilter {
                 after,
-                ..Part::default()
+                ..EventFilter::default()
             });
             let rows_of = |part: &str| {
                 let (its_head, rows) = part.split_once('\n').expect("has a head");
@@ -106,7 +106,7 @@ async fn rows_of_some_kinds_are_those_of_the_whole() {
             &["reported"],
         ] {
             for after in 0..=n {
-                let part = Part {
+                let part = EventFilter {
                     after,
                     limit: None,
                     kinds: kinds.iter().map(|kind| (*kind).to_owned()).collect(),

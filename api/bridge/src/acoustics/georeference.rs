@@ -1,0 +1,283 @@
+//! From an observation to a fix: names, lever arm, attitude, travel time, depth.
+
+use std::{collections::BTreeMap, f64::consts::PI, ops::RangeInclusive};
+
+use geodesy::{Datum, Origin};
+use nalgebra::{Rotation3, Vector3};
+
+use super::{
+    depth_intersection::{NO_DEPTH, intersect, intersection_sigma},
+    mounting::{Mounting, attitude},
+    observation::{Axes, Location, NO_POSITION, Observation, SignalTime},
+    pose::{CraftPose, PoseHistory},
+    settings::{Settings, UnusableSettings},
+};
+use crate::{AuvFix, Geographic};
+
+const CLOCK: &str = "the modem's clock and ours differ";
+const LOCAL_TIME: &str = "the modem's clock is on local time, not UTC";
+const NO_POSE: &str = "no pose of the craft at that time";
+const NO_MOUNTING: &str = "mounting is not set";
+const TOO_FAR: &str = "farther than sound carries";
+
+/// Farthest AUV, greatest depth and worst accuracy accepted, m: a bound against damaged numbers.
+const REACH_M: f64 = 20_000.0;
+
+/// How long a depth is used, s. An AUV at 0.3 m/s and 50° of pitch dives 2.3 m in it.
+const DEPTH_KEPT_S: f64 = 10.0;
+
+/// How many AUVs' depths are kept, so that names on a wire do not fill the memory.
+const DEPTHS_MAX: usize = 64;
+
+/// Greatest delay from a fix to the arrival of its bytes, s. Modems answer within seconds.
+const BEHIND_MAX_S: f64 = 60.0;
+
+/// Most that a fix may be ahead of the arrival of its bytes, s: two clocks that GNSS or NTP set differ by less.
+const AHEAD_MAX_S: f64 = 1.0;
+
+/// Steps of the world's time zones, s, the farthest one, and how long after its line a fix with a local time may arrive.
+const ZONE_STEP_S: f64 = 900.0;
+const ZONE_MAX_S: f64 = 14.0 * 3600.0;
+const ZONE_BEHIND_MAX_S: f64 = 10.0;
+
+/// Greatest length of a lever arm, m: no craft is longer.
+const LEVER_MAX_M: f64 = 500.0;
+
+/// Speeds of sound accepted, m/s: from 1402 m/s in fresh water at 0 °C to 1546 m/s in sea water at 30 °C, both at the
+/// surface, and wider. Source: Chen and Millero, J. Acoust. Soc. Am. 62 (1977), doi:10.1121/1.381646.
+const SOUND_SPEED_MPS: RangeInclusive<f64> = 1_380.0..=1_620.0;
+
+/// A depth from another source.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KnownDepth {
+    /// Time of the depth, s of Unix time.
+    pub t_s: f64,
+    /// Depth, m, positive down.
+    pub depth_m: f64,
+    /// Its standard deviation, m.
+    pub sigma_m: f64,
+}
+
+/// Places observations on Earth.
+#[derive(Debug)]
+pub(super) struct Georeference {
+    names: BTreeMap<String, String>,
+    mounting: Option<Mounting>,
+    sound_speed: f64,
+    sigma_m: Option<f64>,
+    declination: f64,
+    depths: BTreeMap<String, KnownDepth>,
+}
+
+impl Georeference {
+    pub(super) fn new(settings: &Settings) -> Result<Self, UnusableSettings> {
+        let (speed, declination) = (settings.sound_speed_mps, settings.magnetic_declination_rad);
+        let sigma = settings.sigma_m.unwrap_or(REACH_M);
+        let mut checks = vec![
+            (
+                "sound_speed_mps",
+                speed,
+                SOUND_SPEED_MPS.contains(&speed),
+                "a speed in water, 1380 to 1620 m/s",
+            ),
+            (
+                "magnetic_declination_rad",
+                declination,
+                declination.abs() <= PI,
+                "within ±π",
+            ),
+            (
+                "sigma_m",
+                sigma,
+                0.0 < sigma && sigma <= REACH_M,
+                "positive and at most 20 000",
+            ),
+        ];
+        if let Some(mounting) = &settings.mounting {
+            let lever = mounting.lever().norm();
+            checks.push((
+                "mounting: its length",
+                lever,
+                lever <= LEVER_MAX_M,
+                "at most 500 m",
+            ));
+            let angles = [
+                mounting.heading_offset_rad,
+                mounting.pitch_offset_rad,
+                mounting.roll_offset_rad,
+            ];
+            checks.extend(angles.map(|angle| ("mounting: an angle", angle, angle.is_finite(), "a number")));
+            let depth = mounting.depth_m.unwrap_or(0.0);
+            checks.push((
+                "mounting.depth_m",
+                depth,
+                depth.abs() <= LEVER_MAX_M,
+                "within ±500 m",
+            ));
+        }
+        if let Some((name, value, _, must)) = checks.into_iter().find(|(_, _, is_valid, _)| !is_valid) {
+            let says = format!("{name} is {value}; it must be {must}");
+            return Err(UnusableSettings(says));
+        }
+        Ok(Self {
+            names: settings.names.clone(),
+            mounting: settings.mounting,
+            sound_speed: speed,
+            sigma_m: settings.sigma_m,
+            declination,
+            depths: BTreeMap::new(),
+        })
+    }
+
+    pub(super) fn note_depth(&mut self, auv: &str, depth: KnownDepth) {
+        let numbers = [depth.t_s, depth.depth_m, depth.sigma_m];
+        let usable = numbers.iter().all(|number| number.is_finite()) && depth.sigma_m >= 0.0;
+        let known = self.depths.contains_key(auv);
+        if usable && (known || self.depths.len() < DEPTHS_MAX) {
+            self.depths.insert(auv.to_owned(), depth);
+        }
+    }
+
+    /// The fix of `observation`, whose line arrived at `received_s`, or why there is none.
+    pub(super) fn fix(
+        &self,
+        observation: &Observation,
+        received_s: f64,
+        poses: &PoseHistory,
+    ) -> Result<AuvFix, &'static str> {
+        let auv = match self.names.get(&observation.address) {
+            Some(name) => name.clone(),
+            None => format!("usbl-{}", observation.address),
+        };
+        let fix = |(t_s, position, depth_m, sigma_m): (f64, Geographic, Option<f64>, Option<f64>)| AuvFix {
+            auv: auv.clone(),
+            t_s,
+            position,
+            // A modem that prints 0 states no accuracy.
+            sigma_m: observation
+                .sigma_m
+                .or(sigma_m)
+                .filter(|sigma| *sigma > 0.0)
+                .or(self.sigma_m),
+            depth_m: observation.depth_m.or(depth_m),
+            ground_velocity: None,
+        };
+        let fix = match observation.location {
+            Location::Geographic(position) => fix((self.times(observation, 0.0).1, position, None, None)),
+            Location::Vector {
+                axes,
+                vector,
+                has_depth,
+            } => {
+                let (arrival_s, t_s) = self.times(observation, vector.norm());
+                let (mounting, pose) = self.craft(poses, arrival_s, received_s)?;
+                let sight = self.ned_from(axes, mounting, &pose) * vector;
+                let transducer = observation.transducer_depth_m.or(mounting.depth_m);
+                let depth = transducer.filter(|_| has_depth).map(|depth| depth + sight.z);
+                fix((t_s, place(mounting, &pose, &sight)?, depth, None))
+            }
+            Location::Direction {
+                axes,
+                unit,
+                sigma_rad,
+            } => {
+                let (arrival_s, _) = self.times(observation, 0.0);
+                let (mounting, pose) = self.craft(poses, arrival_s, received_s)?;
+                let direction = self.ned_from(axes, mounting, &pose) * unit;
+                let known = self
+                    .depths
+                    .get(&auv)
+                    .filter(|known| (known.t_s - arrival_s).abs() <= DEPTH_KEPT_S);
+                let transducer = observation.transducer_depth_m.or(mounting.depth_m);
+                let (known, transducer) = known.zip(transducer).ok_or(NO_DEPTH)?;
+                let sight = intersect(&direction, known.depth_m - transducer)?;
+                let sigma = intersection_sigma(&sight, sigma_rad, known.sigma_m);
+                let t_s = self.times(observation, sight.norm()).1;
+                fix((
+                    t_s,
+                    place(mounting, &pose, &sight)?,
+                    Some(known.depth_m),
+                    Some(sigma),
+                ))
+            }
+        };
+        check_clock(fix.t_s, received_s)?;
+        let is_plausible = |metres: Option<f64>| metres.is_none_or(|metres| metres.abs() <= REACH_M);
+        if is_plausible(fix.sigma_m) && is_plausible(fix.depth_m) {
+            Ok(fix)
+        } else {
+            Err(TOO_FAR)
+        }
+    }
+
+    /// When the signal arrived and when it was sent, from an AUV at `distance`, m.
+    fn times(&self, observation: &Observation, distance: f64) -> (f64, f64) {
+        let travel = observation.travel_s.unwrap_or(distance / self.sound_speed);
+        match observation.time {
+            SignalTime::Arrived(arrival_s) => (arrival_s, arrival_s - travel),
+            SignalTime::Sent(sent_s) => (sent_s + travel, sent_s),
+        }
+    }
+
+    fn craft(
+        &self,
+        poses: &PoseHistory,
+        arrival_s: f64,
+        received_s: f64,
+    ) -> Result<(&Mounting, CraftPose), &'static str> {
+        let mounting = self.mounting.as_ref().ok_or(NO_MOUNTING)?;
+        let pose = poses.at(arrival_s);
+        // A wrong clock is the reason of a missing pose.
+        let pose = pose.ok_or_else(|| check_clock(arrival_s, received_s).err().unwrap_or(NO_POSE))?;
+        Ok((mounting, pose))
+    }
+
+    /// Turns vectors with these axes to north, east, down.
+    fn ned_from(&self, axes: Axes, mounting: &Mounting, pose: &CraftPose) -> Rotation3<f64> {
+        match axes {
+            Axes::Transducer => ned_from_craft(pose) * mounting.craft_from_transducer(),
+            Axes::HeadUp => attitude(0.0, 0.0, pose.heading),
+            Axes::Magnetic => attitude(0.0, 0.0, self.declination),
+            Axes::North => Rotation3::identity(),
+        }
+    }
+}
+
+/// Whether a modem's time `t_s` may be that of bytes that arrived at `received_s`; a time that is off by whole time zones is local time.
+fn check_clock(t_s: f64, received_s: f64) -> Result<(), &'static str> {
+    let behind = received_s - t_s;
+    if (-AHEAD_MAX_S..=BEHIND_MAX_S).contains(&behind) {
+        return Ok(());
+    }
+    let delay = (behind + AHEAD_MAX_S).rem_euclid(ZONE_STEP_S) - AHEAD_MAX_S;
+    if behind.abs() <= ZONE_MAX_S + ZONE_BEHIND_MAX_S && delay <= ZONE_BEHIND_MAX_S {
+        Err(LOCAL_TIME)
+    } else {
+        Err(CLOCK)
+    }
+}
+
+fn ned_from_craft(pose: &CraftPose) -> Rotation3<f64> {
+    attitude(pose.roll, pose.pitch, pose.heading)
+}
+
+/// Where the far end of `sight` (north, east, down from the transducer, m) is.
+fn place(mounting: &Mounting, pose: &CraftPose, sight: &Vector3<f64>) -> Result<Geographic, &'static str> {
+    let length = sight.norm();
+    if length == 0.0 {
+        return Err(NO_POSITION);
+    }
+    if !(0.0..=REACH_M).contains(&length) {
+        return Err(TOO_FAR);
+    }
+    let from_reference = ned_from_craft(pose) * mounting.lever() + sight;
+    let origin = Origin {
+        latitude: pose.position.lat_deg.to_radians(),
+        longitude: pose.position.lon_deg.to_radians(),
+    };
+    let datum = Datum::new(&origin).map_err(|_| NO_POSE)?;
+    let place = datum.from_local(&from_reference.xy());
+    // Degrees to radians and back may round beyond the antimeridian.
+    let lon_deg = place.longitude.to_degrees().clamp(-180.0, 180.0);
+    Geographic::new(place.latitude.to_degrees(), lon_deg).ok_or(TOO_FAR)
+}

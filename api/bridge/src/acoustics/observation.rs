@@ -1,0 +1,140 @@
+//! What one line of a modem says about an AUV, before it is placed on Earth; numbers and addresses out of text.
+
+use nalgebra::Vector3;
+
+use crate::Geographic;
+
+pub(super) const OTHER: &str = "another message";
+pub(super) const CHECKSUM: &str = "checksum does not match";
+pub(super) const FIELDS: &str = "wrong number of fields";
+pub(super) const NUMBER: &str = "a field is no number";
+pub(super) const ADDRESS: &str = "no usable address";
+pub(super) const NO_POSITION: &str = "the modem has no position";
+pub(super) const NOT_ON_EARTH: &str = "no place on Earth";
+
+/// Longest address or name on a wire, bytes: names are shown and stored.
+const ADDRESS_MAX: usize = 32;
+
+/// One AUV as a modem observed it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Observation {
+    /// The address on the wire.
+    pub(super) address: String,
+    pub(super) time: SignalTime,
+    pub(super) location: Location,
+    /// One-way travel time, s, if the modem measured it.
+    pub(super) travel_s: Option<f64>,
+    /// Standard deviation of the position along either axis, m, if the modem states it.
+    pub(super) sigma_m: Option<f64>,
+    /// Depth of the AUV, m, if the modem states it.
+    pub(super) depth_m: Option<f64>,
+    /// Depth of the transducer, m, if the modem measures it.
+    pub(super) transducer_depth_m: Option<f64>,
+}
+
+/// Which of the two times of a signal is known, s of Unix time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum SignalTime {
+    /// When it arrived at the transducer.
+    Arrived(f64),
+    /// When the AUV sent it.
+    Sent(f64),
+}
+
+/// Where the AUV is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Location {
+    /// On Earth: lever arm and heading are applied already.
+    Geographic(Geographic),
+    /// From the transducer, m.
+    Vector {
+        axes: Axes,
+        vector: Vector3<f64>,
+        /// Whether the third component was measured.
+        has_depth: bool,
+    },
+    /// From the transducer along a line of unknown length.
+    Direction {
+        axes: Axes,
+        unit: Vector3<f64>,
+        /// Standard deviation of the direction, rad.
+        sigma_rad: f64,
+    },
+}
+
+/// The axes of a vector.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Axes {
+    /// Forward, starboard, down of the transducer.
+    Transducer,
+    /// Ahead and to starboard in the horizontal plane, and down: roll and pitch are removed already.
+    HeadUp,
+    /// Magnetic north, its east, down.
+    Magnetic,
+    /// North, east, down.
+    North,
+}
+
+impl Observation {
+    /// An observation that states a location and no more.
+    pub(super) fn new(address: String, time: SignalTime, location: Location) -> Self {
+        Self {
+            address,
+            time,
+            location,
+            travel_s: None,
+            sigma_m: None,
+            depth_m: None,
+            transducer_depth_m: None,
+        }
+    }
+}
+
+impl Location {
+    /// A vector of which all three components were measured.
+    pub(super) fn vector(axes: Axes, vector: Vector3<f64>) -> Self {
+        Self::Vector {
+            axes,
+            vector,
+            has_depth: true,
+        }
+    }
+
+    /// A position on Earth, degrees.
+    pub(super) fn geographic(lat_deg: f64, lon_deg: f64) -> Result<Self, &'static str> {
+        let position = Geographic::new(lat_deg, lon_deg).ok_or(NOT_ON_EARTH)?;
+        Ok(Self::Geographic(position))
+    }
+}
+
+/// A unit vector (forward, starboard, down): `bearing` clockwise from forward, `elevation` up, both rad.
+pub(super) fn line_of_sight(bearing: f64, elevation: f64) -> Vector3<f64> {
+    let ((sin_b, cos_b), (sin_e, cos_e)) = (bearing.sin_cos(), elevation.sin_cos());
+    Vector3::new(cos_e * cos_b, cos_e * sin_b, -sin_e)
+}
+
+/// A finite number.
+pub(super) fn number(text: &str) -> Result<f64, &'static str> {
+    let value = text.trim().parse::<f64>().map_err(|_| NUMBER)?;
+    if value.is_finite() { Ok(value) } else { Err(NUMBER) }
+}
+
+/// A finite number, or none if the field is empty.
+pub(super) fn optional(text: &str) -> Result<Option<f64>, &'static str> {
+    if text.trim().is_empty() {
+        Ok(None)
+    } else {
+        number(text).map(Some)
+    }
+}
+
+/// An address or a name that can be shown and stored.
+pub(super) fn address(text: &str) -> Result<String, &'static str> {
+    let text = text.trim();
+    let printable = text.bytes().all(|byte| byte.is_ascii_graphic() || byte == b' ');
+    if printable && !text.is_empty() && text.len() <= ADDRESS_MAX {
+        Ok(text.to_owned())
+    } else {
+        Err(ADDRESS)
+    }
+}

@@ -1,0 +1,337 @@
+//! What holds for every modem, whatever bytes arrive.
+
+mod positions;
+
+use proptest::prelude::*;
+
+use super::{
+    CraftPose, Frame, KnownDepth, Modem, ModemKind, Mounting, PoseHistory, Settings, seatrac, sentences,
+};
+use crate::{AuvFix, Geographic};
+
+const RECEIVED_S: f64 = 1_779_500_000.0;
+
+const LONG: &str = "+++AT:124:USBLLONG,10446.991981,10446.534643,3,-0.0604,-1.0888,-0.5851,-0.4233,-1.0020,-0.5901,0.0063,0.0269,-0.3295,825,-36,77,1.2375\r\n";
+const ANGLES: &str = "+++AT:116:USBLANGLES,1325377475.019626,1325377474.170448,2,-2.2959,-0.4586,-1.7643,-0.4293,0.0307,0.0766,0.5695,-16,296,0.0114\r\n";
+const PING: &str = "$42020F07020101010101010101010101010101010101010101010101010101010101010101010101010101010101010101B0\r\n";
+
+fn kinds() -> Vec<ModemKind> {
+    let pattern = r"^(?<id>\S+) (?<range_m>\S+) (?<bearing_deg>\S+) (?<elevation_deg>\S+)( (?<t_s>\S+))?$";
+    let mut kinds = vec![
+        ModemKind::Sentences,
+        ModemKind::Pattern {
+            pattern: pattern.to_owned(),
+        },
+    ];
+    for frame in [Frame::Body, Frame::Earth] {
+        kinds.extend([ModemKind::Evologics { frame }, ModemKind::Seatrac { frame }]);
+    }
+    kinds
+}
+
+fn modem(kind: ModemKind) -> Modem {
+    let settings = Settings {
+        modem: kind,
+        names: [("3".to_owned(), "auv-c".to_owned())].into(),
+        mounting: Some(Mounting {
+            forward_m: 1.0,
+            starboard_m: 0.5,
+            down_m: 2.0,
+            heading_offset_rad: 0.3,
+            pitch_offset_rad: 0.0,
+            roll_offset_rad: 0.0,
+            depth_m: Some(1.5),
+        }),
+        sound_speed_mps: 1500.0,
+        sigma_m: None,
+        magnetic_declination_rad: 0.0,
+    };
+    let mut modem = Modem::new(&settings).expect("is usable");
+    modem.note_depth(
+        "usbl-2",
+        KnownDepth {
+            t_s: RECEIVED_S,
+            depth_m: 20.0,
+            sigma_m: 0.2,
+        },
+    );
+    modem
+}
+
+fn poses() -> PoseHistory {
+    let position = Geographic::new(60.0, 179.9999).expect("is on Earth");
+    let mut poses = PoseHistory::default();
+    poses.push(
+        RECEIVED_S,
+        CraftPose {
+            position,
+            heading: 1.0,
+            roll: 0.0,
+            pitch: 0.0,
+        },
+    );
+    poses
+}
+
+/// Lines that mean something to one of the modems.
+fn samples() -> Vec<String> {
+    let day_s = RECEIVED_S.rem_euclid(86_400.0);
+    let time = format!(
+        "{:02.0}{:02.0}{:05.2}",
+        (day_s / 3600.0).floor(),
+        (day_s / 60.0).floor() % 60.0,
+        day_s % 60.0
+    );
+    vec![
+        LONG.to_owned(),
+        ANGLES.to_owned(),
+        PING.to_owned(),
+        sentences::line(&format!(
+            "PSONLLD,{time},2401,A,51.3315406,-0.83563975,999.916,5.33,5.33,0.00,0.62,,,,"
+        )),
+        sentences::line(&format!(
+            "PSIMSSB,{time},M17,A,,C,H,F,46.649,1.632,24.829,1.414,T,0.033681,"
+        )),
+        "beacon-4 120.5 31.0 -20.0\n".to_owned(),
+    ]
+}
+
+/// Pieces of a stream: samples whole, cut short or with one byte changed, and bytes of any kind.
+fn stream() -> impl Strategy<Value = Vec<u8>> {
+    let sample = prop::sample::select(samples()).prop_map(String::into_bytes);
+    let piece = prop_oneof![
+        sample.clone(),
+        (sample.clone(), any::<prop::sample::Index>())
+            .prop_map(|(bytes, end)| bytes[..end.index(bytes.len())].to_vec()),
+        (sample, any::<prop::sample::Index>(), any::<u8>()).prop_map(|(mut bytes, place, byte)| {
+            let place = place.index(bytes.len());
+            bytes[place] = byte;
+            bytes
+        }),
+        prop::collection::vec(any::<u8>(), 0..40),
+        r"[$*,:.0-9A-Fa-z+\r\n-]{0,60}".prop_map(String::into_bytes),
+    ];
+    prop::collection::vec(piece, 0..12).prop_map(|pieces| pieces.concat())
+}
+
+fn is_sound(fix: &AuvFix) -> bool {
+    let numbers = [fix.t_s, fix.depth_m.unwrap_or(0.0)];
+    let sigma_is_one = fix.sigma_m.is_none_or(|sigma| sigma.is_finite() && sigma > 0.0);
+    let on_earth = Geographic::new(fix.position.lat_deg, fix.position.lon_deg).is_some();
+    numbers.iter().all(|number| number.is_finite()) && sigma_is_one && on_earth && !fix.auv.is_empty()
+}
+
+fn lines_in(bytes: &[u8]) -> usize {
+    bytes
+        .iter()
+        .filter(|byte| **byte == b'\r' || **byte == b'\n')
+        .count()
+}
+
+proptest! {
+    #[test]
+    fn any_bytes_give_sound_fixes_or_counted_rejects(bytes in stream(), received_s in any::<f64>()) {
+        for kind in kinds() {
+            for received_s in [RECEIVED_S, received_s] {
+                let mut modem = modem(kind.clone());
+                let fixes = modem.push(&bytes, received_s, &poses());
+                prop_assert!(fixes.iter().all(is_sound), "{kind:?}: {fixes:?}");
+                let n_lines = u64::try_from(fixes.len()).expect("are few") + modem.rejects().total();
+                prop_assert!(n_lines <= u64::try_from(lines_in(&bytes)).expect("are few"));
+            }
+        }
+    }
+
+    #[test]
+    fn how_the_stream_is_split_does_not_matter(bytes in stream(), cuts in prop::collection::vec(1_usize..30, 1..20)) {
+        for kind in kinds() {
+            let (mut whole, mut split) = (modem(kind.clone()), modem(kind.clone()));
+            let expected = whole.push(&bytes, RECEIVED_S, &poses());
+            let mut fixes = Vec::new();
+            let mut rest = &bytes[..];
+            for cut in cuts.iter().cycle() {
+                let (piece, after) = rest.split_at((*cut).min(rest.len()));
+                fixes.extend(split.push(piece, RECEIVED_S, &poses()));
+                rest = after;
+                if rest.is_empty() {
+                    break;
+                }
+            }
+            prop_assert_eq!(&fixes, &expected, "{:?}", kind);
+            prop_assert_eq!(split.rejects(), whole.rejects());
+        }
+    }
+
+    #[test]
+    fn a_line_with_a_checksum_that_was_damaged_is_never_a_fix(
+        place in any::<prop::sample::Index>(), byte in any::<u8>(),
+    ) {
+        for sample in &samples()[2..5] {
+            let mut bytes = sample.clone().into_bytes();
+            let place = place.index(bytes.len() - 2);
+            // The checks know no case of hexadecimal digits, and none of them covers a line's beginning or end.
+            prop_assume!(!bytes[place].eq_ignore_ascii_case(&byte) && !b"\r\n".contains(&byte));
+            bytes[place] = byte;
+            for kind in kinds() {
+                let checked = !matches!(kind, ModemKind::Pattern { .. });
+                let fixes = modem(kind).push(&bytes, RECEIVED_S, &poses());
+                prop_assert!(!checked || fixes.is_empty(), "{}", String::from_utf8_lossy(&bytes));
+            }
+        }
+    }
+}
+
+#[test]
+fn every_sample_is_a_fix_of_its_own_modem_alone() {
+    let samples = samples();
+    for kind in kinds() {
+        let mut modem = modem(kind.clone());
+        let fixes = modem.push(samples.concat().as_bytes(), RECEIVED_S, &poses());
+        let expected = match kind {
+            ModemKind::Seatrac { .. } | ModemKind::Pattern { .. } => 1,
+            ModemKind::Evologics { .. } | ModemKind::Sentences => 2,
+        };
+        assert_eq!(fixes.len(), expected, "{kind:?}: {}", modem.rejects());
+        assert_eq!(
+            modem.rejects().total(),
+            6 - u64::try_from(expected).expect("is small")
+        );
+    }
+}
+
+#[test]
+fn age_and_travel_time_are_taken_off_to_a_microsecond() {
+    let mut modem = modem(ModemKind::Evologics { frame: Frame::Earth });
+    let fixes = modem.push(LONG.as_bytes(), RECEIVED_S, &poses());
+    let expected = RECEIVED_S - (10_446.991_981 - 10_446.534_643) - 825e-6;
+    assert!((fixes[0].t_s - expected).abs() < 1e-6);
+    assert_eq!((fixes[0].auv.as_str(), fixes[0].sigma_m), ("auv-c", Some(1.2375)));
+    // The poses end 20 s before.
+    let stale = modem.push(LONG.as_bytes(), RECEIVED_S + 20.0, &poses());
+    assert_eq!(stale, []);
+    assert_eq!(
+        modem.rejects().to_string(),
+        "no pose of the craft at that time: 1"
+    );
+}
+
+#[test]
+fn times_that_two_set_clocks_cannot_tell_are_rejected_by_name() {
+    for (pattern, line) in [
+        (
+            r"^(?<id>\w+) (?<lat_deg>\S+) (?<lon_deg>\S+) (?<t_s>\S+)$",
+            "3 60 5 1e300\n3 60 5 1779500002\n",
+        ),
+        (
+            r"^(?<id>\w+) (?<lat_deg>\S+) (?<lon_deg>\S+) (?<age_s>\S+)$",
+            "3 60 5 61\n3 60 5 1e300\n",
+        ),
+        (
+            r"^(?<id>\w+) (?<lat_deg>\S+) (?<lon_deg>\S+) (?<travel_time_s>\S+)$",
+            "3 60 5 61\n3 60 5 1e9\n",
+        ),
+    ] {
+        let mut modem = modem(ModemKind::Pattern {
+            pattern: pattern.to_owned(),
+        });
+        assert_eq!(modem.push(line.as_bytes(), RECEIVED_S, &poses()), []);
+        assert_eq!(
+            modem.rejects().to_string(),
+            "the modem's clock and ours differ: 2"
+        );
+    }
+    let mut modem = modem(ModemKind::Sentences);
+    let noon_or_so = sentences::line("PSONLLD,000000,2401,A,51.3,-0.8,9,5,5,0,0.6,,,,");
+    assert_eq!(modem.push(noon_or_so.as_bytes(), RECEIVED_S, &poses()), []);
+    assert_eq!(
+        modem.rejects().to_string(),
+        "the modem's clock and ours differ: 1"
+    );
+}
+
+#[test]
+fn a_modem_on_local_time_is_called_that() {
+    let relative = r"^(?<id>\w+) (?<north_m>\S+) (?<east_m>\S+) (?<t_s>\S+)$";
+    let on_earth = r"^(?<id>\w+) (?<lat_deg>\S+) (?<lon_deg>\S+) (?<t_s>\S+)$";
+    let (local, other) = (
+        "the modem's clock is on local time, not UTC",
+        "the modem's clock and ours differ",
+    );
+    for pattern in [relative, on_earth] {
+        for (ahead_s, expected) in [
+            (7_200.0, local),
+            (-18_000.0, local),
+            (20_700.0, local),
+            // GPS time, a lost hour and a half minute, another week.
+            (18.0, other),
+            (-3_630.0, other),
+            (-619_315_200.0, other),
+        ] {
+            let mut modem = modem(ModemKind::Pattern {
+                pattern: pattern.to_owned(),
+            });
+            // The line comes 0.4 s after the fix.
+            let line = format!("3 60 5 {}\n", RECEIVED_S - 0.4 + ahead_s);
+            assert_eq!(modem.push(line.as_bytes(), RECEIVED_S, &poses()), []);
+            assert_eq!(
+                modem.rejects().to_string(),
+                format!("{expected}: 1"),
+                "{pattern}, {ahead_s} s"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_fix_that_is_sent_again_counts_once() {
+    let mut modem = modem(ModemKind::Pattern {
+        pattern: r"^(?<id>\w+) (?<lat_deg>\S+) (?<lon_deg>\S+) (?<t_s>\S+)$".to_owned(),
+    });
+    let line = format!("3 60 5 {RECEIVED_S}\n");
+    for second in 0..5_u8 {
+        let fixes = modem.push(line.as_bytes(), RECEIVED_S + f64::from(second), &poses());
+        assert_eq!(fixes.len(), usize::from(second == 0));
+    }
+    let next = format!("3 60 5 {}\n", RECEIVED_S + 5.0);
+    assert_eq!(modem.push(next.as_bytes(), RECEIVED_S + 5.0, &poses()).len(), 1);
+    assert_eq!(modem.rejects().to_string(), "repeated fix: 4");
+}
+
+#[test]
+fn numbers_that_no_sea_holds_are_rejected_by_name() {
+    let pattern = r"^(?<id>\w+) (?<north_m>\S+) (?<east_m>\S+) (?<depth_m>\S+) (?<sigma_m>\S+)$";
+    let mut modem = modem(ModemKind::Pattern {
+        pattern: pattern.to_owned(),
+    });
+    let lines = "3 1e300 0 1 1\n3 -1e160 1e160 1 1\n3 1 1 1e9 1\n3 1 1 1 1e200\n";
+    assert_eq!(modem.push(lines.as_bytes(), RECEIVED_S, &poses()), []);
+    assert_eq!(modem.rejects().to_string(), "farther than sound carries: 4");
+    let fixes = modem.push(b"3 0 0 1 1\n3 1 1 1 0\n", RECEIVED_S, &poses());
+    assert_eq!(fixes.iter().map(|fix| fix.sigma_m).collect::<Vec<_>>(), [None]);
+}
+
+#[test]
+fn angles_without_a_fresh_depth_are_rejected_by_name() {
+    let mut modem = modem(ModemKind::Evologics { frame: Frame::Earth });
+    for (t_s, n_fixes) in [(RECEIVED_S - 20.0, 0), (RECEIVED_S, 1)] {
+        modem.note_depth(
+            "usbl-2",
+            KnownDepth {
+                t_s,
+                depth_m: 20.0,
+                sigma_m: 0.2,
+            },
+        );
+        let fixes = modem.push(ANGLES.as_bytes(), RECEIVED_S, &poses());
+        assert_eq!(fixes.len(), n_fixes, "{}", modem.rejects());
+    }
+    assert_eq!(modem.rejects().to_string(), "angles without a depth: 1");
+}
+
+#[test]
+fn seatrac_bytes_are_checked_before_they_are_read() {
+    let mut modem = modem(ModemKind::Seatrac { frame: Frame::Earth });
+    let line = seatrac::line(&[0x42]);
+    assert_eq!(modem.push(line.as_bytes(), RECEIVED_S, &poses()), []);
+    assert_eq!(modem.rejects().to_string(), "message too short: 1");
+}

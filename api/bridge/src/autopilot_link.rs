@@ -1,0 +1,187 @@
+//! The wire to the autopilot: references out, measurements and its state in.
+
+use std::{collections::BTreeMap, sync::mpsc::SyncSender};
+
+use crate::{
+    Measurement, Rejects,
+    mavlink::{Autopilot, AutopilotEvent, Control, Heartbeat, MavlinkReader, MavlinkWriter, Parameters},
+    nmea::{NmeaReader, heading_and_speed_sentences},
+    reference::Reference,
+    wire::{Endpoint, Received, Wire},
+};
+
+/// How the craft takes references.
+#[derive(Debug)]
+pub enum AutopilotSettings {
+    /// An autopilot that speaks MAVLink.
+    Mavlink {
+        /// Its wire.
+        connect: Endpoint,
+        /// Its system number, if several autopilots speak on the wire.
+        system: Option<u8>,
+        /// AUVs that speak MAVLink too, by system number.
+        auvs: BTreeMap<u8, String>,
+    },
+    /// An autopilot that speaks NMEA 0183.
+    Nmea {
+        /// Its wire, both ways.
+        connect: Endpoint,
+    },
+}
+
+/// An open link.
+pub(crate) enum AutopilotLink {
+    Mavlink {
+        wire: Wire,
+        reader: MavlinkReader,
+        writer: MavlinkWriter,
+        /// The newest heartbeat, and when it arrived; none before the first.
+        heartbeat: Option<(Heartbeat, f64)>,
+    },
+    Nmea {
+        wire: Wire,
+        reader: NmeaReader,
+    },
+}
+
+/// System number of most autopilots: used until the first heartbeat.
+const SYSTEM: u8 = 1;
+
+impl AutopilotLink {
+    /// Opens the link as wire number 0.
+    pub(crate) fn open(settings: AutopilotSettings, received: &SyncSender<Received>) -> Self {
+        let open = |connect: Endpoint| Wire::open(connect, 0, received.clone());
+        match settings {
+            AutopilotSettings::Mavlink {
+                connect,
+                system,
+                auvs,
+            } => Self::Mavlink {
+                wire: open(connect),
+                reader: MavlinkReader::new(system, auvs),
+                writer: MavlinkWriter::new(system.unwrap_or(SYSTEM)),
+                heartbeat: None,
+            },
+            AutopilotSettings::Nmea { connect } => Self::Nmea {
+                wire: open(connect),
+                reader: NmeaReader::default(),
+            },
+        }
+    }
+
+    /// The events in `piece`, which arrived at `t_s` of the bridge's clock and `unix_s`, s.
+    pub(crate) fn push(&mut self, piece: &Received, t_s: f64, unix_s: f64) -> Vec<AutopilotEvent> {
+        match self {
+            Self::Mavlink {
+                reader,
+                writer,
+                heartbeat,
+                ..
+            } => {
+                let events = reader.push(&piece.bytes, unix_s);
+                for event in &events {
+                    if let (AutopilotEvent::Heartbeat(newest), Some(system)) = (event, reader.craft()) {
+                        if heartbeat.is_none() {
+                            tracing::info!(system, "autopilot found");
+                            *writer = MavlinkWriter::new(system);
+                        }
+                        *heartbeat = Some((*newest, t_s));
+                    }
+                }
+                events
+            }
+            Self::Nmea { reader, .. } => {
+                let measurements = read_nmea(reader, piece, unix_s);
+                measurements.into_iter().map(AutopilotEvent::Measured).collect()
+            }
+        }
+    }
+
+    /// Who controls the craft, at `now` of the bridge's clock, s.
+    pub(crate) fn control(&self, now: f64) -> Control {
+        match self {
+            Self::Mavlink { heartbeat, .. } => {
+                Control::Reported(heartbeat.map(|(heartbeat, at)| (heartbeat, now - at)))
+            }
+            Self::Nmea { .. } => Control::Unreported,
+        }
+    }
+
+    /// Rejected input.
+    pub(crate) fn rejects(&self) -> &Rejects {
+        match self {
+            Self::Mavlink { reader, .. } => reader.rejects(),
+            Self::Nmea { reader, .. } => reader.rejects(),
+        }
+    }
+
+    /// Sends `reference` at `now` of the bridge's clock, s.
+    pub(crate) fn send(&mut self, reference: &Reference, now: f64) {
+        match self {
+            Self::Nmea { wire, .. } => wire.send(heading_and_speed_sentences(reference).as_bytes()),
+            Self::Mavlink { .. } => self.send_frames(|writer, heartbeat| {
+                writer.reference(heartbeat.autopilot, reference, boot_ms(now))
+            }),
+        }
+    }
+
+    /// Orders the mode in which references are followed.
+    pub(crate) fn order_guided(&mut self, autopilot: Autopilot) {
+        self.send_frames(|writer, _| writer.set_guided(autopilot));
+    }
+
+    /// Orders the autopilot to arm.
+    pub(crate) fn order_arm(&mut self) {
+        self.send_frames(|writer, _| writer.arm());
+    }
+
+    /// Sends the bridge's own heartbeat, also before the first of the autopilot: some wires wait to be spoken to.
+    pub(crate) fn send_heartbeat(&mut self) {
+        if let Self::Mavlink { wire, writer, .. } = self {
+            wire.send(&writer.heartbeat());
+        }
+    }
+
+    /// Requests the messages that the bridge needs, and the parameters that are missing.
+    pub(crate) fn request(&mut self, known: &Parameters) {
+        self.send_frames(|writer, heartbeat| {
+            let mut frames = writer.streams();
+            if heartbeat.autopilot == Autopilot::ArduPilot {
+                frames.extend(known.missing().flat_map(|name| writer.read_parameter(name)));
+            }
+            frames
+        });
+    }
+
+    /// Sends frames to an autopilot that has been heard.
+    fn send_frames(&mut self, frames: impl FnOnce(&mut MavlinkWriter, Heartbeat) -> Vec<u8>) {
+        if let Self::Mavlink {
+            wire,
+            writer,
+            heartbeat: Some((heartbeat, _)),
+            ..
+        } = self
+        {
+            wire.send(&frames(writer, *heartbeat));
+        }
+    }
+}
+
+/// The measurements that `piece` completes. A datagram ends a sentence, with or without a line end.
+pub(crate) fn read_nmea(reader: &mut NmeaReader, piece: &Received, unix_s: f64) -> Vec<Measurement> {
+    let mut measurements = reader.push(&piece.bytes, unix_s);
+    if piece.is_datagram {
+        measurements.extend(reader.push(b"\r\n", unix_s));
+    }
+    measurements
+}
+
+/// Milliseconds since the start, as the message has it: it wraps after 49 days.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "it is meant to wrap"
+)]
+fn boot_ms(now: f64) -> u32 {
+    (now * 1e3) as u64 as u32
+}

@@ -1,0 +1,461 @@
+//! Doubts about the craft's navigation: every measurement is a claim, compared with the others and with what is possible.
+//!
+//! [`Integrity`] admits measurements one by one, before the craft's state takes them; [`Alarm`] names what contradicts. The table in
+//! `docs/at-sea.md#doubts` says what each check compares, does and reports, and its false-alarm rate.
+//!
+//! - Sources ([`Sources`]): the autopilot's wire comes first, then `--nmea` in order. Another one is used after 2 s of silence, and left when
+//!   the better one has been back for 5 s. Sources that are not used are compared with the used one.
+//! - Jumps ([`Track`]): an innovation outside its gate is a miss. Misses that agree with each other for 3 s, while nothing agrees with the
+//!   prediction, are the new truth. If both go on, the measurement is contested.
+//! - Consistency: positions against the integral of the velocity, a heading that stays against the turn of rate and course, positions that stay
+//!   against velocity and references.
+
+mod sources;
+mod track;
+
+use std::{collections::BTreeSet, fmt};
+
+use nalgebra::Vector2;
+
+pub use self::sources::Source;
+
+use self::{
+    sources::Sources,
+    track::{Fit, Track},
+};
+use crate::{
+    CraftMeasurement, Geographic, Rejects,
+    recent_positions::{RecentPositions, moved},
+    reference::{Reference, wrapped},
+};
+
+/// Fastest surface craft, m/s: carried by a ship, too.
+const SPEED_MAX: f64 = 20.0;
+/// Fastest yaw rate of a surface craft, rad/s: that of the API.
+const YAW_RATE_MAX: f64 = 3.0;
+/// Gate of a position about its prediction, m, and for each second since, m/s: five standard deviations of a receiver of 3 m.
+const POSITION_GATE: [f64; 2] = [15.0, 5.0];
+/// Gate of a heading about its prediction, rad, and for each second since, rad/s: without and with a measured yaw rate.
+const HEADING_GATE: [f64; 2] = [0.5, 1.5];
+const HEADING_GATE_BY_RATE: [f64; 2] = [0.5, 0.2];
+/// Gate of a velocity, m/s, and for each second since, m/s²: waves and the quickest craft.
+const VELOCITY_GATE: [f64; 2] = [2.0, 3.0];
+/// Positions of two sources farther apart than this contradict each other, m, and for each second between them, m/s.
+const POSITIONS_APART: [f64; 2] = [30.0, 10.0];
+/// The same for headings: rad, rad/s. Two compasses differ by 10° on small craft without a fault.
+const HEADINGS_APART: [f64; 2] = [0.35, 1.0];
+/// Velocity and positions contradict each other if they lead farther apart than this, m, and for each second, m/s, after this time at
+/// least, s.
+const MISMATCH: [f64; 2] = [8.0, 0.3];
+const MISMATCH_AFTER_S: f64 = 5.0;
+/// One position alone may be off by as much: they must contradict for this time, s.
+const MISMATCH_FOR_S: f64 = 2.0;
+/// A position within this distance, m, stays: less than noise and waves move any receiver.
+const STILL_M: f64 = 0.1;
+/// Positions and headings that noise brings near each other do not stay for this time, s.
+const STILL_MIN_S: f64 = 3.0;
+const STEADY_MIN_S: f64 = 5.0;
+/// A velocity that leads a craft this far, m, at this speed at least, m/s, while the position stays, contradicts it. Receivers report up to
+/// 0.2 m/s at rest.
+const FROZEN_TRAVEL_M: f64 = 5.0;
+const FROZEN_SPEED: f64 = 0.3;
+/// References over this distance, m, give a craft way; if it has none after this time, s, its position is not believed either.
+const ASKED_M: f64 = 10.0;
+const ASKED_S: f64 = 30.0;
+/// A heading within this angle, rad, stays: less than any craft under way yaws.
+const HEADING_STILL: f64 = 0.005;
+/// A yaw rate turns a craft by this in [`TURN_WINDOW_S`], rad: twice what the bias of a gyro makes of it.
+const TURN_BY_RATE: f64 = 0.8;
+const TURN_WINDOW_S: f64 = 20.0;
+/// A course that changes by this, rad, at this speed at least, m/s, belongs to a craft that turns.
+const TURN_BY_COURSE: f64 = 1.0;
+const COURSE_SPEED: f64 = 0.7;
+/// A course that is this far off the heading, rad, for this time, s. A current across of half the craft's speed makes 0.5.
+const COURSE_OFF: f64 = 0.9;
+const COURSE_OFF_FOR_S: f64 = 10.0;
+/// Without further evidence a frozen position or heading is believed again after this time, s.
+const LATCH_S: f64 = 60.0;
+/// How long a jump is shown, s.
+const JUMP_SHOWN_S: f64 = 10.0;
+/// A value that was measured longer ago predicts nothing, s.
+const FRESH_S: f64 = 2.0;
+
+/// What contradicts what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Alarm {
+    /// Positions at two places in turn, or at a new one each time.
+    PositionJumps,
+    /// The position stays while velocity or references say that the craft moves.
+    PositionFrozen,
+    /// Headings of two values in turn.
+    HeadingJumps,
+    /// The heading stays while yaw rate or course say that the craft turns.
+    HeadingFrozen,
+    /// The position was elsewhere from one moment to the next, and stays there.
+    PositionJumped,
+    /// The position stays while references ask for way.
+    NoWay,
+    /// Two sources of the position differ.
+    PositionsDiffer,
+    /// Two sources of the heading differ.
+    HeadingsDiffer,
+    /// The measured velocity leads elsewhere than the positions.
+    VelocityContradicts,
+    /// The heading was another one from one moment to the next, and stays so.
+    HeadingJumped,
+    /// The course is far off the heading.
+    CourseOffHeading,
+}
+
+impl Alarm {
+    /// Whether the craft has no trustworthy state meanwhile: nothing is sent.
+    #[must_use]
+    pub fn stops(self) -> bool {
+        match self {
+            Self::PositionJumps | Self::PositionFrozen | Self::HeadingJumps | Self::HeadingFrozen => true,
+            Self::PositionJumped
+            | Self::NoWay
+            | Self::PositionsDiffer
+            | Self::HeadingsDiffer
+            | Self::VelocityContradicts
+            | Self::HeadingJumped
+            | Self::CourseOffHeading => false,
+        }
+    }
+}
+
+impl fmt::Display for Alarm {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::PositionJumps => {
+                "the position jumps between places: two receivers, or two vehicles with one system number"
+            }
+            Self::PositionFrozen => {
+                "the position stays while the craft is said to move: receiver frozen, or no thrust"
+            }
+            Self::NoWay => "the position stays although references ask for way: check thrust and receiver",
+            Self::HeadingJumps => "the heading jumps: two compasses, or two vehicles with one system number",
+            Self::HeadingFrozen => "the heading stays while the craft turns: compass frozen",
+            Self::PositionJumped => "the position jumped: the new one counts",
+            Self::PositionsDiffer => "two sources of the position differ: check the receivers",
+            Self::HeadingsDiffer => "two sources of the heading differ: check the compasses",
+            Self::VelocityContradicts => "the velocity contradicts the positions: those count",
+            Self::HeadingJumped => "the heading jumped: the new one counts; check the compass",
+            Self::CourseOffHeading => {
+                "the course is far off the heading: compass off, strong current, or astern"
+            }
+        })
+    }
+}
+
+/// The checks with their memory. Times are s on one clock.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Integrity {
+    positions: Sources<Geographic>,
+    headings: Sources<f64>,
+    velocities: Sources<()>,
+    water_velocities: Sources<()>,
+    yaw_rates: Sources<()>,
+    place: Track<Geographic>,
+    bow: Track<f64>,
+    motion: Track<Vector2<f64>>,
+    yaw_rate: Option<(f64, f64)>,
+    recent: RecentPositions,
+    /// Since when velocity and positions contradict each other, s.
+    apart_since_s: Option<f64>,
+    still: Option<Still>,
+    steady: Option<Steady>,
+    /// When a frozen position or heading was last contradicted, s.
+    position_frozen_s: Option<f64>,
+    heading_frozen_s: Option<f64>,
+    jumped_s: Option<f64>,
+    heading_jumped_s: Option<f64>,
+    /// Since when the course has been far off the heading, s.
+    off_course_s: Option<f64>,
+    alarms: BTreeSet<Alarm>,
+    rejects: Rejects,
+}
+
+/// A position that has not moved.
+#[derive(Clone, Copy, Debug)]
+struct Still {
+    since_s: f64,
+    place: Geographic,
+    /// Integral of the velocity at the start (north, east), m.
+    travelled: Vector2<f64>,
+    /// Distance that references have asked for since, m.
+    asked: f64,
+}
+
+/// A heading that has not changed.
+#[derive(Clone, Copy, Debug)]
+struct Steady {
+    since_s: f64,
+    heading: f64,
+    /// Integral of the yaw rate since, rad.
+    turned: f64,
+    /// Course at the start, rad, since the craft has had way.
+    course: Option<f64>,
+}
+
+impl Integrity {
+    /// Whether the state may use what `source` measured at `t_s`.
+    pub(crate) fn admits(&mut self, t_s: f64, source: Source, measured: &CraftMeasurement) -> bool {
+        match measured {
+            CraftMeasurement::Position(position) => self.admits_position(t_s, source, *position),
+            CraftMeasurement::Heading(heading) => self.admits_heading(t_s, source, *heading),
+            CraftMeasurement::GroundVelocity(velocity) => {
+                let is_possible =
+                    self.is_possible(velocity.norm() <= SPEED_MAX, "faster than a surface craft");
+                is_possible && self.velocities.uses(t_s, source, (), |(), (), _| false)
+            }
+            CraftMeasurement::GroundSpeed(speed) => {
+                let is_possible = self.is_possible(speed.abs() <= SPEED_MAX, "faster than a surface craft");
+                is_possible && self.velocities.uses(t_s, source, (), |(), (), _| false)
+            }
+            CraftMeasurement::WaterVelocity(velocity) => {
+                let is_possible =
+                    self.is_possible(velocity.norm() <= SPEED_MAX, "faster than a surface craft");
+                is_possible && self.water_velocities.uses(t_s, source, (), |(), (), _| false)
+            }
+            CraftMeasurement::YawRate(rate) => {
+                let is_possible =
+                    self.is_possible(rate.abs() <= YAW_RATE_MAX, "turns faster than a surface craft");
+                let is_used = is_possible && self.yaw_rates.uses(t_s, source, (), |(), (), _| false);
+                if is_used {
+                    self.turn(t_s, *rate);
+                }
+                is_used
+            }
+        }
+    }
+
+    /// Whether the state may use the velocity over ground (north, east), m/s, of an admitted measurement: it has not jumped and leads where
+    /// the positions lead.
+    pub(crate) fn admits_velocity(&mut self, t_s: f64, velocity: Vector2<f64>) -> bool {
+        let fit = self.motion.take(t_s, velocity, |(at, before)| {
+            (velocity - before).norm() <= gate(VELOCITY_GATE, t_s - at)
+        });
+        if fit == Fit::Missed {
+            self.rejects.count("velocity jumps");
+            return false;
+        }
+        self.recent.travel(t_s, velocity);
+        !self.alarms.contains(&Alarm::VelocityContradicts)
+    }
+
+    /// Takes note of a reference that was sent, followed for `seconds`.
+    pub(crate) fn sent(&mut self, reference: &Reference, seconds: f64) {
+        if let Some(still) = &mut self.still {
+            still.asked += reference.speed * seconds;
+        }
+    }
+
+    /// What contradicts now, the worst first.
+    pub(crate) fn alarms(&self) -> impl Iterator<Item = Alarm> {
+        self.alarms.iter().copied()
+    }
+
+    /// Measurements that were not used, by reason.
+    pub(crate) fn rejects(&self) -> &Rejects {
+        &self.rejects
+    }
+
+    /// The positions that were used.
+    pub(crate) fn recent(&self) -> &RecentPositions {
+        &self.recent
+    }
+
+    fn is_possible(&mut self, is_possible: bool, otherwise: &'static str) -> bool {
+        if !is_possible {
+            self.rejects.count(otherwise);
+        }
+        is_possible
+    }
+
+    fn set(&mut self, alarm: Alarm, is_raised: bool) {
+        if is_raised {
+            self.alarms.insert(alarm);
+        } else {
+            self.alarms.remove(&alarm);
+        }
+    }
+
+    fn admits_position(&mut self, t_s: f64, source: Source, position: Geographic) -> bool {
+        let is_used = self.positions.uses(t_s, source, position, |here, there, age| {
+            moved(here, there).norm() > gate(POSITIONS_APART, age)
+        });
+        self.set(Alarm::PositionsDiffer, self.positions.differ());
+        if !is_used {
+            return false;
+        }
+        let velocity = self.motion.newest().filter(|(at, _)| (t_s - at).abs() <= FRESH_S);
+        let velocity = velocity.map_or(Vector2::zeros(), |(_, velocity)| velocity);
+        let fit = self.place.take(t_s, position, |(at, before)| {
+            let elapsed = t_s - at;
+            (moved(before, &position) - velocity * elapsed).norm() <= gate(POSITION_GATE, elapsed)
+        });
+        if fit == Fit::Jumped {
+            self.jumped_s = Some(t_s);
+            self.recent.clear();
+            self.still = None;
+        }
+        self.set(Alarm::PositionJumps, self.place.is_contested(t_s));
+        self.set(Alarm::PositionJumped, is_shown(self.jumped_s, t_s));
+        if fit == Fit::Missed {
+            self.rejects.count("position jumps");
+            return false;
+        }
+        self.recent.push(t_s, position);
+        self.compare_with_velocity(t_s);
+        self.compare_still(t_s, position);
+        true
+    }
+
+    /// Positions against the integral of the velocity.
+    fn compare_with_velocity(&mut self, t_s: f64) {
+        let Some((span, apart)) = self
+            .recent
+            .mismatch()
+            .filter(|(span, _)| *span >= MISMATCH_AFTER_S)
+        else {
+            return;
+        };
+        let most = gate(MISMATCH, span);
+        if self.alarms.contains(&Alarm::VelocityContradicts) {
+            // It ends well inside its gate.
+            self.set(Alarm::VelocityContradicts, apart > 0.5 * most);
+            return;
+        }
+        let since_s = self.apart_since_s.unwrap_or(t_s);
+        self.apart_since_s = (apart > most).then_some(since_s);
+        let contradicts = apart > most && t_s - since_s >= MISMATCH_FOR_S;
+        self.set(Alarm::VelocityContradicts, contradicts);
+    }
+
+    /// A position that stays against velocity and references.
+    fn compare_still(&mut self, t_s: f64, position: Geographic) {
+        let travelled = self.recent.travelled();
+        let start = Still {
+            since_s: t_s,
+            place: position,
+            travelled,
+            asked: 0.0,
+        };
+        let still = *self.still.get_or_insert(start);
+        let mut has_no_way = false;
+        if moved(&still.place, &position).norm() > STILL_M {
+            self.still = Some(start);
+            self.position_frozen_s = None;
+        } else {
+            let (travel, time) = ((travelled - still.travelled).norm(), t_s - still.since_s);
+            let is_way = |by: f64, least: f64| by >= least && by >= FROZEN_SPEED * time;
+            let is_asked = is_way(still.asked, ASKED_M);
+            has_no_way = is_asked;
+            if is_way(travel, FROZEN_TRAVEL_M) && time >= STILL_MIN_S || is_asked && time >= ASKED_S {
+                self.position_frozen_s = Some(t_s);
+                // The next evidence must be new.
+                self.still = Some(Still {
+                    place: still.place,
+                    ..start
+                });
+            }
+        }
+        let is_frozen = self.position_frozen_s.is_some_and(|at| t_s - at <= LATCH_S);
+        self.set(Alarm::PositionFrozen, is_frozen);
+        self.set(Alarm::NoWay, has_no_way && !is_frozen);
+    }
+
+    fn admits_heading(&mut self, t_s: f64, source: Source, heading: f64) -> bool {
+        let is_used = self.headings.uses(t_s, source, heading, |here, there, age| {
+            wrapped(here - there).abs() > gate(HEADINGS_APART, age)
+        });
+        self.set(Alarm::HeadingsDiffer, self.headings.differ());
+        if !is_used {
+            return false;
+        }
+        let rate = self.yaw_rate.filter(|(at, _)| (t_s - at).abs() <= FRESH_S);
+        let (rate, heading_gate) = rate.map_or((0.0, HEADING_GATE), |(_, rate)| (rate, HEADING_GATE_BY_RATE));
+        let fit = self.bow.take(t_s, heading, |(at, before)| {
+            let elapsed = t_s - at;
+            wrapped(heading - before - rate * elapsed).abs() <= gate(heading_gate, elapsed)
+        });
+        if fit == Fit::Jumped {
+            self.heading_jumped_s = Some(t_s);
+        }
+        self.set(Alarm::HeadingJumps, self.bow.is_contested(t_s));
+        self.set(Alarm::HeadingJumped, is_shown(self.heading_jumped_s, t_s));
+        if fit == Fit::Missed {
+            self.rejects.count("heading jumps");
+            return false;
+        }
+        self.compare_steady(t_s, heading);
+        self.compare_with_course(t_s, heading);
+        true
+    }
+
+    /// The heading against the measured course.
+    fn compare_with_course(&mut self, t_s: f64, heading: f64) {
+        let measured = self.motion.newest().filter(|(at, _)| (t_s - at).abs() <= FRESH_S);
+        let velocity = measured
+            .map(|(_, velocity)| velocity)
+            .filter(|velocity| velocity.norm() >= COURSE_SPEED);
+        let off = velocity.map(|velocity| wrapped(velocity.y.atan2(velocity.x) - heading).abs());
+        let since_s = self.off_course_s.unwrap_or(t_s);
+        self.off_course_s = off.filter(|off| *off >= COURSE_OFF).map(|_| since_s);
+        let is_off = self.off_course_s.is_some() && t_s - since_s >= COURSE_OFF_FOR_S;
+        self.set(Alarm::CourseOffHeading, is_off);
+    }
+
+    /// A heading that stays against yaw rate and course.
+    fn compare_steady(&mut self, t_s: f64, heading: f64) {
+        let start = Steady {
+            since_s: t_s,
+            heading,
+            turned: 0.0,
+            course: None,
+        };
+        let steady = self.steady.get_or_insert(start);
+        if wrapped(heading - steady.heading).abs() > HEADING_STILL {
+            *steady = start;
+            self.heading_frozen_s = None;
+        } else {
+            let velocity = self.recent.velocity();
+            let course = velocity
+                .filter(|velocity| velocity.norm() >= COURSE_SPEED)
+                .map(|velocity| velocity.y.atan2(velocity.x));
+            steady.course = course.and_then(|course| steady.course.or(Some(course)));
+            let changed = course
+                .zip(steady.course)
+                .map_or(0.0, |(now, then)| wrapped(now - then));
+            let is_turned = steady.turned.abs() >= TURN_BY_RATE || changed.abs() >= TURN_BY_COURSE;
+            let time = t_s - steady.since_s;
+            if is_turned && time >= STEADY_MIN_S {
+                self.heading_frozen_s = Some(t_s);
+                *steady = start;
+            } else if time > TURN_WINDOW_S {
+                (steady.since_s, steady.turned) = (t_s, 0.0);
+            }
+        }
+        let is_frozen = self.heading_frozen_s.is_some_and(|at| t_s - at <= LATCH_S);
+        self.set(Alarm::HeadingFrozen, is_frozen);
+    }
+
+    fn turn(&mut self, t_s: f64, rate: f64) {
+        if let (Some((before_s, before)), Some(steady)) = (self.yaw_rate, &mut self.steady) {
+            let elapsed = (t_s - before_s).clamp(0.0, 1.0);
+            steady.turned += 0.5 * (before + rate) * elapsed;
+        }
+        self.yaw_rate = Some((t_s, rate));
+    }
+}
+
+/// Whether a jump at `at_s` is recent at `t_s`, s.
+fn is_shown(at_s: Option<f64>, t_s: f64) -> bool {
+    at_s.is_some_and(|at_s| t_s - at_s <= JUMP_SHOWN_S)
+}
+
+/// A gate that widens with the time since, s.
+fn gate([at_once, per_second]: [f64; 2], elapsed: f64) -> f64 {
+    at_once + per_second * elapsed.abs()
+}

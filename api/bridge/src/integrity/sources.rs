@@ -1,0 +1,96 @@
+//! Which of several sources of one quantity is used, and whether the others differ from it.
+
+use std::collections::BTreeMap;
+
+/// Where a measurement comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Source {
+    /// Number of the wire: 0 is the autopilot's. Lower numbers come first.
+    pub wire: usize,
+    /// Who speaks on the wire: the talker of an NMEA 0183 sentence.
+    pub talker: [u8; 2],
+}
+
+/// After this silence another source is used, s.
+const HOLD_S: f64 = 2.0;
+/// A better source is used again after it has spoken for this time, s.
+const RETURN_S: f64 = 5.0;
+/// Sources differ if they do so for this time, s.
+const DIFFER_S: f64 = 5.0;
+/// Most sources of one quantity: more talkers are noise.
+const SOURCES_MAX: usize = 8;
+
+/// The sources of one quantity.
+#[derive(Clone, Debug)]
+pub(super) struct Sources<T> {
+    streams: BTreeMap<Source, Stream<T>>,
+    used: Option<Source>,
+    /// Since when, until when, s, a source differs from the used one.
+    apart: Option<(f64, f64)>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Stream<T> {
+    since_s: f64,
+    last_s: f64,
+    value: T,
+}
+
+impl<T> Default for Sources<T> {
+    fn default() -> Self {
+        Self {
+            streams: BTreeMap::new(),
+            used: None,
+            apart: None,
+        }
+    }
+}
+
+impl<T: Copy> Sources<T> {
+    /// Whether `source` is the one that is used at `t_s`, s. `apart` says whether two values whose times differ by some seconds
+    /// contradict each other.
+    pub(super) fn uses(
+        &mut self,
+        t_s: f64,
+        source: Source,
+        value: T,
+        apart: impl Fn(&T, &T, f64) -> bool,
+    ) -> bool {
+        if self.streams.len() >= SOURCES_MAX && !self.streams.contains_key(&source) {
+            return false;
+        }
+        let speaks = |stream: &Stream<T>| (t_s - stream.last_s).abs() <= HOLD_S;
+        let before = self.streams.get(&source).filter(|stream| speaks(stream));
+        let since_s = before.map_or(t_s, |stream| stream.since_s);
+        let newest = Stream {
+            since_s,
+            last_s: t_s,
+            value,
+        };
+        self.streams.insert(source, newest);
+        let used = self
+            .used
+            .and_then(|used| Some((used, *self.streams.get(&used).filter(|stream| speaks(stream))?)));
+        let (used, stream) = match used {
+            Some((used, _)) if source.wire < used.wire && t_s - since_s >= RETURN_S => (source, newest),
+            Some(used) => used,
+            None => (source, newest),
+        };
+        self.used = Some(used);
+        if used == source {
+            // The others are silent.
+            self.apart = self.apart.filter(|(_, until_s)| t_s - until_s <= DIFFER_S);
+        } else {
+            let differs = apart(&value, &stream.value, t_s - stream.last_s);
+            let since_s = self.apart.map_or(t_s, |(since_s, _)| since_s);
+            self.apart = differs.then_some((since_s, t_s));
+        }
+        used == source
+    }
+
+    /// Whether a source has differed from the used one for long.
+    pub(super) fn differ(&self) -> bool {
+        self.apart
+            .is_some_and(|(since_s, until_s)| until_s - since_s >= DIFFER_S)
+    }
+}

@@ -1,0 +1,107 @@
+//! Innovation gating with a second hypothesis.
+
+/// Misses that agree with each other for this time, s, while nothing fits the prediction, are the new truth.
+const SETTLE_S: f64 = 3.0;
+/// A second hypothesis that has not been seen for this time is forgotten, s.
+const RIVAL_KEPT_S: f64 = 5.0;
+/// A second hypothesis needs this many measurements.
+const RIVAL_COUNT_MIN: u32 = 3;
+/// After this time without a fit the quantity is contested, s: one outlier of a receiver that speaks once a second is none.
+const UNSETTLED_S: f64 = 2.5;
+
+/// The trusted course of a quantity, and a second one that may replace it.
+#[derive(Clone, Debug)]
+pub(super) struct Track<T> {
+    trusted: Option<(f64, T)>,
+    rival: Option<Rival<T>>,
+    /// Time of the newest measurement, s.
+    seen_s: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Rival<T> {
+    since_s: f64,
+    count: u32,
+    last: (f64, T),
+}
+
+/// What became of a measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Fit {
+    /// It fits.
+    Fits,
+    /// It fits the second hypothesis, which is trusted from now on.
+    Jumped,
+    /// It is outside its gate.
+    Missed,
+}
+
+impl<T> Default for Track<T> {
+    fn default() -> Self {
+        Self {
+            trusted: None,
+            rival: None,
+            seen_s: None,
+        }
+    }
+}
+
+impl<T: Copy> Track<T> {
+    /// Takes a measurement of `t_s`, s. `fits` says whether it is inside the gate about an earlier one.
+    pub(super) fn take(&mut self, t_s: f64, value: T, fits: impl Fn(&(f64, T)) -> bool) -> Fit {
+        let newest = (t_s, value);
+        let is_first_in_a_while = self.seen_s.replace(t_s).is_none_or(|at| t_s - at > UNSETTLED_S);
+        // The first one, or the clock was set back.
+        if self.trusted.is_none_or(|(at, _)| t_s < at - RIVAL_KEPT_S) {
+            (self.trusted, self.rival) = (Some(newest), None);
+            return Fit::Fits;
+        }
+        self.rival = self.rival.filter(|rival| t_s - rival.last.0 <= RIVAL_KEPT_S);
+        // The gate opens in silence. Among misses it would only let one of them pass.
+        let may_fit = |(at, _): &(f64, T)| is_first_in_a_while || t_s - at <= UNSETTLED_S;
+        if self
+            .trusted
+            .is_some_and(|trusted| may_fit(&trusted) && fits(&trusted))
+        {
+            self.trusted = Some(newest);
+            // A gate that has opened meanwhile holds both: they are one.
+            self.rival = self.rival.filter(|rival| !fits(&rival.last));
+            return Fit::Fits;
+        }
+        let rival = match self.rival {
+            Some(rival) if fits(&rival.last) => Rival {
+                count: rival.count + 1,
+                last: newest,
+                ..rival
+            },
+            _ => Rival {
+                since_s: t_s,
+                count: 1,
+                last: newest,
+            },
+        };
+        self.rival = Some(rival);
+        let is_alone = self.trusted.is_none_or(|(at, _)| at < rival.since_s);
+        if is_alone && t_s - rival.since_s >= SETTLE_S && rival.count >= RIVAL_COUNT_MIN {
+            (self.trusted, self.rival) = (Some(newest), None);
+            return Fit::Jumped;
+        }
+        Fit::Missed
+    }
+
+    /// Whether two hypotheses go on side by side, or no measurement has fitted for a while, at the measurement of `t_s`, s.
+    pub(super) fn is_contested(&self, t_s: f64) -> bool {
+        let Some((trusted_s, _)) = self.trusted else {
+            return false;
+        };
+        let is_double = self.rival.is_some_and(|rival| {
+            rival.count >= RIVAL_COUNT_MIN && trusted_s > rival.since_s && t_s - rival.last.0 <= RIVAL_KEPT_S
+        });
+        is_double || t_s - trusted_s > UNSETTLED_S
+    }
+
+    /// The newest trusted measurement with its time, s.
+    pub(super) fn newest(&self) -> Option<(f64, T)> {
+        self.trusted
+    }
+}

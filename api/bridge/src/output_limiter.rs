@@ -1,0 +1,280 @@
+//! The last step before the wire: what is sent keeps its limits, whatever plan, service or estimate say.
+//!
+//! | limit | from | what exceeds it |
+//! |---|---|---|
+//! | speed, in the terms of the craft's speed loop | the mission's body, the autopilot's parameters: the lower one | is cut |
+//! | rise of speed | four times the lowest acceleration of both | is slowed; a speed may fall at once: stopping is never delayed |
+//! | turn of the heading | the lowest turn rate of both | is slowed, by the shorter turn from the last reference |
+//! | age of the plan | ten seconds since it arrived, by the bridge's own clock | is not followed |
+//! | finite numbers | | is not sent |
+//!
+//! After a pause the craft's own heading and speed take the place of the last reference.
+
+use serde_json::Value;
+
+use crate::{
+    Rejects,
+    mavlink::Parameters,
+    reference::{Reference, wrapped},
+};
+
+/// How long a plan is followed after its arrival, s, whatever end of validity it states. The service states ten seconds, too.
+const PLAN_AGE_MAX_S: f64 = 10.0;
+/// After a longer pause the autopilot has stopped the craft, s; see `docs/at-sea.md#the-autopilot`.
+const PAUSE_MAX_S: f64 = 3.0;
+/// A reference leads a speed loop by its lag times the acceleration: a slower rise than this multiple of the acceleration would add to
+/// the lag.
+const RISE_PER_ACCELERATION: f64 = 4.0;
+
+/// What may be sent to the craft.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OutputLimits {
+    /// Fastest speed, m/s, as the craft's speed loop measures it.
+    pub speed_max: f64,
+    /// Fastest turn of the heading, rad/s.
+    pub turn_rate_max: f64,
+    /// Acceleration ahead, m/s².
+    pub acceleration_max: f64,
+}
+
+impl Default for OutputLimits {
+    /// For what neither mission nor autopilot state: the API's own speed limit, and a small craft's turns and accelerations.
+    fn default() -> Self {
+        Self {
+            speed_max: 1.5,
+            turn_rate_max: 0.5,
+            acceleration_max: 0.5,
+        }
+    }
+}
+
+impl OutputLimits {
+    /// The limits in the settings of a mission: members `limits` and `craft`.
+    #[must_use]
+    pub fn declared(settings: &Value) -> Self {
+        let (limits, craft) = (&settings["limits"], &settings["craft"]);
+        let lowest = |values: &[&Value], otherwise: f64| {
+            let stated = values.iter().filter_map(|value| value.as_f64());
+            let lowest = stated.filter(|value| *value > 0.0).reduce(f64::min);
+            lowest.unwrap_or(otherwise)
+        };
+        let (heading, surge) = (&craft["heading_loop"], &craft["surge_loop"]);
+        let any = Self::default();
+        Self {
+            speed_max: lowest(&[&limits["speed_max_mps"]], any.speed_max),
+            turn_rate_max: lowest(
+                &[&limits["turn_rate_max_radps"], &heading["rate_max_radps"]],
+                any.turn_rate_max,
+            ),
+            acceleration_max: lowest(
+                &[&limits["acceleration_max_mps2"], &surge["acceleration_max_mps2"]],
+                any.acceleration_max,
+            ),
+        }
+    }
+
+    /// These limits, where the autopilot's own are not lower.
+    #[must_use]
+    pub fn within(&self, parameters: &Parameters) -> Self {
+        let lower = |limit: f64, parameter: Option<f64>| parameter.map_or(limit, |most| limit.min(most));
+        Self {
+            speed_max: lower(self.speed_max, parameters.speed_max()),
+            turn_rate_max: lower(self.turn_rate_max, parameters.turn_rate_max()),
+            acceleration_max: lower(self.acceleration_max, parameters.acceleration_max()),
+        }
+    }
+}
+
+/// Limits references; remembers the last one.
+#[derive(Clone, Debug, Default)]
+pub struct OutputLimiter {
+    /// When it was sent, s, and what.
+    last: Option<(f64, Reference)>,
+    changes: Rejects,
+}
+
+impl OutputLimiter {
+    /// Whether a plan that arrived at `arrived_s` may be followed at `now_s`, both s on one clock.
+    #[must_use]
+    pub fn may_follow(arrived_s: f64, now_s: f64) -> bool {
+        now_s - arrived_s <= PLAN_AGE_MAX_S
+    }
+
+    /// What may be sent at `now_s`, s, where `asked` is wanted, from a craft with the speed and heading `craft`; nothing if a number is not
+    /// finite.
+    pub fn limit(
+        &mut self,
+        now_s: f64,
+        asked: &Reference,
+        craft: &Reference,
+        limits: &OutputLimits,
+    ) -> Option<Reference> {
+        let is_finite = |reference: &Reference| reference.speed.is_finite() && reference.heading.is_finite();
+        if !is_finite(asked) || !is_finite(craft) {
+            self.changes.count("not a finite number");
+            return None;
+        }
+        let (before_s, before) = self
+            .last
+            .filter(|(at, _)| (0.0..=PAUSE_MAX_S).contains(&(now_s - at)))
+            .unwrap_or((now_s, *craft));
+        let elapsed = now_s - before_s;
+
+        let turn = wrapped(asked.heading - before.heading);
+        let slew = limits.turn_rate_max * elapsed;
+        if turn.abs() > slew {
+            self.changes.count("turn too fast");
+        }
+        let heading = wrapped(before.heading + turn.clamp(-slew, slew));
+
+        let most = limits.speed_max;
+        if asked.speed > most {
+            self.changes.count("speed above the limit");
+        }
+        let from = before.speed.clamp(0.0, most);
+        let rise = RISE_PER_ACCELERATION * limits.acceleration_max * elapsed;
+        if asked.speed.min(most) > from + rise {
+            self.changes.count("speed rises too fast");
+        }
+        let speed = asked.speed.clamp(0.0, most).min(from + rise);
+
+        let sent = Reference { speed, heading };
+        self.last = Some((now_s, sent));
+        Some(sent)
+    }
+
+    /// How often a reference was changed, by reason.
+    #[must_use]
+    pub fn changes(&self) -> &Rejects {
+        &self.changes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use proptest::prelude::*;
+    use serde_json::json;
+
+    use super::*;
+
+    const LIMITS: OutputLimits = OutputLimits {
+        speed_max: 1.0,
+        turn_rate_max: 0.2,
+        acceleration_max: 0.1,
+    };
+    /// Rounding of sums of a few numbers below 10.
+    const ROUNDING: f64 = 1e-9;
+
+    fn reference(speed: f64, heading: f64) -> Reference {
+        Reference { speed, heading }
+    }
+
+    /// Any number that JSON or arithmetic can make of a plan.
+    fn any_number() -> impl Strategy<Value = f64> {
+        prop_oneof![
+            -4.0..4.0_f64,
+            -1e7..1e7_f64,
+            any::<f64>(),
+            Just(f64::NAN),
+            Just(f64::INFINITY)
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn nothing_leaves_that_exceeds_a_limit(
+            plan in prop::collection::vec((0.0..5.0_f64, any_number(), any_number(), -0.5..3.0_f64, -PI..PI), 1..200),
+        ) {
+            let mut limiter = OutputLimiter::default();
+            let (mut now, mut last): (f64, Option<(f64, Reference)>) = (0.0, None);
+            for (pause, speed, heading, craft_speed, bow) in plan {
+                now += pause;
+                let craft = reference(craft_speed, bow);
+                let Some(sent) = limiter.limit(now, &reference(speed, heading), &craft, &LIMITS) else {
+                    continue;
+                };
+                prop_assert!((0.0..=LIMITS.speed_max).contains(&sent.speed), "{sent:?}");
+                prop_assert!(sent.heading.abs() <= PI, "{sent:?}");
+                let (elapsed, before) = match last {
+                    Some((at, before)) if now - at <= PAUSE_MAX_S => (now - at, before),
+                    _ => (0.0, reference(craft_speed.clamp(0.0, LIMITS.speed_max), bow)),
+                };
+                let turned = wrapped(sent.heading - before.heading).abs();
+                prop_assert!(turned <= LIMITS.turn_rate_max * elapsed + ROUNDING, "{turned} rad in {elapsed} s");
+                let faster = sent.speed - before.speed;
+                prop_assert!(faster <= 4.0 * LIMITS.acceleration_max * elapsed + ROUNDING, "{faster} m/s in {elapsed} s");
+                last = Some((now, sent));
+            }
+        }
+
+        #[test]
+        fn a_reference_within_all_limits_is_sent_as_it_is(speed in 0.0..1.0_f64, heading in -PI..PI) {
+            let mut limiter = OutputLimiter::default();
+            let asked = reference(speed, heading);
+            for tenth in 0..40_u8 {
+                let sent = limiter.limit(0.1 * f64::from(tenth), &asked, &asked, &LIMITS).expect("is finite");
+                prop_assert!((sent.speed - speed).abs() < ROUNDING && wrapped(sent.heading - heading).abs() < ROUNDING);
+            }
+            prop_assert_eq!(limiter.changes().total(), 0);
+        }
+    }
+
+    #[test]
+    fn every_change_is_counted_by_its_reason() {
+        let mut limiter = OutputLimiter::default();
+        let rest = reference(0.0, 0.0);
+        assert_eq!(limiter.limit(0.0, &rest, &rest, &LIMITS), Some(rest));
+        for (asked, reasons) in [
+            (reference(0.5, 0.0), "speed rises too fast: 1"),
+            (reference(0.0, PI), "speed rises too fast: 1, turn too fast: 1"),
+            (
+                reference(f64::NAN, 0.0),
+                "not a finite number: 1, speed rises too fast: 1, turn too fast: 1",
+            ),
+        ] {
+            limiter.limit(0.1, &asked, &rest, &LIMITS);
+            assert_eq!(limiter.changes().to_string(), reasons);
+        }
+    }
+
+    #[test]
+    fn stopping_is_never_delayed() {
+        let mut limiter = OutputLimiter::default();
+        let fast = reference(1.0, 0.0);
+        assert_eq!(limiter.limit(0.0, &fast, &fast, &LIMITS), Some(fast));
+        let stopped = limiter.limit(0.1, &reference(0.0, 0.0), &fast, &LIMITS);
+        assert_eq!(stopped, Some(reference(0.0, 0.0)));
+    }
+
+    #[test]
+    fn limits_are_the_lower_of_the_missions_and_the_autopilots() {
+        let settings = json!({
+            "limits": { "speed_max_mps": 1.2, "acceleration_max_mps2": 0.1 },
+            "craft": { "heading_loop": { "rate_max_radps": 0.4 }, "surge_loop": { "acceleration_max_mps2": 0.3 } },
+        });
+        let declared = OutputLimits::declared(&settings);
+        let expected = OutputLimits {
+            speed_max: 1.2,
+            turn_rate_max: 0.4,
+            acceleration_max: 0.1,
+        };
+        assert_eq!(declared, expected);
+        let mut parameters = Parameters::default();
+        assert_eq!(declared.within(&parameters), declared);
+        parameters.note("WP_SPEED", 1.0);
+        parameters.note("ATC_STR_RAT_MAX", 10.0);
+        let within = declared.within(&parameters);
+        assert!((within.speed_max - 1.0).abs() < ROUNDING);
+        assert!((within.turn_rate_max - 10.0_f64.to_radians()).abs() < ROUNDING);
+        assert_eq!(OutputLimits::declared(&json!({})), OutputLimits::default());
+    }
+
+    #[test]
+    fn a_plan_is_followed_for_ten_seconds_after_its_arrival() {
+        assert!(OutputLimiter::may_follow(5.0, 15.0));
+        assert!(!OutputLimiter::may_follow(5.0, 15.1));
+        assert!(!OutputLimiter::may_follow(f64::NAN, 0.0));
+    }
+}

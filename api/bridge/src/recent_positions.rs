@@ -1,0 +1,113 @@
+//! The positions of the last seconds, and how far the measured velocity leads in the same time.
+
+use std::collections::VecDeque;
+
+use nalgebra::Vector2;
+
+use crate::{Geographic, reference::wrapped};
+
+/// Mean radius: the ellipsoid differs by 0.3 %, over a few metres.
+const EARTH_RADIUS_M: f64 = 6_371_000.0;
+/// Time between two positions that are kept, s.
+const KEEP_EACH_S: f64 = 0.5;
+/// How long they are kept, s.
+const KEPT_S: f64 = 20.0;
+/// Times over which positions show a velocity, s: noise of 1 m makes 0.7 m/s in the shortest one.
+const VELOCITY_SPAN_S: [f64; 2] = [2.0, 5.0];
+/// Two measurements farther apart than this are not of one motion, s.
+const GAP_MAX_S: f64 = 3.0;
+
+/// Positions by time.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RecentPositions {
+    kept: VecDeque<Kept>,
+    newest: Option<Kept>,
+    travelled: Vector2<f64>,
+    /// The newest measured velocity (north, east), m/s, and its time, s.
+    velocity: Option<(f64, Vector2<f64>)>,
+    /// Since when velocities have come without a gap, s.
+    measured_since_s: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Kept {
+    t_s: f64,
+    position: Geographic,
+    /// Integral of the measured velocity so far (north, east), m.
+    travelled: Vector2<f64>,
+}
+
+impl RecentPositions {
+    /// Adds the position at `t_s`, s. After a gap, or if the clock was set back, it is the first one.
+    pub(crate) fn push(&mut self, t_s: f64, position: Geographic) {
+        let gap = self.newest.map_or(0.0, |before| t_s - before.t_s);
+        if !(0.0..=GAP_MAX_S).contains(&gap) {
+            self.kept.clear();
+        }
+        let newest = Kept {
+            t_s,
+            position,
+            travelled: self.travelled,
+        };
+        self.newest = Some(newest);
+        if self
+            .kept
+            .back()
+            .is_none_or(|before| t_s - before.t_s >= KEEP_EACH_S)
+        {
+            self.kept.push_back(newest);
+        }
+        while self.kept.front().is_some_and(|oldest| t_s - oldest.t_s > KEPT_S) {
+            self.kept.pop_front();
+        }
+    }
+
+    /// Adds the measured velocity over ground (north, east), m/s, at `t_s`, s.
+    pub(crate) fn travel(&mut self, t_s: f64, velocity: Vector2<f64>) {
+        match self.velocity {
+            Some((before_s, before)) if (0.0..=GAP_MAX_S).contains(&(t_s - before_s)) => {
+                self.travelled += (before + velocity) * (0.5 * (t_s - before_s));
+            }
+            _ => self.measured_since_s = t_s,
+        }
+        self.velocity = Some((t_s, velocity));
+    }
+
+    /// Forgets all positions: the next one is of another motion.
+    pub(crate) fn clear(&mut self) {
+        self.kept.clear();
+        self.newest = None;
+    }
+
+    /// Integral of the measured velocity (north, east), m.
+    pub(crate) fn travelled(&self) -> Vector2<f64> {
+        self.travelled
+    }
+
+    /// Mean velocity over ground (north, east), m/s, of the last seconds by positions; none if they cover less than two.
+    pub(crate) fn velocity(&self) -> Option<Vector2<f64>> {
+        let newest = self.newest?;
+        let [least, most] = VELOCITY_SPAN_S;
+        let start = self.kept.iter().find(|kept| newest.t_s - kept.t_s <= most)?;
+        let span = newest.t_s - start.t_s;
+        (span >= least).then(|| moved(&start.position, &newest.position) / span)
+    }
+
+    /// Time, s, and distance, m, between where the positions and where the measured velocity have led, over the longest time of which
+    /// both are known.
+    pub(crate) fn mismatch(&self) -> Option<(f64, f64)> {
+        let newest = self.newest?;
+        let start = self.kept.iter().find(|kept| kept.t_s >= self.measured_since_s)?;
+        let by_positions = moved(&start.position, &newest.position);
+        let by_velocity = newest.travelled - start.travelled;
+        Some((newest.t_s - start.t_s, (by_positions - by_velocity).norm()))
+    }
+}
+
+/// Displacement (north, east), m, between two nearby positions.
+pub(crate) fn moved(from: &Geographic, to: &Geographic) -> Vector2<f64> {
+    let north = (to.lat_deg - from.lat_deg).to_radians();
+    // The shorter way, also across the antimeridian.
+    let east = wrapped((to.lon_deg - from.lon_deg).to_radians());
+    Vector2::new(north, east * from.lat_deg.to_radians().cos()) * EARTH_RADIUS_M
+}

@@ -1,0 +1,44 @@
+//! Input that was rejected, counted by reason.
+
+use std::{collections::BTreeMap, fmt};
+
+/// How often input was rejected for each reason.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Rejects {
+    counts: BTreeMap<&'static str, u64>,
+}
+
+impl Rejects {
+    /// Adds one for `reason`.
+    pub fn count(&mut self, reason: &'static str) {
+        self.add(reason, 1);
+    }
+
+    /// Adds `times` for `reason`.
+    pub fn add(&mut self, reason: &'static str, times: u64) {
+        if times > 0 {
+            *self.counts.entry(reason).or_default() += times;
+        }
+    }
+
+    /// Reasons in alphabetical order, with their counts.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, u64)> {
+        self.counts.iter().map(|(reason, times)| (*reason, *times))
+    }
+
+    /// Sum of all counts.
+    #[must_use]
+    pub fn total(&self) -> u64 {
+        self.counts.values().sum()
+    }
+}
+
+impl fmt::Display for Rejects {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let counts: Vec<_> = self
+            .iter()
+            .map(|(reason, times)| format!("{reason}: {times}"))
+            .collect();
+        f.write_str(&counts.join(", "))
+    }
+}

@@ -1,0 +1,14 @@
+//! Events that a worker reports.
+
+/// An event of a worker.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum WorkerEvent {
+    /// A piece of work is done: its campaign and name.
+    Done(String, String),
+    /// A piece of work was given up, and why.
+    Parked(String, String, String),
+    /// Work that this worker may not do: it is for another version.
+    Refused(String),
+    /// The broker does not answer, or refuses; the worker keeps trying.
+    Trouble(String),
+}

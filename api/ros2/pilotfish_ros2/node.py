@@ -1,0 +1,258 @@
+"""The node: topics, parameters, timer."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections import Counter
+from pathlib import Path as File
+from typing import Any
+
+import rclpy
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry, Path
+from pilotfish import Client
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
+
+from . import conversion
+from .following import CurrentObserver, why_silent
+from .mission import MissionLink
+
+# Best effort matches every publisher; 0.3 s of a filter that publishes at 100 Hz.
+ODOMETRY_QOS = QoSProfile(depth=32, reliability=QoSReliabilityPolicy.BEST_EFFORT)
+REFERENCE_QOS = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.RELIABLE)
+# Subscribers that join later receive the last plan.
+PLAN_QOS = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+# A turn rate needs a heading that is no older: at 0.3 rad/s the bow turns 17° in this time, s.
+HEADING_AGE_MAX_S = 1.0
+# A state that is older is not reported, s.
+REPORT_AGE_MAX_S = 2.0
+STATUS_INTERVAL_S = 5.0
+# For an answer of the service, and for retries inside the client, s: a plan may be followed for 10 s.
+TIMEOUT_S, PATIENCE_S = 4.0, 4.0
+
+# Name, default or type of a parameter without one, range, meaning.
+PARAMETERS: list[tuple[str, Any, tuple[float, float] | None, str]] = [
+    ("craft", "", None, "name of the craft in topics"),
+    ("auvs", Parameter.Type.STRING_ARRAY, None, "names of the AUVs in topics and in the mission"),
+    ("map_frame", "map", None, "frame_id that odometry must have (east, north, up)"),
+    ("base_frame", "base_link", None, "frame_id of the published twist (forward, left, up)"),
+    ("origin.lat_deg", Parameter.Type.DOUBLE, (-90.0, 90.0), "latitude of the origin of map_frame, WGS 84"),
+    ("origin.lon_deg", Parameter.Type.DOUBLE, (-180.0, 180.0), "longitude of the origin of map_frame, WGS 84"),
+    ("heading_loop.time_constant_s", 1.0, (0.05, 60.0), "T of r = (psi_ref - psi)/T"),
+    ("heading_loop.rate_max_radps", 0.3, (0.001, 3.0), "largest turn rate that is published"),
+    ("url", "http://127.0.0.1:8080", None, "address of the service"),
+    ("token_file", "", None, "file with the token of a service that needs one"),
+    ("name", "craft", None, "name under which the node finds its mission again"),
+    ("goal", "track", None, "track (the first AUV), midpoint or intermittent"),
+    ("dwell_s", 240.0, None, "time with each AUV (goal intermittent)"),
+    ("period_s", 0.5, None, "time between two plans"),
+    ("setup_file", "", None, "file with the body of POST /v1/missions, instead of goal"),
+    ("mission", "", None, "ID of a mission to join, instead of creating one"),
+    ("rate_hz", 10.0, (2.0, 50.0), "references per second"),
+    ("report_interval_s", 0.2, (0.05, 5.0), "time between two reports"),
+    ("sigma_m", 1.0, (0.01, 1000.0), "standard deviation of AUV positions without a covariance"),
+    ("dry_run", False, None, "publish no velocity reference"),
+]
+
+
+class PilotfishNode(Node):
+    """Subscribes to odometry of the craft and its AUVs, keeps the mission, and publishes reference and path."""
+
+    def __init__(self) -> None:
+        super().__init__("pilotfish")
+        self._read_parameters()
+        if self.get_parameter("use_sim_time").value:
+            raise ValueError("use_sim_time must be false: missions run on the system clock")
+        p = self._settings
+        self._loop = (p["heading_loop.time_constant_s"], p["heading_loop.rate_max_radps"])
+        self._rejected: Counter[str] = Counter()
+        self._observer = CurrentObserver()
+        # The craft's newest motion, and when it was measured on the monotonic clock.
+        self._craft: tuple[conversion.Motion, float] | None = None
+        self._reported_s = -math.inf
+        self._is_steering = False
+        self._said: str | None = "nothing yet"
+        self._trouble = ""
+        self._published_plan_s: float | None = None
+
+        token = File(p["token_file"]).read_text().strip() if p["token_file"] else None
+        client = Client(p["url"], token, timeout_s=TIMEOUT_S, patience_s=PATIENCE_S)
+        self._link = MissionLink(
+            client, p["name"], mission_body(p), p["mission"], p["report_interval_s"], self.get_logger().info
+        )
+        craft = p["craft"]
+        self._twist = self.create_publisher(TwistStamped, f"{craft}/cmd_vel", REFERENCE_QOS)
+        self._path = self.create_publisher(Path, f"{craft}/plan", PLAN_QOS)
+        self.create_subscription(Odometry, f"{craft}/odom", self._take_craft, ODOMETRY_QOS)
+        for auv in p["auvs"]:
+            self.create_subscription(
+                Odometry, f"{auv}/odom", lambda message, auv=auv: self._take_auv(auv, message), ODOMETRY_QOS
+            )
+        self.create_timer(1.0 / p["rate_hz"], self._tick)
+        self.create_timer(STATUS_INTERVAL_S, self._log_status)
+        self._link.start()
+
+    def _read_parameters(self) -> None:
+        """All parameters are read-only: topics are made of them."""
+        self._settings: dict[str, Any] = {}
+        for name, default, limits, meaning in PARAMETERS:
+            descriptor = ParameterDescriptor(description=meaning, read_only=True)
+            if limits is not None:
+                descriptor.floating_point_range = [FloatingPointRange(from_value=limits[0], to_value=limits[1])]
+            self.declare_parameter(name, default, descriptor)
+            self._settings[name] = self.get_parameter_or(name).value
+        if not self._settings["craft"]:
+            raise ValueError("parameter craft is missing: the name of the craft in topics")
+        self._settings["auvs"] = list(self._settings["auvs"] or [])
+        self._settings["map_frame"] = self._settings["map_frame"].lstrip("/")
+        # REP 103 has this suffix for frames whose z points down.
+        if self._settings["map_frame"].endswith("_ned"):
+            raise ValueError("parameter map_frame must name an east-north-up frame")
+
+    def _motion(self, odometry: Odometry) -> conversion.Motion | None:
+        try:
+            motion, is_plausible = conversion.motion(odometry, self._settings["map_frame"], time.time())
+        except conversion.Rejected as rejected:
+            self._rejected[str(rejected)] += 1
+            return None
+        if not is_plausible:
+            self._rejected["stamp implausible, arrival time used"] += 1
+        return motion
+
+    def _take_craft(self, odometry: Odometry) -> None:
+        if (motion := self._motion(odometry)) is None:
+            return
+        t_s = time.monotonic() - (time.time() - motion.t_s)
+        self._craft = (motion, t_s)
+        if motion.ground_velocity is not None:
+            self._observer.update(t_s, motion.heading_rad, motion.yaw_rate_radps, motion.ground_velocity)
+
+    def _take_auv(self, auv: str, odometry: Odometry) -> None:
+        if (motion := self._motion(odometry)) is None:
+            return
+        report = {
+            "t_s": motion.t_s,
+            "north_m": motion.north_m,
+            "east_m": motion.east_m,
+            "depth_m": motion.depth_m,
+            "sigma_m": motion.sigma_m or self._settings["sigma_m"],
+        }
+        if motion.ground_velocity is not None:
+            north, east = motion.ground_velocity
+            report |= {"course_rad": math.atan2(east, north), "speed_mps": math.hypot(north, east)}
+        self._link.report_auv(auv, report)
+
+    def _tick(self) -> None:
+        if self._link.failed:
+            raise RuntimeError(f"the mission cannot be kept: {self._link.failed}")
+        if self._link.status in ("finished", "failed"):
+            self.get_logger().info(f"the mission is {self._link.status}")
+            raise ExternalShutdownException
+        now_s = time.monotonic()
+        self._report_craft(now_s)
+        plan = self._link.plan
+        reference = plan.at(now_s) if plan is not None else None
+        age_s = None if self._craft is None else now_s - self._craft[1]
+        silence = why_silent(age_s, reference, self._link.status, self._link.has_planned)
+        if silence is None and age_s > HEADING_AGE_MAX_S:
+            silence = "the heading of the craft is too old"
+        self._is_steering = silence is None and not self._settings["dry_run"]
+        if silence != self._said:
+            self._said = silence
+            sending = "references would be sent: dry run" if self._settings["dry_run"] else "references are sent"
+            self._note(sending if silence is None else f"no references are sent: {silence}")
+        if plan is not None and plan.planned_s != self._published_plan_s:
+            self._published_plan_s = plan.planned_s
+            self._path.publish(conversion.path_message(plan, self._settings["map_frame"], time.time() - now_s))
+        if self._is_steering:
+            heading = self._craft[0].heading_rad
+            base_frame = self._settings["base_frame"]
+            self._twist.publish(conversion.twist_message(reference, heading, self._loop, base_frame, time.time()))
+
+    def _report_craft(self, now_s: float) -> None:
+        """Posts the newest state, once, if it has a velocity."""
+        if self._craft is None:
+            return
+        motion, t_s = self._craft
+        velocity = motion.ground_velocity
+        if velocity is None or t_s <= self._reported_s or now_s - t_s > REPORT_AGE_MAX_S:
+            return
+        self._reported_s = t_s
+        surge, sway = self._observer.through_water(motion.heading_rad, velocity)
+        state = {
+            "north_m": motion.north_m,
+            "east_m": motion.east_m,
+            "heading_rad": motion.heading_rad,
+            "speed_mps": surge,
+            "sway_mps": sway,
+            "yaw_rate_radps": motion.yaw_rate_radps,
+            "ground_north_mps": float(velocity[0]),
+            "ground_east_mps": float(velocity[1]),
+        }
+        north, east = map(float, self._observer.current)
+        current = {"north_mps": north, "east_mps": east}
+        self._link.report_craft({"t_s": motion.t_s, "state": state, "steered": self._is_steering, "current": current})
+
+    def _log_status(self) -> None:
+        if self._link.trouble != self._trouble:
+            self._trouble = self._link.trouble
+            self._note(
+                f"the service does not answer: {self._trouble}" if self._trouble else "the service answers again"
+            )
+        parts = [self._link.plan.status if self._link.plan else "no plan", self._said or "references are sent"]
+        parts += [f"rejected: {reason}: {count}" for reason, count in self._rejected.items()]
+        self.get_logger().info("; ".join(parts))
+
+    def _note(self, text: str) -> None:
+        """Writes to the node's log and to the mission's."""
+        self.get_logger().info(text)
+        self._link.note(time.time(), text[:500])
+
+
+def mission_body(p: dict[str, Any]) -> dict[str, Any]:
+    """The body of `POST /v1/missions` that the parameters describe."""
+    if p["setup_file"]:
+        body = json.loads(File(p["setup_file"]).read_text())
+    else:
+        auvs = p["auvs"]
+        if not auvs and not p["mission"]:
+            raise ValueError("parameter auvs is missing: the names of the AUVs")
+        goals: dict[str, Any] = {
+            "track": {"kind": "track", "auv": (auvs or [""])[0]},
+            "midpoint": {"kind": "midpoint", "auvs": auvs},
+            "intermittent": {"kind": "intermittent", "auvs": auvs, "dwell_s": p["dwell_s"], "epoch_s": 0.0},
+        }
+        if p["goal"] not in goals:
+            raise ValueError(f"parameter goal must be one of {', '.join(goals)}")
+        live = {"auvs": [{"id": auv} for auv in auvs], "goal": goals[p["goal"]], "period_s": p["period_s"]}
+        body = {"title": p["name"], "live": live}
+    latitude, longitude = p["origin.lat_deg"], p["origin.lon_deg"]
+    if (latitude is None) != (longitude is None):
+        raise ValueError("parameters origin.lat_deg and origin.lon_deg belong together")
+    if latitude is not None:
+        origin = {"lat_deg": latitude, "lon_deg": longitude}
+        # Positions are posted in metres of map_frame: the mission's origin must be the map's.
+        if body["live"].setdefault("origin", origin) != origin:
+            raise ValueError("origin.lat_deg and origin.lon_deg differ from the origin in setup_file")
+    return body
+
+
+def main() -> None:
+    """Runs the node until the mission is over."""
+    rclpy.init()
+    try:
+        rclpy.spin(PilotfishNode())
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        rclpy.try_shutdown()
+
+
+if __name__ == "__main__":
+    main()

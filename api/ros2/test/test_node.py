@@ -1,0 +1,296 @@
+"""The node with a real service and rclpy: a boat that does what it is told, above two AUVs.
+
+PILOTFISH names the program. Positions, headings and rates are compared with formulas in angles, where the node computes
+with matrices. Nothing leaves the machine.
+"""
+
+import json
+import math
+import os
+import subprocess
+import sys
+import time
+
+# Read by the middleware when it starts. A domain that nothing else on the machine uses by habit.
+os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+os.environ["ROS_DOMAIN_ID"] = str(30 + os.getpid() % 60)
+
+import pytest
+import rclpy
+import yaml
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry, Path
+from pilotfish import Client
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
+
+PERIOD_S, PATIENCE_S = 0.1, 60.0
+TIME_CONSTANT_S, RATE_MAX = 2.0, 0.25
+# Doubles that are printed to the last digit; stamps of 1 ns at 1.8e9 s.
+ROUNDING, STAMP_S = 1e-9, 1e-6
+CURRENT = (0.0, 0.1)
+
+
+class Vehicle:
+    """Moves level in the map (east, north), with a yaw counter-clockwise from east."""
+
+    def __init__(self, name, east, north, up, yaw, sigmas=(0.5, 0.5), turned=0.0):
+        self.name, self.east, self.north, self.up, self.yaw = name, east, north, up, yaw
+        self.speed, self.rate, self.sigmas, self.turned = 0.0, 0.0, sigmas, turned
+        self.drift = (0.0, 0.0)
+        # What was published, by the stamp.
+        self.sent = {}
+
+    def move(self, seconds):
+        self.yaw += self.rate * seconds
+        self.east += (self.speed * math.cos(self.yaw) + self.drift[0]) * seconds
+        self.north += (self.speed * math.sin(self.yaw) + self.drift[1]) * seconds
+
+    def odometry(self, stamp):
+        # Over ground, along the body's axes.
+        (east, north), c, s = self.drift, math.cos(self.yaw), math.sin(self.yaw)
+        surge, to_port = self.speed + east * c + north * s, north * c - east * s
+        message = Odometry()
+        message.header.stamp = stamp.to_msg()
+        message.header.frame_id, message.child_frame_id = "map", f"{self.name}/base_link"
+        pose, twist = message.pose.pose, message.twist.twist
+        pose.position.x, pose.position.y, pose.position.z = self.east, self.north, self.up
+        pose.orientation.z, pose.orientation.w = math.sin(self.yaw / 2), math.cos(self.yaw / 2)
+        twist.linear.x, twist.linear.y, twist.angular.z = surge, to_port, self.rate
+        # An ellipse with its axes at `turned` from east.
+        (a, b), c, s = [sigma**2 for sigma in self.sigmas], math.cos(self.turned), math.sin(self.turned)
+        covariance = [0.0] * 36
+        covariance[0], covariance[7] = a * c * c + b * s * s, a * s * s + b * c * c
+        covariance[1] = covariance[6] = (a - b) * c * s
+        covariance[14] = covariance[21] = covariance[28] = covariance[35] = 0.01
+        message.pose.covariance = covariance
+        heading = math.remainder(math.pi / 2 - self.yaw, math.tau)
+        speed, course = math.hypot(surge, to_port), heading - math.atan2(to_port, surge)
+        self.sent[message.header.stamp.sec + message.header.stamp.nanosec * 1e-9] = {
+            "north_m": self.north,
+            "east_m": self.east,
+            "heading_rad": heading,
+            "yaw_rate_radps": -self.rate,
+            "ground_north_mps": speed * math.cos(course),
+            "ground_east_mps": speed * math.sin(course),
+            "depth_m": -self.up,
+            "sigma_m": max(self.sigmas),
+            "course_rad": course,
+            "speed_mps": speed,
+        }
+        return message
+
+    def sent_at(self, t_s):
+        nearest = min(self.sent, key=lambda sent_s: abs(sent_s - t_s))
+        assert abs(nearest - t_s) < STAMP_S, f"{self.name}: nothing was published at {t_s}"
+        return self.sent[nearest]
+
+
+class Sea:
+    """Vehicles, service and node, and what the node publishes."""
+
+    def __init__(self, folder):
+        self.boat = Vehicle("medusa", 20.0, -10.0, 0.0, 0.5)
+        self.boat.drift = (CURRENT[1], CURRENT[0])
+        red = Vehicle("red", -5.0, 20.0, -12.5, math.pi / 2, (3.0, 1.0), 0.7)
+        black = Vehicle("black", 5.0, 20.0, -3.25, math.pi / 2, (0.8, 2.5), -0.4)
+        red.speed = black.speed = 0.2
+        self.vehicles = {vehicle.name: vehicle for vehicle in (self.boat, red, black)}
+        self.is_heard = True
+        self.twists, self.paths, self.told_s = [], [], -math.inf
+
+        self.ros = rclpy.create_node("sea")
+        best_effort = QoSProfile(depth=10, reliability=QoSReliabilityPolicy.BEST_EFFORT)
+        self.publishers = {
+            "medusa": self.ros.create_publisher(Odometry, "/fleet/medusa/odom", 10),
+            "red": self.ros.create_publisher(Odometry, "/fleet/red/odom", best_effort),
+            "black": self.ros.create_publisher(Odometry, "/black/odometry/filtered", 10),
+        }
+        self.ros.create_subscription(TwistStamped, "/fleet/medusa/cmd_vel", self.steer, 10)
+        self.ros.create_subscription(Path, "/fleet/medusa/plan", self.paths.append, 10)
+        self.ros.create_timer(PERIOD_S, self.step)
+
+        serve = [os.environ["PILOTFISH"], "serve", "--data", str(folder / "data"), "--port", "0", "--log", "warn"]
+        self.service = subprocess.Popen(serve, stdout=subprocess.PIPE, text=True)
+        url = "http://" + self.service.stdout.readline().split("http://")[1].strip()
+        self.client = Client(url)
+        parameters = folder / "parameters.yaml"
+        values = {
+            "craft": "medusa",
+            "auvs": ["red", "black"],
+            "goal": "midpoint",
+            "url": url,
+            "origin.lat_deg": 38.41,
+            "origin.lon_deg": -9.12,
+            "heading_loop.time_constant_s": TIME_CONSTANT_S,
+        }
+        parameters.write_text(yaml.dump({"/fleet/pilotfish": {"ros__parameters": values}}))
+        command = [sys.executable, "-m", "pilotfish_ros2.node", "--ros-args", "-r", "__ns:=/fleet"]
+        command += ["--params-file", str(parameters), "-p", f"heading_loop.rate_max_radps:={RATE_MAX}"]
+        command += ["-r", "black/odom:=/black/odometry/filtered"]
+        self.start_node = lambda: subprocess.Popen(command)
+        self.node = self.start_node()
+
+    def steer(self, twist):
+        self.twists.append(twist)
+        self.told_s = time.monotonic()
+        self.boat.speed, self.boat.rate = twist.twist.linear.x, twist.twist.angular.z
+
+    def step(self):
+        # The time-out that docs/ros2.md asks every craft to have.
+        if time.monotonic() - self.told_s > 3.0:
+            self.boat.speed = self.boat.rate = 0.0
+        for name, vehicle in self.vehicles.items():
+            vehicle.move(PERIOD_S)
+            if self.is_heard or vehicle is not self.boat:
+                self.publishers[name].publish(vehicle.odometry(self.ros.get_clock().now()))
+
+    def until(self, condition, complaint, patience_s=PATIENCE_S):
+        assert self.node.poll() in (None, -9), "the node ended"
+        end_s = time.monotonic() + patience_s
+        while not condition():
+            assert time.monotonic() < end_s, complaint
+            rclpy.spin_once(self.ros, timeout_sec=PERIOD_S)
+
+    def published_within(self, seconds):
+        """How many references come in this time."""
+        before, end_s = len(self.twists), time.monotonic() + seconds
+        self.until(lambda: time.monotonic() > end_s, "the clock stands")
+        return len(self.twists) - before
+
+    def distance(self):
+        red, black = self.vehicles["red"], self.vehicles["black"]
+        goal = (red.east + black.east) / 2, (red.north + black.north) / 2
+        return math.dist((self.boat.east, self.boat.north), goal)
+
+    def mission(self):
+        [mission] = self.client.missions()
+        return self.client.mission(mission["id"])
+
+    def heard(self):
+        """What the mission heard: all `reported` events."""
+        lines = self.mission().record("events_ndjson").decode().splitlines()
+        return [event["heard"] for event in map(json.loads, lines) if "heard" in event]
+
+    def close(self):
+        for process in (self.node, self.service):
+            process.kill()
+            process.wait()
+        self.ros.destroy_node()
+
+
+@pytest.fixture(scope="module")
+def sea(tmp_path_factory):
+    if "PILOTFISH" not in os.environ:
+        pytest.skip("PILOTFISH names no program")
+    rclpy.init()
+    sea = Sea(tmp_path_factory.mktemp("sea"))
+    yield sea
+    sea.close()
+    rclpy.shutdown()
+
+
+def near(what, found, expected, tolerance=ROUNDING):
+    assert abs(found - expected) <= tolerance, f"{what}: {found} is not {expected}"
+
+
+def test_a_boat_that_follows_its_references_comes_to_the_goal(sea):
+    sea.until(lambda: sea.distance() < 2.0, f"the boat is still {sea.distance():.1f} m from the goal", 90.0)
+    assert sea.paths, "no plan was published"
+
+
+def test_the_mission_hears_what_was_published_in_its_own_frame(sea):
+    counts = dict.fromkeys(sea.vehicles, 0)
+    for heard in sea.heard():
+        for name, reports in heard.get("auvs", {}).items():
+            for report in reports:
+                sent = sea.vehicles[name].sent_at(report["t_s"])
+                for member in ("north_m", "east_m", "depth_m", "sigma_m", "speed_mps"):
+                    near(f"{name} {member}", report[member], sent[member])
+                near(f"{name} course", math.remainder(report["course_rad"] - sent["course_rad"], math.tau), 0.0)
+                counts[name] += 1
+        for report in heard.get("asc", []):
+            sent, state = sea.boat.sent_at(report["t_s"]), report["state"]
+            for member in ("north_m", "east_m", "yaw_rate_radps", "ground_north_mps", "ground_east_mps"):
+                near(f"craft {member}", state[member], sent[member])
+            near("heading", math.remainder(state["heading_rad"] - sent["heading_rad"], math.tau), 0.0)
+            counts["medusa"] += 1
+    assert min(counts.values()) > 30, counts
+    # The boat drifts with the current, on headings that differ by then.
+    newest = [report for heard in sea.heard() for report in heard.get("asc", [])][-1]["current"]
+    near("current north", newest["north_mps"], CURRENT[0], 0.1)
+    near("current east", newest["east_mps"], CURRENT[1], 0.1)
+
+
+def test_twists_are_in_the_frame_of_the_craft_and_within_its_turn_rate(sea):
+    for twist in sea.twists:
+        assert twist.header.frame_id == "base_link"
+        assert twist.twist.linear.x >= 0.0 and abs(twist.twist.angular.z) <= RATE_MAX
+
+
+def test_a_path_is_the_planned_trajectory_in_the_map_and_late_subscribers_get_it(sea):
+    late = []
+    latched = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+    sea.ros.create_subscription(Path, "/fleet/medusa/plan", late.append, latched)
+    sea.until(lambda: late, "no plan for subscribers that join later", 5.0)
+    reference = sea.mission().reference()
+    sea.until(lambda: late[-1].header.stamp.sec >= int(reference["t_s"]), "the newest plan is not published", 5.0)
+    for path in late:
+        assert path.header.frame_id == "map"
+    trajectory = reference["plan"]["trajectory"]
+    planned_s = reference["t_s"]
+    path = min(sea.paths + late, key=lambda p: abs(p.header.stamp.sec + p.header.stamp.nanosec * 1e-9 - planned_s))
+    assert len(path.poses) == len(trajectory)
+    for pose, stage in zip(path.poses, trajectory, strict=True):
+        near("north", pose.pose.position.y, stage["north_m"])
+        near("east", pose.pose.position.x, stage["east_m"])
+        yaw = 2 * math.atan2(pose.pose.orientation.z, pose.pose.orientation.w)
+        near("yaw", math.remainder(math.pi / 2 - stage["heading_rad"] - yaw, math.tau), 0.0)
+
+
+def test_parameters_cannot_be_set_while_the_node_runs(sea):
+    client = sea.ros.create_client(SetParameters, "/fleet/pilotfish/set_parameters")
+    sea.until(client.service_is_ready, "the parameter services are not offered")
+    other = Parameter("craft", value="otter").to_parameter_msg()
+    future = client.call_async(SetParameters.Request(parameters=[other]))
+    sea.until(future.done, "the parameter services do not answer")
+    [result] = future.result().results
+    assert not result.successful and "read-only" in result.reason
+
+
+def test_references_end_with_the_odometry_of_the_craft_and_go_on_with_it(sea):
+    assert sea.published_within(1.5) > 0
+    sea.is_heard = False
+    sea.published_within(1.5)
+    assert sea.published_within(3.0) == 0, "references without a recent heading"
+    sea.is_heard = True
+    sea.until(lambda: sea.published_within(0.5) > 0, "no references after the odometry is back", 10.0)
+
+
+def test_references_end_while_the_mission_is_paused(sea):
+    sea.mission().pause()
+    sea.until(lambda: sea.published_within(1.0) == 0, "references of a paused mission", 10.0)
+    assert sea.published_within(2.0) == 0
+    sea.mission().run()
+    sea.until(lambda: sea.published_within(0.5) > 0, "no references after the mission runs again", 10.0)
+
+
+def test_a_second_node_of_the_same_name_continues_the_mission(sea):
+    sea.node.kill()
+    sea.node.wait()
+    assert sea.published_within(2.0) == 0
+    sea.node = sea.start_node()
+    sea.until(lambda: sea.published_within(0.5) > 0, "no references of the second node", 20.0)
+    assert len(list(sea.client.missions())) == 1
+
+
+def test_references_end_when_the_newest_plan_is_too_old(sea):
+    notes = [note["text"] for heard in sea.heard() for note in heard.get("notes", [])]
+    assert "references are sent" in notes
+    assert "no references are sent: the heading of the craft is too old" in notes
+    sea.service.kill()
+    # A plan may be followed for ten seconds.
+    assert sea.published_within(3.0) > 0, "a plan that is valid is followed"
+    sea.published_within(9.0)
+    assert sea.published_within(2.0) == 0, "references after the plan's validity"

@@ -1,0 +1,185 @@
+//! The body of an answer on its way to the client: its memory, and what ends it.
+
+use std::{
+    pin::Pin,
+    sync::Arc,
+    task::{Context, Poll},
+    time::{Duration, Instant},
+};
+
+use axum::{
+    Error,
+    body::{Body, Bytes, HttpBody, to_bytes},
+};
+use http_body::{Frame, SizeHint};
+use tokio::time::{Interval, MissedTickBehavior, interval_at, sleep};
+
+use crate::{
+    body_size::SHORT_BYTES_MAX,
+    places::Asking,
+    problem::Problem,
+    quota::{Quota, QuotaExceeded, QuotaPermit},
+};
+
+/// How often the caller of a stream or of a waiting request is checked. With the time after which the token file is read again, less than a second.
+const CHECK: Duration = Duration::from_millis(400);
+
+/// Memory for long answers on their way, KiB. The number of connections bounds that of short ones.
+const ROOM: usize = 128 << 10;
+
+/// Memory for answers on their way, shared by callers. Clones share it.
+#[derive(Clone, Debug)]
+pub(crate) struct Room(Quota<Arc<str>>);
+
+/// Whether the caller of an answer may still have it.
+pub(crate) type StillAllowed = Box<dyn Fn() -> bool + Send + Sync>;
+
+/// Waits until the caller may no longer have an answer.
+pub(crate) async fn no_longer(still_allowed: &StillAllowed) {
+    loop {
+        sleep(CHECK).await;
+        if !still_allowed() {
+            return;
+        }
+    }
+}
+
+impl Room {
+    pub(crate) fn new() -> Self {
+        Self(Quota::new(ROOM))
+    }
+
+    /// The same body, which takes room until its last byte is sent. Fails if `caller` or all together have too much on its way.
+    pub(crate) async fn hold(&self, caller: Arc<str>, body: Body) -> Result<Body, Problem> {
+        let length = body.size_hint().exact();
+        let Some(length) = length.and_then(|length| usize::try_from(length).ok()) else {
+            return Ok(body);
+        };
+        if length <= SHORT_BYTES_MAX {
+            return Ok(body);
+        }
+        let what = "KiB of long answers on their way";
+        let held = self.0.take(caller, length.div_ceil(1 << 10));
+        let held = held.map_err(|exceeded| {
+            let (QuotaExceeded::OfAll(limit) | QuotaExceeded::OfClient(limit)) = exceeded;
+            Problem::Crowded { what, limit }
+        })?;
+        let bytes = to_bytes(body, length).await.map_err(|_| Problem::Panicked)?;
+        Ok(Body::from(Bytes::from_owner(Held { bytes, _room: held })))
+    }
+}
+
+/// Bytes that take room. The connection drops them when they are sent.
+struct Held {
+    bytes: Bytes,
+    _room: QuotaPermit<Arc<str>>,
+}
+
+impl AsRef<[u8]> for Held {
+    fn as_ref(&self) -> &[u8] {
+        &self.bytes
+    }
+}
+
+/// A body that ends with its caller's permission.
+pub(crate) struct Answer {
+    body: Body,
+    /// Notes that the connection is in use.
+    _asking: Option<Asking>,
+    check: Option<(Interval, StillAllowed)>,
+}
+
+impl Answer {
+    /// A streamed body is cut off when it is no longer allowed. Another is sent as it is.
+    pub(crate) fn body(body: Body, asking: Option<Asking>, still_allowed: Option<StillAllowed>) -> Body {
+        let streamed = body.size_hint().exact().is_none();
+        let check = still_allowed.filter(|_| streamed).map(|still_allowed| {
+            let mut ticks = interval_at((Instant::now() + CHECK).into(), CHECK);
+            ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+            (ticks, still_allowed)
+        });
+        Body::new(Self {
+            body,
+            _asking: asking,
+            check,
+        })
+    }
+}
+
+impl HttpBody for Answer {
+    type Data = Bytes;
+    type Error = Error;
+
+    fn poll_frame(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+    ) -> Poll<Option<Result<Frame<Bytes>, Error>>> {
+        if let Some((ticks, still_allowed)) = &mut self.check {
+            while ticks.poll_tick(context).is_ready() {
+                if !still_allowed() {
+                    tracing::info!("a stream was cut off: its caller's token is no longer valid");
+                    return Poll::Ready(Some(Err(Error::new("the caller's token is no longer valid"))));
+                }
+            }
+        }
+        Pin::new(&mut self.body).poll_frame(context)
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.body.is_end_stream()
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        self.body.size_hint()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    use futures_util::{StreamExt as _, stream};
+
+    use super::*;
+
+    #[tokio::test]
+    async fn long_answers_take_room_until_they_are_sent_and_leave_half_to_other_callers() {
+        let room = Room::new();
+        let long = || Body::from(vec![b'x'; 1 << 20]);
+        let hold = async |caller: &str| room.hold(caller.into(), long()).await;
+        let mut held = vec![];
+        while let Ok(body) = hold("greedy").await {
+            held.push(to_bytes(body, 1 << 20).await.expect("is in memory"));
+        }
+        assert_eq!(held.len(), ROOM / 1024 / 2);
+        let refused = hold("greedy").await.expect_err("has its share");
+        assert!(matches!(refused, Problem::Crowded { .. }), "{refused:?}");
+        assert!(hold("another").await.is_ok());
+        let short = Body::from(vec![b'x'; SHORT_BYTES_MAX]);
+        assert!(room.hold("greedy".into(), short).await.is_ok());
+        held.pop();
+        assert!(hold("greedy").await.is_ok());
+    }
+
+    #[tokio::test]
+    async fn a_stream_ends_with_its_caller_s_permission_and_a_whole_answer_does_not() {
+        let allowed = Arc::new(AtomicBool::new(true));
+        let still_allowed = || -> StillAllowed {
+            let allowed = Arc::clone(&allowed);
+            Box::new(move || allowed.load(Ordering::Relaxed))
+        };
+        let first = stream::iter([Ok::<_, Error>(Bytes::from("first"))]).chain(stream::pending());
+        let mut streamed =
+            Answer::body(Body::from_stream(first), None, Some(still_allowed())).into_data_stream();
+        let whole = Answer::body(Body::from("whole"), None, Some(still_allowed()));
+        assert_eq!(
+            streamed.next().await.expect("comes").expect("is allowed"),
+            "first"
+        );
+        let waited = tokio::time::timeout(3 * CHECK, streamed.next()).await;
+        assert!(waited.is_err(), "is allowed");
+        allowed.store(false, Ordering::Relaxed);
+        assert!(streamed.next().await.expect("ends with an error").is_err());
+        assert_eq!(to_bytes(whole, 5).await.expect("is whole"), "whole");
+    }
+}

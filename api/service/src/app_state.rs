@@ -1,0 +1,14 @@
+//! What handlers may use, by type.
+
+use axum::extract::FromRef;
+
+use crate::{body::Bodies, health::Readiness, metrics::Metrics, missions::Missions, planners::Planners};
+
+#[derive(Clone, FromRef)]
+pub(crate) struct AppState {
+    pub(crate) planners: Planners,
+    pub(crate) missions: Option<Missions>,
+    pub(crate) readiness: Readiness,
+    pub(crate) bodies: Bodies,
+    pub(crate) metrics: Metrics,
+}

@@ -1,0 +1,256 @@
+//! Parameters of the calls of missions: paths, headers and queries.
+
+use std::convert::Infallible;
+
+use axum::{
+    extract::{FromRef, FromRequestParts, Path},
+    http::{HeaderValue, request::Parts},
+};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value, json};
+use sha2::{Digest as _, Sha256};
+use utoipa::IntoParams;
+use wire::FieldError;
+
+use super::{
+    actor::IdempotencyKey,
+    event::{Event, json},
+    if_match::IfMatch,
+    record::RecordFormat,
+    registry::Missions,
+};
+use crate::{access::By, problem::Problem, query::wrong_parameter};
+
+/// Missions or orders on one page.
+const LIST_MAX: usize = 1_000;
+const LIST_DEFAULT: usize = 100;
+/// Longest wait for a plan, s.
+pub(super) const WAIT_MAX: f64 = 60.0;
+/// Longest `Idempotency-Key`, bytes.
+const KEY_BYTES_MAX: usize = 200;
+
+/// The mission of a path. The caller is not limited to others.
+#[derive(IntoParams)]
+#[into_params(names("id"), parameter_in = Path)]
+pub(crate) struct MissionId(
+    /// The mission's `id`.
+    pub(super) String,
+);
+
+impl<S: Send + Sync> FromRequestParts<S> for MissionId
+where
+    Option<Missions>: FromRef<S>,
+{
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Problem> {
+        let id = Path::<String>::from_request_parts(parts, state).await;
+        let Path(id) = id.map_err(|_| Problem::NoMission)?;
+        let by = By::from_request_parts(parts, state).await?;
+        if let (Some(limit), Some(missions)) = (by.limit(), Option::<Missions>::from_ref(state))
+            && !limit.names(&id)
+            && !limit.names_craft_of(&missions.metadata(&id).await?)
+        {
+            return Err(Problem::Limited(limit.clone()));
+        }
+        Ok(Self(id))
+    }
+}
+
+/// The `Idempotency-Key` header.
+#[derive(IntoParams)]
+#[into_params(names("Idempotency-Key"), parameter_in = Header)]
+pub(crate) struct IdempotencyKeyHeader(
+    /// The client's name for this request, visible ASCII. A request that is sent again with its key is carried out once
+    /// and gets the same answer.
+    #[param(value_type = Option<String>)]
+    Option<HeaderValue>,
+);
+
+impl<S: Send + Sync> FromRequestParts<S> for IdempotencyKeyHeader {
+    type Rejection = Infallible;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Infallible> {
+        Ok(Self::of_request(parts))
+    }
+}
+
+impl IdempotencyKeyHeader {
+    pub(super) fn of_request(parts: &Parts) -> Self {
+        Self(parts.headers.get("idempotency-key").cloned())
+    }
+
+    /// The key of a `call` with that `body`, if the client gave one.
+    pub(super) fn of<T: Serialize>(
+        self,
+        by: &By,
+        call: &str,
+        body: &T,
+    ) -> Result<Option<IdempotencyKey>, Problem> {
+        let Some(given) = self.0 else {
+            return Ok(None);
+        };
+        let key = given.to_str().unwrap_or_default();
+        if !(1..=KEY_BYTES_MAX).contains(&key.len()) {
+            let detail = format!("this header must be 1 to {KEY_BYTES_MAX} visible ASCII characters");
+            return Err(wrong_parameter("Idempotency-Key", "idempotency_key", detail));
+        }
+        let mut request = Sha256::new();
+        request.update(call);
+        request.update([0]);
+        request.update(json(body));
+        Ok(Some(IdempotencyKey {
+            key: by.own(key),
+            request: request.finalize().into(),
+        }))
+    }
+}
+
+/// The `If-Match` header: the `ETag` of the mission that the caller saw. `*` and no header match any.
+pub(crate) struct IfMatchHeader(pub(super) IfMatch);
+
+impl<S: Send + Sync> FromRequestParts<S> for IfMatchHeader {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Problem> {
+        let mut given = parts.headers.get_all("if-match").iter();
+        match (given.next(), given.next()) {
+            (None, _) => Ok(Self(IfMatch::default())),
+            (Some(header), None) if let Some(tags) = IfMatch::of(header) => Ok(Self(tags)),
+            (Some(_), _) => {
+                let detail = "this header must be the ETag of a mission, in quotes, or *";
+                Err(wrong_parameter("If-Match", "if_match", detail))
+            }
+        }
+    }
+}
+
+/// The `Last-Event-ID` header.
+#[derive(IntoParams)]
+#[into_params(names("Last-Event-ID"), parameter_in = Header)]
+pub(crate) struct LastEventId(
+    /// Number of the last event that the reader has: the stream continues after it.
+    pub(super) Option<u64>,
+);
+
+impl<S: Send + Sync> FromRequestParts<S> for LastEventId {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Problem> {
+        let Some(given) = parts.headers.get("last-event-id") else {
+            return Ok(Self(None));
+        };
+        let id = given.to_str().ok().and_then(|text| text.parse().ok());
+        id.map(|id| Self(Some(id))).ok_or_else(|| {
+            let detail = "this header must be the id of an event of this stream, a number";
+            wrong_parameter("Last-Event-ID", "last_event_id", detail)
+        })
+    }
+}
+
+/// The limits of each parameter that has any, in JSON Schema.
+pub(crate) fn parameter_limits() -> [(&'static str, Map<String, Value>); 4] {
+    let kind = Event::KINDS.join("|");
+    let limits = [
+        (
+            "limit",
+            json!({ "minimum": 1, "maximum": LIST_MAX, "default": LIST_DEFAULT }),
+        ),
+        (
+            "wait_s",
+            json!({ "minimum": 0, "maximum": WAIT_MAX, "default": 0 }),
+        ),
+        (
+            "Idempotency-Key",
+            json!({ "minLength": 1, "maxLength": KEY_BYTES_MAX, "pattern": "^[!-~]([\\t -~]*[!-~])?$" }),
+        ),
+        ("kinds", json!({ "pattern": format!("^({kind})(,({kind}))*$") })),
+    ];
+    limits.map(|(name, limits)| (name, limits.as_object().cloned().unwrap_or_default()))
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PageQuery {
+    /// `next` of the previous page. Default: the first page.
+    #[serde(default)]
+    pub(crate) after: u64,
+    /// Most entries on a page, from 1 to 1000; a page of long entries ends earlier. Default: 100.
+    pub(crate) limit: Option<usize>,
+}
+
+/// The length of a page, of which the client asked for `limit`.
+pub(super) fn page_length(limit: Option<usize>) -> Result<usize, Problem> {
+    let most = limit.unwrap_or(LIST_DEFAULT);
+    if !(1..=LIST_MAX).contains(&most) {
+        let error =
+            FieldError::of_parameter("limit", "out_of_range", format!("must be from 1 to {LIST_MAX}"));
+        let error = error.given(most).limit(json!({ "least": 1, "most": LIST_MAX }));
+        return Err(Problem::Invalid(vec![error]));
+    }
+    Ok(most)
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct AuditQuery {
+    /// The mission. Default: all missions.
+    pub(super) mission: Option<String>,
+    /// `next` of the previous page. Default: the first page.
+    #[serde(default)]
+    pub(super) after: u64,
+    /// Most entries on a page, from 1 to 1000; a page of long entries ends earlier. Default: 100.
+    pub(super) limit: Option<usize>,
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ReferenceQuery {
+    /// How long to wait for a newer plan, s, at most 60. Default: 0.
+    #[serde(default)]
+    pub(super) wait_s: f64,
+    /// Wait for a plan newer than the one that the event with this number stored. Default: the current plan.
+    pub(super) after: Option<u64>,
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct EventsQuery {
+    /// Number of the event after which the stream begins. A `Last-Event-ID` header overrides it. Default: the newest event.
+    pub(super) after: Option<u64>,
+}
+
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RecordQuery {
+    /// The format.
+    #[param(inline, required, value_type = RecordFormat)]
+    pub(super) format: Option<RecordFormat>,
+    /// Number of the event after which the record begins. Default: the first event is included.
+    #[serde(default)]
+    pub(super) after: u64,
+    /// Most events in the record. Default: all.
+    pub(super) max_events: Option<u64>,
+    /// Kinds of events in the record, separated by commas, such as `planned,changed`. Default: every kind.
+    #[param(example = "planned")]
+    pub(super) kinds: Option<String>,
+}
+
+/// The kinds of events in a query.
+pub(super) fn kinds_of(query: Option<&str>) -> Result<Vec<String>, Problem> {
+    let kinds: Vec<String> =
+        query.map_or_else(Vec::new, |kinds| kinds.split(',').map(str::to_owned).collect());
+    match kinds.iter().find(|kind| !Event::KINDS.contains(&kind.as_str())) {
+        None => Ok(kinds),
+        Some(wrong) => {
+            let detail = format!("must be kinds of events: {}", Event::KINDS.join(", "));
+            let error = FieldError::of_parameter("kinds", "unknown", detail).given(wrong.as_str());
+            Err(Problem::Invalid(vec![error]))
+        }
+    }
+}

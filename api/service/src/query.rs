@@ -1,0 +1,38 @@
+//! Query parameters.
+
+use std::collections::HashSet;
+
+use axum::{extract::FromRequestParts, http::request::Parts};
+use serde::de::DeserializeOwned;
+use wire::FieldError;
+
+use crate::problem::Problem;
+
+/// The query of a request. What is wrong with it is a [`Problem`].
+pub(crate) struct ValidQuery<T>(pub(crate) T);
+
+impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for ValidQuery<T> {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Problem> {
+        let query = parts.uri.query().unwrap_or_default().as_bytes();
+        let mut names = HashSet::new();
+        for (name, _) in form_urlencoded::parse(query) {
+            if let Some(twice) = names.replace(name) {
+                return Err(wrong_parameter(&twice, "duplicate_field", "is given twice"));
+            }
+        }
+        let pairs = serde_urlencoded::Deserializer::new(form_urlencoded::parse(query));
+        serde_path_to_error::deserialize(pairs)
+            .map(Self)
+            .map_err(|error| {
+                let name = error.path().to_string();
+                wrong_parameter(&name, "query", error.into_inner().to_string())
+            })
+    }
+}
+
+/// A parameter that is not valid.
+pub(crate) fn wrong_parameter(name: &str, code: &str, detail: impl Into<String>) -> Problem {
+    Problem::Invalid(vec![FieldError::of_parameter(name, code, detail)])
+}

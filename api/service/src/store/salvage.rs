@@ -1,0 +1,267 @@
+//! Copies of the store: a complete one while a service writes, or all that can be read of a damaged one.
+
+use std::{
+    fs::{self, File},
+    io::{self, BufWriter, Write},
+    path::Path,
+};
+
+use rusqlite::{Connection, OptionalExtension as _, Params, params, params_from_iter, types::Value};
+use serde_json::json;
+
+use super::{
+    error::StoreError,
+    make_private, private_file,
+    reader::{EventReader, FILE_NAME, event},
+    schema,
+    sql::signed,
+};
+
+/// Name of the file with the readable events of missions that are not whole.
+pub const REST_NAME: &str = "damaged-missions.ndjson";
+
+impl EventReader {
+    /// Writes everything up to the last commit to a new store in `directory`, which is created if missing, and checks it.
+    /// The new store appears complete or not at all; a service may be writing meanwhile.
+    ///
+    /// If the store has damaged pages, the new store has the missions that can be read to the end. [`REST_NAME`] has what can
+    /// be read of the others. Returns a line for everything that is not whole.
+    pub fn back_up(&self, directory: &Path) -> Result<Vec<String>, StoreError> {
+        let (path, rest) = (directory.join(FILE_NAME), directory.join(REST_NAME));
+        for path in [&path, &rest] {
+            if path
+                .try_exists()
+                .map_err(|error| StoreError::open(path, &error))?
+            {
+                return Err(StoreError::open(
+                    path,
+                    &"the file exists: choose another directory",
+                ));
+            }
+        }
+        let partial = directory.join(format!("{FILE_NAME}.partial"));
+        let failed = |error: io::Error| StoreError::open(&path, &error);
+        make_private(directory, &partial).map_err(failed)?;
+        let copied = self.copy(&partial).or_else(|error| match error {
+            StoreError::Damaged(_) => self.salvage(&partial, &rest),
+            other => Err(other),
+        });
+        let written = copied.and_then(|damage| {
+            File::open(&partial)
+                .and_then(|file| file.sync_all())
+                .and_then(|()| fs::rename(&partial, &path))
+                .and_then(|()| File::open(directory)?.sync_all())
+                .map_err(failed)?;
+            Ok(damage)
+        });
+        if written.is_err() {
+            for path in [&partial, &rest] {
+                let _ = fs::remove_file(path);
+            }
+        }
+        written
+    }
+
+    /// Checks the file's structure and the missions in it.
+    pub(super) fn inspect(&self) -> Result<(), StoreError> {
+        self.check_structure()?;
+        match self.damage()?.pop() {
+            None => Ok(()),
+            Some(what) => Err(StoreError::Damaged(what)),
+        }
+    }
+
+    /// SQLite's own check of the file.
+    fn check_structure(&self) -> Result<(), StoreError> {
+        let verdict: String = self.0.query_row("PRAGMA quick_check(1)", [], |row| row.get(0))?;
+        match verdict.as_str() {
+            "ok" => Ok(()),
+            _ => Err(StoreError::Damaged(verdict)),
+        }
+    }
+
+    /// A line for each mission with missing events or with something that is not JSON.
+    fn damage(&self) -> Result<Vec<String>, StoreError> {
+        let mut statement = self.0.prepare(
+            "SELECT id,
+                 json_valid(CAST(summary AS TEXT))
+                     AND coalesce((SELECT json_valid(CAST(body AS TEXT)) FROM snapshots WHERE mission = number), 1),
+                 (SELECT count(*) = coalesce(max(sequence), 0) FROM events WHERE mission = number),
+                 (SELECT min(sequence) FROM events WHERE mission = number AND NOT json_valid(CAST(body AS TEXT)))
+             FROM missions WHERE status <> 'deleted' ORDER BY number",
+        )?;
+        let found = statement.query_map([], |row| {
+            let (id, state, events, wrong): (String, bool, bool, Option<i64>) = row.try_into()?;
+            Ok(match (state, events, wrong) {
+                (true, true, None) => None,
+                (_, _, Some(wrong)) => Some(format!("mission {id}: event {wrong} is not JSON")),
+                (_, false, None) => Some(format!("mission {id}: events are missing")),
+                (false, true, None) => Some(format!("mission {id}: its state is not JSON")),
+            })
+        })?;
+        let lines: Vec<Option<String>> = found.collect::<rusqlite::Result<_>>()?;
+        Ok(lines.into_iter().flatten().collect())
+    }
+
+    /// Copies every page that is in use.
+    fn copy(&self, to: &Path) -> Result<Vec<String>, StoreError> {
+        empty(to)?;
+        self.0.execute("VACUUM INTO ?1", [&to.to_string_lossy()])?;
+        checked(to)
+    }
+
+    /// Copies row by row the missions that can be read to the end, and writes the readable events of the others to `rest`.
+    fn salvage(&self, to: &Path, rest: &Path) -> Result<Vec<String>, StoreError> {
+        empty(to)?;
+        let _one_moment = self.0.unchecked_transaction()?;
+        let failed = |error: io::Error| StoreError::open(rest, &error);
+        let mut others = BufWriter::new(private_file(rest).map_err(failed)?);
+        let mut copy = Connection::open(to)?;
+        schema::migrate(&mut copy, to)?;
+        let mut copy = copy.transaction()?;
+        let mut damage = vec![];
+        copy.execute("DELETE FROM salts", [])?;
+        if !matches!(self.copy_rows(&copy, "salts", "TRUE", []), Ok(1)) {
+            copy.execute("INSERT INTO salts VALUES (randomblob(32))", [])?;
+            damage.push(
+                "the salt of the ids of missions cannot be read: keys of new missions begin anew".to_owned(),
+            );
+        }
+        copy.execute("DELETE FROM guards", [])?;
+        if !matches!(self.copy_rows(&copy, "guards", "TRUE", []), Ok(1)) {
+            // It may have been protected.
+            copy.execute("INSERT INTO guards VALUES (1, 0.0, 0.0, 0.0, 0.0)", [])?;
+            damage.push("the trusted time cannot be read: the copy is served with tokens only".to_owned());
+        }
+        for number in self.numbers("missions") {
+            let whole = copy.savepoint()?;
+            if self.copy_mission(&whole, number).is_ok() {
+                whole.commit()?;
+                continue;
+            }
+            drop(whole);
+            let (id, last) = self.outline(number);
+            let n_read = self
+                .write_events(number, &id, last, &mut others)
+                .map_err(failed)?;
+            damage.push(format!(
+                "mission {id}: {n_read} of {} events can be read, and are in {REST_NAME}",
+                last.max(n_read)
+            ));
+        }
+        let lost = self
+            .numbers("orders")
+            .into_iter()
+            .filter(|&number| self.copy_rows(&copy, "orders", "number = ?1", [number]).is_err())
+            .count();
+        if 0 < lost {
+            damage.push(format!("{lost} orders of the audit cannot be read"));
+        }
+        copy.commit()?;
+        let others = others.into_inner().map_err(io::IntoInnerError::into_error);
+        others.and_then(|file| file.sync_all()).map_err(failed)?;
+        damage.extend(checked(to)?);
+        Ok(damage)
+    }
+
+    /// Copies a mission, or fails.
+    fn copy_mission(&self, to: &Connection, number: i64) -> Result<(), StoreError> {
+        self.copy_rows(to, "missions", "number = ?1 AND status <> 'deleted'", [number])?;
+        let n_events = self.copy_rows(to, "events", "mission = ?1", [number])?;
+        self.copy_rows(to, "snapshots", "mission = ?1", [number])?;
+        self.copy_rows(to, "answered", "mission = ?1", [number])?;
+        let (id, last) = self.outline(number);
+        if n_events < last {
+            return Err(StoreError::Damaged(format!("events of mission {id} are missing")));
+        }
+        Ok(())
+    }
+
+    /// Copies the rows of a table that meet a condition. Returns their number.
+    fn copy_rows(
+        &self,
+        to: &Connection,
+        table: &str,
+        condition: &str,
+        of: impl Params,
+    ) -> rusqlite::Result<u64> {
+        let mut from = self
+            .0
+            .prepare_cached(&format!("SELECT * FROM {table} WHERE {condition}"))?;
+        let n_columns = from.column_count();
+        let places = vec!["?"; n_columns].join(", ");
+        let mut into = to.prepare_cached(&format!("INSERT INTO {table} VALUES ({places})"))?;
+        let mut rows = from.query(of)?;
+        let mut n = 0;
+        while let Some(row) = rows.next()? {
+            let values: Vec<Value> = (0..n_columns)
+                .map(|column| row.get(column))
+                .collect::<rusqlite::Result<_>>()?;
+            into.execute(params_from_iter(values))?;
+            n += 1;
+        }
+        Ok(n)
+    }
+
+    /// The numbers of a table's rows; every number that was ever given if they cannot be read.
+    fn numbers(&self, table: &str) -> Vec<i64> {
+        let listed = || -> rusqlite::Result<Vec<i64>> {
+            let mut all = self
+                .0
+                .prepare(&format!("SELECT number FROM {table} ORDER BY number"))?;
+            let numbers = all.query_map([], |row| row.get(0))?;
+            numbers.collect()
+        };
+        let given = "SELECT seq FROM sqlite_sequence WHERE name = ?1";
+        let given = || self.0.query_row(given, [table], |row| row.get(0));
+        listed().unwrap_or_else(|_| (1..=given().unwrap_or(0)).collect())
+    }
+
+    /// The id of a mission, and the sequence of its last event, as far as they can be read.
+    fn outline(&self, number: i64) -> (String, u64) {
+        let outline =
+            "SELECT id, coalesce(json_extract(CAST(summary AS TEXT), '$.sequence'), 0) FROM missions
+             WHERE number = ?1 AND json_valid(CAST(summary AS TEXT))";
+        let read = self.0.query_row(outline, [number], |row| {
+            Ok((row.get(0)?, row.get::<_, i64>(1)?.unsigned_abs()))
+        });
+        read.unwrap_or_else(|_| (format!("number {number}"), 0))
+    }
+
+    /// Writes the events that can be read, a line of JSON for each. Returns their number.
+    fn write_events(&self, number: i64, id: &str, last: u64, to: &mut impl Write) -> io::Result<u64> {
+        let read = |sequence: u64| {
+            let one = "SELECT sequence, kind, body FROM events WHERE mission = ?1 AND sequence = ?2";
+            let mut one = self.0.prepare_cached(one)?;
+            one.query_row(params![number, signed(sequence)], event).optional()
+        };
+        let mut n_read = 0;
+        for sequence in 1.. {
+            let Ok(Some(event)) = read(sequence) else {
+                if last <= sequence {
+                    break;
+                }
+                continue;
+            };
+            let body = String::from_utf8_lossy(&event.body);
+            let line = json!({ "mission": id, "sequence": sequence, "kind": event.kind, "body": body });
+            writeln!(to, "{line}")?;
+            n_read += 1;
+        }
+        Ok(n_read)
+    }
+}
+
+/// Checks a copy. Returns a line for each mission in it that is not whole.
+fn checked(copy: &Path) -> Result<Vec<String>, StoreError> {
+    let copy = EventReader::open(copy, None)?;
+    copy.check_structure()?;
+    copy.damage()
+}
+
+/// Empties a file that an earlier try may have left.
+fn empty(path: &Path) -> Result<(), StoreError> {
+    File::create(path)
+        .map(drop)
+        .map_err(|error| StoreError::open(path, &error))
+}

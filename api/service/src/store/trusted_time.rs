@@ -1,0 +1,254 @@
+//! The time by which tokens expire and old missions are deleted. A clock that was set wrongly must do neither.
+//!
+//! ```text
+//! same boot:     trusted += running time             (the kernel's, which no clock setting changes)
+//! after a boot:  trusted += clock's difference       if that is at most a day
+//! at any time:   trusted  = max(trusted, clock)      if clock and running time agreed for three days of running
+//! ```
+//! It never goes back. After a jump forward, or after a long time without power, it lags behind the clock for three days, or
+//! until a person sets it.
+
+use std::{
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    time::Instant,
+};
+
+use rusqlite::{Connection, params};
+use rustix::time::{ClockId, clock_gettime};
+
+use crate::unix_time::unix_now;
+
+/// Running time after which a clock that agreed with it is believed, s.
+const AGREED: f64 = 3.0 * 86_400.0;
+
+/// Largest disagreement between two readings that is no jump, s: slewing and drift are far below it.
+const JUMP: f64 = 60.0;
+
+/// Longest time without power that is believed at once, s: a night.
+const NIGHT: f64 = 86_400.0;
+
+/// The kernel's clock that no setting changes. The one that counts sleep is Linux's own.
+const RUNNING: ClockId = if cfg!(target_os = "linux") {
+    ClockId::Boottime
+} else {
+    ClockId::Monotonic
+};
+
+/// A reading of the machine's clocks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Reading {
+    /// The clock, Unix time, s.
+    clock: f64,
+    /// Time since boot, s. A smaller one than before is of another boot. A larger one may be too: then the time without power is
+    /// not counted.
+    up: f64,
+}
+
+impl Reading {
+    fn now() -> Self {
+        let up = clock_gettime(RUNNING);
+        #[expect(clippy::cast_precision_loss, reason = "seconds since boot")]
+        let up = up.tv_sec as f64 + 1e-9 * up.tv_nsec as f64;
+        Self {
+            clock: unix_now(),
+            up,
+        }
+    }
+}
+
+/// The trusted time at a reading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct TrustedTime {
+    /// Unix time, s.
+    trusted: f64,
+    /// Running time during which the clock has agreed, s.
+    agreed: f64,
+    seen: Reading,
+}
+
+impl TrustedTime {
+    /// What is stored. A store without it trusts its newest order, and a new store the clock.
+    pub(super) fn read(connection: &Connection) -> rusqlite::Result<Self> {
+        let row = "SELECT trusted_s, agreed_s, clock_s, up_s FROM guards";
+        connection.query_row(row, [], |row| {
+            Ok(Self {
+                trusted: row.get(0)?,
+                agreed: row.get(1)?,
+                seen: Reading {
+                    clock: row.get(2)?,
+                    up: row.get(3)?,
+                },
+            })
+        })
+    }
+
+    pub(super) fn write(&self, connection: &Connection) -> rusqlite::Result<()> {
+        let Self {
+            trusted,
+            agreed,
+            seen: Reading { clock, up },
+        } = self;
+        let update = "UPDATE guards SET trusted_s = ?1, agreed_s = ?2, clock_s = ?3, up_s = ?4";
+        connection
+            .execute(update, params![trusted, agreed, clock, up])
+            .map(drop)
+    }
+
+    /// Goes on to the start of a service.
+    pub(super) fn resume(&mut self) {
+        self.advance_to(Reading::now(), false);
+    }
+
+    /// Goes on to `now`; `running` says that the last reading was by this process.
+    fn advance_to(&mut self, now: Reading, running: bool) {
+        let by_clock = now.clock - self.seen.clock;
+        let elapsed = now.up - self.seen.up;
+        if self.trusted == 0.0 {
+            self.trusted = now.clock;
+        } else if 0.0 <= elapsed {
+            // The files may come from another machine: less is safe.
+            let longest = if running { elapsed } else { by_clock.max(0.0) };
+            self.trusted += elapsed.min(longest);
+            let agrees = (by_clock - elapsed).abs() <= JUMP;
+            self.agreed = if agrees { self.agreed + elapsed } else { 0.0 };
+        } else if (0.0..=NIGHT).contains(&by_clock) {
+            self.trusted += by_clock;
+        } else {
+            self.agreed = 0.0;
+        }
+        if AGREED <= self.agreed {
+            self.trusted = self.trusted.max(now.clock);
+        }
+        self.seen = now;
+    }
+}
+
+/// The trusted time as it passes. Clones share it.
+#[derive(Clone, Debug)]
+pub struct TrustedClock(Arc<Mutex<(TrustedTime, Instant)>>);
+
+impl TrustedClock {
+    pub(super) fn new(time: TrustedTime) -> Self {
+        Self(Arc::new(Mutex::new((time, Instant::now()))))
+    }
+
+    /// Trusted time now, Unix time, s.
+    #[must_use]
+    pub fn now_s(&self) -> f64 {
+        let (time, read) = &*self.locked();
+        time.trusted + read.elapsed().as_secs_f64()
+    }
+
+    /// Reads the machine's clocks, and returns the time to store.
+    pub(super) fn read_clocks(&self) -> TrustedTime {
+        let (time, read) = &mut *self.locked();
+        time.advance_to(Reading::now(), true);
+        *read = Instant::now();
+        *time
+    }
+
+    /// By how much the machine's clock was ahead when it was read last, s; negative if it was behind.
+    #[must_use]
+    pub fn clock_ahead_s(&self) -> f64 {
+        let (TrustedTime { trusted, seen, .. }, _) = &*self.locked();
+        seen.clock - trusted
+    }
+
+    /// Takes the machine's time, because a person says that it is right. Returns the time to store.
+    pub(super) fn believe_clock(&self) -> TrustedTime {
+        let (time, read) = &mut *self.locked();
+        *read = Instant::now();
+        time.seen = Reading::now();
+        time.trusted = time.seen.clock;
+        *time
+    }
+
+    fn locked(&self) -> MutexGuard<'_, (TrustedTime, Instant)> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DAY: f64 = 86_400.0;
+    const START: f64 = 1.7e9;
+
+    fn started() -> TrustedTime {
+        TrustedTime {
+            trusted: START,
+            agreed: 0.0,
+            seen: Reading {
+                clock: START,
+                up: 1_000.0,
+            },
+        }
+    }
+
+    /// Readings every ten minutes for `days`, by a clock that is `ahead`.
+    fn run(time: &mut TrustedTime, days: f64, ahead: f64) {
+        let up = time.seen.up;
+        let clock = time.seen.clock - time.trusted;
+        let start = time.seen.clock - clock + ahead;
+        let mut passed = 0.0;
+        while passed < days * DAY {
+            passed += 600.0;
+            time.advance_to(
+                Reading {
+                    clock: start + passed,
+                    up: up + passed,
+                },
+                true,
+            );
+        }
+    }
+
+    #[test]
+    fn a_clock_that_jumps_ahead_is_believed_after_three_days_and_not_before() {
+        let mut time = started();
+        run(&mut time, 5.0, 0.0);
+        assert!((time.trusted - START - 5.0 * DAY).abs() < 1.0);
+        run(&mut time, 2.9, 365.0 * DAY);
+        assert!((time.trusted - START - 7.9 * DAY).abs() < 700.0, "{time:?}");
+        run(&mut time, 0.2, 365.0 * DAY);
+        assert!(365.0 * DAY < time.trusted - START);
+    }
+
+    #[test]
+    fn the_time_never_goes_back_and_runs_on_while_the_clock_is_behind() {
+        let mut time = started();
+        run(&mut time, 10.0, -400.0 * DAY);
+        assert!((time.trusted - START - 10.0 * DAY).abs() < 1.0, "{time:?}");
+        time.advance_to(Reading { clock: 0.0, up: 5.0 }, false);
+        assert!((time.trusted - START - 10.0 * DAY).abs() < 1.0, "{time:?}");
+    }
+
+    #[test]
+    fn a_night_without_power_counts_and_a_year_waits() {
+        for (off, believed) in [(0.6 * DAY, 0.6 * DAY), (365.0 * DAY, 0.0), (-DAY, 0.0)] {
+            let mut time = started();
+            time.advance_to(
+                Reading {
+                    clock: START + off,
+                    up: 20.0,
+                },
+                false,
+            );
+            assert!((time.trusted - START - believed).abs() < 1.0, "{off}: {time:?}");
+        }
+    }
+
+    #[test]
+    fn files_from_a_machine_that_has_run_for_longer_are_not_older_for_it() {
+        let mut time = started();
+        time.advance_to(
+            Reading {
+                clock: START + DAY,
+                up: 400.0 * DAY,
+            },
+            false,
+        );
+        assert!((time.trusted - START - DAY).abs() < 1.0, "{time:?}");
+    }
+}

@@ -1,0 +1,37 @@
+//! Arguments that `simulate` and `compare` share.
+
+use std::error::Error;
+
+use clap::Args;
+use sim::scenario::Scenario;
+
+use super::error::MissionError;
+use crate::cli::{declared_craft::DeclaredCraft, scenarios::scenario};
+
+/// How a scenario is run.
+#[derive(Debug, Args)]
+pub(super) struct RunArguments {
+    #[command(flatten)]
+    craft: DeclaredCraft,
+    /// Seed of all random numbers.
+    #[arg(long, default_value_t = 1)]
+    pub(super) seed: u64,
+    /// End the mission after this many seconds. If the settled metrics would begin later, they begin at once.
+    #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=86_400))]
+    duration_s: Option<u32>,
+}
+
+impl RunArguments {
+    /// The named scenario, with the given duration and craft.
+    pub(super) fn scenario(&self, name: &str) -> Result<Scenario, Box<dyn Error>> {
+        let mut scenario = scenario(name)?;
+        if let Some(duration) = self.duration_s {
+            scenario = scenario.lasting(duration.into());
+        }
+        if let Some((_, craft)) = self.craft.read()? {
+            let surface_craft = scenario.surface_craft.as_mut();
+            surface_craft.ok_or(MissionError::NoSurfaceCraft)?.craft = Some(craft);
+        }
+        Ok(scenario)
+    }
+}

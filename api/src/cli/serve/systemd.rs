@@ -1,0 +1,38 @@
+//! Notes to systemd (`sd_notify(3)`): that the service listens, and that its planners work.
+
+use std::{
+    env, io,
+    os::{
+        linux::net::SocketAddrExt as _,
+        unix::net::{SocketAddr, UnixDatagram},
+    },
+    time::Duration,
+};
+
+/// The time after which systemd restarts a service without a heartbeat, and what sends one; none if it does not watch.
+pub(super) fn heartbeat() -> Option<(Duration, fn())> {
+    let of_this_process = env::var("WATCHDOG_PID").map_or(true, |pid| pid == std::process::id().to_string());
+    let microseconds = env::var("WATCHDOG_USEC").ok()?.parse().ok()?;
+    let heartbeat = || notify("WATCHDOG=1");
+    of_this_process.then_some((Duration::from_micros(microseconds), heartbeat))
+}
+
+/// Sends a note; no effect without systemd.
+pub(super) fn notify(note: &str) {
+    let Ok(socket) = env::var("NOTIFY_SOCKET") else {
+        return;
+    };
+    if let Err(error) = send(&socket, note) {
+        tracing::warn!(%error, note, "cannot notify systemd");
+    }
+}
+
+fn send(socket: &str, note: &str) -> io::Result<()> {
+    let address = match socket.strip_prefix('@') {
+        Some(name) => SocketAddr::from_abstract_name(name)?,
+        None => SocketAddr::from_pathname(socket)?,
+    };
+    let sender = UnixDatagram::unbound()?;
+    sender.set_nonblocking(true)?;
+    sender.send_to_addr(note.as_bytes(), &address).map(drop)
+}

@@ -1,0 +1,416 @@
+//! Access to the service and its configuration: tokens, roles, TLS and the sources of settings.
+
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Output},
+    thread::sleep,
+    time::{Duration, Instant},
+};
+
+use rcgen::{CertifiedKey, generate_simple_self_signed};
+use tempfile::{TempDir, tempdir};
+use tests::server::Server;
+
+/// Longer than the service needs to notice a changed token file.
+const REREAD: Duration = Duration::from_secs(10);
+
+fn pilotfish() -> Command {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
+    for (variable, _) in std::env::vars_os() {
+        if variable.to_string_lossy().starts_with("PILOTFISH_") {
+            program.env_remove(variable);
+        }
+    }
+    program.env_remove("RUST_LOG");
+    program
+}
+
+fn run(arguments: &[&str]) -> Output {
+    pilotfish().args(arguments).output().expect("the program starts")
+}
+
+fn said(output: &Output) -> String {
+    let (out, err) = (&output.stdout, &output.stderr);
+    format!("{}{}", String::from_utf8_lossy(out), String::from_utf8_lossy(err))
+}
+
+/// Makes a token in `file`.
+fn add(file: &str, name: &str, role: &str) -> String {
+    add_limited(file, name, role, &[])
+}
+
+/// Makes a token in `file`, limited by these flags.
+fn add_limited(file: &str, name: &str, role: &str, limits: &[&str]) -> String {
+    let arguments = ["token", "add", name, "--role", role, "--tokens", file];
+    let made = run(&[&arguments, limits].concat());
+    assert!(made.status.success(), "{}", said(&made));
+    String::from_utf8(made.stdout).expect("is text").trim().to_owned()
+}
+
+/// The status that curl gets, and the answer's body.
+fn curl(arguments: &[&str]) -> (u16, String) {
+    let output = Command::new("curl")
+        .args(["-s", "--max-time", "20", "-w", "\n%{http_code}"])
+        .args(arguments)
+        .output()
+        .expect("curl is installed");
+    let text = String::from_utf8(output.stdout).expect("is text");
+    let (body, status) = text.rsplit_once('\n').expect("has a status");
+    (status.parse().expect("is a number"), body.to_owned())
+}
+
+/// The status of a call with a token, if any.
+fn call(server: &Server, method: &str, path: &str, token: Option<&str>) -> u16 {
+    let authorization = token.map(|token| format!("authorization: Bearer {token}"));
+    let url = format!("{}{path}", server.url());
+    let mut arguments = vec!["-X", method, &url];
+    if let Some(authorization) = &authorization {
+        arguments.extend(["-H", authorization]);
+    }
+    curl(&arguments).0
+}
+
+fn path(directory: &TempDir, name: &str) -> String {
+    directory.path().join(name).to_string_lossy().into_owned()
+}
+
+#[test]
+fn each_role_has_its_permissions_and_a_revoked_token_none() {
+    let directory = tempdir().expect("there is room");
+    let file = path(&directory, "tokens.json");
+    let mut program = pilotfish();
+    program.args(["--tokens", &file]);
+    let server = Server::start(program);
+    assert_eq!(
+        call(&server, "GET", "/v1/missions", None),
+        200,
+        "no token was made"
+    );
+    let [reader, operator, admin] =
+        ["read-only", "operator", "admin"].map(|role| add(&file, &format!("the-{role}"), role));
+    let end = Instant::now() + REREAD;
+    while call(&server, "GET", "/v1/missions", None) == 200 {
+        assert!(Instant::now() < end, "the first token has no effect");
+        sleep(Duration::from_millis(100));
+    }
+
+    for public in ["/", "/livez", "/readyz", "/openapi.json"] {
+        assert_eq!(call(&server, "GET", public, None), 200, "{public}");
+    }
+    for token in [None, Some("pf_wrong"), Some(&reader[1..])] {
+        assert_eq!(call(&server, "GET", "/v1/missions", token), 401);
+        assert_eq!(call(&server, "DELETE", "/v1/missions/m-1", token), 401);
+    }
+    // 404 and 415 are answers to those who may ask.
+    for (token, list, run, delete) in [
+        (&reader, 200, 403, 403),
+        (&operator, 200, 404, 403),
+        (&admin, 200, 404, 404),
+    ] {
+        let token = Some(token.as_str());
+        assert_eq!(call(&server, "GET", "/v1/missions", token), list);
+        assert_eq!(call(&server, "POST", "/v1/missions/m-1/run", token), run);
+        assert_eq!(call(&server, "DELETE", "/v1/missions/m-1", token), delete);
+        assert_eq!(call(&server, "POST", "/v1/plan", token), 415);
+    }
+
+    let listed = run(&["token", "list", "--tokens", &file]);
+    assert!(said(&listed).contains("the-operator"), "{}", said(&listed));
+    assert!(!said(&listed).contains(&operator[3..]), "a token is shown once");
+    assert!(
+        run(&["token", "revoke", "the-operator", "--tokens", &file])
+            .status
+            .success()
+    );
+    let end = Instant::now() + REREAD;
+    while call(&server, "GET", "/v1/missions", Some(&operator)) == 200 {
+        assert!(Instant::now() < end, "the revoked token is still valid");
+        sleep(Duration::from_millis(100));
+    }
+    assert_eq!(call(&server, "GET", "/v1/missions", Some(&admin)), 200);
+}
+
+#[test]
+fn a_token_limited_to_craft_or_missions_sees_and_changes_only_those() {
+    let directory = tempdir().expect("there is room");
+    let file = path(&directory, "tokens.json");
+    let admin = add(&file, "admin", "admin");
+    let bridge = add_limited(&file, "bridge-1", "operator", &["--craft", "craft-1"]);
+    let mut program = pilotfish();
+    program.args(["--tokens", &file]);
+    let server = Server::start(program);
+    let ask = |token: &str, method: &str, path: &str, body: &str| {
+        let url = format!("{}{path}", server.url());
+        let bearer = format!("authorization: Bearer {token}");
+        let json = "content-type: application/json";
+        let mut arguments = vec!["-X", method, &url, "-H", &bearer];
+        if !body.is_empty() {
+            arguments.extend(["-H", json, "-d", body]);
+        }
+        curl(&arguments)
+    };
+    let create = |token: &str, craft: &str| {
+        let body = format!(
+            r#"{{"schema_version":"1.0","metadata":{{"bridge":"{craft}"}},
+                "live":{{"auvs":[{{"id":"a"}}],"goal":{{"kind":"track","auv":"a"}}}}}}"#
+        );
+        let (status, answer) = ask(token, "POST", "/v1/missions", &body);
+        let id = serde_json::from_str::<serde_json::Value>(&answer).expect("is JSON")["id"].clone();
+        (status, id.as_str().unwrap_or_default().to_owned())
+    };
+    let (status, own) = create(&bridge, "craft-1");
+    assert_eq!(status, 201);
+    assert_eq!(create(&bridge, "craft-2").0, 403);
+    let (_, other) = create(&admin, "craft-2");
+    // Read without a restart; limited by the mission's ID, and an admin of that alone.
+    let one = add_limited(&file, "one", "admin", &["--mission", &other]);
+    let end = Instant::now() + REREAD;
+    while ask(&one, "GET", "/v1/access", "").0 != 200 {
+        assert!(Instant::now() < end, "the new token has no effect");
+        sleep(Duration::from_millis(100));
+    }
+
+    for (token, theirs, not_theirs) in [(&bridge, &own, &other), (&one, &other, &own)] {
+        let (_, listed) = ask(token, "GET", "/v1/missions", "");
+        assert!(listed.contains(theirs.as_str()) && !listed.contains(not_theirs.as_str()));
+        for (method, call, body, allowed) in [
+            ("GET", "", "", 200),
+            ("GET", "/scene", "", 200),
+            ("GET", "/record?format=csv", "", 200),
+            ("PATCH", "", r#"{"keep_outs":null}"#, 200),
+            ("POST", "/run", "", 200),
+            ("POST", "/reports", r#"{"notes":[]}"#, 422),
+            ("GET", "/reference", "", 409),
+            ("POST", "/pause", "", 200),
+            ("POST", "/finish", "", 200),
+            ("GET", "/events", "", 204),
+        ] {
+            let (status, answer) = ask(token, method, &format!("/v1/missions/{theirs}{call}"), body);
+            assert_eq!(status, allowed, "{method} {call}: {answer}");
+            let (status, answer) = ask(token, method, &format!("/v1/missions/{not_theirs}{call}"), body);
+            assert_eq!(status, 403, "{method} {call}: {answer}");
+            assert!(answer.contains("\"mission_forbidden\""), "{answer}");
+        }
+    }
+    let (_, answer) = ask(&bridge, "GET", &format!("/v1/missions/{other}"), "");
+    assert!(answer.contains("limited to craft craft-1"), "{answer}");
+    assert_eq!(ask(&bridge, "GET", "/v1/missions/m-1", "").0, 404);
+    let (_, access) = ask(&bridge, "GET", "/v1/access", "");
+    assert!(access.contains(r#""limit":{"craft":["craft-1"]}"#), "{access}");
+    assert_eq!(
+        ask(&one, "GET", "/v1/audit", "").0,
+        403,
+        "it names other missions"
+    );
+    assert_eq!(
+        create(&one, "craft-2").0,
+        403,
+        "it is limited to an existing mission"
+    );
+    assert_eq!(ask(&one, "DELETE", &format!("/v1/missions/{own}"), "").0, 403);
+    assert_eq!(ask(&one, "DELETE", &format!("/v1/missions/{other}"), "").0, 204);
+    assert_eq!(ask(&admin, "GET", &format!("/v1/missions/{own}"), "").0, 200);
+    let listed = said(&run(&["token", "list", "--tokens", &file]));
+    assert!(listed.contains(&format!("missions {other}")), "{listed}");
+}
+
+#[test]
+fn a_service_on_a_network_needs_tokens_and_tls_or_insecure() {
+    let directory = tempdir().expect("there is room");
+    let file = path(&directory, "tokens.json");
+    let data = path(&directory, "data");
+    let away = [
+        "--host", "0.0.0.0", "--port", "0", "--tokens", &file, "--data", &data,
+    ];
+
+    let refused = run(&away);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(said(&refused).contains("neither tokens"), "{}", said(&refused));
+    let token = add(&file, "bridge", "operator");
+    let refused = run(&away);
+    assert!(said(&refused).contains("no TLS"), "{}", said(&refused));
+
+    let (certificate, key) = certificate(directory.path());
+    let mut program = pilotfish();
+    program.args(["--host", "0.0.0.0", "--tokens", &file]).args([
+        "--tls-certificate",
+        &certificate,
+        "--tls-key",
+        &key,
+    ]);
+    let server = Server::start(program);
+    let url = format!("https://localhost:{}/v1/missions", server.port());
+    let bearer = format!("authorization: Bearer {token}");
+    let trusted = ["--cacert", &certificate, "-H", &bearer, &url];
+    assert_eq!(curl(&trusted).0, 200);
+    assert_eq!(curl(&["--cacert", &certificate, &url]).0, 401);
+    assert_eq!(
+        curl(&["-H", &bearer, &url]).0,
+        0,
+        "the certificate is our own: curl does not trust it by itself"
+    );
+    let in_the_clear = url.replace("https", "http");
+    assert_eq!(curl(&["-H", &bearer, &in_the_clear]).0, 0);
+
+    // A renewed certificate is loaded without a restart.
+    let before = fs::read(&certificate).expect("is there");
+    let (renewed, _) = self::certificate(directory.path());
+    assert_ne!(fs::read(&renewed).expect("is there"), before);
+    assert_eq!(curl(&trusted).0, 0, "the service still shows the old certificate");
+    let hang_up = Command::new("kill")
+        .args(["-HUP", &server.process.id().to_string()])
+        .status();
+    assert!(hang_up.expect("kill is installed").success());
+    let end = Instant::now() + REREAD;
+    while curl(&trusted).0 != 200 {
+        assert!(Instant::now() < end, "the new certificate is not loaded");
+        sleep(Duration::from_millis(100));
+    }
+}
+
+/// A certificate for this machine and its key, in files of `directory`.
+fn certificate(directory: &Path) -> (String, String) {
+    let CertifiedKey { cert, signing_key } =
+        generate_simple_self_signed(["localhost".to_owned(), "127.0.0.1".to_owned()]).expect("are names");
+    let files = [
+        ("certificate.pem", cert.pem()),
+        ("key.pem", signing_key.serialize_pem()),
+    ];
+    let [certificate, key] = files.map(|(name, text)| {
+        let path = directory.join(name);
+        fs::write(&path, text).expect("there is room");
+        path.to_string_lossy().into_owned()
+    });
+    (certificate, key)
+}
+
+#[test]
+fn half_a_certificate_is_refused() {
+    let refused = run(&["--port", "0", "--tls-certificate", "/nowhere.pem"]);
+    assert!(
+        said(&refused).contains("both --tls-certificate and --tls-key"),
+        "{}",
+        said(&refused)
+    );
+    let refused = run(&[
+        "--port",
+        "0",
+        "--tls-certificate",
+        "/nowhere.pem",
+        "--tls-key",
+        "/nowhere.key",
+    ]);
+    assert!(said(&refused).contains("/nowhere.pem"), "{}", said(&refused));
+}
+
+#[test]
+fn every_setting_is_a_flag_a_variable_and_a_key_and_shows_its_source() {
+    let directory = tempdir().expect("there is room");
+    let file = path(&directory, "pilotfish.toml");
+    fs::write(
+        &file,
+        "port = 9001\ndeadline_ms = 50\nallow_host = [\"ship.example\"]\n",
+    )
+    .expect("is written");
+    let output = pilotfish()
+        .args([
+            "--config",
+            &file,
+            "config",
+            "--port",
+            "9003",
+            "--log-format",
+            "json",
+        ])
+        .env("PILOTFISH_PORT", "9002")
+        .env("PILOTFISH_INSECURE", "yes")
+        .env("PILOTFISH_ALLOW_HOST", "a.example, b.example")
+        .output()
+        .expect("starts");
+    assert!(output.status.success(), "{}", said(&output));
+    let printed = String::from_utf8(output.stdout).expect("is text");
+    for (line, source) in [
+        ("port = 9003", "--port"),
+        ("deadline_ms = 50", file.as_str()),
+        ("insecure = true", "PILOTFISH_INSECURE"),
+        (
+            "allow_host = [\"a.example\", \"b.example\"]",
+            "PILOTFISH_ALLOW_HOST",
+        ),
+        ("log_format = \"json\"", "--log-format"),
+        ("host = \"127.0.0.1\"", "default"),
+    ] {
+        let found = printed.lines().find(|printed| printed.starts_with(line));
+        let found = found.unwrap_or_else(|| panic!("{line} is not in\n{printed}"));
+        assert!(found.ends_with(&format!("# {source}")), "{found}");
+    }
+
+    // What is printed is a file that means the same.
+    let again = path(&directory, "again.toml");
+    fs::write(&again, &printed).expect("is written");
+    let output = run(&["config", "--config", &again]);
+    let values = |text: &str| -> Vec<String> {
+        text.lines()
+            .map(|line| line.split("  # ").next().unwrap_or("").trim().to_owned())
+            .collect()
+    };
+    assert_eq!(values(&said(&output)), values(&printed));
+}
+
+#[test]
+fn an_error_of_a_setting_names_its_flag_variable_or_key() {
+    let refused = pilotfish()
+        .args(["config"])
+        .env("PILOTFISH_PORT", "a lot")
+        .output()
+        .expect("starts");
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        said(&refused).contains("PILOTFISH_PORT: \"a lot\" must be"),
+        "{}",
+        said(&refused)
+    );
+    let refused = run(&["serve", "--deadline-ms", "0"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(said(&refused).contains("--deadline-ms"), "{}", said(&refused));
+    let refused = run(&["--port", "1", "scenarios"]);
+    assert!(
+        said(&refused).contains("--port is an option of serve"),
+        "{}",
+        said(&refused)
+    );
+    let ignored = pilotfish()
+        .args(["config"])
+        .env("PILOTFISH_PROT", "1")
+        .output()
+        .expect("starts");
+    assert!(
+        said(&ignored).contains("unknown setting PILOTFISH_PROT"),
+        "{}",
+        said(&ignored)
+    );
+}
+
+#[test]
+fn flags_of_the_service_may_precede_or_follow_the_subcommand() {
+    for arguments in [
+        &["--deadline-ms", "7", "serve"][..],
+        &["serve", "--deadline-ms", "7"],
+        &["--deadline-ms", "7"],
+    ] {
+        let mut program = pilotfish();
+        program.args(arguments);
+        let server = Server::start(program);
+        assert_eq!(call(&server, "GET", "/livez", None), 200);
+    }
+    let data = tempdir().expect("there is room");
+    let data = data.path().to_string_lossy().into_owned();
+    for arguments in [
+        ["--data", &data, "backup", "/nowhere"],
+        ["backup", "/nowhere", "--data", &data],
+    ] {
+        let refused = run(&arguments);
+        assert!(said(&refused).contains(&data), "{}", said(&refused));
+    }
+}

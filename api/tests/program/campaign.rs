@@ -1,0 +1,164 @@
+//! `pilotfish campaign` as its users run it: killed and gone on with, in parts, looked at, refused.
+
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Output, Stdio},
+    thread::sleep,
+    time::Duration,
+};
+
+use tempfile::TempDir;
+
+const FILE: &str = r#"
+schema_version = "1"
+name = "small"
+title = "a campaign that is killed"
+scenarios = ["paper-tracking", "noisy-fixes"]
+duration_s = 90
+replicates = 8
+[tuning]
+replicates = 1
+[[controllers]]
+name = "mpc auto"
+planner = {}
+[[controllers]]
+name = "saturated_los"
+law = { name = "saturated_los" }
+"#;
+
+fn campaign(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
+    command.arg("campaign").args(arguments);
+    command
+}
+
+fn run(arguments: &[&str]) -> Output {
+    campaign(arguments).output().expect("the program starts")
+}
+
+fn printed(output: &Output) -> String {
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    String::from_utf8(output.stdout.clone()).expect("is text")
+}
+
+fn path(folder: &TempDir, name: &str) -> String {
+    folder.path().join(name).display().to_string()
+}
+
+#[test]
+fn a_campaign_that_cannot_be_flown_says_what_to_do() {
+    let folder = TempDir::new().expect("is a folder");
+    let file = path(&folder, "small.toml");
+    let refused = |arguments: &[&str], says: &str| {
+        let output = run(arguments);
+        let words = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(
+            !output.status.success() && words.contains(says),
+            "{words}\nshould say {says}"
+        );
+    };
+    fs::write(&file, FILE.replace("replicates = 8", "replicates = 0")).expect("is written");
+    refused(
+        &["run", &file],
+        "small.toml:7: replicates: 0 is outside 1 to 1000000",
+    );
+    fs::write(&file, FILE).expect("is written");
+    refused(
+        &["run", &file, "--shard", "4/3"],
+        "is not a shard: write 1/3 for the first of three",
+    );
+    refused(&["report", &path(&folder, "nothing")], "holds no campaign");
+    refused(&["run", &path(&folder, "none.toml")], "cannot read");
+    let out = path(&folder, "out");
+    let outline = printed(&run(&["run", &file, "--dry-run", "--out", &out]));
+    assert!(
+        outline.contains("32 runs at most") && !Path::new(&out).exists(),
+        "{outline}"
+    );
+    assert!(printed(&run(&["schema"])).contains("\"replicates\""));
+}
+
+#[test]
+fn every_campaign_of_the_examples_is_one() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/campaigns");
+    let mut n = 0;
+    for entry in fs::read_dir(folder).expect("is there") {
+        let file = entry.expect("is there").path();
+        // Their own scenarios are in a folder.
+        if file.is_dir() {
+            continue;
+        }
+        let outline = printed(&run(&["run", &file.display().to_string(), "--dry-run"]));
+        assert!(outline.contains("runs at most"), "{outline}");
+        n += 1;
+    }
+    assert!(8 <= n, "{n}");
+}
+
+mod slow {
+    use super::*;
+
+    #[test]
+    fn a_campaign_that_is_killed_again_and_again_goes_on_to_the_same_rows() {
+        let folder = TempDir::new().expect("is a folder");
+        let file = path(&folder, "small.toml");
+        fs::write(&file, FILE).expect("is written");
+        let (whole, killed) = (path(&folder, "whole"), path(&folder, "killed"));
+        printed(&run(&["run", &file, "--out", &whole, "--jobs", "2"]));
+        let digest = printed(&run(&["digest", &whole]));
+
+        let mut kills = 0;
+        for after_ms in [150, 400, 900, 700, 300, 1_200] {
+            let mut flying = campaign(&["run", &file, "--out", &killed, "--jobs", "2"]);
+            let mut flying = flying
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .spawn()
+                .expect("starts");
+            sleep(Duration::from_millis(after_ms));
+            kills += u32::from(flying.try_wait().expect("is ours").is_none());
+            flying.kill().expect("is ours");
+            flying.wait().expect("is ours");
+        }
+        assert!(2 <= kills, "it has to be killed to show anything: {kills}");
+        printed(&run(&["run", &file, "--out", &killed, "--jobs", "1"]));
+        assert_eq!(printed(&run(&["digest", &killed])), digest);
+        // What is done is not done again.
+        let again = printed(&run(&["run", &file, "--out", &killed]));
+        assert!(again.contains(digest.trim()), "{again}");
+
+        let parts: Vec<String> = (1..=3).map(|i| path(&folder, &format!("part-{i}"))).collect();
+        for (i, part) in (1..).zip(&parts) {
+            printed(&run(&["run", &file, "--out", part, "--shard", &format!("{i}/3")]));
+        }
+        let merged = path(&folder, "merged");
+        let all: Vec<&str> = ["merge", "--out", &merged]
+            .into_iter()
+            .chain(parts.iter().map(String::as_str))
+            .collect();
+        printed(&run(&all));
+        assert_eq!(printed(&run(&["digest", &merged])), digest);
+
+        let again = printed(&run(&["replay", &merged, "0"]));
+        assert!(
+            again.contains("mpc auto in paper-tracking, replicate 0: the same row, to the bit"),
+            "{again}"
+        );
+        assert!(Path::new(&merged).join("replay-0.html").exists());
+        let written = printed(&run(&["report", &merged]));
+        for name in ["report.html", "report.md", "report.json"] {
+            assert!(written.contains(name), "{written}");
+            assert!(
+                1_000
+                    < fs::metadata(Path::new(&merged).join(name))
+                        .expect("is written")
+                        .len()
+            );
+        }
+    }
+}

@@ -1,0 +1,245 @@
+//! Clients that take places, memory or the log from others: the program must serve the others all the same.
+
+use std::{
+    fmt::Write as _,
+    io::{Read, Write},
+    net::{Ipv4Addr, SocketAddr, TcpStream},
+    os::unix::net::UnixDatagram,
+    process::{Command, Stdio},
+    thread::sleep,
+    time::{Duration, Instant},
+};
+
+use rustix::net::{AddressFamily, SocketType, bind, connect, socket};
+use serde_json::{Value, json};
+use tests::server::Server;
+
+/// Longest wait for what must happen, on a busy machine.
+const PATIENCE: Duration = Duration::from_mins(1);
+
+/// Places for connections of a service that may open few files.
+const PLACES: u32 = 40;
+
+/// The rest of its files, which it keeps for itself.
+const OTHER_FILES: u32 = 256;
+
+fn program() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_pilotfish"))
+}
+
+/// A connection from another address of this machine.
+fn connected(from: [u8; 4], to: &Server) -> TcpStream {
+    let new = socket(AddressFamily::INET, SocketType::STREAM, None).expect("is free");
+    bind(&new, &SocketAddr::from((from, 0))).expect("all of 127/8 is this machine");
+    connect(&new, &SocketAddr::from((Ipv4Addr::LOCALHOST, to.port()))).expect("listens");
+    let stream = TcpStream::from(new);
+    stream.set_read_timeout(Some(PATIENCE)).expect("is a socket");
+    stream
+}
+
+/// The answer to one request on a connection of its own.
+fn ask(server: &Server, method: &str, path: &str, body: &str) -> String {
+    let mut socket = connected([127, 0, 0, 1], server);
+    let request = format!(
+        "{method} {path} HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\ncontent-type: application/json\r\n\
+         content-length: {}\r\n\r\n{body}",
+        body.len()
+    );
+    socket.write_all(request.as_bytes()).expect("takes a request");
+    let mut answer = String::new();
+    socket.read_to_string(&mut answer).expect("answers and closes");
+    answer
+}
+
+fn metric(server: &Server, name: &str) -> f64 {
+    let metrics = ask(server, "GET", "/metrics", "");
+    let sample = metrics
+        .lines()
+        .find_map(|line| line.strip_prefix(name)?.strip_prefix(' '));
+    sample.expect("is counted").parse().expect("is a number")
+}
+
+/// Waits until it is so.
+fn until(what: &str, so: impl Fn() -> bool) {
+    let end = Instant::now() + PATIENCE;
+    while !so() {
+        assert!(Instant::now() < end, "{what}");
+        sleep(Duration::from_millis(200));
+    }
+}
+
+#[test]
+fn a_connection_that_takes_no_answer_is_closed() {
+    let server = Server::start(program());
+    let mut unread: Vec<_> = (0..4).map(|_| connected([127, 0, 0, 1], &server)).collect();
+    for socket in &mut unread {
+        let request = "GET /openapi.json HTTP/1.1\r\nhost: localhost\r\n\r\n".repeat(30);
+        socket.write_all(request.as_bytes()).expect("takes a request");
+    }
+    until("all are open", || metric(&server, "pilotfish_connections") >= 5.0);
+    until("one stays open", || {
+        metric(&server, "pilotfish_connections") == 1.0
+    });
+}
+
+#[test]
+fn two_addresses_that_take_every_place_keep_no_third_out() {
+    let mut shell = Command::new("sh");
+    let run = format!("ulimit -n {}; exec \"$0\" \"$@\"", PLACES + OTHER_FILES);
+    shell.args(["-c", &run, env!("CARGO_BIN_EXE_pilotfish")]);
+    let server = Server::start(shell);
+    let kinds = [
+        "",
+        "GET /livez HTTP/1.1\r\nhost: localhost\r\nx: ",
+        "GET /openapi.json HTTP/1.1\r\nhost: localhost\r\n\r\n",
+        "POST /v1/plan HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\ncontent-length: 9\r\n\r\n{",
+    ];
+    for kind in kinds {
+        let held: Vec<_> = (0..3 * PLACES)
+            .map(|i| {
+                let mut socket = connected([127, 0, 0, if i % 2 == 0 { 2 } else { 3 }], &server);
+                // The service may have closed it for another.
+                let _ = socket.write_all(kind.as_bytes());
+                socket
+            })
+            .collect();
+        for _ in 0..10 {
+            let answer = ask(&server, "GET", "/livez", "");
+            assert!(answer.starts_with("HTTP/1.1 200"), "{kind:?}: {answer}");
+        }
+        drop(held);
+    }
+    assert!(metric(&server, "pilotfish_connections") <= f64::from(PLACES));
+}
+
+#[test]
+fn a_head_over_16_kib_is_refused() {
+    let server = Server::start(program());
+    for (name_bytes, status) in [(8 << 10, 200), (17 << 10, 431)] {
+        let mut socket = connected([127, 0, 0, 1], &server);
+        let long = "x".repeat(name_bytes);
+        let head =
+            format!("GET /livez HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\nx: {long}\r\n\r\n");
+        // It may be refused before its end.
+        let _ = socket.write_all(head.as_bytes());
+        let mut answer = [0; 12];
+        socket.read_exact(&mut answer).expect("answers");
+        assert_eq!(String::from_utf8_lossy(&answer), format!("HTTP/1.1 {status}"));
+    }
+}
+
+#[test]
+fn a_log_that_no_one_reads_delays_no_plan_and_its_lines_are_counted() {
+    let mut silent = program();
+    silent.args(["--log", "debug"]).stderr(Stdio::piped());
+    let server = Server::start(silent);
+    let mut socket = connected([127, 0, 0, 1], &server);
+    let mut answers = socket.try_clone().expect("is a socket");
+    let reader = std::thread::spawn(move || std::io::copy(&mut answers, &mut std::io::sink()));
+    for i in 0..10_000 {
+        let end = if i == 9_999 { "connection: close\r\n" } else { "" };
+        let request = format!("GET /livez HTTP/1.1\r\nhost: localhost\r\n{end}\r\n");
+        socket.write_all(request.as_bytes()).expect("takes a request");
+    }
+    reader
+        .join()
+        .expect("reads to the end")
+        .expect("reads to the end");
+    let plan = ask(&server, "POST", "/v1/plan", service::examples::EXAMPLES[0].body);
+    assert!(plan.starts_with("HTTP/1.1 200"), "{plan}");
+    assert!(0.0 < metric(&server, "pilotfish_log_lines_dropped_total"));
+}
+
+#[test]
+fn the_service_notifies_systemd_that_it_listens_and_that_its_planners_work() {
+    let directory = tempfile::tempdir().expect("there is room");
+    let path = directory.path().join("notify");
+    let notes = UnixDatagram::bind(&path).expect("is free");
+    notes.set_read_timeout(Some(PATIENCE)).expect("is a socket");
+    let mut watched = program();
+    watched
+        .env("NOTIFY_SOCKET", &path)
+        .env("WATCHDOG_USEC", "20000000")
+        .env_remove("WATCHDOG_PID");
+    let _server = Server::start(watched);
+    let mut note = [0; 64];
+    for expected in ["READY=1", "WATCHDOG=1"] {
+        let n = notes.recv(&mut note).expect("comes");
+        assert_eq!(String::from_utf8_lossy(&note[..n]), expected);
+    }
+}
+
+#[test]
+fn the_stream_and_the_waiting_request_of_a_revoked_token_end() {
+    let directory = tempfile::tempdir().expect("there is room");
+    let file = directory.path().join("tokens.json");
+    let token = |arguments: &[&str]| {
+        let mut made = program();
+        made.arg("token").args(arguments).arg("--tokens").arg(&file);
+        let output = made.output().expect("starts");
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stdout)
+            .expect("is text")
+            .trim()
+            .to_owned()
+    };
+    let [bridge, page] = ["bridge", "page"].map(|name| token(&["add", name, "--role", "operator"]));
+    let mut with_tokens = program();
+    with_tokens.arg("--tokens").arg(&file);
+    let server = Server::start(with_tokens);
+
+    let live = json!({ "schema_version": "1.0", "live": {
+        "auvs": [{ "id": "auv-1" }], "goal": { "kind": "track", "auv": "auv-1" }, "period_s": 1.0 } });
+    let call = |method: &str, path: &str, body: &Value, token: &str| {
+        let body = body.to_string();
+        let mut head =
+            format!("{method} {path} HTTP/1.1\r\nhost: localhost\r\nauthorization: Bearer {token}\r\n");
+        let _ = write!(
+            head,
+            "content-type: application/json\r\ncontent-length: {}\r\n\r\n",
+            body.len()
+        );
+        let mut socket = connected([127, 0, 0, 1], &server);
+        socket
+            .write_all((head + &body).as_bytes())
+            .expect("takes a request");
+        socket
+    };
+    let mut answer = [0; 4096];
+    let n = call("POST", "/v1/missions", &live, &page)
+        .read(&mut answer)
+        .expect("answers");
+    let answer = String::from_utf8_lossy(&answer[..n]).into_owned();
+    let path = answer
+        .lines()
+        .find_map(|line| line.strip_prefix("location: "))
+        .expect("is created");
+    let streams = [&bridge, &page].map(|token| {
+        let mut stream = call("GET", &format!("{path}/events?after=0"), &json!({}), token);
+        let mut head = [0; 12];
+        stream.read_exact(&mut head).expect("answers");
+        assert_eq!(&head, b"HTTP/1.1 200");
+        stream
+    });
+    let mut waiting = call(
+        "GET",
+        &format!("{path}/reference?wait_s=30&after=1000000"),
+        &json!({}),
+        &bridge,
+    );
+    token(&["revoke", "bridge"]);
+    let mut status = [0; 12];
+    waiting.read_exact(&mut status).expect("answers");
+    assert_eq!(&status, b"HTTP/1.1 401");
+    let [mut revoked, mut kept] = streams;
+    let mut events = vec![];
+    // Without a revocation the stream lasts as long as the mission.
+    revoked.read_to_end(&mut events).expect("ends");
+    assert!(String::from_utf8_lossy(&events).contains("event: created"));
+    assert!(!events.ends_with(b"0\r\n\r\n"), "is cut off, not complete");
+    kept.set_nonblocking(true).expect("is a socket");
+    let still_open = |read: std::io::Result<usize>| !matches!(read, Ok(0));
+    let mut rest = [0; 4096];
+    while let Ok(1..) = kept.read(&mut rest) {}
+    assert!(still_open(kept.read(&mut rest)));
+}

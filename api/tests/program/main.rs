@@ -1,0 +1,17 @@
+//! The program as its users start it. Only a package's own tests know where its binary is, so these are not in `tests/`.
+
+mod access;
+mod campaign;
+mod cli;
+mod crowd;
+mod docs;
+mod examples;
+mod markdown;
+mod readme;
+
+/// Left out by `just test-fast`, like every other module of this name.
+mod slow {
+    mod bridge;
+    mod faults;
+    mod kill;
+}

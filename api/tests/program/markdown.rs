@@ -1,0 +1,103 @@
+//! The parts of a page that tests look at.
+
+use std::collections::BTreeSet;
+
+/// A fenced block.
+pub(crate) struct Block {
+    pub(crate) language: String,
+    pub(crate) text: String,
+}
+
+pub(crate) fn blocks(markdown: &str) -> Vec<Block> {
+    let mut blocks = vec![];
+    let mut lines = markdown.lines();
+    while let Some(opening) = lines
+        .by_ref()
+        .find_map(|line| line.trim_start().strip_prefix("```"))
+    {
+        let content: Vec<&str> = lines.by_ref().take_while(|line| line.trim() != "```").collect();
+        blocks.push(Block {
+            language: opening.to_owned(),
+            text: content.join("\n"),
+        });
+    }
+    blocks
+}
+
+/// The running text.
+pub(crate) fn without_blocks(markdown: &str) -> String {
+    let mut inside = false;
+    let outside = markdown.lines().filter(|line| {
+        let fence = line.trim_start().starts_with("```");
+        inside ^= fence;
+        !inside && !fence
+    });
+    outside.collect::<Vec<_>>().join("\n")
+}
+
+/// What stands between backticks in the running text.
+pub(crate) fn spans(markdown: &str) -> Vec<String> {
+    let text = without_blocks(markdown);
+    text.split("\n\n")
+        .flat_map(|paragraph| paragraph.split('`').skip(1).step_by(2))
+        .map(|span| span.replace('\n', " "))
+        .collect()
+}
+
+/// The anchors of a page: of its titles, and those that it names itself.
+pub(crate) fn titles(markdown: &str) -> BTreeSet<String> {
+    let text = without_blocks(markdown);
+    let named = text
+        .split("id=\"")
+        .skip(1)
+        .filter_map(|rest| rest.split('"').next())
+        .map(str::to_owned);
+    let of_titles = text.lines().filter(|line| line.starts_with('#')).map(|line| {
+        let kept = |c: &char| c.is_alphanumeric() || *c == ' ' || *c == '-' || *c == '_';
+        let title = line.trim_start_matches('#').trim().to_lowercase();
+        title.chars().filter(kept).collect::<String>().replace(' ', "-")
+    });
+    named.chain(of_titles).collect()
+}
+
+/// A row of a table.
+pub(crate) struct Row {
+    pub(crate) line: usize,
+    pub(crate) n_cells: usize,
+}
+
+/// The rows of every table. A bar behind a backslash separates no cells.
+pub(crate) fn table_rows(markdown: &str) -> Vec<Vec<Row>> {
+    let mut tables: Vec<Vec<Row>> = vec![];
+    let mut before = false;
+    for (i, line) in markdown.lines().enumerate() {
+        let is_row = line.starts_with('|');
+        if is_row {
+            if !before {
+                tables.push(vec![]);
+            }
+            let n_cells = line
+                .trim_end()
+                .trim_end_matches('|')
+                .replace("\\|", "")
+                .matches('|')
+                .count();
+            let row = Row { line: i + 1, n_cells };
+            tables.last_mut().expect("one has begun").push(row);
+        }
+        before = is_row;
+    }
+    tables
+}
+
+#[test]
+fn blocks_end_where_their_fence_ends() {
+    let text = "a `x`\n```bash\none `y`\ntwo\n```\nb `z\n1`\n```json\n{}\n```\n";
+    let found = blocks(text);
+    let found: Vec<_> = found
+        .iter()
+        .map(|block| (&*block.language, &*block.text))
+        .collect();
+    assert_eq!(found, [("bash", "one `y`\ntwo"), ("json", "{}")]);
+    assert_eq!(spans(text), ["x", "z 1"]);
+}

@@ -1,0 +1,542 @@
+//! The bridge between an autopilot and a live mission: what it sends, when it is silent, and what becomes of the boat.
+//!
+//! The same mission is sailed by a stand-in of the autopilot's rules ([`tests::autopilot`]), always, and by ArduPilot's Rover where
+//! `PILOTFISH_ARDUROVER` is the path of its simulator:
+//!
+//! ```text
+//! PILOTFISH_ARDUROVER=~/ardupilot/build/sitl/bin/ardurover cargo test -p pilotfish --test program bridge -- --nocapture
+//! ```
+
+use std::{
+    env,
+    io::Write as _,
+    net::TcpStream,
+    process::{Child, Command, Stdio},
+    thread,
+    time::{Duration, Instant},
+};
+
+use mavlink::{
+    MavlinkReader,
+    dialects::ardupilotmega::{
+        COMMAND_LONG_DATA, MavCmd, MavMessage, MavModeFlag, MavParamType, PARAM_SET_DATA,
+    },
+    types::CharArray,
+};
+use nalgebra::Vector2;
+use serde_json::Value;
+use tests::{
+    autopilot::{GUIDED, HOLD, ORIGIN, StandIn, frame, place},
+    server::Server,
+};
+
+/// The AUV's speed to the north, m/s, and where it starts (north, east), m.
+const AUV_SPEED: f64 = 0.6;
+const AUV_START: [f64; 2] = [20.0, 5.0];
+/// How near a boat that follows comes, m.
+const NEAR: f64 = 2.0;
+/// What takes longer fails the test.
+const PATIENCE: Duration = Duration::from_secs(90);
+
+/// A boat that the test can look at, and play a person aboard of.
+trait Craft {
+    /// Where a bridge connects to.
+    fn endpoint(&self) -> String;
+    /// (north, east), m from [`ORIGIN`].
+    fn position(&mut self) -> Vector2<f64>;
+    /// Speed over ground, m/s.
+    fn speed(&mut self) -> f64;
+    /// A person sets the mode.
+    fn set_mode(&mut self, mode: u32);
+    /// Whether the boat is in that mode, and armed.
+    fn is_guided_and_armed(&mut self) -> bool;
+    /// Takes up what an AUV says.
+    fn hear(&mut self, position: &Vector2<f64>, velocity: &Vector2<f64>);
+}
+
+impl Craft for StandIn {
+    fn endpoint(&self) -> String {
+        StandIn::endpoint(self)
+    }
+
+    fn position(&mut self) -> Vector2<f64> {
+        self.boat().position
+    }
+
+    fn speed(&mut self) -> f64 {
+        self.boat().speed
+    }
+
+    fn set_mode(&mut self, mode: u32) {
+        self.boat().mode = mode;
+    }
+
+    fn is_guided_and_armed(&mut self) -> bool {
+        let boat = self.boat();
+        boat.mode == GUIDED && boat.is_armed
+    }
+
+    fn hear(&mut self, position: &Vector2<f64>, velocity: &Vector2<f64>) {
+        StandIn::hear(self, AUV, position, velocity);
+    }
+}
+
+/// Variable with the path of ArduPilot's Rover.
+const ARDUROVER: &str = "PILOTFISH_ARDUROVER";
+/// The AUV's system.
+const AUV: u32 = 101;
+
+/// `pilotfish bridge`, killed when dropped.
+struct Bridge(Child);
+
+impl Drop for Bridge {
+    fn drop(&mut self) {
+        // It may be over.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn pilotfish() -> Command {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
+    // It is this test's, and none of the program's settings.
+    program.env_remove(ARDUROVER);
+    program
+}
+
+fn bridge(endpoint: &str, address: &str, flags: &[&str]) -> Bridge {
+    let mut program = pilotfish();
+    program
+        .args([
+            "bridge",
+            "mavlink",
+            "--connect",
+            endpoint,
+            "--auv",
+            "101=auv-1",
+            "--sigma",
+            "0.1",
+        ])
+        .args(["--url", &format!("http://{address}"), "--name", "rehearsal"])
+        .args(flags)
+        .env("PILOTFISH_LOG", "warn")
+        .stdout(Stdio::null());
+    Bridge(program.spawn().expect("the program starts"))
+}
+
+/// Ten times a second, the AUV says where it is; answers whether `until` came true in time.
+fn sail(
+    craft: &mut dyn Craft,
+    start: Instant,
+    limit: Duration,
+    mut until: impl FnMut(&mut dyn Craft) -> bool,
+) -> bool {
+    let end = Instant::now() + limit;
+    while Instant::now() < end {
+        craft.hear(&auv(start), &Vector2::new(AUV_SPEED, 0.0));
+        if until(craft) {
+            return true;
+        }
+        thread::sleep(Duration::from_millis(100));
+    }
+    false
+}
+
+fn auv(start: Instant) -> Vector2<f64> {
+    let [north, east] = AUV_START;
+    Vector2::new(north + AUV_SPEED * start.elapsed().as_secs_f64(), east)
+}
+
+fn is_near(start: Instant) -> impl FnMut(&mut dyn Craft) -> bool {
+    move |craft| (craft.position() - auv(start)).norm() < NEAR
+}
+
+fn for_seconds(craft: &mut dyn Craft, start: Instant, seconds: f64) {
+    sail(craft, start, Duration::from_secs_f64(seconds), |_| false);
+}
+
+/// Names of the missions, newest first.
+fn missions(address: &str) -> Vec<String> {
+    let list: Value = get(address, "").read_json().expect("is JSON");
+    let missions = list["missions"].as_array().expect("a list");
+    missions
+        .iter()
+        .map(|mission| mission["id"].as_str().expect("a name").to_owned())
+        .collect()
+}
+
+fn get(address: &str, path: &str) -> ureq::Body {
+    let url = format!("http://{address}/v1/missions{path}");
+    let limited = ureq::get(url).config().timeout_global(Some(PATIENCE)).build();
+    limited.call().expect("is answered").into_body()
+}
+
+/// What the bridge wrote into the mission's log.
+fn notes(address: &str, mission: &str) -> Vec<String> {
+    let events = get(address, &format!("/{mission}/record?format=events_ndjson"))
+        .into_with_config()
+        .limit(64 << 20)
+        .read_to_string()
+        .expect("is text");
+    let events = events
+        .lines()
+        .map(|line| serde_json::from_str::<Value>(line).expect("is JSON"));
+    events
+        .flat_map(|event| {
+            let notes = event["heard"]["notes"].as_array().cloned().unwrap_or_default();
+            notes
+                .into_iter()
+                .map(|note| note["text"].as_str().expect("a text").to_owned())
+        })
+        .collect()
+}
+
+/// The mission that both boats sail: approach, a person takes over and hands back, the bridge is killed and started again.
+fn follow_through_a_take_over_and_a_kill(craft: &mut dyn Craft, server: &Server) {
+    let address = &server.address;
+    let start = Instant::now();
+    let first = bridge(&craft.endpoint(), address, &["--take-control"]);
+    assert!(
+        sail(craft, start, PATIENCE, is_near(start)),
+        "it does not approach"
+    );
+
+    craft.set_mode(HOLD);
+    for_seconds(craft, start, 6.0);
+    assert!(!craft.is_guided_and_armed(), "the bridge took the craft back");
+    assert!(craft.speed() < 0.5, "a boat on hold still moves");
+    craft.set_mode(GUIDED);
+    assert!(
+        sail(craft, start, PATIENCE, is_near(start)),
+        "it does not follow when it is handed back"
+    );
+
+    drop(first);
+    for_seconds(craft, start, 8.0);
+    assert!(craft.speed() < 0.5, "nothing stops it, at {} m/s", craft.speed());
+    let _second = bridge(&craft.endpoint(), address, &[]);
+    assert!(
+        sail(craft, start, PATIENCE, is_near(start)),
+        "a second bridge does not continue"
+    );
+
+    let missions = missions(address);
+    assert_eq!(
+        missions.len(),
+        1,
+        "a second bridge of the same name made a mission of its own"
+    );
+    let notes = notes(address, &missions[0]);
+    let says = |what: &str| notes.iter().any(|note| note.contains(what));
+    for what in [
+        "the guided mode is ordered",
+        "references are sent",
+        "a person has the craft",
+    ] {
+        assert!(says(what), "no note says {what:?}: {notes:#?}");
+    }
+}
+
+#[test]
+fn a_boat_follows_its_auv_through_a_take_over_and_a_kill() {
+    let server = Server::start(pilotfish());
+    let mut boat = StandIn::start(Vector2::new(-0.1, 0.2));
+    follow_through_a_take_over_and_a_kill(&mut boat, &server);
+    assert_eq!(
+        boat.boat().orders,
+        2,
+        "one order for the mode, one to arm, and none after them"
+    );
+}
+
+#[test]
+fn nothing_is_sent_without_heartbeat_position_or_guided_mode_and_nothing_is_ordered_unasked() {
+    let server = Server::start(pilotfish());
+    let mut boat = StandIn::start(Vector2::zeros());
+    let start = Instant::now();
+    let _bridge = bridge(&boat.endpoint(), &server.address, &[]);
+    let references = |boat: &StandIn| boat.boat().references;
+    let is_sent = |boat: &mut StandIn| {
+        let before = references(boat);
+        for_seconds(boat, start, 1.5);
+        references(boat) > before
+    };
+    for_seconds(&mut boat, start, 8.0);
+    assert_eq!(
+        (references(&boat), boat.boat().orders),
+        (0, 0),
+        "the boat is on hold"
+    );
+    boat.boat().mode = GUIDED;
+    assert!(!is_sent(&mut boat), "the boat is not armed");
+    boat.boat().is_armed = true;
+    for_seconds(&mut boat, start, 2.0);
+    assert!(is_sent(&mut boat), "guided, armed, a plan");
+
+    boat.boat().has_heartbeat = false;
+    for_seconds(&mut boat, start, 4.5);
+    assert!(!is_sent(&mut boat), "no heartbeat");
+    boat.boat().has_heartbeat = true;
+    for_seconds(&mut boat, start, 1.5);
+    assert!(is_sent(&mut boat), "the heartbeat is back");
+
+    boat.boat().has_position = false;
+    for_seconds(&mut boat, start, 1.5);
+    assert!(!is_sent(&mut boat), "the position is not known");
+    boat.boat().has_position = true;
+    for_seconds(&mut boat, start, 1.5);
+    assert!(is_sent(&mut boat), "the position is known again");
+
+    assert_eq!(boat.boat().orders, 0);
+    let mission = &missions(&server.address)[0];
+    let notes = notes(&server.address, mission);
+    for what in ["no heartbeat", "no recent position", "references are sent"] {
+        assert!(
+            notes.iter().any(|note| note.contains(what)),
+            "no note says {what:?}: {notes:#?}"
+        );
+    }
+}
+
+#[test]
+fn a_dry_run_moves_nothing() {
+    let server = Server::start(pilotfish());
+    let mut boat = StandIn::start(Vector2::zeros());
+    boat.boat().mode = GUIDED;
+    boat.boat().is_armed = true;
+    let start = Instant::now();
+    let _bridge = bridge(
+        &boat.endpoint(),
+        &server.address,
+        &["--dry-run", "--take-control"],
+    );
+    let is_kept = |_: &mut dyn Craft| !missions(&server.address).is_empty();
+    assert!(
+        sail(&mut boat, start, PATIENCE, is_kept),
+        "the mission is kept all the same"
+    );
+    for_seconds(&mut boat, start, 3.0);
+    let (references, orders) = {
+        let boat = boat.boat();
+        (boat.references, boat.orders)
+    };
+    assert_eq!((references, orders), (0, 0));
+}
+
+#[test]
+fn a_boat_outlives_its_service() {
+    let mut server = Server::start(pilotfish());
+    let (port, data) = (
+        server.port(),
+        server.data.take().expect("has a directory of its own"),
+    );
+    let mut boat = StandIn::start(Vector2::zeros());
+    let start = Instant::now();
+    let _bridge = bridge(&boat.endpoint(), &server.address, &["--take-control"]);
+    assert!(
+        sail(&mut boat, start, PATIENCE, is_near(start)),
+        "it does not approach"
+    );
+    drop(server);
+    // A plan may be followed for ten seconds; then the autopilot's own time-out stops the boat.
+    for_seconds(&mut boat, start, 17.0);
+    assert!(
+        boat.boat().speed < 0.1,
+        "{} m/s without a plan",
+        boat.boat().speed
+    );
+    let mut program = pilotfish();
+    program.arg("--data").arg(data.path());
+    let server = Server::start_on(program, port);
+    assert!(
+        sail(&mut boat, start, PATIENCE, is_near(start)),
+        "it does not follow when the service is back"
+    );
+    let mission = &missions(&server.address)[0];
+    let notes = notes(&server.address, mission);
+    for what in [
+        "the service does not answer",
+        "the service answers again",
+        "the plan is too old",
+    ] {
+        assert!(
+            notes.iter().any(|note| note.contains(what)),
+            "no note says {what:?}: {notes:#?}"
+        );
+    }
+}
+
+/// ArduPilot's Rover in its own simulator.
+struct ArduPilot {
+    process: Child,
+    _folder: tempfile::TempDir,
+    watch: MavlinkReader<TcpStream>,
+    orders: TcpStream,
+    seen: (Vector2<f64>, f64, u32, bool),
+}
+
+/// First port of instance 7: a simulator that runs already has 5760.
+const ARDUPILOT_PORT: u16 = 5760 + 70;
+/// Parameters of a plain hull with one rudder and one thruster.
+const ARDUPILOT_PARAMETERS: &str = "FRAME_CLASS 2\nWP_SPEED 2\nCRUISE_SPEED 5\nCRUISE_THROTTLE 30\nATC_SPEED_P 0.1\n\
+    ATC_STR_RAT_FF 0.75\nRC1_MIN 1000\nRC1_MAX 2000\nRC3_MIN 1000\nRC3_MAX 2000\nSERVO1_MIN 1000\nSERVO1_MAX 2000\n\
+    SERVO3_MIN 1000\nSERVO3_MAX 2000\nSIM_TIDE_SPEED 0.2\nSIM_TIDE_DIR 45\nSIM_WIND_SPD 0\nLOG_BACKEND_TYPE 0\nARMING_CHECK 0\n";
+
+impl ArduPilot {
+    fn start(program: &str) -> Self {
+        let folder = tempfile::tempdir().expect("there is room");
+        let parameters = folder.path().join("boat.parm");
+        std::fs::write(&parameters, ARDUPILOT_PARAMETERS).expect("is written");
+        let [lat, lon] = ORIGIN;
+        let process = Command::new(program)
+            .args([
+                "--model",
+                "motorboat",
+                "--speedup",
+                "10",
+                "-I",
+                "7",
+                "--sysid",
+                "8",
+                "--wipe",
+                "--serial0",
+                "tcp:0",
+            ])
+            .args(["--home", &format!("{lat},{lon},1,90"), "--defaults"])
+            .arg(&parameters)
+            .current_dir(folder.path())
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("PILOTFISH_ARDUROVER is a program");
+        let connected = |port| {
+            let end = Instant::now() + PATIENCE;
+            loop {
+                match TcpStream::connect(("127.0.0.1", port)) {
+                    Ok(stream) => return stream,
+                    Err(error) if Instant::now() > end => panic!("the simulator does not listen: {error}"),
+                    Err(_) => thread::sleep(Duration::from_millis(200)),
+                }
+            }
+        };
+        let orders = connected(ARDUPILOT_PORT + 2);
+        let watch = orders.try_clone().expect("a second handle");
+        watch
+            .set_read_timeout(Some(Duration::from_millis(5)))
+            .expect("a time-out");
+        let mut craft = Self {
+            process,
+            _folder: folder,
+            watch: MavlinkReader::new(watch),
+            orders,
+            seen: (Vector2::zeros(), 0.0, 0, false),
+        };
+        // A minute of simulated time at ten times the speed: its filter has settled.
+        for _ in 0..80 {
+            thread::sleep(Duration::from_millis(100));
+            craft.look();
+        }
+        let mut name = [0; 16];
+        name[..11].copy_from_slice(b"SIM_SPEEDUP");
+        craft.order(&MavMessage::PARAM_SET(PARAM_SET_DATA {
+            param_value: 1.0,
+            target_system: 8,
+            target_component: 1,
+            param_id: CharArray::new(name),
+            param_type: MavParamType::MAV_PARAM_TYPE_REAL32,
+        }));
+        craft.command(MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL, [33.0, 100_000.0]);
+        craft
+    }
+
+    fn order(&mut self, message: &MavMessage) {
+        self.orders
+            .write_all(&frame(255, message))
+            .expect("the simulator lives");
+    }
+
+    fn command(&mut self, command: MavCmd, [param1, param2]: [f32; 2]) {
+        self.order(&MavMessage::COMMAND_LONG(COMMAND_LONG_DATA {
+            param1,
+            param2,
+            command,
+            target_system: 8,
+            target_component: 1,
+            ..COMMAND_LONG_DATA::DEFAULT
+        }));
+    }
+
+    fn look(&mut self) {
+        while let Ok((header, message)) = self.watch.read_any_message::<MavMessage>() {
+            if header.system_id != 8 {
+                continue;
+            }
+            match message {
+                MavMessage::HEARTBEAT(beat) => {
+                    self.seen.2 = beat.custom_mode;
+                    self.seen.3 = beat.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
+                }
+                MavMessage::GLOBAL_POSITION_INT(at) => {
+                    let [lat, lon] = ORIGIN;
+                    let metres = 111_319.5;
+                    self.seen.0 = Vector2::new(
+                        (f64::from(at.lat) * 1e-7 - lat) * metres,
+                        (f64::from(at.lon) * 1e-7 - lon) * metres * lat.to_radians().cos(),
+                    );
+                    self.seen.1 = 0.01 * f64::from(at.vx).hypot(f64::from(at.vy));
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+impl Drop for ArduPilot {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+impl Craft for ArduPilot {
+    fn endpoint(&self) -> String {
+        format!("tcp:127.0.0.1:{ARDUPILOT_PORT}")
+    }
+
+    fn position(&mut self) -> Vector2<f64> {
+        self.look();
+        self.seen.0
+    }
+
+    fn speed(&mut self) -> f64 {
+        self.look();
+        self.seen.1
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "modes are small numbers")]
+    fn set_mode(&mut self, mode: u32) {
+        self.command(MavCmd::MAV_CMD_DO_SET_MODE, [1.0, mode as f32]);
+    }
+
+    fn is_guided_and_armed(&mut self) -> bool {
+        self.look();
+        self.seen.2 == GUIDED && self.seen.3
+    }
+
+    fn hear(&mut self, position: &Vector2<f64>, velocity: &Vector2<f64>) {
+        let said = frame(AUV, &place(position, velocity, None));
+        self.orders.write_all(&said).expect("the simulator lives");
+    }
+}
+
+#[test]
+fn ardupilots_rover_follows_its_auv_through_a_take_over_and_a_kill() {
+    let Ok(program) = env::var(ARDUROVER) else {
+        println!("skipped: PILOTFISH_ARDUROVER names no simulator of ArduPilot's Rover");
+        return;
+    };
+    let server = Server::start(pilotfish());
+    let mut boat = ArduPilot::start(&program);
+    follow_through_a_take_over_and_a_kill(&mut boat, &server);
+}

@@ -1,0 +1,472 @@
+//! What no failure of the machine may do: lose what was acknowledged, run without tokens, delete by a clock that jumped.
+//!
+//! `faults.c` is the failing machine. `PILOTFISH_CUTS=100 cargo test -p pilotfish --test program faults -- --nocapture` cuts the
+//! power more often than the usual run.
+
+use std::{
+    collections::BTreeSet,
+    env, fs,
+    path::{Path, PathBuf},
+    process::{Command, Output},
+    sync::{
+        LazyLock,
+        atomic::{AtomicBool, AtomicU32},
+    },
+    thread,
+    time::{Duration, Instant},
+};
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
+use tempfile::TempDir;
+use tests::server::Server;
+
+use super::kill::{
+    CLIENTS, Home, Journal, Lives, PATIENCE, StopAtLast, agent, answered, check_numbers, check_posts,
+    check_replay, ended, pilotfish, post, terminate, unix_now,
+};
+use crate::markdown::blocks;
+
+/// Power cuts in one run, unless `PILOTFISH_CUTS` says otherwise.
+const CUTS: usize = 6;
+
+/// The unit of what a disk writes whole, bytes.
+const SECTOR: usize = 512;
+
+/// Numbers of the errors `EIO` and `ENOSPC`.
+const IO: u8 = 5;
+const FULL: u8 = 28;
+
+const DAY_S: i64 = 86_400;
+
+/// The failing machine, built once.
+static MACHINE: LazyLock<(TempDir, PathBuf)> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().expect("there is room");
+    let library = folder.path().join("faults.so");
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/program/slow/faults.c");
+    let mut build = Command::new("cc");
+    build
+        .args(["-O1", "-shared", "-fPIC", "-o"])
+        .arg(&library)
+        .arg(source)
+        .arg("-ldl");
+    assert!(build.status().expect("there is a C compiler").success());
+    (folder, library)
+});
+
+/// Where a service finds the faults that it has.
+struct Faults {
+    folder: TempDir,
+}
+
+impl Faults {
+    fn new() -> Self {
+        let faults = Self {
+            folder: tempfile::tempdir().expect("there is room"),
+        };
+        fs::create_dir(faults.durable()).expect("there is room");
+        faults
+    }
+
+    fn durable(&self) -> PathBuf {
+        self.folder.path().join("durable")
+    }
+
+    /// Lines such as `write 5 7`: every seventh write fails with error 5.
+    fn disk(&self, rules: &str) {
+        fs::write(self.folder.path().join("rules"), rules).expect("there is room");
+    }
+
+    /// Sets the clock of the programs that have these faults.
+    fn clock(&self, ahead_s: i64) {
+        fs::write(self.folder.path().join("clock"), ahead_s.to_string()).expect("there is room");
+    }
+
+    fn on(&self, program: &mut Command, data: &Path) {
+        let here = |name: &str| self.folder.path().join(name);
+        program
+            .env("LD_PRELOAD", &MACHINE.1)
+            .env("FAULTS_DATA", data)
+            .env("FAULTS_DURABLE", self.durable())
+            .env("FAULTS_RULES", here("rules"))
+            .env("FAULTS_CLOCK", here("clock"));
+    }
+
+    fn start(&self, home: &Home) -> Server {
+        let mut serve = home.serve();
+        self.on(&mut serve, &home.data());
+        Server::start_on(serve, home.port)
+    }
+}
+
+/// What a power cut leaves of a killed service's files: of each sector that was not synced, the old or the new content.
+fn cut_the_power(faults: &Faults, data: &Path, random: &mut ChaCha8Rng) {
+    let names = |directory: &Path| -> BTreeSet<String> {
+        let entries = fs::read_dir(directory).expect("is there");
+        let names = entries.map(|entry| {
+            entry
+                .expect("is there")
+                .file_name()
+                .into_string()
+                .expect("is text")
+        });
+        names.collect()
+    };
+    let read = |path: PathBuf| fs::read(path).unwrap_or_default();
+    for name in names(data) {
+        let (now, synced) = (read(data.join(&name)), read(faults.durable().join(&name)));
+        if name.ends_with("-shm") || (synced.is_empty() && random.random()) {
+            fs::remove_file(data.join(&name)).expect("is there");
+            continue;
+        }
+        let length = if random.random() { now.len() } else { synced.len() };
+        let mut left = vec![0; length];
+        for (i, sector) in left.chunks_mut(SECTOR).enumerate() {
+            let sources = if random.random() {
+                [&now, &synced]
+            } else {
+                [&synced, &now]
+            };
+            for source in sources {
+                let from = source.get(i * SECTOR..).unwrap_or_default();
+                let n = from.len().min(sector.len());
+                sector[..n].copy_from_slice(&from[..n]);
+            }
+        }
+        fs::write(data.join(&name), &left).expect("there is room");
+        fs::write(faults.durable().join(&name), &left).expect("there is room");
+    }
+}
+
+/// Posts during `trouble`, which ends with a ready service, and checks that everything acknowledged is stored once.
+fn check_through(home: &Home, mission: &str, trouble: impl FnOnce(&mut Lives) -> Server) -> usize {
+    let url = home.url(&format!("/{mission}/reports"));
+    let stop = AtomicBool::new(false);
+    let so_far: [AtomicU32; CLIENTS] = Default::default();
+    let mut lives = Lives::default();
+    let (mut server, journals) = thread::scope(|scope| {
+        let (url, stop, so_far) = (&url, &stop, &so_far);
+        let spawn = |client: usize| scope.spawn(move || post(url, client, stop, &so_far[client]));
+        let clients: Vec<_> = (0..CLIENTS).map(spawn).collect();
+        let at_last = StopAtLast(stop);
+        let server = trouble(&mut lives);
+        home.await_plan(mission, unix_now());
+        drop(at_last);
+        let journals = clients
+            .into_iter()
+            .map(|client| client.join().expect("was answered well"));
+        (server, journals.collect::<Vec<Journal>>())
+    });
+    await_ready(&server);
+    let events = home.record(mission);
+    check_numbers(&events);
+    check_posts(&events, &journals, &lives);
+    terminate(&server);
+    assert!(ended(&mut server).success());
+    println!("{}", check_replay(&home.data(), mission));
+    journals.iter().map(|journal| journal.acknowledged.len()).sum()
+}
+
+fn await_ready(server: &Server) {
+    let begun = Instant::now();
+    loop {
+        let mut answer = agent()
+            .get(format!("{}/readyz", server.url()))
+            .call()
+            .expect("the service answers");
+        if answer.status() == 200 {
+            return;
+        }
+        let text = answer.body_mut().read_to_string().expect("the answer ends");
+        assert!(begun.elapsed() < PATIENCE, "{text}");
+        thread::sleep(Duration::from_millis(100));
+    }
+}
+
+#[test]
+fn a_power_cut_loses_nothing_acknowledged() {
+    let number =
+        |usual| env::var("PILOTFISH_CUTS").map_or(usual, |given| given.parse().expect("is a number"));
+    let cuts = number(CUTS);
+    let (home, faults) = (Home::new(), Faults::new());
+    let mut server = faults.start(&home);
+    let mission = home.mission();
+    let mut random = ChaCha8Rng::seed_from_u64(2);
+    let acknowledged = check_through(&home, &mission, |lives| {
+        for _ in 0..cuts {
+            thread::sleep(Duration::from_millis(random.random_range(50..=1_500)));
+            server.process.kill().expect("is ours");
+            server.process.wait().expect("is ours");
+            lives.ended.push(unix_now());
+            cut_the_power(&faults, &home.data(), &mut random);
+            server = faults.start(&home);
+            lives.ready.push(unix_now());
+        }
+        server
+    });
+    println!("{cuts} power cuts: {acknowledged} posts acknowledged, none lost");
+}
+
+#[test]
+fn errors_of_the_disk_lose_nothing_acknowledged() {
+    let (home, faults) = (Home::new(), Faults::new());
+    let mut server = faults.start(&home);
+    let mission = home.mission();
+    let rules = [
+        format!("write {IO} 5"),
+        format!("sync {IO} 3"),
+        format!("read {IO} 20"),
+        format!("write {FULL} 1"),
+        format!("write {FULL} 4\nsync {IO} 4\nread {IO} 50"),
+        format!("sync {IO} 1"),
+    ];
+    let acknowledged = check_through(&home, &mission, |lives| {
+        for rule in &rules {
+            thread::sleep(Duration::from_millis(500));
+            faults.disk(rule);
+            thread::sleep(Duration::from_secs(1));
+            server.process.kill().expect("is ours");
+            server.process.wait().expect("is ours");
+            lives.ended.push(unix_now());
+            faults.disk("");
+            server = faults.start(&home);
+            lives.ready.push(unix_now());
+        }
+        // A disk that recovers needs no restart.
+        faults.disk(&rules[0]);
+        thread::sleep(Duration::from_secs(1));
+        faults.disk("");
+        server
+    });
+    println!(
+        "{} kinds of errors: {acknowledged} posts acknowledged, none lost",
+        rules.len() + 1
+    );
+}
+
+#[test]
+fn a_deleted_data_directory_ends_acknowledgements_and_readiness() {
+    let home = Home::new();
+    let server = home.start();
+    let url = home.url("");
+    let create = || {
+        let post = agent().post(&url).content_type("application/json");
+        post.send(super::kill::live_mission())
+    };
+    answered(create(), 201);
+    fs::rename(home.data(), home.data().with_extension("away")).expect("is there");
+    let refused = answered(create(), 503);
+    assert!(
+        refused["detail"].to_string().contains("deleted or replaced"),
+        "{refused}"
+    );
+    let begun = Instant::now();
+    let ready = format!("{}/readyz", server.url());
+    while agent().get(&ready).call().expect("answers").status() == 200 {
+        assert!(begun.elapsed() < PATIENCE, "it is still ready");
+        thread::sleep(Duration::from_millis(100));
+    }
+    let refused = answered(agent().get(&ready).call(), 503);
+    assert!(
+        refused["detail"].to_string().contains("deleted or replaced"),
+        "{refused}"
+    );
+}
+
+/// A finished mission.
+fn finished(home: &Home) -> String {
+    let mission = home.mission();
+    answered(
+        agent().post(home.url(&format!("/{mission}/finish"))).send_empty(),
+        200,
+    );
+    mission
+}
+
+#[test]
+fn a_clock_that_jumps_a_year_ahead_deletes_no_mission() {
+    let (home, faults) = (Home::new(), Faults::new());
+    let keep = || {
+        let mut serve = home.serve();
+        serve.args(["--keep-days", "90"]);
+        faults.on(&mut serve, &home.data());
+        Server::start_on(serve, home.port)
+    };
+    let mut server = keep();
+    let mission = finished(&home);
+    terminate(&server);
+    assert!(ended(&mut server).success());
+    faults.clock(365 * DAY_S);
+    let server = keep();
+    // The service looks at once after its start.
+    thread::sleep(Duration::from_secs(3));
+    answered(agent().get(home.url(&format!("/{mission}"))).call(), 200);
+    drop(server);
+    let retain = |more: &[&str]| {
+        let mut retain = pilotfish();
+        retain
+            .args(["retention", "--days", "90", "--data"])
+            .arg(home.data())
+            .args(more);
+        faults.on(&mut retain, &home.data());
+        said(&retain.output().expect("the program starts"))
+    };
+    let kept = retain(&[]);
+    assert!(
+        kept.contains("365.0 days ahead") && kept.contains("0 missions deleted"),
+        "{kept}"
+    );
+    let deleted = retain(&["--trust-clock"]);
+    assert!(deleted.contains("1 missions deleted"), "{deleted}");
+}
+
+fn said(output: &Output) -> String {
+    let (out, err) = (&output.stdout, &output.stderr);
+    format!("{}{}", String::from_utf8_lossy(out), String::from_utf8_lossy(err))
+}
+
+/// Runs the program, which must succeed. What it printed.
+fn run(program: &mut Command) -> String {
+    let output = program.output().expect("the program starts");
+    assert!(output.status.success(), "{}", said(&output));
+    String::from_utf8(output.stdout)
+        .expect("is text")
+        .trim()
+        .to_owned()
+}
+
+fn token(home: &Home, arguments: &[&str], faults: Option<&Faults>) -> String {
+    fs::create_dir_all(home.data()).expect("there is room");
+    let mut add = pilotfish();
+    add.args(["token", "add"])
+        .args(arguments)
+        .arg("--data")
+        .arg(home.data());
+    if let Some(faults) = faults {
+        faults.on(&mut add, &home.data());
+    }
+    run(&mut add)
+}
+
+/// The status of a call with a token, if any.
+fn call(method: &str, url: &str, token: Option<&str>) -> u16 {
+    let mut curl = Command::new("curl");
+    curl.args(["-s", "-o", "/dev/null", "-w", "%{http_code}", "-X", method, url]);
+    if let Some(token) = token {
+        curl.args(["-H", &format!("authorization: Bearer {token}")]);
+    }
+    run(&mut curl).parse().expect("is a number")
+}
+
+#[test]
+fn a_clock_that_is_set_back_makes_no_expired_token_valid() {
+    let (home, faults) = (Home::new(), Faults::new());
+    let forever = token(&home, &["forever", "--role", "admin"], None);
+    faults.clock(-2 * DAY_S);
+    let expired = token(
+        &home,
+        &["expired", "--role", "admin", "--days", "1"],
+        Some(&faults),
+    );
+    for clock in [0, -2 * DAY_S] {
+        faults.clock(clock);
+        let mut server = faults.start(&home);
+        assert_eq!(call("GET", &home.url(""), Some(&forever)), 200);
+        assert_eq!(call("GET", &home.url(""), Some(&expired)), 401, "{clock}");
+        terminate(&server);
+        assert!(ended(&mut server).success());
+    }
+}
+
+#[test]
+fn a_service_that_had_tokens_does_not_run_without_them() {
+    let home = Home::new();
+    let mut server = home.start();
+    let mission = finished(&home);
+    let url = home.url(&format!("/{mission}"));
+    // The first token comes while it runs.
+    let admin = token(&home, &["admin", "--role", "admin"], None);
+    let begun = Instant::now();
+    while call("GET", &url, None) != 401 {
+        assert!(begun.elapsed() < PATIENCE, "the token has no effect");
+        thread::sleep(Duration::from_millis(100));
+    }
+    thread::sleep(Duration::from_secs(3));
+    server.process.kill().expect("is ours");
+    server.process.wait().expect("is ours");
+    let tokens = home.data().join("tokens.json");
+    let text = fs::read(&tokens).expect("is there");
+    fs::remove_file(&tokens).expect("is there");
+    let refused = home
+        .serve()
+        .args(["--port", "0"])
+        .output()
+        .expect("the program starts");
+    assert!(!refused.status.success());
+    assert!(
+        said(&refused).contains("the service had tokens"),
+        "{}",
+        said(&refused)
+    );
+    let mut backup = pilotfish();
+    let to = home.folder.path().join("copy");
+    backup.arg("backup").arg(&to).arg("--data").arg(home.data());
+    let refused = said(&backup.output().expect("the program starts"));
+    assert!(
+        refused.contains("the service had tokens") && !to.exists(),
+        "{refused}"
+    );
+    fs::write(&tokens, text).expect("is written");
+    let _server = home.start();
+    assert_eq!(call("DELETE", &url, None), 401);
+    assert_eq!(call("DELETE", &url, Some(&admin)), 204);
+}
+
+#[test]
+fn the_steps_of_backup_and_restore_keep_the_tokens() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/deployment.md");
+    let page = fs::read_to_string(page).expect("the page is there");
+    let section = page
+        .split("\n## ")
+        .find(|section| section.starts_with("Backup and restore"));
+    let steps = blocks(section.expect("the page has it"));
+    let [backup, restore] = &steps[..] else {
+        panic!("one block for each");
+    };
+    let home = Home::new();
+    let admin = token(&home, &["admin", "--role", "admin"], None);
+    let mut server = home.start();
+    let created = agent()
+        .post(home.url(""))
+        .header("authorization", format!("Bearer {admin}"))
+        .content_type("application/json")
+        .send(super::kill::live_mission());
+    let mission: Value = answered(created, 201);
+    let url = home.url(&format!("/{}", mission["id"].as_str().expect("has a name")));
+    let bin = home.folder.path().join("bin");
+    fs::create_dir(&bin).expect("there is room");
+    std::os::unix::fs::symlink(env!("CARGO_BIN_EXE_pilotfish"), bin.join("pilotfish")).expect("is made");
+    let data = home.data().display().to_string();
+    let sh = |steps: &str| {
+        let steps = steps
+            .replace("/var/lib/private/pilotfish", &data)
+            .replace("/var/lib/pilotfish", &data)
+            .replace("/srv", &home.folder.path().display().to_string())
+            .replace("$(date +%F)", "2026-11-23");
+        let path = format!("{}:{}", bin.display(), env::var("PATH").expect("is set"));
+        // The test is not root, and starts the service itself.
+        let stubs = "set -e; sudo() { case $1 in systemctl|chown) ;; *) \"$@\";; esac; }\n";
+        run(Command::new("bash")
+            .args(["-c", &format!("{stubs}{steps}")])
+            .env("PATH", path))
+    };
+    sh(&backup.text);
+    assert_eq!(call("DELETE", &url, Some(&admin)), 204);
+    terminate(&server);
+    assert!(ended(&mut server).success());
+    sh(&restore.text);
+    let _server = home.start();
+    assert_eq!(call("DELETE", &url, None), 401);
+    assert_eq!(call("GET", &url, Some(&admin)), 200);
+}

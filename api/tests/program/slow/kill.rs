@@ -1,0 +1,692 @@
+//! A service that is killed at any moment loses nothing that it acknowledged, stores nothing twice, and resumes by itself.
+//! What was deleted stays deleted, and a backup taken at any moment can be served. After a stop signal the service does not
+//! wait for clients that only listen.
+//!
+//! `PILOTFISH_KILLS=200 PILOTFISH_STOPS=20 cargo test -p pilotfish --test program kill -- --nocapture` ends it more often than the
+//! usual run.
+
+use std::{
+    collections::{HashMap, HashSet},
+    env, fs,
+    io::{BufRead, BufReader, Read, Write},
+    net::{Ipv4Addr, TcpListener, TcpStream},
+    ops::RangeInclusive,
+    path::{Path, PathBuf},
+    process::{Command, ExitStatus},
+    sync::atomic::{AtomicBool, AtomicU32, Ordering},
+    thread,
+    time::{Duration, Instant, SystemTime, UNIX_EPOCH},
+};
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::{Value, json};
+use tempfile::TempDir;
+use tests::server::Server;
+use ureq::Agent;
+
+/// Kills in one run, unless `PILOTFISH_KILLS` says otherwise.
+const KILLS: usize = 5;
+/// Orders to stop among them, unless `PILOTFISH_STOPS` says otherwise.
+const STOPS: usize = 1;
+/// Time from ready to the kill, ms: from before the first commit to after the first plan.
+const LIFE_MS: RangeInclusive<u64> = 20..=600;
+/// One life in so many lasts until a plan was made, to show that plans continue.
+const PLANS_IN_ONE_OF: usize = 3;
+/// Clients, each with an AUV of its own.
+pub(crate) const CLIENTS: usize = 2;
+/// One additional mission in so many is kept, the others are deleted.
+const KEPT_ONE_OF: u64 = 20;
+/// Pause between two additional missions.
+const PAUSE_BESIDE: Duration = Duration::from_millis(10);
+/// Pause between two backups.
+const PAUSE_OF_BACKUPS: Duration = Duration::from_secs(1);
+/// Time between two plans, s: the shortest allowed.
+const PERIOD_S: f64 = 0.5;
+/// Pause between two tries of a client without an answer.
+const PAUSE: Duration = Duration::from_millis(3);
+/// A longer wait fails the test.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
+/// Time for open requests after a stop signal.
+const DRAIN: Duration = Duration::from_secs(10);
+/// Longest record read, bytes: that of an hour of kills.
+const RECORD_BYTES_MAX: u64 = 1 << 30;
+/// Ports below those of outgoing connections: an outgoing connection to a port where no service listens can connect to
+/// itself, and then the service finds its port in use.
+const PORTS: RangeInclusive<u16> = 20_000..=29_999;
+
+/// Data directory and port of a service that is started again and again.
+pub(crate) struct Home {
+    pub(crate) folder: TempDir,
+    pub(crate) port: u16,
+}
+
+impl Home {
+    pub(crate) fn new() -> Self {
+        let free = |port: &u16| TcpListener::bind((Ipv4Addr::LOCALHOST, *port)).is_ok();
+        // Tests that run at the same time begin their search at different places.
+        let seed = unix_now().to_bits() ^ u64::from(std::process::id());
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut ports = std::iter::repeat_with(|| random.random_range(PORTS));
+        Self {
+            folder: tempfile::tempdir().expect("a folder"),
+            port: ports.find(free).expect("some port is free"),
+        }
+    }
+
+    pub(crate) fn data(&self) -> PathBuf {
+        self.folder.path().join("data")
+    }
+
+    pub(crate) fn url(&self, path: &str) -> String {
+        format!("http://127.0.0.1:{}/v1/missions{path}", self.port)
+    }
+
+    pub(crate) fn serve(&self) -> Command {
+        serve_in(&self.data())
+    }
+
+    /// A service that is ready.
+    pub(crate) fn start(&self) -> Server {
+        Server::start_on(self.serve(), self.port)
+    }
+
+    /// The id of a new running live mission.
+    pub(crate) fn mission(&self) -> String {
+        let made = answered(
+            agent()
+                .post(self.url(""))
+                .content_type("application/json")
+                .send(live_mission()),
+            201,
+        );
+        let id = made["id"].as_str().expect("it has a name").to_owned();
+        let run = self.url(&format!("/{id}/run"));
+        let running = answered(agent().post(run).content_type("application/json").send("{}"), 200);
+        assert_eq!(running["status"], "running");
+        id
+    }
+
+    /// Waits for a plan made after `time`, Unix time, s.
+    pub(crate) fn await_plan(&self, mission: &str, time: f64) {
+        let begun = Instant::now();
+        let reference = self.url(&format!("/{mission}/reference?wait_s=5"));
+        loop {
+            let mut answer = agent().get(&reference).call().expect("the service answers");
+            let text = answer.body_mut().read_to_string().expect("the answer ends");
+            let made = (answer.status() == 200)
+                .then(|| parsed(&text)["t_s"].as_f64())
+                .flatten();
+            if made.is_some_and(|made| time < made) {
+                return;
+            }
+            assert!(begun.elapsed() < PATIENCE, "no plan after {time}: {text}");
+            thread::sleep(PAUSE);
+        }
+    }
+
+    /// All events of a mission.
+    pub(crate) fn record(&self, mission: &str) -> Vec<Value> {
+        record_at(&self.url(&format!("/{mission}")))
+    }
+}
+
+/// All events of the mission at `url`.
+fn record_at(url: &str) -> Vec<Value> {
+    let mut answer = agent()
+        .get(format!("{url}/record?format=events_ndjson"))
+        .call()
+        .expect("the service answers");
+    let body = answer.body_mut().with_config().limit(RECORD_BYTES_MAX);
+    let text = body.read_to_string().expect("the record ends");
+    assert_eq!(answer.status(), 200, "{text}");
+    text.lines().map(parsed).collect()
+}
+
+fn serve_in(data: &Path) -> Command {
+    let mut serve = pilotfish();
+    serve.arg("serve").arg("--data").arg(data);
+    serve
+}
+
+pub(crate) fn live_mission() -> String {
+    let auvs: Vec<String> = (0..CLIENTS).map(auv).collect();
+    let listed: Vec<Value> = auvs.iter().map(|id| json!({ "id": id })).collect();
+    let live = json!({
+        "auvs": listed,
+        "goal": { "kind": "midpoint", "auvs": auvs },
+        "period_s": PERIOD_S,
+    });
+    json!({ "schema_version": "1.0", "live": live }).to_string()
+}
+
+pub(crate) fn pilotfish() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
+    for (name, _) in env::vars().filter(|(name, _)| name.starts_with("PILOTFISH_")) {
+        command.env_remove(name);
+    }
+    // Every start and stop would be logged.
+    command.env("RUST_LOG", "error");
+    command
+}
+
+pub(crate) fn agent() -> Agent {
+    let config = Agent::config_builder().http_status_as_error(false).proxy(None);
+    config.timeout_global(Some(PATIENCE)).build().new_agent()
+}
+
+/// The JSON of an answer with that status.
+pub(crate) fn answered(answer: Result<ureq::http::Response<ureq::Body>, ureq::Error>, status: u16) -> Value {
+    let mut answer = answer.expect("the service answers");
+    let text = answer.body_mut().read_to_string().expect("the answer ends");
+    assert_eq!(answer.status().as_u16(), status, "{text}");
+    parsed(&text)
+}
+
+fn parsed(text: &str) -> Value {
+    serde_json::from_str(text).expect("is JSON")
+}
+
+pub(crate) fn unix_now() -> f64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    since.expect("the clock is set").as_secs_f64()
+}
+
+pub(crate) fn terminate(server: &Server) {
+    let id = server.process.id().to_string();
+    let killed = Command::new("kill").args(["-TERM", &id]).status();
+    assert!(killed.expect("there is a kill").success());
+}
+
+/// How it ended; it fails when it does not.
+pub(crate) fn ended(server: &mut Server) -> ExitStatus {
+    let begun = Instant::now();
+    loop {
+        if let Some(status) = server.process.try_wait().expect("is ours") {
+            return status;
+        }
+        assert!(begun.elapsed() < PATIENCE, "it does not end");
+        thread::sleep(PAUSE);
+    }
+}
+
+/// The AUV that a client reports.
+fn auv(client: usize) -> String {
+    format!("auv-{}", client + 1)
+}
+
+/// How far east a client's AUV goes north, m.
+fn lane_m(client: usize) -> f64 {
+    if client == 0 { 0.0 } else { 60.0 }
+}
+
+/// A post that differs from every other one by the position of its AUV.
+#[derive(Clone, Copy)]
+struct Post {
+    client: usize,
+    counter: u32,
+}
+
+impl Post {
+    fn key(self) -> String {
+        format!("{}-{}", self.client, self.counter)
+    }
+
+    /// A millimetre further north with every post: at some hundred posts a second the pace of a vehicle.
+    fn north_m(self) -> f64 {
+        1e-3 * f64::from(self.counter)
+    }
+
+    /// What identifies it in the log.
+    fn mark(self) -> String {
+        mark(&auv(self.client), &json!(self.north_m()))
+    }
+
+    fn body(self) -> String {
+        let now = unix_now();
+        let lane = lane_m(self.client);
+        let fix = json!({ "t_s": now, "north_m": self.north_m(), "east_m": lane, "sigma_m": 1.0 });
+        let state =
+            json!({ "north_m": self.north_m(), "east_m": 30.0, "heading_rad": 0.0, "speed_mps": 0.2 });
+        let heard = json!({
+            "auvs": { auv(self.client): [fix] },
+            "asc": [{ "t_s": now, "state": state }],
+        });
+        heard.to_string()
+    }
+}
+
+/// serde_json prints every number as the shortest text that reads back as the same one.
+fn mark(auv: &str, north_m: &Value) -> String {
+    format!("{auv} at {north_m}")
+}
+
+/// An acknowledged post.
+pub(crate) struct Acknowledged {
+    post: Post,
+    sequence: u64,
+    /// When the client had the answer, Unix time, s.
+    at: f64,
+}
+
+/// What a client did.
+#[derive(Default)]
+pub(crate) struct Journal {
+    pub(crate) acknowledged: Vec<Acknowledged>,
+    /// Tries that were not answered, or with 503.
+    vain: u64,
+}
+
+/// Posts until `stop`, each post until it is acknowledged; `so_far` counts them.
+pub(crate) fn post(url: &str, client: usize, stop: &AtomicBool, so_far: &AtomicU32) -> Journal {
+    let agent = agent();
+    let mut journal = Journal::default();
+    for counter in 0.. {
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
+        let post = Post { client, counter };
+        let (key, body) = (post.key(), post.body());
+        let sequence = until_some(&mut journal.vain, || try_once(&agent, url, &key, &body));
+        let at = unix_now();
+        journal.acknowledged.push(Acknowledged { post, sequence, at });
+        so_far.store(counter + 1, Ordering::SeqCst);
+    }
+    journal
+}
+
+/// Tries until there is an answer; `vain` counts the tries without one.
+fn until_some<T>(vain: &mut u64, mut tried: impl FnMut() -> Option<T>) -> T {
+    let begun = Instant::now();
+    loop {
+        if let Some(answer) = tried() {
+            return answer;
+        }
+        assert!(begun.elapsed() < PATIENCE, "nothing is acknowledged any more");
+        *vain += 1;
+        thread::sleep(PAUSE);
+    }
+}
+
+/// Additional missions: acknowledged as created, and as deleted.
+#[derive(Default)]
+struct Beside {
+    kept: Vec<String>,
+    deleted: Vec<String>,
+    vain: u64,
+}
+
+/// Creates missions, each until it is acknowledged, and deletes most of them.
+fn make_and_delete(url: &str, stop: &AtomicBool) -> Beside {
+    let agent = agent();
+    let mut beside = Beside::default();
+    for counter in 0.. {
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
+        let key = format!("beside-{counter}");
+        let id = until_some(&mut beside.vain, || {
+            let request = agent.post(url).header("Idempotency-Key", &key);
+            let mut answer = request
+                .content_type("application/json")
+                .send(live_mission())
+                .ok()?;
+            let text = answer.body_mut().read_to_string().ok()?;
+            match answer.status().as_u16() {
+                201 => Some(parsed(&text)["id"].as_str().expect("it has a name").to_owned()),
+                503 => None,
+                other => panic!("{key} is answered with {other}: {text}"),
+            }
+        });
+        if counter % KEPT_ONE_OF == 0 {
+            beside.kept.push(id);
+        } else {
+            until_some(&mut beside.vain, || {
+                match agent.delete(format!("{url}/{id}")).call().ok()?.status().as_u16() {
+                    // Gone already: by a try whose answer a kill took away.
+                    204 | 404 => Some(()),
+                    503 => None,
+                    other => panic!("{id} cannot be deleted: {other}"),
+                }
+            });
+            beside.deleted.push(id);
+        }
+        thread::sleep(PAUSE_BESIDE);
+    }
+    beside
+}
+
+/// Makes backups and checks each. Returns their number, and the events of the newest.
+fn back_up_and_restore(
+    home: &Home,
+    mission: &str,
+    so_far: &[AtomicU32],
+    stop: &AtomicBool,
+) -> (usize, usize) {
+    let copy = home.folder.path().join("copy");
+    let (mut copies, mut n_events) = (0, 0);
+    while !stop.load(Ordering::Relaxed) {
+        let before: Vec<u32> = so_far.iter().map(|n| n.load(Ordering::SeqCst)).collect();
+        let mut back_up = pilotfish();
+        back_up.arg("backup").arg(&copy).arg("--data").arg(home.data());
+        let output = back_up.output().expect("the program starts");
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        let mut restored = Server::start_on(serve_in(&copy), 0);
+        let events = record_at(&format!("{}/v1/missions/{mission}", restored.url()));
+        check_numbers(&events);
+        let heard: HashSet<String> = of_kind(&events, "reported").flat_map(marks).collect();
+        for (client, n) in before.into_iter().enumerate() {
+            for counter in 0..n {
+                let post = Post { client, counter };
+                assert!(
+                    heard.contains(&post.mark()),
+                    "{} is not in the backup",
+                    post.key()
+                );
+            }
+        }
+        n_events = events.len();
+        terminate(&restored);
+        assert!(ended(&mut restored).success());
+        check_replay(&copy, mission);
+        fs::remove_dir_all(&copy).expect("is ours");
+        copies += 1;
+        thread::sleep(PAUSE_OF_BACKUPS);
+    }
+    (copies, n_events)
+}
+
+/// The acknowledged sequence number, if any.
+fn try_once(agent: &Agent, url: &str, key: &str, body: &str) -> Option<u64> {
+    let request = agent.post(url).header("Idempotency-Key", key);
+    let mut answer = request.content_type("application/json").send(body).ok()?;
+    // A service that dies while it answers has not acknowledged.
+    let text = answer.body_mut().read_to_string().ok()?;
+    match answer.status().as_u16() {
+        200 => Some(parsed(&text)["sequence"].as_u64().expect("it has a number")),
+        503 | 507 => None,
+        other => panic!("{key} is answered with {other}: {text}"),
+    }
+}
+
+/// Stops the clients, also when the test fails.
+pub(crate) struct StopAtLast<'a>(pub(crate) &'a AtomicBool);
+
+impl Drop for StopAtLast<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// When the service ended and was ready again, Unix times, s.
+#[derive(Default)]
+pub(crate) struct Lives {
+    pub(crate) ended: Vec<f64>,
+    pub(crate) ready: Vec<f64>,
+}
+
+/// Kills and stops the service so many times, and starts it again each time.
+fn end_again_and_again(
+    home: &Home,
+    mission: &str,
+    (kills, stops): (usize, usize),
+    mut server: Server,
+) -> (Lives, Server) {
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let mut lives = Lives::default();
+    let mut ready = unix_now();
+    for life in 1..=kills + stops {
+        if life % PLANS_IN_ONE_OF == 0 {
+            home.await_plan(mission, ready);
+        }
+        thread::sleep(Duration::from_millis(random.random_range(LIFE_MS)));
+        // Spread evenly.
+        if (life - 1) * stops / (kills + stops) < life * stops / (kills + stops) {
+            terminate(&server);
+            assert!(ended(&mut server).success());
+        } else {
+            server.process.kill().expect("is ours");
+            server.process.wait().expect("is ours");
+        }
+        lives.ended.push(unix_now());
+        server = home.start();
+        ready = unix_now();
+        lives.ready.push(ready);
+    }
+    home.await_plan(mission, ready);
+    (lives, server)
+}
+
+#[test]
+fn a_killed_service_loses_nothing_acknowledged_and_stores_nothing_twice() {
+    let number = |name, usual| env::var(name).map_or(usual, |given| given.parse().expect("is a number"));
+    let (kills, stops) = (number("PILOTFISH_KILLS", KILLS), number("PILOTFISH_STOPS", STOPS));
+    let home = Home::new();
+    let server = home.start();
+    let mission = home.mission();
+    let url = home.url(&format!("/{mission}/reports"));
+    let stop = AtomicBool::new(false);
+    let so_far: [AtomicU32; CLIENTS] = Default::default();
+    let (lives, mut server, journals, beside, copies) = thread::scope(|scope| {
+        let (home, mission, url, stop, so_far) = (&home, &*mission, &url, &stop, &so_far);
+        let spawn = |client: usize| scope.spawn(move || post(url, client, stop, &so_far[client]));
+        let clients: Vec<_> = (0..CLIENTS).map(spawn).collect();
+        let beside = scope.spawn(|| make_and_delete(&home.url(""), stop));
+        let copies = scope.spawn(|| back_up_and_restore(home, mission, so_far, stop));
+        let at_last = StopAtLast(stop);
+        let (lives, server) = end_again_and_again(home, mission, (kills, stops), server);
+        drop(at_last);
+        let journals = clients
+            .into_iter()
+            .map(|client| client.join().expect("was answered well"))
+            .collect::<Vec<Journal>>();
+        let beside = beside.join().expect("was answered well");
+        (
+            lives,
+            server,
+            journals,
+            beside,
+            copies.join().expect("every copy is whole"),
+        )
+    });
+    let events = home.record(&mission);
+    let found = answered(agent().get(home.url(&format!("/{mission}"))).call(), 200);
+    assert_eq!(found["status"], "running");
+    for (ids, status) in [(&beside.kept, 200), (&beside.deleted, 404)] {
+        for id in ids {
+            answered(agent().get(home.url(&format!("/{id}"))).call(), status);
+        }
+    }
+    terminate(&server);
+    assert!(ended(&mut server).success());
+
+    check_numbers(&events);
+    let saved = check_posts(&events, &journals, &lives);
+    let plans: Vec<f64> = of_kind(&events, "planned")
+        .filter_map(|event| event["t_s"].as_f64())
+        .collect();
+    for ready in &lives.ready {
+        assert!(plans.iter().any(|made| ready < made), "no plan after {ready}");
+    }
+    let replayed = check_replay(&home.data(), &mission);
+    let vain: u64 = journals.iter().map(|journal| journal.vain).sum();
+    let acknowledged: usize = journals.iter().map(|journal| journal.acknowledged.len()).sum();
+    let away = lives
+        .ended
+        .iter()
+        .zip(&lives.ready)
+        .map(|(ended, ready)| ready - ended);
+    println!(
+        "{kills} kills, {stops} stops: {acknowledged} posts acknowledged, {vain} tries in vain, {saved} posts stored before \
+         an end and acknowledged after it; {} plans; at most {:.3} s from an end to the next greeting; {} missions made \
+         beside and kept, {} deleted, {} tries in vain; {} backups restored and replayed, the last of {} events; {replayed}",
+        plans.len(),
+        away.fold(0.0, f64::max),
+        beside.kept.len(),
+        beside.deleted.len(),
+        beside.vain,
+        copies.0,
+        copies.1,
+    );
+}
+
+fn of_kind<'a>(events: &'a [Value], kind: &'a str) -> impl Iterator<Item = &'a Value> {
+    events.iter().filter(move |event| event["kind"] == kind)
+}
+
+/// What identifies the posts of a `reported` event.
+fn marks(event: &Value) -> impl Iterator<Item = String> {
+    let fixes = event["heard"]["auvs"].as_object().expect("each has a fix");
+    fixes.iter().map(|(auv, fixes)| mark(auv, &fixes[0]["north_m"]))
+}
+
+/// Events are numbered from 1 without gaps.
+pub(crate) fn check_numbers(events: &[Value]) {
+    for (number, event) in (1_u64..).zip(events) {
+        assert_eq!(event["sequence"].as_u64(), Some(number), "{event}");
+    }
+}
+
+/// Each acknowledged post is stored once, under its number, and no other post is. Returns how many posts were stored before
+/// a kill and acknowledged after it.
+pub(crate) fn check_posts(events: &[Value], journals: &[Journal], lives: &Lives) -> usize {
+    let mut stored: HashMap<String, &Value> = HashMap::new();
+    for event in of_kind(events, "reported") {
+        for mark in marks(event) {
+            let before = stored.insert(mark, event);
+            assert_eq!(before, None, "was stored twice, again as {event}");
+        }
+    }
+    let mut saved = 0;
+    for Acknowledged { post, sequence, at } in journals.iter().flat_map(|journal| &journal.acknowledged) {
+        let event = stored.remove(&post.mark());
+        let event =
+            event.unwrap_or_else(|| panic!("{} was acknowledged as {sequence} and is lost", post.key()));
+        assert_eq!(
+            event["sequence"].as_u64(),
+            Some(*sequence),
+            "{} is elsewhere",
+            post.key()
+        );
+        let taken_up = event["at_s"].as_f64().expect("has a time");
+        let ended_in_between = |ended: &f64| taken_up < *ended && ended < at;
+        saved += usize::from(lives.ended.iter().any(ended_in_between));
+    }
+    // Every client repeated its last post until it was acknowledged.
+    assert!(
+        stored.is_empty(),
+        "no client got an acknowledgement of {stored:?}"
+    );
+    saved
+}
+
+/// The output of `replay`, which finds no difference.
+pub(crate) fn check_replay(data: &Path, mission: &str) -> String {
+    let mut replay = pilotfish();
+    replay.args(["replay", mission, "--data"]).arg(data);
+    let output = replay.output().expect("the program starts");
+    let said = String::from_utf8(output.stdout).expect("is text");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}{errors}");
+    assert!(!said.trim().is_empty(), "it does not say what it found");
+    said.trim().to_owned()
+}
+
+#[test]
+fn an_acknowledged_change_survives_a_kill_and_is_used_for_plans() {
+    let home = Home::new();
+    let mut server = home.start();
+    let mission = home.mission();
+    let url = home.url(&format!("/{mission}"));
+    let report = |counter: u32| {
+        for client in 0..CLIENTS {
+            let post = Post { client, counter };
+            try_once(&agent(), &format!("{url}/reports"), &post.key(), &post.body()).expect("is taken up");
+        }
+        home.await_plan(&mission, unix_now());
+    };
+    report(0);
+    for (counter, followed) in [(1, 1), (2, 0)] {
+        let goal = json!({ "kind": "track", "auv": auv(followed) });
+        let patch = json!({ "goal": goal }).to_string();
+        let changed = answered(
+            agent().patch(&url).content_type("application/json").send(patch),
+            200,
+        );
+        assert_eq!(changed["setting"]["goal"], goal);
+        server.process.kill().expect("is ours");
+        server.process.wait().expect("is ours");
+        server = home.start();
+        let found = answered(agent().get(&url).call(), 200);
+        assert_eq!(found["setting"], changed["setting"]);
+        report(counter);
+        let reference = answered(agent().get(format!("{url}/reference")).call(), 200);
+        let east = &reference["plan"]["goal"]["trajectory"][0]["east_m"];
+        let lane = lane_m(followed);
+        let off = east.as_f64().map(|east| (east - lane).abs());
+        assert!(off < Some(1.0), "{goal} is at {east} m east");
+    }
+    assert_eq!(of_kind(&home.record(&mission), "changed").count(), 2);
+    println!("{}", check_replay(&home.data(), &mission));
+}
+
+#[test]
+fn a_second_service_on_the_same_data_is_refused_and_the_first_continues() {
+    let home = Home::new();
+    let _first = home.start();
+    let mission = home.mission();
+    let second = home
+        .serve()
+        .args(["--port", "0"])
+        .output()
+        .expect("the program starts");
+    let said = String::from_utf8(second.stderr).expect("is text");
+    assert!(!second.status.success());
+    for part in ["in use by another pilotfish", "--data", "missions.sqlite3"] {
+        assert!(said.contains(part), "{said}");
+    }
+    assert_eq!(second.stdout, b"", "it does not greet before it knows");
+    let found = answered(agent().get(home.url(&format!("/{mission}"))).call(), 200);
+    assert_eq!(found["status"], "running");
+}
+
+#[test]
+fn a_stop_signal_ends_streams_and_waits_for_a_plan() {
+    let home = Home::new();
+    let mut server = home.start();
+    let mission = home.mission();
+    let asked = |path: &str| {
+        let mut socket = TcpStream::connect(&server.address).expect("listens");
+        socket.set_read_timeout(Some(PATIENCE)).expect("is a socket");
+        let request = format!("GET /v1/missions/{mission}/{path} HTTP/1.1\r\nhost: localhost\r\n\r\n");
+        socket.write_all(request.as_bytes()).expect("takes a request");
+        BufReader::new(socket)
+    };
+    let mut stream = asked("events?after=0");
+    let mut received = String::new();
+    while !received.contains("event: ran") {
+        assert_ne!(stream.read_line(&mut received).expect("goes on"), 0, "{received}");
+    }
+    // Without reports there is no plan to wait for.
+    let mut wait = asked("reference?wait_s=60");
+    thread::sleep(Duration::from_millis(300));
+    terminate(&server);
+    let begun = Instant::now();
+    assert!(ended(&mut server).success());
+    let took = begun.elapsed();
+    assert!(took < DRAIN, "it took {took:?}");
+    stream.read_to_string(&mut received).expect("ends");
+    // The last chunk: the client knows that nothing was cut off.
+    assert!(received.ends_with("\r\n0\r\n\r\n"), "{received}");
+    let mut answer = String::new();
+    wait.read_to_string(&mut answer).expect("is answered");
+    assert!(
+        answer.starts_with("HTTP/1.1 409") && answer.contains("no_plan_yet"),
+        "{answer}"
+    );
+    println!("stopped after {took:?}");
+}

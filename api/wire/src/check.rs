@@ -1,0 +1,66 @@
+//! Whether a request can be planned for: what the planner checks, and what is the envelope's own.
+
+use planner::snapshot::{InvalidRequest, PlanRequest, SCHEMA_VERSION, Snapshot};
+use serde_json::Value;
+
+use super::{DEADLINE_MS, METADATA_BYTES_MAX, field_pointers::length, positions::wrong_place};
+use crate::FieldError;
+
+/// The snapshot that `request` is. Fails with every field that is wrong.
+pub fn snapshot(request: PlanRequest) -> Result<Snapshot, Vec<FieldError>> {
+    let envelope = envelope_faults(&request);
+    let snapshot = Snapshot::try_from(request);
+    match snapshot {
+        Ok(snapshot) if envelope.is_empty() => Ok(snapshot),
+        Ok(_) => Err(envelope),
+        Err(invalid) => Err(with_fields(envelope, &invalid)),
+    }
+}
+
+/// Fails with every field of `request` that is wrong, as [`snapshot`] would. Estimates nothing.
+pub fn check(request: &PlanRequest) -> Result<(), Vec<FieldError>> {
+    let envelope = envelope_faults(request);
+    match request.check() {
+        Ok(()) if envelope.is_empty() => Ok(()),
+        Ok(()) => Err(envelope),
+        Err(invalid) => Err(with_fields(envelope, &invalid)),
+    }
+}
+
+fn with_fields(mut errors: Vec<FieldError>, InvalidRequest(fields): &InvalidRequest) -> Vec<FieldError> {
+    errors.extend(fields.iter().map(FieldError::from));
+    errors
+}
+
+/// What is wrong with a `schema_version`, wherever one is given.
+#[must_use]
+pub fn unsupported_version(given: &str) -> Option<FieldError> {
+    (given != SCHEMA_VERSION).then(|| {
+        let detail = format!("this service speaks version {SCHEMA_VERSION}");
+        FieldError::new("/schema_version", "unsupported", detail)
+            .given(given)
+            .limit(SCHEMA_VERSION)
+    })
+}
+
+/// What is wrong with the members that the planner does not read.
+fn envelope_faults(request: &PlanRequest) -> Vec<FieldError> {
+    let mut invalid = Vec::from_iter(unsupported_version(&request.schema_version));
+    if let Some(origin) = &request.origin {
+        invalid.extend(wrong_place(origin, "/origin"));
+        let previous = request.previous_plan.as_ref().and_then(|plan| plan.origin);
+        if previous.is_some_and(|previous| previous != *origin) {
+            let detail =
+                "the previous plan counts from another origin: leave it out after a change of the origin";
+            invalid.push(FieldError::new("/previous_plan/origin", "contradicts", detail));
+        }
+    }
+    let deadline = request.deadline_ms;
+    invalid.extend(deadline.and_then(|given| FieldError::outside("/deadline_ms", given, &DEADLINE_MS)));
+    let bytes = Value::Object(request.metadata.clone()).to_string().len();
+    if METADATA_BYTES_MAX < bytes {
+        let pointer = "/metadata".to_owned();
+        invalid.push(length(pointer, bytes, 0..=METADATA_BYTES_MAX, "bytes"));
+    }
+    invalid
+}

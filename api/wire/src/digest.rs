@@ -1,0 +1,29 @@
+//! What plans and answers are named by.
+
+use std::fmt::Write as _;
+
+use planner::snapshot::{PlanRequest, Snapshot};
+use serde_json::Map;
+use sha2::{Digest, Sha256};
+
+/// SHA-256 of the checked request, its defaults spelled out, hexadecimal, without the members that change no plan.
+#[must_use]
+pub fn plan_id(snapshot: &Snapshot) -> String {
+    let request = PlanRequest {
+        origin: None,
+        deadline_ms: None,
+        metadata: Map::new(),
+        ..PlanRequest::clone(snapshot)
+    };
+    sha256(&serde_json::to_vec(&request).expect("strings, numbers and lists only"))
+}
+
+/// SHA-256, hexadecimal.
+#[must_use]
+pub fn sha256(bytes: &[u8]) -> String {
+    let mut text = String::new();
+    for byte in Sha256::digest(bytes) {
+        write!(text, "{byte:02x}").expect("a string takes everything");
+    }
+    text
+}

@@ -1,0 +1,70 @@
+//! A body of JSON as a request type, with its positions in metres.
+
+use planner::snapshot::Origin;
+use serde::de::DeserializeOwned;
+
+use crate::{
+    FieldError,
+    json::{Json, Misfit, Node, Unread, parse, token},
+    positions::Positions,
+};
+
+/// The `T` that `body` is, with positions in metres from the `origin` in it.
+pub fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T, Unread> {
+    read_whole(parse(body)?)
+}
+
+/// The `T` that `body` is, with positions in metres from the `origin` in it, or else from this one.
+pub fn read_from<T: DeserializeOwned>(body: &[u8], origin: Option<Origin>) -> Result<T, Unread> {
+    let mut json = parse(body)?;
+    let read = json.each_name_once().and_then(|()| {
+        let mut positions = match json.member("origin") {
+            Some(_) => Positions::of(&json)?,
+            None => Positions::from(origin, false)?,
+        };
+        positions.put_into_metres(&mut json)?;
+        T::deserialize(Node::whole(&json))
+    });
+    read.map_err(|Misfit(error)| Unread::Misfit(error))
+}
+
+fn read_whole<T: DeserializeOwned>(mut json: Json<'_>) -> Result<T, Unread> {
+    let read = json.each_name_once().and_then(|()| {
+        Positions::of(&json)?.put_into_metres(&mut json)?;
+        T::deserialize(Node::whole(&json))
+    });
+    read.map_err(|Misfit(error)| Unread::Misfit(error))
+}
+
+/// The items of the list `name`, the only member of `body`: 1 to `most` items, each a `T` or its error, with a pointer from the
+/// item on.
+pub fn read_each<T: DeserializeOwned>(
+    body: &[u8],
+    name: &str,
+    most: usize,
+) -> Result<Vec<Result<T, Unread>>, Unread> {
+    let json = parse(body)?;
+    let refused = |code: &str, detail: String| {
+        let error = FieldError::new(token(name), code, detail);
+        Unread::Misfit(Box::new(error.limit(most)))
+    };
+    let Json::Object(mut members) = json else {
+        return Err(refused(
+            "wrong_type",
+            format!("the body must be an object with `{name}`"),
+        ));
+    };
+    let [(given, Json::List(items))] = members.as_mut_slice() else {
+        return Err(refused(
+            "wrong_type",
+            format!("the body must have the list `{name}`, and no more"),
+        ));
+    };
+    if given != name || !(1..=most).contains(&items.len()) {
+        return Err(refused(
+            "length",
+            format!("the body must have the list `{name}` of 1 to {most} items"),
+        ));
+    }
+    Ok(items.drain(..).map(read_whole).collect())
+}

@@ -1,0 +1,235 @@
+//! Reports, read one by one: one that cannot be accepted takes nothing with it.
+
+use planner::snapshot::{AUVS_MAX, Origin, REPORTS_MAX, Report};
+use serde::Deserialize;
+
+use crate::{
+    FieldError,
+    json::{Json, Misfit, Node, Unread, parse, token},
+    mission::{AscReport, Note, Reports},
+    positions::Positions,
+};
+
+/// The acceptable reports of a body, and the faults of each of the others.
+pub type Sorted = (Reports, Vec<Vec<FieldError>>);
+
+/// Reads reports, with positions in metres from `origin`. Without an origin, the first accepted position in latitude and longitude
+/// becomes the origin of the reports. `faults` says what is wrong with reports, of which there is one.
+pub fn read_reports(
+    body: &[u8],
+    origin: Option<Origin>,
+    faults: impl Fn(&Reports) -> Vec<FieldError>,
+) -> Result<Sorted, Unread> {
+    let mut json = parse(body)?;
+    let items = take_items(&mut json);
+    let rest = json
+        .each_name_once()
+        .and_then(|()| Reports::deserialize(Node::whole(&json)))
+        .and_then(|rest| check_lengths(&rest, &items).map(|()| rest));
+    let begin = Positions::from(origin, true);
+    let (mut reports, mut positions) = rest
+        .and_then(|rest| Ok((rest, begin?)))
+        .map_err(|Misfit(error)| Unread::Misfit(error))?;
+    let mut rejected: Vec<Vec<FieldError>> = vec![];
+    for item in items {
+        // A rejected report begins no origin.
+        let before = positions.clone();
+        match item.read(&mut positions, &faults) {
+            Ok(one) => reports.extend(one),
+            Err(faults) => {
+                positions = before;
+                // An unknown AUV is named once.
+                if rejected.last() != Some(&faults) {
+                    rejected.push(faults);
+                }
+            }
+        }
+    }
+    reports.auvs.retain(|_, fixes| !fixes.is_empty());
+    reports.origin = positions.origin.filter(|_| origin.is_none());
+    Ok((reports, rejected))
+}
+
+/// A report as it stands in a body.
+struct Item<'a> {
+    of: Of,
+    /// Pointer of its list.
+    list: String,
+    index: usize,
+    json: Json<'a>,
+}
+
+#[derive(Clone)]
+enum Of {
+    Auv(String),
+    Asc,
+    Note,
+}
+
+/// Takes the items of all lists out of a body, in their order.
+fn take_items<'a>(body: &mut Json<'a>) -> Vec<Item<'a>> {
+    let mut items = vec![];
+    let mut take = |of: Of, list: String, from: &mut Json<'a>| {
+        if let Json::List(given) = from {
+            items.extend(given.drain(..).enumerate().map(|(index, json)| Item {
+                of: of.clone(),
+                list: list.clone(),
+                index,
+                json,
+            }));
+        }
+    };
+    let Json::Object(members) = body else {
+        return items;
+    };
+    for (name, value) in members {
+        match (&**name, value) {
+            ("auvs", Json::Object(auvs)) => {
+                for (id, fixes) in auvs {
+                    take(Of::Auv(id.to_string()), format!("/auvs{}", token(id)), fixes);
+                }
+            }
+            ("asc", states) => take(Of::Asc, "/asc".to_owned(), states),
+            ("notes", notes) => take(Of::Note, "/notes".to_owned(), notes),
+            _ => {}
+        }
+    }
+    items
+}
+
+/// Fails if a body has nothing, too much, or what only the service writes. `rest` is the body without the items.
+fn check_lengths(rest: &Reports, items: &[Item<'_>]) -> Result<(), Misfit> {
+    if rest.origin.is_some() || !rest.rejected.is_empty() {
+        let detail = "the service writes it, not the client";
+        let member = if rest.origin.is_some() {
+            "/origin"
+        } else {
+            "/rejected"
+        };
+        return Err(Misfit::new(member.to_owned(), "unexpected", detail));
+    }
+    if items.is_empty() && rest.auvs.is_empty() {
+        return Err(Misfit::new(String::new(), "missing", "give auvs, asc or notes"));
+    }
+    let too_long =
+        |pointer: &str, given, most| Err(Misfit(Box::new(FieldError::too_long(pointer, given, most))));
+    if AUVS_MAX < rest.auvs.len() {
+        return too_long("/auvs", rest.auvs.len(), AUVS_MAX);
+    }
+    for list in items.chunk_by(|a, b| a.list == b.list) {
+        if REPORTS_MAX < list.len() {
+            return too_long(&list[0].list, list.len(), REPORTS_MAX);
+        }
+    }
+    Ok(())
+}
+
+impl Item<'_> {
+    /// Reports with this one alone, or what is wrong with it.
+    fn read(
+        mut self,
+        positions: &mut Positions,
+        faults: impl Fn(&Reports) -> Vec<FieldError>,
+    ) -> Result<Reports, Vec<FieldError>> {
+        let place = format!("{}/{}", self.list, self.index);
+        let one = self.shaped(positions).map_err(|Misfit(mut error)| {
+            error.pointer.insert_str(0, &place);
+            vec![*error]
+        })?;
+        let mut faults = faults(&one);
+        if faults.is_empty() {
+            return Ok(one);
+        }
+        let alone = format!("{}/0", self.list);
+        for fault in &mut faults {
+            if let Some(rest) = fault.pointer.strip_prefix(&alone) {
+                fault.pointer = format!("{place}{rest}");
+            }
+        }
+        Err(faults)
+    }
+
+    fn shaped(&mut self, positions: &mut Positions) -> Result<Reports, Misfit> {
+        self.json.each_name_once()?;
+        positions.put_into_metres(&mut self.json)?;
+        let whole = Node::whole(&self.json);
+        let mut one = Reports::default();
+        match &self.of {
+            Of::Auv(id) => {
+                let fix = Report::deserialize(whole)?;
+                one.auvs.insert(id.clone(), vec![fix]);
+            }
+            Of::Asc => one.asc.push(AscReport::deserialize(whole)?),
+            Of::Note => one.notes.push(Note::deserialize(whole)?),
+        }
+        Ok(one)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    fn fix(lat_deg: f64, t_s: f64) -> Value {
+        json!({ "t_s": t_s, "lat_deg": lat_deg, "lon_deg": 180.0, "sigma_m": 1.0 })
+    }
+
+    fn origin(lat_deg: f64, lon_deg: f64) -> Origin {
+        Origin { lat_deg, lon_deg }
+    }
+
+    /// Fixes of the time 0 are rejected.
+    fn read(body: &str, origin: Option<Origin>) -> Result<Sorted, Unread> {
+        read_reports(body.as_bytes(), origin, |one| {
+            let fixes = one
+                .auvs
+                .iter()
+                .flat_map(|(id, fixes)| fixes.iter().map(move |fix| (id, fix)));
+            let wrong = fixes.filter(|(_, fix)| fix.t_s == 0.0);
+            wrong
+                .map(|(id, _)| FieldError::new(format!("/auvs/{id}/0/t_s"), "out_of_range", "is 0"))
+                .collect()
+        })
+    }
+
+    #[test]
+    fn the_first_fix_of_reports_may_become_the_origin() {
+        let body = json!({ "auvs": { "a": [fix(-17.0, 1.0), fix(-17.001, 1.0)] } }).to_string();
+        let (heard, rejected) = read(&body, None).expect("is read");
+        assert_eq!((heard.origin, rejected), (Some(origin(-17.0, 180.0)), vec![]));
+        assert_eq!(heard.auvs["a"][0].north_m, 0.0);
+        assert!((heard.auvs["a"][1].north_m + 110.66).abs() < 0.02);
+        let (heard, _) = read(&body, Some(origin(-17.001, -180.0))).expect("is read");
+        assert_eq!(heard.origin, None);
+        assert!((heard.auvs["a"][0].north_m - 110.66).abs() < 0.02);
+        assert!(heard.auvs["a"][0].east_m.abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_report_that_is_wrong_takes_nothing_with_it_and_begins_no_origin() {
+        let twice = r#"{"t_s":1,"t_s":2,"lat_deg":1,"lon_deg":1,"sigma_m":1}"#;
+        let body = json!({ "auvs": {
+            "a": [fix(40.0, 0.0), "a fix", fix(-17.0, 1.0), fix(95.0, 1.0), null],
+            "b": [fix(40.0, 0.0)],
+        }, "notes": [{ "t_s": 1.0, "text": "x" }, { "t_s": 1.0 }] });
+        let body = body.to_string().replace("\"a fix\"", twice);
+        let (heard, rejected) = read(&body, None).expect("is read");
+        assert_eq!(heard.origin, Some(origin(-17.0, 180.0)));
+        assert_eq!(
+            (heard.auvs.len(), heard.auvs["a"].len(), heard.notes.len()),
+            (1, 1, 1)
+        );
+        let pointers: Vec<_> = rejected.iter().map(|faults| &*faults[0].pointer).collect();
+        let expected = [
+            "/auvs/a/0/t_s",
+            "/auvs/a/1/t_s",
+            "/auvs/a/3/lat_deg",
+            "/auvs/a/4",
+            "/auvs/b/0/t_s",
+            "/notes/1/text",
+        ];
+        assert_eq!(pointers, expected);
+    }
+}

@@ -1,0 +1,193 @@
+//! What an earlier answer leaves to the next request: the planner itself remembers nothing.
+
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::facts::{
+    angle::{Course, Heading},
+    auv::VehicleId,
+    evidence::AuvState,
+    options::{Forecast, ForecastModel},
+    origin::Origin,
+    reference::{Reference, TrajectoryPoint},
+    water::{Current, Drift},
+};
+
+/// The last answer. The whole answer is accepted; these members are read.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PreviousPlan {
+    /// Where its datum lies on Earth; equal to the request's `origin` if both are given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<Origin>,
+    /// Its trajectory, in order of time, at most 256 points.
+    pub trajectory: Vec<TrajectoryPoint>,
+    /// Course of what the goal follows when that last moved, rad, within ±2π.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub goal_course_rad: Option<f64>,
+    /// Its estimate of the craft. Without it, learning starts anew.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub craft_estimate: Option<PreviousCraft>,
+    /// Its current. If the request has a ground velocity and no current, the current is averaged over half a minute, starting
+    /// from this one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub current: Option<Current>,
+    /// The reference that it gave.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<PreviousReference>,
+    /// Its underwater vehicles, at most 16.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub targets: Option<Vec<PreviousTarget>>,
+}
+
+impl PreviousPlan {
+    /// When it was made, s on the request's clock.
+    #[must_use]
+    pub fn made_at(&self) -> Option<f64> {
+        Some(self.trajectory.first()?.t_s)
+    }
+
+    /// Course of the followed point, without the offset, when it last moved.
+    #[must_use]
+    pub fn goal_course(&self) -> Option<Course> {
+        self.goal_course_rad.map(Course::new)
+    }
+
+    /// The command to the craft, in the kinds of references that its loops hold.
+    #[must_use]
+    pub fn command(&self) -> Option<Reference> {
+        let given = self.reference?;
+        Some(Reference {
+            speed: given.speed_mps,
+            heading: Heading::new(given.heading_rad?),
+        })
+    }
+
+    /// Reference as speed through the water and heading; the command if there is no estimate of the craft.
+    #[must_use]
+    pub fn asked(&self) -> Option<Reference> {
+        let asked = self.craft_estimate.as_ref().map(|craft| Reference {
+            speed: craft.asked_speed_mps,
+            heading: Heading::new(craft.asked_heading_rad),
+        });
+        asked.or_else(|| self.command())
+    }
+}
+
+/// The craft in the last answer. Together with the motion since then, these members show how the craft answers its
+/// references.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PreviousCraft {
+    /// Speed through the water that the answer asked for, m/s.
+    pub asked_speed_mps: f64,
+    /// Heading that it asked for, rad.
+    pub asked_heading_rad: f64,
+    /// Memory of the filters, unchanged. Any other is discarded, with the warning `memory_not_used`.
+    pub memory: Vec<f64>,
+}
+
+/// An underwater vehicle in the last answer. Together with its position now, these members show how it drifts. If one is
+/// missing, the drift starts at zero.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PreviousTarget {
+    /// The vehicle.
+    #[schema(value_type = String)]
+    pub id: VehicleId,
+    /// What it was forecast from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub estimate: Option<PreviousEstimate>,
+    /// The forecast model used, never `auto`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub forecast: Option<Forecast>,
+    /// How it drifted. Beyond 0.5 m/s along either axis it counts as that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drift: Option<Drift>,
+}
+
+impl PreviousTarget {
+    /// Its members; none unless all are there.
+    pub(crate) fn whole(&self) -> Option<RememberedTarget> {
+        Some(RememberedTarget {
+            model: self.forecast?.model()?,
+            estimate: self.estimate?,
+            drift: self.drift?.into(),
+        })
+    }
+}
+
+/// The estimate from which the last answer forecast an underwater vehicle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PreviousEstimate {
+    /// Its age then, s.
+    pub age_s: f64,
+    /// Position north of the datum, m.
+    pub north_m: f64,
+    /// Position east of the datum, m.
+    pub east_m: f64,
+    /// Depth, m, positive down.
+    pub depth_m: f64,
+    /// Northward velocity over ground, as it was reported, m/s.
+    pub north_mps: f64,
+    /// Eastward velocity over ground, as it was reported, m/s.
+    pub east_mps: f64,
+    /// Rate of turn of the course, rad/s, positive clockwise.
+    pub turn_rate_radps: f64,
+}
+
+impl From<&AuvState> for PreviousEstimate {
+    fn from(state: &AuvState) -> Self {
+        let velocity = state.velocity();
+        Self {
+            age_s: state.age_s,
+            north_m: state.north_m,
+            east_m: state.east_m,
+            depth_m: state.depth_m,
+            north_mps: velocity.x,
+            east_mps: velocity.y,
+            turn_rate_radps: state.turn_rate_radps,
+        }
+    }
+}
+
+impl PreviousEstimate {
+    /// Position (north, east), m.
+    pub(crate) fn position(&self) -> Vector2<f64> {
+        Vector2::new(self.north_m, self.east_m)
+    }
+
+    /// Velocity over ground (north, east), m/s.
+    pub(crate) fn velocity(&self) -> Vector2<f64> {
+        Vector2::new(self.north_mps, self.east_mps)
+    }
+}
+
+/// A [`PreviousTarget`] of which everything is known.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RememberedTarget {
+    /// The model that it was forecast by.
+    pub(crate) model: ForecastModel,
+    /// What it was forecast from.
+    pub(crate) estimate: PreviousEstimate,
+    /// Velocity over ground (north, east) beyond what the model and the report explained, m/s.
+    pub(crate) drift: Vector2<f64>,
+}
+
+/// The reference of the last answer.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PreviousReference {
+    /// Speed through the water, m/s.
+    pub speed_mps: f64,
+    /// Heading, rad, within ±2π: the next one of `mpc` or `previous_plan` differs from it by no more than 9.7° a second,
+    /// unless a keep-out is ahead.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heading_rad: Option<f64>,
+}
+
+impl From<Reference> for PreviousReference {
+    fn from(reference: Reference) -> Self {
+        Self {
+            speed_mps: reference.speed,
+            heading_rad: Some(reference.heading.radians()),
+        }
+    }
+}

@@ -1,0 +1,278 @@
+//! A controller of a campaign: its control law, what it knows, and its variation.
+
+use planner::{
+    craft::{CraftDescription, CraftEstimate},
+    los::{LosLaw, LosTuning},
+    policy::Policy,
+    snapshot::{Forecast, ForecastModel, Limits, Offset, PlanRequest, Snapshot},
+};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use sim::{
+    guide::{Guidance, Guide, GuideError, LosGuide, MpcGuide},
+    scenario::{Scenario, Start},
+};
+
+use crate::tuning::grid;
+
+mod variation;
+
+pub use variation::{Breakdown, Variation};
+
+/// A control law with its information.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Controller {
+    /// Its name, unique in a campaign.
+    pub name: String,
+    /// Name of its entry in the campaign file. An entry with `whole_grid` gives several controllers.
+    pub entry: String,
+    /// What it knows of paths.
+    pub paths: Paths,
+    /// What is declared to it of the surface craft.
+    pub craft: CraftKnowledge,
+    /// The law that steers.
+    pub law: ControlLaw,
+    /// What differs from the scenario.
+    pub variation: Option<Variation>,
+}
+
+/// What a controller knows of the AUVs' paths, speeds and dives.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Paths {
+    /// What the scenario grants.
+    #[default]
+    AsScenario,
+    /// Nothing, unless the goal itself is given along a path.
+    Unknown,
+    /// Everything, whatever the scenario says.
+    Known,
+}
+
+/// What is declared to a controller of the surface craft.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CraftKnowledge {
+    /// How it answers references, and all of its limits.
+    #[default]
+    Declared,
+    /// Its least and its largest speed.
+    Speeds,
+}
+
+/// The law that steers.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ControlLaw {
+    /// A line-of-sight law, at the best gains of its grid.
+    Tuned(LosLaw),
+    /// A line-of-sight law at these gains.
+    Fixed(LosTuning),
+    /// The planner.
+    Planner {
+        /// Its parameters.
+        policy: Box<Policy>,
+        /// The forecast model that it must use; its own choice if none.
+        forecast: Option<ForecastModel>,
+    },
+}
+
+impl Controller {
+    /// A law with the information that the scenario grants.
+    #[must_use]
+    pub(super) fn law(law: LosLaw) -> Self {
+        Self {
+            name: law.name().to_owned(),
+            entry: law.name().to_owned(),
+            paths: Paths::AsScenario,
+            craft: CraftKnowledge::Declared,
+            law: ControlLaw::Tuned(law),
+            variation: None,
+        }
+    }
+
+    /// Whether it takes part in `scenario`. A law uses the present only, so knowing the paths makes a difference only where the
+    /// present must be estimated from old or noisy reports.
+    #[must_use]
+    pub fn takes_part(&self, scenario: &Scenario) -> bool {
+        if self
+            .variation
+            .is_some_and(|variation| !variation.applies(scenario))
+        {
+            return false;
+        }
+        match self.law {
+            ControlLaw::Tuned(_) | ControlLaw::Fixed(_) => {
+                let already_known = scenario.knowledge.paths;
+                self.paths != Paths::Known || !already_known && leaves_the_present_unsure(scenario)
+            }
+            // The range back-off matters only with a range to keep, and the goal uncertainty only with acoustics: exact states
+            // have no covariance.
+            ControlLaw::Planner { ref policy, .. } => {
+                let usual = Policy::default();
+                (policy.range_back_off == usual.range_back_off || scenario.bounds.range_max_m.is_some())
+                    && (policy.uncertain_goal_share == usual.uncertain_goal_share
+                        || scenario.knowledge.acoustics.is_some())
+            }
+        }
+    }
+
+    /// Whether it may win: not if it knows more than the scenario grants.
+    #[must_use]
+    pub(super) fn may_win(&self) -> bool {
+        self.paths != Paths::Known
+    }
+
+    /// The law that steers; none where the planner does.
+    #[must_use]
+    pub(super) fn los_law(&self) -> Option<LosLaw> {
+        match self.law {
+            ControlLaw::Tuned(law) => Some(law),
+            ControlLaw::Fixed(tuning) => Some(tuning.law),
+            ControlLaw::Planner { .. } => None,
+        }
+    }
+
+    /// The gains of the campaign file; none if they are tuned, or for the planner.
+    #[must_use]
+    pub(super) fn fixed_tuning(&self) -> Option<LosTuning> {
+        match self.law {
+            ControlLaw::Fixed(tuning) => Some(tuning),
+            ControlLaw::Tuned(_) | ControlLaw::Planner { .. } => None,
+        }
+    }
+
+    /// When its craft breaks, s.
+    #[must_use]
+    pub(super) fn breaks_at(&self) -> Option<f64> {
+        match self.variation {
+            Some(Variation::Breakdown { at_s, .. }) => Some(at_s),
+            _ => None,
+        }
+    }
+
+    /// What it knows and uses, in words.
+    #[must_use]
+    pub fn information(&self) -> String {
+        let of_paths = match self.paths {
+            Paths::AsScenario => "what the scenario grants",
+            Paths::Unknown => "what the scenario grants, but no path",
+            Paths::Known => "what the scenario grants, and all paths, speeds and dives",
+        };
+        let uses = match &self.law {
+            ControlLaw::Tuned(_) | ControlLaw::Fixed(_) => "looks at the present only",
+            ControlLaw::Planner { forecast: None, .. } => {
+                "forecasts along paths where known, else by rate of turn, and with the drift that it found out"
+            }
+            ControlLaw::Planner {
+                forecast: Some(model),
+                ..
+            } => match model {
+                ForecastModel::Hold => "forecasts that all stay where they are",
+                ForecastModel::ConstantVelocity => {
+                    "forecasts that all keep their velocity, and the drift that it found out"
+                }
+                ForecastModel::ConstantTurn => "forecasts that all keep their rate of turn",
+                ForecastModel::Path => "forecasts along the paths",
+            },
+        };
+        let of_craft = match self.craft {
+            CraftKnowledge::Declared => "",
+            CraftKnowledge::Speeds => "; of its craft the speeds alone",
+        };
+        format!("{of_paths}{of_craft}; {uses}")
+    }
+
+    /// The scenario with what it knows and with its variation.
+    #[must_use]
+    pub(super) fn scenario(&self, scenario: &Scenario) -> Scenario {
+        let mut scenario = scenario.clone();
+        scenario.knowledge.paths |= self.paths == Paths::Known;
+        if let Some(variation) = self.variation {
+            variation.vary_scenario(&mut scenario);
+        }
+        scenario
+    }
+
+    /// Applies its variation to the start, and removes what is not declared to it of the craft.
+    pub(super) fn vary_start(&self, start: &mut Start) {
+        if let Some(variation) = self.variation {
+            variation.vary_start(start);
+        }
+        if self.craft == CraftKnowledge::Speeds
+            && let Some(observer) = &mut start.observer
+        {
+            let briefing = &mut observer.briefing;
+            briefing.craft = CraftDescription::default();
+            briefing.limits = Limits {
+                speed_min: briefing.limits.speed_min,
+                speed_max: briefing.limits.speed_max,
+                ..Limits::ANY
+            };
+        }
+    }
+
+    /// The guide, without memory. `tuning` is the gains of a tuned law.
+    pub(super) fn guide(&self, tuning: Option<LosTuning>) -> Box<dyn Guide> {
+        let without_paths = self.paths == Paths::Unknown;
+        let los = |tuning| -> Box<dyn Guide> {
+            Box::new(Adapted {
+                guide: LosGuide::tuned(tuning),
+                without_paths,
+                forecast: None,
+            })
+        };
+        let guide = match &self.law {
+            ControlLaw::Fixed(tuning) => los(*tuning),
+            ControlLaw::Tuned(law) => los(tuning.unwrap_or_else(|| grid(*law)[0])),
+            ControlLaw::Planner { policy, forecast } => Box::new(Adapted {
+                guide: MpcGuide::new(Policy::clone(policy)),
+                without_paths,
+                forecast: *forecast,
+            }),
+        };
+        match self.variation {
+            Some(variation) => variation.around(guide),
+            None => guide,
+        }
+    }
+}
+
+/// Whether reports are late, noisy or missing.
+fn leaves_the_present_unsure(scenario: &Scenario) -> bool {
+    use sim::scenario::FaultKindFile::{AuvDies, Silence};
+    let silent = |fault: &sim::scenario::FaultFile| matches!(fault.what, Silence { .. } | AuvDies { .. });
+    scenario.knowledge.acoustics.is_some() || scenario.faults.iter().any(silent)
+}
+
+/// A guide that gets snapshots without paths, or with a given forecast model.
+struct Adapted<G> {
+    guide: G,
+    without_paths: bool,
+    forecast: Option<ForecastModel>,
+}
+
+impl<G: Guide> Guide for Adapted<G> {
+    fn name(&self) -> &'static str {
+        self.guide.name()
+    }
+
+    fn craft_estimate(&self) -> Option<&CraftEstimate> {
+        self.guide.craft_estimate()
+    }
+
+    fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
+        if !self.without_paths && self.forecast.is_none() {
+            return self.guide.guide(snapshot);
+        }
+        let mut observation = PlanRequest::clone(snapshot);
+        if let Some(model) = self.forecast {
+            observation.forecast = Forecast::from(model);
+        }
+        if self.without_paths && !matches!(observation.goal.offset, Some(Offset::Path { .. })) {
+            for auv in &mut observation.auvs {
+                (auv.path, auv.dive) = (None, None);
+            }
+        }
+        self.guide.guide(&Snapshot::try_from(observation)?)
+    }
+}

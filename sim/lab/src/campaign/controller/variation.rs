@@ -1,0 +1,362 @@
+//! Variations: what differs from the scenario or the craft for one controller.
+
+use planner::{
+    craft::CraftEstimate,
+    path::Side,
+    snapshot::{Goal, PlanRequest, Snapshot, VehicleId},
+};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use sim::{
+    fault::{Fault, FaultKind},
+    guide::{Guidance, Guide, GuideError},
+    scenario::{CurrentKnowledge, FaultFile, FaultKindFile, GoalFile, Quantity, Scenario, Start},
+    surface_craft::{Drag, SurfaceHull},
+};
+
+/// What differs from the scenario, or from the craft.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub enum Variation {
+    /// Masses, inertia and drags of the hull are multiplied by this; the declared limits stay.
+    Hull(f64),
+    /// This is added to every current that is known (north, east), m/s.
+    WrongCurrentMps([f64; 2]),
+    /// The surface craft's clock is ahead by this, s.
+    ClockAheadS(f64),
+    /// A fix is known later than the scenario says, by this, s.
+    LateReportsS(f64),
+    /// The controller takes the surge loop for one without lag.
+    NoSurgeLag,
+    /// The controller takes it that the craft turns as fast as any may.
+    NoTurnRate,
+    /// The controller follows the AUV that the goal is on now, and does not foresee the next hand-over.
+    NoPreview,
+    /// The controller is asked every so many seconds, and its answer is held meanwhile.
+    AskedEveryS(u32),
+    /// Something of the surface craft breaks, and stays broken.
+    Breakdown {
+        /// What.
+        what: Breakdown,
+        /// When, s.
+        at_s: f64,
+    },
+}
+
+/// What breaks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Breakdown {
+    /// The heading loop has twice its lag.
+    SlowHeadingLoop,
+    /// The port thruster is lost.
+    PortThrusterLost,
+    /// The rudder is stuck 10° to starboard, of 35° at most.
+    RudderStuck,
+    /// The craft comes to rest 10° to starboard of its heading reference.
+    HeadingOffset,
+}
+
+/// Factor of the heading loop's lag.
+const SLOWED: f64 = 2.0;
+/// Steady offset of the heading from its reference, rad: 10°.
+const OFFSET: f64 = 0.174_532_925_199_432_95;
+/// Position of a stuck rudder, as a share of the largest moment: 10° of the usual 35°.
+const STUCK: f64 = 10.0 / 35.0;
+
+impl Breakdown {
+    fn kind(self) -> FaultKind {
+        match self {
+            Self::SlowHeadingLoop => FaultKind::SlowHeadingLoop(SLOWED),
+            Self::PortThrusterLost => FaultKind::Thruster {
+                side: Side::Port,
+                share: 0.0,
+            },
+            Self::RudderStuck => FaultKind::RudderStuck(STUCK),
+            Self::HeadingOffset => FaultKind::HeadingOffset(OFFSET),
+        }
+    }
+}
+
+/// Largest turn rate that a snapshot may declare, rad/s.
+const TURN_RATE_ANY: f64 = 3.0;
+
+impl Variation {
+    /// Whether it has an effect in `scenario`.
+    pub(super) fn applies(self, scenario: &Scenario) -> bool {
+        let craft = scenario.surface_craft.as_ref();
+        match self {
+            Self::WrongCurrentMps(_) => scenario.knowledge.current == CurrentKnowledge::Known,
+            Self::LateReportsS(_) => scenario.knowledge.acoustics.is_some(),
+            Self::NoPreview => craft.is_some_and(|craft| matches!(craft.goal, GoalFile::Intermittent { .. })),
+            Self::Hull(_)
+            | Self::ClockAheadS(_)
+            | Self::NoSurgeLag
+            | Self::NoTurnRate
+            | Self::AskedEveryS(_)
+            | Self::Breakdown { .. } => true,
+        }
+    }
+
+    pub(super) fn vary_scenario(self, scenario: &mut Scenario) {
+        match self {
+            Self::ClockAheadS(by) => scenario.faults.push(FaultFile {
+                from_s: Quantity::fixed(0.0),
+                until_s: None,
+                what: FaultKindFile::ClockOffset {
+                    offset_s: Quantity::fixed(by),
+                },
+            }),
+            Self::LateReportsS(by) => {
+                if let Some(acoustics) = &mut scenario.knowledge.acoustics {
+                    acoustics.latency_s = Quantity::fixed(acoustics.latency_s.most() + by);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    pub(super) fn vary_start(self, start: &mut Start) {
+        match self {
+            Self::Hull(factor) => {
+                if let Some(craft) = &mut start.world.surface_craft {
+                    craft.hull = heavier(&craft.hull, factor);
+                }
+            }
+            Self::Breakdown { what, at_s } => start.world.faults.0.push(Fault {
+                from: at_s,
+                until: f64::INFINITY,
+                what: what.kind(),
+            }),
+            _ => {}
+        }
+    }
+
+    /// Whether it changes the craft itself.
+    pub(in crate::campaign) fn changes_craft(self) -> bool {
+        matches!(self, Self::Hull(_) | Self::Breakdown { .. })
+    }
+
+    fn vary_observation(self, observation: &mut PlanRequest) {
+        match self {
+            Self::WrongCurrentMps([north, east]) => {
+                if let Some(current) = &mut observation.current {
+                    current.north_mps += north;
+                    current.east_mps += east;
+                }
+            }
+            Self::NoSurgeLag => {
+                let craft = observation.craft.get_or_insert_default();
+                craft.surge_loop.time_constant_s = Some(0.0);
+            }
+            Self::NoTurnRate => {
+                observation.limits.get_or_insert_default().turn_rate_max_radps = Some(TURN_RATE_ANY);
+                observation
+                    .craft
+                    .get_or_insert_default()
+                    .heading_loop
+                    .rate_max_radps = Some(TURN_RATE_ANY);
+            }
+            Self::NoPreview => {
+                if let Goal::Intermittent {
+                    auvs,
+                    dwell_s,
+                    epoch_s,
+                } = &observation.goal.goal
+                {
+                    observation.goal.goal = Goal::Track {
+                        auv: in_turn(auvs, (observation.t_s - epoch_s) / dwell_s),
+                    };
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// `guide` with snapshots as this variation changes them.
+    pub(super) fn around(self, guide: Box<dyn Guide>) -> Box<dyn Guide> {
+        Box::new(Varied {
+            guide,
+            variation: self,
+            asked: 0,
+            held: None,
+        })
+    }
+}
+
+/// The AUV of the goal after this many dwells.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_possible_wrap,
+    reason = "a mission has few dwells, and rem_euclid is never negative"
+)]
+fn in_turn(auvs: &[VehicleId], dwells: f64) -> VehicleId {
+    auvs[(dwells.floor() as i64).rem_euclid(auvs.len() as i64) as usize].clone()
+}
+
+fn heavier(hull: &SurfaceHull, factor: f64) -> SurfaceHull {
+    let drag = |drag: Drag| Drag {
+        linear: factor * drag.linear,
+        quadratic: factor * drag.quadratic,
+    };
+    let mut heavier = *hull;
+    heavier.mass_surge *= factor;
+    heavier.mass_sway *= factor;
+    heavier.inertia_yaw *= factor;
+    heavier.coriolis.surge *= factor;
+    heavier.coriolis.sway *= factor;
+    heavier.drag_surge = drag(hull.drag_surge);
+    heavier.drag_sway = drag(hull.drag_sway);
+    heavier.drag_yaw = drag(hull.drag_yaw);
+    heavier
+}
+
+struct Varied {
+    guide: Box<dyn Guide>,
+    variation: Variation,
+    asked: u32,
+    held: Option<Guidance>,
+}
+
+impl Guide for Varied {
+    fn name(&self) -> &'static str {
+        self.guide.name()
+    }
+
+    fn craft_estimate(&self) -> Option<&CraftEstimate> {
+        self.guide.craft_estimate()
+    }
+
+    fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
+        let every = match self.variation {
+            Variation::AskedEveryS(every) => every.max(1),
+            _ => 1,
+        };
+        let due = self.asked.is_multiple_of(every);
+        self.asked += 1;
+        if let Some(held) = self.held.filter(|_| !due) {
+            return Ok(held);
+        }
+        let mut observation = PlanRequest::clone(snapshot);
+        self.variation.vary_observation(&mut observation);
+        let guidance = self.guide.guide(&Snapshot::try_from(observation)?)?;
+        self.held = Some(guidance);
+        Ok(guidance)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use planner::los::LosLaw;
+
+    use super::super::Controller;
+    use super::*;
+    use sim::{mission::run_from, record::Record};
+
+    fn short(name: &str) -> Scenario {
+        Scenario::named(name).expect("exists").lasting(60.0)
+    }
+
+    fn varied(variation: Variation, scenario: &Scenario) -> Record {
+        let controller = Controller {
+            variation: Some(variation),
+            ..Controller::law(LosLaw::SaturatedLos)
+        };
+        fly(&controller, scenario)
+    }
+
+    fn plain(scenario: &Scenario) -> Record {
+        fly(&Controller::law(LosLaw::SaturatedLos), scenario)
+    }
+
+    fn fly(controller: &Controller, scenario: &Scenario) -> Record {
+        let scenario = controller.scenario(scenario);
+        let mut start = scenario.start(1).expect("starts");
+        controller.vary_start(&mut start);
+        run_from(start, &scenario, controller.guide(None).as_mut(), 1, &mut |_| {}).expect("runs")
+    }
+
+    #[test]
+    fn a_variation_that_changes_nothing_changes_nothing() {
+        let scenario = short("cross-current");
+        for variation in [
+            Variation::Hull(1.0),
+            Variation::WrongCurrentMps([0.0, 0.0]),
+            Variation::ClockAheadS(0.0),
+            Variation::AskedEveryS(1),
+        ] {
+            assert_eq!(
+                varied(variation, &scenario).rows,
+                plain(&scenario).rows,
+                "{variation:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn every_variation_of_the_world_changes_the_run() {
+        let scenario = short("noisy-fixes");
+        for variation in [
+            Variation::Hull(0.7),
+            Variation::WrongCurrentMps([0.1, 0.0]),
+            Variation::LateReportsS(5.0),
+            Variation::AskedEveryS(2),
+            Variation::Breakdown {
+                what: Breakdown::SlowHeadingLoop,
+                at_s: 5.0,
+            },
+            Variation::Breakdown {
+                what: Breakdown::PortThrusterLost,
+                at_s: 5.0,
+            },
+            Variation::Breakdown {
+                what: Breakdown::RudderStuck,
+                at_s: 5.0,
+            },
+            Variation::Breakdown {
+                what: Breakdown::HeadingOffset,
+                at_s: 5.0,
+            },
+        ] {
+            assert_ne!(
+                varied(variation, &scenario).rows,
+                plain(&scenario).rows,
+                "{variation:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_reference_is_held_between_two_questions() {
+        let record = varied(Variation::AskedEveryS(5), &short("paper-tracking"));
+        let references = record
+            .rows
+            .iter()
+            .map(|row| row.surface_craft.as_ref().expect("has one").reference);
+        let references: Vec<_> = references.collect();
+        for held in references.chunks(5) {
+            assert!(held.iter().all(|reference| *reference == held[0]));
+        }
+        assert_ne!(references[0], references[5]);
+    }
+
+    #[test]
+    fn a_guide_without_preview_follows_whose_turn_it_is() {
+        let auvs = ["a", "b"].map(|id| VehicleId(id.to_owned()));
+        let turns = [-0.5, 0.0, 0.99, 1.0, 2.0].map(|dwells| in_turn(&auvs, dwells).0);
+        assert_eq!(turns, ["b", "a", "a", "b", "a"]);
+        assert!(Variation::NoPreview.applies(&short("switching")));
+        assert!(!Variation::NoPreview.applies(&short("calm")));
+    }
+
+    #[test]
+    fn a_heavier_hull_is_slower_to_move_but_has_the_same_limits_declared() {
+        let scenario = short("paper-tracking");
+        let (heavy, usual) = (varied(Variation::Hull(1.3), &scenario), plain(&scenario));
+        assert_eq!(heavy.limits, usual.limits);
+        let fastest = |record: &Record| record.plant.expect("calm water").speed_max;
+        // Quadratic drag: top speed falls with its root.
+        let ratio = fastest(&heavy) / fastest(&usual);
+        assert!((ratio - 1.3_f64.powf(-0.5)).abs() < 0.02, "{ratio}");
+    }
+}

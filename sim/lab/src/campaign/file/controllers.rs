@@ -1,0 +1,111 @@
+//! Controllers of a campaign from the entries of its file.
+
+use planner::{
+    los::{LosGains, LosLaw, LosTuning},
+    policy::Policy,
+    snapshot::ForecastModel,
+};
+
+use super::{ControllerFile, ForecastFile, LawFile, PlannerFile};
+use crate::{
+    campaign::controller::{ControlLaw, Controller},
+    tuning::{LawGains, grid},
+};
+
+impl ControllerFile {
+    /// Its controllers: one, or one for each point of a grid. Otherwise the member that is wrong, and why.
+    pub(in crate::campaign) fn controllers(&self) -> Result<Vec<Controller>, (String, String)> {
+        let laws = match (&self.planner, &self.law) {
+            (Some(planner), None) => vec![(self.name.clone(), planner.control_law())],
+            (None, Some(law)) => law.control_laws(&self.name)?,
+            _ => {
+                return Err(("planner".to_owned(), "give either planner or law".to_owned()));
+            }
+        };
+        let controller = |(name, law)| Controller {
+            name,
+            entry: self.name.clone(),
+            paths: self.paths,
+            craft: self.craft,
+            law,
+            variation: self.variation,
+        };
+        Ok(laws.into_iter().map(controller).collect())
+    }
+}
+
+impl PlannerFile {
+    fn control_law(&self) -> ControlLaw {
+        let mut policy = Policy::default();
+        policy.weights.energy = self.energy_weight_per_j.unwrap_or(policy.weights.energy);
+        policy.scp_iterations = self.scp_iterations.unwrap_or(policy.scp_iterations);
+        policy.range_back_off = self.range_back_off.unwrap_or(policy.range_back_off);
+        policy.uncertain_goal_share = self.uncertain_goal_share.unwrap_or(policy.uncertain_goal_share);
+        policy.hard_turn_share = self.hard_turn_share.unwrap_or(policy.hard_turn_share);
+        policy.heading_rate_max = self.heading_rate_max_radps.unwrap_or(policy.heading_rate_max);
+        policy.cost_decides = self.cost_decides.unwrap_or(policy.cost_decides);
+        if let Some(steps) = &self.steps_s {
+            policy.steps.clone_from(steps);
+        }
+        ControlLaw::Planner {
+            policy: Box::new(policy),
+            forecast: self.forecast.map(|model| match model {
+                ForecastFile::Hold => ForecastModel::Hold,
+                ForecastFile::ConstantVelocity => ForecastModel::ConstantVelocity,
+                ForecastFile::ConstantTurn => ForecastModel::ConstantTurn,
+                ForecastFile::Path => ForecastModel::Path,
+            }),
+        }
+    }
+}
+
+impl LawFile {
+    /// Control laws by name: one at tuned or given gains, or one for each point of the grid.
+    fn control_laws(&self, name: &str) -> Result<Vec<(String, ControlLaw)>, (String, String)> {
+        let law = LosLaw::ALL.into_iter().find(|law| law.name() == self.name);
+        let law = law.ok_or_else(|| {
+            let names = LosLaw::ALL.map(LosLaw::name).join(", ");
+            (
+                "law.name".to_owned(),
+                format!("there is no law {:?}, only {names}", self.name),
+            )
+        })?;
+        match (self.gains, self.whole_grid) {
+            (None, false) => Ok(vec![(name.to_owned(), ControlLaw::Tuned(law))]),
+            (Some(gains), false) => Ok(vec![(name.to_owned(), ControlLaw::Fixed(fixed(gains, law)?))]),
+            (None, true) => {
+                let named = grid(law).into_iter().map(|tuning| {
+                    let LosGains {
+                        look_ahead,
+                        along_track_gain,
+                    } = tuning.gains;
+                    let name = format!(
+                        "{name} {look_ahead} / {along_track_gain} / {}",
+                        tuning.integral_gain
+                    );
+                    (name, ControlLaw::Fixed(tuning))
+                });
+                Ok(named.collect())
+            }
+            (Some(_), true) => Err((
+                "law.whole_grid".to_owned(),
+                "give either gains or whole_grid".to_owned(),
+            )),
+        }
+    }
+}
+
+/// The tuning with gains of the file, all of which are positive.
+fn fixed(gains: LawGains, law: LosLaw) -> Result<LosTuning, (String, String)> {
+    let tuning = gains.tuning(law);
+    for (member, value) in [
+        ("look_ahead_m", tuning.gains.look_ahead),
+        ("along_track_gain_per_s", tuning.gains.along_track_gain),
+        ("integral_gain_mps", tuning.integral_gain),
+    ] {
+        if !(value.is_finite() && 0.0 < value) {
+            return Err((format!("law.gains.{member}"), format!("{value} is not above 0")));
+        }
+    }
+    Ok(tuning)
+}

@@ -1,0 +1,171 @@
+//! Controllers beside the reference, their worst runs, and the bound.
+
+use serde::Serialize;
+
+use super::data::Data;
+use crate::campaign::controller::ControlLaw;
+use crate::campaign::statistics::{Comparison, Effect, Measure, compare, effect, holm, student::mean, worst};
+
+/// Worst runs of each controller.
+const WORST: usize = 10;
+/// The column that the bound is for.
+const BOUNDED: &str = "rms_m";
+
+/// A bad run of a controller.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Worst {
+    pub(super) controller: String,
+    pub(super) metric: String,
+    pub(super) run: u64,
+    pub(super) scenario: String,
+    pub(super) craft: String,
+    pub(super) replicate: f64,
+    pub(super) value: f64,
+    /// The reference's run in the same condition; none for the reference itself.
+    pub(super) reference_run: Option<u64>,
+    pub(super) reference_value: Option<f64>,
+    pub(super) measure: Option<Measure>,
+    /// Ratio to, or difference from, the reference's value.
+    pub(super) by: Option<f64>,
+}
+
+/// A controller beside the lower bound.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Regret {
+    pub(super) controller: String,
+    /// The scenario; none for all.
+    pub(super) scenario: Option<String>,
+    /// Runs whose bound is known.
+    pub(super) n_runs: usize,
+    /// Means over these runs, m.
+    pub(super) rms_m: f64,
+    pub(super) bound_rms_m: f64,
+    pub(super) beyond_bound_m: f64,
+    /// The largest distance beyond the bound, m, and its run.
+    pub(super) beyond_bound_worst_m: f64,
+    pub(super) worst_run: u64,
+}
+
+impl Data<'_> {
+    /// All controllers beside the reference in every metric: overall, then by scenario.
+    pub(super) fn comparisons(&self) -> Vec<Comparison> {
+        let mut all: Vec<Comparison> = vec![];
+        for metric in &self.metrics {
+            for controller in self.compared() {
+                let found = self.places().map(|scenario| {
+                    let question = self.question(controller, metric, scenario);
+                    compare(self.runs, question)
+                });
+                // Neither flew there.
+                all.extend(found.filter(|found| {
+                    0 < found.n_pairs + found.n_failed + found.n_reference_failed + found.n_missing
+                }));
+            }
+        }
+        let p: Vec<Option<f64>> = all.iter().map(|comparison| comparison.p).collect();
+        for (comparison, adjusted) in all.iter_mut().zip(holm(&p)) {
+            comparison.p_holm = adjusted;
+        }
+        all
+    }
+
+    pub(super) fn effects(&self) -> Vec<Effect> {
+        let mut all: Vec<Effect> = vec![];
+        for parameter in self.runs.parameters() {
+            for metric in &self.metrics {
+                for controller in self.compared() {
+                    let question = self.question(controller, metric, None);
+                    all.extend(effect(self.runs, question, parameter));
+                }
+            }
+        }
+        let p: Vec<Option<f64>> = all.iter().map(|effect| effect.p).collect();
+        for (effect, adjusted) in all.iter_mut().zip(holm(&p)) {
+            effect.p_holm = adjusted;
+        }
+        all
+    }
+
+    /// The worst runs of each planner in the first metric, by the ratio to the reference; of the reference itself, by value.
+    pub(super) fn worst(&self) -> Vec<Worst> {
+        let Some(metric) = self.metrics.first() else {
+            return vec![];
+        };
+        let planners = self.campaign.controllers.iter();
+        let planners = planners.filter(|controller| matches!(controller.law, ControlLaw::Planner { .. }));
+        planners
+            .flat_map(|controller| self.worst_of(&controller.name, metric))
+            .collect()
+    }
+
+    fn worst_of(&self, controller: &str, metric: &str) -> Vec<Worst> {
+        let of = |row: usize, value: f64| Worst {
+            controller: controller.to_owned(),
+            metric: metric.to_owned(),
+            run: self.runs.run(row),
+            scenario: self.runs.word("scenario", row).to_owned(),
+            craft: self.runs.word("craft", row).to_owned(),
+            replicate: self.runs.value("replicate", row).unwrap_or_default(),
+            value,
+            reference_run: None,
+            reference_value: None,
+            measure: None,
+            by: None,
+        };
+        if controller != self.reference {
+            let pairing = self.runs.pairing([controller, self.reference], metric, None);
+            let beside = worst(&pairing, WORST).into_iter().map(|worst| Worst {
+                reference_run: Some(self.runs.run(worst.pair.rows.1)),
+                reference_value: Some(worst.pair.values.1),
+                measure: Some(pairing.measure()),
+                by: Some(worst.by),
+                ..of(worst.pair.rows.0, worst.pair.values.0)
+            });
+            return beside.collect();
+        }
+        let flown = self.runs.of_controller(controller, metric).into_iter();
+        let mut flown: Vec<(f64, usize)> = flown
+            .filter_map(|(_, row)| Some((self.runs.value(metric, row)?, row)))
+            .collect();
+        flown.sort_by(|a, b| b.0.total_cmp(&a.0));
+        flown.truncate(WORST);
+        flown.into_iter().map(|(value, row)| of(row, value)).collect()
+    }
+
+    pub(super) fn regret(&self) -> Vec<Regret> {
+        let all = self.campaign.controllers.iter();
+        all.flat_map(|controller| {
+            let rows = self.runs.of_controller(&controller.name, BOUNDED);
+            self.places()
+                .filter_map(|scenario| self.regret_of(&controller.name, &rows, scenario))
+                .collect::<Vec<_>>()
+        })
+        .collect()
+    }
+
+    fn regret_of(&self, controller: &str, rows: &[(usize, usize)], scenario: Option<&str>) -> Option<Regret> {
+        let here = rows.iter().filter(|(group, _)| {
+            scenario.is_none_or(|scenario| self.runs.groups[*group].scenario == scenario)
+        });
+        let known: Vec<(usize, f64, f64)> = here
+            .filter_map(|&(_, row)| {
+                let value = self.runs.value(BOUNDED, row)?;
+                Some((row, value, self.runs.value("bound_rms_m", row)?))
+            })
+            .collect();
+        let beyond = |(_, value, bound): &(usize, f64, f64)| value - bound;
+        let worst = known.iter().max_by(|a, b| beyond(a).total_cmp(&beyond(b)))?;
+        let average =
+            |of: &dyn Fn(&(usize, f64, f64)) -> f64| mean(&known.iter().map(of).collect::<Vec<_>>()).centre;
+        Some(Regret {
+            controller: controller.to_owned(),
+            scenario: scenario.map(str::to_owned),
+            n_runs: known.len(),
+            rms_m: average(&|found| found.1),
+            bound_rms_m: average(&|found| found.2),
+            beyond_bound_m: average(&beyond),
+            beyond_bound_worst_m: beyond(worst),
+            worst_run: self.runs.run(worst.0),
+        })
+    }
+}

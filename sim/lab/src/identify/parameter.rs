@@ -1,0 +1,181 @@
+//! Identified quantities and their intervals.
+
+use super::fit::{self, Estimate};
+
+/// A parameter is not identified if its interval is wider than this share of its estimate to either side.
+pub(super) const RELATIVE_WIDTH_MAX: f64 = 0.5;
+/// The same for delays and for sway per yaw rate, s, which may be 0.
+const ABSOLUTE_WIDTH_MAX: f64 = 0.5;
+/// An integrator slower than this has no effect while a craft changes its speed, s.
+pub(super) const SLOW_INTEGRAL_TIME: f64 = 60.0;
+
+/// An identified quantity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Quantity {
+    /// Time constant of the heading loop.
+    HeadingTimeConstant,
+    /// Natural frequency of the heading loop.
+    HeadingNaturalFrequency,
+    /// Damping ratio of the heading loop.
+    HeadingDamping,
+    /// Delay of the heading loop.
+    HeadingDelay,
+    /// Fastest turn.
+    HeadingRateMax,
+    /// Time constant of the speed loop.
+    SurgeTimeConstant,
+    /// Delay of the speed loop.
+    SurgeDelay,
+    /// Largest acceleration.
+    AccelerationMax,
+    /// Largest deceleration.
+    DecelerationMax,
+    /// Integral time of the speed loop.
+    IntegralTime,
+    /// Sway per surge and yaw rate.
+    SwayPerYawRate,
+    /// Linear coefficient of propulsion power.
+    PowerLinear,
+    /// Cubic coefficient of propulsion power.
+    PowerCubic,
+    /// Whether speed is through the water or over ground.
+    SpeedReference,
+    /// Whether the reference is a heading or a course.
+    HeadingReference,
+}
+
+const HEADING_STEPS: &str =
+    "heading steps of 10 to 30 degrees to either side, each held until the bow is steady";
+const SPEED_STEPS: &str =
+    "small speed steps, a tenth of the top speed up and down, on a straight course, each held for 30 s";
+const STEADY_SPEEDS: &str =
+    "three steady speeds, slow, working and top, each held for 60 s, with power_w in the log";
+
+impl Quantity {
+    /// Its name in a craft file.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.name_and_manoeuvre().0
+    }
+
+    /// The manoeuvre that shows it.
+    #[must_use]
+    pub fn manoeuvre(self) -> &'static str {
+        self.name_and_manoeuvre().1
+    }
+
+    fn name_and_manoeuvre(self) -> (&'static str, &'static str) {
+        match self {
+            Self::HeadingTimeConstant => ("heading_loop/time_constant_s", HEADING_STEPS),
+            Self::HeadingNaturalFrequency => ("heading_loop/natural_frequency_radps", HEADING_STEPS),
+            Self::HeadingDamping => ("heading_loop/damping", HEADING_STEPS),
+            Self::HeadingDelay => ("heading_loop/delay_s", HEADING_STEPS),
+            Self::HeadingRateMax => (
+                "heading_loop/rate_max_radps",
+                "heading steps of 120 to 170 degrees at working speed",
+            ),
+            Self::SurgeTimeConstant => ("surge_loop/time_constant_s", SPEED_STEPS),
+            Self::SurgeDelay => ("surge_loop/delay_s", SPEED_STEPS),
+            Self::AccelerationMax => (
+                "surge_loop/acceleration_max_mps2",
+                "a speed step from slow to top speed on a straight course, held for 60 s",
+            ),
+            Self::DecelerationMax => (
+                "surge_loop/deceleration_max_mps2",
+                "a speed step from top speed to slow on a straight course, held for 60 s",
+            ),
+            Self::IntegralTime => (
+                "surge_loop/integral_time_s",
+                "large speed steps up and down on a straight course, each held until the overshoot has settled, 60 s or more",
+            ),
+            Self::SwayPerYawRate => (
+                "sway_per_yaw_rate_s",
+                "a full turning circle to either side at working speed, with a sway log or satellite velocity in the log",
+            ),
+            Self::PowerLinear => ("power/linear_w_per_mps", STEADY_SPEEDS),
+            Self::PowerCubic => ("power/cubic_w_per_mps3", STEADY_SPEEDS),
+            Self::SpeedReference => (
+                "speed_held",
+                "the same speed reference up and down a current, with satellite velocity in the log",
+            ),
+            Self::HeadingReference => (
+                "heading_held",
+                "the same speed across a current from either side, with satellite velocity in the log",
+            ),
+        }
+    }
+
+    /// Whether it is neither 0 nor infinite.
+    pub(super) fn is_positive(self) -> bool {
+        matches!(
+            self,
+            Self::HeadingNaturalFrequency
+                | Self::HeadingDamping
+                | Self::HeadingRateMax
+                | Self::AccelerationMax
+                | Self::DecelerationMax
+        )
+    }
+}
+
+/// A parameter with its 95 % confidence interval, SI and radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    /// The quantity.
+    pub quantity: Quantity,
+    /// Its estimate.
+    pub estimate: f64,
+    /// Lower end of its interval.
+    pub low: f64,
+    /// Upper end of its interval; infinite if the log sets none.
+    pub high: f64,
+    /// Whether the log identifies it; it is then in the craft file.
+    pub identified: bool,
+}
+
+/// A parameter that was estimated as its logarithm.
+pub(super) fn positive(quantity: Quantity, logarithm: Estimate) -> Parameter {
+    let half = fit::QUANTILE * logarithm.sigma;
+    let (estimate, low, high) = (
+        logarithm.value.exp(),
+        (logarithm.value - half).exp(),
+        (logarithm.value + half).exp(),
+    );
+    let wide = RELATIVE_WIDTH_MAX * estimate;
+    Parameter {
+        quantity,
+        estimate,
+        low,
+        high,
+        identified: high - estimate <= wide && estimate - low <= wide,
+    }
+}
+
+/// A time constant that was estimated as its logarithm. If it is almost 0, it is well known in seconds although its logarithm
+/// is not.
+pub(super) fn time_constant(quantity: Quantity, logarithm: Estimate) -> Parameter {
+    let value = logarithm.value.exp();
+    let half = fit::QUANTILE * value * logarithm.sigma;
+    if half.is_finite() && half <= ABSOLUTE_WIDTH_MAX {
+        return Parameter {
+            quantity,
+            estimate: value,
+            low: (value - half).max(0.0),
+            high: value + half,
+            identified: true,
+        };
+    }
+    positive(quantity, logarithm)
+}
+
+/// A parameter that may be 0, at least `least`.
+pub(super) fn signed(quantity: Quantity, given: Estimate, least: f64) -> Parameter {
+    let half = fit::QUANTILE * given.sigma;
+    Parameter {
+        quantity,
+        estimate: given.value.max(least),
+        low: (given.value - half).max(least),
+        high: (given.value + half).max(least),
+        identified: half <= ABSOLUTE_WIDTH_MAX.max(RELATIVE_WIDTH_MAX * given.value.abs()),
+    }
+}

@@ -1,0 +1,100 @@
+//! What is drawn of a scenario for a seed.
+
+use std::ops::RangeInclusive;
+
+use nalgebra::Vector2;
+use planner::path::Side;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::invalid::{InvalidScenario, invalid};
+use crate::scenario::{
+    file::{ITEMS_MAX, Point, SideFile},
+    quantity::{Distribution, Kind, Quantity},
+};
+
+/// Uses of a seed's random numbers. Each has its own stream, so that an additional draw of one changes no other.
+#[derive(Clone, Copy)]
+pub(super) enum Stream {
+    Scenario,
+    Water,
+    Sensors,
+    Acoustics,
+}
+
+impl Stream {
+    /// Number of streams.
+    const COUNT: u64 = 4;
+}
+
+pub(super) fn stream(seed: u64, of: Stream) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(of as u64);
+    rng
+}
+
+/// Draws the numbers of a scenario. Each has its own random stream, numbered in the order of the draws. Fixed and
+/// omitted numbers count too, so that making a number a distribution changes no other.
+pub(super) struct Draw {
+    pub(super) seed: u64,
+    pub(super) taken: u64,
+}
+
+impl Draw {
+    pub(super) fn take<K: Kind>(&mut self, quantity: &Quantity<K>) -> f64 {
+        quantity.draw(&mut self.rng())
+    }
+
+    pub(super) fn take_or<K: Kind>(&mut self, quantity: Option<&Quantity<K>>, default: f64) -> f64 {
+        self.take_optional(quantity).unwrap_or(default)
+    }
+
+    pub(super) fn take_optional<K: Kind>(&mut self, quantity: Option<&Quantity<K>>) -> Option<f64> {
+        let mut rng = self.rng();
+        Some(quantity?.draw(&mut rng))
+    }
+
+    pub(super) fn take_within(
+        &mut self,
+        number: Option<&Distribution>,
+        range: &RangeInclusive<f64>,
+    ) -> Option<f64> {
+        let mut rng = self.rng();
+        Some(number?.draw(range, &mut rng))
+    }
+
+    /// The random numbers of the next draw.
+    fn rng(&mut self) -> ChaCha8Rng {
+        self.taken += 1;
+        let mut rng = stream(self.seed, Stream::Scenario);
+        rng.set_stream(Stream::COUNT + self.taken);
+        rng
+    }
+
+    pub(super) fn point(&mut self, point: &Point) -> Vector2<f64> {
+        let north = self.take(&point.0[0]);
+        Vector2::new(north, self.take(&point.0[1]))
+    }
+
+    pub(super) fn points(&mut self, points: &[Point]) -> Vec<Vector2<f64>> {
+        points.iter().map(|point| self.point(point)).collect()
+    }
+}
+
+pub(super) fn side(file: SideFile) -> Side {
+    match file {
+        SideFile::Port => Side::Port,
+        SideFile::Starboard => Side::Starboard,
+    }
+}
+
+pub(super) fn check_count(field: &str, n: usize) -> Result<(), InvalidScenario> {
+    if n <= ITEMS_MAX {
+        Ok(())
+    } else {
+        Err(invalid(
+            field,
+            format_args!("{n} items; at most {ITEMS_MAX} are allowed"),
+        ))
+    }
+}

@@ -1,0 +1,53 @@
+//! The same scenario, guide and seed give the same record, to the bit.
+
+use std::thread;
+
+use crate::{los, mpc};
+use pilotfish_sim::{guide::Guide, mission::run, record::Record, scenario::Scenario};
+
+fn mission(name: &str, guide: &mut dyn Guide, seed: u64) -> Record {
+    let scenario = Scenario::named(name).expect("exists").lasting(60.0);
+    run(&scenario, guide, seed, &mut |_| {}).expect("runs")
+}
+
+#[test]
+fn the_same_seed_gives_the_same_record_and_another_seed_another() {
+    for name in Scenario::names() {
+        let first = mission(name, &mut los(), 3);
+        assert_eq!(first, mission(name, &mut los(), 3), "{name}");
+        assert_ne!(first.rows, mission(name, &mut los(), 4).rows, "{name}");
+        assert_eq!(
+            mission(name, &mut mpc(), 3),
+            mission(name, &mut mpc(), 3),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let names = Scenario::names();
+    let alone: Vec<Record> = names.iter().map(|name| mission(name, &mut mpc(), 5)).collect();
+    for n_threads in [2, 5] {
+        // Every thread runs its share with one guide after the other, as a campaign would.
+        let together = thread::scope(|scope| {
+            let share = |first: usize| {
+                let names = &names;
+                scope.spawn(move || {
+                    let mine = (first..names.len()).step_by(n_threads);
+                    mine.map(|i| (i, mission(names[i], &mut mpc(), 5)))
+                        .collect::<Vec<_>>()
+                })
+            };
+            let shares: Vec<_> = (0..n_threads).map(share).collect();
+            let records = shares
+                .into_iter()
+                .flat_map(|share| share.join().expect("no panic"));
+            records.collect::<Vec<_>>()
+        });
+        assert_eq!(together.len(), names.len());
+        for (i, record) in together {
+            assert_eq!(record, alone[i], "{} on {n_threads} threads", names[i]);
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! Whether the planner notices an actuator that does nothing, and only then.
+
+use pilotfish_sim::{
+    guide::{Guide, MpcGuide},
+    mission::Mission,
+    scenario::{LimitsFile, RandomCraftFile, Scenario, SurfaceClassFile},
+    world::fault::{Fault, FaultKind},
+};
+use planner::{angle::wrap, craft::CraftDescription, path::Side, policy::Policy};
+
+use crate::named;
+
+/// What the planner noticed in a mission.
+#[derive(Debug, Default)]
+struct Noticed {
+    seconds: u32,
+    /// Seconds with the alarm that heading references have no effect.
+    heading: u32,
+    /// Seconds with the alarm that speed references have none.
+    speed: u32,
+    /// Time after the breakdown at which a heading 0.3 rad away and a speed 0.2 m/s away were first asked for, s.
+    asked: [Option<f64>; 2],
+    /// Time after the breakdown at which those alarms and the one that the craft does not follow began, s.
+    alarms: [Option<f64>; 3],
+}
+
+/// `scenario`, in which the faults `broken` begin `at` s.
+fn flown(scenario: &Scenario, seed: u64, broken: &[FaultKind], at: f64) -> Noticed {
+    let mut guide = MpcGuide::new(Policy::default());
+    let mut start = scenario.start(seed).expect("starts");
+    let fault = |what: &FaultKind| Fault {
+        from: at,
+        until: f64::INFINITY,
+        what: *what,
+    };
+    start.world.faults.0.extend(broken.iter().map(fault));
+    let mut mission = Mission::from_start(start, scenario, guide.name(), seed);
+    let mut noticed = Noticed::default();
+    while !mission.is_over() {
+        let since = mission.time() - at;
+        let snapshot = mission.observe().expect("is in range").expect("has a craft");
+        let guidance = guide.guide(&snapshot).expect("answers");
+        let known = guide.craft_estimate().expect("has planned");
+        let alarms = [
+            known.heading_effect.is_missing(),
+            known.speed_effect.is_missing(),
+            known.monitor.alarm,
+        ];
+        noticed.seconds += 1;
+        noticed.heading += u32::from(alarms[0]);
+        noticed.speed += u32::from(alarms[1]);
+        let (_, plan) = guide.planned().expect("has planned");
+        let asked = plan.reference_through_water;
+        if since >= 0.0 {
+            let away = [
+                wrap(asked.heading.radians() - snapshot.asc.heading_rad).abs() > 0.3,
+                (asked.speed - snapshot.asc.speed_mps).abs() > 0.2,
+            ];
+            let begin = |first: &mut Option<f64>, is: bool| *first = first.or(is.then_some(since));
+            (noticed.asked.iter_mut().zip(away)).for_each(|(first, is)| begin(first, is));
+            (noticed.alarms.iter_mut().zip(alarms)).for_each(|(first, is)| begin(first, is));
+        }
+        mission.step(Some((&snapshot, guidance)));
+    }
+    noticed
+}
+
+/// A scenario for `seconds` with another craft, declared or not.
+fn with_craft(name: &str, class: SurfaceClassFile, declared: bool, seconds: f64) -> Scenario {
+    let mut scenario = named(name);
+    let craft = scenario.surface_craft.as_mut().expect("has one");
+    craft.class = class;
+    craft.limits = LimitsFile::default();
+    craft.craft = (!declared).then(CraftDescription::default);
+    scenario.lasting(seconds)
+}
+
+fn random(seed: u64) -> SurfaceClassFile {
+    SurfaceClassFile::Random(RandomCraftFile {
+        seed: Some(seed),
+        ..RandomCraftFile::default()
+    })
+}
+
+/// MEDUSA, Otter, and random craft from number 1 on: `n`, or as many as the variable `CRAFT` says, to measure rates.
+fn classes(n: u64) -> impl Iterator<Item = SurfaceClassFile> {
+    let n = std::env::var("CRAFT").map_or(n, |craft| craft.parse().expect("a number"));
+    [SurfaceClassFile::Medusa, SurfaceClassFile::Otter]
+        .into_iter()
+        .chain((1..=n).map(random))
+}
+
+#[test]
+fn craft_that_work_raise_no_alarm() {
+    let (mut flights, mut alarmed) = (0, 0);
+    for name in ["about-face", "switching", "rough-water"] {
+        for class in classes(1) {
+            for declared in [true, false] {
+                let scenario = with_craft(name, class.clone(), declared, 240.0);
+                let noticed = flown(&scenario, 1, &[], f64::INFINITY);
+                flights += 1;
+                if noticed.heading + noticed.speed > 0 {
+                    alarmed += 1;
+                    println!("{name}, {class:?}, declared {declared}: {noticed:?}");
+                }
+            }
+        }
+    }
+    println!("{alarmed} of {flights} flights of 240 s with an alarm");
+    assert!(20 * alarmed < flights, "{alarmed} of {flights}");
+}
+
+#[test]
+fn what_breaks_is_noticed_soon_after_it_is_asked_for() {
+    let dead = [Side::Port, Side::Starboard].map(|side| FaultKind::Thruster { side, share: 0.0 });
+    let jammed = [FaultKind::RudderStuck(0.0)];
+    for (what, broken, loop_) in [("rudder amidships", &jammed[..], 0), ("no thrust", &dead[..], 1)] {
+        let (mut flights, mut late) = (0, 0);
+        for class in classes(2) {
+            for declared in [true, false] {
+                // The next AUV is followed from 480 s on.
+                let scenario = with_craft("switching", class.clone(), declared, 540.0);
+                let noticed = flown(&scenario, 1, broken, 470.0);
+                let asked = noticed.asked[loop_].expect("the next AUV is elsewhere");
+                let [own, follows_not] =
+                    [loop_, 2].map(|alarm| noticed.alarms[alarm].map(|alarm| alarm - asked));
+                println!(
+                    "{what}, {class:?}, declared {declared}: {own:?} s, does not follow {follows_not:?} s"
+                );
+                flights += 1;
+                late += u32::from(follows_not.is_none_or(|after| after > 12.0));
+            }
+        }
+        // An undeclared Otter is taken for a slow craft that has begun to turn.
+        assert!(6 * late <= flights, "{what}: {late} of {flights}");
+    }
+}

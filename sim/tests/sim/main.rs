@@ -1,0 +1,31 @@
+//! The simulator as its callers see it. `allocations.rs` is a binary of its own, because it counts allocations.
+
+use pilotfish_sim::{
+    guide::{LosGuide, MpcGuide},
+    scenario::Scenario,
+};
+use planner::policy::Policy;
+
+mod determinism;
+mod effects;
+mod estimates;
+mod gate;
+mod path_following;
+mod scenario_claims;
+mod scenario_reference;
+mod scenarios;
+mod step_responses;
+mod surface_craft;
+mod underwater_vehicle;
+
+fn los() -> LosGuide {
+    LosGuide::new(Policy::default().los)
+}
+
+fn mpc() -> MpcGuide {
+    MpcGuide::new(Policy::default())
+}
+
+fn named(name: &str) -> Scenario {
+    Scenario::named(name).expect("exists")
+}

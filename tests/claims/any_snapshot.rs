@@ -1,0 +1,573 @@
+//! Snapshots from all over what is accepted: whatever they say, the answer is finite and inside the limits, and
+//! predicted to be no worse than the line-of-sight law, by a prediction written down here once more.
+//!
+//! `SNAPSHOTS=100000 cargo test --release -p tests --test claims any_snapshot -- --nocapture` tries that many and tells how
+//! they were answered.
+
+use std::{collections::BTreeMap, f64::consts::PI};
+
+use nalgebra::Vector2;
+use planner::{
+    angle::wrap,
+    craft::CraftModel,
+    forecast::AuvForecast,
+    goal::GoalForecast,
+    los::{LosGains, target_course},
+    plan::{Degraded, Method, Plan, Workspace, plan},
+    policy::{Policy, Weights},
+    snapshot::{Goal, PreviousPlan, Snapshot, TrajectoryPoint},
+    solve::SolverStatus,
+};
+use rand::{RngExt as _, SeedableRng as _, seq::IndexedRandom as _};
+use rand_chacha::ChaCha8Rng;
+use tests::random;
+
+fn n_snapshots() -> u64 {
+    std::env::var("SNAPSHOTS").map_or(400, |n| n.parse().expect("SNAPSHOTS is a number"))
+}
+
+/// How the snapshots of one share of the seeds were answered.
+#[derive(Default)]
+struct Tally {
+    refused: u64,
+    /// Those that no program was solved for, though it was young enough: every limit is soft, so there is a solution,
+    /// which the arithmetic does not always reach.
+    unsolved: u64,
+    answers: BTreeMap<String, u64>,
+}
+
+#[test]
+fn whatever_arrives_is_answered_inside_the_limits_and_no_worse_than_by_line_of_sight() {
+    let n_threads = std::thread::available_parallelism().map_or(1, |n| n.get() as u64);
+    let shares: Vec<Tally> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..n_threads)
+            .map(|share| {
+                // Pairs, because every other one is ugly.
+                let mine = move |seed: &u64| seed / 2 % n_threads == share;
+                scope.spawn(move || tally((0..n_snapshots()).filter(mine)))
+            })
+            .collect();
+        let joined = threads.into_iter().map(std::thread::ScopedJoinHandle::join);
+        joined
+            .map(|share| share.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            .collect()
+    });
+    let refused: u64 = shares.iter().map(|share| share.refused).sum();
+    let unsolved: u64 = shares.iter().map(|share| share.unsolved).sum();
+    let mut answers: BTreeMap<String, u64> = BTreeMap::new();
+    for (how, n) in shares.into_iter().flat_map(|share| share.answers) {
+        *answers.entry(how).or_default() += n;
+    }
+    println!("{refused} were no snapshots; the others: {answers:#?}");
+    assert!(1000 * unsolved <= n_snapshots(), "{unsolved} unsolved");
+    assert!(
+        10 * refused < n_snapshots(),
+        "{refused} refused: the generator is off"
+    );
+}
+
+/// A client may hand back anything as what the craft's filter remembers: it is used whole or not at all.
+#[test]
+fn any_memory_of_the_craft_is_used_or_warned_of_and_the_answer_is_finite() {
+    let (policy, mut workspace) = (Policy::default(), Workspace::default());
+    let mut scene = tests::followed(1.0);
+    let plain = plan(&tests::snapshot(scene.clone()), &policy, &mut workspace);
+    let honest = PreviousPlan::from(&plain);
+    let memory = honest
+        .craft_estimate
+        .as_ref()
+        .expect("every plan has one")
+        .memory
+        .clone();
+    let mut rng = ChaCha8Rng::seed_from_u64(32);
+    let (mut used, mut refused) = (0, 0);
+    for _ in 0..4000 {
+        let mut changed = memory.clone();
+        for _ in 0..rng.random_range(1..12) {
+            let place = rng.random_range(0..changed.len());
+            let old = changed[place];
+            changed[place] = *[0.0, -0.0, 1.0, -old, 2.0 * old, 100.0, -100.0, 0.1, -0.16, 4.0]
+                .choose(&mut rng)
+                .expect("there are some");
+        }
+        let mut previous = honest.clone();
+        if let Some(craft) = &mut previous.craft_estimate {
+            craft.memory = changed.clone();
+        }
+        scene.previous_plan = Some(previous);
+        let snapshot = tests::snapshot(scene.clone());
+        let answer = plan(&snapshot, &policy, &mut workspace);
+        let unusable = scene
+            .previous_plan
+            .as_ref()
+            .is_some_and(PreviousPlan::has_unusable_memory);
+        let count = if unusable { &mut refused } else { &mut used };
+        *count += 1;
+        let numbers = answer.craft.memory();
+        assert!(numbers.iter().all(|number| number.is_finite()), "{changed:?}");
+        assert!(answer.reference.speed.is_finite(), "{changed:?}");
+    }
+    assert!(100 < used && 100 < refused, "{used} used, {refused} refused");
+
+    // Each correlation by itself is possible, all of them together are not: the filter would make no number of it.
+    let mut impossible = vec![0.0; memory.len()];
+    (impossible[9], impossible[12], impossible[14], impossible[17]) = (1.0, 0.1, -0.163, 0.138);
+    let mut previous = honest;
+    if let Some(craft) = &mut previous.craft_estimate {
+        craft.memory = impossible;
+    }
+    assert!(previous.has_unusable_memory());
+    scene.previous_plan = Some(previous);
+    let answer = plan(&tests::snapshot(scene), &policy, &mut workspace);
+    assert!(answer.reference.speed.is_finite());
+}
+
+fn tally(seeds: impl Iterator<Item = u64>) -> Tally {
+    let policy = Policy::default();
+    let mut workspace = Workspace::default();
+    let mut tally = Tally::default();
+    for seed in seeds {
+        let Ok(scene) = Snapshot::try_from(random::observation(seed)) else {
+            tally.refused += 1;
+            continue;
+        };
+        let answer = plan(&scene, &policy, &mut workspace);
+        assert_usable(seed, &scene, &answer);
+        let how = format!(
+            "{:?}, {:?}, {:?}",
+            answer.method, answer.degraded, answer.solver.status
+        );
+        if !matches!(
+            answer.solver.status,
+            SolverStatus::Solved | SolverStatus::Unsolved
+        ) {
+            println!("seed {seed}: {how} {:?}", answer.solver);
+        }
+        tally.unsolved += u64::from(!matches!(answer.degraded, None | Some(Degraded::StaleReport)));
+        *tally.answers.entry(how).or_default() += 1;
+        assert_no_worse(seed, &scene, &answer, &policy);
+    }
+    tally
+}
+
+fn assert_usable(seed: u64, scene: &Snapshot, answer: &Plan) {
+    // What any request may say of the current.
+    let slow = |current: Vector2<f64>| current.amax() <= 3.0;
+    assert!(
+        answer.current.is_none_or(slow),
+        "seed {seed}: {:?}",
+        answer.current
+    );
+    let (limits, speed) = (scene.limits(), answer.reference_through_water.speed);
+    let stopped = answer.method == Method::Hold && speed == 0.0;
+    assert!(
+        limits.speed_min <= speed && speed <= limits.speed_max || stopped,
+        "seed {seed}: speed {speed}"
+    );
+    // A current adds no more than itself to the command of a loop over ground, and never makes it negative, nor more than
+    // the largest speed.
+    let (commanded, most) = (answer.reference.speed, speed + scene.current().norm());
+    assert!(
+        0.0 <= commanded && commanded <= (most + 1e-12).min(limits.speed_max),
+        "seed {seed}: speed {commanded}"
+    );
+    for reference in [answer.reference, answer.reference_through_water] {
+        let heading = reference.heading.radians();
+        assert!(-PI < heading && heading <= PI, "seed {seed}: heading {heading}");
+    }
+    // What is handed back is taken as it is.
+    let memory = answer.craft.memory();
+    let read = planner::craft::CraftEstimate::from_memory(&memory);
+    assert!(
+        read.is_some_and(|read| read.memory() == memory),
+        "seed {seed}: {memory:?}"
+    );
+    let numbers = answer.trajectory.iter().flat_map(|point| {
+        [
+            point.t_s,
+            point.position().x,
+            point.position().y,
+            point.speed_mps,
+            point.heading().radians(),
+        ]
+    });
+    let scores = [answer.predicted, answer.baseline.predicted]
+        .into_iter()
+        .flat_map(|predicted| [predicted.cost, predicted.rms_error, predicted.energy]);
+    let amounts = answer
+        .violations
+        .iter()
+        .flat_map(|violation| [violation.time, violation.amount]);
+    let goal = answer
+        .goal
+        .iter()
+        .flat_map(|goal| [goal.position.x, goal.position.y, goal.velocity.x, goal.velocity.y]);
+    assert!(
+        numbers
+            .chain(scores)
+            .chain(amounts)
+            .chain(goal)
+            .all(f64::is_finite),
+        "seed {seed}: {answer:?}"
+    );
+}
+
+fn assert_no_worse(seed: u64, scene: &Snapshot, answer: &Plan, policy: &Policy) {
+    if answer.method == Method::Hold {
+        return;
+    }
+    let forward = || Forward::new(scene, policy, &answer.range_unattainable);
+    let los = forward().line_of_sight(policy.los);
+    let slow = answer.trajectory[1..].iter().any(|point| point.speed_mps < 0.02);
+    let ours = match answer.method {
+        Method::SaturatedLos => los,
+        // A trajectory tells no direction of what is slower than 0.02 m/s: the stated cost stands for it.
+        _ if slow => answer.predicted.cost,
+        _ => forward().following(&answer.trajectory),
+    };
+    // Coordinates of a thousand kilometres leave half a micrometre to rounding, and far goals square it.
+    let tolerance = |cost: f64| 1e-5 * cost.abs().max(1.0);
+    for (stated, expected, what) in [
+        (answer.baseline.predicted.cost, los, "line of sight"),
+        (answer.predicted.cost, ours, "the answer"),
+    ] {
+        assert!(
+            (stated - expected).abs() <= tolerance(expected),
+            "seed {seed}: {what}: cost {stated}, here {expected}"
+        );
+    }
+    assert!(
+        ours <= los + tolerance(los),
+        "seed {seed}: {ours} is worse than {los}"
+    );
+}
+
+/// The craft as it answers references, and what its way costs; in NED, where the planner works in the craft's frame.
+struct Forward<'a> {
+    scene: &'a Snapshot,
+    weights: Weights,
+    start: Vector2<f64>,
+    goal: GoalForecast,
+    /// Those that limits are about: heard of not too long ago.
+    auvs: Vec<AuvForecast>,
+    /// Of these, whether the goal names it, and whether its range can be kept.
+    named: Vec<bool>,
+    in_range: Vec<bool>,
+    steps: &'a [f64],
+    policy: &'a Policy,
+    /// The craft that is flown.
+    craft: CraftModel,
+    position: Vector2<f64>,
+    psi: f64,
+    speed: f64,
+    bias: f64,
+    /// Heading reference that the craft follows, where one is known.
+    followed: Option<f64>,
+}
+
+/// Tuned constants of the model, as documented.
+const FOLLOW_GAIN: f64 = 0.15;
+const FOLLOW_GAIN_LAG: f64 = 0.5;
+const DRIFT_SHARE: f64 = 0.8;
+const REFERENCE_AHEAD_MAX: f64 = 2.6;
+
+fn unit(angle: f64) -> Vector2<f64> {
+    Vector2::new(angle.cos(), angle.sin())
+}
+
+/// The heading that the craft has been asked to turn to, with what it stays off that; none where there is no plan that
+/// leads from a while ago through where the craft is to later.
+fn followed_heading(scene: &Snapshot, policy: &Policy) -> Option<f64> {
+    let previous = scene.previous_plan.as_ref()?;
+    let (points, now) = (&previous.trajectory, scene.t_s);
+    let age = now - points.first()?.t_s;
+    if !(0.0..policy.previous_plan_age_max).contains(&age) || points.last()?.t_s <= now {
+        return None;
+    }
+    let leg = points
+        .windows(2)
+        .find(|leg| now < leg[1].t_s)
+        .expect("ends later");
+    let share = (now - leg[0].t_s) / (leg[1].t_s - leg[0].t_s);
+    let foreseen = leg[0].position() * (1.0 - share) + leg[1].position() * share;
+    if (foreseen - scene.asc.position()).norm() >= policy.previous_plan_miss_max {
+        return None;
+    }
+    Some(previous.asked()?.heading.radians() + scene.craft_model().heading_offset)
+}
+
+impl<'a> Forward<'a> {
+    fn new(scene: &'a Snapshot, policy: &'a Policy, out_of_range: &[usize]) -> Self {
+        let goal = GoalForecast::new(scene);
+        let young = |i: &usize| scene.estimates()[*i].state.age_s <= policy.report_age_max;
+        let young: Vec<_> = (0..scene.auvs.len()).filter(young).collect();
+        let named = |i: usize| scene.goal.goal.vehicles().any(|id| *id == scene.auvs[i].id);
+        let psi = scene.asc.heading().radians();
+        let craft = *scene.craft_model();
+        let followed = followed_heading(scene, policy);
+        let most = craft.limits.turn_rate_max;
+        let turn_rate = followed
+            .map_or(scene.asc.yaw_rate_radps, |reference| {
+                wrap(reference - psi) / (craft.heading_time + craft.heading_delay).max(0.5)
+            })
+            .clamp(-most, most);
+        let surge = scene.craft_estimate().surge.x;
+        let drift = -craft.sway_per_yaw_rate * surge * turn_rate;
+        let sway = (1.0 - DRIFT_SHARE) * scene.asc.sway_mps + DRIFT_SHARE * drift;
+        Self {
+            scene,
+            weights: policy.weights_for(scene, &goal),
+            start: unit(psi) * surge + unit(psi + PI / 2.0) * sway,
+            auvs: young.iter().map(|i| goal.auvs()[*i].clone()).collect(),
+            in_range: young
+                .iter()
+                .map(|i| named(*i) || !out_of_range.contains(i))
+                .collect(),
+            named: young.iter().map(|i| named(*i)).collect(),
+            goal,
+            steps: &policy.steps,
+            policy,
+            craft,
+            position: scene.asc.position(),
+            psi,
+            speed: surge,
+            bias: craft.surge_disturbance,
+            followed,
+        }
+    }
+
+    /// Predicted cost of the law in the target's frame, equation by equation.
+    fn line_of_sight(self, gains: LosGains) -> f64 {
+        let mut held = Some(target_course(&self.goal.at(0.0), Some(self.goal.course())));
+        self.run(move |this, time| {
+            let goal = this.goal.at(time);
+            let course = target_course(&goal, held);
+            held = Some(course);
+            let (along, abeam) = (unit(course.radians()), unit(course.radians() + PI / 2.0));
+            let off = this.position - goal.position;
+            let (s, e) = (off.dot(&along), off.dot(&abeam));
+            let chi_r = (-e / gains.look_ahead).atan();
+            let limits = this.scene.limits();
+            let ground_speed = (goal.velocity.norm() * chi_r.cos() - gains.along_track_gain * s)
+                .clamp(limits.speed_min, limits.speed_max);
+            let water = unit(course.radians() + chi_r) * ground_speed - this.scene.current();
+            let psi = if water.norm() < f64::EPSILON {
+                this.psi
+            } else {
+                water.y.atan2(water.x)
+            };
+            (water.norm().clamp(limits.speed_min, limits.speed_max), psi)
+        })
+    }
+
+    /// Predicted cost of following a trajectory.
+    fn following(mut self, points: &[TrajectoryPoint]) -> f64 {
+        let limits = &mut self.craft.limits;
+        limits.speed_max = (0.98 * limits.speed_max).max(limits.speed_max.min(limits.speed_min + 0.05));
+        limits.turn_rate_max = limits.turn_rate_max.min(0.17);
+        let mut stages: Vec<(f64, Vector2<f64>, Vector2<f64>)> =
+            vec![(0.0, self.scene.asc.position(), self.start)];
+        let mut time = 0.0;
+        for (step, point) in self.steps.iter().zip(&points[1..]) {
+            time += step;
+            stages.push((
+                time,
+                point.position(),
+                unit(point.heading().radians()) * point.speed_mps,
+            ));
+        }
+        let current = self.scene.current();
+        let at = move |k: usize, time: f64| {
+            let ((t0, p0, v0), (t1, _, v1)) = (stages[k], stages[k + 1]);
+            let since = time - t0;
+            let velocity = v0 + (v1 - v0) * (since / (t1 - t0)).min(1.0);
+            (p0 + ((v0 + velocity) / 2.0 + current) * since, velocity)
+        };
+        self.run(move |this, time| {
+            let interval = |time: f64| {
+                let mut end = 0.0;
+                let inside = this.steps.iter().position(|step| {
+                    end += step;
+                    time + 1e-6 < end
+                });
+                inside.unwrap_or(this.steps.len() - 1)
+            };
+            let craft = &this.craft;
+            let heading_lead = (craft.heading_time + craft.heading_delay).max(1.0);
+            let (here, _) = at(interval(time), time);
+            let back = (here - this.position) * FOLLOW_GAIN.min(FOLLOW_GAIN_LAG / heading_lead);
+            let velocity = |ahead: f64| at(interval(time + ahead), time + ahead).1 + back;
+            let turned_to = velocity(heading_lead);
+            let psi = if turned_to.norm() < 0.02 {
+                this.psi
+            } else {
+                turned_to.y.atan2(turned_to.x)
+            };
+            let lag = craft.surge_time + craft.surge_delay;
+            let lead = lag.clamp(1.0, 6.0);
+            let wanted = (velocity(lead).norm() - this.speed) / lead;
+            let speed = this.speed + (lag.max(0.5) + 0.5) * wanted - craft.surge_time * this.bias;
+            (speed.clamp(craft.limits.speed_min, craft.limits.speed_max), psi)
+        })
+    }
+
+    /// Flies by `law`, which gives a speed and a heading, and adds up what it costs.
+    fn run(mut self, mut law: impl FnMut(&Self, f64) -> (f64, f64)) -> f64 {
+        let mut stages = vec![(self.position, self.start)];
+        let (mut time, mut broken) = (0.0, 0.0);
+        for step in self.steps {
+            let n = step.ceil();
+            let dt = step / n;
+            let begin = time;
+            let mut worst = [0.0_f64; 4];
+            let mut share: f64 = 0.0;
+            while share < n {
+                let t = begin + share * dt;
+                let (speed, psi) = law(&self, t);
+                self.after(dt, speed, psi);
+                share += 1.0;
+                let excess = self.excess(begin, *step, share / n);
+                worst = [0, 1, 2, 3].map(|i| worst[i].max(excess[i]));
+            }
+            time = begin + step;
+            let w = &self.weights;
+            for (amount, (linear, quadratic)) in
+                worst
+                    .into_iter()
+                    .zip([w.range_slack, w.other_range_slack, w.area_slack, w.keep_out_slack])
+            {
+                broken += amount * linear + amount * amount * quadratic;
+            }
+            stages.push((self.position, unit(self.psi) * self.speed));
+        }
+        broken + self.cost(&stages)
+    }
+
+    fn after(&mut self, dt: f64, speed: f64, psi: f64) {
+        let craft = self.craft;
+        let limits = &craft.limits;
+        let lag = (craft.surge_time + craft.surge_delay).max(dt / 2.0) + dt / 2.0;
+        let asked = ((speed - self.speed) / lag).clamp(-limits.deceleration_max, limits.acceleration_max);
+        let gain = (asked + self.bias) * dt;
+        if let Some(integral_time) = craft.integral_time {
+            let most = 1.5 * limits.acceleration_max.min(limits.deceleration_max);
+            self.bias = (self.bias + asked * (1.0 - (-dt / integral_time).exp())).clamp(-most, most);
+        }
+        // The reference goes towards what is asked as fast as the craft turns, on that side of the bow on which it is.
+        let wanted = wrap(psi - self.psi);
+        let ahead = self.followed.map_or(wanted, |reference| {
+            let (before, slew) = (wrap(reference - self.psi), limits.turn_rate_max * dt);
+            wanted
+                .max(before - slew)
+                .min(before + slew)
+                .clamp(-REFERENCE_AHEAD_MAX, REFERENCE_AHEAD_MAX)
+        });
+        self.followed = Some(self.psi + ahead);
+        let rate = (wrap(ahead) / (craft.heading_time + craft.heading_delay).max(dt))
+            .clamp(-limits.turn_rate_max, limits.turn_rate_max);
+        let mean = unit(self.psi + rate * dt / 2.0) * (self.speed + gain / 2.0);
+        self.position += (mean + self.scene.current()) * dt;
+        self.psi = wrap(self.psi + rate * dt);
+        self.speed += gain;
+    }
+
+    /// By how much acoustic range, area and discs are broken here, a share of an interval after its beginning.
+    fn excess(&self, begin: f64, step: f64, share: f64) -> [f64; 4] {
+        let scene = self.scene;
+        let most = |amounts: &mut dyn Iterator<Item = f64>| amounts.fold(0.0, f64::max);
+        let range = |named: bool| {
+            let kept = self.named.iter().zip(&self.in_range);
+            let auvs = self.auvs.iter().zip(kept);
+            let auvs = auvs.filter(move |(_, (is_named, in_range))| **is_named == named && **in_range);
+            most(&mut auvs.filter_map(|(forecast, _)| {
+                let radius = |ahead: f64| Some(radius(scene.range_max()?, forecast, ahead, self.policy));
+                let from = forecast.at(begin).position;
+                let to = forecast.at(begin + step).position;
+                let allowed = radius(begin)? * (1.0 - share) + radius(begin + step)? * share;
+                Some((self.position - (from * (1.0 - share) + to * share)).norm() - allowed)
+            }))
+        };
+        let corners = &scene.area;
+        let area = most(&mut (0..corners.len()).map(|i| {
+            let [from, to] = [i, (i + 1) % corners.len()].map(|i| Vector2::from(corners[i]));
+            let along = (to - from).normalize();
+            // Clockwise, seen from above: outside is to port.
+            (self.position - from).dot(&Vector2::new(along.y, -along.x))
+        }));
+        let discs = scene.keep_outs.iter();
+        let in_a_disc = most(&mut discs.map(|disc| disc.radius_m - (self.position - disc.centre()).norm()));
+        let keep_out = in_a_disc.max(self.too_near_a_surfaced_auv(begin, step, share));
+        [range(true), range(false), area, keep_out]
+    }
+
+    /// By how much the craft is nearer to an AUV at the surface than it is to be: over an interval at one end of which
+    /// that is down, the distance to keep goes in a line from or to −1 m.
+    fn too_near_a_surfaced_auv(&self, begin: f64, step: f64, share: f64) -> f64 {
+        let scene = self.scene;
+        let Some(separation) = scene.surfacing_separation_m else {
+            return 0.0;
+        };
+        let end = begin + step;
+        self.auvs
+            .iter()
+            .map(|forecast| {
+                let kept = |time: f64| {
+                    if forecast.surfaced(time) { separation } else { -1.0 }
+                };
+                let (from, to) = (forecast.at(begin).position, forecast.at(end).position);
+                let apart = (self.position - (from * (1.0 - share) + to * share)).norm();
+                kept(begin) * (1.0 - share) + kept(end) * share - apart
+            })
+            .fold(0.0, f64::max)
+    }
+
+    /// Square of what the goal is missed by, m²: of the distance, or where the goal is a worst range, by how much the
+    /// square of that is above the least.
+    fn miss(&self, time: f64, position: Vector2<f64>) -> f64 {
+        let goal = self.goal.at(time).position;
+        let worst = |place: Vector2<f64>| {
+            let range = |member: &AuvForecast| {
+                (member.at(time).position - place).norm_squared() + member.depth_at(time).powi(2)
+            };
+            self.goal.members().map(range).fold(0.0, f64::max)
+        };
+        match self.scene.goal.goal {
+            Goal::Range { .. } if self.scene.goal.offset.is_none() => {
+                (worst(position) - worst(goal)).max(0.0)
+            }
+            _ => (position - goal).norm_squared(),
+        }
+    }
+
+    fn cost(&self, stages: &[(Vector2<f64>, Vector2<f64>)]) -> f64 {
+        let w = &self.weights;
+        let mut cost = 0.0;
+        let mut time = 0.0;
+        let miss = |k: usize, time: f64| {
+            let goal = self.goal.at(time);
+            let (position, water) = stages[k];
+            let off = self.miss(time, position);
+            let slip = (water + self.scene.current() - goal.velocity).norm_squared();
+            let speed = water.norm();
+            let power =
+                self.craft.power.linear_w_per_mps * speed + self.craft.power.cubic_w_per_mps3 * speed.powi(3);
+            (off, slip, power)
+        };
+        for (k, dt) in self.steps.iter().enumerate() {
+            let (from, to) = (miss(k, time), miss(k + 1, time + dt));
+            time += dt;
+            cost += dt / 2.0 * (w.position * (from.0 + to.0) + w.velocity * (from.1 + to.1));
+            cost += dt / 2.0 * w.energy * (from.2 + to.2);
+            let a = (stages[k + 1].1 - stages[k].1) / *dt;
+            cost += dt * w.acceleration * a.norm_squared();
+        }
+        let last = miss(self.steps.len(), time);
+        cost + w.terminal_position * last.0 + w.terminal_velocity * last.1
+    }
+}
+
+/// Horizontal range that depth and back-off leave.
+fn radius(range: f64, forecast: &AuvForecast, ahead: f64, policy: &Policy) -> f64 {
+    let across = (range.powi(2) - forecast.depth_at(ahead).powi(2)).max(0.0).sqrt();
+    (across - policy.range_back_off * forecast.position_variance(ahead).sqrt()).max(0.0)
+}

@@ -1,0 +1,342 @@
+//! Each fallback level, reached by forcing what would lead to it.
+
+use planner::{
+    angle::{Course, Heading, wrap},
+    los::{AscNow, Reference, saturated_los},
+    plan::{Degraded, Method, Plan, Programs, Workspace, plan, plan_with},
+    policy::Policy,
+    program::Program,
+    snapshot::{Hold, Limits, PlanRequest, PreviousPlan, Snapshot, TrajectoryPoint},
+    solve::{Solution, SolverStatus, Solvers},
+};
+use tests::{followed, goals, observation, snapshot, state};
+
+const STATUSES_THAT_PROVE_NOTHING: [SolverStatus; 7] = [
+    SolverStatus::Unsolved,
+    SolverStatus::PrimalInfeasible,
+    SolverStatus::DualInfeasible,
+    SolverStatus::AlmostPrimalInfeasible,
+    SolverStatus::AlmostDualInfeasible,
+    SolverStatus::MaxTime,
+    SolverStatus::NumericalError,
+];
+
+/// Statuses of a solver that came as far as it could: the certificate tells how far that was.
+const LESSER_STATUSES: [SolverStatus; 3] = [
+    SolverStatus::AlmostSolved,
+    SolverStatus::MaxIterations,
+    SolverStatus::InsufficientProgress,
+];
+
+/// Both AUVs astern, so that it is open to which side to turn.
+fn astern() -> PlanRequest {
+    let mut observation = observation(goals()[0].clone());
+    observation.asc.heading_rad = (Heading::new(std::f64::consts::PI)).radians();
+    observation
+}
+
+/// The plan where every solution is changed before it is certified.
+fn plan_spoiled(snapshot: &Snapshot, spoil: impl Fn(&mut Solution)) -> Plan {
+    let mut solvers = Solvers::default();
+    let mut solve = |program: &Program| {
+        let mut solution = solvers.solve(program);
+        spoil(&mut solution);
+        solution
+    };
+    plan_with(snapshot, &Policy::default(), &mut Programs::default(), &mut solve)
+}
+
+/// The plan of a solver that solves, and then reports `status` instead of its own.
+fn plan_with_status(snapshot: &Snapshot, status: SolverStatus) -> Plan {
+    plan_spoiled(snapshot, |solution| solution.status = status)
+}
+
+#[test]
+fn a_solved_program_answers_on_the_first_fallback_level() {
+    for goal in goals() {
+        let answer = plan_with_status(&snapshot(observation(goal)), SolverStatus::Solved);
+        assert_eq!((answer.method, answer.degraded), (Method::Mpc, None));
+        assert!(answer.solver.scp_iterations > 0);
+    }
+}
+
+#[test]
+fn every_status_that_proves_nothing_leads_to_the_previous_plan() {
+    let snapshot = snapshot(followed(3.0));
+    let previous = snapshot.previous_plan.clone().unwrap().trajectory;
+    for status in STATUSES_THAT_PROVE_NOTHING {
+        let answer = plan_with_status(&snapshot, status);
+        assert_eq!(
+            (answer.method, answer.degraded),
+            (Method::PreviousPlan, Some(Degraded::Solver(status)))
+        );
+        // The craft's course is behind a reference by its lag, and a reference is held for a second.
+        let then = snapshot.t_s + snapshot.craft_model().course_lag() + 0.5;
+        let after = previous.iter().position(|point| then < point.t_s).unwrap();
+        let (before, after) = (previous[after - 1], previous[after]);
+        let share = (then - before.t_s) / (after.t_s - before.t_s);
+        let (from, to) = (before.heading_rad, after.heading_rad);
+        let asked = from + share * wrap(to - from);
+        assert!((answer.trajectory[0].position() - previous[3].position()).norm() < 1e-9);
+        assert!(wrap(answer.reference.heading.radians() - asked).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn without_a_young_previous_plan_every_such_status_leads_to_line_of_sight() {
+    for observation in [observation(goals()[0].clone()), followed(10.5)] {
+        let snapshot = snapshot(observation);
+        let policy = Policy::default();
+        for status in STATUSES_THAT_PROVE_NOTHING {
+            let answer = plan_with_status(&snapshot, status);
+            assert_eq!(
+                (answer.method, answer.degraded),
+                (Method::SaturatedLos, Some(Degraded::Solver(status)))
+            );
+            let target = answer.goal[0];
+            let law = saturated_los(
+                &AscNow::from(&snapshot),
+                &target,
+                Course::of(&target.velocity),
+                policy.los,
+                snapshot.limits(),
+            );
+            assert_eq!(answer.reference, law);
+        }
+    }
+}
+
+#[test]
+fn at_speed_a_law_that_beats_the_previous_plan_turns_no_faster_than_a_plan() {
+    let policy = Policy::default();
+    let answer = |surge: f64| {
+        let mut observation = followed(1.0);
+        observation.asc.speed_mps = surge;
+        let memory = observation.previous_plan.as_mut().unwrap();
+        // A plan that led away from the goal, and the craft on its way.
+        let away = Heading::new(observation.asc.heading().radians() + 2.5);
+        let velocity = away.unit() * surge.max(0.3);
+        observation.asc.heading_rad = (away).radians();
+        for point in &mut memory.trajectory {
+            let position = observation.asc.position() + velocity * (point.t_s - observation.t_s);
+            *point = TrajectoryPoint::new(point.t_s, position, velocity.norm(), away);
+        }
+        let reference = Reference {
+            speed: velocity.norm(),
+            heading: away,
+        };
+        memory.reference = Some(reference.into());
+        let answer = plan_with_status(&snapshot(observation), SolverStatus::MaxTime);
+        assert_eq!(answer.method, Method::SaturatedLos);
+        let step = wrap(answer.reference.heading.radians() - away.radians()).abs();
+        (step, answer)
+    };
+    let (slow_step, slow) = answer(0.1);
+    assert_eq!(slow.predicted, slow.baseline.predicted);
+    assert!(
+        (slow_step - Limits::MEDUSA.turn_rate_max).abs() < 1e-9,
+        "{slow_step}"
+    );
+    let (fast_step, fast) = answer(1.4);
+    assert!((fast_step - policy.heading_rate_max).abs() < 1e-9 && fast_step < slow_step);
+    // Its prediction is the law's, so that no answer is predicted to be worse than that.
+    assert_eq!(fast.predicted, fast.baseline.predicted);
+}
+
+#[test]
+fn a_program_of_a_lesser_status_counts_if_its_certificate_passes() {
+    let snapshot = snapshot(observation(goals()[0].clone()));
+    for status in LESSER_STATUSES {
+        let answer = plan_with_status(&snapshot, status);
+        assert_eq!((answer.method, answer.degraded), (Method::Mpc, None));
+        assert_eq!(answer.solver.status, status);
+    }
+}
+
+#[test]
+fn a_program_of_a_lesser_status_does_not_count_if_its_certificate_fails() {
+    let snapshot = snapshot(observation(goals()[0].clone()));
+    for status in LESSER_STATUSES {
+        let answer = plan_spoiled(&snapshot, |solution| {
+            solution.primal[7] += 0.01;
+            solution.status = status;
+        });
+        assert_eq!(answer.method, Method::SaturatedLos);
+        assert!(answer.degraded.is_some());
+        assert_ne!(answer.solver.status, SolverStatus::Solved);
+    }
+}
+
+#[test]
+fn a_solution_that_fails_its_certificate_is_not_followed_whatever_the_solver_says() {
+    let snapshot = snapshot(observation(goals()[0].clone()));
+    for (spoil, what) in [
+        (0.01, "a primal variable off by 1 %"),
+        (f64::NAN, "not a number"),
+        (f64::INFINITY, "infinite"),
+    ] {
+        let answer = plan_spoiled(&snapshot, |solution| {
+            solution.primal[7] += spoil;
+        });
+        assert_eq!(answer.method, Method::SaturatedLos, "{what}");
+        assert_eq!(answer.degraded, Some(Degraded::Certificate), "{what}");
+    }
+}
+
+#[test]
+fn a_certificate_that_cannot_be_computed_does_not_pass() {
+    let snapshot = snapshot(observation(goals()[0].clone()));
+    for part in 0..3 {
+        let answer = plan_spoiled(&snapshot, |solution| match part {
+            0 => solution.primal.fill(f64::NAN),
+            1 => solution.dual.fill(f64::NAN),
+            _ => solution.slack[5] = f64::NAN,
+        });
+        assert_eq!(answer.degraded, Some(Degraded::Certificate), "part {part}");
+    }
+}
+
+#[test]
+fn the_first_program_takes_its_directions_from_the_previous_plan() {
+    let first_program = |observation: PlanRequest| {
+        let mut solvers = Solvers::default();
+        let mut first = None;
+        let _ = plan_with(
+            &snapshot(observation),
+            &Policy::default(),
+            &mut Programs::default(),
+            &mut |program| {
+                first.get_or_insert_with(|| program.constraints.values.clone());
+                solvers.solve(program)
+            },
+        );
+        first.expect("a program was stated")
+    };
+    let mut with_plan = followed(1.0);
+    // Of the directions alone: where the AUVs were expected counts as well.
+    with_plan.previous_plan.as_mut().expect("it has one").targets = None;
+    let mut without = with_plan.clone();
+    without.previous_plan = None;
+    let mut turned_away = with_plan.clone();
+    for point in &mut turned_away.previous_plan.as_mut().expect("it has one").trajectory {
+        point.heading_rad = wrap(point.heading_rad + 1.0);
+    }
+    let mut of_another_mission = with_plan.clone();
+    for point in &mut of_another_mission
+        .previous_plan
+        .as_mut()
+        .expect("it has one")
+        .trajectory
+    {
+        point.north_m += 100.0;
+    }
+    assert_ne!(first_program(with_plan.clone()), first_program(without.clone()));
+    assert_ne!(first_program(with_plan), first_program(turned_away));
+    assert_eq!(first_program(of_another_mission), first_program(without));
+}
+
+#[test]
+fn a_second_iteration_that_fails_leaves_the_answer_to_the_first() {
+    let snapshot = snapshot(observation(goals()[0].clone()));
+    let only_the_first_is_solved = |scp_iterations| {
+        let mut solvers = Solvers::default();
+        let mut calls = 0;
+        let policy = Policy {
+            scp_iterations,
+            ..Policy::default()
+        };
+        plan_with(&snapshot, &policy, &mut Programs::default(), &mut |program| {
+            calls += 1;
+            if calls == 1 {
+                solvers.solve(program)
+            } else {
+                Solution::none(SolverStatus::MaxIterations)
+            }
+        })
+    };
+    let (answer, one_iteration) = (only_the_first_is_solved(2), only_the_first_is_solved(1));
+    assert_eq!((answer.method, answer.degraded), (Method::Mpc, None));
+    assert_eq!(answer.reference, one_iteration.reference);
+}
+
+#[test]
+fn a_deadline_before_any_program_was_solved_is_the_reason_whatever_failed_before_it() {
+    let snapshot = snapshot(astern());
+    for failure in STATUSES_THAT_PROVE_NOTHING {
+        for n_failed in [0, 1] {
+            let mut calls = 0;
+            let answer = plan_with(
+                &snapshot,
+                &Policy::default(),
+                &mut Programs::default(),
+                &mut |_| {
+                    calls += 1;
+                    Solution::none(if calls <= n_failed {
+                        failure
+                    } else {
+                        SolverStatus::CallbackTerminated
+                    })
+                },
+            );
+            assert!(n_failed < calls, "a second way was begun");
+            assert_eq!(
+                (answer.method, answer.degraded),
+                (Method::SaturatedLos, Some(Degraded::Deadline)),
+                "{n_failed} failed: {failure:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_goal_that_rests_on_a_stale_report_is_held_as_the_client_chose() {
+    let mut stale = observation(goals()[0].clone());
+    state(&mut stale, 0).age_s = 901.0;
+    for (hold, speed, turn) in [(Hold::Stop, 0.0, 0.0), (Hold::SlowTurn, 0.05, 0.2)] {
+        let answer = plan(
+            &snapshot(PlanRequest {
+                hold,
+                ..stale.clone()
+            }),
+            &Policy::default(),
+            &mut Workspace::default(),
+        );
+        assert_eq!(
+            (answer.method, answer.degraded),
+            (Method::Hold, Some(Degraded::StaleReport))
+        );
+        assert_eq!(answer.reference.speed, speed);
+        assert_eq!(answer.reference.heading, Heading::new(0.3 + turn));
+        // The trajectory does what the reference says, from the speed that the craft has.
+        let last = answer.trajectory.last().expect("a trajectory has points");
+        assert!((last.speed_mps - speed).abs() < 1e-3, "{}", last.speed_mps);
+    }
+}
+
+#[test]
+fn a_stale_report_of_an_auv_outside_the_goal_changes_nothing() {
+    let mut stale = observation(goals()[0].clone());
+    state(&mut stale, 1).age_s = 3600.0;
+    assert_eq!(
+        plan_with_status(&snapshot(stale), SolverStatus::Solved).method,
+        Method::Mpc
+    );
+}
+
+#[test]
+fn a_previous_plan_from_the_future_is_not_followed() {
+    let mut odd = followed(3.0);
+    let point = |t_s| TrajectoryPoint {
+        t_s,
+        ..odd.previous_plan.clone().unwrap().trajectory[0]
+    };
+    let trajectory = vec![point(300.0), point(301.0)];
+    odd.previous_plan = Some(PreviousPlan {
+        trajectory,
+        ..PreviousPlan::default()
+    });
+    assert_eq!(
+        plan_with_status(&snapshot(odd), SolverStatus::MaxTime).method,
+        Method::SaturatedLos
+    );
+}

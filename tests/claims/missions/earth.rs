@@ -1,0 +1,241 @@
+//! A live mission whose vehicles say where they are in latitude and longitude.
+
+use axum::http::{Method, StatusCode};
+use serde_json::{Value, json};
+use tests::client::{post, send_to};
+
+use super::{Service, directory, live, mission_now, n_equal};
+
+/// Metres of a degree of latitude at 38.41° (WGS 84).
+const DEGREE_M: f64 = 111_005.0;
+
+/// Everybody 0.001° further north a second, beside (38.41, −9.12).
+fn heard(now: f64, north_deg: f64) -> Value {
+    let fix = |east_deg: f64| json!([{ "t_s": now, "lat_deg": 38.41 + north_deg, "lon_deg": -9.12 + east_deg, "sigma_m": 1.0 }]);
+    let state = json!({ "lat_deg": 38.41 + north_deg, "lon_deg": -9.12, "heading_rad": 0.0, "speed_mps": 0.2,
+        "sway_mps": 0.0, "yaw_rate_radps": 0.0 });
+    json!({ "auvs": { "auv-1": fix(0.0001), "auv-2": fix(-0.0001) }, "asc": [{ "t_s": now, "state": state }] })
+}
+
+fn is_near(value: &Value, expected: f64, tolerance: f64) {
+    let value = value.as_f64().expect("is a number");
+    assert!((value - expected).abs() < tolerance, "{value} is not {expected}");
+}
+
+#[tokio::test]
+async fn the_first_fix_becomes_the_origin_and_everything_has_both_positions() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let mission = service.create(&live()).await;
+    assert_eq!(service.ask(&mission).await["origin"], Value::Null);
+    service.order(&mission, "run", json!({})).await;
+
+    let reports = format!("{mission}/reports");
+    let first = heard(mission_now(&service.ask(&mission).await), 0.0);
+    let accepted = service.post_keyed(&reports, &first, "first").await.json();
+    // The first in the post is the craft's.
+    let origin = json!({ "lat_deg": 38.41, "lon_deg": -9.12 });
+    assert_eq!(accepted["origin"], origin, "{accepted}");
+    assert_eq!(service.ask(&mission).await["origin"], origin);
+    // Sent again, when the origin is known: the same answer.
+    let again = service.post_keyed(&reports, &first, "first").await;
+    assert_eq!((again.status, again.json()), (StatusCode::OK, accepted));
+
+    let now = mission_now(&service.ask(&mission).await);
+    let accepted = service.order(&mission, "reports", heard(now, 0.001)).await;
+    assert_eq!(accepted["origin"], Value::Null);
+    let after = &accepted["sequence"];
+    let planned = service
+        .ask(&format!("{mission}/reference?wait_s=10&after={after}"))
+        .await;
+    let plan = &planned["plan"];
+    assert_eq!(plan["origin"], origin);
+    let here = &plan["trajectory"][0];
+    is_near(&here["north_m"], 0.001 * DEGREE_M, 2.0);
+    is_near(&here["east_m"], 0.0, 2.0);
+    is_near(&here["lat_deg"], 38.411, 2e-5);
+    is_near(&here["lon_deg"], -9.12, 2e-5);
+
+    let events = service.record(&mission).await;
+    let heard: Vec<&Value> = events
+        .iter()
+        .filter(|event| event["kind"] == "reported")
+        .collect();
+    assert_eq!(heard[0]["heard"]["origin"], origin);
+    let fix = &heard[1]["heard"]["auvs"]["auv-1"][0];
+    is_near(&fix["north_m"], 0.001 * DEGREE_M, 0.01);
+    is_near(&fix["lat_deg"], 38.411, 1e-9);
+    let table = service.get(&format!("{mission}/record?format=ndjson")).await.text;
+    let fixes = table
+        .lines()
+        .map(|line| serde_json::from_str::<Value>(line).expect("is JSON"));
+    let fixes: Vec<Value> = fixes.filter(|row| row["kind"] == "fix").collect();
+    assert_eq!(fixes.len(), 4);
+    assert!(
+        fixes
+            .iter()
+            .all(|row| row["lat_deg"].is_number() && row["north_m"].is_number())
+    );
+    let map = service.get(&format!("{mission}/record?format=geojson")).await;
+    assert_eq!(map.status, StatusCode::OK, "{}", map.text);
+
+    // All of it, by a service that was started again.
+    let service = service.restart(data.path()).await;
+    assert_eq!(service.ask(&mission).await["origin"], origin);
+    service.order(&mission, "finish", json!({})).await;
+    assert!(0 < n_equal(data.path(), &mission));
+}
+
+#[tokio::test]
+async fn metres_of_a_mission_with_an_origin_get_their_degrees() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let mut body = live();
+    body["live"]["origin"] = json!({ "lat_deg": 38.41, "lon_deg": -9.12 });
+    body["live"]["keep_outs"] = json!([{ "lat_deg": 38.411, "lon_deg": -9.12, "radius_m": 5.0 }]);
+    let mission = service.create(&body).await;
+    let seen = service.ask(&mission).await;
+    is_near(
+        &seen["setting"]["keep_outs"][0]["north_m"],
+        0.001 * DEGREE_M,
+        0.01,
+    );
+    let now = mission_now(&seen);
+    let fix = json!([{ "t_s": now, "north_m": 111.005, "east_m": 0.0, "sigma_m": 1.0 }]);
+    service
+        .order(&mission, "reports", json!({ "auvs": { "auv-1": fix } }))
+        .await;
+    let events = service.record(&mission).await;
+    is_near(&events[1]["heard"]["auvs"]["auv-1"][0]["lat_deg"], 38.411, 1e-7);
+    assert_eq!(events[1]["heard"]["origin"], Value::Null);
+}
+
+#[tokio::test]
+async fn degrees_are_refused_where_metres_count_from_an_unknown_place() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let mut body = live();
+    body["live"]["keep_outs"] = json!([{ "north_m": 30.0, "east_m": 0.0, "radius_m": 5.0 }]);
+    let fenced = service.create(&body).await;
+    let heard_in_metres = service.create(&live()).await;
+    let now = mission_now(&service.ask(&heard_in_metres).await);
+    let fix = json!([{ "t_s": now, "north_m": 1.0, "east_m": 0.0, "sigma_m": 1.0 }]);
+    service
+        .order(&heard_in_metres, "reports", json!({ "auvs": { "auv-1": fix } }))
+        .await;
+    for mission in [fenced, heard_in_metres] {
+        let refused = service
+            .post(&format!("{mission}/reports"), &heard(now, 0.0))
+            .await;
+        assert_eq!(
+            refused.status,
+            StatusCode::UNPROCESSABLE_ENTITY,
+            "{}",
+            refused.text
+        );
+        assert_eq!(
+            refused.json()["errors"][0]["code"],
+            "no_origin",
+            "{}",
+            refused.text
+        );
+    }
+    body["live"]["keep_outs"] = json!([{ "lat_deg": 38.0, "lon_deg": 0.0, "radius_m": 5.0 }]);
+    let refused = service.post("/v1/missions", &body).await;
+    assert_eq!(
+        refused.json()["errors"][0]["pointer"],
+        "/live/keep_outs/0/lat_deg",
+        "{}",
+        refused.text
+    );
+}
+
+/// Origin of a mission whose work is 0.3° further north: 33 km.
+const FAR: [f64; 2] = [38.11, -9.12];
+
+#[tokio::test]
+async fn another_origin_moves_no_position_on_earth_and_ends_the_warning() {
+    let data = directory();
+    let service = Service::start(data.path()).await;
+    let mut body = live();
+    body["live"]["origin"] = json!({ "lat_deg": FAR[0], "lon_deg": FAR[1] });
+    body["live"]["keep_outs"] = json!([{ "lat_deg": 38.411, "lon_deg": -9.12, "radius_m": 5.0 }]);
+    let mission = service.create(&body).await;
+    service.order(&mission, "run", json!({})).await;
+    let plan_after_reports = async |north_deg: f64| {
+        let now = mission_now(&service.ask(&mission).await);
+        let after = service.order(&mission, "reports", heard(now, north_deg)).await["sequence"].clone();
+        let next = format!("{mission}/reference?wait_s=10&after={after}");
+        service.ask(&next).await["plan"].clone()
+    };
+    let has_warning = |plan: &Value| {
+        let warnings = plan["warnings"].as_array().expect("a list");
+        warnings.iter().any(|warning| warning["code"] == "origin_far")
+    };
+    let before = plan_after_reports(0.0).await;
+    assert!(has_warning(&before), "{before}");
+    is_near(&before["trajectory"][0]["north_m"], 0.3 * DEGREE_M, 30.0);
+    let summary = service.ask(&mission).await["plan"]["warnings"].to_string();
+    assert!(summary.contains("33 km from the origin"), "{summary}");
+
+    let near = json!({ "lat_deg": 38.41, "lon_deg": -9.12 });
+    let patch = async |body: Value| {
+        let mut request = post(&mission, body.to_string());
+        *request.method_mut() = Method::PATCH;
+        send_to(service.router.clone(), request).await
+    };
+    let refused = patch(json!({ "origin": null })).await;
+    assert_eq!(refused.faults(), [("/origin".to_owned(), "missing".to_owned())]);
+    let refused = patch(json!({ "origin": { "lat_deg": 91.0, "lon_deg": 0.0 } })).await;
+    assert_eq!(refused.faults()[0].0, "/origin/lat_deg");
+    let changed = patch(json!({ "origin": near })).await;
+    assert_eq!(changed.status, StatusCode::OK, "{}", changed.text);
+    let changed = changed.json();
+    assert_eq!(changed["origin"], near);
+    assert_eq!(changed["setting"]["origin"], Value::Null);
+    is_near(
+        &changed["setting"]["keep_outs"][0]["north_m"],
+        0.001 * DEGREE_M,
+        0.01,
+    );
+    let scene = service.ask(&format!("{mission}/scene")).await;
+    assert_eq!(scene["origin"], near);
+    is_near(&scene["keep_outs"][0]["north_m"], 0.001 * DEGREE_M, 0.01);
+    let again = patch(json!({ "origin": near })).await.json();
+    assert_eq!(again["sequence"], changed["sequence"], "it is set already");
+
+    // Without new reports: what is known lies where it lay.
+    let next = format!("{mission}/reference?wait_s=10&after={}", changed["sequence"]);
+    let plan = service.ask(&next).await["plan"].clone();
+    assert!(!has_warning(&plan), "{plan}");
+    assert_eq!(plan["origin"], near);
+    let start = &plan["trajectory"][0];
+    is_near(&start["north_m"], 0.0, 20.0);
+    is_near(&start["lat_deg"], 38.41, 2e-4);
+    for at in ["/targets/0/estimate", "/goal/trajectory/0"] {
+        let degrees = |plan: &Value| {
+            plan.pointer(at).expect("is there")["lat_deg"]
+                .as_f64()
+                .expect("a number")
+        };
+        let apart = degrees(&before) - degrees(&plan);
+        // The AUVs rest, but for what the filter takes for drift.
+        assert!(apart.abs() < 1e-4, "{at}: {apart}°");
+    }
+    plan_after_reports(0.0001).await;
+
+    let table = service.get(&format!("{mission}/record?format=ndjson")).await.text;
+    let rows = table
+        .lines()
+        .map(|line| serde_json::from_str::<Value>(line).expect("is JSON"));
+    let states: Vec<Value> = rows.filter(|row| row["kind"] == "asc_state").collect();
+    assert_eq!(states.len(), 2);
+    for (state, north_deg) in states.iter().zip([0.0, 0.0001]) {
+        is_near(&state["north_m"], north_deg * DEGREE_M, 0.01);
+        is_near(&state["lat_deg"], 38.41 + north_deg, 1e-9);
+    }
+    let service = service.restart(data.path()).await;
+    assert_eq!(service.ask(&mission).await["origin"], near);
+    service.order(&mission, "finish", json!({})).await;
+    assert!(3 <= n_equal(data.path(), &mission));
+}

@@ -1,0 +1,1058 @@
+//! Every way to be refused: a problem document, the right status, and the field at fault.
+
+use std::{
+    io::{Read, Write},
+    net::{SocketAddr, TcpStream},
+    sync::atomic::{AtomicBool, Ordering},
+    time::{Duration, Instant},
+};
+
+use axum::{
+    body::Body,
+    http::{HeaderValue, Method, Request, StatusCode},
+};
+use futures_util::StreamExt as _;
+use planner::{
+    plan::{Degraded, Plan, Workspace, plan_until},
+    policy::Policy,
+    snapshot::Snapshot,
+    solve::SolverStatus,
+    stop::Stop,
+};
+use serde_json::{Value, json};
+use service::{Hosts, Settings, app, examples::EXAMPLES};
+use tests::{
+    broken::places_of,
+    client::{Answer, example, get, post, send, send_to},
+};
+use tokio::net::TcpListener;
+
+async fn planned(body: impl Into<Body>) -> Answer {
+    send(Settings::default(), post("/v1/plan", body)).await
+}
+
+/// The faults found in the track example after `change`.
+async fn faults_after(change: impl FnOnce(&mut Value)) -> Vec<(String, String)> {
+    let mut body = example("track");
+    change(&mut body);
+    let answer = planned(body.to_string()).await;
+    assert_eq!(answer.status, StatusCode::UNPROCESSABLE_ENTITY, "{}", answer.text);
+    answer.faults()
+}
+
+/// Puts `value` at `place`, in objects that are made where there are none; none takes away what is there.
+fn put(body: &mut Value, place: &str, value: Option<Value>) {
+    let Some((parent, name)) = place.rsplit_once('/') else {
+        *body = value.expect("a body is not taken away");
+        return;
+    };
+    if body.pointer(parent).is_none() {
+        put(body, parent, Some(json!({})));
+    }
+    let name = name.replace("~1", "/").replace("~0", "~");
+    match (body.pointer_mut(parent).expect("was made"), value) {
+        (Value::Array(items), Some(value)) => items[name.parse::<usize>().expect("a number")] = value,
+        (parent, Some(value)) => parent[name] = value,
+        (parent, None) => drop(parent.as_object_mut().expect("an object").remove(&name)),
+    }
+}
+
+/// Each row is a place (`.` for the whole body), what is put there (`absent` for nothing), and the code of the refusal; then, in
+/// any order, where the refusal points to if not there, the limits that it names, and its detail. Two spaces separate cells.
+async fn assert_refused(base: &Value, table: &str) {
+    let rows = table.lines().map(str::trim);
+    for row in rows.filter(|row| !row.is_empty() && !row.starts_with('#')) {
+        let cells: Vec<_> = row
+            .split("  ")
+            .map(str::trim)
+            .filter(|cell| !cell.is_empty())
+            .collect();
+        let [place, value, code, rest @ ..] = &*cells else {
+            panic!("{row}")
+        };
+        let value: Option<Value> = (*value != "absent").then(|| serde_json::from_str(value).expect(row));
+        let place = place.trim_start_matches('.');
+        let mut body = base.clone();
+        put(&mut body, place, value.clone());
+        let answer = planned(body.to_string()).await;
+        assert_eq!(
+            answer.status,
+            StatusCode::UNPROCESSABLE_ENTITY,
+            "{row}: {}",
+            answer.text
+        );
+        let error = answer.problem()["errors"][0].clone();
+        let mut pointer = place;
+        for cell in rest {
+            if cell.starts_with('/') {
+                pointer = cell;
+            } else if let Some((least, most)) = cell.split_once("..") {
+                let limits = [least, most].map(|limit| limit.parse::<f64>().expect(row));
+                let named = ["least", "most"].map(|name| error["limit"][name].as_f64().expect(row));
+                assert_eq!(named, limits, "{row}");
+                let number = value.as_ref().filter(|value| value.is_number());
+                assert!(
+                    number.is_none_or(|number| error["given"].as_f64() == number.as_f64()),
+                    "{row}"
+                );
+            } else {
+                assert_eq!(error["detail"], *cell, "{row}");
+            }
+        }
+        assert_eq!(answer.faults(), fault(pointer, code), "{row}");
+    }
+}
+
+/// Whether the track example is planned for with `value` at `place`.
+async fn is_accepted(place: &str, value: Value) -> bool {
+    let mut body = example("track");
+    put(&mut body, place, Some(value));
+    planned(body.to_string()).await.status == StatusCode::OK
+}
+
+fn fault(pointer: &str, code: &str) -> Vec<(String, String)> {
+    vec![(pointer.to_owned(), code.to_owned())]
+}
+
+#[tokio::test]
+async fn what_is_not_json_is_refused_where_it_breaks() {
+    for (body, pointer) in [
+        ("", ""),
+        ("{", ""),
+        ("not json", ""),
+        (r#"{"t_s":NaN}"#, "/t_s"),
+        (r#"{"asc":{"north_m":1e999}}"#, "/asc/north_m"),
+        (r#"{"auvs":[{"id":"a"#, "/auvs/0/id"),
+    ] {
+        let answer = planned(body).await;
+        assert_eq!(answer.status, StatusCode::BAD_REQUEST, "{body}");
+        assert_eq!(answer.faults(), fault(pointer, "syntax"), "{body}");
+    }
+    let answer = planned(format!("{} x", EXAMPLES[0].body)).await;
+    assert_eq!(
+        (answer.status, answer.faults()),
+        (StatusCode::BAD_REQUEST, fault("", "syntax"))
+    );
+}
+
+#[tokio::test]
+async fn a_member_is_refused_by_place_and_reason() {
+    let table = r#"
+        /auvs/0/fixes             []                  unknown_field
+        /a~1b~0c                  1                   unknown_field
+        /asc/speed_mps            absent              missing
+        /asc/ground_north_mps     0.3                 missing           /asc/ground_east_mps
+        /auvs/0/state/depth_m     "deep"              wrong_type
+        /auvs/0/state/speed_mps   -0.1                out_of_range      0..10
+        /auvs/0/state             [18,6,9,0,0,0,0]    wrong_type
+        /current                  [0.0,0.1]           wrong_type
+        /goal/kind                "attend"            unknown_variant
+        /deadline_ms              0                   out_of_range
+        /deadline_ms              0.049               out_of_range
+        /deadline_ms              60001               out_of_range
+        /deadline_ms              -1                  out_of_range
+        /deadline_ms              "soon"              wrong_type
+        # An angle in degrees is not wrapped.
+        /asc/heading_rad          45                  out_of_range
+        /auvs/0/state/course_rad  45                  out_of_range
+        # An AUV has a state or reports.
+        /auvs/0/reports           [{"t_s":110,"north_m":1,"east_m":2,"sigma_m":1.5}]  unexpected
+        /auvs/0                   {"id":"auv-1"}      missing           /auvs/0/state
+
+        # Details are in the words of JSON.
+        .             []              wrong_type       must be an object, not a list
+        .             3               wrong_type       must be an object, not a number
+        /asc/north_m  "far"           wrong_type       must be a number, not text
+        /auvs/0/id    7               wrong_type       must be text, not a number
+        /auvs         {}              wrong_type       must be a list, not an object
+        /auvs         []              length           must have 1 to 16 items
+        /goal/kind    null            wrong_type       must be text, not null
+        /goal/kind    "attend"        unknown_variant  must be one of `track`, `intermittent`, `midpoint`, `weighted`, `range`
+        /auvs/0       {"name":"a"}    unknown_field    /auvs/0/name  there is no such member, only `id`, `state`, `reports`, `path`, `dive`
+    "#;
+    assert_refused(&example("track"), table).await;
+    let mut body = example("track");
+    body["auvs"][0]["id"] = json!("é".repeat(65));
+    let error = planned(body.to_string()).await.problem()["errors"][0].clone();
+    assert_eq!(error["detail"], "must have 1 to 64 bytes");
+    let marked = planned(format!("\u{feff}{}", EXAMPLES[0].body)).await;
+    assert!(marked.text.contains("byte order mark"), "{}", marked.text);
+}
+
+#[tokio::test]
+async fn nothing_hides_a_list_for_an_object_not_even_an_ignored_member() {
+    let deep = format!("{}{}", "[".repeat(500), "]".repeat(500));
+    for junk in ["1e400", deep.as_str()] {
+        let mut body = example("track");
+        body["current"] = json!([0.0, 0.1]);
+        body["previous_plan"] = json!({ "trajectory": [], "ignored": "JUNK" });
+        let answer = planned(body.to_string().replace("\"JUNK\"", junk)).await;
+        assert_eq!(answer.status, StatusCode::BAD_REQUEST, "{}", answer.text);
+        let faults = answer.faults();
+        assert_eq!(faults[0].1, "syntax");
+        assert!(faults[0].0.starts_with("/previous_plan/ignored"), "{faults:?}");
+    }
+}
+
+#[tokio::test]
+async fn a_member_that_stands_twice_is_named() {
+    let body = EXAMPLES[0].body.trim_end();
+    let twice = format!("{},\"t_s\":1}}", &body[..body.len() - 1]);
+    let answer = planned(twice).await;
+    assert_eq!(answer.status, StatusCode::UNPROCESSABLE_ENTITY);
+    assert_eq!(answer.faults(), fault("/t_s", "duplicate_field"));
+    let answer = planned(r#"{"asc":{"north_m":1,"north_m":2}}"#).await;
+    assert_eq!(answer.faults(), fault("/asc/north_m", "duplicate_field"));
+}
+
+#[tokio::test]
+async fn a_name_that_stands_twice_in_metadata_is_named_too_and_so_is_a_flood_of_values() {
+    let body = example("track").to_string();
+    let with = |metadata: &str| body.replacen('{', &format!("{{\"metadata\":{metadata},"), 1);
+    let answer = planned(with(r#"{"a":[{"b":1,"c":2,"b":3}]}"#)).await;
+    assert_eq!(answer.faults(), fault("/metadata/a/0/b", "duplicate_field"));
+    let answer = planned(with(&format!("[{}0]", "0,".repeat(200_000)))).await;
+    assert_eq!(answer.faults(), fault("", "too_many_values"));
+}
+
+#[tokio::test]
+async fn a_control_character_in_a_name_is_refused() {
+    let faults = faults_after(|body| {
+        body["auvs"][0]["id"] = json!("auv\u{0}1");
+        body["goal"]["auv"] = json!("auv\u{0}1");
+    });
+    assert_eq!(faults.await, fault("/auvs/0/id", "control_character"));
+}
+
+#[tokio::test]
+async fn an_invalid_report_is_located() {
+    let good = json!({ "t_s": 120.9, "north_m": 1, "east_m": 2, "sigma_m": 1.5, "depth_m": 3, "course_rad": 0.1,
+        "speed_mps": 0.2, "turn_rate_radps": 0 });
+    let mut body = example("track");
+    body["auvs"] = json!([{ "id": "auv-1", "reports": [good, good] }]);
+    let table = "
+        /auvs/0/reports/1/t_s              -2.1e11  out_of_range
+        /auvs/0/reports/1/t_s              121.1    out_of_range
+        /auvs/0/reports/1/north_m          2e6      out_of_range
+        /auvs/0/reports/1/sigma_m          0        out_of_range
+        /auvs/0/reports/1/depth_m          -11      out_of_range
+        /auvs/0/reports/1/course_rad       45       out_of_range
+        /auvs/0/reports/1/speed_mps        -0.1     out_of_range
+        /auvs/0/reports/1/turn_rate_radps  1.1      out_of_range
+        /auvs/0/reports/1/course_rad       null     missing
+        /auvs/0/reports/1/speed_mps        null     missing
+        /auvs/0/reports/1/height_m         0        unknown_field
+        /auvs/0/reports                    []       length
+    ";
+    assert_refused(&body, table).await;
+    let mut late = body.clone();
+    late["auvs"][0]["reports"][1]["t_s"] = json!(180.0);
+    let detail = planned(late.to_string()).await.problem()["detail"].to_string();
+    assert!(
+        detail.contains("is 60.0 s ahead of the request's `t_s`"),
+        "{detail}"
+    );
+    body["auvs"][0]["reports"] = json!(vec![good; 65]);
+    let answer = planned(body.to_string()).await;
+    assert_eq!(answer.faults(), fault("/auvs/0/reports", "length"));
+}
+
+#[tokio::test]
+async fn an_invalid_covariance_is_refused_with_the_reason() {
+    let mut body = example("track");
+    let mut rows = [[0.0; 4]; 4];
+    (rows[0][0], rows[1][1]) = (2.25, 2.25);
+    body["auvs"][0]["state"]["covariance"] = json!(rows);
+    assert_eq!(planned(body.to_string()).await.status, StatusCode::OK);
+    let place = "/auvs/0/state/covariance";
+    let row = "a row of 4 numbers of a symmetric positive semidefinite 4×4 matrix";
+    let whole = "a symmetric positive semidefinite 4×4 matrix, a list of 4 rows";
+    let [m33, m45, m24, m54] = [(3, 3), (4, 5), (2, 4), (5, 4)].map(|(rows, columns)| matrix(rows, columns));
+    let list = json!(vec![0.0; 16]);
+    let table = format!(
+        r#"
+        {place}/0/0  2e10          out_of_range
+        # Not the mirror image of what stands at (0, 3).
+        {place}/3/0  0.1           out_of_range
+        {place}/2/2  -1            negative_variance  {place}
+        {place}      {m33}         length             {place}/0    4..4    must have 4 items, not 3: {row}
+        {place}      {m45}         length             {place}/0    must have 4 items, not 5: {row}
+        {place}      {m24}         length             must have 4 items, not 2: {whole}
+        {place}      {m54}         length             must have 4 items, not 5: {whole}
+        {place}      {list}        wrong_type         {place}/0    must be {row}, not a number
+        {place}      "diagonal"    wrong_type         must be {whole}, not text
+        {place}      {{}}          wrong_type         must be {whole}, not an object
+        {place}      [[0,"0",0,0]] wrong_type         {place}/0/1  must be a number, not text
+    "#
+    );
+    assert_refused(&body, &table.replace("]] wrong", "]]  wrong")).await;
+}
+
+fn matrix(n_rows: usize, n_columns: usize) -> Value {
+    json!(vec![vec![0.0; n_columns]; n_rows])
+}
+
+/// The track example with a member of every kind.
+fn with_everything() -> Value {
+    let mut body = example("track");
+    body["asc"]["ground_north_mps"] = json!(0.3);
+    body["asc"]["ground_east_mps"] = json!(0.0);
+    body["auvs"][0]["state"]["covariance"] = matrix(4, 4);
+    let corners = json!({ "kind": "waypoints", "points": [[90, 0], [90, 20], [0, 20]], "fillet_m": 5 });
+    body["auvs"][0]["path"] = json!({ "segments": [lane(), corners], "closed": false, "speed_mps": 0.2 });
+    body["auvs"][0]["dive"] =
+        json!({ "depth_min_m": 1, "depth_max_m": 23, "pitch_rad": 0.8, "descending": true });
+    body["goal"]["offset"] = json!({ "frame": "ned", "north_m": 1, "east_m": 2 });
+    body["goal"]["weights"] = json!({ "auv-1": 1.0 });
+    body["goal"]["auvs"] = json!(["auv-1"]);
+    body["current"] = json!({ "north_mps": 0, "east_mps": 0.1 });
+    body["limits"] = json!({ "speed_max_mps": 1.5 });
+    body["craft"] = json!({
+        "preset": "medusa",
+        "heading_loop": {
+            "natural_frequency_radps": 1.6, "damping": 0.8, "delay_s": 0.1, "rate_max_radps": 0.3
+        },
+        "surge_loop": {
+            "time_constant_s": 2.5, "delay_s": 0, "acceleration_max_mps2": 0.09, "deceleration_max_mps2": 0.09,
+            "integrates": true, "integral_time_s": 8.7
+        },
+        "sway_per_yaw_rate_s": 0.9,
+        "power": { "linear_w_per_mps": 0, "cubic_w_per_mps3": 27.5 },
+        "speed_held": "through_water",
+        "heading_held": "heading",
+        "relative_uncertainty": 0.1
+    });
+    body["keep_outs"] = json!([{ "north_m": 0, "east_m": 0, "radius_m": 1 }]);
+    body["area"] = json!([[-50, -50], [200, -50], [200, 150]]);
+    body["acoustics"] = json!({ "range_max_m": 100 });
+    body["metadata"] = json!({ "mission": "any" });
+    (body["forecast"], body["fallback"], body["hold"]) = (json!("auto"), json!("los"), json!("stop"));
+    body["previous_plan"] = json!({
+        "trajectory": [{ "t_s": 119, "north_m": 0, "east_m": 0, "speed_mps": 0.3, "heading_rad": 0 }],
+        "goal_course_rad": 0, "current": { "north_mps": 0, "east_mps": 0 },
+        "reference": { "speed_mps": 0.3 },
+        "craft_estimate": { "asked_speed_mps": 0.3, "asked_heading_rad": 0, "memory": [0, 0.5] }
+    });
+    body
+}
+
+#[tokio::test]
+async fn no_error_demands_what_was_sent() {
+    let whole = with_everything();
+    let service = app(Settings::default());
+    let mut n_wrong_types = 0;
+    for place in places_of(&whole, |_| true) {
+        for wrong in [
+            json!(true),
+            json!("text"),
+            json!(-7.5),
+            json!([]),
+            json!([1, 2, 3]),
+            json!(vec![1; 20]),
+            json!({}),
+            json!(null),
+        ] {
+            let mut body = whole.clone();
+            *body.pointer_mut(&place).expect("was just listed") = wrong.clone();
+            let answer = send_to(service.clone(), post("/v1/plan", body.to_string())).await;
+            assert_eq!(
+                answer.status,
+                StatusCode::UNPROCESSABLE_ENTITY,
+                "{place}: {}",
+                answer.text
+            );
+            let error = answer.problem()["errors"][0].clone();
+            if error["code"] != "wrong_type" {
+                continue;
+            }
+            n_wrong_types += 1;
+            let detail = error["detail"].as_str().expect("text");
+            let wanted = detail.strip_prefix("must be ").expect("says what is wanted");
+            let (wanted, given) = wanted.rsplit_once(", not ").expect("says what is given");
+            assert!(
+                given != "this" && !wanted.starts_with(given),
+                "{place}: {wrong}: {detail}"
+            );
+            // What stands there in a whole request is of the type that is asked for.
+            let pointer = error["pointer"].as_str().expect("text");
+            let right = match whole.pointer(pointer) {
+                Some(Value::Bool(_)) => "true or false",
+                Some(Value::Number(_)) => "a number",
+                Some(Value::String(_)) => "text",
+                Some(Value::Object(_)) => "an object",
+                _ => continue,
+            };
+            assert_eq!(wanted, right, "{place}: {wrong}");
+        }
+    }
+    // Of more than a hundred places most have six types that they are not of.
+    assert!(400 < n_wrong_types, "{n_wrong_types}");
+}
+
+#[tokio::test]
+async fn every_number_of_a_craft_has_limits() {
+    for (place, least, most) in [
+        ("heading_loop/time_constant_s", 0.0, 60.0),
+        ("heading_loop/delay_s", 0.0, 10.0),
+        ("heading_loop/rate_max_radps", 0.001, 3.0),
+        ("surge_loop/time_constant_s", 0.0, 60.0),
+        ("surge_loop/delay_s", 0.0, 10.0),
+        ("surge_loop/acceleration_max_mps2", 0.001, 10.0),
+        ("surge_loop/deceleration_max_mps2", 0.001, 10.0),
+        ("surge_loop/integral_time_s", 0.5, 600.0),
+        ("sway_per_yaw_rate_s", -5.0, 20.0),
+        ("power/linear_w_per_mps", 0.0, 1.0e6),
+        ("power/cubic_w_per_mps3", 0.0, 1.0e6),
+        ("relative_uncertainty", 0.0, 2.0),
+    ] {
+        for value in [least, most] {
+            let place = format!("/craft/{place}");
+            assert!(is_accepted(&place, json!(value)).await, "{place}: {value}");
+        }
+        let (below, above) = (least - 1e-6, most + 1e-6);
+        let table = format!("/craft/{place}  {below}  out_of_range\n/craft/{place}  {above}  out_of_range");
+        assert_refused(&example("track"), &table).await;
+    }
+    let table = r#"
+        /craft/preset        "titanic"        unknown_preset
+        /craft/heading_loop  {"damping":0.8}  missing         /craft/heading_loop/natural_frequency_radps
+        /craft/heading_loop  {"time_constant_s":1,"damping":1}  unexpected  /craft/heading_loop/time_constant_s
+        /craft/heading_loop  {"lag_s":1}          unknown_field   /craft/heading_loop/lag_s
+        /craft/surge_loop    {"integrates":true}  missing     /craft/surge_loop/integral_time_s
+        /craft/surge_loop    {"integrates":false,"integral_time_s":9}  unexpected  /craft/surge_loop/integral_time_s
+    "#;
+    assert_refused(&example("track"), table).await;
+}
+
+#[tokio::test]
+async fn a_plan_that_is_handed_back_is_checked() {
+    let whole = json!({
+        "trajectory": [{ "t_s": 119, "north_m": 0, "east_m": 0, "speed_mps": 0.3, "heading_rad": 0 }],
+        "goal_course_rad": 0,
+        "current": { "north_mps": 0, "east_mps": 0 },
+        "reference": { "speed_mps": 0.4, "heading_rad": 1.1 },
+        // An unusable memory is ignored, not refused.
+        "craft_estimate": { "asked_speed_mps": 0.3, "asked_heading_rad": 1, "memory": [0, 0.5] },
+        "targets": [{
+            "id": "a",
+            "estimate": {
+                "age_s": 2.0, "north_m": 0, "east_m": 0, "depth_m": 5, "north_mps": 0.2, "east_mps": 0,
+                "turn_rate_radps": 0,
+            },
+            "forecast": "constant_velocity",
+            "drift": { "north_mps": 0.0, "east_mps": 0.1 },
+        }],
+    });
+    // What is not handed back whole starts anew.
+    for (place, value) in [
+        ("", whole.clone()),
+        ("/targets", json!(null)),
+        ("/targets", json!([])),
+        ("/targets", json!([{ "id": "a" }])),
+    ] {
+        let mut given = whole.clone();
+        put(&mut given, place, Some(value));
+        assert!(is_accepted("/previous_plan", given.clone()).await, "{given}");
+    }
+    let mut body = example("track");
+    body["previous_plan"] = whole.clone();
+    let many = json!(vec![&whole["targets"][0]; 17]);
+    let table = format!(
+        r#"
+        /previous_plan/craft_estimate/asked_speed_mps              41       out_of_range
+        /previous_plan/craft_estimate/asked_heading_rad            45       out_of_range
+        /previous_plan/reference/speed_mps                         1e300    out_of_range
+        /previous_plan/reference/speed_mps                         -0.1     out_of_range
+        /previous_plan/reference/heading_rad                       45       out_of_range
+        /previous_plan/goal_course_rad                             90       out_of_range
+        /previous_plan/trajectory/0/heading_rad                    90       out_of_range
+        # It is no faster than a current that is given.
+        /current                        {{"north_mps":-3.1,"east_mps":0}}   out_of_range     /current/north_mps  -3..3
+        /previous_plan/current/east_mps                            -3.1     out_of_range     -3..3
+        /previous_plan/targets/0/estimate/age_s                    -1       out_of_range
+        /previous_plan/targets/0/estimate/north_m                  2.1e6    out_of_range
+        /previous_plan/targets/0/estimate/depth_m                  -11      out_of_range
+        /previous_plan/targets/0/estimate/east_mps                 21       out_of_range
+        /previous_plan/targets/0/estimate/turn_rate_radps          1.1      out_of_range
+        /previous_plan/targets/0/drift/east_mps                    3.1      out_of_range
+        /previous_plan/targets/0/forecast                          "straight"  unknown_variant
+        /previous_plan/targets                                     {many}   length
+    "#
+    );
+    assert_refused(&body, &table).await;
+}
+
+#[tokio::test]
+async fn a_goal_must_have_what_its_kind_needs_and_nothing_else() {
+    let crowd: serde_json::Map<_, _> = (0..17).map(|i| (format!("auv-{i}"), json!(1.0))).collect();
+    let crowd = json!(crowd);
+    let table = format!(
+        r#"
+        /goal          {{"kind":"track"}}                                                     missing       /goal/auv
+        /goal          {{"kind":"track","auv":"auv-1","dwell_s":240}}                         unexpected    /goal/dwell_s
+        /goal          {{"kind":"intermittent","auvs":["auv-1"],"dwell_s":240}}               missing       /goal/epoch_s
+        /goal          {{"kind":"midpoint","auvs":["auv-1","auv-9"]}}                         unknown_vehicle  /goal/auvs/1
+        /goal          {{"kind":"midpoint","auvs":["auv-1","auv-1"]}}                         duplicate     /goal/auvs/1
+        /goal          {{"kind":"weighted"}}                                                  missing       /goal/weights
+        /goal          {{"kind":"weighted","weights":{{}}}}                                   length        /goal/weights
+        /goal          {{"kind":"weighted","weights":{crowd}}}                                length        /goal/weights
+        /goal          {{"kind":"weighted","weights":{{"auv-1":0}}}}                          all_zero      /goal/weights
+        /goal          {{"kind":"weighted","weights":{{"auv-1":-0.1}}}}                       out_of_range  /goal/weights/auv-1
+        /goal          {{"kind":"weighted","weights":{{"auv-1":1.1e6}}}}                      out_of_range  /goal/weights/auv-1
+        /goal          {{"kind":"weighted","weights":{{"auv-1":"much"}}}}                     wrong_type    /goal/weights/auv-1
+        /goal          {{"kind":"weighted","weights":{{"auv-1":null}}}}                       wrong_type    /goal/weights/auv-1
+        /goal          {{"kind":"weighted","weights":{{"auv-1":1,"a/b~c":1}}}}                unknown_vehicle  /goal/weights/a~1b~0c
+        /goal          {{"kind":"weighted","weights":[0.7,0.3]}}                              wrong_type    /goal/weights
+        /goal          {{"kind":"weighted","weights":0.7}}                                    wrong_type    /goal/weights
+        /goal          {{"kind":"range","auvs":["auv-1"]}}                                    missing       /goal/range_m
+        /goal          {{"kind":"range","auvs":["auv-1"],"range_m":0.9}}                      out_of_range  /goal/range_m
+        /goal          {{"kind":"range","auvs":["auv-1"],"range_m":20001}}                    out_of_range  /goal/range_m
+        /goal/offset   {{"frame":"ned","north_m":1}}                                          missing       /goal/offset/east_m
+        /goal/offset   {{"frame":"target","ahead_m":1,"starboard_m":2,"north_m":0}}           unexpected    /goal/offset/north_m
+        /goal/offset   {{"frame":"target","ahead_m":1,"starboard_m":1000.1}}                  out_of_range  /goal/offset/starboard_m
+        /goal/offset   {{"frame":"ned","north_m":-1000.1,"east_m":0}}                         out_of_range  /goal/offset/north_m
+        /goal/offset   {{"frame":"polar","range_m":-1,"bearing_rad":0}}                       out_of_range  /goal/offset/range_m
+        /goal/offset   {{"frame":"polar","range_m":1,"bearing_rad":90}}                       out_of_range  /goal/offset/bearing_rad
+        /goal/offset   {{"frame":"body"}}                                                     unknown_variant  /goal/offset/frame
+        /goal/offset   {{"frame":"path","ahead_m":1,"starboard_m":2}}                         no_path       /goal/offset/frame
+        /goal/offset   ["ned",1,2]                                                            wrong_type
+    "#
+    );
+    assert_refused(&example("track"), &table).await;
+    let twice = example("track").to_string().replace(
+        r#""kind":"track""#,
+        r#""kind":"weighted","weights":{"auv-1":1,"auv-1":2}"#,
+    );
+    let answer = planned(twice).await;
+    assert_eq!(answer.status, StatusCode::UNPROCESSABLE_ENTITY, "{}", answer.text);
+    assert_eq!(answer.faults(), fault("/goal/weights/auv-1", "duplicate_field"));
+}
+
+#[tokio::test]
+async fn several_vehicles_have_no_path_in_common() {
+    let mut body = example("midpoint");
+    let path = json!({ "segments": [lane()], "speed_mps": 0.193 });
+    for auv in [0, 1] {
+        body["auvs"][auv]["path"] = path.clone();
+    }
+    let offset = json!({ "frame": "path", "ahead_m": 1.0, "starboard_m": 2.0 });
+    body["goal"]["offset"] = offset.clone();
+    let answer = planned(body.to_string()).await;
+    assert_eq!(answer.faults(), fault("/goal/offset/frame", "no_path"));
+
+    body["goal"] =
+        json!({ "kind": "intermittent", "auvs": ["auv-1", "auv-2"], "dwell_s": 240.0, "epoch_s": 0.0 });
+    body["goal"]["offset"] = offset;
+    assert_eq!(planned(body.to_string()).await.status, StatusCode::OK);
+    body["auvs"][1].as_object_mut().expect("an object").remove("path");
+    let answer = planned(body.to_string()).await;
+    assert_eq!(answer.faults(), fault("/goal/offset/frame", "no_path"));
+    assert_eq!(answer.problem()["errors"][0]["given"], "auv-2");
+}
+
+fn lane() -> Value {
+    json!({ "kind": "line", "from": [0.0, 0.0], "to": [50.0, 0.0] })
+}
+
+/// Half a circle, as exact as a client may write it down.
+fn turn() -> Value {
+    let angle = (std::f64::consts::PI * 1e5).round() / 1e5;
+    json!({ "kind": "arc", "from": [50.0, 0.0], "centre": [50.0, 10.0], "angle_rad": angle })
+}
+
+#[tokio::test]
+async fn a_path_that_joins_is_accepted_and_forecast_along() {
+    let mut body = example("track");
+    let back = json!({ "kind": "waypoints", "points": [[50, 20], [0, 20], [0, 60]], "fillet_m": 5 });
+    body["auvs"][0]["path"] = json!({ "segments": [lane(), turn(), back], "speed_mps": 0.193 });
+    body["forecast"] = json!("path");
+    let answer = planned(body.to_string()).await;
+    assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+    let answer: Value = serde_json::from_str(&answer.text).expect("is JSON");
+    assert_eq!(answer["targets"][0]["forecast"], "path");
+}
+
+#[tokio::test]
+async fn an_invalid_path_is_located() {
+    let mut body = example("track");
+    body["auvs"][0]["path"] = json!({ "segments": [lane()], "speed_mps": 0.193 });
+    let at = "/auvs/0/path/segments";
+    let corner = |fillet: f64| json!([{ "kind": "waypoints", "points": [[0, 0], [9, 0], [9, 9]], "fillet_m": fillet }]);
+    let (kink, wide, negative) = (corner(0.0), corner(9.1), corner(-1.0));
+    let mut gap = turn();
+    gap["from"] = json!([50.5, 0.0]);
+    let (gap, twice) = (json!([lane(), gap]), json!([turn(), turn()]));
+    let long = json!([{ "kind": "waypoints", "points": vec![[0, 0]; 257], "fillet_m": 0 }]);
+    let table = format!(
+        r#"
+        {at}  []          length
+        {at}  {gap}       gap           {at}/1
+        {at}  {twice}     gap           {at}/1
+        {at}  {kink}      kink          {at}/0/points/1
+        {at}  {wide}      fillet        {at}/0/points/1
+        {at}  {negative}  out_of_range  {at}/0/fillet_m
+        {at}  {long}      length
+        {at}/0/to         [2e6,0]       out_of_range  {at}/0/to/0
+        {at}/0/to         absent        missing
+        {at}/0/angle_rad  1             unexpected
+        {at}/0/from       [1]           length
+        {at}/0/from       [1,2,3]       length
+        {at}/0/from       {{"north_m":1}}  wrong_type
+        {at}/0/from       "here"        wrong_type
+        /auvs/0/path/speed_mps  0       out_of_range  0.01..10
+    "#
+    );
+    assert_refused(&body, &table).await;
+    body["auvs"][0]["path"]["segments"] = wide;
+    let error = planned(body.to_string()).await.problem()["errors"][0].clone();
+    assert_eq!(error["given"], 9.1);
+    let most = error["limit"]["most"].as_f64().expect("a number");
+    // One right angle on legs of 9 m.
+    assert!((most - 9.0).abs() < 1e-9);
+}
+
+#[tokio::test]
+async fn invalid_bounds_and_dives_are_located() {
+    let mut body = example("track");
+    body["auvs"][0]["dive"] = json!({ "depth_min_m": 1.0, "depth_max_m": 23.0, "pitch_rad": 0.873 });
+    let disc = |radius: f64| json!({ "north_m": 0.0, "east_m": 0.0, "radius_m": radius });
+    let (flat, many) = (json!([disc(1.0), disc(0.0)]), json!(vec![disc(1.0); 33]));
+    let corners = json!(vec![[0, 0]; 65]);
+    let table = format!(
+        r#"
+        /keep_outs               {flat}                           out_of_range  /keep_outs/1/radius_m
+        /keep_outs               {many}                           length
+        /keep_outs               [{{"north_m":0,"radius_m":1}}]   missing       /keep_outs/0/east_m
+        /keep_outs               [[0,0,1]]                        wrong_type    /keep_outs/0
+        /area                    [[0,0],[9,0]]                    length
+        /area                    {corners}                        length
+        /area                    [[0,0],[9,0],[9]]                length        /area/2
+        /area                    [[0,0],[9,0],[9,9,0]]            length        /area/2
+        /area                    [[0,0],[9,0],[9,2e6]]            out_of_range  /area/2/1
+        /area                    [[0,0],[9,0],[5,2],[9,9],[0,9]]  not_convex    /area/2
+        /area                    [[0,0],[9,0],[9,9],[0,0]]        too_near      /area/0
+        /area                    [[0,0],[9,0],[18,0]]             too_narrow
+        /acoustics               {{}}                             missing       /acoustics/range_max_m
+        /acoustics/range_max_m   0.5                              out_of_range
+        /acoustics/range_max_m   30000                            out_of_range  1..20000
+        /acoustics               100                              wrong_type
+        /surfacing_separation_m  0.4                              out_of_range
+        /surfacing_separation_m  "5 m"                            wrong_type
+        /auvs/0/dive/depth_min_m  -0.1                            out_of_range  0..11999.5
+        /auvs/0/dive/depth_max_m  1.4                             out_of_range  1.5..12000
+        /auvs/0/dive/pitch_rad    50                              out_of_range  0.05..1.4
+        /auvs/0/dive/reversal_s   0                               out_of_range  0.1..120
+    "#
+    );
+    assert_refused(&body, &table).await;
+}
+
+#[tokio::test]
+async fn another_version_and_long_metadata_are_refused_together() {
+    let faults = faults_after(|body| {
+        body["schema_version"] = json!("2.0");
+        body["metadata"] = json!({ "long": "x".repeat(5000) });
+    })
+    .await;
+    assert_eq!(
+        faults,
+        [
+            fault("/schema_version", "unsupported"),
+            fault("/metadata", "length")
+        ]
+        .concat()
+    );
+}
+
+#[tokio::test]
+async fn a_huge_list_is_refused_before_its_items_are_compared() {
+    let names: Vec<_> = (0..50_000).map(|i| i.to_string()).collect();
+    let goal = json!({ "kind": "midpoint", "auvs": names });
+    assert_eq!(
+        faults_after(|body| body["goal"] = goal).await,
+        fault("/goal/auvs", "length")
+    );
+}
+
+#[tokio::test]
+async fn a_long_name_is_not_repeated_in_full() {
+    let mut body = example("track");
+    body["goal"]["auv"] = json!("x".repeat(100_000));
+    let answer = planned(body.to_string()).await;
+    assert_eq!(answer.faults(), fault("/goal/auv", "unknown_vehicle"));
+    assert!(answer.text.len() < 2_000);
+}
+
+#[tokio::test]
+async fn a_body_that_is_not_announced_as_json_is_refused() {
+    for content_type in [
+        None,
+        Some("text/plain"),
+        Some("application/x-www-form-urlencoded"),
+    ] {
+        let mut request = Request::post("/v1/plan");
+        if let Some(content_type) = content_type {
+            request = request.header("content-type", content_type);
+        }
+        let request = request.body(Body::from(EXAMPLES[0].body)).expect("a request");
+        let answer = send(Settings::default(), request).await;
+        assert_eq!(answer.status, StatusCode::UNSUPPORTED_MEDIA_TYPE);
+        assert_eq!(answer.problem()["code"], "unsupported_media_type");
+    }
+}
+
+#[tokio::test]
+async fn a_body_of_over_a_mebibyte_is_refused() {
+    let answer = planned(" ".repeat(service::BODY_BYTES_MAX + 1)).await;
+    assert_eq!(answer.status, StatusCode::PAYLOAD_TOO_LARGE);
+    assert_eq!(answer.problem()["code"], "body_too_large");
+    let full = planned(" ".repeat(service::BODY_BYTES_MAX)).await;
+    assert_eq!(full.status, StatusCode::BAD_REQUEST, "all of a mebibyte is read");
+}
+
+#[tokio::test]
+async fn a_body_announced_as_too_long_is_refused_before_it_is_read() {
+    let mut request = post("/v1/plan", EXAMPLES[0].body);
+    let long = HeaderValue::from(service::BODY_BYTES_MAX + 1);
+    request.headers_mut().insert("content-length", long);
+    let answer = send(Settings::default(), request).await;
+    assert_eq!(answer.status, StatusCode::PAYLOAD_TOO_LARGE, "{}", answer.text);
+}
+
+/// Where a service with these settings listens.
+async fn listening(settings: Settings) -> SocketAddr {
+    let listener = TcpListener::bind("127.0.0.1:0").await.expect("is free");
+    let address = listener.local_addr().expect("is bound");
+    tokio::spawn(async { axum::serve(listener, app(settings)).await });
+    address
+}
+
+/// What is said to `request` before the connection is closed.
+fn said(address: SocketAddr, request: &str) -> String {
+    let mut socket = TcpStream::connect(address).expect("listens");
+    let limit = Some(Duration::from_secs(5));
+    socket.set_read_timeout(limit).expect("is a socket");
+    socket.write_all(request.as_bytes()).expect("takes it");
+    let mut answer = String::new();
+    socket.read_to_string(&mut answer).expect("answers and closes");
+    answer
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_body_that_comes_too_slowly_is_given_up_before_the_planner_is_asked() {
+    let settings = Settings {
+        body_time_limit: Duration::from_millis(50),
+        ..Settings::default()
+    };
+    let half = "POST /v1/plan HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\n\
+        content-length: 100\r\n\r\n{";
+    let answer = said(listening(settings).await, half);
+    assert!(answer.starts_with("HTTP/1.1 408 "), "{answer}");
+    assert!(answer.contains("connection: close"), "{answer}");
+    assert!(answer.contains("application/problem+json"), "{answer}");
+    assert!(answer.contains(r#""code":"body_timed_out""#), "{answer}");
+}
+
+#[tokio::test]
+async fn a_body_that_takes_longer_than_an_answer_may_is_answered_by_a_lower_level() {
+    let settings = Settings {
+        deadline: Duration::from_millis(50),
+        ..Settings::default()
+    };
+    let (head, tail) = EXAMPLES[0].body.split_at(20);
+    let pieces = futures_util::stream::once(async move { Ok::<_, std::io::Error>(head) }).chain(
+        futures_util::stream::once(async move {
+            tokio::time::sleep(Duration::from_millis(200)).await;
+            Ok(tail)
+        }),
+    );
+    let answer = send(settings, post("/v1/plan", Body::from_stream(pieces))).await;
+    assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+    assert_eq!(answer.json()["reason"], "deadline");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_http_itself_refuses_has_a_status_and_no_body() {
+    let address = listening(Settings::default()).await;
+    for (head, status) in [
+        ("this is no HTTP\r\n\r\n".to_owned(), 400),
+        (
+            "GET /livez HTTP/1.1\r\nhost: a\r\ncontent-length: none\r\n\r\n".to_owned(),
+            400,
+        ),
+        (
+            format!("GET /{} HTTP/1.1\r\nhost: a\r\n\r\n", "x".repeat(1 << 16)),
+            414,
+        ),
+        (
+            format!("GET /livez HTTP/1.1\r\n{}\r\n", "a: b\r\n".repeat(101)),
+            431,
+        ),
+    ] {
+        let answer = said(address, &head);
+        assert!(answer.starts_with(&format!("HTTP/1.1 {status} ")), "{answer}");
+        let (_, body) = answer.split_once("\r\n\r\n").expect("has a head");
+        assert_eq!(body, "", "{status}");
+    }
+}
+
+#[tokio::test]
+async fn a_body_in_another_coding_or_character_set_is_refused() {
+    for (name, value, said) in [
+        ("content-encoding", "gzip", "gzip"),
+        ("content-encoding", "identity, br", "br"),
+        ("content-type", "application/json; charset=utf-16", "utf-16"),
+        ("content-type", "application/json; Charset=\"latin1\"", "latin1"),
+    ] {
+        let mut request = post("/v1/plan", EXAMPLES[0].body);
+        let value = HeaderValue::from_static(value);
+        request.headers_mut().insert(name, value);
+        let answer = send(Settings::default(), request).await;
+        assert_eq!(answer.status, StatusCode::UNSUPPORTED_MEDIA_TYPE, "{said}");
+        let problem = answer.problem();
+        assert!(
+            problem["detail"].as_str().expect("text").contains(said),
+            "{problem}"
+        );
+    }
+    for (name, value) in [
+        ("content-encoding", "Identity"),
+        ("content-type", "application/json;charset=\"UTF-8\""),
+    ] {
+        let mut request = post("/v1/plan", EXAMPLES[0].body);
+        request
+            .headers_mut()
+            .insert(name, HeaderValue::from_static(value));
+        assert_eq!(
+            send(Settings::default(), request).await.status,
+            StatusCode::OK,
+            "{value}"
+        );
+    }
+}
+
+#[tokio::test]
+async fn an_unknown_route_and_an_unknown_example_are_not_found() {
+    let answer = send(Settings::default(), get("/v2/plan")).await;
+    assert_eq!(
+        (answer.status, answer.problem()["code"].clone()),
+        (StatusCode::NOT_FOUND, json!("no_route"))
+    );
+    assert_eq!(answer.problem()["instance"], "/v2/plan");
+    for path in ["/v1/examples/nothing", "/v1/examples/%ff"] {
+        let answer = send(Settings::default(), get(path)).await;
+        assert_eq!(answer.status, StatusCode::NOT_FOUND);
+        assert!(
+            answer.problem()["detail"]
+                .as_str()
+                .expect("text")
+                .contains("GET /v1/examples")
+        );
+    }
+}
+
+#[tokio::test]
+async fn a_wrong_method_is_answered_with_the_right_ones() {
+    for (method, path, allowed) in [
+        (Method::GET, "/v1/plan", "POST"),
+        (Method::DELETE, "/v1/examples", "GET,HEAD"),
+        (Method::POST, "/", "GET,HEAD"),
+        (Method::PUT, "/openapi.json", "GET,HEAD"),
+    ] {
+        let request = Request::builder()
+            .method(method)
+            .uri(path)
+            .body(Body::empty())
+            .expect("a request");
+        let answer = send(Settings::default(), request).await;
+        assert_eq!(answer.status, StatusCode::METHOD_NOT_ALLOWED, "{path}");
+        assert_eq!(answer.problem()["code"], "method_not_allowed");
+        assert_eq!(answer.headers["allow"], allowed, "{path}");
+    }
+}
+
+fn assert_try_again(answer: &Answer, status: StatusCode, code: &str) {
+    assert_eq!(answer.status, status, "{}", answer.text);
+    assert_eq!(answer.problem()["code"], code);
+    assert_eq!(answer.headers["retry-after"], "1");
+}
+
+/// The same request would get the same answer.
+fn assert_do_not_try_again(answer: &Answer, code: &str) {
+    assert_eq!(answer.status, StatusCode::SERVICE_UNAVAILABLE, "{}", answer.text);
+    assert_eq!(answer.problem()["code"], code);
+    assert!(!answer.headers.contains_key("retry-after"));
+}
+
+fn slow(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
+    std::thread::sleep(Duration::from_millis(300));
+    plan_until(snapshot, policy, workspace, stop)
+}
+
+#[tokio::test]
+async fn a_request_more_than_the_queue_holds_is_turned_away_and_the_others_are_answered() {
+    let settings = Settings {
+        plan: slow,
+        planners: 1,
+        waiting: 1,
+        ..Settings::default()
+    };
+    let service = app(settings);
+    let asked = (0..3).map(|_| tokio::spawn(send_to(service.clone(), post("/v1/plan", EXAMPLES[0].body))));
+    let mut answers = Vec::new();
+    for answer in asked.collect::<Vec<_>>() {
+        answers.push(answer.await.expect("no panic"));
+    }
+    let (served, turned_away): (Vec<_>, Vec<_>) = answers
+        .into_iter()
+        .partition(|answer| answer.status == StatusCode::OK);
+    assert_eq!((served.len(), turned_away.len()), (2, 1));
+    assert_try_again(&turned_away[0], StatusCode::SERVICE_UNAVAILABLE, "overloaded");
+}
+
+#[tokio::test]
+async fn a_deadline_that_no_iteration_can_keep_is_refused_if_nothing_else_will_do() {
+    let mut strict = example("track");
+    strict["fallback"] = json!("none");
+    strict["deadline_ms"] = json!(20.0);
+    let settings = Settings {
+        plan: slow,
+        ..Settings::default()
+    };
+    let answer = send(settings, post("/v1/plan", strict.to_string())).await;
+    assert_try_again(&answer, StatusCode::GATEWAY_TIMEOUT, "timed_out");
+}
+
+#[tokio::test]
+async fn a_panic_is_a_problem_document_and_the_next_request_is_served() {
+    fn panics_ahead_of_north(
+        snapshot: &Snapshot,
+        policy: &Policy,
+        workspace: &mut Workspace,
+        stop: &Stop,
+    ) -> Plan {
+        assert!(snapshot.asc.position().x < 1e3, "on purpose");
+        plan_until(snapshot, policy, workspace, stop)
+    }
+    let service = app(Settings {
+        plan: panics_ahead_of_north,
+        planners: 1,
+        waiting: 0,
+        // A debug build takes a second and more to print where it panicked.
+        deadline: Duration::from_mins(1),
+        ..Settings::default()
+    });
+    let mut far = example("track");
+    far["asc"]["north_m"] = json!(2e3);
+    let answer = send_to(service.clone(), post("/v1/plan", far.to_string())).await;
+    assert_eq!(answer.status, StatusCode::INTERNAL_SERVER_ERROR);
+    assert_eq!(answer.problem()["code"], "internal");
+    assert!(!answer.text.contains("on purpose"));
+    let next = send_to(service, post("/v1/plan", EXAMPLES[0].body)).await;
+    assert_eq!(next.status, StatusCode::OK);
+}
+
+/// The planner, with a solver that ran out of iterations.
+fn gives_up(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
+    let plan = plan_until(snapshot, policy, workspace, stop);
+    Plan {
+        degraded: Some(Degraded::Solver(SolverStatus::MaxIterations)),
+        ..plan
+    }
+}
+
+#[tokio::test]
+async fn without_a_solution_the_client_chooses_between_a_lower_fallback_level_and_a_refusal() {
+    let settings = Settings {
+        plan: gives_up,
+        ..Settings::default()
+    };
+    let degraded = send(settings.clone(), post("/v1/plan", EXAMPLES[0].body)).await;
+    assert_eq!(degraded.status, StatusCode::OK);
+    assert_eq!(degraded.json()["outcome"], "degraded");
+    assert_eq!(degraded.json()["reason"], "solver_max_iterations");
+
+    let mut strict = example("track");
+    strict["fallback"] = json!("none");
+    let refused = send(settings, post("/v1/plan", strict.to_string())).await;
+    assert_do_not_try_again(&refused, "no_solution");
+    assert!(
+        refused.problem()["detail"]
+            .as_str()
+            .expect("text")
+            .contains("solver_max_iterations")
+    );
+}
+
+#[tokio::test]
+async fn a_service_whose_planner_gives_up_is_not_ready() {
+    let answer = send(
+        Settings {
+            plan: gives_up,
+            ..Settings::default()
+        },
+        get("/readyz"),
+    )
+    .await;
+    assert_do_not_try_again(&answer, "not_ready");
+}
+
+#[tokio::test]
+async fn readiness_is_tested_again_after_a_second() {
+    static GIVES_UP: AtomicBool = AtomicBool::new(false);
+    fn gives_up_later(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
+        let plan = if GIVES_UP.load(Ordering::Relaxed) {
+            gives_up
+        } else {
+            plan_until
+        };
+        plan(snapshot, policy, workspace, stop)
+    }
+    let service = app(Settings {
+        plan: gives_up_later,
+        ..Settings::default()
+    });
+    let ready = async || send_to(service.clone(), get("/readyz")).await.status;
+    while ready().await != StatusCode::OK {}
+    let verdict = Instant::now();
+    GIVES_UP.store(true, Ordering::Relaxed);
+    while ready().await == StatusCode::OK {
+        assert!(
+            verdict.elapsed() < Duration::from_secs(6),
+            "an old verdict is kept"
+        );
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
+}
+
+#[tokio::test]
+async fn a_page_of_another_site_and_another_name_are_told_why() {
+    let settings = || Settings {
+        hosts: Some(Hosts::default()),
+        ..Settings::default()
+    };
+    let with = async |name: &'static str, value: &'static str| {
+        let mut request = post("/v1/plan", EXAMPLES[0].body);
+        let headers = request.headers_mut();
+        headers.insert("host", HeaderValue::from_static("localhost:8080"));
+        headers.insert(name, HeaderValue::from_static(value));
+        send(settings(), request).await
+    };
+    assert_eq!(
+        with("origin", "http://localhost:8080").await.status,
+        StatusCode::OK
+    );
+    let foreign = with("origin", "http://evil.example").await;
+    assert_eq!(foreign.status, StatusCode::FORBIDDEN);
+    assert_eq!(foreign.problem()["code"], "cross_site");
+    let rebound = with("host", "evil.example").await;
+    assert_eq!(rebound.status, StatusCode::MISDIRECTED_REQUEST);
+    assert!(
+        rebound.text.contains("--allow-host evil.example"),
+        "{}",
+        rebound.text
+    );
+    let nameless = send(settings(), post("/v1/plan", EXAMPLES[0].body)).await;
+    assert_eq!(nameless.status, StatusCode::BAD_REQUEST);
+    assert_eq!(nameless.problem()["code"], "host_header");
+}

@@ -1,0 +1,964 @@
+//! What the service answers when all is well.
+
+use std::collections::BTreeSet;
+
+use axum::{
+    body::Body,
+    http::{HeaderValue, Request, StatusCode, header},
+};
+use geodesy::Datum;
+use nalgebra::Vector2;
+use planner::{
+    craft::{CraftDescription, PRESETS},
+    los::LosLaw,
+};
+use serde_json::{Value, json};
+use service::{Settings, examples::EXAMPLES};
+use tests::client::{answered, example, get, post, send, served};
+
+#[tokio::test]
+async fn every_example_is_planned_and_no_worse_than_line_of_sight() {
+    let mut by_the_program = 0;
+    for example in EXAMPLES {
+        let answer = answered("/v1/plan", example.body).await;
+        let plan: wire::PlanResponse = serde_json::from_value(answer).expect("has the shape");
+        assert_eq!(plan.outcome, wire::Outcome::Ok, "{}", example.name);
+        // A law that may turn a resting bow at full rate is predicted to do better where the craft begins facing away.
+        by_the_program += usize::from(plan.method == wire::Method::Mpc);
+        assert!(
+            matches!(plan.method, wire::Method::Mpc | wire::Method::SaturatedLos),
+            "{}: {:?}",
+            example.name,
+            plan.method
+        );
+        assert!(
+            plan.predicted.cost <= plan.baseline.predicted_cost,
+            "{}",
+            example.name
+        );
+        assert!(plan.solver.expect("a program was solved").solve_time_ms > 0.0);
+        let n = plan.trajectory.len();
+        assert_eq!(plan.goal.trajectory.len(), n);
+        assert!(plan.targets.iter().all(|target| target.trajectory.len() == n));
+        assert!(plan.targets.iter().all(|target| target.depths_m.len() == n));
+        for target in &plan.targets {
+            assert_eq!(target.position_sigma_m.len(), n);
+            assert!(target.position_sigma_m.is_sorted(), "uncertainty grows with time");
+        }
+        assert!(plan.warnings.is_empty(), "{}: {:?}", example.name, plan.warnings);
+    }
+    assert!(
+        EXAMPLES.len() < 2 * by_the_program,
+        "{by_the_program} by the program"
+    );
+}
+
+#[tokio::test]
+async fn an_explanation_adds_up_to_the_answer_and_is_given_only_where_it_is_asked_for() {
+    for example in EXAMPLES {
+        let name = example.name;
+        let plain = answered("/v1/plan/compare", example.body).await;
+        assert!(plain.get("explanation").is_none(), "{name}");
+        let answer = answered("/v1/plan/compare?explain=true", example.body).await;
+        let compared: wire::Comparison = serde_json::from_value(answer).expect("has the shape");
+        let (plans, found) = (compared.plans, compared.explanation.expect("was asked for"));
+
+        // Another sum of the same numbers: equal but for rounding.
+        for (law, plan) in [
+            ("mpc", &plans.mpc),
+            ("saturated_los", &plans.saturated_los),
+            ("waypoint_box", &plans.waypoint_box),
+        ] {
+            let (sum, cost) = (found.cost_terms[law].values().sum::<f64>(), plan.predicted.cost);
+            assert!(
+                (sum - cost).abs() <= 1e-9 * cost.abs().max(1.0),
+                "{name}, {law}: {sum} and {cost}"
+            );
+        }
+        let solver = plans.mpc.solver.expect("a program was solved");
+        assert!(
+            solver.scp_iterations <= found.log.len(),
+            "{name}: those of other initial guesses are in the log too"
+        );
+        assert!(
+            solver.iterations <= found.log.iter().map(|one| one.iterations).sum(),
+            "{name}"
+        );
+        assert!(found.log.iter().any(|one| one.status == solver.status), "{name}");
+        let last = found.log.iter().find(|one| one.residuals == solver.residuals);
+        assert!(
+            last.is_some(),
+            "{name}: the subproblem that answered is in the log"
+        );
+        let size = found.program;
+        assert!(
+            size.equalities + size.inequalities + 3 * size.second_order_cones
+                <= size.rows + size.second_order_cones,
+            "{name}: {size:?}"
+        );
+        assert!(
+            0 < size.stages && size.stages < size.variables,
+            "{name}: {size:?}"
+        );
+    }
+}
+
+#[tokio::test]
+async fn what_cannot_be_kept_is_in_the_slack_of_its_limit() {
+    let mut body: Value = serde_json::from_str(EXAMPLES[0].body).expect("is JSON");
+    // On top of the craft, which cannot be out of it at once.
+    let asc = &body["asc"];
+    body["keep_outs"] = json!([{ "north_m": asc["north_m"], "east_m": asc["east_m"], "radius_m": 15 }]);
+    let answer = answered("/v1/plan/compare?explain=true", body.to_string()).await;
+    let compared: wire::Comparison = serde_json::from_value(answer).expect("has the shape");
+    let slack = compared.explanation.expect("was asked for").slack;
+    assert!(
+        compared
+            .plans
+            .mpc
+            .violations
+            .iter()
+            .any(|broken| broken.limit == "keep_out")
+    );
+    assert!(
+        slack
+            .iter()
+            .any(|used| used.limit == "keep_out" && 0.0 < used.amount && used.unit == "m"),
+        "{slack:?}"
+    );
+    assert!(
+        slack
+            .iter()
+            .all(|used| used.limit != "area" && used.limit != "acoustic_range"),
+        "{slack:?}"
+    );
+}
+
+#[tokio::test]
+async fn a_comparison_says_which_limits_every_law_breaks() {
+    let mut body: serde_json::Value = serde_json::from_str(EXAMPLES[0].body).expect("is JSON");
+    // Between the craft and the AUV that it follows.
+    let target = &body["auvs"][0]["state"];
+    let half = |name: &str| {
+        let of = |value: &serde_json::Value| value.as_f64().expect("is a number");
+        0.5 * (of(&body["asc"][name]) + of(&target[name]))
+    };
+    let disc = json!({ "north_m": half("north_m"), "east_m": half("east_m"), "radius_m": 2.0 });
+    body["keep_outs"] = json!([disc]);
+    let answer = answered("/v1/plan/compare", body.to_string()).await;
+    let plans = answer["plans"].clone();
+    let broken = &plans["saturated_los"]["violations"];
+    assert_eq!(broken[0]["limit"], "keep_out", "{broken}");
+    assert_eq!(broken[0]["pointer"], "/keep_outs/0", "{broken}");
+    let cost = |name: &str| plans[name]["predicted"]["cost"].as_f64().expect("is a number");
+    assert!(cost("mpc") < cost("saturated_los"));
+}
+
+#[tokio::test]
+async fn a_comparison_holds_the_plan_and_the_baseline_that_the_plan_names() {
+    let answer = answered("/v1/plan/compare", EXAMPLES[1].body).await;
+    let plans = serde_json::from_value::<wire::Comparison>(answer)
+        .expect("has the shape")
+        .plans;
+    assert_eq!(plans.mpc.method, wire::Method::Mpc);
+    assert_eq!(plans.saturated_los.method, wire::Method::SaturatedLos);
+    let (baseline, los) = (plans.mpc.baseline, &plans.saturated_los);
+    assert_eq!(baseline.speed_mps, los.reference.speed_mps);
+    assert_eq!(baseline.heading_rad, los.reference.heading_rad);
+    assert_eq!(baseline.predicted_rms_error_m, los.predicted.rms_error_m);
+    assert_eq!(los.solver, None);
+    assert_ne!(plans.mpc.trajectory, los.trajectory);
+}
+
+#[tokio::test]
+async fn a_comparison_has_a_whole_answer_of_every_law_and_says_what_each_starts_without() {
+    let answer = answered("/v1/plan/compare", EXAMPLES[0].body).await;
+    let plans = answer["plans"].clone();
+    for law in LosLaw::ALL {
+        let plan =
+            serde_json::from_value::<wire::PlanResponse>(plans[law.name()].clone()).expect("has the shape");
+        assert_eq!(plans[law.name()]["method"], law.name());
+        assert_eq!(plan.outcome, wire::Outcome::Ok);
+        assert_eq!(plan.solver, None);
+        // It starts where the craft is, as the planner's does.
+        let first = &plan.trajectory[0];
+        let starts = [first.t_s, first.north_m, first.east_m].map(|value| json!(value));
+        let mpc = &plans["mpc"]["trajectory"][0];
+        assert_eq!(starts, ["t_s", "north_m", "east_m"].map(|name| mpc[name].clone()));
+        let codes: Vec<_> = plan
+            .warnings
+            .iter()
+            .map(|warning| warning.code.as_str())
+            .collect();
+        let remembers = [LosLaw::Integral, LosLaw::WaypointBox].contains(&law);
+        assert_eq!(
+            codes.contains(&"law_without_memory"),
+            remembers,
+            "{}: {codes:?}",
+            law.name()
+        );
+    }
+}
+
+#[tokio::test]
+async fn every_law_is_compared_in_what_the_craft_s_loops_hold() {
+    let compared = async |held: Value| {
+        let mut body = example("cross-current");
+        body["craft"] = json!({ "preset": "medusa", "speed_held": held[0], "heading_held": held[1] });
+        body["current"] = json!({ "north_mps": 0.05, "east_mps": -0.08 });
+        let answer = answered("/v1/plan/compare", body.to_string()).await;
+        answer["plans"].clone()
+    };
+    let water = compared(json!(["through_water", "heading"])).await;
+    let ground = compared(json!(["over_ground", "course"])).await;
+    for law in LosLaw::ALL {
+        let number = |plans: &Value, name: &str| {
+            plans[law.name()]["reference"][name]
+                .as_f64()
+                .expect("is a number")
+        };
+        let (speed, heading) = (number(&water, "speed_mps"), number(&water, "heading_rad"));
+        let (north, east) = (speed * heading.cos() + 0.05, speed * heading.sin() - 0.08);
+        let along = north * heading.cos() + east * heading.sin();
+        assert!(
+            (number(&ground, "speed_mps") - along.max(0.0)).abs() < 1e-9,
+            "{}",
+            law.name()
+        );
+        let course = east.atan2(north);
+        let apart = (number(&ground, "heading_rad") - course).sin();
+        assert!(apart.abs() < 1e-9, "{}", law.name());
+    }
+}
+
+#[tokio::test]
+async fn a_batch_answers_each_as_alone_and_one_that_is_wrong_spoils_no_other() {
+    let mut wrong = example("track");
+    wrong["asc"]["speed_mps"] = json!(100.0);
+    let mut odd = example("track");
+    odd["auv"] = json!([]);
+    let batch = json!({ "requests": [example("track"), wrong, odd, example("crowded")] });
+    let answer = answered("/v1/plan/batch", batch.to_string()).await;
+    let answers = answer["answers"].clone();
+    for (i, name) in [(0, "track"), (3, "crowded")] {
+        let alone = send(Settings::default(), post("/v1/plan", example(name).to_string())).await;
+        assert_eq!(answers[i]["status"], 200);
+        assert_eq!(answers[i]["plan"]["plan_id"], alone.json()["plan_id"], "{name}");
+        assert_eq!(
+            answers[i]["plan"]["reference"],
+            alone.json()["reference"],
+            "{name}"
+        );
+    }
+    for (i, pointer) in [(1, "/requests/1/asc/speed_mps"), (2, "/requests/2/auv")] {
+        let problem = &answers[i]["problem"];
+        assert_eq!(answers[i]["status"], 422);
+        assert_eq!(problem["errors"][0]["pointer"], pointer);
+        assert!(!problem["request_id"].as_str().expect("is text").is_empty());
+    }
+    for (body, pointer) in [
+        (json!([]), "/requests"),
+        (json!({ "requests": [] }), "/requests"),
+        (json!({ "requests": vec![0; 65] }), "/requests"),
+    ] {
+        let refused = send(Settings::default(), post("/v1/plan/batch", body.to_string())).await;
+        assert_eq!(refused.status, StatusCode::UNPROCESSABLE_ENTITY);
+        assert_eq!(refused.problem()["errors"][0]["pointer"], pointer);
+    }
+}
+
+#[tokio::test]
+async fn a_snapshot_is_looked_at_without_a_plan() {
+    let looked_at = send(Settings::default(), post("/v1/plan/validate", EXAMPLES[0].body)).await;
+    let planned = send(Settings::default(), post("/v1/plan", EXAMPLES[0].body)).await;
+    assert_eq!(looked_at.json()["plan_id"], planned.json()["plan_id"]);
+    let spelled_out = looked_at.json()["request"].to_string();
+    let again = send(Settings::default(), post("/v1/plan/validate", spelled_out)).await;
+    assert_eq!(again.json(), looked_at.json());
+    let wrong = send(Settings::default(), post("/v1/plan/validate", "{}")).await;
+    assert_eq!(wrong.status, StatusCode::UNPROCESSABLE_ENTITY);
+    let limits = served("/v1/limits").await;
+    assert_eq!(
+        (&limits["auvs"], &limits["deadline_most_ms"]),
+        (&json!(16), &json!(1000.0))
+    );
+    let document = served("/openapi.json").await;
+    let batch = &document["components"]["schemas"]["Batch"]["properties"]["requests"];
+    assert_eq!(limits["batch_requests"], batch["maxItems"]);
+}
+
+#[tokio::test]
+async fn the_same_request_gets_the_same_answer_but_for_the_time_it_took() {
+    let mut answers = Vec::new();
+    for _ in 0..3 {
+        let mut answer = answered("/v1/plan", EXAMPLES[0].body).await;
+        answer["solver"]["solve_time_ms"] = Value::Null;
+        answers.push(answer);
+    }
+    assert_eq!(answers[0], answers[1]);
+    assert_eq!(answers[0], answers[2]);
+}
+
+#[tokio::test]
+async fn a_plan_is_named_by_what_the_request_means_and_not_by_how_it_is_written() {
+    let id = async |body: Value| {
+        let answer = answered("/v1/plan", body.to_string()).await;
+        answer["plan_id"].as_str().expect("has an id").to_owned()
+    };
+    let plain = id(example("track")).await;
+    assert_eq!(plain.len(), 64);
+
+    let mut spelled_out = example("track");
+    spelled_out["asc"]["sway_mps"] = json!(0.0);
+    spelled_out["limits"] = json!({ "speed_max_mps": 1.5 });
+    spelled_out["metadata"] = json!({ "note": "no part of the meaning" });
+    assert_eq!(id(spelled_out).await, plain);
+
+    let mut other = example("track");
+    other["asc"]["north_m"] = json!(1e-9);
+    assert_ne!(id(other).await, plain);
+}
+
+#[tokio::test]
+async fn metadata_comes_back_as_it_was() {
+    let metadata = json!({ "run": 7, "nested": { "list": [1, null, "é"] } });
+    let mut body = example("midpoint");
+    body["metadata"] = metadata.clone();
+    let answer = answered("/v1/plan", body.to_string()).await;
+    assert_eq!(answer["metadata"], metadata);
+}
+
+#[tokio::test]
+async fn a_whole_answer_is_accepted_as_the_previous_plan() {
+    let first = answered("/v1/plan", EXAMPLES[0].body).await;
+    let mut next = example("track");
+    next["t_s"] = json!(121.0);
+    next["previous_plan"] = first;
+    answered("/v1/plan", next.to_string()).await;
+}
+
+#[tokio::test]
+async fn an_answer_that_leads_out_of_what_is_accepted_is_accepted_back() {
+    let most_m = 1.0e6;
+    for (north_m, east_m, t_s) in [
+        (most_m, most_m, 120.0),
+        (-most_m, most_m, -1.0e11),
+        (most_m, -most_m, 1.0e11),
+    ] {
+        let course = f64::atan2(east_m, north_m);
+        let mut body = example("track");
+        body["t_s"] = json!(t_s);
+        body["asc"] =
+            json!({ "north_m": north_m, "east_m": east_m, "heading_rad": course, "speed_mps": 5.0 });
+        body["auvs"] = json!([{ "id": "auv-1", "state": { "north_m": north_m, "east_m": east_m, "depth_m": 5.0,
+            "course_rad": course, "speed_mps": 10.0 } }]);
+        body["goal"] = json!({ "kind": "track", "auv": "auv-1" });
+        body["limits"] = json!({ "speed_max_mps": 20.0 });
+        let first = answered("/v1/plan", body.to_string()).await;
+        let last = first["trajectory"]
+            .as_array()
+            .and_then(|points| points.last())
+            .expect("has points");
+        let leads_out = |member: &str, most: f64| most < last[member].as_f64().expect("a number").abs();
+        assert!(
+            leads_out("north_m", most_m) && leads_out("east_m", most_m),
+            "{last}"
+        );
+        assert_eq!(leads_out("t_s", 1.0e11), t_s == 1.0e11, "{last}");
+        body["previous_plan"] = first;
+        answered("/v1/plan", body.to_string()).await;
+    }
+}
+
+#[tokio::test]
+async fn no_answer_is_for_a_page_of_another_origin() {
+    let preflight = Request::options("/v1/plan")
+        .header("origin", "http://evil.example")
+        .header("access-control-request-method", "POST")
+        .header("access-control-request-headers", "content-type");
+    let preflight = preflight.body(Body::empty()).expect("is a request");
+    let mut posted = post("/v1/plan", EXAMPLES[0].body);
+    let origin = HeaderValue::from_static("http://evil.example");
+    posted.headers_mut().insert("origin", origin);
+    for (request, status) in [
+        (get("/"), StatusCode::OK),
+        (get("/openapi.json"), StatusCode::OK),
+        (get("/nowhere"), StatusCode::NOT_FOUND),
+        (post("/v1/plan", EXAMPLES[0].body), StatusCode::OK),
+        (posted, StatusCode::OK),
+        (preflight, StatusCode::METHOD_NOT_ALLOWED),
+    ] {
+        let path = request.uri().path().to_owned();
+        let answer = send(Settings::default(), request).await;
+        assert_eq!(answer.status, status, "{path}");
+        for (name, value) in [
+            ("x-frame-options", "DENY"),
+            ("referrer-policy", "no-referrer"),
+            ("cross-origin-resource-policy", "same-origin"),
+            ("cross-origin-opener-policy", "same-origin"),
+        ] {
+            assert_eq!(
+                answer.headers.get(name).map(HeaderValue::as_bytes),
+                Some(value.as_bytes()),
+                "{path}: {name}"
+            );
+        }
+        let shared = answer
+            .headers
+            .keys()
+            .find(|name| name.as_str().starts_with("access-control-"));
+        assert_eq!(shared, None, "{path}");
+    }
+}
+
+#[cfg(not(feature = "docs"))]
+#[tokio::test]
+async fn a_program_without_interactive_documentation_says_how_to_get_it() {
+    let answer = send(Settings::default(), get("/docs")).await;
+    assert_eq!(answer.status, StatusCode::NOT_FOUND);
+    assert_eq!(answer.problem()["code"], "not_built_in");
+    assert!(answer.text.contains("--features docs"), "{}", answer.text);
+}
+
+#[cfg(feature = "docs")]
+#[tokio::test]
+async fn interactive_documentation_is_whole_and_runs_no_script_but_its_own() {
+    for path in [
+        "/docs/",
+        "/docs/swagger-ui.css",
+        "/docs/swagger-ui-bundle.js",
+        "/docs/swagger-initializer.js",
+    ] {
+        let answer = send(Settings::default(), get(path)).await;
+        assert_eq!(answer.status, StatusCode::OK, "{path}");
+        let policy = answer.headers["content-security-policy"]
+            .to_str()
+            .expect("is text");
+        assert!(policy.starts_with("default-src 'self'; style-src"), "{policy}");
+        assert!(!policy.contains("script-src"), "{policy}");
+    }
+    let config = send(Settings::default(), get("/docs/swagger-initializer.js"))
+        .await
+        .text;
+    assert!(config.contains("\"/openapi.json\""), "{config}");
+    let nothing = send(Settings::default(), get("/docs/nothing")).await;
+    assert_eq!(nothing.problem()["code"], "no_route");
+}
+
+#[tokio::test]
+async fn the_openapi_document_says_what_members_mean_for_each_other() {
+    let document = served("/openapi.json").await;
+    let schemas = &document["components"]["schemas"];
+    let mut n_rules = 0;
+    for (shape, schema) in schemas.as_object().expect("an object") {
+        for rule in schema["allOf"].as_array().into_iter().flatten() {
+            let variants = ["oneOf", "anyOf"].iter().find_map(|word| rule[word].as_array());
+            for variant in variants.expect("one of them") {
+                let named = variant["properties"]
+                    .as_object()
+                    .into_iter()
+                    .flat_map(|names| names.keys());
+                let required = variant["required"]
+                    .as_array()
+                    .into_iter()
+                    .flatten()
+                    .filter_map(Value::as_str);
+                for name in named.map(String::as_str).chain(required) {
+                    assert!(schema["properties"][name].is_object(), "{shape} has no {name}");
+                }
+                n_rules += 1;
+            }
+        }
+    }
+    assert!(25 <= n_rules, "{n_rules}");
+    for (place, said) in [
+        ("Auv/allOf/0/oneOf/0/required", json!(["state"])),
+        ("Auv/allOf/0/oneOf/0/properties/reports/type", json!("null")),
+        (
+            "Goal/allOf/0/oneOf/1/properties/kind/enum",
+            json!(["intermittent"]),
+        ),
+        ("Goal/allOf/0/oneOf/1/properties/dwell_s/type", json!("number")),
+        ("PlanRequest/properties/schema_version/const", json!("1.0")),
+        ("PlanRequest/properties/area/items/anyOf/0/maxItems", json!(2)),
+        ("Live/properties/area/items/anyOf/0/items/maximum", json!(1e6)),
+        ("AuvState/properties/covariance/items/minItems", json!(4)),
+        ("Segment/properties/fillet_m/minimum", json!(0.0)),
+        ("Simulated/properties/seed/maximum", json!(u64::MAX)),
+    ] {
+        assert_eq!(schemas.pointer(&format!("/{place}")), Some(&said), "{place}");
+    }
+    let angle = &schemas["Segment"]["properties"]["angle_rad"];
+    assert_eq!(
+        angle["minimum"].as_f64(),
+        angle["maximum"].as_f64().map(|most| -most)
+    );
+    // What the least request says is no default, and what is not there is not null.
+    for place in [
+        "Goal/properties/auv/default",
+        "Auv/properties/id/default",
+        "PlanRequest/oneOf",
+    ] {
+        assert_eq!(schemas.pointer(&format!("/{place}")), None, "{place}");
+    }
+    let body = &document["paths"]["/v1/plan"]["post"]["requestBody"]["content"]["application/json"]["schema"];
+    assert_eq!(body, &json!({ "$ref": "#/components/schemas/PlanRequest" }));
+    let parameters = &document["paths"]["/v1/missions/{id}/events"]["get"]["parameters"];
+    for parameter in parameters.as_array().expect("a list") {
+        assert!(parameter["schema"]["type"].is_string(), "{parameter}");
+    }
+    let links = &document["paths"]["/v1/missions"]["post"]["responses"]["201"]["links"];
+    assert_eq!(links["run_mission"]["parameters"]["id"], "$response.body#/id");
+}
+
+#[tokio::test]
+async fn a_stale_report_and_an_unknown_current_are_warned_of() {
+    let mut body = example("track");
+    body["auvs"][0]["state"]["age_s"] = json!(45.0);
+    body.as_object_mut().expect("an object").remove("current");
+    let answer = answered("/v1/plan", body.to_string()).await;
+    let warnings: Vec<_> = answer["warnings"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|warning| &warning["code"])
+        .collect();
+    assert_eq!(warnings, ["stale_report", "current_unknown"]);
+    assert_eq!(answer["warnings"][0]["pointer"], "/auvs/0/state/age_s");
+}
+
+#[tokio::test]
+async fn velocities_that_no_current_explains_are_set_aside_with_a_warning() {
+    let mut body = example("track");
+    body.as_object_mut().expect("an object").remove("current");
+    // Bow north: velocities through the water are those of the axes.
+    body["asc"]["heading_rad"] = json!(0);
+    (body["asc"]["speed_mps"], body["asc"]["sway_mps"]) = (json!(1.5), json!(0));
+    for (north, east, remembered, taken, warned) in [
+        (4.25, -2.75, None, Some([2.75, -2.75]), None),
+        (4.75, 0.0, None, None, Some("/asc/ground_north_mps")),
+        (0.0, -3.25, None, None, Some("/asc/ground_east_mps")),
+        (
+            25.0,
+            0.0,
+            Some([0.5, 0.25]),
+            Some([0.5, 0.25]),
+            Some("/asc/ground_north_mps"),
+        ),
+    ] {
+        body["asc"]["ground_north_mps"] = json!(north);
+        body["asc"]["ground_east_mps"] = json!(east);
+        body["previous_plan"] = remembered.map_or(json!(null), |[north, east]: [f64; 2]| {
+            let point = json!({ "t_s": 119, "north_m": 0, "east_m": 0, "speed_mps": 0.3, "heading_rad": 0 });
+            json!({ "trajectory": [point], "current": { "north_mps": north, "east_mps": east } })
+        });
+        let answer = answered("/v1/plan", body.to_string()).await;
+        let taken = taken.map_or(
+            json!(null),
+            |[north, east]: [f64; 2]| json!({ "north_mps": north, "east_mps": east }),
+        );
+        assert_eq!(answer["current"], taken, "{north}, {east}");
+        let warnings = answer["warnings"].as_array().expect("a list");
+        let contradict = warnings
+            .iter()
+            .find(|warning| warning["code"] == "velocities_contradict");
+        let pointer = contradict.and_then(|warning| warning["pointer"].as_str());
+        assert_eq!(pointer, warned, "{north}, {east}: {warnings:?}");
+    }
+}
+
+#[tokio::test]
+async fn raw_fixes_are_answered_with_what_they_amount_to() {
+    let answer = answered("/v1/plan", example("reports").to_string()).await;
+    let estimate = &answer["targets"][0]["estimate"];
+    // The sixth is 24 m north and 11 m west of where the vehicle was.
+    assert_eq!(estimate["rejected"], json!([5]));
+    assert_eq!(estimate["age_s"], 5.0);
+    // It went at 0.19 m/s on a course of 0.35 rad from (2, -6).
+    let travelled = 0.19 * 115.0;
+    let truth = [
+        2.0 + travelled * 0.35_f64.cos(),
+        -6.0 + travelled * 0.35_f64.sin(),
+    ];
+    let member = |name: &str| estimate[name].as_f64().expect("a number");
+    let miss = (member("north_m") - truth[0]).hypot(member("east_m") - truth[1]);
+    let sigma = member("position_sigma_m");
+    assert!(miss < 2.0 * sigma && sigma < 1.5, "{miss} m, sigma {sigma} m");
+}
+
+#[tokio::test]
+async fn every_listed_example_is_served_as_the_file_it_is() {
+    let list = served("/v1/examples").await;
+    let listed = list["examples"].as_array().expect("a list");
+    assert_eq!(listed.len(), EXAMPLES.len());
+    for (entry, example) in listed.iter().zip(EXAMPLES) {
+        assert_eq!(entry["name"], example.name);
+        assert_eq!(entry["title"], example.title);
+        let served = send(
+            Settings::default(),
+            get(&format!("/v1/examples/{}", example.name)),
+        )
+        .await;
+        assert_eq!(served.text, example.body);
+        assert_eq!(served.content_type(), "application/json");
+    }
+}
+
+#[tokio::test]
+async fn every_listed_craft_is_one_that_a_request_may_describe_and_says_where_it_is_from() {
+    let list = served("/v1/crafts").await;
+    let listed = list["crafts"].as_array().expect("a list");
+    assert_eq!(listed.len(), PRESETS.len());
+    for (entry, preset) in listed.iter().zip(PRESETS) {
+        assert_eq!(entry["name"], preset.name);
+        assert_eq!(entry["source"], preset.source);
+        let described: CraftDescription = serde_json::from_value(entry["craft"].clone()).expect("a craft");
+        assert_eq!(described, CraftDescription::from(&preset.craft));
+    }
+}
+
+#[tokio::test]
+async fn health_readiness_and_version_say_what_they_should() {
+    for (path, expected) in [
+        ("/livez", json!({ "status": "live" })),
+        ("/readyz", json!({ "status": "ready" })),
+        (
+            "/version",
+            json!({ "name": "pilotfish", "version": env!("CARGO_PKG_VERSION"), "schema_version": "1.0" }),
+        ),
+    ] {
+        let answer = send(Settings::default(), get(path)).await;
+        assert_eq!((answer.status, answer.json()), (StatusCode::OK, expected));
+    }
+}
+
+#[tokio::test]
+async fn the_page_loads_nothing_from_elsewhere() {
+    assert!(20 < page::FILES.len());
+    let mut first_load = 0;
+    for &page::File {
+        path,
+        media_type: content_type,
+        content,
+    } in page::FILES
+    {
+        first_load += content.len();
+        let answer = send(Settings::default(), get(path)).await;
+        assert_eq!(
+            (answer.status, answer.content_type()),
+            (StatusCode::OK, content_type)
+        );
+        let policy = answer.headers["content-security-policy"]
+            .to_str()
+            .expect("is text");
+        assert!(policy.starts_with("default-src 'self';"), "{policy}");
+        let names_a_host = answer
+            .text
+            .replace("http://www.w3.org/2000/svg", "")
+            .contains("://");
+        assert!(!names_a_host, "{path}");
+    }
+    // What a phone on a boat's link loads once: of every view, pictures of the gallery included.
+    assert!(first_load < 260_000, "{first_load} bytes");
+}
+
+#[tokio::test]
+async fn a_file_of_the_page_comes_once_and_no_cache_keeps_anything_else() {
+    let asked = async |path: &str, if_none_match: Option<&str>| {
+        let mut request = get(path);
+        if let Some(tags) = if_none_match {
+            let tags = HeaderValue::from_str(tags).expect("is text");
+            request.headers_mut().insert(header::IF_NONE_MATCH, tags);
+        }
+        send(Settings::default(), request).await
+    };
+    let mut tags = BTreeSet::new();
+    for file in page::FILES {
+        let first = asked(file.path, None).await;
+        let tag = first.headers[header::ETAG].to_str().expect("is text");
+        // Of the content alone: that of another version of the program has another.
+        assert_eq!(
+            tag,
+            format!("\"{}\"", &wire::sha256(file.content.as_bytes())[..32])
+        );
+        assert!(tags.insert(tag.to_owned()), "{}", file.path);
+        assert_eq!(first.headers[header::CACHE_CONTROL], "no-cache");
+        for held in [tag.to_owned(), format!("W/{tag}"), format!("\"older\", {tag}")] {
+            let again = asked(file.path, Some(&held)).await;
+            assert_eq!(
+                (again.status, again.text.as_str()),
+                (StatusCode::NOT_MODIFIED, ""),
+                "{held}"
+            );
+            assert_eq!(again.headers[header::ETAG], *tag);
+            assert_eq!(again.headers[header::CACHE_CONTROL], "no-cache");
+        }
+        let changed = asked(file.path, Some("\"0123456789abcdef0123456789abcdef\"")).await;
+        assert_eq!(
+            (changed.status, changed.text.as_str()),
+            (StatusCode::OK, file.content)
+        );
+    }
+    for path in ["/v1/examples", "/version", "/openapi.json", "/nowhere"] {
+        let answer = asked(path, Some("*")).await;
+        assert_ne!(answer.status, StatusCode::NOT_MODIFIED, "{path}");
+        assert_eq!(answer.headers[header::CACHE_CONTROL], "no-store", "{path}");
+    }
+}
+
+#[tokio::test]
+async fn the_openapi_document_resolves_every_reference() {
+    let document = served("/openapi.json").await;
+    assert!(document["paths"]["/readyz"]["get"]["responses"]["507"].is_object());
+    let text = document.to_string();
+    let references: Vec<_> = text
+        .split("\"#/")
+        .skip(1)
+        .filter_map(|rest| rest.split('"').next())
+        .collect();
+    assert!(!references.is_empty());
+    for reference in references {
+        assert!(
+            document.pointer(&format!("/{reference}")).is_some(),
+            "{reference} leads nowhere"
+        );
+    }
+}
+
+#[tokio::test]
+async fn the_openapi_document_lists_every_refusal_of_a_posted_snapshot() {
+    let document = served("/openapi.json").await;
+    for path in ["/v1/plan", "/v1/plan/compare"] {
+        let responses = &document["paths"][path]["post"]["responses"];
+        let listed: Vec<_> = responses.as_object().expect("an object").keys().collect();
+        assert_eq!(
+            listed,
+            [
+                "200", "400", "401", "403", "408", "413", "415", "422", "500", "503", "504"
+            ],
+            "{path}"
+        );
+        for status in &listed[1..] {
+            let content = &responses[status.as_str()]["content"]["application/problem+json"];
+            assert!(
+                content["schema"]["$ref"]
+                    .as_str()
+                    .is_some_and(|shape| shape.ends_with("/ProblemDocument")),
+                "{path} {status}: {responses}"
+            );
+        }
+    }
+    for member in ["given", "limit"] {
+        let schema = &document["components"]["schemas"]["FieldError"]["properties"][member];
+        assert!(schema.is_object(), "{member} is not listed");
+        for narrowed in ["type", "oneOf", "$ref"] {
+            assert!(
+                schema.get(narrowed).is_none(),
+                "{member} may be any JSON: {schema}"
+            );
+        }
+    }
+}
+
+/// Least and most of "from 0.5 to 100", "from −5 to 20", "from 0 (at once) to 60" or "from 1 to 20,000", if it says so.
+fn range_in(description: &str) -> Option<(f64, f64)> {
+    let description = description.replace("10⁶", "1000000");
+    let (least, most) = description.split_once("from ")?.1.split_once(" to ")?;
+    let least = least.split(' ').next()?.replace('−', "-");
+    let most = most.split(&[':', ';'][..]).next()?.trim_end_matches('.');
+    let digits = |c: &char| c.is_ascii_digit() || [' ', ',', '.'].contains(c);
+    let most: String = most
+        .chars()
+        .take_while(digits)
+        .filter(|c| *c != ' ' && *c != ',')
+        .collect();
+    Some((least.parse().ok()?, most.trim_end_matches('.').parse().ok()?))
+}
+
+#[tokio::test]
+async fn the_openapi_document_has_the_ranges_that_are_checked_and_descriptions_tell_no_others() {
+    let document = served("/openapi.json").await;
+    let schemas = &document["components"]["schemas"];
+    let mut n_documented = 0;
+    for (shape, schema) in schemas.as_object().expect("an object") {
+        for (member, schema) in schema["properties"].as_object().into_iter().flatten() {
+            let documented = schema["description"].as_str().and_then(range_in);
+            let is_number = |kind: &Value| *kind == "number" || *kind == "integer";
+            let kinds = &schema["type"];
+            if let Some((least, most)) = documented
+                && (is_number(kinds) || kinds.as_array().is_some_and(|kinds| kinds.iter().any(is_number)))
+            {
+                n_documented += 1;
+                let checked = (schema["minimum"].as_f64(), schema["maximum"].as_f64());
+                assert_eq!(checked, (Some(least), Some(most)), "{shape}.{member}: {schema}");
+            }
+        }
+    }
+    assert!(n_documented > 5, "only {n_documented} descriptions state a range");
+    for (place, limit) in [
+        ("Report/properties/sigma_m/minimum", json!(0.001)),
+        (
+            "Report/properties/course_rad/maximum",
+            json!(std::f64::consts::TAU),
+        ),
+        ("Auv/properties/reports/maxItems", json!(64)),
+        ("Auv/properties/id/maxLength", json!(64)),
+        ("PlanRequest/properties/auvs/minItems", json!(1)),
+        ("PlanRequest/properties/forecast/default", json!("auto")),
+        ("PreviousPlan/properties/trajectory/maxItems", json!(256)),
+        ("TrajectoryPoint/properties/speed_mps/maximum", json!(2000.0)),
+        ("PreviousEstimate/properties/age_s/minimum", json!(0.0)),
+        ("Limits/properties/speed_max_mps/default", json!(1.5)),
+        ("Live/properties/period_s/default", json!(1.0)),
+        ("Reports/properties/asc/maxItems", json!(64)),
+        ("Step/properties/ticks/maximum", json!(60)),
+    ] {
+        assert_eq!(schemas.pointer(&format!("/{place}")), Some(&limit), "{place}");
+    }
+}
+
+#[tokio::test]
+async fn a_plain_request_id_is_kept_and_a_strange_one_replaced() {
+    let with_id = |id: &str| {
+        let mut request = get("/nowhere");
+        request
+            .headers_mut()
+            .insert("x-request-id", id.parse().expect("a header value"));
+        request
+    };
+    let kept = send(Settings::default(), with_id("mission-7.42")).await;
+    assert_eq!(kept.headers["x-request-id"], "mission-7.42");
+    assert_eq!(kept.problem()["request_id"], "mission-7.42");
+    let replaced = send(Settings::default(), with_id("<script>")).await;
+    assert_eq!(replaced.headers["x-request-id"].len(), 16);
+}
+
+#[tokio::test]
+async fn the_documented_defaults_of_the_limits_are_the_ones_used() {
+    let document = served("/openapi.json").await;
+    let request = tests::observation(tests::goals()[0].clone());
+    let used = serde_json::to_value(request.limits).expect("becomes JSON");
+    for (member, schema) in document["components"]["schemas"]["Limits"]["properties"]
+        .as_object()
+        .expect("an object")
+    {
+        let text = schema["description"].as_str().expect("every member is described");
+        let documented = text
+            .rsplit("Default: ")
+            .next()
+            .expect("a default")
+            .trim_end_matches('.');
+        // Speeds are limited by a number, everything else by the craft.
+        if let Ok(number) = documented.parse::<f64>() {
+            assert!(member.starts_with("speed_"), "{member}: {text}");
+            assert_eq!(Some(number), used[member].as_f64(), "{member}: {text}");
+        } else {
+            assert!(!member.starts_with("speed_"), "{member}: {text}");
+            assert!(documented.contains("craft"), "{member}: {text}");
+        }
+    }
+}
+
+/// `body` with every position in latitude and longitude, from the origin that it is given.
+fn on_earth(body: &Value, origin: Value) -> Value {
+    fn place(datum: &Datum, north: &Value, east: &Value) -> Option<Value> {
+        let place = datum.from_local(&Vector2::new(north.as_f64()?, east.as_f64()?));
+        let [lat, lon] = [place.latitude, place.longitude].map(f64::to_degrees);
+        Some(json!({ "lat_deg": lat, "lon_deg": lon }))
+    }
+    fn moved(datum: &Datum, name: &str, value: &mut Value) {
+        match value {
+            Value::Array(items) if matches!(name, "from" | "to" | "centre" | "point") => {
+                *value = place(datum, &items[0], &items[1]).expect("is a point");
+            }
+            Value::Array(items) => {
+                let name = if matches!(name, "area" | "points") {
+                    "point"
+                } else {
+                    ""
+                };
+                for item in items {
+                    moved(datum, name, item);
+                }
+            }
+            Value::Object(members) if name != "offset" => {
+                if let (Some(north), Some(east)) = (members.get("north_m"), members.get("east_m")) {
+                    let mut place = place(datum, north, east).expect("is a place");
+                    members.retain(|name, _| !matches!(name.as_str(), "north_m" | "east_m"));
+                    members.append(place.as_object_mut().expect("is an object"));
+                }
+                for (name, value) in members {
+                    moved(datum, name, value);
+                }
+            }
+            _ => {}
+        }
+    }
+    let given: wire::Origin = serde_json::from_value(origin.clone()).expect("has the shape");
+    let datum = Datum::new(&given.into()).expect("is on Earth");
+    let mut body = body.clone();
+    moved(&datum, "", &mut body);
+    body["origin"] = origin;
+    body
+}
+
+#[tokio::test]
+async fn a_request_on_earth_is_answered_as_the_same_in_metres() {
+    let plan = async |body: &Value| -> wire::PlanResponse {
+        let answer = answered("/v1/plan", body.to_string()).await;
+        serde_json::from_value(answer).expect("has the shape")
+    };
+    // At the antimeridian and near a pole, too.
+    for place in [[38.41, -9.12], [-17.0, 179.9999], [89.9, 30.0]] {
+        let origin = json!({ "lat_deg": place[0], "lon_deg": place[1] });
+        for example in EXAMPLES {
+            let in_metres = serde_json::from_str(example.body).expect("is JSON");
+            let (local, earth) = (
+                plan(&in_metres).await,
+                plan(&on_earth(&in_metres, origin.clone())).await,
+            );
+            assert_eq!(local.method, earth.method, "{}", example.name);
+            assert_eq!((local.origin, local.trajectory[0].lat_deg), (None, None));
+            assert_eq!(json!(earth.origin), origin);
+            let datum = Datum::new(&earth.origin.expect("is given").into()).expect("is on Earth");
+            for (one, other) in local.trajectory.iter().zip(&earth.trajectory) {
+                let apart = (one.north_m - other.north_m).hypot(one.east_m - other.east_m);
+                assert!(apart < 1e-3, "{} at {place:?}: {apart} m", example.name);
+                let degrees = wire::Origin {
+                    lat_deg: other.lat_deg.expect("is there"),
+                    lon_deg: other.lon_deg.expect("is there"),
+                };
+                let back = datum.to_local(&degrees.into()).expect("is on Earth");
+                assert!((back - Vector2::new(other.north_m, other.east_m)).norm() < 1e-6);
+            }
+            let places = earth.goal.trajectory.iter().map(|point| point.lat_deg);
+            let targets = earth.targets.iter().flat_map(|target| &target.trajectory);
+            let places = places.chain(targets.map(|point| point.lat_deg));
+            let estimates = earth.targets.iter().map(|target| target.estimate.lat_deg);
+            assert!(
+                places.chain(estimates).all(|lat| lat.is_some()),
+                "{}",
+                example.name
+            );
+        }
+    }
+}
+
+#[tokio::test]
+async fn an_answer_on_earth_is_accepted_back_and_one_from_another_origin_is_not() {
+    let mut body = example("track");
+    body["origin"] = json!({ "lat_deg": 38.41, "lon_deg": -9.12 });
+    let plan = async |body: &Value| send(Settings::default(), post("/v1/plan", body.to_string())).await;
+    body["previous_plan"] = plan(&body).await.json();
+    let answer = plan(&body).await;
+    assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+    body["origin"]["lat_deg"] = json!(38.42);
+    let refused = plan(&body).await;
+    assert_eq!(
+        refused.status,
+        StatusCode::UNPROCESSABLE_ENTITY,
+        "{}",
+        refused.text
+    );
+    assert_eq!(refused.json()["errors"][0]["pointer"], "/previous_plan/origin");
+}

@@ -1,0 +1,398 @@
+//! What the service tells of itself: metrics, logs and traces.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    io::{self, Write},
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, SystemTime, UNIX_EPOCH},
+};
+
+use axum::{
+    Router,
+    body::Body,
+    http::{HeaderValue, Method, Request, StatusCode},
+};
+use planner::{
+    plan::{Plan, Workspace, plan_until},
+    policy::Policy,
+    snapshot::Snapshot,
+    stop::Stop,
+};
+use serde_json::{Value, json};
+use service::{Settings, examples::EXAMPLES, missions::Missions, store::EventStore};
+use tests::client::{Answer, get, post, send_to};
+use tokio::time::{Instant, sleep};
+use tracing_subscriber::{filter::LevelFilter, fmt::MakeWriter};
+
+const DASHBOARD: &str = include_str!("../../packaging/grafana-dashboard.json");
+
+/// Every sample by its name and labels, as they are written.
+struct Samples(BTreeMap<String, f64>);
+
+impl Samples {
+    async fn of(service: &Router) -> Self {
+        let answer = send_to(service.clone(), get("/metrics")).await;
+        assert_eq!(answer.status, StatusCode::OK);
+        assert_eq!(
+            answer.content_type(),
+            "application/openmetrics-text; version=1.0.0; charset=utf-8"
+        );
+        let lines = answer
+            .text
+            .strip_suffix("# EOF\n")
+            .expect("ends as it should")
+            .lines();
+        let sample = |line: &str| {
+            let (name, value) = line.rsplit_once(' ').expect("is a name and a value");
+            (name.to_owned(), value.parse().expect("is a number"))
+        };
+        Self(lines.filter(|line| !line.starts_with("# ")).map(sample).collect())
+    }
+
+    /// The sum of the samples of that name whose labels have all of these.
+    fn sum(&self, name: &str, labels: &[&str]) -> f64 {
+        let of_name = |sample: &&String| sample.split('{').next() == Some(name);
+        let samples = self.0.iter().filter(|(sample, _)| of_name(sample));
+        samples
+            .filter(|(sample, _)| labels.iter().all(|label| sample.contains(label)))
+            .map(|(_, value)| value)
+            .sum()
+    }
+
+    fn names(&self) -> BTreeSet<&str> {
+        self.0
+            .keys()
+            .map(|sample| sample.split('{').next().unwrap_or(sample))
+            .collect()
+    }
+}
+
+async fn with_missions(settings: Settings) -> (tempfile::TempDir, Router, Missions) {
+    let data = tempfile::tempdir().expect("there is room");
+    let store = EventStore::open(data.path()).expect("opens");
+    let (router, missions) = service::service(settings, store).await.expect("starts");
+    (data, router, missions)
+}
+
+async fn order(service: &Router, path: &str, body: &Value) -> Answer {
+    let answer = send_to(service.clone(), post(path, body.to_string())).await;
+    assert!(answer.status.is_success(), "{}", answer.text);
+    answer
+}
+
+/// A live mission with one AUV, ten times as fast as life, that runs. Its path.
+async fn running(service: &Router) -> String {
+    let live = json!({ "schema_version": "1.0", "live": {
+        "auvs": [{ "id": "auv-1" }], "goal": { "kind": "track", "auv": "auv-1" }, "period_s": 1.0, "clock_rate": 10.0,
+    } });
+    let made = order(service, "/v1/missions", &live).await;
+    let path = made.headers["location"].to_str().expect("is text").to_owned();
+    let created = made.json()["created_s"].as_f64().expect("has a time");
+    let unix = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .expect("is after 1970");
+    let now = created + 10.0 * (unix.as_secs_f64() - created);
+    let heard = json!({ "received_s": now, "auvs": { "auv-1": [
+        { "t_s": now - 2.0, "north_m": 10.0, "east_m": 20.0, "sigma_m": 1.0 } ] },
+        "asc": [{ "t_s": now, "state": { "north_m": 0.0, "east_m": 0.0, "heading_rad": 0.0, "speed_mps": 0.2,
+            "sway_mps": 0.0, "yaw_rate_radps": 0.0 } }] });
+    order(service, &format!("{path}/reports"), &heard).await;
+    order(service, &format!("{path}/run"), &json!({})).await;
+    path
+}
+
+/// Looks at the metrics until they are such.
+async fn until(service: &Router, wanted: impl Fn(&Samples) -> bool) -> Samples {
+    let end = Instant::now() + Duration::from_secs(20);
+    loop {
+        let samples = Samples::of(service).await;
+        if wanted(&samples) {
+            return samples;
+        }
+        assert!(Instant::now() < end, "{:#?}", samples.0);
+        sleep(Duration::from_millis(20)).await;
+    }
+}
+
+/// The metrics that the dashboard's queries name.
+fn asked_for() -> BTreeSet<String> {
+    let dashboard: Value = serde_json::from_str(DASHBOARD).expect("is JSON");
+    let panels = dashboard["panels"].as_array().expect("has panels");
+    let targets = panels.iter().filter_map(|panel| panel["targets"].as_array());
+    let queries = targets
+        .flatten()
+        .map(|target| target["expr"].as_str().expect("is a query"));
+    let variables = dashboard["templating"]["list"].as_array().expect("has variables");
+    let of_variables = variables
+        .iter()
+        .filter_map(|variable| variable["definition"].as_str());
+    let is_metric = |word: &&str| word.starts_with("pilotfish_") || word.starts_with("process_");
+    let words = queries
+        .chain(of_variables)
+        .flat_map(|query| query.split(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_'));
+    words.filter(is_metric).map(str::to_owned).collect()
+}
+
+#[tokio::test]
+async fn the_dashboard_asks_for_what_the_service_tells() {
+    let (_data, service, _missions) = with_missions(Settings::default()).await;
+    order(&service, "/v1/plan", &example()).await;
+    running(&service).await;
+    let samples = until(&service, |samples| {
+        0.0 < samples.sum("pilotfish_mission_plan_late_seconds_count", &[])
+    })
+    .await;
+    let (told, asked) = (samples.names(), asked_for());
+    assert!(20 < asked.len(), "{asked:?}");
+    let missing: Vec<_> = asked
+        .iter()
+        .filter(|name| !told.contains(name.as_str()))
+        .collect();
+    assert!(missing.is_empty(), "{missing:?} are not among {told:#?}");
+    assert!(1e6 < samples.sum("process_resident_memory_bytes", &[]));
+}
+
+fn example() -> Value {
+    serde_json::from_str(EXAMPLES[0].body).expect("is JSON")
+}
+
+#[tokio::test]
+async fn plans_and_calls_are_counted_and_no_client_names_a_label() {
+    let service = service::app(Settings::default());
+    order(&service, "/v1/plan", &example()).await;
+    let mut hurried = example();
+    hurried["deadline_ms"] = json!(0.05);
+    order(&service, "/v1/plan", &hurried).await;
+    order(
+        &service,
+        "/v1/plan/batch",
+        &json!({ "requests": [example(), example()] }),
+    )
+    .await;
+    for path in ["/v1/examples/of-a-client", "/of-a-client"] {
+        send_to(service.clone(), get(path)).await;
+    }
+    let mut invented = get("/version");
+    *invented.method_mut() = Method::from_bytes(b"INVENTED").expect("is a token");
+    send_to(service.clone(), invented).await;
+
+    let samples = Samples::of(&service).await;
+    let plans = |labels: &[&str]| samples.sum("pilotfish_plans_total", labels);
+    assert_eq!(plans(&["purpose=\"request\"", "outcome=\"ok\""]), 3.0);
+    assert_eq!(plans(&["outcome=\"degraded\""]), 1.0);
+    assert_eq!(plans(&["method=\"mpc\""]), 3.0);
+    assert_eq!(samples.sum("pilotfish_solve_duration_seconds_count", &[]), 4.0);
+    assert!(10.0 < samples.sum("pilotfish_solver_iterations_sum", &[]));
+    assert!(3.0 <= samples.sum("pilotfish_scp_iterations_sum", &[]));
+    let calls = |labels: &[&str]| samples.sum("pilotfish_http_request_duration_seconds_count", labels);
+    assert_eq!(
+        calls(&["method=\"POST\"", "route=\"/v1/plan\"", "status=\"2xx\""]),
+        2.0
+    );
+    assert_eq!(calls(&["route=\"/v1/examples/{name}\"", "status=\"4xx\""]), 1.0);
+    assert_eq!(calls(&["route=\"unmatched\"", "status=\"4xx\""]), 1.0);
+    assert_eq!(calls(&["method=\"other\"", "route=\"/version\""]), 1.0);
+    for sample in samples.0.keys() {
+        assert!(
+            !sample.contains("of-a-client") && !sample.contains("INVENTED"),
+            "{sample}"
+        );
+    }
+}
+
+#[tokio::test]
+async fn what_is_turned_away_is_counted_by_its_reason() {
+    fn slow(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
+        std::thread::sleep(Duration::from_millis(300));
+        plan_until(snapshot, policy, workspace, stop)
+    }
+    let service = service::app(Settings {
+        plan: slow,
+        planners: 1,
+        waiting: 0,
+        ..Settings::default()
+    });
+    let call = || send_to(service.clone(), post("/v1/plan", example().to_string()));
+    let admitted = async {
+        let samples = until(&service, |samples| {
+            samples.sum("pilotfish_requests_admitted", &["body=\"short\""]) == 1.0
+        });
+        samples.await;
+        call().await
+    };
+    let (first, second) = tokio::join!(call(), admitted);
+    assert_eq!(
+        (first.status, second.status),
+        (StatusCode::OK, StatusCode::SERVICE_UNAVAILABLE)
+    );
+    let samples = until(&service, |samples| {
+        samples.sum("pilotfish_requests_admitted", &[]) == 0.0
+    })
+    .await;
+    let shed = |labels: &[&str]| samples.sum("pilotfish_requests_shed_total", labels);
+    assert_eq!((shed(&["reason=\"admission\""]), shed(&[])), (1.0, 1.0));
+}
+
+/// Whether the craft of the test below follows.
+static FOLLOWS: AtomicBool = AtomicBool::new(true);
+
+#[tokio::test]
+async fn missions_are_counted_by_what_becomes_of_them_and_craft_that_do_not_follow() {
+    fn alarming(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
+        let mut plan = plan_until(snapshot, policy, workspace, stop);
+        plan.craft.monitor.alarm = !FOLLOWS.load(Ordering::Relaxed);
+        plan
+    }
+    let (_data, service, _missions) = with_missions(Settings {
+        plan: alarming,
+        ..Settings::default()
+    })
+    .await;
+    let log = Log::default();
+    let _logs = log.listen();
+    let mission = running(&service).await;
+    let id = mission.rsplit('/').next().expect("has a name");
+    let warns = |samples: &Samples| samples.sum("pilotfish_missions_craft_does_not_follow", &[]);
+    let samples = until(&service, |samples| {
+        0.0 < samples.sum("pilotfish_plans_total", &["purpose=\"live\""])
+    })
+    .await;
+    let missions =
+        |samples: &Samples, status: &str| samples.sum("pilotfish_missions", &["kind=\"live\"", status]);
+    assert_eq!(
+        (missions(&samples, "status=\"running\""), warns(&samples)),
+        (1.0, 0.0)
+    );
+    // Made, reported to, begun, and planned for.
+    assert!(4.0 <= samples.sum("pilotfish_store_events_total", &[]));
+    assert!(4.0 <= samples.sum("pilotfish_store_commit_duration_seconds_count", &[]));
+
+    FOLLOWS.store(false, Ordering::Relaxed);
+    until(&service, |samples| warns(samples) == 1.0).await;
+    FOLLOWS.store(true, Ordering::Relaxed);
+    let samples = until(&service, |samples| warns(samples) == 0.0).await;
+    assert_eq!(samples.sum("pilotfish_craft_does_not_follow_total", &[]), 1.0);
+    order(&service, &format!("{mission}/pause"), &json!({})).await;
+    let samples = Samples::of(&service).await;
+    assert_eq!(missions(&samples, "status=\"paused\""), 1.0);
+    assert_eq!(missions(&samples, ""), 1.0);
+    order(&service, &format!("{mission}/finish"), &json!({})).await;
+    assert_eq!(missions(&Samples::of(&service).await, ""), 0.0);
+
+    for told in ["the craft does not follow", "the craft follows again"] {
+        assert_eq!(log.lines(&[told, id]).len(), 1, "{told}");
+    }
+}
+
+/// What is logged while it is listened to.
+#[derive(Clone, Default)]
+struct Log(Arc<Mutex<Vec<u8>>>);
+
+impl Write for Log {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.lock().expect("is whole").write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl<'a> MakeWriter<'a> for Log {
+    type Writer = Self;
+
+    fn make_writer(&'a self) -> Self {
+        self.clone()
+    }
+}
+
+impl Log {
+    /// Listens at the level of the program, on the test's own thread, which is that of calls and missions.
+    fn listen(&self) -> impl Drop + use<> {
+        let subscriber = tracing_subscriber::fmt()
+            .with_max_level(LevelFilter::INFO)
+            .with_ansi(false)
+            .with_writer(self.clone());
+        tracing_subscriber::util::SubscriberInitExt::set_default(subscriber)
+    }
+
+    /// The lines that hold all of these.
+    fn lines(&self, parts: &[&str]) -> Vec<String> {
+        let text = String::from_utf8(self.0.lock().expect("is whole").clone()).expect("is text");
+        let holds = |line: &&str| parts.iter().all(|part| line.contains(part));
+        text.lines().filter(holds).map(str::to_owned).collect()
+    }
+}
+
+fn called(request: Request<Body>, id: &'static str) -> Request<Body> {
+    let mut request = request;
+    let id = HeaderValue::from_static(id);
+    request.headers_mut().insert("x-request-id", id);
+    request
+}
+
+#[tokio::test]
+async fn calls_and_changes_of_missions_are_logged_with_the_call_that_made_them_and_probes_are_not() {
+    let (_data, service, _missions) = with_missions(Settings::default()).await;
+    let log = Log::default();
+    let _logs = log.listen();
+    let mission = running(&service).await;
+    let id = mission.rsplit('/').next().expect("has a name");
+    let paused = called(post(&format!("{mission}/pause"), "{}"), "the-pause");
+    send_to(service.clone(), paused).await;
+    for probe in ["/livez", "/readyz", "/metrics"] {
+        send_to(service.clone(), called(get(probe), "the-probe")).await;
+    }
+    let deleted = Request::delete(&mission)
+        .body(Body::empty())
+        .expect("is a request");
+    send_to(service.clone(), called(deleted, "the-end")).await;
+
+    for (request, change) in [("the-pause", "paused"), ("the-end", "deleted")] {
+        let lines = log.lines(&[request, "a mission changed", id]);
+        assert!(lines.len() == 1 && lines[0].contains(change), "{lines:?}");
+        let lines = log.lines(&[
+            request,
+            "answered",
+            "route=\"/v1/missions/{id}",
+            "ms=",
+            id,
+            "trace_id=",
+        ]);
+        assert!(lines.len() == 1 && lines[0].contains("INFO"), "{lines:?}");
+    }
+    assert_eq!(log.lines(&["a mission changed", "created", id]).len(), 1);
+    assert_eq!(log.lines(&["the-probe"]), [""; 0]);
+}
+
+#[tokio::test]
+async fn a_trace_goes_on_in_the_log_and_in_the_answer() {
+    const TRACE: &str = "0af7651916cd43dd8448eb211c80319c";
+    let service = service::app(Settings::default());
+    let log = Log::default();
+    let _logs = log.listen();
+    let mut answered = vec![];
+    for given in ["b7ad6b7169203331-01", "b7ad6b7169203331-zz"] {
+        let mut request = get("/version");
+        let parent = format!("00-{TRACE}-{given}").parse().expect("is text");
+        request.headers_mut().insert("traceparent", parent);
+        let answer = send_to(service.clone(), request).await;
+        answered.push(
+            answer.headers["traceresponse"]
+                .to_str()
+                .expect("is text")
+                .to_owned(),
+        );
+    }
+    assert_eq!(answered[0].split('-').nth(1), Some(TRACE));
+    assert_ne!(answered[0].split('-').nth(2), Some("b7ad6b7169203331"));
+    // What is not valid is as if it were not there.
+    let own = answered[1].split('-').nth(1).expect("is a context");
+    assert!(own.len() == 32 && own != TRACE, "{own}");
+    for trace in [TRACE, own] {
+        assert_eq!(log.lines(&["answered", &format!("trace_id={trace}")]).len(), 1);
+    }
+}

@@ -1,0 +1,115 @@
+//! What an answer says of the limits that it breaks.
+
+use nalgebra::Vector2;
+use planner::{
+    plan::{SoftLimit, Subject, Violation, Workspace, plan},
+    policy::Policy,
+    snapshot::{Acoustics, KeepOut, PlanRequest},
+};
+use serde_json::{Map, Value, json};
+use tests::{auv, goals, observation, place, snapshot, state};
+use wire::{Answer, PlanResponse};
+
+/// A craft that breaks every limit of position where it is: inside the one of three discs, outside its area, above an
+/// AUV at the surface and out of range of another.
+fn amiss() -> PlanRequest {
+    let mut scene = observation(goals()[0].clone());
+    let disc = |north, radius| KeepOut::new(Vector2::new(north, 0.5), radius);
+    scene.keep_outs = vec![disc(60.0, 3.0), disc(0.5, 6.0), disc(-60.0, 4.0)];
+    scene.area = [[20.0, -50.0], [80.0, -50.0], [80.0, 50.0], [20.0, 50.0]].to_vec();
+    scene.acoustics = Some(Acoustics { range_max_m: 30.0 });
+    scene.surfacing_separation_m = Some(5.0);
+    place(&mut scene, 1, Vector2::new(1.0, 1.0));
+    state(&mut scene, 1).depth_m = 1.0;
+    scene.auvs.push(auv("far", 200.0, 0.0, 0.0));
+    scene
+}
+
+/// The lists that can break a limit begin with another of theirs.
+fn listed_from(n: usize) -> PlanRequest {
+    let mut scene = amiss();
+    scene.keep_outs.rotate_left(n);
+    scene.auvs.rotate_left(n);
+    scene
+}
+
+fn broken(scene: PlanRequest) -> Vec<Violation> {
+    plan(&snapshot(scene), &Policy::default(), &mut Workspace::default()).violations
+}
+
+fn of_limit(violations: &[Violation], limit: SoftLimit) -> Violation {
+    let found = violations.iter().find(|violation| violation.limit == limit);
+    *found.unwrap_or_else(|| panic!("{limit:?} is broken: {violations:?}"))
+}
+
+#[test]
+fn a_broken_limit_names_what_breaks_it_wherever_that_is_listed() {
+    let as_listed = broken(amiss());
+    for n in 0..3 {
+        let violations = broken(listed_from(n));
+        let place = |i: usize| (i + 3 - n) % 3;
+        for (limit, about) in [
+            (SoftLimit::AcousticRange, Some(Subject::Auv(place(2)))),
+            (SoftLimit::Area, None),
+            (SoftLimit::KeepOut, Some(Subject::KeepOut(place(1)))),
+            (SoftLimit::SurfacingSeparation, Some(Subject::Auv(place(1)))),
+        ] {
+            let (violation, before) = (of_limit(&violations, limit), of_limit(&as_listed, limit));
+            assert_eq!(violation.about, about, "listed from {n}: {limit:?}");
+            assert_eq!((violation.time, violation.amount), (before.time, before.amount));
+        }
+    }
+}
+
+#[test]
+fn a_disc_and_an_auv_at_the_surface_are_distinguished() {
+    let discs_only = broken(PlanRequest {
+        surfacing_separation_m: None,
+        ..amiss()
+    });
+    let about_discs = |violation: &Violation| violation.limit == SoftLimit::KeepOut;
+    assert!(discs_only.iter().any(about_discs));
+    assert!(
+        discs_only
+            .iter()
+            .all(|violation| violation.limit != SoftLimit::SurfacingSeparation)
+    );
+    let auvs_only = broken(PlanRequest {
+        keep_outs: vec![],
+        ..amiss()
+    });
+    assert_eq!(
+        of_limit(&auvs_only, SoftLimit::SurfacingSeparation).about,
+        Some(Subject::Auv(1))
+    );
+    assert!(!auvs_only.iter().any(about_discs));
+}
+
+#[test]
+fn the_pointer_of_a_violation_leads_to_what_it_is_about_in_the_request() {
+    let snapshot = snapshot(listed_from(2));
+    let request = serde_json::to_value(&*snapshot).expect("becomes JSON");
+    let policy = Policy::default();
+    let plan = plan(&snapshot, &policy, &mut Workspace::default());
+    let metadata = Map::new();
+    let answer = Answer::new(&snapshot, &plan, std::time::Duration::ZERO, &metadata);
+    for response in [answer.planned(), answer.line_of_sight()] {
+        let text = serde_json::to_string(&response).expect("becomes JSON");
+        let received: PlanResponse = serde_json::from_str(&text).expect("has the shape");
+        assert_eq!(received.violations, response.violations);
+        let about = |limit: &str| -> &Value {
+            let violation = received.violations.iter().find(|broken| broken.limit == limit);
+            let pointer = violation.and_then(|broken| broken.pointer.as_deref());
+            let pointer = pointer.unwrap_or_else(|| panic!("{limit} is broken by something: {text}"));
+            request.pointer(pointer).expect("is in the request")
+        };
+        assert_eq!(about("acoustic_range")["id"], "far");
+        assert_eq!(about("area"), &request["area"]);
+        assert_eq!(about("keep_out")["radius_m"], json!(6.0));
+        assert_eq!(about("surfacing_separation")["id"], "auv-2");
+        for broken in &received.violations {
+            let of_motion = ["forward_speed", "turn_rate"].contains(&broken.limit.as_str());
+            assert_eq!(broken.pointer.is_none(), of_motion, "{broken:?}");
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! What goes out as JSON comes back as what it was.
+
+use nalgebra::Vector2;
+use planner::{
+    craft::{Craft, CraftDescription, HeadingLoop, SurgeLoop},
+    plan::{Plan, Workspace, plan},
+    policy::Policy,
+    snapshot::{Dive, Limits, Snapshot},
+};
+use serde_json::json;
+use tests::{goals, observation, random, snapshot};
+use wire::{PlanRequest, PlanResponse, PreviousPlan, plan_id};
+
+fn through_json(request: &PlanRequest) -> PlanRequest {
+    let text = serde_json::to_string(request).expect("becomes JSON");
+    serde_json::from_str(&text).expect("is a request")
+}
+
+fn read(request: &PlanRequest) -> Snapshot {
+    wire::snapshot(request.clone()).expect("is valid")
+}
+
+fn plain() -> PlanRequest {
+    observation(goals()[0].clone())
+}
+
+fn planned(snapshot: &Snapshot) -> Plan {
+    plan(snapshot, &Policy::default(), &mut Workspace::default())
+}
+
+/// Numbers that no decimal fraction is, in every member that a seed draws.
+#[test]
+fn a_request_survives_the_way_through_json_to_the_bit() {
+    for seed in 0..200 {
+        let request = random::observation(seed);
+        assert_eq!(through_json(&request), request, "seed {seed}");
+        if let (Ok(there), Ok(here)) = (wire::snapshot(through_json(&request)), wire::snapshot(request)) {
+            assert_eq!((plan_id(&there), &there), (plan_id(&here), &here), "seed {seed}");
+        }
+    }
+}
+
+#[test]
+fn an_area_means_the_same_whichever_way_its_corners_are_listed() {
+    let mut request = plain();
+    request.area = vec![[0.0, 0.0], [100.0, 0.0], [120.0, 50.0], [0.0, 80.0]];
+    let clockwise = read(&request);
+    request.area[1..].reverse();
+    let counter = read(&request);
+    assert_eq!(clockwise, counter);
+    assert_eq!(plan_id(&clockwise), plan_id(&counter));
+}
+
+#[test]
+fn a_range_and_a_bearing_are_another_way_to_say_north_and_east() {
+    let mut request = plain();
+    let text = r#"{ "frame": "polar", "range_m": 20.0, "bearing_rad": -1.5707963267948966 }"#;
+    request.goal.offset = Some(serde_json::from_str(text).expect("has the shape"));
+    let offset = read(&request).goal.offset;
+    let by = offset.expect("is there").vector();
+    assert!((by - Vector2::new(0.0, -20.0)).norm() < 1e-12, "{by}");
+}
+
+#[test]
+fn weights_mean_the_same_in_any_order() {
+    let read = |text: &str| {
+        let mut request = plain();
+        request.goal = serde_json::from_str(text).expect("has the shape");
+        self::read(&request)
+    };
+    let one = read(r#"{ "kind": "weighted", "weights": { "auv-1": 0.7, "auv-2": 0.3 } }"#);
+    let other = read(r#"{ "weights": { "auv-2": 0.3, "auv-1": 0.7 }, "kind": "weighted" }"#);
+    assert_eq!(one, other);
+    assert_eq!(plan_id(&one), plan_id(&other));
+}
+
+#[test]
+fn what_a_dive_leaves_out_is_unknown_or_the_default_vehicles() {
+    let text = r#"{ "depth_min_m": 1.0, "depth_max_m": 23.0, "pitch_rad": 0.873 }"#;
+    let mut request = plain();
+    request.auvs[0].dive = Some(serde_json::from_str(text).expect("has the shape"));
+    let dive = read(&request).auvs[0].dive.expect("is there");
+    assert_eq!((dive.reversal(), dive.descending), (Dive::REVERSAL_MEDUSA, None));
+}
+
+#[test]
+fn limits_that_a_request_leaves_out_are_no_limits_but_of_speed() {
+    let mut request = plain();
+    request.limits = None;
+    let unlimited = read(&request);
+    assert_eq!(*unlimited.limits(), Limits::ANY);
+    // The craft does what it can, which its description says.
+    let model = unlimited.craft_model().limits;
+    assert_eq!(model.turn_rate_max, Craft::MEDUSA.heading.rate_max);
+    assert_eq!(model.acceleration_max, Craft::MEDUSA.surge.acceleration_max);
+    let text = r#"{ "speed_max_mps": 0.9 }"#;
+    request.limits = Some(serde_json::from_str(text).expect("has the shape"));
+    assert_eq!(
+        *read(&request).limits(),
+        Limits {
+            speed_max: 0.9,
+            ..Limits::ANY
+        }
+    );
+}
+
+#[test]
+fn a_craft_in_json_is_read_as_stated_and_written_as_read() {
+    for stated in [
+        json!({}),
+        json!({
+            "heading_loop": {
+                "natural_frequency_radps": 1.6, "damping": 0.8, "delay_s": 0.1, "rate_max_radps": 0.3
+            },
+            "surge_loop": {
+                "time_constant_s": 2.5, "delay_s": 0.0, "acceleration_max_mps2": 0.09,
+                "deceleration_max_mps2": 0.08, "integral_time_s": 8.7
+            },
+            "sway_per_yaw_rate_s": 0.9,
+            "power": { "linear_w_per_mps": 0.0, "cubic_w_per_mps3": 27.5 },
+            "speed_held": "over_ground",
+            "heading_held": "course",
+            "relative_uncertainty": 0.1
+        }),
+    ] {
+        let craft: CraftDescription = serde_json::from_value(stated.clone()).expect("has the shape");
+        assert_eq!(craft.faults(), []);
+        assert_eq!(serde_json::to_value(&craft).expect("becomes JSON"), stated);
+    }
+    let null = json!({ "heading_loop": null, "surge_loop": null, "preset": null, "power": null });
+    let craft: CraftDescription = serde_json::from_value(null).expect("has the shape");
+    assert_eq!(craft, CraftDescription::default());
+}
+
+/// A request that says nothing of the craft but how fast it may turn and gather way means that it does so.
+#[test]
+fn limits_of_a_craft_that_is_not_described_describe_it() {
+    let mut request = plain();
+    request.craft = None;
+    let text = r#"{ "turn_rate_max_radps": 0.25, "acceleration_max_mps2": 0.07, "surge_lag_s": 3.5 }"#;
+    request.limits = Some(serde_json::from_str(text).expect("has the shape"));
+    let snapshot = read(&request);
+    let expected = CraftDescription {
+        heading_loop: HeadingLoop {
+            rate_max_radps: Some(0.25),
+            ..HeadingLoop::default()
+        },
+        surge_loop: SurgeLoop {
+            acceleration_max_mps2: Some(0.07),
+            time_constant_s: Some(3.5),
+            ..SurgeLoop::default()
+        },
+        ..CraftDescription::default()
+    };
+    assert_eq!(snapshot.craft, Some(expected));
+    assert_eq!(
+        snapshot.craft_model().limits.deceleration_max,
+        0.06,
+        "the generic craft's"
+    );
+    // A described craft is limited by them.
+    request.craft = Some(serde_json::from_str(r#"{ "preset": "otter" }"#).expect("has the shape"));
+    let otter = read(&request);
+    let limits = otter.craft_model().limits;
+    assert_eq!((limits.turn_rate_max, limits.acceleration_max), (0.2, 0.07));
+    assert_eq!(limits.deceleration_max, 0.2);
+    let described = otter.craft.as_ref().expect("is spelled out");
+    assert_eq!(described.surge_loop.time_constant_s, Some(3.5));
+}
+
+#[test]
+fn an_answer_handed_back_is_the_plan_that_was_made() {
+    let snapshot = snapshot(plain());
+    let plan = planned(&snapshot);
+    let metadata = serde_json::Map::new();
+    let answer = wire::Answer::new(&snapshot, &plan, std::time::Duration::ZERO, &metadata).planned();
+    let text = serde_json::to_string(&answer).expect("becomes JSON");
+    let received: PreviousPlan = serde_json::from_str(&text).expect("has the shape");
+    assert_eq!(received, PreviousPlan::from(&plan));
+    let mut older = serde_json::to_value(&answer).expect("becomes JSON");
+    for (object, name, older_name) in [
+        ("/solver", "scp_iterations", "passes"),
+        ("/predicted", "cost", "merit"),
+        ("/baseline", "predicted_cost", "predicted_merit"),
+    ] {
+        let object = older.pointer_mut(object).and_then(|value| value.as_object_mut());
+        let object = object.expect("is an object");
+        let value = object.remove(name).expect("is there");
+        object.insert(older_name.to_owned(), value);
+    }
+    let received: PlanResponse = serde_json::from_value(older.clone()).expect("has the shape");
+    assert_eq!(received, answer);
+    let previous: PreviousPlan = serde_json::from_value(older).expect("has the shape");
+    assert_eq!(previous, PreviousPlan::from(&plan));
+}
