@@ -102,7 +102,8 @@ pub fn auvs(duration: f64) -> Vec<LiveAuv> {
         path: Some(DeclaredPath {
             segments: vec![Segment::Waypoints {
                 points,
-                fillet_m: FILLET,
+                fillet_m: Some(FILLET),
+                turn_radius_m: None,
             }],
             closed: false,
             speed_mps: SPEED_PLANNED,

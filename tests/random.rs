@@ -255,7 +255,8 @@ impl Draw {
                 (from + along * 100.0 + abeam * 50.0).into(),
                 (from + abeam * 50.0).into(),
             ],
-            fillet_m: 10.0,
+            fillet_m: Some(10.0),
+            turn_radius_m: None,
         };
         DeclaredPath {
             segments: vec![segment],

@@ -75,9 +75,14 @@ fn moved_path(path: &DeclaredPath, angle: f64, shift: Vector2<f64>) -> DeclaredP
             centre: there(centre),
             angle_rad: *angle_rad,
         },
-        Segment::Waypoints { points, fillet_m } => Segment::Waypoints {
+        Segment::Waypoints {
+            points,
+            fillet_m,
+            turn_radius_m,
+        } => Segment::Waypoints {
             points: points.iter().map(there).collect(),
             fillet_m: *fillet_m,
+            turn_radius_m: *turn_radius_m,
         },
     };
     DeclaredPath {

@@ -582,7 +582,7 @@ async fn an_invalid_path_is_located() {
     let mut gap = turn();
     gap["from"] = json!([50.5, 0.0]);
     let (gap, twice) = (json!([lane(), gap]), json!([turn(), turn()]));
-    let long = json!([{ "kind": "waypoints", "points": vec![[0, 0]; 257], "fillet_m": 0 }]);
+    let long = json!([{ "kind": "waypoints", "points": vec![[0, 0]; 10_001], "fillet_m": 0 }]);
     let table = format!(
         r#"
         {at}  []          length

@@ -66,10 +66,11 @@ class Segment(Model):
     angle_rad: Angle | None = None
     points: list[Point] | None = None
     fillet_m: Annotated[float, Field(ge=0.0)] | None = None
+    turn_radius_m: Annotated[float, Field(gt=0.0)] | None = None
 
 
 class Path(Model):
-    segments: Annotated[list[Segment], Field(min_length=1, max_length=256)]
+    segments: Annotated[list[Segment], Field(min_length=1, max_length=10_000)]
     closed: bool = False
     speed_mps: Annotated[float, Field(ge=0.01, le=10.0)]
 

@@ -73,20 +73,11 @@ impl From<&InvalidField> for FieldError {
                 *given,
                 *most,
             ),
-            InvalidReason::Kink { given, most } => above_most(
-                pointer,
-                "kink",
-                format!("the path turns by {given} rad at a point; round corners by fillets or arcs"),
-                *given,
-                *most,
-            ),
-            InvalidReason::Fillet { given, most } => above_most(
-                pointer,
-                "fillet",
-                format!("the legs that meet here have room for fillets of {most} m only"),
-                *given,
-                *most,
-            ),
+            InvalidReason::Kink { given, most } => above_most(pointer, "kink", kink(*given), *given, *most),
+            InvalidReason::Fillet { given, most } => {
+                above_most(pointer, "fillet", fillet(*most), *given, *most)
+            }
+            InvalidReason::OnePlace { .. } => Self::new(pointer, "one_place", invalid.reason.to_string()),
             InvalidReason::NotConvex { given } => Self::new(
                 pointer,
                 "not_convex",
@@ -110,6 +101,17 @@ impl From<&InvalidField> for FieldError {
             ),
         }
     }
+}
+
+fn kink(given: f64) -> String {
+    format!("the path turns by {given} rad at a point; put an arc there, or way-points without `fillet_m`")
+}
+
+fn fillet(most: f64) -> String {
+    format!(
+        "the legs that meet here have room for fillets of {most} m only; without `fillet_m` every corner gets the radius \
+         that fits"
+    )
 }
 
 fn unknown_preset(pointer: String, given: &str, known: &[&str]) -> FieldError {

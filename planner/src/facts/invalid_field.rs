@@ -121,6 +121,11 @@ pub enum InvalidReason {
         /// Largest radius for which all legs have room, m.
         most: f64,
     },
+    /// Way-points that are all at one place.
+    OnePlace {
+        /// How near to the first they all are, m.
+        within: f64,
+    },
     /// A corner that no convex area has: it turns to the other side than the area does, or the corners before it
     /// have gone round once already.
     NotConvex {
@@ -202,6 +207,9 @@ impl fmt::Display for InvalidReason {
             }
             InvalidReason::Fillet { given, most } => {
                 write!(f, "no room for a fillet of {given} m, only {most} m")
+            }
+            InvalidReason::OnePlace { within } => {
+                write!(f, "all points are within {within} m; give at least two places")
             }
             InvalidReason::NotConvex { given } => {
                 write!(f, "turns by {given} rad, as no corner of a convex area does")

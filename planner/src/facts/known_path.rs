@@ -9,10 +9,7 @@ use utoipa::ToSchema;
 use crate::facts::{
     angle::{direction, ned_from_body},
     evidence::{AuvState, SPEED_AT_REST},
-    path::{
-        curve::Path,
-        segment::{InvalidPath, Segment},
-    },
+    path::{curve::Path, limits::InvalidPath, segment::Segment},
 };
 
 /// A path that an underwater vehicle is known to follow.
@@ -21,7 +18,7 @@ use crate::facts::{
 #[schema(as = Path)]
 pub struct DeclaredPath {
     /// Its segments, in order: each begins where and in which direction the one before it ends, to a millimetre
-    /// and a milliradian. At most 256, every way-point counted as one.
+    /// and a milliradian. At most 10,000, every way-point counted as one.
     pub segments: Vec<Segment>,
     /// Whether the last segment leads to the first again. A closed path of way-points alone returns to its
     /// first point by itself. An open path goes on straight beyond its ends. Default: no.
@@ -30,6 +27,9 @@ pub struct DeclaredPath {
     /// Horizontal speed of the vehicle through the water, m/s, from 0.01 to 10.
     pub speed_mps: f64,
 }
+
+/// Rate at which a vehicle turns that declares no radius, rad/s. Assumption: survey AUVs of 1.5 m/s turn at 10 m.
+const TURN_RATE: f64 = 0.15;
 
 impl DeclaredPath {
     /// A `path` that is followed at a horizontal speed through the water, m/s.
@@ -48,9 +48,24 @@ impl DeclaredPath {
         self.segments.iter().map(of).sum()
     }
 
-    /// The path that it is, if its segments join.
+    /// The path that it is, if its segments join. Way-points that name no radius are turned at with that of its speed.
+    pub fn path(&self) -> Result<Path, InvalidPath> {
+        let mut segments = self.segments.clone();
+        for segment in &mut segments {
+            if let Segment::Waypoints {
+                fillet_m: None,
+                turn_radius_m: radius @ None,
+                ..
+            } = segment
+            {
+                *radius = Some(self.speed_mps / TURN_RATE);
+            }
+        }
+        Path::from_segments(&segments, self.closed)
+    }
+
     pub(crate) fn known(&self) -> Result<KnownPath, InvalidPath> {
-        let path = Path::from_segments(&self.segments, self.closed)?;
+        let path = self.path()?;
         Ok(KnownPath {
             path: Arc::new(path),
             horizontal_speed: self.speed_mps,

@@ -7,15 +7,18 @@
 mod build;
 mod closest;
 pub(crate) mod curve;
+pub(crate) mod limits;
 pub(crate) mod piece;
 pub(crate) mod segment;
 pub(crate) mod speed_profile;
 #[cfg(test)]
 mod tests;
+mod waypoints;
 
 pub use curve::{Path, Side};
-pub use piece::PathPoint;
-pub use segment::{
-    ARC_ANGLE_MAX, GAP_MAX, InvalidPath, KINK_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX, Segment,
+pub use limits::{
+    ARC_ANGLE_MAX, GAP_MAX, InvalidPath, KINK_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX, TURN_RADIUS,
 };
+pub use piece::PathPoint;
+pub use segment::Segment;
 pub use speed_profile::SpeedProfile;

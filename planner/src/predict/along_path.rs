@@ -24,6 +24,9 @@ const TURN_OF_A_STRETCH: f64 = 0.1;
 /// Most stretches, apart from one for each line and arc: it bounds the work on paths that wind without end.
 const STRETCHES_MAX: f64 = 1000.0;
 
+/// How far ahead of now a path is followed, s: more than any plan looks. Later, a vehicle keeps the speed that it has then.
+const LOOKED_AHEAD: f64 = 1800.0;
+
 /// Least part of its speed over ground that the foot of a vehicle is taken to have on a bend of its path.
 ///
 /// The foot of one that is far inside a bend is fast, at the centre of the bend infinitely so. At half the radius
@@ -100,6 +103,7 @@ impl AlongPath {
             turn: turn_of_a_stretch(path, current),
             sense: ground_speed(point.tangent).signum(),
             time: 0.0,
+            time_max: state.age_s + LOOKED_AHEAD,
             stretches: &mut stretches,
         };
         let lap = schedule.fill(gamma);
@@ -198,12 +202,14 @@ struct Schedule<'a, F> {
     /// 1 for a vehicle that goes forward along its path, −1 for one that is carried back.
     sense: f64,
     time: f64,
+    /// When no more stretches are needed, s after the report.
+    time_max: f64,
     stretches: &'a mut Vec<Stretch>,
 }
 
 impl<F: Fn(f64) -> f64> Schedule<'_, F> {
-    /// Lays stretches from `gamma` on: to where the vehicle stands, else out of the path's end, or once round a
-    /// closed path; of a round, time and signed length.
+    /// Lays stretches from `gamma` on: to where the vehicle stands or time is up, else out of the path's end, or once round
+    /// a closed path; of a round, time and signed length.
     fn fill(&mut self, gamma: f64) -> Option<(f64, f64)> {
         let length = self.path.length();
         let (laps, start) = self.path.lap_of(gamma);
@@ -234,13 +240,15 @@ impl<F: Fn(f64) -> f64> Schedule<'_, F> {
     fn over_pieces(&mut self, start: f64, end: f64, shift: f64) -> bool {
         let (low, high) = (start.min(end), start.max(end));
         let path = self.path;
-        let over = |piece: &Piece| low < piece.end() && piece.from < high;
+        let all = path.pieces();
+        let first = all.partition_point(|piece| piece.end() <= low);
+        let after = all.partition_point(|piece| piece.from < high).max(first);
         let mut lay = |piece: &Piece| {
             let (from, to) = (piece.from.max(low) + shift, piece.end().min(high) + shift);
             let (from, to) = if self.sense > 0.0 { (from, to) } else { (to, from) };
             self.over(from, to, piece.curvature)
         };
-        let mut pieces = path.pieces().iter().filter(|piece| over(piece));
+        let mut pieces = all[first..after].iter();
         if start <= end {
             pieces.all(&mut lay)
         } else {
@@ -284,7 +292,7 @@ impl<F: Fn(f64) -> f64> Schedule<'_, F> {
             return false;
         }
         self.time += length / (before * logarithmic_mean_inverse(after / before - 1.0));
-        true
+        self.time <= self.time_max
     }
 
     fn straight_on(&mut self, gamma: f64) -> bool {
@@ -310,12 +318,7 @@ fn turn_of_a_stretch(path: &Path, current: &Vector2<f64>) -> f64 {
     if *current == Vector2::zeros() {
         return f64::INFINITY;
     }
-    let turn: f64 = path
-        .pieces()
-        .iter()
-        .map(|piece| (piece.curvature * piece.length).abs())
-        .sum();
-    TURN_OF_A_STRETCH.max(turn / STRETCHES_MAX)
+    TURN_OF_A_STRETCH.max(path.total_turn() / STRETCHES_MAX)
 }
 
 /// (exp x − 1) / x, and its limit 1 at 0.

@@ -20,7 +20,7 @@ use crate::{
         invalid_field::{InvalidField, InvalidReason, pointer_token},
         known_path::{DeclaredPath, KnownPath},
         options::Forecast,
-        path::segment::InvalidPath,
+        path::limits::InvalidPath,
         previous_plan::{PreviousPlan, PreviousTarget},
         ranges::{
             ANGLE, AREA_CORNERS, ASC, ASC_GROUND, AUVS_MAX, CURRENT, DIVE, GOAL_IN_TURN, GOAL_RANGE,

@@ -750,7 +750,7 @@ class Path(TypedDict):
     # point by itself. An open path goes on straight beyond its ends. Default: no.
     closed: NotRequired[bool]
     # Its segments, in order: each begins where and in which direction the one before it ends, to a millimetre and a
-    # milliradian. At most 256, every way-point counted as one.
+    # milliradian. At most 10,000, every way-point counted as one.
     segments: list[Segment]
     # Horizontal speed of the vehicle through the water, m/s, from 0.01 to 10.
     speed_mps: float
@@ -1274,7 +1274,8 @@ Segment = TypedDict(
         "angle_rad": "NotRequired[float | None]",
         # `arc`: centre of its circle.
         "centre": "NotRequired[list[float] | Origin | None]",
-        # `waypoints`: radius by which corners are rounded, m; 0 only where no leg turns.
+        # `waypoints`: radius by which every corner is rounded, m, for which all legs must have room; 0 only where no leg
+        # turns. Without it, corners have the `turn_radius_m`, or as much of it as their legs have room for.
         "fillet_m": "NotRequired[float | None]",
         # `line`, `arc`: where it begins.
         "from": "NotRequired[list[float] | Origin | None]",
@@ -1284,6 +1285,8 @@ Segment = TypedDict(
         "points": "NotRequired[list[list[float] | Origin] | None]",
         # `line`: where it ends.
         "to": "NotRequired[list[float] | Origin | None]",
+        # `waypoints` without `fillet_m`: radius at which the vehicle turns, m. Default: that of its speed at 0.15 rad/s.
+        "turn_radius_m": "NotRequired[float | None]",
     },
 )
 

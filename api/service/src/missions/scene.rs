@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use planner::path::Path;
 use sim::scenario::{CurrentKnowledge, Scenario};
 
 use super::simulation;
@@ -31,8 +30,7 @@ pub(super) fn scene(mission: &NewMission, origin: Option<Origin>) -> Scene {
 
 fn of_live(live: &Live) -> Scene {
     let paths = live.auvs.iter().filter_map(|auv| {
-        let declared = auv.path.as_ref()?;
-        let path = Path::from_segments(&declared.segments, declared.closed).ok()?;
+        let path = auv.path.as_ref()?.path().ok()?;
         #[expect(clippy::cast_precision_loss, reason = "hundreds")]
         let at = |k: usize| path.length() * k as f64 / (PATH_POINTS_MAX - 1) as f64;
         let points = (0..PATH_POINTS_MAX).map(|k| path.at(at(k)).position);

@@ -4,7 +4,7 @@
 use std::ops::RangeInclusive;
 
 use planner::{
-    path::{ARC_ANGLE_MAX, LENGTH_MAX, SEGMENTS_MAX},
+    path::{ARC_ANGLE_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX},
     snapshot::{
         AREA_CORNERS, AUVS_MAX, COORDINATE_MAX, COVARIANCE, Dive, Fallback, Forecast, Hold, ID_LENGTH_MAX,
         KEEP_OUTS_MAX, Limits, REPORTS_MAX, SPEED_MAX_MOST, TRAJECTORY_POINTS_MAX, WEIGHT, ranges_by_shape,
@@ -98,6 +98,7 @@ fn more_ranges() -> impl Iterator<Item = (&'static str, RangeInclusive<f64>)> {
         ("Segment/properties/points/items/items", COORDINATE),
         ("Segment/properties/angle_rad", -ARC_ANGLE_MAX..=ARC_ANGLE_MAX),
         ("Segment/properties/fillet_m", 0.0..=LENGTH_MAX),
+        ("Segment/properties/turn_radius_m", LENGTH_MIN..=LENGTH_MAX),
         ("PlanRequest/properties/deadline_ms", DEADLINE_MS),
         ("Live/properties/period_s", check::PERIOD),
         ("Live/properties/clock_rate", check::CLOCK_RATE),

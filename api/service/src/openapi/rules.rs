@@ -206,16 +206,16 @@ fn one_of() -> Vec<(&'static str, Vec<Variant>)> {
                 goal(
                     &["line"],
                     &["from", "to"],
-                    &["centre", "angle_rad", "points", "fillet_m"],
+                    &["centre", "angle_rad", "points", "fillet_m", "turn_radius_m"],
                 ),
                 goal(
                     &["arc"],
                     &["from", "centre", "angle_rad"],
-                    &["to", "points", "fillet_m"],
+                    &["to", "points", "fillet_m", "turn_radius_m"],
                 ),
                 goal(
                     &["waypoints"],
-                    &["points", "fillet_m"],
+                    &["points"],
                     &["from", "to", "centre", "angle_rad"],
                 ),
             ],

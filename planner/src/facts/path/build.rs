@@ -9,8 +9,9 @@ use crate::facts::{
     invalid_field::InvalidReason,
     path::{
         curve::{Path, Side},
+        limits::{GAP_MAX, InvalidPath, SEGMENTS_MAX, invalid, require_count, require_straight},
         piece::Piece,
-        segment::{GAP_MAX, InvalidPath, SEGMENTS_MAX, Segment, invalid, require_count, require_straight},
+        segment::Segment,
     },
 };
 
@@ -18,20 +19,19 @@ impl Path {
     /// A path of segments that join, each where and in which direction the one before it ends; if `closed`,
     /// the first at the end of the last.
     ///
-    /// A closed path of way-points alone returns to its first point by itself, with a fillet there too.
+    /// A closed path of way-points alone returns to its first point by itself, rounded there too.
     ///
     /// Fails with the first segment or point that is not finite, too short or too far ([`LENGTH_MIN`](super::LENGTH_MIN),
     /// [`LENGTH_MAX`](super::LENGTH_MAX)), begins elsewhere ([`GAP_MAX`]), turns at a point ([`KINK_MAX`](super::KINK_MAX)), or has legs too short
-    /// for its fillets.
+    /// for its `fillet_m`. Way-points without one have corners of any angle.
     pub fn from_segments(segments: &[Segment], closed: bool) -> Result<Self, InvalidPath> {
         let given = segments.iter().map(Segment::count).sum();
-        require_count("segments", given, 1..=SEGMENTS_MAX)?;
+        require_count(format_args!("segments"), given, 1..=SEGMENTS_MAX)?;
         let mut path = Self::starting_at(Vector2::zeros(), 0.0);
         let ring = closed && segments.len() == 1;
         for (i, segment) in segments.iter().enumerate() {
             let field = format!("segments/{i}");
-            segment.check(&field, ring)?;
-            let pieces = segment.pieces_of(ring);
+            let pieces = segment.pieces(&field, ring)?;
             if let (Some(next), false) = (pieces.first(), path.pieces.is_empty()) {
                 path.require_joint(&field, next)?;
             }
@@ -54,8 +54,12 @@ impl Path {
     /// Fails as [`Path::from_segments`]; the corner at fault is a point of `segments/0`.
     pub fn waypoints(points: &[Vector2<f64>], fillet_radius: f64, closed: bool) -> Result<Self, InvalidPath> {
         let points = points.iter().map(|point| [point.x, point.y]).collect();
-        let fillet_m = fillet_radius;
-        Self::from_segments(&[Segment::Waypoints { points, fillet_m }], closed)
+        let waypoints = Segment::Waypoints {
+            points,
+            fillet_m: Some(fillet_radius),
+            turn_radius_m: None,
+        };
+        Self::from_segments(&[waypoints], closed)
     }
 
     /// A circle of `radius` metres around `centre`, turning to `side`, from its point in the direction
@@ -86,8 +90,11 @@ impl Path {
         let gap = (next.start - self.end.position).norm();
         if GAP_MAX < gap {
             let (given, most) = (gap, GAP_MAX);
-            return Err(invalid(field, InvalidReason::Gap { given, most }));
+            return Err(invalid(
+                format_args!("{field}"),
+                InvalidReason::Gap { given, most },
+            ));
         }
-        require_straight(field, wrap(next.tangent - self.end.tangent))
+        require_straight(format_args!("{field}"), wrap(next.tangent - self.end.tangent))
     }
 }

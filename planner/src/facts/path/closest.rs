@@ -1,13 +1,15 @@
 //! The point of a path that is closest to a position, in closed form piece by piece.
 
+use std::ops::Range;
+
 use nalgebra::Vector2;
 
 use crate::facts::{
     angle::direction,
     path::{
-        curve::Path,
+        curve::{BLOCK, Path},
+        limits::{GAP_MAX, KINK_MAX},
         piece::{PathPoint, Piece},
-        segment::{GAP_MAX, KINK_MAX},
     },
 };
 
@@ -82,11 +84,10 @@ impl Path {
 
     /// Arc length of the point of least `cost` (of the distance to `position`, m, and the point) among those
     /// that are closer to `position` than their neighbours on the path; one for each line or arc at most.
-    /// Beyond the ends as [`Path::closest`].
+    /// Beyond the ends as [`Path::closest`]. No cost is less than its distance.
     #[must_use]
     pub(crate) fn closest_by(&self, position: &Vector2<f64>, cost: impl Fn(f64, &PathPoint) -> f64) -> f64 {
-        let mut best = Candidate::NONE;
-        for piece in &self.pieces {
+        let candidate = |piece: &Piece| {
             let length = piece.closest(position);
             let point = piece.at(length);
             let miss = position - point.position;
@@ -94,11 +95,15 @@ impl Path {
             let gamma = piece.from + length;
             let at_an_end = !self.closed && (gamma <= 0.0 || self.length <= gamma);
             // At a joint that is no foot, the neighbour is closer, up to how well pieces join.
-            if at_an_end || along.abs() <= GAP_MAX + KINK_MAX * miss.norm() {
-                let cost = cost(miss.norm(), &point);
-                best = best.or(Candidate { gamma, cost });
-            }
-        }
+            let is_foot = at_an_end || along.abs() <= GAP_MAX + KINK_MAX * miss.norm();
+            let cost = if is_foot {
+                cost(miss.norm(), &point)
+            } else {
+                f64::INFINITY
+            };
+            Candidate { gamma, cost }
+        };
+        let best = self.least(0..self.pieces.len(), position, |cost| cost, candidate);
         if best.cost < f64::INFINITY {
             self.foot(position, best)
         } else {
@@ -109,15 +114,49 @@ impl Path {
     /// The closest point between two arc lengths of the first lap.
     fn closest_between(&self, position: &Vector2<f64>, low: f64, high: f64) -> Candidate {
         let first = self.pieces.partition_point(|piece| piece.end() < low);
-        self.pieces[first..]
-            .iter()
-            .take_while(|piece| piece.from <= high)
-            .map(|piece| {
-                let whole = low <= piece.from && piece.end() <= high;
-                let part = piece.cut(low.max(piece.from), high.min(piece.end()));
-                candidate(if whole { piece } else { &part }, position)
-            })
-            .fold(Candidate::NONE, Candidate::or)
+        let after = self.pieces.partition_point(|piece| piece.from <= high);
+        self.least(first..after, position, f64::sqrt, |piece| {
+            let whole = low <= piece.from && piece.end() <= high;
+            let part = || piece.cut(low.max(piece.from), high.min(piece.end()));
+            candidate(&if whole { *piece } else { part() }, position)
+        })
+    }
+
+    /// The first of those candidates of a range of pieces that cost least. Passes over pieces that are farther away than the
+    /// distance that the best cost stands for: of thousands of way-points it looks at tens.
+    fn least(
+        &self,
+        range: Range<usize>,
+        position: &Vector2<f64>,
+        distance_of: impl Fn(f64) -> f64,
+        candidate: impl Fn(&Piece) -> Candidate,
+    ) -> Candidate {
+        let Some(all) = self.pieces.get(range.clone()).filter(|all| !all.is_empty()) else {
+            return Candidate::NONE;
+        };
+        let mut best = Candidate::NONE;
+        if all.len() <= BLOCK {
+            return all.iter().map(candidate).fold(best, Candidate::or);
+        }
+        let blocks = range.start / BLOCK..range.end.div_ceil(BLOCK);
+        let of_block =
+            |block: usize| &self.pieces[range.start.max(block * BLOCK)..range.end.min((block + 1) * BLOCK)];
+        // The nearest block bounds the cost before any other is looked at.
+        let distances = blocks
+            .clone()
+            .map(|block| (block, self.boxes[block].distance(position)));
+        let nearest = distances.min_by(|(_, a), (_, b)| a.total_cmp(b));
+        let mut limit = nearest.map_or(f64::INFINITY, |(block, _)| {
+            let costs = of_block(block).iter().map(|piece| candidate(piece).cost);
+            costs.fold(f64::INFINITY, f64::min)
+        });
+        for block in blocks {
+            if self.boxes[block].distance(position) <= distance_of(limit) + GAP_MAX {
+                best = of_block(block).iter().map(&candidate).fold(best, Candidate::or);
+                limit = limit.min(best.cost);
+            }
+        }
+        best
     }
 
     /// Goes on along an open path's continuation where the candidate is the path's end.

@@ -24,7 +24,47 @@ pub struct Path {
     pub(super) start: PathPoint,
     pub(super) end: PathPoint,
     pub(super) length: f64,
+    /// Sum of the sizes of its turns, rad.
+    turn: f64,
+    /// What each [`BLOCK`] of pieces lies in.
+    pub(super) boxes: Vec<Extent>,
     pub(super) closed: bool,
+}
+
+/// Number of pieces whose [`Extent`] is kept: a search passes over them together.
+pub(super) const BLOCK: usize = 32;
+
+/// A box with its sides along north and east.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Extent {
+    least: Vector2<f64>,
+    most: Vector2<f64>,
+}
+
+impl Extent {
+    const NOWHERE: Self = Self {
+        least: Vector2::new(f64::INFINITY, f64::INFINITY),
+        most: Vector2::new(f64::NEG_INFINITY, f64::NEG_INFINITY),
+    };
+
+    /// Takes in a piece that ends at `end`.
+    fn take_in(&mut self, piece: &Piece, end: &Vector2<f64>) {
+        // No point of an arc is farther from its beginning than its diameter.
+        let reach = if piece.curvature == 0.0 {
+            0.0
+        } else {
+            piece.length.min(2.0 / piece.curvature.abs())
+        };
+        let reach = Vector2::repeat(reach);
+        self.least = self.least.inf(&end.inf(&(piece.start - reach)));
+        self.most = self.most.sup(&end.sup(&(piece.start + reach)));
+    }
+
+    /// Distance from it to a position outside, m; 0 inside.
+    pub(super) fn distance(&self, position: &Vector2<f64>) -> f64 {
+        let outside = (self.least - position).sup(&(position - self.most));
+        outside.sup(&Vector2::zeros()).norm()
+    }
 }
 
 /// To which side a path turns, seen in its own direction.
@@ -64,6 +104,8 @@ impl Path {
             start: end,
             end,
             length: 0.0,
+            turn: 0.0,
+            boxes: vec![],
             closed: false,
         }
     }
@@ -157,6 +199,11 @@ impl Path {
         }
     }
 
+    /// Sum of the sizes of its turns, rad.
+    pub(crate) fn total_turn(&self) -> f64 {
+        self.turn
+    }
+
     pub(crate) fn pieces(&self) -> &[Piece] {
         &self.pieces
     }
@@ -183,7 +230,7 @@ impl Path {
     }
 
     fn push(&mut self, segment: Segment) {
-        for piece in segment.pieces() {
+        if let Some(piece) = segment.piece() {
             self.append(piece);
         }
         self.segments.push(segment);
@@ -206,6 +253,13 @@ impl Path {
             ..piece.at(piece.length)
         };
         self.length += piece.length;
+        self.turn += (piece.curvature * piece.length).abs();
+        if self.pieces.len().is_multiple_of(BLOCK) {
+            self.boxes.push(Extent::NOWHERE);
+        }
+        if let Some(last) = self.boxes.last_mut() {
+            last.take_in(&piece, &self.end.position);
+        }
         self.pieces.push(piece);
     }
 }

@@ -1,42 +1,24 @@
 //! What paths are made of, checked: lines, arcs, and way-points with rounded corners.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::ToSchema;
 
 use crate::facts::{
-    angle::{angle_of, direction, wrap},
-    invalid_field::{InvalidField, InvalidReason},
+    angle::angle_of,
+    invalid_field::InvalidReason,
     members::{needed, none_left, schema_of},
-    path::piece::Piece,
-    ranges::COORDINATE_MAX,
+    path::{
+        limits::{
+            ARC_ANGLE_MAX, InvalidPath, LENGTH_MAX, LENGTH_MIN, TURN_RADIUS, invalid, require_point,
+            require_within,
+        },
+        piece::Piece,
+        waypoints::{Corners, legs},
+    },
 };
-
-/// Most segments of a path, every way-point counted as one.
-pub const SEGMENTS_MAX: usize = 256;
-
-/// Longest line or leg, and largest radius, m: the same as the largest coordinate.
-pub const LENGTH_MAX: f64 = COORDINATE_MAX;
-
-/// Shortest line or leg, and smallest radius, m: what is shorter has no direction once it was written down in
-/// millimetres.
-pub const LENGTH_MIN: f64 = 1e-3;
-
-/// Farthest that a segment may begin from the end of the one before it, m: coordinates written down in
-/// millimetres miss by up to 0.7 mm.
-pub const GAP_MAX: f64 = 1e-3;
-
-/// Largest change of direction between two segments, rad: a millimetre on a metre, 0.06°. A vehicle that turns
-/// at 0.3 rad/s makes it in 3 ms.
-pub const KINK_MAX: f64 = 1e-3;
-
-/// Shorter than this, a piece between or inside fillets is nothing but rounding, m.
-const LENGTH_OF_ROUNDING: f64 = 1e-9;
-
-/// Most of an arc, rad: full circle, and what rounding makes of it.
-pub const ARC_ANGLE_MAX: f64 = TAU + KINK_MAX;
 
 /// A segment of a path; positions are (north, east), m.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -58,12 +40,16 @@ pub enum Segment {
         /// How far it turns, rad, positive to starboard, up to a full circle.
         angle_rad: f64,
     },
-    /// Straight legs between points, joined by fillets: arcs that touch both legs.
+    /// Straight legs between points, joined by arcs that touch both legs.
     Waypoints {
-        /// Where the legs would meet.
+        /// Where the legs would meet. Points that repeat the one before are left out.
         points: Vec<[f64; 2]>,
-        /// Radius of the fillets, m; 0 where all points lie on one line.
-        fillet_m: f64,
+        /// Radius of every arc, m, for which all legs must have room; 0 where all points lie on one line.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        fillet_m: Option<f64>,
+        /// Without `fillet_m`: radius at which the vehicle turns where its legs have room, m. Default: [`TURN_RADIUS`].
+        #[serde(skip_serializing_if = "Option::is_none")]
+        turn_radius_m: Option<f64>,
     },
 }
 
@@ -88,9 +74,13 @@ struct SegmentMembers {
     /// `waypoints`: where its straight legs would meet.
     #[serde(default)]
     points: Option<Vec<[f64; 2]>>,
-    /// `waypoints`: radius by which corners are rounded, m; 0 only where no leg turns.
+    /// `waypoints`: radius by which every corner is rounded, m, for which all legs must have room; 0 only where no leg
+    /// turns. Without it, corners have the `turn_radius_m`, or as much of it as their legs have room for.
     #[serde(default)]
     fillet_m: Option<f64>,
+    /// `waypoints` without `fillet_m`: radius at which the vehicle turns, m. Default: that of its speed at 0.15 rad/s.
+    #[serde(default)]
+    turn_radius_m: Option<f64>,
 }
 
 /// The kinds of segments.
@@ -101,7 +91,7 @@ enum SegmentKind {
     Line,
     /// Part of a circle: `from`, `centre`, `angle_rad`.
     Arc,
-    /// Straight legs with rounded corners: `points`, `fillet_m`.
+    /// Straight legs with rounded corners: `points`; one of `fillet_m` and `turn_radius_m`, or neither.
     Waypoints,
 }
 
@@ -120,7 +110,8 @@ impl<'de> Deserialize<'de> for Segment {
             },
             SegmentKind::Waypoints => Self::Waypoints {
                 points: needed(&mut given.points, "points")?,
-                fillet_m: needed(&mut given.fillet_m, "fillet_m")?,
+                fillet_m: given.fillet_m.take(),
+                turn_radius_m: given.turn_radius_m.take(),
             },
         };
         none_left(&[
@@ -130,18 +121,13 @@ impl<'de> Deserialize<'de> for Segment {
             ("angle_rad", given.angle_rad.is_some()),
             ("points", given.points.is_some()),
             ("fillet_m", given.fillet_m.is_some()),
+            ("turn_radius_m", given.turn_radius_m.is_some()),
         ])?;
         Ok(segment)
     }
 }
 
 schema_of!(Segment: SegmentMembers, "Segment");
-
-/// Why segments make no path: the first field at fault, as slash-separated names (`segments/2/points/0/1` is
-/// the east of the first point of the third segment).
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{0}")]
-pub struct InvalidPath(pub InvalidField);
 
 impl Segment {
     /// How many segments it counts as: every way-point as one.
@@ -153,39 +139,12 @@ impl Segment {
         }
     }
 
-    pub(crate) fn pieces(&self) -> Vec<Piece> {
-        self.pieces_of(false)
-    }
-
-    pub(super) fn check(&self, field: &str, ring: bool) -> Result<(), InvalidPath> {
-        match self {
-            Self::Line { from, to } => {
-                require_point(&format!("{field}/from"), from)?;
-                require_point(&format!("{field}/to"), to)?;
-                let length = between(from, to).norm();
-                require_within(&format!("{field}/to"), length, LENGTH_MIN, LENGTH_MAX)
-            }
-            Self::Arc {
-                from,
-                centre,
-                angle_rad,
-            } => {
-                require_point(&format!("{field}/from"), from)?;
-                require_point(&format!("{field}/centre"), centre)?;
-                let radius = between(centre, from).norm();
-                require_within(&format!("{field}/centre"), radius, LENGTH_MIN, LENGTH_MAX)?;
-                let (field, least) = (format!("{field}/angle_rad"), LENGTH_MIN / radius);
-                require_within(&field, angle_rad.abs(), least, ARC_ANGLE_MAX)
-            }
-            Self::Waypoints { points, fillet_m } => Legs::new(points, ring).check(field, *fillet_m),
-        }
-    }
-
-    pub(super) fn pieces_of(&self, ring: bool) -> Vec<Piece> {
+    /// Of a line or arc that was put together from lengths and angles.
+    pub(super) fn piece(&self) -> Option<Piece> {
         match self {
             Self::Line { from, to } => {
                 let along = between(from, to);
-                vec![Piece::line(Vector2::from(*from), angle_of(&along), along.norm())]
+                Some(Piece::line(Vector2::from(*from), angle_of(&along), along.norm()))
             }
             Self::Arc {
                 from,
@@ -194,164 +153,64 @@ impl Segment {
             } => {
                 let to_centre = between(from, centre);
                 let tangent = angle_of(&to_centre) - FRAC_PI_2.copysign(*angle_rad);
-                vec![Piece::arc(
+                Some(Piece::arc(
                     Vector2::from(*from),
                     tangent,
                     to_centre.norm(),
                     *angle_rad,
-                )]
+                ))
             }
-            Self::Waypoints { points, fillet_m } => Legs::new(points, ring).pieces(*fillet_m),
+            Self::Waypoints { .. } => None,
         }
+    }
+
+    /// What it is made of, checked; `ring` says whether way-points lead back to the first.
+    pub(super) fn pieces(&self, field: &str, ring: bool) -> Result<Vec<Piece>, InvalidPath> {
+        match self {
+            Self::Line { from, to } => {
+                require_point(format_args!("{field}/from"), from)?;
+                require_point(format_args!("{field}/to"), to)?;
+                let length = between(from, to).norm();
+                require_within(format_args!("{field}/to"), length, LENGTH_MIN, LENGTH_MAX)?;
+            }
+            Self::Arc {
+                from,
+                centre,
+                angle_rad,
+            } => {
+                require_point(format_args!("{field}/from"), from)?;
+                require_point(format_args!("{field}/centre"), centre)?;
+                let radius = between(centre, from).norm();
+                require_within(format_args!("{field}/centre"), radius, LENGTH_MIN, LENGTH_MAX)?;
+                let (field, least) = (format_args!("{field}/angle_rad"), LENGTH_MIN / radius);
+                require_within(field, angle_rad.abs(), least, ARC_ANGLE_MAX)?;
+            }
+            Self::Waypoints {
+                points,
+                fillet_m,
+                turn_radius_m,
+            } => {
+                let corners = match (*fillet_m, *turn_radius_m) {
+                    (Some(radius), None) => Corners::Fillets { radius },
+                    (None, radius) => Corners::Turns {
+                        radius: radius.unwrap_or(TURN_RADIUS),
+                    },
+                    (Some(_), Some(_)) => {
+                        let detail = "give fillet_m, which must fit, or turn_radius_m, which is made to fit";
+                        return Err(invalid(
+                            format_args!("{field}/turn_radius_m"),
+                            InvalidReason::Unexpected { detail },
+                        ));
+                    }
+                };
+                return legs(points, ring, corners, field);
+            }
+        }
+        Ok(self.piece().into_iter().collect())
     }
 }
 
 /// The vector from one point to another, m.
 fn between(from: &[f64; 2], to: &[f64; 2]) -> Vector2<f64> {
     Vector2::from(*to) - Vector2::from(*from)
-}
-
-/// Straight legs between points, and the corners between them.
-struct Legs {
-    points: Vec<Vector2<f64>>,
-    /// Whether there is a leg from the last point to the first.
-    ring: bool,
-}
-
-impl Legs {
-    fn new(points: &[[f64; 2]], ring: bool) -> Self {
-        let points = points.iter().map(|point| Vector2::from(*point)).collect();
-        Self { points, ring }
-    }
-
-    /// Number of legs; the k-th begins at the k-th point.
-    fn n(&self) -> usize {
-        self.points.len() - usize::from(!self.ring)
-    }
-
-    fn vector(&self, leg: usize) -> Vector2<f64> {
-        self.points[(leg + 1) % self.points.len()] - self.points[leg]
-    }
-
-    /// Change of direction at a point, rad, positive to starboard; 0 at the ends.
-    fn turn(&self, point: usize) -> f64 {
-        if !self.ring && (point == 0 || point + 1 == self.points.len()) {
-            return 0.0;
-        }
-        let before = (point + self.points.len() - 1) % self.points.len();
-        wrap(angle_of(&self.vector(point)) - angle_of(&self.vector(before)))
-    }
-
-    /// How much of both legs a fillet of radius 1 at a point takes: tan(|θ| / 2).
-    fn tangent_length(&self, point: usize) -> f64 {
-        (0.5 * self.turn(point % self.points.len()).abs()).tan()
-    }
-
-    pub(super) fn check(&self, field: &str, radius: f64) -> Result<(), InvalidPath> {
-        let n_least = if self.ring { 3 } else { 2 };
-        require_count(
-            &format!("{field}/points"),
-            self.points.len(),
-            n_least..=SEGMENTS_MAX,
-        )?;
-        for (k, point) in self.points.iter().enumerate() {
-            require_point(&format!("{field}/points/{k}"), &[point.x, point.y])?;
-        }
-        for leg in 0..self.n() {
-            let field = format!("{field}/points/{}", (leg + 1) % self.points.len());
-            require_within(&field, self.vector(leg).norm(), LENGTH_MIN, LENGTH_MAX)?;
-        }
-        if radius == 0.0 {
-            return (0..self.points.len())
-                .try_for_each(|k| require_straight(&format!("{field}/points/{k}"), self.turn(k)));
-        }
-        require_within(&format!("{field}/fillet_m"), radius, LENGTH_MIN, LENGTH_MAX)?;
-        self.check_room(field, radius)
-    }
-
-    /// Both fillets of every leg must fit on it. Names the sharper corner of the leg that has the least room.
-    fn check_room(&self, field: &str, radius: f64) -> Result<(), InvalidPath> {
-        let room =
-            |leg: usize| self.vector(leg).norm() / (self.tangent_length(leg) + self.tangent_length(leg + 1));
-        let tightest = (0..self.n()).min_by(|a, b| room(*a).total_cmp(&room(*b)));
-        let Some(leg) = tightest else { return Ok(()) };
-        let most = room(leg);
-        // A polygon whose fillets use up its legs is all right, whatever the rounding.
-        if radius <= most * (1.0 + LENGTH_OF_ROUNDING) {
-            return Ok(());
-        }
-        let sharper = if self.tangent_length(leg) < self.tangent_length(leg + 1) {
-            (leg + 1) % self.points.len()
-        } else {
-            leg
-        };
-        let given = radius;
-        Err(invalid(
-            &format!("{field}/points/{sharper}"),
-            InvalidReason::Fillet { given, most },
-        ))
-    }
-
-    fn pieces(&self, radius: f64) -> Vec<Piece> {
-        let mut pieces = Vec::new();
-        for leg in 0..self.n() {
-            let along = self.vector(leg);
-            let tangent = angle_of(&along);
-            let (before, after) = (
-                radius * self.tangent_length(leg),
-                radius * self.tangent_length(leg + 1),
-            );
-            let start = self.points[leg] + direction(tangent) * before;
-            let length = along.norm() - before - after;
-            if LENGTH_OF_ROUNDING < length {
-                pieces.push(Piece::line(start, tangent, length));
-            }
-            let turn = self.turn((leg + 1) % self.points.len());
-            if LENGTH_OF_ROUNDING < radius * turn.abs() {
-                let corner = self.points[leg] + along;
-                let start = corner - direction(tangent) * after;
-                pieces.push(Piece::arc(start, tangent, radius, turn));
-            }
-        }
-        pieces
-    }
-}
-
-pub(super) fn require_straight(field: &str, turn: f64) -> Result<(), InvalidPath> {
-    let (given, most) = (turn.abs(), KINK_MAX);
-    if most < given {
-        return Err(invalid(field, InvalidReason::Kink { given, most }));
-    }
-    Ok(())
-}
-
-fn require_point(field: &str, [north, east]: &[f64; 2]) -> Result<(), InvalidPath> {
-    require_within(&format!("{field}/0"), *north, -COORDINATE_MAX, COORDINATE_MAX)?;
-    require_within(&format!("{field}/1"), *east, -COORDINATE_MAX, COORDINATE_MAX)
-}
-
-pub(super) fn require_count(
-    field: &str,
-    given: usize,
-    range: std::ops::RangeInclusive<usize>,
-) -> Result<(), InvalidPath> {
-    if range.contains(&given) {
-        return Ok(());
-    }
-    let (least, most) = range.into_inner();
-    Err(invalid(field, InvalidReason::Length { given, least, most }))
-}
-
-pub(crate) fn require_within(field: &str, given: f64, least: f64, most: f64) -> Result<(), InvalidPath> {
-    if (least..=most).contains(&given) {
-        return Ok(());
-    }
-    Err(invalid(field, InvalidReason::OutOfRange { given, least, most }))
-}
-
-pub(crate) fn invalid(field: &str, reason: InvalidReason) -> InvalidPath {
-    InvalidPath(InvalidField {
-        field: field.to_owned(),
-        reason,
-    })
 }

@@ -2,7 +2,7 @@
 
 use crate::facts::{
     invalid_field::InvalidReason,
-    path::segment::{InvalidPath, LENGTH_MAX, invalid, require_within},
+    path::limits::{InvalidPath, LENGTH_MAX, invalid, require_within},
 };
 
 /// Fastest speed along a path, m/s: that of the fastest AUV that a snapshot accepts.
@@ -30,17 +30,20 @@ impl SpeedProfile {
     pub fn new(knots: Vec<(f64, f64)>) -> Result<Self, InvalidPath> {
         if knots.is_empty() {
             let (given, least, most) = (0, 1, usize::MAX);
-            return Err(invalid("knots", InvalidReason::Length { given, least, most }));
+            return Err(invalid(
+                format_args!("knots"),
+                InvalidReason::Length { given, least, most },
+            ));
         }
         for (k, (gamma, speed)) in knots.iter().enumerate() {
-            require_within(&format!("knots/{k}/0"), *gamma, -LENGTH_MAX, LENGTH_MAX)?;
-            require_within(&format!("knots/{k}/1"), *speed, SPEED_MIN, SPEED_MAX)?;
+            require_within(format_args!("knots/{k}/0"), *gamma, -LENGTH_MAX, LENGTH_MAX)?;
+            require_within(format_args!("knots/{k}/1"), *speed, SPEED_MIN, SPEED_MAX)?;
         }
         for (k, pair) in knots.windows(2).enumerate() {
             let (before, given) = (pair[0].0, pair[1].0);
             if given <= before {
-                let field = format!("knots/{}/0", k + 1);
-                return Err(invalid(&field, InvalidReason::NotIncreasing { given, before }));
+                let reason = InvalidReason::NotIncreasing { given, before };
+                return Err(invalid(format_args!("knots/{}/0", k + 1), reason));
             }
         }
         Ok(Self { knots })

@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 
 use super::*;
 use crate::facts::{
-    angle::direction,
+    angle::{direction, wrap},
     invalid_field::{InvalidField, InvalidReason},
     path::piece::Piece,
 };
@@ -33,13 +33,40 @@ fn zigzag() -> Path {
     Path::waypoints(&corners_of_zigzag(), 4.0, false).expect("fits")
 }
 
-fn several() -> [Path; 4] {
+/// Way-points as they stand in a plan: corners of any angle, short legs, a repeated point, straight back.
+fn turning(radius: f64, closed: bool) -> Path {
+    let points = [
+        (0.0, 0.0),
+        (60.0, 5.0),
+        (60.0, 5.0),
+        (62.0, 5.0),
+        (62.0, 7.0),
+        (10.0, 7.5),
+        (45.0, 40.0),
+        (45.0, 0.0),
+        (45.0, 40.0),
+    ];
+    route(&points, radius, closed).expect("can be sailed")
+}
+
+fn route(points: &[(f64, f64)], radius: f64, closed: bool) -> Result<Path, InvalidPath> {
+    let waypoints = Segment::Waypoints {
+        points: points.iter().map(|(north, east)| [*north, *east]).collect(),
+        fillet_m: None,
+        turn_radius_m: Some(radius),
+    };
+    Path::from_segments(&[waypoints], closed)
+}
+
+fn several() -> [Path; 6] {
     let circle = Path::circle(Vector2::new(10.0, 20.0), 15.0, Side::Port, 0.3);
     [
         mower(),
         zigzag(),
         square(6.0).expect("fits"),
         circle.expect("is one"),
+        turning(6.0, false),
+        turning(3.0, true),
     ]
 }
 
@@ -287,7 +314,8 @@ fn strange_numbers_are_refused_by_name() {
             (
                 Segment::Waypoints {
                     points: vec![origin.into(), [5.0, 0.0], [9.0, 9.0]],
-                    fillet_m: strange,
+                    fillet_m: Some(strange),
+                    turn_radius_m: None,
                 },
                 "segments/0/fillet_m",
             ),
@@ -304,12 +332,94 @@ fn strange_numbers_are_refused_by_name() {
     };
     assert_eq!(refused(Path::from_segments(&[point], false)).0, "segments/0/to");
     assert_eq!(refused(Path::from_segments(&[], false)).0, "segments");
-    let repeated = Path::waypoints(
-        &[origin, Vector2::new(5.0, 0.0), Vector2::new(5.0, 0.0)],
-        1.0,
-        false,
+}
+
+#[test]
+fn corners_get_their_radius_or_what_their_legs_have_room_for() {
+    let radii = |points: &[(f64, f64)], closed: bool| -> Vec<f64> {
+        let path = route(points, 10.0, closed).expect("can be sailed");
+        let arcs = path.pieces.iter().filter(|piece| piece.curvature != 0.0);
+        arcs.map(|piece| 1.0 / piece.curvature.abs()).collect()
+    };
+    let near = |radii: &[f64], expected: &[f64]| {
+        assert_eq!(radii.len(), expected.len(), "{radii:?}");
+        for (radius, expected) in radii.iter().zip(expected) {
+            assert!((radius - expected).abs() < 1e-9, "{radii:?}");
+        }
+    };
+    near(&radii(&[(0.0, 0.0), (50.0, 0.0), (50.0, 50.0)], false), &[10.0]);
+    // Lanes 4 m apart: right angles share the 4 m, and make the half circle that a lawn-mower has.
+    near(
+        &radii(&[(0.0, 0.0), (50.0, 0.0), (50.0, 4.0), (0.0, 4.0)], false),
+        &[2.0; 2],
     );
-    assert_eq!(refused(repeated).0, "segments/0/points/2");
+    // A quarter turn takes 1 m of a leg of 1 m, the other leg is long.
+    near(&radii(&[(0.0, 0.0), (50.0, 0.0), (50.0, 1.0)], false), &[1.0]);
+    // Points that repeat each other are one, also the last of a ring that repeats the first.
+    let square = [
+        (0.0, 0.0),
+        (50.0, 0.0),
+        (50.0, 50.0),
+        (50.0, 50.05),
+        (0.0, 50.0),
+        (0.0, 0.0),
+    ];
+    near(&radii(&square, true), &[10.0; 4]);
+}
+
+#[test]
+fn a_vehicle_that_is_to_go_straight_back_makes_a_loop_at_the_point() {
+    let path = route(&[(0.0, 0.0), (50.0, 0.0), (0.0, 0.0)], 6.0, false).expect("can be sailed");
+    // 60° away, 300° round, 60° away.
+    let expected = 100.0 + 6.0 * 7.0 * PI / 3.0;
+    assert!((path.length() - expected).abs() < 1e-9);
+    let (there, back) = (path.at(50.0), path.at(path.length() - 50.0));
+    assert!((there.position - back.position).norm() < 1e-9);
+    assert!((back.tangent - there.tangent - PI).abs() < 1e-9);
+    // To and fro for ever.
+    let ring = route(&[(0.0, 0.0), (50.0, 0.0)], 6.0, true).expect("can be sailed");
+    assert!((ring.length() - 2.0 * expected + 100.0).abs() < 1e-9);
+}
+
+#[test]
+fn any_ten_thousand_points_can_be_sailed_and_searched() {
+    let points: Vec<(f64, f64)> = (0..10_000)
+        .map(|k| {
+            let (a, b) = scattered(k / 2);
+            (400.0 * a, 400.0 * b + f64::from(k % 2) * a)
+        })
+        .collect();
+    let path = route(&points, 5.0, false).expect("can be sailed");
+    for pair in path.pieces.windows(2) {
+        let end = pair[0].at(pair[0].length);
+        assert!((end.position - pair[1].start).norm() < 1e-6);
+        assert!(wrap(end.tangent - pair[1].tangent).abs() < 1e-9);
+    }
+    // What is passed over changes nothing.
+    for k in 0..20 {
+        let (a, b) = scattered(k + 77);
+        let position = Vector2::new(500.0 * a - 50.0, 500.0 * b - 50.0);
+        let nearest = path.pieces.iter().map(|piece| {
+            let length = piece.closest(&position);
+            (
+                piece.from + length,
+                (position - piece.at(length).position).norm_squared(),
+            )
+        });
+        let nearest = nearest.reduce(|best, next| if next.1 < best.1 { next } else { best });
+        assert_eq!(Some(path.closest(&position)), nearest.map(|(gamma, _)| gamma));
+    }
+}
+
+#[test]
+fn points_that_are_all_at_one_place_are_refused() {
+    let (field, reason) = refused(route(&[(5.0, 0.0), (5.0, 0.05), (5.0, 0.0)], 5.0, false));
+    assert_eq!(field, "segments/0/points");
+    assert!(matches!(reason, InvalidReason::OnePlace { .. }));
+    assert_eq!(
+        refused(route(&[(0.0, 0.0), (9.0, 2e6)], 5.0, false)).0,
+        "segments/0/points/1/1"
+    );
 }
 
 #[test]

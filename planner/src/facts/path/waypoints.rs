@@ -1,0 +1,293 @@
+//! Way-points: straight legs, and corners that a vehicle can sail.
+//!
+//! A corner is an arc that touches both legs. At the tangent length t from the way-point its radius is t / tan(|θ| / 2), θ the
+//! turn. Where the legs turn back, no such arc comes near the way-point: there the vehicle makes a loop of three arcs.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use nalgebra::Vector2;
+
+use crate::facts::{
+    angle::{angle_of, direction, wrap},
+    invalid_field::InvalidReason,
+    path::{
+        limits::{
+            InvalidPath, KINK_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX, invalid, require_count,
+            require_point, require_straight, require_within,
+        },
+        piece::Piece,
+    },
+};
+
+/// Shorter than this, a piece between or inside fillets is nothing but rounding, m.
+const LENGTH_OF_ROUNDING: f64 = 1e-9;
+
+/// Nearer than this to the way-point before it, one whose corner may have any radius repeats it, m: a tenth of what
+/// underwater vehicles know of their position, and more than plans in degrees are rounded by.
+const REPEATED_WITHIN: f64 = 0.1;
+
+/// Sharper than this a corner is turned by a loop, rad: an arc would pass the way-point at three times its radius.
+const LOOP_FROM: f64 = PI * 5.0 / 6.0;
+
+/// How corners are rounded.
+#[derive(Clone, Copy)]
+pub(super) enum Corners {
+    /// All by one radius, m, for which the legs must have room; 0 where there is no corner.
+    Fillets { radius: f64 },
+    /// By this radius, m, or as much of it as the legs have room for.
+    Turns { radius: f64 },
+}
+
+/// Legs between `points`, `ring` from the last to the first too, and their corners. Points that repeat the one before are
+/// left out.
+pub(super) fn legs(
+    points: &[[f64; 2]],
+    ring: bool,
+    corners: Corners,
+    field: &str,
+) -> Result<Vec<Piece>, InvalidPath> {
+    let legs = Legs::new(points, ring, corners, field)?;
+    let corners = match corners {
+        Corners::Fillets { radius } => legs.fillets(radius, field)?,
+        Corners::Turns { radius } => {
+            require_within(
+                format_args!("{field}/turn_radius_m"),
+                radius,
+                LENGTH_MIN,
+                LENGTH_MAX,
+            )?;
+            legs.turns(radius)
+        }
+    };
+    Ok(legs.pieces(&corners))
+}
+
+/// Straight legs between points.
+struct Legs {
+    points: Vec<Vector2<f64>>,
+    /// Where each point was given.
+    given_at: Vec<usize>,
+    /// Each leg's direction, rad. The k-th begins at the k-th point.
+    tangents: Vec<f64>,
+    /// Change of direction at each point, rad, positive to starboard; 0 at the ends.
+    turns: Vec<f64>,
+    /// Whether there is a leg from the last point to the first.
+    ring: bool,
+}
+
+/// How a vehicle turns at a way-point.
+#[derive(Clone, Copy, Default)]
+struct Corner {
+    radius: f64,
+    /// What it takes of both legs, m.
+    tangent_length: f64,
+    /// Rad, positive to starboard.
+    turn: f64,
+    is_loop: bool,
+}
+
+impl Legs {
+    fn new(given: &[[f64; 2]], ring: bool, corners: Corners, field: &str) -> Result<Self, InvalidPath> {
+        let (n_least, repeated_within) = match corners {
+            Corners::Fillets { .. } => (if ring { 3 } else { 2 }, LENGTH_MIN),
+            Corners::Turns { .. } => (2, REPEATED_WITHIN),
+        };
+        require_count(
+            format_args!("{field}/points"),
+            given.len(),
+            n_least..=SEGMENTS_MAX,
+        )?;
+        for (k, point) in given.iter().enumerate() {
+            require_point(format_args!("{field}/points/{k}"), point)?;
+        }
+        let mut legs = Self {
+            points: Vec::with_capacity(given.len()),
+            given_at: Vec::with_capacity(given.len()),
+            tangents: Vec::new(),
+            turns: Vec::new(),
+            ring,
+        };
+        for (k, point) in given.iter().enumerate() {
+            let point = Vector2::from(*point);
+            let repeats = |last: &Vector2<f64>| (point - last).norm() < repeated_within;
+            if !legs.points.last().is_some_and(repeats) {
+                legs.points.push(point);
+                legs.given_at.push(k);
+            }
+        }
+        let returns = |legs: &Self| match &legs.points[..] {
+            [first, .., last] => ring && (first - last).norm() < repeated_within,
+            _ => false,
+        };
+        while returns(&legs) {
+            legs.points.pop();
+            legs.given_at.pop();
+        }
+        if legs.points.len() < n_least {
+            let within = repeated_within;
+            return Err(invalid(
+                format_args!("{field}/points"),
+                InvalidReason::OnePlace { within },
+            ));
+        }
+        for leg in 0..legs.n() {
+            let end = legs.given_at[(leg + 1) % legs.points.len()];
+            let field = format_args!("{field}/points/{end}");
+            require_within(field, legs.length(leg), LENGTH_MIN, LENGTH_MAX)?;
+        }
+        legs.tangents = (0..legs.n()).map(|leg| angle_of(&legs.vector(leg))).collect();
+        legs.turns = (0..legs.points.len()).map(|point| legs.turn(point)).collect();
+        Ok(legs)
+    }
+
+    /// Number of legs.
+    fn n(&self) -> usize {
+        self.points.len() - usize::from(!self.ring)
+    }
+
+    fn vector(&self, leg: usize) -> Vector2<f64> {
+        self.points[(leg + 1) % self.points.len()] - self.points[leg]
+    }
+
+    fn length(&self, leg: usize) -> f64 {
+        self.vector(leg).norm()
+    }
+
+    /// The leg that ends at a point.
+    fn before(&self, point: usize) -> usize {
+        (point + self.points.len() - 1) % self.points.len()
+    }
+
+    fn turn(&self, point: usize) -> f64 {
+        if !self.ring && (point == 0 || point + 1 == self.points.len()) {
+            return 0.0;
+        }
+        wrap(self.tangents[point] - self.tangents[self.before(point)])
+    }
+
+    fn fillets(&self, radius: f64, field: &str) -> Result<Vec<Corner>, InvalidPath> {
+        let unit = |turn: &f64| (0.5 * turn.abs()).tan();
+        let tangent_lengths: Vec<f64> = self.turns.iter().map(unit).collect();
+        if radius == 0.0 {
+            for (turn, k) in self.turns.iter().zip(&self.given_at) {
+                require_straight(format_args!("{field}/points/{k}"), *turn)?;
+            }
+        } else {
+            require_within(format_args!("{field}/fillet_m"), radius, LENGTH_MIN, LENGTH_MAX)?;
+            self.check_room(&tangent_lengths, radius, field)?;
+        }
+        let corner = |(turn, unit): (&f64, f64)| Corner {
+            radius,
+            tangent_length: radius * unit,
+            turn: *turn,
+            is_loop: false,
+        };
+        Ok(self.turns.iter().zip(tangent_lengths).map(corner).collect())
+    }
+
+    /// Both fillets of every leg must fit on it. Names the sharper corner of the leg that has the least room.
+    fn check_room(&self, tangent_lengths: &[f64], radius: f64, field: &str) -> Result<(), InvalidPath> {
+        let end = |leg: usize| (leg + 1) % self.points.len();
+        let room = |leg: usize| self.length(leg) / (tangent_lengths[leg] + tangent_lengths[end(leg)]);
+        let tightest = (0..self.n()).map(|leg| (leg, room(leg)));
+        let Some((leg, most)) = tightest.min_by(|(_, a), (_, b)| a.total_cmp(b)) else {
+            return Ok(());
+        };
+        // A polygon whose fillets use up its legs is all right, whatever the rounding.
+        if radius <= most * (1.0 + LENGTH_OF_ROUNDING) {
+            return Ok(());
+        }
+        let sharper = if tangent_lengths[leg] < tangent_lengths[end(leg)] {
+            end(leg)
+        } else {
+            leg
+        };
+        let given = radius;
+        Err(invalid(
+            format_args!("{field}/points/{}", self.given_at[sharper]),
+            InvalidReason::Fillet { given, most },
+        ))
+    }
+
+    /// Arcs of `radius`; where those at both ends of a leg do not fit on it, both take their share of it.
+    fn turns(&self, radius: f64) -> Vec<Corner> {
+        let n = self.points.len();
+        let wanted = |point: usize| {
+            let turn = self.turns[point];
+            if turn == 0.0 {
+                return Corner::default();
+            }
+            let shorter = self.length(point).min(self.length(self.before(point)));
+            if LOOP_FROM < turn.abs() {
+                // Straight back, rounding must not choose the side.
+                let back = PI - KINK_MAX < turn.abs();
+                return Corner {
+                    radius: radius.min(0.5 * shorter),
+                    tangent_length: 0.0,
+                    turn: if back { turn.rem_euclid(TAU) } else { turn },
+                    is_loop: true,
+                };
+            }
+            Corner {
+                radius,
+                tangent_length: (radius * (0.5 * turn.abs()).tan()).min(shorter),
+                turn,
+                is_loop: false,
+            }
+        };
+        let mut corners: Vec<Corner> = (0..n).map(wanted).collect();
+        let taken = |leg: usize| corners[leg].tangent_length + corners[(leg + 1) % n].tangent_length;
+        let share = |leg: usize| (self.length(leg) / taken(leg)).min(1.0);
+        let shares: Vec<f64> = (0..self.n()).map(share).collect();
+        for (point, corner) in corners.iter_mut().enumerate() {
+            if 0.0 < corner.tangent_length {
+                corner.tangent_length *= shares[point].min(shares[self.before(point)]);
+                corner.radius = corner.tangent_length / (0.5 * corner.turn.abs()).tan();
+            }
+        }
+        corners
+    }
+
+    fn pieces(&self, corners: &[Corner]) -> Vec<Piece> {
+        let mut pieces = Vec::with_capacity(2 * self.n());
+        for leg in 0..self.n() {
+            let (along, tangent) = (self.vector(leg), self.tangents[leg]);
+            let corner = corners[(leg + 1) % self.points.len()];
+            let (before, after) = (corners[leg].tangent_length, corner.tangent_length);
+            let start = self.points[leg] + direction(tangent) * before;
+            let length = along.norm() - before - after;
+            if LENGTH_OF_ROUNDING < length {
+                pieces.push(Piece::line(start, tangent, length));
+            }
+            let end = self.points[leg] + along;
+            if corner.is_loop {
+                pieces.extend(looped(end, tangent, corner.radius, corner.turn));
+            } else if LENGTH_OF_ROUNDING < corner.radius * corner.turn.abs() {
+                let start = end - direction(tangent) * after;
+                pieces.push(Piece::arc(start, tangent, corner.radius, corner.turn));
+            }
+        }
+        pieces
+    }
+}
+
+/// Three arcs from a point back to it, by which a vehicle that comes along `tangent` turns by `turn`: away from the turn by φ,
+/// round by |θ| + 2 φ, and away by φ again.
+///
+/// ```text
+/// centres, for r = 1, θ > 0 and ψ = 0:  C₁ = (0, −1)    C₂ = (cos θ/2 + √(4 − sin² θ/2)) [sin θ/2, −cos θ/2]
+/// φ = π/2 − angle of C₂ − C₁
+/// ```
+fn looped(point: Vector2<f64>, tangent: f64, radius: f64, turn: f64) -> [Piece; 3] {
+    let side = turn.signum();
+    let (sin, cos) = (0.5 * turn.abs()).sin_cos();
+    let second = Vector2::new(sin, -cos) * (cos + (4.0 - sin * sin).sqrt());
+    let away = FRAC_PI_2 - angle_of(&(second - Vector2::new(0.0, -1.0)));
+    let mut at = (point, tangent);
+    [-away, turn.abs() + 2.0 * away, -away].map(|angle| {
+        let piece = Piece::arc(at.0, at.1, radius, side * angle);
+        let end = piece.at(piece.length);
+        at = (end.position, end.tangent);
+        piece
+    })
+}
