@@ -39,6 +39,8 @@ async function drawn(scenario) {
     const id = await flown(service, { scenario, seed: 1, controller }, `${scenario}: ${controller}`);
     const recording = new Recording({ ...await service.get(`/v1/missions/${id}`), scene: await service.get(`/v1/missions/${id}/scene`) });
     recording.takeLines((await (await fetch(`${service.url}/v1/missions/${id}/record?format=csv`)).text()).split("\n"));
+    // A mission is some 10 MB.
+    await service.delete(`/v1/missions/${id}`);
     return recording;
   }));
   const { duration_s, keep_outs, area } = planner.scene;

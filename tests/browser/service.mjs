@@ -21,12 +21,13 @@ export async function startService({ data, port = 0, token } = {}) {
   const call = async (method, path, body) => {
     const answer = await fetch(`${url}${path}`, { method, headers, body: body === undefined ? undefined : JSON.stringify(body) });
     if (!answer.ok) throw new Error(`${method} ${path}: ${answer.status} ${await answer.text()}`);
-    return answer.json();
+    return answer.status === 204 ? undefined : answer.json();
   };
   return {
     url, data: directory, pid: child.pid, port: Number(new URL(url).port),
     post: (path, body) => call("POST", path, body),
     get: (path) => call("GET", path),
+    delete: (path) => call("DELETE", path),
     async kill() {
       child.kill("SIGKILL");
       if (child.exitCode === null && child.signalCode === null) await once(child, "exit");
