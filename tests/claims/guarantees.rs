@@ -664,6 +664,11 @@ fn a_heading_reference_steps_no_farther_than_the_policy_allows() {
         let calm = answer(Some(before), &mut previous, &scene);
         assert!((calm - expected).abs() < 1e-9, "{before}: {calm}");
     }
+    // So also where the craft is nowhere near the plan.
+    let mut far = scene.clone();
+    far.asc.east_m -= 20.0;
+    let calm = answer(Some(0.0), &mut previous, &far);
+    assert!((calm - 0.17).abs() < 1e-9, "{calm}");
     // From the other side of the bow it comes back that way: a reference behind the craft is led through its bow.
     let calm = answer(Some(-1.0), &mut previous, &scene);
     assert!((calm - (0.17 - 1.0)).abs() < 1e-9, "{calm}");

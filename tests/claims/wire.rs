@@ -1,5 +1,7 @@
 //! What goes out as JSON comes back as what it was.
 
+use std::time::Duration;
+
 use nalgebra::Vector2;
 use planner::{
     craft::{Craft, CraftDescription, HeadingLoop, SurgeLoop},
@@ -7,9 +9,9 @@ use planner::{
     policy::Policy,
     snapshot::{Dive, Limits, Snapshot},
 };
-use serde_json::json;
+use serde_json::{Value, json};
 use tests::{goals, observation, random, snapshot};
-use wire::{PlanRequest, PlanResponse, PreviousPlan, plan_id};
+use wire::{Answer, CraftFrame, Origin, PlanRequest, PlanResponse, PreviousPlan, TrajectoryPoint, plan_id};
 
 fn through_json(request: &PlanRequest) -> PlanRequest {
     let text = serde_json::to_string(request).expect("becomes JSON");
@@ -192,4 +194,69 @@ fn an_answer_handed_back_is_the_plan_that_was_made() {
     assert_eq!(received, answer);
     let previous: PreviousPlan = serde_json::from_value(older).expect("has the shape");
     assert_eq!(previous, PreviousPlan::from(&plan));
+}
+
+/// An origin is a way to write positions down: references and tracks on Earth are the same from any, plan after plan.
+#[test]
+fn the_answer_on_earth_is_the_same_wherever_the_origin_is() {
+    let craft = (69.5, 18.0);
+    let answers = |lat_deg: f64, lon_deg: f64| {
+        let origin = Origin { lat_deg, lon_deg };
+        let mut previous = None;
+        let mut answers = vec![];
+        for second in 0..3 {
+            let t_s = f64::from(second);
+            let at = |north: f64, east: f64| json!({ "lat_deg": craft.0 + north / 111_600.0, "lon_deg": craft.1 + east / 39_100.0 });
+            let mut body = json!({
+                "schema_version": "1.0", "t_s": t_s, "origin": origin, "craft": { "preset": "medusa" },
+                "asc": { "heading_rad": 0.4, "speed_mps": 0.5, "ground_north_mps": 0.5, "ground_east_mps": 0.3 },
+                "auvs": [{ "id": "a", "path": { "speed_mps": 0.5, "segments":
+                    [{ "kind": "waypoints", "points": [at(0.0, 60.0), at(50.0, 60.0), at(50.0, 120.0)], "fillet_m": 8.0 }] } }],
+                "goal": { "kind": "track", "auv": "a", "offset": { "frame": "ned", "north_m": -4.0, "east_m": 3.0 } },
+                "keep_outs": [{ "radius_m": 9.0 }], "area": [at(-90.0, -90.0), at(200.0, -90.0), at(200.0, 300.0), at(-90.0, 300.0)],
+            });
+            let place = |into: &mut Value, north: f64, east: f64| {
+                let members = into.as_object_mut().expect("is an object");
+                members.append(at(north, east).as_object_mut().expect("is an object"));
+            };
+            place(&mut body["asc"], 0.5 * t_s, 0.3 * t_s);
+            place(&mut body["keep_outs"][0], 25.0, 40.0);
+            body["auvs"][0]["reports"] = json!([{ "t_s": t_s, "sigma_m": 0.5 }]);
+            place(&mut body["auvs"][0]["reports"][0], 20.0 + 0.5 * t_s, 60.0);
+            let request: PlanRequest = wire::read(body.to_string().as_bytes()).expect("has the shape");
+            let snapshot = read(&PlanRequest {
+                previous_plan: previous,
+                ..request
+            });
+            let plan = planned(&snapshot);
+            let metadata = serde_json::Map::new();
+            let answer = Answer::new(&snapshot, &plan, Duration::ZERO, &metadata)
+                .on_earth(Some(origin))
+                .planned();
+            let text = serde_json::to_string(&answer).expect("becomes JSON");
+            let received: PreviousPlan = serde_json::from_str(&text).expect("has the shape");
+            let kept = CraftFrame::previous_plan(&snapshot, &plan, Some(origin));
+            assert_eq!(received.craft_estimate, kept.craft_estimate);
+            previous = Some(received);
+            answers.push(answer);
+        }
+        answers
+    };
+    let near = answers(craft.0, craft.1);
+    for (far, metres) in [(answers(69.4, 18.3), 0.001), (answers(68.0, 4.0), 0.02)] {
+        for (far, near) in far.iter().zip(&near) {
+            assert!(
+                (far.reference.heading_rad - near.reference.heading_rad).abs() < 1e-4,
+                "{far:?}"
+            );
+            assert!((far.reference.speed_mps - near.reference.speed_mps).abs() < 1e-4);
+            let ends = [far, near].map(|answer| answer.trajectory.last().expect("has stages"));
+            let off = |of: fn(&TrajectoryPoint) -> Option<f64>, per_degree: f64| {
+                let [far, near] = ends.map(|end| of(end).expect("has a place"));
+                (far - near).abs() * per_degree
+            };
+            let off = off(|end| end.lat_deg, 111_600.0).max(off(|end| end.lon_deg, 39_100.0));
+            assert!(off < metres, "{off} m");
+        }
+    }
 }

@@ -1,10 +1,12 @@
-"""Latitudes and longitudes against PROJ: 10,000 positions through the program, in and out.
+"""Latitudes, longitudes and true bearings against PROJ: 10,000 positions through the program, in and out.
 
 PILOTFISH is the path of the program.
 """
 
 import json
 import subprocess
+import tempfile
+import urllib.request
 
 import numpy as np
 import pyproj
@@ -17,6 +19,10 @@ N_POINTS = 10_000
 NEAR_M, FAR_M = 20e3, 200e3
 #: Of the projection, either way, m. Within 20 km the project promises 1 cm.
 TOLERANCE_M = 1e-6
+#: Farthest origin of the bearings, m, and what they may be off by.
+ORIGIN_FAR_M = 600e3
+TOLERANCE_DEG = 0.01
+BATCH = 50
 
 
 def answer_on_earth(folder, origin, places):
@@ -70,3 +76,65 @@ def test_positions_are_those_of_proj(tmp_path, most, seed):
     assert worst < TOLERANCE_M
     # As docs/coordinates.md has it: by s²/(6R²) of themselves at most, and two are up to twice `most` apart.
     assert 0 < worst_distance < 1.05 * most**2 / (6 * 6.371e6**2) * 2 * most
+
+
+def chase(origin, craft, bearing, ahead):
+    """A snapshot with the origin and the craft at (longitude, latitude), and an AUV ahead of it; all go along `bearing`, degrees."""
+    course = np.radians(bearing)
+    position = lambda place: {"lat_deg": place[1], "lon_deg": place[0]}  # noqa: E731
+    auv = position(ahead) | {"depth_m": 5.0, "course_rad": course, "speed_mps": 0.5}
+    return {
+        "schema_version": "1.0",
+        "t_s": 0.0,
+        "origin": position(origin),
+        "asc": position(craft) | {"heading_rad": course, "speed_mps": 0.5},
+        "craft": {"preset": "medusa"},
+        "auvs": [{"id": "a", "state": auv}],
+        "goal": {"kind": "track", "auv": "a"},
+        "current": {"north_mps": 0.0, "east_mps": 0.0},
+    }
+
+
+def off(bearing, expected):
+    """How far a bearing is from the expected one, degrees."""
+    return abs((bearing - expected + 180) % 360 - 180)
+
+
+def test_bearings_are_true_at_the_craft_wherever_the_origin_is():
+    random, geodesic = np.random.default_rng(3), pyproj.Geod(ellps="WGS84")
+    command = [program(), "serve", "--port", "0", "--log", "warn"]
+    worst = {"reference": 0.0, "line of sight": 0.0, "trajectory": 0.0, "kept course": 0.0}
+    with tempfile.TemporaryDirectory() as data:
+        server = subprocess.Popen([*command, "--data", data], stdout=subprocess.PIPE, text=True)
+        try:
+            url = "http://" + server.stdout.readline().strip().rpartition("http://")[2]
+            for _ in range(N_POINTS // BATCH):
+                bearings, snapshots = random.uniform(0, 360, BATCH), []
+                for bearing in bearings:
+                    craft = (random.uniform(-180, 180), np.degrees(np.arcsin(random.uniform(-0.98, 0.98))))
+                    far = ORIGIN_FAR_M * np.sqrt(random.uniform())
+                    origin = geodesic.fwd(*craft, random.uniform(0, 360), far)[:2]
+                    ahead = geodesic.fwd(*craft, bearing, random.uniform(20, 1000))[:2]
+                    snapshots.append(chase(origin, craft, bearing, ahead))
+                body = json.dumps({"requests": snapshots}).encode()
+                request = urllib.request.Request(f"{url}/v1/plan/batch", body, {"content-type": "application/json"})
+                with urllib.request.urlopen(request) as answer:
+                    answers = json.load(answer)["answers"]
+                for bearing, item in zip(bearings, answers, strict=True):
+                    plan = item["plan"]
+                    first, last = plan["trajectory"][0], plan["trajectory"][-1]
+                    places = [end[name] for end in (first, last) for name in ("lon_deg", "lat_deg")]
+                    target = plan["targets"][0]["trajectory"]
+                    auv = [target[k][name] for k in (0, -1) for name in ("lon_deg", "lat_deg")]
+                    for name, found in [
+                        ("reference", plan["reference"]["heading_deg"]),
+                        ("line of sight", np.degrees(plan["baseline"]["heading_rad"])),
+                        ("trajectory", geodesic.inv(*places)[0]),
+                        ("kept course", geodesic.inv(*auv)[0]),
+                    ]:
+                        worst[name] = max(worst[name], off(found, bearing))
+        finally:
+            server.terminate()
+            server.wait()
+    print(", ".join(f"{name} {degrees:.4f}°" for name, degrees in worst.items()))
+    assert max(worst.values()) < TOLERANCE_DEG, worst

@@ -7,6 +7,8 @@
 
 /** WGS 84: semi-major axis, m, and flattening. */
 const SEMI_MAJOR_M = 6378137, FLATTENING = 1 / 298.257223563;
+/** Mean radius of the Earth, m. */
+const EARTH_RADIUS_M = 6_371_000;
 /** Most points that are drawn. */
 const POINTS_MAX = 200_000;
 
@@ -27,6 +29,19 @@ export function tangentPlane(origin) {
     const east = ((((lon_deg - origin.lon_deg + 540) % 360) - 180) * Math.PI) / 180;
     return [(((lat_deg - origin.lat_deg) * Math.PI) / 180) * meridian, east * normal * Math.cos(lat)];
   };
+}
+
+/**
+ * True bearings at a place less bearings on the map, rad, on a sphere. The map's north is true at `origin` alone.
+ * @param {Origin | null | undefined} origin
+ * @param {number} north
+ * @param {number} east
+ */
+export function convergence(origin, north, east) {
+  if (!origin) return 0;
+  const lat = (origin.lat_deg * Math.PI) / 180, far = Math.hypot(north, east) / EARTH_RADIUS_M, azimuth = Math.atan2(east, north);
+  const there = Math.atan2(Math.cos(lat) * Math.sin(azimuth), Math.cos(lat) * Math.cos(far) * Math.cos(azimuth) - Math.sin(lat) * Math.sin(far));
+  return there - azimuth;
 }
 
 /**

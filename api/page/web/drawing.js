@@ -1,5 +1,6 @@
 // Pictures on a canvas: north up, one scale for both axes.
 
+import { convergence } from "./background.js";
 import { colour } from "./dom.js";
 import { bearing, number } from "./format.js";
 
@@ -70,8 +71,10 @@ export function drawPicture(context, picture, frame) {
   for (const ellipse of picture.ellipses) drawEllipse(pen, ellipse);
   drawCrosses(pen, picture.marks);
   for (const mark of picture.marks) drawMark(pen, mark);
-  for (const arrow of picture.arrows) drawArrow(pen, arrow);
-  for (const vehicle of picture.vehicles) drawVehicle(pen, vehicle);
+  // Headings of the craft are true; courses of AUVs come from their places on the map.
+  const onMap = (/** @type {{ north: number, east: number, heading: number }} */ { north, east, heading }) => heading - convergence(picture.origin, north, east);
+  for (const arrow of picture.arrows) drawArrow(pen, { ...arrow, heading: onMap(arrow) });
+  for (const vehicle of picture.vehicles) drawVehicle(pen, vehicle.kind === "craft" ? { ...vehicle, heading: onMap(vehicle) } : vehicle);
   drawFurniture(pen, picture);
   drawNames(pen, picture);
 }

@@ -137,10 +137,11 @@ pub(crate) async fn validate_plan(
 ) -> Result<Json<Validation>, Problem> {
     let permit = planners.admit(body.bytes.len())?;
     let read = planners.read(&permit, || {
-        let ValidRequest { snapshot, .. } = ValidRequest::new(body.read()?)?;
+        let request: PlanRequest = body.read()?;
+        let ValidRequest { snapshot, .. } = ValidRequest::new(request.clone())?;
         Ok(Validation {
             plan_id: plan_id(&snapshot),
-            request: PlanRequest::clone(&snapshot),
+            request: wire::with_defaults(request, &snapshot),
         })
     });
     read.await?.map(Json)

@@ -114,11 +114,12 @@ pub(crate) struct Context {
 
 impl ValidRequest {
     pub(crate) fn new(request: PlanRequest) -> Result<Self, Problem> {
+        let origin = request.origin;
         let snapshot = wire::snapshot(request).map_err(Problem::Invalid)?;
         Ok(Self {
             deadline_ms: snapshot.deadline_ms,
             context: Context {
-                origin: snapshot.origin,
+                origin,
                 metadata: snapshot.metadata.clone(),
             },
             snapshot,

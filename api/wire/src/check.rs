@@ -4,16 +4,30 @@ use planner::snapshot::{InvalidRequest, PlanRequest, SCHEMA_VERSION, Snapshot};
 use serde_json::Value;
 
 use super::{DEADLINE_MS, METADATA_BYTES_MAX, field_pointers::length, positions::wrong_place};
-use crate::FieldError;
+use crate::{CraftFrame, FieldError};
 
-/// The snapshot that `request` is. Fails with every field that is wrong.
-pub fn snapshot(request: PlanRequest) -> Result<Snapshot, Vec<FieldError>> {
+/// The snapshot that `request` is, in the frame at the craft if it has an origin. Fails with every field that is wrong.
+pub fn snapshot(mut request: PlanRequest) -> Result<Snapshot, Vec<FieldError>> {
+    if request.origin.is_some() {
+        // As it was given: in the other frame the numbers are others.
+        check(&request)?;
+        CraftFrame::enter(&mut request);
+    }
     let envelope = envelope_faults(&request);
-    let snapshot = Snapshot::try_from(request);
-    match snapshot {
+    match Snapshot::try_from(request) {
         Ok(snapshot) if envelope.is_empty() => Ok(snapshot),
         Ok(_) => Err(envelope),
         Err(invalid) => Err(with_fields(envelope, &invalid)),
+    }
+}
+
+/// `request` with the defaults that its `snapshot` spells out.
+#[must_use]
+pub fn with_defaults(request: PlanRequest, snapshot: &Snapshot) -> PlanRequest {
+    PlanRequest {
+        limits: snapshot.limits,
+        craft: snapshot.craft.clone(),
+        ..request
     }
 }
 

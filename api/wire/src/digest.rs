@@ -6,11 +6,11 @@ use planner::snapshot::{PlanRequest, Snapshot};
 use serde_json::Map;
 use sha2::{Digest, Sha256};
 
-/// SHA-256 of the checked request, its defaults spelled out, hexadecimal, without the members that change no plan.
+/// SHA-256 of the checked request, its defaults spelled out, hexadecimal, without the members that change no plan. With an
+/// origin, positions count from the craft, and the origin is the craft's place.
 #[must_use]
 pub fn plan_id(snapshot: &Snapshot) -> String {
     let request = PlanRequest {
-        origin: None,
         deadline_ms: None,
         metadata: Map::new(),
         ..PlanRequest::clone(snapshot)

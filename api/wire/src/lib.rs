@@ -1,7 +1,8 @@
 //! The JSON that clients send and receive, and the only place where it meets the planner's types.
 //!
 //! Units: SI and radians, in the names. Positions are local north-east-down, their origin any datum
-//! that all positions of a request share; `depth_m` is positive down. Headings and courses are 0 at
+//! that all positions of a request share; where its place on Earth is known, headings, courses and
+//! velocities are from true north at the craft; `depth_m` is positive down. Headings and courses are 0 at
 //! north and positive clockwise. `speed_mps` of the surface craft is surge through the water, that of
 //! an underwater vehicle is horizontal and over ground; in references and trajectories it is the
 //! surface craft's speed through the water.
@@ -10,6 +11,7 @@
 //! client does the reverse with the same types.
 
 mod check;
+mod craft_frame;
 mod digest;
 mod dump;
 mod field_error;
@@ -23,7 +25,8 @@ mod reports;
 mod response;
 mod write_answer;
 
-pub use check::{check, snapshot, unsupported_version};
+pub use check::{check, snapshot, unsupported_version, with_defaults};
+pub use craft_frame::CraftFrame;
 pub use digest::{plan_id, sha256};
 pub use dump::program_dump;
 pub use field_error::{FieldError, shortened};

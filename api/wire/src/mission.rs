@@ -166,21 +166,11 @@ impl Live {
             recount.point(corner);
         }
         let paths = self.auvs.iter_mut().filter_map(|auv| auv.path.as_mut());
-        for segment in paths.flat_map(|path| &mut path.segments) {
-            match segment {
-                Segment::Line { from: a, to: b }
-                | Segment::Arc {
-                    from: a, centre: b, ..
-                } => {
-                    recount.point(a);
-                    recount.point(b);
-                }
-                Segment::Waypoints { points, .. } => {
-                    for point in points {
-                        recount.point(point);
-                    }
-                }
-            }
+        for point in paths
+            .flat_map(|path| &mut path.segments)
+            .flat_map(Segment::points_mut)
+        {
+            recount.point(point);
         }
     }
 }

@@ -156,12 +156,17 @@ impl Recount {
         Some(Self { from, to })
     }
 
+    /// A position (north, east), m, counted from the other datum.
+    #[must_use]
+    pub fn moved(&self, position: &Vector2<f64>) -> Vector2<f64> {
+        let place = self.from.from_local(position);
+        self.to.to_local(&place).unwrap_or(*position)
+    }
+
     /// Counts a position, m, from the other datum.
     pub fn position(&self, north: &mut f64, east: &mut f64) {
-        let place = self.from.from_local(&Vector2::new(*north, *east));
-        if let Ok(local) = self.to.to_local(&place) {
-            (*north, *east) = (local.x, local.y);
-        }
+        let moved = self.moved(&Vector2::new(*north, *east));
+        (*north, *east) = (moved.x, moved.y);
     }
 
     /// Counts a point (north, east), m, from the other datum.

@@ -1,5 +1,6 @@
 //! What a plan predicts, thinned to what people look at: small enough to be kept with every plan of a mission.
 
+use nalgebra::Vector2;
 use planner::{
     plan::{Plan, TargetForecast},
     snapshot::{Auv, Snapshot},
@@ -7,7 +8,10 @@ use planner::{
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::response::{PlanResponse, Violation, Warning};
+use super::{
+    CraftFrame,
+    response::{PlanResponse, Violation, Warning},
+};
 
 /// Times at most: a picture of some hundred pixels shows no more.
 const TIMES_MAX: usize = 13;
@@ -113,6 +117,11 @@ impl Prediction {
     pub fn of(snapshot: &Snapshot, plan: &Plan, answer: &PlanResponse) -> Self {
         let kept = evenly(answer.trajectory.len());
         let at = |north: f64, east: f64| [rounded(north, CENTI), rounded(east, CENTI)];
+        let frame = CraftFrame::of(snapshot, answer.origin);
+        let placed = |position: &Vector2<f64>| {
+            let position = frame.as_ref().map_or(*position, |frame| frame.leave(position));
+            at(position.x, position.y)
+        };
         let craft = &answer.craft_estimate;
         let pick = |points: Vec<[f64; 2]>| kept.iter().filter_map(|&i| points.get(i).copied()).collect();
         let known = snapshot.auvs.iter().zip(&plan.targets);
@@ -140,11 +149,11 @@ impl Prediction {
                 plan.baseline
                     .trajectory
                     .iter()
-                    .map(|p| at(p.north_m, p.east_m))
+                    .map(|p| placed(&p.position()))
                     .collect(),
             ),
             auvs: known
-                .map(|(auv, target)| PredictedAuv::of(auv, target, &kept))
+                .map(|(auv, target)| PredictedAuv::of(auv, target, &kept, placed))
                 .collect(),
             line_of_sight_reference: SteerBy {
                 speed_mps: rounded(answer.baseline.speed_mps, TEN_THOUSANDTH),
@@ -170,7 +179,12 @@ impl Prediction {
 }
 
 impl PredictedAuv {
-    fn of(auv: &Auv, target: &TargetForecast, kept: &[usize]) -> Self {
+    fn of(
+        auv: &Auv,
+        target: &TargetForecast,
+        kept: &[usize],
+        placed: impl Fn(&Vector2<f64>) -> [f64; 2],
+    ) -> Self {
         let estimate = &target.estimate;
         let reports = auv.reports.as_deref().unwrap_or_default();
         let newest = reports.iter().max_by(|a, b| a.t_s.total_cmp(&b.t_s));
@@ -178,8 +192,7 @@ impl PredictedAuv {
             let (position, covariance) = (target.positions.get(*i)?, target.position_covariances.get(*i)?);
             let terms =
                 [covariance.m11, covariance.m12, covariance.m22].map(|term| rounded(term, TEN_THOUSANDTH));
-            let position = [rounded(position.x, CENTI), rounded(position.y, CENTI)];
-            Some((position, rounded(*target.depths.get(*i)?, CENTI), terms))
+            Some((placed(position), rounded(*target.depths.get(*i)?, CENTI), terms))
         };
         let mut made = Self {
             id: target.id.0.clone(),
@@ -187,10 +200,13 @@ impl PredictedAuv {
             depths_m: vec![],
             covariances_m2: vec![],
             age_s: rounded(estimate.state.age_s, CENTI),
-            heard: newest.map(|report| Heard {
-                t_s: report.t_s,
-                north_m: rounded(report.position().x, CENTI),
-                east_m: rounded(report.position().y, CENTI),
+            heard: newest.map(|report| {
+                let [north_m, east_m] = placed(&report.position());
+                Heard {
+                    t_s: report.t_s,
+                    north_m,
+                    east_m,
+                }
             }),
             refused_t_s: estimate
                 .rejected

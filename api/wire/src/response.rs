@@ -18,8 +18,8 @@ use utoipa::ToSchema;
 pub struct PlanResponse {
     /// Version of this shape: `"1.0"`.
     pub schema_version: String,
-    /// SHA-256 of the checked request, hexadecimal. Spelling, order of members, defaults, `metadata`, `origin` and
-    /// `deadline_ms` do not count.
+    /// SHA-256 of the checked request, hexadecimal. Spelling, order of members, defaults, `metadata` and `deadline_ms` do not
+    /// count. With an `origin`, positions count from the craft.
     pub plan_id: String,
     /// Whether this is what was asked for.
     pub outcome: Outcome,

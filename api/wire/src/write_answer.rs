@@ -16,6 +16,7 @@ use planner::{
 use serde_json::{Map, Value};
 
 use super::{
+    CraftFrame,
     digest::plan_id,
     response::{
         Baseline, CraftEstimate, Estimate, Explanation, GoalPoint, GoalTrajectory, Learnt, Outcome,
@@ -41,6 +42,8 @@ pub struct Answer<'a> {
     plan_id: String,
     /// Where the datum lies, where that is known.
     place: Option<(Origin, Datum)>,
+    /// The frame of the snapshot, if that is at the craft.
+    frame: Option<CraftFrame>,
 }
 
 impl<'a> Answer<'a> {
@@ -59,6 +62,7 @@ impl<'a> Answer<'a> {
             metadata,
             plan_id: plan_id(snapshot),
             place: None,
+            frame: None,
         }
     }
 
@@ -66,17 +70,20 @@ impl<'a> Answer<'a> {
     #[must_use]
     pub fn on_earth(self, origin: Option<Origin>) -> Self {
         let place = origin.and_then(|origin| Some((origin, Datum::new(&origin.into()).ok()?)));
-        Self { place, ..self }
+        let frame = CraftFrame::of(self.snapshot, origin);
+        Self { place, frame, ..self }
     }
 
     fn origin_far(&self) -> Option<Warning> {
         let (_, datum) = self.place.as_ref()?;
-        let position = Vector2::new(self.snapshot.asc.north_m, self.snapshot.asc.east_m);
+        let position = self.from_datum(&self.snapshot.asc.position());
         let distance_km = 1e-3 * position.norm();
-        let turned_deg = datum.convergence(&position).to_degrees().abs();
+        let turned_deg = datum.convergence(&position).to_degrees();
         let detail = format!(
-            "the craft is {distance_km:.0} km from the origin, where headings are off by {turned_deg:.2}°: choose an origin \
+            "the craft is {distance_km:.0} km from the origin, where true north is {:.2}° {} of the frame's: choose an origin \
              within {:.0} km of the work",
+            turned_deg.abs(),
+            if turned_deg > 0.0 { "west" } else { "east" },
             1e-3 * ORIGIN_FAR
         );
         (ORIGIN_FAR < position.norm()).then(|| warning("origin_far", "/origin", detail))
@@ -195,7 +202,7 @@ impl<'a> Answer<'a> {
             },
             trajectory: trajectory.iter().map(|point| self.point(point)).collect(),
             goal_course_rad: self.plan.goal_course.radians(),
-            craft_estimate: craft_estimate(self.snapshot, &self.plan.craft, asked),
+            craft_estimate: self.craft_estimate(asked),
             current: self.plan.current.map(Current::from),
             goal: GoalTrajectory {
                 trajectory: self.goal(),
@@ -237,11 +244,12 @@ impl<'a> Answer<'a> {
         self.times()
             .zip(&self.plan.goal)
             .map(|(t_s, motion)| {
-                let (lat_deg, lon_deg) = self.degrees(&motion.position);
+                let position = self.from_datum(&motion.position);
+                let (lat_deg, lon_deg) = self.degrees(&position);
                 GoalPoint {
                     t_s,
-                    north_m: motion.position.x,
-                    east_m: motion.position.y,
+                    north_m: position.x,
+                    east_m: position.y,
                     lat_deg,
                     lon_deg,
                     north_mps: motion.velocity.x,
@@ -252,15 +260,24 @@ impl<'a> Answer<'a> {
     }
 
     fn point(&self, point: &TrajectoryPoint) -> TrajectoryPoint {
-        let (lat_deg, lon_deg) = self.degrees(&point.position());
+        let position = self.from_datum(&point.position());
+        let (lat_deg, lon_deg) = self.degrees(&position);
         TrajectoryPoint {
+            north_m: position.x,
+            east_m: position.y,
             lat_deg,
             lon_deg,
             ..*point
         }
     }
 
-    /// Latitude and longitude of a position, where it is known where the datum lies.
+    /// A position of the snapshot's frame, from the datum, m.
+    fn from_datum(&self, position: &Vector2<f64>) -> Vector2<f64> {
+        let frame = self.frame.as_ref();
+        frame.map_or(*position, |frame| frame.leave(position))
+    }
+
+    /// Latitude and longitude of a position from the datum, where it is known where that lies.
     fn degrees(&self, position: &Vector2<f64>) -> (Option<f64>, Option<f64>) {
         let place = self
             .place
@@ -270,7 +287,8 @@ impl<'a> Answer<'a> {
 
     fn target(&self, target: &domain::TargetForecast) -> PlannedTarget {
         let point = |(t_s, position): (f64, &Vector2<f64>)| {
-            let (lat_deg, lon_deg) = self.degrees(position);
+            let position = self.from_datum(position);
+            let (lat_deg, lon_deg) = self.degrees(&position);
             TargetPoint {
                 t_s,
                 north_m: position.x,
@@ -290,14 +308,38 @@ impl<'a> Answer<'a> {
         }
     }
 
+    fn craft_estimate(&self, asked: DomainReference) -> CraftEstimate {
+        let known = &self.plan.craft;
+        let (heading_held, speed_held) = known.modes(self.snapshot.craft_prior());
+        let learnt = |(value, sigma): (f64, f64)| Learnt { value, sigma };
+        let remembered = planner::craft::CraftEstimate {
+            position: self.from_datum(&known.position),
+            ..*known
+        };
+        CraftEstimate {
+            heading_lag_s: learnt(known.heading_lag()),
+            heading_offset_rad: learnt(known.heading_offset()),
+            heading_held,
+            surge_lag_s: learnt(known.surge_lag()),
+            speed_held,
+            surge_bias_mps2: learnt(known.surge_disturbance()),
+            sway_per_yaw_rate_s: learnt((known.drift.mean, known.drift.variance.max(0.0).sqrt())),
+            follows: !known.monitor.alarm,
+            asked_speed_mps: asked.speed,
+            asked_heading_rad: asked.heading.radians(),
+            memory: remembered.memory().to_vec(),
+        }
+    }
+
     fn estimate(&self, estimate: &planner::estimate::Estimate) -> Estimate {
         let state = &estimate.state;
         let velocity = state.velocity();
-        let (lat_deg, lon_deg) = self.degrees(&state.position());
+        let position = self.from_datum(&state.position());
+        let (lat_deg, lon_deg) = self.degrees(&position);
         Estimate {
             age_s: state.age_s,
-            north_m: state.position().x,
-            east_m: state.position().y,
+            north_m: position.x,
+            east_m: position.y,
             lat_deg,
             lon_deg,
             depth_m: state.depth_m,
@@ -449,28 +491,6 @@ fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = War
     ]
     .into_iter()
     .flatten()
-}
-
-fn craft_estimate(
-    snapshot: &Snapshot,
-    known: &planner::craft::CraftEstimate,
-    asked: DomainReference,
-) -> CraftEstimate {
-    let (heading_held, speed_held) = known.modes(snapshot.craft_prior());
-    let learnt = |(value, sigma): (f64, f64)| Learnt { value, sigma };
-    CraftEstimate {
-        heading_lag_s: learnt(known.heading_lag()),
-        heading_offset_rad: learnt(known.heading_offset()),
-        heading_held,
-        surge_lag_s: learnt(known.surge_lag()),
-        speed_held,
-        surge_bias_mps2: learnt(known.surge_disturbance()),
-        sway_per_yaw_rate_s: learnt((known.drift.mean, known.drift.variance.max(0.0).sqrt())),
-        follows: !known.monitor.alarm,
-        asked_speed_mps: asked.speed,
-        asked_heading_rad: asked.heading.radians(),
-        memory: known.memory().to_vec(),
-    }
 }
 
 /// That what the previous plan remembers of the craft is not used.

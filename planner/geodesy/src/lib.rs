@@ -14,7 +14,7 @@
 use std::f64::consts::{PI, TAU};
 
 use geographiclib_rs::{DirectGeodesic as _, Geodesic, InverseGeodesic as _};
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Rotation2, Vector2};
 
 /// Latitude and longitude (WGS 84) of the datum, rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,15 +93,38 @@ impl Datum {
     /// differ by as much; those between the two by up to s²/(12 R²) less or more, because distances across are too long.
     #[must_use]
     pub fn convergence(&self, position: &Vector2<f64>) -> f64 {
+        let [azimuth, azimuth_there, _] = self.along(position);
+        PI - (PI - (azimuth_there - azimuth)).rem_euclid(TAU)
+    }
+
+    /// The derivative of true (north, east) at `position` (north, east), m, by the local frame's.
+    ///
+    /// ```text
+    /// J = R(α₂) diag(1, m₁₂/s) R(−α₁)
+    /// ```
+    ///
+    /// s and m₁₂ are the geodesic's length and reduced length (Karney, section 3): geodesics that leave the datum dα apart are
+    /// m₁₂ dα apart there, and s dα in the local frame.
+    #[must_use]
+    pub fn true_from_local(&self, position: &Vector2<f64>) -> Matrix2<f64> {
+        let [azimuth, azimuth_there, across] = self.along(position);
+        Rotation2::new(azimuth_there)
+            * Matrix2::from_diagonal(&Vector2::new(1.0, across))
+            * Rotation2::new(-azimuth)
+    }
+
+    /// α₁, α₂, rad, and m₁₂/s of the geodesic to `position`.
+    fn along(&self, position: &Vector2<f64>) -> [f64; 3] {
         let azimuth = (position.y + 0.0).atan2(position.x + 0.0);
-        let (_, _, azimuth_there_deg): (f64, f64, f64) = self.ellipsoid.direct(
+        let distance = position.norm();
+        let (_, _, azimuth_there_deg, reduced): (f64, f64, f64, f64) = self.ellipsoid.direct(
             self.latitude_deg,
             self.longitude_deg,
             azimuth.to_degrees(),
-            position.norm(),
+            distance,
         );
-        let turned = azimuth_there_deg.to_radians() - azimuth;
-        PI - (PI - turned).rem_euclid(TAU)
+        let across = if distance > 0.0 { reduced / distance } else { 1.0 };
+        [azimuth, azimuth_there_deg.to_radians(), across]
     }
 }
 
@@ -238,6 +261,25 @@ mod tests {
         // On a sphere, sin α₂ = cos φ / cos φ₂ due east: 14.5°.
         let far = datum(70.0, 0.0).convergence(&Vector2::new(0.0, 600e3));
         assert!((far.to_degrees() - 14.5).abs() < 0.1, "{}", far.to_degrees());
+    }
+
+    #[test]
+    fn true_bearings_and_distances_of_small_steps_are_those_of_the_geodesic() {
+        let mut rng = ChaCha8Rng::seed_from_u64(2);
+        for _ in 0..1000 {
+            let datum = datum(rng.random_range(-80.0..80.0), rng.random_range(-180.0..180.0));
+            let position = direction(rng.random_range(0.0..TAU)) * rng.random_range(0.0..900e3);
+            let step = direction(rng.random_range(0.0..TAU)) * 10.0;
+            let [from, to] = [position - step, position + step].map(|end| datum.from_local(&end));
+            let here = Datum::new(&datum.from_local(&position)).expect("is on Earth");
+            let [from, to] = [from, to].map(|end| here.to_local(&end).expect("is on Earth"));
+            let error = datum.true_from_local(&position) * (2.0 * step) - (to - from);
+            assert!(error.norm() < 1e-6, "{position} {step}: {error}");
+        }
+        assert_eq!(
+            datum(38.0, 1.0).true_from_local(&Vector2::zeros()),
+            Matrix2::identity()
+        );
     }
 
     #[test]

@@ -17,6 +17,9 @@ use crate::{
 /// How many numbers a [`CraftEstimate`] is.
 pub const MEMORY_LENGTH: usize = 53;
 
+/// Where in it the position begins that the craft had.
+const POSITION: usize = 31;
+
 /// As many as an answer gave that did not look for effects of references: they are looked for from now on.
 const MEMORY_LENGTH_WITHOUT_EFFECTS: usize = 43;
 
@@ -35,6 +38,28 @@ impl PreviousPlan {
     pub fn has_unusable_memory(&self) -> bool {
         let memory = self.craft_estimate.as_ref().map(|craft| craft.memory.as_slice());
         memory.is_some_and(|memory| !memory.is_empty() && CraftEstimate::from_memory(memory).is_none())
+    }
+
+    /// Replaces every position (north, east), m, by what `moved` makes of it.
+    pub fn move_positions(&mut self, moved: impl Fn(Vector2<f64>) -> Vector2<f64>) {
+        let put = |north: &mut f64, east: &mut f64| {
+            let position = moved(Vector2::new(*north, *east));
+            (*north, *east) = (position.x, position.y);
+        };
+        for point in &mut self.trajectory {
+            put(&mut point.north_m, &mut point.east_m);
+        }
+        let targets = self.targets.iter_mut().flatten();
+        for estimate in targets.filter_map(|target| target.estimate.as_mut()) {
+            put(&mut estimate.north_m, &mut estimate.east_m);
+        }
+        let memory = self
+            .craft_estimate
+            .as_mut()
+            .map(|craft| craft.memory.as_mut_slice());
+        if let Some([north, east]) = memory.and_then(|memory| memory.get_mut(POSITION..POSITION + 2)) {
+            put(north, east);
+        }
     }
 
     /// Its estimate of the craft; none if the memory cannot be used.

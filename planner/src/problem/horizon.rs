@@ -21,7 +21,7 @@ use crate::{
     problem::{
         frame::{Frame, SPEED_WITHOUT_DIRECTION},
         policy::{Policy, Weights},
-        previous_trajectory::PreviousTrajectory,
+        previous_trajectory::{FollowedHeading, PreviousTrajectory},
         stage_constraints::StageConstraints,
     },
     snapshot::build::Snapshot,
@@ -47,6 +47,8 @@ pub(crate) struct Horizon<'a> {
     yaw_rate: f64,
     /// The previous plan's trajectory, if it is usable.
     pub(crate) previous: Option<PreviousTrajectory<'a>>,
+    /// What the craft has been turning to.
+    pub(crate) followed: Option<FollowedHeading>,
     /// Propulsion power of the craft.
     pub(crate) power: Power,
     /// Weights of the cost, as the goal is known.
@@ -65,7 +67,8 @@ impl<'a> Horizon<'a> {
         });
         let times: Vec<f64> = std::iter::once(0.0).chain(later).collect();
         let previous = PreviousTrajectory::of(snapshot, policy);
-        let yaw_rate = yaw_rate(snapshot, previous.as_ref());
+        let followed = FollowedHeading::of(snapshot, policy);
+        let yaw_rate = yaw_rate(snapshot, followed);
         let goal_at = |time: &f64| frame.motion(&goal.at(*time));
         let goal_motions: Vec<_> = times.iter().map(goal_at).collect();
         let goal_now = goal_motions[0].position;
@@ -81,6 +84,7 @@ impl<'a> Horizon<'a> {
             },
             yaw_rate,
             previous,
+            followed,
             power: snapshot.craft_model().power,
             weights: policy.weights_for(snapshot, goal),
             constraints: StageConstraints::new(snapshot, policy, &frame, &times, &goal_now, goal.auvs()),
@@ -132,11 +136,11 @@ impl<'a> Horizon<'a> {
         craft: &CraftModel,
         law: impl FnMut(f64, &AscNow, Surge) -> Reference,
     ) -> Rollout {
-        let followed = self.previous.and_then(|previous| previous.followed_heading);
+        let heading = |followed: FollowedHeading| Heading::new(self.frame.angle(followed.heading.radians()));
         let response = Response {
             craft,
             current: self.current,
-            heading_reference: followed.map(|reference| Heading::new(self.frame.angle(reference.radians()))),
+            heading_reference: self.followed.map(heading),
         };
         response.roll_out(self.start, Heading::new(0.0), self.steps, law)
     }
@@ -196,11 +200,11 @@ impl<'a> Horizon<'a> {
 
 /// Yaw rate now, rad/s: what the response model makes of the reference that the craft follows, which has no sensor's
 /// noise; else as measured. Never faster than the craft can turn.
-fn yaw_rate(snapshot: &Snapshot, previous: Option<&PreviousTrajectory<'_>>) -> f64 {
+fn yaw_rate(snapshot: &Snapshot, followed: Option<FollowedHeading>) -> f64 {
     let craft = snapshot.craft_model();
-    let reference = previous.and_then(|previous| previous.followed_heading);
-    let followed = reference.map(|reference| {
-        wrap(reference.radians() - snapshot.asc.heading().radians()) / craft.heading_lag().max(HALF_HOLD)
+    let followed = followed.map(|followed| {
+        wrap(followed.heading.radians() - snapshot.asc.heading().radians())
+            / craft.heading_lag().max(HALF_HOLD)
     });
     let most = craft.limits.turn_rate_max;
     followed.unwrap_or(snapshot.asc.yaw_rate_radps).clamp(-most, most)

@@ -1,4 +1,4 @@
-//! The previous plan's trajectory, as far as it still leads the craft.
+//! The previous plan, as far as it still leads the craft: its trajectory, and its heading reference.
 
 use crate::{
     facts::{
@@ -14,8 +14,26 @@ use crate::{
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PreviousTrajectory<'a> {
     points: &'a [TrajectoryPoint],
-    /// Heading to which the craft has been turning since: its reference, and what it stays off that.
-    pub(crate) followed_heading: Option<Heading>,
+}
+
+/// What the craft has been turning to since the previous plan, wherever that led it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FollowedHeading {
+    /// The reference, and what the craft stays off it.
+    pub(crate) heading: Heading,
+    /// For how long, s.
+    pub(crate) age: f64,
+}
+
+impl FollowedHeading {
+    /// That of `snapshot`'s previous plan, if it is young enough.
+    pub(crate) fn of(snapshot: &Snapshot, policy: &Policy) -> Option<Self> {
+        let previous = snapshot.previous_plan.as_ref()?;
+        let age = snapshot.t_s - previous.made_at()?;
+        let reference = previous.asked()?.heading.radians();
+        let heading = Heading::new(reference + snapshot.craft_model().heading_offset);
+        (0.0 <= age && age < policy.previous_plan_age_max).then_some(Self { heading, age })
+    }
 }
 
 impl<'a> PreviousTrajectory<'a> {
@@ -26,18 +44,7 @@ impl<'a> PreviousTrajectory<'a> {
         let (first, last, now) = (points.first()?, points.last()?, snapshot.t_s);
         let young = first.t_s <= now && now - first.t_s < policy.previous_plan_age_max && now < last.t_s;
         let miss = (point_at(points, now).position() - snapshot.asc.position()).norm();
-        let offset = snapshot.craft_model().heading_offset;
-        (young && miss < policy.previous_plan_miss_max).then(|| Self {
-            points,
-            followed_heading: previous
-                .asked()
-                .map(|reference| Heading::new(reference.heading.radians() + offset)),
-        })
-    }
-
-    /// When it was planned, s on the snapshot's clock.
-    pub(crate) fn planned_at(&self) -> f64 {
-        self.points[0].t_s
+        (young && miss < policy.previous_plan_miss_max).then_some(Self { points })
     }
 
     /// Its point at `time`, s on the snapshot's clock.

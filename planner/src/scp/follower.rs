@@ -134,15 +134,9 @@ pub(crate) fn slew_limited(
 /// The heading of a reference, no farther from that of the plan before than `rate` allows; none where there is no such
 /// plan.
 fn limited(asked: &Reference, snapshot: &Snapshot, horizon: &Horizon<'_>, rate: f64) -> Option<Heading> {
-    let previous = horizon.previous.as_ref()?;
-    let before = previous.followed_heading?;
-    let slew = rate * (snapshot.t_s - previous.planned_at());
-    Some(limited_heading(
-        asked.heading,
-        before,
-        snapshot.asc.heading(),
-        slew,
-    ))
+    let followed = horizon.followed?;
+    let (before, bow) = (followed.heading, snapshot.asc.heading());
+    Some(limited_heading(asked.heading, before, bow, rate * followed.age))
 }
 
 /// Whether a craft on `heading` would be in a keep-out within [`KEEP_OUT_FORESIGHT`].

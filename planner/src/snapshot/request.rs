@@ -42,8 +42,8 @@ pub struct PlanRequest {
     /// Now, s, on any clock that all times of the request share.
     pub t_s: f64,
     /// Where the datum of all positions lies on Earth. With it, any position may be given as `lat_deg` and `lon_deg`
-    /// instead of `north_m` and `east_m`, and a point of a list as an object of these two; answers have both. Default: not
-    /// known.
+    /// instead of `north_m` and `east_m`, and a point of a list as an object of these two; answers have both. Headings, courses,
+    /// velocities and offsets are then from true north at the craft, else from the frame's north. Default: not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
     /// The surface craft.

@@ -42,7 +42,8 @@ pub(super) fn write<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S
     let datum = source.origin().as_ref().map(Datum::new).transpose();
     let datum = datum.map_err(ExportError::from)?;
     let about = source.about();
-    let mut log = Log::new(out, datum.as_ref()).map_err(not_written)?;
+    let true_from = datum.filter(|_| source.has_true_headings());
+    let mut log = Log::new(out, datum.as_ref(), true_from.as_ref()).map_err(not_written)?;
     let mut scene = Some(source.scene()).filter(|scene| !scene.is_empty());
     let written = log.metadata(&about).map_err(not_written).map_err(S::Error::from);
     let written = written.and_then(|()| {
@@ -70,6 +71,8 @@ fn not_written(error: McapError) -> io::Error {
 struct Log<'a, W: Write> {
     file: Writer<NoSeek<W>>,
     datum: Option<&'a Datum>,
+    /// The same, if headings are from true north: in `world`, poses are turned by the convergence.
+    true_from: Option<&'a Datum>,
     /// The channel of each topic, and the messages on it.
     channels: BTreeMap<String, (u16, u32)>,
 }
@@ -77,7 +80,7 @@ struct Log<'a, W: Write> {
 impl<'a, W: Write> Log<'a, W> {
     /// Never seeks, so that `out` may be a pipe. Chunks, indexes, statistics and the summary are on by default,
     /// compression is not: it would bring C code.
-    fn new(out: W, datum: Option<&'a Datum>) -> McapResult<Self> {
+    fn new(out: W, datum: Option<&'a Datum>, true_from: Option<&'a Datum>) -> McapResult<Self> {
         let file = WriteOptions::new()
             .library(concat!("pilotfish ", env!("CARGO_PKG_VERSION")))
             .disable_seeking(true)
@@ -85,6 +88,7 @@ impl<'a, W: Write> Log<'a, W> {
         Ok(Self {
             file,
             datum,
+            true_from,
             channels: BTreeMap::new(),
         })
     }
@@ -117,9 +121,12 @@ impl<'a, W: Write> Log<'a, W> {
             let times = [time, logged];
             let json = serde_json::to_vec(row).expect("an object of numbers and words");
             self.message(ROWS, schemas::row, times, &json)?;
-            let Some((id, vehicle)) = Vehicle::of(row) else {
+            let Some((id, mut vehicle)) = Vehicle::of(row) else {
                 continue;
             };
+            if let Some(datum) = self.true_from {
+                vehicle.heading -= datum.convergence(&vehicle.position);
+            }
             let transforms = messages::frame_transforms(id, &vehicle, time).to_string();
             self.message("/tf", schemas::frame_transforms, times, transforms.as_bytes())?;
             let pose = messages::pose_in_frame(&vehicle, time).to_string();

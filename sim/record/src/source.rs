@@ -19,6 +19,11 @@ pub trait Source {
     /// Position of the datum on Earth, if known.
     fn origin(&self) -> Option<Origin>;
 
+    /// Whether headings are from true north at the vehicle, not from the datum's: those of a simulated world, which is flat, are not.
+    fn has_true_headings(&self) -> bool {
+        false
+    }
+
     /// What does not move.
     fn scene(&self) -> Scene<'_> {
         Scene::default()

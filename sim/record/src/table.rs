@@ -77,7 +77,7 @@ columns! {
     lon_deg: Number, "°", "Longitude of the position, WGS 84, positive east, if the datum's place on Earth is known";
     depth_m: Number, "m", "Depth, positive down";
     pitch_rad: Number, "rad", "Pitch, positive nose-up";
-    heading_rad: Number, "rad", "Heading, 0 at north, clockwise";
+    heading_rad: Number, "rad", "Heading, 0 at north, clockwise: true north, if latitude and longitude are known of a mission that was not simulated";
     course_rad: Number, "rad", "Course over ground, 0 at north, clockwise";
     speed_mps: Number, "m/s", "Surge through the water; in a `fix` and in `known` rows of an AUV, horizontal speed over ground";
     sway_mps: Number, "m/s", "Sway through the water, positive to starboard";

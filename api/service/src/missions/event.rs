@@ -15,7 +15,7 @@ use crate::{
     store::{EventReader, StoreError, StoredEvent},
 };
 use wire::{
-    Answer, Method, Origin, Outcome, PlanResponse, Prediction, PreviousPlan, Reference,
+    Answer, CraftFrame, Method, Origin, Outcome, PlanResponse, Prediction, PreviousPlan, Reference,
     mission::{NewMission, Reports, Setting, Truth},
     sha256,
 };
@@ -121,9 +121,9 @@ pub(super) fn answer(made: &planners::Planned, origin: Option<Origin>) -> Stored
     answer.on_earth(origin).planned().into()
 }
 
-/// What the next plan needs of this one.
-pub(super) fn previous(made: &planners::Planned) -> PreviousPlan {
-    PreviousPlan::from(&made.plan)
+/// What the next plan needs of this one, its positions from `origin`.
+pub(super) fn previous(made: &planners::Planned, origin: Option<Origin>) -> PreviousPlan {
+    CraftFrame::previous_plan(&made.snapshot, &made.plan, origin)
 }
 
 /// The event of a plan at `time` on the mission's clock.
@@ -145,7 +145,7 @@ pub(super) fn planned(
         reason: answer.reason.clone(),
         reference: answer.reference,
         answer_sha256: written.digest(),
-        cut_short: cut_short.then(|| Box::new(previous(made))),
+        cut_short: cut_short.then(|| Box::new(previous(made, answer.origin))),
         truth: None,
         prediction: Some(Box::new(Prediction::of(&made.snapshot, plan, answer))),
     }

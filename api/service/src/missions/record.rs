@@ -328,6 +328,10 @@ impl Source for MissionEvents<'_> {
         self.origins().last().map(|(_, origin)| *origin)
     }
 
+    fn has_true_headings(&self) -> bool {
+        self.is_live()
+    }
+
     fn for_each(
         &self,
         take: &mut dyn FnMut(&Entry<'_>) -> Result<(), RecordError>,

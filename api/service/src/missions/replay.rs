@@ -98,7 +98,7 @@ impl Run {
                     plan,
                     solve_time: Duration::from_nanos(logged.solve_time_ns),
                 };
-                state.set_previous_plan(previous(&made));
+                state.set_previous_plan(previous(&made, state.origin()));
                 Ok(Some(answer(&made, state.origin())))
             }
             Self::Simulated(simulation) => {

@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{clock::Clock, event::Event};
 use wire::{
-    Asc, Auv, DeclaredLimits, FieldError, Origin, PlanRequest, PreviousPlan, Recount, Report, Task,
-    VehicleId,
+    Asc, Auv, CraftFrame, DeclaredLimits, FieldError, Origin, PlanRequest, PreviousPlan, Recount, Report,
+    Task, VehicleId,
     mission::{AscReport, Live, LiveAuv, Reports, Setting},
 };
 
@@ -133,13 +133,7 @@ impl MissionState {
             .take_if(|asc| !is_near(asc.state.north_m, asc.state.east_m));
         if let Some(plan) = &mut self.previous_plan {
             plan.origin = plan.origin.and(Some(origin));
-            for point in &mut plan.trajectory {
-                recount.position(&mut point.north_m, &mut point.east_m);
-            }
-            let targets = plan.targets.iter_mut().flatten();
-            for estimate in targets.filter_map(|target| target.estimate.as_mut()) {
-                recount.position(&mut estimate.north_m, &mut estimate.east_m);
-            }
+            plan.move_positions(|position| recount.moved(&position));
         }
     }
 
@@ -218,7 +212,12 @@ impl MissionState {
         let request = request(
             &self.config,
             now,
-            carried(&asc.state, now - asc.t_s, self.previous_plan.as_ref()),
+            carried(
+                &asc.state,
+                now - asc.t_s,
+                self.previous_plan.as_ref(),
+                self.config.origin,
+            ),
             self.config.auvs.iter().filter_map(heard).collect(),
             previous_plan,
         );
@@ -310,7 +309,7 @@ fn aged(fix: &Report, now: f64) -> Report {
 }
 
 /// The surface craft `age` seconds after its state: moved with its velocity over ground, at the same heading and speed.
-fn carried(asc: &Asc, age: f64, previous: Option<&PreviousPlan>) -> Asc {
+fn carried(asc: &Asc, age: f64, previous: Option<&PreviousPlan>, origin: Option<Origin>) -> Asc {
     let (sin, cos) = asc.heading_rad.sin_cos();
     let through_water = (
         asc.speed_mps * cos - asc.sway_mps * sin,
@@ -320,10 +319,12 @@ fn carried(asc: &Asc, age: f64, previous: Option<&PreviousPlan>) -> Asc {
     let current = current.map_or((0.0, 0.0), |current| (current.north_mps, current.east_mps));
     let north = asc.ground_north_mps.unwrap_or(through_water.0 + current.0);
     let east = asc.ground_east_mps.unwrap_or(through_water.1 + current.1);
-    let age = age.max(0.0);
+    let (place, way) = (asc.position(), Vector2::new(north, east) * age.max(0.0));
+    let frame = origin.and_then(|origin| CraftFrame::new(origin, place));
+    let place = frame.map_or(place + way, |frame| frame.leave(&way));
     Asc {
-        north_m: asc.north_m + north * age,
-        east_m: asc.east_m + east * age,
+        north_m: place.x,
+        east_m: place.y,
         lat_deg: None,
         lon_deg: None,
         ..*asc

@@ -139,6 +139,18 @@ impl Segment {
         }
     }
 
+    /// Its points (north, east), m.
+    pub fn points_mut(&mut self) -> impl Iterator<Item = &mut [f64; 2]> {
+        let (points, ends) = match self {
+            Self::Line { from: a, to: b }
+            | Self::Arc {
+                from: a, centre: b, ..
+            } => (&mut [][..], Some([a, b])),
+            Self::Waypoints { points, .. } => (points.as_mut_slice(), None),
+        };
+        points.iter_mut().chain(ends.into_iter().flatten())
+    }
+
     /// Of a line or arc that was put together from lengths and angles.
     pub(super) fn piece(&self) -> Option<Piece> {
         match self {

@@ -208,7 +208,7 @@ impl Live {
         let late = due.elapsed();
         let event = planned(now, late, &made, &answer);
         let mut state = self.state.clone();
-        state.set_previous_plan(previous(&made));
+        state.set_previous_plan(previous(&made, self.state.origin()));
         let plan = Some(Arc::new(StoredPlan {
             sequence: self.context.mission.sequence + 1,
             time: now,
