@@ -1,12 +1,14 @@
-//! The frame that plans are made in where the datum's place on Earth is known: its north is true north at the craft.
+//! The frame that plans are made in where the datum's place on Earth is known: the azimuthal equidistant projection about the craft.
+//!
+//! Its north is true north at the craft. Headings, courses, velocities, currents and offsets are true: no angle is converted, only
+//! positions are. Near the craft, that is
 //!
 //! ```text
 //! p' = J (p − c)
 //! ```
 //!
-//! p is a position (north, east) from the request's datum, c is the craft's, and J is the derivative of true (north, east) at
-//! the craft by the datum's ([`Datum::true_from_local`]). Headings, courses, velocities, currents and offsets are true: no angle
-//! is converted. Off by s L²/R² at a distance L from a craft that is s from the datum: 0.4 m at 5 km and 600 km.
+//! for a position p (north, east) from the request's datum, the craft's c, and the derivative J of true (north, east) at the craft by
+//! the datum's ([`Datum::true_from_local`]), which is off by |c| |p − c|²/R² (Earth's radius R).
 
 use geodesy::Datum;
 use nalgebra::{Matrix2, Rotation2, Vector2};
@@ -16,10 +18,17 @@ use planner::{
     snapshot::{Origin, PlanRequest, PreviousPlan, Snapshot},
 };
 
+/// What the linear form may be off by, m; beyond it positions go over the Earth.
+const LINEAR_ERROR_MAX: f64 = 1e-3;
+
+const EARTH_RADIUS: f64 = 6.371e6;
+
 /// The frame at a craft.
 #[derive(Clone, Copy, Debug)]
 pub struct CraftFrame {
     craft: Vector2<f64>,
+    datum: Datum,
+    at_craft: Datum,
     from_datum: Matrix2<f64>,
     to_datum: Matrix2<f64>,
     /// Paths are turned alone: their lines and arcs must join as they did.
@@ -30,24 +39,26 @@ impl CraftFrame {
     /// At `craft` (north, east) of a datum at `origin`, m. None if that is no place on Earth.
     #[must_use]
     pub fn new(origin: Origin, craft: Vector2<f64>) -> Option<Self> {
-        Some(Self::at(&datum(origin)?, craft))
+        Self::at(datum(origin)?, craft)
     }
 
-    fn at(datum: &Datum, craft: Vector2<f64>) -> Self {
+    fn at(datum: Datum, craft: Vector2<f64>) -> Option<Self> {
         let from_datum = datum.true_from_local(&craft);
-        Self {
+        Some(Self {
             craft,
+            datum,
+            at_craft: Datum::new(&datum.from_local(&craft)).ok()?,
             from_datum,
             to_datum: from_datum.try_inverse().unwrap_or_else(Matrix2::identity),
             turn: Rotation2::new(datum.convergence(&craft)),
-        }
+        })
     }
 
     /// That of `snapshot`, if it is at the craft, as seen from `origin`.
     pub(crate) fn of(snapshot: &Snapshot, origin: Option<Origin>) -> Option<Self> {
         let datum = datum(origin?)?;
         let craft = datum.to_local(&snapshot.origin?.into()).ok()?;
-        Some(Self::at(&datum, craft))
+        Self::at(datum, craft)
     }
 
     /// What the next request has to say of `plan`, which was made for `snapshot`, its positions from `origin`.
@@ -62,11 +73,11 @@ impl CraftFrame {
 
     /// Counts the positions of `request` from the craft, which becomes its origin. Without an origin it stays as it is.
     pub(crate) fn enter(request: &mut PlanRequest) {
-        let Some(datum) = request.origin.and_then(datum) else {
+        let craft = request.asc.position();
+        let Some(frame) = request.origin.and_then(|origin| Self::new(origin, craft)) else {
             return;
         };
-        let frame = Self::at(&datum, request.asc.position());
-        let place = Origin::from(datum.from_local(&frame.craft));
+        let place = Origin::from(frame.datum.from_local(&craft));
         request.origin = Some(place);
         frame.put(&mut request.asc.north_m, &mut request.asc.east_m);
         for auv in &mut request.auvs {
@@ -83,8 +94,9 @@ impl CraftFrame {
         for disc in &mut request.keep_outs {
             frame.put(&mut disc.north_m, &mut disc.east_m);
         }
-        for [north, east] in &mut request.area {
-            frame.put(north, east);
+        // Straight sides stay straight.
+        for corner in &mut request.area {
+            *corner = (frame.from_datum * (Vector2::from(*corner) - frame.craft)).into();
         }
         if let Some(plan) = &mut request.previous_plan {
             plan.origin = plan.origin.and(Some(place));
@@ -95,12 +107,25 @@ impl CraftFrame {
     /// The position (north, east) from the datum, m, of one from the craft.
     #[must_use]
     pub fn leave(&self, position: &Vector2<f64>) -> Vector2<f64> {
-        self.craft + self.to_datum * position
+        let exact = || self.datum.to_local(&self.at_craft.from_local(position)).ok();
+        let linear = || self.craft + self.to_datum * position;
+        self.is_far(position).then(exact).flatten().unwrap_or_else(linear)
     }
 
     /// The position (north, east) from the craft, m, of one from the datum.
     fn position(&self, position: &Vector2<f64>) -> Vector2<f64> {
-        self.from_datum * (position - self.craft)
+        let from_craft = position - self.craft;
+        let exact = || self.at_craft.to_local(&self.datum.from_local(position)).ok();
+        let linear = || self.from_datum * from_craft;
+        self.is_far(&from_craft)
+            .then(exact)
+            .flatten()
+            .unwrap_or_else(linear)
+    }
+
+    /// Whether the linear form is off by too much so far from the craft, m.
+    fn is_far(&self, from_craft: &Vector2<f64>) -> bool {
+        LINEAR_ERROR_MAX * EARTH_RADIUS.powi(2) < self.craft.norm() * from_craft.norm_squared()
     }
 
     fn put(&self, north: &mut f64, east: &mut f64) {

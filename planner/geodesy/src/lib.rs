@@ -115,6 +115,8 @@ impl Datum {
 
     /// α₁, α₂, rad, and m₁₂/s of the geodesic to `position`.
     fn along(&self, position: &Vector2<f64>) -> [f64; 3] {
+        /// The ratio is 1 to twelve digits; that of two tiny lengths would be rounding.
+        const SHORT_M: f64 = 1.0;
         let azimuth = (position.y + 0.0).atan2(position.x + 0.0);
         let distance = position.norm();
         let (_, _, azimuth_there_deg, reduced): (f64, f64, f64, f64) = self.ellipsoid.direct(
@@ -123,7 +125,11 @@ impl Datum {
             azimuth.to_degrees(),
             distance,
         );
-        let across = if distance > 0.0 { reduced / distance } else { 1.0 };
+        let across = if distance < SHORT_M {
+            1.0
+        } else {
+            reduced / distance
+        };
         [azimuth, azimuth_there_deg.to_radians(), across]
     }
 }
@@ -276,10 +282,10 @@ mod tests {
             let error = datum.true_from_local(&position) * (2.0 * step) - (to - from);
             assert!(error.norm() < 1e-6, "{position} {step}: {error}");
         }
-        assert_eq!(
-            datum(38.0, 1.0).true_from_local(&Vector2::zeros()),
-            Matrix2::identity()
-        );
+        for at_the_datum in [0.0, 1e-9] {
+            let close = datum(38.0, 1.0).true_from_local(&Vector2::new(0.0, at_the_datum));
+            assert!((close - Matrix2::identity()).norm() < 1e-12, "{close}");
+        }
     }
 
     #[test]

@@ -797,6 +797,7 @@ class PlanRequest(TypedDict):
     metadata: NotRequired[dict[str, Any]]
     # Where the datum of all positions lies on Earth. With it, any position may be given as `lat_deg` and `lon_deg`
     # instead of `north_m` and `east_m`, and a point of a list as an object of these two; answers have both.
+    # Headings, courses, velocities and offsets are then from true north at the craft, else from the frame's north.
     # Default: not known.
     origin: NotRequired[Origin | None]
     # The last answer, whole. The service keeps none.
@@ -831,8 +832,8 @@ class PlanResponse(TypedDict):
     origin: NotRequired[Origin | None]
     # Whether this is what was asked for.
     outcome: Outcome
-    # SHA-256 of the checked request, hexadecimal. Spelling, order of members, defaults, `metadata`, `origin` and
-    # `deadline_ms` do not count.
+    # SHA-256 of the checked request, hexadecimal. Spelling, order of members, defaults, `metadata` and
+    # `deadline_ms` do not count. With an `origin`, positions count from the craft.
     plan_id: str
     # Predicted cost of the trajectory.
     predicted: Predicted
