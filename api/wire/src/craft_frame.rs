@@ -24,7 +24,7 @@ const LINEAR_ERROR_MAX: f64 = 1e-3;
 const EARTH_RADIUS: f64 = 6.371e6;
 
 /// The frame at a craft.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct CraftFrame {
     craft: Vector2<f64>,
     datum: Datum,
@@ -39,14 +39,14 @@ impl CraftFrame {
     /// At `craft` (north, east) of a datum at `origin`, m. None if that is no place on Earth.
     #[must_use]
     pub fn new(origin: Origin, craft: Vector2<f64>) -> Option<Self> {
-        Self::at(datum(origin)?, craft)
+        Self::at(&datum(origin)?, craft)
     }
 
-    fn at(datum: Datum, craft: Vector2<f64>) -> Option<Self> {
+    fn at(datum: &Datum, craft: Vector2<f64>) -> Option<Self> {
         let from_datum = datum.true_from_local(&craft);
         Some(Self {
             craft,
-            datum,
+            datum: *datum,
             at_craft: Datum::new(&datum.from_local(&craft)).ok()?,
             from_datum,
             to_datum: from_datum.try_inverse().unwrap_or_else(Matrix2::identity),
@@ -58,7 +58,7 @@ impl CraftFrame {
     pub(crate) fn of(snapshot: &Snapshot, origin: Option<Origin>) -> Option<Self> {
         let datum = datum(origin?)?;
         let craft = datum.to_local(&snapshot.origin?.into()).ok()?;
-        Self::at(datum, craft)
+        Self::at(&datum, craft)
     }
 
     /// What the next request has to say of `plan`, which was made for `snapshot`, its positions from `origin`.

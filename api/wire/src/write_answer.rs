@@ -76,7 +76,7 @@ impl<'a> Answer<'a> {
 
     fn origin_far(&self) -> Option<Warning> {
         let (_, datum) = self.place.as_ref()?;
-        let position = self.from_datum(&self.snapshot.asc.position());
+        let position = self.placed(&self.snapshot.asc.position());
         let distance_km = 1e-3 * position.norm();
         let turned_deg = datum.convergence(&position).to_degrees();
         let detail = format!(
@@ -244,7 +244,7 @@ impl<'a> Answer<'a> {
         self.times()
             .zip(&self.plan.goal)
             .map(|(t_s, motion)| {
-                let position = self.from_datum(&motion.position);
+                let position = self.placed(&motion.position);
                 let (lat_deg, lon_deg) = self.degrees(&position);
                 GoalPoint {
                     t_s,
@@ -260,7 +260,7 @@ impl<'a> Answer<'a> {
     }
 
     fn point(&self, point: &TrajectoryPoint) -> TrajectoryPoint {
-        let position = self.from_datum(&point.position());
+        let position = self.placed(&point.position());
         let (lat_deg, lon_deg) = self.degrees(&position);
         TrajectoryPoint {
             north_m: position.x,
@@ -272,7 +272,7 @@ impl<'a> Answer<'a> {
     }
 
     /// A position of the snapshot's frame, from the datum, m.
-    fn from_datum(&self, position: &Vector2<f64>) -> Vector2<f64> {
+    fn placed(&self, position: &Vector2<f64>) -> Vector2<f64> {
         let frame = self.frame.as_ref();
         frame.map_or(*position, |frame| frame.leave(position))
     }
@@ -287,7 +287,7 @@ impl<'a> Answer<'a> {
 
     fn target(&self, target: &domain::TargetForecast) -> PlannedTarget {
         let point = |(t_s, position): (f64, &Vector2<f64>)| {
-            let position = self.from_datum(position);
+            let position = self.placed(position);
             let (lat_deg, lon_deg) = self.degrees(&position);
             TargetPoint {
                 t_s,
@@ -313,7 +313,7 @@ impl<'a> Answer<'a> {
         let (heading_held, speed_held) = known.modes(self.snapshot.craft_prior());
         let learnt = |(value, sigma): (f64, f64)| Learnt { value, sigma };
         let remembered = planner::craft::CraftEstimate {
-            position: self.from_datum(&known.position),
+            position: self.placed(&known.position),
             ..*known
         };
         CraftEstimate {
@@ -334,7 +334,7 @@ impl<'a> Answer<'a> {
     fn estimate(&self, estimate: &planner::estimate::Estimate) -> Estimate {
         let state = &estimate.state;
         let velocity = state.velocity();
-        let position = self.from_datum(&state.position());
+        let position = self.placed(&state.position());
         let (lat_deg, lon_deg) = self.degrees(&position);
         Estimate {
             age_s: state.age_s,
