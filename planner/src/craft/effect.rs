@@ -3,10 +3,11 @@
 //! ```text
 //! y_s⁺ = response(y_s, reference) of the slowest craft that is believed, never farther from the reference than y
 //! X ← a (X + y_s⁺ − y_s)    Y ← a (Y + y⁺ − y)    a = exp(−Δ/τ)              changes of late: expected, and seen
-//! g ← clamp(g + Δ ((e²X² − 2 e X Y)/(2σ²) − f), 0, 2h)                         no effect where h ≤ g
+//! Y′ = Y where it has the sign of X, else 0
+//! g ← clamp(g + Δ ((X² − 2 X Y′)/(2(σ² + κ²X²)) − f), 0, 2h)                  no effect where h ≤ g
 //! ```
 //! The increment is the logarithm of how much more probable the change that is seen is where references have no effect (mean
-//! 0) than where they have a share e of that of the slowest craft (mean e X). It is 0 for half of that. A constant offset and a steady
+//! 0) than where they have that of the slowest craft (mean X). It is 0 for half of that. A constant offset and a steady
 //! turn change nothing in it, and nothing is decided while references ask for no change. What was decided fades at a
 //! rate f.
 //!
@@ -21,35 +22,20 @@ const MEMORY: f64 = 10.0;
 const REVERSAL: f64 = 0.2;
 
 /// Evidence h from which references are taken to have no effect.
-const EVIDENCE_ENOUGH: f64 = 8.0;
+const EVIDENCE_ENOUGH: f64 = 9.0;
 
 /// Time in which evidence enough fades, s.
 const FADING_TIME: f64 = 60.0;
 
-/// What changes of a loop are compared with.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Alternative {
-    /// Standard deviation of a change that noise and waves make, rad or m/s.
-    sigma: f64,
-    /// Least change X that counts against the craft: less is what noise makes of a reference that stays, rad or m/s.
-    least: f64,
-    /// Share e of the slowest craft's change that a loop which has an effect makes.
-    effect: f64,
-}
+/// Part κ of an expected change by which it may be wrong: dead times, overshoot and integrators are in no first-order lag. It
+/// bounds what a second adds to the evidence: a late answer to a large step is no fault.
+const MODEL_ERROR: f64 = 0.5;
 
-/// Changes of a heading are compared with this, rad.
-pub(super) const HEADING: Alternative = Alternative {
-    sigma: 0.1,
-    least: 0.1,
-    effect: 1.0,
-};
+/// Standard deviation σ of a change of heading that noise and waves make, rad.
+pub(super) const HEADING_SIGMA: f64 = 0.04;
 
-/// Changes of a speed are compared with this, m/s. Half the effect, because turns take a part of the thrust.
-pub(super) const SPEED: Alternative = Alternative {
-    sigma: 0.04,
-    least: 0.07,
-    effect: 0.5,
-};
+/// The same of a speed, m/s. Waves make more than that, but not for long.
+pub(super) const SPEED_SIGMA: f64 = 0.02;
 
 /// The effect of one loop's references.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,7 +89,7 @@ impl Effect {
     pub(super) fn after(
         &self,
         (reference, seen): (f64, f64),
-        Alternative { sigma, least, effect }: Alternative,
+        sigma: f64,
         elapsed: f64,
         difference: impl Fn(f64, f64) -> f64,
         response: impl Fn(f64) -> f64,
@@ -122,13 +108,14 @@ impl Effect {
         let fade = (-elapsed / MEMORY).exp();
         let expected_change = fade * (kept * self.expected_change + expected_now);
         let seen_change = fade * (kept * self.seen_change + seen_now);
-        let alternative = effect * expected_change;
-        let gain = alternative * (alternative - 2.0 * seen_change) / (2.0 * sigma * sigma);
-        let gain = if expected_change.abs() < least {
-            gain.min(0.0)
-        } else {
-            gain
-        };
+        // What goes the other way is moved by something else, as by an integrator that unwinds.
+        let answer = (seen_change * expected_change).max(0.0);
+        let square = expected_change * expected_change;
+        let variance = sigma * sigma + MODEL_ERROR * MODEL_ERROR * square;
+        let gain = (square - 2.0 * answer) / (2.0 * variance);
+        // Of one that is beyond the reference that the slowest still goes to, nothing is asked.
+        let is_asked = difference(reference, seen) * expected_change > 0.0;
+        let gain = if is_asked { gain } else { gain.min(0.0) };
         let fading = EVIDENCE_ENOUGH / FADING_TIME;
         Self {
             expected,

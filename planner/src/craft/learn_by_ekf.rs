@@ -108,6 +108,9 @@ const CRAB_MAX: f64 = 1.0;
 /// Turn of late that took thrust which the speed lacks, rad.
 const HARD_TURN: f64 = 0.35;
 
+/// The same of a yaw rate, rad/s, for a craft without way, whose turns of late are not looked at.
+const HARD_YAW_RATE: f64 = 0.04;
+
 /// Largest turn of which the sense is clear, rad: a plan's references are no more than 2.6 rad from the bow.
 const CLEAR_TURN_MAX: f64 = 2.7;
 
@@ -215,10 +218,11 @@ impl CraftEstimate {
             }
             HeadingReference::Heading => 0.0,
         };
-        let asked_for = (asked.heading, asked.speed);
+        let asked_for = (next.followed_heading, next.followed_speed);
+        let turned = next.heading_effect.seen_change;
         next.monitor = self
             .monitor
-            .after(observation.asc, &expected, crab, asked_for, asked.elapsed);
+            .after(observation.asc, &expected, crab, turned, asked_for, asked.elapsed);
         next.monitor.alarm |= next.heading_effect.is_missing() || next.speed_effect.is_missing();
         next
     }
@@ -240,16 +244,28 @@ impl CraftEstimate {
                 wrap(from + heading_change(wrap(heading - from), slowest.heading_time, rate_max, elapsed))
             };
             let difference = |a, b| wrap(a - b);
-            self.heading_effect
-                .after((heading, seen), effect::HEADING, elapsed, difference, response)
+            self.heading_effect.after(
+                (heading, seen),
+                effect::HEADING_SIGMA,
+                elapsed,
+                difference,
+                response,
+            )
         };
         // In a hard turn thrusters serve the turn first. One that does nothing does not turn.
-        self.speed_effect = if HARD_TURN < self.heading_effect.seen_change.abs() {
+        let turns_hard =
+            HARD_TURN < self.heading_effect.seen_change.abs() || HARD_YAW_RATE < asc.yaw_rate_radps.abs();
+        self.speed_effect = if turns_hard {
             self.speed_effect.paused(asc.speed_mps, faster)
         } else {
             let response = |from| surge_after(from, 0.0, speed, slowest, elapsed).0;
-            self.speed_effect
-                .after((speed, asc.speed_mps), effect::SPEED, elapsed, faster, response)
+            self.speed_effect.after(
+                (speed, asc.speed_mps),
+                effect::SPEED_SIGMA,
+                elapsed,
+                faster,
+                response,
+            )
         };
     }
 

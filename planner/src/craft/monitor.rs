@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! ψ_o⁺ = response(ψ_o, ψ_ref)      ε = ψ − ψ_o⁺      ψ_o ← ψ_o⁺ + (1 − exp(−Δ/τ_o)) ε        the same for speed
+//! σ² = σ_0² + (κ turn of late)²
 //! J ← J + (1 − exp(−Δ/τ)) (max(ε_ψ²/σ_ψ², ε_u²/σ_u²) − J)
 //! ```
 //! A prediction that is corrected this slowly gathers over seconds what a lag, a lost thruster or a stuck rudder does to
@@ -16,14 +17,11 @@ use crate::{
     facts::{angle::wrap, asc::Asc},
 };
 
-/// Time in which the predicted heading is led back to the measured one, s.
-const HEADING_CORRECTION_TIME: f64 = 8.0;
-
-/// The same for the speed, s.
-const SPEED_CORRECTION_TIME: f64 = 15.0;
+/// Time τ_o in which the prediction is led back to what is measured, s.
+const CORRECTION_TIME: f64 = 8.0;
 
 /// Time over which the test averages, s.
-const AVERAGING_TIME: f64 = 12.0;
+const AVERAGING_TIME: f64 = 15.0;
 
 /// What a craft that follows is off its prediction, rad: compass, waves, and a response that is not quite first order.
 const HEADING_SIGMA: f64 = 0.12;
@@ -33,10 +31,14 @@ const HEADING_SIGMA: f64 = 0.12;
 const CRAB_ERROR: f64 = 0.5;
 
 /// What a craft that follows is off its predicted speed, m/s.
-const SPEED_SIGMA: f64 = 0.12;
+const SPEED_SIGMA: f64 = 0.14;
+
+/// Part of a turn by which its prediction may be wrong, and what a turn takes of the speed, m/s per rad: weak thrusters serve the
+/// turn first. A rudder that does nothing makes no turn.
+const TURN_ERROR: f64 = 0.15;
 
 /// Mean square, in units of those, above which the craft is said not to follow.
-const ALARM: f64 = 6.0;
+const ALARM: f64 = 4.0;
 
 /// The same below which it follows again.
 const ALL_CLEAR: f64 = 1.5;
@@ -84,33 +86,36 @@ impl Monitor {
         }
     }
 
-    /// The monitor `elapsed` later, of a craft that was asked for a heading and a speed, and that holds a course with an
-    /// angle of up to `crab` between heading and course, rad, 0 if it holds the heading.
+    /// The monitor `elapsed` later, of a craft that was asked for a heading and a speed, both behind the loops' delays, that
+    /// `turned` of late, rad, and that holds a course with an angle of up to `crab` between heading and course, rad, 0 if it
+    /// holds the heading.
     #[must_use]
     pub(crate) fn after(
         &self,
         asc: &Asc,
         craft: &CraftModel,
         crab: f64,
+        turned: f64,
         (heading, speed): (f64, f64),
         elapsed: f64,
     ) -> Self {
         let error = wrap(heading - self.heading);
-        let turned = heading_change(error, craft.heading_time, craft.limits.turn_rate_max, elapsed);
-        let expected_heading = self.heading + turned;
+        let change = heading_change(error, craft.heading_time, craft.limits.turn_rate_max, elapsed);
+        let expected_heading = self.heading + change;
         let (expected_speed, _) = surge_after(self.speed, craft.surge_disturbance, speed, craft, elapsed);
         let heading_error = wrap(asc.heading().radians() - expected_heading);
         let speed_error = asc.speed_mps - expected_speed;
         let share = |time: f64| 1.0 - (-elapsed / time).exp();
-        let square = (heading_error / HEADING_SIGMA.hypot(CRAB_ERROR * crab))
+        let turn = TURN_ERROR * turned;
+        let square = (heading_error / HEADING_SIGMA.hypot(CRAB_ERROR * crab).hypot(turn))
             .abs()
-            .max((speed_error / SPEED_SIGMA).abs())
+            .max((speed_error / SPEED_SIGMA.hypot(turn)).abs())
             .min(SQUARE_ROOT_MAX)
             .powi(2);
         let statistic = self.statistic + share(AVERAGING_TIME) * (square - self.statistic);
         Self {
-            heading: wrap(expected_heading + share(HEADING_CORRECTION_TIME) * heading_error),
-            speed: expected_speed + share(SPEED_CORRECTION_TIME) * speed_error,
+            heading: wrap(expected_heading + share(CORRECTION_TIME) * heading_error),
+            speed: expected_speed + share(CORRECTION_TIME) * speed_error,
             statistic,
             alarm: if self.alarm {
                 ALL_CLEAR < statistic

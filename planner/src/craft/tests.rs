@@ -365,6 +365,42 @@ fn references_without_effect_are_noticed_within_ten_seconds() {
     }
 }
 
+/// A speed loop a second later that is asked for `reference` and does nothing; the slowest goes half the way.
+fn stuck(before: &Effect, reference: f64) -> Effect {
+    let half = |from: f64| from + 0.5 * (reference - from);
+    before.after(
+        (reference, before.seen),
+        effect::SPEED_SIGMA,
+        1.0,
+        |a, b| a - b,
+        half,
+    )
+}
+
+#[test]
+fn a_step_of_any_size_may_be_answered_four_seconds_late() {
+    for step in [0.1, 1.0, 100.0] {
+        let mut effect = Effect::new(0.0);
+        for second in 1..=10 {
+            effect = stuck(&effect, step);
+            assert!(4 < second || !effect.is_missing(), "{step}: {second} s");
+        }
+        assert!(effect.is_missing(), "{step}");
+    }
+}
+
+#[test]
+fn a_craft_beyond_a_reference_that_comes_nearer_is_asked_for_nothing() {
+    let mut effect = Effect {
+        expected: 1.7,
+        ..Effect::new(1.95)
+    };
+    for second in 0..30 {
+        effect = stuck(&effect, 1.7 + 0.005 * f64::from(second));
+        assert_eq!(effect.evidence, 0.0, "{second} s");
+    }
+}
+
 #[test]
 fn of_a_loop_whose_references_have_no_effect_nothing_is_learnt() {
     let mut jammed = Ship {
@@ -420,7 +456,7 @@ fn references_with_an_effect_raise_no_alarm_in_ten_hours() {
             law,
             look,
         );
-        println!("declared {said:?} s, lag {lag} s: evidence {most:.1?} of 8");
+        println!("declared {said:?} s, lag {lag} s: evidence {most:.1?} of 9");
     }
 }
 
