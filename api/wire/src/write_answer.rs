@@ -451,14 +451,14 @@ fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = War
     });
     let heading_does_not_respond = plan.craft.heading_effect.is_missing().then(|| {
         let detail = format!(
-            "the heading stays near {:.2} rad although turns are asked for: check rudder, steering thrusters, the autopilot's mode and              the compass, or steer by hand; turns of half the rate are planned for",
+            "the heading stays near {:.2} rad although turns are asked for: check rudder, steering thrusters, the autopilot's mode and the compass, or steer by hand; turns of half the rate are planned for",
             snapshot.asc.heading().radians()
         );
         warning("heading_does_not_respond", "/asc/heading_rad", detail)
     });
     let speed_does_not_respond = plan.craft.speed_effect.is_missing().then(|| {
         let detail = format!(
-            "the speed stays near {:.2} m/s although another is asked for: check propellers, thrusters, batteries, the autopilot's              mode and the speed log, or recover the craft; half its acceleration is planned for",
+            "the speed stays near {:.2} m/s although another is asked for: check propellers, thrusters, batteries, the autopilot's mode and the speed log, or recover the craft; half its acceleration is planned for",
             snapshot.asc.speed_mps
         );
         warning("speed_does_not_respond", "/asc/speed_mps", detail)
