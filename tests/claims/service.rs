@@ -909,7 +909,7 @@ async fn a_request_on_earth_is_answered_as_the_same_in_metres() {
         serde_json::from_value(answer).expect("has the shape")
     };
     // At the antimeridian and near a pole, too; nearer, the craft's north is not the origin's.
-    for place in [[38.41, -9.12], [-17.0, 179.9999], [89.0, 30.0]] {
+    for place in [[38.41, -9.12], [-17.0, 179.9999], [85.0, 30.0]] {
         let origin = json!({ "lat_deg": place[0], "lon_deg": place[1] });
         for example in EXAMPLES {
             let in_metres = serde_json::from_str(example.body).expect("is JSON");
