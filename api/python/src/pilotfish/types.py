@@ -1275,8 +1275,8 @@ Segment = TypedDict(
         "angle_rad": "NotRequired[float | None]",
         # `arc`: centre of its circle.
         "centre": "NotRequired[list[float] | Origin | None]",
-        # `waypoints`: radius by which every corner is rounded, m, for which all legs must have room; 0 only where no leg
-        # turns. Without it, corners have the `turn_radius_m`, or as much of it as their legs have room for.
+        # `waypoints`: radius by which every corner is rounded, m, for which all legs must have room; 0 only where no
+        # leg turns. Without it, corners have the `turn_radius_m`, or as much of it as their legs have room for.
         "fillet_m": "NotRequired[float | None]",
         # `line`, `arc`: where it begins.
         "from": "NotRequired[list[float] | Origin | None]",
@@ -1286,7 +1286,8 @@ Segment = TypedDict(
         "points": "NotRequired[list[list[float] | Origin] | None]",
         # `line`: where it ends.
         "to": "NotRequired[list[float] | Origin | None]",
-        # `waypoints` without `fillet_m`: radius at which the vehicle turns, m. Default: that of its speed at 0.15 rad/s.
+        # `waypoints` without `fillet_m`: radius at which the vehicle turns, m. Default: that of its speed at 0.15
+        # rad/s.
         "turn_radius_m": "NotRequired[float | None]",
     },
 )
