@@ -279,13 +279,13 @@ def half_a_body(_service: Service, _client: int) -> bytes:
 
 
 def guessed_tokens(service: Service) -> Callable[[float], Counter]:
-    stranger = Service(service.process, service.port)
+    intruder = Service(service.process, service.port)
 
     def request(_service: Service, client: int, turn: int) -> tuple[str, str, None]:
-        stranger.headers["authorization"] = f"Bearer pf_{client:032x}{turn:032x}"
+        intruder.headers["authorization"] = f"Bearer pf_{client:032x}{turn:032x}"
         return "GET", "/v1/missions", None
 
-    return lambda end: repeated(8, request)(stranger)(end)
+    return lambda end: repeated(8, request)(intruder)(end)
 
 
 def batch() -> str:

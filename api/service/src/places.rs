@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn a_caller_outlives_the_strangers_of_its_own_address_and_a_mission_every_newcomer() {
+    fn a_caller_outlives_the_others_of_its_own_address_and_a_mission_every_newcomer() {
         let places = Places::new(4);
         let [caller, other] = [(); 2].map(|()| places.take(BAD[0]).expect("is free"));
         serve(&caller, "bridge");

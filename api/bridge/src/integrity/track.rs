@@ -6,7 +6,7 @@ const SETTLE_S: f64 = 3.0;
 const RIVAL_KEPT_S: f64 = 5.0;
 /// A second hypothesis needs this many measurements.
 const RIVAL_COUNT_MIN: u32 = 3;
-/// After this time without a fit the quantity is contested, s: one outlier of a receiver that speaks once a second is none.
+/// After this time without a fit the quantity is contested, s: longer than one outlier of a receiver that speaks once a second.
 const UNSETTLED_S: f64 = 2.5;
 
 /// The trusted course of a quantity, and a second one that may replace it.

@@ -213,14 +213,14 @@ fn reports_that_the_service_rejects_are_counted_with_the_last_reason() {
         if request.line.contains("/reference") {
             return (409, problem("no_plan_yet"));
         }
-        let stranger = json!({ "pointer": "/auvs/stranger", "code": "unknown_auv", "detail": "is unknown" });
-        if request.body.contains("stranger") && request.body.contains("asc") {
-            return (200, json!({ "rejected": [stranger] }));
+        let unlisted = json!({ "pointer": "/auvs/unlisted", "code": "unknown_auv", "detail": "is unknown" });
+        if request.body.contains("unlisted") && request.body.contains("asc") {
+            return (200, json!({ "rejected": [unlisted] }));
         }
-        if request.body.contains("stranger") {
+        if request.body.contains("unlisted") {
             return (
                 422,
-                json!({ "code": "invalid_request", "detail": "", "errors": [stranger] }),
+                json!({ "code": "invalid_request", "detail": "", "errors": [unlisted] }),
             );
         }
         (200, mission("m-1"))
@@ -243,14 +243,14 @@ fn reports_that_the_service_rejects_are_counted_with_the_last_reason() {
     };
     // With a state, which is accepted, and alone.
     link.report_craft(&state(), false);
-    link.report_auv(&fix("stranger"));
+    link.report_auv(&fix("unlisted"));
     let why = waits_for_rejects(1);
-    assert_eq!(why.as_deref(), Some("/auvs/stranger: is unknown"));
-    link.report_auv(&fix("stranger"));
+    assert_eq!(why.as_deref(), Some("/auvs/unlisted: is unknown"));
+    link.report_auv(&fix("unlisted"));
     let why = waits_for_rejects(2);
     assert_eq!(
         why.as_deref(),
-        Some("rejected (invalid_request): /auvs/stranger: is unknown")
+        Some("rejected (invalid_request): /auvs/unlisted: is unknown")
     );
 }
 

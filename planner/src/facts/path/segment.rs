@@ -151,7 +151,7 @@ impl Segment {
         points.iter_mut().chain(ends.into_iter().flatten())
     }
 
-    /// Of a line or arc that was put together from lengths and angles.
+    /// The piece that a line or arc is, unchecked; none of way-points.
     pub(super) fn piece(&self) -> Option<Piece> {
         match self {
             Self::Line { from, to } => {

@@ -112,7 +112,7 @@ fn the_satellite_error_keeps_its_variance_and_forgets_at_the_rate_asked_for() {
 }
 
 #[test]
-fn without_a_correlation_time_neighbouring_errors_are_strangers() {
+fn without_a_correlation_time_neighbouring_errors_are_independent() {
     let setup = SensorSetup {
         position_sigma: 1.5,
         ..SensorSetup::default()
