@@ -28,10 +28,10 @@ enum Command {
         /// missions and reads the audit.
         #[arg(long, value_parser = PossibleValuesParser::new(Role::ALL.map(Role::name)))]
         role: String,
-        /// TokenLimit the token to this mission; may be repeated. Without --mission and --craft it is valid for all missions.
+        /// Limit the token to this mission; may be repeated. Without --mission and --craft it is valid for all missions.
         #[arg(long, value_name = "ID", value_parser = NonEmptyStringValueParser::new())]
         mission: Vec<String>,
-        /// TokenLimit the token to missions of this craft: the --name of its bridge; may be repeated.
+        /// Limit the token to missions of this craft: the --name of its bridge; may be repeated.
         #[arg(long, value_name = "NAME", value_parser = NonEmptyStringValueParser::new())]
         craft: Vec<String>,
         /// Days of validity; unlimited by default.

@@ -1,9 +1,9 @@
 //! The token file. It holds digests: a token itself is shown once, when it is created.
 
 use std::{
-    fs::{self, File, OpenOptions},
+    fs::{self, DirBuilder, File, OpenOptions},
     io::{self, Write as _},
-    os::unix::fs::{MetadataExt as _, OpenOptionsExt as _, fchown},
+    os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _, fchown},
     path::{Path, PathBuf},
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant, SystemTime, UNIX_EPOCH},
@@ -152,6 +152,11 @@ impl TokenFile {
         getrandom::fill(&mut random).map_err(TokenError::Random)?;
         let token = format!("{PREFIX}{}", hex::encode(random));
         let now = unix_now();
+        // The first token comes before the first start of a service, which makes its data directory just as private.
+        if let Some(directory) = path.parent() {
+            let made = DirBuilder::new().recursive(true).mode(0o700).create(directory);
+            made.map_err(|error| TokenError::File(directory.to_owned(), error))?;
+        }
         Self::change(path, |known| {
             if known.tokens.iter().any(|token| token.name == name) {
                 return Err(TokenError::NameTaken(name));
@@ -387,7 +392,7 @@ mod tests {
     #[test]
     fn a_token_is_known_until_it_is_revoked_and_only_its_digest_is_stored() {
         let directory = tempfile::tempdir().expect("there is room");
-        let path = directory.path().join("tokens.json");
+        let path = directory.path().join("not-yet/there/tokens.json");
         let token = TokenFile::add(&path, new("bridge", Role::Operator, None)).expect("is made");
         let other = TokenFile::add(&path, new("page", Role::ReadOnly, None)).expect("is made");
 
