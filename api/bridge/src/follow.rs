@@ -520,14 +520,19 @@ impl Bridge {
                 .map_or(state.water_velocity.x, |velocity| velocity.norm()),
             heading: state.heading,
         };
-        let declared = self
-            .limits
-            .unwrap_or_else(|| OutputLimits::declared(&link.setting));
-        let limits = declared.within(&self.telemetry.parameters);
+        let limits = self.output_limits(link);
         if let Some(sent) = self.limiter.limit(now, reference, &craft, &limits) {
             self.autopilot.send(&sent, now);
             self.telemetry.craft.sent(&sent, 1.0 / self.settings.rate_hz);
         }
+    }
+
+    /// What the output limiter keeps to.
+    fn output_limits(&self, link: &LinkStatus) -> OutputLimits {
+        let declared = self
+            .limits
+            .unwrap_or_else(|| OutputLimits::declared(&link.setting));
+        declared.within(&self.telemetry.parameters)
     }
 
     /// The reference of `plan` at `now`.

@@ -14,7 +14,7 @@ impl Bridge {
         };
         let mut parts = vec![mode];
         if let Some(plan) = &link.plan {
-            parts.extend(self.plan_status(plan, now));
+            parts.extend(self.plan_status(plan, now, self.output_limits(link).speed_max));
         }
         let craft = &self.telemetry.craft;
         parts.extend(craft.missing(now).map(str::to_owned));
@@ -38,7 +38,8 @@ impl Bridge {
         parts.join(", ")
     }
 
-    fn plan_status(&self, plan: &Plan, now: f64) -> Vec<String> {
+    /// The plan, with its reference at a speed of `speed_max` at most, m/s: a faster one is not sent.
+    fn plan_status(&self, plan: &Plan, now: f64, speed_max: f64) -> Vec<String> {
         let age = now - plan.planned.planned_s;
         let mut parts = vec![
             plan.method.clone(),
@@ -47,7 +48,8 @@ impl Bridge {
         ];
         if let Some(reference) = self.reference(plan, now) {
             let heading = reference.heading.to_degrees().rem_euclid(360.0);
-            parts.push(format!("{:.2} m/s {heading:03.0}°", reference.speed));
+            let speed = reference.speed.min(speed_max);
+            parts.push(format!("{speed:.2} m/s {heading:03.0}°"));
         }
         parts.push(plan.estimate.clone());
         parts.extend(plan.warnings.iter().cloned());
@@ -55,5 +57,29 @@ impl Bridge {
             parts.push(format!("waits for {}", plan.waits_for.join(" and ")));
         }
         parts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+    use crate::{autopilot_link::AutopilotSettings, follow::Settings, wire::Endpoint};
+
+    #[test]
+    fn the_speed_shown_is_one_that_may_be_sent() {
+        let connect = Endpoint::Udp("127.0.0.1:0".to_owned());
+        let bridge = Bridge::open(AutopilotSettings::Nmea { connect }, Settings::default());
+        let point = json!({ "t_s": 0.0, "north_m": 0.0, "east_m": 0.0, "speed_mps": 20.0, "heading_rad": 0.0, "valid_until_s": 1e3 });
+        let plan = json!({ "trajectory": [point], "reference": point, "baseline": point, "goal": { "trajectory": [point] } });
+        let answer = json!({ "t_s": 0.0, "age_s": 0.0, "plan": plan });
+        let link = LinkStatus {
+            plan: Plan::from_answer(&answer, bridge.now_s(), bridge.now_s()),
+            setting: json!({ "limits": { "speed_max_mps": 1.2 } }),
+            ..LinkStatus::default()
+        };
+        let line = bridge.status_line(&link);
+        assert!(line.contains(", 1.20 m/s 000°"), "{line}");
     }
 }
