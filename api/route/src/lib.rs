@@ -1,0 +1,22 @@
+//! Routes from the files of planning tools: bytes in, named routes out.
+//!
+//! ```text
+//! bytes → text (ZIP, UTF-16 and byte order marks taken off) → xml (KML, GPX, RTZ) ─┐
+//!                                                           → json (GeoJSON, .plan)─┼→ routes
+//!                                                           → text (WPL, MOOS, CSV)─┘
+//! ```
+//! The format is told by the content. A route has its points as the file has them: on Earth in degrees (WGS 84), or north and
+//! east of a datum in metres. Lines of several parts are one route, in their order. No more is kept of a file than it has bytes.
+
+mod file;
+mod json;
+mod lawnmower;
+mod route;
+#[cfg(test)]
+mod tests;
+mod text;
+mod xml;
+
+pub use file::{BYTES_MAX, read};
+pub use lawnmower::{LawnMower, NoLanes, lanes_over};
+pub use route::{POINTS_MAX, Place, Route, RoutePoint, Unread, select};

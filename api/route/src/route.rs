@@ -1,0 +1,212 @@
+//! A route, and why a file is none.
+
+use serde::Serialize;
+
+/// Most points of all routes of a file.
+pub const POINTS_MAX: usize = 200_000;
+
+/// How many names of routes an error lists.
+const NAMES_TOLD: usize = 20;
+
+/// A route of a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Route {
+    /// What the file calls it; empty where it does not.
+    pub name: String,
+    /// Its way-points, in order.
+    pub points: Vec<RoutePoint>,
+    /// Whether the last point leads back to the first.
+    pub closed: bool,
+}
+
+/// A way-point, and what the file says of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoutePoint {
+    /// Where.
+    pub place: Place,
+    /// Depth, m, positive down. Heights above the sea are none.
+    pub depth_m: Option<f64>,
+    /// Speed on the leg that leads to it, m/s.
+    pub speed_mps: Option<f64>,
+    /// Radius of the turn at it, m.
+    pub turn_radius_m: Option<f64>,
+}
+
+/// Where a way-point is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Place {
+    /// On Earth, WGS 84.
+    Earth {
+        /// Latitude, degrees, positive north.
+        lat_deg: f64,
+        /// Longitude, degrees, positive east.
+        lon_deg: f64,
+    },
+    /// North and east of a datum that the file does not name, m.
+    Local([f64; 2]),
+}
+
+/// Why a file is no route.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{place}: {fault}")]
+pub struct Unread {
+    /// Where in the file: a line, an element, an item.
+    pub place: String,
+    /// What is wrong there, and what to do.
+    pub fault: String,
+}
+
+impl Unread {
+    pub(crate) fn new(place: impl Into<String>, fault: impl Into<String>) -> Self {
+        let (place, fault) = (place.into(), fault.into());
+        Self { place, fault }
+    }
+}
+
+impl Route {
+    /// The first speed that its points state, m/s.
+    #[must_use]
+    pub fn speed_mps(&self) -> Option<f64> {
+        self.points.iter().find_map(|point| point.speed_mps)
+    }
+
+    /// The first turn radius that its points state, m.
+    #[must_use]
+    pub fn turn_radius_m(&self) -> Option<f64> {
+        self.points.iter().find_map(|point| point.turn_radius_m)
+    }
+
+    /// What its points state and a path with one speed and one turn radius does not say.
+    #[must_use]
+    pub fn left_out(&self) -> Vec<String> {
+        let several = |what: &str, unit: &str, of: fn(&RoutePoint) -> Option<f64>| {
+            let stated = || self.points.iter().filter_map(of);
+            let (first, least) = (stated().next()?, stated().fold(f64::INFINITY, f64::min));
+            let most = stated().fold(least, f64::max);
+            (least < most).then(|| {
+                format!("{what} are from {least} to {most} {unit}; the first is taken, {first} {unit}")
+            })
+        };
+        let deep = self.points.iter().any(|point| point.depth_m.is_some());
+        let depths = deep.then(|| {
+            "depths are not taken: a path is horizontal, and `dive` says how the AUV dives".to_owned()
+        });
+        let speeds = several("speeds", "m/s", |point| point.speed_mps);
+        let radii = several("turn radii", "m", |point| point.turn_radius_m);
+        [speeds, radii, depths].into_iter().flatten().collect()
+    }
+
+    pub(crate) fn named(name: impl Into<String>) -> Self {
+        let name = name.into();
+        Self {
+            name,
+            ..Self::default()
+        }
+    }
+
+    /// Closes it if it is a ring, whose last point repeats the first.
+    pub(crate) fn ring(mut self) -> Self {
+        self.closed = true;
+        if self.points.len() > 1 && self.points.first() == self.points.last() {
+            self.points.pop();
+        }
+        self
+    }
+}
+
+impl RoutePoint {
+    /// A point on Earth. `height` is in m, positive up.
+    pub(crate) fn on_earth(
+        place: &str,
+        lat_deg: f64,
+        lon_deg: f64,
+        height: Option<f64>,
+    ) -> Result<Self, Unread> {
+        if !(-90.0..=90.0).contains(&lat_deg) || !(-360.0..=360.0).contains(&lon_deg) {
+            let [lat, lon] = [lat_deg, lon_deg].map(|degrees| shortened(&degrees.to_string()));
+            let fault = format!(
+                "latitude {lat}, longitude {lon} is not on Earth; check their order and that they are degrees"
+            );
+            return Err(Unread::new(place, fault));
+        }
+        Ok(Self {
+            depth_m: height
+                .filter(|height| *height < 0.0 && height.is_finite())
+                .map(|height| -height),
+            ..Self::at(Place::Earth { lat_deg, lon_deg })
+        })
+    }
+
+    pub(crate) fn local(place: &str, north_m: f64, east_m: f64) -> Result<Self, Unread> {
+        if north_m.is_finite() && east_m.is_finite() {
+            return Ok(Self::at(Place::Local([north_m, east_m])));
+        }
+        Err(Unread::new(
+            place,
+            format!("north {north_m}, east {east_m} is no position"),
+        ))
+    }
+
+    fn at(place: Place) -> Self {
+        Self {
+            place,
+            depth_m: None,
+            speed_mps: None,
+            turn_radius_m: None,
+        }
+    }
+}
+
+/// The route of this name, or the only one.
+///
+/// # Errors
+/// Where there is none of the name, or several and no name: the message lists the names.
+pub fn select(mut routes: Vec<Route>, name: Option<&str>) -> Result<Route, Unread> {
+    let listed = |routes: &[Route]| {
+        let names = routes.iter().map(|route| format!("{:?}", route.name));
+        let names = names.take(NAMES_TOLD).collect::<Vec<_>>().join(", ");
+        let more = routes.len().saturating_sub(NAMES_TOLD);
+        if more == 0 {
+            names
+        } else {
+            format!("{names} and {more} more")
+        }
+    };
+    match name {
+        Some(name) => match routes.iter().position(|route| route.name == name) {
+            Some(k) => Ok(routes.swap_remove(k)),
+            None => Err(Unread::new(
+                format!("route {name:?}"),
+                format!("is not in the file, which has {}", listed(&routes)),
+            )),
+        },
+        None if routes.len() == 1 => Ok(routes.remove(0)),
+        None => Err(Unread::new(
+            "file",
+            format!(
+                "has {} routes, choose one by name: {}",
+                routes.len(),
+                listed(&routes)
+            ),
+        )),
+    }
+}
+
+/// The lines that end in `text`.
+pub(crate) fn lines_in(text: &str) -> usize {
+    text.bytes().filter(|byte| *byte == b'\n').count()
+}
+
+/// A finite number.
+pub(crate) fn number(place: &str, text: &str) -> Result<f64, Unread> {
+    let text = text.trim();
+    let number = text.parse().ok().filter(|number: &f64| number.is_finite());
+    number.ok_or_else(|| Unread::new(place, format!("{:?} is no number", shortened(text))))
+}
+
+/// What an error repeats of a text.
+pub(crate) fn shortened(text: &str) -> String {
+    const CHARS: usize = 40;
+    text.chars().take(CHARS).collect()
+}

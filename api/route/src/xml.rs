@@ -1,0 +1,230 @@
+//! KML, GPX and RTZ: elements by their local names, wherever they stand. Entities beyond those of XML itself are left out, so no
+//! text grows.
+
+use quick_xml::{
+    Reader,
+    events::{BytesStart, Event},
+};
+
+use crate::route::{Route, RoutePoint, Unread, lines_in, number, shortened};
+
+/// Deepest nesting of elements.
+const DEPTH_MAX: usize = 64;
+
+/// Source: RTZ 1.0 (IEC 61174, annex S): radii in nautical miles, speeds in knots.
+const NAUTICAL_MILE_M: f64 = 1852.0;
+const KNOT_MPS: f64 = NAUTICAL_MILE_M / 3600.0;
+
+/// Elements that are a route each.
+const ROUTES: [&str; 4] = ["rte", "trk", "Placemark", "route"];
+
+pub(crate) fn routes(text: &str) -> Result<Vec<Route>, Unread> {
+    let mut reader = Reader::from_str(text);
+    let mut found = Found {
+        line: 1,
+        ..Found::default()
+    };
+    let mut before = 0;
+    loop {
+        let event = reader
+            .read_event()
+            .map_err(|error| Unread::new(found.place(), format!("is no XML: {error}")))?;
+        match event {
+            Event::Start(element) => {
+                found.begin(&element)?;
+                if DEPTH_MAX < found.open.len() {
+                    let fault = format!("more than {DEPTH_MAX} elements in each other");
+                    return Err(Unread::new(found.place(), fault));
+                }
+            }
+            Event::Empty(element) => {
+                found.begin(&element)?;
+                found.end()?;
+            }
+            Event::End(_) => found.end()?,
+            Event::Text(text) => found.take(&String::from_utf8_lossy(&text)),
+            Event::CData(text) => found.take(&String::from_utf8_lossy(&text)),
+            Event::GeneralRef(entity) => {
+                if let Ok(Some(char)) = entity.resolve_char_ref() {
+                    found.take(char.encode_utf8(&mut [0; 4]));
+                } else if &*entity == b"amp" {
+                    found.take("&");
+                }
+            }
+            Event::Eof if found.open.is_empty() => return Ok(found.routes()),
+            Event::Eof => {
+                let open = found.open.last().cloned().unwrap_or_default();
+                return Err(Unread::new(
+                    found.place(),
+                    format!("the file ends inside <{}>; is it whole?", shortened(&open)),
+                ));
+            }
+            Event::Comment(_) | Event::Decl(_) | Event::PI(_) | Event::DocType(_) => {}
+        }
+        let after = usize::try_from(reader.buffer_position()).unwrap_or(text.len());
+        found.line += lines_in(text.get(before..after).unwrap_or_default());
+        before = after;
+    }
+}
+
+#[derive(Default)]
+struct Found {
+    /// Where the reader is.
+    line: usize,
+    /// Local names of the elements that are open.
+    open: Vec<String>,
+    /// Text of the innermost element so far.
+    text: String,
+    /// Where that begins.
+    text_line: usize,
+    /// The route that is open.
+    route: Option<Route>,
+    routes: Vec<Route>,
+    /// Way-points that are in no route: a route where there is no other.
+    loose: Route,
+    /// Turn radius of the RTZ way-point, m, and of way-points without one.
+    turn_radius_m: Option<f64>,
+    default_radius_m: Option<f64>,
+}
+
+impl Found {
+    fn place(&self) -> String {
+        format!("line {}", self.line)
+    }
+
+    fn take(&mut self, text: &str) {
+        if self.text.is_empty() {
+            self.text_line = self.line;
+        }
+        self.text.push_str(text);
+    }
+
+    fn begin(&mut self, element: &BytesStart<'_>) -> Result<(), Unread> {
+        let place = self.place();
+        let name = String::from_utf8_lossy(element.local_name().as_ref()).into_owned();
+        let text = |wanted: &str| {
+            let found = element.try_get_attribute(wanted).ok().flatten();
+            found.map(|found| String::from_utf8_lossy(&found.value).into_owned())
+        };
+        let value = |wanted: &str| text(wanted).map(|text| number(&place, &text)).transpose();
+        self.text.clear();
+        match name.as_str() {
+            _ if ROUTES.contains(&name.as_str()) => {
+                self.close();
+                self.route = Some(Route::default());
+            }
+            "routeInfo" => {
+                if let Some(route) = &mut self.route {
+                    route.name = text("routeName").unwrap_or_default();
+                }
+            }
+            "defaultWaypoint" => {
+                self.default_radius_m = value("radius")?.map(|miles| miles * NAUTICAL_MILE_M);
+            }
+            "waypoint" => {
+                let stated = value("radius")?.map(|miles| miles * NAUTICAL_MILE_M);
+                self.turn_radius_m = stated.or(self.default_radius_m);
+            }
+            "rtept" | "trkpt" | "wpt" | "position" => {
+                let missing = || Unread::new(&*place, format!("<{name}> needs lat and lon"));
+                let lat = value("lat")?.ok_or_else(missing)?;
+                let lon = value("lon")?.ok_or_else(missing)?;
+                let mut point = RoutePoint::on_earth(&place, lat, lon, None)?;
+                if name == "position" {
+                    point.turn_radius_m = self.turn_radius_m.filter(|radius| 0.0 < *radius);
+                }
+                self.route_or_loose(name == "wpt").points.push(point);
+            }
+            "leg" => {
+                let speed_mps = value("speedMax")?.map(|knots| knots * KNOT_MPS);
+                if let (Some(speed), Some(point)) = (speed_mps, self.last_point()) {
+                    point.speed_mps = Some(speed).filter(|speed| 0.0 < *speed);
+                }
+            }
+            _ => {}
+        }
+        self.open.push(name);
+        Ok(())
+    }
+
+    fn end(&mut self) -> Result<(), Unread> {
+        let Some(name) = self.open.pop() else {
+            return Ok(());
+        };
+        let text = std::mem::take(&mut self.text);
+        let parent = self.open.last().map_or("", String::as_str);
+        match name.as_str() {
+            "name" if ROUTES.contains(&parent) => {
+                if let Some(route) = &mut self.route {
+                    text.trim().clone_into(&mut route.name);
+                }
+            }
+            "ele" if matches!(parent, "rtept" | "trkpt") => {
+                let height = number(&self.place(), &text)?;
+                if let (true, Some(point)) = (height < 0.0, self.last_point()) {
+                    point.depth_m = Some(-height);
+                }
+            }
+            "coordinates" if !self.open.iter().any(|open| open == "innerBoundaryIs") => {
+                let (ring, loose) = (parent == "LinearRing", parent == "Point");
+                for (k, line) in text.lines().enumerate() {
+                    let place = format!("line {}", self.text_line + k);
+                    for tuple in line.split_whitespace() {
+                        let point = position(&place, &tuple.split(',').collect::<Vec<_>>())?;
+                        self.route_or_loose(loose).points.push(point);
+                    }
+                }
+                if ring {
+                    self.route = self.route.take().map(Route::ring);
+                }
+            }
+            "coord" => {
+                let point = position(&self.place(), &text.split_whitespace().collect::<Vec<_>>())?;
+                self.route_or_loose(false).points.push(point);
+            }
+            _ if ROUTES.contains(&name.as_str()) => self.close(),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Ends the open route.
+    fn close(&mut self) {
+        let route = self.route.take();
+        self.routes.extend(route.filter(|route| !route.points.is_empty()));
+    }
+
+    fn route_or_loose(&mut self, loose: bool) -> &mut Route {
+        match &mut self.route {
+            Some(route) if !loose => route,
+            _ => &mut self.loose,
+        }
+    }
+
+    fn last_point(&mut self) -> Option<&mut RoutePoint> {
+        self.route.as_mut()?.points.last_mut()
+    }
+
+    fn routes(mut self) -> Vec<Route> {
+        if self.routes.is_empty() {
+            self.routes.push(self.loose);
+        }
+        self.routes
+    }
+}
+
+/// Longitude, latitude and, where it stands, height of KML.
+fn position(place: &str, numbers: &[&str]) -> Result<RoutePoint, Unread> {
+    let (lon, lat, height) = match numbers {
+        [lon, lat] => (lon, lat, None),
+        [lon, lat, height] => (lon, lat, Some(number(place, height)?)),
+        _ => {
+            let fault = format!(
+                "{:?} is no longitude,latitude[,height]",
+                shortened(&numbers.join(","))
+            );
+            return Err(Unread::new(place, fault));
+        }
+    };
+    RoutePoint::on_earth(place, number(place, lat)?, number(place, lon)?, height)
+}
