@@ -10,6 +10,7 @@ mod campaign;
 mod config;
 mod crafts;
 mod declared_craft;
+mod declared_routes;
 mod identify;
 mod manual;
 mod missions;
@@ -17,6 +18,7 @@ mod out_file;
 mod plan;
 mod progress;
 mod replay;
+mod route;
 mod scenarios;
 mod serve;
 mod token;
@@ -35,6 +37,7 @@ use self::{
     missions::{Compare, Figures, Simulate, compare, figures, simulate},
     plan::{Plan, plan},
     replay::{Replay, replay},
+    route::{Route, route},
     scenarios::{Scenarios, scenarios},
     serve::serve,
     token::{Token, token},
@@ -66,6 +69,8 @@ enum Command {
     Token(Token),
     /// Plan for one snapshot without a server.
     Plan(Plan),
+    /// Print and draw the route of a planning tool's file; lay lanes over an area.
+    Route(Route),
     /// Simulate one mission with one controller.
     Simulate(Simulate),
     /// Simulate one mission with the planner and with each tuned line-of-sight law.
@@ -144,6 +149,7 @@ impl Arguments {
             Some(Command::Config(_)) => show(layers)?,
             Some(Command::Token(arguments)) => token(&arguments, &config.tokens())?,
             Some(Command::Plan(arguments)) => plan(&arguments)?,
+            Some(Command::Route(arguments)) => route(&arguments)?,
             Some(Command::Simulate(arguments)) => simulate(&arguments)?,
             Some(Command::Compare(arguments)) => compare(&arguments)?,
             Some(Command::Scenarios(arguments)) => scenarios(&arguments)?,

@@ -23,7 +23,12 @@ use bridge::{
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Value, json};
 
-use super::{config::Config, out_file::print, serve::serve_and};
+use super::{
+    config::Config,
+    declared_routes::{DeclaredRoutes, NoRoute},
+    out_file::print,
+    serve::serve_and,
+};
 
 /// How long to wait for the autopilot.
 const PATIENCE: Duration = Duration::from_hours(24);
@@ -130,11 +135,13 @@ struct MissionFlags {
     #[arg(long, value_name = "FILE", requires = "url")]
     certificate: Option<PathBuf>,
     /// Join this mission.
-    #[arg(long, value_name = "ID", conflicts_with_all = ["setup", "goal"])]
+    #[arg(long, value_name = "ID", conflicts_with_all = ["setup", "goal", "route"])]
     mission: Option<String>,
     /// Create the mission from this file: the body of POST /v1/missions.
     #[arg(long, value_name = "FILE", conflicts_with = "goal")]
     setup: Option<PathBuf>,
+    #[command(flatten)]
+    routes: DeclaredRoutes,
     /// Goal of a new mission [default with one AUV: track]
     #[arg(long)]
     goal: Option<Goal>,
@@ -174,6 +181,8 @@ enum NoBridge {
     NoJson(PathBuf, #[source] serde_json::Error),
     #[error("the file of --certificate contains no certificate")]
     NoCertificate(#[source] Box<dyn Error + Send + Sync>),
+    #[error(transparent)]
+    Route(#[from] NoRoute),
     #[error("the bridge's own service did not start")]
     NoService,
     #[error("{0} of {1} checks failed: correct them before departure")]
@@ -288,10 +297,13 @@ impl MissionFlags {
         if let Some(id) = &self.mission {
             return Ok(MissionChoice::Joined(id.clone()));
         }
-        let setup = match &self.setup {
+        let mut setup = match &self.setup {
             Some(file) => json_of(file)?,
             None => self.body(&auvs)?,
         };
+        if let Some(live) = setup.get_mut("live") {
+            self.routes.put_into(live)?;
+        }
         Ok(MissionChoice::named(self.name.clone(), setup))
     }
 
@@ -307,7 +319,10 @@ impl MissionFlags {
             (None, _) => return Err(NoBridge::NoGoal),
         };
         let auvs: Vec<Value> = auvs.iter().map(|id| json!({ "id": id })).collect();
-        let live = json!({ "auvs": auvs, "goal": goal, "period_s": self.period });
+        let mut live = json!({ "auvs": auvs, "goal": goal, "period_s": self.period });
+        if let Some(origin) = self.routes.origin()? {
+            live["origin"] = json!(origin);
+        }
         Ok(json!({ "schema_version": "1.0", "title": self.name, "live": live }))
     }
 

@@ -16,6 +16,7 @@ use wire::program_dump;
 
 use crate::cli::{
     declared_craft::DeclaredCraft,
+    declared_routes::{DeclaredRoutes, NoRoute},
     out_file::{NotPrinted, OutFile, print, print_json},
 };
 
@@ -29,6 +30,8 @@ pub(crate) struct Plan {
     file: PathBuf,
     #[command(flatten)]
     craft: DeclaredCraft,
+    #[command(flatten)]
+    routes: DeclaredRoutes,
     /// Print the answer on one line.
     #[arg(long)]
     compact: bool,
@@ -72,6 +75,7 @@ pub(crate) fn plan(arguments: &Plan) -> Result<(), Box<dyn Error>> {
         Some(craft) => with_craft(body, craft),
         None => body,
     };
+    let body = with_routes(body, &arguments.routes)?;
     let dump = arguments.dump.as_deref().map(OutFile::new).transpose()?;
     let mut last = None;
     let answer = offline::plan(&body, arguments.tolerance, &mut |program, solution| {
@@ -101,6 +105,18 @@ fn with_craft(body: Vec<u8>, craft: Value) -> Vec<u8> {
         }
         Ok(_) | Err(_) => body,
     }
+}
+
+/// The snapshot with these `routes`. The planner reports what is not a JSON object.
+fn with_routes(body: Vec<u8>, routes: &DeclaredRoutes) -> Result<Vec<u8>, NoRoute> {
+    if routes.is_empty() {
+        return Ok(body);
+    }
+    let Ok(mut snapshot) = serde_json::from_slice(&body) else {
+        return Ok(body);
+    };
+    routes.put_into(&mut snapshot)?;
+    Ok(snapshot.to_string().into_bytes())
 }
 
 fn read(path: &Path) -> io::Result<Vec<u8>> {

@@ -8,6 +8,7 @@ mod docs;
 mod examples;
 mod markdown;
 mod readme;
+mod routes;
 
 /// Left out by `just test-fast`, like every other module of this name.
 mod slow {

@@ -48,6 +48,12 @@ impl DeclaredPath {
         self.segments.iter().map(of).sum()
     }
 
+    /// Radius at which way-points are turned that name none, m.
+    #[must_use]
+    pub fn turn_radius(&self) -> f64 {
+        self.speed_mps / TURN_RATE
+    }
+
     /// The path that it is, if its segments join. Way-points that name no radius are turned at with that of its speed.
     pub fn path(&self) -> Result<Path, InvalidPath> {
         let mut segments = self.segments.clone();
@@ -58,7 +64,7 @@ impl DeclaredPath {
                 ..
             } = segment
             {
-                *radius = Some(self.speed_mps / TURN_RATE);
+                *radius = Some(self.turn_radius());
             }
         }
         Path::from_segments(&segments, self.closed)

@@ -22,3 +22,4 @@ pub use limits::{
 pub use piece::PathPoint;
 pub use segment::Segment;
 pub use speed_profile::SpeedProfile;
+pub use waypoints::{LOOP_FROM, REPEATED_WITHIN};

@@ -6,13 +6,15 @@ use clap::Args;
 use sim::scenario::Scenario;
 
 use super::error::MissionError;
-use crate::cli::{declared_craft::DeclaredCraft, scenarios::scenario};
+use crate::cli::{declared_craft::DeclaredCraft, declared_routes::DeclaredRoutes, scenarios::scenario};
 
 /// How a scenario is run.
 #[derive(Debug, Args)]
 pub(super) struct RunArguments {
     #[command(flatten)]
     craft: DeclaredCraft,
+    #[command(flatten)]
+    routes: DeclaredRoutes,
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
@@ -32,6 +34,7 @@ impl RunArguments {
             let surface_craft = scenario.surface_craft.as_mut();
             surface_craft.ok_or(MissionError::NoSurfaceCraft)?.craft = Some(craft);
         }
+        self.routes.sail(&mut scenario, self.seed)?;
         Ok(scenario)
     }
 }

@@ -180,6 +180,22 @@ impl Path {
         &self.segments
     }
 
+    /// The lines and arcs along which it is sailed: those into which way-points are rounded.
+    pub fn lines_and_arcs(&self) -> impl Iterator<Item = Segment> {
+        self.pieces.iter().map(|piece| {
+            let from = piece.start.into();
+            if piece.curvature == 0.0 {
+                let to = piece.start + direction(piece.tangent) * piece.length;
+                return Segment::Line { from, to: to.into() };
+            }
+            Segment::Arc {
+                from,
+                centre: (piece.start + starboard(piece.tangent) / piece.curvature).into(),
+                angle_rad: piece.curvature * piece.length,
+            }
+        })
+    }
+
     /// The point at arc length `gamma`, m, any finite number.
     #[must_use]
     pub fn at(&self, gamma: f64) -> PathPoint {

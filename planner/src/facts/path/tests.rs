@@ -230,6 +230,19 @@ fn a_path_made_of_its_own_segments_is_the_same_to_the_bit() {
     }
 }
 
+#[test]
+fn a_path_made_of_the_lines_and_arcs_that_it_is_sailed_along_is_the_same() {
+    for path in several() {
+        let pieces: Vec<Segment> = path.lines_and_arcs().collect();
+        let again = Path::from_segments(&pieces, path.is_closed()).expect("they join");
+        for k in 0..100 {
+            let gamma = path.length() * f64::from(k) / 99.0;
+            let apart = (path.at(gamma).position - again.at(gamma).position).norm();
+            assert!(apart < 1e-6, "{apart} m at {gamma} m of {path:?}");
+        }
+    }
+}
+
 fn refused(path: Result<Path, InvalidPath>) -> (String, InvalidReason) {
     let InvalidPath(InvalidField { field, reason }) = path.expect_err("is none");
     (field, reason)

@@ -24,10 +24,10 @@ const LENGTH_OF_ROUNDING: f64 = 1e-9;
 
 /// Nearer than this to the way-point before it, one whose corner may have any radius repeats it, m: a tenth of what
 /// underwater vehicles know of their position, and more than plans in degrees are rounded by.
-const REPEATED_WITHIN: f64 = 0.1;
+pub const REPEATED_WITHIN: f64 = 0.1;
 
 /// Sharper than this a corner is turned by a loop, rad: an arc would pass the way-point at three times its radius.
-const LOOP_FROM: f64 = PI * 5.0 / 6.0;
+pub const LOOP_FROM: f64 = PI * 5.0 / 6.0;
 
 /// How corners are rounded.
 #[derive(Clone, Copy)]

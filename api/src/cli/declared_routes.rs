@@ -1,0 +1,224 @@
+//! `--route`: the routes that AUVs follow, from the files of planning tools.
+
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use clap::Args;
+use geodesy::Datum;
+use planner::{
+    path::{InvalidPath, Segment},
+    snapshot::{DeclaredPath, Origin},
+};
+use route::{Place, Route, Unread};
+use serde_json::{Value, json};
+use sim::scenario::{Kind, OriginFile, PathFile, Point, Quantity, Scenario, ScenarioError, SegmentFile};
+
+/// Routes that the AUVs follow.
+#[derive(Debug, Args)]
+pub(crate) struct DeclaredRoutes {
+    /// The route that an AUV follows, from the file of a planning tool (docs/routes.md). FILE#NAME chooses one of several
+    /// routes. May be repeated.
+    #[arg(long, value_name = "AUV=FILE", value_parser = auv_and_file)]
+    route: Vec<(String, RouteFile)>,
+    /// Horizontal speed of these AUVs through the water, m/s. Default: the file's.
+    #[arg(long, value_name = "M/S", requires = "route")]
+    route_speed: Option<f64>,
+}
+
+/// A route file, and the name of one of its routes.
+#[derive(Clone, Debug)]
+struct RouteFile {
+    path: PathBuf,
+    name: Option<String>,
+}
+
+/// There is no such route.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum NoRoute {
+    #[error("cannot read {}", .0.display())]
+    Read(PathBuf, #[source] io::Error),
+    #[error("{}", .0.display())]
+    Unread(PathBuf, #[source] Unread),
+    #[error("{} states no speed: add --route-speed", .0.display())]
+    NoSpeed(PathBuf),
+    #[error("--route {0}: no AUV has this id")]
+    NoAuv(String),
+    #[error("no vehicle can sail the route")]
+    Path(#[from] InvalidPath),
+    #[error("a route has either latitudes and longitudes or metres, not both")]
+    Mixed,
+    #[error(transparent)]
+    NotOnEarth(#[from] geodesy::NotOnEarth),
+    #[error("scenarios take {0} from {1} to {2}, and the route has {3}")]
+    OutOfRange(&'static str, f64, f64, f64),
+    #[error(transparent)]
+    Scenario(#[from] Box<ScenarioError>),
+}
+
+fn auv_and_file(text: &str) -> Result<(String, RouteFile), String> {
+    let Some((auv, file)) = text
+        .split_once('=')
+        .filter(|(auv, file)| !auv.is_empty() && !file.is_empty())
+    else {
+        return Err("must be AUV=FILE".to_owned());
+    };
+    let (path, name) = match file.rsplit_once('#') {
+        Some((path, name)) if !Path::new(file).exists() => (path, Some(name.to_owned())),
+        _ => (file, None),
+    };
+    let path = path.into();
+    Ok((auv.to_owned(), RouteFile { path, name }))
+}
+
+/// The route called `name` in a file, or its only route.
+pub(crate) fn read(file: &Path, name: Option<&str>) -> Result<Route, NoRoute> {
+    let bytes = fs::read(file).map_err(|error| NoRoute::Read(file.to_owned(), error))?;
+    route::read(&bytes)
+        .and_then(|routes| route::select(routes, name))
+        .map_err(|error| NoRoute::Unread(file.to_owned(), error))
+}
+
+/// Its first point on Earth.
+pub(crate) fn first_on_earth(route: &Route) -> Option<Origin> {
+    match route.points.first()?.place {
+        Place::Earth { lat_deg, lon_deg } => Some(Origin { lat_deg, lon_deg }),
+        Place::Local(_) => None,
+    }
+}
+
+/// Its points (north, east), m; those on Earth from `datum`.
+pub(crate) fn local(route: &Route, datum: Option<&Datum>) -> Result<Vec<[f64; 2]>, NoRoute> {
+    let metres = |place: Place| match (place, datum) {
+        (Place::Earth { lat_deg, lon_deg }, Some(datum)) => {
+            Ok(datum.to_local(&Origin { lat_deg, lon_deg }.into())?.into())
+        }
+        (Place::Local(point), None) => Ok(point),
+        (Place::Earth { .. }, None) | (Place::Local(_), Some(_)) => Err(NoRoute::Mixed),
+    };
+    route.points.iter().map(|point| metres(point.place)).collect()
+}
+
+/// The path through these `points` (north, east), m, which are those of `route`.
+pub(crate) fn declared(route: &Route, points: Vec<[f64; 2]>, speed_mps: f64) -> DeclaredPath {
+    let turn_radius_m = route.turn_radius_m();
+    DeclaredPath {
+        segments: vec![Segment::Waypoints {
+            points,
+            fillet_m: None,
+            turn_radius_m,
+        }],
+        closed: route.closed,
+        speed_mps,
+    }
+}
+
+impl DeclaredRoutes {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.route.is_empty()
+    }
+
+    /// Each AUV's route, and the speed at which it follows it, m/s.
+    fn read(&self) -> impl Iterator<Item = Result<(&str, Route, Result<f64, NoRoute>), NoRoute>> {
+        self.route.iter().map(|(auv, file)| {
+            let route = read(&file.path, file.name.as_deref())?;
+            let speed = self.route_speed.or(route.speed_mps());
+            let speed = speed.ok_or_else(|| NoRoute::NoSpeed(file.path.clone()));
+            Ok((auv.as_str(), route, speed))
+        })
+    }
+
+    /// The first point of the first route, if it is on Earth: an origin for a mission of which nothing else is known.
+    pub(crate) fn origin(&self) -> Result<Option<Origin>, NoRoute> {
+        let first = self.read().next().transpose()?;
+        Ok(first.and_then(|(_, route, _)| first_on_earth(&route)))
+    }
+
+    /// Gives the AUVs of `body`, a snapshot or the live part of a mission, their paths.
+    pub(crate) fn put_into(&self, body: &mut Value) -> Result<(), NoRoute> {
+        for read in self.read() {
+            let (id, route, speed) = read?;
+            let points: Vec<Place> = route.points.iter().map(|point| point.place).collect();
+            let mut waypoints = json!({ "kind": "waypoints", "points": points });
+            if let Some(radius) = route.turn_radius_m() {
+                waypoints["turn_radius_m"] = json!(radius);
+            }
+            let auvs = body.get_mut("auvs").and_then(Value::as_array_mut);
+            let mut auvs = auvs.into_iter().flatten().filter_map(Value::as_object_mut);
+            let auv = auvs.find(|auv| auv.get("id").is_some_and(|name| name == id));
+            let auv = auv.ok_or_else(|| NoRoute::NoAuv(id.to_owned()))?;
+            let path = json!({ "segments": [waypoints], "closed": route.closed, "speed_mps": speed? });
+            auv.insert("path".to_owned(), path);
+        }
+        Ok(())
+    }
+
+    /// Lets the AUVs of `scenario` sail their routes. A scenario without an origin gets the first point on Earth.
+    pub(crate) fn sail(&self, scenario: &mut Scenario, seed: u64) -> Result<(), NoRoute> {
+        for read in self.read() {
+            let (id, route, speed) = read?;
+            let mut origin = scenario.start(seed).map_err(Box::new)?.origin;
+            if let (None, Some(first)) = (origin, first_on_earth(&route)) {
+                origin = Some(first.into());
+                let (lat_deg, lon_deg) = (
+                    fixed("a latitude", first.lat_deg)?,
+                    fixed("a longitude", first.lon_deg)?,
+                );
+                scenario.origin = Some(OriginFile { lat_deg, lon_deg });
+            }
+            let datum = origin.filter(|_| first_on_earth(&route).is_some());
+            let datum = datum.map(|origin| Datum::new(&origin)).transpose()?;
+            let points = local(&route, datum.as_ref())?;
+            let auv = scenario.auvs.iter_mut().find(|auv| auv.id == id);
+            let auv = auv.ok_or_else(|| NoRoute::NoAuv(id.to_owned()))?;
+            if let Ok(speed) = speed {
+                auv.speed_mps = Some(fixed("a speed", speed)?);
+                auv.speed_profile = None;
+            }
+            let path = declared(&route, points, speed.unwrap_or(auv.class.speed())).path()?;
+            let segments = path
+                .lines_and_arcs()
+                .map(|piece| segment(&piece))
+                .collect::<Result<_, _>>()?;
+            auv.path = PathFile::Segments {
+                segments,
+                closed: route.closed,
+            };
+        }
+        Ok(())
+    }
+}
+
+fn segment(piece: &Segment) -> Result<SegmentFile, NoRoute> {
+    let point = |[north, east]: [f64; 2]| {
+        Ok::<_, NoRoute>(Point(vec![
+            fixed("coordinates", north)?,
+            fixed("coordinates", east)?,
+        ]))
+    };
+    match *piece {
+        Segment::Line { from, to } => Ok(SegmentFile::Line {
+            from: point(from)?,
+            to: point(to)?,
+        }),
+        Segment::Arc {
+            from,
+            centre,
+            angle_rad,
+        } => Ok(SegmentFile::Arc {
+            from: point(from)?,
+            centre: point(centre)?,
+            angle_rad: fixed("an angle", angle_rad)?,
+        }),
+        Segment::Waypoints { .. } => unreachable!("a path is sailed along lines and arcs"),
+    }
+}
+
+/// The number, if a scenario takes it.
+fn fixed<K: Kind>(what: &'static str, value: f64) -> Result<Quantity<K>, NoRoute> {
+    if (K::MIN..=K::MAX).contains(&value) {
+        return Ok(Quantity::fixed(value));
+    }
+    Err(NoRoute::OutOfRange(what, K::MIN, K::MAX, value))
+}

@@ -1,0 +1,328 @@
+//! `pilotfish route`: the route of a planning tool's file as it is sailed; lanes over an area.
+
+use std::{
+    error::Error,
+    f64::consts::PI,
+    fmt::Write as _,
+    path::{Path, PathBuf},
+};
+
+use clap::Args;
+use geodesy::Datum;
+use planner::{
+    nalgebra::{Rotation2, Vector2},
+    path::{LOOP_FROM, Path as Sailed, REPEATED_WITHIN, Segment},
+    snapshot::Origin,
+};
+use route::{LawnMower, Route as FileRoute, lanes_over};
+use serde_json::json;
+
+use crate::cli::{
+    declared_routes::{NoRoute, declared, first_on_earth, local, read},
+    out_file::{OutFile, print},
+};
+
+/// Most legs that are printed.
+const LEGS_PRINTED: usize = 40;
+
+/// Speed of which a route without one is printed, m/s.
+const SPEED_ASSUMED: f64 = 1.0;
+
+#[derive(Debug, Args)]
+pub(crate) struct Route {
+    /// A route file: GeoJSON, KML, KMZ, GPX, RTZ, QGroundControl .plan, QGC WPL, MOOS points, or CSV with named columns.
+    #[arg(required_unless_present = "rectangle")]
+    file: Option<PathBuf>,
+    /// Which route of the file.
+    #[arg(long, requires = "file")]
+    name: Option<String>,
+    /// Horizontal speed of the AUV through the water, m/s. Default: the file's.
+    #[arg(long, value_name = "M/S")]
+    speed: Option<f64>,
+    /// Take the route for the corners of an area, and lay lanes over it this far apart, m.
+    #[arg(long, value_name = "M")]
+    lanes: Option<f64>,
+    /// In place of a file: a rectangle from its first corner, AHEAD metres long and STARBOARD metres wide, as seen along the
+    /// lanes.
+    #[arg(
+        long,
+        value_name = "LAT,LON,AHEAD,STARBOARD",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true,
+        requires = "lanes",
+        conflicts_with = "file"
+    )]
+    rectangle: Option<Vec<f64>>,
+    /// Heading of the first lane, degrees, clockwise from north.
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        requires = "lanes",
+        allow_negative_numbers = true
+    )]
+    heading: f64,
+    /// Write the route to this file: GeoJSON, or CSV where it has metres.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Draw the route as it is sailed to this file.
+    #[arg(long, value_name = "FILE.svg")]
+    svg: Option<PathBuf>,
+}
+
+#[derive(Debug, thiserror::Error)]
+#[error("--rectangle needs four numbers: latitude, longitude, length and width")]
+struct NoRectangle;
+
+/// Prints what the route is, and writes the files that were asked for.
+pub(crate) fn route(arguments: &Route) -> Result<(), Box<dyn Error>> {
+    let open = |file: &Option<PathBuf>| file.as_deref().map(OutFile::new).transpose();
+    let (out, svg) = (open(&arguments.out)?, open(&arguments.svg)?);
+    let heading_rad = arguments.heading.to_radians();
+    let (mut route, origin, mut points) = match (&arguments.file, &arguments.rectangle) {
+        (Some(file), _) => of_file(file, arguments.name.as_deref())?,
+        (None, Some(rectangle)) => of_rectangle(rectangle, heading_rad)?,
+        (None, None) => unreachable!("clap requires one of the two"),
+    };
+    let datum = origin.map(|origin| Datum::new(&origin.into())).transpose()?;
+    if let Some(spacing_m) = arguments.lanes {
+        points = lanes_over(
+            &points,
+            &LawnMower {
+                spacing_m,
+                heading_rad,
+            },
+        )?;
+        (route.closed, route.points) = (false, vec![]);
+    }
+    let stated = arguments.speed.or_else(|| route.speed_mps());
+    let path = declared(&route, points.clone(), stated.unwrap_or(SPEED_ASSUMED));
+    let sailed = path.path().map_err(NoRoute::from)?;
+    if let Some(file) = out {
+        file.write_text(&file_of(&route, &points, datum.as_ref(), stated))?;
+    }
+    if let Some(file) = svg {
+        file.write_text(&drawn(&sailed, &points))?;
+    }
+    let radius = route.turn_radius_m().unwrap_or(path.turn_radius());
+    let mut text = legs(&points, route.closed, datum.as_ref());
+    let (speed, length) = (path.speed_mps, sailed.length());
+    let _ = writeln!(
+        text,
+        "{}{} way-points, {length:.0} m as sailed, {}; {:.1} min at {speed} m/s{}; turns of {radius:.1} m",
+        if route.name.is_empty() {
+            String::new()
+        } else {
+            format!("{}: ", route.name)
+        },
+        points.len(),
+        if route.closed { "closed" } else { "open" },
+        length / speed / 60.0,
+        if stated.is_none() {
+            " (assumed: the file states none)"
+        } else {
+            ""
+        },
+    );
+    for note in repairs(&sailed, &points, radius)
+        .into_iter()
+        .chain(route.left_out())
+    {
+        let _ = writeln!(text, "note: {note}");
+    }
+    Ok(print(&text)?)
+}
+
+type Read = (FileRoute, Option<Origin>, Vec<[f64; 2]>);
+
+/// A route, where its metres count from, and its points (north, east), m.
+fn of_file(file: &Path, name: Option<&str>) -> Result<Read, Box<dyn Error>> {
+    let route = read(file, name)?;
+    let origin = first_on_earth(&route);
+    let datum = origin.map(|origin| Datum::new(&origin.into())).transpose()?;
+    let points = local(&route, datum.as_ref())?;
+    Ok((route, origin, points))
+}
+
+fn of_rectangle(rectangle: &[f64], heading: f64) -> Result<Read, NoRectangle> {
+    let &[lat_deg, lon_deg, ahead, starboard] = rectangle else {
+        return Err(NoRectangle);
+    };
+    let corner = |ahead, starboard| (Rotation2::new(heading) * Vector2::new(ahead, starboard)).into();
+    let corners = vec![
+        corner(0.0, 0.0),
+        corner(ahead, 0.0),
+        corner(ahead, starboard),
+        corner(0.0, starboard),
+    ];
+    Ok((FileRoute::default(), Some(Origin { lat_deg, lon_deg }), corners))
+}
+
+/// A table of the legs: where each ends, its length and its direction.
+fn legs(points: &[[f64; 2]], closed: bool, datum: Option<&Datum>) -> String {
+    let head = if datum.is_some() {
+        ("latitude", "longitude")
+    } else {
+        ("north, m", "east, m")
+    };
+    let mut text = format!(
+        "{:>5}{:>13}{:>13}{:>10}{:>11}\n",
+        "to", head.0, head.1, "leg, m", "course, °"
+    );
+    let first = points.first().filter(|_| closed);
+    let ends = points.iter().chain(first).enumerate();
+    for (k, end) in ends.take(LEGS_PRINTED) {
+        let place = datum.map(|datum| Origin::from(datum.from_local(&Vector2::from(*end))));
+        let _ = match place {
+            Some(place) => write!(
+                text,
+                "{:>5}{:>13.6}{:>13.6}",
+                k % points.len(),
+                place.lat_deg,
+                place.lon_deg
+            ),
+            None => write!(text, "{:>5}{:>13.1}{:>13.1}", k % points.len(), end[0], end[1]),
+        };
+        if k > 0 {
+            let leg = Vector2::from(*end) - Vector2::from(points[k - 1]);
+            let course = leg.y.atan2(leg.x).to_degrees().rem_euclid(360.0);
+            let _ = write!(text, "{:>10.1}{course:>11.0}", leg.norm());
+        }
+        text.push('\n');
+    }
+    let more = (points.len() + usize::from(closed)).saturating_sub(LEGS_PRINTED);
+    if more > 0 {
+        let _ = writeln!(text, "{:>5}", format!("… and {more} more"));
+    }
+    text
+}
+
+/// How the path differs from the straight legs between its way-points, beyond corners of `radius`, m.
+fn repairs(path: &Sailed, points: &[[f64; 2]], radius: f64) -> Vec<String> {
+    let apart =
+        |pair: &&[[f64; 2]]| (Vector2::from(pair[1]) - Vector2::from(pair[0])).norm() < REPEATED_WITHIN;
+    let repeated = points.windows(2).filter(apart).count();
+    let arcs: Vec<(f64, f64)> = path
+        .lines_and_arcs()
+        .filter_map(|piece| match piece {
+            Segment::Arc {
+                from,
+                centre,
+                angle_rad,
+            } => Some((
+                (Vector2::from(from) - Vector2::from(centre)).norm(),
+                angle_rad.abs(),
+            )),
+            Segment::Line { .. } | Segment::Waypoints { .. } => None,
+        })
+        .collect();
+    let loops = arcs.iter().filter(|(_, angle)| LOOP_FROM < *angle).count();
+    // Less than this is rounding.
+    let tight = || {
+        arcs.iter()
+            .map(|(tight, _)| *tight)
+            .filter(|tight| *tight < radius * (1.0 - 1e-6))
+    };
+    let tightest = tight().fold(f64::INFINITY, f64::min);
+    let mut notes = vec![];
+    if repeated > 0 {
+        notes.push(format!(
+            "points that repeat the one before and are left out: {repeated}"
+        ));
+    }
+    if tight().count() > 0 {
+        let n = tight().count();
+        notes.push(format!(
+            "arcs that are tighter because their legs are short: {n}, down to {tightest:.2} m"
+        ));
+    }
+    if loops > 0 {
+        let from = LOOP_FROM.to_degrees();
+        notes.push(format!("corners beyond {from:.0}°, turned by a loop: {loops}"));
+    }
+    notes
+}
+
+/// The route as a file that [`route::read`] takes.
+fn file_of(route: &FileRoute, points: &[[f64; 2]], datum: Option<&Datum>, speed: Option<f64>) -> String {
+    let Some(datum) = datum else {
+        let lines = points.iter().map(|[north, east]| format!("{north},{east}\n"));
+        return format!("north_m,east_m\n{}", lines.collect::<String>());
+    };
+    let first = points.first().filter(|_| route.closed);
+    let line = points.iter().chain(first).map(|point| {
+        let place = Origin::from(datum.from_local(&Vector2::from(*point)));
+        json!([place.lon_deg, place.lat_deg])
+    });
+    let line: Vec<_> = line.collect();
+    let geometry = if route.closed {
+        json!({ "type": "Polygon", "coordinates": [line] })
+    } else {
+        json!({ "type": "LineString", "coordinates": line })
+    };
+    let properties = json!({ "name": route.name, "speed_mps": speed });
+    let feature = json!({ "type": "Feature", "properties": properties, "geometry": geometry });
+    format!(
+        "{}\n",
+        json!({ "type": "FeatureCollection", "features": [feature] })
+    )
+}
+
+/// A picture of the path and its way-points, north up.
+fn drawn(path: &Sailed, points: &[[f64; 2]]) -> String {
+    let (mut least, mut most) = (Vector2::from(points[0]), Vector2::from(points[0]));
+    for point in points {
+        (least, most) = (
+            least.inf(&Vector2::from(*point)),
+            most.sup(&Vector2::from(*point)),
+        );
+    }
+    let span = (most - least).max().max(1.0);
+    // Loops and rounded corners stay inside the margin of most routes.
+    let margin = 0.1 * span;
+    let at = |point: Vector2<f64>| {
+        format!(
+            "{:.2} {:.2}",
+            point.y - least.y + margin,
+            most.x - point.x + margin
+        )
+    };
+    let mut line = format!("M{}", at(path.at(0.0).position));
+    for piece in path.lines_and_arcs() {
+        let _ = match piece {
+            Segment::Line { to, .. } => write!(line, "L{}", at(to.into())),
+            Segment::Arc {
+                from,
+                centre,
+                angle_rad,
+            } => {
+                let (from, centre) = (Vector2::from(from), Vector2::from(centre));
+                let radius = (from - centre).norm();
+                let end = centre + Rotation2::new(angle_rad) * (from - centre);
+                let (large, clockwise) = (u8::from(PI < angle_rad.abs()), u8::from(0.0 < angle_rad));
+                write!(line, "A{radius:.2} {radius:.2} 0 {large} {clockwise} {}", at(end))
+            }
+            Segment::Waypoints { .. } => Ok(()),
+        };
+    }
+    let dot = |(k, point): (usize, &[f64; 2])| {
+        let (x, y) = (point[1] - least.y + margin, most.x - point[0] + margin);
+        let radius = span * if k == 0 { 0.012 } else { 0.006 };
+        format!("<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius:.2}\"/>")
+    };
+    let dots: String = points.iter().enumerate().map(dot).collect();
+    let (width, height) = (most.y - least.y + 2.0 * margin, most.x - least.x + 2.0 * margin);
+    let scale = 10.0_f64.powf((0.5 * span).log10().floor());
+    let (foot, size) = (height - 0.3 * margin, 0.35 * margin);
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.2} {height:.2}\" width=\"640\">\n\
+         <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
+         <path fill=\"none\" stroke=\"#0072b2\" stroke-width=\"{:.2}\" d=\"{line}\"/>\n<g>{dots}</g>\n\
+         <path stroke=\"#000\" stroke-width=\"{:.2}\" d=\"M{size:.2} {foot:.2}h{scale}\"/>\n\
+         <text x=\"{:.2}\" y=\"{foot:.2}\" font-size=\"{size:.2}\" font-family=\"sans-serif\">{scale} m, north up</text>\n</svg>\n",
+        0.005 * span,
+        0.003 * span,
+        1.5 * size + scale,
+    )
+}

@@ -1,0 +1,142 @@
+//! Files of planning tools on the command line.
+
+use std::{fs, process::Command};
+
+use serde_json::{Value, json};
+
+fn run(arguments: &[&str]) -> Result<String, String> {
+    let output = Command::new(env!("CARGO_BIN_EXE_pilotfish"))
+        .args(arguments)
+        .output()
+        .expect("the program starts");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    if output.status.success() {
+        Ok(text(&output.stdout))
+    } else {
+        Err(text(&output.stderr))
+    }
+}
+
+#[test]
+fn lanes_over_a_rectangle_are_a_file_that_is_read_again() {
+    let folder = tempfile::tempdir().expect("there is room");
+    let (file, svg) = (folder.path().join("s.geojson"), folder.path().join("s.svg"));
+    let (file, svg) = (file.to_str().expect("is text"), svg.to_str().expect("is text"));
+    let lanes = run(&[
+        "route",
+        "--rectangle",
+        "38.41,-9.12,200,100",
+        "--lanes",
+        "25",
+        "--heading",
+        "90",
+        "--speed",
+        "1.5",
+        "--out",
+        file,
+        "--svg",
+        svg,
+    ]);
+    let lanes = lanes.expect("are laid");
+    assert!(
+        lanes.contains("8 way-points") && lanes.contains("at 1.5 m/s"),
+        "{lanes}"
+    );
+    assert_eq!(run(&["route", file]), Ok(lanes));
+    let drawn = fs::read_to_string(svg).expect("is drawn");
+    assert_eq!(
+        (drawn.matches("<circle").count(), drawn.matches('A').count()),
+        (8, 6),
+        "{drawn}"
+    );
+}
+
+#[test]
+fn repairs_of_a_route_are_named_and_a_file_without_one_is_refused_by_line() {
+    let folder = tempfile::tempdir().expect("there is room");
+    let file = folder.path().join("a.csv");
+    let name = file.to_str().expect("is text");
+    fs::write(
+        &file,
+        "north_m,east_m,depth_m\n0,0,5\n0,0.01,5\n100,0,5\n100,8,5\n0,8,5\n100,8,5\n",
+    )
+    .expect("is written");
+    let text = run(&["route", name, "--speed", "1.5"]).expect("is a route");
+    for note in [
+        "left out: 1
+",
+        "short: 2, down to 4.00 m",
+        "by a loop: 1
+",
+        "depths are not taken",
+    ] {
+        assert!(text.contains(note), "{text}");
+    }
+    fs::write(&file, "lat,lon\n38,-9\n91,-9\n").expect("is written");
+    let refused = run(&["route", name]).expect_err("91°");
+    assert!(refused.contains("line 3: latitude 91"), "{refused}");
+}
+
+#[test]
+fn an_auv_with_a_route_file_has_its_path() {
+    let folder = tempfile::tempdir().expect("there is room");
+    let write = |name: &str, text: &str| {
+        let file = folder.path().join(name);
+        fs::write(&file, text).expect("is written");
+        file.to_str().expect("is text").to_owned()
+    };
+    let points = json!([[0.0, 0.0], [200.0, 0.0], [200.0, 30.0], [0.0, 30.0]]);
+    let route = write(
+        "r.csv",
+        "north_m,east_m,speed_mps\n0,0,1.5\n200,0,1.5\n200,30,1.5\n0,30,1.5\n",
+    );
+    let state = json!({ "north_m": 0.0, "east_m": 0.0, "depth_m": 5.0, "course_rad": 0.0, "speed_mps": 1.5 });
+    let mut snapshot = json!({ "schema_version": "1.0", "t_s": 0.0,
+        "asc": { "north_m": 0.0, "east_m": 5.0, "heading_rad": 0.0, "speed_mps": 1.0 },
+        "auvs": [{ "id": "auv-1", "state": state }], "goal": { "kind": "track", "auv": "auv-1" } });
+    let plan = |body: &Value, arguments: &[&str]| {
+        let body = write("s.json", &body.to_string());
+        let answer = run(&[&["plan", &body], arguments].concat()).expect("is a plan");
+        let mut answer: Value = serde_json::from_str(&answer).expect("is JSON");
+        answer["solver"] = Value::Null;
+        answer
+    };
+    let declared = plan(&snapshot, &["--route", &format!("auv-1={route}")]);
+    snapshot["auvs"][0]["path"] =
+        json!({ "segments": [{ "kind": "waypoints", "points": points }], "closed": false, "speed_mps": 1.5 });
+    assert_eq!(declared, plan(&snapshot, &[]));
+    let unknown = run(&[
+        "plan",
+        &write("s.json", &snapshot.to_string()),
+        "--route",
+        &format!("b={route}"),
+    ]);
+    assert!(unknown.expect_err("there is no b").contains("no AUV has this id"));
+
+    // A simulated AUV starts where its route does.
+    let (record, lanes) = (
+        write("r.csv", ""),
+        write("n.csv", "north_m,east_m\n500,700\n500,900\n530,900\n"),
+    );
+    let lanes = format!("auv-1={lanes}");
+    run(&[
+        "simulate",
+        "calm",
+        "--duration-s",
+        "2",
+        "--route",
+        &lanes,
+        "--out",
+        &record,
+    ])
+    .expect("is simulated");
+    let record = fs::read_to_string(record).expect("is written");
+    let cells = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
+    let head = cells(record.lines().next().expect("has a head"));
+    let column = |name: &str| head.iter().position(|cell| cell == name).expect(name);
+    let rows = record.lines().skip(1).map(cells);
+    let mut rows = rows.filter(|row| row[column("kind")] == "truth" && row[column("vehicle")] == "auv-1");
+    let first = rows.next().expect("an AUV is somewhere");
+    let at = ["north_m", "east_m"].map(|name| first[column(name)].parse::<f64>().expect("is a number"));
+    assert!((at[0] - 500.0).hypot(at[1] - 700.0) < 2.0, "{at:?}");
+}
