@@ -522,3 +522,27 @@ fn a_compass_that_is_off_from_one_moment_to_the_next_is_named_twice() {
     assert!(named.is_some_and(|after| after <= 12.0), "{named:?}");
     assert!(voyage.state.newest().is_some(), "it may be the current");
 }
+
+#[test]
+fn a_jump_of_little_more_than_the_gate_is_named_too() {
+    for seed in 17..22 {
+        let mut voyage = Voyage::new(Sensors::Filter, seed);
+        voyage.nominal(60);
+        // 40° and 22 m: the gates hold them once they have opened for a while.
+        let mut turned = |_: &Voyage, measured| match measured {
+            CraftMeasurement::Heading(heading) => Some(CraftMeasurement::Heading(wrapped(heading + 0.7))),
+            other => Some(other),
+        };
+        let after = voyage.detection(10, Alarm::HeadingJumped, &mut turned);
+        assert!(after.is_some_and(|after| after <= 3.5), "{after:?}");
+        let mut moved_away = |voyage: &Voyage, measured| match measured {
+            CraftMeasurement::Heading(heading) => Some(CraftMeasurement::Heading(wrapped(heading + 0.7))),
+            CraftMeasurement::Position(_) => Some(CraftMeasurement::Position(place(
+                &(voyage.position + Vector2::new(0.0, 22.0)),
+            ))),
+            other => Some(other),
+        };
+        let after = voyage.detection(10, Alarm::PositionJumped, &mut moved_away);
+        assert!(after.is_some_and(|after| after <= 3.5), "{after:?}");
+    }
+}

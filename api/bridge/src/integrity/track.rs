@@ -30,7 +30,7 @@ struct Rival<T> {
 pub(super) enum Fit {
     /// It fits.
     Fits,
-    /// It fits the second hypothesis, which is trusted from now on.
+    /// It fits the second hypothesis, which is trusted from now on, and did not fit the first one at once.
     Jumped,
     /// It is outside its gate.
     Missed,
@@ -64,9 +64,10 @@ impl<T: Copy> Track<T> {
             .is_some_and(|trusted| may_fit(&trusted) && fits(&trusted))
         {
             self.trusted = Some(newest);
-            // A gate that has opened meanwhile holds both: they are one.
-            self.rival = self.rival.filter(|rival| !fits(&rival.last));
-            return Fit::Fits;
+            // A gate that has opened meanwhile holds both: they are one, and it jumped by little more than the gate.
+            let held = self.rival.take_if(|rival| fits(&rival.last));
+            let has_jumped = held.is_some_and(|rival| rival.count >= RIVAL_COUNT_MIN);
+            return if has_jumped { Fit::Jumped } else { Fit::Fits };
         }
         let rival = match self.rival {
             Some(rival) if fits(&rival.last) => Rival {
