@@ -93,6 +93,9 @@ const OFFSET_WALK: f64 = 0.004;
 /// Farthest that a heading is taken to stay off its reference, rad.
 const OFFSET_MAX: f64 = 0.8;
 
+/// Farthest that a speed stays off its reference for a learnt disturbance before that is taken for a fault, m/s.
+const SPEED_OFFSET_BELIEVED: f64 = 0.05;
+
 /// Farthest that a filtered speed may be from a measured one, m/s.
 const FILTERED_SPEED_ERROR_MAX: f64 = 2.0;
 
@@ -283,10 +286,12 @@ impl CraftEstimate {
     /// The craft that the monitor compares with: as it is declared, else as it is learnt.
     fn monitored(&self, prior: &Prior, craft: &CraftModel) -> CraftModel {
         let lag = |declared: bool, prior: f64, learnt: f64| if declared { prior } else { learnt }.exp();
+        let surge_time = lag(prior.surge_declared, prior.surge_lag.mean, self.surge.y);
+        let most = SPEED_OFFSET_BELIEVED / surge_time;
         CraftModel {
             heading_time: lag(prior.heading_declared, prior.heading_lag.mean, self.heading.y),
-            surge_time: lag(prior.surge_declared, prior.surge_lag.mean, self.surge.y),
-            surge_disturbance: self.surge.z,
+            surge_time,
+            surge_disturbance: self.surge.z.clamp(-most, most),
             ..*craft
         }
     }

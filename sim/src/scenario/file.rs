@@ -191,6 +191,11 @@ pub enum FaultKindFile {
         /// Where, as a share of the largest yaw moment, positive to starboard.
         share: Quantity<SignedShare>,
     },
+    /// The surface craft's thrust is stuck, whatever speed is asked for.
+    ThrustStuck {
+        /// Where, as a share of the largest thrust ahead.
+        share: Quantity<Share>,
+    },
     /// The reported accuracy of an underwater vehicle's fixes is wrong.
     WrongAccuracy {
         /// Name of the vehicle.

@@ -33,6 +33,8 @@ pub enum FaultKind {
     /// The surface craft's rudder, or differential thrust, is stuck at this share of the largest yaw moment, −1 to 1, positive
     /// to starboard.
     RudderStuck(f64),
+    /// The thrust of the surface craft is stuck at this share of the largest ahead, 0 to 1.
+    ThrustStuck(f64),
     /// The surface craft's GNSS receiver gives nothing.
     GnssOutage,
     /// The surface craft's clock is ahead, s.
@@ -91,6 +93,7 @@ impl Faults {
                     share,
                 } => health.starboard *= share,
                 FaultKind::RudderStuck(share) => health.steering_stuck = Some(share),
+                FaultKind::ThrustStuck(share) => health.thrust_stuck = Some(share),
                 _ => {}
             }
         }

@@ -103,6 +103,7 @@ impl Scenario {
             FaultKindFile::AuvDies { auv: id } => FaultKind::Dies(auv("auv_dies", id)?),
             FaultKindFile::AuvLeavesPath { auv: id } => FaultKind::LeavesPath(auv("auv_leaves_path", id)?),
             FaultKindFile::RudderStuck { share } => FaultKind::RudderStuck(draw.take(share)),
+            FaultKindFile::ThrustStuck { share } => FaultKind::ThrustStuck(draw.take(share)),
             FaultKindFile::WrongAccuracy { auv: id, factor } => FaultKind::WrongAccuracy {
                 auv: auv("wrong_accuracy", id)?,
                 factor: draw.take(factor),

@@ -37,6 +37,8 @@ pub struct ThrusterHealth {
     /// Share of the largest yaw moment at which the steering is stuck, if it is, −1 to
     /// 1, positive to starboard.
     pub steering_stuck: Option<f64>,
+    /// Share of the largest thrust ahead at which the thrust of both together is stuck, if it is, 0 to 1.
+    pub thrust_stuck: Option<f64>,
 }
 
 impl ThrusterHealth {
@@ -45,6 +47,7 @@ impl ThrusterHealth {
         port: 1.0,
         starboard: 1.0,
         steering_stuck: None,
+        thrust_stuck: None,
     };
 }
 
@@ -85,16 +88,22 @@ impl Thrusters {
         }
     }
 
-    /// Steady thrust for `command`: the difference at which the steering is stuck, within the limits, nothing inside the
-    /// dead zone, and the share that their health leaves.
+    /// Steady thrust for `command`: the difference at which the steering is stuck and the sum at which the thrust is, within
+    /// the limits, nothing inside the dead zone, and the share that their health leaves.
     #[must_use]
     pub fn steady(&self, command: Thrust, health: ThrusterHealth) -> Thrust {
-        let command = health.steering_stuck.map_or(command, |share| {
-            self.allocate(SurfaceInput {
-                surge_force: command.port + command.starboard,
-                yaw_moment: share * self.arm * (self.ahead_max + self.astern_max),
-            })
-        });
+        let command = match (health.steering_stuck, health.thrust_stuck) {
+            (None, None) => command,
+            (steering, thrust) => {
+                let asked = self.force(command);
+                self.allocate(SurfaceInput {
+                    surge_force: thrust.map_or(asked.surge_force, |share| 2.0 * share * self.ahead_max),
+                    yaw_moment: steering.map_or(asked.yaw_moment, |share| {
+                        share * self.arm * (self.ahead_max + self.astern_max)
+                    }),
+                })
+            }
+        };
         let one = |command: f64, health: f64| {
             if command.abs() < self.dead_zone {
                 0.0
@@ -166,6 +175,25 @@ mod tests {
                 let command = thrusters.allocate(wanted(20.0, asked));
                 let given = thrusters.force(thrusters.steady(command, health));
                 assert!((given.yaw_moment - moment).abs() < 1e-9, "{given:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn stuck_thrust_drives_the_craft_whatever_is_asked_for_and_still_steers_it() {
+        for thrusters in CRAFT {
+            let health = ThrusterHealth {
+                thrust_stuck: Some(0.25),
+                ..ThrusterHealth::SOUND
+            };
+            for surge_force in [-5.0, 0.0, 25.0] {
+                let command = thrusters.allocate(wanted(surge_force, 2.0));
+                let given = thrusters.force(thrusters.steady(command, health));
+                assert!(
+                    (given.surge_force - 0.5 * thrusters.ahead_max).abs() < 1e-9,
+                    "{given:?}"
+                );
+                assert!((given.yaw_moment - 2.0).abs() < 1e-9, "{given:?}");
             }
         }
     }
