@@ -19,4 +19,5 @@ mod speed_band_tests;
 #[cfg(test)]
 pub(crate) mod tests;
 
-pub use from_reports::Estimate;
+pub use from_reports::{Estimate, Route};
+pub use on_path::PathFit;

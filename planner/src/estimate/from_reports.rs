@@ -9,7 +9,7 @@ use crate::{
         claims::Believed,
         interacting::Interacting,
         kalman::Kalman,
-        on_path::OnPath,
+        on_path::{OnPath, PathFit},
         track::Track,
         turn::{clear, remembered_turn_rate, turn_rate},
     },
@@ -17,7 +17,7 @@ use crate::{
         angle::Course,
         auv::Auv,
         evidence::{AuvState, FORECAST_AGE_MAX, Report, SPEED_AT_REST},
-        known_path::{KnownPath, OFFSET_FROM_PATH_MAX},
+        known_path::KnownPath,
         previous_plan::RememberedTarget,
     },
 };
@@ -46,7 +46,35 @@ pub struct Estimate {
     pub inflation: f64,
     /// Whether the fixes contradict the courses and speeds that the vehicle reports, so that these are not used.
     pub velocity_contradicted: bool,
+    /// How the vehicle follows the path that is declared for it. None without a path or without reports.
+    pub route: Option<Route>,
 }
+
+/// How a vehicle follows its path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Route {
+    /// Probability that it does.
+    pub probability: f64,
+    /// Where it is on the path, if it does.
+    pub fit: PathFit,
+}
+
+impl Route {
+    /// Whether it is taken to follow its path.
+    #[must_use]
+    pub fn is_followed(&self) -> bool {
+        0.5 <= self.probability
+    }
+}
+
+/// Probability that a vehicle follows its path at its first report.
+const FOLLOWS_AT_FIRST: f64 = 0.9;
+
+/// Time after which a vehicle usually leaves its path, s.
+const LEAVES_AFTER: f64 = 3600.0;
+
+/// Time after which one that left it usually returns, s.
+const RETURNS_AFTER: f64 = 600.0;
 
 /// Two fixes of one time that are nearer to each other than this are one message over two links, m.
 const REPEATED_WITHIN: f64 = 0.1;
@@ -74,6 +102,7 @@ impl Estimate {
                     rejected: Vec::new(),
                     inflation: 0.0,
                     velocity_contradicted: false,
+                    route: None,
                 }
             }
             None => from_reports(auv.reports.as_deref().unwrap_or_default(), path, now, current),
@@ -116,10 +145,13 @@ fn from_reports(reports: &[Report], path: Option<&KnownPath>, now: f64, current:
         inflation,
         velocity_contradicted,
     } = Believed::new(without_repeated(&numbered));
-    let along = path
-        .map(|known| Track::through(&believed, |report| OnPath::start(report, known, current)))
-        .filter(|along| is_followed(along, &free));
-    let (filtered, used) = match &along {
+    let along = path.map(|known| Track::through(&believed, |report| OnPath::start(report, known, current)));
+    let route = along.as_ref().map(|along| Route {
+        probability: probability_of_following(&believed, along, &free),
+        fit: *along.filter.fit(),
+    });
+    let followed = along.filter(|_| route.is_some_and(|route| route.is_followed()));
+    let (filtered, used) = match &followed {
         Some(track) => (Filtered::from(&track.filter), &track.used),
         None => (Filtered::from(&free.filter.combined()), &free.used),
     };
@@ -130,6 +162,7 @@ fn from_reports(reports: &[Report], path: Option<&KnownPath>, now: f64, current:
             .collect(),
         inflation,
         velocity_contradicted,
+        route,
     }
 }
 
@@ -152,12 +185,28 @@ fn without_repeated(numbered: &[(usize, Report)]) -> Vec<(usize, Report)> {
     last.map(|(_, numbered)| *numbered).collect()
 }
 
-/// Whether a vehicle that goes freely along `free` follows its path as `along` has it: it moves, is near the path,
-/// and the path explains as many reports, but for two that a free motion may have taken for a turn.
-fn is_followed(along: &Track<OnPath<'_>>, free: &Track<Interacting>) -> bool {
-    free.filter.combined().velocity().norm() >= SPEED_AT_REST
-        && along.filter.offset().abs() <= OFFSET_FROM_PATH_MAX
-        && along.used.len() + 2 >= free.used.len()
+/// Probability that a vehicle follows its path as `along` has it, after `reports`: of two states, in one of which it goes freely
+/// along `free`.
+fn probability_of_following(
+    reports: &[(usize, Report)],
+    along: &Track<OnPath<'_>>,
+    free: &Track<Interacting>,
+) -> f64 {
+    let moves = SPEED_AT_REST <= free.filter.combined().velocity().norm();
+    if !moves || !along.filter.is_on_path() {
+        return 0.0;
+    }
+    let innovations = along.innovations.iter().zip(&free.innovations);
+    let intervals = reports.iter().zip(&reports[1..]);
+    let steps = intervals.map(|((_, from), (_, to))| to.t_s - from.t_s);
+    steps
+        .zip(innovations)
+        .fold(FOLLOWS_AT_FIRST, |follows, (elapsed, (along, free))| {
+            let [leaves, returns] = [LEAVES_AFTER, RETURNS_AFTER].map(|after| -(-elapsed / after).exp_m1());
+            let follows = follows * (1.0 - leaves) + (1.0 - follows) * returns;
+            let ratio = (free.log_likelihood() - along.log_likelihood()).exp();
+            follows / (follows + (1.0 - follows) * ratio)
+        })
 }
 
 /// By time, then by everything else, so that no order in which reports are given can show; what depends on where north

@@ -1,6 +1,8 @@
-//! A filter for a vehicle that follows a path which is known.
+//! A filter for a vehicle that follows a path which is known, as its own navigation has it.
 
-use nalgebra::{Matrix2, Matrix4, Vector2};
+use std::f64::consts::TAU;
+
+use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
 
 use crate::{
     estimate::{
@@ -8,10 +10,9 @@ use crate::{
         track::{Filter, Innovation},
     },
     facts::{
-        angle::{Course, direction, ned_from_body},
-        evidence::{AuvState, Report},
-        known_path::{KnownPath, place_on_path, speed_along},
-        path::piece::PathPoint,
+        angle::{direction, ned_from_body},
+        evidence::Report,
+        known_path::{KnownPath, foot_speed},
     },
 };
 
@@ -19,20 +20,16 @@ use crate::{
 /// reversals, 0.4 m each, two in a cycle of 200 s, make 0.0016.
 const ALONG_DENSITY: f64 = 0.002;
 
-/// Standard deviation of the speed along the path from the one that it is known to have, m/s. Assumption: a current
-/// that is not known, or known elsewhere.
+/// Standard deviation of the speed along the path from the one that is declared, m/s: a current that is not known, or known
+/// elsewhere.
 const SPEED_SIGMA: f64 = 0.05;
+
+/// The same as a share of the declared speed. Assumption: how well plans keep the speeds that they declare.
+const SPEED_SHARE: f64 = 0.2;
 
 /// Spread of that difference, (m/s)²/s: between still water and an unknown current, see
 /// `docs/rationale.md#estimating-the-auvs`.
 const SPEED_DENSITY: f64 = 1.0e-5;
-
-/// Standard deviation of the distance from the path at the first report, m. Assumption: vehicles begin some metres off.
-const OFFSET_SIGMA: f64 = 5.0;
-
-/// Spread of that distance, m²/s. Assumption: followers come back to their path, or go to their steady offset in a
-/// current, by a metre in five minutes.
-const OFFSET_DENSITY: f64 = 0.002;
 
 /// Standard deviation of the velocity across the path, m/s: the offset's spread over ten seconds, by ten seconds.
 const ACROSS_SIGMA: f64 = 0.014;
@@ -48,188 +45,388 @@ const STEP_MAX: f64 = 5.0;
 /// silence steps are longer, so that no list of reports takes long to filter.
 const STEPS_MAX: f64 = 180.0;
 
-/// Place along a path, error of the speed along it, and distance from it.
+/// How well a vehicle knows where it is: it follows the path where it takes that to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Navigation {
+    /// Probability.
+    share: f64,
+    /// Standard deviation of the path's offset along either axis at the first report, m.
+    offset_sigma: f64,
+    /// Spread of the offset along either axis, m²/s.
+    offset_density: f64,
+    /// Parts of the offset along the path that are hypotheses of their own, in deviations, and the deviation of each: a filter
+    /// is linear, and a turn at the wrong place is not.
+    parts: &'static [f64],
+    part_sigma: f64,
+}
+
+/// Assumptions: most vehicles are some metres off, as they are where a current is not known; those that navigate by dead reckoning
+/// are tens of metres off after an hour, and drift by a metre in a hundred seconds. Chosen on an Otter and a MEDUSA behind lawn-mowers
+/// of 0.2 to 0.9 m/s, see `docs/evidence.md#routes`.
+const NAVIGATIONS: [Navigation; 2] = [
+    Navigation {
+        share: 0.9,
+        offset_sigma: 2.0,
+        offset_density: 0.001,
+        parts: &[0.0],
+        part_sigma: 1.0,
+    },
+    Navigation {
+        share: 0.1,
+        offset_sigma: 20.0,
+        offset_density: 0.01,
+        parts: &[0.0, -0.7, 0.7, -1.4, 1.4],
+        part_sigma: 0.35,
+    },
+];
+
+/// Prior probability that a vehicle sails its path from the end to the beginning.
+const BACKWARDS: f64 = 0.02;
+
+/// Standard deviation of a place along the path of which nothing is known, m: it counts as none beside any fix.
+const ANYWHERE: f64 = 1000.0;
+
+/// Farthest that the path passes by the first report where a vehicle may be on it, in deviations of the offset.
+const REACH: f64 = 3.0;
+
+/// Most hypotheses that are followed.
+const HYPOTHESES_MAX: usize = 16;
+
+/// Probability below which a hypothesis is dropped.
+const PROBABILITY_MIN: f64 = 3.0e-3;
+
+/// A vehicle on a path that lies elsewhere than declared, by as much as its navigation is off.
 ///
 /// ```text
-/// γ̇ = u_P(γ) + b + w_s    ḃ = w_b    ẏ₁ = w_y        (γ, y₁) measured, each with the fix's σ
+/// x = (γ, b, o)    p = p_P(γ) + o    γ̇ = ±(u_P(γ) + b) + w_s    ḃ = w_b    ȯ = w_o        p measured, with the fix's σ
 /// ```
-/// u_P is the speed over ground that the known speed and current give. A fix is measured in the frame of the tangent at
-/// the predicted place; that the foot of a vehicle off an arc is faster or slower than the vehicle is left to b and w_s.
+/// u_P is the speed over ground that the declared speed and current give, o the offset (north, east). On a straight leg only what
+/// o is across the leg is seen; a turn shows the rest. Which leg it is on, how well it navigates and which way it sails are
+/// hypotheses, each with a filter of its own and a probability.
 #[derive(Clone, Debug)]
 pub(crate) struct OnPath<'a> {
     known: &'a KnownPath,
     current: Vector2<f64>,
     time: f64,
-    /// Place γ along the path, m.
-    gamma: f64,
-    /// b, m/s.
-    bias: f64,
-    /// Covariance of (γ, b).
-    along: Matrix2<f64>,
-    /// y₁, m, positive to starboard.
-    offset: f64,
-    offset_variance: f64,
+    /// The most probable first.
+    hypotheses: [Hypothesis; HYPOTHESES_MAX],
+}
+
+/// Where a vehicle is on its path, how fast, and how far its path is off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathFit {
+    /// Place γ along the path, m; speed beyond the declared one, m/s; offset of the path (north, east), m.
+    pub state: Vector4<f64>,
+    /// Covariance of these.
+    pub covariance: Matrix4<f64>,
+    /// 1, or −1 for a vehicle that sails the path backwards.
+    pub sense: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Hypothesis {
+    probability: f64,
+    fit: PathFit,
+    offset_density: f64,
+}
+
+impl Hypothesis {
+    const NONE: Self = Self {
+        probability: 0.0,
+        fit: PathFit {
+            state: Vector4::new(0.0, 0.0, 0.0, 0.0),
+            covariance: Matrix4::new(
+                0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+            ),
+            sense: 1.0,
+        },
+        offset_density: 0.0,
+    };
+}
+
+impl PathFit {
+    /// Offset of the path (north, east), m.
+    #[must_use]
+    pub fn offset(&self) -> Vector2<f64> {
+        Vector2::new(self.state.z, self.state.w)
+    }
+
+    /// Position on `known`, m.
+    pub(crate) fn position(&self, known: &KnownPath) -> Vector2<f64> {
+        known.path.at(self.state.x).position + self.offset()
+    }
+
+    /// Rate of the place γ, m/s.
+    fn rate(&self, known: &KnownPath, current: &Vector2<f64>) -> f64 {
+        let tangent = known.path.at(self.state.x).tangent;
+        foot_speed(known.horizontal_speed, current, tangent, self.sense) + self.sense * self.state.y
+    }
+
+    /// How position and speed depend on the state: rows north, east.
+    fn jacobian(tangent: f64) -> Matrix2x4<f64> {
+        let along = direction(tangent);
+        Matrix2x4::new(along.x, 0.0, 1.0, 0.0, along.y, 0.0, 0.0, 1.0)
+    }
+
+    /// Covariance of the position where the tangent is `tangent`, m², `elapsed` seconds on.
+    #[must_use]
+    pub fn position_covariance(&self, tangent: f64, elapsed: f64) -> Matrix2<f64> {
+        let mut jacobian = Self::jacobian(tangent);
+        let along = direction(tangent);
+        jacobian.set_column(1, &(along * (self.sense * elapsed)));
+        let spread = ALONG_DENSITY * elapsed + SPEED_DENSITY * elapsed.powi(3) / 3.0;
+        jacobian * self.covariance * jacobian.transpose() + along * along.transpose() * spread
+    }
+
+    /// Carries it on by `t` seconds.
+    fn carry_on(&mut self, t: f64, offset_density: f64, known: &KnownPath, current: &Vector2<f64>) {
+        let steps = (t / STEP_MAX).ceil().min(STEPS_MAX);
+        let step = if steps > 0.0 { t / steps } else { 0.0 };
+        let mut done = 0.0;
+        while done < steps {
+            // Half a step first: the speed in the middle of the step, to second order.
+            let start = self.state.x;
+            self.state.x += 0.5 * step * self.rate(known, current);
+            self.state.x = start + step * self.rate(known, current);
+            done += 1.0;
+        }
+        let mut f = Matrix4::identity();
+        f[(0, 1)] = self.sense * t;
+        let (q_s, q_b, q_o) = (ALONG_DENSITY, SPEED_DENSITY, offset_density * t);
+        let mut q = Matrix4::from_diagonal(&Vector4::new(q_s * t + q_b * t.powi(3) / 3.0, q_b * t, q_o, q_o));
+        q[(0, 1)] = 0.5 * q_b * t * t * self.sense;
+        q[(1, 0)] = q[(0, 1)];
+        self.covariance = f * self.covariance * f.transpose() + q;
+    }
+
+    /// Takes a position in, in Joseph's form, as in [`super::kalman::Kalman`].
+    fn update(
+        &mut self,
+        h: &Matrix2x4<f64>,
+        innovation: &Vector2<f64>,
+        inverse: &Matrix2<f64>,
+        variance: f64,
+    ) {
+        let gain = self.covariance * h.transpose() * inverse;
+        let kept = Matrix4::identity() - gain * h;
+        let covariance = kept * self.covariance * kept.transpose() + gain * gain.transpose() * variance;
+        self.covariance = (covariance + covariance.transpose()) * 0.5;
+        self.state += gain * innovation;
+    }
+
+    /// Takes in that the speed along the path is more by `excess`.
+    fn update_speed(&mut self, excess: f64) {
+        let column = self.covariance.column(1).into_owned();
+        let gain = column / (column.y + TELEMETRY_SIGMA.powi(2));
+        self.covariance -= gain * column.transpose();
+        self.covariance = (self.covariance + self.covariance.transpose()) * 0.5;
+        self.state += gain * excess;
+    }
 }
 
 impl<'a> OnPath<'a> {
-    /// From a report alone.
+    /// From a report alone: on whatever legs it may be.
     pub(crate) fn start(report: &Report, known: &'a KnownPath, current: &Vector2<f64>) -> Self {
-        let track = report.ground_track();
-        // At rest it has no course, and without telemetry none that is known.
-        let course = track.map_or(Course::new(0.0), |track| track.course);
-        let speed = track.map_or(0.0, |track| track.speed);
-        let there = AuvState::new(report.position(), 0.0, course, speed);
         let mut filter = Self {
             known,
             current: *current,
             time: report.t_s,
-            gamma: place_on_path(&there, known, current),
-            bias: 0.0,
-            along: Matrix2::new(report.sigma_m.powi(2), 0.0, 0.0, SPEED_SIGMA.powi(2)),
-            offset: 0.0,
-            offset_variance: OFFSET_SIGMA.powi(2),
+            hypotheses: [Hypothesis::NONE; HYPOTHESES_MAX],
         };
-        let (_, across) = filter.errors(report);
-        filter.update_offset(across, report.sigma_m.powi(2));
+        let reach = NAVIGATIONS.iter().fold(report.sigma_m, |reach, navigation| {
+            reach.hypot(navigation.offset_sigma)
+        });
+        known.path.feet(&report.position(), REACH * reach, |gamma| {
+            for navigation in &NAVIGATIONS {
+                for part in navigation.parts {
+                    for sense in [1.0, -1.0] {
+                        filter.insert(filter.begun(gamma, navigation, *part, sense, report));
+                    }
+                }
+            }
+        });
+        filter.normalise();
         filter
+    }
+
+    /// A vehicle beside the place `gamma`, whose path is off along itself by a `part` of what its navigation may be.
+    fn begun(
+        &self,
+        gamma: f64,
+        navigation: &Navigation,
+        part: f64,
+        sense: f64,
+        report: &Report,
+    ) -> Hypothesis {
+        let turn = ned_from_body(self.known.path.at(gamma).tangent);
+        let sigma = navigation.offset_sigma;
+        let ahead = part * sigma;
+        let offset = turn * Vector2::new(ahead, 0.0);
+        let variances = Vector2::new((navigation.part_sigma * sigma).powi(2), sigma.powi(2));
+        let speed_variance = SPEED_SIGMA.powi(2) + (SPEED_SHARE * self.known.horizontal_speed).powi(2);
+        let mut covariance =
+            Matrix4::from_diagonal(&Vector4::new(ANYWHERE.powi(2), speed_variance, 0.0, 0.0));
+        covariance
+            .fixed_view_mut::<2, 2>(2, 2)
+            .copy_from(&(turn * Matrix2::from_diagonal(&variances) * turn.transpose()));
+        let mut fit = PathFit {
+            state: Vector4::new(gamma - ahead, 0.0, offset.x, offset.y),
+            covariance,
+            sense,
+        };
+        let innovation = self.take_in(&mut fit, report);
+        let share = if sense < 0.0 { BACKWARDS } else { 1.0 - BACKWARDS };
+        Hypothesis {
+            probability: navigation.share * share * (-0.5 * part * part).exp() * innovation.density,
+            fit,
+            offset_density: navigation.offset_density,
+        }
     }
 
     pub(crate) fn time(&self) -> f64 {
         self.time
     }
 
-    /// Cross-track offset y₁, m, positive to starboard.
-    pub(crate) fn offset(&self) -> f64 {
-        self.offset
+    /// Whether the path passes by where the vehicle was found.
+    pub(crate) fn is_on_path(&self) -> bool {
+        0.0 < self.hypotheses[0].probability
+    }
+
+    /// What is most probable.
+    pub(crate) fn fit(&self) -> &PathFit {
+        &self.hypotheses[0].fit
     }
 
     pub(crate) fn position(&self) -> Vector2<f64> {
-        let point = self.point();
-        point.position + ned_from_body(point.tangent) * Vector2::new(0.0, self.offset)
+        self.fit().position(self.known)
     }
 
     pub(crate) fn velocity(&self) -> Vector2<f64> {
-        let point = self.point();
-        direction(point.tangent) * (self.speed_at(point.tangent) * (1.0 - point.curvature * self.offset))
+        let fit = self.fit();
+        direction(self.known.path.at(fit.state.x).tangent) * fit.rate(self.known, &self.current)
     }
 
     /// Covariance of (north, east, north velocity, east velocity).
     pub(crate) fn covariance(&self) -> Matrix4<f64> {
-        let (s, across) = (&self.along, ACROSS_SIGMA.powi(2));
-        let in_path_frame = Matrix4::new(
-            s[(0, 0)],
-            0.0,
-            s[(0, 1)],
-            0.0, //
-            0.0,
-            self.offset_variance,
-            0.0,
-            0.0, //
-            s[(1, 0)],
-            0.0,
-            s[(1, 1)],
-            0.0, //
-            0.0,
-            0.0,
-            0.0,
-            across,
+        let fit = self.fit();
+        let tangent = self.known.path.at(fit.state.x).tangent;
+        let (along, h) = (direction(tangent), PathFit::jacobian(tangent));
+        let across = Vector2::new(-along.y, along.x);
+        let with_speed = h * fit.covariance.column(1) * along.transpose() * fit.sense;
+        let mut covariance = Matrix4::zeros();
+        covariance
+            .fixed_view_mut::<2, 2>(0, 0)
+            .copy_from(&(h * fit.covariance * h.transpose()));
+        covariance.fixed_view_mut::<2, 2>(0, 2).copy_from(&with_speed);
+        covariance
+            .fixed_view_mut::<2, 2>(2, 0)
+            .copy_from(&with_speed.transpose());
+        covariance.fixed_view_mut::<2, 2>(2, 2).copy_from(
+            &(along * along.transpose() * fit.covariance.m22
+                + across * across.transpose() * ACROSS_SIGMA.powi(2)),
         );
-        let turn = ned_from_body(self.point().tangent);
-        let mut ned_from_path = Matrix4::zeros();
-        ned_from_path.fixed_view_mut::<2, 2>(0, 0).copy_from(&turn);
-        ned_from_path.fixed_view_mut::<2, 2>(2, 2).copy_from(&turn);
-        let covariance = ned_from_path * in_path_frame * ned_from_path.transpose();
         (covariance + covariance.transpose()) * 0.5
     }
 
-    fn point(&self) -> PathPoint {
-        self.known.path.at(self.gamma)
-    }
-
-    /// Speed over ground along a tangent, m/s.
-    fn speed_at(&self, tangent: f64) -> f64 {
-        speed_along(self.known.horizontal_speed, &self.current, tangent) + self.bias
-    }
-
-    /// The same at a later time, s.
-    fn at(&self, time: f64) -> Self {
-        let mut then = self.clone();
-        let t = time - self.time;
-        let steps = (t / STEP_MAX).ceil().min(STEPS_MAX);
-        let step = if steps > 0.0 { t / steps } else { 0.0 };
-        let mut done = 0.0;
-        while done < steps {
-            // Half a step first: the speed in the middle of the step, to second order.
-            let start = then.gamma;
-            then.gamma += 0.5 * step * then.speed_at(then.point().tangent);
-            then.gamma = start + step * then.speed_at(then.point().tangent);
-            done += 1.0;
-        }
-        let f = Matrix2::new(1.0, t, 0.0, 1.0);
-        let (q_s, q_b) = (ALONG_DENSITY, SPEED_DENSITY);
-        let q = Matrix2::new(
-            q_s * t + q_b * t.powi(3) / 3.0,
-            0.5 * q_b * t * t,
-            0.5 * q_b * t * t,
-            q_b * t,
-        );
-        then.along = f * self.along * f.transpose() + q;
-        then.offset_variance += OFFSET_DENSITY * t;
-        then.time = time;
-        then
-    }
-
-    /// How far a fix is ahead of the place, and how far to starboard of the path, m.
-    fn errors(&self, report: &Report) -> (f64, f64) {
-        let point = self.point();
-        let error = ned_from_body(point.tangent).transpose() * (report.position() - point.position);
-        (error.x, error.y)
-    }
-
-    fn update_offset(&mut self, across: f64, variance: f64) {
-        let gain = self.offset_variance / (self.offset_variance + variance);
-        self.offset += gain * (across - self.offset);
-        self.offset_variance *= 1.0 - gain;
-    }
-
-    /// Takes in that `measured` · (γ, b) is more by `excess` than taken for so. Joseph's form, as in
-    /// [`super::kalman::Kalman`].
-    fn update_along(&mut self, measured: &Vector2<f64>, excess: f64, variance: f64) {
-        let p = &self.along;
-        let gain = p * measured / (measured.dot(&(p * measured)) + variance);
-        let kept = Matrix2::identity() - gain * measured.transpose();
-        let along = kept * p * kept.transpose() + gain * gain.transpose() * variance;
-        self.along = (along + along.transpose()) * 0.5;
-        self.gamma += gain.x * excess;
-        self.bias += gain.y * excess;
-    }
-}
-
-impl Filter for OnPath<'_> {
-    fn accept(&mut self, report: &Report) -> Innovation {
-        let mut then = self.at(report.t_s);
-        let (ahead, across) = then.errors(report);
-        let variance = report.sigma_m.powi(2);
-        let variances = (then.along[(0, 0)] + variance, then.offset_variance + variance);
-        let distance = ahead.powi(2) / variances.0 + (across - then.offset).powi(2) / variances.1;
-        let mean_variance = (variances.0 * variances.1).sqrt();
-        let accepted = distance <= GATE;
+    /// Takes a report in, if it is inside the gate. The density of what it says is that of the position, and of the course as far as
+    /// the vehicle reports one.
+    fn take_in(&self, fit: &mut PathFit, report: &Report) -> Innovation {
+        let point = self.known.path.at(fit.state.x);
+        let h = PathFit::jacobian(point.tangent);
+        let error = report.position() - point.position - fit.offset();
+        let noise = report.sigma_m.powi(2);
+        let covariance = h * fit.covariance * h.transpose() + Matrix2::identity() * noise;
+        let determinant = covariance.determinant().max(f64::MIN_POSITIVE);
+        let adjugate = Matrix2::new(covariance.m22, -covariance.m12, -covariance.m21, covariance.m11);
+        let inverse = adjugate / determinant;
+        let (normalised, variance) = (error.dot(&(inverse * error)), determinant.sqrt());
+        let track = report.ground_track();
+        let agreement = track.map_or(1.0, |track| {
+            let cosine = (direction(point.tangent) * fit.sense).dot(&track.course.unit());
+            ((cosine - 1.0) / COURSE_VARIANCE).exp() + COURSE_UNLIKE
+        });
+        let accepted = normalised <= GATE;
         if accepted {
-            then.update_along(&Vector2::new(1.0, 0.0), ahead, variance);
-            if let Some(track) = &report.ground_track() {
-                let tangent = then.point().tangent;
-                let excess = track.velocity().dot(&direction(tangent)) - then.speed_at(tangent);
-                then.update_along(&Vector2::new(0.0, 1.0), excess, TELEMETRY_SIGMA.powi(2));
+            fit.update(&h, &error, &inverse, noise);
+            if let Some(track) = &track {
+                let along = direction(self.known.path.at(fit.state.x).tangent) * fit.sense;
+                let forwards = fit.sense * fit.rate(self.known, &self.current);
+                fit.update_speed(track.velocity().dot(&along) - forwards);
             }
-            then.update_offset(across, variance);
-            *self = then;
         }
         Innovation {
             accepted,
-            normalised: distance,
-            density: (-0.5 * distance).exp() / (std::f64::consts::TAU * mean_variance),
-            square: ahead.powi(2) + (across - self.offset).powi(2),
-            variance: mean_variance,
+            normalised,
+            density: agreement * (-0.5 * normalised).exp() / (TAU * variance),
+            square: error.norm_squared(),
+            variance,
+        }
+    }
+
+    /// Takes a hypothesis in, in the order of their probabilities; of too many, the least probable is dropped.
+    fn insert(&mut self, hypothesis: Hypothesis) {
+        let place = self
+            .hypotheses
+            .partition_point(|other| hypothesis.probability <= other.probability);
+        if let Some(from) = self.hypotheses.get_mut(place..).filter(|from| !from.is_empty()) {
+            from.rotate_right(1);
+            from[0] = hypothesis;
+        }
+    }
+
+    /// Makes probabilities sum to 1, and drops what is improbable.
+    fn normalise(&mut self) {
+        let sum: f64 = self
+            .hypotheses
+            .iter()
+            .map(|hypothesis| hypothesis.probability)
+            .sum();
+        self.hypotheses
+            .sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        for hypothesis in &mut self.hypotheses {
+            hypothesis.probability /= sum;
+            if !(PROBABILITY_MIN <= hypothesis.probability) {
+                hypothesis.probability = 0.0;
+            }
+        }
+    }
+}
+
+/// Variance of a telemetered course about the path's, rad²: crab angles and turns.
+const COURSE_VARIANCE: f64 = 0.1;
+
+/// How probable any course is beside one along the path.
+const COURSE_UNLIKE: f64 = 0.01;
+
+impl Filter for OnPath<'_> {
+    fn accept(&mut self, report: &Report) -> Innovation {
+        let mut then = self.clone();
+        then.time = report.t_s;
+        let mut best = (0.0, Innovation::REFUSED);
+        let mut density = 0.0;
+        for hypothesis in then.hypotheses.iter_mut().take_while(|one| 0.0 < one.probability) {
+            let fit = &mut hypothesis.fit;
+            fit.carry_on(
+                report.t_s - self.time,
+                hypothesis.offset_density,
+                self.known,
+                &self.current,
+            );
+            let innovation = self.take_in(fit, report);
+            density += hypothesis.probability * innovation.density;
+            hypothesis.probability *= innovation.log_likelihood().exp();
+            if best.0 < hypothesis.probability {
+                best = (hypothesis.probability, innovation);
+            }
+        }
+        let (_, innovation) = best;
+        if innovation.accepted {
+            then.normalise();
+            *self = then;
+        }
+        Innovation {
+            density,
+            ..innovation
         }
     }
 

@@ -46,6 +46,15 @@ const OUTLIER_SHARE: f64 = 0.02;
 const OUTLIER_SCALE: f64 = 20.0;
 
 impl Innovation {
+    /// Of a report that cannot be compared with anything.
+    pub(crate) const REFUSED: Self = Self {
+        accepted: false,
+        normalised: f64::INFINITY,
+        density: 0.0,
+        square: f64::INFINITY,
+        variance: 0.0,
+    };
+
     /// Logarithm of its probability density, 1/m².
     ///
     /// Outliers have Student's distribution with two degrees of freedom: one that is far off is improbable, and no more so

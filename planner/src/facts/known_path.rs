@@ -1,6 +1,6 @@
 //! A path that an AUV is known to follow: where on it the AUV is, and how fast it goes along it.
 
-use std::sync::Arc;
+use std::{f64::consts::PI, sync::Arc};
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -116,6 +116,16 @@ pub(crate) fn place_on_path(state: &AuvState, known: &KnownPath, current: &Vecto
         };
         (distance + POSITION_UNCERTAINTY) * (1.0 + (WRONG_WAY - 1.0) * 0.5 * (1.0 - agreement))
     })
+}
+
+/// Rate of the place on a path whose tangent is `tangent`, m/s, of such a vehicle that sails the path in a `sense`: 1, or −1 for
+/// backwards.
+pub(crate) fn foot_speed(u_h: f64, current: &Vector2<f64>, tangent: f64, sense: f64) -> f64 {
+    if sense < 0.0 {
+        -speed_along(u_h, current, tangent + PI)
+    } else {
+        speed_along(u_h, current, tangent)
+    }
 }
 
 /// Speed over ground along a tangent, m/s, of a vehicle of horizontal speed `u_h` through the water that holds its

@@ -5,10 +5,11 @@ use std::sync::Arc;
 use nalgebra::Vector2;
 
 use crate::{
+    estimate::PathFit,
     facts::{
         angle::direction,
         evidence::{AuvState, SPEED_AT_REST},
-        known_path::{KnownPath, place_on_path, speed_along},
+        known_path::{KnownPath, foot_speed, place_on_path},
         path::{
             curve::Path,
             piece::{Piece, starboard},
@@ -51,6 +52,8 @@ const APPROACH_LENGTH: f64 = 2.0;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct AlongPath {
     path: Arc<Path>,
+    /// How its reports fit the path, if it has any.
+    fit: Option<PathFit>,
     /// Horizontal speed through the water, m/s.
     horizontal_speed: f64,
     /// Cross-track offset at the report y₁, m, positive to starboard.
@@ -85,17 +88,26 @@ struct Stretch {
 }
 
 impl AlongPath {
-    /// The future of an AUV in `state` on the path it is known to follow, in a `current` (north, east), m/s.
-    pub(crate) fn new(state: &AuvState, known: &KnownPath, current: &Vector2<f64>) -> Self {
+    /// The future of an AUV in `state` on the path it is known to follow, in a `current` (north, east), m/s, as its reports `fit`
+    /// the path.
+    pub(crate) fn new(
+        state: &AuvState,
+        known: &KnownPath,
+        fit: Option<&PathFit>,
+        current: &Vector2<f64>,
+    ) -> Self {
         let mut stretches = Vec::new();
-        let KnownPath {
-            path,
-            horizontal_speed,
-        } = known;
-        let ground_speed = |tangent: f64| speed_along(*horizontal_speed, current, tangent);
-        let gamma = place_on_path(state, known, current);
+        let path = &known.path;
+        let (sense, faster) = fit.map_or((1.0, 0.0), |fit| (fit.sense, fit.state.y));
+        let horizontal_speed = (known.horizontal_speed + faster).max(0.0);
+        let ground_speed =
+            |tangent: f64| foot_speed(known.horizontal_speed, current, tangent, sense) + sense * faster;
+        let gamma = fit.map_or_else(|| place_on_path(state, known, current), |fit| fit.state.x);
         let point = path.at(gamma);
-        let offset = (state.position() - point.position).dot(&starboard(point.tangent));
+        let offset = match fit {
+            Some(_) => 0.0,
+            None => (state.position() - point.position).dot(&starboard(point.tangent)),
+        };
         let mut schedule = Schedule {
             path,
             offset,
@@ -107,14 +119,15 @@ impl AlongPath {
             stretches: &mut stretches,
         };
         let lap = schedule.fill(gamma);
-        let cross_course = if state.speed_mps < SPEED_AT_REST {
+        let cross_course = if state.speed_mps < SPEED_AT_REST || fit.is_some() {
             0.0
         } else {
             state.course().unit().dot(&starboard(point.tangent))
         };
         Self {
             path: Arc::clone(path),
-            horizontal_speed: *horizontal_speed,
+            fit: fit.copied(),
+            horizontal_speed,
             offset,
             approach: APPROACH_LENGTH * cross_course,
             approach_rate: state.speed_mps.max(SPEED_AT_REST) / APPROACH_LENGTH,
@@ -139,13 +152,16 @@ impl AlongPath {
     /// The lead counts along the path: what a current across takes of it is left out (a sixth, at 0.1 m/s).
     pub(crate) fn at(&self, elapsed: f64, lead: Lead) -> Motion {
         let (gamma, rate) = self.foot(elapsed);
-        let point = self.path.at(gamma + lead.distance);
+        let sense = self.sense();
+        let point = self.path.at(gamma + sense * lead.distance);
         let left = self.left_to_approach(elapsed);
         let offset = self.offset + self.approach * (1.0 - left);
         let across = starboard(point.tangent);
+        let shift = self.fit.map_or_else(Vector2::zeros, |fit| fit.offset());
         Motion {
-            position: point.position + across * offset,
-            velocity: direction(point.tangent) * ((rate + lead.speed) * (1.0 - point.curvature * offset))
+            position: point.position + across * offset + shift,
+            velocity: direction(point.tangent)
+                * ((rate + sense * lead.speed) * (1.0 - point.curvature * offset))
                 + across * (self.approach * self.approach_rate * left),
         }
     }
@@ -153,8 +169,19 @@ impl AlongPath {
     /// Tangent angle of the path beside the vehicle, rad, and its rate, rad/s, `elapsed` seconds after the report.
     pub(crate) fn tangent(&self, elapsed: f64, lead: Lead) -> (f64, f64) {
         let (gamma, rate) = self.foot(elapsed);
-        let point = self.path.at(gamma + lead.distance);
-        (point.tangent, point.curvature * (rate + lead.speed))
+        let sense = self.sense();
+        let point = self.path.at(gamma + sense * lead.distance);
+        (point.tangent, point.curvature * (rate + sense * lead.speed))
+    }
+
+    /// How its reports fit the path, if it has any.
+    pub(crate) fn fit(&self) -> Option<&PathFit> {
+        self.fit.as_ref()
+    }
+
+    /// 1, or −1 for a vehicle that sails its path backwards.
+    fn sense(&self) -> f64 {
+        self.fit.map_or(1.0, |fit| fit.sense)
     }
 
     /// What the covariance of the place depends on, `elapsed` seconds after the report.

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix2, Matrix4, Vector2};
 
 use crate::{
+    estimate::PathFit,
     facts::{
         angle::{Course, angle_of, direction, sinc},
         auv::Dive,
@@ -55,6 +56,8 @@ const DRIFT_MAX: f64 = 0.5;
 pub struct Intent<'a> {
     /// The path that it follows.
     pub path: Option<&'a KnownPath>,
+    /// How its reports fit the path, if it has any.
+    pub fit: Option<&'a PathFit>,
     /// The sawtooth in which it dives.
     pub dive: Option<Dive>,
 }
@@ -99,7 +102,7 @@ impl AuvForecast {
     /// m/s.
     #[must_use]
     pub fn new(state: &AuvState, intent: Intent<'_>, choice: Forecast, current: &Vector2<f64>) -> Self {
-        let along_path = |known| AlongPath::new(state, known, current);
+        let along_path = |known| AlongPath::new(state, known, intent.fit, current);
         let choice = if state.age_s <= FORECAST_AGE_MAX {
             choice
         } else {
@@ -202,8 +205,13 @@ impl AuvForecast {
                 free(&self.covariance, elapsed, &course)
             }
             Propagation::AlongPath(along_path) => {
-                let on_path = along_path.on_path(elapsed, self.depth.lead(elapsed));
-                covariance::along_path(&self.covariance, elapsed, &on_path)
+                let lead = self.depth.lead(elapsed);
+                match along_path.fit() {
+                    Some(fit) => fit.position_covariance(along_path.tangent(elapsed, lead).0, elapsed),
+                    None => {
+                        covariance::along_path(&self.covariance, elapsed, &along_path.on_path(elapsed, lead))
+                    }
+                }
             }
         }
     }

@@ -4,12 +4,13 @@ use nalgebra::Vector2;
 use smallvec::SmallVec;
 
 use crate::{
+    estimate::Route,
     facts::{
         angle::Course,
         auv::VehicleId,
         evidence::{AuvState, SPEED_AT_REST},
         goal::{Goal, Offset},
-        known_path::KnownPath,
+        options::Forecast,
         previous_plan::PreviousPlan,
         ranges::AUVS_MAX,
     },
@@ -232,8 +233,11 @@ fn forecast_all(snapshot: &Snapshot) -> Vec<AuvForecast> {
     let current = snapshot.current();
     let forecast = |known: KnownAuv<'_>| {
         let (auv, state) = (known.auv, &known.estimate.state);
+        let route = known.estimate.route.as_ref();
+        let follows = snapshot.forecast == Forecast::Path || route.is_none_or(Route::is_followed);
         let intent = Intent {
-            path: known.path,
+            path: known.path.filter(|_| follows),
+            fit: route.filter(|route| route.is_followed()).map(|route| &route.fit),
             dive: auv.dive,
         };
         match (&auv.state, snapshot.remembered(&auv.id)) {
@@ -290,9 +294,11 @@ impl Rule {
 
 impl AtRest {
     fn of(known: &KnownAuv<'_>, member: &AuvForecast) -> Self {
-        let tangent = known
-            .path
-            .map(|KnownPath { path, .. }| path.at(path.closest(&member.at(0.0).position)).tangent);
+        let closest = || {
+            let path = &known.path?.path;
+            Some(path.at(path.closest(&member.at(0.0).position)).tangent)
+        };
+        let tangent = member.tangent(0.0).map(|(angle, _)| angle).or_else(closest);
         Self {
             course: known.estimate.state.course(),
             tangent: tangent.unwrap_or(0.0),

@@ -8,9 +8,9 @@ use super::{
     InvalidScenario,
     file::{
         AcousticsFile, AuvFile, BoundsFile, CurrentFile, DiveFile, FaultFile, FaultKindFile, GaussMarkovFile,
-        GoalFile, KeepOutFile, KnowledgeFile, LimitsFile, OffsetFile, OriginFile, PathFile, RandomCraftFile,
-        Scenario, SegmentFile, SensorsFile, ShearFile, SpeedKnot, SurfaceClassFile, SurfaceCraftFile,
-        WaterFile, WavesFile,
+        GoalFile, KeepOutFile, KnowledgeFile, LimitsFile, NavigationErrorFile, OffsetFile, OriginFile,
+        PathFile, RandomCraftFile, Scenario, SegmentFile, SensorsFile, ShearFile, SpeedKnot,
+        SurfaceClassFile, SurfaceCraftFile, WaterFile, WavesFile,
     },
     quantity::{Distribution, Kind, Quantity},
 };
@@ -157,8 +157,10 @@ tables! {
     SurgeLoop<Distribution> { time_constant_s, delay_s, acceleration_max_mps2, deceleration_max_mps2, integral_time_s }
     Power<Distribution> = Some(Self::default()); { linear_w_per_mps, cubic_w_per_mps3 }
     AuvFile {
-        north_of_path_m, east_of_path_m, heading_off_path_rad, depth_m, speed_mps, speed_profile, dive, path
+        north_of_path_m, east_of_path_m, heading_off_path_rad, depth_m, speed_mps, speed_profile, dive, navigation_error,
+        path
     }
+    NavigationErrorFile = Some(Self::default()); { north_m, east_m, drift_share, drift_heading_rad }
     SpeedKnot { along_m, speed_mps }
     DiveFile { depth_min_m, depth_max_m, pitch_rad }
     WaterFile { current, gauss_markov, shear, waves }

@@ -41,6 +41,10 @@ pub struct SimulatedAuv {
     pub surge: SurgeLoop,
     /// Its navigation.
     pub navigation: Navigation,
+    /// Error of a navigation that is not dead reckoning: its estimate less its position (north, east), m.
+    pub navigation_error: Vector2<f64>,
+    /// How much that grows for each metre through the water (north, east).
+    pub navigation_drift: Vector2<f64>,
     /// Its estimate of its own position (north, east), m: the input of its path follower.
     pub position_estimate: Vector2<f64>,
     /// Gains of its path follower.
@@ -205,11 +209,12 @@ impl SimulatedAuv {
 
     /// Dead reckoning uses heading and speed through the water, without the current.
     fn navigate(&mut self, through_water: &Vector2<f64>) {
+        self.navigation_error += self.navigation_drift * (through_water.norm() * PERIOD);
         self.position_estimate = match self.navigation {
             Navigation::GpsAtSurface if ANTENNA_DEPTH < self.depth() => {
                 self.position_estimate + through_water * PERIOD
             }
-            Navigation::Exact | Navigation::GpsAtSurface => self.position(),
+            Navigation::Exact | Navigation::GpsAtSurface => self.position() + self.navigation_error,
         };
     }
 }

@@ -87,21 +87,12 @@ impl Path {
     /// Beyond the ends as [`Path::closest`]. No cost is less than its distance.
     #[must_use]
     pub(crate) fn closest_by(&self, position: &Vector2<f64>, cost: impl Fn(f64, &PathPoint) -> f64) -> f64 {
-        let candidate = |piece: &Piece| {
-            let length = piece.closest(position);
-            let point = piece.at(length);
-            let miss = position - point.position;
-            let along = miss.dot(&direction(point.tangent));
-            let gamma = piece.from + length;
-            let at_an_end = !self.closed && (gamma <= 0.0 || self.length <= gamma);
-            // At a joint that is no foot, the neighbour is closer, up to how well pieces join.
-            let is_foot = at_an_end || along.abs() <= GAP_MAX + KINK_MAX * miss.norm();
-            let cost = if is_foot {
-                cost(miss.norm(), &point)
-            } else {
-                f64::INFINITY
-            };
-            Candidate { gamma, cost }
+        let candidate = |piece: &Piece| match self.foot_on(piece, position) {
+            Some((gamma, distance, point)) => Candidate {
+                gamma,
+                cost: cost(distance, &point),
+            },
+            None => Candidate::NONE,
         };
         let best = self.least(0..self.pieces.len(), position, |cost| cost, candidate);
         if best.cost < f64::INFINITY {
@@ -109,6 +100,37 @@ impl Path {
         } else {
             self.closest(position)
         }
+    }
+
+    /// Visits the arc lengths of the points within `reach` metres of `position` that are closer to it than their neighbours on the
+    /// path. Beyond the ends as [`Path::closest`].
+    pub(crate) fn feet(&self, position: &Vector2<f64>, reach: f64, mut visit: impl FnMut(f64)) {
+        for (block, pieces) in self.boxes.iter().zip(self.pieces.chunks(BLOCK)) {
+            if reach < block.distance(position) {
+                continue;
+            }
+            for piece in pieces {
+                if let Some((gamma, cost, _)) = self.foot_on(piece, position) {
+                    let gamma = self.foot(position, Candidate { gamma, cost });
+                    if (self.at(gamma).position - position).norm() <= reach {
+                        visit(gamma);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The point of a piece closest to `position`, if no neighbour on the path is closer: arc length, distance, point.
+    fn foot_on(&self, piece: &Piece, position: &Vector2<f64>) -> Option<(f64, f64, PathPoint)> {
+        let length = piece.closest(position);
+        let point = piece.at(length);
+        let miss = position - point.position;
+        let along = miss.dot(&direction(point.tangent));
+        let gamma = piece.from + length;
+        let at_an_end = !self.closed && (gamma <= 0.0 || self.length <= gamma);
+        // At a joint that is no foot, the neighbour is closer, up to how well pieces join.
+        let is_foot = at_an_end || along.abs() <= GAP_MAX + KINK_MAX * miss.norm();
+        is_foot.then(|| (gamma, miss.norm(), point))
     }
 
     /// The closest point between two arc lengths of the first lap.

@@ -13,7 +13,7 @@ use super::{ITEMS_MAX, LANES_MAX, NAME_PATTERN, Point};
 use crate::{
     scenario::quantity::{
         Acceleration, Angle, ClockTime, CommandDelay, Coordinate, CraftMass, Depth, Distribution, LeastSpeed,
-        Length, LoopLag, MissionTime, OffsetComponent, PathSpeed, Pitch, Quantity, SlantRange, Speed,
+        Length, LoopLag, MissionTime, OffsetComponent, PathSpeed, Pitch, Quantity, Share, SlantRange, Speed,
         TunedAcceleration, TunedLag, TurnRate, Weight,
     },
     world::{
@@ -211,8 +211,24 @@ pub struct AuvFile {
     pub speed_profile: Option<Vec<SpeedKnot>>,
     /// Its sawtooth dive; the class's if left out.
     pub dive: Option<DiveFile>,
+    /// Error of its own navigation, added to what its class makes; none if left out.
+    pub navigation_error: Option<NavigationErrorFile>,
     /// Its path.
     pub path: PathFile,
+}
+
+/// Error of a vehicle's own navigation: its estimate less its position. It follows its path with the estimate.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NavigationErrorFile {
+    /// North, at the start, m; 0 if left out.
+    pub north_m: Option<Quantity<Coordinate>>,
+    /// East, at the start, m; 0 if left out.
+    pub east_m: Option<Quantity<Coordinate>>,
+    /// How much it grows, as a share of the distance through the water; 0 if left out.
+    pub drift_share: Option<Quantity<Share>>,
+    /// Direction in which it grows, rad, clockwise from north; 0 if left out.
+    pub drift_heading_rad: Option<Quantity<Angle>>,
 }
 
 /// A knot of a speed profile.

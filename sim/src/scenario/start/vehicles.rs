@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector2;
 use planner::{
+    angle::direction,
     craft::CraftDescription,
     snapshot::{Limits, VehicleId},
 };
@@ -155,8 +156,13 @@ impl Scenario {
         }
         let depth = draw.take_or(file.depth_m.as_ref(), dive.depth_min);
         let speed = speed_profile(i, file, class, draw)?;
+        let error = file.navigation_error.clone().unwrap_or_default();
+        let mut drawn = |file: Option<&_>| draw.take_or(file, 0.0);
+        let navigation_error = Vector2::new(drawn(error.north_m.as_ref()), drawn(error.east_m.as_ref()));
+        let drift_share = draw.take_or(error.drift_share.as_ref(), 0.0);
+        let navigation_drift = direction(draw.take_or(error.drift_heading_rad.as_ref(), 0.0)) * drift_share;
         let begin = path.at(0.0);
-        let position = begin.position + offset;
+        let position = begin.position - navigation_error + offset;
         let hull = class.hull();
         let state = UnderwaterState::from([
             position.x,
@@ -175,7 +181,9 @@ impl Scenario {
             loops: class.loops(),
             surge: SurgeLoop::settled_at(speed.at(0.0), DragFeedForward::Off, hull.drag_surge),
             navigation: class.navigation(),
-            position_estimate: position,
+            navigation_error,
+            navigation_drift,
+            position_estimate: position + navigation_error,
             gains: PathFollowingGains::LAB,
             path: Arc::new(path),
             gamma: 0.0,
