@@ -50,8 +50,8 @@ pub use read::{read, read_each, read_from};
 pub use reports::{Sorted, read_reports};
 pub use response::{
     Baseline, Comparison, CraftEstimate, Explanation, GoalPoint, GoalTrajectory, Learnt, Outcome,
-    PlanResponse, PlannedTarget, Plans, Predicted, Reference, Solver, Subproblem, TargetPoint, UsedSlack,
-    Violation, Warning,
+    PlanResponse, PlannedTarget, Plans, Predicted, Reference, Route, Solver, Subproblem, TargetPoint,
+    UsedSlack, Violation, Warning,
 };
 pub use write_answer::{Answer, degraded_reason};
 

@@ -203,6 +203,26 @@ pub struct Estimate {
     pub position_sigma_m: Option<f64>,
     /// Indices of the `reports` that were not used, ascending: outliers, reports before a jump, and duplicates.
     pub rejected: Vec<usize>,
+    /// How its reports fit its `path`. Absent without a path or without reports.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub route: Option<Route>,
+}
+
+/// How an underwater vehicle follows its path, by its reports. It follows the path where its own navigation takes that to be.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Route {
+    /// Probability that it follows its path. Below 0.5 it is forecast as if no path were known.
+    pub probability: f64,
+    /// How far along the path it is, m.
+    pub along_m: f64,
+    /// By how much the path lies farther north than declared, m.
+    pub north_m: f64,
+    /// By how much the path lies farther east than declared, m.
+    pub east_m: f64,
+    /// By how much it goes faster along the path than declared, m/s.
+    pub faster_mps: f64,
+    /// Whether it sails the path from the end to the beginning.
+    pub backwards: bool,
 }
 
 /// An underwater vehicle at one time.

@@ -20,7 +20,7 @@ use super::{
     digest::plan_id,
     response::{
         Baseline, CraftEstimate, Estimate, Explanation, GoalPoint, GoalTrajectory, Learnt, Outcome,
-        PlanResponse, PlannedTarget, Predicted, Reference, Solver, Subproblem, TargetPoint, UsedSlack,
+        PlanResponse, PlannedTarget, Predicted, Reference, Route, Solver, Subproblem, TargetPoint, UsedSlack,
         Violation, Warning,
     },
 };
@@ -349,6 +349,14 @@ impl<'a> Answer<'a> {
             covariance: state.covariance,
             position_sigma_m: estimate.position_sigma(),
             rejected: estimate.rejected.clone(),
+            route: estimate.route.map(|route| Route {
+                probability: route.probability,
+                along_m: route.fit.along(),
+                north_m: route.fit.offset().x,
+                east_m: route.fit.offset().y,
+                faster_mps: route.fit.faster(),
+                backwards: route.fit.sense < 0.0,
+            }),
         }
     }
 }
@@ -413,6 +421,13 @@ fn contradicted_claims(snapshot: &Snapshot) -> Vec<Warning> {
                 "the fixes of {id} contradict the course and speed that it reports, which are not used; 0 may mean unknown"
             );
             warnings.push(warning("reported_velocity_contradicted", &pointer, detail));
+        }
+        if let Some(route) = estimate.route.filter(|route| !route.is_followed()) {
+            let detail = format!(
+                "{id} does not follow its path (probability {:.2}): it is forecast from its motion",
+                route.probability
+            );
+            warnings.push(warning("auv_off_route", &format!("/auvs/{i}/path"), detail));
         }
         if estimate.inflation > 0.0 {
             let detail = format!(

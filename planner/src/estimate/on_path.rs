@@ -86,8 +86,11 @@ const BACKWARDS: f64 = 0.02;
 /// Standard deviation of a place along the path of which nothing is known, m: it counts as none beside any fix.
 const ANYWHERE: f64 = 1000.0;
 
-/// Farthest that the path passes by the first report where a vehicle may be on it, in deviations of the offset.
-const REACH: f64 = 3.0;
+/// Farthest that the path passes by the first report where a vehicle may be on it, m: three standard deviations of a poor navigation.
+const REACH: f64 = 60.0;
+
+/// Most places along the path at which a vehicle is looked for, the closest.
+const FEET_MAX: usize = 4;
 
 /// Most hypotheses that are followed.
 const HYPOTHESES_MAX: usize = 16;
@@ -145,6 +148,18 @@ impl Hypothesis {
 }
 
 impl PathFit {
+    /// Place along the path, m.
+    #[must_use]
+    pub fn along(&self) -> f64 {
+        self.state.x
+    }
+
+    /// Speed along the path beyond the declared one, m/s.
+    #[must_use]
+    pub fn faster(&self) -> f64 {
+        self.state.y
+    }
+
     /// Offset of the path (north, east), m.
     #[must_use]
     pub fn offset(&self) -> Vector2<f64> {
@@ -233,18 +248,14 @@ impl<'a> OnPath<'a> {
             time: report.t_s,
             hypotheses: [Hypothesis::NONE; HYPOTHESES_MAX],
         };
-        let reach = NAVIGATIONS.iter().fold(report.sigma_m, |reach, navigation| {
-            reach.hypot(navigation.offset_sigma)
-        });
-        known.path.feet(&report.position(), REACH * reach, |gamma| {
+        for gamma in known.path.feet::<FEET_MAX>(&report.position(), REACH) {
             for navigation in &NAVIGATIONS {
                 for part in navigation.parts {
-                    for sense in [1.0, -1.0] {
-                        filter.insert(filter.begun(gamma, navigation, *part, sense, report));
-                    }
+                    filter.insert(filter.begun(gamma, navigation, *part, 1.0, report));
                 }
+                filter.insert(filter.begun(gamma, navigation, 0.0, -1.0, report));
             }
-        });
+        }
         filter.normalise();
         filter
     }
@@ -430,7 +441,30 @@ impl Filter for OnPath<'_> {
         }
     }
 
+    /// Where it is on the path is known, and its path is elsewhere: it found out where it is.
     fn found_at(&self, report: &Report) -> Self {
-        Self::start(report, self.known, &self.current)
+        let mut found = self.clone();
+        found.time = report.t_s;
+        for hypothesis in found
+            .hypotheses
+            .iter_mut()
+            .take_while(|one| 0.0 < one.probability)
+        {
+            let fit = &mut hypothesis.fit;
+            fit.carry_on(
+                report.t_s - self.time,
+                hypothesis.offset_density,
+                self.known,
+                &self.current,
+            );
+            let offset = report.position() - self.known.path.at(fit.state.x).position;
+            (fit.state.z, fit.state.w) = (offset.x, offset.y);
+            for axis in 2..4 {
+                fit.covariance.fill_row(axis, 0.0);
+                fit.covariance.fill_column(axis, 0.0);
+                fit.covariance[(axis, axis)] = report.sigma_m.powi(2);
+            }
+        }
+        found
     }
 }

@@ -415,7 +415,87 @@ fn a_vehicle_that_leaves_its_path_is_estimated_from_its_motion() {
             speed: 0.193,
         }));
     }
-    assert_eq!(estimate_along(&known, &reports), estimate(&reports, 290.0));
+    let found = estimate_along(&known, &reports);
+    assert!(!found.route.expect("has a path").is_followed());
+    assert_eq!(found.state, estimate(&reports, 290.0).state);
+}
+
+/// Reports of a vehicle that is at `place` at every time, every 10 s, positions alone.
+fn reported_at(place: impl Fn(f64) -> Vector2<f64>, n: u32, random: &mut Random) -> Vec<Report> {
+    let report = |k: u32| {
+        let time = INTERVAL * f64::from(k);
+        Report::new(time, place(time) + random.normal() * SIGMA, SIGMA)
+    };
+    (0..n).map(report).collect()
+}
+
+/// How a vehicle of `speed` follows `path` by all of `reports`.
+fn route(path: &Path, speed: f64, reports: &[Report]) -> Route {
+    let known = KnownPath {
+        path: Arc::new(path.clone()),
+        horizontal_speed: speed,
+    };
+    let auv = Auv::reported("a", reports.to_vec());
+    let now = reports.last().expect("there are some").t_s;
+    let found = Estimate::new(&auv, Some(&known), now, &Vector2::zeros(), None);
+    found.route.expect("has a path")
+}
+
+#[test]
+fn two_turns_show_where_the_path_lies_and_the_first_leg_which_way_it_is_sailed() {
+    let path = Path::lawn_mower(Vector2::zeros(), 0.4, 150.0, 30.0, 4);
+    let (mut before, mut after, mut normalised) = (0.0, 0.0, 0.0);
+    for seed in 0..40_u32 {
+        let mut random = Random(seed.into());
+        let shift = ned_from_body(f64::from(seed)) * Vector2::new(18.0, 0.0);
+        for backwards in [false, true] {
+            let place = |time: f64| {
+                let along = if backwards {
+                    path.length() - 5.0 - time
+                } else {
+                    5.0 + time
+                };
+                path.at(along).position + shift
+            };
+            let reports = reported_at(place, 42, &mut random);
+            let [early, late] = [12, 42].map(|n| route(&path, 0.9, &reports[..n]));
+            for route in [early, late] {
+                assert!(
+                    route.is_followed(),
+                    "seed {seed}, backwards {backwards}: {route:?}"
+                );
+                assert_eq!(route.fit.sense < 0.0, backwards, "seed {seed}: {route:?}");
+            }
+            before += (early.fit.offset() - shift).norm_squared();
+            let off = late.fit.offset() - shift;
+            after += off.norm_squared();
+            let covariance = late.fit.covariance.fixed_view::<2, 2>(2, 2).into_owned();
+            normalised += off.dot(&(covariance.try_inverse().expect("positive definite") * off));
+        }
+    }
+    let [before, after] = [before, after].map(|sum: f64| (sum / 80.0).sqrt());
+    println!(
+        "offset wrong by {before:.1} m on the first leg, {after:.1} m after two turns; NEES {:.1} of 2",
+        normalised / 80.0
+    );
+    assert!(after < 3.0 && normalised / 80.0 < 4.0);
+}
+
+#[test]
+fn a_vehicle_that_leaves_its_path_is_forecast_without_it_after_three_fixes() {
+    let path = Path::lawn_mower(Vector2::zeros(), 0.4, 300.0, 30.0, 4);
+    let mut late = 0;
+    for seed in 0..50 {
+        let place = |time: f64| {
+            let there = path.at(5.0 + time.min(150.0));
+            there.position + crate::facts::angle::direction(there.tangent + 1.0) * (time - 150.0).max(0.0)
+        };
+        let reports = reported_at(place, 20, &mut Random(seed));
+        assert!(route(&path, 1.0, &reports[..16]).is_followed(), "seed {seed}");
+        late += u32::from(route(&path, 1.0, &reports[..19]).is_followed());
+    }
+    println!("{late} of 50 vehicles that left are still taken to follow after three fixes");
+    assert!(late <= 2);
 }
 
 #[test]

@@ -338,6 +338,7 @@ impl Known {
     fn forecast(&self, choice: Forecast, current: &Vector2<f64>) -> AuvForecast {
         let intent = Intent {
             path: self.path.as_ref(),
+            fit: None,
             dive: self.dive,
         };
         AuvForecast::new(&self.state, intent, choice, current)

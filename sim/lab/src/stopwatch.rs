@@ -52,7 +52,10 @@ impl Guide for Stopwatch<'_> {
             .zip(snapshot.estimates());
         for ((auv, path), estimate) in known {
             let intent = Intent {
-                path: path.as_ref(),
+                path: path
+                    .as_ref()
+                    .filter(|_| estimate.route.is_none_or(|route| route.is_followed())),
+                fit: None,
                 dive: auv.dive,
             };
             let model = AuvForecast::new(&estimate.state, intent, snapshot.forecast, &current).model;

@@ -13,6 +13,9 @@ use crate::facts::{
     },
 };
 
+/// Most blocks of pieces that are searched for feet.
+const BLOCKS_LOOKED_AT: usize = 64;
+
 /// A point of a path and how good it is: the less the cost, the better.
 #[derive(Clone, Copy)]
 struct Candidate {
@@ -102,22 +105,31 @@ impl Path {
         }
     }
 
-    /// Visits the arc lengths of the points within `reach` metres of `position` that are closer to it than their neighbours on the
-    /// path. Beyond the ends as [`Path::closest`].
-    pub(crate) fn feet(&self, position: &Vector2<f64>, reach: f64, mut visit: impl FnMut(f64)) {
-        for (block, pieces) in self.boxes.iter().zip(self.pieces.chunks(BLOCK)) {
-            if reach < block.distance(position) {
+    /// Arc lengths of the `N` closest of the points within `reach` metres of `position` that are closer to it than their neighbours
+    /// on the path. Beyond the ends as [`Path::closest`]. Of a path that winds about the position without end, only the first few
+    /// thousand pieces are looked at.
+    pub(crate) fn feet<const N: usize>(
+        &self,
+        position: &Vector2<f64>,
+        reach: f64,
+    ) -> impl Iterator<Item = f64> {
+        let mut feet = [Candidate::NONE; N];
+        let blocks = self.boxes.iter().zip(self.pieces.chunks(BLOCK));
+        let near = blocks.filter(|(block, _)| block.distance(position) <= reach);
+        for piece in near.take(BLOCKS_LOOKED_AT).flat_map(|(_, pieces)| pieces) {
+            let Some((gamma, cost, _)) = self.foot_on(piece, position) else {
                 continue;
-            }
-            for piece in pieces {
-                if let Some((gamma, cost, _)) = self.foot_on(piece, position) {
-                    let gamma = self.foot(position, Candidate { gamma, cost });
-                    if (self.at(gamma).position - position).norm() <= reach {
-                        visit(gamma);
-                    }
-                }
+            };
+            let gamma = self.foot(position, Candidate { gamma, cost });
+            let cost = (self.at(gamma).position - position).norm();
+            let place = feet.partition_point(|foot| foot.cost <= cost);
+            if cost <= reach && place < N {
+                feet[place..].rotate_right(1);
+                feet[place] = Candidate { gamma, cost };
             }
         }
+        let found = feet.into_iter().filter(|foot| foot.cost < f64::INFINITY);
+        found.map(|foot| foot.gamma)
     }
 
     /// The point of a piece closest to `position`, if no neighbour on the path is closer: arc length, distance, point.

@@ -32,7 +32,13 @@ fn in_turn(
     let mut before: Option<(RememberedTarget, f64)> = None;
     let mut last = None;
     for now in times {
-        let (intent, state) = (Intent { path, dive: None }, reported(now));
+        let (intent, state) = (
+            Intent {
+                path,
+                ..Intent::default()
+            },
+            reported(now),
+        );
         let forecast = match &before {
             None => AuvForecast::new(&state, intent, choice, &STILL),
             Some((before, reported)) => {
@@ -228,6 +234,7 @@ fn along_a_path_it_fades() {
     );
     let intent = Intent {
         path: Some(&known),
+        fit: None,
         dive: None,
     };
     let without = AuvForecast::new(&reported(200.0, 0.0), intent, Forecast::Auto, &STILL);
