@@ -45,7 +45,11 @@ fn located(text: &str, pointer: &str) -> String {
         at = inner.get();
     }
     let before = at.as_ptr().addr() - text.as_ptr().addr();
-    format!("line {} ({pointer})", 1 + lines_in(&text[..before]))
+    let line = 1 + lines_in(&text[..before]);
+    if pointer.is_empty() {
+        return format!("line {line}");
+    }
+    format!("line {line} ({pointer})")
 }
 
 fn geojson(mut value: Value) -> Result<Vec<Route>, Unread> {

@@ -59,7 +59,9 @@ pub struct Unread {
 
 impl Unread {
     pub(crate) fn new(place: impl Into<String>, fault: impl Into<String>) -> Self {
-        let (place, fault) = (place.into(), fault.into());
+        /// Messages of parsers may repeat the file.
+        const CHARS: usize = 300;
+        let (place, fault) = (place.into(), fault.into().chars().take(CHARS).collect());
         Self { place, fault }
     }
 }

@@ -167,6 +167,7 @@ fn what_cannot_be_read_is_named_with_its_place() {
             "latitude",
         ),
         (wpl().replace("\t3\t", "\t"), "line 3", "11 columns"),
+        (rtz().replace("0.01", "1e308"), "line 1", "radius is too large"),
         ("lat,lon\n38,x\n".to_owned(), "line 2", "no number"),
         ("x,y\n1,2\n".to_owned(), "line 1", "needs the columns"),
         (plan().replace(":16", ":1000"), "file", "has no route"),

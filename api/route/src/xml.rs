@@ -107,6 +107,10 @@ impl Found {
             found.map(|found| String::from_utf8_lossy(&found.value).into_owned())
         };
         let value = |wanted: &str| text(wanted).map(|text| number(&place, &text)).transpose();
+        let scaled = |wanted: &str, unit: f64| match value(wanted)?.map(|given| given * unit) {
+            Some(given) if given.is_infinite() => Err(Unread::new(&*place, format!("{wanted} is too large"))),
+            given => Ok(given.filter(|given| 0.0 < *given)),
+        };
         self.text.clear();
         match name.as_str() {
             _ if ROUTES.contains(&name.as_str()) => {
@@ -118,12 +122,9 @@ impl Found {
                     route.name = text("routeName").unwrap_or_default();
                 }
             }
-            "defaultWaypoint" => {
-                self.default_radius_m = value("radius")?.map(|miles| miles * NAUTICAL_MILE_M);
-            }
+            "defaultWaypoint" => self.default_radius_m = scaled("radius", NAUTICAL_MILE_M)?,
             "waypoint" => {
-                let stated = value("radius")?.map(|miles| miles * NAUTICAL_MILE_M);
-                self.turn_radius_m = stated.or(self.default_radius_m);
+                self.turn_radius_m = scaled("radius", NAUTICAL_MILE_M)?.or(self.default_radius_m);
             }
             "rtept" | "trkpt" | "wpt" | "position" => {
                 let missing = || Unread::new(&*place, format!("<{name}> needs lat and lon"));
@@ -131,14 +132,14 @@ impl Found {
                 let lon = value("lon")?.ok_or_else(missing)?;
                 let mut point = RoutePoint::on_earth(&place, lat, lon, None)?;
                 if name == "position" {
-                    point.turn_radius_m = self.turn_radius_m.filter(|radius| 0.0 < *radius);
+                    point.turn_radius_m = self.turn_radius_m;
                 }
                 self.route_or_loose(name == "wpt").points.push(point);
             }
             "leg" => {
-                let speed_mps = value("speedMax")?.map(|knots| knots * KNOT_MPS);
-                if let (Some(speed), Some(point)) = (speed_mps, self.last_point()) {
-                    point.speed_mps = Some(speed).filter(|speed| 0.0 < *speed);
+                let speed_mps = scaled("speedMax", KNOT_MPS)?;
+                if let (Some(_), Some(point)) = (speed_mps, self.last_point()) {
+                    point.speed_mps = speed_mps;
                 }
             }
             _ => {}
