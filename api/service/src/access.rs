@@ -186,7 +186,7 @@ fn needed_role(method: &Method, path: &str) -> Role {
     let reads = method == Method::GET || method == Method::HEAD || method == Method::OPTIONS;
     if method == Method::DELETE || path == AUDIT {
         Role::Admin
-    } else if reads || path == "/v1/plan" || path.starts_with("/v1/plan/") {
+    } else if reads || path == "/v1/routes" || path == "/v1/plan" || path.starts_with("/v1/plan/") {
         Role::ReadOnly
     } else {
         Role::Operator
@@ -219,6 +219,7 @@ mod tests {
             (Method::GET, "/metrics", Role::ReadOnly),
             (Method::POST, "/v1/plan", Role::ReadOnly),
             (Method::POST, "/v1/plan/batch", Role::ReadOnly),
+            (Method::POST, "/v1/routes", Role::ReadOnly),
             (Method::POST, "/v1/planned", Role::Operator),
             (Method::POST, "/v1/missions", Role::Operator),
             (Method::PATCH, "/v1/missions/m-1", Role::Operator),

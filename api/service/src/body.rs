@@ -45,7 +45,7 @@ impl Bodies {
     }
 }
 
-/// A body that is declared as JSON, not yet parsed.
+/// A body, not yet parsed: one that is declared as JSON, or the file of [`AnyBytes`].
 #[derive(Debug)]
 pub(crate) struct JsonBytes {
     pub(crate) bytes: Vec<u8>,
@@ -95,24 +95,43 @@ where
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
         require_json(request.headers())?;
-        require_uncoded(request.headers())?;
-        require_short(request.headers())?;
-        let Bodies {
-            time_limit,
-            rooms,
-            metrics,
-        } = Bodies::from_ref(state);
-        let room = &rooms[usize::from(request.uri().path().starts_with("/v1/missions"))];
-        let received = whole(request.into_body(), room).instrument(info_span!("receive"));
-        let received = tokio::time::timeout(time_limit, received)
-            .await
-            .map_err(|_| Problem::BodyTimedOut(time_limit))?;
-        received.inspect_err(|problem| {
-            if *problem == Problem::Overloaded {
-                metrics.shed(Shed::Room);
-            }
-        })
+        received(request, &Bodies::from_ref(state)).await
     }
+}
+
+/// A body of any content type.
+#[derive(Debug)]
+pub(crate) struct AnyBytes(pub(crate) JsonBytes);
+
+impl<S: Send + Sync> FromRequest<S> for AnyBytes
+where
+    Bodies: FromRef<S>,
+{
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
+        received(request, &Bodies::from_ref(state)).await.map(Self)
+    }
+}
+
+async fn received(request: Request, bodies: &Bodies) -> Result<JsonBytes, Problem> {
+    require_uncoded(request.headers())?;
+    require_short(request.headers())?;
+    let Bodies {
+        time_limit,
+        rooms,
+        metrics,
+    } = bodies;
+    let room = &rooms[usize::from(request.uri().path().starts_with("/v1/missions"))];
+    let received = whole(request.into_body(), room).instrument(info_span!("receive"));
+    let received = tokio::time::timeout(*time_limit, received)
+        .await
+        .map_err(|_| Problem::BodyTimedOut(*time_limit))?;
+    received.inspect_err(|problem| {
+        if *problem == Problem::Overloaded {
+            metrics.shed(Shed::Room);
+        }
+    })
 }
 
 /// Receives the whole body, and takes room for it as it arrives.

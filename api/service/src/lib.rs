@@ -37,6 +37,7 @@ mod query;
 pub mod quota;
 mod request_id;
 mod role;
+pub mod route_files;
 mod settings;
 pub mod store;
 mod trace;

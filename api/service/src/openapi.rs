@@ -10,7 +10,7 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use crate::{
     access::{self, is_public},
     app_state::AppState,
-    batch, crafts, examples, health, metrics, missions, planning,
+    batch, crafts, examples, health, metrics, missions, planning, route_files,
 };
 
 mod limits;
@@ -110,6 +110,7 @@ pub(crate) fn documented() -> OpenApiRouter<AppState> {
         .routes(routes!(missions::routes::stream_events))
         .routes(routes!(missions::routes::get_record))
         .routes(routes!(missions::routes::get_scene))
+        .routes(routes!(route_files::read_route))
         .routes(routes!(access::get_access))
         .routes(routes!(missions::routes::list_orders))
         .routes(routes!(health::livez))

@@ -233,7 +233,16 @@ pub struct Setting {
     )]
     #[schema(value_type = Origin, required = false)]
     pub origin: Option<Option<Origin>>,
+    /// Paths of AUVs by name: each replaces the AUV's path as a whole, and `null` leaves it none. AUVs that are not named keep theirs. The
+    /// mission's scene has its paths, its setting has not.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub paths: BTreeMap<String, ChangedPath>,
 }
+
+/// The new path of an AUV; `null` for none.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(transparent)]
+pub struct ChangedPath(pub Option<DeclaredPath>);
 
 /// A member that is given, and not as `null`.
 fn required<'de, T: Deserialize<'de>, D: Deserializer<'de>>(given: D) -> Result<Option<T>, D::Error> {
@@ -262,7 +271,7 @@ fn null_if_empty<T: Serialize, S: Serializer>(
 
 impl Setting {
     /// How many members it has at most.
-    pub const MEMBERS: usize = 6;
+    pub const MEMBERS: usize = 7;
 
     /// Puts the members that are given into `config`, and keeps those that they replace instead.
     pub fn exchange_with(&mut self, config: &mut Live) {
@@ -277,9 +286,12 @@ impl Setting {
         exchange(self.keep_outs.as_mut(), &mut config.keep_outs);
         exchange(self.area.as_mut(), &mut config.area);
         exchange(self.origin.as_mut(), &mut config.origin);
+        for auv in &mut config.auvs {
+            exchange(self.paths.get_mut(&auv.id).map(|path| &mut path.0), &mut auv.path);
+        }
     }
 
-    /// The setting with the members that `patch` gives replaced, but for the origin.
+    /// The setting with the members that `patch` gives replaced, but for origin and paths.
     #[must_use]
     pub fn patched(self, patch: Self) -> Self {
         Self {
@@ -288,13 +300,13 @@ impl Setting {
             craft: patch.craft.or(self.craft),
             keep_outs: patch.keep_outs.or(self.keep_outs),
             area: patch.area.or(self.area),
-            origin: None,
+            ..Self::default()
         }
     }
 }
 
 impl From<&Live> for Setting {
-    /// Every member, as the mission has it, but for the origin.
+    /// Every member, as the mission has it, but for origin and paths.
     fn from(config: &Live) -> Self {
         Self {
             goal: Some(config.goal.clone()),
@@ -302,7 +314,7 @@ impl From<&Live> for Setting {
             craft: Some(config.craft.clone()),
             keep_outs: Some(config.keep_outs.clone()),
             area: Some(config.area.clone()),
-            origin: None,
+            ..Self::default()
         }
     }
 }

@@ -68,6 +68,10 @@ fn track(auv: &str) -> Value {
     json!({ "kind": "track", "auv": auv })
 }
 
+fn route(points: &[[f64; 2]]) -> Value {
+    json!({ "segments": [{ "kind": "waypoints", "points": points }], "closed": false, "speed_mps": 0.2 })
+}
+
 #[tokio::test]
 async fn every_plan_after_a_change_is_made_by_it_and_all_are_made_again_equal() {
     let data = directory();
@@ -261,6 +265,17 @@ async fn a_patch_that_cannot_be_is_refused_with_the_place_of_its_fault_and_chang
             "length",
         ),
         (json!({ "area": [[0, 0], [0, 1]] }), "/area", "length"),
+        (json!({ "paths": {} }), "", "missing"),
+        (
+            json!({ "paths": { "auv-3": null } }),
+            "/paths/auv-3",
+            "unknown_auv",
+        ),
+        (
+            json!({ "paths": { "auv-2": route(&[[0.0, 0.0], [0.0, 0.01]]) } }),
+            "/paths/auv-2/segments/0/points",
+            "one_place",
+        ),
         (
             json!({ "area": [[0, 0], [0, 9], [9, 0], [9, 9]] }),
             "/area/0",
@@ -344,4 +359,108 @@ async fn a_restart_goes_on_by_the_changed_setting_whether_a_plan_was_made_by_it_
     }
     service.order(&mission, "finish", json!({})).await;
     assert!(4 <= n_equal(data.path(), &mission));
+}
+
+#[tokio::test]
+async fn the_route_of_an_auv_is_replaced_stored_and_there_after_a_restart() {
+    let data = directory();
+    let mut service = Service::start(data.path()).await;
+    // Its fixes do not move: by itself the planner would hold it.
+    let mut along_paths = live();
+    along_paths["live"]["forecast"] = json!("path");
+    let mission = service.create(&along_paths).await;
+    service.order(&mission, "run", json!({})).await;
+    let forecasts = |plan: &Value| {
+        let targets = plan["targets"].as_array().expect("is a list").iter();
+        targets
+            .map(|target| target["forecast"].clone())
+            .collect::<Vec<_>>()
+    };
+    assert!(!forecasts(&service.next_plan(&mission).await).contains(&json!("path")));
+    let (first, second) = (
+        route(&[[10.0, -20.0], [90.0, -20.0]]),
+        route(&[[10.0, -20.0], [10.0, -90.0], [20.0, -90.0]]),
+    );
+    for (k, path) in [&first, &second].into_iter().enumerate() {
+        let changed = service
+            .change(&mission, json!({ "paths": { "auv-1": path } }))
+            .await;
+        assert_eq!(changed["setting"].get("paths"), None);
+        if k == 0 {
+            service.next_plan(&mission).await;
+        }
+        service = service.restart(data.path()).await;
+        let scene = service.ask(&format!("{mission}/scene")).await;
+        let paths = scene["paths"].as_object().expect("is one");
+        let last = paths["auv-1"]
+            .as_array()
+            .and_then(|points| points.last())
+            .expect("is long");
+        let at = [0, 1].map(|axis| last[axis].as_f64().expect("is a number"));
+        let end: [f64; 2] = [[90.0, -20.0], [20.0, -90.0]][k];
+        assert!(
+            paths.len() == 1 && (at[0] - end[0]).hypot(at[1] - end[1]) < 0.01,
+            "{at:?}"
+        );
+        assert_eq!(forecasts(&service.next_plan(&mission).await)[0], "path");
+    }
+    service
+        .change(&mission, json!({ "paths": { "auv-1": null } }))
+        .await;
+    assert!(!forecasts(&service.next_plan(&mission).await).contains(&json!("path")));
+    service.order(&mission, "finish", json!({})).await;
+    let events = service.record(&mission).await;
+    let changes = events.iter().filter(|event| event["kind"] == "changed");
+    let replaced: Vec<_> = changes
+        .map(|event| event["replaced"]["paths"]["auv-1"].clone())
+        .collect();
+    let stored = |path: &Value| serde_json::from_value::<wire::DeclaredPath>(path.clone()).expect("is one");
+    assert_eq!(replaced[0], Value::Null);
+    assert_eq!(
+        [&replaced[1], &replaced[2]].map(stored),
+        [&first, &second].map(stored)
+    );
+    assert!(5 <= n_equal(data.path(), &mission));
+}
+
+#[tokio::test]
+async fn a_route_file_is_read_or_refused_by_line() {
+    let service = Service::start(directory().path()).await;
+    let read = async |query: &str, file: &str| {
+        send_to(
+            service.router.clone(),
+            post(&format!("/v1/routes{query}"), file.to_owned()),
+        )
+        .await
+    };
+    let file = "lat,lon,speed_mps,route\n38.41,-9.12,1.5,a\n38.42,-9.12,1.5,a\n38.41,-9.12,1.5,b\n";
+    let answer = read("?name=a", file).await;
+    assert_eq!(answer.status, StatusCode::OK, "{}", answer.text);
+    let points = [38.41, 38.42].map(|lat| json!({ "lat_deg": lat, "lon_deg": -9.12 }));
+    assert_eq!(
+        answer.json(),
+        json!({ "name": "a", "points": points, "closed": false, "speed_mps": 1.5 })
+    );
+    assert_eq!(
+        read("", "format=lawnmower,x=0,y=0,width=9,height=9,lane_width=3")
+            .await
+            .json()["points"]
+            .as_array()
+            .map(Vec::len),
+        Some(6)
+    );
+    for (query, file, detail) in [
+        ("", file, "\"a\", \"b\""),
+        ("?name=c", file, "is not in the file"),
+        ("", "lat,lon\n38,-9\n91,-9\n", "line 3: latitude 91"),
+        ("", "", "is empty"),
+    ] {
+        let refused = read(query, file).await;
+        assert_eq!(refused.status, StatusCode::UNPROCESSABLE_ENTITY, "{file}");
+        assert!(
+            refused.text.contains(&detail.replace('"', "\\\"")),
+            "{}",
+            refused.text
+        );
+    }
 }

@@ -169,6 +169,10 @@ class BatchItem(TypedDict):
     status: int
 
 
+# The new path of an AUV; `null` for none.
+ChangedPath: TypeAlias = "Path | None"
+
+
 class Comparison(TypedDict):
     """The same snapshot through the planner and through the laws that it is compared with."""
 
@@ -1223,6 +1227,25 @@ class Residuals(TypedDict):
     primal: float
 
 
+class RouteOfFile(TypedDict):
+    """A route of a file. Its points, `closed`, `speed_mps` and `turn_radius_m` are members of a `path` with one
+    segment of `waypoints`.
+    """
+
+    # Whether the last point leads back to the first.
+    closed: bool
+    # What the file calls it; empty if it has no name.
+    name: str
+    # What the file states and a path does not have.
+    notes: NotRequired[list[str]]
+    # Its way-points, in order.
+    points: list[WayPoint]
+    # The first speed that the file states, m/s.
+    speed_mps: NotRequired[float | None]
+    # The first turn radius that the file states, m.
+    turn_radius_m: NotRequired[float | None]
+
+
 class Run(TypedDict):
     """How to go on."""
 
@@ -1350,6 +1373,9 @@ class Setting(TypedDict):
     # Where the datum lies on Earth. All that the mission knows stays where it is on Earth. `null` is refused. The
     # mission itself has its `origin` beside its setting.
     origin: NotRequired[Origin]
+    # Paths of AUVs by name: each replaces the AUV's path as a whole, and `null` leaves it none. AUVs that are not
+    # named keep theirs. The mission's scene has its paths, its setting has not.
+    paths: NotRequired[dict[str, ChangedPath]]
 
 
 class Simulated(TypedDict):
@@ -1571,6 +1597,10 @@ class Warning(TypedDict):
     detail: str
     # Where in the request, as a JSON pointer.
     pointer: str
+
+
+# A way-point: latitude and longitude, or north and east of a datum that the file does not name, m.
+WayPoint: TypeAlias = "Origin | list[float]"
 
 
 class EventCreated(TypedDict):

@@ -114,13 +114,7 @@ pub(crate) fn report(config: &Live, heard: &Reports, now: f64) -> Vec<FieldError
     let faults = |found: Vec<InvalidField>| found.into_iter().map(|fault| FieldError::from(&fault));
     for (id, fixes) in &heard.auvs {
         if !config.auvs.iter().any(|auv| auv.id == *id) {
-            let known: Vec<&str> = config.auvs.iter().map(|auv| auv.id.as_str()).collect();
-            let error = FieldError::new(
-                format!("/auvs/{}", pointer_token(&shortened(id.clone()))),
-                "unknown_auv",
-                "the mission has no such AUV",
-            );
-            errors.push(error.given(id.clone()).limit(json!(known)));
+            errors.push(unknown_auv(config, "auvs", id));
             continue;
         }
         let token = pointer_token(id);
@@ -160,24 +154,47 @@ pub(crate) fn patch(patch: &Setting) -> Result<(), Vec<FieldError>> {
         return none([FieldError::new("/origin", "missing", detail)]);
     }
     none((*patch == Setting::default()).then(|| {
-        let detail = "give at least one of goal, limits, craft, keep_outs, area and origin";
+        let detail = "give at least one of goal, limits, craft, keep_outs, area, paths and origin";
         let limit = json!({ "least": 1, "most": Setting::MEMBERS });
         FieldError::new("", "missing", detail).limit(limit)
     }))
 }
 
-/// What is wrong with a mission after its setting was changed to that of `config`. The pointers refer to the setting.
-/// `has_moved` says whether its origin was changed.
-pub(crate) fn changed(config: &Live, has_moved: bool) -> Result<(), Vec<FieldError>> {
-    let trial = if has_moved { trial_request } else { short_trial };
-    check(&trial(config, 0.0))
+/// What is wrong with a `patch` of the mission of `config`, whatever is set there: it names an AUV that is none.
+pub(crate) fn patch_of(config: &Live, patch: &Setting) -> Result<(), Vec<FieldError>> {
+    let is_known = |id: &&String| config.auvs.iter().any(|auv| auv.id == **id);
+    let unknown = patch.paths.keys().find(|id| !is_known(id));
+    none(unknown.map(|id| unknown_auv(config, "paths", id)))
 }
 
-/// [`trial_request`] without the paths and dives: they were checked when the mission was created, and checking them takes long.
-fn short_trial(config: &Live, now: f64) -> PlanRequest {
-    let mut trial = trial_request(config, now);
+/// What is wrong with a mission after its setting was changed by `patch` to that of `config`. The pointers refer to the patch.
+/// `has_moved` says whether its origin was changed.
+pub(crate) fn changed(config: &Live, patch: &Setting, has_moved: bool) -> Result<(), Vec<FieldError>> {
+    let mut trial = trial_request(config, 0.0);
+    if !has_moved {
+        shorten(&mut trial, patch);
+    }
+    check(&trial).map_err(|mut errors| {
+        for error in &mut errors {
+            for (i, auv) in config.auvs.iter().enumerate() {
+                let rest = error.pointer.strip_prefix(&format!("/auvs/{i}/path"));
+                if let Some(rest) = rest.filter(|rest| rest.is_empty() || rest.starts_with('/')) {
+                    error.pointer = format!("/paths/{}{rest}", pointer_token(&auv.id));
+                    break;
+                }
+            }
+        }
+        errors
+    })
+}
+
+/// Takes out of a trial the dives, and the paths that `patch` does not give: they were checked before, and checking them takes long.
+fn shorten(trial: &mut PlanRequest, patch: &Setting) {
     for auv in &mut trial.auvs {
         auv.dive = None;
+        if patch.paths.contains_key(&auv.id.0) {
+            continue;
+        }
         // The goal may need a path.
         if let Some(path) = &mut auv.path {
             path.closed = false;
@@ -187,7 +204,14 @@ fn short_trial(config: &Live, now: f64) -> PlanRequest {
             }];
         }
     }
-    trial
+}
+
+/// The error that there is no AUV called `id`, by which `member` names one.
+fn unknown_auv(config: &Live, member: &str, id: &str) -> FieldError {
+    let known: Vec<&str> = config.auvs.iter().map(|auv| auv.id.as_str()).collect();
+    let pointer = format!("/{member}/{}", pointer_token(&shortened(id.to_owned())));
+    let error = FieldError::new(pointer, "unknown_auv", "the mission has no such AUV");
+    error.given(id).limit(json!(known))
 }
 
 pub(crate) fn speed_factor(given: Option<f64>) -> Result<(), Vec<FieldError>> {

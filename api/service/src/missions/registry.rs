@@ -511,6 +511,25 @@ impl Missions {
     }
 }
 
+/// What `mission` was created with, counted from its origin now, with its paths of now.
+pub(super) fn with_paths_of_now(
+    reader: &EventReader,
+    number: u64,
+    mission: &Mission,
+) -> Result<NewMission, StoreError> {
+    let (mut created, Checkpoint { state, .. }) = fold(reader, number, mission.created_s, mission.sequence)?;
+    if let Some(live) = &mut created.live {
+        if let Some(origin) = mission.origin {
+            live.count_from(origin);
+        }
+        let now = state.as_ref().map_or(&[][..], |state| &state.config().auvs);
+        for (auv, now) in live.auvs.iter_mut().zip(now) {
+            auv.path.clone_from(&now.path);
+        }
+    }
+    Ok(created)
+}
+
 /// What a mission was created with, and the fold of its events up to the one numbered `last`.
 fn fold(
     reader: &EventReader,

@@ -18,14 +18,14 @@ use utoipa::{
 
 use super::{
     actor::{Command, Handle, LiveMission, NO_REPORTS, View},
-    check, event,
+    check,
     if_match::IfMatch,
     parameters::{
         AuditQuery, EventsQuery, IdempotencyKeyHeader, IfMatchHeader, LastEventId, MissionId, PageQuery,
         RecordQuery, ReferenceQuery, WAIT_MAX, kinds_of, page_length,
     },
     record::{EventFilter, RecordFormat},
-    registry::Missions,
+    registry::{Missions, with_paths_of_now},
     scene, stream,
 };
 use crate::{
@@ -191,7 +191,7 @@ pub(crate) async fn get_mission(missions: Missions, MissionId(id): MissionId) ->
 
 /// Returns what a map of a mission shows beside the vehicles, and what its controller knows.
 #[utoipa::path(get, path = "/v1/missions/{id}/scene", tag = "missions", params(MissionId),
-    responses((status = 200, description = "The mission as it was created.", body = Scene), MissionRefusals))]
+    responses((status = 200, description = "The mission as it was created, with its paths of now.", body = Scene), MissionRefusals))]
 pub(crate) async fn get_scene(
     State(planners): State<Planners>,
     missions: Missions,
@@ -199,16 +199,18 @@ pub(crate) async fn get_scene(
 ) -> Result<Json<Scene>, Problem> {
     let (number, mission) = missions.find(&id).await?;
     let created = missions
-        .read(move |reader| event::created(reader, number))
+        .read(move |reader| with_paths_of_now(reader, number, &mission))
         .await?;
     // On a thread for long work: the scene of a simulated mission starts its scenario.
-    let scene = move || scene::scene(&created, mission.origin);
+    let scene = move || scene::scene(&created);
     planners.read_for_mission(Priority::Long, scene).await.map(Json)
 }
 
-/// Changes what a live mission does, or where its datum lies, before it starts or while it runs. The next plan uses the new setting.
+/// Changes what a live mission does, the paths of its AUVs, or where its datum lies, before it starts or while it runs. The next plan uses
+/// the new setting.
 ///
-/// Each member given replaces the whole member; it is not merged, unlike in a JSON merge patch (RFC 7396). To wait for a
+/// Each member given replaces the whole member; it is not merged, unlike in a JSON merge patch (RFC 7396). Of `paths`, each path does: AUVs
+/// that are not named keep theirs. To wait for a
 /// plan made with the new setting, ask for `reference` with `?after=` and the `sequence` of this answer. A change to what
 /// is set already stores no event. With `If-Match` and the mission's `ETag`, this call, `run`, `pause`, `finish`, `step` and
 /// `DELETE` are refused with 412 if the mission has changed since.

@@ -13,16 +13,10 @@ use wire::{
 /// Most points of a path: a picture of a thousand pixels shows no more.
 const PATH_POINTS_MAX: usize = 400;
 
-/// The scene of a mission that was created so, counted from its `origin` now. It is empty if this program no longer has the scenario.
-pub(super) fn scene(mission: &NewMission, origin: Option<Origin>) -> Scene {
+/// The scene of a mission that was created so. It is empty if this program no longer has the scenario.
+pub(super) fn scene(mission: &NewMission) -> Scene {
     match (&mission.live, &mission.simulated) {
-        (Some(live), _) => {
-            let mut live = live.clone();
-            if let Some(origin) = origin {
-                live.count_from(origin);
-            }
-            of_live(&live)
-        }
+        (Some(live), _) => of_live(live),
         (None, Some(simulated)) => of_simulated(simulated).unwrap_or_default(),
         (None, None) => Scene::default(),
     }

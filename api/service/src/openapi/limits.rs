@@ -108,7 +108,7 @@ fn more_ranges() -> impl Iterator<Item = (&'static str, RangeInclusive<f64>)> {
 }
 
 /// Lengths by the place of their schema: of what, the least where there is one, and the most.
-fn lengths() -> [(&'static str, &'static str, Option<usize>, usize); 23] {
+fn lengths() -> [(&'static str, &'static str, Option<usize>, usize); 24] {
     let corners = (Some(*AREA_CORNERS.start()), *AREA_CORNERS.end());
     [
         ("Auv/properties/id", "Length", Some(1), ID_LENGTH_MAX),
@@ -144,6 +144,7 @@ fn lengths() -> [(&'static str, &'static str, Option<usize>, usize); 23] {
         ("Live/properties/area", "Items", corners.0, corners.1),
         ("Setting/properties/keep_outs", "Items", Some(0), KEEP_OUTS_MAX),
         ("Setting/properties/area", "Items", corners.0, corners.1),
+        ("Setting/properties/paths", "Properties", None, AUVS_MAX),
         ("Setting", "Properties", Some(1), Setting::MEMBERS),
         ("Reports/properties/auvs", "Properties", None, AUVS_MAX),
         ("Reports/properties/asc", "Items", None, REPORTS_MAX),

@@ -146,6 +146,7 @@ impl Live {
         key: Option<IdempotencyKey>,
     ) -> Result<Vec<u8>, Problem> {
         let mut config = self.state.config().clone();
+        check::patch_of(&config, &setting).map_err(Problem::Invalid)?;
         let origin = setting.origin.flatten().filter(|new| config.origin != Some(*new));
         if let Some(origin) = origin {
             config.count_from(origin);
@@ -160,7 +161,8 @@ impl Live {
         }
         setting.clone().exchange_with(&mut config);
         // Checked here and not in the handler, so that no other change comes in between.
-        let check = move || check::changed(&config, origin.is_some());
+        let patch = setting.clone();
+        let check = move || check::changed(&config, &patch, origin.is_some());
         let checked = self.context.planners.read_for_mission(Priority::Mission, check);
         checked.await?.map_err(Problem::Invalid)?;
         let event = Event::Changed {

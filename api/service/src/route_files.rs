@@ -1,0 +1,96 @@
+//! Route files of planning tools, as way-points.
+
+use axum::{Json, extract::State};
+use planner::path::SEGMENTS_MAX;
+use route::{Place, Unread};
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+
+use crate::{
+    body::AnyBytes,
+    planners::Planners,
+    pool::Priority,
+    problem::{Problem, Refusals},
+    query::{ValidQuery, wrong_parameter},
+};
+use wire::{FieldError, Origin};
+
+/// A route of a file. Its points, `closed`, `speed_mps` and `turn_radius_m` are members of a `path` with one segment of `waypoints`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RouteOfFile {
+    /// What the file calls it; empty if it has no name.
+    pub name: String,
+    /// Its way-points, in order.
+    pub points: Vec<WayPoint>,
+    /// Whether the last point leads back to the first.
+    pub closed: bool,
+    /// The first speed that the file states, m/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_mps: Option<f64>,
+    /// The first turn radius that the file states, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turn_radius_m: Option<f64>,
+    /// What the file states and a path does not have.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+}
+
+/// A way-point: latitude and longitude, or north and east of a datum that the file does not name, m.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(untagged)]
+pub enum WayPoint {
+    /// On Earth.
+    Earth(Origin),
+    /// In metres.
+    Metres([f64; 2]),
+}
+
+#[derive(Debug, Default, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RouteQuery {
+    /// Which route of the file. Default: the only one.
+    #[serde(default)]
+    name: Option<String>,
+}
+
+/// Reads a route from the file of a planning tool, sent as it is: GeoJSON, KML, KMZ, GPX, RTZ, QGroundControl `.plan`, `QGC WPL`, MOOS points,
+/// or CSV with named columns.
+///
+/// The content tells the format; the content type does not matter. A file that is no route is refused with its line and the reason. The
+/// service keeps nothing: PATCH a mission's `paths` with the answer.
+#[utoipa::path(post, path = "/v1/routes", tag = "missions", params(RouteQuery),
+    request_body(content = String, content_type = "application/octet-stream", description = "The file."),
+    responses((status = 200, description = "The route.", body = RouteOfFile), Refusals))]
+pub(crate) async fn read_route(
+    State(planners): State<Planners>,
+    ValidQuery(RouteQuery { name }): ValidQuery<RouteQuery>,
+    AnyBytes(body): AnyBytes,
+) -> Result<Json<RouteOfFile>, Problem> {
+    let read = move || {
+        let fault = |error: Unread| FieldError::new("", "route_file", error.to_string());
+        let routes = route::read(&body.bytes).map_err(|error| Problem::Invalid(vec![fault(error)]))?;
+        let route = route::select(routes, name.as_deref())
+            .map_err(|error| wrong_parameter("name", "route_name", error.to_string()))?;
+        if SEGMENTS_MAX < route.points.len() {
+            return Err(Problem::Invalid(vec![FieldError::too_long(
+                "",
+                route.points.len(),
+                SEGMENTS_MAX,
+            )]));
+        }
+        let point = |place: Place| match place {
+            Place::Earth { lat_deg, lon_deg } => WayPoint::Earth(Origin { lat_deg, lon_deg }),
+            Place::Local(point) => WayPoint::Metres(point),
+        };
+        Ok(RouteOfFile {
+            points: route.points.iter().map(|each| point(each.place)).collect(),
+            closed: route.closed,
+            speed_mps: route.speed_mps(),
+            turn_radius_m: route.turn_radius_m(),
+            notes: route.left_out(),
+            name: route.name,
+        })
+    };
+    planners.read_for_mission(Priority::Long, read).await?.map(Json)
+}
