@@ -140,6 +140,45 @@ test("a mission whose reports cease is stale, by the service's clock and not by 
   expect(complaints).toEqual([]);
 });
 
+test("a route file is dropped on the map, way-points are clicked, and both become the AUV's path", async ({ page, service, complaints }) => {
+  const origin = { lat_deg: 38.41, lon_deg: -9.12 }, mission = await liveMission(service, { title: "routed", origin });
+  const paths = async () => (await service.get(`/v1/missions/${mission.id}/scene`)).paths;
+  try {
+    await go(page, service, `#/mission/${mission.id}`);
+    await expect(page.locator(".chips")).toContainText("connected");
+    const map = page.locator(".map-place canvas"), said = page.locator(".orders > .said");
+    const drop = async (text) => map.dispatchEvent("drop", { dataTransfer: await page.evaluateHandle((text) => {
+      const transfer = new DataTransfer();
+      transfer.items.add(new File([text], "survey.kml"));
+      return transfer;
+    }, text) });
+    const kml = (lat) => `<kml><Placemark><LineString><coordinates>-9.12,38.41 -9.12,${lat} -9.1195,${lat}</coordinates></LineString></Placemark></kml>`;
+    await drop(kml(98.412));
+    await expect(said).toContainText("line 1: latitude 98.412");
+    expect(complaints.splice(0).every((complaint) => complaint.includes("422"))).toBe(true);
+    await drop(kml(38.412));
+    await expect(page.locator(".orders")).toContainText("3 way-points");
+    await page.getByLabel("Speed along the route, m/s").fill("0.5");
+    await page.getByRole("button", { name: "Send the route" }).click();
+    await expect(said).toContainText("Change of the route: done");
+    // Two thousandths of a degree of the meridian are 222 m.
+    const [north] = (await paths())["auv-1"].at(-1);
+    expect(Math.abs(north - 222)).toBeLessThan(1);
+
+    await page.getByRole("button", { name: "Clear" }).click();
+    await page.getByLabel("click way-points on the map").check();
+    await page.getByLabel("AUV of the route").selectOption("auv-2");
+    for (const [x, y] of [[100, 150], [100, 60], [200, 60]]) await map.click({ position: { x, y } });
+    await page.getByRole("button", { name: "Send the route" }).click();
+    await expect.poll(async () => Object.keys(await paths())).toEqual(["auv-1", "auv-2"]);
+    await expect(page.locator(".log")).toContainText("paths");
+  } finally {
+    await mission.stop();
+    await service.post(`/v1/missions/${mission.id}/finish`, {});
+  }
+  expect(complaints).toEqual([]);
+});
+
 test("a live mission that a script posts is watched as it happens, and its goal is changed", async ({ page, service, complaints }) => {
   const mission = await liveMission(service, { title: "watched" });
   try {

@@ -61,6 +61,7 @@ pub const FILES: &[File] = files! {
     "/pointers.js": SCRIPT, "pointers.js";
     "/predictions.js": SCRIPT, "predictions.js";
     "/recording.js": SCRIPT, "recording.js";
+    "/route_form.js": SCRIPT, "route_form.js";
     "/service.js": SCRIPT, "service.js";
     "/theme.js": SCRIPT, "theme.js";
     "/thumbnail.js": SCRIPT, "thumbnail.js";

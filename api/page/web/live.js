@@ -56,6 +56,7 @@ class LiveMission {
     this.progress = el("progress", { max: 1, value: 0, "aria-label": "History loaded" });
     this.notice = el("div", { class: "notice", role: "alert" });
     this.orders = ordersOf(mission, context, (changed) => this.became(changed));
+    if (this.orders.route) this.orders.route.changed = () => this.view.draw();
     this.body = el("div");
     fill(root, el("header", { class: "mission-head" }, el("a", { href: "#/", class: "back" }, "All missions"), this.title, this.state, this.progress, this.about), this.notice, this.body);
     /** @type {MissionView} */
@@ -67,7 +68,7 @@ class LiveMission {
   viewOf(recording) {
     const run = { name: "", colour: "plan", recording };
     const predictions = new Predictions(recording, { signal: this.signal, fetched: () => this.view.draw(), lost: () => this.linked("lost", "the service does not answer") });
-    return new MissionView(this.body, [run], { before: this.view, side: this.orders.element, signal: this.signal, needed: (t, playing) => predictions.need(t, playing), age: () => this.planAge() });
+    return new MissionView(this.body, [run], { before: this.view, side: this.orders.element, draft: this.orders.route, signal: this.signal, needed: (t, playing) => predictions.need(t, playing), age: () => this.planAge() });
   }
 
   /** Age of the last plan now, on the mission's clock, s. */
@@ -145,11 +146,22 @@ class LiveMission {
   take(sequence, event) {
     // The record counts all positions from the new origin.
     if (event.kind === "changed" && event.setting.origin) return location.reload();
+    if (event.kind === "changed" && event.setting.paths) this.lookAtPaths();
     this.recording.takeEvent(sequence, event, (unix) => this.clock(unix));
     if (event.kind === "planned") this.freshest = { age: event.late_s || 0, at: performance.now() };
     else if (event.kind === "gap") this.fillGap(event);
     else if (event.kind !== "reported") this.look();
     this.view.changed();
+  }
+
+  /** Fetches the paths that were changed. */
+  async lookAtPaths() {
+    try {
+      this.mission.scene = await askJson(`/v1/missions/${encodeURIComponent(this.mission.id)}/scene`, { signal: this.signal });
+      this.view.draw();
+    } catch {
+      // The map shows the paths before; a reload fetches them.
+    }
   }
 
   /** Fetches the events that a slow reader of the stream missed. @param {{ from: number, to: number }} gap */

@@ -18,6 +18,8 @@ import { placeOnEarth } from "./background.js";
  * @typedef {{ north: number, east: number, heading: number, length_m: number, colour: string }} Arrow
  * @typedef {{ tracks: TrackLayer[], lines: Line[], discs: Disc[], ellipses: Ellipse[], marks: Mark[], arrows: Arrow[], vehicles: Vehicle[],
  *   current: { north_mps: number, east_mps: number, estimated: boolean } | null, origin: { lat_deg: number, lon_deg: number } | null, label: string }} Picture
+ * @typedef {{ lines: (origin: Picture["origin"]) => Line[], place: (north: number, east: number) => void, takeFile: (file: File) => void }} Draft
+ *   a route that is made on the map
  * @typedef {{ width: number, height: number, scale: number, north: number, east: number }} Frame `scale` is pixels a metre; `north`, `east` are in the middle
  */
 
@@ -35,9 +37,10 @@ const NEAR_PX = 14;
 
 /** A map in the element `host`. */
 export class MapView {
-  /** @param {HTMLElement} host @param {{ onPick?: (t: number | null) => void }} [options] */
-  constructor(host, { onPick } = {}) {
+  /** @param {HTMLElement} host @param {{ onPick?: (t: number | null) => void, draft?: Draft }} [options] */
+  constructor(host, { onPick, draft } = {}) {
     this.onPick = onPick;
+    this.draft = draft;
     this.canvas = el("canvas", { class: "map-canvas", tabIndex: 0, role: "img", "aria-label": "Map" });
     this.readout = el("p", { class: "map-readout", "aria-hidden": "true" });
     /** @type {Picture | null} */
@@ -157,8 +160,12 @@ export class MapView {
     });
     canvas.addEventListener("pointermove", (event) => this.moved(event.pointerId, place(event)));
     canvas.addEventListener("pointerup", (event) => {
-      // A finger cannot hover: a tap shows the readout.
-      if (pointers.get(event.pointerId)?.still) this.hover(place(event));
+      if (pointers.get(event.pointerId)?.still) {
+        // A finger cannot hover: a tap shows the readout.
+        this.hover(place(event));
+        const { north, east } = this.at(place(event));
+        this.draft?.place(north, east);
+      }
       pointers.delete(event.pointerId);
     });
     canvas.addEventListener("pointercancel", (event) => { pointers.delete(event.pointerId); });
@@ -166,6 +173,13 @@ export class MapView {
       if (event.pointerType !== "mouse") return;
       fill(this.readout);
       this.onPick?.(null);
+    });
+    canvas.addEventListener("dragover", (event) => this.draft && event.preventDefault());
+    canvas.addEventListener("drop", (event) => {
+      const file = event.dataTransfer?.files[0];
+      if (!this.draft || !file) return;
+      event.preventDefault();
+      this.draft.takeFile(file);
     });
     canvas.addEventListener("dblclick", () => this.fit());
     canvas.addEventListener("keydown", (event) => this.key(event));

@@ -14,7 +14,7 @@ import { ChartStack } from "./chart.js";
  * @typedef {import("./picture.js").Run} Run
  * @typedef {import("./picture.js").Layers} Layers
  * `age` is the age of the last plan, s; `before` is the view that this one replaces, whose moment and layers it keeps.
- * @typedef {{ needed?: (t: number, playing: boolean) => void, age?: () => number, before?: MissionView, side?: Node | null, below?: Node | null, signal?: AbortSignal, sideBySide?: boolean }} ViewOptions
+ * @typedef {{ needed?: (t: number, playing: boolean) => void, age?: () => number, before?: MissionView, side?: Node | null, below?: Node | null, signal?: AbortSignal, sideBySide?: boolean, draft?: import("./map.js").Draft }} ViewOptions
  */
 
 /** Log entries shown, newest first. */
@@ -113,7 +113,7 @@ export class MissionView {
     return groups.map((runs) => {
       const place = el("div", { class: "map-place" });
       host.append(el("figure", {}, runs.length < this.runs.length && el("figcaption", {}, swatch(runs[0].colour), runs[0].name), place));
-      return { runs, view: new MapView(place, { onPick: (t) => this.hover(t) }) };
+      return { runs, view: new MapView(place, { onPick: (t) => this.hover(t), draft: this.options.draft }) };
     });
   }
 
@@ -192,7 +192,11 @@ export class MissionView {
     if (this.empty) this.empty.hidden = !nothing;
     if (!nothing) {
       this.options.needed?.(t, playback.playing);
-      for (const { runs, view } of this.maps ?? []) view.draw(pictureAt(runs, t, this.layers, this.background));
+      for (const { runs, view } of this.maps ?? []) {
+        const picture = pictureAt(runs, t, this.layers, this.background);
+        picture.lines.push(...this.options.draft?.lines(picture.origin) ?? []);
+        view.draw(picture);
+      }
       const version = this.runs.reduce((sum, { recording }) => sum + recording.version, 0);
       if (version !== this.drawnVersion) {
         this.charts?.setCharts(chartsOf(this.runs));

@@ -1,6 +1,7 @@
 // Orders to a mission, for callers whose role allows them.
 
 import { el, fill } from "./dom.js";
+import { RouteDraft } from "./route_form.js";
 import { freshKey, Refusal, send } from "./service.js";
 
 /**
@@ -14,7 +15,7 @@ const RUN_SPEEDS = [1, 10, 60, 300];
 const DWELL_S = 240;
 
 /**
- * The form of orders, and the function that updates it.
+ * The form of orders, the function that updates it, and a live mission's route to send.
  * @param {MissionJson} mission
  * @param {Context} context
  * @param {(mission: MissionJson) => void} done
@@ -22,10 +23,10 @@ const DWELL_S = 240;
 export function ordersOf(mission, context, done) {
   const said = el("p", { class: "said", role: "status" });
   const path = `/v1/missions/${encodeURIComponent(mission.id)}`;
-  const give = async (/** @type {string} */ what, /** @type {() => Promise<any>} */ action) => {
+  const give = async (/** @type {string} */ what, /** @type {() => Promise<any>} */ action, /** @type {(answer: any) => void} */ then = done) => {
     fill(said, `${what}…`);
     try {
-      done(await action());
+      then(await action());
       fill(said, `${what}: done`);
     } catch (error) {
       fill(said, `${what}: `, error instanceof Refusal ? refusalWords(error) : `no answer (${error}); try again`);
@@ -36,12 +37,14 @@ export function ordersOf(mission, context, done) {
   const run = el("button", { type: "button", class: "primary", onclick: () => order("Run", "run", mission.kind === "simulated" && speed.value ? { speed_factor: Number(speed.value) } : {}) }, "Run");
   const pause = el("button", { type: "button", onclick: () => order("Pause", "pause") }, "Pause");
   const finish = el("button", { type: "button", class: "danger", onclick: () => confirm("End this mission? It cannot be resumed.") && order("Finish", "finish") }, "Finish");
-  // A goal is changed only if the mission is still as the page shows it.
+  // The setting is changed only if the mission is still as the page shows it.
   let revision = mission.revision;
-  const goal = goalForm((value) => give("Change of goal", () => send(path, { goal: value }, { method: "PATCH", key: freshKey(), ifMatch: revision })), said);
+  const patch = (/** @type {unknown} */ setting) => send(path, setting, { method: "PATCH", key: freshKey(), ifMatch: revision });
+  const goal = goalForm((value) => give("Change of goal", () => patch({ goal: value })), said);
+  const route = new RouteDraft(give, (paths) => patch({ paths }));
   const readOnly = context.role === "read-only" && el("p", { class: "why" }, "Read-only: orders need an operator's token.");
   const element = el("section", { class: "panel orders", "aria-labelledby": "orders-title" }, el("h2", { id: "orders-title" }, "Orders"), readOnly,
-    el("div", { class: "row" }, run, mission.kind === "simulated" && speed, pause, finish), mission.kind === "live" && goal.element, said);
+    el("div", { class: "row" }, run, mission.kind === "simulated" && speed, pause, finish), mission.kind === "live" && [goal.element, route.element], said);
   const became = (/** @type {MissionJson} */ { revision: shown, status, setting, scene }) => {
     revision = shown;
     const over = status === "finished" || status === "failed", forbidden = context.role === "read-only";
@@ -49,9 +52,10 @@ export function ordersOf(mission, context, done) {
     pause.disabled = forbidden || status !== "running";
     finish.disabled = forbidden || over;
     goal.became(setting?.goal, scene?.auvs ?? [], forbidden || over);
+    route.became(scene?.auvs ?? [], forbidden || over);
     element.classList.toggle("over", over);
   };
-  return { element, became };
+  return { element, became, route: mission.kind === "live" ? route : undefined };
 }
 
 /** @param {Refusal} refusal */
