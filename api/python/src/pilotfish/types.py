@@ -352,6 +352,8 @@ class Estimate(TypedDict):
     position_sigma_m: NotRequired[float | None]
     # Indices of the `reports` that were not used, ascending: outliers, reports before a jump, and duplicates.
     rejected: list[int]
+    # How its reports fit its `path`. Absent without a path or without reports.
+    route: NotRequired[Route | None]
     # Rate of turn of the course that the forecast starts with, rad/s, positive clockwise.
     turn_rate_radps: float
 
@@ -1225,6 +1227,25 @@ class Residuals(TypedDict):
     gap: float
     # ‖A x + s − b‖∞, and how far s is outside its cones.
     primal: float
+
+
+class Route(TypedDict):
+    """How an underwater vehicle follows its path, by its reports. It follows the path where its own navigation takes
+    that to be.
+    """
+
+    # How far along the path it is, m.
+    along_m: float
+    # Whether it sails the path from the end to the beginning.
+    backwards: bool
+    # By how much the path lies farther east than declared, m.
+    east_m: float
+    # By how much it goes faster along the path than declared, m/s.
+    faster_mps: float
+    # By how much the path lies farther north than declared, m.
+    north_m: float
+    # Probability that it follows its path. Below 0.5 it is forecast as if no path were known.
+    probability: float
 
 
 class RouteOfFile(TypedDict):
