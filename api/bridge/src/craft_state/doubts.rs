@@ -237,7 +237,7 @@ fn a_position_that_stays_while_the_craft_moves_is_no_position() {
             other => Some(other),
         };
         let after = voyage.detection(30, Alarm::PositionFrozen, &mut stays);
-        assert!(after.is_some_and(|after| after <= 12.0), "{sensors:?}: {after:?}");
+        assert!(after.is_some_and(|after| after <= 10.0), "{sensors:?}: {after:?}");
         assert!(voyage.state.newest().is_none());
         voyage.nominal(5);
         assert!(voyage.state.newest().is_some(), "it moves again");
