@@ -195,7 +195,7 @@ test("a live mission that a script posts is watched as it happens, and its goal 
     expect((await service.get(`/v1/missions/${mission.id}`)).setting.goal).toEqual({ kind: "track", auv: "auv-2" });
     await page.getByLabel("New goal, as JSON").fill('{"kind":"track","auv":"auv-9"}');
     await page.getByRole("button", { name: "Change the goal" }).click();
-    await expect(page.locator(".orders .said")).toContainText("/goal");
+    await expect(page.locator(".orders .said[role=status]")).toContainText("/goal");
     await expect.poll(() => complaints.length).toBe(1);
     expect(complaints.splice(0)[0]).toContain("422");
   } finally {

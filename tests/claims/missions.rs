@@ -48,7 +48,12 @@ struct Service {
 impl Service {
     /// On the store in `data`, as soon as no other service has it.
     async fn start(data: &Path) -> Self {
-        Self::start_with(Settings::default(), data).await
+        // A plan that is cut short cannot be made again: not on a machine that does much else.
+        let settings = Settings {
+            deadline: Duration::from_secs(5),
+            ..Settings::default()
+        };
+        Self::start_with(settings, data).await
     }
 
     async fn start_with(settings: Settings, data: &Path) -> Self {
