@@ -396,7 +396,7 @@ impl<'a> OnPath<'a> {
             .sort_by(|a, b| b.probability.total_cmp(&a.probability));
         for hypothesis in &mut self.hypotheses {
             hypothesis.probability /= sum;
-            if !(PROBABILITY_MIN <= hypothesis.probability) {
+            if hypothesis.probability.is_nan() || hypothesis.probability < PROBABILITY_MIN {
                 hypothesis.probability = 0.0;
             }
         }

@@ -53,7 +53,7 @@ const APPROACH_LENGTH: f64 = 2.0;
 pub(crate) struct AlongPath {
     path: Arc<Path>,
     /// How its reports fit the path, if it has any.
-    fit: Option<PathFit>,
+    fit: Option<Box<PathFit>>,
     /// Horizontal speed through the water, m/s.
     horizontal_speed: f64,
     /// Cross-track offset at the report y₁, m, positive to starboard.
@@ -126,7 +126,7 @@ impl AlongPath {
         };
         Self {
             path: Arc::clone(path),
-            fit: fit.copied(),
+            fit: fit.copied().map(Box::new),
             horizontal_speed,
             offset,
             approach: APPROACH_LENGTH * cross_course,
@@ -157,7 +157,7 @@ impl AlongPath {
         let left = self.left_to_approach(elapsed);
         let offset = self.offset + self.approach * (1.0 - left);
         let across = starboard(point.tangent);
-        let shift = self.fit.map_or_else(Vector2::zeros, |fit| fit.offset());
+        let shift = self.fit.as_ref().map_or_else(Vector2::zeros, |fit| fit.offset());
         Motion {
             position: point.position + across * offset + shift,
             velocity: direction(point.tangent)
@@ -176,12 +176,12 @@ impl AlongPath {
 
     /// How its reports fit the path, if it has any.
     pub(crate) fn fit(&self) -> Option<&PathFit> {
-        self.fit.as_ref()
+        self.fit.as_deref()
     }
 
     /// 1, or −1 for a vehicle that sails its path backwards.
     fn sense(&self) -> f64 {
-        self.fit.map_or(1.0, |fit| fit.sense)
+        self.fit.as_ref().map_or(1.0, |fit| fit.sense)
     }
 
     /// What the covariance of the place depends on, `elapsed` seconds after the report.
