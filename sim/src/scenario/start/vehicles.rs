@@ -156,11 +156,17 @@ impl Scenario {
         }
         let depth = draw.take_or(file.depth_m.as_ref(), dive.depth_min);
         let speed = speed_profile(i, file, class, draw)?;
-        let error = file.navigation_error.clone().unwrap_or_default();
-        let mut drawn = |file: Option<&_>| draw.take_or(file, 0.0);
-        let navigation_error = Vector2::new(drawn(error.north_m.as_ref()), drawn(error.east_m.as_ref()));
-        let drift_share = draw.take_or(error.drift_share.as_ref(), 0.0);
-        let navigation_drift = direction(draw.take_or(error.drift_heading_rad.as_ref(), 0.0)) * drift_share;
+        // Drawn only where there is one: every number has a stream of its own, in order.
+        let (navigation_error, navigation_drift) = file.navigation_error.as_ref().map_or_else(
+            || (Vector2::zeros(), Vector2::zeros()),
+            |error| {
+                let mut drawn = |file: Option<&_>| draw.take_or(file, 0.0);
+                let at_first = Vector2::new(drawn(error.north_m.as_ref()), drawn(error.east_m.as_ref()));
+                let share = draw.take_or(error.drift_share.as_ref(), 0.0);
+                let heading = draw.take_or(error.drift_heading_rad.as_ref(), 0.0);
+                (at_first, direction(heading) * share)
+            },
+        );
         let begin = path.at(0.0);
         let position = begin.position - navigation_error + offset;
         let hull = class.hull();
