@@ -1,4 +1,4 @@
-//! A route, and why a file is none.
+//! A route, and why a file cannot be read as one.
 
 use serde::Serialize;
 

@@ -385,6 +385,19 @@ impl<'a> OnPath<'a> {
         }
     }
 
+    /// The same at a later time, s.
+    fn carried_to(&self, time: f64) -> Self {
+        let mut then = self.clone();
+        then.time = time;
+        for hypothesis in then.hypotheses.iter_mut().take_while(|one| 0.0 < one.probability) {
+            let density = hypothesis.offset_density;
+            hypothesis
+                .fit
+                .carry_on(time - self.time, density, self.known, &self.current);
+        }
+        then
+    }
+
     /// Makes probabilities sum to 1, and drops what is improbable.
     fn normalise(&mut self) {
         let sum: f64 = self
@@ -411,19 +424,11 @@ const COURSE_UNLIKE: f64 = 0.01;
 
 impl Filter for OnPath<'_> {
     fn accept(&mut self, report: &Report) -> Innovation {
-        let mut then = self.clone();
-        then.time = report.t_s;
+        let mut then = self.carried_to(report.t_s);
         let mut best = (0.0, Innovation::REFUSED);
         let mut density = 0.0;
         for hypothesis in then.hypotheses.iter_mut().take_while(|one| 0.0 < one.probability) {
-            let fit = &mut hypothesis.fit;
-            fit.carry_on(
-                report.t_s - self.time,
-                hypothesis.offset_density,
-                self.known,
-                &self.current,
-            );
-            let innovation = self.take_in(fit, report);
+            let innovation = self.take_in(&mut hypothesis.fit, report);
             density += hypothesis.probability * innovation.density;
             hypothesis.probability *= innovation.log_likelihood().exp();
             if best.0 < hypothesis.probability {
@@ -443,20 +448,13 @@ impl Filter for OnPath<'_> {
 
     /// Where it is on the path is known, and its path is elsewhere: it found out where it is.
     fn found_at(&self, report: &Report) -> Self {
-        let mut found = self.clone();
-        found.time = report.t_s;
+        let mut found = self.carried_to(report.t_s);
         for hypothesis in found
             .hypotheses
             .iter_mut()
             .take_while(|one| 0.0 < one.probability)
         {
             let fit = &mut hypothesis.fit;
-            fit.carry_on(
-                report.t_s - self.time,
-                hypothesis.offset_density,
-                self.known,
-                &self.current,
-            );
             let offset = report.position() - self.known.path.at(fit.state.x).position;
             (fit.state.z, fit.state.w) = (offset.x, offset.y);
             for axis in 2..4 {

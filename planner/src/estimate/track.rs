@@ -46,7 +46,7 @@ const OUTLIER_SHARE: f64 = 0.02;
 const OUTLIER_SCALE: f64 = 20.0;
 
 impl Innovation {
-    /// Of a report that cannot be compared with anything.
+    /// Of a report for which no hypothesis is left.
     pub(crate) const REFUSED: Self = Self {
         accepted: false,
         normalised: f64::INFINITY,

@@ -160,7 +160,7 @@ pub(crate) fn patch(patch: &Setting) -> Result<(), Vec<FieldError>> {
     }))
 }
 
-/// What is wrong with a `patch` of the mission of `config`, whatever is set there: it names an AUV that is none.
+/// What is wrong with a `patch` of the mission of `config`, whatever is set there: it names an AUV that the mission does not have.
 pub(crate) fn patch_of(config: &Live, patch: &Setting) -> Result<(), Vec<FieldError>> {
     let is_known = |id: &&String| config.auvs.iter().any(|auv| auv.id == **id);
     let unknown = patch.paths.keys().find(|id| !is_known(id));
