@@ -20,6 +20,10 @@ use wire::{
 /// is made.
 pub(super) const ASC_AGE_MAX: f64 = 10.0;
 
+/// How old the surface craft's state may be for the planner to learn from it, s. A state that is only extrapolated keeps its
+/// heading and speed, whatever references ask for: it would be taken for a rudder or a thruster without effect.
+const LEARNT_AGE_MAX: f64 = 2.0;
+
 /// How far a vehicle's clock may be ahead of the service's, s of the mission's clock.
 pub(super) const AHEAD_MAX: f64 = 1.0;
 
@@ -206,8 +210,12 @@ impl MissionState {
             (!fixes.is_empty()).then(|| known_by(fixes, auv))
         };
         let mut previous_plan = self.previous_plan.clone();
-        if let (false, Some(plan)) = (asc.steered, &mut previous_plan) {
-            take_motion_for_reference(plan, &asc.state);
+        if let Some(plan) = &mut previous_plan {
+            if !asc.steered {
+                take_motion_for_reference(plan, &asc.state);
+            } else if LEARNT_AGE_MAX < now - asc.t_s {
+                learn_nothing(plan, &asc.state);
+            }
         }
         let request = request(
             &self.config,
@@ -235,13 +243,18 @@ fn take_motion_for_reference(plan: &mut PreviousPlan, asc: &Asc) {
         .ground_north_mps
         .zip(asc.ground_east_mps)
         .map(|(north, east)| north * asc.heading_rad.cos() + east * asc.heading_rad.sin());
-    if let Some(craft) = &mut plan.craft_estimate {
-        craft.asked_speed_mps = asc.speed_mps.max(0.0);
-        craft.asked_heading_rad = asc.heading_rad;
-    }
+    learn_nothing(plan, asc);
     if let Some(reference) = &mut plan.reference {
         reference.speed_mps = over_ground.unwrap_or(asc.speed_mps).max(0.0);
         reference.heading_rad = Some(asc.heading_rad);
+    }
+}
+
+/// The craft's own motion is taken for what it was asked for, so that nothing is learnt of its response.
+fn learn_nothing(plan: &mut PreviousPlan, asc: &Asc) {
+    if let Some(craft) = &mut plan.craft_estimate {
+        craft.asked_speed_mps = asc.speed_mps.max(0.0);
+        craft.asked_heading_rad = asc.heading_rad;
     }
 }
 
@@ -480,6 +493,24 @@ mod tests {
         state.asc.as_mut().expect("is heard").steered = false;
         // As the craft goes: 1 m/s to the north. What was learnt stays.
         assert_eq!(asked(&state), (1.0, 0.0, steered.2));
+    }
+
+    #[test]
+    fn nothing_is_learnt_of_a_craft_that_is_not_heard_and_its_references_go_on() {
+        let [state, _] = before_and_after(json!({ "craft": null }));
+        let heard_s = state.asc.as_ref().expect("is heard").t_s;
+        let previous = |age: f64| {
+            let request = state.request(heard_s + age).expect("waits for no vehicle");
+            request.previous_plan.expect("is there")
+        };
+        let [fresh, old] = [0.5, 3.0].map(previous);
+        assert_eq!(fresh.reference, old.reference);
+        let asked = |plan: &PreviousPlan| {
+            let craft = plan.craft_estimate.as_ref().expect("is there");
+            (craft.asked_speed_mps, craft.asked_heading_rad)
+        };
+        assert_ne!(asked(&fresh), (1.0, 0.0));
+        assert_eq!(asked(&old), (1.0, 0.0));
     }
 
     #[test]
