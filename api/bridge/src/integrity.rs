@@ -57,7 +57,7 @@ const STILL_MIN_S: f64 = 3.0;
 const STEADY_MIN_S: f64 = 5.0;
 /// A velocity that leads a craft this far, m, at this speed at least, m/s, while the position stays, contradicts it. Receivers report up to
 /// 0.2 m/s at rest.
-const FROZEN_TRAVEL_M: f64 = 5.0;
+const FROZEN_TRAVEL_M: f64 = 5.7;
 const FROZEN_SPEED: f64 = 0.3;
 /// References over this distance, m, give a craft way; if it has none after this time, s, its position is not believed either.
 const ASKED_M: f64 = 10.0;
