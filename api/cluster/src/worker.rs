@@ -198,7 +198,8 @@ impl Worker {
         if let (Work::Tune { .. }, Some(case)) = (work, case) {
             self.send_chunks(&known, work, case, notify).await?;
         }
-        with_retries(notify, || acknowledged(message, AckKind::Ack)).await?;
+        // The result is stored. A broker that was killed may not know that it gave this work out, and never confirms: it gives it out again.
+        acknowledged(message, AckKind::Ack).await?;
         notify(WorkerEvent::Done(id, work.name()));
         Ok(())
     }
