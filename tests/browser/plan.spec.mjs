@@ -96,6 +96,18 @@ test("the example and its edits survive a reload", async ({ page, service, compl
   expect(complaints).toEqual([]);
 });
 
+test("nothing can be typed before the example is there, which would overwrite it", async ({ page, service, complaints }) => {
+  let send;
+  const held = new Promise((resume) => { send = resume; });
+  await page.route("**/v1/examples/track", async (route) => { await held; await route.continue(); });
+  await go(page, service, "#/plan?example=track");
+  await expect(editor(page)).not.toBeEditable();
+  send();
+  await expect(editor(page)).toBeEditable();
+  await expect(status(page)).toHaveText("planned");
+  expect(complaints).toEqual([]);
+});
+
 test("the answer that was asked for last is shown, whatever comes back first", async ({ page, service, complaints }) => {
   await go(page, service, "#/plan?example=intermittent");
   await expect(status(page)).toHaveText("planned");

@@ -9,7 +9,7 @@ import { lineOf, linesByPointer } from "./pointers.js";
 /** Longest pause between two keys while typing, ms. */
 const TYPING_MS = 300;
 
-/** The editor of a snapshot. */
+/** The editor of a snapshot. It takes no typing before it has its first text, which would overwrite what was typed. */
 export class Editor {
   /** @param {{ changed: (text: string) => void, submit: () => void }} listener */
   constructor({ changed, submit }) {
@@ -17,7 +17,7 @@ export class Editor {
     this.turn = 0;
     this.timer = 0;
     this.area = el("textarea", {
-      id: "snapshot", class: "editor-text", spellcheck: false, autocomplete: "off", wrap: "off", "aria-describedby": "editor-errors",
+      id: "snapshot", class: "editor-text", readOnly: true, spellcheck: false, autocomplete: "off", wrap: "off", "aria-describedby": "editor-errors",
       oninput: () => this.edited(), onscroll: () => { this.gutter.scrollTop = this.area.scrollTop; },
       onkeydown: (/** @type {KeyboardEvent} */ event) => {
         if (event.key === "Enter" && (event.ctrlKey || event.metaKey)) {
@@ -39,6 +39,7 @@ export class Editor {
   /** @param {string} text */
   put(text) {
     this.area.value = text;
+    this.area.readOnly = false;
     this.edited();
   }
 

@@ -125,6 +125,7 @@ class PlanPage {
 
   /** @param {unknown} error */
   fail(error) {
+    this.editor.area.readOnly = false;
     this.results.classList.add("of-before");
     const below = this.drawn ? " The plan below is the previous one." : "";
     if (error instanceof Refusal) {
