@@ -27,7 +27,7 @@ pub(crate) mod units;
 mod tests;
 
 pub use build::Program;
-pub use layout::Layout;
+pub use layout::{Layout, Slack};
 pub use standard_form::Cone;
 pub use subproblem::Subproblem;
 pub use units::{COST_UNIT, LENGTH_UNIT, SLACK_UNIT};

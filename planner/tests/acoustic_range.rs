@@ -99,7 +99,7 @@ fn a_craft_between_two_that_cannot_both_be_kept_goes_to_its_goal() {
         panic!("{:?}", answer.violations);
     };
     assert_eq!(
-        (broken.limit, broken.about),
+        (broken.limit, broken.pointer),
         (SoftLimit::AcousticRange, Some(Subject::Auv(1)))
     );
 }
@@ -133,7 +133,7 @@ fn no_other_range_is_kept_at_the_price_of_the_goals() {
             let goal = &answer.goal;
             let pairs = answer.trajectory.iter().zip(goal);
             pairs
-                .map(|(at, goal)| (at.position() - goal.position).norm())
+                .map(|(at, goal)| (at.position() - goal.motion().position).norm())
                 .collect::<Vec<_>>()
         };
         let (alone, beside) = (broken(&[]), broken(&[1.9 * RANGE]));
@@ -177,7 +177,7 @@ fn one_that_was_not_heard_of_for_an_hour_binds_nothing_unless_the_goal_needs_it(
         assert_eq!(answer.trajectory, alone.trajectory);
         assert!(
             answer.targets[1]
-                .position_sigmas
+                .position_sigma_m
                 .iter()
                 .all(|sigma| sigma.is_finite())
         );

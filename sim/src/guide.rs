@@ -174,7 +174,7 @@ impl Guide for MpcGuide {
         let guidance = Guidance {
             reference: plan.reference,
             method: plan.method,
-            predicted_rms: Some(plan.predicted.rms_error),
+            predicted_rms: Some(plan.predicted.rms_error_m),
             solve_time: None,
         };
         self.last = Some((snapshot, plan));

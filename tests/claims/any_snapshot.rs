@@ -15,7 +15,7 @@ use planner::{
     los::{LosGains, target_course},
     plan::{Degraded, Method, Plan, Workspace, plan},
     policy::{Policy, Weights},
-    snapshot::{Goal, PreviousPlan, Snapshot, TrajectoryPoint},
+    snapshot::{Current, Goal, PreviousPlan, Snapshot, TrajectoryPoint},
     solve::SolverStatus,
 };
 use rand::{RngExt as _, SeedableRng as _, seq::IndexedRandom as _};
@@ -152,7 +152,7 @@ fn tally(seeds: impl Iterator<Item = u64>) -> Tally {
 
 fn assert_usable(seed: u64, scene: &Snapshot, answer: &Plan) {
     // What any request may say of the current.
-    let slow = |current: Vector2<f64>| current.amax() <= 3.0;
+    let slow = |current: Current| Vector2::from(current).amax() <= 3.0;
     assert!(
         answer.current.is_none_or(slow),
         "seed {seed}: {:?}",
@@ -193,15 +193,15 @@ fn assert_usable(seed: u64, scene: &Snapshot, answer: &Plan) {
     });
     let scores = [answer.predicted, answer.baseline.predicted]
         .into_iter()
-        .flat_map(|predicted| [predicted.cost, predicted.rms_error, predicted.energy]);
+        .flat_map(|predicted| [predicted.cost, predicted.rms_error_m, predicted.energy_j]);
     let amounts = answer
         .violations
         .iter()
-        .flat_map(|violation| [violation.time, violation.amount]);
+        .flat_map(|violation| [violation.t_s, violation.amount]);
     let goal = answer
         .goal
         .iter()
-        .flat_map(|goal| [goal.position.x, goal.position.y, goal.velocity.x, goal.velocity.y]);
+        .flat_map(|goal| [goal.north_m, goal.east_m, goal.north_mps, goal.east_mps]);
     assert!(
         numbers
             .chain(scores)

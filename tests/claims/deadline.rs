@@ -42,8 +42,9 @@ fn decision(mut plan: Plan) -> Plan {
         status: SolverStatus::Unsolved,
         scp_iterations: 0,
         iterations: 0,
-        residuals: None,
         deadline_hit: false,
+        solve_time_ms: None,
+        residuals: None,
     };
     plan
 }

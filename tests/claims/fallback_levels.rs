@@ -93,7 +93,7 @@ fn without_a_young_previous_plan_every_such_status_leads_to_line_of_sight() {
                 (answer.method, answer.degraded),
                 (Method::SaturatedLos, Some(Degraded::Solver(status)))
             );
-            let target = answer.goal[0];
+            let target = answer.goal[0].motion();
             let law = saturated_los(
                 &AscNow::from(&snapshot),
                 &target,

@@ -13,8 +13,8 @@ use planner::{
     },
     policy::Policy,
     snapshot::{
-        Acoustics, Asc, DeclaredPath, Dive, Forecast, ForecastModel, Goal, KeepOut, Offset, PlanRequest,
-        PreviousPlan, Snapshot,
+        Acoustics, Asc, DeclaredPath, Dive, Forecast, Goal, KeepOut, Offset, PlanRequest, PreviousPlan,
+        Snapshot,
     },
     solve::{SHAPES_MAX, Solvers, TOLERANCE},
 };
@@ -120,7 +120,7 @@ fn a_craft_beside_a_target_ends_where_its_offset_is() {
         let mut above = scene.clone();
         above.goal.offset = None;
         let (beside, above) = (planned(scene.clone()), planned(above));
-        let arm = beside.goal[0].position - above.goal[0].position;
+        let arm = beside.goal[0].motion().position - above.goal[0].motion().position;
         // All go northward, and the axes with them.
         assert!(
             (arm - Vector2::new(-5.0, 15.0)).norm() < 1.0,
@@ -129,7 +129,7 @@ fn a_craft_beside_a_target_ends_where_its_offset_is() {
         assert_eq!(beside.degraded, None);
         let miss = |plan: &Plan| {
             let last = plan.trajectory.len() - 1;
-            (plan.trajectory[last].position() - plan.goal[last].position).norm()
+            (plan.trajectory[last].position() - plan.goal[last].motion().position).norm()
         };
         // The lanes are 60 m apart, and 78 s at 1.5 m/s are enough for that.
         assert!(miss(&beside) < 2.0, "{} m in {scene:?}", miss(&beside));
@@ -142,8 +142,9 @@ fn a_known_path_bends_the_forecast_where_the_auv_turns_and_not_before() {
     let mut straight = scene.clone();
     straight.forecast = Forecast::ConstantVelocity;
     let (along, straight) = (planned(scene), planned(straight));
-    assert_eq!(along.targets[0].model, ForecastModel::Path);
-    let apart = |k: usize| along.targets[0].positions[k] - straight.targets[0].positions[k];
+    assert_eq!(along.targets[0].forecast, Forecast::Path);
+    let apart =
+        |k: usize| along.targets[0].trajectory[k].position() - straight.targets[0].trajectory[k].position();
     let last = along.trajectory.len() - 1;
     // Ten seconds at 0.19 m/s are 2 m of the 5 m to the turn; the report's course is 0.02 rad off the lane, and
     // the current lets the follower go 2 cm/s faster than it was reported to.
@@ -371,9 +372,13 @@ fn nearest_to_the_second(plan: &Plan) -> (f64, f64) {
             let us = plan.trajectory[k - 1]
                 .position()
                 .lerp(&plan.trajectory[k].position(), share);
-            let apart = (us - them.positions[k - 1].lerp(&them.positions[k], share)).norm();
+            let apart = (us
+                - them.trajectory[k - 1]
+                    .position()
+                    .lerp(&them.trajectory[k].position(), share))
+            .norm();
             nearest = nearest.min(apart);
-            if them.depths[k - 1].max(them.depths[k]) <= 2.0 {
+            if them.depths_m[k - 1].max(them.depths_m[k]) <= 2.0 {
                 nearest_while_up = nearest_while_up.min(apart);
             }
         }
@@ -429,12 +434,12 @@ fn a_craft_above_a_surfaced_auv_leaves_and_says_that_it_is_too_near() {
         .iter()
         .find(too_near)
         .expect("1.4 m are reported");
-    assert_eq!(violation.about, Some(Subject::Auv(1)));
+    assert_eq!(violation.pointer, Some(Subject::Auv(1)));
     // After the first second, in which neither goes farther than 0.4 m.
     let amount = 5.0 - f64::sqrt(2.0);
     assert!((violation.amount - amount).abs() < 0.6, "{violation:?}");
     let last = answer.trajectory.len() - 1;
-    let apart = (answer.trajectory[last].position() - answer.targets[1].positions[last]).norm();
+    let apart = (answer.trajectory[last].position() - answer.targets[1].trajectory[last].position()).norm();
     assert!(apart > 5.0, "{apart} m");
 }
 
@@ -516,7 +521,7 @@ fn assert_usable(scene: &Snapshot, answer: &Plan) {
     assert!(
         predicted
             .iter()
-            .all(|p| p.cost.is_finite() && p.rms_error.is_finite() && p.energy.is_finite())
+            .all(|p| p.cost.is_finite() && p.rms_error_m.is_finite() && p.energy_j.is_finite())
     );
 }
 

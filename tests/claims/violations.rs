@@ -48,15 +48,15 @@ fn a_broken_limit_names_what_breaks_it_wherever_that_is_listed() {
     for n in 0..3 {
         let violations = broken(listed_from(n));
         let place = |i: usize| (i + 3 - n) % 3;
-        for (limit, about) in [
+        for (limit, pointer) in [
             (SoftLimit::AcousticRange, Some(Subject::Auv(place(2)))),
-            (SoftLimit::Area, None),
+            (SoftLimit::Area, Some(Subject::Area)),
             (SoftLimit::KeepOut, Some(Subject::KeepOut(place(1)))),
             (SoftLimit::SurfacingSeparation, Some(Subject::Auv(place(1)))),
         ] {
             let (violation, before) = (of_limit(&violations, limit), of_limit(&as_listed, limit));
-            assert_eq!(violation.about, about, "listed from {n}: {limit:?}");
-            assert_eq!((violation.time, violation.amount), (before.time, before.amount));
+            assert_eq!(violation.pointer, pointer, "listed from {n}: {limit:?}");
+            assert_eq!((violation.t_s, violation.amount), (before.t_s, before.amount));
         }
     }
 }
@@ -79,7 +79,7 @@ fn a_disc_and_an_auv_at_the_surface_are_distinguished() {
         ..amiss()
     });
     assert_eq!(
-        of_limit(&auvs_only, SoftLimit::SurfacingSeparation).about,
+        of_limit(&auvs_only, SoftLimit::SurfacingSeparation).pointer,
         Some(Subject::Auv(1))
     );
     assert!(!auvs_only.iter().any(about_discs));
@@ -97,18 +97,17 @@ fn the_pointer_of_a_violation_leads_to_what_it_is_about_in_the_request() {
         let text = serde_json::to_string(&response).expect("becomes JSON");
         let received: PlanResponse = serde_json::from_str(&text).expect("has the shape");
         assert_eq!(received.violations, response.violations);
-        let about = |limit: &str| -> &Value {
-            let violation = received.violations.iter().find(|broken| broken.limit == limit);
-            let pointer = violation.and_then(|broken| broken.pointer.as_deref());
-            let pointer = pointer.unwrap_or_else(|| panic!("{limit} is broken by something: {text}"));
-            request.pointer(pointer).expect("is in the request")
+        let about = |limit: SoftLimit| -> &Value {
+            let pointer = of_limit(&received.violations, limit).pointer;
+            let pointer = pointer.unwrap_or_else(|| panic!("{limit:?} is broken by something: {text}"));
+            request.pointer(&pointer.to_string()).expect("is in the request")
         };
-        assert_eq!(about("acoustic_range")["id"], "far");
-        assert_eq!(about("area"), &request["area"]);
-        assert_eq!(about("keep_out")["radius_m"], json!(6.0));
-        assert_eq!(about("surfacing_separation")["id"], "auv-2");
+        assert_eq!(about(SoftLimit::AcousticRange)["id"], "far");
+        assert_eq!(about(SoftLimit::Area), &request["area"]);
+        assert_eq!(about(SoftLimit::KeepOut)["radius_m"], json!(6.0));
+        assert_eq!(about(SoftLimit::SurfacingSeparation)["id"], "auv-2");
         for broken in &received.violations {
-            let of_motion = ["forward_speed", "turn_rate"].contains(&broken.limit.as_str());
+            let of_motion = matches!(broken.limit, SoftLimit::ForwardSpeed | SoftLimit::TurnRate);
             assert_eq!(broken.pointer.is_none(), of_motion, "{broken:?}");
         }
     }

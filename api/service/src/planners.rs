@@ -192,15 +192,20 @@ impl Planners {
     pub(crate) async fn explain(
         &self,
         permit: &Arc<Permit>,
-        snapshot: &Arc<Snapshot>,
+        planned: &Planned,
         deadline: Deadline,
     ) -> Option<Explanation> {
         let deadline = deadline.half_way();
         let (priority, permit) = (permit.priority, Arc::clone(permit));
-        let (snapshot, policy, stop) = (Arc::clone(snapshot), Arc::clone(&self.policy), deadline.stop());
+        let (snapshot, policy, stop) = (
+            Arc::clone(&planned.snapshot),
+            Arc::clone(&self.policy),
+            deadline.stop(),
+        );
+        let terms = planned.plan.cost_terms;
         let found = async {
             let (found, _job) = self.planning.run(priority, move || {
-                let found = permit.work(|| explain(&snapshot, &policy, &stop));
+                let found = permit.work(|| explain(&snapshot, terms, &policy, &stop));
                 // An explanation that was cut short belongs to a different plan.
                 (!stop.was_due()).then_some(found)
             });

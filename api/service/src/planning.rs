@@ -26,7 +26,7 @@ use crate::{
     problem::{Problem, Refusals},
     query::ValidQuery,
 };
-use wire::{Answer, Comparison, Origin, PlanRequest, PlanResponse, Plans, degraded_reason};
+use wire::{Answer, Comparison, Origin, PlanRequest, PlanResponse, Plans};
 
 /// Plans: from a snapshot to speed and heading references.
 #[utoipa::path(post, path = "/v1/plan", tag = "plan", request_body = PlanRequest, responses(
@@ -67,8 +67,8 @@ pub(crate) async fn compare(
         .await??;
     let due = planners.due(arrival, read.deadline_ms);
     let (planned, context) = read.planned(&planners, Arc::clone(&permit), arrival).await?;
-    let found = if explain {
-        planners.explain(&permit, &planned.snapshot, due).await
+    let explanation = if explain {
+        planners.explain(&permit, &planned, due).await
     } else {
         None
     };
@@ -83,7 +83,7 @@ pub(crate) async fn compare(
             integral_los: law(LosLaw::Integral),
             waypoint_box: law(LosLaw::WaypointBox),
         },
-        explanation: found.map(|found| answer.explained(&found, planners.policy())),
+        explanation,
     }))
 }
 
@@ -151,7 +151,7 @@ pub(crate) fn check_fallback(planned: &Planned) -> Result<(), Problem> {
     match planned.plan.degraded {
         Some(_) if planned.snapshot.fallback != Fallback::None => Ok(()),
         Some(Degraded::Deadline) => Err(Problem::TimedOut),
-        Some(degraded) => Err(Problem::NoSolution(degraded_reason(degraded))),
+        Some(degraded) => Err(Problem::NoSolution(degraded.to_string())),
         None => Ok(()),
     }
 }

@@ -7,8 +7,6 @@ use planner::{
 };
 use serde_json::{Value, json};
 
-use super::write_answer::status_name;
-
 /// A program in the standard form of Clarabel, and what was made of it.
 ///
 /// ```text
@@ -34,7 +32,7 @@ pub fn program_dump(program: &Program, solution: &Solution) -> Value {
         "b": program.bounds,
         "cones": program.cones.iter().map(cone).collect::<Vec<_>>(),
         "v1": { "columns": columns, "unit_mps": unit_mps },
-        "status": status_name(solution.status),
+        "status": solution.status,
     });
     if matches!(solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved) {
         dump["solution"] = json!({

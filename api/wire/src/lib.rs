@@ -34,9 +34,9 @@ pub use json::{Unread, VALUES_MAX};
 pub use planner::{
     certificate::Residuals,
     craft::{CraftDescription, HeadingLoop, HeadingReference, Power, SpeedReference, SurgeLoop},
-    explain::ProgramSize,
+    explain::{Explanation, ProgramSize, UsedSlack},
     path::Segment,
-    plan::Method,
+    plan::{GoalPoint, Method, PlannedTarget, Predicted, TargetPoint, Violation},
     snapshot::{
         Acoustics, Asc, Auv, AuvState, Current, DeclaredLimits, DeclaredPath, Dive, Drift, Fallback,
         Forecast, Goal, Hold, KeepOut, Offset, Origin, PlanRequest, PreviousCraft, PreviousEstimate,
@@ -49,11 +49,10 @@ pub use prediction::{Heard, PredictedAuv, PredictedCraft, Prediction, SteerBy};
 pub use read::{read, read_each, read_from};
 pub use reports::{Sorted, read_reports};
 pub use response::{
-    Baseline, Comparison, CraftEstimate, Explanation, GoalPoint, GoalTrajectory, Learnt, Outcome,
-    PlanResponse, PlannedTarget, Plans, Predicted, Reference, Route, Solver, Subproblem, TargetPoint,
-    UsedSlack, Violation, Warning,
+    Baseline, Comparison, CraftEstimate, GoalTrajectory, Learnt, Outcome, PlanResponse, Plans, Reference,
+    Warning,
 };
-pub use write_answer::{Answer, degraded_reason};
+pub use write_answer::Answer;
 
 /// Time for an answer, ms: less than the least is over before the request is read, and no client steers by an answer
 /// that takes longer than the most.

@@ -1,8 +1,8 @@
 //! What a plan predicts, thinned to what people look at: small enough to be kept with every plan of a mission.
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 use planner::{
-    plan::{Plan, TargetForecast},
+    plan::{Plan, PlannedTarget, Violation},
     snapshot::{Auv, Snapshot},
 };
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ use utoipa::ToSchema;
 
 use super::{
     CraftFrame,
-    response::{PlanResponse, Violation, Warning},
+    response::{PlanResponse, Warning},
 };
 
 /// Times at most: a picture of some hundred pixels shows no more.
@@ -124,7 +124,11 @@ impl Prediction {
         };
         let craft = &answer.craft_estimate;
         let pick = |points: Vec<[f64; 2]>| kept.iter().filter_map(|&i| points.get(i).copied()).collect();
-        let known = snapshot.auvs.iter().zip(&plan.targets);
+        let known = snapshot
+            .auvs
+            .iter()
+            .zip(&answer.targets)
+            .zip(&plan.position_covariances);
         Self {
             after_s: kept
                 .iter()
@@ -153,7 +157,7 @@ impl Prediction {
                     .collect(),
             ),
             auvs: known
-                .map(|(auv, target)| PredictedAuv::of(auv, target, &kept, placed))
+                .map(|((auv, target), covariances)| PredictedAuv::of(auv, target, covariances, &kept, placed))
                 .collect(),
             line_of_sight_reference: SteerBy {
                 speed_mps: rounded(answer.baseline.speed_mps, TEN_THOUSANDTH),
@@ -181,25 +185,28 @@ impl Prediction {
 impl PredictedAuv {
     fn of(
         auv: &Auv,
-        target: &TargetForecast,
+        target: &PlannedTarget,
+        covariances: &[Matrix2<f64>],
         kept: &[usize],
         placed: impl Fn(&Vector2<f64>) -> [f64; 2],
     ) -> Self {
         let estimate = &target.estimate;
         let reports = auv.reports.as_deref().unwrap_or_default();
         let newest = reports.iter().max_by(|a, b| a.t_s.total_cmp(&b.t_s));
-        let of = |i: &usize| {
-            let (position, covariance) = (target.positions.get(*i)?, target.position_covariances.get(*i)?);
-            let terms =
-                [covariance.m11, covariance.m12, covariance.m22].map(|term| rounded(term, TEN_THOUSANDTH));
-            Some((placed(position), rounded(*target.depths.get(*i)?, CENTI), terms))
-        };
-        let mut made = Self {
+        let rounded_to = |per_unit: f64| move |value: f64| rounded(value, per_unit);
+        let positions = kept.iter().filter_map(|&i| target.trajectory.get(i));
+        let depths = kept.iter().filter_map(|&i| target.depths_m.get(i));
+        let covariances = kept.iter().filter_map(|&i| covariances.get(i));
+        Self {
             id: target.id.0.clone(),
-            positions: vec![],
-            depths_m: vec![],
-            covariances_m2: vec![],
-            age_s: rounded(estimate.state.age_s, CENTI),
+            positions: positions
+                .map(|point| [point.north_m, point.east_m].map(rounded_to(CENTI)))
+                .collect(),
+            depths_m: depths.copied().map(rounded_to(CENTI)).collect(),
+            covariances_m2: covariances
+                .map(|of| [of.m11, of.m12, of.m22].map(rounded_to(TEN_THOUSANDTH)))
+                .collect(),
+            age_s: rounded(estimate.age_s, CENTI),
             heard: newest.map(|report| {
                 let [north_m, east_m] = placed(&report.position());
                 Heard {
@@ -213,14 +220,8 @@ impl PredictedAuv {
                 .iter()
                 .filter_map(|&i| Some(reports.get(i)?.t_s))
                 .collect(),
-            drift: [target.drift.x, target.drift.y].map(|speed| rounded(speed, TEN_THOUSANDTH)),
-        };
-        for (position, depth, covariance) in kept.iter().filter_map(of) {
-            made.positions.push(position);
-            made.depths_m.push(depth);
-            made.covariances_m2.push(covariance);
+            drift: [target.drift.north_mps, target.drift.east_mps].map(rounded_to(TEN_THOUSANDTH)),
         }
-        made
     }
 }
 

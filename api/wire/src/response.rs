@@ -1,13 +1,10 @@
 //! What clients receive.
 
-use std::collections::BTreeMap;
-
 use planner::{
-    certificate::Residuals,
     craft::{HeadingReference, SpeedReference},
-    explain::ProgramSize,
-    plan::Method,
-    snapshot::{Current, Drift, Forecast, Origin, TrajectoryPoint},
+    explain::Explanation,
+    plan::{GoalPoint, Method, PlannedTarget, Predicted, SolverReport, Violation},
+    snapshot::{Current, Origin, TrajectoryPoint},
 };
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -51,7 +48,7 @@ pub struct PlanResponse {
     pub baseline: Baseline,
     /// What the solver did; absent if no program was involved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub solver: Option<Solver>,
+    pub solver: Option<SolverReport>,
     /// Predicted cost of the trajectory.
     pub predicted: Predicted,
     /// Soft limits that the plan does not keep.
@@ -130,118 +127,6 @@ pub struct GoalTrajectory {
     pub trajectory: Vec<GoalPoint>,
 }
 
-/// The goal at one time.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct GoalPoint {
-    /// Time, s on the request's clock.
-    pub t_s: f64,
-    /// Position north of the datum, m.
-    pub north_m: f64,
-    /// Position east of the datum, m.
-    pub east_m: f64,
-    /// Its latitude, degrees, positive north, where the request names an `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lat_deg: Option<f64>,
-    /// Its longitude, degrees, positive east, where the request names an `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lon_deg: Option<f64>,
-    /// Northward velocity over ground, m/s.
-    pub north_mps: f64,
-    /// Eastward velocity over ground, m/s.
-    pub east_mps: f64,
-}
-
-/// Where an underwater vehicle is expected.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct PlannedTarget {
-    /// The vehicle.
-    pub id: String,
-    /// Its estimate at its last report, from which the forecast starts.
-    pub estimate: Estimate,
-    /// The forecast model used, never `auto`.
-    pub forecast: Forecast,
-    /// Velocity that its reports and the model do not explain, such as a current that it does not know: estimated from
-    /// successive `state`s without covariance, otherwise zero. The next request needs it in `previous_plan`.
-    pub drift: Drift,
-    /// One point for each of the plan's trajectory.
-    pub trajectory: Vec<TargetPoint>,
-    /// Its depth at the times of the trajectory, m, positive down.
-    pub depths_m: Vec<f64>,
-    /// Root mean square of its horizontal distance from the trajectory at these times, m.
-    pub position_sigma_m: Vec<f64>,
-}
-
-/// Estimate of an underwater vehicle at its last report: the request's `state`, or the filtered `reports`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Estimate {
-    /// Age of the newest report that was used, s.
-    pub age_s: f64,
-    /// Position north of the datum then, m.
-    pub north_m: f64,
-    /// Position east of the datum then, m.
-    pub east_m: f64,
-    /// Its latitude, degrees, positive north, where the request names an `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lat_deg: Option<f64>,
-    /// Its longitude, degrees, positive east, where the request names an `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lon_deg: Option<f64>,
-    /// Depth then, m, positive down.
-    pub depth_m: f64,
-    /// Northward velocity over ground then, m/s.
-    pub north_mps: f64,
-    /// Eastward velocity over ground then, m/s.
-    pub east_mps: f64,
-    /// Rate of turn of the course that the forecast starts with, rad/s, positive clockwise.
-    pub turn_rate_radps: f64,
-    /// Covariance of north, east, north velocity and east velocity then, row by row, in m², m²/s and m²/s². Absent
-    /// where the request gives a state without one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub covariance: Option<[[f64; 4]; 4]>,
-    /// Root mean square distance between the estimate, carried to now, and the vehicle, m. Absent as `covariance` is.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub position_sigma_m: Option<f64>,
-    /// Indices of the `reports` that were not used, ascending: outliers, reports before a jump, and duplicates.
-    pub rejected: Vec<usize>,
-    /// How its reports fit its `path`. Absent without a path or without reports.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub route: Option<Route>,
-}
-
-/// How an underwater vehicle follows its path, by its reports. It follows the path where its own navigation takes that to be.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Route {
-    /// Probability that it follows its path. Below 0.5 it is forecast as if no path were known.
-    pub probability: f64,
-    /// How far along the path it is, m.
-    pub along_m: f64,
-    /// By how much the path lies farther north than declared, m.
-    pub north_m: f64,
-    /// By how much the path lies farther east than declared, m.
-    pub east_m: f64,
-    /// By how much it goes faster along the path than declared, m/s.
-    pub faster_mps: f64,
-    /// Whether it sails the path from the end to the beginning.
-    pub backwards: bool,
-}
-
-/// An underwater vehicle at one time.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct TargetPoint {
-    /// Time, s on the request's clock.
-    pub t_s: f64,
-    /// Position north of the datum, m.
-    pub north_m: f64,
-    /// Position east of the datum, m.
-    pub east_m: f64,
-    /// Its latitude, degrees, positive north, where the request names an `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lat_deg: Option<f64>,
-    /// Its longitude, degrees, positive east, where the request names an `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lon_deg: Option<f64>,
-}
-
 /// What the line-of-sight law would do with the same request.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Baseline {
@@ -258,56 +143,6 @@ pub struct Baseline {
     pub predicted_rms_error_m: f64,
     /// Its predicted propulsion energy over the horizon, J.
     pub predicted_energy_j: f64,
-}
-
-/// What the solver did.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Solver {
-    /// Status of the last SCP iteration, in snake case.
-    pub status: String,
-    /// Iterations of the sequential convex programming: convex subproblems solved.
-    #[serde(alias = "passes")]
-    pub scp_iterations: usize,
-    /// Interior-point iterations over all subproblems.
-    pub iterations: u32,
-    /// Whether the deadline cut the work short. With the outcome `ok`, a program had been solved by then, and further
-    /// ones were not tried or not finished: the best of what there was answered, whatever its `method`.
-    pub deadline_hit: bool,
-    /// Time for the whole plan, ms: the one member that differs between two equal requests.
-    pub solve_time_ms: f64,
-    /// Residuals of the last subproblem, recomputed outside the solver.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub residuals: Option<Residuals>,
-}
-
-/// Predicted cost of a trajectory over the horizon.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Predicted {
-    /// Predicted cost of the trajectory; less is better.
-    #[serde(alias = "merit")]
-    pub cost: f64,
-    /// Root mean square distance to the goal, m.
-    pub rms_error_m: f64,
-    /// Propulsion energy, J.
-    pub energy_j: f64,
-}
-
-/// A soft limit that a plan does not keep.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Violation {
-    /// Which: `forward_speed`, `turn_rate`, `acoustic_range` (less the back-off for the uncertainty of the vehicle's position),
-    /// `area`, `keep_out` (a disc) or `surfacing_separation` (an underwater vehicle at the surface).
-    pub limit: String,
-    /// What breaks it worst, as a JSON pointer into the request: the disc (`/keep_outs/0`), the underwater vehicle
-    /// (`/auvs/1`) or the `/area`. Absent for what the craft's own motion breaks.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub pointer: Option<String>,
-    /// When it is worst, s on the request's clock.
-    pub t_s: f64,
-    /// By how much, in `unit`.
-    pub amount: f64,
-    /// Unit of `amount`.
-    pub unit: String,
 }
 
 /// A warning about the request.
@@ -330,44 +165,6 @@ pub struct Comparison {
     /// enough for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub explanation: Option<Explanation>,
-}
-
-/// How the planner came to its plan. Equal requests have equal explanations: one that would be cut short is left out.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Explanation {
-    /// Size of the last convex subproblem.
-    pub program: ProgramSize,
-    /// What each predicted cost is made of, by controller and term, m² s; the terms of one add up to its `predicted.cost`.
-    pub cost_terms: BTreeMap<String, BTreeMap<String, f64>>,
-    /// Soft limits that the last subproblem could not keep at the price of its slacks.
-    pub slack: Vec<UsedSlack>,
-    /// Every convex subproblem, in the order in which they were solved.
-    pub log: Vec<Subproblem>,
-}
-
-/// A soft limit that gave way at a stage.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct UsedSlack {
-    /// Which limits share the slack: `motion`, `acoustic_range`, `other_range` (of AUVs that the goal does not name), `area` or `keep_out`.
-    pub limit: String,
-    /// How long after the request's time that is, s.
-    pub after_s: f64,
-    /// By how much, in `unit`.
-    pub amount: f64,
-    /// Unit of `amount`.
-    pub unit: String,
-}
-
-/// A convex subproblem, solved.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Subproblem {
-    /// How the solver ended, in snake case.
-    pub status: String,
-    /// Interior-point iterations.
-    pub iterations: u32,
-    /// How well its optimality conditions hold, recomputed outside the solver; absent without a solution.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub residuals: Option<Residuals>,
 }
 
 /// Plans by controller.

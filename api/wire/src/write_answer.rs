@@ -5,24 +5,18 @@ use std::time::Duration;
 use geodesy::Datum;
 use nalgebra::Vector2;
 use planner::{
-    explain,
     los::{LosLaw, Reference as DomainReference},
     plan as domain,
-    plan::{Method, Plan, SoftLimit, Subject},
+    plan::{Method, Plan, PlannedTarget, Predicted, SolverReport},
     policy::Policy,
-    snapshot::{CURRENT_MAX, Current, Drift, Forecast, Origin, SCHEMA_VERSION, Snapshot, TrajectoryPoint},
-    solve::SolverStatus,
+    snapshot::{CURRENT_MAX, Origin, SCHEMA_VERSION, Snapshot, TrajectoryPoint},
 };
 use serde_json::{Map, Value};
 
 use super::{
     CraftFrame,
     digest::plan_id,
-    response::{
-        Baseline, CraftEstimate, Estimate, Explanation, GoalPoint, GoalTrajectory, Learnt, Outcome,
-        PlanResponse, PlannedTarget, Predicted, Reference, Route, Solver, Subproblem, TargetPoint, UsedSlack,
-        Violation, Warning,
-    },
+    response::{Baseline, CraftEstimate, GoalTrajectory, Learnt, Outcome, PlanResponse, Reference, Warning},
 };
 
 /// A report older than this is worth a warning, s: three of the ten-second slots in which an acoustic
@@ -92,35 +86,25 @@ impl<'a> Answer<'a> {
     /// The planner's answer.
     #[must_use]
     pub fn planned(&self) -> PlanResponse {
-        let Plan {
-            reference,
-            trajectory,
-            predicted,
-            solver,
-            ..
-        } = self.plan;
+        let plan = self.plan;
         PlanResponse {
-            outcome: if self.plan.degraded.is_some() {
+            outcome: if plan.degraded.is_some() {
                 Outcome::Degraded
             } else {
                 Outcome::Ok
             },
-            method: self.plan.method,
-            reason: self.plan.degraded.map(degraded_reason),
-            solver: Some(Solver {
-                status: status_name(solver.status).to_owned(),
-                scp_iterations: solver.scp_iterations,
-                iterations: solver.iterations,
-                deadline_hit: solver.deadline_hit,
-                solve_time_ms: self.solve_time.as_secs_f64() * 1e3,
-                residuals: solver.residuals,
+            method: plan.method,
+            reason: plan.degraded.map(|degraded| degraded.to_string()),
+            solver: Some(SolverReport {
+                solve_time_ms: Some(self.solve_time.as_secs_f64() * 1e3),
+                ..plan.solver
             }),
-            violations: self.plan.violations.iter().map(violation).collect(),
+            violations: plan.violations.clone(),
             ..self.along(
-                *reference,
-                self.plan.reference_through_water,
-                trajectory,
-                *predicted,
+                plan.reference,
+                plan.reference_through_water,
+                &plan.trajectory,
+                plan.predicted,
             )
         }
     }
@@ -140,40 +124,11 @@ impl<'a> Answer<'a> {
         answer
     }
 
-    /// How the planner found its plan, and the costs of the laws at the gains of `policy`.
-    #[must_use]
-    pub fn explained(&self, found: &explain::Explanation, policy: &Policy) -> Explanation {
-        let terms =
-            |terms: domain::CostTerms| terms.named().map(|(name, value)| (name.to_owned(), value)).into();
-        let laws = LosLaw::ALL.into_iter().map(|law| {
-            let predicted = match law {
-                LosLaw::SaturatedLos => self.plan.baseline.predicted,
-                _ => domain::baseline(self.snapshot, policy, law).predicted,
-            };
-            (law.name().to_owned(), terms(predicted.terms))
-        });
-        let planner = ("mpc".to_owned(), terms(self.plan.predicted.terms));
-        Explanation {
-            program: found.size,
-            cost_terms: [planner].into_iter().chain(laws).collect(),
-            slack: found.slacks.iter().map(used_slack).collect(),
-            log: found
-                .subproblems
-                .iter()
-                .map(|one| Subproblem {
-                    status: status_name(one.status).to_owned(),
-                    iterations: one.iterations,
-                    residuals: one.residuals,
-                })
-                .collect(),
-        }
-    }
-
     fn of_law(&self, law: LosLaw, baseline: &domain::Baseline) -> PlanResponse {
         let reference = baseline.reference;
         PlanResponse {
             method: Method::from(law),
-            violations: baseline.violations.iter().map(violation).collect(),
+            violations: baseline.violations.clone(),
             ..self.along(reference, reference, &baseline.trajectory, baseline.predicted)
         }
     }
@@ -184,9 +139,28 @@ impl<'a> Answer<'a> {
         reference: DomainReference,
         asked: DomainReference,
         trajectory: &[TrajectoryPoint],
-        predicted: domain::Predicted,
+        predicted: Predicted,
     ) -> PlanResponse {
         let baseline = &self.plan.baseline;
+        let (mut trajectory, mut goal) = (trajectory.to_vec(), self.plan.goal.clone());
+        for at in &mut trajectory {
+            (at.north_m, at.east_m, at.lat_deg, at.lon_deg) = self.place(at.north_m, at.east_m);
+        }
+        for at in &mut goal {
+            (at.north_m, at.east_m, at.lat_deg, at.lon_deg) = self.place(at.north_m, at.east_m);
+        }
+        let mut targets = self.plan.targets.clone();
+        for PlannedTarget {
+            estimate: at,
+            trajectory,
+            ..
+        } in &mut targets
+        {
+            (at.north_m, at.east_m, at.lat_deg, at.lon_deg) = self.place(at.north_m, at.east_m);
+            for at in trajectory {
+                (at.north_m, at.east_m, at.lat_deg, at.lon_deg) = self.place(at.north_m, at.east_m);
+            }
+        }
         PlanResponse {
             schema_version: SCHEMA_VERSION.to_owned(),
             plan_id: self.plan_id.clone(),
@@ -200,33 +174,22 @@ impl<'a> Answer<'a> {
                 heading_deg: reference.heading.compass_degrees(),
                 valid_until_s: self.plan.valid_until,
             },
-            trajectory: trajectory.iter().map(|point| self.point(point)).collect(),
+            trajectory,
             goal_course_rad: self.plan.goal_course.radians(),
             craft_estimate: self.craft_estimate(asked),
-            current: self.plan.current.map(Current::from),
-            goal: GoalTrajectory {
-                trajectory: self.goal(),
-            },
-            targets: self
-                .plan
-                .targets
-                .iter()
-                .map(|target| self.target(target))
-                .collect(),
+            current: self.plan.current,
+            goal: GoalTrajectory { trajectory: goal },
+            targets,
             baseline: Baseline {
                 method: Method::SaturatedLos,
                 speed_mps: baseline.reference.speed,
                 heading_rad: baseline.reference.heading.radians(),
                 predicted_cost: baseline.predicted.cost,
-                predicted_rms_error_m: baseline.predicted.rms_error,
-                predicted_energy_j: baseline.predicted.energy,
+                predicted_rms_error_m: baseline.predicted.rms_error_m,
+                predicted_energy_j: baseline.predicted.energy_j,
             },
             solver: None,
-            predicted: Predicted {
-                cost: predicted.cost,
-                rms_error_m: predicted.rms_error,
-                energy_j: predicted.energy,
-            },
+            predicted,
             violations: Vec::new(),
             warnings: warnings(self.snapshot, self.plan)
                 .into_iter()
@@ -236,76 +199,21 @@ impl<'a> Answer<'a> {
         }
     }
 
-    fn times(&self) -> impl Iterator<Item = f64> {
-        self.plan.trajectory.iter().map(|point| point.t_s)
-    }
-
-    fn goal(&self) -> Vec<GoalPoint> {
-        self.times()
-            .zip(&self.plan.goal)
-            .map(|(t_s, motion)| {
-                let position = self.placed(&motion.position);
-                let (lat_deg, lon_deg) = self.degrees(&position);
-                GoalPoint {
-                    t_s,
-                    north_m: position.x,
-                    east_m: position.y,
-                    lat_deg,
-                    lon_deg,
-                    north_mps: motion.velocity.x,
-                    east_mps: motion.velocity.y,
-                }
-            })
-            .collect()
-    }
-
-    fn point(&self, point: &TrajectoryPoint) -> TrajectoryPoint {
-        let position = self.placed(&point.position());
-        let (lat_deg, lon_deg) = self.degrees(&position);
-        TrajectoryPoint {
-            north_m: position.x,
-            east_m: position.y,
-            lat_deg,
-            lon_deg,
-            ..*point
-        }
-    }
-
     /// A position of the snapshot's frame, from the datum, m.
     fn placed(&self, position: &Vector2<f64>) -> Vector2<f64> {
         let frame = self.frame.as_ref();
         frame.map_or(*position, |frame| frame.leave(position))
     }
 
-    /// Latitude and longitude of a position from the datum, where it is known where that lies.
-    fn degrees(&self, position: &Vector2<f64>) -> (Option<f64>, Option<f64>) {
+    /// A position of the snapshot's frame from the datum: north and east, m, and latitude and longitude, degrees, where it is
+    /// known where the datum lies.
+    fn place(&self, north_m: f64, east_m: f64) -> (f64, f64, Option<f64>, Option<f64>) {
+        let position = self.placed(&Vector2::new(north_m, east_m));
         let place = self
             .place
-            .map(|(_, datum)| Origin::from(datum.from_local(position)));
-        (place.map(|place| place.lat_deg), place.map(|place| place.lon_deg))
-    }
-
-    fn target(&self, target: &domain::TargetForecast) -> PlannedTarget {
-        let point = |(t_s, position): (f64, &Vector2<f64>)| {
-            let position = self.placed(position);
-            let (lat_deg, lon_deg) = self.degrees(&position);
-            TargetPoint {
-                t_s,
-                north_m: position.x,
-                east_m: position.y,
-                lat_deg,
-                lon_deg,
-            }
-        };
-        PlannedTarget {
-            id: target.id.0.clone(),
-            estimate: self.estimate(&target.estimate),
-            forecast: Forecast::from(target.model),
-            drift: Drift::from(target.drift),
-            trajectory: self.times().zip(&target.positions).map(point).collect(),
-            depths_m: target.depths.clone(),
-            position_sigma_m: target.position_sigmas.clone(),
-        }
+            .map(|(_, datum)| Origin::from(datum.from_local(&position)));
+        let (lat_deg, lon_deg) = (place.map(|place| place.lat_deg), place.map(|place| place.lon_deg));
+        (position.x, position.y, lat_deg, lon_deg)
     }
 
     fn craft_estimate(&self, asked: DomainReference) -> CraftEstimate {
@@ -329,51 +237,6 @@ impl<'a> Answer<'a> {
             asked_heading_rad: asked.heading.radians(),
             memory: remembered.memory().to_vec(),
         }
-    }
-
-    fn estimate(&self, estimate: &planner::estimate::Estimate) -> Estimate {
-        let state = &estimate.state;
-        let velocity = state.velocity();
-        let position = self.placed(&state.position());
-        let (lat_deg, lon_deg) = self.degrees(&position);
-        Estimate {
-            age_s: state.age_s,
-            north_m: position.x,
-            east_m: position.y,
-            lat_deg,
-            lon_deg,
-            depth_m: state.depth_m,
-            north_mps: velocity.x,
-            east_mps: velocity.y,
-            turn_rate_radps: state.turn_rate_radps,
-            covariance: state.covariance,
-            position_sigma_m: estimate.position_sigma(),
-            rejected: estimate.rejected.clone(),
-            route: estimate.route.map(|route| Route {
-                probability: route.probability,
-                along_m: route.fit.along(),
-                north_m: route.fit.offset().x,
-                east_m: route.fit.offset().y,
-                faster_mps: route.fit.faster(),
-                backwards: route.fit.sense < 0.0,
-            }),
-        }
-    }
-}
-
-fn used_slack(slack: &explain::UsedSlack) -> UsedSlack {
-    let (limit, unit) = match slack.rows {
-        explain::SoftRows::Motion => ("motion", "m/s or m/s²"),
-        explain::SoftRows::AcousticRange => ("acoustic_range", "m"),
-        explain::SoftRows::OtherRange => ("other_range", "m"),
-        explain::SoftRows::Area => ("area", "m"),
-        explain::SoftRows::KeepOut => ("keep_out", "m"),
-    };
-    UsedSlack {
-        limit: limit.to_owned(),
-        after_s: slack.after,
-        amount: slack.amount,
-        unit: unit.to_owned(),
     }
 }
 
@@ -487,7 +350,10 @@ fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = War
         );
         warning("current_exceeds_speed", "/current", detail)
     });
-    let through_water = plan.goal.iter().map(|goal| (goal.velocity - current).norm());
+    let through_water = plan
+        .goal
+        .iter()
+        .map(|goal| (goal.motion().velocity - current).norm());
     let slowest = through_water.fold(f64::INFINITY, f64::min);
     let outrun = (slowest.is_finite() && speed_max < slowest).then(|| {
         let detail = format!(
@@ -558,56 +424,4 @@ fn no_memory(law: LosLaw) -> Option<Warning> {
     };
     let detail = format!("{}: {detail}", law.name());
     Some(warning("law_without_memory", "", detail))
-}
-
-/// Why an answer is degraded, as one word for programs.
-#[must_use]
-pub fn degraded_reason(degraded: domain::Degraded) -> String {
-    match degraded {
-        domain::Degraded::Solver(status) => format!("solver_{}", status_name(status)),
-        domain::Degraded::Certificate => "certificate".to_owned(),
-        domain::Degraded::StaleReport => "stale_report".to_owned(),
-        domain::Degraded::Deadline => "deadline".to_owned(),
-    }
-}
-
-pub(super) fn status_name(status: SolverStatus) -> &'static str {
-    match status {
-        SolverStatus::Unsolved => "unsolved",
-        SolverStatus::Solved => "solved",
-        SolverStatus::AlmostSolved => "almost_solved",
-        SolverStatus::PrimalInfeasible => "primal_infeasible",
-        SolverStatus::DualInfeasible => "dual_infeasible",
-        SolverStatus::AlmostPrimalInfeasible => "almost_primal_infeasible",
-        SolverStatus::AlmostDualInfeasible => "almost_dual_infeasible",
-        SolverStatus::MaxIterations => "max_iterations",
-        SolverStatus::MaxTime => "max_time",
-        SolverStatus::NumericalError => "numerical_error",
-        SolverStatus::InsufficientProgress => "insufficient_progress",
-        SolverStatus::CallbackTerminated => "callback_terminated",
-    }
-}
-
-fn violation(violation: &domain::Violation) -> Violation {
-    let (limit, unit) = match violation.limit {
-        SoftLimit::ForwardSpeed => ("forward_speed", "m/s"),
-        SoftLimit::TurnRate => ("turn_rate", "m/s²"),
-        SoftLimit::AcousticRange => ("acoustic_range", "m"),
-        SoftLimit::Area => ("area", "m"),
-        SoftLimit::KeepOut => ("keep_out", "m"),
-        SoftLimit::SurfacingSeparation => ("surfacing_separation", "m"),
-    };
-    let pointer = match (violation.about, violation.limit) {
-        (Some(Subject::KeepOut(i)), _) => Some(format!("/keep_outs/{i}")),
-        (Some(Subject::Auv(i)), _) => Some(format!("/auvs/{i}")),
-        (None, SoftLimit::Area) => Some("/area".to_owned()),
-        (None, _) => None,
-    };
-    Violation {
-        limit: limit.to_owned(),
-        pointer,
-        t_s: violation.time,
-        amount: violation.amount,
-        unit: unit.to_owned(),
-    }
 }

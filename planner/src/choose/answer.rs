@@ -10,16 +10,16 @@ use crate::{
     facts::{
         angle::Course,
         auv::VehicleId,
-        options::ForecastModel,
-        previous_plan::{PreviousCraft, PreviousPlan, PreviousTarget},
+        options::Forecast,
+        previous_plan::{PreviousCraft, PreviousEstimate, PreviousPlan, PreviousTarget},
         reference::{Reference, TrajectoryPoint},
-        water::Current,
+        water::{Current, Drift},
     },
     los::law::LosLaw,
     predict::{forecast::AuvForecast, motion::Motion},
     problem::violation::Violation,
     scp::{
-        predicted_cost::Predicted,
+        predicted_cost::{CostTerms, Predicted},
         result::{Degraded, SolverReport},
     },
     snapshot::build::{KnownAuv, Snapshot},
@@ -43,19 +43,23 @@ pub struct Plan {
     /// The planned trajectory, from now on.
     pub trajectory: Vec<TrajectoryPoint>,
     /// The goal at the times of the trajectory.
-    pub goal: Vec<Motion>,
+    pub goal: Vec<GoalPoint>,
     /// The course of what the goal follows, its offset apart, when that last moved; hand it back in the next request.
     pub goal_course: Course,
-    /// How each AUV was forecast, in the snapshot's order.
-    pub targets: Vec<TargetForecast>,
+    /// Where each AUV is expected, in the snapshot's order.
+    pub targets: Vec<PlannedTarget>,
+    /// Covariances of the positions (north, east) of each of these at the times of the trajectory, m².
+    pub position_covariances: Vec<Vec<Matrix2<f64>>>,
     /// What the line-of-sight law would do.
     pub baseline: Baseline,
     /// What the solver did.
     pub solver: SolverReport,
-    /// What the current (north, east) was taken for, m/s, where it was known; hand it back in the next request.
-    pub current: Option<Vector2<f64>>,
+    /// What the current was taken for, where it was known; hand it back in the next request.
+    pub current: Option<Current>,
     /// What the answer is predicted to lead to.
     pub predicted: Predicted,
+    /// What its predicted cost is made of.
+    pub cost_terms: CostTerms,
     /// Soft limits that the plan does not keep.
     pub violations: Vec<Violation>,
     /// The AUVs whose acoustic range cannot be kept now, by their place in the snapshot, ascending: of those that the goal
@@ -78,7 +82,7 @@ impl From<&Plan> for PreviousPlan {
                 asked_heading_rad: asked.heading.radians(),
                 memory: plan.craft.memory().to_vec(),
             }),
-            current: plan.current.map(Current::from),
+            current: plan.current,
             reference: Some(plan.reference.into()),
             targets: Some(plan.targets.iter().map(PreviousTarget::from).collect()),
         }
@@ -116,61 +120,229 @@ impl From<LosLaw> for Method {
     }
 }
 
-/// Where one AUV is expected at the times of the trajectory.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TargetForecast {
-    /// The AUV.
-    pub id: VehicleId,
-    /// Where it was when it was last heard of, from which the forecast starts.
-    pub estimate: Estimate,
-    /// The model used.
-    pub model: ForecastModel,
-    /// Velocity over ground (north, east) beyond what the model and the report explain, m/s; hand it back in the next
-    /// request.
-    pub drift: Vector2<f64>,
-    /// Positions (north, east) at the times of the trajectory, m.
-    pub positions: Vec<Vector2<f64>>,
-    /// Depths at the times of the trajectory, m, positive down.
-    pub depths: Vec<f64>,
-    /// Standard deviation of the positions, m: root mean square of the distance from where the AUV will be.
-    pub position_sigmas: Vec<f64>,
-    /// Covariances of the positions (north, east), m².
-    pub position_covariances: Vec<Matrix2<f64>>,
+/// The goal at one time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct GoalPoint {
+    /// Time, s on the request's clock.
+    pub t_s: f64,
+    /// Position north of the datum, m.
+    pub north_m: f64,
+    /// Position east of the datum, m.
+    pub east_m: f64,
+    /// Its latitude, degrees, positive north, where the request names an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lat_deg: Option<f64>,
+    /// Its longitude, degrees, positive east, where the request names an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lon_deg: Option<f64>,
+    /// Northward velocity over ground, m/s.
+    pub north_mps: f64,
+    /// Eastward velocity over ground, m/s.
+    pub east_mps: f64,
 }
 
-impl TargetForecast {
+impl GoalPoint {
+    /// The goal that moves so at time `t_s`.
+    pub(crate) fn new(t_s: f64, motion: Motion) -> Self {
+        Self {
+            t_s,
+            north_m: motion.position.x,
+            east_m: motion.position.y,
+            lat_deg: None,
+            lon_deg: None,
+            north_mps: motion.velocity.x,
+            east_mps: motion.velocity.y,
+        }
+    }
+
+    /// Its position and velocity over ground.
+    #[must_use]
+    pub fn motion(&self) -> Motion {
+        Motion {
+            position: Vector2::new(self.north_m, self.east_m),
+            velocity: Vector2::new(self.north_mps, self.east_mps),
+        }
+    }
+}
+
+/// Where an underwater vehicle is expected.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PlannedTarget {
+    /// The vehicle.
+    #[schema(value_type = String)]
+    pub id: VehicleId,
+    /// Its estimate at its last report, from which the forecast starts.
+    pub estimate: TargetEstimate,
+    /// The forecast model used, never `auto`.
+    pub forecast: Forecast,
+    /// Velocity that its reports and the model do not explain, such as a current that it does not know: estimated from
+    /// successive `state`s without covariance, otherwise zero. The next request needs it in `previous_plan`.
+    pub drift: Drift,
+    /// One point for each of the plan's trajectory.
+    pub trajectory: Vec<TargetPoint>,
+    /// Its depth at the times of the trajectory, m, positive down.
+    pub depths_m: Vec<f64>,
+    /// Root mean square of its horizontal distance from the trajectory at these times, m.
+    pub position_sigma_m: Vec<f64>,
+}
+
+/// An underwater vehicle at one time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TargetPoint {
+    /// Time, s on the request's clock.
+    pub t_s: f64,
+    /// Position north of the datum, m.
+    pub north_m: f64,
+    /// Position east of the datum, m.
+    pub east_m: f64,
+    /// Its latitude, degrees, positive north, where the request names an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lat_deg: Option<f64>,
+    /// Its longitude, degrees, positive east, where the request names an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lon_deg: Option<f64>,
+}
+
+/// Estimate of an underwater vehicle at its last report: the request's `state`, or the filtered `reports`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Estimate)]
+pub struct TargetEstimate {
+    /// Age of the newest report that was used, s.
+    pub age_s: f64,
+    /// Position north of the datum then, m.
+    pub north_m: f64,
+    /// Position east of the datum then, m.
+    pub east_m: f64,
+    /// Its latitude, degrees, positive north, where the request names an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lat_deg: Option<f64>,
+    /// Its longitude, degrees, positive east, where the request names an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lon_deg: Option<f64>,
+    /// Depth then, m, positive down.
+    pub depth_m: f64,
+    /// Northward velocity over ground then, m/s.
+    pub north_mps: f64,
+    /// Eastward velocity over ground then, m/s.
+    pub east_mps: f64,
+    /// Rate of turn of the course that the forecast starts with, rad/s, positive clockwise.
+    pub turn_rate_radps: f64,
+    /// Covariance of north, east, north velocity and east velocity then, row by row, in m², m²/s and m²/s². Absent
+    /// where the request gives a state without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<[[f64; 4]; 4]>,
+    /// Root mean square distance between the estimate, carried to now, and the vehicle, m. Absent as `covariance` is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_sigma_m: Option<f64>,
+    /// Indices of the `reports` that were not used, ascending: outliers, reports before a jump, and duplicates.
+    pub rejected: Vec<usize>,
+    /// How its reports fit its `path`. Absent without a path or without reports.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub route: Option<RouteFit>,
+}
+
+/// How an underwater vehicle follows its path, by its reports. It follows the path where its own navigation takes that to be.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Route)]
+pub struct RouteFit {
+    /// Probability that it follows its path. Below 0.5 it is forecast as if no path were known.
+    pub probability: f64,
+    /// How far along the path it is, m.
+    pub along_m: f64,
+    /// By how much the path lies farther north than declared, m.
+    pub north_m: f64,
+    /// By how much the path lies farther east than declared, m.
+    pub east_m: f64,
+    /// By how much it goes faster along the path than declared, m/s.
+    pub faster_mps: f64,
+    /// Whether it sails the path from the end to the beginning.
+    pub backwards: bool,
+}
+
+impl TargetPoint {
+    /// Position (north, east), m.
+    #[must_use]
+    pub fn position(&self) -> Vector2<f64> {
+        Vector2::new(self.north_m, self.east_m)
+    }
+}
+
+impl PlannedTarget {
     /// All AUVs at `times` after the snapshot, s.
-    pub(crate) fn of_all(snapshot: &Snapshot, times: &[f64], forecasts: &[AuvForecast]) -> Vec<Self> {
+    pub(crate) fn all(snapshot: &Snapshot, times: &[f64], forecasts: &[AuvForecast]) -> Vec<Self> {
         let known = snapshot.known_auvs().zip(forecasts);
         let target = |(KnownAuv { auv, estimate, .. }, forecast): (KnownAuv<'_>, &AuvForecast)| {
-            let position = |time: &f64| forecast.at(*time).position;
-            let depth = |time: &f64| forecast.depth_at(*time);
-            let covariance = |time: &f64| forecast.position_covariance(*time);
+            let point = |time: &f64| {
+                let position = forecast.at(*time).position;
+                TargetPoint {
+                    t_s: snapshot.t_s + time,
+                    north_m: position.x,
+                    east_m: position.y,
+                    lat_deg: None,
+                    lon_deg: None,
+                }
+            };
             let sigma = |time: &f64| forecast.position_variance(*time).sqrt();
             Self {
                 id: auv.id.clone(),
-                estimate: estimate.clone(),
-                model: forecast.model,
-                drift: forecast.drift(),
-                positions: times.iter().map(position).collect(),
-                depths: times.iter().map(depth).collect(),
-                position_sigmas: times.iter().map(sigma).collect(),
-                position_covariances: times.iter().map(covariance).collect(),
+                estimate: estimate.into(),
+                forecast: forecast.model.into(),
+                drift: forecast.drift().into(),
+                trajectory: times.iter().map(point).collect(),
+                depths_m: times.iter().map(|time| forecast.depth_at(*time)).collect(),
+                position_sigma_m: times.iter().map(sigma).collect(),
             }
         };
         known.map(target).collect()
     }
 }
 
-impl From<&TargetForecast> for PreviousTarget {
+impl From<&Estimate> for TargetEstimate {
+    fn from(estimate: &Estimate) -> Self {
+        let state = &estimate.state;
+        let velocity = state.velocity();
+        Self {
+            age_s: state.age_s,
+            north_m: state.north_m,
+            east_m: state.east_m,
+            lat_deg: None,
+            lon_deg: None,
+            depth_m: state.depth_m,
+            north_mps: velocity.x,
+            east_mps: velocity.y,
+            turn_rate_radps: state.turn_rate_radps,
+            covariance: state.covariance,
+            position_sigma_m: estimate.position_sigma(),
+            rejected: estimate.rejected.clone(),
+            route: estimate.route.map(|route| RouteFit {
+                probability: route.probability,
+                along_m: route.fit.along(),
+                north_m: route.fit.offset().x,
+                east_m: route.fit.offset().y,
+                faster_mps: route.fit.faster(),
+                backwards: route.fit.sense < 0.0,
+            }),
+        }
+    }
+}
+
+impl From<&PlannedTarget> for PreviousTarget {
     /// What the next request has to say of it.
-    fn from(target: &TargetForecast) -> Self {
-        let state = &target.estimate.state;
+    fn from(target: &PlannedTarget) -> Self {
+        let estimate = &target.estimate;
         Self {
             id: target.id.clone(),
-            estimate: Some(state.into()),
-            forecast: Some(target.model.into()),
-            drift: Some(target.drift.into()),
+            estimate: Some(PreviousEstimate {
+                age_s: estimate.age_s,
+                north_m: estimate.north_m,
+                east_m: estimate.east_m,
+                depth_m: estimate.depth_m,
+                north_mps: estimate.north_mps,
+                east_mps: estimate.east_mps,
+                turn_rate_radps: estimate.turn_rate_radps,
+            }),
+            forecast: Some(target.forecast),
+            drift: Some(target.drift),
         }
     }
 }
@@ -184,6 +356,8 @@ pub struct Baseline {
     pub trajectory: Vec<TrajectoryPoint>,
     /// What it is predicted to lead to.
     pub predicted: Predicted,
+    /// What its predicted cost is made of.
+    pub cost_terms: CostTerms,
     /// Limits of position that it breaks on the way.
     pub violations: Vec<Violation>,
 }

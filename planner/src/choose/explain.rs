@@ -1,12 +1,16 @@
 //! What a plan was made by: the size of its program, every subproblem, and which soft rows gave way.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::{
-    choose::select::select_answer,
-    problem::policy::Policy,
+    choose::select::{baseline_of, select_answer},
+    los::law::LosLaw,
+    problem::{policy::Policy, violation::Unit},
     program::{build::Program, layout::Slack, standard_form::Cone, units::SLACK_UNIT},
+    scp::predicted_cost::CostTerms,
     snapshot::build::Snapshot,
     solve::{
         certificate::Residuals,
@@ -18,15 +22,19 @@ use crate::{
 /// A slack below this is the solver's tolerance, m, m/s or m/s².
 const NOTICEABLE: f64 = 1e-3;
 
-/// How the plan of a snapshot comes about.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// How the planner came to its plan. Equal requests have equal explanations: one that would be cut short is left out.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Explanation {
-    /// Size of the last subproblem; zeros where none was stated.
-    pub size: ProgramSize,
-    /// Every subproblem, in the order in which they were solved.
-    pub subproblems: Vec<SubproblemReport>,
-    /// The slacks of the last subproblem that are noticeably used, by stage.
-    pub slacks: Vec<UsedSlack>,
+    /// Size of the last convex subproblem.
+    // Zeros where none was stated.
+    pub program: ProgramSize,
+    /// What each predicted cost is made of, by controller and term, m² s; the terms of one add up to its `predicted.cost`.
+    #[schema(value_type = BTreeMap<String, BTreeMap<String, f64>>)]
+    pub cost_terms: BTreeMap<String, CostTerms>,
+    /// Soft limits that the last subproblem could not keep at the price of its slacks.
+    pub slack: Vec<UsedSlack>,
+    /// Every convex subproblem, in the order in which they were solved.
+    pub log: Vec<SubproblemReport>,
 }
 
 /// Size of a cone program `minimise ½ xᵀPx + qᵀx, Ax + s = b, s ∈ K`.
@@ -50,60 +58,39 @@ pub struct ProgramSize {
     pub quadratic_entries: usize,
 }
 
-/// A convex subproblem and how it was solved.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A convex subproblem, solved.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Subproblem)]
 pub struct SubproblemReport {
-    /// How the solver ended.
+    /// How the solver ended, in snake case.
+    #[schema(value_type = String)]
     pub status: SolverStatus,
     /// Interior-point iterations.
     pub iterations: u32,
-    /// How well its optimality conditions hold, recomputed outside the solver; none without a solution.
+    /// How well its optimality conditions hold, recomputed outside the solver; absent without a solution.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residuals: Option<Residuals>,
 }
 
-/// A soft row that gave way.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A soft limit that gave way at a stage.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct UsedSlack {
-    /// Which rows share it.
-    pub rows: SoftRows,
-    /// The stage, from 1 on.
-    pub stage: usize,
-    /// How long after now that is, s.
-    pub after: f64,
-    /// By how much: m, or of motion m/s and m/s².
+    /// Which limits share the slack: `motion`, `acoustic_range`, `other_range` (of AUVs that the goal does not name), `area` or `keep_out`.
+    #[schema(value_type = String)]
+    pub limit: Slack,
+    /// How long after the request's time that is, s.
+    pub after_s: f64,
+    /// By how much, in `unit`.
     pub amount: f64,
+    /// Unit of `amount`.
+    #[schema(value_type = String)]
+    pub unit: Unit,
 }
 
-/// Soft rows of one kind, which share a slack a stage.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SoftRows {
-    /// Forward speed and turn rate.
-    Motion,
-    /// Ranges to the AUVs that the goal names.
-    AcousticRange,
-    /// Ranges to the others.
-    OtherRange,
-    /// Edges of the area.
-    Area,
-    /// Discs to keep out of.
-    KeepOut,
-}
-
-impl From<Slack> for SoftRows {
-    fn from(slack: Slack) -> Self {
-        match slack {
-            Slack::Motion => Self::Motion,
-            Slack::AcousticRange => Self::AcousticRange,
-            Slack::OtherRange => Self::OtherRange,
-            Slack::Area => Self::Area,
-            Slack::KeepOut => Self::KeepOut,
-        }
-    }
-}
-
-/// Plans for `snapshot` again, as [`crate::plan::plan_until`] does, and keeps what was solved.
+/// Plans for `snapshot` again, as [`crate::plan::plan_until`] does, and keeps what was solved. `planned` is what the cost of
+/// the plan to explain is made of: if that was cut short, it is another plan.
 #[must_use]
-pub fn explain(snapshot: &Snapshot, policy: &Policy, stop: &Stop) -> Explanation {
+pub fn explain(snapshot: &Snapshot, planned: CostTerms, policy: &Policy, stop: &Stop) -> Explanation {
     let mut solvers = Solvers::default();
     let mut explanation = Explanation::default();
     let times: Vec<f64> = policy
@@ -114,22 +101,31 @@ pub fn explain(snapshot: &Snapshot, policy: &Policy, stop: &Stop) -> Explanation
             Some(*time)
         })
         .collect();
-    let _ = select_answer(snapshot, policy, &mut vec![], stop, &mut |program| {
+    let plan = select_answer(snapshot, policy, &mut vec![], stop, &mut |program| {
         let solution = solvers.solve_until(program, stop);
         let is_whole = solution.primal.len() == program.layout.n_variables();
-        explanation.subproblems.push(SubproblemReport {
+        explanation.log.push(SubproblemReport {
             status: solution.status,
             iterations: solution.iterations,
             residuals: is_whole.then(|| Residuals::of(program, &solution)),
         });
-        explanation.size = size(program);
-        explanation.slacks = if is_whole {
+        explanation.program = size(program);
+        explanation.slack = if is_whole {
             slacks(program, &solution, &times)
         } else {
             vec![]
         };
         solution
     });
+    let laws = LosLaw::ALL.into_iter().map(|law| {
+        let terms = match law {
+            LosLaw::SaturatedLos => plan.baseline.cost_terms,
+            _ => baseline_of(snapshot, policy, law).cost_terms,
+        };
+        (law.name().to_owned(), terms)
+    });
+    let mpc = ("mpc".to_owned(), planned);
+    explanation.cost_terms = [mpc].into_iter().chain(laws).collect();
     explanation
 }
 
@@ -156,11 +152,14 @@ fn slacks(program: &Program, solution: &Solution, times: &[f64]) -> Vec<UsedSlac
     let layout = program.layout;
     let stages = (1..=layout.n_stages).zip(times);
     let used = stages.flat_map(|(stage, after)| {
-        layout.slacks().map(move |slack| UsedSlack {
-            rows: slack.into(),
-            stage,
-            after: *after,
-            amount: solution.primal[layout.slack(stage, slack)] * SLACK_UNIT,
+        layout.slacks().map(move |limit| UsedSlack {
+            limit,
+            after_s: *after,
+            amount: solution.primal[layout.slack(stage, limit)] * SLACK_UNIT,
+            unit: match limit {
+                Slack::Motion => Unit::OfMotion,
+                Slack::AcousticRange | Slack::OtherRange | Slack::Area | Slack::KeepOut => Unit::Metres,
+            },
         })
     });
     used.filter(|slack| NOTICEABLE < slack.amount).collect()

@@ -13,8 +13,10 @@ use crate::{
 };
 
 pub use crate::{
-    choose::answer::{Baseline, Method, Plan, TargetForecast},
-    problem::violation::{SoftLimit, Subject, Violation},
+    choose::answer::{
+        Baseline, GoalPoint, Method, Plan, PlannedTarget, RouteFit, TargetEstimate, TargetPoint,
+    },
+    problem::violation::{SoftLimit, Subject, Unit, Violation},
     scp::{
         predicted_cost::{CostTerms, Predicted},
         result::{Degraded, SolverReport},

@@ -3,7 +3,7 @@
 //! Solved program → previous plan, followed further → saturated line of sight → hold.
 
 use crate::{
-    choose::answer::{Baseline, Method, Plan, TargetForecast},
+    choose::answer::{Baseline, GoalPoint, Method, Plan, PlannedTarget},
     craft::{
         estimate::CraftEstimate,
         response::{HALF_HOLD, Rollout, Stage},
@@ -13,13 +13,14 @@ use crate::{
         asc::AscNow,
         options::Hold,
         reference::Reference,
+        water::Current,
     },
     los::{
         law::{LosLaw, LosTuning},
         saturated::saturated_los,
         tracking_law::TrackingLaw,
     },
-    predict::goal::GoalForecast,
+    predict::{forecast::AuvForecast, goal::GoalForecast},
     problem::{frame::SPEED_WITHOUT_DIRECTION, horizon::Horizon, policy::Policy},
     program::build::Program,
     scp::{
@@ -100,22 +101,28 @@ pub(crate) fn select_answer(
     let (command, through_water) = commanded(best.reference, snapshot);
     let broken_by_program = (best.method == Method::Mpc).then_some(scp.violations);
     let violations = best.candidate.violations.into_iter();
+    let times = || horizon.times.iter();
+    let covariances = |auv: &AuvForecast| times().map(|time| auv.position_covariance(*time)).collect();
     Plan {
         method: best.method,
-        current: snapshot.known_current(),
+        current: snapshot.known_current().map(Current::from),
         craft,
         degraded: scp.degraded,
         reference: command,
         reference_through_water: through_water,
         valid_until: snapshot.t_s + policy.validity,
         trajectory: horizon.trajectory(&best.candidate.stages).collect(),
-        goal: horizon.times.iter().map(|time| goal.at(*time)).collect(),
+        goal: times()
+            .map(|time| GoalPoint::new(snapshot.t_s + time, goal.at(*time)))
+            .collect(),
         goal_course: goal.course(),
-        targets: TargetForecast::of_all(snapshot, &horizon.times, goal.auvs()),
+        targets: PlannedTarget::all(snapshot, &horizon.times, goal.auvs()),
+        position_covariances: goal.auvs().iter().map(covariances).collect(),
         baseline: Baseline {
             reference: snapshot.command(&law),
             trajectory: horizon.trajectory(&los.candidate.stages).collect(),
             predicted: los.candidate.predicted,
+            cost_terms: los.candidate.terms,
             violations: los.candidate.violations.into_iter().flatten().collect(),
         },
         solver: SolverReport {
@@ -123,6 +130,7 @@ pub(crate) fn select_answer(
             ..scp.report
         },
         predicted: best.candidate.predicted,
+        cost_terms: best.candidate.terms,
         violations: violations
             .chain(broken_by_program.into_iter().flatten())
             .flatten()
@@ -248,11 +256,12 @@ fn rolled_out_baseline(
     rollout: &Rollout,
     through_water: &Reference,
 ) -> Baseline {
-    let (predicted, violations) = predict(horizon, rollout, &horizon.weights);
+    let (predicted, cost_terms, violations) = predict(horizon, rollout, &horizon.weights);
     Baseline {
         reference: snapshot.command(through_water),
         trajectory: horizon.trajectory(&rollout.stages).collect(),
         predicted,
+        cost_terms,
         violations: violations.into_iter().flatten().collect(),
     }
 }
@@ -313,10 +322,11 @@ fn previous_plan(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon<'_>) ->
 
 /// The candidate of `stages`, `rollout` being what following it leads to.
 fn rolled_out(horizon: &Horizon<'_>, stages: Vec<Stage>, rollout: &Rollout) -> Candidate {
-    let (predicted, violations) = predict(horizon, rollout, &horizon.weights);
+    let (predicted, terms, violations) = predict(horizon, rollout, &horizon.weights);
     Candidate {
         stages,
         predicted,
+        terms,
         violations,
     }
 }

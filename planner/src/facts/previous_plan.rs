@@ -7,7 +7,6 @@ use utoipa::ToSchema;
 use crate::facts::{
     angle::{Course, Heading},
     auv::VehicleId,
-    evidence::AuvState,
     options::{Forecast, ForecastModel},
     origin::Origin,
     reference::{Reference, TrajectoryPoint},
@@ -134,8 +133,9 @@ pub struct PreviousEstimate {
     pub turn_rate_radps: f64,
 }
 
-impl From<&AuvState> for PreviousEstimate {
-    fn from(state: &AuvState) -> Self {
+#[cfg(test)]
+impl From<&crate::facts::evidence::AuvState> for PreviousEstimate {
+    fn from(state: &crate::facts::evidence::AuvState) -> Self {
         let velocity = state.velocity();
         Self {
             age_s: state.age_s,

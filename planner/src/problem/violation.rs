@@ -1,29 +1,75 @@
 //! A soft limit that a plan does not keep.
 
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
 /// A soft limit that a plan does not keep.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Violation {
-    /// Which.
+    /// Which: `forward_speed`, `turn_rate`, `acoustic_range` (less the back-off for the uncertainty of the vehicle's position),
+    /// `area`, `keep_out` (a disc) or `surfacing_separation` (an underwater vehicle at the surface).
+    #[schema(value_type = String)]
     pub limit: SoftLimit,
-    /// What breaks it worst; `None` for the limits of motion and for the area, of which there is one.
-    pub about: Option<Subject>,
-    /// Time of the worst, s on the snapshot's clock.
-    pub time: f64,
-    /// By how much at worst, in the limit's own unit (m; m/s; m/s² for the turn rate's row).
+    /// What breaks it worst, as a JSON pointer into the request: the disc (`/keep_outs/0`), the underwater vehicle
+    /// (`/auvs/1`) or the `/area`. Absent for what the craft's own motion breaks.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>)]
+    pub pointer: Option<Subject>,
+    /// When it is worst, s on the request's clock.
+    pub t_s: f64,
+    /// By how much, in `unit`.
     pub amount: f64,
+    /// Unit of `amount`.
+    #[schema(value_type = String)]
+    pub unit: Unit,
 }
 
-/// What in a snapshot a limit is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What in a request a limit is about: written as a JSON pointer into it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(into = "String", try_from = "String")]
 pub enum Subject {
     /// A disc to keep out of, by its place in [`keep_outs`](crate::snapshot::PlanRequest::keep_outs).
     KeepOut(usize),
     /// An AUV, by its place in [`auvs`](crate::snapshot::PlanRequest::auvs).
     Auv(usize),
+    /// The area to stay in.
+    Area,
+}
+
+impl fmt::Display for Subject {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::KeepOut(i) => write!(f, "/keep_outs/{i}"),
+            Self::Auv(i) => write!(f, "/auvs/{i}"),
+            Self::Area => f.write_str("/area"),
+        }
+    }
+}
+
+impl From<Subject> for String {
+    fn from(subject: Subject) -> Self {
+        subject.to_string()
+    }
+}
+
+impl TryFrom<String> for Subject {
+    type Error = String;
+
+    /// Fails if `pointer` is none that a violation has.
+    fn try_from(pointer: String) -> Result<Self, String> {
+        let place = |list: &str| pointer.strip_prefix(list)?.parse().ok();
+        let area = (pointer == "/area").then_some(Self::Area);
+        let disc = || place("/keep_outs/").map(Self::KeepOut);
+        let auv = || place("/auvs/").map(Self::Auv);
+        area.or_else(disc).or_else(auv).ok_or(pointer)
+    }
 }
 
 /// Limits that may be broken at a price.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum SoftLimit {
     /// Least forward speed, m/s.
     ForwardSpeed,
@@ -37,4 +83,32 @@ pub enum SoftLimit {
     KeepOut,
     /// Distance to keep from an AUV at the surface, m; its price is a disc's.
     SurfacingSeparation,
+}
+
+impl SoftLimit {
+    /// The unit that it is broken in.
+    pub(crate) fn unit(self) -> Unit {
+        match self {
+            Self::ForwardSpeed => Unit::MetresPerSecond,
+            Self::TurnRate => Unit::MetresPerSecondSquared,
+            Self::AcousticRange | Self::Area | Self::KeepOut | Self::SurfacingSeparation => Unit::Metres,
+        }
+    }
+}
+
+/// The unit that a limit is broken in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Unit {
+    /// m.
+    #[serde(rename = "m")]
+    Metres,
+    /// m/s.
+    #[serde(rename = "m/s")]
+    MetresPerSecond,
+    /// m/s².
+    #[serde(rename = "m/s²")]
+    MetresPerSecondSquared,
+    /// m/s of forward speed and m/s² of the turn rate, which share a slack.
+    #[serde(rename = "m/s or m/s²")]
+    OfMotion,
 }

@@ -1,5 +1,7 @@
 //! Where each number of a program stands: all index arithmetic, and nothing else.
 
+use serde::{Deserialize, Serialize};
+
 /// Shape of a program: what its variables and rows are, and so where each stands. It depends on what is
 /// promised and to how many, never on the data, so that a solver set up once serves every program of its shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,15 +23,18 @@ pub struct Layout {
 }
 
 /// Soft rows of a stage. Rows of one kind share a slack: it is the largest of them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Slack {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Slack {
     /// Forward speed and turn rate: two in one saves a sixth of the variables.
     Motion,
     /// Ranges of the AUVs that the goal names.
     AcousticRange,
     /// Ranges of the others.
     OtherRange,
+    /// Edges of the area.
     Area,
+    /// Discs to keep out of.
     KeepOut,
 }
 

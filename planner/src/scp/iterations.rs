@@ -142,7 +142,7 @@ impl Scp<'_> {
             let stages = solved.stages(self.horizon);
             let turned = cosine_of_turn(&about, &stages);
             let rollout = follow(self.horizon, &stages, self.snapshot, self.policy);
-            let (predicted, violations) = predict(self.horizon, &rollout, &self.horizon.weights);
+            let (predicted, terms, violations) = predict(self.horizon, &rollout, &self.horizon.weights);
             // 3. Keep the best. A later iteration may do worse: it is another linearisation, not a step of a descent.
             if predicted.cost <= result.cost() {
                 result.report.status = solved.solution.status;
@@ -153,6 +153,7 @@ impl Scp<'_> {
                 result.candidate = Some(Candidate {
                     stages: stages.clone(),
                     predicted,
+                    terms,
                     violations,
                 });
             }
@@ -235,9 +236,10 @@ impl Solved {
             let worst = (1..=layout.n_stages).max_by(|a, b| amount(*a).total_cmp(&amount(*b)))?;
             (amount(worst) > SLACK_NOTICEABLE).then(|| Violation {
                 limit,
-                about: None,
-                time: horizon.time(worst),
+                pointer: None,
+                t_s: horizon.time(worst),
                 amount: amount(worst),
+                unit: limit.unit(),
             })
         })
     }

@@ -1,6 +1,8 @@
 //! What a trajectory is predicted to cost when the craft follows it: one measure for every candidate, whatever led to it.
 
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
 use crate::{
     craft::response::{Rollout, Stage, Waypoint},
@@ -13,49 +15,33 @@ use crate::{
     },
 };
 
-/// What a trajectory costs, computed from the trajectory alone.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Predicted cost of a trajectory over the horizon.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Predicted {
-    /// Tracking, velocity and acceleration terms of the program's cost.
+    /// Predicted cost of the trajectory; less is better.
+    #[serde(alias = "merit")]
     pub cost: f64,
-    /// Root mean square distance to the goal over the horizon, m.
-    pub rms_error: f64,
-    /// Propulsion energy over the horizon, J.
-    pub energy: f64,
-    /// What the cost is made of.
-    pub terms: CostTerms,
+    /// Root mean square distance to the goal, m.
+    pub rms_error_m: f64,
+    /// Propulsion energy, J.
+    pub energy_j: f64,
 }
 
 /// The terms of a predicted cost, m² s. Their sum is the cost, but for rounding.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CostTerms {
-    /// Distance to the goal on the way.
-    pub tracking: f64,
-    /// Distance and relative velocity at the end of the horizon.
-    pub terminal: f64,
-    /// Velocity relative to the goal's.
-    pub velocity: f64,
     /// Acceleration.
     pub acceleration: f64,
-    /// Propulsion energy.
-    pub energy: f64,
     /// Limits of position that are broken.
     pub broken_limits: f64,
-}
-
-impl CostTerms {
-    /// Every term with its name.
-    #[must_use]
-    pub fn named(&self) -> [(&'static str, f64); 6] {
-        [
-            ("tracking", self.tracking),
-            ("terminal", self.terminal),
-            ("velocity", self.velocity),
-            ("acceleration", self.acceleration),
-            ("energy", self.energy),
-            ("broken_limits", self.broken_limits),
-        ]
-    }
+    /// Propulsion energy.
+    pub energy: f64,
+    /// Distance and relative velocity at the end of the horizon.
+    pub terminal: f64,
+    /// Distance to the goal on the way.
+    pub tracking: f64,
+    /// Velocity relative to the goal's.
+    pub velocity: f64,
 }
 
 /// A violation below this is rounding, m.
@@ -76,8 +62,8 @@ pub(crate) fn predict(
     horizon: &Horizon<'_>,
     rollout: &Rollout,
     weights: &Weights,
-) -> (Predicted, Violations<4>) {
-    let mut predicted = track(horizon, &rollout.stages, weights);
+) -> (Predicted, CostTerms, Violations<4>) {
+    let (mut predicted, mut terms) = track(horizon, &rollout.stages, weights);
     let kept = predicted.cost;
     let mut pricing = Pricing {
         horizon,
@@ -91,8 +77,8 @@ pub(crate) fn predict(
     let [keep_out, separation] = pricing.add(around_discs, weights.keep_out_slack);
     let [given_up] = pricing.add([Limit::RangeGivenUp], (0.0, 0.0));
     let range = worse(worse(named, other), given_up);
-    predicted.terms.broken_limits = predicted.cost - kept;
-    (predicted, [range, area, keep_out, separation])
+    terms.broken_limits = predicted.cost - kept;
+    (predicted, terms, [range, area, keep_out, separation])
 }
 
 /// Limits of position, as they are priced.
@@ -146,14 +132,16 @@ impl Pricing<'_> {
             let mut slack: f64 = 0.0;
             for (limit, worst) in limits.into_iter().zip(&mut broken) {
                 let excesses = interval.iter().map(|place| excess(self.horizon, limit, place));
-                let (amount, about) = most(excesses);
+                let (amount, pointer) = most(excesses);
                 slack = slack.max(amount);
                 if NOTICEABLE < amount && worst.is_none_or(|worst| worst.amount < amount) {
+                    let limit = limit.broken();
                     *worst = Some(Violation {
-                        limit: limit.broken(),
-                        about,
-                        time: self.horizon.time(interval[0].stage),
+                        limit,
+                        pointer,
+                        t_s: self.horizon.time(interval[0].stage),
                         amount,
+                        unit: limit.unit(),
                     });
                 }
             }
@@ -184,7 +172,7 @@ fn excess(horizon: &Horizon<'_>, limit: Limit, place: &Waypoint) -> Excess {
         Limit::RangeGivenUp => most(constraints.ranges(RangePriority::GivenUp).map(too_far)),
         Limit::Area => most(constraints.edges.iter().map(|edge| {
             let amount = edge.normal.dot(&place.position) - edge.offset;
-            (amount, None)
+            (amount, Some(Subject::Area))
         })),
         Limit::KeepOut => most(constraints.keep_outs().map(too_near)),
         Limit::SurfacingSeparation => most(constraints.separations().map(too_near)),
@@ -200,7 +188,7 @@ fn most(excesses: impl Iterator<Item = Excess>) -> Excess {
 }
 
 /// Cost of the stages, without limits.
-fn track(horizon: &Horizon<'_>, stages: &[Stage], weights: &Weights) -> Predicted {
+fn track(horizon: &Horizon<'_>, stages: &[Stage], weights: &Weights) -> (Predicted, CostTerms) {
     let (mut sum, mut square_error, mut square_miss, mut energy) = (0.0, 0.0, 0.0, 0.0);
     let miss = |k: usize| {
         let (stage, goal) = (&stages[k], &horizon.goal[k]);
@@ -238,10 +226,10 @@ fn track(horizon: &Horizon<'_>, stages: &[Stage], weights: &Weights) -> Predicte
     terms.terminal = weights.terminal_position * last_miss + weights.terminal_velocity * last_relative;
     terms.energy = weights.energy * energy;
     let duration = horizon.times[horizon.times.len() - 1];
-    Predicted {
+    let predicted = Predicted {
         cost: sum,
-        rms_error: (square_error / duration).sqrt(),
-        energy,
-        terms,
-    }
+        rms_error_m: (square_error / duration).sqrt(),
+        energy_j: energy,
+    };
+    (predicted, terms)
 }

@@ -1,8 +1,13 @@
 //! What SCP iterations lead to, and which of two results is better.
 
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
 use crate::{
     craft::response::Stage,
-    scp::predicted_cost::{Predicted, Violations},
+    scp::predicted_cost::{CostTerms, Predicted, Violations},
     solve::{certificate::Residuals, clarabel::SolverStatus},
 };
 
@@ -27,6 +32,7 @@ pub(crate) struct Candidate {
     /// Its stages, craft frame.
     pub(crate) stages: Vec<Stage>,
     pub(crate) predicted: Predicted,
+    pub(crate) terms: CostTerms,
     /// Limits of position that the craft breaks on it.
     pub(crate) violations: Violations<4>,
 }
@@ -87,19 +93,40 @@ pub enum Degraded {
     Deadline,
 }
 
-/// What the solver did, over all SCP iterations.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Why an answer is degraded, as one word for programs.
+impl fmt::Display for Degraded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Solver(status) => write!(f, "solver_{status}"),
+            Self::Certificate => f.write_str("certificate"),
+            Self::StaleReport => f.write_str("stale_report"),
+            Self::Deadline => f.write_str("deadline"),
+        }
+    }
+}
+
+/// What the solver did.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Solver)]
 pub struct SolverReport {
-    /// Status of the last SCP iteration that led to an answer, else of the one that failed.
+    /// Status of the last SCP iteration, in snake case.
+    #[schema(value_type = String)]
     pub status: SolverStatus,
-    /// SCP iterations: subproblems tried, the failed one included.
+    /// Iterations of the sequential convex programming: convex subproblems solved.
+    #[serde(alias = "passes")]
     pub scp_iterations: usize,
-    /// Interior-point iterations, over all subproblems.
+    /// Interior-point iterations over all subproblems.
     pub iterations: u32,
-    /// Residuals of the answer, recomputed outside the solver.
-    pub residuals: Option<Residuals>,
-    /// Whether the solver was stopped before it was done: iterations that were finished may still have answered.
+    /// Whether the deadline cut the work short. With the outcome `ok`, a program had been solved by then, and further
+    /// ones were not tried or not finished: the best of what there was answered, whatever its `method`.
     pub deadline_hit: bool,
+    /// Time for the whole plan, ms: the one member that differs between two equal requests.
+    // The planner has no clock: who called it measures.
+    #[schema(value_type = f64, required)]
+    pub solve_time_ms: Option<f64>,
+    /// Residuals of the last subproblem, recomputed outside the solver.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residuals: Option<Residuals>,
 }
 
 impl SolverReport {
@@ -109,8 +136,9 @@ impl SolverReport {
             status: SolverStatus::Unsolved,
             scp_iterations: 0,
             iterations: 0,
-            residuals: None,
             deadline_hit: false,
+            solve_time_ms: None,
+            residuals: None,
         }
     }
 }

@@ -1,9 +1,12 @@
 //! The only file that knows Clarabel: a program in, a solution out.
 
+use std::fmt;
+
 use clarabel::{
     algebra::CscMatrix,
     solver::{DefaultInfo, DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, SupportedConeT},
 };
+use serde::{Deserialize, Serialize};
 
 use crate::{
     program::{
@@ -31,7 +34,8 @@ pub const SHAPES_MAX: usize = 16;
 const ITERATIONS_MAX: u32 = 100;
 
 /// How a solve ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum SolverStatus {
     /// Not started.
     Unsolved,
@@ -57,6 +61,13 @@ pub enum SolverStatus {
     InsufficientProgress,
     /// The caller asked it to stop.
     CallbackTerminated,
+}
+
+/// Its name in JSON.
+impl fmt::Display for SolverStatus {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
+    }
 }
 
 /// What a solver answers. `primal`, `dual` and `slack` mean nothing unless the status says so.

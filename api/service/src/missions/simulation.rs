@@ -99,7 +99,7 @@ impl Simulation {
         let guidance = Guidance {
             reference: logged.map_or(made.plan.reference, |logged| reference(&logged.reference)),
             method: made.plan.method,
-            predicted_rms: self.law.is_none().then_some(made.plan.predicted.rms_error),
+            predicted_rms: self.law.is_none().then_some(made.plan.predicted.rms_error_m),
             solve_time: None,
         };
         let origin = self.mission.record().origin;
