@@ -45,14 +45,14 @@ pub(crate) struct Positions {
 }
 
 impl Positions {
-    /// From the origin that the body names, if it names one.
-    pub(crate) fn of(body: &Json<'_>) -> Result<Self, Misfit> {
+    /// From the origin that the body names, else from `otherwise`.
+    pub(crate) fn of(body: &Json<'_>, otherwise: Option<Origin>) -> Result<Self, Misfit> {
         match (body.member("origin"), body.member("live")) {
             (Some(origin), _) => Origin::deserialize(Node::whole(origin))
                 .and_then(|origin| Self::from(Some(origin), false))
                 .map_err(|wrong| wrong.within("origin")),
-            (None, Some(live)) => Self::of(live).map_err(|wrong| wrong.within("live")),
-            (None, None) => Self::from(None, false),
+            (None, Some(live)) => Self::of(live, otherwise).map_err(|wrong| wrong.within("live")),
+            (None, None) => Self::from(otherwise, false),
         }
     }
 

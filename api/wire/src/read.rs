@@ -11,26 +11,17 @@ use crate::{
 
 /// The `T` that `body` is, with positions in metres from the `origin` in it.
 pub fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T, Unread> {
-    read_whole(parse(body)?)
+    read_from(body, None)
 }
 
 /// The `T` that `body` is, with positions in metres from the `origin` in it, or else from this one.
 pub fn read_from<T: DeserializeOwned>(body: &[u8], origin: Option<Origin>) -> Result<T, Unread> {
-    let mut json = parse(body)?;
-    let read = json.each_name_once().and_then(|()| {
-        let mut positions = match json.member("origin") {
-            Some(_) => Positions::of(&json)?,
-            None => Positions::from(origin, false)?,
-        };
-        positions.put_into_metres(&mut json)?;
-        T::deserialize(Node::whole(&json))
-    });
-    read.map_err(|Misfit(error)| Unread::Misfit(error))
+    read_whole(parse(body)?, origin)
 }
 
-fn read_whole<T: DeserializeOwned>(mut json: Json<'_>) -> Result<T, Unread> {
+fn read_whole<T: DeserializeOwned>(mut json: Json<'_>, origin: Option<Origin>) -> Result<T, Unread> {
     let read = json.each_name_once().and_then(|()| {
-        Positions::of(&json)?.put_into_metres(&mut json)?;
+        Positions::of(&json, origin)?.put_into_metres(&mut json)?;
         T::deserialize(Node::whole(&json))
     });
     read.map_err(|Misfit(error)| Unread::Misfit(error))
@@ -66,5 +57,5 @@ pub fn read_each<T: DeserializeOwned>(
             format!("the body must have the list `{name}` of 1 to {most} items"),
         ));
     }
-    Ok(items.drain(..).map(read_whole).collect())
+    Ok(items.drain(..).map(|item| read_whole(item, None)).collect())
 }

@@ -190,39 +190,44 @@ impl fmt::Display for InvalidReason {
                     known.join(", ")
                 )
             }
-            InvalidReason::AllZero => f.write_str("every weight is 0"),
+            InvalidReason::AllZero => f.write_str("at least one of them must be above 0"),
             InvalidReason::NoPath { given: Some(given) } => write!(f, "no path is known of {given:?}"),
-            InvalidReason::NoPath { given: None } => f.write_str("several vehicles have no path in common"),
-            InvalidReason::NotIncreasing { given, before } => {
-                write!(f, "{given} does not come after {before}")
+            InvalidReason::NoPath { given: None } => {
+                f.write_str("only a goal that follows one vehicle at a time has a path")
+            }
+            InvalidReason::NotIncreasing { before, .. } => {
+                write!(f, "must come after {before} s, the time before it")
             }
             InvalidReason::NegativeVariance { given } => {
-                write!(f, "is no covariance: it has the eigenvalue {given}")
+                write!(f, "no covariance has the eigenvalue {given}")
             }
-            InvalidReason::Gap { given, most } => {
-                write!(f, "begins {given} m from where the path is, {most} m is accepted")
+            InvalidReason::Gap { given, .. } => write!(f, "begins {given} m from where the path is"),
+            InvalidReason::Kink { given, .. } => {
+                write!(
+                    f,
+                    "the path turns by {given} rad at a point; put an arc there, or way-points without `fillet_m`"
+                )
             }
-            InvalidReason::Kink { given, most } => {
-                write!(f, "turns by {given} rad at a point, {most} rad is accepted")
-            }
-            InvalidReason::Fillet { given, most } => {
-                write!(f, "no room for a fillet of {given} m, only {most} m")
+            InvalidReason::Fillet { most, .. } => {
+                write!(
+                    f,
+                    "the legs that meet here have room for fillets of {most} m only; without `fillet_m` every corner \
+                     gets the radius that fits"
+                )
             }
             InvalidReason::OnePlace { within } => {
                 write!(f, "all points are within {within} m; give at least two places")
             }
-            InvalidReason::NotConvex { given } => {
-                write!(f, "turns by {given} rad, as no corner of a convex area does")
+            InvalidReason::NotConvex { .. } => {
+                f.write_str("the corners, in order, must go once round a convex area; this one does not fit")
             }
-            InvalidReason::TooNear { given, least } => {
+            InvalidReason::TooNear { given, .. } => {
                 write!(
                     f,
-                    "is {given} m from the corner before it, {least} m is the least"
+                    "is {given} m from the corner before it; give every corner once"
                 )
             }
-            InvalidReason::TooNarrow { given, least } => {
-                write!(f, "is {given} m wide, {least} m is the least")
-            }
+            InvalidReason::TooNarrow { given, .. } => write!(f, "the area is only {given} m wide"),
         }
     }
 }
