@@ -1,10 +1,10 @@
 //! `pilotfish identify`: a craft file from a log.
 
-use std::{error::Error, fmt::Write as _, path::PathBuf};
+use std::{error::Error, path::PathBuf};
 
 use clap::Args;
 use lab::{
-    identify::{self, Identification, digits, page},
+    identify::{self, page, summary},
     log_file::{LogFileError, read},
 };
 
@@ -49,34 +49,4 @@ pub(crate) fn identify(arguments: &Identify) -> Result<(), Box<dyn Error>> {
         file.write_text(&page(&name.to_string_lossy(), &found))?;
     }
     Ok(print(&summary(&found))?)
-}
-
-fn summary(found: &Identification) -> String {
-    let mut text = format!("{:<40}{:>10}   {}\n", "parameter", "estimate", "95 % interval");
-    for parameter in &found.parameters {
-        let remark = if parameter.identified {
-            ""
-        } else {
-            "   not identified"
-        };
-        writeln!(
-            text,
-            "{:<40}{:>10}   {} to {}{remark}",
-            parameter.quantity.name(),
-            digits(parameter.estimate),
-            digits(parameter.low),
-            digits(parameter.high),
-        )
-        .expect("a string takes everything");
-    }
-    let craft = serde_json::to_value(found.description()).expect("a craft is JSON");
-    for name in ["speed_held", "heading_held"] {
-        let word = craft[name].as_str().unwrap_or("open");
-        writeln!(text, "{name:<40}{word:>10}").expect("a string takes everything");
-    }
-    for quantity in found.missing() {
-        writeln!(text, "missing: {}: log {}", quantity.name(), quantity.manoeuvre())
-            .expect("a string takes everything");
-    }
-    text
 }

@@ -609,7 +609,7 @@ fn the_paper_s_figures_are_nine_pictures_with_axes_on_one_page() {
         }
     }
     assert!(
-        stdout(&output).contains("| 14 | time with each AUV before the next | 240 s |"),
+        stdout(&output).contains("| 14 | settled distance to the goal (root mean square) | not stated |"),
         "{}",
         stdout(&output)
     );

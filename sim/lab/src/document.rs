@@ -118,7 +118,6 @@ fn push(text: &mut String, line: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chart::{Axes, BLUE, Line, Panel, Stroke};
 
     #[test]
     fn markdown_escapes_what_would_end_a_cell() {
@@ -135,20 +134,5 @@ mod tests {
             document.markdown(),
             "# All & sundry\n\nsay `a < b` **twice**, and 2 ** 3\n\n| name | value |\n|---|---:|\n| x\\|y | 1 |\n"
         );
-    }
-
-    #[test]
-    fn a_figure_goes_to_the_page_with_every_point_and_markdown_names_it() {
-        let line = Line::new("<line>", BLUE, Stroke::Track, [(1.0, 2.5)]);
-        let drawn = Document(vec![Block::Sheet(Sheet {
-            title: "a & b".to_owned(),
-            columns: 1,
-            panels: vec![Panel::over_time("", "y", Axes::Down, vec![line])],
-        })]);
-        assert_eq!(drawn.markdown(), "Picture in the HTML report: a & b\n");
-        let panel = &serde_json::to_value(&drawn.0).expect("is JSON")[0]["sheet"]["panels"][0];
-        assert_eq!(panel["axes"], "down");
-        assert_eq!(panel["lines"][0]["stroke"], "track");
-        assert_eq!(panel["lines"][0]["points"][0][1], 2.5);
     }
 }

@@ -1,7 +1,7 @@
 //! The source paper's figures, from missions flown here.
 //!
 //! Where the paper shows its line-of-sight law, a figure also shows the planner on the same scenario and
-//! seed. [`PaperMissions`] flies, [`page()`] draws, [`stated()`] compares the paper's numbers with the measured ones.
+//! seed. [`PaperMissions`] flies, [`page()`] draws and compares the paper's numbers with the measured ones.
 
 use sim::record::Record;
 
@@ -16,11 +16,11 @@ mod stated;
 mod tracks;
 
 pub use missions::{Both, PaperMissions};
-pub use stated::{Stated, stated, table};
 
-/// A page with the nine figures in the paper's order, and the paper's numbers beside the measured ones.
+/// A page with the nine figures in the paper's order and the paper's numbers beside the measured ones, and these numbers as a
+/// Markdown table.
 #[must_use]
-pub fn page(missions: &PaperMissions, rows: &[Stated]) -> String {
+pub fn page(missions: &PaperMissions) -> (String, String) {
     let PaperMissions {
         path_following: alone,
         tracking,
@@ -93,6 +93,7 @@ pub fn page(missions: &PaperMissions, rows: &[Stated]) -> String {
             tracks::both_with_goal(midpoint),
         ),
     ];
+    let numbers = stated::stated(missions);
     let mut blocks = vec![
         Block::Heading(1, "The paper's figures, flown again".to_owned()),
         Block::Paragraph(
@@ -110,7 +111,10 @@ pub fn page(missions: &PaperMissions, rows: &[Stated]) -> String {
     }
     blocks.extend([
         Block::Heading(2, "The paper's numbers and the measured ones".to_owned()),
-        Block::Table(stated::as_table(rows)),
+        Block::Table(numbers.clone()),
     ]);
-    Document(blocks).html()
+    (
+        Document(blocks).html(),
+        Document(vec![Block::Table(numbers)]).markdown(),
+    )
 }

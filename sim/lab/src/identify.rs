@@ -29,7 +29,7 @@ mod surge;
 mod tests;
 
 pub use log::{InvalidLog, Log, LogRow};
-pub use page::{digits, page};
+pub use page::{page, summary};
 pub use parameter::{Parameter, Quantity};
 
 /// Least relative uncertainty of a craft file. Assumption: no craft is a first- or second-order system to a better accuracy.

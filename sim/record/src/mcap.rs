@@ -108,7 +108,7 @@ impl<'a, W: Write> Log<'a, W> {
             let update = scene::update(&scene, logged).to_string();
             self.message(
                 "/scene",
-                schemas::scene_update,
+                || schemas::of("SceneUpdate"),
                 [logged, logged],
                 update.as_bytes(),
             )?;
@@ -128,11 +128,16 @@ impl<'a, W: Write> Log<'a, W> {
                 vehicle.heading -= datum.convergence(&vehicle.position);
             }
             let transforms = messages::frame_transforms(id, &vehicle, time).to_string();
-            self.message("/tf", schemas::frame_transforms, times, transforms.as_bytes())?;
+            self.message(
+                "/tf",
+                || schemas::of("FrameTransforms"),
+                times,
+                transforms.as_bytes(),
+            )?;
             let pose = messages::pose_in_frame(&vehicle, time).to_string();
             self.message(
                 &format!("/{id}/pose"),
-                schemas::pose_in_frame,
+                || schemas::of("PoseInFrame"),
                 times,
                 pose.as_bytes(),
             )?;
@@ -140,7 +145,7 @@ impl<'a, W: Write> Log<'a, W> {
                 let fix = messages::location_fix(id, &vehicle, datum, time).to_string();
                 self.message(
                     &format!("/{id}/fix"),
-                    schemas::location_fix,
+                    || schemas::of("LocationFix"),
                     times,
                     fix.as_bytes(),
                 )?;

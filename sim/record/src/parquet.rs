@@ -290,37 +290,4 @@ mod tests {
                 .all(|column| column.compression() == Compression::SNAPPY)
         );
     }
-
-    #[test]
-    fn any_table_is_written_column_by_column() {
-        let table = Table {
-            name: "runs",
-            columns: vec![
-                Column {
-                    name: "law".to_owned(),
-                    values: Values::Words(vec![Cow::Borrowed("mpc"), Cow::Borrowed("hold")]),
-                },
-                Column {
-                    name: "rms_m".to_owned(),
-                    values: Values::Numbers(vec![Some(0.5), None]),
-                },
-            ],
-            about: vec![],
-        };
-        let mut bytes = vec![];
-        write_table(&table, &mut bytes).expect("can be written");
-        let file = SerializedFileReader::new(Bytes::from(bytes)).expect("is a Parquet file");
-        let rows = file.get_row_iter(None).expect("has rows");
-        let rows: Vec<Vec<Field>> = rows
-            .map(|row| {
-                let row = row.expect("can be read");
-                row.get_column_iter().map(|(_, field)| field.clone()).collect()
-            })
-            .collect();
-        let word = |word: &str| Field::Str(word.to_owned());
-        assert_eq!(
-            rows,
-            [[word("mpc"), Field::Double(0.5)], [word("hold"), Field::Null]]
-        );
-    }
 }

@@ -162,19 +162,4 @@ mod tests {
         let expected: Vec<String> = COLUMNS.iter().map(row).collect();
         assert_eq!(documented, expected);
     }
-
-    #[test]
-    fn a_row_is_an_object_of_what_is_known() {
-        let row = Row {
-            kind: Some("fix"),
-            sequence: Some(3),
-            north_m: Some(0.1 + 0.2),
-            ..Row::default()
-        };
-        let text = serde_json::to_string(&row).expect("is JSON");
-        assert_eq!(
-            text,
-            r#"{"sequence":3,"kind":"fix","north_m":0.30000000000000004}"#
-        );
-    }
 }

@@ -3,7 +3,7 @@
 use std::{error::Error, path::PathBuf};
 
 use clap::Args;
-use lab::figures::{PaperMissions, page, stated, table};
+use lab::figures::{PaperMissions, page};
 
 use crate::cli::{
     out_file::{OutFile, print},
@@ -33,7 +33,7 @@ pub(crate) fn figures(arguments: &Figures) -> Result<(), Box<dyn Error>> {
         show(&bar, scenario, done);
     })?;
     bar.finish_and_clear();
-    let rows = stated(&missions);
-    file.write_text(&page(&missions, &rows))?;
-    Ok(print(&table(&rows))?)
+    let (page, numbers) = page(&missions);
+    file.write_text(&page)?;
+    Ok(print(&numbers)?)
 }

@@ -205,25 +205,9 @@ impl Campaign {
     /// The run of that number.
     #[must_use]
     pub fn run(&self, number: u64) -> Option<Run> {
-        let mut first = 0;
-        for case in 0..self.cases.len() {
-            let each = self.runs_per_condition(case);
-            let end = first + each * self.file.replicates;
-            if number < end {
-                let replicate = (number - first) / each;
-                let condition = Condition {
-                    case,
-                    replicate,
-                    tuning: false,
-                };
-                return self
-                    .runs_in(condition)
-                    .into_iter()
-                    .find(|run| run.number == number);
-            }
-            first = end;
-        }
-        None
+        let conditions = self.chunks().into_iter().flat_map(Chunk::conditions);
+        let mut runs = conditions.flat_map(|condition| self.runs_in(condition));
+        runs.find(|run| run.number == number)
     }
 
     /// All runs in chunks.

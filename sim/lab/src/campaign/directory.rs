@@ -239,16 +239,6 @@ impl Directory {
             .ok()
     }
 
-    pub(super) fn store_gains(
-        &self,
-        case: usize,
-        controller: usize,
-        tuned: &Tuned,
-    ) -> Result<(), DirectoryError> {
-        let json = serde_json::to_vec_pretty(tuned).expect("texts and numbers only");
-        self.store_bytes(&format!("gains/{case}-{controller}"), &json)
-    }
-
     /// Numbers of the stored chunks.
     pub(super) fn chunks_done(&self) -> Result<Vec<u64>, DirectoryError> {
         let folder = self.path.join("chunks");

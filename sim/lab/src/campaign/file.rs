@@ -5,7 +5,7 @@ use std::{fs, io, path::Path};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use sim::scenario::ScenarioError;
 
 use super::{
@@ -101,7 +101,7 @@ pub enum CraftEntry {
 }
 
 /// A number of the scenarios that is drawn for each replicate: uniformly between two limits, or one of a list.
-#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Parameter {
     /// Its place in a scenario file, such as `knowledge.acoustics.sigma_m` or `auvs[0].speed_mps`.

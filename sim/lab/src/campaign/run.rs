@@ -8,6 +8,7 @@ use super::{
     directory::{Directory, DirectoryError},
     rows::Rows,
     tune::{Gains, tune, tuned_in},
+    work::Work,
 };
 use queue::in_parallel;
 
@@ -87,14 +88,12 @@ pub fn run(
         n_parts[*k] += 1;
     }
     let parts: Vec<Mutex<Parts>> = left.iter().map(|_| Mutex::default()).collect();
-    let fly_piece = |&(k, piece): &(usize, Piece)| -> Result<Counts, DirectoryError> {
+    // Runs that were flown, and missions that failed.
+    let fly_piece = |&(k, piece): &(usize, Piece)| -> Result<(u64, u64), DirectoryError> {
         let part = piece.done(campaign, &gains[left[k].case]);
         let flown = match &part {
-            Part::Run(Some(row)) => Counts {
-                runs: 1,
-                failed: row.outcome.is_err().into(),
-            },
-            Part::Run(None) | Part::Bound(..) => Counts::default(),
+            Part::Run(Some(row)) => (1, row.outcome.is_err().into()),
+            Part::Run(None) | Part::Bound(..) => (0, 0),
         };
         let mut parts = parts[k].lock().expect("no piece panics while it holds a lock");
         if parts.add(part) == n_parts[k] {
@@ -102,23 +101,16 @@ pub fn run(
         }
         Ok(flown)
     };
-    let mut note = |(_, piece): &(usize, Piece), outcome: &Result<Counts, DirectoryError>| {
+    let mut note = |(_, piece): &(usize, Piece), outcome: &Result<(u64, u64), DirectoryError>| {
         if let Ok(flown) = outcome {
             state.runs.0 += u64::from(matches!(piece, Piece::Fly(_)));
-            state.flown += flown.runs;
-            state.failed += flown.failed;
+            state.flown += flown.0;
+            state.failed += flown.1;
         }
         progress(state);
     };
     in_parallel(&pieces, jobs, fly_piece, &mut note)?;
     directory.collect(wanted, Rows::of(&[], &campaign.parameter_keys()))
-}
-
-/// Runs of a piece.
-#[derive(Clone, Copy, Debug, Default)]
-struct Counts {
-    runs: u64,
-    failed: u64,
 }
 
 /// The gains of every case with chunks left, read from the directory or tuned now.
@@ -144,7 +136,8 @@ fn found_gains(
             return Ok(found);
         }
         let found = tune(campaign, case, controller);
-        directory.store_gains(case, controller, &found)?;
+        let json = serde_json::to_vec_pretty(&found).expect("texts and numbers only");
+        directory.store_work(Work::Tune { case, controller }, &json)?;
         Ok(found)
     };
     let found = in_parallel(&searches, jobs, search, &mut |_,

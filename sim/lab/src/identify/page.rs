@@ -18,7 +18,26 @@ pub fn page(name: &str, found: &Identification) -> String {
     let craft =
         serde_json::to_string_pretty(&found.description()).expect("strings, numbers and objects only");
     let mut blocks = vec![Block::Heading(1, format!("{name}: identified craft"))];
-    blocks.extend(missing(found).into_iter().map(Block::Paragraph));
+    blocks.extend(results(found));
+    blocks.extend([
+        Block::Code("Craft file".to_owned(), craft),
+        Block::Sheet(Sheet {
+            title: "Measured and simulated motion".to_owned(),
+            columns: 2,
+            panels: panels(&found.traces),
+        }),
+    ]);
+    Document(blocks).html()
+}
+
+/// The parameters with their intervals and the manoeuvres that the log lacks, as Markdown.
+#[must_use]
+pub fn summary(found: &Identification) -> String {
+    Document(results(found)).markdown()
+}
+
+fn results(found: &Identification) -> Vec<Block> {
+    let mut blocks: Vec<Block> = missing(found).into_iter().map(Block::Paragraph).collect();
     blocks.extend([
         Block::Heading(2, "Parameters, with 95\u{a0}% intervals".to_owned()),
         Block::Table(Table {
@@ -28,14 +47,8 @@ pub fn page(name: &str, found: &Identification) -> String {
                 .into(),
             rows: rows(found).into_iter().map(Vec::from).collect(),
         }),
-        Block::Code("Craft file".to_owned(), craft),
-        Block::Sheet(Sheet {
-            title: "Measured and simulated motion".to_owned(),
-            columns: 2,
-            panels: panels(&found.traces),
-        }),
     ]);
-    Document(blocks).html()
+    blocks
 }
 
 /// Lines of the table: name, estimate, interval, remark.
@@ -92,8 +105,7 @@ fn missing(found: &Identification) -> Vec<String> {
 }
 
 /// A number with its significant digits.
-#[must_use]
-pub fn digits(number: f64) -> String {
+fn digits(number: f64) -> String {
     if number.is_infinite() {
         return "∞".to_owned();
     }

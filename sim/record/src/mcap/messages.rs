@@ -162,21 +162,6 @@ mod tests {
     }
 
     #[test]
-    fn the_bow_of_a_vehicle_that_dives_to_the_east_points_east_and_down() {
-        let bow = lying(FRAC_PI_2, -0.5).orientation() * Vector3::x();
-        let expected = Vector3::new(0.5_f64.cos(), 0.0, -0.5_f64.sin());
-        assert!((bow - expected).norm() < 1e-15, "{bow}");
-    }
-
-    #[test]
-    fn a_position_is_east_north_and_minus_the_depth() {
-        assert_eq!(
-            lying(0.0, 0.0).position_json(),
-            json!({"x": 4.0, "y": 3.0, "z": -5.0})
-        );
-    }
-
-    #[test]
     fn a_time_is_rounded_once_and_never_negative() {
         assert_eq!(
             Time::of_seconds(1919.1).json(),

@@ -7,88 +7,82 @@ use serde_json::{Map, Value, json};
 
 use crate::table::{COLUMNS, Kind};
 
-pub(super) fn frame_transforms() -> Value {
-    let transform = object(
-        "foxglove.FrameTransform",
-        [
-            ("timestamp", time()),
-            ("parent_frame_id", string()),
-            ("child_frame_id", string()),
-            ("translation", vector3()),
-            ("rotation", quaternion()),
-        ],
-    );
-    object("foxglove.FrameTransforms", [("transforms", list(transform))])
-}
+/// The types of Foxglove's with their members, each a name and a type: a list of a type ends with `[]`. A type that is not here
+/// has no members, as its lists are always empty.
+const TYPES: [(&str, &str); 14] = [
+    ("time", "sec integer, nsec integer"),
+    ("duration", "sec integer, nsec integer"),
+    ("Point3", "x number, y number, z number"),
+    ("Vector3", "x number, y number, z number"),
+    ("Quaternion", "x number, y number, z number, w number"),
+    ("Color", "r number, g number, b number, a number"),
+    ("Pose", "position Vector3, orientation Quaternion"),
+    ("PoseInFrame", "timestamp time, frame_id string, pose Pose"),
+    ("FrameTransforms", "transforms FrameTransform[]"),
+    (
+        "FrameTransform",
+        "timestamp time, parent_frame_id string, child_frame_id string, translation Vector3, rotation Quaternion",
+    ),
+    (
+        "LocationFix",
+        "timestamp time, frame_id string, latitude number, longitude number, altitude number, \
+         position_covariance number[], position_covariance_type integer",
+    ),
+    (
+        "LinePrimitive",
+        "type integer, pose Pose, thickness number, scale_invariant boolean, points Point3[], color Color, \
+         colors Color[], indices integer[]",
+    ),
+    (
+        "SceneEntity",
+        "timestamp time, frame_id string, id string, lifetime duration, frame_locked boolean, \
+         metadata KeyValuePair[], arrows ArrowPrimitive[], cubes CubePrimitive[], spheres SpherePrimitive[], \
+         cylinders CylinderPrimitive[], lines LinePrimitive[], triangles TriangleListPrimitive[], \
+         texts TextPrimitive[], models ModelPrimitive[]",
+    ),
+    (
+        "SceneUpdate",
+        "deletions SceneEntityDeletion[], entities SceneEntity[]",
+    ),
+];
 
-pub(super) fn pose_in_frame() -> Value {
-    object(
-        "foxglove.PoseInFrame",
-        [("timestamp", time()), ("frame_id", string()), ("pose", pose())],
-    )
-}
-
-pub(super) fn location_fix() -> Value {
-    const COVARIANCE_ENTRIES: usize = 9;
-    let mut covariance = list(number());
-    covariance["minItems"] = json!(COVARIANCE_ENTRIES);
-    covariance["maxItems"] = json!(COVARIANCE_ENTRIES);
-    object(
-        "foxglove.LocationFix",
-        [
-            ("timestamp", time()),
-            ("frame_id", string()),
-            ("latitude", number()),
-            ("longitude", number()),
-            ("altitude", number()),
-            ("position_covariance", covariance),
-            ("position_covariance_type", integer()),
-        ],
-    )
-}
-
-pub(super) fn scene_update() -> Value {
-    let entity = object(
-        "foxglove.SceneEntity",
-        [
-            ("timestamp", time()),
-            ("frame_id", string()),
-            ("id", string()),
-            ("lifetime", duration()),
-            ("frame_locked", json!({"type": "boolean"})),
-            ("metadata", unused("foxglove.KeyValuePair")),
-            ("arrows", unused("foxglove.ArrowPrimitive")),
-            ("cubes", unused("foxglove.CubePrimitive")),
-            ("spheres", unused("foxglove.SpherePrimitive")),
-            ("cylinders", unused("foxglove.CylinderPrimitive")),
-            ("lines", list(line())),
-            ("triangles", unused("foxglove.TriangleListPrimitive")),
-            ("texts", unused("foxglove.TextPrimitive")),
-            ("models", unused("foxglove.ModelPrimitive")),
-        ],
-    );
-    object(
-        "foxglove.SceneUpdate",
-        [
-            ("deletions", unused("foxglove.SceneEntityDeletion")),
-            ("entities", list(entity)),
-        ],
-    )
+/// The schema of a type: a plain one, a list, or one of Foxglove's.
+pub(super) fn of(name: &str) -> Value {
+    if let Some(items) = name.strip_suffix("[]") {
+        return json!({"type": "array", "items": of(items)});
+    }
+    if ["integer", "number", "string", "boolean"].contains(&name) {
+        return json!({"type": name});
+    }
+    let known = TYPES.iter().find(|(known, _)| *known == name);
+    let members = known.into_iter().flat_map(|(_, members)| members.split(", "));
+    let (names, mut properties): (Vec<&str>, Map<String, Value>) = members
+        .filter_map(|member| member.split_once(' '))
+        .map(|(name, kind)| (name, (name.to_owned(), of(kind))))
+        .unzip();
+    if let Some(covariance) = properties.get_mut("position_covariance") {
+        (covariance["minItems"], covariance["maxItems"]) = (json!(9), json!(9));
+    }
+    let is_foxglove = name.starts_with(char::is_uppercase);
+    let title = if is_foxglove {
+        format!("foxglove.{name}")
+    } else {
+        name.to_owned()
+    };
+    json!({"title": title, "type": "object", "properties": properties, "required": names})
 }
 
 /// A row of the table.
 pub(super) fn row() -> Value {
-    let members: Map<String, Value> = COLUMNS
-        .iter()
-        .map(|column| {
-            let kind = match column.kind {
-                Kind::Count => integer(),
-                Kind::Number => number(),
-                Kind::Word => string(),
-            };
-            (column.name.to_owned(), kind)
-        })
-        .collect();
+    let members = COLUMNS.iter().map(|column| {
+        let kind = match column.kind {
+            Kind::Count => "integer",
+            Kind::Number => "number",
+            Kind::Word => "string",
+        };
+        (column.name.to_owned(), of(kind))
+    });
+    let members: Map<String, Value> = members.collect();
     json!({"title": "pilotfish.Row", "type": "object", "properties": members, "required": ["kind", "t_s"]})
 }
 
@@ -97,85 +91,7 @@ pub(super) fn event() -> Value {
     json!({
         "title": "pilotfish.Event",
         "type": "object",
-        "properties": {"sequence": integer(), "kind": string()},
+        "properties": {"sequence": of("integer"), "kind": of("string")},
         "required": ["sequence", "kind"],
     })
-}
-
-fn line() -> Value {
-    object(
-        "foxglove.LinePrimitive",
-        [
-            ("type", integer()),
-            ("pose", pose()),
-            ("thickness", number()),
-            ("scale_invariant", json!({"type": "boolean"})),
-            ("points", list(numbers("foxglove.Point3", &["x", "y", "z"]))),
-            ("color", color()),
-            ("colors", list(color())),
-            ("indices", list(integer())),
-        ],
-    )
-}
-
-fn pose() -> Value {
-    object(
-        "foxglove.Pose",
-        [("position", vector3()), ("orientation", quaternion())],
-    )
-}
-
-fn vector3() -> Value {
-    numbers("foxglove.Vector3", &["x", "y", "z"])
-}
-
-fn quaternion() -> Value {
-    numbers("foxglove.Quaternion", &["x", "y", "z", "w"])
-}
-
-fn color() -> Value {
-    numbers("foxglove.Color", &["r", "g", "b", "a"])
-}
-
-fn time() -> Value {
-    object("time", [("sec", integer()), ("nsec", integer())])
-}
-
-fn duration() -> Value {
-    object("duration", [("sec", integer()), ("nsec", integer())])
-}
-
-fn numbers(title: &str, names: &[&'static str]) -> Value {
-    object(title, names.iter().map(|name| (*name, number())))
-}
-
-/// A list that is always empty.
-fn unused(title: &str) -> Value {
-    list(object(title, []))
-}
-
-fn list(items: Value) -> Value {
-    let mut list = json!({"type": "array"});
-    list["items"] = items;
-    list
-}
-
-fn object(title: &str, members: impl IntoIterator<Item = (&'static str, Value)>) -> Value {
-    let (names, properties): (Vec<&str>, Map<String, Value>) = members
-        .into_iter()
-        .map(|(name, schema)| (name, (name.to_owned(), schema)))
-        .unzip();
-    json!({"title": title, "type": "object", "properties": properties, "required": names})
-}
-
-fn string() -> Value {
-    json!({"type": "string"})
-}
-
-fn number() -> Value {
-    json!({"type": "number"})
-}
-
-fn integer() -> Value {
-    json!({"type": "integer"})
 }

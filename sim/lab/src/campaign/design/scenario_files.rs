@@ -156,17 +156,4 @@ planner = {}
         assert_ne!(Manifest::of(&other, Shard::WHOLE).digest, manifest.digest);
         assert_ne!(flown(&other), rows);
     }
-
-    #[test]
-    fn a_file_that_a_scenario_names_and_that_is_missing_is_named() {
-        let here = folder(0.12);
-        fs::remove_file(here.path().join("waters/grid.csv")).expect("is there");
-        let refused = Campaign::read(&here.path().join("campaign.toml"))
-            .expect_err("there is no water")
-            .to_string();
-        assert!(
-            refused.contains("waters/mine.toml:") && refused.contains("grid.csv"),
-            "{refused}"
-        );
-    }
 }

@@ -1,15 +1,13 @@
-//! Controllers beside the reference, their worst runs, and the bound.
+//! Controllers beside the reference, and their worst runs.
 
 use serde::Serialize;
 
 use super::data::Data;
 use crate::campaign::controller::ControlLaw;
-use crate::campaign::statistics::{Comparison, Effect, Measure, compare, effect, holm, student::mean, worst};
+use crate::campaign::statistics::{Comparison, Effect, Measure, compare, effect, holm, worst};
 
 /// Worst runs of each controller.
 const WORST: usize = 10;
-/// The column that the bound is for.
-const BOUNDED: &str = "rms_m";
 
 /// A bad run of a controller.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -29,28 +27,11 @@ pub(super) struct Worst {
     pub(super) by: Option<f64>,
 }
 
-/// A controller beside the lower bound.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Regret {
-    pub(super) controller: String,
-    /// The scenario; none for all.
-    pub(super) scenario: Option<String>,
-    /// Runs whose bound is known.
-    pub(super) n_runs: usize,
-    /// Means over these runs, m.
-    pub(super) rms_m: f64,
-    pub(super) bound_rms_m: f64,
-    pub(super) beyond_bound_m: f64,
-    /// The largest distance beyond the bound, m, and its run.
-    pub(super) beyond_bound_worst_m: f64,
-    pub(super) worst_run: u64,
-}
-
 impl Data<'_> {
     /// All controllers beside the reference in every metric: overall, then by scenario.
     pub(super) fn comparisons(&self) -> Vec<Comparison> {
         let mut all: Vec<Comparison> = vec![];
-        for metric in &self.metrics {
+        for metric in self.metrics {
             for controller in self.compared() {
                 let found = self.places().map(|scenario| {
                     let question = self.question(controller, metric, scenario);
@@ -72,7 +53,7 @@ impl Data<'_> {
     pub(super) fn effects(&self) -> Vec<Effect> {
         let mut all: Vec<Effect> = vec![];
         for parameter in self.runs.parameters() {
-            for metric in &self.metrics {
+            for metric in self.metrics {
                 for controller in self.compared() {
                     let question = self.question(controller, metric, None);
                     all.extend(effect(self.runs, question, parameter));
@@ -130,42 +111,5 @@ impl Data<'_> {
         flown.sort_by(|a, b| b.0.total_cmp(&a.0));
         flown.truncate(WORST);
         flown.into_iter().map(|(value, row)| of(row, value)).collect()
-    }
-
-    pub(super) fn regret(&self) -> Vec<Regret> {
-        let all = self.campaign.controllers.iter();
-        all.flat_map(|controller| {
-            let rows = self.runs.of_controller(&controller.name, BOUNDED);
-            self.places()
-                .filter_map(|scenario| self.regret_of(&controller.name, &rows, scenario))
-                .collect::<Vec<_>>()
-        })
-        .collect()
-    }
-
-    fn regret_of(&self, controller: &str, rows: &[(usize, usize)], scenario: Option<&str>) -> Option<Regret> {
-        let here = rows.iter().filter(|(group, _)| {
-            scenario.is_none_or(|scenario| self.runs.groups[*group].scenario == scenario)
-        });
-        let known: Vec<(usize, f64, f64)> = here
-            .filter_map(|&(_, row)| {
-                let value = self.runs.value(BOUNDED, row)?;
-                Some((row, value, self.runs.value("bound_rms_m", row)?))
-            })
-            .collect();
-        let beyond = |(_, value, bound): &(usize, f64, f64)| value - bound;
-        let worst = known.iter().max_by(|a, b| beyond(a).total_cmp(&beyond(b)))?;
-        let average =
-            |of: &dyn Fn(&(usize, f64, f64)) -> f64| mean(&known.iter().map(of).collect::<Vec<_>>()).centre;
-        Some(Regret {
-            controller: controller.to_owned(),
-            scenario: scenario.map(str::to_owned),
-            n_runs: known.len(),
-            rms_m: average(&|found| found.1),
-            bound_rms_m: average(&|found| found.2),
-            beyond_bound_m: average(&beyond),
-            beyond_bound_worst_m: beyond(worst),
-            worst_run: self.runs.run(worst.0),
-        })
     }
 }

@@ -13,8 +13,8 @@ use crate::campaign::{
 pub(super) struct Data<'a> {
     pub(super) campaign: &'a Campaign,
     pub(super) runs: &'a RunTable,
-    /// Columns that are compared and that the rows have.
-    pub(super) metrics: Vec<&'a str>,
+    /// Columns that are compared.
+    pub(super) metrics: &'a [String],
     /// Names of the scenarios, each once.
     pub(super) scenarios: Vec<&'a str>,
     /// The controller that the others are compared with.

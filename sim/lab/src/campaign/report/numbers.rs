@@ -4,30 +4,31 @@ use serde::Serialize;
 
 use super::{
     claims::Verdict,
-    compared::{Regret, Worst},
+    compared::Worst,
     data::Data,
     learnt::{Alarms, Estimated},
-    overview::{About, CaseFlown, ControllerFlown, Drawn, Failure, MetricUnit, cases, failures, parameters},
+    overview::{About, CaseFlown, ControllerFlown, Failure, cases, failures},
     pareto::Point,
     scores::{Scores, Winner},
 };
 use crate::campaign::{
     design::Campaign,
+    file::Parameter,
     rows::Rows,
-    statistics::{Comparison, Effect, RunTable, unit},
+    statistics::{Comparison, Effect, RunTable},
 };
 
 /// Version of the JSON's members.
-const SCHEMA_VERSION: &str = "3";
+const SCHEMA_VERSION: &str = "4";
 
 /// The numbers of a report.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Numbers {
     pub(super) schema_version: &'static str,
     pub(super) campaign: About,
-    pub(super) metrics: Vec<MetricUnit>,
+    pub(super) metrics: Vec<String>,
     pub(super) cases: Vec<CaseFlown>,
-    pub(super) parameters: Vec<Drawn>,
+    pub(super) parameters: Vec<Parameter>,
     pub(super) controllers: Vec<ControllerFlown>,
     pub(super) claims: Vec<Verdict>,
     pub(super) winners: Vec<Winner>,
@@ -38,7 +39,6 @@ pub(super) struct Numbers {
     pub(super) pareto: Vec<Point>,
     pub(super) effects: Vec<Effect>,
     pub(super) worst: Vec<Worst>,
-    pub(super) regret: Vec<Regret>,
     pub(super) estimated: Vec<Estimated>,
     pub(super) alarms: Vec<Alarms>,
     pub(super) failures: Vec<Failure>,
@@ -49,27 +49,12 @@ impl Numbers {
     pub(super) fn of(campaign: &Campaign, rows: &Rows) -> Self {
         let runs = RunTable::of(rows);
         let reference = reference(campaign);
-        let metrics: Vec<MetricUnit> = campaign
-            .file
-            .report
-            .metrics
-            .iter()
-            .map(|name| MetricUnit {
-                name: name.clone(),
-                unit: unit(name),
-                known: rows.numbers(name).is_some(),
-            })
-            .collect();
         let cases = cases(campaign);
         let failures = failures(&runs);
         let data = Data {
             campaign,
             runs: &runs,
-            metrics: metrics
-                .iter()
-                .filter(|metric| metric.known)
-                .map(|metric| metric.name.as_str())
-                .collect(),
+            metrics: &campaign.file.report.metrics,
             scenarios: cases.iter().map(|case| case.scenario.as_str()).collect(),
             reference,
         };
@@ -99,9 +84,8 @@ impl Numbers {
             comparisons: data.comparisons(),
             effects: data.effects(),
             worst: data.worst(),
-            regret: data.regret(),
-            parameters: parameters(campaign),
-            metrics,
+            parameters: campaign.file.parameters.clone(),
+            metrics: campaign.file.report.metrics.clone(),
             cases,
             failures,
         }

@@ -50,7 +50,7 @@ impl Data<'_> {
     pub(super) fn winners(&self) -> Vec<Winner> {
         let mut winners = vec![];
         for scenario in &self.scenarios {
-            for metric in &self.metrics {
+            for metric in self.metrics {
                 winners.extend(self.winner(scenario, metric));
             }
         }
@@ -101,10 +101,10 @@ impl Data<'_> {
                 if found.iter().all(Option::is_none) {
                     continue;
                 }
-                let is_least = |metric: &&str| {
+                let is_least = |metric: &String| {
                     winners.iter().any(|winner| {
                         winner.scenario == **scenario
-                            && winner.metric == **metric
+                            && winner.metric == *metric
                             && winner.controller == controller.name
                     })
                 };

@@ -33,18 +33,12 @@ const ESTIMATED: &str = "What the planner learnt of its craft after 300 s, compa
 const ALARMS: &str = "An alarm is `craft_does_not_follow`; it is false wherever nothing breaks. `noticed` counts runs with a new alarm after \
     the breakdown.";
 
-const ANSWERS: &str = "Shares of all answers of a controller's runs. Each run has a median and a 99th percentile of its solve times; the table shows \
-    the median of the medians and the largest percentile. They depend on the machine.";
-
 const WORST: &str = "For each planner, the ten conditions with the largest ratio to the reference. `pilotfish campaign replay DIR RUN` flies a run again \
     and writes its page; DIR is the campaign's directory.";
 
 const EFFECTS: &str = "Spearman's rank correlation between a parameter and the ratio to the reference: below 0, a larger parameter favours the \
     controller. Each replicate is one observation, as its parameters are the same in all cases. Holm's correction covers all \
     rows of this table. Thirds are by the parameter's value; each cell shows the range, the ratio and its Student interval.";
-
-const REGRET: &str = "The bound is the RMS distance that no craft of that hull can come below, even if it knew the whole future. Means over runs with a \
-    known bound.";
 
 /// The document.
 pub(super) fn document(numbers: &Numbers) -> Document {
@@ -76,22 +70,17 @@ pub(super) fn document(numbers: &Numbers) -> Document {
             Block::Table(tables::pareto(numbers, metrics)),
         ]);
     }
-    blocks.extend(section(
-        &format!("Beside {}", about.reference),
-        METHOD,
-        tables::overall(numbers),
-    ));
-    for metric in &numbers.metrics {
-        blocks.push(heading(3, &metric.name));
-        if !metric.known {
-            blocks.push(paragraph(&format!("The rows have no column `{}`.", metric.name)));
-            continue;
-        }
-        let comparisons = numbers.comparisons.iter();
-        let of_it: Vec<_> = comparisons.filter(|found| found.metric == metric.name).collect();
-        blocks.push(Block::Table(tables::comparisons(&of_it)));
+    if !numbers.comparisons.is_empty() {
+        blocks.extend([
+            heading(2, &format!("Beside {}", about.reference)),
+            paragraph(METHOD),
+        ]);
     }
-    blocks.extend(section("Answers by method", ANSWERS, tables::answers(numbers)));
+    for metric in &numbers.metrics {
+        let comparisons = numbers.comparisons.iter();
+        let of_it: Vec<_> = comparisons.filter(|found| found.metric == *metric).collect();
+        blocks.extend([heading(3, metric), Block::Table(tables::comparisons(&of_it))]);
+    }
     blocks.extend(section("Worst runs", WORST, tables::worst(numbers)));
     blocks.extend(section("Effect of parameters", EFFECTS, tables::effects(numbers)));
     blocks.extend(section(
@@ -104,7 +93,6 @@ pub(super) fn document(numbers: &Numbers) -> Document {
         ALARMS,
         tables::alarms(numbers),
     ));
-    blocks.extend(section("Distance to the bound", REGRET, tables::regret(numbers)));
     let scores = tables::scores(numbers);
     if !scores.is_empty() {
         blocks.extend([heading(2, "Scenarios"), paragraph(SCORES)]);

@@ -90,31 +90,7 @@ pub(super) fn parameters(numbers: &Numbers) -> Table {
         .table
 }
 
-/// All controllers in all metrics, over all scenarios.
-pub(super) fn overall(numbers: &Numbers) -> Table {
-    let compared = numbers.controllers.iter();
-    let compared: Vec<_> = compared
-        .filter(|controller| controller.part != Part::Reference)
-        .collect();
-    by_metric(
-        numbers,
-        1,
-        "controller",
-        &compared,
-        &|c| code(&c.name),
-        &|controller, metric| {
-            let found = numbers.comparisons.iter().find(|found| {
-                found.controller == controller.name && found.metric == metric && found.scenario.is_none()
-            });
-            found.map_or(NONE.to_owned(), |found| {
-                let text = format!("{} {}", estimate(found), interval(found.student_95));
-                bold(text.trim(), is_significant(found))
-            })
-        },
-    )
-}
-
-/// A column for each known metric behind the first.
+/// A column for each metric behind the first.
 fn by_metric<T>(
     numbers: &Numbers,
     words: usize,
@@ -123,16 +99,9 @@ fn by_metric<T>(
     name: &dyn Fn(&T) -> String,
     cell: &dyn Fn(&T, &str) -> String,
 ) -> Table {
-    let known = || {
-        numbers
-            .metrics
-            .iter()
-            .filter(|metric| metric.known)
-            .map(|metric| metric.name.as_str())
-    };
-    let columns = std::iter::once(heading).chain(known());
+    let columns = std::iter::once(heading).chain(numbers.metrics.iter().map(String::as_str));
     let row = |item: &T| {
-        let cells = known().map(|metric| cell(item, metric));
+        let cells = numbers.metrics.iter().map(|metric| cell(item, metric));
         std::iter::once(name(item)).chain(cells).collect()
     };
     Table {
@@ -213,7 +182,7 @@ pub(super) fn claims(numbers: &Numbers) -> Table {
 pub(super) fn winners(numbers: &Numbers) -> Table {
     let mut table = by_metric(
         numbers,
-        1 + numbers.metrics.iter().filter(|metric| metric.known).count(),
+        1 + numbers.metrics.len(),
         "scenario",
         &numbers.cases,
         &|case| code(&case.scenario),
@@ -232,12 +201,6 @@ pub(super) fn winners(numbers: &Numbers) -> Table {
 
 /// A table for each scenario.
 pub(super) fn scores(numbers: &Numbers) -> Vec<(String, Table)> {
-    let names: Vec<&str> = numbers
-        .metrics
-        .iter()
-        .filter(|metric| metric.known)
-        .map(|metric| metric.name.as_str())
-        .collect();
     let of = |scenario: &str| {
         let here: Vec<_> = numbers
             .scores
@@ -251,10 +214,8 @@ pub(super) fn scores(numbers: &Numbers) -> Vec<(String, Table)> {
             &here,
             &|scores| code(&scores.controller),
             &|scores, metric| {
-                let k = names
-                    .iter()
-                    .position(|name| *name == metric)
-                    .expect("is one of them");
+                let mut names = numbers.metrics.iter();
+                let k = names.position(|name| name == metric).expect("is one of them");
                 let words = match (scores.means[k], scores.half_widths[k]) {
                     (Some(mean), Some(half)) => format!("{} ± {}", number(mean), number(half)),
                     (mean, _) => optional(mean),
@@ -331,20 +292,6 @@ pub(super) fn alarms(numbers: &Numbers) -> Table {
         .table
 }
 
-pub(super) fn answers(numbers: &Numbers) -> Table {
-    let share = |share: Option<f64>| share.map_or(NONE.to_owned(), percent);
-    Table::of(1, &numbers.controllers)
-        .column("controller", |c| code(&c.name))
-        .column("answers", |c| integer(c.n_answers))
-        .column("MPC", |c| share(c.answers_mpc))
-        .column("previous plan", |c| share(c.answers_previous_plan))
-        .column("saturated LOS", |c| share(c.answers_saturated_los))
-        .column("hold", |c| share(c.answers_hold))
-        .column("median solve, ms", |c| optional(c.solve_ms_p50_median))
-        .column("worst p99, ms", |c| optional(c.solve_ms_p99_worst))
-        .table
-}
-
 pub(super) fn worst(numbers: &Numbers) -> Table {
     Table::of(3, &numbers.worst)
         .column("controller", |worst| code(&worst.controller))
@@ -395,19 +342,6 @@ pub(super) fn effects(numbers: &Numbers) -> Table {
         .column("lowest third", |effect| third(effect.thirds[0], effect.measure))
         .column("middle third", |effect| third(effect.thirds[1], effect.measure))
         .column("highest third", |effect| third(effect.thirds[2], effect.measure))
-        .table
-}
-
-pub(super) fn regret(numbers: &Numbers) -> Table {
-    Table::of(2, &numbers.regret)
-        .column("controller", |regret| code(&regret.controller))
-        .column("scenario", |regret| scenario(regret.scenario.as_deref()))
-        .column("runs", |regret| integer(regret.n_runs))
-        .column("RMS distance, m", |regret| number(regret.rms_m))
-        .column("bound, m", |regret| number(regret.bound_rms_m))
-        .column("beyond it, m", |regret| number(regret.beyond_bound_m))
-        .column("at worst, m", |regret| number(regret.beyond_bound_worst_m))
-        .column("run", |regret| regret.worst_run.to_string())
         .table
 }
 
