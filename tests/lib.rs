@@ -10,8 +10,8 @@ use nalgebra::Vector2;
 use planner::{
     angle::{Course, Heading},
     craft::CraftDescription,
+    parameters::Parameters,
     plan::{Workspace, plan},
-    policy::Policy,
     snapshot::{Asc, Auv, AuvState, Goal, Limits, Offset, PlanRequest, PreviousPlan, Snapshot, VehicleId},
 };
 
@@ -122,7 +122,7 @@ pub fn followed(age: f64) -> PlanRequest {
         t_s: observation.t_s - age,
         ..observation.clone()
     });
-    let answer = plan(&before, &Policy::default(), &mut Workspace::default());
+    let answer = plan(&before, &Parameters::default(), &mut Workspace::default());
     let now = answer
         .trajectory
         .iter()

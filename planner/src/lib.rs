@@ -19,7 +19,7 @@
 //! | `snapshot/` | all facts of one moment, checked, with the estimates that follow from them |
 //! | `predict/` | where the AUVs and the goal will be, and how surely |
 //! | `los/` | the line-of-sight laws: baseline, first initial guess and fallback |
-//! | `problem/` | the planning problem on its grid, in the craft's frame; [`policy`] has every tuned number |
+//! | `problem/` | the planning problem on its grid, in the craft's frame; [`parameters`] has every tuned number |
 //! | `program/` | one convex subproblem as a second-order cone program in standard form |
 //! | `solve/` | Clarabel, the certificate that checks it, and the signal to stop |
 //! | `scp/` | sequential convex programming: initial guesses, iterations, predicted cost |
@@ -30,7 +30,7 @@
 //!
 //! ```
 //! use pilotfish_planner::{
-//!     Asc, Auv, AuvState, Goal, PlanRequest, Policy, Snapshot, Workspace,
+//!     Asc, Auv, AuvState, Goal, PlanRequest, Parameters, Snapshot, Workspace,
 //!     angle::{Course, Heading},
 //!     nalgebra::Vector2,
 //!     plan,
@@ -40,10 +40,10 @@
 //! let auv = AuvState::new(Vector2::new(40.0, 0.0), 9.0, Course::new(0.0), 0.2);
 //! let goal = Goal::Track { auv: "auv-1".into() };
 //! let mut request = PlanRequest::new(0.0, craft, vec![Auv::new("auv-1", auv)], goal);
-//! let (policy, mut workspace) = (Policy::default(), Workspace::default());
+//! let (parameters, mut workspace) = (Parameters::default(), Workspace::default());
 //!
 //! let snapshot = Snapshot::try_from(request.clone())?;
-//! let ahead = plan(&snapshot, &policy, &mut workspace);
+//! let ahead = plan(&snapshot, &parameters, &mut workspace);
 //! // The craft is asked to close the distance, and has no reason to turn.
 //! assert!(0.2 < ahead.reference.speed && ahead.reference.heading.radians().abs() < 0.01);
 //!
@@ -51,7 +51,7 @@
 //! request.t_s = 1.0;
 //! request.asc.north_m = 0.5;
 //! request.previous_plan = Some((&ahead).into());
-//! let later = plan(&Snapshot::try_from(request)?, &policy, &mut workspace);
+//! let later = plan(&Snapshot::try_from(request)?, &parameters, &mut workspace);
 //! assert!(later.predicted.cost < ahead.baseline.predicted.cost);
 //! # Ok::<(), pilotfish_planner::snapshot::InvalidRequest>(())
 //! ```
@@ -78,7 +78,7 @@ pub use choose::{
 pub use facts::{angle, path};
 pub use nalgebra;
 pub use predict::{forecast, goal, smallest_circle};
-pub use problem::policy::{self, Policy};
+pub use problem::parameters::{self, Parameters};
 pub use program::sparse;
 pub use snapshot::{Asc, Auv, AuvState, Goal, Limits, PlanRequest, PreviousPlan, Snapshot, VehicleId};
 pub use solve::{

@@ -3,8 +3,8 @@
 use nalgebra::Vector2;
 use pilotfish_planner::{
     angle::{Course, Heading},
+    parameters::Parameters,
     plan::{Plan, SoftLimit, Subject, Workspace, plan},
-    policy::Policy,
     snapshot::{Acoustics, Asc, Auv, AuvState, Goal, Limits, PlanRequest, PreviousPlan, Snapshot, VehicleId},
 };
 
@@ -43,7 +43,7 @@ fn scene(craft: Vector2<f64>, others: &[f64]) -> PlanRequest {
 
 fn planned(observation: &PlanRequest) -> Plan {
     let snapshot = Snapshot::try_from(observation.clone()).expect("valid");
-    plan(&snapshot, &Policy::default(), &mut Workspace::default())
+    plan(&snapshot, &Parameters::default(), &mut Workspace::default())
 }
 
 /// The craft after ten minutes that it follows its plans exactly, 4 s of each.

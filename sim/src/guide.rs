@@ -8,8 +8,8 @@ use planner::{
     craft::CraftEstimate,
     goal::GoalForecast,
     los::{AscNow, LosGains, LosLaw, LosTuning, Reference, TrackingLaw},
+    parameters::Parameters,
     plan::{Method, Plan, Workspace, plan},
-    policy::Policy,
     snapshot::{PlanRequest, PreviousPlan, Snapshot},
 };
 
@@ -60,7 +60,7 @@ impl LosGuide {
         Self::tuned(LosTuning {
             law: LosLaw::SaturatedLos,
             gains,
-            integral_gain: Policy::default().integral_gain,
+            integral_gain: Parameters::default().integral_gain,
         })
     }
 
@@ -123,18 +123,18 @@ impl Guide for LosGuide {
 /// The planner, which gets each plan back with the next snapshot.
 #[derive(Debug)]
 pub struct MpcGuide {
-    policy: Policy,
+    parameters: Parameters,
     workspace: Workspace,
     previous: Option<PreviousPlan>,
     last: Option<(Snapshot, Plan)>,
 }
 
 impl MpcGuide {
-    /// The planner under `policy`.
+    /// The planner under `parameters`.
     #[must_use]
-    pub fn new(policy: Policy) -> Self {
+    pub fn new(parameters: Parameters) -> Self {
         Self {
-            policy,
+            parameters,
             workspace: Workspace::default(),
             previous: None,
             last: None,
@@ -169,7 +169,7 @@ impl Guide for MpcGuide {
             ..PlanRequest::clone(snapshot)
         };
         let snapshot = Snapshot::try_from(observation)?;
-        let plan = plan(&snapshot, &self.policy, &mut self.workspace);
+        let plan = plan(&snapshot, &self.parameters, &mut self.workspace);
         self.previous = Some(PreviousPlan::from(&plan));
         let guidance = Guidance {
             reference: plan.reference,

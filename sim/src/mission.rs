@@ -306,7 +306,7 @@ fn auv_row(world: &World, auv: &SimulatedAuv) -> AuvRow {
 
 #[cfg(test)]
 mod tests {
-    use planner::policy::Policy;
+    use planner::parameters::Parameters;
 
     use super::*;
     use crate::guide::LosGuide;
@@ -318,7 +318,7 @@ mod tests {
     #[test]
     fn progress_ends_at_one_and_never_falls() {
         let mut seen = vec![];
-        let mut guide = LosGuide::new(Policy::default().los);
+        let mut guide = LosGuide::new(Parameters::default().los);
         run(&short("paper-tracking"), &mut guide, 0, &mut |done| {
             seen.push(done);
         })

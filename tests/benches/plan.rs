@@ -13,8 +13,8 @@ use criterion::{
     BenchmarkGroup, Criterion, SamplingMode, criterion_group, criterion_main, measurement::WallTime,
 };
 use planner::{
+    parameters::Parameters,
     plan::{Workspace, plan},
-    policy::Policy,
 };
 use tests::{goals, observation, snapshot};
 
@@ -30,12 +30,12 @@ fn group<'a>(criterion: &'a mut Criterion, name: &str) -> BenchmarkGroup<'a, Wal
 /// `planner::plan`: two AUVs, default horizon, a workspace that is kept.
 fn in_the_library(criterion: &mut Criterion) {
     let mut group = group(criterion, "plan");
-    let policy = Policy::default();
+    let parameters = Parameters::default();
     for (name, goal) in NAMES.into_iter().zip(goals()) {
         let snapshot = snapshot(observation(goal));
         let mut workspace = Workspace::default();
         group.bench_function(name, |bencher| {
-            bencher.iter(|| plan(&snapshot, &policy, &mut workspace));
+            bencher.iter(|| plan(&snapshot, &parameters, &mut workspace));
         });
     }
     group.finish();

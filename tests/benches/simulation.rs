@@ -7,7 +7,7 @@
 use std::{f64::consts::FRAC_PI_4, time::Duration};
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use planner::{angle::Heading, los::Reference, policy::Policy};
+use planner::{angle::Heading, los::Reference, parameters::Parameters};
 use sim::{
     guide::{Guide, LosGuide, MpcGuide},
     mission::run,
@@ -66,11 +66,11 @@ fn guided<G: Guide>(criterion: &mut Criterion, group: &str, guide: impl Fn() -> 
 }
 
 fn with_los(criterion: &mut Criterion) {
-    guided(criterion, "with_los", || LosGuide::new(Policy::default().los));
+    guided(criterion, "with_los", || LosGuide::new(Parameters::default().los));
 }
 
 fn with_mpc(criterion: &mut Criterion) {
-    guided(criterion, "with_mpc", || MpcGuide::new(Policy::default()));
+    guided(criterion, "with_mpc", || MpcGuide::new(Parameters::default()));
 }
 
 criterion_group!(benches, vehicles_alone, with_los, with_mpc);

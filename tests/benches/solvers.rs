@@ -25,7 +25,7 @@ use clarabel::{
 use nalgebra::Vector2;
 use planner::{
     craft::{Craft, CraftModel},
-    policy::Policy,
+    parameters::Parameters,
     program::{AcousticRange, Cone, Program, Subproblem},
     snapshot::Limits,
     solve::{Solution, SolverStatus, Solvers},
@@ -122,7 +122,7 @@ fn horizons() -> [(&'static str, Vec<f64>); 4] {
     [
         ("10", alike(10)),
         ("20", alike(20)),
-        ("default", Policy::default().steps),
+        ("default", Parameters::default().steps),
         ("60", alike(60)),
     ]
 }
@@ -137,7 +137,7 @@ struct Scene {
     directions: Vec<Vector2<f64>>,
     surge_disturbance: Vec<f64>,
     ranges: Vec<AcousticRange>,
-    policy: Policy,
+    parameters: Parameters,
 }
 
 impl Scene {
@@ -171,7 +171,7 @@ impl Scene {
                 .collect(),
             surge_disturbance: vec![0.0; times.len()],
             ranges: vec![range(30.0, RANGES[0]), range(-30.0, RANGES[1])],
-            policy: Policy::default(),
+            parameters: Parameters::default(),
         }
     }
 
@@ -192,7 +192,7 @@ impl Scene {
             discs: &[],
             edges: &[],
             minimax: &[],
-            weights: &self.policy.weights,
+            weights: &self.parameters.weights,
         }
     }
 }

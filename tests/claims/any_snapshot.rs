@@ -13,8 +13,8 @@ use planner::{
     forecast::AuvForecast,
     goal::GoalForecast,
     los::{LosGains, target_course},
+    parameters::{Parameters, Weights},
     plan::{Degraded, Method, Plan, Workspace, plan},
-    policy::{Policy, Weights},
     snapshot::{Current, Goal, PreviousPlan, Snapshot, TrajectoryPoint},
     solve::SolverStatus,
 };
@@ -69,9 +69,9 @@ fn whatever_arrives_is_answered_inside_the_limits_and_no_worse_than_by_line_of_s
 /// A client may hand back anything as what the craft's filter remembers: it is used whole or not at all.
 #[test]
 fn any_memory_of_the_craft_is_used_or_warned_of_and_the_answer_is_finite() {
-    let (policy, mut workspace) = (Policy::default(), Workspace::default());
+    let (parameters, mut workspace) = (Parameters::default(), Workspace::default());
     let mut scene = tests::followed(1.0);
-    let plain = plan(&tests::snapshot(scene.clone()), &policy, &mut workspace);
+    let plain = plan(&tests::snapshot(scene.clone()), &parameters, &mut workspace);
     let honest = PreviousPlan::from(&plain);
     let memory = honest
         .craft_estimate
@@ -96,7 +96,7 @@ fn any_memory_of_the_craft_is_used_or_warned_of_and_the_answer_is_finite() {
         }
         scene.previous_plan = Some(previous);
         let snapshot = tests::snapshot(scene.clone());
-        let answer = plan(&snapshot, &policy, &mut workspace);
+        let answer = plan(&snapshot, &parameters, &mut workspace);
         let unusable = scene
             .previous_plan
             .as_ref()
@@ -118,12 +118,12 @@ fn any_memory_of_the_craft_is_used_or_warned_of_and_the_answer_is_finite() {
     }
     assert!(previous.has_unusable_memory());
     scene.previous_plan = Some(previous);
-    let answer = plan(&tests::snapshot(scene), &policy, &mut workspace);
+    let answer = plan(&tests::snapshot(scene), &parameters, &mut workspace);
     assert!(answer.reference.speed.is_finite());
 }
 
 fn tally(seeds: impl Iterator<Item = u64>) -> Tally {
-    let policy = Policy::default();
+    let parameters = Parameters::default();
     let mut workspace = Workspace::default();
     let mut tally = Tally::default();
     for seed in seeds {
@@ -131,7 +131,7 @@ fn tally(seeds: impl Iterator<Item = u64>) -> Tally {
             tally.refused += 1;
             continue;
         };
-        let answer = plan(&scene, &policy, &mut workspace);
+        let answer = plan(&scene, &parameters, &mut workspace);
         assert_usable(seed, &scene, &answer);
         let how = format!(
             "{:?}, {:?}, {:?}",
@@ -145,7 +145,7 @@ fn tally(seeds: impl Iterator<Item = u64>) -> Tally {
         }
         tally.unsolved += u64::from(!matches!(answer.degraded, None | Some(Degraded::StaleReport)));
         *tally.answers.entry(how).or_default() += 1;
-        assert_no_worse(seed, &scene, &answer, &policy);
+        assert_no_worse(seed, &scene, &answer, &parameters);
     }
     tally
 }
@@ -212,12 +212,12 @@ fn assert_usable(seed: u64, scene: &Snapshot, answer: &Plan) {
     );
 }
 
-fn assert_no_worse(seed: u64, scene: &Snapshot, answer: &Plan, policy: &Policy) {
+fn assert_no_worse(seed: u64, scene: &Snapshot, answer: &Plan, parameters: &Parameters) {
     if answer.method == Method::Hold {
         return;
     }
-    let forward = || Forward::new(scene, policy, &answer.range_unattainable);
-    let los = forward().line_of_sight(policy.los);
+    let forward = || Forward::new(scene, parameters, &answer.range_unattainable);
+    let los = forward().line_of_sight(parameters.los);
     let slow = answer.trajectory[1..].iter().any(|point| point.speed_mps < 0.02);
     let ours = match answer.method {
         Method::SaturatedLos => los,
@@ -254,7 +254,7 @@ struct Forward<'a> {
     named: Vec<bool>,
     in_range: Vec<bool>,
     steps: &'a [f64],
-    policy: &'a Policy,
+    parameters: &'a Parameters,
     /// The craft that is flown.
     craft: CraftModel,
     position: Vector2<f64>,
@@ -276,23 +276,23 @@ fn unit(angle: f64) -> Vector2<f64> {
 }
 
 /// The heading that the craft has been asked to turn to, with what it stays off that; none where no plan is young enough.
-fn followed_heading(scene: &Snapshot, policy: &Policy) -> Option<f64> {
+fn followed_heading(scene: &Snapshot, parameters: &Parameters) -> Option<f64> {
     let previous = scene.previous_plan.as_ref()?;
     let age = scene.t_s - previous.trajectory.first()?.t_s;
-    let young = (0.0..policy.previous_plan_age_max).contains(&age);
+    let young = (0.0..parameters.previous_plan_age_max).contains(&age);
     let heading = previous.asked()?.heading.radians() + scene.craft_model().heading_offset;
     young.then_some(heading)
 }
 
 impl<'a> Forward<'a> {
-    fn new(scene: &'a Snapshot, policy: &'a Policy, out_of_range: &[usize]) -> Self {
+    fn new(scene: &'a Snapshot, parameters: &'a Parameters, out_of_range: &[usize]) -> Self {
         let goal = GoalForecast::new(scene);
-        let young = |i: &usize| scene.estimates()[*i].state.age_s <= policy.report_age_max;
+        let young = |i: &usize| scene.estimates()[*i].state.age_s <= parameters.report_age_max;
         let young: Vec<_> = (0..scene.auvs.len()).filter(young).collect();
         let named = |i: usize| scene.goal.goal.vehicles().any(|id| *id == scene.auvs[i].id);
         let psi = scene.asc.heading().radians();
         let craft = *scene.craft_model();
-        let followed = followed_heading(scene, policy);
+        let followed = followed_heading(scene, parameters);
         let most = craft.limits.turn_rate_max;
         let turn_rate = followed
             .map_or(scene.asc.yaw_rate_radps, |reference| {
@@ -304,7 +304,7 @@ impl<'a> Forward<'a> {
         let sway = (1.0 - DRIFT_SHARE) * scene.asc.sway_mps + DRIFT_SHARE * drift;
         Self {
             scene,
-            weights: policy.weights_for(scene, &goal),
+            weights: parameters.weights_for(scene, &goal),
             start: unit(psi) * surge + unit(psi + PI / 2.0) * sway,
             auvs: young.iter().map(|i| goal.auvs()[*i].clone()).collect(),
             in_range: young
@@ -313,8 +313,8 @@ impl<'a> Forward<'a> {
                 .collect(),
             named: young.iter().map(|i| named(*i)).collect(),
             goal,
-            steps: &policy.steps,
-            policy,
+            steps: &parameters.steps,
+            parameters,
             craft,
             position: scene.asc.position(),
             psi,
@@ -468,7 +468,7 @@ impl<'a> Forward<'a> {
             let auvs = self.auvs.iter().zip(kept);
             let auvs = auvs.filter(move |(_, (is_named, in_range))| **is_named == named && **in_range);
             most(&mut auvs.filter_map(|(forecast, _)| {
-                let radius = |ahead: f64| Some(radius(scene.range_max()?, forecast, ahead, self.policy));
+                let radius = |ahead: f64| Some(radius(scene.range_max()?, forecast, ahead, self.parameters));
                 let from = forecast.at(begin).position;
                 let to = forecast.at(begin + step).position;
                 let allowed = radius(begin)? * (1.0 - share) + radius(begin + step)? * share;
@@ -555,7 +555,7 @@ impl<'a> Forward<'a> {
 }
 
 /// Horizontal range that depth and back-off leave.
-fn radius(range: f64, forecast: &AuvForecast, ahead: f64, policy: &Policy) -> f64 {
+fn radius(range: f64, forecast: &AuvForecast, ahead: f64, parameters: &Parameters) -> f64 {
     let across = (range.powi(2) - forecast.depth_at(ahead).powi(2)).max(0.0).sqrt();
-    (across - policy.range_back_off * forecast.position_variance(ahead).sqrt()).max(0.0)
+    (across - parameters.range_back_off * forecast.position_variance(ahead).sqrt()).max(0.0)
 }

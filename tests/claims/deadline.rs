@@ -11,8 +11,8 @@ use std::{
 
 use axum::http::StatusCode;
 use planner::{
+    parameters::Parameters,
     plan::{Degraded, Method, Plan, SolverReport, Workspace, plan, plan_until},
-    policy::Policy,
     snapshot::Snapshot,
     solve::SolverStatus,
     stop::Stop,
@@ -33,7 +33,7 @@ fn due_at(n: usize) -> (Stop, Arc<AtomicUsize>) {
 }
 
 fn stopped_at(n: usize, snapshot: &Snapshot, workspace: &mut Workspace) -> Plan {
-    plan_until(snapshot, &Policy::default(), workspace, &due_at(n).0)
+    plan_until(snapshot, &Parameters::default(), workspace, &due_at(n).0)
 }
 
 /// The answer without the solver's report, which tells how far it came.
@@ -53,9 +53,14 @@ fn decision(mut plan: Plan) -> Plan {
 fn a_signal_that_is_never_due_changes_no_bit() {
     for goal in goals() {
         let snapshot = snapshot(observation(goal));
-        let alone = plan(&snapshot, &Policy::default(), &mut Workspace::default());
+        let alone = plan(&snapshot, &Parameters::default(), &mut Workspace::default());
         let (stop, looks) = due_at(usize::MAX);
-        let watched = plan_until(&snapshot, &Policy::default(), &mut Workspace::default(), &stop);
+        let watched = plan_until(
+            &snapshot,
+            &Parameters::default(),
+            &mut Workspace::default(),
+            &stop,
+        );
         assert_eq!(watched, alone);
         assert!(!watched.solver.deadline_hit);
         // Once before each SCP iteration, and at least once for each of the interior-point solver.
@@ -67,7 +72,7 @@ fn a_signal_that_is_never_due_changes_no_bit() {
 #[test]
 fn whenever_the_signal_comes_the_last_finished_iteration_answers_and_before_the_first_the_law_does() {
     let snapshot = snapshot(observation(goals()[1].clone()));
-    let whole = decision(plan(&snapshot, &Policy::default(), &mut Workspace::default()));
+    let whole = decision(plan(&snapshot, &Parameters::default(), &mut Workspace::default()));
     let law = decision(stopped_at(0, &snapshot, &mut Workspace::default()));
     assert_eq!(
         (law.method, law.degraded),
@@ -80,7 +85,7 @@ fn whenever_the_signal_comes_the_last_finished_iteration_answers_and_before_the_
     let mut answers: Vec<Plan> = Vec::new();
     loop {
         let (stop, looks) = due_at(answers.len());
-        let answer = plan_until(&snapshot, &Policy::default(), &mut workspace, &stop);
+        let answer = plan_until(&snapshot, &Parameters::default(), &mut workspace, &stop);
         let hit = answer.solver.deadline_hit;
         assert_eq!(hit, answers.len() < looks.load(Ordering::Relaxed));
         // A certificate stands behind an answer that is not degraded, whatever its method.
@@ -146,12 +151,12 @@ static GATES: [Gate; 3] = [Gate::shut(), Gate::shut(), Gate::shut()];
 /// A planner that does not begin before gate number `GATE` is open.
 fn stubborn<const GATE: usize>(
     snapshot: &Snapshot,
-    policy: &Policy,
+    parameters: &Parameters,
     workspace: &mut Workspace,
     stop: &Stop,
 ) -> Plan {
     GATES[GATE].wait();
-    plan_until(snapshot, policy, workspace, stop)
+    plan_until(snapshot, parameters, workspace, stop)
 }
 
 fn assert_degraded_by_the_deadline(answer: &Answer) {
@@ -203,8 +208,8 @@ async fn the_sooner_of_both_deadlines_counts() {
 }
 
 /// A planner that uses its time up, and then gives the plan that it had at once.
-fn unhurried(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
-    let plan = plan(snapshot, policy, workspace);
+fn unhurried(snapshot: &Snapshot, parameters: &Parameters, workspace: &mut Workspace, stop: &Stop) -> Plan {
+    let plan = plan(snapshot, parameters, workspace);
     while !stop.is_due() {
         sleep(Duration::from_micros(100));
     }

@@ -3,8 +3,8 @@
 use planner::{
     angle::{Course, Heading, wrap},
     los::{AscNow, Reference, saturated_los},
+    parameters::Parameters,
     plan::{Degraded, Method, Plan, Programs, Workspace, plan, plan_with},
-    policy::Policy,
     program::Program,
     snapshot::{Hold, Limits, PlanRequest, PreviousPlan, Snapshot, TrajectoryPoint},
     solve::{Solution, SolverStatus, Solvers},
@@ -43,7 +43,12 @@ fn plan_spoiled(snapshot: &Snapshot, spoil: impl Fn(&mut Solution)) -> Plan {
         spoil(&mut solution);
         solution
     };
-    plan_with(snapshot, &Policy::default(), &mut Programs::default(), &mut solve)
+    plan_with(
+        snapshot,
+        &Parameters::default(),
+        &mut Programs::default(),
+        &mut solve,
+    )
 }
 
 /// The plan of a solver that solves, and then reports `status` instead of its own.
@@ -86,7 +91,7 @@ fn every_status_that_proves_nothing_leads_to_the_previous_plan() {
 fn without_a_young_previous_plan_every_such_status_leads_to_line_of_sight() {
     for observation in [observation(goals()[0].clone()), followed(10.5)] {
         let snapshot = snapshot(observation);
-        let policy = Policy::default();
+        let parameters = Parameters::default();
         for status in STATUSES_THAT_PROVE_NOTHING {
             let answer = plan_with_status(&snapshot, status);
             assert_eq!(
@@ -98,7 +103,7 @@ fn without_a_young_previous_plan_every_such_status_leads_to_line_of_sight() {
                 &AscNow::from(&snapshot),
                 &target,
                 Course::of(&target.velocity),
-                policy.los,
+                parameters.los,
                 snapshot.limits(),
             );
             assert_eq!(answer.reference, law);
@@ -108,7 +113,7 @@ fn without_a_young_previous_plan_every_such_status_leads_to_line_of_sight() {
 
 #[test]
 fn at_speed_a_law_that_beats_the_previous_plan_turns_no_faster_than_a_plan() {
-    let policy = Policy::default();
+    let parameters = Parameters::default();
     let answer = |surge: f64| {
         let mut observation = followed(1.0);
         observation.asc.speed_mps = surge;
@@ -138,7 +143,7 @@ fn at_speed_a_law_that_beats_the_previous_plan_turns_no_faster_than_a_plan() {
         "{slow_step}"
     );
     let (fast_step, fast) = answer(1.4);
-    assert!((fast_step - policy.heading_rate_max).abs() < 1e-9 && fast_step < slow_step);
+    assert!((fast_step - parameters.heading_rate_max).abs() < 1e-9 && fast_step < slow_step);
     // Its prediction is the law's, so that no answer is predicted to be worse than that.
     assert_eq!(fast.predicted, fast.baseline.predicted);
 }
@@ -203,7 +208,7 @@ fn the_first_program_takes_its_directions_from_the_previous_plan() {
         let mut first = None;
         let _ = plan_with(
             &snapshot(observation),
-            &Policy::default(),
+            &Parameters::default(),
             &mut Programs::default(),
             &mut |program| {
                 first.get_or_insert_with(|| program.constraints.values.clone());
@@ -241,11 +246,11 @@ fn a_second_iteration_that_fails_leaves_the_answer_to_the_first() {
     let only_the_first_is_solved = |scp_iterations| {
         let mut solvers = Solvers::default();
         let mut calls = 0;
-        let policy = Policy {
+        let parameters = Parameters {
             scp_iterations,
-            ..Policy::default()
+            ..Parameters::default()
         };
-        plan_with(&snapshot, &policy, &mut Programs::default(), &mut |program| {
+        plan_with(&snapshot, &parameters, &mut Programs::default(), &mut |program| {
             calls += 1;
             if calls == 1 {
                 solvers.solve(program)
@@ -267,7 +272,7 @@ fn a_deadline_before_any_program_was_solved_is_the_reason_whatever_failed_before
             let mut calls = 0;
             let answer = plan_with(
                 &snapshot,
-                &Policy::default(),
+                &Parameters::default(),
                 &mut Programs::default(),
                 &mut |_| {
                     calls += 1;
@@ -298,7 +303,7 @@ fn a_goal_that_rests_on_a_stale_report_is_held_as_the_client_chose() {
                 hold,
                 ..stale.clone()
             }),
-            &Policy::default(),
+            &Parameters::default(),
             &mut Workspace::default(),
         );
         assert_eq!(

@@ -11,8 +11,8 @@ use std::{
 };
 
 use planner::{
+    parameters::Parameters,
     plan::{Workspace, plan_until},
-    policy::Policy,
     snapshot::Snapshot,
     stop::Stop,
 };
@@ -252,7 +252,7 @@ impl Fuzzer {
     fn answered(&mut self, body: &[u8], due_ms: f64) -> Result<(PlanRequest, Vec<u8>), String> {
         let (request, snapshot) = read(body).map_err(|faults| faults[0].code.clone())?;
         let stop = Stop::when(move || due_ms <= busy_ms());
-        let plan = plan_until(&snapshot, &Policy::default(), &mut self.workspace, &stop);
+        let plan = plan_until(&snapshot, &Parameters::default(), &mut self.workspace, &stop);
         let metadata = Map::new();
         let answer = Answer::new(&snapshot, &plan, Duration::ZERO, &metadata).planned();
         let answer = serde_json::to_vec(&answer).expect("strings, numbers and lists only");

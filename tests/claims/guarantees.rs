@@ -7,11 +7,11 @@ use planner::{
     angle::{Course, Heading, wrap},
     craft::{CraftDescription, SpeedReference},
     los::{LosLaw, LosTuning, Reference, TrackingLaw},
+    parameters::Parameters,
     path::{Path, Segment},
     plan::{
         Plan, Programs, SoftLimit, Subject, Violation, Workspace, baseline, baseline_from, plan, plan_with,
     },
-    policy::Policy,
     snapshot::{
         Acoustics, Asc, DeclaredPath, Dive, Forecast, Goal, KeepOut, Offset, PlanRequest, PreviousPlan,
         Snapshot,
@@ -23,7 +23,7 @@ use tests::{auv, goals, observation, offsets, place, snapshot, state};
 fn planned(observation: PlanRequest) -> Plan {
     plan(
         &snapshot(observation),
-        &Policy::default(),
+        &Parameters::default(),
         &mut Workspace::default(),
     )
 }
@@ -202,7 +202,7 @@ fn the_order_in_which_auvs_are_named_does_not_matter() {
 
 #[test]
 fn a_workspace_used_for_other_shapes_gives_the_same_bits() {
-    let policy = Policy::default();
+    let parameters = Parameters::default();
     let mut workspace = Workspace::default();
     // One vehicle and two, discs and none, with and without limits of range, to and fro.
     for i in [0, 1, 2, 3, 4, 3, 1, 0] {
@@ -214,8 +214,8 @@ fn a_workspace_used_for_other_shapes_gives_the_same_bits() {
         scene.acoustics = (i >= 3).then_some(Acoustics { range_max_m: 70.0 });
         let scene = snapshot(scene);
         assert_eq!(
-            plan(&scene, &policy, &mut workspace),
-            plan(&scene, &policy, &mut Workspace::default())
+            plan(&scene, &parameters, &mut workspace),
+            plan(&scene, &parameters, &mut Workspace::default())
         );
     }
 }
@@ -228,7 +228,7 @@ fn the_production_tolerance_moves_the_first_velocity_by_less_than_a_millimetre_p
             let mut solvers = Solvers::with_tolerance(tolerance);
             let answer = plan_with(
                 &scene,
-                &Policy::default(),
+                &Parameters::default(),
                 &mut Programs::default(),
                 &mut |program| solvers.solve(program),
             );
@@ -252,13 +252,13 @@ fn a_workspace_remembers_no_more_shapes_than_it_may_and_forgets_without_a_trace(
     };
     for n in (0..20).chain([0]) {
         let scene = with_discs(n);
-        let answer = plan_with(&scene, &Policy::default(), &mut programs, &mut |program| {
+        let answer = plan_with(&scene, &Parameters::default(), &mut programs, &mut |program| {
             solvers.solve(program)
         });
         assert!(programs.count() <= SHAPES_MAX);
         assert_eq!(
             answer,
-            plan(&scene, &Policy::default(), &mut Workspace::default())
+            plan(&scene, &Parameters::default(), &mut Workspace::default())
         );
     }
 }
@@ -267,13 +267,13 @@ fn a_workspace_remembers_no_more_shapes_than_it_may_and_forgets_without_a_trace(
 fn workspaces_serve_horizons_of_several_lengths() {
     let mut workspace = Workspace::default();
     for n in [1, 5, 40] {
-        let policy = Policy {
+        let parameters = Parameters {
             steps: vec![2.0; n],
-            ..Policy::default()
+            ..Parameters::default()
         };
         let answer = plan(
             &snapshot(observation(goals()[0].clone())),
-            &policy,
+            &parameters,
             &mut workspace,
         );
         assert_eq!(answer.trajectory.len(), n + 1);
@@ -283,7 +283,7 @@ fn workspaces_serve_horizons_of_several_lengths() {
 
 #[test]
 fn a_goal_that_changes_under_a_plan_costs_no_more_than_forgetting_the_plan() {
-    let policy = Policy::default();
+    let parameters = Parameters::default();
     let mut workspace = Workspace::default();
     let mut rescued = 0;
     let mut worst: f64 = 0.0;
@@ -294,7 +294,7 @@ fn a_goal_that_changes_under_a_plan_costs_no_more_than_forgetting_the_plan() {
         scene.asc.heading_rad = (Heading::new(angle)).radians();
         scene.asc.speed_mps = 0.2 + 0.02 * f64::from(i);
         place(&mut scene, 1, turned(Vector2::new(40.0, 0.0), 1.9 * angle));
-        let first = plan(&snapshot(scene.clone()), &policy, &mut workspace);
+        let first = plan(&snapshot(scene.clone()), &parameters, &mut workspace);
         let point = first.trajectory[1];
         scene.t_s += 1.0;
         [scene.asc.north_m, scene.asc.east_m] = point.position().into();
@@ -303,15 +303,15 @@ fn a_goal_that_changes_under_a_plan_costs_no_more_than_forgetting_the_plan() {
         scene.goal.goal = Goal::Track {
             auv: scene.auvs[1].id.clone(),
         };
-        let forgetful = plan(&snapshot(scene.clone()), &policy, &mut workspace);
+        let forgetful = plan(&snapshot(scene.clone()), &parameters, &mut workspace);
         // The plan alone: what else it knew says of the craft that it is turning, which is another start.
         scene.previous_plan = Some(PreviousPlan {
             reference: None,
             craft_estimate: None,
             ..PreviousPlan::from(&first)
         });
-        let answer = plan(&snapshot(scene), &policy, &mut workspace);
-        rescued += usize::from(answer.solver.scp_iterations > policy.scp_iterations);
+        let answer = plan(&snapshot(scene), &parameters, &mut workspace);
+        rescued += usize::from(answer.solver.scp_iterations > parameters.scp_iterations);
         let least = forgetful.predicted.cost.min(answer.baseline.predicted.cost);
         worst = worst.max(answer.predicted.cost / least);
     }
@@ -540,7 +540,7 @@ fn a_craft_that_holds_speed_over_ground_is_asked_for_no_more_than_the_largest_sp
                 ..CraftDescription::default()
             });
             let scene = snapshot(scene);
-            let answer = plan(&scene, &Policy::default(), &mut Workspace::default());
+            let answer = plan(&scene, &Parameters::default(), &mut Workspace::default());
             assert_usable(&scene, &answer);
             let along = scene.current().dot(&answer.reference.heading.unit());
             let through_water = answer.reference_through_water.speed;
@@ -575,7 +575,7 @@ fn degenerate_scenes_get_usable_answers() {
         let scene = snapshot(scene);
         assert_usable(
             &scene,
-            &plan(&scene, &Policy::default(), &mut Workspace::default()),
+            &plan(&scene, &Parameters::default(), &mut Workspace::default()),
         );
     }
 }
@@ -637,7 +637,7 @@ fn a_craft_that_does_as_modelled_has_no_surge_bias_but_its_integrators() {
 
 /// A heading reference turns by 0.17 rad a second at most, from where the craft can turn to, unless a disc is ahead.
 #[test]
-fn a_heading_reference_steps_no_farther_than_the_policy_allows() {
+fn a_heading_reference_steps_no_farther_than_the_parameters_allow() {
     let mut scene = observation(goals()[0].clone());
     (scene.asc.heading_rad, scene.asc.sway_mps, scene.current) = (0.0, 0.0, None);
     (scene.asc.speed_mps, scene.asc.yaw_rate_radps) = (0.8, 0.0);
@@ -723,16 +723,16 @@ fn a_plan_starts_from_what_is_known_of_the_velocity_and_not_from_one_reading() {
 
 #[test]
 fn a_law_that_remembers_nothing_goes_on_as_one_that_starts() {
-    let (scene, policy) = (snapshot(observation(goals()[0].clone())), Policy::default());
+    let (scene, parameters) = (snapshot(observation(goals()[0].clone())), Parameters::default());
     let course = planned(PlanRequest::clone(&scene)).goal_course;
     for law in LosLaw::ALL {
         let tuning = LosTuning {
             law,
-            gains: policy.los,
-            integral_gain: policy.integral_gain,
+            gains: parameters.los,
+            integral_gain: parameters.integral_gain,
         };
-        let starts = baseline(&scene, &policy, law);
-        let goes_on = baseline_from(&scene, &policy, &TrackingLaw::new(tuning, Some(course)));
+        let starts = baseline(&scene, &parameters, law);
+        let goes_on = baseline_from(&scene, &parameters, &TrackingLaw::new(tuning, Some(course)));
         // The one is asked in the craft's frame, the other in that of the datum: equal but for rounding.
         assert_eq!(starts.trajectory.len(), goes_on.trajectory.len());
         for (one, other) in starts.trajectory.iter().zip(&goes_on.trajectory) {

@@ -14,8 +14,8 @@ use axum::{
 use futures_util::StreamExt as _;
 use planner::{
     los::{LosLaw, LosTuning},
+    parameters::Parameters,
     plan::{Plan, Workspace, plan_until},
-    policy::Policy,
     snapshot::Snapshot,
     stop::Stop,
 };
@@ -253,7 +253,12 @@ async fn a_simulated_mission_is_the_one_that_the_simulator_flies_by_itself() {
     }
 
     let scenario = Scenario::named("paper-intermittent").expect("exists");
-    let flown = mission::run(&scenario, &mut MpcGuide::new(Policy::default()), 1, &mut |_| {});
+    let flown = mission::run(
+        &scenario,
+        &mut MpcGuide::new(Parameters::default()),
+        1,
+        &mut |_| {},
+    );
     service.assert_is(&mission, &flown.expect("flies")).await;
     assert_eq!(n_equal(data.path(), &mission), 1920);
 }
@@ -524,7 +529,7 @@ async fn who_was_heard_too_long_ago_is_not_followed_and_the_answer_says_so() {
     let mission = service.create(&live()).await;
     let made = service.ask(&mission).await;
     let now = mission_now(&made);
-    let age = Policy::default().report_age_max;
+    let age = Parameters::default().report_age_max;
     let mut old = heard(now);
     old["auvs"]["auv-1"][0]["t_s"] = json!(now - age - 1.0);
     service.order(&mission, "reports", old).await;
@@ -1015,11 +1020,16 @@ async fn what_is_deleted_under_its_readers_is_gone_and_not_damaged() {
 }
 
 /// Holds its planner for longer than a mission's deadline, whatever that is, for all but missions with two AUVs.
-fn slow_for_requests(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
+fn slow_for_requests(
+    snapshot: &Snapshot,
+    parameters: &Parameters,
+    workspace: &mut Workspace,
+    stop: &Stop,
+) -> Plan {
     if snapshot.auvs.len() == 1 {
         std::thread::sleep(Duration::from_millis(400));
     }
-    plan_until(snapshot, policy, workspace, stop)
+    plan_until(snapshot, parameters, workspace, stop)
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -1219,11 +1229,11 @@ mod slow {
             service.order(&mission, "run", json!({})).await;
             service.until(&mission, "finished").await;
 
-            let policy = Policy::default();
+            let parameters = Parameters::default();
             let tuning = LosTuning {
                 law,
-                gains: policy.los,
-                integral_gain: policy.integral_gain,
+                gains: parameters.los,
+                integral_gain: parameters.integral_gain,
             };
             let scenario = Scenario::named("paper-intermittent").expect("exists");
             let flown = mission::run(&scenario, &mut LosGuide::tuned(tuning), 1, &mut |_| {}).expect("flies");

@@ -13,8 +13,8 @@ use axum::{
 };
 use futures_util::StreamExt as _;
 use planner::{
+    parameters::Parameters,
     plan::{Degraded, Plan, Workspace, plan_until},
-    policy::Policy,
     snapshot::Snapshot,
     solve::SolverStatus,
     stop::Stop,
@@ -884,9 +884,9 @@ fn assert_do_not_try_again(answer: &Answer, code: &str) {
     assert!(!answer.headers.contains_key("retry-after"));
 }
 
-fn slow(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
+fn slow(snapshot: &Snapshot, parameters: &Parameters, workspace: &mut Workspace, stop: &Stop) -> Plan {
     std::thread::sleep(Duration::from_millis(300));
-    plan_until(snapshot, policy, workspace, stop)
+    plan_until(snapshot, parameters, workspace, stop)
 }
 
 #[tokio::test]
@@ -927,12 +927,12 @@ async fn a_deadline_that_no_iteration_can_keep_is_refused_if_nothing_else_will_d
 async fn a_panic_is_a_problem_document_and_the_next_request_is_served() {
     fn panics_ahead_of_north(
         snapshot: &Snapshot,
-        policy: &Policy,
+        parameters: &Parameters,
         workspace: &mut Workspace,
         stop: &Stop,
     ) -> Plan {
         assert!(snapshot.asc.position().x < 1e3, "on purpose");
-        plan_until(snapshot, policy, workspace, stop)
+        plan_until(snapshot, parameters, workspace, stop)
     }
     let service = app(Settings {
         plan: panics_ahead_of_north,
@@ -953,8 +953,8 @@ async fn a_panic_is_a_problem_document_and_the_next_request_is_served() {
 }
 
 /// The planner, with a solver that ran out of iterations.
-fn gives_up(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
-    let plan = plan_until(snapshot, policy, workspace, stop);
+fn gives_up(snapshot: &Snapshot, parameters: &Parameters, workspace: &mut Workspace, stop: &Stop) -> Plan {
+    let plan = plan_until(snapshot, parameters, workspace, stop);
     Plan {
         degraded: Some(Degraded::Solver(SolverStatus::MaxIterations)),
         ..plan
@@ -1000,13 +1000,18 @@ async fn a_service_whose_planner_gives_up_is_not_ready() {
 #[tokio::test]
 async fn readiness_is_tested_again_after_a_second() {
     static GIVES_UP: AtomicBool = AtomicBool::new(false);
-    fn gives_up_later(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
+    fn gives_up_later(
+        snapshot: &Snapshot,
+        parameters: &Parameters,
+        workspace: &mut Workspace,
+        stop: &Stop,
+    ) -> Plan {
         let plan = if GIVES_UP.load(Ordering::Relaxed) {
             gives_up
         } else {
             plan_until
         };
-        plan(snapshot, policy, workspace, stop)
+        plan(snapshot, parameters, workspace, stop)
     }
     let service = app(Settings {
         plan: gives_up_later,

@@ -16,8 +16,8 @@ use axum::{
     http::{HeaderValue, Method, Request, StatusCode},
 };
 use planner::{
+    parameters::Parameters,
     plan::{Plan, Workspace, plan_until},
-    policy::Policy,
     snapshot::Snapshot,
     stop::Stop,
 };
@@ -205,9 +205,9 @@ async fn plans_and_calls_are_counted_and_no_client_names_a_label() {
 
 #[tokio::test]
 async fn what_is_turned_away_is_counted_by_its_reason() {
-    fn slow(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
+    fn slow(snapshot: &Snapshot, parameters: &Parameters, workspace: &mut Workspace, stop: &Stop) -> Plan {
         std::thread::sleep(Duration::from_millis(300));
-        plan_until(snapshot, policy, workspace, stop)
+        plan_until(snapshot, parameters, workspace, stop)
     }
     let service = service::app(Settings {
         plan: slow,
@@ -241,8 +241,13 @@ static FOLLOWS: AtomicBool = AtomicBool::new(true);
 
 #[tokio::test]
 async fn missions_are_counted_by_what_becomes_of_them_and_craft_that_do_not_follow() {
-    fn alarming(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
-        let mut plan = plan_until(snapshot, policy, workspace, stop);
+    fn alarming(
+        snapshot: &Snapshot,
+        parameters: &Parameters,
+        workspace: &mut Workspace,
+        stop: &Stop,
+    ) -> Plan {
+        let mut plan = plan_until(snapshot, parameters, workspace, stop);
         plan.craft.monitor.alarm = !FOLLOWS.load(Ordering::Relaxed);
         plan
     }

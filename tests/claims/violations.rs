@@ -2,8 +2,8 @@
 
 use nalgebra::Vector2;
 use planner::{
+    parameters::Parameters,
     plan::{SoftLimit, Subject, Violation, Workspace, plan},
-    policy::Policy,
     snapshot::{Acoustics, KeepOut, PlanRequest},
 };
 use serde_json::{Map, Value, json};
@@ -34,7 +34,12 @@ fn listed_from(n: usize) -> PlanRequest {
 }
 
 fn broken(scene: PlanRequest) -> Vec<Violation> {
-    plan(&snapshot(scene), &Policy::default(), &mut Workspace::default()).violations
+    plan(
+        &snapshot(scene),
+        &Parameters::default(),
+        &mut Workspace::default(),
+    )
+    .violations
 }
 
 fn of_limit(violations: &[Violation], limit: SoftLimit) -> Violation {
@@ -89,8 +94,8 @@ fn a_disc_and_an_auv_at_the_surface_are_distinguished() {
 fn the_pointer_of_a_violation_leads_to_what_it_is_about_in_the_request() {
     let snapshot = snapshot(listed_from(2));
     let request = serde_json::to_value(&*snapshot).expect("becomes JSON");
-    let policy = Policy::default();
-    let plan = plan(&snapshot, &policy, &mut Workspace::default());
+    let parameters = Parameters::default();
+    let plan = plan(&snapshot, &parameters, &mut Workspace::default());
     let metadata = Map::new();
     let answer = Answer::new(&snapshot, &plan, std::time::Duration::ZERO, &metadata);
     for response in [answer.planned(), answer.line_of_sight()] {

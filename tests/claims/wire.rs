@@ -5,8 +5,8 @@ use std::time::Duration;
 use nalgebra::Vector2;
 use planner::{
     craft::{Craft, CraftDescription, HeadingLoop, SurgeLoop},
+    parameters::Parameters,
     plan::{Plan, Workspace, plan},
-    policy::Policy,
     snapshot::{Dive, Limits, Snapshot},
 };
 use serde_json::{Value, json};
@@ -27,7 +27,7 @@ fn plain() -> PlanRequest {
 }
 
 fn planned(snapshot: &Snapshot) -> Plan {
-    plan(snapshot, &Policy::default(), &mut Workspace::default())
+    plan(snapshot, &Parameters::default(), &mut Workspace::default())
 }
 
 /// Numbers that no decimal fraction is, in every member that a seed draws.

@@ -244,7 +244,7 @@ fn fresh<T: Copy>(dated: Dated<T>, t_s: f64) -> Option<T> {
 }
 
 #[cfg(test)]
-mod doubts;
+mod doubts_tests;
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,8 +6,8 @@ use std::{
 };
 
 use planner::{
+    parameters::Parameters,
     plan::{Programs, plan_with},
-    policy::Policy,
     program::Program,
     solve::{Solution, SolverStatus, Solvers},
     stop::Stop,
@@ -47,7 +47,7 @@ pub fn plan(
     let start = Instant::now();
     let mut plan = plan_with(
         &snapshot,
-        &Policy::default(),
+        &Parameters::default(),
         &mut Programs::default(),
         &mut |program| {
             if stop.is_due() {

@@ -13,8 +13,8 @@ use std::{
 
 use planner::{
     explain::{Explanation, explain},
+    parameters::Parameters,
     plan::{Plan, Workspace, plan_until},
-    policy::Policy,
     snapshot::Snapshot,
     stop::Stop,
 };
@@ -48,7 +48,7 @@ const STEP: Duration = Duration::from_micros(50);
 #[derive(Clone, Debug)]
 pub(crate) struct Planners {
     plan: PlanFn,
-    policy: Arc<Policy>,
+    parameters: Arc<Parameters>,
     /// Idle workspaces. The choice changes the time of a plan, never the answer.
     idle: Arc<Mutex<Vec<Workspace>>>,
     /// Requests with short bodies, and those with long ones: neither kind crowds out the other.
@@ -86,7 +86,7 @@ impl Planners {
         let waiting_in = |pool| Priority::ALL.map(|priority| metrics.waiting(pool, priority.name()));
         Self {
             plan,
-            policy: Arc::new(Policy::default()),
+            parameters: Arc::new(Parameters::default()),
             idle: Arc::default(),
             short: Admission::new(planners, waiting, metrics.admitted("short")),
             long: Admission::new(planners, waiting, metrics.admitted("long")),
@@ -105,8 +105,8 @@ impl Planners {
     }
 
     /// The tuning of the planners.
-    pub(crate) fn policy(&self) -> &Policy {
-        &self.policy
+    pub(crate) fn parameters(&self) -> &Parameters {
+        &self.parameters
     }
 
     /// Longest time for an answer.
@@ -197,15 +197,15 @@ impl Planners {
     ) -> Option<Explanation> {
         let deadline = deadline.half_way();
         let (priority, permit) = (permit.priority, Arc::clone(permit));
-        let (snapshot, policy, stop) = (
+        let (snapshot, parameters, stop) = (
             Arc::clone(&planned.snapshot),
-            Arc::clone(&self.policy),
+            Arc::clone(&self.parameters),
             deadline.stop(),
         );
         let terms = planned.plan.cost_terms;
         let found = async {
             let (found, _job) = self.planning.run(priority, move || {
-                let found = permit.work(|| explain(&snapshot, terms, &policy, &stop));
+                let found = permit.work(|| explain(&snapshot, terms, &parameters, &stop));
                 // An explanation that was cut short belongs to a different plan.
                 (!stop.was_due()).then_some(found)
             });
@@ -291,7 +291,7 @@ impl Planners {
         let mut workspace = idle().pop().unwrap_or_default();
         let start = Instant::now();
         let _solve = info_span!("solve").entered();
-        let plan = (self.plan)(&snapshot, &self.policy, &mut workspace, stop);
+        let plan = (self.plan)(&snapshot, &self.parameters, &mut workspace, stop);
         let solve_time = start.elapsed();
         idle().push(workspace);
         Planned {
@@ -306,7 +306,7 @@ impl Planners {
         let start = Instant::now();
         let plan = plan_until(
             &snapshot,
-            &self.policy,
+            &self.parameters,
             &mut Workspace::default(),
             &Stop::at_once(),
         );

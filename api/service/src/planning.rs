@@ -74,7 +74,7 @@ pub(crate) async fn compare(
     };
     let answer = answer(&planned, &context);
     // A rollout for each law costs little beside the program, so they run where the answer is written.
-    let law = |law| answer.law(law, planners.policy());
+    let law = |law| answer.law(law, planners.parameters());
     Ok(Json(Comparison {
         plans: Plans {
             mpc: answer.planned(),

@@ -7,8 +7,8 @@ use std::{
 };
 
 use planner::{
+    parameters::Parameters,
     plan::{Plan, Workspace},
-    policy::Policy,
     snapshot::Snapshot,
     stop::Stop,
 };
@@ -16,7 +16,7 @@ use planner::{
 use crate::{access::Tokens, hosts::Hosts, metrics::Connections, trace::TraceFn};
 
 /// A function that plans: [`planner::plan::plan_until`], or in tests one that fails on purpose.
-pub type PlanFn = fn(&Snapshot, &Policy, &mut Workspace, &Stop) -> Plan;
+pub type PlanFn = fn(&Snapshot, &Parameters, &mut Workspace, &Stop) -> Plan;
 
 /// The settings of a service.
 #[derive(Clone, Debug)]

@@ -6,9 +6,9 @@ use geodesy::Datum;
 use nalgebra::Vector2;
 use planner::{
     los::{LosLaw, Reference as DomainReference},
+    parameters::Parameters,
     plan as domain,
     plan::{Method, Plan, PlannedTarget, Predicted, SolverReport},
-    policy::Policy,
     snapshot::{CURRENT_MAX, Origin, SCHEMA_VERSION, Snapshot, TrajectoryPoint},
 };
 use serde_json::{Map, Value};
@@ -115,11 +115,11 @@ impl<'a> Answer<'a> {
         self.of_law(LosLaw::SaturatedLos, &self.plan.baseline)
     }
 
-    /// Another law's answer to the same snapshot at the gains of `policy`, in the same shape. What it would remember
+    /// Another law's answer to the same snapshot at the gains of `parameters`, in the same shape. What it would remember
     /// starts from nothing, and a warning says so.
     #[must_use]
-    pub fn law(&self, law: LosLaw, policy: &Policy) -> PlanResponse {
-        let mut answer = self.of_law(law, &domain::baseline(self.snapshot, policy, law));
+    pub fn law(&self, law: LosLaw, parameters: &Parameters) -> PlanResponse {
+        let mut answer = self.of_law(law, &domain::baseline(self.snapshot, parameters, law));
         answer.warnings.extend(no_memory(law));
         answer
     }

@@ -8,7 +8,7 @@ use utoipa::ToSchema;
 use crate::{
     choose::select::{baseline_of, select_answer},
     los::law::LosLaw,
-    problem::{policy::Policy, violation::Unit},
+    problem::{parameters::Parameters, violation::Unit},
     program::{build::Program, layout::Slack, standard_form::Cone, units::SLACK_UNIT},
     scp::predicted_cost::CostTerms,
     snapshot::build::Snapshot,
@@ -90,10 +90,10 @@ pub struct UsedSlack {
 /// Plans for `snapshot` again, as [`crate::plan::plan_until`] does, and keeps what was solved. `planned` is what the cost of
 /// the plan to explain is made of: if that was cut short, it is another plan.
 #[must_use]
-pub fn explain(snapshot: &Snapshot, planned: CostTerms, policy: &Policy, stop: &Stop) -> Explanation {
+pub fn explain(snapshot: &Snapshot, planned: CostTerms, parameters: &Parameters, stop: &Stop) -> Explanation {
     let mut solvers = Solvers::default();
     let mut explanation = Explanation::default();
-    let times: Vec<f64> = policy
+    let times: Vec<f64> = parameters
         .steps
         .iter()
         .scan(0.0, |time, step| {
@@ -101,7 +101,7 @@ pub fn explain(snapshot: &Snapshot, planned: CostTerms, policy: &Policy, stop: &
             Some(*time)
         })
         .collect();
-    let plan = select_answer(snapshot, policy, &mut vec![], stop, &mut |program| {
+    let plan = select_answer(snapshot, parameters, &mut vec![], stop, &mut |program| {
         let solution = solvers.solve_until(program, stop);
         let is_whole = solution.primal.len() == program.layout.n_variables();
         explanation.log.push(SubproblemReport {
@@ -120,7 +120,7 @@ pub fn explain(snapshot: &Snapshot, planned: CostTerms, policy: &Policy, stop: &
     let laws = LosLaw::ALL.into_iter().map(|law| {
         let terms = match law {
             LosLaw::SaturatedLos => plan.baseline.cost_terms,
-            _ => baseline_of(snapshot, policy, law).cost_terms,
+            _ => baseline_of(snapshot, parameters, law).cost_terms,
         };
         (law.name().to_owned(), terms)
     });

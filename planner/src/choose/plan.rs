@@ -3,7 +3,7 @@
 use crate::{
     choose::select::{baseline_from_memory, baseline_of, select_answer},
     los::{law::LosLaw, tracking_law::TrackingLaw},
-    problem::policy::Policy,
+    problem::parameters::Parameters,
     program::build::Program,
     snapshot::build::Snapshot,
     solve::{
@@ -50,40 +50,51 @@ impl Programs {
 ///
 /// The answer is always a plan: [`Plan::method`] names the fallback level that gave it.
 #[must_use]
-pub fn plan(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace) -> Plan {
-    plan_until(snapshot, policy, workspace, &Stop::never())
+pub fn plan(snapshot: &Snapshot, parameters: &Parameters, workspace: &mut Workspace) -> Plan {
+    plan_until(snapshot, parameters, workspace, &Stop::never())
 }
 
 /// [`plan`] that stops when `stop` is due: the last SCP iteration that was finished answers, or else a fallback level.
 /// An answer that was not stopped is the one of [`plan`], to the bit.
 #[must_use]
-pub fn plan_until(snapshot: &Snapshot, policy: &Policy, workspace: &mut Workspace, stop: &Stop) -> Plan {
+pub fn plan_until(
+    snapshot: &Snapshot,
+    parameters: &Parameters,
+    workspace: &mut Workspace,
+    stop: &Stop,
+) -> Plan {
     let Workspace { programs, solvers } = workspace;
     let solve = &mut |program: &Program| solvers.solve_until(program, stop);
-    select_answer(snapshot, policy, &mut programs.by_shape, stop, solve)
+    select_answer(snapshot, parameters, &mut programs.by_shape, stop, solve)
 }
 
-/// What a line-of-sight law would do with `snapshot`, at the policy's gains: [`Plan::baseline`] for each law.
+/// What a line-of-sight law would do with `snapshot`, at the gains of the parameters: [`Plan::baseline`] for each law.
 ///
 /// The law starts here, whatever was answered before: an integral at zero, a box from one fix.
 #[must_use]
-pub fn baseline(snapshot: &Snapshot, policy: &Policy, law: LosLaw) -> Baseline {
-    baseline_of(snapshot, policy, law)
+pub fn baseline(snapshot: &Snapshot, parameters: &Parameters, law: LosLaw) -> Baseline {
+    baseline_of(snapshot, parameters, law)
 }
 
 /// [`baseline`] of a law at work, with its gains and from what it remembers. Positions and times are those of the looks before.
 #[must_use]
-pub fn baseline_from(snapshot: &Snapshot, policy: &Policy, law: &TrackingLaw) -> Baseline {
-    baseline_from_memory(snapshot, policy, law)
+pub fn baseline_from(snapshot: &Snapshot, parameters: &Parameters, law: &TrackingLaw) -> Baseline {
+    baseline_from_memory(snapshot, parameters, law)
 }
 
 /// [`plan`] with another solver instead of Clarabel: a peer to compare with, or a failure to force.
 #[must_use]
 pub fn plan_with(
     snapshot: &Snapshot,
-    policy: &Policy,
+    parameters: &Parameters,
     programs: &mut Programs,
     solve: &mut dyn FnMut(&Program) -> Solution,
 ) -> Plan {
-    select_answer(snapshot, policy, &mut programs.by_shape, &Stop::never(), solve)
+    select_answer(
+        snapshot,
+        parameters,
+        &mut programs.by_shape,
+        &Stop::never(),
+        solve,
+    )
 }

@@ -21,7 +21,7 @@ use crate::{
         tracking_law::TrackingLaw,
     },
     predict::{forecast::AuvForecast, goal::GoalForecast},
-    problem::{frame::SPEED_WITHOUT_DIRECTION, horizon::Horizon, policy::Policy},
+    problem::{frame::SPEED_WITHOUT_DIRECTION, horizon::Horizon, parameters::Parameters},
     program::build::Program,
     scp::{
         follower::{follow, invert_response, slew_limited, speed_lead, stage_at},
@@ -51,21 +51,21 @@ struct Level {
 /// Plans for `snapshot`: of the fallback levels that are available, the one of least predicted cost answers.
 pub(crate) fn select_answer(
     snapshot: &Snapshot,
-    policy: &Policy,
+    parameters: &Parameters,
     programs: &mut Vec<Program>,
     stop: &Stop,
     solve: &mut dyn FnMut(&Program) -> Solution,
 ) -> Plan {
     // 1. The problem: goal and craft on the grid.
     let goal = GoalForecast::new(snapshot);
-    let horizon = Horizon::new(snapshot, policy, &goal);
+    let horizon = Horizon::new(snapshot, parameters, &goal);
     // 2. The law: baseline, initial guess and fallback.
-    let los_rollout = horizon.line_of_sight(snapshot, &goal, tuning(LosLaw::SaturatedLos, policy));
+    let los_rollout = horizon.line_of_sight(snapshot, &goal, tuning(LosLaw::SaturatedLos, parameters));
     let law = saturated_los(
         &AscNow::from(snapshot),
         &goal.at(0.0),
         horizon.goal_course,
-        policy.los,
+        parameters.los,
         snapshot.limits(),
     );
     let los = Level {
@@ -74,13 +74,13 @@ pub(crate) fn select_answer(
         candidate: rolled_out(&horizon, los_rollout.stages.clone(), &los_rollout),
     };
     // 3. The program, unless the goal rests on a report that is too old.
-    let stale = |auv: usize| policy.is_stale(&snapshot.estimates()[auv]);
+    let stale = |auv: usize| parameters.is_stale(&snapshot.estimates()[auv]);
     let scp = if goal.needs_now().any(stale) {
         ScpResult::none(Degraded::StaleReport)
     } else {
         let mut scp = Scp {
             snapshot,
-            policy,
+            parameters,
             horizon: &horizon,
             goal: &goal,
             stop,
@@ -93,9 +93,9 @@ pub(crate) fn select_answer(
     let distance = (goal.at(0.0).position - snapshot.asc.position()).norm();
     let craft = answered(snapshot, distance);
     let best = if craft.realised.law_steers && scp.degraded != Some(Degraded::StaleReport) {
-        steered(los.clone(), snapshot, policy, &horizon)
+        steered(los.clone(), snapshot, parameters, &horizon)
     } else {
-        best_level(snapshot, policy, &horizon, &scp, &los)
+        best_level(snapshot, parameters, &horizon, &scp, &los)
     };
     // 5. The answer.
     let (command, through_water) = commanded(best.reference, snapshot);
@@ -110,7 +110,7 @@ pub(crate) fn select_answer(
         degraded: scp.degraded,
         reference: command,
         reference_through_water: through_water,
-        valid_until: snapshot.t_s + policy.validity,
+        valid_until: snapshot.t_s + parameters.validity,
         trajectory: horizon.trajectory(&best.candidate.stages).collect(),
         goal: times()
             .map(|time| GoalPoint::new(snapshot.t_s + time, goal.at(*time)))
@@ -162,7 +162,7 @@ fn without_heading_offset(asked: Reference, snapshot: &Snapshot) -> Reference {
 /// The level that answers: of those that are as good, the first.
 fn best_level(
     snapshot: &Snapshot,
-    policy: &Policy,
+    parameters: &Parameters,
     horizon: &Horizon<'_>,
     scp: &ScpResult,
     los: &Level,
@@ -173,22 +173,22 @@ fn best_level(
     let planned = scp
         .candidate
         .as_ref()
-        .map(|candidate| planned(horizon, candidate.clone(), snapshot, policy));
+        .map(|candidate| planned(horizon, candidate.clone(), snapshot, parameters));
     let levels = [
         planned,
-        previous_plan(snapshot, policy, horizon),
+        previous_plan(snapshot, parameters, horizon),
         Some(los.clone()),
     ];
     let cost = |level: &Level| level.candidate.predicted.cost;
     let best = levels.into_iter().flatten().reduce(|best, next| {
-        if policy.cost_decides && cost(&next) + COST_TIE < cost(&best) {
+        if parameters.cost_decides && cost(&next) + COST_TIE < cost(&best) {
             next
         } else {
             best
         }
     });
     let best = best.expect("line of sight is always there");
-    steered(best, snapshot, policy, horizon)
+    steered(best, snapshot, parameters, horizon)
 }
 
 /// What is known of the craft, and of who keeps it how near to its goal, `distance` m being how near now.
@@ -209,13 +209,13 @@ fn answered(snapshot: &Snapshot, distance: f64) -> CraftEstimate {
 ///
 /// Asked for a hard turn at full speed, thrusters at their limits give neither, and the heading swings for 10 s.
 /// From rest the law may turn as fast as the craft can; see `docs/rationale.md#references`.
-fn steered(level: Level, snapshot: &Snapshot, policy: &Policy, horizon: &Horizon<'_>) -> Level {
+fn steered(level: Level, snapshot: &Snapshot, parameters: &Parameters, horizon: &Horizon<'_>) -> Level {
     if level.method != Method::SaturatedLos {
         return level;
     }
     let craft = snapshot.craft_model();
-    let planned = policy.planned(craft).limits;
-    let at_speed = policy.hard_turn_share * planned.speed_max < snapshot.asc.speed_mps;
+    let planned = parameters.planned(craft).limits;
+    let at_speed = parameters.hard_turn_share * planned.speed_max < snapshot.asc.speed_mps;
     let rate = if at_speed {
         planned.turn_rate_max
     } else {
@@ -228,10 +228,10 @@ fn steered(level: Level, snapshot: &Snapshot, policy: &Policy, horizon: &Horizon
 }
 
 /// What `law` would do from a start without memory.
-pub(crate) fn baseline_of(snapshot: &Snapshot, policy: &Policy, law: LosLaw) -> Baseline {
+pub(crate) fn baseline_of(snapshot: &Snapshot, parameters: &Parameters, law: LosLaw) -> Baseline {
     let goal = GoalForecast::new(snapshot);
-    let horizon = Horizon::new(snapshot, policy, &goal);
-    let tuning = tuning(law, policy);
+    let horizon = Horizon::new(snapshot, parameters, &goal);
+    let tuning = tuning(law, parameters);
     let rollout = horizon.line_of_sight(snapshot, &goal, tuning);
     let mut tracking = TrackingLaw::new(tuning, Some(horizon.goal_course));
     let through_water = tracking.steer(0.0, &AscNow::from(snapshot), &goal.at(0.0), snapshot.limits());
@@ -239,9 +239,13 @@ pub(crate) fn baseline_of(snapshot: &Snapshot, policy: &Policy, law: LosLaw) -> 
 }
 
 /// What `law` would do from what it remembers.
-pub(crate) fn baseline_from_memory(snapshot: &Snapshot, policy: &Policy, law: &TrackingLaw) -> Baseline {
+pub(crate) fn baseline_from_memory(
+    snapshot: &Snapshot,
+    parameters: &Parameters,
+    law: &TrackingLaw,
+) -> Baseline {
     let goal = GoalForecast::new(snapshot);
-    let horizon = Horizon::new(snapshot, policy, &goal);
+    let horizon = Horizon::new(snapshot, parameters, &goal);
     let rollout = horizon.carried_on(snapshot, &goal, law.clone());
     let asc = AscNow::from(snapshot);
     let through_water = law
@@ -266,20 +270,25 @@ fn rolled_out_baseline(
     }
 }
 
-fn tuning(law: LosLaw, policy: &Policy) -> LosTuning {
+fn tuning(law: LosLaw, parameters: &Parameters) -> LosTuning {
     LosTuning {
         law,
-        gains: policy.los,
-        integral_gain: policy.integral_gain,
+        gains: parameters.los,
+        integral_gain: parameters.integral_gain,
     }
 }
 
 /// The program's own level.
-fn planned(horizon: &Horizon<'_>, candidate: Candidate, snapshot: &Snapshot, policy: &Policy) -> Level {
+fn planned(
+    horizon: &Horizon<'_>,
+    candidate: Candidate,
+    snapshot: &Snapshot,
+    parameters: &Parameters,
+) -> Level {
     let next = horizon.trajectory(&candidate.stages).nth(1);
     let next = next.expect("a horizon has an interval");
     let surge = horizon.start.velocity.x;
-    let craft = policy.planned(snapshot.craft_model());
+    let craft = parameters.planned(snapshot.craft_model());
     let lead = craft.course_lag() + HALF_HOLD;
     let later = stage_at(horizon, &candidate.stages, 0, lead).velocity;
     let next = Reference {
@@ -301,11 +310,11 @@ fn planned(horizon: &Horizon<'_>, candidate: Candidate, snapshot: &Snapshot, pol
 }
 
 /// The previous plan, followed further: its trajectory from now on, held at its end.
-fn previous_plan(snapshot: &Snapshot, policy: &Policy, horizon: &Horizon<'_>) -> Option<Level> {
+fn previous_plan(snapshot: &Snapshot, parameters: &Parameters, horizon: &Horizon<'_>) -> Option<Level> {
     let previous = horizon.previous.as_ref()?;
     let stages = horizon.stages_along(previous);
-    let rollout = follow(horizon, &stages, snapshot, policy);
-    let craft = policy.planned(snapshot.craft_model());
+    let rollout = follow(horizon, &stages, snapshot, parameters);
+    let craft = parameters.planned(snapshot.craft_model());
     let lead = craft.course_lag() + HALF_HOLD;
     let next = Reference {
         heading: previous.at(snapshot.t_s + lead).heading(),

@@ -1,4 +1,4 @@
-//! The planning problem in the craft's own frame, sampled on the policy's grid.
+//! The planning problem in the craft's own frame, sampled on the parameters' grid.
 
 use nalgebra::Vector2;
 
@@ -20,7 +20,7 @@ use crate::{
     },
     problem::{
         frame::{Frame, SPEED_WITHOUT_DIRECTION},
-        policy::{Policy, Weights},
+        parameters::{Parameters, Weights},
         previous_trajectory::{FollowedHeading, PreviousTrajectory},
         stage_constraints::StageConstraints,
     },
@@ -59,22 +59,22 @@ pub(crate) struct Horizon<'a> {
 
 impl<'a> Horizon<'a> {
     /// The horizon of `snapshot`.
-    pub(crate) fn new(snapshot: &'a Snapshot, policy: &'a Policy, goal: &GoalForecast) -> Self {
+    pub(crate) fn new(snapshot: &'a Snapshot, parameters: &'a Parameters, goal: &GoalForecast) -> Self {
         let frame = Frame::of(snapshot);
-        let later = policy.steps.iter().scan(0.0, |time, step| {
+        let later = parameters.steps.iter().scan(0.0, |time, step| {
             *time += step;
             Some(*time)
         });
         let times: Vec<f64> = std::iter::once(0.0).chain(later).collect();
-        let previous = PreviousTrajectory::of(snapshot, policy);
-        let followed = FollowedHeading::of(snapshot, policy);
+        let previous = PreviousTrajectory::of(snapshot, parameters);
+        let followed = FollowedHeading::of(snapshot, parameters);
         let yaw_rate = yaw_rate(snapshot, followed);
         let goal_at = |time: &f64| frame.motion(&goal.at(*time));
         let goal_motions: Vec<_> = times.iter().map(goal_at).collect();
         let goal_now = goal_motions[0].position;
         Self {
             frame,
-            steps: &policy.steps,
+            steps: &parameters.steps,
             goal: goal_motions,
             goal_course: target_course(&goal.at(0.0), Some(goal.course())),
             current: frame.vector(&snapshot.current()),
@@ -86,8 +86,8 @@ impl<'a> Horizon<'a> {
             previous,
             followed,
             power: snapshot.craft_model().power,
-            weights: policy.weights_for(snapshot, goal),
-            constraints: StageConstraints::new(snapshot, policy, &frame, &times, &goal_now, goal.auvs()),
+            weights: parameters.weights_for(snapshot, goal),
+            constraints: StageConstraints::new(snapshot, parameters, &frame, &times, &goal_now, goal.auvs()),
             times,
         }
     }

@@ -5,7 +5,7 @@ use crate::{
         angle::{Heading, wrap},
         reference::TrajectoryPoint,
     },
-    problem::policy::Policy,
+    problem::parameters::Parameters,
     snapshot::build::Snapshot,
 };
 
@@ -27,24 +27,24 @@ pub(crate) struct FollowedHeading {
 
 impl FollowedHeading {
     /// That of `snapshot`'s previous plan, if it is young enough.
-    pub(crate) fn of(snapshot: &Snapshot, policy: &Policy) -> Option<Self> {
+    pub(crate) fn of(snapshot: &Snapshot, parameters: &Parameters) -> Option<Self> {
         let previous = snapshot.previous_plan.as_ref()?;
         let age = snapshot.t_s - previous.made_at()?;
         let reference = previous.asked()?.heading.radians();
         let heading = Heading::new(reference + snapshot.craft_model().heading_offset);
-        (0.0 <= age && age < policy.previous_plan_age_max).then_some(Self { heading, age })
+        (0.0 <= age && age < parameters.previous_plan_age_max).then_some(Self { heading, age })
     }
 }
 
 impl<'a> PreviousTrajectory<'a> {
     /// The trajectory of `snapshot`'s previous plan, if it is usable.
-    pub(crate) fn of(snapshot: &'a Snapshot, policy: &Policy) -> Option<Self> {
+    pub(crate) fn of(snapshot: &'a Snapshot, parameters: &Parameters) -> Option<Self> {
         let previous = snapshot.previous_plan.as_ref()?;
         let points = previous.trajectory.as_slice();
         let (first, last, now) = (points.first()?, points.last()?, snapshot.t_s);
-        let young = first.t_s <= now && now - first.t_s < policy.previous_plan_age_max && now < last.t_s;
+        let young = first.t_s <= now && now - first.t_s < parameters.previous_plan_age_max && now < last.t_s;
         let miss = (point_at(points, now).position() - snapshot.asc.position()).norm();
-        (young && miss < policy.previous_plan_miss_max).then_some(Self { points })
+        (young && miss < parameters.previous_plan_miss_max).then_some(Self { points })
     }
 
     /// Its point at `time`, s on the snapshot's clock.

@@ -20,7 +20,7 @@ use crate::{
         common_point::{Place, have_a_common_point},
         frame::Frame,
         limits::{AcousticRange, Disc, Edge, MinimaxRange},
-        policy::Policy,
+        parameters::Parameters,
         violation::Subject,
     },
     snapshot::build::Snapshot,
@@ -62,7 +62,7 @@ impl StageConstraints {
     /// snapshot's order.
     pub(crate) fn new(
         snapshot: &Snapshot,
-        policy: &Policy,
+        parameters: &Parameters,
         frame: &Frame,
         times: &[f64],
         goal: &Vector2<f64>,
@@ -74,7 +74,7 @@ impl StageConstraints {
         let positions = forecasts.iter().map(|forecast| forecast.at(0.0).position);
         let mut auvs = sorted(positions, frame);
         // No limit holds about an AUV that was not heard of for long.
-        auvs.retain(|auv| !policy.is_stale(&snapshot.estimates()[*auv]));
+        auvs.retain(|auv| !parameters.is_stale(&snapshot.estimates()[*auv]));
         let named = |auv: usize| {
             let id = &snapshot.auvs[auv].id;
             snapshot.goal.goal.vehicles().any(|named| named == id)
@@ -97,7 +97,7 @@ impl StageConstraints {
         let ranges = snapshot.range_max().map_or_else(Vec::new, |range_max| {
             let range = |auv: &usize| AcousticRange {
                 named: named(*auv),
-                ..sampling.acoustic_range(&forecasts[*auv], range_max, policy.range_back_off)
+                ..sampling.acoustic_range(&forecasts[*auv], range_max, parameters.range_back_off)
             };
             auvs.iter().map(range).collect()
         });

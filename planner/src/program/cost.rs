@@ -1,7 +1,7 @@
 //! What the program minimises.
 
 use crate::{
-    problem::policy::Weights,
+    problem::parameters::Weights,
     program::{
         build::Program,
         layout::Slack,

@@ -7,7 +7,7 @@ use crate::{
     facts::asc::Limits,
     problem::{
         limits::{AcousticRange, Disc, Edge, MinimaxRange},
-        policy::Weights,
+        parameters::Weights,
     },
     program::layout::Layout,
 };

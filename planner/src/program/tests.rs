@@ -8,7 +8,7 @@ use super::*;
 use crate::{
     craft::closed_loop::Craft,
     facts::{angle::starboard_of, asc::Limits},
-    problem::policy::Policy,
+    problem::parameters::Parameters,
     program::{
         cost::cost_scale,
         layout::Slack,
@@ -85,7 +85,7 @@ struct Scene {
     discs: Vec<Disc>,
     edges: Vec<Edge>,
     minimax: Vec<MinimaxRange>,
-    policy: Policy,
+    parameters: Parameters,
 }
 
 impl Scene {
@@ -100,7 +100,7 @@ impl Scene {
             discs: Vec::new(),
             edges: Vec::new(),
             minimax: Vec::new(),
-            policy: Policy::default(),
+            parameters: Parameters::default(),
         }
     }
 
@@ -114,7 +114,7 @@ impl Scene {
             depths: numbers(depth),
         };
         let mut scene = Self::new();
-        scene.policy.weights.energy = 0.7;
+        scene.parameters.weights.energy = 0.7;
         scene.ranges = vec![
             AcousticRange {
                 centres: way(9.0, 3.0),
@@ -158,7 +158,7 @@ impl Scene {
             discs: &self.discs,
             edges: &self.edges,
             minimax: &self.minimax,
-            weights: &self.policy.weights,
+            weights: &self.parameters.weights,
             power: Craft::MEDUSA.power,
         }
     }
@@ -206,7 +206,7 @@ fn objective(program: &Program, x: &[f64]) -> f64 {
     quadratic + program.linear.iter().zip(x).map(|(q, x)| q * x).sum::<f64>()
 }
 
-/// The cost as the policy words it, summed over the trajectory.
+/// The cost as the parameters word it, summed over the trajectory.
 fn cost_in_words(
     subproblem: &Subproblem<'_>,
     positions: &[Vector2<f64>],

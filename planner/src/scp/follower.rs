@@ -10,7 +10,7 @@ use crate::{
         asc::AscNow,
         reference::Reference,
     },
-    problem::{frame::SPEED_WITHOUT_DIRECTION, horizon::Horizon, policy::Policy},
+    problem::{frame::SPEED_WITHOUT_DIRECTION, horizon::Horizon, parameters::Parameters},
     snapshot::build::Snapshot,
 };
 
@@ -47,10 +47,10 @@ pub(crate) fn follow(
     horizon: &Horizon<'_>,
     stages: &[Stage],
     snapshot: &Snapshot,
-    policy: &Policy,
+    parameters: &Parameters,
 ) -> Rollout {
     let mut k = 0;
-    let craft = policy.planned(snapshot.craft_model());
+    let craft = parameters.planned(snapshot.craft_model());
     let heading_lead = craft.heading_lag().max(FOLLOW_LEAD);
     let gain = FOLLOW_GAIN.min(FOLLOW_GAIN_LAG / heading_lead);
     let law = |time, asc: &AscNow, surge: Surge| {

@@ -14,7 +14,7 @@ use crate::{
         goal::GoalForecast,
         motion::{Motion, target_course},
     },
-    problem::{horizon::Horizon, policy::Policy},
+    problem::{horizon::Horizon, parameters::Parameters},
     scp::detours::{Wall, add, clear_course},
     snapshot::build::Snapshot,
 };
@@ -41,7 +41,7 @@ const GUESSES_MAX: usize = 4;
 #[derive(Clone, Copy)]
 pub(crate) struct InitialGuesses<'a> {
     pub(crate) snapshot: &'a Snapshot,
-    pub(crate) policy: &'a Policy,
+    pub(crate) parameters: &'a Parameters,
     pub(crate) horizon: &'a Horizon<'a>,
     pub(crate) goal: &'a GoalForecast,
 }
@@ -175,7 +175,7 @@ impl InitialGuesses<'_> {
         let law = |time: f64, asc: &AscNow, _: Surge| {
             let target = horizon.frame.motion(&self.goal.at(time));
             held = target_course(&target, Some(held));
-            let los = saturated_los(asc, &target, held, self.policy.los, limits);
+            let los = saturated_los(asc, &target, held, self.parameters.los, limits);
             law(time, &target, asc, los)
         };
         horizon.roll_out(self.snapshot.craft_model(), law).stages

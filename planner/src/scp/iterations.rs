@@ -8,7 +8,7 @@ use crate::{
     predict::{goal::GoalForecast, motion::Motion},
     problem::{
         horizon::Horizon,
-        policy::Policy,
+        parameters::Parameters,
         stage_constraints::StageConstraints,
         violation::{SoftLimit, Violation},
     },
@@ -48,7 +48,7 @@ const NEGLIGIBLE_COST: f64 = 0.01;
 /// Sequential convex programming on one snapshot.
 pub(crate) struct Scp<'a> {
     pub(crate) snapshot: &'a Snapshot,
-    pub(crate) policy: &'a Policy,
+    pub(crate) parameters: &'a Parameters,
     pub(crate) horizon: &'a Horizon<'a>,
     pub(crate) goal: &'a GoalForecast,
     pub(crate) stop: &'a Stop,
@@ -89,7 +89,7 @@ impl Scp<'_> {
     pub(crate) fn run(&mut self, los: &Rollout, los_cost: f64) -> ScpResult {
         let guesses = InitialGuesses {
             snapshot: self.snapshot,
-            policy: self.policy,
+            parameters: self.parameters,
             horizon: self.horizon,
             goal: self.goal,
         };
@@ -120,7 +120,7 @@ impl Scp<'_> {
     fn iterate(&mut self, guess: Vec<Stage>) -> ScpResult {
         let mut result = ScpResult::none(Degraded::Solver(SolverStatus::Unsolved));
         let mut about = guess;
-        for _ in 0..self.policy.scp_iterations {
+        for _ in 0..self.parameters.scp_iterations {
             if self.stop.is_due() {
                 if result.candidate.is_none() {
                     result.degraded = Some(Degraded::Deadline);
@@ -131,7 +131,7 @@ impl Scp<'_> {
             let solved = self.solve_subproblem(&about);
             result.report.scp_iterations += 1;
             result.report.iterations += solved.solution.iterations;
-            if let Err(reason) = accept(&solved.solution, solved.residuals.as_ref(), self.policy) {
+            if let Err(reason) = accept(&solved.solution, solved.residuals.as_ref(), self.parameters) {
                 if result.candidate.is_none() {
                     result.report.status = solved.solution.status;
                     result.degraded = Some(reason);
@@ -141,7 +141,7 @@ impl Scp<'_> {
             // 2. Follow the solution on the response model, and predict what that costs.
             let stages = solved.stages(self.horizon);
             let turned = cosine_of_turn(&about, &stages);
-            let rollout = follow(self.horizon, &stages, self.snapshot, self.policy);
+            let rollout = follow(self.horizon, &stages, self.snapshot, self.parameters);
             let (predicted, terms, violations) = predict(self.horizon, &rollout, &self.horizon.weights);
             // 3. Keep the best. A later iteration may do worse: it is another linearisation, not a step of a descent.
             if predicted.cost <= result.cost() {
@@ -157,7 +157,7 @@ impl Scp<'_> {
                     violations,
                 });
             }
-            if turned > self.policy.converged_cosine {
+            if turned > self.parameters.converged_cosine {
                 break;
             }
             about = stages;
@@ -167,9 +167,9 @@ impl Scp<'_> {
 
     /// States and solves the subproblem that is linearised about `stages`.
     fn solve_subproblem(&mut self, stages: &[Stage]) -> Solved {
-        let (horizon, policy) = (self.horizon, self.policy);
-        let about = Linearisation::about(stages, horizon, self.snapshot, policy);
-        let craft = policy.planned(self.snapshot.craft_model());
+        let (horizon, parameters) = (self.horizon, self.parameters);
+        let about = Linearisation::about(stages, horizon, self.snapshot, parameters);
+        let craft = parameters.planned(self.snapshot.craft_model());
         let subproblem = Subproblem {
             steps: horizon.steps,
             velocity: horizon.start.velocity,
@@ -247,21 +247,22 @@ impl Solved {
 
 impl Linearisation {
     /// The facts of `horizon` for a subproblem about `stages`.
-    fn about(stages: &[Stage], horizon: &Horizon<'_>, snapshot: &Snapshot, policy: &Policy) -> Self {
-        let reach = GOAL_REACH * snapshot.limits().speed_max * policy.steps.iter().sum::<f64>();
+    fn about(stages: &[Stage], horizon: &Horizon<'_>, snapshot: &Snapshot, parameters: &Parameters) -> Self {
+        let reach = GOAL_REACH * snapshot.limits().speed_max * parameters.steps.iter().sum::<f64>();
         let near = |motion: &Motion| motion.position.cap_magnitude(reach);
         let goal: Vec<_> = horizon.goal.iter().map(near).collect();
         let fastest = GOAL_REACH * snapshot.limits().speed_max;
         let slow = |motion: &Motion| (motion.velocity - horizon.current).cap_magnitude(fastest);
         let mut constraints = horizon.constraints.clone();
-        constraints.widen_keep_outs(policy.keep_out_margin);
+        constraints.widen_keep_outs(parameters.keep_out_margin);
         constraints.set_normals(stages);
         constraints.limit_to_reach(reach, &horizon.goal, &goal);
         Self {
             directions: Horizon::directions_of(stages).collect(),
             goal_velocity: horizon.goal.iter().map(slow).collect(),
             goal,
-            surge_disturbance: surge_disturbances(stages, &policy.steps, snapshot.craft_model()).collect(),
+            surge_disturbance: surge_disturbances(stages, &parameters.steps, snapshot.craft_model())
+                .collect(),
             constraints,
         }
     }
@@ -277,8 +278,12 @@ fn cosine_of_turn(before: &[Stage], after: &[Stage]) -> f64 {
 
 /// Whether a solution may be followed: one that a solver got to, however it names it, if the certificate holds.
 /// Every status by name: a new one must be thought about.
-fn accept(solution: &Solution, residuals: Option<&Residuals>, policy: &Policy) -> Result<(), Degraded> {
-    let certified = residuals.is_some_and(|residuals| residuals.within(policy.certificate_tolerance));
+fn accept(
+    solution: &Solution,
+    residuals: Option<&Residuals>,
+    parameters: &Parameters,
+) -> Result<(), Degraded> {
+    let certified = residuals.is_some_and(|residuals| residuals.within(parameters.certificate_tolerance));
     match solution.status {
         SolverStatus::Solved
         | SolverStatus::AlmostSolved

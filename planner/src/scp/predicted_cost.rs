@@ -9,7 +9,7 @@ use crate::{
     problem::{
         horizon::Horizon,
         limits::{AcousticRange, Disc},
-        policy::Weights,
+        parameters::Weights,
         stage_constraints::RangePriority,
         violation::{SoftLimit, Subject, Violation},
     },

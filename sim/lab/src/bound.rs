@@ -29,7 +29,7 @@ pub(crate) fn bound_rms_m(record: &Record) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use planner::policy::Policy;
+    use planner::parameters::Parameters;
 
     use super::*;
     use crate::scores::Scores;
@@ -44,7 +44,7 @@ mod tests {
     }
 
     fn los() -> LosGuide {
-        LosGuide::new(Policy::default().los)
+        LosGuide::new(Parameters::default().los)
     }
 
     fn short(name: &str) -> Scenario {
@@ -58,7 +58,7 @@ mod tests {
             if !scenario.has_surface_craft() || scenario.water.waves.is_some() {
                 continue;
             }
-            let guides: [&mut dyn Guide; 2] = [&mut los(), &mut MpcGuide::new(Policy::default())];
+            let guides: [&mut dyn Guide; 2] = [&mut los(), &mut MpcGuide::new(Parameters::default())];
             for guide in guides {
                 let record = flown(&scenario, guide, 2);
                 let scores = Scores::of(&record).expect("has a craft");

@@ -1,6 +1,6 @@
 //! The planner and every tuned line-of-sight law on the same mission: same scenario, same seed, same snapshots.
 
-use planner::{los::LosLaw, policy::Policy, snapshot::ForecastModel};
+use planner::{los::LosLaw, parameters::Parameters, snapshot::ForecastModel};
 use serde::{Serialize, Serializer};
 use sim::{
     guide::{Guide, LosGuide, MpcGuide},
@@ -89,7 +89,7 @@ impl Comparison {
         let mpc = fly(
             PLANNER,
             scenario,
-            &mut MpcGuide::new(Policy::default()),
+            &mut MpcGuide::new(Parameters::default()),
             seed,
             progress,
         )?;

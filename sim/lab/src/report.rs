@@ -151,14 +151,14 @@ fn scene(record: &Record, information: &str) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use planner::policy::Policy;
+    use planner::parameters::Parameters;
     use sim::{guide::LosGuide, mission, scenario::Scenario};
 
     use super::*;
 
     fn record() -> Record {
         let scenario = Scenario::named("paper-tracking").expect("exists").lasting(5.0);
-        let mut guide = LosGuide::new(Policy::default().los);
+        let mut guide = LosGuide::new(Parameters::default().los);
         mission::run(&scenario, &mut guide, 1, &mut |_| {}).expect("runs")
     }
 

@@ -2,7 +2,7 @@
 
 use planner::{
     los::{LosGains, LosLaw, LosTuning},
-    policy::Policy,
+    parameters::Parameters,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -51,7 +51,9 @@ impl LawGains {
                 look_ahead: self.look_ahead_m,
                 along_track_gain: self.along_track_gain_per_s,
             },
-            integral_gain: self.integral_gain_mps.unwrap_or(Policy::default().integral_gain),
+            integral_gain: self
+                .integral_gain_mps
+                .unwrap_or(Parameters::default().integral_gain),
         }
     }
 }
@@ -82,7 +84,7 @@ impl ComparisonError {
 /// The grid of `law`: look-aheads times along-track gains, and times integral gains for [`LosLaw::Integral`].
 #[must_use]
 pub fn grid(law: LosLaw) -> Vec<LosTuning> {
-    let default = [Policy::default().integral_gain];
+    let default = [Parameters::default().integral_gain];
     let integral_gains: &[f64] = match law {
         LosLaw::Integral => &INTEGRAL_GAINS,
         LosLaw::SaturatedLos | LosLaw::TrackerFrame | LosLaw::WaypointBox => &default,

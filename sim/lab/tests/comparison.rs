@@ -1,7 +1,7 @@
 //! The planner against the line-of-sight law tuned for the very mission, on the same observations.
 
 use pilotfish_lab::tuning::tune;
-use planner::{los::LosLaw, plan::Method, policy::Policy};
+use planner::{los::LosLaw, parameters::Parameters, plan::Method};
 use sim::{
     guide::MpcGuide,
     metrics::{Metrics, SurfaceCraftMetrics},
@@ -28,7 +28,13 @@ const JUST_HANDED_OVER: f64 = 30.0;
 fn both(scenario: &Scenario, seed: u64) -> ([SurfaceCraftMetrics; 2], Record) {
     let name = &scenario.name;
     let (tuning, los) = tune(LosLaw::SaturatedLos, scenario, seed, &mut |_| {}).expect("tunes");
-    let record = run(scenario, &mut MpcGuide::new(Policy::default()), seed, &mut |_| {}).expect("runs");
+    let record = run(
+        scenario,
+        &mut MpcGuide::new(Parameters::default()),
+        seed,
+        &mut |_| {},
+    )
+    .expect("runs");
     let metrics = [los, Metrics::of(&record).surface_craft.expect("has one")];
     for (method, of) in ["los", "mpc"].into_iter().zip(&metrics) {
         println!(
@@ -102,7 +108,7 @@ fn a_current_that_the_vehicles_do_not_know_of_is_found_out() {
     let scenario = Scenario::named("slocum").expect("exists").lasting(400.0);
     let record = run(
         &scenario,
-        &mut MpcGuide::new(Policy::default()),
+        &mut MpcGuide::new(Parameters::default()),
         SEEDS[0],
         &mut |_| {},
     )
@@ -126,7 +132,7 @@ fn anticipating_the_hand_over_halves_the_error() {
         );
         // While a hand-over comes into sight, and just after it, the plan before may be as good: measured, in a tenth of
         // the answers then. Line of sight does not foresee it and is never better.
-        let horizon: f64 = Policy::default().steps.iter().sum();
+        let horizon: f64 = Parameters::default().steps.iter().sum();
         let far_from_hand_overs =
             |time: f64| (JUST_HANDED_OVER..DWELL - horizon).contains(&time.rem_euclid(DWELL));
         assert_by_the_program(&record, far_from_hand_overs);

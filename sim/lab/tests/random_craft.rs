@@ -8,7 +8,7 @@ use planner::{
     angle::{Heading, wrap},
     craft::{CraftDescription, HeadingDynamics, HeadingReference, SpeedReference},
     los::{LosLaw, Reference},
-    policy::Policy,
+    parameters::Parameters,
 };
 use sim::{
     guide::{LosGuide, MpcGuide},
@@ -281,7 +281,7 @@ fn random_craft_follow_the_tuned_law_in_each_of_their_missions() {
         let record = run(scenario, &mut LosGuide::tuned(tuning), 1, &mut |_| {}).expect("runs");
         assert!(600 <= record.rows.len(), "{}", record.rows.len());
         let short = scenario.clone().lasting(20.0);
-        run(&short, &mut MpcGuide::new(Policy::default()), 1, &mut |_| {}).expect("runs");
+        run(&short, &mut MpcGuide::new(Parameters::default()), 1, &mut |_| {}).expect("runs");
     }
     assert_eq!(missions.len(), 6);
 }

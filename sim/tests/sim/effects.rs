@@ -6,7 +6,7 @@ use pilotfish_sim::{
     scenario::{LimitsFile, RandomCraftFile, Scenario, SurfaceClassFile},
     world::fault::{Fault, FaultKind},
 };
-use planner::{angle::wrap, craft::CraftDescription, path::Side, policy::Policy};
+use planner::{angle::wrap, craft::CraftDescription, parameters::Parameters, path::Side};
 
 use crate::named;
 
@@ -26,7 +26,7 @@ struct Noticed {
 
 /// `scenario`, in which the faults `broken` begin `at` s.
 fn flown(scenario: &Scenario, seed: u64, broken: &[FaultKind], at: f64) -> Noticed {
-    let mut guide = MpcGuide::new(Policy::default());
+    let mut guide = MpcGuide::new(Parameters::default());
     let mut start = scenario.start(seed).expect("starts");
     let fault = |what: &FaultKind| Fault {
         from: at,

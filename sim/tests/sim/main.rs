@@ -4,7 +4,7 @@ use pilotfish_sim::{
     guide::{LosGuide, MpcGuide},
     scenario::Scenario,
 };
-use planner::policy::Policy;
+use planner::parameters::Parameters;
 
 mod determinism;
 mod effects;
@@ -19,11 +19,11 @@ mod surface_craft;
 mod underwater_vehicle;
 
 fn los() -> LosGuide {
-    LosGuide::new(Policy::default().los)
+    LosGuide::new(Parameters::default().los)
 }
 
 fn mpc() -> MpcGuide {
-    MpcGuide::new(Policy::default())
+    MpcGuide::new(Parameters::default())
 }
 
 fn named(name: &str) -> Scenario {

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use planner::{
+    parameters::Parameters,
     plan::{Workspace, plan},
-    policy::Policy,
 };
 
 use super::{
@@ -92,7 +92,7 @@ impl Run {
                     .ok_or_else(|| damaged("the events before it have too few reports"))?;
                 let snapshot =
                     facts(request).map_err(|_| damaged("the events before it make no valid snapshot"))?;
-                let plan = plan(&snapshot, &Policy::default(), workspace);
+                let plan = plan(&snapshot, &Parameters::default(), workspace);
                 let made = planners::Planned {
                     snapshot: snapshot.into(),
                     plan,

@@ -5,8 +5,8 @@ use std::{collections::BTreeMap, time::Duration};
 use planner::{
     angle::Heading,
     los::{LosTuning, Reference},
+    parameters::Parameters,
     plan::{Baseline, Plan, SolverReport, Workspace, baseline_from, plan, plan_until},
-    policy::Policy,
     snapshot::{PlanRequest, PreviousPlan, Snapshot},
     stop::Stop,
 };
@@ -28,7 +28,7 @@ pub(super) const PERIOD: f64 = 1.0;
 pub(super) struct Simulation {
     mission: sim::mission::Mission,
     ids: Vec<String>,
-    policy: Policy,
+    parameters: Parameters,
     workspace: Workspace,
     previous: Option<PreviousPlan>,
     /// The controller, if it is not the planner.
@@ -66,12 +66,12 @@ pub(super) fn scenario(config: &Simulated) -> Result<Scenario, String> {
 
 impl Simulation {
     pub(super) fn new(config: &Simulated) -> Result<Self, String> {
-        let policy = Policy::default();
+        let parameters = Parameters::default();
         let law = config.controller.law().map(|law| {
             LosGuide::tuned(LosTuning {
                 law,
-                gains: policy.los,
-                integral_gain: policy.integral_gain,
+                gains: parameters.los,
+                integral_gain: parameters.integral_gain,
             })
         });
         let name = law.as_ref().map_or("mpc", |law| law.name());
@@ -81,7 +81,7 @@ impl Simulation {
             law,
             ids: mission.record().auv_ids.clone(),
             mission,
-            policy,
+            parameters,
             workspace: Workspace::default(),
             previous: None,
         })
@@ -128,13 +128,13 @@ impl Simulation {
                 ..PlanRequest::clone(seen)
             })?;
             // Forecasts and the law's trajectory need no solved program.
-            let plan = plan_until(&known, &self.policy, &mut self.workspace, &Stop::at_once());
+            let plan = plan_until(&known, &self.parameters, &mut self.workspace, &Stop::at_once());
             let Baseline {
                 trajectory,
                 predicted,
                 violations,
                 ..
-            } = baseline_from(&known, &self.policy, law.tracking());
+            } = baseline_from(&known, &self.parameters, law.tracking());
             let plan = Plan {
                 method: guidance.method,
                 degraded: None,
@@ -156,7 +156,7 @@ impl Simulation {
                 ..PlanRequest::clone(seen)
             };
             let snapshot = Snapshot::try_from(observation)?;
-            let plan = plan(&snapshot, &self.policy, &mut self.workspace);
+            let plan = plan(&snapshot, &self.parameters, &mut self.workspace);
             self.previous = Some(PreviousPlan::from(&plan));
             (snapshot, plan)
         };

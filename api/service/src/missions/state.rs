@@ -355,8 +355,8 @@ pub(super) fn trial_request(config: &Live, now: f64) -> PlanRequest {
 #[cfg(test)]
 mod tests {
     use planner::{
+        parameters::Parameters,
         plan::{Workspace, plan},
-        policy::Policy,
     };
     use serde_json::json;
 
@@ -423,7 +423,7 @@ mod tests {
         before.take_reports(&heard(10.0, 1.0), 10.0);
         before.config.limits = Some(DeclaredLimits::default());
         let first = facts(before.request(9.0).expect("waits for no vehicle")).expect("is valid");
-        let plan = plan(&first, &Policy::default(), &mut Workspace::default());
+        let plan = plan(&first, &Parameters::default(), &mut Workspace::default());
         before.set_previous_plan(PreviousPlan::from(&plan));
         let mut after = before.clone();
         after.change(&serde_json::from_value(change).expect("has the shape"));

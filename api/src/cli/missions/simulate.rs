@@ -14,7 +14,7 @@ use lab::{
 };
 use planner::{
     los::{LosGains, LosLaw, LosTuning},
-    policy::Policy,
+    parameters::Parameters,
 };
 use sim::{
     guide::{Guide, LosGuide, MpcGuide},
@@ -80,12 +80,12 @@ pub(crate) struct Simulate {
     tuned: bool,
     #[arg(
         long, value_name = "M", allow_negative_numbers = true,
-        help = format!("Look-ahead distance of the line-of-sight laws, m [default: {}]", Policy::default().los.look_ahead)
+        help = format!("Look-ahead distance of the line-of-sight laws, m [default: {}]", Parameters::default().los.look_ahead)
     )]
     look_ahead_m: Option<f64>,
     #[arg(
         long, value_name = "GAIN", allow_negative_numbers = true,
-        help = format!("Along-track gain of the line-of-sight laws, 1/s [default: {}]", Policy::default().los.along_track_gain)
+        help = format!("Along-track gain of the line-of-sight laws, 1/s [default: {}]", Parameters::default().los.along_track_gain)
     )]
     along_track_gain_per_s: Option<f64>,
 }
@@ -130,7 +130,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
     let mut guide: Box<dyn Guide + '_> = match tuning {
         Some(tuning) => Box::new(LosGuide::tuned(tuning)),
         None => Box::new(RecordedPlanner {
-            planner: MpcGuide::new(Policy::default()),
+            planner: MpcGuide::new(Parameters::default()),
             n_plans: 0,
             every: arguments.snapshots.is_some().then_some(arguments.every as usize),
             asked: &mut asked,
@@ -196,7 +196,7 @@ fn law_tuning(
     Ok(LosTuning {
         law,
         gains: gains(arguments)?,
-        integral_gain: Policy::default().integral_gain,
+        integral_gain: Parameters::default().integral_gain,
     })
 }
 
@@ -211,7 +211,7 @@ fn gains(arguments: &Simulate) -> Result<LosGains, MissionError> {
     let LosGains {
         look_ahead,
         along_track_gain,
-    } = Policy::default().los;
+    } = Parameters::default().los;
     Ok(LosGains {
         look_ahead: positive(LOOK_AHEAD, arguments.look_ahead_m.unwrap_or(look_ahead))?,
         along_track_gain: positive(

@@ -3,7 +3,7 @@
 use planner::{
     craft::{CraftDescription, CraftEstimate},
     los::{LosLaw, LosTuning},
-    policy::Policy,
+    parameters::Parameters,
     snapshot::{Forecast, ForecastModel, Limits, Offset, PlanRequest, Snapshot},
 };
 use schemars::JsonSchema;
@@ -70,7 +70,7 @@ pub enum ControlLaw {
     /// The planner.
     Planner {
         /// Its parameters.
-        policy: Box<Policy>,
+        parameters: Box<Parameters>,
         /// The forecast model that it must use; its own choice if none.
         forecast: Option<ForecastModel>,
     },
@@ -107,10 +107,10 @@ impl Controller {
             }
             // The range back-off matters only with a range to keep, and the goal uncertainty only with acoustics: exact states
             // have no covariance.
-            ControlLaw::Planner { ref policy, .. } => {
-                let usual = Policy::default();
-                (policy.range_back_off == usual.range_back_off || scenario.bounds.range_max_m.is_some())
-                    && (policy.uncertain_goal_share == usual.uncertain_goal_share
+            ControlLaw::Planner { ref parameters, .. } => {
+                let usual = Parameters::default();
+                (parameters.range_back_off == usual.range_back_off || scenario.bounds.range_max_m.is_some())
+                    && (parameters.uncertain_goal_share == usual.uncertain_goal_share
                         || scenario.knowledge.acoustics.is_some())
             }
         }
@@ -224,8 +224,8 @@ impl Controller {
         let guide = match &self.law {
             ControlLaw::Fixed(tuning) => los(*tuning),
             ControlLaw::Tuned(law) => los(tuning.unwrap_or_else(|| grid(*law)[0])),
-            ControlLaw::Planner { policy, forecast } => Box::new(Adapted {
-                guide: MpcGuide::new(Policy::clone(policy)),
+            ControlLaw::Planner { parameters, forecast } => Box::new(Adapted {
+                guide: MpcGuide::new(Parameters::clone(parameters)),
                 without_paths,
                 forecast: *forecast,
             }),

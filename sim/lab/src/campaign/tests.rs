@@ -6,7 +6,7 @@ use tempfile::TempDir;
 
 use planner::{
     los::{LosGains, LosLaw},
-    policy::Policy,
+    parameters::Parameters,
 };
 use sim::{
     guide::{Guide, LosGuide, MpcGuide},
@@ -383,7 +383,7 @@ planner = {}
             };
             let mut guide: Box<dyn Guide> = match words("controller", i).as_ref() {
                 "law" => Box::new(LosGuide::new(gains)),
-                _ => Box::new(MpcGuide::new(Policy::default())),
+                _ => Box::new(MpcGuide::new(Parameters::default())),
             };
             let seed: u32 = if i % 4 < 2 { 1 } else { 2 };
             assert_eq!(cell("seed", i), f64::from(seed));

@@ -1,7 +1,7 @@
 //! The missions behind the figures.
 
 use crate::tuning::{ComparisonError, tune};
-use planner::{los::LosLaw, policy::Policy};
+use planner::{los::LosLaw, parameters::Parameters};
 use sim::{
     guide::{LosGuide, MpcGuide},
     mission,
@@ -44,7 +44,7 @@ impl PaperMissions {
             ["paper-tracking", "paper-intermittent", "paper-midpoint"].map(&mut both);
         let alone = "paper-path-following";
         // Without a surface craft, the guide is never called.
-        let mut guide = LosGuide::new(Policy::default().los);
+        let mut guide = LosGuide::new(Parameters::default().los);
         let scenario = scenario(alone, duration_max);
         let path_following = mission::run(&scenario, &mut guide, seed, &mut |done| progress(alone, done));
         Ok(Self {
@@ -77,7 +77,7 @@ fn fly_both(
     let line_of_sight = mission::run(&scenario, &mut LosGuide::tuned(tuning), seed, &mut |done| {
         progress((1.0 + done) / STAGES);
     });
-    let mut guide = MpcGuide::new(Policy::default());
+    let mut guide = MpcGuide::new(Parameters::default());
     let planner = mission::run(&scenario, &mut guide, seed, &mut |done| {
         progress((2.0 + done) / STAGES);
     });

@@ -186,7 +186,7 @@ fn over_time(record: &Record, of: impl Fn(&Row) -> Option<f64>) -> impl Iterator
 
 #[cfg(test)]
 mod tests {
-    use planner::policy::Policy;
+    use planner::parameters::Parameters;
     use sim::{guide::LosGuide, mission, scenario::Scenario};
 
     use super::*;
@@ -194,7 +194,7 @@ mod tests {
     #[test]
     fn a_craft_behind_and_to_starboard_is_so_whichever_way_the_vehicle_goes_and_while_it_rests() {
         let scenario = Scenario::named("paper-tracking").expect("exists").lasting(4.0);
-        let mut guide = LosGuide::new(Policy::default().los);
+        let mut guide = LosGuide::new(Parameters::default().los);
         let mut record = mission::run(&scenario, &mut guide, 1, &mut |_| {}).expect("runs");
         // North, east, south, south-west: ahead and starboard as on a compass rose.
         let s = std::f64::consts::FRAC_1_SQRT_2;

@@ -2,7 +2,7 @@
 
 use planner::{
     los::{LosGains, LosLaw, LosTuning},
-    policy::Policy,
+    parameters::Parameters,
     snapshot::ForecastModel,
 };
 
@@ -36,19 +36,21 @@ impl ControllerFile {
 
 impl PlannerFile {
     fn control_law(&self) -> ControlLaw {
-        let mut policy = Policy::default();
-        policy.weights.energy = self.energy_weight_per_j.unwrap_or(policy.weights.energy);
-        policy.scp_iterations = self.scp_iterations.unwrap_or(policy.scp_iterations);
-        policy.range_back_off = self.range_back_off.unwrap_or(policy.range_back_off);
-        policy.uncertain_goal_share = self.uncertain_goal_share.unwrap_or(policy.uncertain_goal_share);
-        policy.hard_turn_share = self.hard_turn_share.unwrap_or(policy.hard_turn_share);
-        policy.heading_rate_max = self.heading_rate_max_radps.unwrap_or(policy.heading_rate_max);
-        policy.cost_decides = self.cost_decides.unwrap_or(policy.cost_decides);
+        let mut parameters = Parameters::default();
+        parameters.weights.energy = self.energy_weight_per_j.unwrap_or(parameters.weights.energy);
+        parameters.scp_iterations = self.scp_iterations.unwrap_or(parameters.scp_iterations);
+        parameters.range_back_off = self.range_back_off.unwrap_or(parameters.range_back_off);
+        parameters.uncertain_goal_share = self
+            .uncertain_goal_share
+            .unwrap_or(parameters.uncertain_goal_share);
+        parameters.hard_turn_share = self.hard_turn_share.unwrap_or(parameters.hard_turn_share);
+        parameters.heading_rate_max = self.heading_rate_max_radps.unwrap_or(parameters.heading_rate_max);
+        parameters.cost_decides = self.cost_decides.unwrap_or(parameters.cost_decides);
         if let Some(steps) = &self.steps_s {
-            policy.steps.clone_from(steps);
+            parameters.steps.clone_from(steps);
         }
         ControlLaw::Planner {
-            policy: Box::new(policy),
+            parameters: Box::new(parameters),
             forecast: self.forecast.map(|model| match model {
                 ForecastFile::Hold => ForecastModel::Hold,
                 ForecastFile::ConstantVelocity => ForecastModel::ConstantVelocity,

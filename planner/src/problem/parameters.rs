@@ -13,7 +13,7 @@ const SPEED_GAP: f64 = 0.05;
 
 /// How the planner plans: horizon, weights, gains, tolerances.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Policy {
+pub struct Parameters {
     /// Lengths of the horizon's intervals, s, in order.
     pub steps: Vec<f64>,
     /// Weights of the program's cost.
@@ -91,7 +91,7 @@ pub struct Weights {
     pub slack: (f64, f64),
 }
 
-impl Policy {
+impl Parameters {
     /// What is asked of `craft`: a little less than it can do.
     #[must_use]
     pub fn planned(&self, craft: &CraftModel) -> CraftModel {
@@ -117,7 +117,7 @@ impl Policy {
         estimate.state.age_s > self.report_age_max
     }
 
-    /// The weights for a plan on `snapshot` with `goal`: those of the policy, less what the uncertainty of the goal takes.
+    /// The weights for a plan on `snapshot` with `goal`: those of the parameters, less what the uncertainty of the goal takes.
     ///
     /// The uncertainty is that of the least known of the AUVs that the goal follows; one whose state brings no covariance is
     /// taken for known.
@@ -163,7 +163,7 @@ impl Weights {
     }
 }
 
-impl Default for Policy {
+impl Default for Parameters {
     fn default() -> Self {
         let steps = [[1.0].repeat(6), [2.0].repeat(12), [4.0].repeat(12)].concat();
         Self {
