@@ -130,7 +130,7 @@ pub struct MpcGuide {
 }
 
 impl MpcGuide {
-    /// The planner under `parameters`.
+    /// The planner with `parameters`.
     #[must_use]
     pub fn new(parameters: Parameters) -> Self {
         Self {

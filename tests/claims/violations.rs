@@ -3,7 +3,8 @@
 use nalgebra::Vector2;
 use planner::{
     parameters::Parameters,
-    plan::{SoftLimit, Subject, Violation, Workspace, plan},
+    plan::{CostTerms, SoftLimit, Subject, Unit, Violation, Workspace, plan},
+    program::Slack,
     snapshot::{Acoustics, KeepOut, PlanRequest},
 };
 use serde_json::{Map, Value, json};
@@ -88,6 +89,55 @@ fn a_disc_and_an_auv_at_the_surface_are_distinguished() {
         Some(Subject::Auv(1))
     );
     assert!(!auvs_only.iter().any(about_discs));
+}
+
+#[test]
+fn the_words_of_answers_are_these() {
+    assert_eq!(
+        json!([
+            SoftLimit::ForwardSpeed,
+            SoftLimit::TurnRate,
+            SoftLimit::AcousticRange,
+            SoftLimit::Area,
+            SoftLimit::KeepOut,
+            SoftLimit::SurfacingSeparation
+        ]),
+        json!([
+            "forward_speed",
+            "turn_rate",
+            "acoustic_range",
+            "area",
+            "keep_out",
+            "surfacing_separation"
+        ])
+    );
+    assert_eq!(
+        json!([
+            Slack::Motion,
+            Slack::AcousticRange,
+            Slack::OtherRange,
+            Slack::Area,
+            Slack::KeepOut
+        ]),
+        json!(["motion", "acoustic_range", "other_range", "area", "keep_out"])
+    );
+    assert_eq!(
+        json!([
+            Unit::Metres,
+            Unit::MetresPerSecond,
+            Unit::MetresPerSecondSquared,
+            Unit::OfMotion
+        ]),
+        json!(["m", "m/s", "m/s²", "m/s or m/s²"])
+    );
+    assert_eq!(
+        json!([Subject::KeepOut(0), Subject::Auv(1), Subject::Area]),
+        json!(["/keep_outs/0", "/auvs/1", "/area"])
+    );
+    assert_eq!(
+        serde_json::to_string(&CostTerms::default()).expect("becomes JSON"),
+        r#"{"acceleration":0.0,"broken_limits":0.0,"energy":0.0,"terminal":0.0,"tracking":0.0,"velocity":0.0}"#
+    );
 }
 
 #[test]

@@ -9,7 +9,7 @@ import { lineOf, linesByPointer } from "./pointers.js";
 /** Longest pause between two keys while typing, ms. */
 const TYPING_MS = 300;
 
-/** The editor of a snapshot. It takes no typing before it has its first text, which would overwrite what was typed. */
+/** The editor of a snapshot. Read-only until its first text is there, which would overwrite what was typed. */
 export class Editor {
   /** @param {{ changed: (text: string) => void, submit: () => void }} listener */
   constructor({ changed, submit }) {

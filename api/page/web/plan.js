@@ -60,6 +60,7 @@ class PlanPage {
       this.editor.put(await this.edited(parameters) ?? this.example.text);
       await this.plan();
     } catch (error) {
+      this.editor.area.readOnly = false;
       this.fail(error);
     }
   }
@@ -125,7 +126,6 @@ class PlanPage {
 
   /** @param {unknown} error */
   fail(error) {
-    this.editor.area.readOnly = false;
     this.results.classList.add("of-before");
     const below = this.drawn ? " The plan below is the previous one." : "";
     if (error instanceof Refusal) {

@@ -68,7 +68,10 @@ impl From<&InvalidField> for FieldError {
             InvalidReason::Gap { given, most } => of("gap").given(*given).limit(json!({ "most": most })),
             InvalidReason::Kink { given, most } => of("kink").given(*given).limit(json!({ "most": most })),
             InvalidReason::Fillet { given, most } => {
-                of("fillet").given(*given).limit(json!({ "most": most }))
+                let detail = format!("{reason}; without `fillet_m` every corner gets the radius that fits");
+                Self::new(pointer, "fillet", detail)
+                    .given(*given)
+                    .limit(json!({ "most": most }))
             }
             InvalidReason::TooNear { given, least } => {
                 of("too_near").given(*given).limit(json!({ "least": least }))

@@ -34,9 +34,13 @@ pub use json::{Unread, VALUES_MAX};
 pub use planner::{
     certificate::Residuals,
     craft::{CraftDescription, HeadingLoop, HeadingReference, Power, SpeedReference, SurgeLoop},
-    explain::{Explanation, ProgramSize, UsedSlack},
+    explain::{Explanation, ProgramSize, SubproblemReport, UsedSlack},
     path::Segment,
-    plan::{GoalPoint, Method, PlannedTarget, Predicted, TargetPoint, Violation},
+    plan::{
+        CostTerms, GoalPoint, Method, PlannedTarget, Predicted, RouteFit, SoftLimit, SolverReport, Subject,
+        TargetEstimate, TargetPoint, Unit, Violation,
+    },
+    program::Slack,
     snapshot::{
         Acoustics, Asc, Auv, AuvState, Current, DeclaredLimits, DeclaredPath, Dive, Drift, Fallback,
         Forecast, Goal, Hold, KeepOut, Offset, Origin, PlanRequest, PreviousCraft, PreviousEstimate,

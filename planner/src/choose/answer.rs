@@ -48,7 +48,7 @@ pub struct Plan {
     pub goal_course: Course,
     /// Where each AUV is expected, in the snapshot's order.
     pub targets: Vec<PlannedTarget>,
-    /// Covariances of the positions (north, east) of each of these at the times of the trajectory, m².
+    /// Covariances of the positions (north, east) of each of `targets` at the times of the trajectory, m².
     pub position_covariances: Vec<Vec<Matrix2<f64>>>,
     /// What the line-of-sight law would do.
     pub baseline: Baseline,

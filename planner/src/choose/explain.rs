@@ -87,8 +87,8 @@ pub struct UsedSlack {
     pub unit: Unit,
 }
 
-/// Plans for `snapshot` again, as [`crate::plan::plan_until`] does, and keeps what was solved. `planned` is what the cost of
-/// the plan to explain is made of: if that was cut short, it is another plan.
+/// Plans for `snapshot` again, as [`crate::plan::plan_until`] does, and keeps what was solved. `planned` has the cost terms of
+/// the plan to explain. If a deadline cut that plan short, the one made here differs.
 #[must_use]
 pub fn explain(snapshot: &Snapshot, planned: CostTerms, parameters: &Parameters, stop: &Stop) -> Explanation {
     let mut solvers = Solvers::default();

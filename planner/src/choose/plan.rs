@@ -68,7 +68,7 @@ pub fn plan_until(
     select_answer(snapshot, parameters, &mut programs.by_shape, stop, solve)
 }
 
-/// What a line-of-sight law would do with `snapshot`, at the gains of the parameters: [`Plan::baseline`] for each law.
+/// What a line-of-sight law would do with `snapshot`, at the gains in `parameters`: [`Plan::baseline`] for each law.
 ///
 /// The law starts here, whatever was answered before: an integral at zero, a box from one fix.
 #[must_use]

@@ -190,44 +190,45 @@ impl fmt::Display for InvalidReason {
                     known.join(", ")
                 )
             }
-            InvalidReason::AllZero => f.write_str("at least one of them must be above 0"),
+            InvalidReason::AllZero => f.write_str("at least one weight must be above 0"),
             InvalidReason::NoPath { given: Some(given) } => write!(f, "no path is known of {given:?}"),
             InvalidReason::NoPath { given: None } => {
                 f.write_str("only a goal that follows one vehicle at a time has a path")
             }
-            InvalidReason::NotIncreasing { before, .. } => {
-                write!(f, "must come after {before} s, the time before it")
+            InvalidReason::NotIncreasing { given, before } => {
+                write!(f, "{given} is not above {before}, the one before it")
             }
             InvalidReason::NegativeVariance { given } => {
                 write!(f, "no covariance has the eigenvalue {given}")
             }
-            InvalidReason::Gap { given, .. } => write!(f, "begins {given} m from where the path is"),
-            InvalidReason::Kink { given, .. } => {
+            InvalidReason::Gap { given, most } => {
                 write!(
                     f,
-                    "the path turns by {given} rad at a point; put an arc there, or way-points without `fillet_m`"
+                    "begins {given} m from where the path is, which is more than {most} m"
                 )
             }
-            InvalidReason::Fillet { most, .. } => {
-                write!(
-                    f,
-                    "the legs that meet here have room for fillets of {most} m only; without `fillet_m` every corner \
-                     gets the radius that fits"
-                )
-            }
+            InvalidReason::Kink { given, most } => write!(
+                f,
+                "the path turns by {given} rad at a point, which is more than {most} rad: put an arc there, or way-points"
+            ),
+            InvalidReason::Fillet { given, most } => write!(
+                f,
+                "the legs that meet here have no room for a fillet of {given} m, only for {most} m"
+            ),
             InvalidReason::OnePlace { within } => {
                 write!(f, "all points are within {within} m; give at least two places")
             }
-            InvalidReason::NotConvex { .. } => {
-                f.write_str("the corners, in order, must go once round a convex area; this one does not fit")
+            InvalidReason::NotConvex { given } => write!(
+                f,
+                "turns by {given} rad: the corners, in order, must go once round a convex area"
+            ),
+            InvalidReason::TooNear { given, least } => write!(
+                f,
+                "is {given} m from the corner before it, less than {least} m: give every corner once"
+            ),
+            InvalidReason::TooNarrow { given, least } => {
+                write!(f, "the area is only {given} m wide, less than {least} m")
             }
-            InvalidReason::TooNear { given, .. } => {
-                write!(
-                    f,
-                    "is {given} m from the corner before it; give every corner once"
-                )
-            }
-            InvalidReason::TooNarrow { given, .. } => write!(f, "the area is only {given} m wide"),
         }
     }
 }

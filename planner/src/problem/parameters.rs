@@ -117,7 +117,7 @@ impl Parameters {
         estimate.state.age_s > self.report_age_max
     }
 
-    /// The weights for a plan on `snapshot` with `goal`: those of the parameters, less what the uncertainty of the goal takes.
+    /// The weights for a plan on `snapshot` with `goal`: [`Parameters::weights`], reduced by the uncertainty of the goal.
     ///
     /// The uncertainty is that of the least known of the AUVs that the goal follows; one whose state brings no covariance is
     /// taken for known.

@@ -206,7 +206,7 @@ fn objective(program: &Program, x: &[f64]) -> f64 {
     quadratic + program.linear.iter().zip(x).map(|(q, x)| q * x).sum::<f64>()
 }
 
-/// The cost as the parameters word it, summed over the trajectory.
+/// The cost with the weights of the parameters, summed over the trajectory.
 fn cost_in_words(
     subproblem: &Subproblem<'_>,
     positions: &[Vector2<f64>],

@@ -28,6 +28,7 @@ pub struct Predicted {
 }
 
 /// The terms of a predicted cost, m² s. Their sum is the cost, but for rounding.
+// By name: answers have had them in this order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CostTerms {
     /// Acceleration.

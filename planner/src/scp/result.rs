@@ -109,7 +109,7 @@ impl fmt::Display for Degraded {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Solver)]
 pub struct SolverReport {
-    /// Status of the last SCP iteration, in snake case.
+    /// Status of the SCP iteration that led to the answer, else of the one that failed, in snake case.
     #[schema(value_type = String)]
     pub status: SolverStatus,
     /// Iterations of the sequential convex programming: convex subproblems solved.
@@ -121,10 +121,10 @@ pub struct SolverReport {
     /// ones were not tried or not finished: the best of what there was answered, whatever its `method`.
     pub deadline_hit: bool,
     /// Time for the whole plan, ms: the one member that differs between two equal requests.
-    // The planner has no clock: who called it measures.
+    // The planner has no clock: its caller measures.
     #[schema(value_type = f64, required)]
     pub solve_time_ms: Option<f64>,
-    /// Residuals of the last subproblem, recomputed outside the solver.
+    /// Residuals of that iteration's subproblem, recomputed outside the solver.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residuals: Option<Residuals>,
 }

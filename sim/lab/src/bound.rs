@@ -87,4 +87,20 @@ mod tests {
         // Within its first second this craft can be at its top speed.
         assert!((bound / mean.sqrt() - 1.0).abs() < 1e-6, "{bound} and {mean}");
     }
+
+    #[test]
+    fn without_a_craft_or_its_plant_there_is_no_bound() {
+        let alone = flown(&short("paper-path-following"), &mut los(), 1);
+        assert_eq!(bound_rms_m(&alone), None);
+        let record = flown(&short("paper-tracking"), &mut los(), 1);
+        let (plant, rows) = (None, vec![]);
+        assert_eq!(
+            bound_rms_m(&Record {
+                plant,
+                ..record.clone()
+            }),
+            None
+        );
+        assert_eq!(bound_rms_m(&Record { rows, ..record }), None);
+    }
 }

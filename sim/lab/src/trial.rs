@@ -255,6 +255,20 @@ mod tests {
     }
 
     #[test]
+    fn references_are_those_of_the_leg_and_go_round_in_a_circle() {
+        let trial = Trial::half_hour(1.5, 0.3);
+        assert_eq!(trial.reference(0.0), (0.75, 0.0));
+        let mut begin = 0.0;
+        for leg in &trial.legs {
+            let (speed, heading) = trial.reference(begin + 0.5 * leg.duration);
+            assert_eq!(speed, leg.speed);
+            assert!((heading - leg.heading - 0.5 * leg.turn_rate * leg.duration).abs() < 1e-9);
+            begin += leg.duration;
+        }
+        assert_eq!(trial.reference(begin + 100.0).0, 0.0, "the drift test goes on");
+    }
+
+    #[test]
     fn a_log_has_five_rows_a_second_and_follows_from_its_seed() {
         let setup = TrialSetup::of_class(SurfaceClass::Medusa);
         let log = setup.fly(3);

@@ -139,6 +139,22 @@ mod tests {
     use super::*;
 
     #[test]
+    fn no_gains_of_the_grid_beat_the_tuned_ones() {
+        let scenario = Scenario::named("paper-tracking").expect("exists").lasting(120.0);
+        for law in LosLaw::ALL {
+            let (tuned, metrics) = tune(law, &scenario, 1, &mut |_| {}).expect("tunes");
+            let mut met = 0;
+            for tuning in grid(law) {
+                let record = run(&scenario, &mut LosGuide::tuned(tuning), 1, &mut |_| {}).expect("runs");
+                let other = Metrics::of(&record).surface_craft.expect("has one").rms_m;
+                assert!(metrics.rms_m <= other, "{tuning:?}");
+                met += usize::from(tuning == tuned && (other - metrics.rms_m).abs() < f64::EPSILON);
+            }
+            assert_eq!(met, 1, "{law:?}");
+        }
+    }
+
+    #[test]
     fn tuned_each_law_keeps_to_its_target() {
         let scenario = Scenario::named("paper-tracking").expect("exists").lasting(600.0);
         let worst = |law| tune(law, &scenario, 1, &mut |_| {}).expect("tunes").1.rms_m;

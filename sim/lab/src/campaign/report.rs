@@ -1,7 +1,7 @@
 //! The report of a campaign: each controller beside the reference, with intervals, failures and the effect of parameters.
 //!
 //! One set of numbers in three forms: a page in one file, Markdown, and JSON for programs. Equal rows give equal
-//! reports, except for measured solve times.
+//! reports, unless `report.metrics` names a measured time.
 
 mod claims;
 mod compared;

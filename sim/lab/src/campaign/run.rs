@@ -88,12 +88,14 @@ pub fn run(
         n_parts[*k] += 1;
     }
     let parts: Vec<Mutex<Parts>> = left.iter().map(|_| Mutex::default()).collect();
-    // Runs that were flown, and missions that failed.
-    let fly_piece = |&(k, piece): &(usize, Piece)| -> Result<(u64, u64), DirectoryError> {
+    let fly_piece = |&(k, piece): &(usize, Piece)| -> Result<Counts, DirectoryError> {
         let part = piece.done(campaign, &gains[left[k].case]);
         let flown = match &part {
-            Part::Run(Some(row)) => (1, row.outcome.is_err().into()),
-            Part::Run(None) | Part::Bound(..) => (0, 0),
+            Part::Run(Some(row)) => Counts {
+                runs: 1,
+                failed: row.outcome.is_err().into(),
+            },
+            Part::Run(None) | Part::Bound(..) => Counts::default(),
         };
         let mut parts = parts[k].lock().expect("no piece panics while it holds a lock");
         if parts.add(part) == n_parts[k] {
@@ -101,16 +103,23 @@ pub fn run(
         }
         Ok(flown)
     };
-    let mut note = |(_, piece): &(usize, Piece), outcome: &Result<(u64, u64), DirectoryError>| {
+    let mut note = |(_, piece): &(usize, Piece), outcome: &Result<Counts, DirectoryError>| {
         if let Ok(flown) = outcome {
             state.runs.0 += u64::from(matches!(piece, Piece::Fly(_)));
-            state.flown += flown.0;
-            state.failed += flown.1;
+            state.flown += flown.runs;
+            state.failed += flown.failed;
         }
         progress(state);
     };
     in_parallel(&pieces, jobs, fly_piece, &mut note)?;
     directory.collect(wanted, Rows::of(&[], &campaign.parameter_keys()))
+}
+
+/// Runs of a piece.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    runs: u64,
+    failed: u64,
 }
 
 /// The gains of every case with chunks left, read from the directory or tuned now.

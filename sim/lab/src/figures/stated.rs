@@ -9,7 +9,7 @@ use crate::document::Table;
 
 use super::{Both, PaperMissions, over_time::offsets};
 
-/// Every quantity that the paper states in its figures' text, beside the measured one. Settled means after the scenario's settling time.
+/// Numbers that the paper states in its figures' text, beside the measured ones. Settled means after the scenario's settling time.
 pub(super) fn stated(missions: &PaperMissions) -> Table {
     let PaperMissions {
         path_following,

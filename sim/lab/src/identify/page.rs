@@ -1,4 +1,4 @@
-//! The identified craft as one page without network access.
+//! The identified craft as one page without network access, and its table as Markdown.
 
 use super::{Identification, Parameter, Traces};
 use crate::{

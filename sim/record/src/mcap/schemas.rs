@@ -7,8 +7,8 @@ use serde_json::{Map, Value, json};
 
 use crate::table::{COLUMNS, Kind};
 
-/// The types of Foxglove's with their members, each a name and a type: a list of a type ends with `[]`. A type that is not here
-/// has no members, as its lists are always empty.
+/// Foxglove's types and their members, each a name and a type; `[]` marks a list. Types that are not here have no members:
+/// their lists are always empty.
 const TYPES: [(&str, &str); 14] = [
     ("time", "sec integer, nsec integer"),
     ("duration", "sec integer, nsec integer"),

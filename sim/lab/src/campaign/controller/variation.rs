@@ -327,6 +327,20 @@ mod tests {
     }
 
     #[test]
+    fn a_reference_is_held_between_two_questions() {
+        let record = varied(Variation::AskedEveryS(5), &short("paper-tracking"));
+        let references = record
+            .rows
+            .iter()
+            .map(|row| row.surface_craft.as_ref().expect("has one").reference);
+        let references: Vec<_> = references.collect();
+        for held in references.chunks(5) {
+            assert!(held.iter().all(|reference| *reference == held[0]));
+        }
+        assert_ne!(references[0], references[5]);
+    }
+
+    #[test]
     fn a_guide_without_preview_follows_whose_turn_it_is() {
         let auvs = ["a", "b"].map(|id| VehicleId(id.to_owned()));
         let turns = [-0.5, 0.0, 0.99, 1.0, 2.0].map(|dwells| in_turn(&auvs, dwells).0);

@@ -79,6 +79,9 @@ pub(super) fn document(numbers: &Numbers) -> Document {
     for metric in &numbers.metrics {
         let comparisons = numbers.comparisons.iter();
         let of_it: Vec<_> = comparisons.filter(|found| found.metric == *metric).collect();
+        if of_it.is_empty() {
+            continue;
+        }
         blocks.extend([heading(3, metric), Block::Table(tables::comparisons(&of_it))]);
     }
     blocks.extend(section("Worst runs", WORST, tables::worst(numbers)));
