@@ -1420,13 +1420,13 @@ class Solver(TypedDict):
     deadline_hit: bool
     # Interior-point iterations over all subproblems.
     iterations: int
-    # Residuals of the last subproblem, recomputed outside the solver.
+    # Residuals of that iteration's subproblem, recomputed outside the solver.
     residuals: NotRequired[Residuals | None]
     # Iterations of the sequential convex programming: convex subproblems solved.
     scp_iterations: int
     # Time for the whole plan, ms: the one member that differs between two equal requests.
     solve_time_ms: float
-    # Status of the last SCP iteration, in snake case.
+    # Status of the SCP iteration that led to the answer, else of the one that failed, in snake case.
     status: str
 
 
