@@ -193,6 +193,12 @@ test("a live mission that a script posts is watched as it happens, and its goal 
     await page.getByRole("button", { name: "Change the goal" }).click();
     await expect(page.locator(".log")).toContainText("changed");
     expect((await service.get(`/v1/missions/${mission.id}`)).setting.goal).toEqual({ kind: "track", auv: "auv-2" });
+    for (const [label, kind] of [["midpoint of all", "midpoint"], ["in turn", "intermittent"], ["in range of all", "range"]]) {
+      await page.getByLabel("Goals to start from").selectOption({ label });
+      await page.getByRole("button", { name: "Change the goal" }).click();
+      // The page has the new goal: what is chosen next is not replaced by it.
+      await expect(page.locator(".goal option").first()).toHaveAttribute("value", new RegExp(`"kind":"${kind}"`));
+    }
     await page.getByLabel("New goal, as JSON").fill('{"kind":"track","auv":"auv-9"}');
     await page.getByRole("button", { name: "Change the goal" }).click();
     await expect(page.locator(".orders .said[role=status]")).toContainText("/goal");

@@ -14,6 +14,9 @@ const RUN_SPEEDS = [1, 10, 60, 300];
 /** Dwell time of the offered intermittent goal, s. */
 const DWELL_S = 240;
 
+/** Range of a new goal that stays in range, m. */
+const RANGE_M = 100;
+
 /**
  * The form of orders, the function that updates it, and a live mission's route to send.
  * @param {MissionJson} mission
@@ -89,7 +92,7 @@ function goalForm(change, said) {
     shown = now;
     text.value = JSON.stringify(goal);
     const entries = [["the current goal", goal], ...auvs.map((auv) => [`track ${auv}`, { kind: "track", auv }])];
-    if (auvs.length > 1) entries.push(["midpoint of all", { kind: "midpoint", auvs }], ["in turn", { kind: "intermittent", auvs, dwell_s: DWELL_S, epoch_s: 0 }], ["in range of all", { kind: "range", auvs }]);
+    if (auvs.length > 1) entries.push(["midpoint of all", { kind: "midpoint", auvs }], ["in turn", { kind: "intermittent", auvs, dwell_s: DWELL_S, epoch_s: 0 }], ["in range of all", { kind: "range", auvs, range_m: RANGE_M }]);
     fill(offers, entries.map(([name, value]) => el("option", { value: JSON.stringify(value) }, name)));
   };
   return { element, became };
