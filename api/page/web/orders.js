@@ -13,7 +13,6 @@ import { freshKey, Refusal, send } from "./service.js";
 const RUN_SPEEDS = [1, 10, 60, 300];
 /** Dwell time of the offered intermittent goal, s. */
 const DWELL_S = 240;
-
 /** Range of a new goal that stays in range, m. */
 const RANGE_M = 100;
 

@@ -57,7 +57,7 @@ impl From<Subject> for String {
 impl TryFrom<String> for Subject {
     type Error = String;
 
-    /// Fails if `pointer` is none that a violation has.
+    /// Fails unless a violation can have this pointer.
     fn try_from(pointer: String) -> Result<Self, String> {
         let place = |list: &str| pointer.strip_prefix(list)?.parse().ok();
         let area = (pointer == "/area").then_some(Self::Area);
