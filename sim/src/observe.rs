@@ -7,6 +7,7 @@ use nalgebra::Vector2;
 use planner::{
     angle::{Course, direction, ned_from_body},
     craft::CraftDescription,
+    path::Segment,
     snapshot::{
         Acoustics as AcousticLink, Auv, AuvState, DeclaredPath, Dive, Goal, GroundTrack, InvalidRequest,
         LEG_HEIGHT_MIN, Limits, Offset, PlanRequest, REPORT_SIGMA_MAX, REPORT_SIGMA_MIN, Report, Snapshot,
@@ -50,10 +51,21 @@ pub struct Briefing {
     pub current: bool,
     /// Whether snapshots contain the paths, speeds and dives of the underwater vehicles.
     pub paths: bool,
-    /// Whether snapshots contain only the newest message of an underwater vehicle, as a state.
-    pub newest_as_state: bool,
+    /// What snapshots contain of the messages of an underwater vehicle.
+    pub messages: Messages,
     /// Its bounds. Snapshots do not contain the energy.
     pub bounds: Bounds,
+}
+
+/// What snapshots contain of the messages of an underwater vehicle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Messages {
+    /// The newest one, as a state.
+    NewestAsState,
+    /// All, as reports.
+    Reports,
+    /// All, as reports without course, speed and rate of turn.
+    Positions,
 }
 
 /// The surface craft's sensors and modem, and their data so far.
@@ -186,12 +198,15 @@ impl Observer {
         self.own_error = asc.position() - craft.position();
         let clock = time + world.faults.clock_offset(time);
         let briefing = &self.briefing;
-        let as_state = self.acoustics.is_none() || briefing.newest_as_state;
+        let as_state = self.acoustics.is_none() || briefing.messages == Messages::NewestAsState;
         let auv = |(received, auv): (&Received, &SimulatedAuv)| {
             let known = if as_state {
                 Auv::new(auv.id.clone(), received.state(clock))
             } else {
-                Auv::reported(auv.id.clone(), received.reports(clock))
+                Auv::reported(
+                    auv.id.clone(),
+                    received.reports(clock, briefing.messages == Messages::Reports),
+                )
             };
             if !briefing.paths {
                 return known;
@@ -200,7 +215,7 @@ impl Observer {
             let last_known = auv.path.closest(&received.newest().telemetry.position);
             let speed = auv.speed_at(last_known) * auv.dive.pitch.cos();
             Auv {
-                path: Some(DeclaredPath::new(&auv.path, speed)),
+                path: Some(known_path(auv, speed)),
                 dive: known_dive(auv, received.newest().telemetry.descending),
                 ..known
             }
@@ -288,17 +303,17 @@ impl Received {
         }
     }
 
-    /// All messages as reports, at time `clock` of the surface craft.
-    fn reports(&self, clock: f64) -> Vec<Report> {
+    /// All messages as reports, at time `clock` of the surface craft, with or without `course_and_speed`.
+    fn reports(&self, clock: f64, course_and_speed: bool) -> Vec<Report> {
         let report = |message: &Message| Report {
             depth_m: Some(message.telemetry.depth),
-            turn_rate_radps: Some(message.telemetry.turn_rate),
+            turn_rate_radps: course_and_speed.then_some(message.telemetry.turn_rate),
             ..Report::new(
                 message.sent_at.min(clock),
                 message.telemetry.position,
                 message.sigma.clamp(REPORT_SIGMA_MIN, REPORT_SIGMA_MAX),
             )
-            .with_ground_track(Some(GroundTrack {
+            .with_ground_track(course_and_speed.then_some(GroundTrack {
                 course: message.telemetry.course,
                 speed: message.telemetry.speed,
             }))
@@ -348,6 +363,18 @@ fn telemetry_of(auv: &SimulatedAuv, world: &World) -> Telemetry {
         turn_rate: turn_rate.clamp(-1.0, 1.0),
         descending: auv.pitch() < 0.0,
     }
+}
+
+/// The path of an AUV's mission plan, followed at a horizontal `speed`, m/s. A plan of way-points does not say how its vehicle
+/// turns.
+fn known_path(auv: &SimulatedAuv, speed: f64) -> DeclaredPath {
+    let mut path = DeclaredPath::new(&auv.path, speed);
+    for segment in &mut path.segments {
+        if let Segment::Waypoints { turn_radius_m, .. } = segment {
+            *turn_radius_m = None;
+        }
+    }
+    path
 }
 
 /// The sawtooth of an AUV's mission plan; none if it is too shallow.

@@ -8,8 +8,8 @@ use serde::{Deserialize, Deserializer, de::Error as _};
 use super::{
     files::Files,
     quantity::{
-        ClaimFactor, ClockTime, Coordinate, Energy, Instant, KeepOutRadius, Latitude, Longitude, MissionTime,
-        Quantity, RangeToKeep, Share, SignedShare,
+        Angle, ClaimFactor, ClockTime, Coordinate, Energy, Instant, KeepOutRadius, Latitude, Longitude,
+        MissionTime, Quantity, RangeToKeep, Share, SignedShare,
     },
     source::Source,
 };
@@ -26,6 +26,10 @@ pub(super) const ITEMS_MAX: usize = 64;
 pub(super) const LANES_MAX: usize = 100;
 /// Characters that are safe in files, tables and URLs.
 const NAME_PATTERN: &str = "^[a-z0-9-]+$";
+
+fn yes() -> bool {
+    true
+}
 
 /// A point: [north, east], m.
 #[derive(Clone, Debug, PartialEq, JsonSchema)]
@@ -171,7 +175,7 @@ pub enum FaultKindFile {
         /// Name of the vehicle.
         auv: String,
     },
-    /// An underwater vehicle surfaces and waits there.
+    /// An underwater vehicle surfaces and waits there; afterwards it rejoins its path.
     AuvStops {
         /// Name of the vehicle.
         auv: String,
@@ -181,10 +185,12 @@ pub enum FaultKindFile {
         /// Name of the vehicle.
         auv: String,
     },
-    /// An underwater vehicle keeps its heading and leaves its path.
+    /// An underwater vehicle leaves its path; afterwards it rejoins it at the nearest place that is not on another lane.
     AuvLeavesPath {
         /// Name of the vehicle.
         auv: String,
+        /// Heading that it takes, rad, clockwise from north; its own if left out.
+        heading_rad: Option<Quantity<Angle>>,
     },
     /// The surface craft's rudder, or differential thrust, is stuck.
     RudderStuck {

@@ -195,7 +195,10 @@ macro_rules! kinds_of {
 }
 
 kinds_of! {
-    FaultKindFile { "thruster": Thruster { share } "clock_offset": ClockOffset { offset_s } }
+    FaultKindFile { "thruster": Thruster { share }
+        "clock_offset": ClockOffset { offset_s }
+        "auv_leaves_path": AuvLeavesPath { heading_rad }
+    }
     CurrentFile { "constant": Constant { north_mps, east_mps } }
     GoalFile {
         "intermittent": Intermittent { dwell_s, epoch_s }
@@ -209,10 +212,11 @@ kinds_of! {
     }
     PathFile {
         "lawn_mower": LawnMower { heading_rad, lane_length_m, lane_spacing_m }
-        "waypoints": Waypoints { fillet_m }
+        "waypoints": Waypoints { fillet_m, turn_radius_m }
         "circle": Circle { radius_m, bearing_rad }
         "segments": Segments { segments }
         "geojson": Geojson { fillet_m }
+        "random_survey": RandomSurvey { heading_rad, leg_m, spacing_m, turn_radius_m }
     }
     SegmentFile { "arc": Arc { angle_rad } }
 }

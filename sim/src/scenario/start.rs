@@ -16,6 +16,7 @@ mod environment;
 mod goal;
 mod invalid;
 mod path;
+mod survey;
 mod vehicles;
 
 pub use invalid::InvalidScenario;

@@ -22,6 +22,10 @@ use crate::world::{
 /// Largest depth at which a GNSS antenna on the vehicle's tail is above water, m. Assumption: half a vehicle's length.
 const ANTENNA_DEPTH: f64 = 1.0;
 
+/// Largest rate at which a vehicle turns to the heading on which it leaves its path, rad/s. Assumption: survey AUVs of 1.5 m/s
+/// turn at 10 m.
+const LEAVING_TURN_RATE: f64 = 0.15;
+
 /// Distance along the path, beyond the distance strayed, within which a vehicle rejoins at the nearest point, m.
 /// Assumption: less than the distance to the next lane of any lawn-mower that it can turn on.
 const REJOIN_REACH: f64 = 10.0;
@@ -45,6 +49,8 @@ pub struct SimulatedAuv {
     pub navigation_error: Vector2<f64>,
     /// How much that grows for each metre through the water (north, east).
     pub navigation_drift: Vector2<f64>,
+    /// Whether a satellite fix at the surface sets that error to zero.
+    pub fix_at_surface: bool,
     /// Its estimate of its own position (north, east), m: the input of its path follower.
     pub position_estimate: Vector2<f64>,
     /// Gains of its path follower.
@@ -116,7 +122,7 @@ impl SimulatedAuv {
         PathError::new(&self.position(), self.heading(), &self.path.at(self.gamma))
     }
 
-    /// Heading reference ψ_P + δ, rad, in (−π, π]; the own heading while it does not follow its path.
+    /// Heading reference ψ_P + δ, rad, in (−π, π]; the own heading, or the one that it takes, while it does not follow its path.
     #[must_use]
     pub fn heading_reference(&self) -> f64 {
         match self.behaviour {
@@ -125,7 +131,10 @@ impl SimulatedAuv {
                 let estimated = PathError::new(&self.position_estimate, self.heading(), &point);
                 wrap(point.tangent + self.gains.approach_angle(estimated.y_1))
             }
-            Behaviour::KeepsHeading | Behaviour::WaitsAtTop | Behaviour::Drifts => wrap(self.heading()),
+            Behaviour::LeavesPath(Some(heading)) => wrap(heading),
+            Behaviour::LeavesPath(None) | Behaviour::WaitsAtSurface | Behaviour::Drifts => {
+                wrap(self.heading())
+            }
         }
     }
 
@@ -136,24 +145,31 @@ impl SimulatedAuv {
     }
 
     fn command(&self) -> PathCommand {
-        match self.behaviour {
-            Behaviour::FollowsPath => self.path_command(),
-            Behaviour::KeepsHeading | Behaviour::WaitsAtTop | Behaviour::Drifts => PathCommand {
-                point_speed: 0.0,
-                heading_rate: 0.0,
-            },
+        let heading_rate = match self.behaviour {
+            Behaviour::FollowsPath => return self.path_command(),
+            Behaviour::LeavesPath(Some(heading)) => {
+                let rate = self.gains.k_1 * wrap(heading - self.heading());
+                rate.clamp(-LEAVING_TURN_RATE, LEAVING_TURN_RATE)
+            }
+            Behaviour::LeavesPath(None) | Behaviour::WaitsAtSurface | Behaviour::Drifts => 0.0,
+        };
+        PathCommand {
+            point_speed: 0.0,
+            heading_rate,
         }
     }
 
     fn reference_for(&self, command: &PathCommand) -> Option<UnderwaterReference> {
         match self.behaviour {
             Behaviour::Drifts => None,
-            Behaviour::WaitsAtTop if self.depth() <= self.dive.depth_min => Some(UnderwaterReference {
-                surge: 0.0,
-                pitch: 0.0,
-                yaw_rate: 0.0,
-            }),
-            Behaviour::FollowsPath | Behaviour::KeepsHeading | Behaviour::WaitsAtTop => {
+            Behaviour::WaitsAtSurface if self.depth() <= self.dive.depth_min.min(ANTENNA_DEPTH) => {
+                Some(UnderwaterReference {
+                    surge: 0.0,
+                    pitch: 0.0,
+                    yaw_rate: 0.0,
+                })
+            }
+            Behaviour::FollowsPath | Behaviour::LeavesPath(_) | Behaviour::WaitsAtSurface => {
                 Some(self.inner_loop_reference(command))
             }
         }
@@ -185,8 +201,8 @@ impl SimulatedAuv {
         }
         self.behaviour = behaviour;
         self.leg = match behaviour {
-            Behaviour::WaitsAtTop => Leg::Up,
-            Behaviour::FollowsPath | Behaviour::KeepsHeading | Behaviour::Drifts => {
+            Behaviour::WaitsAtSurface => Leg::Up,
+            Behaviour::FollowsPath | Behaviour::LeavesPath(_) | Behaviour::Drifts => {
                 self.leg.next(self.depth(), &self.dive)
             }
         };
@@ -210,6 +226,9 @@ impl SimulatedAuv {
     /// Dead reckoning uses heading and speed through the water, without the current.
     fn navigate(&mut self, through_water: &Vector2<f64>) {
         self.navigation_error += self.navigation_drift * (through_water.norm() * PERIOD);
+        if self.fix_at_surface && self.depth() <= ANTENNA_DEPTH {
+            self.navigation_error = Vector2::zeros();
+        }
         self.position_estimate = match self.navigation {
             Navigation::GpsAtSurface if ANTENNA_DEPTH < self.depth() => {
                 self.position_estimate + through_water * PERIOD

@@ -45,8 +45,13 @@ pub enum FaultKind {
     Stops(usize),
     /// An underwater vehicle has no power: it drifts and sends no messages.
     Dies(usize),
-    /// An underwater vehicle keeps its heading.
-    LeavesPath(usize),
+    /// An underwater vehicle leaves its path, and rejoins it afterwards.
+    LeavesPath {
+        /// The vehicle.
+        auv: usize,
+        /// Heading that it takes, rad; its own if there is none.
+        heading: Option<f64>,
+    },
     /// The reported standard deviation of an underwater vehicle's fixes is wrong by a factor.
     WrongAccuracy {
         /// The vehicle.
@@ -61,14 +66,14 @@ pub enum FaultKind {
 }
 
 /// The behaviour of an underwater vehicle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Behaviour {
     /// It follows its path and dives.
     FollowsPath,
-    /// It keeps its heading and dives.
-    KeepsHeading,
-    /// It climbs to the top of its dive and waits there.
-    WaitsAtTop,
+    /// It takes this heading, rad, or keeps its own if there is none, and dives.
+    LeavesPath(Option<f64>),
+    /// It climbs to the surface and waits there.
+    WaitsAtSurface,
     /// It drifts.
     Drifts,
 }
@@ -169,11 +174,13 @@ impl Faults {
         if is(FaultKind::Dies(auv)) {
             Behaviour::Drifts
         } else if is(FaultKind::Stops(auv)) {
-            Behaviour::WaitsAtTop
-        } else if is(FaultKind::LeavesPath(auv)) {
-            Behaviour::KeepsHeading
+            Behaviour::WaitsAtSurface
         } else {
-            Behaviour::FollowsPath
+            let left = self.at(time).find_map(|what| match what {
+                FaultKind::LeavesPath { auv: of, heading } if of == auv => Some(heading),
+                _ => None,
+            });
+            left.map_or(Behaviour::FollowsPath, Behaviour::LeavesPath)
         }
     }
 
@@ -219,13 +226,16 @@ mod tests {
                 share: 0.5,
             },
             FaultKind::Silence(1),
-            FaultKind::LeavesPath(0),
+            FaultKind::LeavesPath {
+                auv: 0,
+                heading: None,
+            },
             FaultKind::ClockOffset(2.0),
         ]);
         let health = several.thrusters(15.0);
         assert_eq!((health.port, health.starboard), (0.25, 1.0));
         assert!(several.is_silent(1, 15.0) && !several.is_silent(0, 15.0));
-        assert_eq!(several.behaviour(0, 15.0), Behaviour::KeepsHeading);
+        assert_eq!(several.behaviour(0, 15.0), Behaviour::LeavesPath(None));
         assert_eq!(several.behaviour(1, 15.0), Behaviour::FollowsPath);
         assert_eq!(several.clock_offset(15.0), 2.0);
         assert!(several.gnss_works(15.0));

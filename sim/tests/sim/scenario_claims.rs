@@ -11,6 +11,7 @@ use pilotfish_sim::{
 use planner::{
     angle::{Heading, angle_of, direction, wrap},
     los::Reference,
+    path::Segment,
     snapshot::{Report, Snapshot},
 };
 
@@ -286,6 +287,95 @@ fn noisy_fixes_are_late_lossy_and_wrong_by_as_much_as_the_file_says() {
         0.0 < outliers && outliers < 0.02 * 0.65 + binomial_bound(0.02, heard),
         "{outliers}"
     );
+}
+
+#[test]
+fn surveys_report_positions_alone_and_what_is_known_of_a_route_is_its_corners() {
+    /// Looks at every snapshot.
+    struct Looker(LosGuide, usize);
+    impl Guide for Looker {
+        fn name(&self) -> &'static str {
+            "looker"
+        }
+        fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
+            let auv = &snapshot.auvs[0];
+            let reports = auv.reports.as_ref().expect("fixes come as reports");
+            assert!(reports.iter().all(|report| report.ground_track().is_none()));
+            assert!(reports.iter().all(|report| report.turn_rate_radps.is_none()));
+            let known = auv.path.as_ref().map_or(&[][..], |path| &path.segments);
+            self.1 = known.iter().map(Segment::count).sum();
+            let bare = |segment: &Segment| {
+                matches!(
+                    segment,
+                    Segment::Waypoints {
+                        fillet_m: None,
+                        turn_radius_m: None,
+                        ..
+                    }
+                )
+            };
+            assert!(known.iter().all(bare));
+            self.0.guide(snapshot)
+        }
+    }
+    for (name, corners) in [
+        ("survey-lanes", 0),
+        ("survey-declared", 16),
+        ("survey-resumed", 16),
+        ("survey-random", 0),
+    ] {
+        let mut looker = Looker(los(), 0);
+        run(&named(name).lasting(60.0), &mut looker, 1, &mut |_| {}).expect("runs");
+        assert_eq!(looker.1, corners, "{name}");
+    }
+}
+
+#[test]
+fn survey_declared_goes_by_a_navigation_that_is_off_by_20_m_and_drifts() {
+    let record = flown("survey-declared", 1);
+    // The route is given every metre.
+    let off = |row: &Row| {
+        let distances = record.paths[0]
+            .iter()
+            .map(|point| (point - row.auvs[0].position).norm());
+        distances.fold(f64::INFINITY, f64::min)
+    };
+    let lane = between(&record, 60, 120).iter().map(off).fold(0.0, f64::max);
+    // Of 20 m, 16.4 m are across a lane that goes 37° east of north. 1 % of 0.9 m/s over 120 s are 1.1 m.
+    assert!((lane - 16.4).abs() < 1.5, "{lane}");
+    let errors: Vec<_> = [60.0, 1499.0]
+        .iter()
+        .map(|time| navigation_error("survey-declared", *time))
+        .collect();
+    let grown = (errors[1] - errors[0]).norm();
+    // 1 % of 0.9 m/s over 1439 s.
+    assert!((grown - 12.9).abs() < 0.3, "{grown}");
+}
+
+fn navigation_error(name: &str, time: f64) -> Vector2<f64> {
+    let mut world = named(name).start(1).expect("valid").world;
+    while world.time() < time {
+        world.step(None);
+    }
+    world.auvs[0].position_estimate - world.auvs[0].position()
+}
+
+#[test]
+fn survey_resumed_leaves_its_lanes_for_150_s_and_comes_back_to_them() {
+    for seed in 1..=3 {
+        let record = flown("survey-resumed", seed);
+        let off = |row: &Row| row.auvs[0].cross_track.abs();
+        assert!(
+            between(&record, 60, 700).iter().all(|row| off(row) < 1.0),
+            "seed {seed}"
+        );
+        let strayed = between(&record, 700, 850).iter().map(off).fold(0.0, f64::max);
+        assert!(50.0 < strayed, "seed {seed}: {strayed}");
+        assert!(
+            between(&record, 1000, 1450).iter().all(|row| off(row) < 1.0),
+            "seed {seed}"
+        );
+    }
 }
 
 #[expect(clippy::cast_precision_loss, reason = "a mission has a few hundred messages")]

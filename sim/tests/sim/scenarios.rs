@@ -1,6 +1,6 @@
 //! Scenario files: what is published is what is read.
 
-use std::{fs, path::Path};
+use std::{collections::BTreeSet, fs, path::Path};
 
 use pilotfish_sim::{
     metrics::Metrics,
@@ -456,6 +456,66 @@ fn a_vehicle_that_strayed_goes_on_where_it_left_and_not_in_the_next_lane() {
         (gamma - left_at).abs() < 45.0 && gamma < 100.0,
         "{left_at} and {gamma}"
     );
+}
+
+#[test]
+fn a_vehicle_that_surfaces_knows_its_place_again_and_goes_on_along_its_path() {
+    let text = format!(
+        "{ALONE}{LINE}dive = {{depth_min_m = 9, depth_max_m = 10, pitch_rad = 0.1}}\n\
+         navigation_error = {{north_m = 12, east_m = -16, fix_at_surface = true}}\n\
+         [[faults]]\nfrom_s = 100\nuntil_s = 500\nwhat.auv_stops.auv = \"auv-1\"\n"
+    )
+    .replace("duration_s = 60", "duration_s = 700");
+    let scenario = Scenario::parse(&text, "my.toml", Files::default()).expect("valid");
+    let mut world = scenario.start(1).expect("valid").world;
+    // Depth, and how far it is off its path, m.
+    let mut at = |time: f64| {
+        while world.time() < time {
+            world.step(None);
+        }
+        let auv = &world.auvs[0];
+        (auv.depth(), auv.path_error().y_1)
+    };
+    let (depth, off) = at(99.0);
+    assert!(9.0 < depth + 0.1 && (off - 16.0).abs() < 0.1, "{depth} {off}");
+    let (depth, off) = at(499.0);
+    assert!(depth <= 1.0 && 10.0 < off, "{depth} {off}");
+    let (depth, off) = at(690.0);
+    // On its way down again.
+    assert!(5.0 < depth && off.abs() < 0.1, "{depth} {off}");
+}
+
+#[test]
+fn a_random_survey_is_the_same_for_a_seed_has_every_pattern_and_can_be_sailed() {
+    let survey = |table: &str, seed| {
+        let text = format!("{ALONE}path.random_survey = {{{table}}}\n");
+        let scenario = Scenario::parse(&text, "my.toml", Files::default()).expect(table);
+        scenario.start(seed).expect("valid").world.auvs[0].path.clone()
+    };
+    let mut corners = BTreeSet::new();
+    for seed in 0..100 {
+        let path = survey("turn_radius_m = 8", seed);
+        assert_eq!(path, survey("turn_radius_m = 8", seed));
+        assert_ne!(path, survey("turn_radius_m = 8", seed + 1));
+        // A pattern that is said, and what it has, changes nothing else.
+        let said = survey(
+            "turn_radius_m = 8, from = [0, 0], pattern = \"there_and_back\"",
+            seed,
+        );
+        assert!((said.at(0.0).tangent - path.at(0.0).tangent).abs() < 1e-9);
+        let n = path.segments()[0].count();
+        corners.insert((n, path.is_closed()));
+        for piece in 0..=4000 {
+            let curvature = path.at(path.length() * f64::from(piece) / 4000.0).curvature;
+            assert!(curvature.abs() * 8.0 < 1.0 + 1e-6, "seed {seed}: {curvature} 1/m");
+        }
+    }
+    // To and fro, round and round, and as many corners as lanes, squares and way-points have.
+    assert!(
+        corners.contains(&(2, true)) && corners.contains(&(4, true)),
+        "{corners:?}"
+    );
+    assert!(10 < corners.len(), "{corners:?}");
 }
 
 #[test]

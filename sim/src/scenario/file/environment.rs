@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::yes;
 use crate::scenario::quantity::{
     AcousticRange, AngleBias, AngleNoise, CorrelationTime, CurrentComponent, Damping, DepthNoise, Factor,
     FrameTime, HalfTurn, MessageTime, Period, PositionNoise, Quantity, RateNoise, Share, ShearDepth,
@@ -154,6 +155,9 @@ pub struct AcousticsFile {
     pub slots_s: BTreeMap<String, Quantity<Period>>,
     /// Time from the arrival of a message until its fix is available, s.
     pub latency_s: Quantity<MessageTime>,
+    /// Whether a message contains course, speed and rate of turn. Without them, only reports are possible.
+    #[serde(default = "yes")]
+    pub course_and_speed: bool,
     /// Standard deviation of a fix along each axis, m.
     pub position_sigma_m: Quantity<PositionNoise>,
     /// Standard deviation of the depth in a message, m; 0 if left out.

@@ -9,7 +9,7 @@ use planner::{
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{ITEMS_MAX, LANES_MAX, NAME_PATTERN, Point};
+use super::{ITEMS_MAX, LANES_MAX, NAME_PATTERN, Point, yes};
 use crate::{
     scenario::quantity::{
         Acceleration, Angle, ClockTime, CommandDelay, Coordinate, CraftMass, Depth, Distribution, LeastSpeed,
@@ -57,10 +57,6 @@ pub struct SurfaceCraftFile {
     /// A random craft that was drawn earlier, because a draw takes as long as a mission.
     #[serde(skip)]
     pub drawn: Option<Arc<RandomCraft>>,
-}
-
-fn yes() -> bool {
-    true
 }
 
 /// A class of surface craft.
@@ -229,6 +225,9 @@ pub struct NavigationErrorFile {
     pub drift_share: Option<Quantity<Share>>,
     /// Direction in which it grows, rad, clockwise from north; 0 if left out.
     pub drift_heading_rad: Option<Quantity<Angle>>,
+    /// Whether a satellite fix sets it to zero, at a depth of 1 m or less.
+    #[serde(default)]
+    pub fix_at_surface: bool,
 }
 
 /// A knot of a speed profile.
@@ -275,8 +274,11 @@ pub enum PathFile {
     Waypoints {
         /// The way-points.
         points: Vec<Point>,
-        /// Radius of the arcs, m.
-        fillet_m: Quantity<Length>,
+        /// Radius of the arcs, m, for which the legs must have room; none if left out.
+        fillet_m: Option<Quantity<Length>>,
+        /// Radius at which corners of any angle are turned where the legs have room, m, instead of `fillet_m`. The surface
+        /// craft does not know it: a known path is the way-points alone; 10 m if left out.
+        turn_radius_m: Option<Quantity<Length>>,
         /// Whether the last point leads back to the first.
         #[serde(default)]
         closed: bool,
@@ -307,6 +309,55 @@ pub enum PathFile {
         /// Radius of the arcs at its corners, m.
         fillet_m: Quantity<Length>,
     },
+    /// A random survey, drawn from a random stream of its own: legs joined by turns that the vehicle can sail. The surface
+    /// craft that knows paths knows its way-points alone.
+    RandomSurvey {
+        /// Seed of the survey; the mission's seed if left out.
+        seed: Option<u64>,
+        /// Its pattern; drawn if left out.
+        pattern: Option<SurveyPattern>,
+        /// Where it begins; the datum if left out.
+        from: Option<Point>,
+        /// Heading of the first leg, rad; drawn if left out.
+        heading_rad: Option<Quantity<Angle>>,
+        /// Length of its lanes or longest legs, m, at least eight turn radii; drawn from 8 to 30 turn radii, evenly by its
+        /// logarithm, if left out.
+        leg_m: Option<Quantity<Length>>,
+        /// Distance of neighbouring lanes, m, at least two turn radii; drawn from 2 to 6 turn radii if left out.
+        spacing_m: Option<Quantity<Length>>,
+        /// Radius at which the vehicle turns, m; 10 m if left out.
+        turn_radius_m: Option<Quantity<Length>>,
+    },
+}
+
+/// Pattern of a survey.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SurveyPattern {
+    /// Parallel lanes, one after the other.
+    LawnMower,
+    /// One leg, to and fro without end.
+    ThereAndBack,
+    /// A rectangle, round and round.
+    Box,
+    /// Two lanes and two half circles, round and round.
+    Racetrack,
+    /// Legs that grow, each at a right angle to the one before it.
+    ExpandingSquare,
+    /// Way-points without a pattern.
+    Waypoints,
+}
+
+impl SurveyPattern {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::LawnMower,
+        Self::ThereAndBack,
+        Self::Box,
+        Self::Racetrack,
+        Self::ExpandingSquare,
+        Self::Waypoints,
+    ];
 }
 
 /// A side.

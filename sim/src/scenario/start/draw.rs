@@ -33,6 +33,13 @@ pub(super) fn stream(seed: u64, of: Stream) -> ChaCha8Rng {
     rng
 }
 
+/// The random numbers of the survey of AUV number `i`: counted from the last stream down, where no draw comes.
+pub(super) fn survey_stream(seed: u64, i: usize) -> ChaCha8Rng {
+    let mut rng = stream(seed, Stream::Scenario);
+    rng.set_stream(u64::MAX - i as u64);
+    rng
+}
+
 /// Draws the numbers of a scenario. Each has its own random stream, numbered in the order of the draws. Fixed and
 /// omitted numbers count too, so that making a number a distribution changes no other.
 pub(super) struct Draw {

@@ -13,7 +13,8 @@ use crate::{
     observe::{Acoustics, AcousticsSetup, Briefing, Observer, SensorSetup, SurfaceSensors},
     record::Bounds,
     scenario::file::{
-        AcousticsFile, BoundsFile, CurrentFile, FaultFile, FaultKindFile, Scenario, SensorsFile, WaterFile,
+        AcousticsFile, BoundsFile, CurrentFile, FaultFile, FaultKindFile, ReportedAs, Scenario, SensorsFile,
+        WaterFile,
     },
     world::{
         World,
@@ -101,7 +102,11 @@ impl Scenario {
             FaultKindFile::Silence { auv: id } => FaultKind::Silence(auv("silence", id)?),
             FaultKindFile::AuvStops { auv: id } => FaultKind::Stops(auv("auv_stops", id)?),
             FaultKindFile::AuvDies { auv: id } => FaultKind::Dies(auv("auv_dies", id)?),
-            FaultKindFile::AuvLeavesPath { auv: id } => FaultKind::LeavesPath(auv("auv_leaves_path", id)?),
+            FaultKindFile::AuvLeavesPath { auv: id, heading_rad } => FaultKind::LeavesPath {
+                auv: auv("auv_leaves_path", id)?,
+                // Without one it draws nothing, as it did before there was one.
+                heading: heading_rad.as_ref().map(|heading| draw.take(heading)),
+            },
             FaultKindFile::RudderStuck { share } => FaultKind::RudderStuck(draw.take(share)),
             FaultKindFile::ThrustStuck { share } => FaultKind::ThrustStuck(draw.take(share)),
             FaultKindFile::WrongAccuracy { auv: id, factor } => FaultKind::WrongAccuracy {
@@ -167,6 +172,12 @@ impl Scenario {
             outlier_share: draw.take_or(file.outlier_share.as_ref(), 0.0),
             outlier_sigma: draw.take_or(file.outlier_sigma_m.as_ref(), 10.0 * position_sigma),
         };
+        if file.reported_as == ReportedAs::State && !file.course_and_speed {
+            return Err(invalid(
+                "knowledge.acoustics.course_and_speed",
+                "a state has course and speed; reported_as = \"reports\" needs none",
+            ));
+        }
         let longest = setup.latency.min(setup.frame);
         within(
             "knowledge.acoustics.slot_length_s",

@@ -2,11 +2,12 @@
 
 use geodesy::Datum;
 use nalgebra::Vector2;
-use planner::path::{Path, Segment, SpeedProfile};
+use planner::path::{Path, Segment, SpeedProfile, TURN_RADIUS};
 
 use super::{
-    draw::{Draw, check_count, side},
+    draw::{Draw, check_count, side, survey_stream},
     invalid::{InvalidScenario, invalid},
+    survey::SurveyConstraints,
 };
 use crate::{
     record::Origin,
@@ -20,11 +21,12 @@ use crate::{
 impl Scenario {
     pub(super) fn path(
         &self,
-        field: &str,
+        i: usize,
         file: &PathFile,
         origin: Option<Origin>,
         draw: &mut Draw,
     ) -> Result<Path, InvalidScenario> {
+        let field = format!("auvs[{i}].path");
         match file {
             PathFile::LawnMower {
                 from,
@@ -50,9 +52,43 @@ impl Scenario {
             PathFile::Waypoints {
                 points,
                 fillet_m,
+                turn_radius_m,
                 closed,
-            } => Path::waypoints(&draw.points(points), draw.take(fillet_m), *closed)
-                .map_err(|error| invalid(format!("{field}.waypoints"), error)),
+            } => {
+                let field = format!("{field}.waypoints");
+                let points = draw.points(points).into_iter().map(Into::into).collect();
+                let (fillet_m, turn_radius_m) = match (fillet_m, turn_radius_m) {
+                    (Some(_), Some(_)) => return Err(invalid(field, "fillet_m or turn_radius_m, not both")),
+                    (Some(fillet), None) => (Some(draw.take(fillet)), None),
+                    (None, radius) => (None, Some(draw.take_or(radius.as_ref(), TURN_RADIUS))),
+                };
+                let waypoints = Segment::Waypoints {
+                    points,
+                    fillet_m,
+                    turn_radius_m,
+                };
+                Path::from_segments(&[waypoints], *closed).map_err(|error| invalid(field, error))
+            }
+            PathFile::RandomSurvey {
+                seed,
+                pattern,
+                from,
+                heading_rad,
+                leg_m,
+                spacing_m,
+                turn_radius_m,
+            } => {
+                let constraints = SurveyConstraints {
+                    pattern: *pattern,
+                    from: from.as_ref().map_or(Vector2::zeros(), |from| draw.point(from)),
+                    heading: draw.take_optional(heading_rad.as_ref()),
+                    leg: draw.take_optional(leg_m.as_ref()),
+                    spacing: draw.take_optional(spacing_m.as_ref()),
+                    turn_radius: draw.take_or(turn_radius_m.as_ref(), TURN_RADIUS),
+                };
+                let rng = survey_stream(seed.unwrap_or(draw.seed), i);
+                constraints.draw(&format!("{field}.random_survey"), rng)
+            }
             PathFile::Circle {
                 centre,
                 radius_m,

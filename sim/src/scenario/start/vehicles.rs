@@ -16,7 +16,7 @@ use super::{
     path::{point_out_of_range, speed_profile},
 };
 use crate::{
-    observe::Briefing,
+    observe::{Briefing, Messages},
     record::{Bounds, Origin},
     scenario::{
         file::{
@@ -68,11 +68,11 @@ impl Scenario {
             craft: craft_description(file.craft.as_ref(), &file.limits, kind.craft, draw)?,
             current: self.knowledge.current == CurrentKnowledge::Known,
             paths: self.knowledge.paths,
-            newest_as_state: self
-                .knowledge
-                .acoustics
-                .as_ref()
-                .is_some_and(|acoustics| acoustics.reported_as == ReportedAs::State),
+            messages: match &self.knowledge.acoustics {
+                Some(file) if file.reported_as == ReportedAs::State => Messages::NewestAsState,
+                Some(file) if !file.course_and_speed => Messages::Positions,
+                _ => Messages::Reports,
+            },
             bounds: Bounds::default(),
         };
         Ok((craft, briefing, draw.take(&file.contact_range_m)))
@@ -120,7 +120,7 @@ impl Scenario {
         draw: &mut Draw,
     ) -> Result<SimulatedAuv, InvalidScenario> {
         let class = file.class;
-        let path = self.path(&format!("auvs[{i}].path"), &file.path, origin, draw)?;
+        let path = self.path(i, &file.path, origin, draw)?;
         if let Some(far) = point_out_of_range(&path) {
             return Err(invalid(
                 format!("auvs[{i}].path"),
@@ -189,6 +189,10 @@ impl Scenario {
             navigation: class.navigation(),
             navigation_error,
             navigation_drift,
+            fix_at_surface: file
+                .navigation_error
+                .as_ref()
+                .is_some_and(|error| error.fix_at_surface),
             position_estimate: position + navigation_error,
             gains: PathFollowingGains::LAB,
             path: Arc::new(path),
