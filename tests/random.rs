@@ -138,7 +138,8 @@ impl Draw {
                 Forecast::ConstantVelocity,
                 Forecast::ConstantTurn,
                 Forecast::Path,
-            ][self.rng.random_range(0..6)],
+                Forecast::Declared,
+            ][self.rng.random_range(0..7)],
             hold: if self.chance(0.5) {
                 Hold::Stop
             } else {
@@ -353,7 +354,11 @@ impl Draw {
             craft_estimate,
             current,
             reference,
-            targets: Some(auvs.iter().map(|auv| self.previous_target(auv, asc)).collect()),
+            targets: Some(
+                auvs.iter()
+                    .map(|auv| self.previous_target(auv, asc, time))
+                    .collect(),
+            ),
         }
     }
 
@@ -491,7 +496,7 @@ impl Draw {
     }
 
     /// What a plan knew of an AUV: somewhere near the craft, or anywhere.
-    fn previous_target(&mut self, auv: &Auv, asc: &Asc) -> PreviousTarget {
+    fn previous_target(&mut self, auv: &Auv, asc: &Asc, t_s: f64) -> PreviousTarget {
         let position = self.place(asc.position(), 100.0);
         let mut axis = |usual: f64, most: f64| self.number((-usual, usual), (-most, most));
         let (north_mps, east_mps) = (axis(0.3, 20.0), axis(0.3, 20.0));
@@ -519,6 +524,27 @@ impl Draw {
             estimate: Some(estimate),
             forecast: Some(models[self.rng.random_range(0..4)]),
             drift: Some(drift),
+            track: self.track(asc, t_s),
         }
+    }
+
+    /// Lanes, as a vehicle sails them, or anything.
+    fn track(&mut self, asc: &Asc, t_s: f64) -> Vec<[f64; 3]> {
+        let start = self.place(asc.position(), 100.0);
+        let (lane, spacing) = (
+            self.number((20.0, 200.0), (0.0, 1.0e9)),
+            self.number((2.0, 40.0), (0.0, 1.0e9)),
+        );
+        let n: u32 = self.rng.random_range(0..40);
+        let corner = |k: u32| {
+            let north = if k.div_ceil(2).is_multiple_of(2) {
+                0.0
+            } else {
+                lane
+            };
+            let time = t_s - 100.0 * f64::from(n - k);
+            [time, start.x + north, start.y + spacing * f64::from(k / 2)]
+        };
+        (0..n).map(corner).collect()
     }
 }

@@ -9,6 +9,7 @@ pub(crate) mod interacting;
 pub(crate) mod kalman;
 pub(crate) mod motion_model;
 pub(crate) mod on_path;
+pub(crate) mod repeats;
 pub(crate) mod track;
 pub(crate) mod turn;
 
@@ -20,4 +21,5 @@ mod speed_band_tests;
 pub(crate) mod tests;
 
 pub use from_reports::{Estimate, Route};
-pub use on_path::PathFit;
+pub use on_path::{NextTurn, PathFit};
+pub use repeats::{Pattern, Repeats};

@@ -9,9 +9,9 @@ use planner::{
     craft::CraftDescription,
     path::Segment,
     snapshot::{
-        Acoustics as AcousticLink, Auv, AuvState, DeclaredPath, Dive, Goal, GroundTrack, InvalidRequest,
-        LEG_HEIGHT_MIN, Limits, Offset, PlanRequest, REPORT_SIGMA_MAX, REPORT_SIGMA_MIN, Report, Snapshot,
-        Task,
+        Acoustics as AcousticLink, Auv, AuvState, DeclaredPath, Dive, Forecast, Goal, GroundTrack,
+        InvalidRequest, LEG_HEIGHT_MIN, Limits, Offset, PlanRequest, REPORT_SIGMA_MAX, REPORT_SIGMA_MIN,
+        Report, Snapshot, Task,
     },
 };
 
@@ -51,6 +51,8 @@ pub struct Briefing {
     pub current: bool,
     /// Whether snapshots contain the paths, speeds and dives of the underwater vehicles.
     pub paths: bool,
+    /// How snapshots have the future of underwater vehicles forecast.
+    pub forecast: Forecast,
     /// What snapshots contain of the messages of an underwater vehicle.
     pub messages: Messages,
     /// Its bounds. Snapshots do not contain the energy.
@@ -228,6 +230,7 @@ impl Observer {
             craft: Some(briefing.craft.clone()),
             keep_outs: briefing.bounds.keep_outs.clone(),
             area: briefing.bounds.area.iter().copied().map(Into::into).collect(),
+            forecast: briefing.forecast,
             acoustics: range_max_m.map(|range_max_m| AcousticLink { range_max_m }),
             ..PlanRequest::new(
                 clock,

@@ -257,7 +257,7 @@ function previewOf(plan, t_s) {
     after_s, asc: plan.trajectory.map(point), goal: plan.goal.trajectory.map(point), line_of_sight: [],
     auvs: plan.targets.map((/** @type {any} */ target) => ({
       id: target.id, positions: target.trajectory.map(point), depths_m: target.depths_m, covariances_m2: target.position_sigma_m.map(circle), age_s: target.estimate.age_s,
-      drift: [target.drift.north_mps, target.drift.east_mps],
+      drift: [target.drift.north_mps, target.drift.east_mps], route: target.estimate.route,
     })),
     line_of_sight_reference: plan.baseline, rms_m: plan.predicted.rms_error_m, line_of_sight_rms_m: plan.baseline.predicted_rms_error_m,
     craft: { follows: plan.craft_estimate.follows }, violations: plan.violations, warnings: plan.warnings,

@@ -37,8 +37,8 @@ pub use planner::{
     explain::{Explanation, ProgramSize, SubproblemReport, UsedSlack},
     path::Segment,
     plan::{
-        CostTerms, GoalPoint, Method, PlannedTarget, Predicted, RouteFit, SoftLimit, SolverReport, Subject,
-        TargetEstimate, TargetPoint, Unit, Violation,
+        CostTerms, GoalPoint, Method, PlannedTarget, Predicted, RepeatedTrack, RouteFit, SoftLimit,
+        SolverReport, Subject, TargetEstimate, TargetPoint, Unit, Violation,
     },
     program::Slack,
     snapshot::{

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 use planner::{
-    plan::{Plan, PlannedTarget, Violation},
+    plan::{Plan, PlannedTarget, RouteFit, Violation},
     snapshot::{Auv, Snapshot},
 };
 use serde::{Deserialize, Serialize};
@@ -72,6 +72,9 @@ pub struct PredictedAuv {
     pub refused_t_s: Vec<f64>,
     /// Velocity (north, east) beyond what its reports and the model explain, m/s.
     pub drift: [f64; 2],
+    /// How it follows its path, or what its track repeats, at its newest report.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub route: Option<RouteFit>,
 }
 
 /// A fix.
@@ -221,6 +224,7 @@ impl PredictedAuv {
                 .filter_map(|&i| Some(reports.get(i)?.t_s))
                 .collect(),
             drift: [target.drift.north_mps, target.drift.east_mps].map(rounded_to(TEN_THOUSANDTH)),
+            route: estimate.route,
         }
     }
 }

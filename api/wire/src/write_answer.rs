@@ -153,12 +153,16 @@ impl<'a> Answer<'a> {
         for PlannedTarget {
             estimate: at,
             trajectory,
+            track,
             ..
         } in &mut targets
         {
             (at.north_m, at.east_m, at.lat_deg, at.lon_deg) = self.place(at.north_m, at.east_m);
             for at in trajectory {
                 (at.north_m, at.east_m, at.lat_deg, at.lon_deg) = self.place(at.north_m, at.east_m);
+            }
+            for [_, north, east] in track {
+                (*north, *east, ..) = self.place(*north, *east);
             }
         }
         PlanResponse {
@@ -285,7 +289,10 @@ fn contradicted_claims(snapshot: &Snapshot) -> Vec<Warning> {
             );
             warnings.push(warning("reported_velocity_contradicted", &pointer, detail));
         }
-        if let Some(route) = estimate.route.filter(|route| !route.is_followed()) {
+        if let Some(route) = estimate
+            .route
+            .filter(|route| estimate.repeats.is_none() && !route.is_followed())
+        {
             let detail = format!(
                 "{id} does not follow its path (probability {:.2}): it is forecast from its motion",
                 route.probability

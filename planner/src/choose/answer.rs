@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 
 use crate::{
     craft::estimate::CraftEstimate,
-    estimate::from_reports::Estimate,
+    estimate::{NextTurn, Pattern, from_reports::Estimate},
     facts::{
         angle::Course,
         auv::VehicleId,
@@ -178,6 +178,10 @@ pub struct PlannedTarget {
     /// Velocity that its reports and the model do not explain, such as a current that it does not know: estimated from
     /// successive `state`s without covariance, otherwise zero. The next request needs it in `previous_plan`.
     pub drift: Drift,
+    /// Where it was, of a vehicle without a `path`: corners of its track, each as time, s, position north and east, m, at most 96. The next
+    /// request needs it in `previous_plan`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub track: Vec<[f64; 3]>,
     /// One point for each of the plan's trajectory.
     pub trajectory: Vec<TargetPoint>,
     /// Its depth at the times of the trajectory, m, positive down.
@@ -236,7 +240,7 @@ pub struct TargetEstimate {
     pub position_sigma_m: Option<f64>,
     /// Indices of the `reports` that were not used, ascending: outliers, reports before a jump, and duplicates.
     pub rejected: Vec<usize>,
-    /// How its reports fit its `path`. Absent without a path or without reports.
+    /// How its reports fit its `path`, or what its track repeats. Absent without either, and without reports.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub route: Option<RouteFit>,
 }
@@ -257,6 +261,29 @@ pub struct RouteFit {
     pub faster_mps: f64,
     /// Whether it sails the path from the end to the beginning.
     pub backwards: bool,
+    /// The turn of the path that it comes to next.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next_turn: Option<NextTurn>,
+    /// What its track repeats, which is taken for its path. Absent where it declares one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub repeats: Option<RepeatedTrack>,
+}
+
+/// What an underwater vehicle's track repeats.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RepeatedTrack {
+    /// What it looks like.
+    pub pattern: Pattern,
+    /// How often it was sailed, as far as the track is remembered: at least twice.
+    pub times: f64,
+    /// Length of what repeats, m: of a lawn-mower's lane and turn, of a lap.
+    pub period_m: f64,
+    /// Length of its longest leg, m.
+    pub leg_m: f64,
+    /// Distance between lanes, m; 0 where there are none.
+    pub spacing_m: f64,
+    /// Root mean square distance between one time and the next, laid over each other, m.
+    pub residual_m: f64,
 }
 
 impl TargetPoint {
@@ -288,6 +315,7 @@ impl PlannedTarget {
                 estimate: estimate.into(),
                 forecast: forecast.model.into(),
                 drift: forecast.drift().into(),
+                track: estimate.track.clone(),
                 trajectory: times.iter().map(point).collect(),
                 depths_m: times.iter().map(|time| forecast.depth_at(*time)).collect(),
                 position_sigma_m: times.iter().map(sigma).collect(),
@@ -321,6 +349,15 @@ impl From<&Estimate> for TargetEstimate {
                 east_m: route.fit.offset().y,
                 faster_mps: route.fit.faster(),
                 backwards: route.fit.sense < 0.0,
+                next_turn: route.next_turn,
+                repeats: estimate.repeats.as_ref().map(|repeats| RepeatedTrack {
+                    pattern: repeats.pattern,
+                    times: repeats.times,
+                    period_m: repeats.period,
+                    leg_m: repeats.leg,
+                    spacing_m: repeats.spacing,
+                    residual_m: repeats.residual,
+                }),
             }),
         }
     }
@@ -343,6 +380,7 @@ impl From<&PlannedTarget> for PreviousTarget {
             }),
             forecast: Some(target.forecast),
             drift: Some(target.drift),
+            track: target.track.clone(),
         }
     }
 }

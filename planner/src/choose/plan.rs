@@ -14,7 +14,8 @@ use crate::{
 
 pub use crate::{
     choose::answer::{
-        Baseline, GoalPoint, Method, Plan, PlannedTarget, RouteFit, TargetEstimate, TargetPoint,
+        Baseline, GoalPoint, Method, Plan, PlannedTarget, RepeatedTrack, RouteFit, TargetEstimate,
+        TargetPoint,
     },
     problem::violation::{SoftLimit, Subject, Unit, Violation},
     scp::{

@@ -49,9 +49,13 @@ impl PreviousPlan {
         for point in &mut self.trajectory {
             put(&mut point.north_m, &mut point.east_m);
         }
-        let targets = self.targets.iter_mut().flatten();
-        for estimate in targets.filter_map(|target| target.estimate.as_mut()) {
-            put(&mut estimate.north_m, &mut estimate.east_m);
+        for target in self.targets.iter_mut().flatten() {
+            if let Some(estimate) = &mut target.estimate {
+                put(&mut estimate.north_m, &mut estimate.east_m);
+            }
+            for [_, north, east] in &mut target.track {
+                put(north, east);
+            }
         }
         let memory = self
             .craft_estimate

@@ -9,7 +9,8 @@ use crate::{
         claims::Believed,
         interacting::Interacting,
         kalman::Kalman,
-        on_path::{OnPath, PathFit},
+        on_path::{NextTurn, OnPath, PathFit},
+        repeats::{Repeats, TrackPoint, Trail},
         track::Track,
         turn::{clear, remembered_turn_rate, turn_rate},
     },
@@ -46,8 +47,12 @@ pub struct Estimate {
     pub inflation: f64,
     /// Whether the fixes contradict the courses and speeds that the vehicle reports, so that these are not used.
     pub velocity_contradicted: bool,
-    /// How the vehicle follows the path that is declared for it. None without a path or without reports.
+    /// How the vehicle follows its path. None without a path or without reports.
     pub route: Option<Route>,
+    /// What its track repeats, if it declares no path: that is its path.
+    pub repeats: Option<Repeats>,
+    /// Where it was, as far as the next request needs to know it.
+    pub track: Vec<TrackPoint>,
 }
 
 /// How a vehicle follows its path.
@@ -57,6 +62,8 @@ pub struct Route {
     pub probability: f64,
     /// Where it is on the path, if it does.
     pub fit: PathFit,
+    /// The turn that it comes to next, if it does.
+    pub next_turn: Option<NextTurn>,
 }
 
 impl Route {
@@ -76,36 +83,44 @@ const LEAVES_AFTER: f64 = 3600.0;
 /// Time after which one that left it usually returns, s.
 const RETURNS_AFTER: f64 = 600.0;
 
+/// Newest reports that tell whether a vehicle goes on to repeat its track, and how much each counts against that: the older ones made
+/// the path, and a turn of which fixes saw little is metres off. Three in a row that do not fit end it.
+const TELLING: usize = 3;
+const ODDS_MAX: f64 = 3.0;
+
 /// Two fixes of one time that are nearer to each other than this are one message over two links, m.
 const REPEATED_WITHIN: f64 = 0.1;
 
 impl Estimate {
     /// Of `auv` by what is known at time `now`, s, of a `current` (north, east), m/s, too; of a state that reports no rate of
-    /// turn also by what the previous plan knew, and the time of the report that it knew it from.
+    /// turn also by what the previous plan knew, and the time of the report that it knew it from. Without a `path`, what the track
+    /// repeats is taken for one if the track `before` is given.
     pub(crate) fn new(
         auv: &Auv,
         path: Option<&KnownPath>,
         now: f64,
         current: &Vector2<f64>,
         previous: Option<(RememberedTarget, f64)>,
+        before: Option<&[TrackPoint]>,
     ) -> Self {
-        match &auv.state {
-            Some(state) => {
-                let mut state = *state;
-                // A gyroscope never reads exactly 0: it is what stands for a rate that is left out.
-                if let (0.0, Some((earlier, reported))) = (state.turn_rate_radps, previous) {
-                    let between = now - state.age_s - reported;
-                    state.turn_rate_radps = remembered_turn_rate(&earlier.estimate, &state, between);
-                }
-                Self {
-                    state,
-                    rejected: Vec::new(),
-                    inflation: 0.0,
-                    velocity_contradicted: false,
-                    route: None,
-                }
-            }
-            None => from_reports(auv.reports.as_deref().unwrap_or_default(), path, now, current),
+        let Some(state) = &auv.state else {
+            let reports = auv.reports.as_deref().unwrap_or_default();
+            return from_reports(reports, path, now, current, before);
+        };
+        let mut state = *state;
+        // A gyroscope never reads exactly 0: it is what stands for a rate that is left out.
+        if let (0.0, Some((earlier, reported))) = (state.turn_rate_radps, previous) {
+            let between = now - state.age_s - reported;
+            state.turn_rate_radps = remembered_turn_rate(&earlier.estimate, &state, between);
+        }
+        Self {
+            state,
+            rejected: Vec::new(),
+            inflation: 0.0,
+            velocity_contradicted: false,
+            route: None,
+            repeats: None,
+            track: Vec::new(),
         }
     }
 
@@ -121,7 +136,13 @@ impl Estimate {
 }
 
 /// Filters `reports`, at least one, in order of time.
-fn from_reports(reports: &[Report], path: Option<&KnownPath>, now: f64, current: &Vector2<f64>) -> Estimate {
+fn from_reports(
+    reports: &[Report],
+    path: Option<&KnownPath>,
+    now: f64,
+    current: &Vector2<f64>,
+    before: Option<&[TrackPoint]>,
+) -> Estimate {
     // What is older than anything that is forecast says only where a vehicle was of which nothing else is known.
     let newest = reports
         .iter()
@@ -145,10 +166,23 @@ fn from_reports(reports: &[Report], path: Option<&KnownPath>, now: f64, current:
         inflation,
         velocity_contradicted,
     } = Believed::new(without_repeated(&numbered));
-    let along = path.map(|known| Track::through(&believed, |report| OnPath::start(report, known, current)));
+    let before = before.filter(|_| path.is_none());
+    let trail = before.map_or_else(Trail::default, |before| Trail::new(before, &free.used, current));
+    let repeats = trail.repeats();
+    let path = path.or(repeats.as_ref().map(|repeats| &repeats.path));
+    let roughness = repeats.as_ref().map(|repeats| repeats.residual);
+    let along = path.map(|known| {
+        Track::through(&believed, |report| {
+            OnPath::start(report, known, roughness, current)
+        })
+    });
     let route = along.as_ref().map(|along| Route {
-        probability: probability_of_following(&believed, along, &free),
+        probability: match repeats {
+            None => probability_of_following(&believed, along, &free, (usize::MAX, f64::INFINITY)),
+            Some(_) => probability_of_following(&believed, along, &free, (TELLING, ODDS_MAX)),
+        },
         fit: *along.filter.fit(),
+        next_turn: path.and_then(|known| along.filter.fit().next_turn(known, current)),
     });
     let followed = along.filter(|_| route.is_some_and(|route| route.is_followed()));
     let (filtered, used) = match &followed {
@@ -163,6 +197,8 @@ fn from_reports(reports: &[Report], path: Option<&KnownPath>, now: f64, current:
         inflation,
         velocity_contradicted,
         route,
+        repeats,
+        track: trail.points,
     }
 }
 
@@ -185,12 +221,13 @@ fn without_repeated(numbered: &[(usize, Report)]) -> Vec<(usize, Report)> {
     last.map(|(_, numbered)| *numbered).collect()
 }
 
-/// Probability that a vehicle follows its path as `along` has it, after `reports`: of two states, in one of which it goes freely
-/// along `free`.
+/// Probability that a vehicle follows its path as `along` has it, after the `newest` of its `reports`: of two states, in one of which it
+/// goes freely along `free`. No report counts for more than `odds_max` against the path.
 fn probability_of_following(
     reports: &[(usize, Report)],
     along: &Track<OnPath<'_>>,
     free: &Track<Interacting>,
+    (newest, odds_max): (usize, f64),
 ) -> f64 {
     let moves = SPEED_AT_REST <= free.filter.combined().velocity().norm();
     if !moves || !along.filter.is_on_path() {
@@ -199,12 +236,16 @@ fn probability_of_following(
     let innovations = along.innovations.iter().zip(&free.innovations);
     let intervals = reports.iter().zip(&reports[1..]);
     let steps = intervals.map(|((_, from), (_, to))| to.t_s - from.t_s);
+    let passed = along.innovations.len().saturating_sub(newest);
     steps
         .zip(innovations)
+        .skip(passed)
         .fold(FOLLOWS_AT_FIRST, |follows, (elapsed, (along, free))| {
             let [leaves, returns] = [LEAVES_AFTER, RETURNS_AFTER].map(|after| -(-elapsed / after).exp_m1());
             let follows = follows * (1.0 - leaves) + (1.0 - follows) * returns;
-            let ratio = (free.log_likelihood() - along.log_likelihood()).exp();
+            let ratio = (free.log_likelihood() - along.log_likelihood())
+                .exp()
+                .min(odds_max);
             follows / (follows + (1.0 - follows) * ratio)
         })
 }

@@ -3,6 +3,8 @@
 use std::f64::consts::TAU;
 
 use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
 use crate::{
     estimate::{
@@ -11,8 +13,9 @@ use crate::{
     },
     facts::{
         angle::{direction, ned_from_body},
-        evidence::Report,
+        evidence::{Report, SPEED_AT_REST},
         known_path::{KnownPath, foot_speed},
+        path::piece::Piece,
     },
 };
 
@@ -109,11 +112,27 @@ const PROBABILITY_MIN: f64 = 3.0e-3;
 #[derive(Clone, Debug)]
 pub(crate) struct OnPath<'a> {
     known: &'a KnownPath,
+    /// Variance of the path's places along either axis, m².
+    roughness: f64,
     current: Vector2<f64>,
     time: f64,
     /// The most probable first.
     hypotheses: [Hypothesis; HYPOTHESES_MAX],
 }
+
+/// The turn of its path that a vehicle comes to next.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct NextTurn {
+    /// After the newest report, s.
+    pub in_s: f64,
+    /// Standard deviation of that, s.
+    pub sigma_s: f64,
+    /// By how much it turns, rad, positive to starboard.
+    pub by_rad: f64,
+}
+
+/// Arcs with no more between them than this are one turn, m.
+const SAME_TURN: f64 = 1.0;
 
 /// Where a vehicle is on its path, how fast, and how far its path is off.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -175,6 +194,62 @@ impl PathFit {
     fn rate(&self, known: &KnownPath, current: &Vector2<f64>) -> f64 {
         let tangent = known.path.at(self.state.x).tangent;
         foot_speed(known.horizontal_speed, current, tangent, self.sense) + self.sense * self.state.y
+    }
+
+    /// The turn that begins next.
+    pub(crate) fn next_turn(&self, known: &KnownPath, current: &Vector2<f64>) -> Option<NextTurn> {
+        let (path, pieces) = (&known.path, known.path.pieces());
+        let (_, gamma) = path.lap_of(self.state.x);
+        let begun = pieces.partition_point(|piece| piece.from <= gamma);
+        let forwards = 0.0 < self.sense;
+        // The pieces ahead in the order in which it comes to them, with the distances at which each begins and ends.
+        let (first, laps) = if forwards {
+            (begun, 1.0)
+        } else {
+            (pieces.len() + 1 - begun, -1.0)
+        };
+        let n = if path.is_closed() {
+            pieces.len()
+        } else {
+            pieces.len().saturating_sub(first)
+        };
+        let mut ahead = (first..first + n).map(|number| {
+            let lap = if number < pieces.len() {
+                0.0
+            } else {
+                laps * path.length()
+            };
+            let number = number % pieces.len();
+            let piece = &pieces[if forwards {
+                number
+            } else {
+                pieces.len() - 1 - number
+            }];
+            let (from, to) = (piece.from + lap - gamma, piece.end() + lap - gamma);
+            (if forwards { (from, to) } else { (-to, -from) }, piece)
+        });
+        let ((distance, mut end), piece) = ahead.find(|(_, piece)| piece.curvature != 0.0)?;
+        let angle = |piece: &Piece| self.sense * piece.curvature * piece.length;
+        let mut by_rad = angle(piece);
+        for ((from, to), piece) in ahead.filter(|(_, piece)| piece.curvature != 0.0) {
+            if from - end > SAME_TURN {
+                break;
+            }
+            (by_rad, end) = (by_rad + angle(piece), to);
+        }
+        let speed = self.rate(known, current).abs().max(SPEED_AT_REST);
+        let in_s = distance / speed;
+        let p = &self.covariance;
+        let variance = p.m11
+            + 2.0 * self.sense * in_s * p.m12
+            + in_s * in_s * p.m22
+            + ALONG_DENSITY * in_s
+            + SPEED_DENSITY * in_s.powi(3) / 3.0;
+        Some(NextTurn {
+            in_s,
+            sigma_s: variance.max(0.0).sqrt() / speed,
+            by_rad,
+        })
     }
 
     /// How position and speed depend on the state: rows north, east.
@@ -240,15 +315,27 @@ impl PathFit {
 }
 
 impl<'a> OnPath<'a> {
-    /// From a report alone: on whatever legs it may be.
-    pub(crate) fn start(report: &Report, known: &'a KnownPath, current: &Vector2<f64>) -> Self {
+    /// From a report alone: on whatever legs it may be of a `known` path. One that was made of reports lies where they are, but for its
+    /// `roughness`, m, and is sailed as it was.
+    pub(crate) fn start(
+        report: &Report,
+        known: &'a KnownPath,
+        roughness: Option<f64>,
+        current: &Vector2<f64>,
+    ) -> Self {
         let mut filter = Self {
             known,
+            roughness: roughness.unwrap_or(0.0).powi(2),
             current: *current,
             time: report.t_s,
             hypotheses: [Hypothesis::NONE; HYPOTHESES_MAX],
         };
+        let [good, _] = &NAVIGATIONS;
         for gamma in known.path.feet::<FEET_MAX>(&report.position(), REACH) {
+            if roughness.is_some() {
+                filter.insert(filter.begun(gamma, good, 0.0, 1.0, report));
+                continue;
+            }
             for navigation in &NAVIGATIONS {
                 for part in navigation.parts {
                     filter.insert(filter.begun(gamma, navigation, *part, 1.0, report));
@@ -345,7 +432,7 @@ impl<'a> OnPath<'a> {
         let point = self.known.path.at(fit.state.x);
         let h = PathFit::jacobian(point.tangent);
         let error = report.position() - point.position - fit.offset();
-        let noise = report.sigma_m.powi(2);
+        let noise = report.sigma_m.powi(2) + self.roughness;
         let covariance = h * fit.covariance * h.transpose() + Matrix2::identity() * noise;
         let determinant = covariance.determinant().max(f64::MIN_POSITIVE);
         let adjugate = Matrix2::new(covariance.m22, -covariance.m12, -covariance.m21, covariance.m11);

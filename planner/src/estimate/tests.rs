@@ -98,7 +98,7 @@ fn flight(
 
 fn estimate(reports: &[Report], now: f64) -> Estimate {
     let auv = Auv::reported("a", reports.to_vec());
-    Estimate::new(&auv, None, now, &Vector2::zeros(), None)
+    Estimate::new(&auv, None, now, &Vector2::zeros(), None, None)
 }
 
 /// The reports without what the vehicle says of itself.
@@ -364,7 +364,7 @@ fn lanes(random: &mut Random) -> (KnownPath, Vec<Report>, Vector2<f64>) {
 
 fn estimate_along(known: &KnownPath, reports: &[Report]) -> Estimate {
     let auv = Auv::reported("a", reports.to_vec());
-    Estimate::new(&auv, Some(known), 290.0, &Vector2::zeros(), None)
+    Estimate::new(&auv, Some(known), 290.0, &Vector2::zeros(), None, None)
 }
 
 #[test]
@@ -437,7 +437,7 @@ fn route(path: &Path, speed: f64, reports: &[Report]) -> Route {
     };
     let auv = Auv::reported("a", reports.to_vec());
     let now = reports.last().expect("there are some").t_s;
-    let found = Estimate::new(&auv, Some(&known), now, &Vector2::zeros(), None);
+    let found = Estimate::new(&auv, Some(&known), now, &Vector2::zeros(), None, None);
     found.route.expect("has a path")
 }
 
@@ -553,7 +553,7 @@ fn turn_rates_from_states(rate: f64, interval: f64, n: u32, course_error: impl F
                 0.9,
             ),
         );
-        let state = Estimate::new(&auv, None, time, &Vector2::zeros(), remembered).state;
+        let state = Estimate::new(&auv, None, time, &Vector2::zeros(), remembered, None).state;
         rates.push(state.turn_rate_radps);
         let target = RememberedTarget {
             model: crate::facts::options::ForecastModel::ConstantVelocity,
@@ -561,7 +561,7 @@ fn turn_rates_from_states(rate: f64, interval: f64, n: u32, course_error: impl F
             drift: Vector2::zeros(),
         };
         // The same state asked for again, with an answer in between that had nothing new, tells the same.
-        let again = Estimate::new(&auv, None, time, &Vector2::zeros(), Some((target, time))).state;
+        let again = Estimate::new(&auv, None, time, &Vector2::zeros(), Some((target, time)), None).state;
         assert_eq!(again.turn_rate_radps, state.turn_rate_radps);
         remembered = Some((target, time));
     }
@@ -629,7 +629,7 @@ fn reports_older_than_an_hour_count_where_there_is_no_other() {
     // Years are no trouble, with a path or without.
     let (known, ..) = lanes(&mut Random(1));
     let auv = Auv::reported("a", reports);
-    let ages = Estimate::new(&auv, Some(&known), 1.0e11, &Vector2::zeros(), None);
+    let ages = Estimate::new(&auv, Some(&known), 1.0e11, &Vector2::zeros(), None, None);
     assert!(ages.position_sigma().is_some_and(f64::is_finite));
 }
 

@@ -35,9 +35,12 @@ impl ForecastModel {
 #[serde(rename_all = "snake_case")]
 pub enum Forecast {
     /// The planner chooses for each vehicle: `hold` for one at rest; along its `path` if that is known and no more than
-    /// 15 m away; else by its rate of turn.
+    /// 15 m away; without a `path` along what its track repeats, such as lanes or laps, by its `reports` and the `track` of the
+    /// previous plan; else by its rate of turn.
     #[default]
     Auto,
+    /// The same, but only paths that are declared are followed.
+    Declared,
     /// Each stays where it is.
     Hold,
     /// Each keeps its ground velocity.
@@ -54,7 +57,7 @@ impl Forecast {
     #[must_use]
     pub fn model(self) -> Option<ForecastModel> {
         match self {
-            Self::Auto => None,
+            Self::Auto | Self::Declared => None,
             Self::Hold => Some(ForecastModel::Hold),
             Self::ConstantVelocity => Some(ForecastModel::ConstantVelocity),
             Self::ConstantTurn => Some(ForecastModel::ConstantTurn),

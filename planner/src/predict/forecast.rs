@@ -110,7 +110,7 @@ impl AuvForecast {
         };
         let along = match (choice, intent.path) {
             (Forecast::Path, Some(known)) => Some(along_path(known)),
-            (Forecast::Auto, Some(known)) if SPEED_AT_REST <= state.speed_mps => {
+            (Forecast::Auto | Forecast::Declared, Some(known)) if SPEED_AT_REST <= state.speed_mps => {
                 Some(along_path(known)).filter(|along| along.offset().abs() <= OFFSET_FROM_PATH_MAX)
             }
             _ => None,
@@ -127,7 +127,7 @@ impl AuvForecast {
             };
         }
         let model = match choice {
-            Forecast::Auto | Forecast::Path => from_motion_alone(state),
+            Forecast::Auto | Forecast::Declared | Forecast::Path => from_motion_alone(state),
             Forecast::Hold => ForecastModel::Hold,
             Forecast::ConstantVelocity => ForecastModel::ConstantVelocity,
             Forecast::ConstantTurn => ForecastModel::ConstantTurn,

@@ -169,13 +169,15 @@ impl Snapshot {
         let known = self.auvs.iter().zip(&self.paths).zip(&self.estimates);
         known.map(|((auv, path), estimate)| KnownAuv {
             auv,
-            path: path.as_ref(),
+            path: path
+                .as_ref()
+                .or(estimate.repeats.as_ref().map(|repeats| &repeats.path)),
             estimate,
         })
     }
 }
 
-/// An AUV, its path where that is known, and where it is taken to be.
+/// An AUV, its path where that is declared or repeats what it did, and where it is taken to be.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct KnownAuv<'a> {
     pub(crate) auv: &'a Auv,
@@ -203,7 +205,8 @@ impl TryFrom<PlanRequest> for Snapshot {
         let current = request.current();
         let estimate = |(auv, path): (&Auv, &Option<KnownPath>)| {
             let remembered = request.remembered(&auv.id);
-            Estimate::new(auv, path.as_ref(), request.t_s, &current, remembered)
+            let track = request.remembered_track(&auv.id);
+            Estimate::new(auv, path.as_ref(), request.t_s, &current, remembered, track)
         };
         let estimates = request.auvs.iter().zip(&paths).map(estimate).collect();
         let craft_estimate = CraftEstimate::new(&request.of_the_craft(&limits), &craft_prior);

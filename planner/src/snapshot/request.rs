@@ -10,6 +10,7 @@ use crate::{
         description::{CraftDescription, HeadingLoop, SurgeLoop},
         learn_by_ekf::{CraftObservation, PastReference},
     },
+    estimate::repeats::TrackPoint,
     facts::{
         asc::{Asc, DeclaredLimits, Limits},
         auv::{Auv, VehicleId},
@@ -263,6 +264,19 @@ impl PlanRequest {
         let target = previous.targets.iter().flatten().find_map(target)?;
         let young = (0.0..=REMEMBERED_AGE_MAX).contains(&(self.t_s - then));
         young.then_some((target, then - target.estimate.age_s))
+    }
+
+    /// Where the AUV called `id` was, as the previous plan has it; none if nothing is inferred from tracks.
+    pub(crate) fn remembered_track(&self, id: &VehicleId) -> Option<&[TrackPoint]> {
+        let previous = self.previous_plan.as_ref();
+        let mut targets = previous
+            .and_then(|plan| plan.targets.as_deref())
+            .into_iter()
+            .flatten();
+        let track = targets
+            .find(|target| target.id == *id)
+            .map(|target| target.track.as_slice());
+        (self.forecast == Forecast::Auto).then_some(track.unwrap_or_default())
     }
 
     /// The AUV called `id`.

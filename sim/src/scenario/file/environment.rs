@@ -91,6 +91,9 @@ pub struct KnowledgeFile {
     /// Whether it knows the paths, speeds and dives of the underwater vehicles.
     #[serde(default)]
     pub paths: bool,
+    /// Whether only paths that it knows are followed, and not what the track of an underwater vehicle repeats.
+    #[serde(default)]
+    pub known_paths_only: bool,
     /// Errors of its sensors; none if left out.
     #[serde(default)]
     pub sensors: SensorsFile,

@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use planner::{
     angle::direction,
     craft::CraftDescription,
-    snapshot::{Limits, VehicleId},
+    snapshot::{Forecast, Limits, VehicleId},
 };
 
 use super::{
@@ -68,6 +68,11 @@ impl Scenario {
             craft: craft_description(file.craft.as_ref(), &file.limits, kind.craft, draw)?,
             current: self.knowledge.current == CurrentKnowledge::Known,
             paths: self.knowledge.paths,
+            forecast: if self.knowledge.known_paths_only {
+                Forecast::Declared
+            } else {
+                Forecast::Auto
+            },
             messages: match &self.knowledge.acoustics {
                 Some(file) if file.reported_as == ReportedAs::State => Messages::NewestAsState,
                 Some(file) if !file.course_and_speed => Messages::Positions,
