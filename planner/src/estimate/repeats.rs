@@ -194,16 +194,21 @@ impl Trail {
         }
         let best = self.refined(&track, &places, spacing, best?);
         let path = self.path(&track, &best, radius)?;
+        let pattern = best.motion.pattern(RESIDUAL_MAX * self.sigma);
         Some(Repeats {
             path: KnownPath {
                 path: Arc::new(path),
                 horizontal_speed: self.speed,
             },
-            pattern: best.motion.pattern(RESIDUAL_MAX * self.sigma),
+            pattern,
             times: (spacing * number(best.span) + best.lag) / best.lag,
             period: best.lag,
             leg: track.longest_leg(),
-            spacing: best.motion.glide(),
+            spacing: if pattern == Pattern::Lanes {
+                best.motion.glide()
+            } else {
+                0.0
+            },
             residual: best.motion.residual,
         })
     }
@@ -688,11 +693,7 @@ impl RigidMotion {
 
     /// How far it moves along its axis, m, if it is mirrored.
     fn glide(&self) -> f64 {
-        if self.mirrored {
-            0.5 * (self.of(self.of(self.to)) - self.to).norm()
-        } else {
-            0.0
-        }
+        0.5 * (self.of(self.of(self.to)) - self.to).norm()
     }
 
     /// What is sailed so over and over, if places nearer than `same`, m, are one.
