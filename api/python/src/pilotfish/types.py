@@ -352,7 +352,7 @@ class Estimate(TypedDict):
     position_sigma_m: NotRequired[float | None]
     # Indices of the `reports` that were not used, ascending: outliers, reports before a jump, and duplicates.
     rejected: list[int]
-    # How its reports fit its `path`. Absent without a path or without reports.
+    # How its reports fit its `path`, or what its track repeats. Absent without either, and without reports.
     route: NotRequired[Route | None]
     # Rate of turn of the course that the forecast starts with, rad/s, positive clockwise.
     turn_rate_radps: float
@@ -415,7 +415,7 @@ class FieldError(TypedDict):
 
 
 # How the underwater vehicles' future is forecast.
-Forecast: TypeAlias = Literal["auto", "hold", "constant_velocity", "constant_turn", "path"]
+Forecast: TypeAlias = Literal["auto", "declared", "hold", "constant_velocity", "constant_turn", "path"]
 
 
 class Goal(TypedDict):
@@ -675,6 +675,17 @@ class NewMission(TypedDict):
     title: NotRequired[str | None]
 
 
+class NextTurn(TypedDict):
+    """The turn of its path that a vehicle comes to next."""
+
+    # By how much it turns, rad, positive to starboard.
+    by_rad: float
+    # After the newest report, s.
+    in_s: float
+    # Standard deviation of that, s.
+    sigma_s: float
+
+
 class Note(TypedDict):
     """Something that happened aboard: a person took over, a heartbeat was lost."""
 
@@ -760,6 +771,10 @@ class Path(TypedDict):
     segments: list[Segment]
     # Horizontal speed of the vehicle through the water, m/s, from 0.01 to 10.
     speed_mps: float
+
+
+# What a repeated track looks like.
+Pattern: TypeAlias = Literal["lanes", "there_and_back", "laps", "other"]
 
 
 class PlanRequest(TypedDict):
@@ -928,6 +943,9 @@ class PlannedTarget(TypedDict):
     id: str
     # Root mean square of its horizontal distance from the trajectory at these times, m.
     position_sigma_m: list[float]
+    # Where it was, of a vehicle without a `path`: corners of its track, each as time, s, position north and east,
+    # m, at most 96. The next request needs it in `previous_plan`.
+    track: NotRequired[list[list[float]]]
     # One point for each of the plan's trajectory.
     trajectory: list[TargetPoint]
 
@@ -986,6 +1004,8 @@ class PredictedAuv(TypedDict):
     positions: list[list[float]]
     # Times of the fixes that the estimate does not rest on, on the mission's clock, s.
     refused_t_s: NotRequired[list[float]]
+    # How it follows its path, or what its track repeats, at its newest report.
+    route: NotRequired[Route | None]
 
 
 class PredictedCraft(TypedDict):
@@ -1109,6 +1129,8 @@ class PreviousTarget(TypedDict):
     forecast: NotRequired[Forecast | None]
     # The vehicle.
     id: str
+    # Where it was. Without it, what its track repeats is looked for in its reports alone.
+    track: NotRequired[list[list[float]]]
 
 
 class ProblemDocument(TypedDict):
@@ -1164,6 +1186,23 @@ class Reference(TypedDict):
     speed_mps: float
     # Do not follow it after this time, s on the request's clock.
     valid_until_s: float
+
+
+class RepeatedTrack(TypedDict):
+    """What an underwater vehicle's track repeats."""
+
+    # Length of its longest leg, m.
+    leg_m: float
+    # What it looks like.
+    pattern: Pattern
+    # Length of what repeats, m: of a lawn-mower's lane and turn, of a lap.
+    period_m: float
+    # Root mean square distance between one time and the next, laid over each other, m.
+    residual_m: float
+    # Distance between lanes, m; 0 where there are none.
+    spacing_m: float
+    # How often it was sailed, as far as the track is remembered: at least twice.
+    times: float
 
 
 class Report(TypedDict):
@@ -1242,10 +1281,14 @@ class Route(TypedDict):
     east_m: float
     # By how much it goes faster along the path than declared, m/s.
     faster_mps: float
+    # The turn of the path that it comes to next.
+    next_turn: NotRequired[NextTurn | None]
     # By how much the path lies farther north than declared, m.
     north_m: float
     # Probability that it follows its path. Below 0.5 it is forecast as if no path were known.
     probability: float
+    # What its track repeats, which is taken for its path. Absent where it declares one.
+    repeats: NotRequired[RepeatedTrack | None]
 
 
 class RouteOfFile(TypedDict):
