@@ -740,11 +740,10 @@ mod tests {
             let place = path.at(SPEED * t_s).position + random.normal() * SIGMA;
             (0, Report::new(t_s, place, SIGMA))
         };
-        let n = (1..)
-            .take_while(|k| 10.0 * f64::from(*k) <= time)
-            .last()
-            .expect("has a fix");
-        let fixes: Vec<_> = (0..=n).map(fix).collect();
+        let fixes: Vec<_> = (0..400)
+            .map(fix)
+            .filter(|(_, report)| report.t_s <= time)
+            .collect();
         let mut trail = Trail::default();
         for end in (1..=fixes.len()).step_by(3).chain([fixes.len()]) {
             let window = &fixes[end.saturating_sub(64)..end];
