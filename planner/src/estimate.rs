@@ -4,12 +4,15 @@
 //! filter run again over a few dozen reports, is some microseconds.
 
 mod claims;
+pub(crate) mod corners;
 pub(crate) mod from_reports;
 pub(crate) mod interacting;
 pub(crate) mod kalman;
+pub(crate) mod legs;
 pub(crate) mod motion_model;
 pub(crate) mod on_path;
 pub(crate) mod repeats;
+pub(crate) mod rigid_motion;
 pub(crate) mod track;
 pub(crate) mod turn;
 
@@ -22,4 +25,5 @@ pub(crate) mod tests;
 
 pub use from_reports::{Estimate, Route};
 pub use on_path::{NextTurn, PathFit};
-pub use repeats::{Pattern, Repeats};
+pub use repeats::Repeats;
+pub use rigid_motion::Pattern;

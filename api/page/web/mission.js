@@ -282,8 +282,7 @@ function beliefsOf({ current, craft, auvs }) {
 /** @param {import("./recording.js").RouteFit} route */
 function routeWords({ probability, north_m, east_m, next_turn, repeats }) {
   const percent = number(100 * probability, 0, "%");
-  const kind = repeats && { lanes: `lanes of ${number(repeats.leg_m, 0, "m")}, ${number(repeats.spacing_m, 0, "m")} apart`, there_and_back: `${number(repeats.leg_m, 0, "m")} there and back`,
-    laps: `laps of ${number(repeats.period_m, 0, "m")}`, other: `a pattern of ${number(repeats.period_m, 0, "m")}` }[repeats.pattern];
+  const kind = repeats && { lanes: `lanes of ${number(repeats.leg_m, 0, "m")}, ${number(repeats.spacing_m, 0, "m")} apart`, laps: `laps of ${number(repeats.period_m, 0, "m")}`, other: `a pattern of ${number(repeats.period_m, 0, "m")}` }[repeats.pattern];
   const where = kind ? `found: ${kind}, ${number(repeats?.times ?? NaN, 1)} times` : `route ${number(Math.hypot(north_m, east_m), 1, "m")} off`;
   const turn = next_turn && probability >= 0.5 ? `, next turn ${number(degrees(Math.abs(next_turn.by_rad)), 0, "°")} to ${next_turn.by_rad < 0 ? "port" : "starboard"} in ${number(next_turn.in_s, 0)} ± ${number(next_turn.sigma_s, 0, "s")}` : "";
   return `${where}${turn}, follows it ${percent}`;

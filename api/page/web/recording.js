@@ -98,7 +98,7 @@ export class Series {
  * @typedef {{ id: string, positions: [number, number][], depths_m: number[], covariances_m2: [number, number, number][], age_s: number,
  *   heard?: { t_s: number, north_m: number, east_m: number }, refused_t_s?: number[], drift: [number, number], route?: RouteFit }} PredictedAuv
  * @typedef {{ probability: number, north_m: number, east_m: number, next_turn?: { in_s: number, sigma_s: number, by_rad: number },
- *   repeats?: { pattern: "lanes" | "there_and_back" | "laps" | "other", times: number, period_m: number, leg_m: number, spacing_m: number } }} RouteFit
+ *   repeats?: { pattern: "lanes" | "laps" | "other", times: number, period_m: number, leg_m: number, spacing_m: number } }} RouteFit
  * @typedef {{ after_s: number[], asc: [number, number][], goal: [number, number][], line_of_sight: [number, number][], auvs: PredictedAuv[],
  *   line_of_sight_reference: { speed_mps: number, heading_rad: number }, rms_m: number, line_of_sight_rms_m: number,
  *   current?: [number, number], craft: { [name: string]: number | boolean }, violations: Violation[],

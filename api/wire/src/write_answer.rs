@@ -162,7 +162,8 @@ impl<'a> Answer<'a> {
                 (at.north_m, at.east_m, at.lat_deg, at.lon_deg) = self.place(at.north_m, at.east_m);
             }
             for [_, north, east] in track {
-                (*north, *east, ..) = self.place(*north, *east);
+                let place = self.placed(&Vector2::new(*north, *east));
+                (*north, *east) = (place.x, place.y);
             }
         }
         PlanResponse {

@@ -274,11 +274,11 @@ pub struct RouteFit {
 pub struct RepeatedTrack {
     /// What it looks like.
     pub pattern: Pattern,
-    /// How often it was sailed, as far as the track is remembered: at least twice.
+    /// How often it was sailed, as far as the track is remembered: about twice or more.
     pub times: f64,
     /// Length of what repeats, m: of a lawn-mower's lane and turn, of a lap.
     pub period_m: f64,
-    /// Length of its longest leg, m.
+    /// Length of its longest leg from corner to corner, m.
     pub leg_m: f64,
     /// Distance between lanes, m; 0 where there are none.
     pub spacing_m: f64,

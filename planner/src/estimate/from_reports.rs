@@ -9,8 +9,9 @@ use crate::{
         claims::Believed,
         interacting::Interacting,
         kalman::Kalman,
+        legs::TrackPoint,
         on_path::{NextTurn, OnPath, PathFit},
-        repeats::{Repeats, TrackPoint, Trail},
+        repeats::{Repeats, Trail},
         track::Track,
         turn::{clear, remembered_turn_rate, turn_rate},
     },
@@ -182,7 +183,9 @@ fn from_reports(
             Some(_) => probability_of_following(&believed, along, &free, (TELLING, ODDS_MAX)),
         },
         fit: *along.filter.fit(),
-        next_turn: path.and_then(|known| along.filter.fit().next_turn(known, current)),
+        next_turn: path
+            .filter(|_| along.filter.is_on_path())
+            .and_then(|known| along.filter.fit().next_turn(known, current)),
     });
     let followed = along.filter(|_| route.is_some_and(|route| route.is_followed()));
     let (filtered, used) = match &followed {

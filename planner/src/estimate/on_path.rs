@@ -123,7 +123,7 @@ pub(crate) struct OnPath<'a> {
 /// The turn of its path that a vehicle comes to next.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct NextTurn {
-    /// After the newest report, s.
+    /// After the newest report that fits the path, s.
     pub in_s: f64,
     /// Standard deviation of that, s.
     pub sigma_s: f64,
@@ -202,18 +202,19 @@ impl PathFit {
         let (_, gamma) = path.lap_of(self.state.x);
         let begun = pieces.partition_point(|piece| piece.from <= gamma);
         let forwards = 0.0 < self.sense;
+        let under = pieces[..begun].last().filter(|piece| gamma <= piece.end());
         // The pieces ahead in the order in which it comes to them, with the distances at which each begins and ends.
         let (first, laps) = if forwards {
             (begun, 1.0)
         } else {
-            (pieces.len() + 1 - begun, -1.0)
+            (pieces.len() - begun + usize::from(under.is_some()), -1.0)
         };
         let n = if path.is_closed() {
             pieces.len()
         } else {
             pieces.len().saturating_sub(first)
         };
-        let mut ahead = (first..first + n).map(|number| {
+        let ahead = (first..first + n).map(|number| {
             let lap = if number < pieces.len() {
                 0.0
             } else {
@@ -228,11 +229,26 @@ impl PathFit {
             let (from, to) = (piece.from + lap - gamma, piece.end() + lap - gamma);
             (if forwards { (from, to) } else { (-to, -from) }, piece)
         });
-        let ((distance, mut end), piece) = ahead.find(|(_, piece)| piece.curvature != 0.0)?;
+        // What is left of the turn that it is in is not the next one.
+        let mut turning_until = under.map_or(f64::NEG_INFINITY, |piece| match (piece.curvature, forwards) {
+            (0.0, _) => f64::NEG_INFINITY,
+            (_, true) => piece.end() - gamma,
+            (_, false) => gamma - piece.from,
+        });
+        let mut arcs = ahead
+            .filter(|(_, piece)| piece.curvature != 0.0)
+            .skip_while(|((from, to), _)| {
+                let is_same = *from <= turning_until + SAME_TURN;
+                if is_same {
+                    turning_until = *to;
+                }
+                is_same
+            });
         let angle = |piece: &Piece| self.sense * piece.curvature * piece.length;
+        let ((distance, mut end), piece) = arcs.next()?;
         let mut by_rad = angle(piece);
-        for ((from, to), piece) in ahead.filter(|(_, piece)| piece.curvature != 0.0) {
-            if from - end > SAME_TURN {
+        for ((from, to), piece) in arcs {
+            if from - end > SAME_TURN || angle(piece) * by_rad < 0.0 {
                 break;
             }
             (by_rad, end) = (by_rad + angle(piece), to);

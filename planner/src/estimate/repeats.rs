@@ -1,26 +1,24 @@
 //! The path of a vehicle that declares none: its own track, and after it what repeats.
 
-use std::{f64::consts::PI, sync::Arc};
+use std::sync::Arc;
 
 use nalgebra::{Complex, Vector2};
-use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
-use crate::facts::{
-    evidence::{Report, SPEED_AT_REST},
-    known_path::{DeclaredPath, KnownPath},
-    path::{curve::Path, segment::Segment},
+use crate::{
+    estimate::{
+        corners::{Edge, PLACES_MAX, Polyline},
+        legs::{TrackPoint, legs, place, simplified},
+        rigid_motion::{Pattern, RigidMotion, number},
+    },
+    facts::{
+        evidence::{Report, SPEED_AT_REST},
+        known_path::{DeclaredPath, KnownPath},
+        path::{curve::Path, segment::Segment},
+    },
 };
-
-/// A place on a track: time, s, position north and east, m.
-pub(crate) type TrackPoint = [f64; 3];
 
 /// Most places of a track that are remembered, the newest: a lane of a lawn-mower and its turn need five or six.
 pub(crate) const TRACK_POINTS_MAX: usize = 96;
-
-/// Price of one more leg in a track, in squares of normalised residuals: its four numbers cost 4, and that it ends anywhere among
-/// 64 reports the rest.
-const LEG_PRICE: f64 = 14.0;
 
 /// Places nearer to the line between their neighbours than this are not remembered, in standard deviations of a fix.
 const STRAIGHT: f64 = 0.7;
@@ -28,17 +26,17 @@ const STRAIGHT: f64 = 0.7;
 /// Fewest places of a track that has turned.
 const POINTS_MIN: usize = 4;
 
-/// Distance between the places at which two pieces of a track are compared, in standard deviations of a fix, and most places.
+/// Distance between the places at which two pieces of a track are compared, in standard deviations of a fix.
 const SPACING: f64 = 2.7;
-const PLACES_MAX: u16 = 256;
 
-/// A piece of track tells little unless its course changes by so much, rad: nearly a half turn. At 2.5, 5 of 200 tracks through random way-points repeated something, at 3.0 one at most.
+/// A piece of track tells little unless its course changes by so much, rad: nearly a half turn. At 2.5, 5 of 200 tracks through
+/// random way-points repeated something, at 3.0 at most one.
 const TURN_MIN: f64 = 3.0;
 
 /// Largest root mean square distance between two pieces that are taken for the same, in standard deviations of a fix.
 const RESIDUAL_MAX: f64 = 2.3;
 
-/// The same as a share of the piece's radius of gyration: what is as small as its noise repeats anything.
+/// The same as a share of the piece's radius of gyration: a piece that is as small as its noise is like any other.
 const RESIDUAL_SHARE_MAX: f64 = 0.1;
 
 /// How far ahead a path is continued, s: more than any plan looks.
@@ -49,6 +47,12 @@ const PATH_POINTS_MAX: usize = 512;
 
 /// Fastest that a vehicle is carried, m/s: what moves faster between two places is not the same track.
 const TRACK_SPEED_MAX: f64 = 15.0;
+
+/// Fastest that a declared path is followed, m/s.
+const SPEED_MAX: f64 = 10.0;
+
+/// Longest time on one leg, s: a day.
+const LEG_TIME_MAX: f64 = 86_400.0;
 
 /// Silence after which a track begins anew, s.
 const SILENCE_MAX: f64 = 1800.0;
@@ -70,20 +74,6 @@ pub struct Repeats {
     pub spacing: f64,
     /// Root mean square distance between one time and the next, m.
     pub residual: f64,
-}
-
-/// What a repeated track looks like.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Pattern {
-    /// Lanes of a lawn-mower: each is the one before, mirrored and moved aside.
-    Lanes,
-    /// There and back on one line.
-    ThereAndBack,
-    /// A closed lap: a box, a racetrack, a circle.
-    Laps,
-    /// Something else that comes again elsewhere.
-    Other,
 }
 
 /// Where a vehicle was, as straight legs.
@@ -123,7 +113,10 @@ impl Trail {
                 }
             }
         }
-        let sigma = reports.iter().map(|(_, report)| report.sigma_m).sum::<f64>() / number(reports.len());
+        // The median: one inaccurate fix must not straighten the rest.
+        let mut sigmas: Vec<_> = reports.iter().map(|(_, report)| report.sigma_m).collect();
+        sigmas.sort_by(f64::total_cmp);
+        let sigma = sigmas[sigmas.len() / 2];
         let mut points = simplified(&points, STRAIGHT * sigma);
         points.drain(..points.len().saturating_sub(TRACK_POINTS_MAX));
         Self {
@@ -137,24 +130,39 @@ impl Trail {
     /// What the track repeats, if it does: its newest piece, at least as long as the period, against the piece a period before, as it
     /// is or mirrored.
     pub(crate) fn repeats(&self) -> Option<Repeats> {
-        if self.speed < SPEED_AT_REST || self.points.len() < POINTS_MIN {
+        if !(SPEED_AT_REST..=SPEED_MAX).contains(&self.speed) || self.points.len() < POINTS_MIN {
             return None;
         }
         let found = TURN_RATES
             .iter()
             .filter_map(|rate| self.repeats_turning_at(self.speed / rate));
-        found.min_by(|a, b| self.misfit(a).total_cmp(&self.misfit(b)))
+        let best = found.min_by(|(a, _), (b, _)| a.total_cmp(b));
+        best.map(|(_, repeats)| repeats)
     }
 
-    /// Mean squared distance of the fixes from the path, m².
-    fn misfit(&self, repeats: &Repeats) -> f64 {
-        let path = &repeats.path.path;
+    /// Mean squared distance of the fixes from a path, m².
+    fn misfit(&self, path: &Path) -> f64 {
         let off = |fix: &Vector2<f64>| (path.at(path.closest(fix)).position - fix).norm_squared();
         self.fixes.iter().map(off).sum::<f64>() / number(self.fixes.len())
     }
 
-    /// The same for a vehicle that turns at a `radius`, m.
-    fn repeats_turning_at(&self, radius: f64) -> Option<Repeats> {
+    /// Way-points (north + i east), m, turned at a `radius`, m.
+    fn rounded(&self, points: &[Complex<f64>], radius: f64) -> Option<Path> {
+        let segment = Segment::Waypoints {
+            points: points.iter().map(|point| [point.re, point.im]).collect(),
+            fillet_m: None,
+            turn_radius_m: Some(radius),
+        };
+        let declared = DeclaredPath {
+            segments: vec![segment],
+            closed: false,
+            speed_mps: self.speed,
+        };
+        declared.path().ok()
+    }
+
+    /// The same for a vehicle that turns at a `radius`, m, and by how much the fixes miss it.
+    fn repeats_turning_at(&self, radius: f64) -> Option<(f64, Repeats)> {
         let track = Polyline::new(self.corners(radius));
         if track.points.len() < POINTS_MIN {
             return None;
@@ -165,7 +173,7 @@ impl Trail {
         let turned = turned(&places);
         // The shortest piece that turns enough.
         let enough = turned.partition_point(|turned| *turned < TURN_MIN) * CHORD;
-        // The shortest lag at which the track repeats, and its neighbours: twice as long a one repeats it too.
+        // The shortest lag at which the track repeats, and its neighbours: twice that lag fits as well.
         let mut best: Option<Match> = None;
         for lag in 3..n / 2 {
             let span = lag.max(enough);
@@ -193,9 +201,9 @@ impl Trail {
             }
         }
         let best = self.refined(&track, &places, spacing, best?);
-        let path = self.path(&track, &best, radius)?;
+        let (misfit, path) = self.path(&track, &best, radius)?;
         let pattern = best.motion.pattern(RESIDUAL_MAX * self.sigma);
-        Some(Repeats {
+        let repeats = Repeats {
             path: KnownPath {
                 path: Arc::new(path),
                 horizontal_speed: self.speed,
@@ -203,14 +211,15 @@ impl Trail {
             pattern,
             times: (spacing * number(best.span) + best.lag) / best.lag,
             period: best.lag,
-            leg: track.longest_leg(),
+            leg: track.longest_leg_after(track.length() - 4.0 * best.lag),
             spacing: if pattern == Pattern::Lanes {
                 best.motion.glide()
             } else {
                 0.0
             },
             residual: best.motion.residual,
-        })
+        };
+        Some((misfit, repeats))
     }
 
     /// The corners of the track of a vehicle that turns at a `radius`, m, up to the end of its last long leg. Two fixes in a turn cut it
@@ -218,7 +227,9 @@ impl Trail {
     /// far as the time between its legs says.
     fn corners(&self, radius: f64) -> Vec<Complex<f64>> {
         let edges: Vec<_> = self.points.windows(2).map(Edge::new).collect();
-        let longest = edges.iter().map(Edge::length).fold(0.0, f64::max);
+        // Of the newest legs alone: a long transit came before.
+        let newest = &edges[edges.len().saturating_sub(NEWEST)..];
+        let longest = newest.iter().map(Edge::length).fold(0.0, f64::max);
         let enough = (LONG_SHARE * longest).max(LONG * self.sigma).max(4.0 * radius);
         let long: Vec<_> = (0..edges.len())
             .filter(|edge| enough <= edges[*edge].length())
@@ -237,7 +248,7 @@ impl Trail {
             let tolerance = radius + 3.0 * self.sigma;
             match turned.filter(|corners| before.can_turn(corners, after, &seen, tolerance)) {
                 Some(turned) => corners.extend(turned),
-                None => corners.extend([before.to].into_iter().chain(seen)),
+                None => corners.extend(seen),
             }
         }
         corners.push(edges[last].to);
@@ -276,8 +287,8 @@ impl Trail {
         best
     }
 
-    /// The track up to its last corner, and after it what repeats.
-    fn path(&self, track: &Polyline, best: &Match, radius: f64) -> Option<Path> {
+    /// The track up to its last corner, and after it what repeats; and by how much the fixes miss it.
+    fn path(&self, track: &Polyline, best: &Match, radius: f64) -> Option<(f64, Path)> {
         let (_, known) = track.points.split_last()?;
         let mut points = known.to_vec();
         let last = track.along[known.len() - 1];
@@ -288,335 +299,53 @@ impl Trail {
             .take_while(|(along, _)| *along <= last)
             .map(|(_, point)| point)
             .collect();
-        let mut ahead = 0.0;
-        while ahead < AHEAD * self.speed + 2.0 * best.lag && points.len() < PATH_POINTS_MAX {
+        let mut repeat = || {
             for point in &mut period {
                 *point = best.motion.of(*point);
             }
-            points.extend(&period);
+            period.clone()
+        };
+        points.extend(repeat());
+        let misfit = self.misfit(&self.rounded(&points, radius)?);
+        // As far again as it went: on a lap it may be taken to be one lap further on.
+        let mut ahead = best.lag;
+        while ahead < AHEAD * self.speed + 2.0 * best.lag + track.length() && points.len() < PATH_POINTS_MAX {
+            points.extend(repeat());
             ahead += best.lag;
         }
-        let points = points.iter().map(|point| [point.re, point.im]).collect();
-        let segment = Segment::Waypoints {
-            points,
-            fillet_m: None,
-            turn_radius_m: Some(radius),
-        };
-        DeclaredPath {
-            segments: vec![segment],
-            closed: false,
-            speed_mps: self.speed,
-        }
-        .path()
-        .ok()
+        Some((misfit, self.rounded(&points, radius)?))
     }
 }
 
 /// Rates of turn that a vehicle is looked for at, rad/s: what is declared without one turns at the first.
 const TURN_RATES: [f64; 3] = [0.15, 0.09, 0.055];
 
+/// Newest legs that say what a long one is.
+const NEWEST: usize = 24;
+
 /// A leg is long if it is so many standard deviations of a fix, and such a share of the longest.
 const LONG: f64 = 8.0;
 const LONG_SHARE: f64 = 0.2;
 
-/// Beyond this a turn leads back, rad: its legs meet nowhere.
-const BACK: f64 = 2.4;
-
-/// A straight piece of a track.
-struct Edge {
-    from: Complex<f64>,
-    to: Complex<f64>,
-    start: f64,
-    end: f64,
-}
-
-impl Edge {
-    fn new(pair: &[TrackPoint]) -> Self {
-        let point = |point: &TrackPoint| Complex::new(point[1], point[2]);
-        Self {
-            from: point(&pair[0]),
-            to: point(&pair[1]),
-            start: pair[0][0],
-            end: pair[1][0],
-        }
-    }
-
-    fn length(&self) -> f64 {
-        (self.to - self.from).norm()
-    }
-
-    fn direction(&self) -> Complex<f64> {
-        (self.to - self.from) / self.length()
-    }
-
-    fn speed(&self) -> f64 {
-        self.length() / (self.end - self.start).max(f64::MIN_POSITIVE)
-    }
-
-    /// The corners between it and the next leg, turned at a `radius`, m.
-    fn turn(&self, next: &Self, radius: f64) -> Option<Vec<Complex<f64>>> {
-        let (u, v) = (self.direction(), next.direction());
-        let between = next.from - self.to;
-        let sine = cross(u, v);
-        if (v * u.conj()).arg().abs() < BACK {
-            // Legs that hardly turn meet anywhere; the track itself is as good then.
-            if sine.abs() < 0.2 {
-                return None;
-            }
-            return Some(vec![self.to + u * (cross(between, v) / sine)]);
-        }
-        let back = (u - v) / (u - v).norm();
-        let side = cross(back, between).signum() * Complex::i() * back;
-        let width = dot(side, between).max(WIDTH_MIN);
-        let radius = radius.min(0.5 * width);
-        // From the ends of the legs to the line that both corners are on, at the legs' speeds, and along it at their mean, less
-        // what both arcs cut.
-        let (before, after) = (self.speed(), next.speed());
-        let along = (width - (4.0 - PI) * radius) / (0.5 * (before + after));
-        let ahead = dot(back, between);
-        let reach = (next.start - self.end - along + ahead / after) / (1.0 / before + 1.0 / after);
-        let first = self.to + u * (reach / dot(back, u));
-        let second = next.from + v * ((reach - ahead) / dot(back, v));
-        let apart = (second - first).norm();
-        Some(vec![first, second + side * (WIDTH_MIN - apart).max(0.0)])
-    }
-
-    /// Whether a way to the `next` leg by `corners` is one that the vehicle can have gone: as long as its time allows, and by the
-    /// places where it was `seen`.
-    fn can_turn(&self, corners: &[Complex<f64>], next: &Self, seen: &[Complex<f64>], tolerance: f64) -> bool {
-        let way: Vec<_> = [self.to]
-            .iter()
-            .chain(corners)
-            .chain([&next.from])
-            .copied()
-            .collect();
-        let length: f64 = way.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
-        let usual = 0.5 * (self.speed() + next.speed()) * (next.start - self.end);
-        (length - usual).abs() <= 0.35 * usual + 2.0 * tolerance
-            && seen.iter().all(|place| {
-                way.windows(2).any(|pair| {
-                    let chord = pair[1] - pair[0];
-                    let share = dot(chord, place - pair[0]) / chord.norm_sqr().max(f64::MIN_POSITIVE);
-                    (place - pair[0] - chord * share.clamp(0.0, 1.0)).norm() <= tolerance
-                })
-            })
-    }
-}
-
-/// Ways back that are closer than this are drawn so far apart, m: two corners at one place are none.
-const WIDTH_MIN: f64 = 1.0;
-
-fn cross(a: Complex<f64>, b: Complex<f64>) -> f64 {
-    (a.conj() * b).im
-}
-
-fn dot(a: Complex<f64>, b: Complex<f64>) -> f64 {
-    (a.conj() * b).re
-}
-
-/// A count of a few hundred.
-fn number(count: usize) -> f64 {
-    u32::try_from(count).map_or(f64::INFINITY, f64::from)
-}
-
-fn place(point: &TrackPoint) -> Vector2<f64> {
-    Vector2::new(point[1], point[2])
-}
-
 /// What was remembered from before the `first` report; nothing if the two cannot be one track.
 fn before(remembered: &[TrackPoint], first: &Report) -> Vec<TrackPoint> {
-    let newest = remembered.len().saturating_sub(TRACK_POINTS_MAX);
-    let mut points: Vec<_> = remembered[newest..]
-        .iter()
-        .copied()
-        .take_while(|point| point[0] < first.t_s)
+    let newest = &remembered[remembered.len().saturating_sub(TRACK_POINTS_MAX)..];
+    let is_silent = newest.last().is_none_or(|last| SILENCE_MAX < first.t_s - last[0]);
+    let earlier = newest.iter().copied().take_while(|point| point[0] < first.t_s);
+    let mut points: Vec<_> = earlier
+        .chain([[first.t_s, first.north_m, first.east_m]])
         .collect();
-    points.push([first.t_s, first.north_m, first.east_m]);
     let is_one_track = points.windows(2).all(|pair| {
         let elapsed = pair[1][0] - pair[0][0];
         let moved = (place(&pair[1]) - place(&pair[0])).norm();
         // A place at which two legs meet may stand twice.
-        (0.0..=SILENCE_MAX).contains(&elapsed) && moved <= TRACK_SPEED_MAX * elapsed.max(1.0)
+        (0.0..=LEG_TIME_MAX).contains(&elapsed) && moved <= TRACK_SPEED_MAX * elapsed + 6.0 * first.sigma_m
     });
     points.pop();
-    if is_one_track { points } else { Vec::new() }
-}
-
-/// A piece of a track at constant velocity.
-struct Leg {
-    from: TrackPoint,
-    to: TrackPoint,
-}
-
-/// Sums over the first of some reports, with their weights: of 1, t, t², p, t p, p².
-#[derive(Clone, Copy, Default)]
-struct Sums {
-    one: f64,
-    t: f64,
-    tt: f64,
-    p: Vector2<f64>,
-    tp: Vector2<f64>,
-    pp: f64,
-}
-
-impl Sums {
-    fn less(&self, other: &Self) -> Self {
-        Self {
-            one: self.one - other.one,
-            t: self.t - other.t,
-            tt: self.tt - other.tt,
-            p: self.p - other.p,
-            tp: self.tp - other.tp,
-            pp: self.pp - other.pp,
-        }
-    }
-
-    /// Mean time, mean position and velocity of the line of least squares.
-    fn line(&self) -> (f64, Vector2<f64>, Vector2<f64>) {
-        let (time, position) = (self.t / self.one, self.p / self.one);
-        let spread = self.tt - self.t * time;
-        let velocity = if spread > 1.0e-9 * self.one {
-            (self.tp - position * self.t) / spread
-        } else {
-            Vector2::zeros()
-        };
-        (time, position, velocity)
-    }
-
-    /// Sum of the squares of the residuals of that line.
-    fn residual(&self) -> f64 {
-        let (_, position, velocity) = self.line();
-        let along = (self.tp - position * self.t).dot(&velocity);
-        (self.pp - self.p.dot(&position) - along).max(0.0)
-    }
-}
-
-/// The legs through `reports`, at least one, in order of time, that explain them at the least price: optimal by dynamic programming over
-/// where the last leg begins.
-fn legs(reports: &[(usize, Report)]) -> Vec<Leg> {
-    let start = reports[0].1;
-    let mut sums = vec![Sums::default()];
-    for (_, report) in reports {
-        let (w, t) = (report.sigma_m.powi(-2), report.t_s - start.t_s);
-        let p = report.position() - start.position();
-        let before = sums[sums.len() - 1];
-        sums.push(Sums {
-            one: before.one + w,
-            t: before.t + w * t,
-            tt: before.tt + w * t * t,
-            p: before.p + p * w,
-            tp: before.tp + p * (w * t),
-            pp: before.pp + w * p.norm_squared(),
-        });
-    }
-    // Of the legs through the first reports: their price, and where the last of them begins.
-    let mut cheapest = vec![(0.0, 0)];
-    for end in 1..sums.len() {
-        let price = |begin: usize| cheapest[begin].0 + LEG_PRICE + sums[end].less(&sums[begin]).residual();
-        let best = (0..end)
-            .map(|begin| (price(begin), begin))
-            .min_by(|a, b| a.0.total_cmp(&b.0));
-        cheapest.extend(best);
-    }
-    let mut legs = Vec::new();
-    let mut end = reports.len();
-    while end > 0 {
-        let begin = cheapest[end].1;
-        let (time, position, velocity) = sums[end].less(&sums[begin]).line();
-        let at = |report: &Report| {
-            let place = start.position() + position + velocity * (report.t_s - start.t_s - time);
-            [report.t_s, place.x, place.y]
-        };
-        legs.push(Leg {
-            from: at(&reports[begin].1),
-            to: at(&reports[end - 1].1),
-        });
-        end = begin;
-    }
-    legs.reverse();
-    legs
-}
-
-/// The fewest of `points` that leave none farther than `tolerance`, m, from the line (Ramer, Douglas and Peucker).
-fn simplified(points: &[TrackPoint], tolerance: f64) -> Vec<TrackPoint> {
-    let Some(last) = points.len().checked_sub(1) else {
-        return Vec::new();
-    };
-    let mut kept = vec![false; points.len()];
-    (kept[0], kept[last]) = (true, true);
-    let mut pieces = vec![(0, last)];
-    while let Some((from, to)) = pieces.pop() {
-        let (start, end) = (place(&points[from]), place(&points[to]));
-        let chord = end - start;
-        let off = |point: &TrackPoint| {
-            let share = (place(point) - start).dot(&chord) / chord.norm_squared().max(f64::MIN_POSITIVE);
-            (place(point) - start - chord * share.clamp(0.0, 1.0)).norm()
-        };
-        let farthest = (from + 1..to)
-            .map(|number| (off(&points[number]), number))
-            .max_by(|a, b| a.0.total_cmp(&b.0))
-            .filter(|(off, _)| tolerance < *off);
-        if let Some((_, number)) = farthest {
-            kept[number] = true;
-            pieces.extend([(from, number), (number, to)]);
-        }
-    }
-    let kept = points.iter().zip(kept).filter(|(_, kept)| *kept);
-    kept.map(|(point, _)| *point).collect()
-}
-
-/// Straight lines between points (north + i east), m.
-struct Polyline {
-    points: Vec<Complex<f64>>,
-    /// Arc length at each, m.
-    along: Vec<f64>,
-}
-
-impl Polyline {
-    fn new(points: Vec<Complex<f64>>) -> Self {
-        let mut along = vec![0.0];
-        for pair in points.windows(2) {
-            along.push(along[along.len() - 1] + (pair[1] - pair[0]).norm());
-        }
-        Self { points, along }
-    }
-
-    fn length(&self) -> f64 {
-        self.along[self.along.len() - 1]
-    }
-
-    /// The point at an arc length, m.
-    fn at(&self, along: f64) -> Complex<f64> {
-        let after = self
-            .along
-            .partition_point(|other| *other <= along)
-            .clamp(1, self.points.len() - 1);
-        let (from, to) = (self.points[after - 1], self.points[after]);
-        let length = (self.along[after] - self.along[after - 1]).max(f64::MIN_POSITIVE);
-        from + (to - from) * ((along - self.along[after - 1]) / length).clamp(0.0, 1.0)
-    }
-
-    fn corners_after(&self, along: f64) -> impl Iterator<Item = (f64, Complex<f64>)> {
-        let corners = self.along.iter().copied().zip(self.points.iter().copied());
-        corners.filter(move |(at, _)| along < *at)
-    }
-
-    /// Length of its longest straight piece, m.
-    fn longest_leg(&self) -> f64 {
-        let legs = self.along.windows(2).map(|ends| ends[1] - ends[0]);
-        legs.fold(0.0, f64::max)
-    }
-
-    /// Points a `spacing` apart, m, the last at the end.
-    fn places(&self, spacing: f64) -> Vec<Complex<f64>> {
-        let length = self.length();
-        let mut places: Vec<_> = (0..PLACES_MAX)
-            .map(|place| length - spacing * f64::from(place))
-            .take_while(|along| 0.0 <= *along)
-            .map(|along| self.at(along))
-            .collect();
-        places.reverse();
-        places
+    if is_one_track && !is_silent {
+        points
+    } else {
+        Vec::new()
     }
 }
 
@@ -647,80 +376,6 @@ struct Match {
     /// The lag, m.
     lag: f64,
     motion: RigidMotion,
-}
-
-/// A turn and a shift, after a reflection if it is mirrored.
-#[derive(Clone)]
-struct RigidMotion {
-    mirrored: bool,
-    turn: Complex<f64>,
-    from: Complex<f64>,
-    to: Complex<f64>,
-    /// Root mean square distance that it leaves, m.
-    residual: f64,
-    /// Radius of gyration of what it moves, m.
-    extent: f64,
-}
-
-impl RigidMotion {
-    /// That which brings `earlier` closest to `later`, in the mean square: the turn is the phase of Σ ā b, of both about their means.
-    fn between(earlier: &[Complex<f64>], later: &[Complex<f64>], mirrored: bool) -> Self {
-        let n = number(later.len());
-        let reflected = |point: &Complex<f64>| if mirrored { point.conj() } else { *point };
-        let from = earlier.iter().map(reflected).sum::<Complex<f64>>() / n;
-        let to = later.iter().sum::<Complex<f64>>() / n;
-        let (mut product, mut squares, mut extent) = (Complex::new(0.0, 0.0), 0.0, 0.0);
-        for (a, b) in earlier.iter().zip(later) {
-            let (a, b) = (reflected(a) - from, b - to);
-            product += a.conj() * b;
-            squares += a.norm_sqr() + b.norm_sqr();
-            extent += b.norm_sqr();
-        }
-        let size = product.norm();
-        Self {
-            mirrored,
-            turn: if size > 0.0 {
-                product / size
-            } else {
-                Complex::new(1.0, 0.0)
-            },
-            from,
-            to,
-            residual: ((squares - 2.0 * size) / n).max(0.0).sqrt(),
-            extent: (extent / n).sqrt(),
-        }
-    }
-
-    /// How far it moves along its axis, m, if it is mirrored.
-    fn glide(&self) -> f64 {
-        0.5 * (self.of(self.of(self.to)) - self.to).norm()
-    }
-
-    /// What is sailed so over and over, if places nearer than `same`, m, are one.
-    fn pattern(&self, same: f64) -> Pattern {
-        if self.mirrored {
-            return if same < self.glide() {
-                Pattern::Lanes
-            } else {
-                Pattern::ThereAndBack
-            };
-        }
-        // A lap may be made of up to eight turned pieces that are alike.
-        let laps = (1..=8).scan(self.to, |place, _| {
-            *place = self.of(*place);
-            Some(*place)
-        });
-        let closes = laps.enumerate().any(|(turns, place)| {
-            let turn = self.turn.powf(number(turns + 1));
-            (place - self.to).norm() < same && (turn - 1.0).norm() * self.extent < same
-        });
-        if closes { Pattern::Laps } else { Pattern::Other }
-    }
-
-    fn of(&self, point: Complex<f64>) -> Complex<f64> {
-        let point = if self.mirrored { point.conj() } else { point };
-        self.to + self.turn * (point - self.from)
-    }
 }
 
 #[cfg(test)]
@@ -774,7 +429,7 @@ mod tests {
     /// How far a vehicle is, 60 s after a `time`, from where its repeated track leads, m.
     fn off(path: &Path, time: f64, repeats: &Repeats) -> f64 {
         let inferred = &repeats.path.path;
-        let now = inferred.closest(&path.at(SPEED * time).position);
+        let now = inferred.closest_near(&path.at(SPEED * time).position, SPEED * time, 60.0);
         let ahead = inferred.at(now + repeats.path.horizontal_speed * 60.0);
         (ahead.position - path.at(SPEED * (time + 60.0)).position).norm()
     }
@@ -807,6 +462,7 @@ mod tests {
         for path in [through(corners.repeat(5)), through(ends.repeat(8))] {
             let trail = trail(&path, 1100.0, 1);
             let repeats = trail.repeats().expect("was sailed twice");
+            assert_eq!(repeats.pattern, Pattern::Laps);
             assert!(off(&path, 1100.0, &repeats) < 8.0);
         }
     }
@@ -853,6 +509,35 @@ mod tests {
         let end = |repeats: &Repeats| repeats.path.path.at(repeats.path.path.length()).position;
         let expected = turned(&[0.0, end(&here).x, end(&here).y]);
         assert!((end(&there) - place(&expected)).norm() < 1.0e-6);
+    }
+
+    #[test]
+    fn a_fix_that_weighs_nothing_beside_the_others_leaves_every_place_a_number() {
+        let fix = |k: u32| {
+            let t_s = 10.0 * f64::from(k);
+            let report = if k < 5 {
+                Report::new(t_s, Vector2::zeros(), 1.0e-3)
+            } else {
+                Report::new(t_s, Vector2::new(3.0e5, 0.0), 1.0e5)
+            };
+            (0, report)
+        };
+        let trail = Trail::new(&[], &(0..8).map(fix).collect::<Vec<_>>(), &Vector2::zeros());
+        assert!(trail.points.iter().flatten().all(|number| number.is_finite()));
+    }
+
+    #[test]
+    fn a_long_leg_and_what_came_before_it_are_one_track() {
+        // Half an hour on one leg leaves no corner among the reports.
+        let fixes: Vec<_> = (0..20_u32)
+            .map(|k| {
+                let t_s = 4.0e3 + 10.0 * f64::from(k);
+                (0, Report::new(t_s, Vector2::new(t_s, 0.0), SIGMA))
+            })
+            .collect();
+        let remembered = [[0.0, 0.0, 50.0], [50.0, 0.0, 0.0], [3.99e3, 3.99e3, 0.0]];
+        let trail = Trail::new(&remembered, &fixes, &Vector2::zeros());
+        assert_eq!(trail.points[..2], remembered[..2]);
     }
 
     #[test]

@@ -5,9 +5,9 @@
     reason = "the planner has no output, its tests print what they measured"
 )]
 
-use std::sync::Arc;
+use std::{f64::consts::FRAC_PI_2, sync::Arc};
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix4, Vector2, Vector4};
 use proptest::prelude::*;
 
 use super::*;
@@ -21,7 +21,7 @@ use crate::{
         auv::Auv,
         evidence::{AuvState, GroundTrack, Report},
         known_path::KnownPath,
-        path::curve::Path,
+        path::curve::{Path, Side},
         previous_plan::{PreviousEstimate, RememberedTarget},
     },
 };
@@ -718,4 +718,50 @@ proptest! {
         let (p, q) = (here.covariance().expect("is there"), there.covariance().expect("is there"));
         prop_assert!((four * p * four.transpose() - q).amax() < 1e-6 * p.amax());
     }
+}
+
+#[test]
+fn the_next_turn_is_the_one_that_it_comes_to_and_to_the_side_that_it_sails() {
+    // A square of 100 m to starboard, with corners of 10 m, from the middle of the first side on.
+    let corners = [(50.0, 0.0), (50.0, 100.0), (-50.0, 100.0), (-50.0, 0.0)].map(|(x, y)| Vector2::new(x, y));
+    let closed = Path::waypoints(&corners, 10.0, true).expect("can be sailed");
+    let open = Path::waypoints(&corners, 10.0, false).expect("can be sailed");
+    let next = |path: &Path, along: f64, sense: f64| {
+        let known = KnownPath {
+            path: Arc::new(path.clone()),
+            horizontal_speed: 0.5,
+        };
+        let fit = PathFit {
+            state: Vector4::new(along, 0.0, 0.0, 0.0),
+            covariance: Matrix4::identity(),
+            sense,
+        };
+        let turn = fit.next_turn(&known, &Vector2::zeros());
+        turn.map(|turn| ((turn.in_s * 0.5).round(), (turn.by_rad / FRAC_PI_2).round()))
+    };
+    // The open one: 90 m, an arc of 16 m, 80 m, an arc, 90 m.
+    for (along, sense, expected) in [
+        (40.0, 1.0, Some((50.0, 1.0))),
+        (95.0, 1.0, Some((91.0, 1.0))),
+        (200.0, 1.0, None),
+        (250.0, -1.0, Some((49.0, -1.0))),
+        (1000.0, -1.0, Some((799.0, -1.0))),
+        (150.0, -1.0, Some((44.0, -1.0))),
+        (50.0, -1.0, None),
+    ] {
+        assert_eq!(next(&open, along, sense), expected, "{along} {sense}");
+    }
+    let lap = closed.length();
+    let begins: Vec<_> = (0..40).map(|k| f64::from(k) / 40.0 * lap).collect();
+    for along in begins {
+        for (sense, side) in [(1.0, 1.0), (-1.0, -1.0)] {
+            let (distance, by) = next(&closed, along, sense).expect("a lap has turns");
+            assert!(
+                0.0 <= distance && distance <= 97.0 && by == side,
+                "{along} {sense} {distance} {by}"
+            );
+        }
+    }
+    let circle = Path::circle(Vector2::zeros(), 30.0, Side::Starboard, 0.0).expect("can be sailed");
+    assert_eq!(next(&circle, 10.0, 1.0), None);
 }

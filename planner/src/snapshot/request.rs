@@ -10,7 +10,7 @@ use crate::{
         description::{CraftDescription, HeadingLoop, SurgeLoop},
         learn_by_ekf::{CraftObservation, PastReference},
     },
-    estimate::repeats::TrackPoint,
+    estimate::legs::TrackPoint,
     facts::{
         asc::{Asc, DeclaredLimits, Limits},
         auv::{Auv, VehicleId},

@@ -1,0 +1,134 @@
+//! A track as straight legs, each at constant velocity.
+
+use nalgebra::Vector2;
+
+use crate::facts::evidence::Report;
+
+/// A place on a track: time, s, position north and east, m.
+pub(crate) type TrackPoint = [f64; 3];
+
+/// Price of one more leg in a track, in squares of normalised residuals: its four numbers cost 4, and that it ends anywhere among
+/// 64 reports the rest.
+const LEG_PRICE: f64 = 14.0;
+
+/// Position (north, east), m.
+pub(crate) fn place(point: &TrackPoint) -> Vector2<f64> {
+    Vector2::new(point[1], point[2])
+}
+
+/// A piece of a track at constant velocity.
+pub(crate) struct Leg {
+    pub(crate) from: TrackPoint,
+    pub(crate) to: TrackPoint,
+}
+
+/// Sums over some reports, with their weights: of 1, t, t², p, t p, p².
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    one: f64,
+    t: f64,
+    tt: f64,
+    p: Vector2<f64>,
+    tp: Vector2<f64>,
+    pp: f64,
+}
+
+impl Sums {
+    /// With a report at time `t`, s, and position `p`, m, more.
+    fn and(mut self, t: f64, p: Vector2<f64>, sigma: f64) -> Self {
+        let w = sigma.powi(-2);
+        self.one += w;
+        self.t += w * t;
+        self.tt += w * t * t;
+        self.p += p * w;
+        self.tp += p * (w * t);
+        self.pp += w * p.norm_squared();
+        self
+    }
+
+    /// Mean time, mean position and velocity of the line of least squares.
+    fn line(&self) -> (f64, Vector2<f64>, Vector2<f64>) {
+        let (time, position) = (self.t / self.one, self.p / self.one);
+        let spread = self.tt - self.t * time;
+        let velocity = if spread > 1.0e-9 * self.one {
+            (self.tp - position * self.t) / spread
+        } else {
+            Vector2::zeros()
+        };
+        (time, position, velocity)
+    }
+
+    /// Sum of the squares of the residuals of that line.
+    fn residual(&self) -> f64 {
+        let (_, position, velocity) = self.line();
+        let along = (self.tp - position * self.t).dot(&velocity);
+        (self.pp - self.p.dot(&position) - along).max(0.0)
+    }
+}
+
+/// The legs through `reports`, at least one, in order of time, that explain them at the least price: optimal by dynamic programming over
+/// where the last leg begins.
+pub(crate) fn legs(reports: &[(usize, Report)]) -> Vec<Leg> {
+    let start = reports[0].1;
+    // Of the legs through the first reports: their price, where the last of them begins, and its sums.
+    let mut cheapest = vec![(0.0, 0, Sums::default())];
+    for end in 1..=reports.len() {
+        // Summed up from the end: differences of sums would lose a report beside others that are far more accurate.
+        let last_legs = (0..end).rev().scan(Sums::default(), |sums, begin| {
+            let report = &reports[begin].1;
+            *sums = sums.and(
+                report.t_s - start.t_s,
+                report.position() - start.position(),
+                report.sigma_m,
+            );
+            Some((cheapest[begin].0 + LEG_PRICE + sums.residual(), begin, *sums))
+        });
+        let best = last_legs.min_by(|a, b| a.0.total_cmp(&b.0));
+        cheapest.extend(best);
+    }
+    let mut legs = Vec::new();
+    let mut end = reports.len();
+    while end > 0 {
+        let (_, begin, sums) = cheapest[end];
+        let (time, position, velocity) = sums.line();
+        let at = |report: &Report| {
+            let place = start.position() + position + velocity * (report.t_s - start.t_s - time);
+            [report.t_s, place.x, place.y]
+        };
+        legs.push(Leg {
+            from: at(&reports[begin].1),
+            to: at(&reports[end - 1].1),
+        });
+        end = begin;
+    }
+    legs.reverse();
+    legs
+}
+
+/// The fewest of `points` that leave none farther than `tolerance`, m, from the line (Ramer, Douglas and Peucker).
+pub(crate) fn simplified(points: &[TrackPoint], tolerance: f64) -> Vec<TrackPoint> {
+    let Some(last) = points.len().checked_sub(1) else {
+        return Vec::new();
+    };
+    let mut kept = vec![false; points.len()];
+    (kept[0], kept[last]) = (true, true);
+    let mut pieces = vec![(0, last)];
+    while let Some((from, to)) = pieces.pop() {
+        let (start, end) = (place(&points[from]), place(&points[to]));
+        let chord = end - start;
+        let off = |point: &TrackPoint| {
+            let share = (place(point) - start).dot(&chord) / chord.norm_squared().max(f64::MIN_POSITIVE);
+            (place(point) - start - chord * share.clamp(0.0, 1.0)).norm()
+        };
+        let farthest = (from + 1..to)
+            .map(|i| (off(&points[i]), i))
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .filter(|(off, _)| tolerance < *off);
+        if let Some((_, i)) = farthest {
+            kept[i] = true;
+            pieces.extend([(from, i), (i, to)]);
+        }
+    }
+    let kept = points.iter().zip(kept).filter(|(_, kept)| *kept);
+    kept.map(|(point, _)| *point).collect()
+}

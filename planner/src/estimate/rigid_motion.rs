@@ -1,0 +1,92 @@
+//! How one piece of a track is moved onto another.
+
+use nalgebra::Complex;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// What a repeated track looks like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Pattern {
+    /// Lanes of a lawn-mower: each is the one before, mirrored and moved aside.
+    Lanes,
+    /// A closed lap: a box, a racetrack, there and back.
+    Laps,
+    /// Something else that comes again elsewhere.
+    Other,
+}
+
+/// A count of a few hundred.
+pub(crate) fn number(count: usize) -> f64 {
+    u32::try_from(count).map_or(f64::INFINITY, f64::from)
+}
+
+/// A turn and a shift, after a reflection if it is mirrored.
+#[derive(Clone)]
+pub(crate) struct RigidMotion {
+    pub(crate) mirrored: bool,
+    turn: Complex<f64>,
+    from: Complex<f64>,
+    to: Complex<f64>,
+    /// Root mean square distance that it leaves, m.
+    pub(crate) residual: f64,
+    /// Radius of gyration of what it moves, m.
+    pub(crate) extent: f64,
+}
+
+impl RigidMotion {
+    /// That which brings `earlier` closest to `later`, in the mean square: the turn is the phase of Σ ā b, of both about their means.
+    pub(crate) fn between(earlier: &[Complex<f64>], later: &[Complex<f64>], mirrored: bool) -> Self {
+        let n = number(later.len());
+        let reflected = |point: &Complex<f64>| if mirrored { point.conj() } else { *point };
+        let from = earlier.iter().map(reflected).sum::<Complex<f64>>() / n;
+        let to = later.iter().sum::<Complex<f64>>() / n;
+        let (mut product, mut squares, mut extent) = (Complex::new(0.0, 0.0), 0.0, 0.0);
+        for (a, b) in earlier.iter().zip(later) {
+            let (a, b) = (reflected(a) - from, b - to);
+            product += a.conj() * b;
+            squares += a.norm_sqr() + b.norm_sqr();
+            extent += b.norm_sqr();
+        }
+        let size = product.norm();
+        Self {
+            mirrored,
+            turn: if size > 0.0 {
+                product / size
+            } else {
+                Complex::new(1.0, 0.0)
+            },
+            from,
+            to,
+            residual: ((squares - 2.0 * size) / n).max(0.0).sqrt(),
+            extent: (extent / n).sqrt(),
+        }
+    }
+
+    /// How far it moves along its axis, m, if it is mirrored.
+    pub(crate) fn glide(&self) -> f64 {
+        0.5 * (self.of(self.of(self.to)) - self.to).norm()
+    }
+
+    /// What a track looks like that repeats by this motion. Places nearer to each other than `same`, m, count as one.
+    pub(crate) fn pattern(&self, same: f64) -> Pattern {
+        if self.mirrored && same < self.glide() {
+            return Pattern::Lanes;
+        }
+        // A lap may be made of up to eight turned pieces that are alike.
+        let laps = (1..=8).scan(self.to, |place, _| {
+            *place = self.of(*place);
+            Some(*place)
+        });
+        let closes = laps.enumerate().any(|(turns, place)| {
+            let turn = self.turn.powf(number(turns + 1));
+            (place - self.to).norm() < same && (self.mirrored || (turn - 1.0).norm() * self.extent < same)
+        });
+        if closes { Pattern::Laps } else { Pattern::Other }
+    }
+
+    pub(crate) fn of(&self, point: Complex<f64>) -> Complex<f64> {
+        let point = if self.mirrored { point.conj() } else { point };
+        self.to + self.turn * (point - self.from)
+    }
+}
