@@ -101,7 +101,8 @@ pub struct PreviousTarget {
     /// How it drifted. Beyond 0.5 m/s along either axis it counts as that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drift: Option<Drift>,
-    /// Corners of its track, in order: time, s, position north and east of the datum, m. The newest 96 count. Without it, what its track repeats is looked for in its reports alone.
+    /// Corners of its track, in order: time, s, position north and east of the datum, m. The newest 96 count. Without it, what its
+    /// track repeats is looked for in its reports alone.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub track: Vec<[f64; 3]>,
 }
