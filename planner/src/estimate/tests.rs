@@ -757,7 +757,7 @@ fn the_next_turn_is_the_one_that_it_comes_to_and_to_the_side_that_it_sails() {
         for (sense, side) in [(1.0, 1.0), (-1.0, -1.0)] {
             let (distance, by) = next(&closed, along, sense).expect("a lap has turns");
             assert!(
-                0.0 <= distance && distance <= 97.0 && by == side,
+                (0.0..=97.0).contains(&distance) && by == side,
                 "{along} {sense} {distance} {by}"
             );
         }
