@@ -7,6 +7,9 @@ use crate::facts::evidence::Report;
 /// A place on a track: time, s, position north and east, m.
 pub(crate) type TrackPoint = [f64; 3];
 
+/// Standard deviation that a fix has at least, m: a vehicle sails no straighter than this.
+pub(crate) const SIGMA_MIN: f64 = 0.7;
+
 /// Price of one more leg in a track, in squares of normalised residuals: its four numbers cost 4, and that it ends anywhere among
 /// 64 reports the rest.
 const LEG_PRICE: f64 = 14.0;
@@ -79,7 +82,7 @@ pub(crate) fn legs(reports: &[(usize, Report)]) -> Vec<Leg> {
             *sums = sums.and(
                 report.t_s - start.t_s,
                 report.position() - start.position(),
-                report.sigma_m,
+                report.sigma_m.max(SIGMA_MIN),
             );
             Some((cheapest[begin].0 + LEG_PRICE + sums.residual(), begin, *sums))
         });

@@ -7,7 +7,7 @@ use nalgebra::{Complex, Vector2};
 use crate::{
     estimate::{
         corners::{Edge, PLACES_MAX, Polyline},
-        legs::{TrackPoint, legs, place, simplified},
+        legs::{SIGMA_MIN, TrackPoint, legs, place, simplified},
         rigid_motion::{Pattern, RigidMotion, number},
     },
     facts::{
@@ -116,7 +116,7 @@ impl Trail {
         // The median: one inaccurate fix must not straighten the rest.
         let mut sigmas: Vec<_> = reports.iter().map(|(_, report)| report.sigma_m).collect();
         sigmas.sort_by(f64::total_cmp);
-        let sigma = sigmas[sigmas.len() / 2];
+        let sigma = sigmas[sigmas.len() / 2].max(SIGMA_MIN);
         let mut points = simplified(&points, STRAIGHT * sigma);
         points.drain(..points.len().saturating_sub(TRACK_POINTS_MAX));
         Self {
