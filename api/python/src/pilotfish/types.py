@@ -680,7 +680,7 @@ class NextTurn(TypedDict):
 
     # By how much it turns, rad, positive to starboard.
     by_rad: float
-    # After the newest report, s.
+    # After the newest report that fits the path, s.
     in_s: float
     # Standard deviation of that, s.
     sigma_s: float
@@ -774,7 +774,7 @@ class Path(TypedDict):
 
 
 # What a repeated track looks like.
-Pattern: TypeAlias = Literal["lanes", "there_and_back", "laps", "other"]
+Pattern: TypeAlias = Literal["lanes", "laps", "other"]
 
 
 class PlanRequest(TypedDict):
@@ -1129,7 +1129,8 @@ class PreviousTarget(TypedDict):
     forecast: NotRequired[Forecast | None]
     # The vehicle.
     id: str
-    # Where it was. Without it, what its track repeats is looked for in its reports alone.
+    # Corners of its track, in order: time, s, position north and east of the datum, m. The newest 96 count. Without
+    # it, what its track repeats is looked for in its reports alone.
     track: NotRequired[list[list[float]]]
 
 
@@ -1191,7 +1192,7 @@ class Reference(TypedDict):
 class RepeatedTrack(TypedDict):
     """What an underwater vehicle's track repeats."""
 
-    # Length of its longest leg, m.
+    # Length of its longest leg from corner to corner, m.
     leg_m: float
     # What it looks like.
     pattern: Pattern
@@ -1201,7 +1202,7 @@ class RepeatedTrack(TypedDict):
     residual_m: float
     # Distance between lanes, m; 0 where there are none.
     spacing_m: float
-    # How often it was sailed, as far as the track is remembered: at least twice.
+    # How often it was sailed, as far as the track is remembered: about twice or more.
     times: float
 
 
