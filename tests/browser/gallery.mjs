@@ -8,7 +8,7 @@ import { Recording, scores } from "../../api/page/web/recording.js";
 import { flown, PROGRAM, startService } from "./service.mjs";
 
 /** A point is left out if the line without it misses it by less than this share of the extent. */
-const MISS_MAX = 0.004;
+const MISS_MAX = 0.007;
 /** Another processor may round another way, which a long run amplifies: distances differ by no more than this share. */
 const DIFFERENCE_MAX = 0.05;
 
@@ -45,7 +45,9 @@ async function drawn(scenario) {
   }));
   const { duration_s, keep_outs, area } = planner.scene;
   const all = [planner.craft, ...planner.auvs.values()].flatMap(points), extent = Math.max(...[0, 1].map((k) => Math.max(...all.map((point) => point[k])) - Math.min(...all.map((point) => point[k]))));
-  const track = (series) => thinned(points(series), MISS_MAX * extent).map((point) => point.map((metres) => Math.round(10 * metres) / 10));
+  // Whole metres where a decimetre is below what is left out anyway.
+  const per_metre = extent < 250 ? 10 : 1;
+  const track = (series) => thinned(points(series), MISS_MAX * extent).map((point) => point.map((metres) => Math.round(per_metre * metres) / per_metre));
   const rms_m = (recording) => Math.round(1000 * scores(recording).rms_m) / 1000;
   return {
     duration_s,
