@@ -73,7 +73,7 @@ impl Sums {
 /// where the last leg begins.
 pub(crate) fn legs(reports: &[(usize, Report)]) -> Vec<Leg> {
     let start = reports[0].1;
-    // Of the legs through the first reports: their price, where the last of them begins, and its sums.
+    // For the first `end` reports: the least price, where the last leg begins, and the sums of that leg.
     let mut cheapest = vec![(0.0, 0, Sums::default())];
     for end in 1..=reports.len() {
         // Summed up from the end: differences of sums would lose a report beside others that are far more accurate.

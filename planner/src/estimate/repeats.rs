@@ -227,7 +227,7 @@ impl Trail {
     /// far as the time between its legs says.
     fn corners(&self, radius: f64) -> Vec<Complex<f64>> {
         let edges: Vec<_> = self.points.windows(2).map(Edge::new).collect();
-        // Of the newest legs alone: a long transit came before.
+        // Only the newest legs count: a long transit may have come before the lanes.
         let newest = &edges[edges.len().saturating_sub(NEWEST)..];
         let longest = newest.iter().map(Edge::length).fold(0.0, f64::max);
         let enough = (LONG_SHARE * longest).max(LONG * self.sigma).max(4.0 * radius);

@@ -49,7 +49,7 @@ pub enum FaultKind {
     LeavesPath {
         /// The vehicle.
         auv: usize,
-        /// Heading that it takes, rad; its own if there is none.
+        /// Heading that it takes, rad. Default: its own.
         heading: Option<f64>,
     },
     /// The reported standard deviation of an underwater vehicle's fixes is wrong by a factor.
@@ -70,7 +70,7 @@ pub enum FaultKind {
 pub enum Behaviour {
     /// It follows its path and dives.
     FollowsPath,
-    /// It takes this heading, rad, or keeps its own if there is none, and dives.
+    /// It takes this heading, rad (default: its own), and dives.
     LeavesPath(Option<f64>),
     /// It climbs to the surface and waits there.
     WaitsAtSurface,
