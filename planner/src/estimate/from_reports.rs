@@ -19,7 +19,7 @@ use crate::{
         angle::Course,
         auv::Auv,
         evidence::{AuvState, FORECAST_AGE_MAX, Report, SPEED_AT_REST},
-        known_path::KnownPath,
+        known_path::{DeclaredPath, KnownPath},
         previous_plan::RememberedTarget,
     },
 };
@@ -50,8 +50,11 @@ pub struct Estimate {
     pub velocity_contradicted: bool,
     /// How the vehicle follows its path. None without a path or without reports.
     pub route: Option<Route>,
-    /// What its track repeats, if it declares no path: that is its path.
+    /// What its track repeats, if it declares no path.
     pub repeats: Option<Repeats>,
+    /// The path that its reports were held against: what repeats, or the one declared, turned as it is seen to turn. None without
+    /// either, and without reports.
+    pub path: Option<KnownPath>,
     /// Where it was, as far as the next request needs to know it.
     pub track: Vec<TrackPoint>,
 }
@@ -106,7 +109,12 @@ impl Estimate {
     ) -> Self {
         let Some(state) = &auv.state else {
             let reports = auv.reports.as_deref().unwrap_or_default();
-            return from_reports(reports, path, now, current, before);
+            let others = auv
+                .path
+                .as_ref()
+                .map_or_else(Vec::new, DeclaredPath::turned_otherwise);
+            let paths: Vec<_> = path.cloned().into_iter().chain(others).collect();
+            return from_reports(reports, &paths, now, current, before);
         };
         let mut state = *state;
         // A gyroscope never reads exactly 0: it is what stands for a rate that is left out.
@@ -121,6 +129,7 @@ impl Estimate {
             velocity_contradicted: false,
             route: None,
             repeats: None,
+            path: None,
             track: Vec::new(),
         }
     }
@@ -136,10 +145,10 @@ impl Estimate {
     }
 }
 
-/// Filters `reports`, at least one, in order of time.
+/// Filters `reports`, at least one, in order of time. Of several `paths` the vehicle is on one.
 fn from_reports(
     reports: &[Report],
-    path: Option<&KnownPath>,
+    paths: &[KnownPath],
     now: f64,
     current: &Vector2<f64>,
     before: Option<&[TrackPoint]>,
@@ -167,26 +176,35 @@ fn from_reports(
         inflation,
         velocity_contradicted,
     } = Believed::new(without_repeated(&numbered));
-    let before = before.filter(|_| path.is_none());
+    let before = before.filter(|_| paths.is_empty());
     let trail = before.map_or_else(Trail::default, |before| Trail::new(before, &free.used, current));
     let repeats = trail.repeats();
-    let path = path.or(repeats.as_ref().map(|repeats| &repeats.path));
     let roughness = repeats.as_ref().map(|repeats| repeats.residual);
-    let along = path.map(|known| {
-        Track::through(&believed, |report| {
-            OnPath::start(report, known, roughness, current)
+    let along = paths
+        .iter()
+        .chain(repeats.as_ref().map(|repeats| &repeats.path))
+        .map(|known| {
+            Track::through(&believed, |report| {
+                OnPath::start(report, known, roughness, current)
+            })
         })
-    });
+        // Of equals the first.
+        .reduce(|best, other| {
+            if best.log_likelihood() < other.log_likelihood() {
+                other
+            } else {
+                best
+            }
+        });
     let route = along.as_ref().map(|along| Route {
         probability: match repeats {
             None => probability_of_following(&believed, along, &free, (usize::MAX, f64::INFINITY)),
             Some(_) => probability_of_following(&believed, along, &free, (TELLING, ODDS_MAX)),
         },
         fit: *along.filter.fit(),
-        next_turn: path
-            .filter(|_| along.filter.is_on_path())
-            .and_then(|known| along.filter.fit().next_turn(known, current)),
+        next_turn: along.filter.next_turn(),
     });
+    let path = along.as_ref().map(|along| along.filter.path().clone());
     let followed = along.filter(|_| route.is_some_and(|route| route.is_followed()));
     let (filtered, used) = match &followed {
         Some(track) => (Filtered::from(&track.filter), &track.used),
@@ -201,6 +219,7 @@ fn from_reports(
         velocity_contradicted,
         route,
         repeats,
+        path,
         track: trail.points,
     }
 }

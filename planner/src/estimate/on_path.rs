@@ -401,6 +401,16 @@ impl<'a> OnPath<'a> {
         self.time
     }
 
+    pub(crate) fn path(&self) -> &KnownPath {
+        self.known
+    }
+
+    /// The turn that it comes to next, if it is on the path.
+    pub(crate) fn next_turn(&self) -> Option<NextTurn> {
+        let fit = self.is_on_path().then(|| self.fit())?;
+        fit.next_turn(self.known, &self.current)
+    }
+
     /// Whether the path passes by where the vehicle was found.
     pub(crate) fn is_on_path(&self) -> bool {
         0.0 < self.hypotheses[0].probability

@@ -12,7 +12,7 @@ use crate::{
     },
     facts::{
         evidence::{Report, SPEED_AT_REST},
-        known_path::{DeclaredPath, KnownPath},
+        known_path::{DeclaredPath, KnownPath, TURN_RATES},
         path::{curve::Path, segment::Segment},
     },
 };
@@ -316,9 +316,6 @@ impl Trail {
         Some((misfit, self.rounded(&points, radius)?))
     }
 }
-
-/// Rates of turn that a vehicle is looked for at, rad/s: what is declared without one turns at the first.
-const TURN_RATES: [f64; 3] = [0.15, 0.09, 0.055];
 
 /// Newest legs that say what a long one is.
 const NEWEST: usize = 24;

@@ -20,8 +20,11 @@ use crate::{
         angle::{Course, angle_of, ned_from_body},
         auv::Auv,
         evidence::{AuvState, GroundTrack, Report},
-        known_path::KnownPath,
-        path::curve::{Path, Side},
+        known_path::{DeclaredPath, KnownPath},
+        path::{
+            curve::{Path, Side},
+            segment::Segment,
+        },
         previous_plan::{PreviousEstimate, RememberedTarget},
     },
 };
@@ -480,6 +483,55 @@ fn two_turns_show_where_the_path_lies_and_which_way_it_is_sailed() {
         normalised / 80.0
     );
     assert!(after < 3.0 && normalised / 80.0 < 4.0);
+}
+
+#[test]
+fn how_a_vehicle_turns_is_seen_where_its_way_points_do_not_say() {
+    let lanes = |turn_radius_m| {
+        let row = |k: u32| {
+            let (east, ends) = (40.0 * f64::from(k), [0.0, 200.0]);
+            let [from, to] = if k % 2 == 0 { [0, 1] } else { [1, 0] };
+            [[ends[from], east], [ends[to], east]]
+        };
+        DeclaredPath {
+            segments: vec![Segment::Waypoints {
+                points: (0..6).flat_map(row).collect(),
+                fillet_m: None,
+                turn_radius_m,
+            }],
+            closed: false,
+            speed_mps: 1.0,
+        }
+    };
+    let known = |path: &DeclaredPath| path.known().expect("can be sailed");
+    let declared = lanes(None);
+    let mut off = [0.0; 2];
+    for (seed, radius) in (0..90_u32).zip([6.0, 10.0, 16.0].into_iter().cycle()) {
+        let sailed = known(&lanes(Some(radius))).path;
+        let place = |time: f64| sailed.at(5.0 + time).position;
+        let reports = reported_at(place, 64, &mut Random(seed.into()));
+        let auv = Auv {
+            path: Some(declared.clone()),
+            ..Auv::reported("a", reports)
+        };
+        let new = |auv| Estimate::new(auv, Some(&known(&declared)), 630.0, &Vector2::zeros(), None, None);
+        let unnamed = Auv {
+            path: None,
+            ..auv.clone()
+        };
+        // A minute on it has turned once more.
+        for (off, found) in off.iter_mut().zip([new(&auv), new(&unnamed)]) {
+            let (fit, path) = (
+                found.route.expect("has a path").fit,
+                found.path.expect("has one").path,
+            );
+            let then = path.at(fit.along() + 110.0 + 110.0 * fit.faster()).position + fit.offset();
+            *off += (then - place(740.0)).norm_squared() / 90.0;
+        }
+    }
+    let [seen, assumed] = off.map(f64::sqrt);
+    println!("{seen:.2} m off after another turn, {assumed:.2} m at the assumed rate of turn");
+    assert!(seen < 0.7 * assumed);
 }
 
 #[test]

@@ -125,6 +125,11 @@ impl<F: Filter> Track<F> {
         }
     }
 
+    /// Logarithm of the probability density of all reports but the first.
+    pub(crate) fn log_likelihood(&self) -> f64 {
+        self.innovations.iter().map(Innovation::log_likelihood).sum()
+    }
+
     /// `rival` instead of this track.
     fn followed_by(self, rival: Self) -> Self {
         Self {

@@ -28,8 +28,12 @@ pub struct DeclaredPath {
     pub speed_mps: f64,
 }
 
-/// Rate at which a vehicle turns that declares no radius, rad/s. Assumption: survey AUVs of 1.5 m/s turn at 10 m.
-const TURN_RATE: f64 = 0.15;
+/// Rates at which vehicles turn that declare no radius, rad/s. The first is what counts until a vehicle was seen to turn. Assumption:
+/// survey AUVs of 1.5 m/s turn at 10 m, others at up to 27 m.
+pub(crate) const TURN_RATES: [f64; 3] = [0.15, 0.09, 0.055];
+
+/// Most way-points of a path whose turns are looked for at more than one rate: to round 1,000 corners takes as long as a plan's filters.
+const OTHER_RATES_COUNT_MAX: usize = 1000;
 
 impl DeclaredPath {
     /// A `path` that is followed at a horizontal speed through the water, m/s.
@@ -51,31 +55,55 @@ impl DeclaredPath {
     /// Radius at which way-points are turned that name none, m.
     #[must_use]
     pub fn turn_radius(&self) -> f64 {
-        self.speed_mps / TURN_RATE
+        self.speed_mps / TURN_RATES[0]
     }
 
     /// The path that it is, if its segments join. Way-points that name no radius are turned at with that of its speed.
     pub fn path(&self) -> Result<Path, InvalidPath> {
+        self.turned_at(self.turn_radius())
+    }
+
+    /// The same with a `radius`, m, at way-points that name none.
+    fn turned_at(&self, radius: f64) -> Result<Path, InvalidPath> {
         let mut segments = self.segments.clone();
-        for segment in &mut segments {
-            if let Segment::Waypoints {
-                fillet_m: None,
-                turn_radius_m: radius @ None,
-                ..
-            } = segment
-            {
-                *radius = Some(self.turn_radius());
-            }
+        for unnamed in segments.iter_mut().filter_map(unnamed_radius) {
+            *unnamed = Some(radius);
         }
         Path::from_segments(&segments, self.closed)
     }
 
     pub(crate) fn known(&self) -> Result<KnownPath, InvalidPath> {
-        let path = self.path()?;
-        Ok(KnownPath {
+        Ok(self.sailed(self.path()?))
+    }
+
+    fn sailed(&self, path: Path) -> KnownPath {
+        KnownPath {
             path: Arc::new(path),
             horizontal_speed: self.speed_mps,
-        })
+        }
+    }
+
+    /// The same path with the other radii at which it may be turned: none where it names its radii.
+    pub(crate) fn turned_otherwise(&self) -> Vec<KnownPath> {
+        let leaves_open = |segment: &Segment| unnamed_radius(&mut segment.clone()).is_some();
+        if OTHER_RATES_COUNT_MAX < self.count() || !self.segments.iter().any(leaves_open) {
+            return Vec::new();
+        }
+        let radii = TURN_RATES[1..].iter().map(|rate| self.speed_mps / rate);
+        let paths = radii.flat_map(|radius| self.turned_at(radius));
+        paths.map(|path| self.sailed(path)).collect()
+    }
+}
+
+/// Where a segment of way-points would name the radius that it leaves open.
+fn unnamed_radius(segment: &mut Segment) -> Option<&mut Option<f64>> {
+    match segment {
+        Segment::Waypoints {
+            fillet_m: None,
+            turn_radius_m: radius @ None,
+            ..
+        } => Some(radius),
+        _ => None,
     }
 }
 

@@ -169,9 +169,7 @@ impl Snapshot {
         let known = self.auvs.iter().zip(&self.paths).zip(&self.estimates);
         known.map(|((auv, path), estimate)| KnownAuv {
             auv,
-            path: path
-                .as_ref()
-                .or(estimate.repeats.as_ref().map(|repeats| &repeats.path)),
+            path: estimate.path.as_ref().or(path.as_ref()),
             estimate,
         })
     }

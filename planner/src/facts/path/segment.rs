@@ -78,7 +78,8 @@ struct SegmentMembers {
     /// turns. Without it, corners have the `turn_radius_m`, or as much of it as their legs have room for.
     #[serde(default)]
     fillet_m: Option<f64>,
-    /// `waypoints` without `fillet_m`: radius at which the vehicle turns, m. Default: that of its speed at 0.15 rad/s.
+    /// `waypoints` without `fillet_m`: radius at which the vehicle turns, m. Default: that of its speed at 0.15 rad/s; with
+    /// `reports` also at 0.09 and 0.055 rad/s, whichever fits them best.
     #[serde(default)]
     turn_radius_m: Option<f64>,
 }
