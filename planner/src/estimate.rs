@@ -5,6 +5,7 @@
 
 mod claims;
 pub(crate) mod corners;
+pub(crate) mod dive;
 pub(crate) mod from_reports;
 pub(crate) mod interacting;
 pub(crate) mod kalman;

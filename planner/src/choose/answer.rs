@@ -9,7 +9,7 @@ use crate::{
     estimate::{NextTurn, Pattern, from_reports::Estimate},
     facts::{
         angle::Course,
-        auv::VehicleId,
+        auv::{Dive, VehicleId},
         options::Forecast,
         previous_plan::{PreviousCraft, PreviousEstimate, PreviousPlan, PreviousTarget},
         reference::{Reference, TrajectoryPoint},
@@ -243,6 +243,10 @@ pub struct TargetEstimate {
     /// How its reports fit its `path`, or what its track repeats. Absent without either, and without reports.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub route: Option<RouteFit>,
+    /// The sawtooth in which it dives, by the depths that it reports. Absent unless it was seen to turn three times at the same depths,
+    /// and where it declares its `dive`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dive: Option<Dive>,
 }
 
 /// How an underwater vehicle follows its path, by its reports. It follows the path where its own navigation takes that to be.
@@ -342,6 +346,7 @@ impl From<&Estimate> for TargetEstimate {
             covariance: state.covariance,
             position_sigma_m: estimate.position_sigma(),
             rejected: estimate.rejected.clone(),
+            dive: estimate.dive,
             route: estimate.route.map(|route| RouteFit {
                 probability: route.probability,
                 along_m: route.fit.along(),

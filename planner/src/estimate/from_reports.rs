@@ -7,6 +7,7 @@ use nalgebra::{Matrix4, Vector2};
 use crate::{
     estimate::{
         claims::Believed,
+        dive::sawtooth,
         interacting::Interacting,
         kalman::Kalman,
         legs::TrackPoint,
@@ -17,7 +18,7 @@ use crate::{
     },
     facts::{
         angle::Course,
-        auv::Auv,
+        auv::{Auv, Dive},
         evidence::{AuvState, FORECAST_AGE_MAX, Report, SPEED_AT_REST},
         known_path::{DeclaredPath, KnownPath},
         previous_plan::RememberedTarget,
@@ -55,6 +56,8 @@ pub struct Estimate {
     /// The path that its reports were held against: what repeats, or the one declared, turned as it is seen to turn. None without
     /// either, and without reports.
     pub path: Option<KnownPath>,
+    /// The sawtooth that its reported depths show.
+    pub dive: Option<Dive>,
     /// Where it was, as far as the next request needs to know it.
     pub track: Vec<TrackPoint>,
 }
@@ -97,8 +100,8 @@ const REPEATED_WITHIN: f64 = 0.1;
 
 impl Estimate {
     /// Of `auv` by what is known at time `now`, s, of a `current` (north, east), m/s, too; of a state that reports no rate of
-    /// turn also by what the previous plan knew, and the time of the report that it knew it from. Without a `path`, what the track
-    /// repeats is taken for one if the track `before` is given.
+    /// turn also by what the previous plan knew, and the time of the report that it knew it from. If the track `before` is given, what
+    /// the track repeats is taken for its path without one, and the sawtooth of its depths for its dive.
     pub(crate) fn new(
         auv: &Auv,
         path: Option<&KnownPath>,
@@ -114,7 +117,11 @@ impl Estimate {
                 .as_ref()
                 .map_or_else(Vec::new, DeclaredPath::turned_otherwise);
             let paths: Vec<_> = path.cloned().into_iter().chain(others).collect();
-            return from_reports(reports, &paths, now, current, before);
+            let found = from_reports(reports, &paths, now, current, before);
+            return Self {
+                dive: found.dive.filter(|_| auv.dive.is_none()),
+                ..found
+            };
         };
         let mut state = *state;
         // A gyroscope never reads exactly 0: it is what stands for a rate that is left out.
@@ -130,6 +137,7 @@ impl Estimate {
             route: None,
             repeats: None,
             path: None,
+            dive: None,
             track: Vec::new(),
         }
     }
@@ -176,6 +184,7 @@ fn from_reports(
         inflation,
         velocity_contradicted,
     } = Believed::new(without_repeated(&numbered));
+    let infers = before.is_some();
     let before = before.filter(|_| paths.is_empty());
     let trail = before.map_or_else(Trail::default, |before| Trail::new(before, &free.used, current));
     let repeats = trail.repeats();
@@ -210,8 +219,10 @@ fn from_reports(
         Some(track) => (Filtered::from(&track.filter), &track.used),
         None => (Filtered::from(&free.filter.combined()), &free.used),
     };
+    let through_water = (filtered.velocity - current).norm();
     Estimate {
         state: filtered.state(used, now),
+        dive: infers.then(|| sawtooth(used, through_water)).flatten(),
         rejected: (0..reports.len())
             .filter(|number| used.iter().all(|(used, _)| used != number))
             .collect(),

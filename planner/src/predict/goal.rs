@@ -238,7 +238,7 @@ fn forecast_all(snapshot: &Snapshot) -> Vec<AuvForecast> {
         let intent = Intent {
             path: known.path.filter(|_| follows),
             fit: route.filter(|route| route.is_followed()).map(|route| &route.fit),
-            dive: auv.dive,
+            dive: auv.dive.or(known.estimate.dive),
         };
         match (&auv.state, snapshot.remembered(&auv.id)) {
             // A client that declares a covariance has a filter, whose velocity is that of its positions already.

@@ -1,0 +1,233 @@
+//! The sawtooth in which a vehicle dives, from the depths that it reports.
+
+use std::ops::RangeInclusive;
+
+use crate::{
+    estimate::rigid_motion::number,
+    facts::{auv::Dive, evidence::Report},
+};
+
+/// Least height of a sawtooth that is seen, m. Assumption: pressure gauges and swell are within a fortieth of it.
+const HEIGHT_MIN: f64 = 4.0;
+
+/// A vehicle has turned up or down once it is so far from its last extreme depth, as a share of the height.
+const SWING: f64 = 0.3;
+
+/// By how much the depths at which it turns may differ, as a share of the height; and the rates of its legs, as one of their mean.
+const SPREAD_MAX: f64 = 0.1;
+
+/// Most that the depths of a leg may be off a straight line, root mean square, as a share of the height: waves are bent.
+const BENT_MAX: f64 = 0.03;
+
+/// Fewest depths at which it turned: it has repeated itself.
+const APEXES_MIN: usize = 3;
+
+/// Pitch of a sawtooth, rad.
+const PITCH: RangeInclusive<f64> = 0.05..=1.4;
+
+/// A leg up or down, as a straight line through the depths between its ends.
+#[derive(Clone, Copy)]
+struct Leg {
+    /// In the middle of its depths: time, s, and depth, m.
+    middle: [f64; 2],
+    /// Rate of its depth, m/s.
+    rate: f64,
+    /// Root mean square of what the depths are off, m.
+    bent: f64,
+}
+
+/// Where two legs would meet.
+struct Apex {
+    time: f64,
+    depth: f64,
+    is_lowest: bool,
+}
+
+impl Leg {
+    /// Least squares; none of fewer than two depths.
+    fn through(depths: &[[f64; 2]]) -> Option<Self> {
+        let sum = |of: &dyn Fn(&[f64; 2]) -> f64| depths.iter().map(of).sum::<f64>();
+        let n = sum(&|_| 1.0);
+        let middle = [0, 1].map(|k| sum(&|point| point[k]) / n);
+        let spread = sum(&|[t, _]| (t - middle[0]).powi(2));
+        let rate = sum(&|[t, z]| (t - middle[0]) * (z - middle[1])) / spread;
+        let off = sum(&|[t, z]| (z - middle[1] - rate * (t - middle[0])).powi(2));
+        (depths.len() > 1 && rate.is_finite()).then(|| Self {
+            middle,
+            rate,
+            bent: (off / n).sqrt(),
+        })
+    }
+
+    fn meets(&self, next: &Self) -> Apex {
+        let [(t1, z1), (t2, z2)] = [self, next].map(|leg| leg.middle.into());
+        let time = (z2 - z1 + self.rate * t1 - next.rate * t2) / (self.rate - next.rate);
+        Apex {
+            time,
+            depth: z1 + self.rate * (time - t1),
+            is_lowest: 0.0 < self.rate,
+        }
+    }
+}
+
+/// The sawtooth of a vehicle of horizontal speed `u_h` through the water, m/s, by the depths of its reports in order of time, if it has
+/// turned at the same depths before.
+pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64) -> Option<Dive> {
+    let depth = |(_, report): &(usize, Report)| Some([report.t_s, report.depth_m?]);
+    let mut depths: Vec<_> = reports.iter().filter_map(depth).collect();
+    depths.dedup_by_key(|[time, _]| *time);
+    let [last, _] = *depths.last()?;
+    let (least, most) = depths
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), [_, z]| {
+            (least.min(*z), most.max(*z))
+        });
+    let height = most - least;
+    if height < HEIGHT_MIN {
+        return None;
+    }
+    let ends = ends(&depths, SWING * height);
+    // Where it turns it is on neither leg.
+    let legs = ends
+        .windows(2)
+        .map(|end| Leg::through(&depths[end[0] + 1..end[1]]));
+    let legs: Vec<_> = legs.collect();
+    let whole = legs.get(1..legs.len() - 1)?;
+    let rates = whole.iter().flatten().map(|leg| leg.rate.abs());
+    let rate = rates.sum::<f64>() / number(whole.len());
+    let is_like_others =
+        |leg: &Leg| (leg.rate.abs() - rate).abs() <= SPREAD_MAX * rate && leg.bent <= BENT_MAX * height;
+    let like_others: Vec<_> = legs.into_iter().map(|leg| leg.filter(is_like_others)).collect();
+    // The oldest may be nearly over, and in the newest it may just have turned.
+    let legs: Vec<_> = match &like_others[..] {
+        [first, whole @ .., last] => {
+            let whole = whole.iter().copied().collect::<Option<Vec<_>>>()?;
+            first.iter().copied().chain(whole).chain(*last).collect()
+        }
+        _ => return None,
+    };
+    let apexes: Vec<_> = legs.windows(2).map(|pair| pair[0].meets(&pair[1])).collect();
+    let newest = apexes.last().filter(|_| APEXES_MIN <= apexes.len())?;
+    let [shallow, deep] = [false, true].map(|is_lowest| {
+        let depths = apexes
+            .iter()
+            .filter(|apex| apex.is_lowest == is_lowest)
+            .map(|apex| apex.depth);
+        let (n, sum, least, most) = depths.fold(
+            (0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY),
+            |(n, sum, least, most): (f64, f64, f64, f64), z| (n + 1.0, sum + z, least.min(z), most.max(z)),
+        );
+        (sum / n, most - least)
+    });
+    let height = deep.0 - shallow.0;
+    let pitch_rad = rate.atan2(u_h);
+    // Half of its turn is beyond the depth that ends the leg.
+    let turn = 0.5 * rate * Dive::REVERSAL_MEDUSA;
+    let legs_since = (rate * (last - newest.time) / height).floor();
+    (shallow.1.max(deep.1) <= SPREAD_MAX * height && PITCH.contains(&pitch_rad) && 2.0 * turn < height).then(
+        || Dive {
+            depth_min_m: (shallow.0 + turn).max(0.0),
+            depth_max_m: deep.0 - turn,
+            pitch_rad,
+            reversal_s: None,
+            descending: Some(newest.is_lowest == (legs_since.rem_euclid(2.0) == 1.0)),
+        },
+    )
+}
+
+/// Where the depths turn by more than `swing`, m, with the first and one past the last.
+fn ends(depths: &[[f64; 2]], swing: f64) -> Vec<usize> {
+    let (mut ends, mut extreme, mut sense) = (vec![0], 0, 0.0);
+    for (k, [_, z]) in depths.iter().enumerate() {
+        let beyond = z - depths[extreme][1];
+        if sense == 0.0 {
+            if swing < beyond.abs() {
+                (extreme, sense) = (k, beyond.signum());
+            }
+        } else if 0.0 <= sense * beyond {
+            extreme = k;
+        } else if swing < -sense * beyond {
+            ends.push(extreme);
+            (extreme, sense) = (k, -sense);
+        }
+    }
+    ends.push(depths.len());
+    ends
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector2;
+
+    use super::*;
+    use crate::{estimate::tests::Random, predict::dive::DepthForecast};
+
+    /// Reports of the last 640 s of `depth`, every ten seconds, three in ten lost, by a gauge of 0.1 m.
+    fn reports(depth: impl Fn(f64) -> f64, random: &mut Random) -> Vec<(usize, Report)> {
+        let mut report = |k: u32| {
+            let t_s = 10.0 * f64::from(k);
+            let depth_m = Some(depth(t_s) + 0.1 * random.normal().x);
+            let is_heard = 0.3 < random.uniform();
+            is_heard.then(|| {
+                (
+                    0,
+                    Report {
+                        depth_m,
+                        ..Report::new(t_s, Vector2::zeros(), 1.0)
+                    },
+                )
+            })
+        };
+        (0..64).filter_map(&mut report).collect()
+    }
+
+    #[test]
+    fn a_sawtooth_is_found_and_says_how_deep_the_vehicle_will_be() {
+        let (mut found, mut held, mut n) = (0.0, 0.0, 0.0);
+        for (seed, (height, pitch)) in
+            (0..100_u32).zip([(20.0, 0.6), (40.0, 0.9), (15.0, 0.4)].into_iter().cycle())
+        {
+            let mut random = Random(seed.into());
+            let dive = Dive {
+                depth_min_m: 2.0,
+                depth_max_m: 2.0 + height,
+                pitch_rad: pitch,
+                reversal_s: None,
+                descending: Some(true),
+            };
+            let start = 2.0 + height * random.uniform();
+            let truth = DepthForecast::at_speed(start, Some(dive), 0.3);
+            let reports = reports(|t| truth.at(t), &mut random);
+            let Some(seen) = sawtooth(&reports, 0.3) else {
+                continue;
+            };
+            n += 1.0;
+            let (_, newest) = reports.last().expect("most are heard");
+            let depth = newest.depth_m.expect("all have one");
+            let forecast = DepthForecast::at_speed(depth, Some(seen), 0.3);
+            for ahead in [20.0, 60.0, 100.0] {
+                let then = truth.at(newest.t_s + ahead);
+                found += (forecast.at(ahead) - then).powi(2);
+                held += (depth - then).powi(2);
+            }
+        }
+        let [found, held] = [found, held].map(|sum: f64| (sum / (3.0 * n)).sqrt());
+        assert!(90.0 <= n && found < 0.2 * held, "{n}, {found} m, {held} m");
+    }
+
+    #[test]
+    fn a_vehicle_over_rough_ground_dives_in_no_sawtooth() {
+        let mut n = 0;
+        for seed in 0..200 {
+            let mut random = Random(seed);
+            let waves: Vec<_> = (0..6).map(|_| (random.normal(), random.uniform())).collect();
+            let depth = |t: f64| {
+                let wave =
+                    |(a, f): &(Vector2<f64>, f64)| (0.03 * f * t).sin() * a.x + (0.03 * f * t).cos() * a.y;
+                30.0 + 4.0 * waves.iter().map(wave).sum::<f64>()
+            };
+            n += u32::from(sawtooth(&reports(depth, &mut random), 0.5).is_some());
+        }
+        assert!(n <= 2, "{n}");
+    }
+}
