@@ -104,6 +104,7 @@ pub fn auvs(duration: f64) -> Vec<LiveAuv> {
                 points,
                 fillet_m: Some(FILLET),
                 turn_radius_m: None,
+                legs: vec![],
             }],
             closed: false,
             speed_mps: SPEED_PLANNED,

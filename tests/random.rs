@@ -258,6 +258,7 @@ impl Draw {
             ],
             fillet_m: Some(10.0),
             turn_radius_m: None,
+            legs: vec![],
         };
         DeclaredPath {
             segments: vec![segment],

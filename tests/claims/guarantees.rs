@@ -79,10 +79,12 @@ fn moved_path(path: &DeclaredPath, angle: f64, shift: Vector2<f64>) -> DeclaredP
             points,
             fillet_m,
             turn_radius_m,
+            legs,
         } => Segment::Waypoints {
             points: points.iter().map(there).collect(),
             fillet_m: *fillet_m,
             turn_radius_m: *turn_radius_m,
+            legs: legs.clone(),
         },
     };
     DeclaredPath {

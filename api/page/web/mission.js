@@ -273,8 +273,8 @@ function beliefsOf({ current, craft, auvs }) {
     ["surge lag", number(Number(craft.surge_lag_s), 2, "s")],
     ["sway per yaw rate", number(Number(craft.sway_per_yaw_rate_s), 2, "s")],
     ["craft follows", craft.follows ? "yes" : "no: its motion differs from the prediction"],
-    ...auvs.map(({ id, drift, route, covariances_m2: [first] }) => [
-      id, `± ${number(Math.sqrt(((first?.[0] ?? NaN) + (first?.[2] ?? NaN)) * 2.995), 1, "m")} (95 %), drift ${number(Math.hypot(...drift), 3, "m/s")}${route ? `; ${routeWords(route)}` : ""}`,
+    ...auvs.map(({ id, drift, route, dive, covariances_m2: [first] }) => [
+      id, `± ${number(Math.sqrt(((first?.[0] ?? NaN) + (first?.[2] ?? NaN)) * 2.995), 1, "m")} (95 %), drift ${number(Math.hypot(...drift), 3, "m/s")}${route ? `; ${routeWords(route)}` : ""}${dive ? `; dives from ${number(dive.depth_min_m, 0)} to ${number(dive.depth_max_m, 0, "m")}` : ""}`,
     ]),
   ];
 }

@@ -96,7 +96,8 @@ export class Series {
 /**
  * @typedef {{ pointer?: string, limit: string, t_s: number, amount: number, unit: string }} Violation
  * @typedef {{ id: string, positions: [number, number][], depths_m: number[], covariances_m2: [number, number, number][], age_s: number,
- *   heard?: { t_s: number, north_m: number, east_m: number }, refused_t_s?: number[], drift: [number, number], route?: RouteFit }} PredictedAuv
+ *   heard?: { t_s: number, north_m: number, east_m: number }, refused_t_s?: number[], drift: [number, number], route?: RouteFit,
+ *   dive?: { depth_min_m: number, depth_max_m: number } }} PredictedAuv
  * @typedef {{ probability: number, north_m: number, east_m: number, next_turn?: { in_s: number, sigma_s: number, by_rad: number },
  *   repeats?: { pattern: "lanes" | "laps" | "other", times: number, period_m: number, leg_m: number, spacing_m: number } }} RouteFit
  * @typedef {{ after_s: number[], asc: [number, number][], goal: [number, number][], line_of_sight: [number, number][], auvs: PredictedAuv[],

@@ -6,7 +6,7 @@ import { askJson } from "./service.js";
 
 /**
  * @typedef {[number, number] | { lat_deg: number, lon_deg: number }} WayPoint as a path takes it
- * @typedef {{ name: string, points: WayPoint[], closed: boolean, speed_mps?: number, turn_radius_m?: number, notes?: string[] }} RouteOfFile
+ * @typedef {{ name: string, points: WayPoint[], closed: boolean, legs?: object[], speed_mps?: number, turn_radius_m?: number, notes?: string[] }} RouteOfFile
  * @typedef {(what: string, action: () => Promise<any>, done?: (answer: any) => void) => void} Give
  */
 
@@ -48,7 +48,7 @@ export class RouteDraft {
 
   /** A click on the map. @param {number} north @param {number} east */
   place(north, east) {
-    if (this.pick.checked) this.take({ ...this.route, points: [...this.route.points, [Number(north.toFixed(2)), Number(east.toFixed(2))]] });
+    if (this.pick.checked) this.take({ ...this.route, legs: undefined, points: [...this.route.points, [Number(north.toFixed(2)), Number(east.toFixed(2))]] });
   }
 
   /** @param {RouteOfFile} route */
@@ -61,8 +61,8 @@ export class RouteDraft {
 
   /** The route as a mission takes it. */
   path() {
-    const { points, closed, turn_radius_m } = this.route;
-    return { segments: [{ kind: "waypoints", points, turn_radius_m }], closed, speed_mps: Number(this.speed.value) };
+    const { points, closed, turn_radius_m, legs } = this.route;
+    return { segments: [{ kind: "waypoints", points, turn_radius_m, legs }], closed, speed_mps: Number(this.speed.value) };
   }
 
   /** The route on the map. @param {{ lat_deg: number, lon_deg: number } | null | undefined} origin @returns {import("./map.js").Line[]} */

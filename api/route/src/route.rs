@@ -79,24 +79,30 @@ impl Route {
         self.points.iter().find_map(|point| point.turn_radius_m)
     }
 
-    /// What its points state and a path with one speed and one turn radius does not say.
+    /// The points at which its legs end, where these differ in speed or depth; else none.
+    #[must_use]
+    pub fn ends_of_legs(&self) -> Vec<&RoutePoint> {
+        let first = self.points.first().filter(|_| self.closed);
+        let ends: Vec<_> = self.points.iter().skip(1).chain(first).collect();
+        let are_unlike = |pair: &[&RoutePoint]| {
+            [pair[0].speed_mps, pair[0].depth_m] != [pair[1].speed_mps, pair[1].depth_m]
+        };
+        if ends.windows(2).any(are_unlike) {
+            ends
+        } else {
+            Vec::new()
+        }
+    }
+
+    /// What its points state and a path with one turn radius does not say.
     #[must_use]
     pub fn left_out(&self) -> Vec<String> {
-        let several = |what: &str, unit: &str, of: fn(&RoutePoint) -> Option<f64>| {
-            let stated = || self.points.iter().filter_map(of);
-            let (first, least) = (stated().next()?, stated().fold(f64::INFINITY, f64::min));
-            let most = stated().fold(least, f64::max);
-            (least < most).then(|| {
-                format!("{what} are from {least} to {most} {unit}; the first is taken, {first} {unit}")
-            })
-        };
-        let deep = self.points.iter().any(|point| point.depth_m.is_some());
-        let depths = deep.then(|| {
-            "depths are not taken: a path is horizontal, and `dive` says how the AUV dives".to_owned()
-        });
-        let speeds = several("speeds", "m/s", |point| point.speed_mps);
-        let radii = several("turn radii", "m", |point| point.turn_radius_m);
-        [speeds, radii, depths].into_iter().flatten().collect()
+        let stated = || self.points.iter().filter_map(|point| point.turn_radius_m);
+        let least = stated().fold(f64::INFINITY, f64::min);
+        let most = stated().fold(least, f64::max);
+        let first = stated().next().filter(|_| least < most);
+        let note = |first| format!("turn radii are from {least} to {most} m; the first is taken, {first} m");
+        first.map(note).into_iter().collect()
     }
 
     pub(crate) fn named(name: impl Into<String>) -> Self {

@@ -1,8 +1,8 @@
 //! Route files of planning tools, as way-points.
 
 use axum::{Json, extract::State};
-use planner::path::SEGMENTS_MAX;
-use route::{Place, Unread};
+use planner::path::{Leg, SEGMENTS_MAX};
+use route::{Place, RoutePoint, Unread};
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
@@ -15,7 +15,8 @@ use crate::{
 };
 use wire::{FieldError, Origin};
 
-/// A route of a file. Its points, `closed`, `speed_mps` and `turn_radius_m` are members of a `path` with one segment of `waypoints`.
+/// A route of a file. `closed` and `speed_mps` are members of a `path`; `points`, `legs` and `turn_radius_m` of its one segment of
+/// `waypoints`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct RouteOfFile {
     /// What the file calls it; empty if it has no name.
@@ -30,6 +31,9 @@ pub struct RouteOfFile {
     /// The first turn radius that the file states, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn_radius_m: Option<f64>,
+    /// Speed and depth of its legs, if the file states different ones.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub legs: Vec<Leg>,
     /// What the file states and a path does not have.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
@@ -83,11 +87,16 @@ pub(crate) async fn read_route(
             Place::Earth { lat_deg, lon_deg } => WayPoint::Earth(Origin { lat_deg, lon_deg }),
             Place::Local(point) => WayPoint::Metres(point),
         };
+        let leg = |end: &RoutePoint| Leg {
+            speed_mps: end.speed_mps,
+            depth_m: end.depth_m,
+        };
         Ok(RouteOfFile {
             points: route.points.iter().map(|each| point(each.place)).collect(),
             closed: route.closed,
             speed_mps: route.speed_mps(),
             turn_radius_m: route.turn_radius_m(),
+            legs: route.ends_of_legs().into_iter().map(leg).collect(),
             notes: route.left_out(),
             name: route.name,
         })

@@ -8,10 +8,10 @@ use std::{
 use clap::Args;
 use geodesy::Datum;
 use planner::{
-    path::{InvalidPath, Segment},
+    path::{InvalidPath, Leg, Segment},
     snapshot::{DeclaredPath, Origin},
 };
-use route::{Place, Route, Unread};
+use route::{Place, Route, RoutePoint, Unread};
 use serde_json::{Value, json};
 use sim::scenario::{Kind, OriginFile, PathFile, Point, Quantity, Scenario, ScenarioError, SegmentFile};
 
@@ -100,6 +100,14 @@ pub(crate) fn local(route: &Route, datum: Option<&Datum>) -> Result<Vec<[f64; 2]
     route.points.iter().map(|point| metres(point.place)).collect()
 }
 
+/// How the leg is sailed that ends at a point.
+fn leg(end: &RoutePoint) -> Leg {
+    Leg {
+        speed_mps: end.speed_mps,
+        depth_m: end.depth_m,
+    }
+}
+
 /// The path through these `points` (north, east), m, which are those of `route`.
 pub(crate) fn declared(route: &Route, points: Vec<[f64; 2]>, speed_mps: f64) -> DeclaredPath {
     let turn_radius_m = route.turn_radius_m();
@@ -108,6 +116,7 @@ pub(crate) fn declared(route: &Route, points: Vec<[f64; 2]>, speed_mps: f64) -> 
             points,
             fillet_m: None,
             turn_radius_m,
+            legs: route.ends_of_legs().into_iter().map(leg).collect(),
         }],
         closed: route.closed,
         speed_mps,
@@ -122,8 +131,14 @@ impl DeclaredRoutes {
     /// Each AUV's route, and the speed at which it follows it, m/s.
     fn read(&self) -> impl Iterator<Item = Result<(&str, Route, Result<f64, NoRoute>), NoRoute>> {
         self.route.iter().map(|(auv, file)| {
-            let route = read(&file.path, file.name.as_deref())?;
-            let speed = self.route_speed.or(route.speed_mps());
+            let mut route = read(&file.path, file.name.as_deref())?;
+            if self.route_speed.is_some() {
+                route
+                    .points
+                    .iter_mut()
+                    .for_each(|point| point.speed_mps = self.route_speed);
+            }
+            let speed = route.speed_mps();
             let speed = speed.ok_or_else(|| NoRoute::NoSpeed(file.path.clone()));
             Ok((auv.as_str(), route, speed))
         })

@@ -68,7 +68,6 @@ fn repairs_of_a_route_are_named_and_a_file_without_one_is_refused_by_line() {
         "short: 2, down to 4.00 m",
         "by a loop: 1
 ",
-        "depths are not taken",
     ] {
         assert!(text.contains(note), "{text}");
     }

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Vector2};
 use planner::{
     plan::{Plan, PlannedTarget, RouteFit, Violation},
-    snapshot::{Auv, Snapshot},
+    snapshot::{Auv, Dive, Snapshot},
 };
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -75,6 +75,9 @@ pub struct PredictedAuv {
     /// How it follows its path, or what its track repeats, at its newest report.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub route: Option<RouteFit>,
+    /// The sawtooth in which it dives, by the depths that it reports.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dive: Option<Dive>,
 }
 
 /// A fix.
@@ -225,6 +228,7 @@ impl PredictedAuv {
                 .collect(),
             drift: [target.drift.north_mps, target.drift.east_mps].map(rounded_to(TEN_THOUSANDTH)),
             route: estimate.route,
+            dive: estimate.dive,
         }
     }
 }

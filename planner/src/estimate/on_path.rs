@@ -192,8 +192,8 @@ impl PathFit {
 
     /// Rate of the place γ, m/s.
     fn rate(&self, known: &KnownPath, current: &Vector2<f64>) -> f64 {
-        let tangent = known.path.at(self.state.x).tangent;
-        foot_speed(known.horizontal_speed, current, tangent, self.sense) + self.sense * self.state.y
+        let point = known.path.at(self.state.x);
+        foot_speed(known.speed_at(&point), current, point.tangent, self.sense) + self.sense * self.state.y
     }
 
     /// The turn that begins next.

@@ -152,6 +152,7 @@ impl Trail {
             points: points.iter().map(|point| [point.re, point.im]).collect(),
             fillet_m: None,
             turn_radius_m: Some(radius),
+            legs: vec![],
         };
         let declared = DeclaredPath {
             segments: vec![segment],
@@ -414,6 +415,7 @@ mod tests {
             points,
             fillet_m: None,
             turn_radius_m: None,
+            legs: vec![],
         }];
         let declared = DeclaredPath {
             segments,

@@ -498,6 +498,7 @@ fn how_a_vehicle_turns_is_seen_where_its_way_points_do_not_say() {
                 points: (0..6).flat_map(row).collect(),
                 fillet_m: None,
                 turn_radius_m,
+                legs: vec![],
             }],
             closed: false,
             speed_mps: 1.0,

@@ -9,7 +9,7 @@ use utoipa::ToSchema;
 use crate::facts::{
     angle::{direction, ned_from_body},
     evidence::{AuvState, SPEED_AT_REST},
-    path::{curve::Path, limits::InvalidPath, segment::Segment},
+    path::{curve::Path, limits::InvalidPath, piece::PathPoint, segment::Segment},
 };
 
 /// A path that an underwater vehicle is known to follow.
@@ -24,7 +24,7 @@ pub struct DeclaredPath {
     /// first point by itself. An open path goes on straight beyond its ends. Default: no.
     #[serde(default)]
     pub closed: bool,
-    /// Horizontal speed of the vehicle through the water, m/s, from 0.01 to 10.
+    /// Horizontal speed of the vehicle through the water, m/s, from 0.01 to 10, on legs that do not say theirs.
     pub speed_mps: f64,
 }
 
@@ -112,9 +112,16 @@ fn unnamed_radius(segment: &mut Segment) -> Option<&mut Option<f64>> {
 pub struct KnownPath {
     /// The path.
     pub path: Arc<Path>,
-    /// Horizontal speed through the water `u_h`, m/s.
+    /// Horizontal speed through the water `u_h` where its legs do not say, m/s.
     #[doc(alias = "u_h")]
     pub horizontal_speed: f64,
+}
+
+impl KnownPath {
+    /// Horizontal speed through the water at a `point` of the path, m/s.
+    pub(crate) fn speed_at(&self, point: &PathPoint) -> f64 {
+        point.leg.speed_mps.unwrap_or(self.horizontal_speed)
+    }
 }
 
 /// Farther than this from its path, an AUV is not on it yet, and [`Forecast::Auto`] guesses from its motion
@@ -136,7 +143,7 @@ const WRONG_WAY: f64 = 4.0;
 pub(crate) fn place_on_path(state: &AuvState, known: &KnownPath, current: &Vector2<f64>) -> f64 {
     known.path.closest_by(&state.position(), |distance, point| {
         // Against a strong current the vehicle goes backwards along its path.
-        let forward = speed_along(known.horizontal_speed, current, point.tangent).signum();
+        let forward = speed_along(known.speed_at(point), current, point.tangent).signum();
         let agreement = if state.speed_mps < SPEED_AT_REST {
             1.0
         } else {

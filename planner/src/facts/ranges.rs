@@ -128,6 +128,9 @@ pub(crate) const TELEMETRY: [Range; 4] = [
 /// Speed along a path: what is slower than the least does not follow one.
 pub(crate) const PATH: [Range; 1] = [("speed_mps", 0.01..=10.0)];
 
+/// A leg of a path.
+pub(crate) const LEG: [Range; 2] = [("speed_mps", 0.01..=10.0), ("depth_m", 0.0..=DEPTH_MAX)];
+
 /// A sawtooth. The least `depth_max_m` is the leg's least height below `depth_min_m`.
 pub(crate) const DIVE: [Range; 4] = [
     // No vehicle flies.
@@ -251,7 +254,7 @@ pub(crate) const PREVIOUS_ASKED: [Range; 2] = [("asked_speed_mps", 0.0..=40.0), 
 
 /// The ranges of numbers by the name of their shape in `/openapi.json`. A shape may stand twice.
 pub fn ranges_by_shape() -> impl Iterator<Item = (&'static str, Range)> {
-    let tables: [(&str, &'static [Range]); 28] = [
+    let tables: [(&str, &'static [Range]); 29] = [
         (
             "PlanRequest",
             &[("t_s", TIME), ("surfacing_separation_m", SURFACING_SEPARATION)],
@@ -263,6 +266,7 @@ pub fn ranges_by_shape() -> impl Iterator<Item = (&'static str, Range)> {
         ("Report", &REPORT),
         ("Report", &TELEMETRY),
         ("Path", &PATH),
+        ("Leg", &LEG),
         ("Dive", &DIVE),
         ("Goal", &GOAL_IN_TURN),
         ("Goal", &GOAL_RANGE),

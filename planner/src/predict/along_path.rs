@@ -12,7 +12,7 @@ use crate::{
         known_path::{KnownPath, foot_speed, place_on_path},
         path::{
             curve::Path,
-            piece::{Piece, starboard},
+            piece::{PathPoint, Piece, starboard},
         },
     },
     predict::{covariance::OnPath, dive::Lead, motion::Motion},
@@ -99,21 +99,21 @@ impl AlongPath {
         let mut stretches = Vec::new();
         let path = &known.path;
         let (sense, faster) = fit.map_or((1.0, 0.0), |fit| (fit.sense, fit.state.y));
-        let horizontal_speed = (known.horizontal_speed + faster).max(0.0);
         let ground_speed =
-            |tangent: f64| foot_speed(known.horizontal_speed, current, tangent, sense) + sense * faster;
+            |speed: f64, tangent: f64| foot_speed(speed, current, tangent, sense) + sense * faster;
         let gamma = fit.map_or_else(|| place_on_path(state, known, current), |fit| fit.state.x);
         let point = path.at(gamma);
+        let horizontal_speed = (known.speed_at(&point) + faster).max(0.0);
         let offset = match fit {
             Some(_) => 0.0,
             None => (state.position() - point.position).dot(&starboard(point.tangent)),
         };
         let mut schedule = Schedule {
-            path,
+            known,
             offset,
             ground_speed,
             turn: turn_of_a_stretch(path, current),
-            sense: ground_speed(point.tangent).signum(),
+            sense: ground_speed(known.speed_at(&point), point.tangent).signum(),
             time: 0.0,
             time_max: state.age_s + LOOKED_AHEAD,
             stretches: &mut stretches,
@@ -174,6 +174,11 @@ impl AlongPath {
         (point.tangent, point.curvature * (rate + sense * lead.speed))
     }
 
+    /// Depth of the leg that it is then on, m, if its path says.
+    pub(crate) fn leg_depth(&self, elapsed: f64) -> Option<f64> {
+        self.path.at(self.foot(elapsed).0).leg.depth_m
+    }
+
     /// How its reports fit the path, if it has any.
     pub(crate) fn fit(&self) -> Option<&PathFit> {
         self.fit.as_deref()
@@ -222,8 +227,9 @@ impl AlongPath {
 
 /// The stretches that are being laid one after the other.
 struct Schedule<'a, F> {
-    path: &'a Path,
+    known: &'a KnownPath,
     offset: f64,
+    /// Rate of the foot, m/s, by horizontal speed through the water and tangent.
     ground_speed: F,
     turn: f64,
     /// 1 for a vehicle that goes forward along its path, −1 for one that is carried back.
@@ -234,14 +240,14 @@ struct Schedule<'a, F> {
     stretches: &'a mut Vec<Stretch>,
 }
 
-impl<F: Fn(f64) -> f64> Schedule<'_, F> {
+impl<F: Fn(f64, f64) -> f64> Schedule<'_, F> {
     /// Lays stretches from `gamma` on: to where the vehicle stands or time is up, else out of the path's end, or once round
     /// a closed path; of a round, time and signed length.
     fn fill(&mut self, gamma: f64) -> Option<(f64, f64)> {
-        let length = self.path.length();
-        let (laps, start) = self.path.lap_of(gamma);
+        let length = self.known.path.length();
+        let (laps, start) = self.known.path.lap_of(gamma);
         let before_lap = laps * length;
-        let goes_on = if self.path.is_closed() {
+        let goes_on = if self.known.path.is_closed() {
             self.over_pieces(start, if self.sense > 0.0 { length } else { 0.0 }, before_lap)
                 && self.over_pieces(
                     if self.sense > 0.0 { 0.0 } else { length },
@@ -259,14 +265,14 @@ impl<F: Fn(f64) -> f64> Schedule<'_, F> {
                 && self.over_pieces(if outside { near } else { start }, far, 0.0)
                 && self.straight_on(far + self.sense * (self.sense * (start - far)).max(0.0))
         };
-        (self.path.is_closed() && goes_on).then_some((self.time, self.sense * length))
+        (self.known.path.is_closed() && goes_on).then_some((self.time, self.sense * length))
     }
 
     /// Over the path's pieces between two arc lengths of the first lap, `shift` added to each. Whether the
     /// vehicle gets there.
     fn over_pieces(&mut self, start: f64, end: f64, shift: f64) -> bool {
         let (low, high) = (start.min(end), start.max(end));
-        let path = self.path;
+        let path = &self.known.path;
         let all = path.pieces();
         let first = all.partition_point(|piece| piece.end() <= low);
         let after = all.partition_point(|piece| piece.from < high).max(first);
@@ -303,10 +309,17 @@ impl<F: Fn(f64) -> f64> Schedule<'_, F> {
             return true;
         }
         // The piece's own tangents, whichever piece `at` takes at a joint.
-        let tangent = self.path.at(gamma + 0.5 * self.sense * length).tangent;
+        let middle = self.known.path.at(gamma + 0.5 * self.sense * length);
         let half_turn = 0.5 * self.sense * length * curvature;
-        let before = self.rate(tangent - half_turn, curvature).max(0.0);
-        let after = self.rate(tangent + half_turn, curvature);
+        let [before, after] = [-half_turn, half_turn].map(|turn| {
+            let point = PathPoint {
+                tangent: middle.tangent + turn,
+                curvature,
+                ..middle
+            };
+            self.rate(&point)
+        });
+        let before = before.max(0.0);
         let change = (after - before) / length;
         self.stretches.push(Stretch {
             time: self.time,
@@ -323,8 +336,7 @@ impl<F: Fn(f64) -> f64> Schedule<'_, F> {
     }
 
     fn straight_on(&mut self, gamma: f64) -> bool {
-        let tangent = self.path.at(gamma + self.sense).tangent;
-        let rate = self.rate(tangent, 0.0).max(0.0);
+        let rate = self.rate(&self.known.path.at(gamma + self.sense)).max(0.0);
         self.stretches.push(Stretch {
             time: self.time,
             gamma,
@@ -335,8 +347,9 @@ impl<F: Fn(f64) -> f64> Schedule<'_, F> {
     }
 
     /// Speed of the vehicle's foot along the path in its sense of travel, m/s.
-    fn rate(&self, tangent: f64, curvature: f64) -> f64 {
-        self.sense * (self.ground_speed)(tangent) / (1.0 - curvature * self.offset).max(FOOT_FACTOR_MIN)
+    fn rate(&self, point: &PathPoint) -> f64 {
+        let speed = (self.ground_speed)(self.known.speed_at(point), point.tangent);
+        self.sense * speed / (1.0 - point.curvature * self.offset).max(FOOT_FACTOR_MIN)
     }
 }
 

@@ -176,17 +176,30 @@ impl AuvForecast {
 
     /// Expected depth `ahead` seconds after the snapshot, m, positive down: along its sawtooth, where that is known
     /// and the vehicle does not rest, else what it was. Where the report does not say whether the vehicle goes
-    /// down or up, the mean of both.
+    /// down or up, the mean of both. One that does not dive changes its depth as the legs of its path do.
     #[must_use]
     pub fn depth_at(&self, ahead: f64) -> f64 {
-        self.depth.at(self.age + ahead)
+        let elapsed = self.age + ahead;
+        self.depth.at(elapsed) + self.descent(elapsed)
+    }
+
+    /// How much deeper than at its report the legs of its path lead it, m.
+    fn descent(&self, elapsed: f64) -> f64 {
+        match (&self.propagation, &self.depth) {
+            (Propagation::AlongPath(along_path), DepthForecast::Held(depth)) => {
+                let [before, then] = [0.0, elapsed].map(|elapsed| along_path.leg_depth(elapsed));
+                then.map_or(0.0, |then| then - before.unwrap_or(*depth))
+            }
+            _ => 0.0,
+        }
     }
 
     /// Whether the surface craft must keep clear of it `ahead` seconds after the snapshot: whether it may be as
     /// shallow as [`SURFACED_DEPTH`], going down or up where the report does not say which.
     #[must_use]
     pub fn surfaced(&self, ahead: f64) -> bool {
-        self.depth.shallowest(self.age + ahead) <= SURFACED_DEPTH
+        let elapsed = self.age + ahead;
+        self.depth.shallowest(elapsed) + self.descent(elapsed) <= SURFACED_DEPTH
     }
 
     /// Covariance of the position (north, east) `ahead` seconds after the snapshot, m².

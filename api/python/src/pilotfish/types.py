@@ -336,6 +336,9 @@ class Estimate(TypedDict):
     covariance: NotRequired[list[list[float]] | None]
     # Depth then, m, positive down.
     depth_m: float
+    # The sawtooth in which it dives, by the depths that it reports. Absent unless it was seen to turn three times
+    # at the same depths, and where it declares its `dive`.
+    dive: NotRequired[Dive | None]
     # Position east of the datum then, m.
     east_m: float
     # Eastward velocity over ground then, m/s.
@@ -536,6 +539,15 @@ class Learnt(TypedDict):
     sigma: float
     # Its likeliest value, in the unit of the member's name.
     value: float
+
+
+class Leg(TypedDict):
+    """How a vehicle sails a leg, up to the end of its turn at the point where the leg ends."""
+
+    # Depth, m, positive down, to 12000. Default: what it was. A vehicle with a `dive` keeps to that.
+    depth_m: NotRequired[float | None]
+    # Horizontal speed through the water, m/s, from 0.01 to 10. Default: that of the path.
+    speed_mps: NotRequired[float | None]
 
 
 class Limits(TypedDict):
@@ -769,7 +781,7 @@ class Path(TypedDict):
     # Its segments, in order: each begins where and in which direction the one before it ends, to a millimetre and a
     # milliradian. At most 10,000, every way-point counted as one.
     segments: list[Segment]
-    # Horizontal speed of the vehicle through the water, m/s, from 0.01 to 10.
+    # Horizontal speed of the vehicle through the water, m/s, from 0.01 to 10, on legs that do not say theirs.
     speed_mps: float
 
 
@@ -994,6 +1006,8 @@ class PredictedAuv(TypedDict):
     covariances_m2: list[list[float]]
     # Depths, m, positive down.
     depths_m: list[float]
+    # The sawtooth in which it dives, by the depths that it reports.
+    dive: NotRequired[Dive | None]
     # Velocity (north, east) beyond what its reports and the model explain, m/s.
     drift: list[float]
     # The newest fix that was heard; none where the plan was given a state.
@@ -1293,12 +1307,14 @@ class Route(TypedDict):
 
 
 class RouteOfFile(TypedDict):
-    """A route of a file. Its points, `closed`, `speed_mps` and `turn_radius_m` are members of a `path` with one
-    segment of `waypoints`.
+    """A route of a file. `closed` and `speed_mps` are members of a `path`; `points`, `legs` and `turn_radius_m` of
+    its one segment of `waypoints`.
     """
 
     # Whether the last point leads back to the first.
     closed: bool
+    # Speed and depth of its legs, if the file states different ones.
+    legs: NotRequired[list[Leg]]
     # What the file calls it; empty if it has no name.
     name: str
     # What the file states and a path does not have.
@@ -1370,12 +1386,15 @@ Segment = TypedDict(
         "from": "NotRequired[list[float] | Origin | None]",
         # Which segment.
         "kind": "SegmentKind",
+        # `waypoints`: speed and depth of every leg, the first from the first point to the second; of a closed path also
+        # of the leg back. Empty where they do not differ.
+        "legs": "NotRequired[list[Leg]]",
         # `waypoints`: where its straight legs would meet.
         "points": "NotRequired[list[list[float] | Origin] | None]",
         # `line`: where it ends.
         "to": "NotRequired[list[float] | Origin | None]",
         # `waypoints` without `fillet_m`: radius at which the vehicle turns, m. Default: that of its speed at 0.15
-        # rad/s.
+        # rad/s; with `reports` also at 0.09 and 0.055 rad/s, whichever fits them best.
         "turn_radius_m": "NotRequired[float | None]",
     },
 )

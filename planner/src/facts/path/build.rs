@@ -58,6 +58,7 @@ impl Path {
             points,
             fillet_m: Some(fillet_radius),
             turn_radius_m: None,
+            legs: vec![],
         };
         Self::from_segments(&[waypoints], closed)
     }

@@ -8,7 +8,7 @@ use crate::facts::{
     angle::{direction, wrap},
     path::{
         piece::{PathPoint, Piece, starboard},
-        segment::Segment,
+        segment::{Leg, Segment},
     },
 };
 
@@ -97,6 +97,7 @@ impl Path {
             position: start,
             tangent,
             curvature: 0.0,
+            leg: Leg::default(),
         };
         Self {
             segments: vec![],

@@ -4,7 +4,10 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector2;
 
-use crate::facts::angle::{angle_of, direction, sinc};
+use crate::facts::{
+    angle::{angle_of, direction, sinc},
+    path::segment::Leg,
+};
 
 /// A point of a path, and how the path passes through it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +20,8 @@ pub struct PathPoint {
     /// Signed curvature κ, 1/m, positive to starboard.
     #[doc(alias = "kappa")]
     pub curvature: f64,
+    /// How the leg is sailed that it is on.
+    pub leg: Leg,
 }
 
 /// A piece of constant curvature: a line where the curvature is zero, else an arc.
@@ -32,6 +37,8 @@ pub(crate) struct Piece {
     pub(crate) curvature: f64,
     /// Its length, m.
     pub(crate) length: f64,
+    /// How it is sailed.
+    pub(crate) leg: Leg,
 }
 
 impl Piece {
@@ -43,6 +50,7 @@ impl Piece {
             tangent,
             curvature: 0.0,
             length,
+            leg: Leg::default(),
         }
     }
 
@@ -54,6 +62,7 @@ impl Piece {
             tangent,
             curvature: angle.signum() / radius,
             length: radius * angle.abs(),
+            leg: Leg::default(),
         }
     }
 
@@ -70,6 +79,7 @@ impl Piece {
             position: self.start + direction(self.tangent + half_turn) * (length * sinc(half_turn)),
             tangent: self.tangent + 2.0 * half_turn,
             curvature: self.curvature,
+            leg: self.leg,
         }
     }
 
@@ -80,8 +90,8 @@ impl Piece {
             from: low,
             start: point.position,
             tangent: point.tangent,
-            curvature: self.curvature,
             length: high - low,
+            ..*self
         }
     }
 

@@ -50,7 +50,22 @@ pub enum Segment {
         /// Without `fillet_m`: radius at which the vehicle turns where its legs have room, m. Default: [`TURN_RADIUS`].
         #[serde(skip_serializing_if = "Option::is_none")]
         turn_radius_m: Option<f64>,
+        /// What differs from leg to leg: nothing, or one for each, the first from the first point to the second.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        legs: Vec<Leg>,
     },
+}
+
+/// How a vehicle sails a leg, up to the end of its turn at the point where the leg ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Leg {
+    /// Horizontal speed through the water, m/s, from 0.01 to 10. Default: that of the path.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_mps: Option<f64>,
+    /// Depth, m, positive down, to 12000. Default: what it was. A vehicle with a `dive` keeps to that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depth_m: Option<f64>,
 }
 
 /// A segment of a path. Which members are needed depends on `kind`. Points are (north, east), m.
@@ -82,6 +97,10 @@ struct SegmentMembers {
     /// `reports` also at 0.09 and 0.055 rad/s, whichever fits them best.
     #[serde(default)]
     turn_radius_m: Option<f64>,
+    /// `waypoints`: speed and depth of every leg, the first from the first point to the second; of a closed path also of the leg back.
+    /// Empty where they do not differ.
+    #[serde(default)]
+    legs: Vec<Leg>,
 }
 
 /// The kinds of segments.
@@ -113,6 +132,7 @@ impl<'de> Deserialize<'de> for Segment {
                 points: needed(&mut given.points, "points")?,
                 fillet_m: given.fillet_m.take(),
                 turn_radius_m: given.turn_radius_m.take(),
+                legs: std::mem::take(&mut given.legs),
             },
         };
         none_left(&[
@@ -123,6 +143,7 @@ impl<'de> Deserialize<'de> for Segment {
             ("points", given.points.is_some()),
             ("fillet_m", given.fillet_m.is_some()),
             ("turn_radius_m", given.turn_radius_m.is_some()),
+            ("legs", !given.legs.is_empty()),
         ])?;
         Ok(segment)
     }
@@ -202,6 +223,7 @@ impl Segment {
                 points,
                 fillet_m,
                 turn_radius_m,
+                legs: sailed,
             } => {
                 let corners = match (*fillet_m, *turn_radius_m) {
                     (Some(radius), None) => Corners::Fillets { radius },
@@ -216,7 +238,7 @@ impl Segment {
                         ));
                     }
                 };
-                return legs(points, ring, corners, field);
+                return legs(points, sailed, ring, corners, field);
             }
         }
         Ok(self.piece().into_iter().collect())

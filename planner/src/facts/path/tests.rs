@@ -54,6 +54,7 @@ fn route(points: &[(f64, f64)], radius: f64, closed: bool) -> Result<Path, Inval
         points: points.iter().map(|(north, east)| [*north, *east]).collect(),
         fillet_m: None,
         turn_radius_m: Some(radius),
+        legs: vec![],
     };
     Path::from_segments(&[waypoints], closed)
 }
@@ -329,6 +330,7 @@ fn strange_numbers_are_refused_by_name() {
                     points: vec![origin.into(), [5.0, 0.0], [9.0, 9.0]],
                     fillet_m: Some(strange),
                     turn_radius_m: None,
+                    legs: vec![],
                 },
                 "segments/0/fillet_m",
             ),
@@ -459,4 +461,37 @@ fn a_speed_profile_is_straight_between_its_knots_and_constant_outside() {
         let InvalidPath(invalid) = SpeedProfile::new(knots).expect_err("is none");
         assert_eq!(invalid.field, at_fault);
     }
+}
+
+#[test]
+fn legs_keep_their_speeds_and_depths_where_points_repeat_and_back_to_the_first() {
+    let leg = |speed: f64| Leg {
+        speed_mps: Some(speed),
+        depth_m: Some(10.0 * speed),
+    };
+    let path = |legs: Vec<Leg>, closed| {
+        let waypoints = Segment::Waypoints {
+            points: vec![[0.0, 0.0], [100.0, 0.0], [100.0, 0.0], [100.0, 100.0]],
+            fillet_m: None,
+            turn_radius_m: Some(5.0),
+            legs,
+        };
+        Path::from_segments(&[waypoints], closed)
+    };
+    let open = path(vec![leg(1.0), leg(2.0), leg(3.0)], false).expect("can be sailed");
+    let ring = path(vec![leg(1.0), leg(2.0), leg(3.0), leg(4.0)], true).expect("can be sailed");
+    let middles = [([50.0, 0.0], 1.0), ([100.0, 50.0], 3.0), ([50.0, 50.0], 4.0)];
+    for (path, middles) in [(&open, &middles[..2]), (&ring, &middles[..])] {
+        for (place, speed) in middles {
+            let point = path.at(path.closest(&Vector2::from(*place)));
+            assert_eq!(point.leg, leg(*speed), "{place:?}");
+        }
+    }
+    let field = |legs, closed| path(legs, closed).expect_err("is refused").0.field;
+    assert_eq!(field(vec![leg(1.0); 2], false), "segments/0/legs");
+    assert_eq!(field(vec![leg(1.0); 3], true), "segments/0/legs");
+    assert_eq!(
+        field(vec![leg(1.0), leg(11.0), leg(1.0)], false),
+        "segments/0/legs/1/speed_mps"
+    );
 }

@@ -16,7 +16,9 @@ use crate::facts::{
             require_point, require_straight, require_within,
         },
         piece::Piece,
+        segment::Leg,
     },
+    ranges::LEG,
 };
 
 /// Shorter than this, a piece between or inside fillets is nothing but rounding, m.
@@ -38,15 +40,32 @@ pub(super) enum Corners {
     Turns { radius: f64 },
 }
 
-/// Legs between `points`, `ring` from the last to the first too, and their corners. Points that repeat the one before are
-/// left out.
+/// Legs between `points`, `ring` from the last to the first too, and their corners, `sailed` each as it says where that is not empty.
+/// Points that repeat the one before are left out.
 pub(super) fn legs(
     points: &[[f64; 2]],
+    sailed: &[Leg],
     ring: bool,
     corners: Corners,
     field: &str,
 ) -> Result<Vec<Piece>, InvalidPath> {
     let legs = Legs::new(points, ring, corners, field)?;
+    if !sailed.is_empty() {
+        let n = points.len() - usize::from(!ring);
+        require_count(format_args!("{field}/legs"), sailed.len(), n..=n)?;
+    }
+    for (k, leg) in sailed.iter().enumerate() {
+        let given = [leg.speed_mps, leg.depth_m];
+        for ((name, range), value) in LEG.iter().zip(given) {
+            let (least, most) = range.clone().into_inner();
+            require_within(
+                format_args!("{field}/legs/{k}/{name}"),
+                value.unwrap_or(least),
+                least,
+                most,
+            )?;
+        }
+    }
     let corners = match corners {
         Corners::Fillets { radius } => legs.fillets(radius, field)?,
         Corners::Turns { radius } => {
@@ -59,7 +78,7 @@ pub(super) fn legs(
             legs.turns(radius)
         }
     };
-    Ok(legs.pieces(&corners))
+    Ok(legs.pieces(&corners, sailed))
 }
 
 /// Straight legs between points.
@@ -248,9 +267,10 @@ impl Legs {
         corners
     }
 
-    fn pieces(&self, corners: &[Corner]) -> Vec<Piece> {
+    fn pieces(&self, corners: &[Corner], sailed: &[Leg]) -> Vec<Piece> {
         let mut pieces = Vec::with_capacity(2 * self.n());
         for leg in 0..self.n() {
+            let first = pieces.len();
             let (along, tangent) = (self.vector(leg), self.tangents[leg]);
             let corner = corners[(leg + 1) % self.points.len()];
             let (before, after) = (corners[leg].tangent_length, corner.tangent_length);
@@ -265,6 +285,12 @@ impl Legs {
             } else if LENGTH_OF_ROUNDING < corner.radius * corner.turn.abs() {
                 let start = end - direction(tangent) * after;
                 pieces.push(Piece::arc(start, tangent, corner.radius, corner.turn));
+            }
+            // The leg that was given last of those that end at this point.
+            let n_given = sailed.len().max(1);
+            let given = (self.given_at[(leg + 1) % self.points.len()] + n_given - 1) % n_given;
+            for piece in &mut pieces[first..] {
+                piece.leg = sailed.get(given).copied().unwrap_or_default();
             }
         }
         pieces

@@ -66,6 +66,7 @@ impl Scenario {
                     points,
                     fillet_m,
                     turn_radius_m,
+                    legs: vec![],
                 };
                 Path::from_segments(&[waypoints], *closed).map_err(|error| invalid(field, error))
             }

@@ -77,6 +77,7 @@ impl SurveyConstraints {
                 SurveyPattern::LawnMower | SurveyPattern::Racetrack => 0.5 * spacing,
                 _ => radius,
             }),
+            legs: vec![],
         };
         let closed = [
             SurveyPattern::ThereAndBack,
