@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::Complex;
+use nalgebra::{Complex, Vector2};
 
 use crate::estimate::legs::TrackPoint;
 
@@ -47,6 +47,12 @@ impl Edge {
 
     fn speed(&self) -> f64 {
         self.length() / (self.end - self.start).max(f64::MIN_POSITIVE)
+    }
+
+    /// Through the water of a `current` (north, east), m/s.
+    pub(crate) fn speed_through(&self, current: &Vector2<f64>) -> f64 {
+        let elapsed = (self.end - self.start).max(f64::MIN_POSITIVE);
+        ((self.to - self.from) / elapsed - Complex::new(current.x, current.y)).norm()
     }
 
     /// The corners between it and the next leg, turned at a `radius`, m.
@@ -116,18 +122,31 @@ fn dot(a: Complex<f64>, b: Complex<f64>) -> f64 {
     (a.conj() * b).re
 }
 
-/// Straight lines between points (north + i east), m.
+/// A corner of a track (north + i east), m, and how fast the vehicle came to it through the water, m/s, where it had long enough a leg.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SailedTo {
+    pub(crate) point: Complex<f64>,
+    pub(crate) speed: Option<f64>,
+}
+
+impl From<Complex<f64>> for SailedTo {
+    fn from(point: Complex<f64>) -> Self {
+        Self { point, speed: None }
+    }
+}
+
+/// Straight lines between corners.
 pub(crate) struct Polyline {
-    pub(crate) points: Vec<Complex<f64>>,
+    pub(crate) points: Vec<SailedTo>,
     /// Arc length at each, m.
     pub(crate) along: Vec<f64>,
 }
 
 impl Polyline {
-    pub(crate) fn new(points: Vec<Complex<f64>>) -> Self {
+    pub(crate) fn new(points: Vec<SailedTo>) -> Self {
         let mut along = vec![0.0];
         for pair in points.windows(2) {
-            along.push(along[along.len() - 1] + (pair[1] - pair[0]).norm());
+            along.push(along[along.len() - 1] + (pair[1].point - pair[0].point).norm());
         }
         Self { points, along }
     }
@@ -142,12 +161,12 @@ impl Polyline {
             .along
             .partition_point(|other| *other <= along)
             .clamp(1, self.points.len() - 1);
-        let (from, to) = (self.points[after - 1], self.points[after]);
+        let [from, to] = [after - 1, after].map(|k| self.points[k].point);
         let length = (self.along[after] - self.along[after - 1]).max(f64::MIN_POSITIVE);
         from + (to - from) * ((along - self.along[after - 1]) / length).clamp(0.0, 1.0)
     }
 
-    pub(crate) fn corners_after(&self, along: f64) -> impl Iterator<Item = (f64, Complex<f64>)> {
+    pub(crate) fn corners_after(&self, along: f64) -> impl Iterator<Item = (f64, SailedTo)> {
         let corners = self.along.iter().copied().zip(self.points.iter().copied());
         corners.filter(move |(at, _)| along < *at)
     }

@@ -6,14 +6,17 @@ use nalgebra::{Complex, Vector2};
 
 use crate::{
     estimate::{
-        corners::{Edge, PLACES_MAX, Polyline},
+        corners::{Edge, PLACES_MAX, Polyline, SailedTo},
         legs::{SIGMA_MIN, TrackPoint, legs, place, simplified},
         rigid_motion::{Pattern, RigidMotion, number},
     },
     facts::{
         evidence::{Report, SPEED_AT_REST},
         known_path::{DeclaredPath, KnownPath, TURN_RATES},
-        path::{curve::Path, segment::Segment},
+        path::{
+            curve::Path,
+            segment::{Leg, Segment},
+        },
     },
 };
 
@@ -32,6 +35,14 @@ const SPACING: f64 = 2.7;
 /// A piece of track tells little unless its course changes by so much, rad: nearly a half turn. At 2.5, 5 of 200 tracks through
 /// random way-points repeated something, at 3.0 at most one.
 const TURN_MIN: f64 = 3.0;
+
+/// What repeats turns by so much, rad, or it is a piece of a line or of a curve, which is like any other piece of it. One corner is enough:
+/// between the two of a turn, a lane ago was between two others.
+const LAG_TURN_MIN: f64 = 1.2;
+
+/// By how much the lag is refined, in distances between places, and as a share of it.
+const REFINED_BY: f64 = 2.0;
+const REFINED_SHARE: f64 = 0.2;
 
 /// Largest root mean square distance between two pieces that are taken for the same, in standard deviations of a fix.
 const RESIDUAL_MAX: f64 = 2.3;
@@ -84,6 +95,8 @@ pub(crate) struct Trail {
     sigma: f64,
     /// Its speed through the water where it moved, m/s.
     speed: f64,
+    /// Current (north, east), m/s.
+    current: Vector2<f64>,
     /// The fixes of the reports (north, east), m.
     fixes: Vec<Vector2<f64>>,
 }
@@ -123,6 +136,7 @@ impl Trail {
             points,
             sigma,
             speed: if time > 0.0 { way / time } else { 0.0 },
+            current: *current,
             fixes: reports.iter().map(|(_, report)| report.position()).collect(),
         }
     }
@@ -146,13 +160,22 @@ impl Trail {
         self.fixes.iter().map(off).sum::<f64>() / number(self.fixes.len())
     }
 
-    /// Way-points (north + i east), m, turned at a `radius`, m.
-    fn rounded(&self, points: &[Complex<f64>], radius: f64) -> Option<Path> {
+    /// Way-points turned at a `radius`, m, with the speeds of the legs that end at them.
+    fn rounded(&self, corners: &[SailedTo], radius: f64) -> Option<Path> {
+        let leg = |corner: &SailedTo| Leg {
+            speed_mps: corner
+                .speed
+                .filter(|speed| (SPEED_AT_REST..=SPEED_MAX).contains(speed)),
+            depth_m: None,
+        };
         let segment = Segment::Waypoints {
-            points: points.iter().map(|point| [point.re, point.im]).collect(),
+            points: corners
+                .iter()
+                .map(|corner| [corner.point.re, corner.point.im])
+                .collect(),
             fillet_m: None,
             turn_radius_m: Some(radius),
-            legs: vec![],
+            legs: corners.iter().skip(1).map(leg).collect(),
         };
         let declared = DeclaredPath {
             segments: vec![segment],
@@ -173,10 +196,11 @@ impl Trail {
         let n = places.len();
         let turned = turned(&places);
         // The shortest piece that turns enough.
-        let enough = turned.partition_point(|turned| *turned < TURN_MIN) * CHORD;
+        let [enough, least] =
+            [TURN_MIN, LAG_TURN_MIN].map(|enough| turned.partition_point(|turned| *turned < enough) * CHORD);
         // The shortest lag at which the track repeats, and its neighbours: twice that lag fits as well.
         let mut best: Option<Match> = None;
-        for lag in 3..n / 2 {
+        for lag in least..n / 2 {
             let span = lag.max(enough);
             if n < span + lag + 1 {
                 continue;
@@ -226,7 +250,7 @@ impl Trail {
     /// The corners of the track of a vehicle that turns at a `radius`, m, up to the end of its last long leg. Two fixes in a turn cut it
     /// by metres. What is known well are the legs, and when it was on them: a corner is where two legs meet, and a way back reaches as
     /// far as the time between its legs says.
-    fn corners(&self, radius: f64) -> Vec<Complex<f64>> {
+    fn corners(&self, radius: f64) -> Vec<SailedTo> {
         let edges: Vec<_> = self.points.windows(2).map(Edge::new).collect();
         // Only the newest legs count: a long transit may have come before the lanes.
         let newest = &edges[edges.len().saturating_sub(NEWEST)..];
@@ -238,21 +262,26 @@ impl Trail {
         let [first, .., last] = long[..] else {
             return Vec::new();
         };
-        let mut corners: Vec<_> = edges[..=first].iter().map(|edge| edge.from).collect();
+        let mut corners: Vec<SailedTo> = edges[..=first].iter().map(|edge| edge.from.into()).collect();
         for pair in long.windows(2) {
             let (before, after) = (&edges[pair[0]], &edges[pair[1]]);
             let seen: Vec<_> = edges[pair[0] + 1..=pair[1]]
                 .iter()
                 .map(|edge| edge.from)
                 .collect();
+            let n = corners.len();
             let turned = before.turn(after, radius);
             let tolerance = radius + 3.0 * self.sigma;
             match turned.filter(|corners| before.can_turn(corners, after, &seen, tolerance)) {
-                Some(turned) => corners.extend(turned),
-                None => corners.extend(seen),
+                Some(turned) => corners.extend(turned.into_iter().map(SailedTo::from)),
+                None => corners.extend(seen.into_iter().map(SailedTo::from)),
             }
+            corners[n].speed = Some(before.speed_through(&self.current));
         }
-        corners.push(edges[last].to);
+        corners.push(SailedTo {
+            point: edges[last].to,
+            speed: Some(edges[last].speed_through(&self.current)),
+        });
         corners
     }
 
@@ -263,23 +292,25 @@ impl Trail {
 
     /// The same match at the lag that fits best between two places, over as much of the track as it holds for.
     fn refined(&self, track: &Polyline, places: &[Complex<f64>], spacing: f64, coarse: Match) -> Match {
-        let mirrored = coarse.motion.mirrored;
+        let (mirrored, lag) = (coarse.motion.mirrored, coarse.lag);
+        let most = (REFINED_BY * spacing).min(REFINED_SHARE * lag);
         let at_lag = |lag: f64, span: usize| {
             let later = &places[places.len() - 1 - span..];
             let start = track.length() - lag - spacing * number(span);
             let earlier = (0..later.len()).map(|place| track.at(start + spacing * number(place)));
             let motion = RigidMotion::between(&earlier.collect::<Vec<_>>(), later, mirrored);
-            (0.0 <= start && 0.0 < lag).then_some(Match { span, lag, motion })
+            (0.0 <= start).then_some(Match { span, lag, motion })
         };
         let near = |best: &Match, span: usize| {
             let lags = (-7..=7_i8).map(|eighth| best.lag + spacing * f64::from(eighth) / 8.0);
-            lags.filter_map(|lag| at_lag(lag, span))
+            lags.filter(|near| (near - lag).abs() <= most)
+                .filter_map(|lag| at_lag(lag, span))
                 .min_by(|a, b| a.motion.residual.total_cmp(&b.motion.residual))
         };
         let mut best = near(&coarse, coarse.span).unwrap_or(coarse);
-        let most = places.len() - 1;
-        while best.span < most {
-            let span = (best.span * 3 / 2 + 1).min(most);
+        let longest = places.len() - 1;
+        while best.span < longest {
+            let span = (best.span * 3 / 2 + 1).min(longest);
             match near(&best, span).filter(|longer| self.is_the_same(&longer.motion)) {
                 Some(longer) => best = longer,
                 None => break,
@@ -298,11 +329,14 @@ impl Trail {
         let mut period: Vec<_> = track
             .corners_after(start)
             .take_while(|(along, _)| *along <= last)
-            .map(|(_, point)| point)
+            .map(|(_, corner)| corner)
             .collect();
+        if period.is_empty() {
+            return None;
+        }
         let mut repeat = || {
-            for point in &mut period {
-                *point = best.motion.of(*point);
+            for corner in &mut period {
+                corner.point = best.motion.of(corner.point);
             }
             period.clone()
         };
@@ -481,6 +515,20 @@ mod tests {
             found += u32::from(trail(&path, 1500.0, seed).repeats().is_some());
         }
         assert!(found <= 2, "{found}");
+    }
+
+    #[test]
+    fn a_piece_of_a_line_or_a_wide_curve_repeats_nothing() {
+        // Each piece is like the one before it, however short the lag.
+        for (seed, radius) in (0..60).zip([200.0, 400.0, 1.0e4].into_iter().cycle()) {
+            let point = |k: u32| {
+                let angle = 60.0 * f64::from(k) / radius;
+                [radius * angle.sin(), radius * (1.0 - angle.cos())]
+            };
+            let trail = trail(&through((0..30).map(point).collect()), 1500.0, seed);
+            let lag = trail.repeats().map(|repeats| repeats.period);
+            assert!(lag.is_none_or(|lag| lag > 100.0), "{seed}: {lag:?}");
+        }
     }
 
     #[test]
