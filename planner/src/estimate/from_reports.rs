@@ -71,6 +71,8 @@ pub struct Route {
     pub fit: PathFit,
     /// The turn that it comes to next, if it does.
     pub next_turn: Option<NextTurn>,
+    /// The current that it sails in (north, east), m/s: none where the declared speed turns out to be over ground.
+    pub current: Vector2<f64>,
 }
 
 impl Route {
@@ -94,6 +96,9 @@ const RETURNS_AFTER: f64 = 600.0;
 /// the path, and a turn of which fixes saw little is metres off. Three in a row that do not fit end it.
 const TELLING: usize = 3;
 const ODDS_MAX: f64 = 3.0;
+
+/// A current that moves a vehicle by no more than its own speed is uncertain, m/s.
+const CURRENT_MIN: f64 = 0.05;
 
 /// Two fixes of one time that are nearer to each other than this are one message over two links, m.
 const REPEATED_WITHIN: f64 = 0.1;
@@ -189,22 +194,21 @@ fn from_reports(
     let trail = before.map_or_else(Trail::default, |before| Trail::new(before, &free.used, current));
     let repeats = trail.repeats();
     let roughness = repeats.as_ref().map(|repeats| repeats.residual);
-    let along = paths
-        .iter()
-        .chain(repeats.as_ref().map(|repeats| &repeats.path))
-        .map(|known| {
-            Track::through(&believed, |report| {
-                OnPath::start(report, known, roughness, current)
-            })
+    let sailed = |known, current: &Vector2<f64>| {
+        Track::through(&believed, |report| {
+            OnPath::start(report, known, roughness, current)
         })
-        // Of equals the first.
-        .reduce(|best, other| {
-            if best.log_likelihood() < other.log_likelihood() {
-                other
-            } else {
-                best
-            }
-        });
+    };
+    let known = paths.iter().chain(repeats.as_ref().map(|repeats| &repeats.path));
+    let along = known.map(|known| sailed(known, current)).reduce(likelier);
+    let along = along.map(|along| {
+        if repeats.is_some() || current.norm() < CURRENT_MIN {
+            return along;
+        }
+        // Its speed may be over ground.
+        let path = along.filter.path();
+        likelier(along, sailed(path, &Vector2::zeros()))
+    });
     let route = along.as_ref().map(|along| Route {
         probability: match repeats {
             None => probability_of_following(&believed, along, &free, (usize::MAX, f64::INFINITY)),
@@ -212,6 +216,7 @@ fn from_reports(
         },
         fit: *along.filter.fit(),
         next_turn: along.filter.next_turn(),
+        current: along.filter.current(),
     });
     let path = along.as_ref().map(|along| along.filter.path().clone());
     let followed = along.filter(|_| route.is_some_and(|route| route.is_followed()));
@@ -232,6 +237,15 @@ fn from_reports(
         repeats,
         path,
         track: trail.points,
+    }
+}
+
+/// The likelier of two tracks; of equals the first.
+fn likelier<'a>(one: Track<OnPath<'a>>, other: Track<OnPath<'a>>) -> Track<OnPath<'a>> {
+    if one.log_likelihood() < other.log_likelihood() {
+        other
+    } else {
+        one
     }
 }
 

@@ -401,8 +401,13 @@ impl<'a> OnPath<'a> {
         self.time
     }
 
-    pub(crate) fn path(&self) -> &KnownPath {
+    pub(crate) fn path(&self) -> &'a KnownPath {
         self.known
+    }
+
+    /// The current in which it sails (north, east), m/s.
+    pub(crate) fn current(&self) -> Vector2<f64> {
+        self.current
     }
 
     /// The turn that it comes to next, if it is on the path.

@@ -490,7 +490,7 @@ fn how_a_vehicle_turns_is_seen_where_its_way_points_do_not_say() {
     let lanes = |turn_radius_m| {
         let row = |k: u32| {
             let (east, ends) = (40.0 * f64::from(k), [0.0, 200.0]);
-            let [from, to] = if k % 2 == 0 { [0, 1] } else { [1, 0] };
+            let [from, to] = if k.is_multiple_of(2) { [0, 1] } else { [1, 0] };
             [[ends[from], east], [ends[to], east]]
         };
         DeclaredPath {
@@ -533,6 +533,41 @@ fn how_a_vehicle_turns_is_seen_where_its_way_points_do_not_say() {
     let [seen, assumed] = off.map(f64::sqrt);
     println!("{seen:.2} m off after another turn, {assumed:.2} m at the assumed rate of turn");
     assert!(seen < 0.7 * assumed);
+}
+
+#[test]
+fn a_speed_over_ground_is_told_from_one_through_the_water() {
+    let path = Path::lawn_mower(Vector2::zeros(), 0.0, 60.0, 20.0, 8);
+    let current = Vector2::new(0.2, 0.1);
+    let known = KnownPath {
+        path: Arc::new(path.clone()),
+        horizontal_speed: 0.5,
+    };
+    let mut right = 0;
+    for seed in 0..40_u32 {
+        let over_ground = seed.is_multiple_of(2);
+        let water = if over_ground { Vector2::zeros() } else { current };
+        let mut along = vec![5.0];
+        for second in 0..600 {
+            let gamma: f64 = along[second];
+            along.push(gamma + crate::facts::known_path::speed_along(0.5, &water, path.at(gamma).tangent));
+        }
+        let reports = |random: &mut Random| {
+            let report = |k: usize| {
+                let place = path.at(along[10 * k]).position;
+                let t_s = INTERVAL * crate::estimate::rigid_motion::number(k);
+                Report::new(t_s, place + random.normal() * SIGMA, SIGMA)
+            };
+            (0..60).map(report).collect::<Vec<_>>()
+        };
+        let auv = Auv::reported("a", reports(&mut Random(seed.into())));
+        let found = Estimate::new(&auv, Some(&known), 590.0, &current, None, None);
+        let route = found.route.expect("has a path");
+        assert!(route.is_followed(), "seed {seed}");
+        right += u32::from(route.current == water);
+    }
+    println!("{right} of 40 told apart");
+    assert!(38 <= right);
 }
 
 #[test]

@@ -235,6 +235,9 @@ fn forecast_all(snapshot: &Snapshot) -> Vec<AuvForecast> {
         let (auv, state) = (known.auv, &known.estimate.state);
         let route = known.estimate.route.as_ref();
         let follows = snapshot.forecast == Forecast::Path || route.is_none_or(Route::is_followed);
+        let current = route
+            .filter(|route| route.is_followed())
+            .map_or(current, |route| route.current);
         let intent = Intent {
             path: known.path.filter(|_| follows),
             fit: route.filter(|route| route.is_followed()).map(|route| &route.fit),
