@@ -13,10 +13,7 @@ use crate::{
     facts::{
         evidence::{Report, SPEED_AT_REST},
         known_path::{DeclaredPath, KnownPath, TURN_RATES},
-        path::{
-            curve::Path,
-            segment::{Leg, Segment},
-        },
+        path::{curve::Path, piece::Leg, segment::Segment},
     },
 };
 

@@ -19,7 +19,7 @@ pub use curve::{Path, Side};
 pub use limits::{
     ARC_ANGLE_MAX, GAP_MAX, InvalidPath, KINK_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX, TURN_RADIUS,
 };
-pub use piece::PathPoint;
-pub use segment::{Leg, Segment};
+pub use piece::{Leg, PathPoint};
+pub use segment::Segment;
 pub use speed_profile::SpeedProfile;
 pub use waypoints::{LOOP_FROM, REPEATED_WITHIN};

@@ -7,8 +7,8 @@ use nalgebra::Vector2;
 use crate::facts::{
     angle::{direction, wrap},
     path::{
-        piece::{PathPoint, Piece, starboard},
-        segment::{Leg, Segment},
+        piece::{Leg, PathPoint, Piece, starboard},
+        segment::Segment,
     },
 };
 

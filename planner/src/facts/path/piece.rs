@@ -3,11 +3,22 @@
 use std::f64::consts::TAU;
 
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
-use crate::facts::{
-    angle::{angle_of, direction, sinc},
-    path::segment::Leg,
-};
+use crate::facts::angle::{angle_of, direction, sinc};
+
+/// How a vehicle sails a leg, up to the end of its turn at the point where the leg ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Leg {
+    /// Horizontal speed through the water, m/s, from 0.01 to 10. Default: that of the path.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_mps: Option<f64>,
+    /// Depth, m, positive down, to 12000. Default: what it was. A vehicle with a `dive` keeps to that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depth_m: Option<f64>,
+}
 
 /// A point of a path, and how the path passes through it.
 #[derive(Clone, Copy, Debug, PartialEq)]

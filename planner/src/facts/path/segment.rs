@@ -15,7 +15,7 @@ use crate::facts::{
             ARC_ANGLE_MAX, InvalidPath, LENGTH_MAX, LENGTH_MIN, TURN_RADIUS, invalid, require_point,
             require_within,
         },
-        piece::Piece,
+        piece::{Leg, Piece},
         waypoints::{Corners, legs},
     },
 };
@@ -54,18 +54,6 @@ pub enum Segment {
         #[serde(skip_serializing_if = "Vec::is_empty")]
         legs: Vec<Leg>,
     },
-}
-
-/// How a vehicle sails a leg, up to the end of its turn at the point where the leg ends.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Leg {
-    /// Horizontal speed through the water, m/s, from 0.01 to 10. Default: that of the path.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub speed_mps: Option<f64>,
-    /// Depth, m, positive down, to 12000. Default: what it was. A vehicle with a `dive` keeps to that.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub depth_m: Option<f64>,
 }
 
 /// A segment of a path. Which members are needed depends on `kind`. Points are (north, east), m.

@@ -15,8 +15,7 @@ use crate::facts::{
             InvalidPath, KINK_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX, invalid, require_count,
             require_point, require_straight, require_within,
         },
-        piece::Piece,
-        segment::Leg,
+        piece::{Leg, Piece},
     },
     ranges::LEG,
 };
