@@ -106,6 +106,10 @@ pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64) -> Option<Dive> {
         }
         _ => return None,
     };
+    // Between depths that do not alternate legs may run side by side, and meet nowhere.
+    if legs.windows(2).any(|pair| 0.0 <= pair[0].rate * pair[1].rate) {
+        return None;
+    }
     let apexes: Vec<_> = legs.windows(2).map(|pair| pair[0].meets(&pair[1])).collect();
     let newest = apexes.last().filter(|_| APEXES_MIN <= apexes.len())?;
     let [shallow, deep] = [false, true].map(|is_lowest| {
@@ -213,6 +217,37 @@ mod tests {
         }
         let [found, held] = [found, held].map(|sum: f64| (sum / (3.0 * n)).sqrt());
         assert!(90.0 <= n && found < 0.2 * held, "{n}, {found} m, {held} m");
+    }
+
+    #[test]
+    fn whatever_the_depths_are_a_sawtooth_has_depths_that_a_vehicle_can_have() {
+        // Few different depths, so that legs often have the same rate.
+        for seed in 0..20_000 {
+            let mut random = Random(seed);
+            let report = |k: u32| {
+                let depth_m = Some((6.0 * random.uniform()).floor() * 3.0);
+                let t_s = 10.0 * f64::from(k);
+                (
+                    0,
+                    Report {
+                        depth_m,
+                        ..Report::new(t_s, Vector2::zeros(), 1.0)
+                    },
+                )
+            };
+            let reports: Vec<_> = (0..24).map(report).collect();
+            if let Some(Dive {
+                depth_min_m,
+                depth_max_m,
+                ..
+            }) = sawtooth(&reports, 0.3)
+            {
+                assert!(
+                    0.0 <= depth_min_m && depth_min_m < depth_max_m && depth_max_m < 40.0,
+                    "{seed}"
+                );
+            }
+        }
     }
 
     #[test]
