@@ -85,7 +85,16 @@ impl DeclaredPath {
 
     /// The same path with the other radii at which it may be turned: none where it names its radii.
     pub(crate) fn turned_otherwise(&self) -> Vec<KnownPath> {
-        let leaves_open = |segment: &Segment| unnamed_radius(&mut segment.clone()).is_some();
+        let leaves_open = |segment: &Segment| {
+            matches!(
+                segment,
+                Segment::Waypoints {
+                    fillet_m: None,
+                    turn_radius_m: None,
+                    ..
+                }
+            )
+        };
         if OTHER_RATES_COUNT_MAX < self.count() || !self.segments.iter().any(leaves_open) {
             return Vec::new();
         }
