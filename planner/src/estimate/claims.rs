@@ -13,7 +13,7 @@
 use crate::{
     estimate::{
         interacting::Interacting,
-        track::{Innovation, Track},
+        track::{REJECTED_MAX, Track, mean},
     },
     facts::evidence::Report,
 };
@@ -29,14 +29,9 @@ const INFLATION_MAX: f64 = 250.0;
 /// exceeds once in a hundred thousand.
 const INFLATION_EVIDENCE: f64 = 10.0;
 
-/// By how much a log-likelihood is below the largest where no wider inflation is tried,
+/// By how much a log-likelihood is below the largest where no wider inflation is tried, if hardly any fix is outside the gate. Where
+/// most are, one more or less decides, and nothing is known of wider ones.
 const CLEARLY_LESS: f64 = 3.0;
-
-/// if hardly any fix is outside the gate. Where most are, one more or less decides, and nothing is known of wider ones.
-const REJECTED_MAX: f64 = 0.1;
-
-/// Mean normalised innovation squared of an axis above which fixes contradict what they claim; 1 if that is true.
-const NORMALISED_MAX: f64 = 1.5;
 
 /// The largest inflation of fixes that do not contradict it, as a share of the mean distance between two of them. A vehicle
 /// that turns between fixes can be taken for one that rests under inaccurate ones.
@@ -114,9 +109,9 @@ fn inflated(reports: &[(usize, Report)]) -> (f64, Track<Interacting>) {
     let sigmas = reports.iter().map(|(_, report)| report.sigma_m);
     let smallest = sigmas.fold(f64::INFINITY, f64::min);
     let mut best = (0.0, track(0.0));
-    let mut largest = log_likelihood(&best.1);
+    let mut largest = best.1.log_likelihood();
     let least = largest + INFLATION_EVIDENCE;
-    let most = if REJECTED_MAX < rejected_share(&best.1) || NORMALISED_MAX < normalised(&best.1) {
+    let most = if best.1.misfits() {
         INFLATION_MAX
     } else {
         INFLATION_MAX.min(INFLATION_SHARE * mean_step(reports))
@@ -126,8 +121,8 @@ fn inflated(reports: &[(usize, Report)]) -> (f64, Track<Interacting>) {
         // One that hardly changes any of the claims needs no trial.
         if 0.5 * smallest <= inflation {
             let tried = track(inflation);
-            let likelihood = log_likelihood(&tried);
-            if likelihood < largest - CLEARLY_LESS && rejected_share(&tried) <= REJECTED_MAX {
+            let likelihood = tried.log_likelihood();
+            if likelihood < largest - CLEARLY_LESS && tried.rejected_share() <= REJECTED_MAX {
                 break;
             }
             if largest < likelihood {
@@ -142,35 +137,10 @@ fn inflated(reports: &[(usize, Report)]) -> (f64, Track<Interacting>) {
     best
 }
 
-fn log_likelihood(track: &Track<Interacting>) -> f64 {
-    track.innovations.iter().map(Innovation::log_likelihood).sum()
-}
-
-fn rejected_share(track: &Track<Interacting>) -> f64 {
-    mean(
-        track
-            .innovations
-            .iter()
-            .map(|innovation| f64::from(u8::from(!innovation.accepted))),
-    )
-}
-
-/// Mean normalised innovation squared of an axis, of what is inside the gate.
-fn normalised(track: &Track<Interacting>) -> f64 {
-    let accepted = track.innovations.iter().filter(|innovation| innovation.accepted);
-    mean(accepted.map(|innovation| 0.5 * innovation.normalised))
-}
-
 /// Mean distance between two fixes after one another, m.
 fn mean_step(reports: &[(usize, Report)]) -> f64 {
     let pairs = reports.iter().zip(&reports[1..]);
     mean(pairs.map(|((_, from), (_, to))| (to.position() - from.position()).norm()))
-}
-
-/// 0 of none.
-fn mean(numbers: impl Iterator<Item = f64>) -> f64 {
-    let (count, sum) = numbers.fold((0.0, 0.0), |(count, sum), number| (count + 1.0, sum + number));
-    if count > 0.0 { sum / count } else { 0.0 }
 }
 
 fn with_inflation(reports: &[(usize, Report)], inflation: f64) -> Vec<(usize, Report)> {

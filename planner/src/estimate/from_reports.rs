@@ -11,7 +11,7 @@ use crate::{
         interacting::Interacting,
         kalman::Kalman,
         legs::TrackPoint,
-        on_path::{NextTurn, OnPath, PathFit},
+        on_path::{NextTurn, OnPath, PathFit, SPEED_DENSITIES, Sailing},
         repeats::{Repeats, Trail},
         track::Track,
         turn::{clear, remembered_turn_rate, turn_rate},
@@ -193,32 +193,20 @@ fn from_reports(
     let before = before.filter(|_| paths.is_empty());
     let trail = before.map_or_else(Trail::default, |before| Trail::new(before, &free.used, current));
     let repeats = trail.repeats();
-    let roughness = repeats.as_ref().map(|repeats| repeats.residual);
-    let sailed = |known, current: &Vector2<f64>| {
-        Track::through(&believed, |report| {
-            OnPath::start(report, known, roughness, current)
-        })
-    };
-    let known = paths.iter().chain(repeats.as_ref().map(|repeats| &repeats.path));
-    let along = known.map(|known| sailed(known, current)).reduce(likelier);
-    let along = along.map(|along| {
-        if repeats.is_some() || current.norm() < CURRENT_MIN {
-            return along;
-        }
-        // Its speed may be over ground.
-        let path = along.filter.path();
-        likelier(along, sailed(path, &Vector2::zeros()))
-    });
+    let along = sailed(paths, repeats.as_ref(), current, &believed);
     let route = along.as_ref().map(|along| Route {
         probability: match repeats {
             None => probability_of_following(&believed, along, &free, (usize::MAX, f64::INFINITY)),
             Some(_) => probability_of_following(&believed, along, &free, (TELLING, ODDS_MAX)),
         },
         fit: *along.filter.fit(),
-        next_turn: along.filter.next_turn(),
-        current: along.filter.current(),
+        next_turn: match paths {
+            [_] => along.filter.next_turn(),
+            _ => along.filter.next_turn().map(NextTurn::of_any_radius),
+        },
+        current: along.filter.sailing().current,
     });
-    let path = along.as_ref().map(|along| along.filter.path().clone());
+    let path = along.as_ref().map(|along| along.filter.sailing().known.clone());
     let followed = along.filter(|_| route.is_some_and(|route| route.is_followed()));
     let (filtered, used) = match &followed {
         Some(track) => (Filtered::from(&track.filter), &track.used),
@@ -238,6 +226,43 @@ fn from_reports(
         path,
         track: trail.points,
     }
+}
+
+/// The track through `reports` of a vehicle that is on one of `paths`, or on what its own track `repeats`: the likeliest way to sail
+/// them. Its speed may be over ground. One that declares no path, or does not fit, may change its pace.
+fn sailed<'a>(
+    paths: &'a [KnownPath],
+    repeats: Option<&'a Repeats>,
+    current: &Vector2<f64>,
+    reports: &[(usize, Report)],
+) -> Option<Track<OnPath<'a>>> {
+    let through = |sailing: Sailing<'a>| Track::through(reports, |report| OnPath::start(report, &sailing));
+    let known = paths.iter().chain(repeats.map(|repeats| &repeats.path));
+    let ways = known.map(|known| Sailing {
+        known,
+        current: *current,
+        speed_density: SPEED_DENSITIES[0],
+        roughness: repeats.map(|repeats| repeats.residual),
+    });
+    let mut best = ways.map(through).reduce(likelier)?;
+    if repeats.is_none() && CURRENT_MIN <= current.norm() {
+        let over_ground = Sailing {
+            current: Vector2::zeros(),
+            ..*best.filter.sailing()
+        };
+        best = likelier(best, through(over_ground));
+    }
+    for speed_density in &SPEED_DENSITIES[1..] {
+        if repeats.is_none() && !best.misfits() {
+            break;
+        }
+        let less_steady = Sailing {
+            speed_density: *speed_density,
+            ..*best.filter.sailing()
+        };
+        best = likelier(best, through(less_steady));
+    }
+    Some(best)
 }
 
 /// The likelier of two tracks; of equals the first.

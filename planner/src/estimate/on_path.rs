@@ -23,6 +23,10 @@ use crate::{
 /// reversals, 0.4 m each, two in a cycle of 200 s, make 0.0016.
 const ALONG_DENSITY: f64 = 0.002;
 
+/// The same as a time, s, times the square of the vehicle's speed: a survey AUV on lanes was 1.7 m off the place that its mean speed of
+/// 1.8 m/s gives after 30 s, see `docs/evidence.md#routes`.
+const PACE_TIME: f64 = 0.03;
+
 /// Standard deviation of the speed along the path from the one that is declared, m/s: a current that is not known, or known
 /// elsewhere.
 const SPEED_SIGMA: f64 = 0.05;
@@ -30,9 +34,10 @@ const SPEED_SIGMA: f64 = 0.05;
 /// The same as a share of the declared speed. Assumption: how well plans keep the speeds that they declare.
 const SPEED_SHARE: f64 = 0.2;
 
-/// Spread of that difference, (m/s)²/s: between still water and an unknown current, see
-/// `docs/rationale.md#estimating-the-auvs`.
-const SPEED_DENSITY: f64 = 1.0e-5;
+/// Spreads of that difference, (m/s)²/s, that a vehicle may have. The first: between still water and an unknown current, see
+/// `docs/rationale.md#estimating-the-auvs`. The others: those whose speed changes by 0.1, 0.3 or 1 m/s in 100 s, as robot
+/// boats do within a leg.
+pub(crate) const SPEED_DENSITIES: [f64; 4] = [1.0e-5, 1.0e-4, 1.0e-3, 1.0e-2];
 
 /// Standard deviation of the velocity across the path, m/s: the offset's spread over ten seconds, by ten seconds.
 const ACROSS_SIGMA: f64 = 0.014;
@@ -101,6 +106,18 @@ const HYPOTHESES_MAX: usize = 16;
 /// Probability below which a hypothesis is dropped.
 const PROBABILITY_MIN: f64 = 3.0e-3;
 
+/// What a vehicle is taken to sail.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sailing<'a> {
+    pub(crate) known: &'a KnownPath,
+    /// Current (north, east), m/s.
+    pub(crate) current: Vector2<f64>,
+    /// How well it keeps its pace, (m/s)²/s.
+    pub(crate) speed_density: f64,
+    /// How far a path that was made of reports is off them, m. It lies where they are, but for that.
+    pub(crate) roughness: Option<f64>,
+}
+
 /// A vehicle on a path that lies elsewhere than declared, by as much as its navigation is off.
 ///
 /// ```text
@@ -111,10 +128,7 @@ const PROBABILITY_MIN: f64 = 3.0e-3;
 /// hypotheses, each with a filter of its own and a probability.
 #[derive(Clone, Debug)]
 pub(crate) struct OnPath<'a> {
-    known: &'a KnownPath,
-    /// Variance of the path's places along either axis, m².
-    roughness: f64,
-    current: Vector2<f64>,
+    sailing: Sailing<'a>,
     time: f64,
     /// The most probable first.
     hypotheses: [Hypothesis; HYPOTHESES_MAX],
@@ -134,6 +148,36 @@ pub struct NextTurn {
 /// Arcs with no more between them than this are one turn, m.
 const SAME_TURN: f64 = 1.0;
 
+/// A bend by less is no turn, rad: a leg that fixes of 1.5 m show as two bends by up to 0.2 rad.
+const TURN_LEAST: f64 = 0.35;
+
+/// How well it is known when a turn begins whose radius is not, s: the arcs of the turn rates that vehicles may have begin up to 7 s
+/// before or after the middle one.
+const TURN_BEGINS_SIGMA: f64 = 4.0;
+
+impl NextTurn {
+    /// The same on a path that does not say at which radius it turns.
+    pub(crate) fn of_any_radius(self) -> Self {
+        Self {
+            sigma_s: self.sigma_s.hypot(TURN_BEGINS_SIGMA),
+            ..self
+        }
+    }
+}
+
+/// How what is known of a vehicle on its path becomes less certain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spread {
+    /// Of the place along the path beside what the speed's error does to it, m²/s.
+    pub along_density: f64,
+    /// Of the speed along the path, (m/s)²/s.
+    pub speed_density: f64,
+    /// Of the path's offset along either axis, m²/s.
+    pub offset_density: f64,
+    /// Variance of the path's places along either axis, m².
+    pub path_variance: f64,
+}
+
 /// Where a vehicle is on its path, how fast, and how far its path is off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathFit {
@@ -143,13 +187,14 @@ pub struct PathFit {
     pub covariance: Matrix4<f64>,
     /// 1, or −1 for a vehicle that sails the path backwards.
     pub sense: f64,
+    /// How all that becomes less certain.
+    pub spread: Spread,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Hypothesis {
     probability: f64,
     fit: PathFit,
-    offset_density: f64,
 }
 
 impl Hypothesis {
@@ -161,8 +206,13 @@ impl Hypothesis {
                 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
             ),
             sense: 1.0,
+            spread: Spread {
+                along_density: 0.0,
+                speed_density: 0.0,
+                offset_density: 0.0,
+                path_variance: 0.0,
+            },
         },
-        offset_density: 0.0,
     };
 }
 
@@ -235,7 +285,7 @@ impl PathFit {
             (_, true) => piece.end() - gamma,
             (_, false) => gamma - piece.from,
         });
-        let mut arcs = ahead
+        let arcs = ahead
             .filter(|(_, piece)| piece.curvature != 0.0)
             .skip_while(|((from, to), _)| {
                 let is_same = *from <= turning_until + SAME_TURN;
@@ -245,13 +295,18 @@ impl PathFit {
                 is_same
             });
         let angle = |piece: &Piece| self.sense * piece.curvature * piece.length;
-        let ((distance, mut end), piece) = arcs.next()?;
-        let mut by_rad = angle(piece);
+        let (mut distance, mut end, mut by_rad) = (0.0, f64::NEG_INFINITY, 0.0);
         for ((from, to), piece) in arcs {
-            if from - end > SAME_TURN || angle(piece) * by_rad < 0.0 {
+            if from - end <= SAME_TURN && 0.0 <= angle(piece) * by_rad {
+                (by_rad, end) = (by_rad + angle(piece), to);
+            } else if TURN_LEAST <= f64::abs(by_rad) {
                 break;
+            } else {
+                (distance, end, by_rad) = (from, to, angle(piece));
             }
-            (by_rad, end) = (by_rad + angle(piece), to);
+        }
+        if f64::abs(by_rad) < TURN_LEAST {
+            return None;
         }
         let speed = self.rate(known, current).abs().max(SPEED_AT_REST);
         let in_s = distance / speed;
@@ -259,8 +314,9 @@ impl PathFit {
         let variance = p.m11
             + 2.0 * self.sense * in_s * p.m12
             + in_s * in_s * p.m22
-            + ALONG_DENSITY * in_s
-            + SPEED_DENSITY * in_s.powi(3) / 3.0;
+            + self.spread.along_density * in_s
+            + self.spread.speed_density * in_s.powi(3) / 3.0
+            + self.spread.path_variance;
         Some(NextTurn {
             in_s,
             sigma_s: variance.max(0.0).sqrt() / speed,
@@ -280,12 +336,16 @@ impl PathFit {
         let mut jacobian = Self::jacobian(tangent);
         let along = direction(tangent);
         jacobian.set_column(1, &(along * (self.sense * elapsed)));
-        let spread = ALONG_DENSITY * elapsed + SPEED_DENSITY * elapsed.powi(3) / 3.0;
-        jacobian * self.covariance * jacobian.transpose() + along * along.transpose() * spread
+        let spread = &self.spread;
+        let ahead = spread.along_density * elapsed + spread.speed_density * elapsed.powi(3) / 3.0;
+        let anywhere = spread.path_variance + spread.offset_density * elapsed;
+        jacobian * self.covariance * jacobian.transpose()
+            + along * along.transpose() * ahead
+            + Matrix2::identity() * anywhere
     }
 
     /// Carries it on by `t` seconds.
-    fn carry_on(&mut self, t: f64, offset_density: f64, known: &KnownPath, current: &Vector2<f64>) {
+    fn carry_on(&mut self, t: f64, known: &KnownPath, current: &Vector2<f64>) {
         let steps = (t / STEP_MAX).ceil().min(STEPS_MAX);
         let step = if steps > 0.0 { t / steps } else { 0.0 };
         let mut done = 0.0;
@@ -298,7 +358,11 @@ impl PathFit {
         }
         let mut f = Matrix4::identity();
         f[(0, 1)] = self.sense * t;
-        let (q_s, q_b, q_o) = (ALONG_DENSITY, SPEED_DENSITY, offset_density * t);
+        let (q_s, q_b, q_o) = (
+            self.spread.along_density,
+            self.spread.speed_density,
+            self.spread.offset_density * t,
+        );
         let mut q = Matrix4::from_diagonal(&Vector4::new(q_s * t + q_b * t.powi(3) / 3.0, q_b * t, q_o, q_o));
         q[(0, 1)] = 0.5 * q_b * t * t * self.sense;
         q[(1, 0)] = q[(0, 1)];
@@ -331,21 +395,14 @@ impl PathFit {
 }
 
 impl<'a> OnPath<'a> {
-    /// From a report alone: on whatever legs it may be of a `known` path. One that was made of reports lies where they are, but for its
-    /// `roughness`, m, and is sailed as it was.
-    pub(crate) fn start(
-        report: &Report,
-        known: &'a KnownPath,
-        roughness: Option<f64>,
-        current: &Vector2<f64>,
-    ) -> Self {
+    /// From a report alone: on whatever legs of its path it may be.
+    pub(crate) fn start(report: &Report, sailing: &Sailing<'a>) -> Self {
         let mut filter = Self {
-            known,
-            roughness: roughness.unwrap_or(0.0).powi(2),
-            current: *current,
+            sailing: *sailing,
             time: report.t_s,
             hypotheses: [Hypothesis::NONE; HYPOTHESES_MAX],
         };
+        let Sailing { known, roughness, .. } = sailing;
         let [good, _] = &NAVIGATIONS;
         for gamma in known.path.feet::<FEET_MAX>(&report.position(), REACH) {
             if roughness.is_some() {
@@ -372,12 +429,13 @@ impl<'a> OnPath<'a> {
         sense: f64,
         report: &Report,
     ) -> Hypothesis {
-        let turn = ned_from_body(self.known.path.at(gamma).tangent);
+        let turn = ned_from_body(self.sailing.known.path.at(gamma).tangent);
         let sigma = navigation.offset_sigma;
         let ahead = part * sigma;
         let offset = turn * Vector2::new(ahead, 0.0);
         let variances = Vector2::new((navigation.part_sigma * sigma).powi(2), sigma.powi(2));
-        let speed_variance = SPEED_SIGMA.powi(2) + (SPEED_SHARE * self.known.horizontal_speed).powi(2);
+        let speed_variance =
+            SPEED_SIGMA.powi(2) + (SPEED_SHARE * self.sailing.known.horizontal_speed).powi(2);
         let mut covariance =
             Matrix4::from_diagonal(&Vector4::new(ANYWHERE.powi(2), speed_variance, 0.0, 0.0));
         covariance
@@ -387,13 +445,18 @@ impl<'a> OnPath<'a> {
             state: Vector4::new(gamma - ahead, 0.0, offset.x, offset.y),
             covariance,
             sense,
+            spread: Spread {
+                along_density: ALONG_DENSITY + PACE_TIME * self.sailing.known.horizontal_speed.powi(2),
+                speed_density: self.sailing.speed_density,
+                offset_density: navigation.offset_density,
+                path_variance: self.sailing.roughness.unwrap_or(0.0).powi(2),
+            },
         };
         let innovation = self.take_in(&mut fit, report);
         let share = if sense < 0.0 { BACKWARDS } else { 1.0 - BACKWARDS };
         Hypothesis {
             probability: navigation.share * share * (-0.5 * part * part).exp() * innovation.density,
             fit,
-            offset_density: navigation.offset_density,
         }
     }
 
@@ -401,19 +464,15 @@ impl<'a> OnPath<'a> {
         self.time
     }
 
-    pub(crate) fn path(&self) -> &'a KnownPath {
-        self.known
-    }
-
-    /// The current in which it sails (north, east), m/s.
-    pub(crate) fn current(&self) -> Vector2<f64> {
-        self.current
+    /// What it is taken to sail.
+    pub(crate) fn sailing(&self) -> &Sailing<'a> {
+        &self.sailing
     }
 
     /// The turn that it comes to next, if it is on the path.
     pub(crate) fn next_turn(&self) -> Option<NextTurn> {
         let fit = self.is_on_path().then(|| self.fit())?;
-        fit.next_turn(self.known, &self.current)
+        fit.next_turn(self.sailing.known, &self.sailing.current)
     }
 
     /// Whether the path passes by where the vehicle was found.
@@ -427,18 +486,19 @@ impl<'a> OnPath<'a> {
     }
 
     pub(crate) fn position(&self) -> Vector2<f64> {
-        self.fit().position(self.known)
+        self.fit().position(self.sailing.known)
     }
 
     pub(crate) fn velocity(&self) -> Vector2<f64> {
         let fit = self.fit();
-        direction(self.known.path.at(fit.state.x).tangent) * fit.rate(self.known, &self.current)
+        direction(self.sailing.known.path.at(fit.state.x).tangent)
+            * fit.rate(self.sailing.known, &self.sailing.current)
     }
 
     /// Covariance of (north, east, north velocity, east velocity).
     pub(crate) fn covariance(&self) -> Matrix4<f64> {
         let fit = self.fit();
-        let tangent = self.known.path.at(fit.state.x).tangent;
+        let tangent = self.sailing.known.path.at(fit.state.x).tangent;
         let (along, h) = (direction(tangent), PathFit::jacobian(tangent));
         let across = Vector2::new(-along.y, along.x);
         let with_speed = h * fit.covariance.column(1) * along.transpose() * fit.sense;
@@ -460,10 +520,10 @@ impl<'a> OnPath<'a> {
     /// Takes a report in, if it is inside the gate. The density of what it says is that of the position, and of the course as far as
     /// the vehicle reports one.
     fn take_in(&self, fit: &mut PathFit, report: &Report) -> Innovation {
-        let point = self.known.path.at(fit.state.x);
+        let point = self.sailing.known.path.at(fit.state.x);
         let h = PathFit::jacobian(point.tangent);
         let error = report.position() - point.position - fit.offset();
-        let noise = report.sigma_m.powi(2) + self.roughness;
+        let noise = report.sigma_m.powi(2) + fit.spread.path_variance;
         let covariance = h * fit.covariance * h.transpose() + Matrix2::identity() * noise;
         let determinant = covariance.determinant().max(f64::MIN_POSITIVE);
         let adjugate = Matrix2::new(covariance.m22, -covariance.m12, -covariance.m21, covariance.m11);
@@ -478,8 +538,8 @@ impl<'a> OnPath<'a> {
         if accepted {
             fit.update(&h, &error, &inverse, noise);
             if let Some(track) = &track {
-                let along = direction(self.known.path.at(fit.state.x).tangent) * fit.sense;
-                let forwards = fit.sense * fit.rate(self.known, &self.current);
+                let along = direction(self.sailing.known.path.at(fit.state.x).tangent) * fit.sense;
+                let forwards = fit.sense * fit.rate(self.sailing.known, &self.sailing.current);
                 fit.update_speed(track.velocity().dot(&along) - forwards);
             }
         }
@@ -508,10 +568,9 @@ impl<'a> OnPath<'a> {
         let mut then = self.clone();
         then.time = time;
         for hypothesis in then.hypotheses.iter_mut().take_while(|one| 0.0 < one.probability) {
-            let density = hypothesis.offset_density;
             hypothesis
                 .fit
-                .carry_on(time - self.time, density, self.known, &self.current);
+                .carry_on(time - self.time, self.sailing.known, &self.sailing.current);
         }
         then
     }
@@ -573,7 +632,7 @@ impl Filter for OnPath<'_> {
             .take_while(|one| 0.0 < one.probability)
         {
             let fit = &mut hypothesis.fit;
-            let offset = report.position() - self.known.path.at(fit.state.x).position;
+            let offset = report.position() - self.sailing.known.path.at(fit.state.x).position;
             (fit.state.z, fit.state.w) = (offset.x, offset.y);
             for axis in 2..4 {
                 fit.covariance.fill_row(axis, 0.0);

@@ -15,6 +15,7 @@ use crate::{
     estimate::{
         from_reports::in_order,
         kalman::{ACCELERATION_DENSITY, Kalman},
+        on_path::Spread,
     },
     facts::{
         angle::{Course, angle_of, ned_from_body},
@@ -823,6 +824,12 @@ fn the_next_turn_is_the_one_that_it_comes_to_and_to_the_side_that_it_sails() {
             state: Vector4::new(along, 0.0, 0.0, 0.0),
             covariance: Matrix4::identity(),
             sense,
+            spread: Spread {
+                along_density: 0.0,
+                speed_density: 0.0,
+                offset_density: 0.0,
+                path_variance: 0.0,
+            },
         };
         let turn = fit.next_turn(&known, &Vector2::zeros());
         turn.map(|turn| ((turn.in_s * 0.5).round(), (turn.by_rad / FRAC_PI_2).round()))
@@ -852,4 +859,19 @@ fn the_next_turn_is_the_one_that_it_comes_to_and_to_the_side_that_it_sails() {
     }
     let circle = Path::circle(Vector2::zeros(), 30.0, Side::Starboard, 0.0).expect("can be sailed");
     assert_eq!(next(&circle, 10.0, 1.0), None);
+    // Bends by 11° and 14°, then a corner.
+    let bent = [
+        (0.0, 0.0),
+        (100.0, 0.0),
+        (200.0, 20.0),
+        (300.0, 20.0),
+        (300.0, 120.0),
+    ];
+    let bent = bent.map(|(x, y)| Vector2::new(x, y));
+    let bent = Path::waypoints(&bent, 10.0, false).expect("can be sailed");
+    let (distance, by) = next(&bent, 0.0, 1.0).expect("has a corner");
+    assert!(
+        (bent.length() - 90.0 - 16.0 - distance).abs() < 2.0 && by == 1.0,
+        "{distance} {by}"
+    );
 }

@@ -14,6 +14,12 @@ const AGREEING_TO_TAKE_OVER: usize = 3;
 /// Two of those outliers are so near to each other, 8 m, once in 25 pairs; one refused report in sixty thousand.
 const AGREEING_TO_BE_MOVED: usize = 2;
 
+/// Share of fixes outside the gate above which a track does not fit them.
+pub(crate) const REJECTED_MAX: f64 = 0.1;
+
+/// Mean normalised innovation squared of an axis above which fixes contradict what they claim; 1 if that is true.
+const NORMALISED_MAX: f64 = 1.5;
+
 /// What holds a vehicle's motion, and says which reports fit it.
 pub(crate) trait Filter {
     /// Takes `report`, not older than the one before, in, if its position is inside the gate.
@@ -130,6 +136,22 @@ impl<F: Filter> Track<F> {
         self.innovations.iter().map(Innovation::log_likelihood).sum()
     }
 
+    /// Whether the reports contradict what holds the motion, or their claims of accuracy.
+    pub(crate) fn misfits(&self) -> bool {
+        let accepted = self.innovations.iter().filter(|innovation| innovation.accepted);
+        let normalised = mean(accepted.map(|innovation| 0.5 * innovation.normalised));
+        REJECTED_MAX < self.rejected_share() || NORMALISED_MAX < normalised
+    }
+
+    /// Share of the reports but the first that are outside the gate.
+    pub(crate) fn rejected_share(&self) -> f64 {
+        mean(
+            self.innovations
+                .iter()
+                .map(|innovation| f64::from(u8::from(!innovation.accepted))),
+        )
+    }
+
     /// `rival` instead of this track.
     fn followed_by(self, rival: Self) -> Self {
         Self {
@@ -153,4 +175,10 @@ impl<F: Filter> Track<F> {
         }
         innovation
     }
+}
+
+/// 0 of none.
+pub(crate) fn mean(numbers: impl Iterator<Item = f64>) -> f64 {
+    let (count, sum) = numbers.fold((0.0, 0.0), |(count, sum), number| (count + 1.0, sum + number));
+    if count > 0.0 { sum / count } else { 0.0 }
 }
