@@ -1,12 +1,13 @@
 //! The search over sequences of visits.
 //!
-//! Visits are tried in order of time, slot by slot. What cannot become better than the best schedule known is left out (branch and
-//! bound); of what remains in a slot, the most promising go on (beam). While none is left out for that, the result is the best
+//! Tours by the clock come first: no schedule is worse than they are. Then visits are tried in order of time, slot by slot. What cannot
+//! become better than the best schedule known is left out (branch and bound, of few AUVs); of what remains in a slot, the most promising go on (beam). While none is left out for that, the result is the best
 //! of all sequences. The work is bounded by counts, never by a clock, so that equal problems have equal results.
 
 use smallvec::SmallVec;
 
 use crate::visit::{
+    cost::Dwells,
     fleet::Fleet,
     state::{State, Stay},
 };
@@ -16,6 +17,12 @@ const SLOTS: usize = 60;
 
 /// Most candidates with which bounds are worth their time: each costs an arrival for every candidate.
 const BOUNDED_MAX: usize = 4;
+
+/// Most candidates of which all orders of a tour are tried: 24 that begin with one of five.
+const ALL_TOURS_MAX: usize = 5;
+
+/// Times of service that a tour is tried with, as multiples of the least one: from half a minute to four minutes by default.
+const TOUR_DWELLS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 
 /// Relative differences of cost that are none: what sums in another order leave.
 pub(crate) const TIE: f64 = 1e-9;
@@ -44,6 +51,7 @@ pub(crate) struct Found {
 }
 
 /// A sequence of visits so far, as its last one.
+#[derive(Clone, Copy)]
 struct Node {
     before: Option<usize>,
     stay: Stay,
@@ -73,105 +81,167 @@ impl Fleet {
         let n = self.candidates.len();
         let children = (n - 1).max(1) * 2;
         let width = (tried_max / (n * SLOTS * children)).max(2);
-        // One schedule that goes on as promises most, so that the bound has something to compare with.
-        let greedy = Search::run(self, (first, present), 1, None, &|| false);
-        let value = greedy.best.as_ref()?.2;
-        let found = Search::run(self, (first, present), width, Some(value), due);
-        let better = found.best.as_ref().is_some_and(|best| best.2 <= value);
-        let chosen = if better { &found } else { &greedy };
-        chosen.found(found.exact)
-    }
-}
-
-impl<'a> Search<'a> {
-    /// Goes on with at most `width` sequences from each slot. `known` is the value of a schedule that is known.
-    fn run(
-        fleet: &'a Fleet,
-        (first, present): (usize, Option<Present>),
-        width: usize,
-        known: Option<f64>,
-        due: &dyn Fn() -> bool,
-    ) -> Self {
-        let mut search = Self {
-            fleet,
+        let present = present.filter(|present| present.candidate == first);
+        let mut search = Search {
+            fleet: self,
             nodes: Vec::new(),
             slots: vec![Vec::new(); SLOTS],
             best: None,
             exact: true,
         };
-        let start = fleet.start();
-        search.visit(
-            None,
-            &start,
-            first,
-            present.filter(|present| present.candidate == first),
-        );
+        for order in self.tours(first) {
+            for dwell in TOUR_DWELLS {
+                search.sail(&order, dwell * self.dwell_min, present);
+            }
+        }
+        search.visit(None, &self.start(), first, present);
+        search.go_on(width, due);
+        search.found()
+    }
+
+    /// Orders in which all candidates may be visited again and again, beginning with `first`: all there are of few, of many the one
+    /// that goes to the nearest each time.
+    fn tours(&self, first: usize) -> Vec<Vec<usize>> {
+        let others: Vec<_> = (0..self.candidates.len())
+            .filter(|other| *other != first)
+            .collect();
+        if self.candidates.len() <= ALL_TOURS_MAX {
+            let mut tours = vec![vec![first]];
+            for other in &others {
+                let places = |tour: &Vec<usize>| 1..=tour.len();
+                let with =
+                    |tour: &Vec<usize>, place: usize| [&tour[..place], &[*other], &tour[place..]].concat();
+                tours = tours
+                    .iter()
+                    .flat_map(|tour| places(tour).map(|place| with(tour, place)).collect::<Vec<_>>())
+                    .collect();
+            }
+            return tours;
+        }
+        let (mut tour, mut left) = (vec![first], others);
+        while !left.is_empty() {
+            let from = self.candidates[tour[tour.len() - 1]].track.at(0.0);
+            let distance = |to: &usize| (self.candidates[*to].track.at(0.0) - from).norm();
+            let nearest = (0..left.len()).min_by(|a, b| distance(&left[*a]).total_cmp(&distance(&left[*b])));
+            tour.push(left.remove(nearest.unwrap_or(0)));
+        }
+        vec![tour]
+    }
+}
+
+impl Search<'_> {
+    /// Goes on from all nodes, with at most `width` sequences from each slot.
+    fn go_on(&mut self, width: usize, due: &dyn Fn() -> bool) {
         for slot in 0..SLOTS {
             // Visits that begin and end in the last slot follow each other there.
-            while !search.slots[slot].is_empty() {
+            while !self.slots[slot].is_empty() {
                 if due() {
-                    search.exact = false;
-                    return search;
+                    self.exact = false;
+                    return;
                 }
-                for node in search.promising(slot, width, known) {
-                    let state = search.nodes[node].state;
-                    for to in (0..fleet.candidates.len()).filter(|to| state.with != Some(*to)) {
-                        search.visit(Some(node), &state, to, None);
+                for node in self.promising(slot, width) {
+                    let Node { before, stay, state } = self.nodes[node];
+                    if !self.bounded() {
+                        self.complete(before, &stay, &state);
+                    }
+                    for to in (0..self.fleet.candidates.len()).filter(|to| state.with != Some(*to)) {
+                        self.visit(Some(node), &state, to, None);
                     }
                 }
             }
         }
-        search
+    }
+
+    /// Visits in `order` again and again, each for `dwell` seconds: what a schedule by the clock does.
+    fn sail(&mut self, order: &[usize], dwell: f64, mut present: Option<Present>) {
+        let (mut before, mut state) = (None, self.fleet.start());
+        for to in order.iter().cycle() {
+            let Some((arrive, there)) = self.arrival(&state, *to) else {
+                break;
+            };
+            let leave = present
+                .take()
+                .map_or(arrive + dwell, |present| present.leave.max(arrive));
+            let node = self.node(before, *to, arrive, (&there, leave));
+            (before, state) = (Some(self.nodes.len()), node.state);
+            self.nodes.push(node);
+            if self.fleet.horizon <= state.time || order.len() < 2 {
+                break;
+            }
+        }
+        if let Some(last) = before {
+            let Node { before, stay, state } = self.nodes[last];
+            self.complete(before, &stay, &state);
+        }
     }
 
     /// Adds every visit to `to` after `state`.
     fn visit(&mut self, before: Option<usize>, state: &State, to: usize, present: Option<Present>) {
-        let fleet = self.fleet;
-        let track = &fleet.candidates[to].track;
-        let Some(arrival) = fleet
-            .craft
-            .arrive(track, &fleet.departure(state), fleet.within, fleet.horizon)
-        else {
+        let horizon = self.fleet.horizon;
+        let Some((arrive, there)) = self.arrival(state, to) else {
             return;
         };
-        let there = fleet.travelled(state, to, arrival);
-        let cost_before = there.costs[to];
-        let dwells = fleet
-            .law
-            .dwells(cost_before, track.depth_at(arrival.time), fleet.dwell_min);
-        let mut leaves: SmallVec<[f64; 6]> = dwells.iter().map(|dwell| arrival.time + dwell).collect();
+        let dwells = self.dwells(&there, to);
+        let mut leaves: SmallVec<[f64; 6]> = dwells.iter().map(|dwell| arrive + dwell).collect();
         if let Some(present) = present {
             // A visit that has begun: its rest.
-            let rests = [present.since + fleet.dwell_min, present.leave];
-            leaves.extend(rests.into_iter().filter(|leave| arrival.time < *leave));
+            let rests = [present.since + self.fleet.dwell_min, present.leave];
+            leaves.extend(rests.into_iter().filter(|leave| arrive < *leave));
         }
-        let before_slot = before.map_or(0, |before| self.slot(self.nodes[before].state.time) + 1);
+        let earliest = before.map_or(0, |before| self.slot(self.nodes[before].state.time) + 1);
         for leave in leaves {
-            let leave = leave.min(fleet.horizon);
-            let left = fleet.stayed(&there, to, leave);
-            let stay = Stay {
-                candidate: to,
-                arrive: arrival.time,
-                leave,
-                cost_before,
-                cost_after: left.costs[to],
-            };
-            self.complete(before, &stay, &there);
-            if leave < fleet.horizon {
-                let slot = self.slot(leave).max(before_slot).min(SLOTS - 1);
-                self.nodes.push(Node {
-                    before,
-                    stay,
-                    state: left,
-                });
-                self.slots[slot].push(self.nodes.len() - 1);
+            let node = self.node(before, to, arrive, (&there, leave));
+            if self.bounded() || horizon <= leave {
+                self.complete(before, &node.stay, &node.state);
+            }
+            if leave < horizon {
+                let slot = self.slot(leave).max(earliest).min(SLOTS - 1);
+                self.slots[slot].push(self.nodes.len());
+                self.nodes.push(node);
             }
         }
     }
 
-    /// Compares the schedule that stays until the end, from `there` on, with the best.
-    fn complete(&mut self, before: Option<usize>, stay: &Stay, there: &State) {
-        let end = self.fleet.stayed(there, stay.candidate, self.fleet.horizon);
+    /// The earliest arrival at `to`, s after now, and all costs then.
+    fn arrival(&self, state: &State, to: usize) -> Option<(f64, State)> {
+        let fleet = self.fleet;
+        let (track, from) = (&fleet.candidates[to].track, fleet.departure(state));
+        let arrival = fleet.craft.arrive(track, &from, fleet.within, fleet.horizon)?;
+        Some((arrival.time, fleet.travelled(state, to, arrival)))
+    }
+
+    fn dwells(&self, there: &State, to: usize) -> Dwells {
+        let range = self.fleet.candidates[to].track.depth_at(there.time);
+        self.fleet
+            .law
+            .dwells(there.costs[to], range, self.fleet.dwell_min)
+    }
+
+    /// The visit to `to` that arrives with the costs `there` and ends when it should leave, or at the end of the horizon.
+    fn node(&self, before: Option<usize>, to: usize, arrive: f64, (there, leave): (&State, f64)) -> Node {
+        let leave = leave.min(self.fleet.horizon);
+        let state = self.fleet.stayed(there, to, leave);
+        Node {
+            before,
+            stay: Stay {
+                candidate: to,
+                arrive,
+                leave,
+                cost_before: there.costs[to],
+                cost_after: state.costs[to],
+            },
+            state,
+        }
+    }
+
+    /// Whether bounds are used.
+    fn bounded(&self) -> bool {
+        self.fleet.candidates.len() <= BOUNDED_MAX
+    }
+
+    /// Compares the schedule that goes on with `stay`, at whose end all costs are `left`, until the end with the best.
+    fn complete(&mut self, before: Option<usize>, stay: &Stay, left: &State) {
+        let end = self.fleet.stayed(left, stay.candidate, self.fleet.horizon);
         let value = self.fleet.value(&end);
         let better = |best: &(usize, State, f64)| value < best.2 - TIE * best.2.abs();
         if self.best.as_ref().is_none_or(better) {
@@ -190,12 +260,10 @@ impl<'a> Search<'a> {
     }
 
     /// The nodes of a slot from which to go on.
-    fn promising(&mut self, slot: usize, width: usize, known: Option<f64>) -> Vec<usize> {
+    fn promising(&mut self, slot: usize, width: usize) -> Vec<usize> {
         let fleet = self.fleet;
         let mut here = std::mem::take(&mut self.slots[slot]);
-        let known = known.into_iter().chain(self.best.as_ref().map(|best| best.2));
-        let known = known.fold(f64::INFINITY, f64::min);
-        if fleet.candidates.len() <= BOUNDED_MAX && known.is_finite() {
+        if let (true, Some((_, _, known))) = (self.bounded(), self.best) {
             here.retain(|node| fleet.bound(&self.nodes[*node].state) < known);
         }
         if width < here.len() {
@@ -222,7 +290,7 @@ impl<'a> Search<'a> {
         ((time / self.fleet.horizon * SLOTS as f64) as usize).min(SLOTS - 1)
     }
 
-    fn found(&self, exact: bool) -> Option<Found> {
+    fn found(&self) -> Option<Found> {
         let (last, end, value) = self.best?;
         let mut stays = Vec::new();
         let mut at = Some(last);
@@ -236,7 +304,7 @@ impl<'a> Search<'a> {
             cost: self.fleet.cost(&end),
             value,
             missed: self.fleet.missed(&end).0,
-            exact,
+            exact: self.exact,
         })
     }
 }
