@@ -248,9 +248,12 @@ mod tests {
         for law in &ALL {
             for (first, second) in [(0.0, 50.0), (12.0, 200.0), (700.0, 0.5)] {
                 for served in [false, true] {
-                    let step = |cost, elapsed| match served {
-                        true => law.served(cost, elapsed, 60.0),
-                        false => law.unserved(cost, elapsed),
+                    let step = |cost, elapsed| {
+                        if served {
+                            law.served(cost, elapsed, 60.0)
+                        } else {
+                            law.unserved(cost, elapsed)
+                        }
                     };
                     let half = step(25.0, first);
                     let (whole, rest) = (step(25.0, first + second), step(half.cost, second));

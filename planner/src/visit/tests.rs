@@ -328,10 +328,10 @@ fn the_same_request_has_the_same_schedule_whatever_its_auvs_are_called_and_howev
 
 #[test]
 fn a_schedule_depends_neither_on_where_north_is_nor_on_the_datum() {
-    for seed in 0..40 {
-        let request = random(3000 + seed, 3, 600.0);
+    for seed in 0..40_u32 {
+        let request = random(3000 + u64::from(seed), 3, 600.0);
         let schedule = scheduled(&request);
-        let (turn, by) = (1.1 + TAU / 7.0 * seed as f64, Vector2::new(3000.0, -500.0));
+        let (turn, by) = (1.1 + TAU / 7.0 * f64::from(seed), Vector2::new(3000.0, -500.0));
         let rotation = ned_from_body(turn);
         let mut other = request.clone();
         for auv in &mut other.auvs {
@@ -590,7 +590,8 @@ fn a_goal_comes_back_from_json_as_it_went_and_defaults_are_spelled_out() {
 
 #[test]
 fn what_cannot_be_visited_is_refused_by_field_and_value() {
-    let change: [(&dyn Fn(&mut Visits), &str); 12] = [
+    type Change<'a> = &'a dyn Fn(&mut Visits);
+    let changes: [(Change<'_>, &str); 12] = [
         (
             &|visits| visits.auvs.push("auv-0".into()),
             "goal/auvs/3: the name \"auv-0\" stands twice",
@@ -650,7 +651,7 @@ fn what_cannot_be_visited_is_refused_by_field_and_value() {
             "goal/cost/growth_m2ps: 1000000000 is not in",
         ),
     ];
-    for (change, fault) in change {
+    for (change, fault) in changes {
         let mut request = random(0, 3, 100.0);
         change(visits(&mut request));
         let error = Snapshot::try_from(request).expect_err("is refused").to_string();
