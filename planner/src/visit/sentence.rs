@@ -85,3 +85,74 @@ fn short(value: f64) -> String {
         format!("{value:.0}")
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::facts::schedule::{Alternative, ServedVehicle, Visit};
+
+    const VARIANCE: VisitCost = VisitCost::Uncertainty {
+        growth_m2ps: 1.0 / 30.0,
+        sigma_m: 1.5,
+        sigma_rad: 0.02,
+        interval_s: 10.0,
+    };
+
+    fn schedule() -> Schedule {
+        Schedule {
+            unit: CostUnit::SquareMetres,
+            visits: vec![Visit {
+                auv: "auv-3".into(),
+                arrive_s: 130.0,
+                leave_s: 190.0,
+                cost_before: 42.0,
+                cost_after: 2.0,
+            }],
+            costs: vec![ServedVehicle {
+                auv: "auv-3".into(),
+                cost: 41.0,
+                served_by_s: None,
+                left_out: None,
+            }],
+            cost: 20.0,
+            bound: 5.0,
+            gap: 0.75,
+            exact: true,
+            alternatives: vec![Alternative {
+                next: "auv-1".into(),
+                cost: 200.0,
+                deadlines_missed: 0,
+            }],
+            deadlines_missed: Vec::new(),
+            sentence: String::new(),
+            kept: false,
+        }
+    }
+
+    #[test]
+    fn a_schedule_says_who_is_next_why_and_what_it_would_cost_to_begin_otherwise() {
+        let mut schedule = schedule();
+        let said = |schedule: &Schedule| sentence(schedule, &VARIANCE, 100.0);
+        assert_eq!(
+            said(&schedule),
+            "auv-3 next: 41 m², growing 2.0 m²/min; auv-1 first would cost 180 m² more"
+        );
+        schedule.alternatives[0].deadlines_missed = 1;
+        assert!(said(&schedule).ends_with("; auv-1 first would miss a deadline"));
+        schedule.alternatives[0] = Alternative {
+            cost: 19.5,
+            deadlines_missed: 0,
+            ..schedule.alternatives[0].clone()
+        };
+        assert!(said(&schedule).ends_with("; auv-1 first would be better, too little to change"));
+        schedule.visits[0].arrive_s = 80.0;
+        schedule.costs[0].left_out = Some(LeftOut::OutOfReach);
+        schedule.alternatives.clear();
+        assert_eq!(
+            said(&schedule),
+            "auv-3 now, for another 90 s: 41 m², growing 2.0 m²/min; auv-3 is out of reach"
+        );
+        schedule.visits.clear();
+        assert!(said(&schedule).starts_with("no vehicle can be visited"));
+    }
+}
