@@ -125,13 +125,14 @@ impl Answer<'_> {
         others.into_iter().map(alternative).collect()
     }
 
-    /// Whom the goal follows: the AUV of a visit from the departure of the one before. Without a visit, the nearest that was heard.
+    /// Whom the goal follows: the AUV of the first visit, for the whole horizon. A program that sees the next goal sets off before the visit
+    /// is over, or stays between both where visits are short, and serves neither. Without a visit, the nearest that was heard.
     fn turns(&self, stays: &[Stay], forecasts: &[AuvForecast]) -> Vec<Turn> {
-        let turn = |stay: &Stay| Turn {
+        let first = stays.first().map(|stay| Turn {
             until: stay.leave,
             auv: self.fleet.candidates[stay.candidate].auv,
-        };
-        let mut turns: Vec<_> = stays.iter().map(turn).collect();
+        });
+        let mut turns: Vec<_> = first.into_iter().collect();
         if turns.is_empty() {
             let here = self.snapshot.asc.position();
             let key = |vehicle: &Vehicle| {

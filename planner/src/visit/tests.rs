@@ -681,10 +681,9 @@ fn a_plan_follows_its_schedule_and_brings_it_back() {
     let plan = crate::plan(&snapshot, &parameters, &mut workspace);
     let schedule = plan.schedule.clone().expect("the goal visits");
     assert!(!schedule.kept);
-    // Whom the schedule serves at a time, from the departure of the one before.
+    // Whom the schedule serves now or next, to the end of the horizon.
+    let next = &schedule.visits[0].auv;
     for (at, place) in plan.goal.iter().enumerate() {
-        let visit = schedule.visits.iter().find(|visit| place.t_s < visit.leave_s);
-        let next = &visit.expect("the last visit lasts").auv;
         let target = plan
             .targets
             .iter()

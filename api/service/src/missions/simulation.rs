@@ -149,6 +149,7 @@ impl Simulation {
                 trajectory,
                 predicted,
                 violations,
+                schedule: law.previous_plan().and_then(|plan| plan.schedule),
                 solver: SolverReport {
                     deadline_hit: false,
                     ..plan.solver

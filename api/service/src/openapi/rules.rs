@@ -96,6 +96,7 @@ const GOAL_MEMBERS: [&str; 13] = [
 ];
 
 /// Of a shape, which of some members are given together.
+#[derive(Clone)]
 struct Variant {
     /// A member that chooses, and its values that choose this.
     choice: Option<(&'static str, &'static [&'static str])>,
