@@ -140,14 +140,14 @@ pub enum GoalFile {
         /// What it costs not to serve one; `age` if left out.
         #[serde(default)]
         cost: VisitCostFile,
-        /// How much the cost of each counts, by name; 1 of those that are not named.
+        /// How much the cost of each counts, by name, relative to the others; 1 if left out.
         #[serde(default)]
         weights: BTreeMap<String, Quantity<Weight>>,
         /// Horizontal distance within which one counts as served, m; 20 if left out.
         within_m: Option<Quantity<ServedWithin>>,
         /// Least time with one, s; 30 if left out.
         dwell_min_s: Option<Quantity<Dwell>>,
-        /// Until when each must have been served, by name, s on the surface craft's clock.
+        /// Until when each must have been served, by name, s on the surface craft's clock; none if left out.
         #[serde(default)]
         serve_by_s: BTreeMap<String, Quantity<ClockTime>>,
         /// Whether the mean of the costs counts or the largest; `mean` if left out.
