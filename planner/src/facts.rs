@@ -15,4 +15,6 @@ pub mod path;
 pub(crate) mod previous_plan;
 pub(crate) mod ranges;
 pub(crate) mod reference;
+pub(crate) mod schedule;
+pub(crate) mod visit;
 pub(crate) mod water;

@@ -18,6 +18,7 @@
 //! | `estimate/` | where each AUV was when it was last heard of, filtered from its reports |
 //! | `snapshot/` | all facts of one moment, checked, with the estimates that follow from them |
 //! | `predict/` | where the AUVs and the goal will be, and how surely |
+//! | `visit/` | which AUV to serve next, and when: schedules of visits |
 //! | `los/` | the line-of-sight laws: baseline, first initial guess and fallback |
 //! | `problem/` | the planning problem on its grid, in the craft's frame; [`parameters`] has every tuned number |
 //! | `program/` | one convex subproblem as a second-order cone program in standard form |
@@ -70,6 +71,7 @@ pub mod program;
 mod scp;
 pub mod snapshot;
 pub mod solve;
+mod visit;
 
 pub use choose::{
     explain,
@@ -85,3 +87,4 @@ pub use solve::{
     certificate,
     stop::{self, Stop},
 };
+pub use visit::fleet::SchedulingParameters;

@@ -23,9 +23,11 @@ pub use crate::facts::{
         ACOUSTIC_RANGE, ANGLE, AREA_CORNERS, AUVS_MAX, COORDINATE_MAX, COVARIANCE, CURRENT_MAX,
         ID_LENGTH_MAX, INTEGRAL_TIME, KEEP_OUT_RADIUS, KEEP_OUTS_MAX, LEG_HEIGHT_MIN, OFFSET_MAX,
         REPORT_AGE_MAX, REPORT_AHEAD_MAX, REPORT_SIGMA_MAX, REPORT_SIGMA_MIN, REPORTS_MAX, Range,
-        SPEED_MAX_MOST, SURFACING_SEPARATION, TIME_CONSTANT, TIME_MAX, TRAJECTORY_POINTS_MAX, WEIGHT,
-        ranges_by_shape,
+        SPEED_MAX_MOST, SURFACING_SEPARATION, TIME_CONSTANT, TIME_MAX, TRAJECTORY_POINTS_MAX, VISIT_COST,
+        VISITS_MAX, WEIGHT, ranges_by_shape,
     },
     reference::TrajectoryPoint,
+    schedule::{Alternative, CostUnit, LeftOut, Schedule, ServedVehicle, Visit},
+    visit::{Reduce, VisitCost, Visits},
     water::{Current, Drift},
 };

@@ -4,13 +4,14 @@ use std::time::Duration;
 
 use nalgebra::Vector2;
 use planner::{
-    angle::Course,
+    angle::{Course, Heading},
     craft::CraftEstimate,
     goal::GoalForecast,
     los::{AscNow, LosGains, LosLaw, LosTuning, Reference, TrackingLaw},
     parameters::Parameters,
-    plan::{Method, Plan, Workspace, plan},
-    snapshot::{PlanRequest, PreviousPlan, Snapshot},
+    plan::{Method, Plan, Workspace, plan, scheduled_goal},
+    snapshot::{Goal, PlanRequest, PreviousPlan, Schedule, Snapshot, TrajectoryPoint},
+    stop::Stop,
 };
 
 /// Why a mission could not continue. A guide may be a network client, so any error is possible.
@@ -25,6 +26,8 @@ pub struct Guidance {
     pub method: Method,
     /// Predicted root mean square distance to the goal over the horizon, m, if the guide predicts.
     pub predicted_rms: Option<f64>,
+    /// The underwater vehicle that its schedule serves, by its place in the snapshot, if it has a schedule.
+    pub serves: Option<usize>,
     /// Computing time, if the caller measured it; the simulator has no clock.
     pub solve_time: Option<Duration>,
 }
@@ -51,6 +54,9 @@ pub struct LosGuide {
     course: Option<Course>,
     /// Time, s, and value (north, east), m/s, of the last known current, which the planner remembers in the same way.
     current: Option<(f64, Vector2<f64>)>,
+    /// The schedule of the last call, and its time, s, if the goal visits.
+    schedule: Option<(f64, Schedule)>,
+    parameters: Parameters,
 }
 
 impl LosGuide {
@@ -71,6 +77,8 @@ impl LosGuide {
             tracking: TrackingLaw::new(tuning, None),
             course: None,
             current: None,
+            schedule: None,
+            parameters: Parameters::default(),
         }
     }
 }
@@ -87,6 +95,32 @@ impl LosGuide {
     pub fn current(&self) -> Option<Vector2<f64>> {
         self.current.map(|(_, current)| current)
     }
+
+    /// What a planner needs to know of the last call to make the same schedule; none if the goal does not visit.
+    #[must_use]
+    pub fn previous_plan(&self) -> Option<PreviousPlan> {
+        let (then, schedule) = self.schedule.as_ref()?;
+        let nowhere = TrajectoryPoint::new(*then, Vector2::zeros(), 0.0, Heading::new(0.0));
+        Some(PreviousPlan {
+            trajectory: vec![nowhere],
+            schedule: Some(schedule.clone()),
+            ..PreviousPlan::default()
+        })
+    }
+
+    /// The goal, by the schedule that the planner would make, if it visits.
+    fn goal(&mut self, snapshot: &Snapshot) -> Result<GoalForecast, GuideError> {
+        let Goal::Visit(_) = &snapshot.goal.goal else {
+            return Ok(GoalForecast::holding(snapshot, self.course));
+        };
+        let snapshot = Snapshot::try_from(PlanRequest {
+            previous_plan: self.previous_plan(),
+            ..PlanRequest::clone(snapshot)
+        })?;
+        let (goal, schedule) = scheduled_goal(&snapshot, &self.parameters, self.course, &Stop::never());
+        self.schedule = schedule.map(|schedule| (snapshot.t_s, schedule));
+        Ok(goal)
+    }
 }
 
 impl Guide for LosGuide {
@@ -95,7 +129,7 @@ impl Guide for LosGuide {
     }
 
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
-        let goal = GoalForecast::holding(snapshot, self.course);
+        let goal = self.goal(snapshot)?;
         self.course = Some(goal.course());
         let target = goal.at(0.0);
         let current = snapshot.current_after(self.current);
@@ -115,9 +149,20 @@ impl Guide for LosGuide {
             ),
             method: Method::from(self.tracking.law()),
             predicted_rms: None,
+            serves: self
+                .schedule
+                .as_ref()
+                .and_then(|(_, schedule)| served(snapshot, schedule)),
             solve_time: None,
         })
     }
+}
+
+/// The place in `snapshot` of the underwater vehicle that `schedule` serves now or next.
+#[must_use]
+pub fn served(snapshot: &Snapshot, schedule: &Schedule) -> Option<usize> {
+    let next = schedule.next()?;
+    snapshot.auvs.iter().position(|auv| auv.id == *next)
 }
 
 /// The planner, which gets each plan back with the next snapshot.
@@ -175,6 +220,10 @@ impl Guide for MpcGuide {
             reference: plan.reference,
             method: plan.method,
             predicted_rms: Some(plan.predicted.rms_error_m),
+            serves: plan
+                .schedule
+                .as_ref()
+                .and_then(|schedule| served(&snapshot, schedule)),
             solve_time: None,
         };
         self.last = Some((snapshot, plan));

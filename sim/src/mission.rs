@@ -131,7 +131,7 @@ impl Mission {
                 surface_craft: Some(surface_craft_row(
                     world,
                     craft,
-                    goal.position(world),
+                    goal.position(world, guidance.serves),
                     snapshot,
                     guidance,
                 )),

@@ -91,7 +91,7 @@ function goalForm(change, said) {
     shown = now;
     text.value = JSON.stringify(goal);
     const entries = [["the current goal", goal], ...auvs.map((auv) => [`track ${auv}`, { kind: "track", auv }])];
-    if (auvs.length > 1) entries.push(["midpoint of all", { kind: "midpoint", auvs }], ["in turn", { kind: "intermittent", auvs, dwell_s: DWELL_S, epoch_s: 0 }], ["in range of all", { kind: "range", auvs, range_m: RANGE_M }]);
+    if (auvs.length > 1) entries.push(["midpoint of all", { kind: "midpoint", auvs }], ["in turn", { kind: "intermittent", auvs, dwell_s: DWELL_S, epoch_s: 0 }], ["in range of all", { kind: "range", auvs, range_m: RANGE_M }], ["visit each", { kind: "visit", auvs }]);
     fill(offers, entries.map(([name, value]) => el("option", { value: JSON.stringify(value) }, name)));
   };
   return { element, became };

@@ -34,12 +34,13 @@ macro_rules! examples {
 }
 
 /// Every example. The first one is the simplest.
-pub const EXAMPLES: [Example; 10] = examples! {
+pub const EXAMPLES: [Example; 11] = examples! {
     "track": "Follow one AUV, from behind and pointing away";
     "intermittent": "Two AUVs in turn, 25 s before the hand-over";
     "midpoint": "The midpoint of two AUVs, one of them turning";
     "weighted": "A weighted mean of two AUVs";
     "range": "In range of three AUVs, as near as possible to the farthest";
+    "visit": "Three AUVs one after the other, so that their navigation stays certain";
     "offset": "To starboard of an AUV that is about to turn to starboard";
     "cross-current": "Follow one AUV across a known current";
     "about-face": "Ahead of the AUV and facing it";

@@ -4,7 +4,7 @@ use planner::{
     craft::{HeadingReference, SpeedReference},
     explain::Explanation,
     plan::{GoalPoint, Method, PlannedTarget, Predicted, SolverReport, Violation},
-    snapshot::{Current, Origin, TrajectoryPoint},
+    snapshot::{Current, Origin, Schedule, TrajectoryPoint},
 };
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -44,6 +44,9 @@ pub struct PlanResponse {
     pub goal: GoalTrajectory,
     /// Where each underwater vehicle is expected, in the request's order.
     pub targets: Vec<PlannedTarget>,
+    /// Which underwater vehicle is served when, of a goal of the kind `visit`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub schedule: Option<Schedule>,
     /// What the line-of-sight law would do.
     pub baseline: Baseline,
     /// What the solver did; absent if no program was involved.

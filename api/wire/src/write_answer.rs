@@ -9,7 +9,9 @@ use planner::{
     parameters::Parameters,
     plan as domain,
     plan::{Method, Plan, PlannedTarget, Predicted, SolverReport},
-    snapshot::{CURRENT_MAX, Origin, SCHEMA_VERSION, Snapshot, TrajectoryPoint},
+    snapshot::{
+        CURRENT_MAX, Goal, LeftOut, Origin, SCHEMA_VERSION, Snapshot, TrajectoryPoint, pointer_token,
+    },
 };
 use serde_json::{Map, Value};
 
@@ -185,6 +187,7 @@ impl<'a> Answer<'a> {
             current: self.plan.current,
             goal: GoalTrajectory { trajectory: goal },
             targets,
+            schedule: self.plan.schedule.clone(),
             baseline: Baseline {
                 method: Method::SaturatedLos,
                 speed_mps: baseline.reference.speed,
@@ -276,6 +279,38 @@ fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
     warnings.extend(no_current(snapshot));
     warnings.extend(unusable_memory(snapshot));
     warnings.extend(about_the_craft(snapshot, plan));
+    warnings.extend(about_visits(snapshot, plan));
+    warnings
+}
+
+/// Vehicles that the schedule cannot serve, or not in time.
+fn about_visits(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
+    let (Some(schedule), Goal::Visit(visits)) = (&plan.schedule, &snapshot.goal.goal) else {
+        return Vec::new();
+    };
+    let mut warnings = Vec::new();
+    for (i, id) in visits.auvs.iter().enumerate() {
+        let known = schedule.costs.iter().find(|known| known.auv == *id);
+        let because = match known.and_then(|known| known.left_out) {
+            Some(LeftOut::Silent) => "its last report is too old",
+            Some(LeftOut::OutOfReach) => "the craft does not reach it in the time that is planned",
+            Some(LeftOut::TooDeep) => "it is deeper than the range within which data are uploaded",
+            None => continue,
+        };
+        let detail = format!("no visit to {id} is planned: {because}");
+        warnings.push(warning("visit_unreachable", &format!("/goal/auvs/{i}"), detail));
+    }
+    for id in &schedule.deadlines_missed {
+        let deadline = visits.serve_by_s.get(id).copied().unwrap_or(snapshot.t_s);
+        let visit = schedule.visits.iter().find(|visit| visit.auv == *id);
+        let when = visit.map_or_else(
+            || "no visit is planned".to_owned(),
+            |visit| format!("the craft arrives {:.0} s late", visit.arrive_s - deadline),
+        );
+        let detail = format!("{id} is not served by {deadline} s: {when}");
+        let pointer = format!("/goal/serve_by_s/{}", pointer_token(&id.0));
+        warnings.push(warning("visit_deadline_missed", &pointer, detail));
+    }
     warnings
 }
 

@@ -13,6 +13,7 @@ use crate::{
         options::Forecast,
         previous_plan::{PreviousCraft, PreviousEstimate, PreviousPlan, PreviousTarget},
         reference::{Reference, TrajectoryPoint},
+        schedule::Schedule,
         water::{Current, Drift},
     },
     los::law::LosLaw,
@@ -67,6 +68,8 @@ pub struct Plan {
     /// to the goal on, each that has no place in range of all kept so far. For these others the craft does nothing then;
     /// that their limit is broken is reported.
     pub range_unattainable: Vec<usize>,
+    /// When each AUV is visited, of a goal that visits; hand it back in the next request.
+    pub schedule: Option<Schedule>,
 }
 
 impl From<&Plan> for PreviousPlan {
@@ -85,6 +88,7 @@ impl From<&Plan> for PreviousPlan {
             current: plan.current,
             reference: Some(plan.reference.into()),
             targets: Some(plan.targets.iter().map(PreviousTarget::from).collect()),
+            schedule: plan.schedule.clone(),
         }
     }
 }

@@ -17,6 +17,7 @@ pub use crate::{
         Baseline, GoalPoint, Method, Plan, PlannedTarget, RepeatedTrack, RouteFit, TargetEstimate,
         TargetPoint,
     },
+    choose::select::scheduled_goal,
     problem::violation::{SoftLimit, Subject, Unit, Violation},
     scp::{
         predicted_cost::{CostTerms, Predicted},

@@ -9,10 +9,12 @@ use crate::{
         response::{HALF_HOLD, Rollout, Stage},
     },
     facts::{
-        angle::{Heading, angle_of, wrap},
+        angle::{Course, Heading, angle_of, wrap},
         asc::AscNow,
         options::Hold,
+        previous_plan::PreviousPlan,
         reference::Reference,
+        schedule::Schedule,
         water::Current,
     },
     los::{
@@ -20,7 +22,10 @@ use crate::{
         saturated::saturated_los,
         tracking_law::TrackingLaw,
     },
-    predict::{forecast::AuvForecast, goal::GoalForecast},
+    predict::{
+        forecast::AuvForecast,
+        goal::{GoalForecast, forecast_all},
+    },
     problem::{frame::SPEED_WITHOUT_DIRECTION, horizon::Horizon, parameters::Parameters},
     program::build::Program,
     scp::{
@@ -31,6 +36,7 @@ use crate::{
     },
     snapshot::build::Snapshot,
     solve::{clarabel::Solution, stop::Stop},
+    visit::schedule::Scheduler,
 };
 
 /// Predicted costs that differ by less are as good, m² s: right above its goal a craft's is what the solver's tolerance
@@ -57,7 +63,7 @@ pub(crate) fn select_answer(
     solve: &mut dyn FnMut(&Program) -> Solution,
 ) -> Plan {
     // 1. The problem: goal and craft on the grid.
-    let goal = GoalForecast::new(snapshot);
+    let (goal, schedule) = scheduled_goal(snapshot, parameters, remembered_course(snapshot), stop);
     let horizon = Horizon::new(snapshot, parameters, &goal);
     // 2. The law: baseline, initial guess and fallback.
     let los_rollout = horizon.line_of_sight(snapshot, &goal, tuning(LosLaw::SaturatedLos, parameters));
@@ -136,7 +142,38 @@ pub(crate) fn select_answer(
             .flatten()
             .collect(),
         range_unattainable: horizon.constraints.range_unattainable,
+        schedule,
     }
+}
+
+/// The goal of `snapshot`, and the schedule by which it visits AUVs, if it does; `held` as in [`GoalForecast::holding`].
+#[must_use]
+pub fn scheduled_goal(
+    snapshot: &Snapshot,
+    parameters: &Parameters,
+    held: Option<Course>,
+    stop: &Stop,
+) -> (GoalForecast, Option<Schedule>) {
+    let auvs = forecast_all(snapshot);
+    let planned = parameters.planned(snapshot.craft_model()).limits;
+    let scheduler = Scheduler {
+        parameters: &parameters.scheduling,
+        speed: planned.speed_max,
+        turn_rate: planned.turn_rate_max,
+        report_age_max: parameters.report_age_max,
+        due: &|| stop.is_due(),
+    };
+    let scheduled = scheduler.schedule(snapshot, &auvs);
+    let turns = scheduled.as_ref().map_or(&[][..], |scheduled| &scheduled.turns);
+    let goal = GoalForecast::scheduled(snapshot, auvs, held, turns);
+    (goal, scheduled.map(|scheduled| scheduled.schedule))
+}
+
+fn remembered_course(snapshot: &Snapshot) -> Option<Course> {
+    snapshot
+        .previous_plan
+        .as_ref()
+        .and_then(PreviousPlan::goal_course)
 }
 
 /// The command with which the craft does what was `asked`, and what that comes to through the water.
@@ -229,7 +266,7 @@ fn steered(level: Level, snapshot: &Snapshot, parameters: &Parameters, horizon: 
 
 /// What `law` would do from a start without memory.
 pub(crate) fn baseline_of(snapshot: &Snapshot, parameters: &Parameters, law: LosLaw) -> Baseline {
-    let goal = GoalForecast::new(snapshot);
+    let (goal, _) = scheduled_goal(snapshot, parameters, remembered_course(snapshot), &Stop::never());
     let horizon = Horizon::new(snapshot, parameters, &goal);
     let tuning = tuning(law, parameters);
     let rollout = horizon.line_of_sight(snapshot, &goal, tuning);
@@ -244,7 +281,7 @@ pub(crate) fn baseline_from_memory(
     parameters: &Parameters,
     law: &TrackingLaw,
 ) -> Baseline {
-    let goal = GoalForecast::new(snapshot);
+    let (goal, _) = scheduled_goal(snapshot, parameters, remembered_course(snapshot), &Stop::never());
     let horizon = Horizon::new(snapshot, parameters, &goal);
     let rollout = horizon.carried_on(snapshot, &goal, law.clone());
     let asc = AscNow::from(snapshot);

@@ -10,6 +10,7 @@ use crate::facts::{
     angle::direction,
     auv::VehicleId,
     members::{needed, none_left, schema_of},
+    visit::{Reduce, VisitCost, Visits},
 };
 
 /// What the surface craft is to do.
@@ -47,6 +48,8 @@ pub enum Goal {
         /// The slant range to stay within, m.
         range_m: f64,
     },
+    /// Serve several AUVs one after the other, which of them and when as costs them least.
+    Visit(Visits),
 }
 
 impl Goal {
@@ -58,6 +61,7 @@ impl Goal {
                 (auvs.as_slice(), None)
             }
             Self::Weighted { weights } => ([].as_slice(), Some(weights)),
+            Self::Visit(visits) => (visits.auvs.as_slice(), None),
         };
         listed.iter().chain(weighted.into_iter().flat_map(BTreeMap::keys))
     }
@@ -66,6 +70,7 @@ impl Goal {
     pub fn vehicles(&self) -> impl Iterator<Item = &VehicleId> {
         self.named().filter(|id| match self {
             Self::Weighted { weights } => 0.0 < weights[*id],
+            Self::Visit(visits) => 0.0 < visits.weight(id),
             Self::Track { .. } | Self::Intermittent { .. } | Self::Midpoint { .. } | Self::Range { .. } => {
                 true
             }
@@ -178,6 +183,7 @@ struct TaskMembers {
     #[schema(value_type = Option<String>)]
     auv: Option<VehicleId>,
     /// `intermittent`: the vehicles to follow, in order. `midpoint`: those whose mean to follow. `range`: those to stay near.
+    /// `visit`: those to serve, in any order.
     #[serde(default)]
     #[schema(value_type = Option<Vec<String>>)]
     auvs: Option<Vec<VehicleId>>,
@@ -188,13 +194,38 @@ struct TaskMembers {
     #[serde(default)]
     epoch_s: Option<f64>,
     /// `weighted`: how much each vehicle counts in the mean, by name, relative to the others: from 0 to 10⁶,
-    /// at least one above 0.
+    /// at least one above 0. `visit`: how much the cost of each counts; 1 of those that are not named.
     #[serde(default)]
     #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-1": 0.7, "auv-2": 0.3 }))]
     weights: Option<BTreeMap<VehicleId, f64>>,
     /// `range`: slant range to stay within of each, m, from 1 to 20,000.
     #[serde(default)]
     range_m: Option<f64>,
+    /// `visit`: what it costs not to serve a vehicle. Default: its age.
+    #[serde(default)]
+    cost: Option<VisitCost>,
+    /// `visit`: horizontal distance within which a vehicle counts as served, m, from 1 to 5000. Default: 20.
+    #[serde(default)]
+    within_m: Option<f64>,
+    /// `visit`: least time with a vehicle, s, from 10 to 3600. Default: 30.
+    #[serde(default)]
+    dwell_min_s: Option<f64>,
+    /// `visit`: until when each vehicle must have been served, by name, s on the request's clock. Default: no deadline.
+    #[serde(default)]
+    #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-2": 1800.0 }))]
+    serve_by_s: Option<BTreeMap<VehicleId, f64>>,
+    /// `visit`: whether the mean of the costs counts or the largest. Default: `mean`.
+    #[serde(default)]
+    reduce: Option<Reduce>,
+    /// `visit`: costs now, by name, in the unit of the cost, from 0 to 10¹²: where they are known, as from a modem that counts what
+    /// was uploaded. Default: that of `previous_plan`, carried on, else that of a vehicle that was just served.
+    #[serde(default)]
+    #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-2": 340.0 }))]
+    costs_now: Option<BTreeMap<VehicleId, f64>>,
+    /// `visit`: the vehicle to visit next, and to stay with until this is left out. Default: the one that costs least.
+    #[serde(default)]
+    #[schema(value_type = Option<String>)]
+    next: Option<VehicleId>,
     /// Any kind: where to be, seen from what the goal follows. Default: right above it.
     #[serde(default)]
     offset: Option<Offset>,
@@ -214,6 +245,27 @@ enum GoalKind {
     Weighted,
     /// Stay within a slant range of every vehicle, and where the worst is least: `auvs`, `range_m`.
     Range,
+    /// Serve several vehicles one after the other, in the order and at the times that cost them least: `auvs`, and
+    /// optionally `cost`, `weights`, `within_m`, `dwell_min_s`, `serve_by_s`, `reduce`, `costs_now`, `next`.
+    Visit,
+}
+
+impl TaskMembers {
+    /// The members of a goal of the kind `visit`, with their defaults.
+    fn visits(&mut self, auvs: Vec<VehicleId>) -> Visits {
+        let default = Visits::new(auvs);
+        Visits {
+            cost: self.cost.take().unwrap_or(default.cost),
+            weights: self.weights.take().unwrap_or_default(),
+            within_m: self.within_m.take().unwrap_or(default.within_m),
+            dwell_min_s: self.dwell_min_s.take().unwrap_or(default.dwell_min_s),
+            serve_by_s: self.serve_by_s.take().unwrap_or_default(),
+            reduce: self.reduce.take().unwrap_or_default(),
+            costs_now: self.costs_now.take().unwrap_or_default(),
+            next: self.next.take(),
+            ..default
+        }
+    }
 }
 
 impl<'de> Deserialize<'de> for Task {
@@ -238,6 +290,10 @@ impl<'de> Deserialize<'de> for Task {
                 auvs: needed(&mut given.auvs, "auvs")?,
                 range_m: needed(&mut given.range_m, "range_m")?,
             },
+            GoalKind::Visit => {
+                let auvs = needed(&mut given.auvs, "auvs")?;
+                Goal::Visit(given.visits(auvs))
+            }
         };
         none_left(&[
             ("auv", given.auv.is_some()),
@@ -246,6 +302,13 @@ impl<'de> Deserialize<'de> for Task {
             ("epoch_s", given.epoch_s.is_some()),
             ("weights", given.weights.is_some()),
             ("range_m", given.range_m.is_some()),
+            ("cost", given.cost.is_some()),
+            ("within_m", given.within_m.is_some()),
+            ("dwell_min_s", given.dwell_min_s.is_some()),
+            ("serve_by_s", given.serve_by_s.is_some()),
+            ("reduce", given.reduce.is_some()),
+            ("costs_now", given.costs_now.is_some()),
+            ("next", given.next.is_some()),
         ])?;
         let offset = given.offset;
         Ok(Self { goal, offset })

@@ -10,6 +10,7 @@ use crate::facts::{
     options::{Forecast, ForecastModel},
     origin::Origin,
     reference::{Reference, TrajectoryPoint},
+    schedule::Schedule,
     water::{Current, Drift},
 };
 
@@ -37,6 +38,9 @@ pub struct PreviousPlan {
     /// Its underwater vehicles, at most 16.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub targets: Option<Vec<PreviousTarget>>,
+    /// Its schedule, of a goal of the kind `visit`. Without it, costs start anew.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub schedule: Option<Schedule>,
 }
 
 impl PreviousPlan {

@@ -148,6 +148,44 @@ pub(crate) const GOAL_IN_TURN: [Range; 2] = [("dwell_s", 1.0..=1.0e6), ("epoch_s
 /// Slant range to stay within: what an acoustic modem may be asked for.
 pub(crate) const GOAL_RANGE: [Range; 1] = [("range_m", 1.0..=2.0e4)];
 
+/// A goal that visits vehicles. No visit is shorter than a slot of an acoustic network.
+pub(crate) const GOAL_VISIT: [Range; 2] = [("within_m", 1.0..=5.0e3), ("dwell_min_s", 10.0..=3600.0)];
+
+/// The cost of a vehicle that is not served. Every number is so small that no cost that grows for years overflows.
+pub(crate) const VISIT_UNCERTAINTY: [Range; 4] = [
+    ("growth_m2ps", 1.0e-6..=1.0e6),
+    ("sigma_m", REPORT_SIGMA_MIN..=REPORT_SIGMA_MAX),
+    ("sigma_rad", 0.0..=1.0),
+    ("interval_s", 0.1..=3600.0),
+];
+
+/// The same of data.
+pub(crate) const VISIT_DATA: [Range; 3] = [
+    ("growth_kbps", 0.0..=1.0e6),
+    ("upload_kbps", 0.001..=1.0e6),
+    ("range_max_m", ACOUSTIC_RANGE),
+];
+
+/// A vehicle's cost now, s, m² or kbit.
+pub const VISIT_COST: RangeInclusive<f64> = 0.0..=1.0e12;
+
+/// Cost in an earlier answer: what a cost has grown to since, and what several of them add up to.
+pub(crate) const SCHEDULED_COST: RangeInclusive<f64> = 0.0..=1.0e24;
+
+/// Most visits of a schedule in an answer.
+pub const VISITS_MAX: usize = 32;
+
+/// A visit of an earlier answer.
+pub(crate) const VISIT: [Range; 4] = [
+    ("arrive_s", -2.0 * TIME_MAX..=2.0 * TIME_MAX),
+    ("leave_s", -2.0 * TIME_MAX..=2.0 * TIME_MAX),
+    ("cost_before", SCHEDULED_COST),
+    ("cost_after", SCHEDULED_COST),
+];
+
+/// A vehicle in the schedule of an earlier answer.
+pub(crate) const SERVED_VEHICLE: [Range; 1] = [("cost", SCHEDULED_COST)];
+
 /// Weight of an AUV in a mean: only ratios count, and the sum must not overflow.
 pub const WEIGHT: RangeInclusive<f64> = 0.0..=1.0e6;
 
@@ -254,7 +292,7 @@ pub(crate) const PREVIOUS_ASKED: [Range; 2] = [("asked_speed_mps", 0.0..=40.0), 
 
 /// The ranges of numbers by the name of their shape in `/openapi.json`. A shape may stand twice.
 pub fn ranges_by_shape() -> impl Iterator<Item = (&'static str, Range)> {
-    let tables: [(&str, &'static [Range]); 29] = [
+    let tables: [(&str, &'static [Range]); 34] = [
         (
             "PlanRequest",
             &[("t_s", TIME), ("surfacing_separation_m", SURFACING_SEPARATION)],
@@ -270,6 +308,11 @@ pub fn ranges_by_shape() -> impl Iterator<Item = (&'static str, Range)> {
         ("Dive", &DIVE),
         ("Goal", &GOAL_IN_TURN),
         ("Goal", &GOAL_RANGE),
+        ("Goal", &GOAL_VISIT),
+        ("VisitCost", &VISIT_UNCERTAINTY),
+        ("VisitCost", &VISIT_DATA),
+        ("Visit", &VISIT),
+        ("ServedVehicle", &SERVED_VEHICLE),
         ("Offset", &OFFSET_NED),
         ("Offset", &OFFSET_AHEAD),
         ("Offset", &OFFSET_POLAR),

@@ -40,6 +40,15 @@ pub struct GoalForecast {
     course: Course,
 }
 
+/// Whom a goal that visits AUVs follows for some time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Turn {
+    /// Until when, s after the snapshot, half-open.
+    pub(crate) until: f64,
+    /// Its place among the snapshot's AUVs.
+    pub(crate) auv: usize,
+}
+
 /// An AUV that the goal depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Member {
@@ -50,7 +59,7 @@ struct Member {
     at_rest: AtRest,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 enum Rule {
     Mean,
     /// Time since the epoch at the snapshot, and the dwell time, s.
@@ -58,6 +67,8 @@ enum Rule {
         since_epoch: f64,
         dwell: f64,
     },
+    /// Turns in order of time, the last for ever; each as its end, s after the snapshot, and the member.
+    Scheduled(Vec<(f64, usize)>),
     NearestToAll,
 }
 
@@ -71,7 +82,8 @@ struct AtRest {
 }
 
 impl GoalForecast {
-    /// The goal of `snapshot`, forecast as it asks. Where what it follows stands still, as far as its velocity is known, its
+    /// The goal of `snapshot`, forecast as it asks; one that visits AUVs follows the nearest, because when it visits which is the
+    /// planner's choice ([`scheduled_goal`](crate::plan::scheduled_goal)). Where what it follows stands still, as far as its velocity is known, its
     /// course is the one that the previous plan remembers.
     #[must_use]
     pub fn new(snapshot: &Snapshot) -> Self {
@@ -83,11 +95,22 @@ impl GoalForecast {
     /// [`GoalForecast::course`].
     #[must_use]
     pub fn holding(snapshot: &Snapshot, held: Option<Course>) -> Self {
-        let auvs = forecast_all(snapshot);
+        Self::scheduled(snapshot, forecast_all(snapshot), held, &[])
+    }
+
+    /// The goal of `snapshot`, of whose AUVs `auvs` are the forecasts, `turns` being whom a goal that visits follows when: in order
+    /// of time, the last for ever. Without turns it follows the nearest.
+    pub(crate) fn scheduled(
+        snapshot: &Snapshot,
+        auvs: Vec<AuvForecast>,
+        held: Option<Course>,
+        turns: &[Turn],
+    ) -> Self {
+        let members = members(snapshot, &auvs);
         let mut forecast = Self {
-            members: members(snapshot, &auvs),
+            rule: Rule::of(snapshot, &members, turns, &auvs),
+            members,
             auvs,
-            rule: Rule::of(snapshot),
             offset: snapshot.goal.offset,
             course: Course::new(0.0),
         };
@@ -157,9 +180,9 @@ impl GoalForecast {
 
     /// Motion `ahead` seconds after the snapshot of what the goal follows at the time `turn`.
     fn followed_in_turn(&self, turn: f64, ahead: f64) -> Motion {
-        match self.rule {
-            Rule::InTurn { since_epoch, dwell } => {
-                let member = in_turn(since_epoch + turn, dwell, self.members.len());
+        match &self.rule {
+            Rule::InTurn { .. } | Rule::Scheduled(_) => {
+                let member = self.member_in_turn(turn).unwrap_or(0);
                 self.auvs[self.members[member].auv].at(ahead)
             }
             Rule::Mean => {
@@ -184,9 +207,13 @@ impl GoalForecast {
 
     /// Who is followed `ahead` seconds after the snapshot, where that is one after the other.
     fn member_in_turn(&self, ahead: f64) -> Option<usize> {
-        match self.rule {
+        match &self.rule {
             Rule::InTurn { since_epoch, dwell } => {
-                Some(in_turn(since_epoch + ahead, dwell, self.members.len()))
+                Some(in_turn(since_epoch + ahead, *dwell, self.members.len()))
+            }
+            Rule::Scheduled(turns) => {
+                let now = turns.iter().find(|(until, _)| ahead < *until);
+                now.or(turns.last()).map(|(_, member)| *member)
             }
             Rule::Mean | Rule::NearestToAll => None,
         }
@@ -205,10 +232,10 @@ impl GoalForecast {
     /// Speed below which what is followed at the time `turn` counts as standing still, m/s: below it a course is noise.
     fn speed_at_rest(&self, turn: f64) -> f64 {
         let variances = || self.members().map(AuvForecast::velocity_variance);
-        let variance = match (self.member_in_turn(turn), self.rule) {
+        let variance = match (self.member_in_turn(turn), &self.rule) {
             (Some(member), _) => self.auvs[self.members[member].auv].velocity_variance(),
             (None, Rule::NearestToAll) => variances().fold(0.0, f64::max),
-            (None, Rule::Mean | Rule::InTurn { .. }) => {
+            (None, Rule::Mean | Rule::InTurn { .. } | Rule::Scheduled(_)) => {
                 let shares = self.members.iter().map(|member| member.share.powi(2));
                 variances()
                     .zip(shares)
@@ -229,7 +256,7 @@ impl GoalForecast {
 }
 
 /// Forecasts every AUV of `snapshot`.
-fn forecast_all(snapshot: &Snapshot) -> Vec<AuvForecast> {
+pub(crate) fn forecast_all(snapshot: &Snapshot) -> Vec<AuvForecast> {
     let current = snapshot.current();
     let forecast = |known: KnownAuv<'_>| {
         let (auv, state) = (known.auv, &known.estimate.state);
@@ -264,9 +291,11 @@ fn members(snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Vec<Member> {
             .expect("a snapshot's goal names only vehicles that are in it");
         let weight = match &snapshot.goal.goal {
             Goal::Weighted { weights } => weights[id],
-            Goal::Track { .. } | Goal::Midpoint { .. } | Goal::Intermittent { .. } | Goal::Range { .. } => {
-                1.0
-            }
+            Goal::Track { .. }
+            | Goal::Midpoint { .. }
+            | Goal::Intermittent { .. }
+            | Goal::Range { .. }
+            | Goal::Visit(_) => 1.0,
         };
         Member {
             auv,
@@ -283,7 +312,7 @@ fn members(snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Vec<Member> {
 }
 
 impl Rule {
-    fn of(snapshot: &Snapshot) -> Self {
+    fn of(snapshot: &Snapshot, members: &[Member], turns: &[Turn], auvs: &[AuvForecast]) -> Self {
         match &snapshot.goal.goal {
             Goal::Track { .. } | Goal::Midpoint { .. } | Goal::Weighted { .. } => Self::Mean,
             Goal::Intermittent { dwell_s, epoch_s, .. } => Self::InTurn {
@@ -291,8 +320,27 @@ impl Rule {
                 dwell: *dwell_s,
             },
             Goal::Range { .. } => Self::NearestToAll,
+            Goal::Visit(_) => {
+                let member = |auv: usize| members.iter().position(|member| member.auv == auv);
+                let turns = turns.iter();
+                let mut turns: Vec<_> = turns
+                    .filter_map(|turn| Some((turn.until, member(turn.auv)?)))
+                    .collect();
+                if turns.is_empty() {
+                    turns.push((f64::INFINITY, nearest(snapshot, members, auvs)));
+                }
+                Self::Scheduled(turns)
+            }
         }
     }
+}
+
+/// The member that is nearest to the craft now.
+fn nearest(snapshot: &Snapshot, members: &[Member], auvs: &[AuvForecast]) -> usize {
+    let distance = |member: &Member| (auvs[member.auv].at(0.0).position - snapshot.asc.position()).norm();
+    let distances = members.iter().map(distance).enumerate();
+    let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1));
+    nearest.map_or(0, |(member, _)| member)
 }
 
 impl AtRest {

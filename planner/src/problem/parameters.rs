@@ -2,7 +2,7 @@
 
 use crate::{
     craft::model::CraftModel, estimate::from_reports::Estimate, facts::asc::Limits, los::law::LosGains,
-    predict::goal::GoalForecast, snapshot::build::Snapshot,
+    predict::goal::GoalForecast, snapshot::build::Snapshot, visit::fleet::SchedulingParameters,
 };
 
 /// Standard deviations within which an error of the craft's position cannot be distinguished from one of the goal's.
@@ -59,6 +59,8 @@ pub struct Parameters {
     pub certificate_tolerance: f64,
     /// How long the reference may be used when no newer one arrives, s.
     pub validity: f64,
+    /// How visits are scheduled.
+    pub scheduling: SchedulingParameters,
 }
 
 /// Weights of the cost, each on a squared deviation per second unless said otherwise.
@@ -195,6 +197,7 @@ impl Default for Parameters {
             cost_decides: true,
             certificate_tolerance: 1e-4,
             validity: 10.0,
+            scheduling: SchedulingParameters::default(),
         }
     }
 }

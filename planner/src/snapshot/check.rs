@@ -1,6 +1,7 @@
 //! The one place where a request is checked, field by field.
 
 mod evidence;
+mod visit;
 
 use std::{
     collections::{BTreeMap, HashSet},
@@ -26,9 +27,10 @@ use crate::{
             ANGLE, AREA_CORNERS, ASC, ASC_GROUND, AUVS_MAX, CURRENT, DIVE, GOAL_IN_TURN, GOAL_RANGE,
             ID_LENGTH_MAX, KEEP_OUTS_MAX, LEG_HEIGHT_MIN, LIMITS, OFFSET_AHEAD, OFFSET_NED, OFFSET_POLAR,
             PATH, PREVIOUS_ASKED, PREVIOUS_ESTIMATE, PREVIOUS_REFERENCE, REPORTS_MAX, Range, SPEED_MAX_MOST,
-            TIME, TRAJECTORY_POINT, TRAJECTORY_POINTS_MAX, WEIGHT,
+            TIME, TRAJECTORY_POINT, TRAJECTORY_POINTS_MAX, VISITS_MAX, WEIGHT,
         },
         reference::TrajectoryPoint,
+        visit::Visits,
         water::{Current, Drift},
     },
     path::SEGMENTS_MAX,
@@ -139,7 +141,10 @@ impl Check {
         }
         match &request.goal.goal {
             Goal::Track { .. } => {}
-            Goal::Intermittent { auvs, .. } | Goal::Midpoint { auvs } | Goal::Range { auvs, .. } => {
+            Goal::Intermittent { auvs, .. }
+            | Goal::Midpoint { auvs }
+            | Goal::Range { auvs, .. }
+            | Goal::Visit(Visits { auvs, .. }) => {
                 self.length(format_args!("goal/auvs"), auvs.len(), 1..=AUVS_MAX);
             }
             Goal::Weighted { weights } => {
@@ -163,6 +168,20 @@ impl Check {
             );
             let n_targets = previous.targets.iter().flatten().count();
             self.length(format_args!("previous_plan/targets"), n_targets, 0..=AUVS_MAX);
+            if let Some(schedule) = &previous.schedule {
+                let n_visits = schedule.visits.len();
+                self.length(
+                    format_args!("previous_plan/schedule/visits"),
+                    n_visits,
+                    0..=VISITS_MAX,
+                );
+                let n_vehicles = schedule.costs.len();
+                self.length(
+                    format_args!("previous_plan/schedule/costs"),
+                    n_vehicles,
+                    0..=AUVS_MAX,
+                );
+            }
         }
     }
 
@@ -293,6 +312,7 @@ impl Check {
                 self.vehicles(named, auvs);
                 self.numbers("goal", &GOAL_RANGE, [*range_m]);
             }
+            Goal::Visit(visits) => self.visits(visits, auvs),
         }
         if let Some(offset) = &task.offset {
             self.offset(offset, &task.goal, auvs);
@@ -327,7 +347,7 @@ impl Check {
         }
         let field = format_args!("goal/offset/frame");
         match goal {
-            Goal::Track { .. } | Goal::Intermittent { .. } => {
+            Goal::Track { .. } | Goal::Intermittent { .. } | Goal::Visit(_) => {
                 let named = |id: &VehicleId| auvs.iter().find(|auv| auv.id == *id);
                 for auv in goal.vehicles().filter_map(named) {
                     if auv.path.is_none() {
@@ -382,6 +402,9 @@ impl Check {
             let heading = reference.heading_rad.unwrap_or(0.0);
             let numbers = [reference.speed_mps, heading];
             self.numbers("previous_plan/reference", &PREVIOUS_REFERENCE, numbers);
+        }
+        if let Some(schedule) = &previous.schedule {
+            self.schedule(schedule);
         }
     }
 

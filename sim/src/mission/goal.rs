@@ -8,7 +8,7 @@ use planner::{
     snapshot::{Goal, Offset, VehicleId},
 };
 
-use crate::{auv::SimulatedAuv, observe::Briefing, world::World};
+use crate::{auv::SimulatedAuv, observe::Briefing, surface_craft::SurfaceCraft, world::World};
 
 /// A goal with its state.
 #[derive(Clone, Debug)]
@@ -42,8 +42,11 @@ impl TrueGoal {
     }
 
     /// Its present position (north, east), m. Calls must be in order of time, because a goal at rest keeps its course.
-    pub(crate) fn position(&mut self, world: &World) -> Vector2<f64> {
-        let followed = followed(&self.goal, world);
+    ///
+    /// A goal that visits has no truth of its own: it is where the guide goes, `serves` being the vehicle, and without that the
+    /// nearest of its vehicles.
+    pub(crate) fn position(&mut self, world: &World, serves: Option<usize>) -> Vector2<f64> {
+        let followed = followed(&self.goal, world, serves);
         if SPEED_AT_REST <= followed.velocity.norm() {
             self.course = Course::of(&followed.velocity);
         }
@@ -60,7 +63,7 @@ impl TrueGoal {
     }
 }
 
-fn followed<'a>(goal: &Goal, world: &'a World) -> Followed<'a> {
+fn followed<'a>(goal: &Goal, world: &'a World, serves: Option<usize>) -> Followed<'a> {
     let named = |id: &VehicleId| -> &'a SimulatedAuv {
         let mut auvs = world.auvs.iter();
         auvs.find(|auv| auv.id == *id)
@@ -82,6 +85,10 @@ fn followed<'a>(goal: &Goal, world: &'a World) -> Followed<'a> {
         )),
         Goal::Midpoint { auvs } => mean(world, auvs.iter().map(|id| (named(id), 1.0))),
         Goal::Weighted { weights } => mean(world, weights.iter().map(|(id, weight)| (named(id), *weight))),
+        Goal::Visit(visits) => {
+            let served = serves.and_then(|place| world.auvs.get(place));
+            one(served.unwrap_or_else(|| nearest(visits.auvs.iter().map(named), world)))
+        }
         Goal::Range { auvs, .. } => {
             let auvs: Vec<_> = auvs.iter().map(named).collect();
             let below = auvs.iter().map(|auv| Below {
@@ -95,6 +102,14 @@ fn followed<'a>(goal: &Goal, world: &'a World) -> Followed<'a> {
             }
         }
     }
+}
+
+/// The vehicle that is nearest to the surface craft.
+fn nearest<'a>(auvs: impl Iterator<Item = &'a SimulatedAuv>, world: &World) -> &'a SimulatedAuv {
+    let here = world.surface_craft.as_ref().map(SurfaceCraft::position);
+    let distance = |auv: &SimulatedAuv| (auv.position() - here.unwrap_or_default()).norm();
+    let nearest = auvs.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    nearest.expect("a goal names a vehicle")
 }
 
 fn mean<'a>(world: &World, weighted: impl Iterator<Item = (&'a SimulatedAuv, f64)>) -> Followed<'a> {
@@ -129,6 +144,7 @@ fn in_turn(elapsed: f64, dwell: f64, n: usize) -> usize {
 mod tests {
     use super::*;
     use crate::scenario::Scenario;
+    use planner::snapshot::Visits;
 
     #[test]
     fn the_goal_changes_hands_at_the_dwell_and_not_after_it() {
@@ -144,6 +160,24 @@ mod tests {
     }
 
     #[test]
+    fn a_goal_that_visits_is_where_its_guide_goes_or_else_the_nearest_vehicle() {
+        let world = world();
+        let auvs: Vec<_> = world.auvs.iter().map(|auv| auv.id.clone()).collect();
+        let mut goal = TrueGoal::of(Goal::Visit(Visits::new(auvs)), None);
+        for (place, auv) in world.auvs.iter().enumerate() {
+            assert_eq!(goal.position(&world, Some(place)), auv.position());
+        }
+        let here = world.surface_craft.as_ref().expect("there is one").position();
+        let distance = (goal.position(&world, None) - here).norm();
+        assert!(
+            world
+                .auvs
+                .iter()
+                .all(|auv| distance <= (auv.position() - here).norm())
+        );
+    }
+
+    #[test]
     fn of_two_vehicles_at_the_surface_every_mean_and_the_nearest_place_are_between_them() {
         let mut world = world();
         let auvs: Vec<_> = world.auvs.iter().map(|auv| auv.id.clone()).collect();
@@ -151,7 +185,7 @@ mod tests {
             auv.state[2] = 0.0;
         }
         let [a, b] = [0, 1].map(|i| world.auvs[i].position());
-        let at = |goal| TrueGoal::of(goal, None).position(&world);
+        let at = |goal| TrueGoal::of(goal, None).position(&world, None);
         for goal in [
             Goal::Midpoint { auvs: auvs.clone() },
             Goal::Weighted {
@@ -177,7 +211,7 @@ mod tests {
             .map(|offset| TrueGoal::of(Goal::Track { auv: auv.clone() }, Some(offset)));
         let mut arms = |world: &World| {
             let here = world.auvs[0].position();
-            goals.each_mut().map(|goal| goal.position(world) - here)
+            goals.each_mut().map(|goal| goal.position(world, None) - here)
         };
         for _ in 0..3_000 {
             world.step(None);

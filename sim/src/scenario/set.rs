@@ -10,7 +10,7 @@ use super::{
         AcousticsFile, AuvFile, BoundsFile, CurrentFile, DiveFile, FaultFile, FaultKindFile, GaussMarkovFile,
         GoalFile, KeepOutFile, KnowledgeFile, LimitsFile, NavigationErrorFile, OffsetFile, OriginFile,
         PathFile, RandomCraftFile, Scenario, SegmentFile, SensorsFile, ShearFile, SpeedKnot,
-        SurfaceClassFile, SurfaceCraftFile, WaterFile, WavesFile,
+        SurfaceClassFile, SurfaceCraftFile, VisitCostFile, WaterFile, WavesFile,
     },
     quantity::{Distribution, Kind, Quantity},
 };
@@ -204,6 +204,11 @@ kinds_of! {
         "intermittent": Intermittent { dwell_s, epoch_s }
         "weighted": Weighted { weights }
         "range": Range { range_m }
+        "visit": Visit { cost, weights, within_m, dwell_min_s, serve_by_s }
+    }
+    VisitCostFile {
+        "uncertainty": Uncertainty { growth_m2ps, sigma_m, sigma_rad, interval_s }
+        "data": Data { growth_kbps, upload_kbps, range_max_m }
     }
     OffsetFile {
         "ned": Ned { north_m, east_m }

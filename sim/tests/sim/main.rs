@@ -17,6 +17,7 @@ mod scenarios;
 mod step_responses;
 mod surface_craft;
 mod underwater_vehicle;
+mod visits;
 
 fn los() -> LosGuide {
     LosGuide::new(Parameters::default().los)

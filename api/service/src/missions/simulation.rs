@@ -100,6 +100,11 @@ impl Simulation {
             reference: logged.map_or(made.plan.reference, |logged| reference(&logged.reference)),
             method: made.plan.method,
             predicted_rms: self.law.is_none().then_some(made.plan.predicted.rms_error_m),
+            serves: made
+                .plan
+                .schedule
+                .as_ref()
+                .and_then(|schedule| sim::guide::served(&seen, schedule)),
             solve_time: None,
         };
         let origin = self.mission.record().origin;
@@ -125,6 +130,7 @@ impl Simulation {
             // With the current that the law subtracts, which it smooths over time.
             let known = Snapshot::try_from(PlanRequest {
                 current: law.current().map(Into::into),
+                previous_plan: law.previous_plan(),
                 ..PlanRequest::clone(seen)
             })?;
             // Forecasts and the law's trajectory need no solved program.
@@ -143,6 +149,7 @@ impl Simulation {
                 trajectory,
                 predicted,
                 violations,
+                schedule: law.previous_plan().and_then(|plan| plan.schedule),
                 solver: SolverReport {
                     deadline_hit: false,
                     ..plan.solver

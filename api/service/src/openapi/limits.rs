@@ -7,7 +7,8 @@ use planner::{
     path::{ARC_ANGLE_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX},
     snapshot::{
         AREA_CORNERS, AUVS_MAX, COORDINATE_MAX, COVARIANCE, Dive, Fallback, Forecast, Hold, ID_LENGTH_MAX,
-        KEEP_OUTS_MAX, Limits, REPORTS_MAX, SPEED_MAX_MOST, TRAJECTORY_POINTS_MAX, WEIGHT, ranges_by_shape,
+        KEEP_OUTS_MAX, Limits, REPORTS_MAX, SPEED_MAX_MOST, TIME_MAX, TRAJECTORY_POINTS_MAX, VISIT_COST,
+        VISITS_MAX, WEIGHT, ranges_by_shape,
     },
 };
 use serde_json::{Map, Value, json};
@@ -92,6 +93,12 @@ fn more_ranges() -> impl Iterator<Item = (&'static str, RangeInclusive<f64>)> {
             -COORDINATE_MAX..=COORDINATE_MAX,
         ),
         ("Goal/properties/weights/additionalProperties", WEIGHT),
+        ("Goal/properties/costs_now/additionalProperties", VISIT_COST),
+        (
+            "Goal/properties/serve_by_s/additionalProperties",
+            -TIME_MAX..=TIME_MAX,
+        ),
+        ("ServedVehicle/properties/served_by_s", -TIME_MAX..=TIME_MAX),
         ("Segment/properties/from/items", COORDINATE),
         ("Segment/properties/to/items", COORDINATE),
         ("Segment/properties/centre/items", COORDINATE),
@@ -108,7 +115,7 @@ fn more_ranges() -> impl Iterator<Item = (&'static str, RangeInclusive<f64>)> {
 }
 
 /// Lengths by the place of their schema: of what, the least where there is one, and the most.
-fn lengths() -> [(&'static str, &'static str, Option<usize>, usize); 24] {
+fn lengths() -> [(&'static str, &'static str, Option<usize>, usize); 26] {
     let corners = (Some(*AREA_CORNERS.start()), *AREA_CORNERS.end());
     [
         ("Auv/properties/id", "Length", Some(1), ID_LENGTH_MAX),
@@ -139,6 +146,8 @@ fn lengths() -> [(&'static str, &'static str, Option<usize>, usize); 24] {
             TRAJECTORY_POINTS_MAX,
         ),
         ("PreviousPlan/properties/targets", "Items", Some(0), AUVS_MAX),
+        ("Schedule/properties/visits", "Items", Some(0), VISITS_MAX),
+        ("Schedule/properties/costs", "Items", Some(0), AUVS_MAX),
         ("Live/properties/auvs", "Items", Some(1), AUVS_MAX),
         ("Live/properties/keep_outs", "Items", Some(0), KEEP_OUTS_MAX),
         ("Live/properties/area", "Items", corners.0, corners.1),

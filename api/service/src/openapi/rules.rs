@@ -78,13 +78,30 @@ fn or_on_earth(point: &mut Value) {
     *point = json!({ "anyOf": [metres, { "$ref": "#/components/schemas/Origin" }] });
 }
 
+/// Members of a goal that not every kind has.
+const GOAL_MEMBERS: [&str; 13] = [
+    "auv",
+    "auvs",
+    "dwell_s",
+    "epoch_s",
+    "weights",
+    "range_m",
+    "cost",
+    "within_m",
+    "dwell_min_s",
+    "serve_by_s",
+    "reduce",
+    "costs_now",
+    "next",
+];
+
 /// Of a shape, which of some members are given together.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct Variant {
     /// A member that chooses, and its values that choose this.
     choice: Option<(&'static str, &'static [&'static str])>,
     given: &'static [&'static str],
-    absent: &'static [&'static str],
+    absent: Vec<&'static str>,
 }
 
 impl Variant {
@@ -134,7 +151,7 @@ pub(super) fn kind(kinds: &Value) -> Value {
 fn one_of() -> Vec<(&'static str, Vec<Variant>)> {
     let either = |a, b| [variant(a, b), variant(b, a)].to_vec();
     let together = |both| [variant(both, &[]), variant(&[], both)].to_vec();
-    let goal: fn(_, _, _) -> _ = |kind, given, absent| chosen("kind", kind, given, absent);
+    let by_kind: fn(_, _, _) -> _ = |kind, given, absent| chosen("kind", kind, given, absent);
     let offset: fn(_, _, _) -> _ = |frame, given, absent| chosen("frame", frame, given, absent);
     vec![
         ("Auv", either(&["state"], &["reports"])),
@@ -153,30 +170,52 @@ fn one_of() -> Vec<(&'static str, Vec<Variant>)> {
         (
             "Goal",
             vec![
+                goal(&["track"], &["auv"], &[]),
+                goal(&["intermittent"], &["auvs", "dwell_s", "epoch_s"], &[]),
+                goal(&["midpoint"], &["auvs"], &[]),
+                goal(&["weighted"], &["weights"], &[]),
+                goal(&["range"], &["auvs", "range_m"], &[]),
                 goal(
-                    &["track"],
-                    &["auv"],
-                    &["auvs", "dwell_s", "epoch_s", "weights", "range_m"],
-                ),
-                goal(
-                    &["intermittent"],
-                    &["auvs", "dwell_s", "epoch_s"],
-                    &["auv", "weights", "range_m"],
-                ),
-                goal(
-                    &["midpoint"],
+                    &["visit"],
                     &["auvs"],
-                    &["auv", "dwell_s", "epoch_s", "weights", "range_m"],
+                    &[
+                        "cost",
+                        "weights",
+                        "within_m",
+                        "dwell_min_s",
+                        "serve_by_s",
+                        "reduce",
+                        "costs_now",
+                        "next",
+                    ],
                 ),
-                goal(
-                    &["weighted"],
-                    &["weights"],
-                    &["auv", "auvs", "dwell_s", "epoch_s", "range_m"],
+            ],
+        ),
+        (
+            "VisitCost",
+            vec![
+                by_kind(
+                    &["age"],
+                    &[],
+                    &[
+                        "growth_m2ps",
+                        "sigma_m",
+                        "sigma_rad",
+                        "interval_s",
+                        "growth_kbps",
+                        "upload_kbps",
+                        "range_max_m",
+                    ],
                 ),
-                goal(
-                    &["range"],
-                    &["auvs", "range_m"],
-                    &["auv", "dwell_s", "epoch_s", "weights"],
+                by_kind(
+                    &["uncertainty"],
+                    &["growth_m2ps"],
+                    &["growth_kbps", "upload_kbps", "range_max_m"],
+                ),
+                by_kind(
+                    &["data"],
+                    &["growth_kbps", "upload_kbps", "range_max_m"],
+                    &["growth_m2ps", "sigma_m", "sigma_rad", "interval_s"],
                 ),
             ],
         ),
@@ -203,17 +242,17 @@ fn one_of() -> Vec<(&'static str, Vec<Variant>)> {
         (
             "Segment",
             vec![
-                goal(
+                by_kind(
                     &["line"],
                     &["from", "to"],
                     &["centre", "angle_rad", "points", "fillet_m", "turn_radius_m"],
                 ),
-                goal(
+                by_kind(
                     &["arc"],
                     &["from", "centre", "angle_rad"],
                     &["to", "points", "fillet_m", "turn_radius_m"],
                 ),
-                goal(
+                by_kind(
                     &["waypoints"],
                     &["points"],
                     &["from", "to", "centre", "angle_rad"],
@@ -223,15 +262,31 @@ fn one_of() -> Vec<(&'static str, Vec<Variant>)> {
     ]
 }
 
-const fn variant(given: &'static [&'static str], absent: &'static [&'static str]) -> Variant {
+/// A kind of goals: it has `given`, may have `optional`, and has no other member that not every kind has.
+fn goal(
+    kinds: &'static [&'static str],
+    given: &'static [&'static str],
+    optional: &[&'static str],
+) -> Variant {
+    let others = GOAL_MEMBERS.into_iter();
     Variant {
-        choice: None,
+        choice: Some(("kind", kinds)),
         given,
-        absent,
+        absent: others
+            .filter(|name| !given.contains(name) && !optional.contains(name))
+            .collect(),
     }
 }
 
-const fn chosen(
+fn variant(given: &'static [&'static str], absent: &'static [&'static str]) -> Variant {
+    Variant {
+        choice: None,
+        given,
+        absent: absent.to_vec(),
+    }
+}
+
+fn chosen(
     by: &'static str,
     values: &'static [&'static str],
     given: &'static [&'static str],

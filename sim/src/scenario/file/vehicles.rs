@@ -12,9 +12,10 @@ use serde::Deserialize;
 use super::{ITEMS_MAX, LANES_MAX, NAME_PATTERN, Point, yes};
 use crate::{
     scenario::quantity::{
-        Acceleration, Angle, ClockTime, CommandDelay, Coordinate, CraftMass, Depth, Distribution, LeastSpeed,
-        Length, LoopLag, MissionTime, OffsetComponent, PathSpeed, Pitch, Quantity, Share, SlantRange, Speed,
-        TunedAcceleration, TunedLag, TurnRate, Weight,
+        Acceleration, Angle, BearingSigma, ClockTime, CommandDelay, Coordinate, CraftMass, DataRate, Depth,
+        Distribution, Dwell, FixInterval, FixSigma, LeastSpeed, Length, LoopLag, MissionTime,
+        OffsetComponent, PathSpeed, Pitch, Quantity, RangeToKeep, ServedWithin, Share, SlantRange, Speed,
+        TunedAcceleration, TunedLag, TurnRate, UploadRate, VarianceGrowth, Weight,
     },
     world::{
         dive::Leg,
@@ -132,6 +133,67 @@ pub enum GoalFile {
         /// The range, m.
         range_m: Quantity<SlantRange>,
     },
+    /// Serve several one after the other, in the order and at the times that cost them least.
+    Visit {
+        /// Names of the vehicles.
+        auvs: Vec<String>,
+        /// What it costs not to serve one; `age` if left out.
+        #[serde(default)]
+        cost: VisitCostFile,
+        /// How much the cost of each counts, by name, relative to the others; 1 if left out.
+        #[serde(default)]
+        weights: BTreeMap<String, Quantity<Weight>>,
+        /// Horizontal distance within which one counts as served, m; 20 if left out.
+        within_m: Option<Quantity<ServedWithin>>,
+        /// Least time with one, s; 30 if left out.
+        dwell_min_s: Option<Quantity<Dwell>>,
+        /// Until when each must have been served, by name, s on the surface craft's clock; none if left out.
+        #[serde(default)]
+        serve_by_s: BTreeMap<String, Quantity<ClockTime>>,
+        /// Whether the mean of the costs counts or the largest; `mean` if left out.
+        #[serde(default)]
+        reduce: ReduceFile,
+    },
+}
+
+/// What it costs not to serve an underwater vehicle.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum VisitCostFile {
+    /// Time since it was last served, s.
+    #[default]
+    Age,
+    /// Variance of its own navigation, m².
+    Uncertainty {
+        /// Growth of the variance, m²/s.
+        growth_m2ps: Quantity<VarianceGrowth>,
+        /// Standard deviation of a fix at no distance, m.
+        sigma_m: Quantity<FixSigma>,
+        /// Growth of that with the slant range, rad.
+        sigma_rad: Quantity<BearingSigma>,
+        /// Time between two fixes, s.
+        interval_s: Quantity<FixInterval>,
+    },
+    /// Data that it has not uploaded, kbit.
+    Data {
+        /// What it gathers, kbit/s.
+        growth_kbps: Quantity<DataRate>,
+        /// What it uploads at no distance, kbit/s.
+        upload_kbps: Quantity<UploadRate>,
+        /// Slant range at which nothing is uploaded any more, m.
+        range_max_m: Quantity<RangeToKeep>,
+    },
+}
+
+/// What counts of the costs of several underwater vehicles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ReduceFile {
+    /// Their weighted mean.
+    #[default]
+    Mean,
+    /// The largest.
+    Max,
 }
 
 /// Offset of a goal from the point that it follows.

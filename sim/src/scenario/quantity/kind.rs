@@ -41,6 +41,22 @@ kinds! {
     SlantRange: 1.0, 2.0e4, "m";
     /// A component of an offset; the range of a snapshot.
     OffsetComponent: -OFFSET_MAX, OFFSET_MAX, "m";
+    /// Distance within which a vehicle is served; the range of a snapshot, like those of the next eight.
+    ServedWithin: 1.0, 5.0e3, "m";
+    /// Least time with a vehicle.
+    Dwell: 10.0, 3600.0, "s";
+    /// Growth of a variance.
+    VarianceGrowth: 1.0e-6, 1.0e6, "m²/s";
+    /// Standard deviation of a fix.
+    FixSigma: 0.001, 1.0e5, "m";
+    /// Standard deviation of a bearing.
+    BearingSigma: 0.0, 1.0, "rad";
+    /// Time between two fixes.
+    FixInterval: 0.1, 3600.0, "s";
+    /// Data that a vehicle gathers.
+    DataRate: 0.0, 1.0e6, "kbit/s";
+    /// Data that a vehicle uploads.
+    UploadRate: 0.001, 1.0e6, "kbit/s";
     /// Weight of a vehicle in a mean; the range of a snapshot.
     Weight: 0.0, 1.0e6, "";
     /// Depth, positive down. Twice the depth that gliders reach.

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Vector2;
-use planner::snapshot::{Goal, Offset, VehicleId};
+use planner::snapshot::{Goal, Offset, Reduce, VehicleId, VisitCost, Visits};
 
 use super::{
     draw::Draw,
     invalid::{InvalidScenario, invalid},
 };
-use crate::scenario::file::{GoalFile, OffsetFile, Scenario};
+use crate::scenario::file::{GoalFile, OffsetFile, ReduceFile, Scenario, VisitCostFile};
 
 impl Scenario {
     pub(super) fn goal(&self, file: &GoalFile, draw: &mut Draw) -> Result<Goal, InvalidScenario> {
@@ -62,6 +62,52 @@ impl Scenario {
                 auvs: all("range", auvs)?,
                 range_m: draw.take(range_m),
             },
+            GoalFile::Visit {
+                auvs,
+                cost,
+                weights,
+                within_m,
+                dwell_min_s,
+                serve_by_s,
+                reduce,
+            } => {
+                let default = Visits::new(all("visit", auvs)?);
+                let field = "surface_craft.goal.visit";
+                let is_visited = |member: &str, id: &String| {
+                    if auvs.contains(id) {
+                        return Ok(VehicleId(id.clone()));
+                    }
+                    let field = format!("{field}.{member}.{id}");
+                    Err(invalid(field, "only vehicles that are visited may be named"))
+                };
+                let mut weighted = BTreeMap::new();
+                for (id, weight) in weights {
+                    weighted.insert(is_visited("weights", id)?, draw.take(weight));
+                }
+                let mut deadlines = BTreeMap::new();
+                for (id, deadline) in serve_by_s {
+                    deadlines.insert(is_visited("serve_by_s", id)?, draw.take(deadline));
+                }
+                let visits = Visits {
+                    cost: visit_cost(cost, draw),
+                    weights: weighted,
+                    within_m: draw.take_or(within_m.as_ref(), default.within_m),
+                    dwell_min_s: draw.take_or(dwell_min_s.as_ref(), default.dwell_min_s),
+                    serve_by_s: deadlines,
+                    reduce: match reduce {
+                        ReduceFile::Mean => Reduce::Mean,
+                        ReduceFile::Max => Reduce::Max,
+                    },
+                    ..default
+                };
+                if visits.auvs.iter().all(|id| visits.weight(id) == 0.0) {
+                    return Err(invalid(
+                        format!("{field}.weights"),
+                        "at least one of them must be above 0",
+                    ));
+                }
+                Goal::Visit(visits)
+            }
         })
     }
 
@@ -77,7 +123,10 @@ impl Scenario {
             OffsetFile::Target { ahead_m, starboard_m } => Offset::target(pair(ahead_m, starboard_m)),
             OffsetFile::Path { ahead_m, starboard_m } => {
                 let field = "surface_craft.goal_offset.path";
-                if !matches!(goal, GoalFile::Track { .. } | GoalFile::Intermittent { .. }) {
+                if !matches!(
+                    goal,
+                    GoalFile::Track { .. } | GoalFile::Intermittent { .. } | GoalFile::Visit { .. }
+                ) {
                     return Err(invalid(
                         field,
                         "only a goal that follows one vehicle at a time has a path",
@@ -92,5 +141,31 @@ impl Scenario {
                 Offset::path(pair(ahead_m, starboard_m))
             }
         })
+    }
+}
+
+fn visit_cost(file: &VisitCostFile, draw: &mut Draw) -> VisitCost {
+    match file {
+        VisitCostFile::Age => VisitCost::Age,
+        VisitCostFile::Uncertainty {
+            growth_m2ps,
+            sigma_m,
+            sigma_rad,
+            interval_s,
+        } => VisitCost::Uncertainty {
+            growth_m2ps: draw.take(growth_m2ps),
+            sigma_m: draw.take(sigma_m),
+            sigma_rad: draw.take(sigma_rad),
+            interval_s: draw.take(interval_s),
+        },
+        VisitCostFile::Data {
+            growth_kbps,
+            upload_kbps,
+            range_max_m,
+        } => VisitCost::Data {
+            growth_kbps: draw.take(growth_kbps),
+            upload_kbps: draw.take(upload_kbps),
+            range_max_m: draw.take(range_max_m),
+        },
     }
 }

@@ -1,0 +1,84 @@
+//! Checks of a goal that visits AUVs, and of the schedule that an earlier answer brings back.
+
+use std::collections::BTreeMap;
+
+use super::Check;
+use crate::facts::{
+    auv::{Auv, VehicleId},
+    invalid_field::{InvalidReason, pointer_token},
+    ranges::{GOAL_VISIT, SERVED_VEHICLE, TIME, VISIT, VISIT_COST, VISIT_DATA, VISIT_UNCERTAINTY, WEIGHT},
+    schedule::Schedule,
+    visit::{VisitCost, Visits},
+};
+
+const NOT_NAMED: InvalidReason = InvalidReason::Unexpected {
+    detail: "only vehicles in goal/auvs are visited",
+};
+
+impl Check {
+    pub(super) fn visits(&mut self, visits: &Visits, auvs: &[Auv]) {
+        self.vehicles(&visits.auvs, auvs);
+        self.numbers("goal", &GOAL_VISIT, [visits.within_m, visits.dwell_min_s]);
+        match visits.cost {
+            VisitCost::Age => {}
+            VisitCost::Uncertainty {
+                growth_m2ps,
+                sigma_m,
+                sigma_rad,
+                interval_s,
+            } => {
+                let values = [growth_m2ps, sigma_m, sigma_rad, interval_s];
+                self.numbers("goal/cost", &VISIT_UNCERTAINTY, values);
+            }
+            VisitCost::Data {
+                growth_kbps,
+                upload_kbps,
+                range_max_m,
+            } => self.numbers("goal/cost", &VISIT_DATA, [growth_kbps, upload_kbps, range_max_m]),
+        }
+        let by_name = [
+            ("weights", &visits.weights, WEIGHT),
+            ("serve_by_s", &visits.serve_by_s, TIME),
+            ("costs_now", &visits.costs_now, VISIT_COST),
+        ];
+        for (member, values, range) in by_name {
+            self.each_named(member, values, &visits.auvs, &range);
+        }
+        if visits.auvs.iter().all(|id| visits.weight(id) == 0.0) {
+            self.fail(format_args!("goal/weights"), InvalidReason::AllZero);
+        }
+        if visits.next.as_ref().is_some_and(|id| !visits.auvs.contains(id)) {
+            self.fail(format_args!("goal/next"), NOT_NAMED);
+        }
+    }
+
+    fn each_named(
+        &mut self,
+        member: &str,
+        values: &BTreeMap<VehicleId, f64>,
+        named: &[VehicleId],
+        range: &std::ops::RangeInclusive<f64>,
+    ) {
+        for (id, value) in values {
+            let name = pointer_token(&id.0);
+            if !named.contains(id) {
+                self.fail(format_args!("goal/{member}/{name}"), NOT_NAMED);
+            }
+            self.within(format_args!("goal/{member}/{name}"), *value, range.clone());
+        }
+    }
+
+    pub(super) fn schedule(&mut self, schedule: &Schedule) {
+        let field = "previous_plan/schedule";
+        for (i, visit) in schedule.visits.iter().enumerate() {
+            let values = [visit.arrive_s, visit.leave_s, visit.cost_before, visit.cost_after];
+            self.numbers(&format!("{field}/visits/{i}"), &VISIT, values);
+        }
+        for (i, vehicle) in schedule.costs.iter().enumerate() {
+            self.numbers(&format!("{field}/costs/{i}"), &SERVED_VEHICLE, [vehicle.cost]);
+            if let Some(served_by) = vehicle.served_by_s {
+                self.within(format_args!("{field}/costs/{i}/served_by_s"), served_by, TIME);
+            }
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! From the schedule that was chosen to what an answer says of it, and to whom the goal follows.
+
+use crate::{
+    facts::{
+        auv::VehicleId,
+        ranges::VISITS_MAX,
+        schedule::{Alternative, LeftOut, Schedule, Visit},
+        visit::Visits,
+    },
+    predict::{forecast::AuvForecast, goal::Turn},
+    snapshot::build::Snapshot,
+    visit::{
+        fleet::Fleet,
+        memory::Vehicle,
+        search::{Found, Present},
+        sentence::sentence,
+        state::Stay,
+    },
+};
+
+/// A schedule, and whom the goal follows by it.
+#[derive(Clone, Debug)]
+pub(crate) struct Scheduled {
+    pub(crate) schedule: Schedule,
+    /// In order of time, at least one.
+    pub(crate) turns: Vec<Turn>,
+}
+
+/// What an answer is made of.
+pub(crate) struct Answer<'a> {
+    pub(crate) snapshot: &'a Snapshot,
+    pub(crate) visits: &'a Visits,
+    pub(crate) fleet: &'a Fleet,
+    /// Names of the candidates.
+    pub(crate) ids: &'a [&'a VehicleId],
+    pub(crate) vehicles: Vec<Vehicle>,
+    pub(crate) present: Option<Present>,
+}
+
+impl Answer<'_> {
+    /// The answer with the one of `found` that was `chosen`, `before` being the candidate of the schedule before.
+    pub(crate) fn of(
+        self,
+        found: &[(usize, Found)],
+        chosen: Option<usize>,
+        before: Option<usize>,
+        forecasts: &[AuvForecast],
+    ) -> Scheduled {
+        let best = chosen.map(|chosen| &found[chosen].1);
+        let stays = best.map_or(&[][..], |best| &best.stays);
+        let cost = best.map_or(0.0, |best| best.cost);
+        let bound = if best.is_some() {
+            self.fleet.bound(&self.fleet.start()).min(cost)
+        } else {
+            0.0
+        };
+        let alternatives = self.alternatives(found, chosen);
+        let mut schedule = Schedule {
+            unit: self.visits.cost.unit(),
+            visits: stays
+                .iter()
+                .take(VISITS_MAX)
+                .map(|stay| self.visit(stay))
+                .collect(),
+            cost,
+            bound,
+            gap: if cost > 0.0 { 1.0 - bound / cost } else { 0.0 },
+            exact: found.iter().all(|(_, found)| found.exact),
+            alternatives,
+            deadlines_missed: self.late(best.map_or(0, |best| best.missed)),
+            sentence: String::new(),
+            kept: before.is_some() && before == stays.first().map(|stay| stay.candidate),
+            costs: Vec::new(),
+        };
+        let turns = self.turns(stays, forecasts);
+        schedule.costs = self.vehicles.into_iter().map(|vehicle| vehicle.served).collect();
+        schedule.sentence = sentence(&schedule, &self.visits.cost, self.snapshot.t_s);
+        Scheduled { schedule, turns }
+    }
+
+    fn visit(&self, stay: &Stay) -> Visit {
+        let now = self.snapshot.t_s;
+        // One that is on began when it did.
+        let begun = self
+            .present
+            .filter(|present| stay.arrive <= 0.0 && present.candidate == stay.candidate);
+        Visit {
+            auv: self.ids[stay.candidate].clone(),
+            arrive_s: now + begun.map_or(stay.arrive, |present| present.since),
+            leave_s: now + stay.leave,
+            cost_before: stay.cost_before,
+            cost_after: stay.cost_after,
+        }
+    }
+
+    /// Who is not served by a deadline within the horizon.
+    fn late(&self, missed: u32) -> Vec<VehicleId> {
+        let late = |vehicle: &&Vehicle| {
+            if vehicle.served.left_out.is_some() {
+                return vehicle
+                    .deadline
+                    .is_some_and(|deadline| deadline < self.fleet.horizon);
+            }
+            let mut candidates = self.fleet.candidates.iter();
+            let place = candidates.position(|candidate| candidate.auv == vehicle.auv);
+            place.is_some_and(|place| missed & (1 << place) != 0)
+        };
+        let vehicles = self.vehicles.iter().filter(late);
+        vehicles.map(|vehicle| vehicle.served.auv.clone()).collect()
+    }
+
+    /// All but the chosen one, the cheapest first, a missed deadline being dearer than any cost.
+    fn alternatives(&self, found: &[(usize, Found)], chosen: Option<usize>) -> Vec<Alternative> {
+        let others = found.iter().enumerate();
+        let mut others: Vec<_> = others
+            .filter(|(place, _)| Some(*place) != chosen)
+            .map(|(_, other)| other)
+            .collect();
+        others.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
+        let alternative = |(first, found): &(usize, Found)| Alternative {
+            next: self.ids[*first].clone(),
+            cost: found.cost,
+            deadlines_missed: found.missed.count_ones() as usize,
+        };
+        others.into_iter().map(alternative).collect()
+    }
+
+    /// Whom the goal follows: the AUV of the first visit, for the whole horizon. A program that sees the next goal sets off before the visit
+    /// is over, or stays between both where visits are short, and serves neither. Without a visit, the nearest that was heard.
+    fn turns(&self, stays: &[Stay], forecasts: &[AuvForecast]) -> Vec<Turn> {
+        let first = stays.first().map(|stay| Turn {
+            until: stay.leave,
+            auv: self.fleet.candidates[stay.candidate].auv,
+        });
+        let mut turns: Vec<_> = first.into_iter().collect();
+        if turns.is_empty() {
+            let here = self.snapshot.asc.position();
+            let key = |vehicle: &Vehicle| {
+                let distance = (forecasts[vehicle.auv].at(0.0).position - here).norm();
+                (vehicle.served.left_out == Some(LeftOut::Silent), distance)
+            };
+            let nearest = self.vehicles.iter().min_by(|a, b| {
+                let (a, b) = (key(a), key(b));
+                a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+            });
+            turns.extend(nearest.map(|vehicle| Turn {
+                until: f64::INFINITY,
+                auv: vehicle.auv,
+            }));
+        }
+        turns
+    }
+}

@@ -1,0 +1,287 @@
+//! The earliest time at which the craft can be near an AUV that moves.
+
+use nalgebra::Vector2;
+
+use crate::{
+    facts::angle::{angle_of, wrap},
+    predict::{forecast::AuvForecast, motion::Motion},
+};
+
+/// Intervals in which a track is sampled: at two hours they are 40 s long, in which an AUV goes a few lengths of a craft.
+const SAMPLES: usize = 180;
+
+/// How far from the place where it counts as near the craft may be when it is said to have arrived, as time, s.
+const ARRIVED: f64 = 1e-3;
+
+/// Most steps towards an arrival. An AUV that is caught up with so slowly counts as out of reach.
+const STEPS_MAX: usize = 200;
+
+/// Where an AUV will be, sampled. Positions are relative to the craft now, (ahead, starboard), m.
+#[derive(Clone, Debug)]
+pub(crate) struct Track {
+    /// Length of the intervals, s.
+    step: f64,
+    positions: Vec<Vector2<f64>>,
+    depths: Vec<f64>,
+    /// The fastest that it moves through the water, m/s.
+    fastest: f64,
+}
+
+impl Track {
+    /// The forecast of an AUV until `horizon`, s, its motions seen by the craft through `frame`, in `current`, of that frame, m/s.
+    pub(crate) fn new(
+        forecast: &AuvForecast,
+        horizon: f64,
+        current: &Vector2<f64>,
+        frame: impl Fn(&Motion) -> Vector2<f64>,
+    ) -> Self {
+        #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
+        let step = horizon / SAMPLES as f64;
+        #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
+        let times = || (0..=SAMPLES).map(|i| i as f64 * step);
+        let positions: Vec<_> = times().map(|time| frame(&forecast.at(time))).collect();
+        let velocities = positions.windows(2).map(|pair| (pair[1] - pair[0]) / step);
+        let fastest = velocities.map(|velocity| (velocity - current).norm());
+        Self {
+            step,
+            fastest: fastest.fold(0.0, f64::max),
+            depths: times().map(|time| forecast.depth_at(time).max(0.0)).collect(),
+            positions,
+        }
+    }
+
+    /// Position at a time within the horizon, s after now: linear between samples.
+    pub(crate) fn at(&self, time: f64) -> Vector2<f64> {
+        let (before, share) = self.place(time);
+        let from = self.positions[before];
+        from + (self.positions[before + 1] - from) * share
+    }
+
+    /// Depth at that time, m.
+    pub(crate) fn depth_at(&self, time: f64) -> f64 {
+        let (before, share) = self.place(time);
+        let from = self.depths[before];
+        from + (self.depths[before + 1] - from) * share
+    }
+
+    /// Least depth, m.
+    pub(crate) fn shallowest(&self) -> f64 {
+        self.depths.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        clippy::cast_precision_loss,
+        reason = "clamped to the samples"
+    )]
+    fn place(&self, time: f64) -> (usize, f64) {
+        let along = (time / self.step).max(0.0);
+        let before = (along as usize).min(self.positions.len() - 2);
+        (before, (along - before as f64).min(1.0))
+    }
+}
+
+/// How the craft goes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Craft {
+    /// Largest speed through the water, m/s.
+    pub(crate) speed: f64,
+    /// Rate of turn, rad/s.
+    pub(crate) turn_rate: f64,
+    /// Current, of the craft's frame now, m/s.
+    pub(crate) current: Vector2<f64>,
+}
+
+/// The craft when it sets off.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Departure {
+    /// s after now.
+    pub(crate) time: f64,
+    pub(crate) position: Vector2<f64>,
+    /// rad, of the craft's frame now.
+    pub(crate) heading: f64,
+}
+
+/// The craft when it is near.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Arrival {
+    /// s after now.
+    pub(crate) time: f64,
+    /// rad, of the craft's frame now.
+    pub(crate) heading: f64,
+}
+
+impl Craft {
+    /// The earliest time until `end`, s after now, at which the craft can be within `within` of the AUV, if it need not turn.
+    ///
+    /// ```text
+    /// f(t) = ‖p(t) − p₀ − v_c (t − t₀)‖ − within − u max(0, t − t₀ − τ) ≤ 0
+    /// ```
+    /// with τ the time that it turns. f changes no faster than u and the AUV's speed through the water together: a step of f over
+    /// that passes no root, and they shorten to the first one.
+    pub(crate) fn reach(&self, track: &Track, from: &Departure, within: f64, end: f64) -> Option<f64> {
+        self.reach_after(track, from, (from.time, 0.0), within, end)
+    }
+
+    /// The same for a craft that must turn first, at its full rate on the spot, to where it meets the AUV.
+    pub(crate) fn arrive(&self, track: &Track, from: &Departure, within: f64, end: f64) -> Option<Arrival> {
+        let direct = self.reach(track, from, within, end)?;
+        let bearing = |time: f64| angle_of(&self.way(track, from, time));
+        if direct <= from.time {
+            return Some(Arrival {
+                time: from.time,
+                heading: from.heading,
+            });
+        }
+        let turning = wrap(bearing(direct) - from.heading).abs() / self.turn_rate;
+        let time = self.reach_after(track, from, (direct, turning), within, end)?;
+        let heading = bearing(time);
+        Some(Arrival { time, heading })
+    }
+
+    /// What the craft must go through the water to be where the AUV is at `time`, m.
+    fn way(&self, track: &Track, from: &Departure, time: f64) -> Vector2<f64> {
+        track.at(time) - from.position - self.current * (time - from.time)
+    }
+
+    /// The earliest time from `start` on, at which there is no root before, for a craft that turns for `turning` seconds.
+    fn reach_after(
+        &self,
+        track: &Track,
+        from: &Departure,
+        (start, turning): (f64, f64),
+        within: f64,
+        end: f64,
+    ) -> Option<f64> {
+        let closing = self.speed + track.fastest;
+        let mut time = start;
+        for _ in 0..STEPS_MAX {
+            if end < time {
+                return None;
+            }
+            let sailed = self.speed * (time - from.time - turning).max(0.0);
+            let missing = self.way(track, from, time).norm() - within - sailed;
+            if missing <= self.speed * ARRIVED {
+                return Some(time);
+            }
+            time += missing / closing;
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::facts::{
+        angle::{Course, direction},
+        evidence::AuvState,
+        options::Forecast,
+    };
+
+    const HORIZON: f64 = 1800.0;
+    const WITHIN: f64 = 20.0;
+
+    fn forecast(north: f64, east: f64, course: f64, speed: f64, turn_rate: f64) -> AuvForecast {
+        let state = AuvState {
+            turn_rate_radps: turn_rate,
+            ..AuvState::new(Vector2::new(north, east), 8.0, Course::new(course), speed)
+        };
+        AuvForecast::new(
+            &state,
+            crate::predict::forecast::Intent::default(),
+            Forecast::ConstantTurn,
+            &Vector2::zeros(),
+        )
+    }
+
+    fn craft(current: Vector2<f64>) -> Craft {
+        Craft {
+            speed: 1.5,
+            turn_rate: 0.17,
+            current,
+        }
+    }
+
+    const HERE: Departure = Departure {
+        time: 0.0,
+        position: Vector2::new(0.0, 0.0),
+        heading: 0.0,
+    };
+
+    /// The earliest of times 0.05 s apart at which some heading, held after a turn on the spot, is near enough.
+    fn scanned(craft: &Craft, auv: &AuvForecast, turns: bool) -> Option<f64> {
+        let near = |time: f64| {
+            let way = auv.at(time).position - craft.current * time;
+            let turning = if turns {
+                angle_of(&way).abs() / craft.turn_rate
+            } else {
+                0.0
+            };
+            way.norm() - WITHIN <= craft.speed * (time - turning).max(0.0)
+        };
+        (0..=36_000).map(|i| 0.05 * f64::from(i)).find(|time| near(*time))
+    }
+
+    #[test]
+    fn the_earliest_arrival_is_that_of_a_dense_scan_in_any_current() {
+        let mut reached = 0;
+        for current in [(0.0, 0.0), (0.3, -0.4), (-0.5, 0.1), (0.0, 1.2)] {
+            let current = Vector2::new(current.0, current.1);
+            for k in 0..24 {
+                let angle = 0.26 * f64::from(k) + 0.3 * current.x;
+                let place = direction(angle) * (15.0 + 60.0 * f64::from(k));
+                let auv = forecast(place.x, place.y, 2.0 - angle, 0.1 * f64::from(k % 7), 0.0);
+                let track = Track::new(&auv, HORIZON, &current, |motion| motion.position);
+                let craft = craft(current);
+                let found = craft.reach(&track, &HERE, WITHIN, HORIZON);
+                let expected = scanned(&craft, &auv, false);
+                assert_eq!(found.is_some(), expected.is_some(), "{current} {k}");
+                let turned = craft.arrive(&track, &HERE, WITHIN, HORIZON);
+                if let (Some(found), Some(expected)) = (found, expected) {
+                    assert!((found - expected).abs() < 0.06, "{found}, expected {expected}");
+                    reached += 1;
+                }
+                if let (Some(turned), Some(expected)) = (turned, scanned(&craft, &auv, true)) {
+                    // The scan turns to where it meets the AUV; the first guess of that is half a turn's motion off.
+                    assert!(
+                        (turned.time - expected).abs() < 2.0,
+                        "{turned:?}, expected {expected}"
+                    );
+                }
+            }
+        }
+        assert!(60 < reached, "{reached} of 96 were reached");
+    }
+
+    #[test]
+    fn a_vehicle_that_turns_is_met_as_if_its_track_were_not_sampled() {
+        for turn_rate in [-0.02, 0.004, 0.01] {
+            let auv = forecast(400.0, -250.0, 1.0, 0.4, turn_rate);
+            let track = Track::new(&auv, HORIZON, &Vector2::zeros(), |motion| motion.position);
+            let found = craft(Vector2::zeros())
+                .reach(&track, &HERE, WITHIN, HORIZON)
+                .expect("is met");
+            let expected = scanned(&craft(Vector2::zeros()), &auv, false).expect("is met");
+            // 10 s at 0.4 m/s along a circle of 20 m: the chord is 0.1 m inside.
+            assert!((found - expected).abs() < 0.15, "{found}, expected {expected}");
+        }
+    }
+
+    #[test]
+    fn nobody_who_flees_faster_is_reached_and_who_is_near_is_reached_now() {
+        let craft = craft(Vector2::zeros());
+        let of = |auv: &AuvForecast| {
+            let track = Track::new(auv, HORIZON, &Vector2::zeros(), |motion| motion.position);
+            craft
+                .arrive(&track, &HERE, WITHIN, HORIZON)
+                .map(|arrival| arrival.time)
+        };
+        assert_eq!(of(&forecast(300.0, 0.0, 0.0, 1.6, 0.0)), None);
+        assert_eq!(of(&forecast(12.0, -9.0, 0.0, 1.6, 0.0)), Some(0.0));
+        // Astern, at rest: half a turn at 0.17 rad/s, then 280 m at 1.5 m/s.
+        let astern = of(&forecast(-300.0, 0.0, 0.0, 0.0, 0.0)).expect("is reached");
+        assert!((astern - (std::f64::consts::PI / 0.17 + 280.0 / 1.5)).abs() < 0.01);
+    }
+}

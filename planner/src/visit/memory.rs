@@ -1,0 +1,146 @@
+//! What the schedule before says: costs that are carried on, deadlines that are met, the visit that is on.
+
+use std::collections::BTreeSet;
+
+use crate::{
+    facts::{
+        auv::VehicleId,
+        schedule::{LeftOut, Schedule, ServedVehicle, Visit},
+        visit::Visits,
+    },
+    predict::forecast::AuvForecast,
+    snapshot::build::Snapshot,
+    visit::{fleet::Fleet, search::Present},
+};
+
+/// An AUV that the goal depends on.
+pub(crate) struct Vehicle {
+    /// Its place among the snapshot's AUVs.
+    pub(crate) auv: usize,
+    pub(crate) served: ServedVehicle,
+    /// A deadline that is not met yet, s after now.
+    pub(crate) deadline: Option<f64>,
+}
+
+/// What the schedule before says.
+pub(crate) struct Memory<'a> {
+    now: f64,
+    /// Time since it was made, s, and the schedule.
+    before: Option<(f64, &'a Schedule)>,
+}
+
+impl<'a> Memory<'a> {
+    /// Of a schedule for another kind of cost, nothing is remembered.
+    pub(crate) fn of(snapshot: &'a Snapshot, visits: &Visits) -> Self {
+        let previous = snapshot.previous_plan.as_ref();
+        let before = previous.and_then(|plan| Some((plan.made_at()?, plan.schedule.as_ref()?)));
+        let same = before.filter(|(_, schedule)| schedule.unit == visits.cost.unit());
+        Self {
+            now: snapshot.t_s,
+            before: same.map(|(then, schedule)| ((snapshot.t_s - then).max(0.0), schedule)),
+        }
+    }
+
+    /// All that the goal depends on, in its order, their costs carried on until now. An AUV that the craft is near now counts as
+    /// served since the schedule before.
+    pub(crate) fn vehicles(
+        &self,
+        snapshot: &Snapshot,
+        visits: &Visits,
+        forecasts: &[AuvForecast],
+        report_age_max: f64,
+    ) -> Vec<Vehicle> {
+        let law = &visits.cost;
+        let vehicle = |id: &VehicleId| {
+            let auv = snapshot.auvs.iter().position(|auv| auv.id == *id);
+            let auv = auv.expect("a snapshot's goal names only vehicles that are in it");
+            let (forecast, age) = (&forecasts[auv], snapshot.estimates()[auv].state.age_s);
+            let silent = report_age_max < age;
+            let distance = (forecast.at(0.0).position - snapshot.asc.position()).norm();
+            let depth = forecast.depth_at(0.0).max(0.0);
+            let near = !silent && distance <= visits.within_m && law.reaches(depth);
+            let known = self.known(id);
+            let carried = known.map_or_else(
+                || law.fresh(),
+                |(elapsed, known)| {
+                    let later = if near {
+                        law.served(known.cost, elapsed, depth.hypot(distance))
+                    } else {
+                        law.unserved(known.cost, elapsed)
+                    };
+                    later.cost
+                },
+            );
+            let asked = visits.serve_by_s.get(id).copied();
+            let met = known.and_then(|(_, known)| known.served_by_s);
+            let met = asked.filter(|asked| near || met == Some(*asked));
+            let left_out = if silent {
+                Some(LeftOut::Silent)
+            } else {
+                (!can_be_served(visits, forecast)).then_some(LeftOut::TooDeep)
+            };
+            Vehicle {
+                auv,
+                deadline: asked.filter(|_| met.is_none()).map(|asked| asked - self.now),
+                served: ServedVehicle {
+                    auv: id.clone(),
+                    cost: visits.costs_now.get(id).copied().unwrap_or(carried),
+                    served_by_s: met,
+                    left_out,
+                },
+            }
+        };
+        snapshot.goal.goal.vehicles().map(vehicle).collect()
+    }
+
+    fn known(&self, id: &VehicleId) -> Option<(f64, &'a ServedVehicle)> {
+        let (elapsed, schedule) = self.before?;
+        let known = schedule.costs.iter().find(|known| known.auv == *id)?;
+        Some((elapsed, known))
+    }
+
+    /// The visit that is on, or else the next one.
+    fn next(&self) -> Option<&'a Visit> {
+        let (_, schedule) = self.before?;
+        schedule.visits.iter().find(|visit| self.now < visit.leave_s)
+    }
+
+    /// The AUV of [`Memory::next`], if the same AUVs can be visited as then: else everything is scheduled anew.
+    pub(crate) fn next_if_still_so(&self, vehicles: &[Vehicle]) -> Option<&'a VehicleId> {
+        let (_, schedule) = self.before?;
+        let then = schedule.costs.iter();
+        let then: BTreeSet<_> = then
+            .filter(|known| known.left_out.is_none())
+            .map(|known| &known.auv)
+            .collect();
+        let now = vehicles
+            .iter()
+            .filter(|vehicle| vehicle.served.left_out.is_none());
+        let now: BTreeSet<_> = now.map(|vehicle| &vehicle.served.auv).collect();
+        self.next().filter(|_| then == now).map(|visit| &visit.auv)
+    }
+
+    /// The visit that is on, or that begins now because the craft is there.
+    pub(crate) fn present(&self, fleet: &Fleet, ids: &[&VehicleId]) -> Option<Present> {
+        let visit = self.next()?;
+        let candidate = ids.iter().position(|id| **id == visit.auv)?;
+        let near = fleet.candidates[candidate].track.at(0.0).norm() <= fleet.within;
+        near.then_some(Present {
+            candidate,
+            since: (visit.arrive_s - self.now).min(0.0),
+            leave: visit.leave_s - self.now,
+        })
+    }
+}
+
+/// Whether an AUV is ever shallow enough to be served, in the next half hour.
+fn can_be_served(visits: &Visits, forecast: &AuvForecast) -> bool {
+    let times = (0..=SAMPLES_OF_DEPTH).map(|i| f64::from(i) * DEPTH_SAMPLED_EVERY);
+    times
+        .map(|time| forecast.depth_at(time).max(0.0))
+        .any(|depth| visits.cost.reaches(depth))
+}
+
+/// Samples of half an hour, and the time between them, s: a fraction of the period of a sawtooth.
+const SAMPLES_OF_DEPTH: u8 = 90;
+const DEPTH_SAMPLED_EVERY: f64 = 20.0;

@@ -1,0 +1,121 @@
+//! The schedule that answers: the best of those that begin with each AUV, unless the one before is about as good.
+
+use crate::{
+    facts::{auv::VehicleId, goal::Goal, schedule::LeftOut, visit::Visits},
+    predict::forecast::AuvForecast,
+    snapshot::build::Snapshot,
+    visit::{
+        answer::{Answer, Scheduled},
+        fleet::{Fleet, Member, SchedulingParameters},
+        memory::{Memory, Vehicle},
+        search::{Found, Present, TIE},
+    },
+};
+
+/// What a schedule needs to know beside the snapshot.
+#[derive(Clone, Copy)]
+pub(crate) struct Scheduler<'a> {
+    pub(crate) parameters: &'a SchedulingParameters,
+    /// Largest speed through the water that is planned, m/s, and rate of turn, rad/s.
+    pub(crate) speed: f64,
+    pub(crate) turn_rate: f64,
+    /// Oldest report of an AUV that is visited, s.
+    pub(crate) report_age_max: f64,
+    /// Whether it is time to stop.
+    pub(crate) due: &'a dyn Fn() -> bool,
+}
+
+impl Scheduler<'_> {
+    /// The schedule of `snapshot`; none if its goal does not visit. `forecasts` are those of all its AUVs.
+    pub(crate) fn schedule(&self, snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Option<Scheduled> {
+        let Goal::Visit(visits) = &snapshot.goal.goal else {
+            return None;
+        };
+        let memory = Memory::of(snapshot, visits);
+        let mut vehicles = memory.vehicles(snapshot, visits, forecasts, self.report_age_max);
+        let fleet = self.fleet(snapshot, visits, &vehicles, forecasts);
+        for vehicle in &mut vehicles {
+            if fleet.out_of_reach.contains(&vehicle.auv) {
+                vehicle.served.left_out = Some(LeftOut::OutOfReach);
+            }
+        }
+        let ids: Vec<&VehicleId> = fleet
+            .candidates
+            .iter()
+            .map(|candidate| &snapshot.auvs[candidate.auv].id)
+            .collect();
+        let present = memory.present(&fleet, &ids);
+        let found = self.of_each_first(&fleet, &ids, present, visits.next.as_ref());
+        let before = memory.next_if_still_so(&vehicles);
+        let before = before.and_then(|id| ids.iter().position(|known| *known == id));
+        let chosen = chosen(&found, before, self.parameters.keep_margin);
+        Some(
+            Answer {
+                snapshot,
+                visits,
+                fleet: &fleet,
+                ids: &ids,
+                vehicles,
+                present,
+            }
+            .of(&found, chosen, before, forecasts),
+        )
+    }
+
+    fn fleet(
+        &self,
+        snapshot: &Snapshot,
+        visits: &Visits,
+        vehicles: &[Vehicle],
+        forecasts: &[AuvForecast],
+    ) -> Fleet {
+        let visited = vehicles
+            .iter()
+            .filter(|vehicle| vehicle.served.left_out.is_none());
+        let members: Vec<_> = visited
+            .map(|vehicle| Member {
+                auv: vehicle.auv,
+                weight: visits.weight(&vehicle.served.auv),
+                cost: vehicle.served.cost,
+                deadline: vehicle.deadline,
+            })
+            .collect();
+        let craft = (self.speed, self.turn_rate);
+        Fleet::new(snapshot, visits, &members, forecasts, craft, self.parameters)
+    }
+
+    /// The best schedule that begins with each candidate that may be first.
+    fn of_each_first(
+        &self,
+        fleet: &Fleet,
+        ids: &[&VehicleId],
+        present: Option<Present>,
+        pinned: Option<&VehicleId>,
+    ) -> Vec<(usize, Found)> {
+        let pinned = pinned.and_then(|pinned| ids.iter().position(|id| *id == pinned));
+        // No visit is cut short.
+        let begun = present.filter(|present| 0.0 < present.since + fleet.dwell_min);
+        let only = pinned.or(begun.map(|present| present.candidate));
+        let firsts = (0..ids.len()).filter(|first| only.is_none_or(|only| only == *first));
+        let best = |first| {
+            let found = fleet.best_first(first, present, self.parameters.visits_tried, self.due);
+            found.map(|found| (first, found))
+        };
+        firsts.filter_map(best).collect()
+    }
+}
+
+/// The place in `found` of the schedule that answers: the best, unless the one that begins as `before` is about as good.
+fn chosen(found: &[(usize, Found)], before: Option<usize>, keep_margin: f64) -> Option<usize> {
+    let value = |place: usize| found[place].1.value;
+    let best = (0..found.len()).reduce(|best, next| {
+        if value(next) < value(best) - TIE * value(best).abs() {
+            next
+        } else {
+            best
+        }
+    })?;
+    let kept = found.iter().position(|(first, _)| Some(*first) == before);
+    kept.filter(|kept| value(*kept) <= value(best) * (1.0 + keep_margin))
+        .or(Some(best))
+}

@@ -1,0 +1,310 @@
+//! The search over sequences of visits.
+//!
+//! Tours by the clock come first: no schedule is worse than they are. Then visits are tried in order of time, slot by slot. What cannot
+//! become better than the best schedule known is left out (branch and bound, of few AUVs); of what remains in a slot, the most promising go on (beam). While none is left out for that, the result is the best
+//! of all sequences. The work is bounded by counts, never by a clock, so that equal problems have equal results.
+
+use smallvec::SmallVec;
+
+use crate::visit::{
+    cost::Dwells,
+    fleet::Fleet,
+    state::{State, Stay},
+};
+
+/// Slots of time in which schedules are compared with each other.
+const SLOTS: usize = 60;
+
+/// Most candidates with which bounds are worth their time: each costs an arrival for every candidate.
+const BOUNDED_MAX: usize = 4;
+
+/// Most candidates of which all orders of a tour are tried: 24 that begin with one of five.
+const ALL_TOURS_MAX: usize = 5;
+
+/// Times of service that a tour is tried with, as multiples of the least one: from half a minute to four minutes by default.
+const TOUR_DWELLS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+
+/// Relative differences of cost that are none: what sums in another order leave.
+pub(crate) const TIE: f64 = 1e-9;
+
+/// The craft with an AUV already, in the visit of the schedule before.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Present {
+    pub(crate) candidate: usize,
+    /// When that visit began, s after now, not positive.
+    pub(crate) since: f64,
+    /// When it was to end.
+    pub(crate) leave: f64,
+}
+
+/// A schedule that was found.
+#[derive(Clone, Debug)]
+pub(crate) struct Found {
+    pub(crate) stays: Vec<Stay>,
+    /// What it costs, missed deadlines apart, and with them.
+    pub(crate) cost: f64,
+    pub(crate) value: f64,
+    /// The candidates whose deadlines it misses, as bits.
+    pub(crate) missed: u32,
+    /// Whether no sequence of these visits is better.
+    pub(crate) exact: bool,
+}
+
+/// A sequence of visits so far, as its last one.
+#[derive(Clone, Copy)]
+struct Node {
+    before: Option<usize>,
+    stay: Stay,
+    state: State,
+}
+
+/// The search for the best schedule that begins with one candidate.
+struct Search<'a> {
+    fleet: &'a Fleet,
+    nodes: Vec<Node>,
+    /// Nodes by the slot in which they leave.
+    slots: Vec<Vec<usize>>,
+    /// The best complete schedule: its last node, its state at the end, and its value.
+    best: Option<(usize, State, f64)>,
+    exact: bool,
+}
+
+impl Fleet {
+    /// The best schedule whose first visit is to `first`; none if the craft cannot reach it.
+    pub(crate) fn best_first(
+        &self,
+        first: usize,
+        present: Option<Present>,
+        tried_max: usize,
+        due: &dyn Fn() -> bool,
+    ) -> Option<Found> {
+        let n = self.candidates.len();
+        let children = (n - 1).max(1) * 2;
+        let width = (tried_max / (n * SLOTS * children)).max(2);
+        let present = present.filter(|present| present.candidate == first);
+        let mut search = Search {
+            fleet: self,
+            nodes: Vec::new(),
+            slots: vec![Vec::new(); SLOTS],
+            best: None,
+            exact: true,
+        };
+        for order in self.tours(first) {
+            for dwell in TOUR_DWELLS {
+                search.sail(&order, dwell * self.dwell_min, present);
+            }
+        }
+        search.visit(None, &self.start(), first, present);
+        search.go_on(width, due);
+        search.found()
+    }
+
+    /// Orders in which all candidates may be visited again and again, beginning with `first`: all there are of few, of many the one
+    /// that goes to the nearest each time.
+    fn tours(&self, first: usize) -> Vec<Vec<usize>> {
+        let others: Vec<_> = (0..self.candidates.len())
+            .filter(|other| *other != first)
+            .collect();
+        if self.candidates.len() <= ALL_TOURS_MAX {
+            let mut tours = vec![vec![first]];
+            for other in &others {
+                let places = |tour: &Vec<usize>| 1..=tour.len();
+                let with =
+                    |tour: &Vec<usize>, place: usize| [&tour[..place], &[*other], &tour[place..]].concat();
+                tours = tours
+                    .iter()
+                    .flat_map(|tour| places(tour).map(|place| with(tour, place)).collect::<Vec<_>>())
+                    .collect();
+            }
+            return tours;
+        }
+        let (mut tour, mut left) = (vec![first], others);
+        while !left.is_empty() {
+            let from = self.candidates[tour[tour.len() - 1]].track.at(0.0);
+            let distance = |to: &usize| (self.candidates[*to].track.at(0.0) - from).norm();
+            let nearest = (0..left.len()).min_by(|a, b| distance(&left[*a]).total_cmp(&distance(&left[*b])));
+            tour.push(left.remove(nearest.unwrap_or(0)));
+        }
+        vec![tour]
+    }
+}
+
+impl Search<'_> {
+    /// Goes on from all nodes, with at most `width` sequences from each slot.
+    fn go_on(&mut self, width: usize, due: &dyn Fn() -> bool) {
+        for slot in 0..SLOTS {
+            // Visits that begin and end in the last slot follow each other there.
+            while !self.slots[slot].is_empty() {
+                if due() {
+                    self.exact = false;
+                    return;
+                }
+                for node in self.promising(slot, width) {
+                    let Node { before, stay, state } = self.nodes[node];
+                    if !self.bounded() {
+                        self.complete(before, &stay, &state);
+                    }
+                    for to in (0..self.fleet.candidates.len()).filter(|to| state.with != Some(*to)) {
+                        self.visit(Some(node), &state, to, None);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Visits in `order` again and again, each for `dwell` seconds: what a schedule by the clock does.
+    fn sail(&mut self, order: &[usize], dwell: f64, mut present: Option<Present>) {
+        let (mut before, mut state) = (None, self.fleet.start());
+        for to in order.iter().cycle() {
+            let Some((arrive, there)) = self.arrival(&state, *to) else {
+                break;
+            };
+            let leave = present
+                .take()
+                .map_or(arrive + dwell, |present| present.leave.max(arrive));
+            let node = self.node(before, *to, arrive, (&there, leave));
+            (before, state) = (Some(self.nodes.len()), node.state);
+            self.nodes.push(node);
+            if self.fleet.horizon <= state.time || order.len() < 2 {
+                break;
+            }
+        }
+        if let Some(last) = before {
+            let Node { before, stay, state } = self.nodes[last];
+            self.complete(before, &stay, &state);
+        }
+    }
+
+    /// Adds every visit to `to` after `state`.
+    fn visit(&mut self, before: Option<usize>, state: &State, to: usize, present: Option<Present>) {
+        let horizon = self.fleet.horizon;
+        let Some((arrive, there)) = self.arrival(state, to) else {
+            return;
+        };
+        let dwells = self.dwells(&there, to);
+        let mut leaves: SmallVec<[f64; 6]> = dwells.iter().map(|dwell| arrive + dwell).collect();
+        if let Some(present) = present {
+            // A visit that has begun: its rest.
+            let rests = [present.since + self.fleet.dwell_min, present.leave];
+            leaves.extend(rests.into_iter().filter(|leave| arrive < *leave));
+        }
+        let earliest = before.map_or(0, |before| self.slot(self.nodes[before].state.time) + 1);
+        for leave in leaves {
+            let node = self.node(before, to, arrive, (&there, leave));
+            if self.bounded() || horizon <= leave {
+                self.complete(before, &node.stay, &node.state);
+            }
+            if leave < horizon {
+                let slot = self.slot(leave).max(earliest).min(SLOTS - 1);
+                self.slots[slot].push(self.nodes.len());
+                self.nodes.push(node);
+            }
+        }
+    }
+
+    /// The earliest arrival at `to`, s after now, and all costs then.
+    fn arrival(&self, state: &State, to: usize) -> Option<(f64, State)> {
+        let fleet = self.fleet;
+        let (track, from) = (&fleet.candidates[to].track, fleet.departure(state));
+        let arrival = fleet.craft.arrive(track, &from, fleet.within, fleet.horizon)?;
+        Some((arrival.time, fleet.travelled(state, to, arrival)))
+    }
+
+    fn dwells(&self, there: &State, to: usize) -> Dwells {
+        let range = self.fleet.candidates[to].track.depth_at(there.time);
+        self.fleet
+            .law
+            .dwells(there.costs[to], range, self.fleet.dwell_min)
+    }
+
+    /// The visit to `to` that arrives with the costs `there` and ends when it should leave, or at the end of the horizon.
+    fn node(&self, before: Option<usize>, to: usize, arrive: f64, (there, leave): (&State, f64)) -> Node {
+        let leave = leave.min(self.fleet.horizon);
+        let state = self.fleet.stayed(there, to, leave);
+        Node {
+            before,
+            stay: Stay {
+                candidate: to,
+                arrive,
+                leave,
+                cost_before: there.costs[to],
+                cost_after: state.costs[to],
+            },
+            state,
+        }
+    }
+
+    /// Whether bounds are used.
+    fn bounded(&self) -> bool {
+        self.fleet.candidates.len() <= BOUNDED_MAX
+    }
+
+    /// Compares the schedule that goes on with `stay`, at whose end all costs are `left`, until the end with the best.
+    fn complete(&mut self, before: Option<usize>, stay: &Stay, left: &State) {
+        let end = self.fleet.stayed(left, stay.candidate, self.fleet.horizon);
+        let value = self.fleet.value(&end);
+        let better = |best: &(usize, State, f64)| value < best.2 - TIE * best.2.abs();
+        if self.best.as_ref().is_none_or(better) {
+            let stay = Stay {
+                leave: self.fleet.horizon,
+                cost_after: end.costs[stay.candidate],
+                ..*stay
+            };
+            self.nodes.push(Node {
+                before,
+                stay,
+                state: end,
+            });
+            self.best = Some((self.nodes.len() - 1, end, value));
+        }
+    }
+
+    /// The nodes of a slot from which to go on.
+    fn promising(&mut self, slot: usize, width: usize) -> Vec<usize> {
+        let fleet = self.fleet;
+        let mut here = std::mem::take(&mut self.slots[slot]);
+        if let (true, Some((_, _, known))) = (self.bounded(), self.best) {
+            here.retain(|node| fleet.bound(&self.nodes[*node].state) < known);
+        }
+        if width < here.len() {
+            self.exact = false;
+            #[expect(clippy::cast_precision_loss, reason = "at most 60 slots")]
+            let end = fleet.horizon * (slot + 1) as f64 / SLOTS as f64;
+            let mut ranked: Vec<_> = here
+                .iter()
+                .map(|node| (fleet.rank(&self.nodes[*node].state, end), *node))
+                .collect();
+            ranked.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            here = ranked.into_iter().take(width).map(|(_, node)| node).collect();
+        }
+        here
+    }
+
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        clippy::cast_precision_loss,
+        reason = "a time within the horizon is in one of 60 slots"
+    )]
+    fn slot(&self, time: f64) -> usize {
+        ((time / self.fleet.horizon * SLOTS as f64) as usize).min(SLOTS - 1)
+    }
+
+    fn found(&self) -> Option<Found> {
+        let (last, end, value) = self.best?;
+        let mut stays = Vec::new();
+        let mut at = Some(last);
+        while let Some(node) = at {
+            stays.push(self.nodes[node].stay);
+            at = self.nodes[node].before;
+        }
+        stays.reverse();
+        Some(Found {
+            stays,
+            cost: self.fleet.cost(&end),
+            value,
+            missed: self.fleet.missed(&end).0,
+            exact: self.exact,
+        })
+    }
+}

@@ -1,0 +1,158 @@
+//! A schedule in words, for who has no time to read its numbers.
+
+use std::fmt::Write;
+
+use crate::facts::{
+    schedule::{CostUnit, LeftOut, Schedule},
+    visit::VisitCost,
+};
+
+/// `auv-3 next: 41 m², growing 2 m²/min; auv-1 first would cost 180 m² more`, at the time `now`, s.
+pub(crate) fn sentence(schedule: &Schedule, law: &VisitCost, now: f64) -> String {
+    let mut said = next(schedule, law, now);
+    // Writing to a string does not fail.
+    let _ = write!(said, "{}", against_the_best_alternative(schedule));
+    for vehicle in &schedule.costs {
+        let because = match vehicle.left_out {
+            Some(LeftOut::Silent) => "is not heard any more",
+            Some(LeftOut::OutOfReach) => "is out of reach",
+            Some(LeftOut::TooDeep) => "is too deep",
+            None => continue,
+        };
+        let _ = write!(said, "; {} {because}", vehicle.auv);
+    }
+    said
+}
+
+fn next(schedule: &Schedule, law: &VisitCost, now: f64) -> String {
+    let Some(first) = schedule.visits.first() else {
+        return "no vehicle can be visited".to_owned();
+    };
+    let known = schedule.costs.iter().find(|known| known.auv == first.auv);
+    let cost = known.map_or(first.cost_before, |known| known.cost);
+    let unit = unit(schedule.unit);
+    let mut said = if first.arrive_s <= now {
+        let stays = short(first.leave_s - now);
+        format!("{} now, for another {stays} s", first.auv)
+    } else {
+        format!("{} next", first.auv)
+    };
+    let growth = law.unserved(0.0, 60.0).cost;
+    let _ = match schedule.unit {
+        CostUnit::Seconds => write!(said, ": {} s since it was served", short(cost)),
+        CostUnit::SquareMetres | CostUnit::Kilobits => write!(
+            said,
+            ": {} {unit}, growing {} {unit}/min",
+            short(cost),
+            short(growth)
+        ),
+    };
+    said
+}
+
+/// What it would cost to begin otherwise.
+fn against_the_best_alternative(schedule: &Schedule) -> String {
+    let Some(other) = schedule.alternatives.first() else {
+        return String::new();
+    };
+    let missed = schedule.deadlines_missed.len();
+    if missed < other.deadlines_missed {
+        return format!("; {} first would miss a deadline", other.next);
+    }
+    let (more, unit) = (other.cost - schedule.cost, unit(schedule.unit));
+    if other.deadlines_missed < missed || more < 0.0 {
+        format!("; {} first would be better, too little to change", other.next)
+    } else {
+        format!("; {} first would cost {} {unit} more", other.next, short(more))
+    }
+}
+
+fn unit(unit: CostUnit) -> &'static str {
+    match unit {
+        CostUnit::Seconds => "s",
+        CostUnit::SquareMetres => "m²",
+        CostUnit::Kilobits => "kbit",
+    }
+}
+
+/// Two digits or more of a number.
+fn short(value: f64) -> String {
+    if value.abs() < 0.995 {
+        format!("{value:.2}")
+    } else if value.abs() < 9.95 {
+        format!("{value:.1}")
+    } else {
+        format!("{value:.0}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::facts::schedule::{Alternative, ServedVehicle, Visit};
+
+    const VARIANCE: VisitCost = VisitCost::Uncertainty {
+        growth_m2ps: 1.0 / 30.0,
+        sigma_m: 1.5,
+        sigma_rad: 0.02,
+        interval_s: 10.0,
+    };
+
+    fn schedule() -> Schedule {
+        Schedule {
+            unit: CostUnit::SquareMetres,
+            visits: vec![Visit {
+                auv: "auv-3".into(),
+                arrive_s: 130.0,
+                leave_s: 190.0,
+                cost_before: 42.0,
+                cost_after: 2.0,
+            }],
+            costs: vec![ServedVehicle {
+                auv: "auv-3".into(),
+                cost: 41.0,
+                served_by_s: None,
+                left_out: None,
+            }],
+            cost: 20.0,
+            bound: 5.0,
+            gap: 0.75,
+            exact: true,
+            alternatives: vec![Alternative {
+                next: "auv-1".into(),
+                cost: 200.0,
+                deadlines_missed: 0,
+            }],
+            deadlines_missed: Vec::new(),
+            sentence: String::new(),
+            kept: false,
+        }
+    }
+
+    #[test]
+    fn a_schedule_says_who_is_next_why_and_what_it_would_cost_to_begin_otherwise() {
+        let mut schedule = schedule();
+        let said = |schedule: &Schedule| sentence(schedule, &VARIANCE, 100.0);
+        assert_eq!(
+            said(&schedule),
+            "auv-3 next: 41 m², growing 2.0 m²/min; auv-1 first would cost 180 m² more"
+        );
+        schedule.alternatives[0].deadlines_missed = 1;
+        assert!(said(&schedule).ends_with("; auv-1 first would miss a deadline"));
+        schedule.alternatives[0] = Alternative {
+            cost: 19.5,
+            deadlines_missed: 0,
+            ..schedule.alternatives[0].clone()
+        };
+        assert!(said(&schedule).ends_with("; auv-1 first would be better, too little to change"));
+        schedule.visits[0].arrive_s = 80.0;
+        schedule.costs[0].left_out = Some(LeftOut::OutOfReach);
+        schedule.alternatives.clear();
+        assert_eq!(
+            said(&schedule),
+            "auv-3 now, for another 90 s: 41 m², growing 2.0 m²/min; auv-3 is out of reach"
+        );
+        schedule.visits.clear();
+        assert!(said(&schedule).starts_with("no vehicle can be visited"));
+    }
+}

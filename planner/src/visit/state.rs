@@ -1,0 +1,278 @@
+//! What a leg of the craft, or a stay, does to the costs of all AUVs.
+
+use nalgebra::Vector2;
+
+use crate::{
+    facts::{ranges::AUVS_MAX, visit::Reduce},
+    visit::{
+        cost::Later,
+        fleet::{Candidate, Fleet},
+        intercept::{Arrival, Departure},
+    },
+};
+
+/// What the mean of the costs counts where the largest counts first.
+const MEAN_BESIDE_MAX: f64 = 0.01;
+
+/// The costs of all candidates after some visits.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct State {
+    /// s after now.
+    pub(crate) time: f64,
+    /// The candidate that the craft is with; none where it is now.
+    pub(crate) with: Option<usize>,
+    /// Heading of the craft, rad, of its frame now.
+    heading: f64,
+    pub(crate) costs: [f64; AUVS_MAX],
+    /// Of the weighted sum of the costs, times s.
+    integral: f64,
+    /// Largest weighted cost until now, relative to the mean weight.
+    peak: f64,
+    /// Candidates with a deadline that have not been served.
+    pending: u32,
+    /// Candidates that were served after their deadline, and by how long in all, s.
+    missed: u32,
+    late: f64,
+}
+
+/// A visit, in seconds after now.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stay {
+    pub(crate) candidate: usize,
+    pub(crate) arrive: f64,
+    pub(crate) leave: f64,
+    pub(crate) cost_before: f64,
+    pub(crate) cost_after: f64,
+}
+
+impl Fleet {
+    /// Now.
+    pub(crate) fn start(&self) -> State {
+        let mut costs = [0.0; AUVS_MAX];
+        let (mut pending, mut peak) = (0, 0.0_f64);
+        for (i, candidate) in self.candidates.iter().enumerate() {
+            costs[i] = candidate.cost;
+            peak = peak.max(self.relative(candidate) * candidate.cost);
+            pending |= u32::from(candidate.deadline.is_some()) << i;
+        }
+        State {
+            time: 0.0,
+            with: None,
+            heading: 0.0,
+            costs,
+            integral: 0.0,
+            peak,
+            pending,
+            missed: 0,
+            late: 0.0,
+        }
+    }
+
+    /// The craft as it leaves where it is after `state`.
+    pub(crate) fn departure(&self, state: &State) -> Departure {
+        let with = state.with.map(|with| self.candidates[with].track.at(state.time));
+        Departure {
+            time: state.time,
+            position: with.unwrap_or_else(Vector2::zeros),
+            heading: state.heading,
+        }
+    }
+
+    /// After the leg to `to`, where the craft arrives so.
+    pub(crate) fn travelled(&self, state: &State, to: usize, arrival: Arrival) -> State {
+        let mut later = *state;
+        if state.time < arrival.time {
+            let (from, auv) = (
+                self.departure(state).position,
+                self.candidates[to].track.at(arrival.time),
+            );
+            let left = (auv - from).norm();
+            let near = auv + (from - auv) * (self.within / left.max(self.within));
+            self.pass(&mut later, arrival.time, None, (from, near));
+        }
+        later.heading = arrival.heading;
+        later
+    }
+
+    /// After a stay with `with` until `leave`, s after now.
+    pub(crate) fn stayed(&self, state: &State, with: usize, leave: f64) -> State {
+        let mut later = *state;
+        let track = &self.candidates[with].track;
+        let way = (track.at(state.time), track.at(leave));
+        self.pass(&mut later, leave, Some(with), way);
+        later.with = Some(with);
+        later
+    }
+
+    /// Until `end`, s after now, on a straight way with `with` or with nobody. Who is passed on the way is served on the way.
+    pub(crate) fn pass(
+        &self,
+        state: &mut State,
+        end: f64,
+        with: Option<usize>,
+        way: (Vector2<f64>, Vector2<f64>),
+    ) {
+        let start = state.time;
+        for (i, candidate) in self.candidates.iter().enumerate() {
+            let served = if with == Some(i) {
+                Some((start, end))
+            } else {
+                self.passed(candidate, (start, end), way)
+            };
+            let (from, until) = served.unwrap_or((end, end));
+            let relative = self.relative(candidate);
+            let take = |state: &mut State, later: Later| {
+                state.integral += candidate.share * later.integral;
+                state.peak = state.peak.max(relative * later.cost);
+                state.costs[i] = later.cost;
+            };
+            if start < from {
+                let later = self.law.unserved(state.costs[i], from - start);
+                take(state, later);
+            }
+            if from < until {
+                let range = candidate.track.depth_at(0.5 * (from + until));
+                let later = self.law.served(state.costs[i], until - from, range);
+                take(state, later);
+                self.note_service(state, i, from);
+            }
+            if from <= until && until < end {
+                let later = self.law.unserved(state.costs[i], end - until);
+                take(state, later);
+            }
+        }
+        state.time = end;
+    }
+
+    /// The time in which the craft, on `way` between these times, is near `candidate`, whose own way counts as straight.
+    fn passed(
+        &self,
+        candidate: &Candidate,
+        (start, end): (f64, f64),
+        way: (Vector2<f64>, Vector2<f64>),
+    ) -> Option<(f64, f64)> {
+        let from = candidate.track.at(start) - way.0;
+        let along = candidate.track.at(end) - way.1 - from;
+        // ‖from + share · along‖ = within
+        let (a, b) = (along.norm_squared(), from.dot(&along));
+        let c = from.norm_squared() - self.within * self.within;
+        let discriminant = b * b - a * c;
+        let (first, last) = if a > 0.0 && discriminant > 0.0 {
+            let root = discriminant.sqrt();
+            ((-b - root) / a, (-b + root) / a)
+        } else if a <= 0.0 && c <= 0.0 {
+            (0.0, 1.0)
+        } else {
+            return None;
+        };
+        let at = |share: f64| start + (end - start) * share.clamp(0.0, 1.0);
+        (at(first) < at(last)).then(|| (at(first), at(last)))
+    }
+
+    /// That the candidate is served from `time` on, s after now.
+    fn note_service(&self, state: &mut State, candidate: usize, time: f64) {
+        let bit = 1 << candidate;
+        let Some(deadline) = self.candidates[candidate].deadline else {
+            return;
+        };
+        if state.pending & bit != 0 {
+            state.pending &= !bit;
+            state.missed |= if deadline < time { bit } else { 0 };
+            state.late += (time - deadline).max(0.0);
+        }
+    }
+
+    /// The weight of a candidate relative to the mean weight.
+    pub(crate) fn relative(&self, candidate: &Candidate) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "at most 16 candidates")]
+        let n = self.candidates.len() as f64;
+        candidate.share * n
+    }
+
+    /// What a state at the end of the horizon has cost, missed deadlines apart.
+    pub(crate) fn cost(&self, state: &State) -> f64 {
+        self.reduced(state.integral, state.peak, self.sum(&state.costs), self.horizon)
+    }
+
+    /// The same with missed deadlines. Those of AUVs that were not served count as if they were at that time.
+    pub(crate) fn value(&self, state: &State) -> f64 {
+        self.cost(state) + self.penalty(state)
+    }
+
+    /// By what a state is compared with others that are about as old: its costs at `time` without visits until then, and what was
+    /// missed.
+    pub(crate) fn rank(&self, state: &State, time: f64) -> f64 {
+        let mut later = *state;
+        for (i, candidate) in self.candidates.iter().enumerate() {
+            let grown = self.law.unserved(state.costs[i], (time - state.time).max(0.0));
+            later.costs[i] = grown.cost;
+            later.integral += candidate.share * grown.integral;
+            later.peak = later.peak.max(self.relative(candidate) * grown.cost);
+        }
+        later.time = time.max(state.time);
+        let sum = self.sum(&later.costs);
+        self.reduced(later.integral, later.peak, sum, later.time) + self.penalty(&later)
+    }
+
+    fn penalty(&self, state: &State) -> f64 {
+        let (missed, late) = self.missed(state);
+        self.deadline_price * (f64::from(missed.count_ones()) + late / self.horizon)
+    }
+
+    /// The candidates whose deadlines were missed until the time of `state`, and by how long in all, s.
+    pub(crate) fn missed(&self, state: &State) -> (u32, f64) {
+        let (mut missed, mut late) = (state.missed, state.late);
+        for (i, candidate) in self.candidates.iter().enumerate() {
+            let deadline = candidate.deadline.filter(|_| state.pending & (1 << i) != 0);
+            if let Some(deadline) = deadline.filter(|deadline| *deadline < state.time) {
+                missed |= 1 << i;
+                late += state.time - deadline;
+            }
+        }
+        (missed, late)
+    }
+
+    fn reduced(&self, integral: f64, peak: f64, sum: f64, time: f64) -> f64 {
+        let mean = (integral + self.afterwards * sum) / (time + self.afterwards);
+        match self.reduce {
+            Reduce::Mean => mean,
+            Reduce::Max => peak + MEAN_BESIDE_MAX * mean,
+        }
+    }
+
+    fn sum(&self, costs: &[f64; AUVS_MAX]) -> f64 {
+        let weighted = self.candidates.iter().zip(costs);
+        weighted.map(|(candidate, cost)| candidate.share * cost).sum()
+    }
+
+    /// No schedule that goes on from `state` has a lower [`Fleet::cost`]: every candidate is served from when the craft could first
+    /// be near it, at the least range, until the end.
+    ///
+    /// All costs rise with the cost before and with the range, and are lower the earlier service begins.
+    pub(crate) fn bound(&self, state: &State) -> f64 {
+        let from = self.departure(state);
+        let (mut integral, mut peak, mut costs) = (state.integral, state.peak, state.costs);
+        for (i, candidate) in self.candidates.iter().enumerate() {
+            let reached = if state.with == Some(i) {
+                state.time
+            } else {
+                let reached = self
+                    .craft
+                    .reach(&candidate.track, &from, self.within, self.horizon);
+                reached.unwrap_or(self.horizon)
+            };
+            let before = self.law.unserved(costs[i], reached - state.time);
+            let after = self
+                .law
+                .served(before.cost, self.horizon - reached, candidate.shallowest);
+            integral += candidate.share * (before.integral + after.integral);
+            peak = peak.max(self.relative(candidate) * before.cost);
+            costs[i] = if reached < self.horizon {
+                after.cost
+            } else {
+                before.cost
+            };
+        }
+        self.reduced(integral, peak, self.sum(&costs), self.horizon)
+    }
+}

@@ -1,0 +1,704 @@
+//! Schedules of whole requests, and the search against the enumeration of all sequences.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::Vector2;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::{Value, json};
+
+use super::{
+    fleet::{Fleet, SchedulingParameters},
+    schedule::Scheduler,
+    state::State,
+};
+use crate::{
+    facts::{
+        angle::{Course, Heading, direction, ned_from_body},
+        asc::Asc,
+        auv::{Auv, VehicleId},
+        evidence::AuvState,
+        goal::{Goal, Task},
+        schedule::{CostUnit, LeftOut, Schedule, ServedVehicle},
+        visit::{Reduce, VisitCost, Visits},
+    },
+    predict::goal::forecast_all,
+    snapshot::build::Snapshot as Built,
+    snapshot::{Acoustics, PlanRequest, Snapshot},
+};
+
+const AGE_MAX: f64 = 900.0;
+const SPEED: f64 = 1.5;
+
+fn costs() -> [VisitCost; 3] {
+    let uncertainty = VisitCost::Uncertainty {
+        growth_m2ps: 0.03,
+        sigma_m: 1.5,
+        sigma_rad: 0.02,
+        interval_s: 10.0,
+    };
+    let data = VisitCost::Data {
+        growth_kbps: 0.5,
+        upload_kbps: 6.0,
+        range_max_m: 300.0,
+    };
+    [VisitCost::Age, uncertainty, data]
+}
+
+/// A request with `n` AUVs up to `far` metres away, called `auv-0` and so on, whose costs are random.
+fn random(seed: u64, n: usize, far: f64) -> PlanRequest {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let auv = |i: usize, rng: &mut ChaCha8Rng| {
+        let place = direction(rng.random_range(-PI..PI)) * rng.random_range(0.0..far);
+        let course = Course::new(rng.random_range(-PI..PI));
+        let state = AuvState::new(
+            place,
+            rng.random_range(0.0..40.0),
+            course,
+            rng.random_range(0.0..0.5),
+        );
+        Auv::new(format!("auv-{i}").as_str(), state)
+    };
+    let auvs: Vec<_> = (0..n).map(|i| auv(i, &mut rng)).collect();
+    let mut visits = Visits::new(auvs.iter().map(|auv| auv.id.clone()).collect());
+    visits.cost = costs()[rng.random_range(0..3)];
+    visits.costs_now = auvs
+        .iter()
+        .map(|auv| (auv.id.clone(), rng.random_range(0.0..400.0)))
+        .collect();
+    visits.reduce = if rng.random_bool(0.3) {
+        Reduce::Max
+    } else {
+        Reduce::Mean
+    };
+    let craft = Asc::new(Vector2::zeros(), Heading::new(rng.random_range(-PI..PI)), 1.0);
+    let mut request = PlanRequest::new(1000.0, craft, auvs, Goal::Visit(visits));
+    request.current = Some(Vector2::new(rng.random_range(-0.3..0.3), rng.random_range(-0.3..0.3)).into());
+    request
+}
+
+fn visits(request: &mut PlanRequest) -> &mut Visits {
+    let Goal::Visit(visits) = &mut request.goal.goal else {
+        panic!("the goal visits")
+    };
+    visits
+}
+
+fn scheduled(request: &PlanRequest) -> Schedule {
+    scheduled_with(request, &SchedulingParameters::default())
+}
+
+fn scheduled_with(request: &PlanRequest, parameters: &SchedulingParameters) -> Schedule {
+    let snapshot = Snapshot::try_from(request.clone()).expect("valid");
+    let scheduler = Scheduler {
+        parameters,
+        speed: SPEED,
+        turn_rate: 0.17,
+        report_age_max: AGE_MAX,
+        due: &|| false,
+    };
+    let scheduled = scheduler.schedule(&snapshot, &forecast_all(&snapshot));
+    scheduled.expect("the goal visits").schedule
+}
+
+/// `request` a little later, with what was scheduled.
+fn later(request: &PlanRequest, schedule: &Schedule, elapsed: f64) -> PlanRequest {
+    let mut later = request.clone();
+    visits(&mut later).costs_now.clear();
+    later.t_s += elapsed;
+    let before = json!({
+        "trajectory": [{ "t_s": request.t_s, "north_m": 0.0, "east_m": 0.0, "speed_mps": 1.0, "heading_rad": 0.0 }],
+        "schedule": schedule,
+    });
+    later.previous_plan = Some(serde_json::from_value(before).expect("a previous plan"));
+    later
+}
+
+fn fleet(request: &PlanRequest, horizon: f64) -> Fleet {
+    let parameters = SchedulingParameters {
+        horizon_min: horizon,
+        horizon_max: horizon,
+        ..SchedulingParameters::default()
+    };
+    let snapshot: Built = Snapshot::try_from(request.clone()).expect("valid");
+    let Goal::Visit(visits) = &snapshot.goal.goal else {
+        panic!("the goal visits")
+    };
+    let members: Vec<_> = (0..snapshot.auvs.len())
+        .map(|auv| super::fleet::Member {
+            auv,
+            weight: 1.0,
+            cost: visits.costs_now[&snapshot.auvs[auv].id],
+            deadline: (auv == 0).then_some(0.4 * horizon),
+        })
+        .collect();
+    let forecasts = forecast_all(&snapshot);
+    Fleet::new(
+        &snapshot,
+        visits,
+        &members,
+        &forecasts,
+        (SPEED, 0.17),
+        &parameters,
+    )
+}
+
+/// The least value of all sequences of visits that go on from `state`.
+fn enumerated(fleet: &Fleet, state: &State, only: Option<usize>) -> f64 {
+    let mut best = f64::INFINITY;
+    for to in (0..fleet.candidates.len()).filter(|to| only.is_none_or(|only| only == *to)) {
+        let track = &fleet.candidates[to].track;
+        let from = fleet.departure(state);
+        if state.with == Some(to) {
+            continue;
+        }
+        let Some(arrival) = fleet.craft.arrive(track, &from, fleet.within, fleet.horizon) else {
+            continue;
+        };
+        let there = fleet.travelled(state, to, arrival);
+        for dwell in fleet
+            .law
+            .dwells(there.costs[to], track.depth_at(arrival.time), fleet.dwell_min)
+        {
+            let left = fleet.stayed(&there, to, fleet.horizon.min(arrival.time + dwell));
+            best = best.min(fleet.value(&fleet.stayed(&left, to, fleet.horizon)));
+            if left.time < fleet.horizon {
+                best = best.min(enumerated(fleet, &left, None));
+            }
+        }
+    }
+    best
+}
+
+#[test]
+fn of_up_to_three_auvs_the_search_finds_the_best_of_all_sequences() {
+    let mut n_compared = 0;
+    for seed in 0..60 {
+        let n = 1 + usize::try_from(seed % 3).expect("small");
+        let fleet = fleet(&random(seed, n, 400.0), 900.0);
+        for first in 0..fleet.candidates.len() {
+            // The search knows tours by the clock too, whose times of service are others.
+            let candidates: Vec<_> = (0..fleet.candidates.len()).collect();
+            let orders = orders(&candidates).into_iter().filter(|order| order[0] == first);
+            let tours = orders.flat_map(|order| DWELLS.map(|dwell| by_the_clock(&fleet, &order, dwell)));
+            let expected = tours.fold(enumerated(&fleet, &fleet.start(), Some(first)), f64::min);
+            let found = fleet
+                .best_first(first, None, 200_000, &|| false)
+                .expect("every candidate is in reach");
+            assert!(found.exact, "seed {seed}");
+            assert!(
+                (found.value - expected).abs() <= 1e-8 * expected,
+                "seed {seed}, first {first}: {} instead of {expected}",
+                found.value
+            );
+            n_compared += 1;
+        }
+    }
+    assert!(100 < n_compared);
+}
+
+/// Times with each AUV, s, that a clock is tuned over.
+const DWELLS: [f64; 4] = [30.0, 60.0, 120.0, 240.0];
+
+/// What it costs to visit by the clock: the candidates in this order, again and again, each for `dwell` seconds.
+fn by_the_clock(fleet: &Fleet, order: &[usize], dwell: f64) -> f64 {
+    let mut state = fleet.start();
+    for to in order.iter().cycle() {
+        let track = &fleet.candidates[*to].track;
+        let arrival = fleet
+            .craft
+            .arrive(track, &fleet.departure(&state), fleet.within, fleet.horizon);
+        let Some(arrival) = arrival else { break };
+        let there = fleet.travelled(&state, *to, arrival);
+        state = fleet.stayed(&there, *to, fleet.horizon.min(arrival.time + dwell));
+        if fleet.horizon <= state.time {
+            break;
+        }
+    }
+    let end = state
+        .with
+        .map_or(state, |with| fleet.stayed(&state, with, fleet.horizon));
+    fleet.value(&end)
+}
+
+/// All orders of `items`.
+fn orders(items: &[usize]) -> Vec<Vec<usize>> {
+    if items.len() < 2 {
+        return vec![items.to_vec()];
+    }
+    let with_first = |first: usize| {
+        let others: Vec<_> = items.iter().copied().filter(|item| *item != first).collect();
+        let rest = orders(&others);
+        rest.into_iter().map(move |rest| [vec![first], rest].concat())
+    };
+    items.iter().copied().flat_map(with_first).collect()
+}
+
+#[test]
+fn of_five_auvs_no_order_by_the_clock_at_its_best_dwell_is_better_and_a_quarter_of_them_cost_five_percent_more()
+ {
+    let mut ratios = Vec::new();
+    for seed in 0..48 {
+        let fleet = fleet(&random(8000 + seed, 5, 600.0), 1800.0);
+        let candidates: Vec<_> = (0..fleet.candidates.len()).collect();
+        let clocks = orders(&candidates);
+        let clocks = clocks
+            .iter()
+            .flat_map(|order| DWELLS.map(|dwell| by_the_clock(&fleet, order, dwell)));
+        let clock = clocks.fold(f64::INFINITY, f64::min);
+        let tried = SchedulingParameters::default().visits_tried;
+        let found = candidates
+            .iter()
+            .filter_map(|first| fleet.best_first(*first, None, tried, &|| false));
+        let found = found.map(|found| found.value).fold(f64::INFINITY, f64::min);
+        ratios.push(found / clock);
+    }
+    ratios.sort_by(f64::total_cmp);
+    assert!(ratios.iter().all(|ratio| *ratio <= 1.0 + 1e-9));
+    // Even though each clock has the best of 120 orders and four dwells for its own fleet.
+    assert!(ratios[ratios.len() / 4] < 0.955, "{ratios:?}");
+}
+
+#[test]
+fn no_schedule_costs_less_than_its_bound_and_its_visits_are_in_order_and_long_enough() {
+    for seed in 0..120 {
+        let n = 1 + usize::try_from(seed % 6).expect("small");
+        let request = random(1000 + seed, n, 900.0);
+        let schedule = scheduled(&request);
+        assert!(
+            (0.0..=1.0).contains(&schedule.gap),
+            "seed {seed}: {}",
+            schedule.gap
+        );
+        assert!(0.0 <= schedule.bound && schedule.bound <= schedule.cost);
+        assert!(
+            schedule
+                .alternatives
+                .iter()
+                .all(|other| schedule.bound <= other.cost + 1e-6)
+        );
+        assert!(
+            schedule
+                .visits
+                .is_sorted_by(|a, b| a.leave_s <= b.arrive_s && a.auv != b.auv)
+        );
+        for visit in &schedule.visits[..schedule.visits.len() - 1] {
+            assert!(30.0 - 1e-9 <= visit.leave_s - visit.arrive_s);
+        }
+    }
+}
+
+/// That two schedules visit the same AUVs, `b` calling them `names[i]` where `a` has `auv-i`, at the same times within `tolerance`, s.
+fn assert_same(a: &Schedule, b: &Schedule, names: impl Fn(&VehicleId) -> VehicleId, tolerance: f64) {
+    assert_eq!(a.visits.len(), b.visits.len());
+    for (a, b) in a.visits.iter().zip(&b.visits) {
+        assert_eq!(names(&a.auv), b.auv);
+        assert!((a.arrive_s - b.arrive_s).abs() <= tolerance && (a.leave_s - b.leave_s).abs() <= tolerance);
+    }
+    assert!((a.cost - b.cost).abs() <= tolerance * (1.0 + a.cost));
+}
+
+#[test]
+fn the_same_request_has_the_same_schedule_whatever_its_auvs_are_called_and_however_they_are_ordered() {
+    for seed in 0..80 {
+        let n = 2 + usize::try_from(seed % 5).expect("small");
+        let request = random(2000 + seed, n, 700.0);
+        let schedule = scheduled(&request);
+        assert_eq!(schedule, scheduled(&request));
+        // auv-0 becomes z-n, and so on: both orders are turned round.
+        let renamed = |id: &VehicleId| {
+            let number: usize = id.0["auv-".len()..].parse().expect("a number");
+            VehicleId(format!("z-{}", 100 - number))
+        };
+        let mut other = request.clone();
+        other.auvs.reverse();
+        for auv in &mut other.auvs {
+            auv.id = renamed(&auv.id);
+        }
+        let named = visits(&mut other);
+        named.auvs = named.auvs.iter().map(renamed).collect();
+        named.costs_now = named
+            .costs_now
+            .iter()
+            .map(|(id, cost)| (renamed(id), *cost))
+            .collect();
+        assert_same(&schedule, &scheduled(&other), renamed, 0.0);
+    }
+}
+
+#[test]
+fn a_schedule_depends_neither_on_where_north_is_nor_on_the_datum() {
+    for seed in 0..40_u32 {
+        let request = random(3000 + u64::from(seed), 3, 600.0);
+        let schedule = scheduled(&request);
+        let (turn, by) = (1.1 + TAU / 7.0 * f64::from(seed), Vector2::new(3000.0, -500.0));
+        let rotation = ned_from_body(turn);
+        let mut other = request.clone();
+        for auv in &mut other.auvs {
+            let state = auv.state.as_mut().expect("has a state");
+            let place = rotation * state.position() + by;
+            (state.north_m, state.east_m) = (place.x, place.y);
+            state.course_rad = Course::new(state.course_rad + turn).radians();
+        }
+        (other.asc.north_m, other.asc.east_m) = (by.x, by.y);
+        other.asc.heading_rad = Heading::new(other.asc.heading_rad + turn).radians();
+        other.current = Some((rotation * request.current()).into());
+        // Arrivals are found to a millisecond.
+        assert_same(&schedule, &scheduled(&other), VehicleId::clone, 0.05);
+    }
+}
+
+#[test]
+fn of_two_alike_auvs_the_one_to_starboard_is_next() {
+    for heading in [0.0, 0.9, -2.5] {
+        let at =
+            |bearing: f64| AuvState::new(direction(heading + bearing) * 150.0, 10.0, Course::new(0.0), 0.0);
+        let auvs = vec![Auv::new("a-port", at(-0.8)), Auv::new("b-starboard", at(0.8))];
+        let goal = Visits::new(auvs.iter().map(|auv| auv.id.clone()).collect());
+        let craft = Asc::new(Vector2::zeros(), Heading::new(heading), 1.0);
+        let request = PlanRequest::new(0.0, craft, auvs, Goal::Visit(goal));
+        assert_eq!(scheduled(&request).visits[0].auv.0, "b-starboard");
+    }
+}
+
+/// A craft that goes straight to whom its schedule says, planned for every `step` seconds. Returns how often the next AUV changed
+/// although that before had not been visited to its end.
+fn changes_of_mind(mut request: PlanRequest, step: f64, n_plans: usize) -> usize {
+    let mut schedule = scheduled(&request);
+    let mut changes = 0;
+    for _ in 0..n_plans {
+        let next = schedule.visits[0].clone();
+        let target = request
+            .auv(&next.auv)
+            .and_then(|auv| auv.state)
+            .expect("is there");
+        let mut after = later(&request, &schedule, step);
+        let way = target.position() - request.asc.position();
+        let sailed = way * (SPEED * step / way.norm().max(SPEED * step));
+        (after.asc.north_m, after.asc.east_m) =
+            (request.asc.north_m + sailed.x, request.asc.east_m + sailed.y);
+        if 0.0 < way.norm() {
+            after.asc.heading_rad = Course::of(&way).radians();
+        }
+        for auv in &mut after.auvs {
+            let state = auv.state.as_mut().expect("has a state");
+            let place = state.position() + state.velocity() * step;
+            (state.north_m, state.east_m) = (place.x, place.y);
+        }
+        after.current = None;
+        request = after;
+        schedule = scheduled(&request);
+        if next.auv != schedule.visits[0].auv && request.t_s < next.leave_s {
+            changes += 1;
+        }
+    }
+    changes
+}
+
+#[test]
+fn between_auvs_of_equal_cost_the_craft_does_not_change_its_mind() {
+    for seed in 0..300 {
+        let mut rng = ChaCha8Rng::seed_from_u64(4000 + seed);
+        let mut request = random(4000 + seed, 2, 1.0);
+        request.current = None;
+        let (bearing, apart) = (rng.random_range(-PI..PI), rng.random_range(0.3..1.5));
+        // Farther apart than what is served on the way.
+        let distance = rng.random_range(100.0..500.0);
+        for (auv, side) in request.auvs.iter_mut().zip([-apart, apart]) {
+            let state = auv.state.as_mut().expect("has a state");
+            let place = direction(bearing + side) * distance;
+            (state.north_m, state.east_m) = (place.x, place.y);
+            state.depth_m = 10.0;
+            state.speed_mps = 0.0;
+        }
+        let goal = visits(&mut request);
+        goal.reduce = Reduce::Mean;
+        for cost in goal.costs_now.values_mut() {
+            *cost = 100.0;
+        }
+        assert_eq!(changes_of_mind(request, 4.0, 25), 0, "seed {seed}");
+    }
+}
+
+#[test]
+fn of_random_fleets_the_next_visit_hardly_ever_changes_before_it_was_made() {
+    let (mut changes, mut plans) = (0, 0);
+    for seed in 0..60 {
+        let n = 2 + usize::try_from(seed % 3).expect("small");
+        let mut request = random(4500 + seed, n, 500.0);
+        request.current = None;
+        changes += changes_of_mind(request, 5.0, 20);
+        plans += 20;
+    }
+    assert!(changes * 100 <= plans, "{changes} changes in {plans} plans");
+}
+
+#[test]
+fn an_auv_that_falls_silent_is_no_longer_visited_from_the_next_plan_on_and_who_comes_is() {
+    for seed in 0..30 {
+        let request = random(5000 + seed, 4, 500.0);
+        let schedule = scheduled(&request);
+        let next = schedule.visits[0].auv.clone();
+        let mut after = later(&request, &schedule, 1.0);
+        assert_eq!(scheduled(&after).visits[0].auv, next);
+        let lost = after
+            .auvs
+            .iter_mut()
+            .find(|auv| auv.id == next)
+            .expect("is there");
+        lost.state.as_mut().expect("has a state").age_s = AGE_MAX + 1.0;
+        let without = scheduled(&after);
+        assert!(without.visits.iter().all(|visit| visit.auv != next) && !without.kept);
+        let known = without
+            .costs
+            .iter()
+            .find(|known| known.auv == next)
+            .expect("is listed");
+        assert_eq!(known.left_out, Some(LeftOut::Silent));
+        assert!(
+            without
+                .sentence
+                .contains(&format!("{next} is not heard any more"))
+        );
+        let again = later(&request, &without, 1.0);
+        let schedule = scheduled(&again);
+        assert!(schedule.visits.iter().any(|visit| visit.auv == next) && !schedule.kept);
+    }
+}
+
+#[test]
+fn costs_are_carried_from_plan_to_plan_by_whom_the_craft_is_near() {
+    let mut request = random(7, 2, 1.0);
+    for (auv, north) in request.auvs.iter_mut().zip([5.0, 400.0]) {
+        auv.state = Some(AuvState::new(
+            Vector2::new(north, 0.0),
+            5.0,
+            Course::new(0.0),
+            0.0,
+        ));
+    }
+    visits(&mut request).cost = VisitCost::Age;
+    let schedule = scheduled(&request);
+    let before: Vec<_> = schedule.costs.iter().map(|known| known.cost).collect();
+    let after = scheduled(&later(&request, &schedule, 12.0));
+    assert!((after.costs[0].cost).abs() < 1e-12);
+    assert!((after.costs[1].cost - before[1] - 12.0).abs() < 1e-9);
+    // Of another kind of cost, nothing is known.
+    let mut other = later(&request, &schedule, 12.0);
+    visits(&mut other).cost = costs()[2];
+    let anew = scheduled(&other);
+    assert_eq!(anew.unit, CostUnit::Kilobits);
+    assert!(anew.costs.iter().all(|known: &ServedVehicle| known.cost == 0.0));
+}
+
+#[test]
+fn a_deadline_that_the_craft_can_keep_is_kept_whatever_else_that_costs() {
+    let mut n_decided = 0;
+    for seed in 0..40 {
+        let mut request = random(6000 + seed, 3, 300.0);
+        let arrival = |schedule: &Schedule, id: &VehicleId| {
+            let visit = schedule.visits.iter().find(|visit| visit.auv == *id);
+            visit.map_or(f64::INFINITY, |visit| visit.arrive_s)
+        };
+        let free = scheduled(&request);
+        let last = free.costs.iter().map(|known| known.auv.clone());
+        let last = last.max_by(|a, b| arrival(&free, a).total_cmp(&arrival(&free, b)));
+        let last = last.expect("there are three");
+        visits(&mut request).next = Some(last.clone());
+        let deadline = arrival(&scheduled(&request), &last) + 1.0;
+        visits(&mut request).next = None;
+        n_decided += u32::from(deadline < arrival(&free, &last));
+        visits(&mut request).serve_by_s.insert(last.clone(), deadline);
+        let schedule = scheduled(&request);
+        assert!(schedule.deadlines_missed.is_empty(), "seed {seed}");
+        // One that has passed is kept no more, and is served as soon as that can be.
+        let passed = request.t_s - 5.0;
+        visits(&mut request).serve_by_s.insert(last.clone(), passed);
+        let late = scheduled(&request);
+        let known = late
+            .costs
+            .iter()
+            .find(|known| known.auv == last)
+            .expect("is listed");
+        // Whom the craft is near already has been served.
+        assert!((late.deadlines_missed == [last.clone()]) != (known.served_by_s == Some(passed)));
+    }
+    assert!(20 < n_decided, "{n_decided} deadlines decide something");
+}
+
+#[test]
+fn a_pinned_auv_is_next_whatever_it_costs() {
+    for seed in 0..20 {
+        let mut request = random(7000 + seed, 4, 800.0);
+        let free = scheduled(&request);
+        let Some(other) = free.alternatives.last().map(|other| other.next.clone()) else {
+            continue;
+        };
+        visits(&mut request).next = Some(other.clone());
+        let pinned = scheduled(&request);
+        assert_eq!(pinned.visits[0].auv, other);
+        assert!(pinned.alternatives.is_empty() && free.cost <= pinned.cost + 1e-9);
+    }
+}
+
+fn task(goal: Value) -> Result<Task, String> {
+    serde_json::from_value(goal).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_goal_comes_back_from_json_as_it_went_and_defaults_are_spelled_out() {
+    let short = task(json!({ "kind": "visit", "auvs": ["a", "b"] })).expect("valid");
+    assert_eq!(short.goal, Goal::Visit(Visits::new(vec!["a".into(), "b".into()])));
+    let spelled = serde_json::to_value(&short).expect("is JSON");
+    assert_eq!(
+        spelled,
+        json!({ "kind": "visit", "auvs": ["a", "b"], "cost": { "kind": "age" }, "within_m": 20.0, "dwell_min_s": 30.0,
+            "reduce": "mean" })
+    );
+    let long = json!({
+        "kind": "visit", "auvs": ["a", "b"], "weights": { "a": 2.0 }, "within_m": 15.0, "dwell_min_s": 60.0,
+        "cost": { "kind": "uncertainty", "growth_m2ps": 0.1, "sigma_m": 2.0, "sigma_rad": 0.01, "interval_s": 5.0 },
+        "serve_by_s": { "b": 900.0 }, "reduce": "max", "costs_now": { "a": 3.0 }, "next": "b",
+    });
+    assert_eq!(
+        serde_json::to_value(task(long.clone()).expect("valid")).expect("is JSON"),
+        long
+    );
+    let defaulted = task(
+        json!({ "kind": "visit", "auvs": ["a"], "cost": { "kind": "uncertainty", "growth_m2ps": 0.1 } }),
+    );
+    let VisitCost::Uncertainty {
+        sigma_m,
+        sigma_rad,
+        interval_s,
+        ..
+    } = (match defaulted.expect("valid").goal {
+        Goal::Visit(visits) => visits.cost,
+        other => panic!("{other:?}"),
+    })
+    else {
+        panic!("another cost")
+    };
+    assert_eq!([sigma_m, sigma_rad, interval_s], [1.5, 0.02, 10.0]);
+    for (goal, fault) in [
+        (json!({ "kind": "visit" }), "auvs"),
+        (
+            json!({ "kind": "visit", "auvs": ["a"], "dwell_s": 3.0 }),
+            "dwell_s",
+        ),
+        (json!({ "kind": "midpoint", "auvs": ["a"], "next": "a" }), "next"),
+        (
+            json!({ "kind": "visit", "auvs": ["a"], "cost": { "kind": "data", "growth_kbps": 1.0 } }),
+            "upload_kbps",
+        ),
+        (
+            json!({ "kind": "visit", "auvs": ["a"], "cost": { "kind": "age", "sigma_m": 1.0 } }),
+            "sigma_m",
+        ),
+    ] {
+        let error = task(goal).expect_err("is refused");
+        assert!(error.contains(fault), "{error}");
+    }
+}
+
+#[test]
+fn what_cannot_be_visited_is_refused_by_field_and_value() {
+    type Change<'a> = &'a dyn Fn(&mut Visits);
+    let changes: [(Change<'_>, &str); 12] = [
+        (
+            &|visits| visits.auvs.push("auv-0".into()),
+            "goal/auvs/3: the name \"auv-0\" stands twice",
+        ),
+        (
+            &|visits| visits.auvs.push("x".into()),
+            "goal/auvs/3: no vehicle is called \"x\"",
+        ),
+        (&|visits| visits.auvs.clear(), "goal/auvs: has 0 items"),
+        (
+            &|visits| visits.within_m = 0.5,
+            "goal/within_m: 0.5 is not in [1, 5000]",
+        ),
+        (
+            &|visits| visits.dwell_min_s = f64::NAN,
+            "goal/dwell_min_s: NaN is not in [10, 3600]",
+        ),
+        (
+            &|visits| visits.weights = visits.auvs.iter().map(|id| (id.clone(), 0.0)).collect(),
+            "goal/weights: at least one",
+        ),
+        (
+            &|visits| _ = visits.weights.insert("auv-1".into(), -1.0),
+            "goal/weights/auv-1: -1 is not in [0, 1000000]",
+        ),
+        (
+            &|visits| _ = visits.serve_by_s.insert("x".into(), 1.0),
+            "goal/serve_by_s/x: only vehicles in goal/auvs",
+        ),
+        (
+            &|visits| _ = visits.costs_now.insert("auv-1".into(), 1e13),
+            "goal/costs_now/auv-1: 10000000000000 is not in",
+        ),
+        (
+            &|visits| visits.next = Some("y".into()),
+            "goal/next: only vehicles in goal/auvs",
+        ),
+        (
+            &|visits| {
+                visits.cost = VisitCost::Data {
+                    growth_kbps: 1.0,
+                    upload_kbps: 0.0,
+                    range_max_m: 0.1,
+                }
+            },
+            "goal/cost/upload_kbps: 0 is not in [0.001, 1000000]",
+        ),
+        (
+            &|visits| {
+                visits.cost = VisitCost::Uncertainty {
+                    growth_m2ps: 1e9,
+                    sigma_m: 1.0,
+                    sigma_rad: 0.0,
+                    interval_s: 1.0,
+                };
+            },
+            "goal/cost/growth_m2ps: 1000000000 is not in",
+        ),
+    ];
+    for (change, fault) in changes {
+        let mut request = random(0, 3, 100.0);
+        change(visits(&mut request));
+        let error = Snapshot::try_from(request).expect_err("is refused").to_string();
+        assert!(error.contains(fault), "{error}");
+    }
+}
+
+#[test]
+fn a_plan_follows_its_schedule_and_brings_it_back() {
+    let mut request = random(12, 3, 120.0);
+    request.acoustics = Some(Acoustics { range_max_m: 2000.0 });
+    let (parameters, mut workspace) = (crate::Parameters::default(), crate::Workspace::default());
+    let snapshot = Snapshot::try_from(request.clone()).expect("valid");
+    let plan = crate::plan(&snapshot, &parameters, &mut workspace);
+    let schedule = plan.schedule.clone().expect("the goal visits");
+    assert!(!schedule.kept);
+    // Whom the schedule serves now or next, to the end of the horizon.
+    let next = &schedule.visits[0].auv;
+    for (at, place) in plan.goal.iter().enumerate() {
+        let target = plan
+            .targets
+            .iter()
+            .find(|target| target.id == *next)
+            .expect("is there");
+        assert!((target.trajectory[at].position() - place.motion().position).norm() < 1e-9);
+    }
+    request.t_s += 1.0;
+    visits(&mut request).costs_now.clear();
+    request.previous_plan = Some((&plan).into());
+    let after = crate::plan(
+        &Snapshot::try_from(request).expect("valid"),
+        &parameters,
+        &mut workspace,
+    );
+    let after = after.schedule.expect("the goal visits");
+    assert!(after.kept && after.visits[0].auv == schedule.visits[0].auv);
+}

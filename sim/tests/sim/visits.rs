@@ -1,0 +1,95 @@
+//! Missions whose craft chooses whom to visit.
+
+use pilotfish_sim::{
+    guide::Guide,
+    mission::run,
+    record::Record,
+    scenario::{Files, Scenario},
+};
+
+use crate::{los, mpc};
+
+/// Distance within which a vehicle counts as served, m: the default of the goal.
+const WITHIN: f64 = 20.0;
+
+/// `paper-intermittent` with this goal instead.
+fn text(goal: &str) -> String {
+    let text = Scenario::text("paper-intermittent").expect("is built in");
+    let (before, rest) = text
+        .split_once("[surface_craft.goal.intermittent]")
+        .expect("has a goal");
+    let (_, after) = rest.split_once("[[auvs]]").expect("has vehicles");
+    format!("{before}{goal}\n\n[[auvs]]{after}")
+}
+
+/// The same as a scenario of 16 minutes.
+fn with_goal(goal: &str) -> Scenario {
+    Scenario::parse(&text(goal), "visits.toml", Files::default())
+        .expect("is a scenario")
+        .lasting(960.0)
+}
+
+/// Mean and largest true age over all vehicles, s, from two minutes on.
+fn ages(record: &Record) -> (f64, f64) {
+    let mut ages = vec![0.0; record.auv_ids.len()];
+    let (mut sum, mut n, mut largest) = (0.0, 0.0, 0.0_f64);
+    for row in &record.rows {
+        let craft = row.surface_craft.as_ref().expect("there is one").position;
+        for (age, auv) in ages.iter_mut().zip(&row.auvs) {
+            *age = if (auv.position - craft).norm() <= WITHIN {
+                0.0
+            } else {
+                *age + record.interval
+            };
+            if 120.0 <= row.time {
+                (sum, n, largest) = (sum + *age, n + 1.0, largest.max(*age));
+            }
+        }
+    }
+    (sum / n, largest)
+}
+
+fn flown(scenario: &Scenario, guide: &mut dyn Guide) -> (f64, f64) {
+    let record = run(scenario, guide, 1, &mut |_| {}).expect("runs");
+    // The true goal is a vehicle.
+    for row in &record.rows {
+        let goal = row.surface_craft.as_ref().expect("there is one").goal;
+        assert!(row.auvs.iter().any(|auv| (auv.position - goal).norm() < 1e-9));
+    }
+    ages(&record)
+}
+
+#[test]
+fn two_lawn_mowers_whose_ages_count_are_half_as_old_as_by_the_clock_at_240_s() {
+    let auvs = "auvs = [\"auv-1\", \"auv-2\"]";
+    let clock = with_goal(&format!(
+        "[surface_craft.goal.intermittent]\n{auvs}\ndwell_s = 240\nepoch_s = 0"
+    ));
+    let visit = with_goal(&format!("[surface_craft.goal.visit]\n{auvs}"));
+    let (by_the_clock, planned) = (flown(&clock, &mut mpc()), flown(&visit, &mut mpc()));
+    assert!(
+        planned.0 <= 0.5 * by_the_clock.0 && planned.1 <= 0.5 * by_the_clock.1,
+        "mean and largest age, s: {planned:?}, by the clock {by_the_clock:?}"
+    );
+    // Line of sight, which slows down before a goal, follows the same schedules.
+    let by_the_law = flown(&visit, &mut los());
+    assert!(by_the_law.0 < by_the_clock.0, "{by_the_law:?}");
+}
+
+#[test]
+fn a_scenario_says_what_a_visit_costs_and_who_is_not_visited_is_refused() {
+    let goal = "[surface_craft.goal.visit]\nauvs = [\"auv-1\", \"auv-2\"]\nreduce = \"max\"\nwithin_m = 15\n\
+        cost = {data = {growth_kbps = 0.5, upload_kbps = 6, range_max_m = 200}}\nserve_by_s = {auv-2 = 900}";
+    let mut scenario = with_goal(goal);
+    scenario
+        .set("surface_craft.goal.visit.cost.data.upload_kbps", 3.0)
+        .expect("is a number of the scenario");
+    assert!(scenario.start(0).is_ok());
+    let wrong = text(&goal.replace("serve_by_s = {auv-2", "serve_by_s = {auv-9"));
+    let error = Scenario::parse(&wrong, "visits.toml", Files::default()).expect_err("is refused");
+    let error = error.to_string();
+    assert!(
+        error.contains("surface_craft.goal.visit.serve_by_s.auv-9"),
+        "{error}"
+    );
+}
