@@ -108,11 +108,7 @@ pub(crate) fn legs(reports: &[(usize, Report)]) -> Vec<Leg> {
     legs
 }
 
-/// How many times farther a place may be along a line than beside it from where a constant speed has it.
-const ALONG: f64 = 4.0;
-
-/// The fewest of `points` that leave none farther than `tolerance`, m, from the line, or [`ALONG`] times as far along it from where a
-/// constant speed has it (Ramer, Douglas and Peucker).
+/// The fewest of `points` that leave none farther than `tolerance`, m, from the line (Ramer, Douglas and Peucker).
 pub(crate) fn simplified(points: &[TrackPoint], tolerance: f64) -> Vec<TrackPoint> {
     let Some(last) = points.len().checked_sub(1) else {
         return Vec::new();
@@ -125,11 +121,7 @@ pub(crate) fn simplified(points: &[TrackPoint], tolerance: f64) -> Vec<TrackPoin
         let chord = end - start;
         let off = |point: &TrackPoint| {
             let share = (place(point) - start).dot(&chord) / chord.norm_squared().max(f64::MIN_POSITIVE);
-            let share = share.clamp(0.0, 1.0);
-            let off = (place(point) - start - chord * share).norm();
-            let elapsed = (points[to][0] - points[from][0]).max(f64::MIN_POSITIVE);
-            let early = (share - (point[0] - points[from][0]) / elapsed) * chord.norm();
-            off.max(early.abs() / ALONG)
+            (place(point) - start - chord * share.clamp(0.0, 1.0)).norm()
         };
         let farthest = (from + 1..to)
             .map(|i| (off(&points[i]), i))

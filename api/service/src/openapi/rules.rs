@@ -167,58 +167,8 @@ fn one_of() -> Vec<(&'static str, Vec<Variant>)> {
                 variant(&[], &["time_constant_s", "natural_frequency_radps", "damping"]),
             ],
         ),
-        (
-            "Goal",
-            vec![
-                goal(&["track"], &["auv"], &[]),
-                goal(&["intermittent"], &["auvs", "dwell_s", "epoch_s"], &[]),
-                goal(&["midpoint"], &["auvs"], &[]),
-                goal(&["weighted"], &["weights"], &[]),
-                goal(&["range"], &["auvs", "range_m"], &[]),
-                goal(
-                    &["visit"],
-                    &["auvs"],
-                    &[
-                        "cost",
-                        "weights",
-                        "within_m",
-                        "dwell_min_s",
-                        "serve_by_s",
-                        "reduce",
-                        "costs_now",
-                        "next",
-                    ],
-                ),
-            ],
-        ),
-        (
-            "VisitCost",
-            vec![
-                by_kind(
-                    &["age"],
-                    &[],
-                    &[
-                        "growth_m2ps",
-                        "sigma_m",
-                        "sigma_rad",
-                        "interval_s",
-                        "growth_kbps",
-                        "upload_kbps",
-                        "range_max_m",
-                    ],
-                ),
-                by_kind(
-                    &["uncertainty"],
-                    &["growth_m2ps"],
-                    &["growth_kbps", "upload_kbps", "range_max_m"],
-                ),
-                by_kind(
-                    &["data"],
-                    &["growth_kbps", "upload_kbps", "range_max_m"],
-                    &["growth_m2ps", "sigma_m", "sigma_rad", "interval_s"],
-                ),
-            ],
-        ),
+        ("Goal", goals()),
+        ("VisitCost", visit_costs()),
         (
             "Offset",
             vec![
@@ -258,6 +208,59 @@ fn one_of() -> Vec<(&'static str, Vec<Variant>)> {
                     &["from", "to", "centre", "angle_rad"],
                 ),
             ],
+        ),
+    ]
+}
+
+fn goals() -> Vec<Variant> {
+    vec![
+        goal(&["track"], &["auv"], &[]),
+        goal(&["intermittent"], &["auvs", "dwell_s", "epoch_s"], &[]),
+        goal(&["midpoint"], &["auvs"], &[]),
+        goal(&["weighted"], &["weights"], &[]),
+        goal(&["range"], &["auvs", "range_m"], &[]),
+        goal(
+            &["visit"],
+            &["auvs"],
+            &[
+                "cost",
+                "weights",
+                "within_m",
+                "dwell_min_s",
+                "serve_by_s",
+                "reduce",
+                "costs_now",
+                "next",
+            ],
+        ),
+    ]
+}
+
+fn visit_costs() -> Vec<Variant> {
+    let by_kind: fn(_, _, _) -> _ = |kind, given, absent| chosen("kind", kind, given, absent);
+    vec![
+        by_kind(
+            &["age"],
+            &[],
+            &[
+                "growth_m2ps",
+                "sigma_m",
+                "sigma_rad",
+                "interval_s",
+                "growth_kbps",
+                "upload_kbps",
+                "range_max_m",
+            ],
+        ),
+        by_kind(
+            &["uncertainty"],
+            &["growth_m2ps"],
+            &["growth_kbps", "upload_kbps", "range_max_m"],
+        ),
+        by_kind(
+            &["data"],
+            &["growth_kbps", "upload_kbps", "range_max_m"],
+            &["growth_m2ps", "sigma_m", "sigma_rad", "interval_s"],
         ),
     ]
 }
