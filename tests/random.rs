@@ -360,6 +360,7 @@ impl Draw {
                     .map(|auv| self.previous_target(auv, asc, time))
                     .collect(),
             ),
+            schedule: None,
         }
     }
 

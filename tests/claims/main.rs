@@ -15,4 +15,5 @@ mod rejections;
 mod service;
 mod telemetry;
 mod violations;
+mod visits;
 mod wire;
