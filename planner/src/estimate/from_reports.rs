@@ -301,7 +301,11 @@ fn probability_of_following(
     free: &Track<Interacting>,
     (newest, odds_max): (usize, f64),
 ) -> f64 {
-    let moves = SPEED_AT_REST <= free.filter.combined().velocity().norm();
+    let moves = match reports {
+        // One fix says nothing of motion.
+        [(_, only)] if only.ground_track().is_none() => true,
+        _ => SPEED_AT_REST <= free.filter.combined().velocity().norm(),
+    };
     if !moves || !along.filter.is_on_path() {
         return 0.0;
     }

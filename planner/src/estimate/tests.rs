@@ -589,6 +589,26 @@ fn a_vehicle_that_leaves_its_path_is_forecast_without_it_after_three_fixes() {
 }
 
 #[test]
+fn one_fix_on_the_path_is_no_reason_to_doubt_it() {
+    let (known, reports, _) = lanes(&mut Random(5));
+    let only = Report::new(reports[3].t_s, reports[3].position(), SIGMA);
+    let followed = |report: Report| {
+        let auv = Auv::reported("a", vec![report]);
+        let found = Estimate::new(&auv, Some(&known), report.t_s, &Vector2::zeros(), None, None);
+        found.route.expect("it has a path").is_followed()
+    };
+    assert!(followed(only));
+    // At rest it does not follow its path, and far from it neither.
+    let still = GroundTrack {
+        course: Course::new(0.0),
+        speed: 0.0,
+    };
+    assert!(!followed(only.with_ground_track(Some(still))));
+    let beside = only.position() + Vector2::new(3.0e3, 4.0e3);
+    assert!(!followed(Report::new(only.t_s, beside, SIGMA)));
+}
+
+#[test]
 fn a_path_and_its_reports_in_another_place_give_the_same_estimate_there() {
     let (known, reports, _) = lanes(&mut Random(2));
     let (turn, shift) = (ned_from_body(2.0), Vector2::new(500.0, -300.0));
