@@ -42,6 +42,17 @@ class Acoustics(TypedDict):
     range_max_m: float
 
 
+class Alternative(TypedDict):
+    """A schedule that begins with another vehicle."""
+
+    # What the best such schedule costs.
+    cost: float
+    # How many deadlines it misses.
+    deadlines_missed: int
+    # The vehicle that is visited first.
+    next: str
+
+
 class Asc(TypedDict):
     """State of the surface craft."""
 
@@ -185,6 +196,14 @@ class Comparison(TypedDict):
 
 # What steers the surface craft of a simulated mission.
 Controller: TypeAlias = Literal["mpc", "saturated_los", "saturated_los_tracker_frame", "integral_los", "waypoint_box"]
+
+
+# The kinds of costs.
+CostKind: TypeAlias = Literal["age", "uncertainty", "data"]
+
+
+# Unit of a cost.
+CostUnit: TypeAlias = Literal["s", "m2", "kbit"]
 
 
 class Craft(TypedDict):
@@ -427,25 +446,43 @@ class Goal(TypedDict):
     # `track`: the vehicle to follow.
     auv: NotRequired[str | None]
     # `intermittent`: the vehicles to follow, in order. `midpoint`: those whose mean to follow. `range`: those to
-    # stay near.
+    # stay near. `visit`: those to serve, in any order.
     auvs: NotRequired[list[str] | None]
+    # `visit`: what it costs not to serve a vehicle. Default: its age.
+    cost: NotRequired[VisitCost | None]
+    # `visit`: costs now, by name, in the unit of the cost, from 0 to 10¹²: where they are known, as from a modem
+    # that counts what was uploaded. Default: that of `previous_plan`, carried on, else that of a vehicle that was
+    # just served.
+    costs_now: NotRequired[dict[str, float] | None]
+    # `visit`: least time with a vehicle, s, from 10 to 3600. Default: 30.
+    dwell_min_s: NotRequired[float | None]
     # `intermittent`: time spent with each, s.
     dwell_s: NotRequired[float | None]
     # `intermittent`: when the first dwell of the first vehicle began, s on the request's clock.
     epoch_s: NotRequired[float | None]
     # Which goal.
     kind: GoalKind
+    # `visit`: the vehicle to visit next, and to stay with until this is left out. Default: the one that costs
+    # least.
+    next: NotRequired[str | None]
     # Any kind: where to be, seen from what the goal follows. Default: right above it.
     offset: NotRequired[Offset | None]
     # `range`: slant range to stay within of each, m, from 1 to 20,000.
     range_m: NotRequired[float | None]
+    # `visit`: whether the mean of the costs counts or the largest. Default: `mean`.
+    reduce: NotRequired[Reduce | None]
+    # `visit`: until when each vehicle must have been served, by name, s on the request's clock. Default: no
+    # deadline.
+    serve_by_s: NotRequired[dict[str, float] | None]
     # `weighted`: how much each vehicle counts in the mean, by name, relative to the others: from 0 to 10⁶, at least
-    # one above 0.
+    # one above 0. `visit`: how much the cost of each counts; 1 of those that are not named.
     weights: NotRequired[dict[str, float] | None]
+    # `visit`: horizontal distance within which a vehicle counts as served, m, from 1 to 5000. Default: 20.
+    within_m: NotRequired[float | None]
 
 
 # The kinds of goals.
-GoalKind: TypeAlias = Literal["track", "intermittent", "midpoint", "weighted", "range"]
+GoalKind: TypeAlias = Literal["track", "intermittent", "midpoint", "weighted", "range", "visit"]
 
 
 class GoalPoint(TypedDict):
@@ -539,6 +576,10 @@ class Learnt(TypedDict):
     sigma: float
     # Its likeliest value, in the unit of the member's name.
     value: float
+
+
+# Why no visit to a vehicle is planned.
+LeftOut: TypeAlias = Literal["silent", "out_of_reach", "too_deep"]
 
 
 class Leg(TypedDict):
@@ -875,6 +916,8 @@ class PlanResponse(TypedDict):
     reason: NotRequired[str | None]
     # What to steer now.
     reference: Reference
+    # Which underwater vehicle is served when, of a goal of the kind `visit`.
+    schedule: NotRequired[Schedule | None]
     # Version of this shape: `"1.0"`.
     schema_version: str
     # What the solver did; absent if no program was involved.
@@ -1114,6 +1157,8 @@ class PreviousPlan(TypedDict):
     origin: NotRequired[Origin | None]
     # The reference that it gave.
     reference: NotRequired[PreviousReference | None]
+    # Its schedule, of a goal of the kind `visit`. Without it, costs start anew.
+    schedule: NotRequired[Schedule | None]
     # Its underwater vehicles, at most 16.
     targets: NotRequired[list[PreviousTarget] | None]
     # Its trajectory, in order of time, at most 256 points.
@@ -1188,6 +1233,10 @@ class ProgramSize(TypedDict):
     stages: int
     # Length of x.
     variables: int
+
+
+# What counts of the costs of several AUVs.
+Reduce: TypeAlias = Literal["mean", "max"]
 
 
 class Reference(TypedDict):
@@ -1371,6 +1420,36 @@ class Scene(TypedDict):
     settled_after_s: NotRequired[float | None]
 
 
+class Schedule(TypedDict):
+    """Visits to underwater vehicles, of a goal of the kind `visit`. The next request needs it in `previous_plan`:
+    without it, costs start anew and nothing keeps the schedule from changing.
+    """
+
+    # Every other vehicle that could be visited first, the cheapest first.
+    alternatives: list[Alternative]
+    # No schedule costs less, even if the craft were with each vehicle as soon as it could reach it, and stayed with
+    # all at once.
+    bound: float
+    # Cost of the schedule: the mean or the largest, as the goal asks. Missed deadlines are not in it.
+    cost: float
+    # Every vehicle that the goal depends on.
+    costs: list[ServedVehicle]
+    # Vehicles that are not served by a deadline in the time that is planned.
+    deadlines_missed: NotRequired[list[str]]
+    # Whether all sequences of visits were compared; with many vehicles, only the most promising are.
+    exact: bool
+    # What the schedule may cost too much: 1 − `bound` / `cost`, from 0 to 1.
+    gap: float
+    # Whether the next visit is that of the schedule before.
+    kept: bool
+    # The schedule in words.
+    sentence: str
+    # Unit of every cost.
+    unit: CostUnit
+    # The visits, in order; the first may have begun. Of those that are planned, at most the first 32.
+    visits: list[Visit]
+
+
 # A segment of a path. Which members are needed depends on `kind`. Points are (north, east), m.
 Segment = TypedDict(
     "Segment",
@@ -1414,6 +1493,20 @@ class SentEvent(TypedDict):
     id: NotRequired[str]
     # When to reconnect after a break, ms.
     retry: NotRequired[int]
+
+
+class ServedVehicle(TypedDict):
+    """A vehicle that the schedule serves, or would."""
+
+    # The vehicle.
+    auv: str
+    # Its cost now, in `unit`.
+    cost: float
+    # Why no visit is planned to it, if it can have none.
+    left_out: NotRequired[LeftOut | None]
+    # The deadline by which it was last served, or late, s on the request's clock; none if it has no deadline, or is
+    # yet to be served.
+    served_by_s: NotRequired[float | None]
 
 
 class ServiceLimits(TypedDict):
@@ -1670,6 +1763,42 @@ class Violation(TypedDict):
     t_s: float
     # Unit of `amount`.
     unit: str
+
+
+class Visit(TypedDict):
+    """A visit to an underwater vehicle."""
+
+    # When the craft is near enough to serve it, s on the request's clock.
+    arrive_s: float
+    # The vehicle.
+    auv: str
+    # Its cost when the craft leaves.
+    cost_after: float
+    # The vehicle's cost when the craft arrives, in `unit`.
+    cost_before: float
+    # When it leaves, s.
+    leave_s: float
+
+
+class VisitCost(TypedDict):
+    """What it costs not to serve an underwater vehicle. Which members are needed depends on `kind`."""
+
+    # `data`: what the vehicle gathers, kbit/s, from 0 to 10⁶.
+    growth_kbps: NotRequired[float | None]
+    # `uncertainty`: growth of the variance without aid, m²/s, from 10⁻⁶ to 10⁶.
+    growth_m2ps: NotRequired[float | None]
+    # `uncertainty`: time between two fixes, s, from 0.1 to 3600. Default: 10.
+    interval_s: NotRequired[float | None]
+    # Which cost.
+    kind: CostKind
+    # `data`: slant range at which nothing is uploaded any more, m, from 1 to 20 000.
+    range_max_m: NotRequired[float | None]
+    # `uncertainty`: standard deviation of a fix at no distance, m, from 0.001 to 10⁵. Default: 1.5.
+    sigma_m: NotRequired[float | None]
+    # `uncertainty`: growth of that with the slant range, rad, from 0 to 1. Default: 0.02.
+    sigma_rad: NotRequired[float | None]
+    # `data`: what it uploads at no distance, kbit/s, from 0.001 to 10⁶. It falls linearly with the slant range.
+    upload_kbps: NotRequired[float | None]
 
 
 class Warning(TypedDict):
