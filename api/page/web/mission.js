@@ -1,6 +1,6 @@
 // A mission, or several runs of one on the same clock: map, time series, estimates, log.
 
-import { el, fill, named, oncePerFrame } from "./dom.js";
+import { el, fill, named, oncePerFrame, swatch } from "./dom.js";
 import { bearing, degrees, duration, methodName, moment, number } from "./format.js";
 import { worstStretch } from "./recording.js";
 import { PLAY_SPEEDS, Playback } from "./playback.js";
@@ -301,9 +301,4 @@ function legend(several) {
   return el("ul", { class: "legend", "aria-label": "Legend" },
     entries.map(([colour, name]) => el("li", {}, swatch(colour), name)),
     fixed.map(([kind, name]) => el("li", {}, el("span", { class: `sample sample-${kind}`, "aria-hidden": "true" }), name)));
-}
-
-/** @param {string} colour */
-export function swatch(colour) {
-  return el("span", { class: `swatch swatch-${colour}`, "aria-hidden": "true" });
 }

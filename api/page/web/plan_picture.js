@@ -1,6 +1,6 @@
 // The plan of a snapshot and the answers of the laws: map, distance over time, replay.
 
-import { el, fill } from "./dom.js";
+import { el, fill, swatch } from "./dom.js";
 import { methodName, number } from "./format.js";
 import { MapView } from "./map.js";
 import { ChartStack } from "./chart.js";
@@ -54,7 +54,7 @@ export class PlanPicture {
         if (/** @type {HTMLInputElement} */ (event.target).checked) this.shown.add(name); else this.shown.delete(name);
         this.draw();
       },
-    }), el("span", { class: `swatch swatch-${colour}`, "aria-hidden": "true" }), methodName(name))));
+    }), swatch(colour), methodName(name))));
     this.map.fit();
     this.draw();
   }
