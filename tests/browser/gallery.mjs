@@ -5,10 +5,12 @@
 import { execFileSync } from "node:child_process";
 import { readFile, writeFile } from "node:fs/promises";
 import { Recording, scores } from "../../api/page/web/recording.js";
+import { SIZE } from "../../api/page/web/thumbnail.js";
 import { flown, PROGRAM, startService } from "./service.mjs";
 
 /** A point is left out if the line without it misses it by less than this share of the extent. */
-const MISS_MAX = 0.007;
+const MISS_MAX = 0.01;
+const MARGIN = 10;
 /** Another processor may round another way, which a long run amplifies: distances differ by no more than this share. */
 const DIFFERENCE_MAX = 0.05;
 
@@ -44,17 +46,37 @@ async function drawn(scenario) {
     return recording;
   }));
   const { duration_s, keep_outs, area } = planner.scene;
-  const all = [planner.craft, ...planner.auvs.values()].flatMap(points), extent = Math.max(...[0, 1].map((k) => Math.max(...all.map((point) => point[k])) - Math.min(...all.map((point) => point[k]))));
-  // Whole metres where a decimetre is below what is left out anyway.
-  const per_metre = extent < 250 ? 10 : 1;
-  const track = (series) => thinned(points(series), MISS_MAX * extent).map((point) => point.map((metres) => Math.round(per_metre * metres) / per_metre));
+  const craft = points(planner.craft), auvs = Array.from(planner.auvs.values(), points), all = [craft, ...auvs, area].flat();
+  const miss = MISS_MAX * Math.max(...[0, 1].map((k) => extent(all.map((point) => point[k]))));
+  const [x, y, scale] = fitted(all), path = (...lines) => lines.map((line) => drawnPath(thinned(line, miss).map(([north, east]) => [x(east), y(north)]))).join("");
   const rms_m = (recording) => Math.round(1000 * scores(recording).rms_m) / 1000;
   return {
-    duration_s,
-    planner: { rms_m: rms_m(planner), tracks: { asc: track(planner.craft), auvs: Object.fromEntries(Array.from(planner.auvs, ([id, series]) => [id, track(series)])) } },
-    line_of_sight: { rms_m: rms_m(los), tracks: { asc: track(los.craft) } },
-    keep_outs: keep_outs.map((disc) => [disc.north_m, disc.east_m, disc.radius_m]), area,
+    duration_s, planner: { rms_m: rms_m(planner) }, line_of_sight: { rms_m: rms_m(los) },
+    paths: { ...area.length && { area: `${path(area)}z` }, auv: path(...auvs), los: path(points(los.craft)), plan: path(craft) },
+    ...keep_outs.length && { keep_outs: keep_outs.map((disc) => [x(disc.east_m), y(disc.north_m), Math.round(disc.radius_m * scale)]) },
   };
+}
+
+/** Where an east and a north are in a picture in which all of the points are, and pixels a metre. */
+function fitted(all) {
+  const [norths, easts] = [0, 1].map((k) => all.map((point) => point[k])), middle = (list) => (Math.min(...list) + Math.max(...list)) / 2;
+  const scale = Math.min((SIZE[0] - 2 * MARGIN) / Math.max(extent(easts), 10), (SIZE[1] - 2 * MARGIN) / Math.max(extent(norths), 10));
+  return [(east) => Math.round(SIZE[0] / 2 + (east - middle(easts)) * scale), (north) => Math.round(SIZE[1] / 2 - (north - middle(norths)) * scale), scale];
+}
+
+function extent(list) {
+  return Math.max(...list) - Math.min(...list);
+}
+
+/** A path of SVG in steps of whole pixels. */
+function drawnPath([first, ...others]) {
+  let before = first;
+  const steps = others.map((point) => {
+    const step = point.map((at, k) => at - before[k]);
+    before = point;
+    return step;
+  });
+  return `M${first.join(" ")}l${steps.filter(([dx, dy]) => dx || dy).flat().join(" ").replaceAll(" -", "-") || "0 0"}`;
 }
 
 function points(series) {

@@ -4,6 +4,7 @@ import { test } from "node:test";
 import { expect } from "@playwright/test";
 import { backgroundOf } from "../../api/page/web/background.js";
 import { Recording, scores, worstStretch } from "../../api/page/web/recording.js";
+import { visitsAt } from "../../api/page/web/visits.js";
 
 const recording = (mission = {}) => new Recording({ id: "m", title: "", kind: "live", status: "running", t_s: 0, scene: {}, ...mission });
 const asc = (t_s, north_m, east_m) => ({ t_s, state: { north_m, east_m, heading_rad: 0, speed_mps: 1 } });
@@ -103,4 +104,18 @@ test("a chart in the coordinates of a projection is refused", () => {
   const chart = (coordinates) => backgroundOf(JSON.stringify({ type: "LineString", coordinates }), { lat_deg: 38.41, lon_deg: -9.12 });
   expect(chart([[-9.12, 38.41], [-9.12, 38.42]]).lines).toHaveLength(1);
   for (const place of [[482113.2, 4251234.5], [163100.1, 68.2], [-9.12, 91.5]]) expect(() => chart([place])).toThrow(/EPSG:4326/);
+});
+
+test("past visits are when the craft was as near as the goal says, and a long silence ends one", () => {
+  // At 1 m/s past an AUV that lies 12 m beside its track at 50 m: within 20 m of it from 16 m before to 16 m behind.
+  const line = (kind, t, vehicle, north, east) => `${t},${kind},${t},${vehicle},${north},${east},0`, seconds = Array.from({ length: 101 }, (_, t) => t);
+  const lines = [...seconds, 200, 201].flatMap((t) => [line("truth", t, "asc", Math.min(t, 100), 0), line("truth", t, "auv-1", 50, 12), line("truth", t, "auv-2", 100, 0), line("planned", t, "", "", "")]);
+  const past = (t, within_m) => {
+    const simulated = recording({ kind: "simulated", scene: { goal: { kind: "visit", auvs: ["auv-1", "auv-2"], within_m } } });
+    simulated.takeLines(["sequence,kind,t_s,vehicle,north_m,east_m,depth_m", ...lines]);
+    return visitsAt(simulated, t).past;
+  };
+  expect(past(300)).toEqual([{ auv: "auv-1", from: 34, to: 66 }, { auv: "auv-2", from: 80, to: 100 }, { auv: "auv-2", from: 200, to: 201 }]);
+  expect(past(50)).toEqual([{ auv: "auv-1", from: 34, to: 50 }]);
+  expect(past(300, 13)[0]).toEqual({ auv: "auv-1", from: 45, to: 55 });
 });

@@ -65,16 +65,18 @@ pub const FILES: &[File] = files! {
     "/service.js": SCRIPT, "service.js";
     "/theme.js": SCRIPT, "theme.js";
     "/thumbnail.js": SCRIPT, "thumbnail.js";
+    "/visits.js": SCRIPT, "visits.js";
 };
 
 /// The modules of a report, each after those that it imports.
-const OF_REPORTS: [&str; 15] = [
+const OF_REPORTS: [&str; 16] = [
     include_str!("../web/dom.js"),
     include_str!("../web/format.js"),
     include_str!("../web/theme.js"),
     include_str!("../web/recording.js"),
     include_str!("../web/playback.js"),
     include_str!("../web/background.js"),
+    include_str!("../web/visits.js"),
     include_str!("../web/picture.js"),
     include_str!("../web/curves.js"),
     include_str!("../web/drawing.js"),

@@ -90,8 +90,8 @@ export class ChartStack {
   /** @param {Drawn} drawn */
   buildLegend(drawn) {
     drawn.values = drawn.chart.curves.map(() => el("b"));
-    fill(drawn.legend, drawn.chart.curves.map((curve, i) => el("span", {}, el("i", { class: `chart-key key-${curve.dash ?? "solid"} key-of-${curve.colour}`, "aria-hidden": "true" }), el("bdi", {}, curve.name), " ", drawn.values[i])),
-      bandKinds(drawn.chart).map(({ name, colour: key }) => el("span", {}, el("i", { class: `chart-key key-band key-of-${key}`, "aria-hidden": "true" }), `answered by ${name}`)));
+    fill(drawn.legend, drawn.chart.curves.map((curve, i) => el("span", {}, el("i", { class: `chart-key key-${curve.dash ?? "solid"}`, style: `border-color: var(--${curve.colour})`, "aria-hidden": "true" }), el("bdi", {}, curve.name), " ", drawn.values[i])),
+      bandKinds(drawn.chart).map(({ name, colour: key }) => el("span", {}, el("i", { class: "chart-key key-band", style: `border-color: var(--${key})`, "aria-hidden": "true" }), `answered by ${name}`)));
   }
 
   /** @param {Drawn} drawn */

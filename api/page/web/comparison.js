@@ -1,9 +1,9 @@
 // Runs of one scenario and seed with several controllers: side by side on one clock, and their scores.
 
-import { el, fill, named } from "./dom.js";
+import { el, fill, named, swatch } from "./dom.js";
 import { degrees, methodName, number } from "./format.js";
 import { scores } from "./recording.js";
-import { MissionView, swatch } from "./mission.js";
+import { MissionView } from "./mission.js";
 
 /**
  * @typedef {import("./picture.js").Run} Run

@@ -42,6 +42,18 @@ function nodes(children) {
 }
 
 /**
+ * An element of a drawing.
+ * @param {string} name @param {{ [attribute: string]: string | number }} attributes @param {...SVGElement} children
+ * @returns {SVGElement}
+ */
+export function shape(name, attributes, ...children) {
+  const element = document.createElementNS("http://www.w3.org/2000/svg", name);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, String(value));
+  element.append(...children);
+  return element;
+}
+
+/**
  * Replaces the content of `element`.
  * @param {Element} element
  * @param {...(Child | Child[])} children
@@ -56,6 +68,11 @@ export function fill(element, ...children) {
  */
 export function named(name) {
   return el("bdi", { class: "name" }, name);
+}
+
+/** A patch of a colour. @param {string} colour */
+export function swatch(colour) {
+  return el("span", { class: "swatch", style: `background: var(--${colour})`, "aria-hidden": "true" });
 }
 
 /**

@@ -20,8 +20,8 @@ const DEPTH_STEPS = 6;
 const ARROW_MIN_PX = 36;
 /** Space for the buttons and the readout. */
 const LABELS_FROM_PX = 74;
-const WIDTHS = { solid: 2.5, dashed: 2, dotted: 2, wide: 7 };
-const DASHES = { solid: [], dashed: [8, 6], dotted: [1.5, 5], wide: [] };
+const WIDTHS = { solid: 2.5, dashed: 2, dotted: 2, wide: 7, thin: 1.2 };
+const DASHES = { solid: [], dashed: [8, 6], dotted: [1.5, 5], wide: [], thin: [] };
 const FONT = "12.5px system-ui, 'DejaVu Sans', sans-serif", FONT_BOLD = `600 ${FONT}`, FONT_SMALL = "11px system-ui, 'DejaVu Sans', sans-serif";
 
 /** Shapes point north: hulls and torpedoes, of some 20 pixels. @type {{ [kind: string]: [number, number][] }} */
@@ -70,11 +70,12 @@ export function drawPicture(context, picture, frame) {
   for (const layer of picture.tracks) drawTrack(pen, layer);
   for (const ellipse of picture.ellipses) drawEllipse(pen, ellipse);
   drawCrosses(pen, picture.marks);
-  for (const mark of picture.marks) drawMark(pen, mark);
+  for (const mark of picture.marks) if (mark.kind !== "stop") drawMark(pen, mark);
   // Headings of the craft are true; courses of AUVs come from their places on the map.
   const onMap = (/** @type {{ north: number, east: number, heading: number }} */ { north, east, heading }) => heading - convergence(picture.origin, north, east);
   for (const arrow of picture.arrows) drawArrow(pen, { ...arrow, heading: onMap(arrow) });
   for (const vehicle of picture.vehicles) drawVehicle(pen, vehicle.kind === "craft" ? { ...vehicle, heading: onMap(vehicle) } : vehicle);
+  for (const mark of picture.marks) if (mark.kind === "stop") drawMark(pen, mark);
   drawFurniture(pen, picture);
   drawNames(pen, picture);
 }
@@ -245,13 +246,24 @@ function drawEllipse(pen, { north, east, covariance: [nn, ne, ee], colour: name 
 }
 
 /** @param {Pen} pen @param {import("./map.js").Mark} mark */
-function drawMark(pen, { north, east, kind, colour: name }) {
+function drawMark(pen, { north, east, kind, colour: name, text = "" }) {
   const { context } = pen, x = pen.x(east), y = pen.y(north);
   context.beginPath();
   if (kind === "dot") {
     context.arc(x, y, 3, 0, 2 * Math.PI);
     context.fillStyle = pen.ink(name);
     return context.fill();
+  }
+  if (kind === "stop") {
+    // Above its place: an AUV may be there.
+    context.arc(x, y - 17, 9, 0, 2 * Math.PI);
+    context.fillStyle = pen.ink("card");
+    context.fill();
+    pen.stroke(name, "solid", 2);
+    context.font = FONT_BOLD;
+    context.textAlign = "center";
+    context.fillStyle = pen.ink("ink");
+    return context.fillText(text, x, y - 12.5);
   }
   if (kind === "violation") {
     context.moveTo(x, y - 10);

@@ -260,7 +260,7 @@ function previewOf(plan, t_s) {
       drift: [target.drift.north_mps, target.drift.east_mps], route: target.estimate.route,
     })),
     line_of_sight_reference: plan.baseline, rms_m: plan.predicted.rms_error_m, line_of_sight_rms_m: plan.baseline.predicted_rms_error_m,
-    craft: { follows: plan.craft_estimate.follows }, violations: plan.violations, warnings: plan.warnings,
+    craft: { follows: plan.craft_estimate.follows }, violations: plan.violations, warnings: plan.warnings, schedule: plan.schedule,
   };
   const [asc] = plan.trajectory;
   const auvs = Object.fromEntries(prediction.auvs.map((/** @type {any} */ auv) => [auv.id, { north_m: auv.positions[0][0], east_m: auv.positions[0][1], depth_m: auv.depths_m[0], heading_rad: NaN }]));

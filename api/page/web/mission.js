@@ -1,11 +1,12 @@
 // A mission, or several runs of one on the same clock: map, time series, estimates, log.
 
-import { el, fill, named, oncePerFrame } from "./dom.js";
+import { el, fill, named, oncePerFrame, swatch } from "./dom.js";
 import { bearing, degrees, duration, methodName, moment, number } from "./format.js";
 import { worstStretch } from "./recording.js";
 import { PLAY_SPEEDS, Playback } from "./playback.js";
 import { pictureAt, violationWords } from "./picture.js";
 import { chartsOf } from "./curves.js";
+import { scheduleWords, visitsAt, VisitStrip } from "./visits.js";
 import { NO_BACKGROUND, backgroundOf, placeOnEarth } from "./background.js";
 import { MapView } from "./map.js";
 import { ChartStack } from "./chart.js";
@@ -25,7 +26,7 @@ const AROUND_S = 90;
 /** @type {[keyof Layers, string, boolean][]} */
 const LAYERS = [
   ["forecasts", "forecasts, 95 % ellipses", true], ["ghost", "line of sight from here", true], ["goal", "goal", true], ["fixes", "fixes", true],
-  ["acoustic", "acoustic range", true], ["bounds", "keep-outs and area", true], ["paths", "paths", true], ["chart", "my chart", true],
+  ["acoustic", "acoustic range", true], ["bounds", "keep-outs and area", true], ["paths", "paths", true], ["tour", "tour of visits", true], ["chart", "my chart", true],
 ];
 
 const LEGEND = [
@@ -87,9 +88,10 @@ export class MissionView {
     this.log = el("ol", { class: "log", tabIndex: 0, "aria-label": "Log, newest first" });
     const maps = el("div", { class: this.options.sideBySide ? "maps side-by-side" : "maps" });
     this.empty = el("p", { class: "empty", hidden: true }, "No plan and no fix yet.");
+    this.visits = new VisitStrip();
     const several = this.runs.length > 1;
     fill(host, el("div", { class: several ? "mission several" : "mission" },
-      el("section", { class: "panel map-panel", "aria-label": "Map" }, this.empty, maps, legend(several ? this.runs : []), this.layersForm()),
+      el("section", { class: "panel map-panel", "aria-label": "Map" }, this.empty, maps, this.visits.element, legend(several ? this.runs : []), this.layersForm()),
       this.transport(),
       this.options.below,
       el("div", { class: "side" },
@@ -251,6 +253,7 @@ export class MissionView {
     ]);
     fill(this.warnings ?? el("ul"), (believed?.warnings ?? []).map((warning) => el("li", {}, warning.detail)),
       (believed?.violations ?? []).map((violation) => el("li", { class: "violated" }, `${violationWords(violation)}, at ${moment(violation.t_s, this.live)}`)));
+    this.visits?.draw(visitsAt(recording, t));
     facts(this.believed, believed ? beliefsOf(believed) : [["", i < 0 ? "no plan yet" : "loading, or not stored: an earlier version made this record"]]);
   }
 
@@ -264,7 +267,7 @@ export class MissionView {
 }
 
 /** @param {import("./recording.js").Prediction} believed @returns {string[][]} */
-function beliefsOf({ current, craft, auvs }) {
+function beliefsOf({ current, craft, auvs, schedule }) {
   const speed = current ? Math.hypot(...current) : NaN;
   return [
     ["current", current ? `${number(speed, 2, "m/s")} towards ${bearing(Math.atan2(current[1], current[0]))}` : "not known"],
@@ -272,6 +275,7 @@ function beliefsOf({ current, craft, auvs }) {
     ["heading offset", number(degrees(Number(craft.heading_offset_rad)), 1, "°")],
     ["surge lag", number(Number(craft.surge_lag_s), 2, "s")],
     ["sway per yaw rate", number(Number(craft.sway_per_yaw_rate_s), 2, "s")],
+    ...schedule ? scheduleWords(schedule) : [],
     ["craft follows", craft.follows ? "yes" : "no: its motion differs from the prediction"],
     ...auvs.map(({ id, drift, route, dive, covariances_m2: [first] }) => [
       id, `± ${number(Math.sqrt(((first?.[0] ?? NaN) + (first?.[2] ?? NaN)) * 2.995), 1, "m")} (95 %), drift ${number(Math.hypot(...drift), 3, "m/s")}${route ? `; ${routeWords(route)}` : ""}${dive ? `; dives from ${number(dive.depth_min_m, 0)} to ${number(dive.depth_max_m, 0, "m")}` : ""}`,
@@ -301,9 +305,4 @@ function legend(several) {
   return el("ul", { class: "legend", "aria-label": "Legend" },
     entries.map(([colour, name]) => el("li", {}, swatch(colour), name)),
     fixed.map(([kind, name]) => el("li", {}, el("span", { class: `sample sample-${kind}`, "aria-hidden": "true" }), name)));
-}
-
-/** @param {string} colour */
-export function swatch(colour) {
-  return el("span", { class: `swatch swatch-${colour}`, "aria-hidden": "true" });
 }

@@ -42,17 +42,19 @@ export function ordersOf(mission, context, done) {
   // The setting is changed only if the mission is still as the page shows it.
   let revision = mission.revision;
   const patch = (/** @type {unknown} */ setting) => send(path, setting, { method: "PATCH", key: freshKey(), ifMatch: revision });
+  const pin = pinForm((value) => give("Next visit", () => patch({ goal: value })));
   const goal = goalForm((value) => give("Change of goal", () => patch({ goal: value })), said);
   const route = new RouteDraft(give, (paths) => patch({ paths }));
   const readOnly = context.role === "read-only" && el("p", { class: "why" }, "Read-only: orders need an operator's token.");
   const element = el("section", { class: "panel orders", "aria-labelledby": "orders-title" }, el("h2", { id: "orders-title" }, "Orders"), readOnly,
-    el("div", { class: "row" }, run, mission.kind === "simulated" && speed, pause, finish), mission.kind === "live" && [goal.element, route.element], said);
+    el("div", { class: "row" }, run, mission.kind === "simulated" && speed, pause, finish), mission.kind === "live" && [pin.element, goal.element, route.element], said);
   const became = (/** @type {MissionJson} */ { revision: shown, status, setting, scene }) => {
     revision = shown;
     const over = status === "finished" || status === "failed", forbidden = context.role === "read-only";
     run.disabled = speed.disabled = forbidden || over || status === "running";
     pause.disabled = forbidden || status !== "running";
     finish.disabled = forbidden || over;
+    pin.became(setting?.goal, forbidden || over);
     goal.became(setting?.goal, scene?.auvs ?? [], forbidden || over);
     route.became(scene?.auvs ?? [], forbidden || over);
     element.classList.toggle("over", over);
@@ -64,6 +66,24 @@ export function ordersOf(mission, context, done) {
 export function refusalWords({ problem, message }) {
   const errors = problem.errors.map((error) => `${error.pointer ?? error.parameter ?? ""} ${error.detail}`.trim());
   return [message || problem.title, ...errors].join("; ");
+}
+
+/** Pins the next visit of a goal that visits, and releases it. @param {(goal: unknown) => void} change */
+function pinForm(change) {
+  let goal = /** @type {any} */ (null);
+  const auv = el("select", { "aria-label": "AUV to visit next" });
+  const pin = el("button", { type: "button", onclick: () => change({ ...goal, next: auv.value }) }, "Pin");
+  const release = el("button", { type: "button", onclick: () => { const { next, ...free } = goal; change(free); } }, "Release");
+  const element = el("div", { class: "row pin", hidden: true }, "Next", auv, pin, release);
+  const became = (/** @type {any} */ now, /** @type {boolean} */ disabled) => {
+    const visits = now?.kind === "visit";
+    element.hidden = !visits;
+    auv.disabled = pin.disabled = disabled;
+    release.disabled = disabled || !now?.next;
+    if (visits && JSON.stringify(now) !== JSON.stringify(goal)) fill(auv, now.auvs.map((/** @type {string} */ id) => el("option", { value: id, selected: id === now.next }, id)));
+    goal = now;
+  };
+  return { element, became };
 }
 
 /**

@@ -1,13 +1,14 @@
 // The map of recordings at one moment.
 
 import { number } from "./format.js";
+import { addTour, visitsAt } from "./visits.js";
 
 /**
  * @typedef {import("./recording.js").Recording} Recording
  * @typedef {import("./recording.js").Series} Series
  * @typedef {import("./map.js").Picture} Picture
  * @typedef {{ name: string, colour: string, recording: Recording }} Run
- * @typedef {{ forecasts: boolean, goal: boolean, fixes: boolean, ghost: boolean, acoustic: boolean, bounds: boolean, paths: boolean, chart: boolean }} Layers
+ * @typedef {{ forecasts: boolean, goal: boolean, fixes: boolean, ghost: boolean, acoustic: boolean, bounds: boolean, paths: boolean, chart: boolean, tour: boolean }} Layers
  * @typedef {{ lines: import("./map.js").Line[], marks: import("./map.js").Mark[] }} Background
  */
 
@@ -40,11 +41,14 @@ export function pictureAt(runs, t, layers, background) {
     picture.marks.push(...background.marks);
   }
   bounds(picture, first, t, layers);
-  if (layers.goal) addTrack(picture, first.goal, t, "goal", "dashed", "goal");
+  const visits = visitsAt(first, t);
+  // A goal that visits is an AUV, and another one after each visit.
+  if (layers.goal && !visits.schedule && visits.goal?.kind !== "visit") addTrack(picture, first.goal, t, "goal", "dashed", "goal");
   for (const [id, series] of first.places) addTrack(picture, series, t, "auv", first.live ? "dotted" : "solid", id, true);
   for (const { name, colour, recording } of runs) addTrack(picture, recording.craft, t, colour, "solid", name || "surface craft");
   const believed = runs.length === 1 ? first.predictionAt(t) : null;
   if (believed) beliefs(picture, runs[0], believed, layers);
+  if (believed && layers.tour) addTour(picture, believed.prediction.asc[0], t, visits);
   if (layers.fixes) rawFixes(picture, first, t);
   for (const run of runs) craftAt(picture, run, t, runs.length > 1);
   auvsAt(picture, first, t, believed?.prediction);

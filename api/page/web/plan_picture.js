@@ -1,11 +1,12 @@
 // The plan of a snapshot and the answers of the laws: map, distance over time, replay.
 
-import { el, fill } from "./dom.js";
+import { el, fill, swatch } from "./dom.js";
 import { methodName, number } from "./format.js";
 import { MapView } from "./map.js";
 import { ChartStack } from "./chart.js";
 import { violationWords } from "./picture.js";
 import { tangentPlane } from "./background.js";
+import { addTour, VisitStrip } from "./visits.js";
 
 /**
  * @typedef {import("./map.js").Picture} Picture
@@ -29,11 +30,12 @@ export class PlanPicture {
     /** @type {{ [name: string]: any }} */
     this.plans = {};
     const place = el("div", { class: "map-place" }), charts = el("div");
+    this.visits = new VisitStrip();
     this.boxes = el("div", { class: "plan-laws row", role: "group", "aria-label": "Answers shown" });
     this.playButton = el("button", { type: "button", onclick: () => this.toggle() }, "▶ Play");
     this.slider = el("input", { type: "range", min: "0", max: "1000", value: "0", "aria-label": "Time of the forecast", oninput: () => { this.stop(); this.after = Number(this.slider.value) / 1000 * this.length; this.draw(); } });
     this.clock = el("output", { class: "clock" }, "now");
-    this.element = el("div", {}, el("section", { class: "panel map-panel", "aria-label": "Map of the snapshot" }, place, this.boxes),
+    this.element = el("div", {}, el("section", { class: "panel map-panel", "aria-label": "Map of the snapshot" }, place, this.visits.element, this.boxes),
       el("div", { class: "transport", role: "group", "aria-label": "Replay" }, this.playButton, this.slider, this.clock), el("section", { class: "panel charts", "aria-label": "Predicted distance to the goal" }, charts));
     this.map = new MapView(place);
     this.charts = new ChartStack(charts, { onCursor: (x) => { if (x !== null) { this.stop(); this.after = x; this.draw(); } }, formatX: (x) => `+${number(x, 0)} s` });
@@ -54,7 +56,7 @@ export class PlanPicture {
         if (/** @type {HTMLInputElement} */ (event.target).checked) this.shown.add(name); else this.shown.delete(name);
         this.draw();
       },
-    }), el("span", { class: `swatch swatch-${colour}`, "aria-hidden": "true" }), methodName(name))));
+    }), swatch(colour), methodName(name))));
     this.map.fit();
     this.draw();
   }
@@ -66,9 +68,16 @@ export class PlanPicture {
     this.clock.textContent = after < 0.5 ? "now" : `+${number(after, 0, "s")}`;
     this.slider.setAttribute("aria-valuetext", `${number(after, 0)} seconds from now`);
     this.map.draw(this.picture());
+    this.visits.draw(this.schedule());
     this.charts.setCharts([this.distances()]);
     this.charts.setCursor(after);
     this.charts.draw();
+  }
+
+  /** @returns {import("./visits.js").Visits} */
+  schedule() {
+    const { request, plans: { mpc }, after } = this, begin = mpc.trajectory[0].t_s;
+    return { schedule: mpc.schedule, goal: request.goal, now: begin + after, begin, clock: (t) => (Math.abs(t - begin) < 1 ? "now" : `+${number((t - begin) / 60, 0, "min")}`), order: mpc.targets.map((/** @type {any} */ target) => target.id) };
   }
 
   /** @returns {Picture} */
@@ -98,6 +107,7 @@ export class PlanPicture {
       }
     }
     const [first] = mpc.trajectory;
+    addTour(picture, [first.north_m, first.east_m], start + after, this.schedule());
     picture.vehicles.push({ kind: "craft", north: first.north_m, east: first.east_m, heading: request.asc.heading_rad ?? first.heading_rad, colour: "hull", name: "ASC" });
     for (const [id, reports] of rawReports(request)) for (const [i, report] of reports.entries()) this.addReport(picture, id, i, report);
     picture.label = `Map of the snapshot ${this.clock.textContent}: ${picture.vehicles.map((vehicle) => vehicle.name && `${vehicle.name} at ${number(vehicle.north, 0)} m north, ${number(vehicle.east, 0)} m east`).filter(Boolean).join("; ")}`;

@@ -3,6 +3,7 @@
 import { el } from "./dom.js";
 import { bearing, methodName, number } from "./format.js";
 import { violationWords } from "./picture.js";
+import { costWords, scheduleWords } from "./visits.js";
 
 /** @type {[string, (plan: any) => number | string, ((value: number) => string)?, boolean?][]} name, value, words, whether less is better */
 const ROWS = [
@@ -25,7 +26,12 @@ export function planTables({ plans, explanation }) {
     const values = names.map((each) => of(plans[each])), least = Math.min(...values.map(Number)), decided = less && values.some((value) => value !== least);
     return [name, ...values.map((value) => ({ text: words(Number(value)), better: decided && value === least }))];
   })), notes.length > 0 && el("ul", { class: "warnings" }, notes.map((note) => el("li", {}, el("bdi", {}, note)))))];
-  const { solver } = mpc;
+  const { solver, schedule } = mpc;
+  if (schedule) {
+    const { unit, visits } = schedule, minutes = (/** @type {number} */ t) => ({ text: `+${number((t - mpc.trajectory[0].t_s) / 60, 1, "min")}` });
+    sections.push(section("Visits", table(["", "arrival", "departure", "cost before", "cost after"], visits.map((/** @type {import("./visits.js").Visit} */ visit) => [visit.auv, minutes(visit.arrive_s), minutes(visit.leave_s), { text: costWords(visit.cost_before, unit) }, { text: costWords(visit.cost_after, unit) }])),
+      table([], scheduleWords(schedule).map(([name, text]) => [name, { text }]))));
+  }
   if (solver) {
     const facts = [["status", solver.status], ["SCP iterations", solver.scp_iterations], ["interior-point iterations", solver.iterations], ["time", number(solver.solve_time_ms, 2, "ms")],
       ...Object.entries(solver.residuals ?? {}).map(([name, value]) => [`${name} residual`, Number(value).toExponential(1)])];

@@ -574,6 +574,9 @@ pub struct Scene {
     /// What the controller knows, in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub information: Option<String>,
+    /// The goal of a simulated mission; that of a live one is in its setting.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub goal: Option<Task>,
     /// The underwater vehicles.
     pub auvs: Vec<String>,
     /// Discs to keep out of.

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Vector2};
 use planner::{
     plan::{Plan, PlannedTarget, RouteFit, Violation},
-    snapshot::{Auv, Dive, Snapshot},
+    snapshot::{Auv, Dive, Schedule, Snapshot},
 };
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -28,6 +28,9 @@ pub struct Prediction {
     pub asc: Vec<[f64; 2]>,
     /// Where the goal is expected.
     pub goal: Vec<[f64; 2]>,
+    /// When each underwater vehicle is visited, of a goal of the kind `visit`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub schedule: Option<Schedule>,
     /// Where the line-of-sight law would lead.
     pub line_of_sight: Vec<[f64; 2]>,
     /// The underwater vehicles.
@@ -155,6 +158,7 @@ impl Prediction {
                     .map(|p| at(p.north_m, p.east_m))
                     .collect(),
             ),
+            schedule: answer.schedule.clone().map(few_digits),
             line_of_sight: pick(
                 plan.baseline
                     .trajectory
@@ -240,6 +244,27 @@ fn evenly(n: usize) -> Vec<usize> {
     (0..most)
         .map(|k| if most < 2 { 0 } else { k * last / (most - 1) })
         .collect()
+}
+
+/// The visits and present costs of a schedule to what people read.
+fn few_digits(mut schedule: Schedule) -> Schedule {
+    for visit in &mut schedule.visits {
+        let values = [
+            &mut visit.arrive_s,
+            &mut visit.leave_s,
+            &mut visit.north_m,
+            &mut visit.east_m,
+            &mut visit.cost_before,
+            &mut visit.cost_after,
+        ];
+        for value in values {
+            *value = rounded(*value, CENTI);
+        }
+    }
+    for vehicle in &mut schedule.costs {
+        vehicle.cost = rounded(vehicle.cost, CENTI);
+    }
+    schedule
 }
 
 /// To the nearest of `per_unit` parts of one. No zero is negative.

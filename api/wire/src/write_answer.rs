@@ -168,6 +168,11 @@ impl<'a> Answer<'a> {
                 (*north, *east) = (place.x, place.y);
             }
         }
+        let mut schedule = self.plan.schedule.clone();
+        for visit in schedule.iter_mut().flat_map(|schedule| &mut schedule.visits) {
+            let place = self.placed(&Vector2::new(visit.north_m, visit.east_m));
+            (visit.north_m, visit.east_m) = (place.x, place.y);
+        }
         PlanResponse {
             schema_version: SCHEMA_VERSION.to_owned(),
             plan_id: self.plan_id.clone(),
@@ -187,7 +192,7 @@ impl<'a> Answer<'a> {
             current: self.plan.current,
             goal: GoalTrajectory { trajectory: goal },
             targets,
-            schedule: self.plan.schedule.clone(),
+            schedule,
             baseline: Baseline {
                 method: Method::SaturatedLos,
                 speed_mps: baseline.reference.speed,

@@ -57,6 +57,9 @@ impl PreviousPlan {
                 put(north, east);
             }
         }
+        for visit in self.schedule.iter_mut().flat_map(|schedule| &mut schedule.visits) {
+            put(&mut visit.north_m, &mut visit.east_m);
+        }
         let memory = self
             .craft_estimate
             .as_mut()

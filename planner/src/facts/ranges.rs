@@ -176,9 +176,11 @@ pub(crate) const SCHEDULED_COST: RangeInclusive<f64> = 0.0..=1.0e24;
 pub const VISITS_MAX: usize = 32;
 
 /// A visit of an earlier answer.
-pub(crate) const VISIT: [Range; 4] = [
+pub(crate) const VISIT: [Range; 6] = [
     ("arrive_s", -2.0 * TIME_MAX..=2.0 * TIME_MAX),
     ("leave_s", -2.0 * TIME_MAX..=2.0 * TIME_MAX),
+    ("north_m", FORESEEN),
+    ("east_m", FORESEEN),
     ("cost_before", SCHEDULED_COST),
     ("cost_after", SCHEDULED_COST),
 ];

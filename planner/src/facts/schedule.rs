@@ -67,6 +67,10 @@ pub struct Visit {
     pub arrive_s: f64,
     /// When it leaves, s.
     pub leave_s: f64,
+    /// Where the vehicle is expected when the craft arrives, or is if it is there: north of the datum, m.
+    pub north_m: f64,
+    /// East of the datum, m.
+    pub east_m: f64,
     /// The vehicle's cost when the craft arrives, in `unit`.
     pub cost_before: f64,
     /// Its cost when the craft leaves.

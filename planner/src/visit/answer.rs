@@ -60,7 +60,7 @@ impl Answer<'_> {
             visits: stays
                 .iter()
                 .take(VISITS_MAX)
-                .map(|stay| self.visit(stay))
+                .map(|stay| self.visit(stay, forecasts))
                 .collect(),
             cost,
             bound,
@@ -78,16 +78,20 @@ impl Answer<'_> {
         Scheduled { schedule, turns }
     }
 
-    fn visit(&self, stay: &Stay) -> Visit {
+    fn visit(&self, stay: &Stay, forecasts: &[AuvForecast]) -> Visit {
         let now = self.snapshot.t_s;
         // One that is on began when it did.
         let begun = self
             .present
             .filter(|present| stay.arrive <= 0.0 && present.candidate == stay.candidate);
+        let forecast = &forecasts[self.fleet.candidates[stay.candidate].auv];
+        let place = forecast.at(stay.arrive.max(0.0)).position;
         Visit {
             auv: self.ids[stay.candidate].clone(),
             arrive_s: now + begun.map_or(stay.arrive, |present| present.since),
             leave_s: now + stay.leave,
+            north_m: place.x,
+            east_m: place.y,
             cost_before: stay.cost_before,
             cost_after: stay.cost_after,
         }

@@ -105,6 +105,8 @@ mod tests {
                 auv: "auv-3".into(),
                 arrive_s: 130.0,
                 leave_s: 190.0,
+                north_m: 0.0,
+                east_m: 100.0,
                 cost_before: 42.0,
                 cost_after: 2.0,
             }],

@@ -288,6 +288,35 @@ fn no_schedule_costs_less_than_its_bound_and_its_visits_are_in_order_and_long_en
     }
 }
 
+#[test]
+fn a_visit_is_where_its_auv_goes_until_the_craft_arrives() {
+    for seed in 0..30 {
+        let mut request = random(seed, 3, 900.0);
+        // Faster than what counts as at rest.
+        for state in request.auvs.iter_mut().filter_map(|auv| auv.state.as_mut()) {
+            state.speed_mps += 0.1;
+        }
+        for visit in scheduled(&request).visits {
+            let mut auvs = request.auvs.iter();
+            let auv = auvs.find(|auv| auv.id == visit.auv).expect("it is visited");
+            let state = auv.state.as_ref().expect("it is given so");
+            let ahead = visit.arrive_s - request.t_s;
+            let way = state.speed_mps * ahead;
+            let (sin, cos) = state.course_rad.sin_cos();
+            let off = Vector2::new(
+                state.north_m + way * cos - visit.north_m,
+                state.east_m + way * sin - visit.east_m,
+            );
+            assert!(
+                off.norm() < 1e-6,
+                "seed {seed}, {} in {ahead} s: {} m off",
+                visit.auv,
+                off.norm()
+            );
+        }
+    }
+}
+
 /// That two schedules visit the same AUVs, `b` calling them `names[i]` where `a` has `auv-i`, at the same times within `tolerance`, s.
 fn assert_same(a: &Schedule, b: &Schedule, names: impl Fn(&VehicleId) -> VehicleId, tolerance: f64) {
     assert_eq!(a.visits.len(), b.visits.len());

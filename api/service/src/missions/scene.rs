@@ -6,7 +6,7 @@ use sim::scenario::{CurrentKnowledge, Scenario};
 
 use super::simulation;
 use wire::{
-    Origin,
+    Origin, Task,
     mission::{Live, NewMission, Scene, Simulated},
 };
 
@@ -47,6 +47,11 @@ fn of_simulated(simulated: &Simulated) -> Option<Scene> {
     let scenario = simulation::scenario(simulated).ok()?;
     let start = scenario.start(simulated.seed).ok()?;
     let (duration_s, settled_after_s) = (start.duration, start.settled_after);
+    let briefing = start.observer.as_ref().map(|observer| &observer.briefing);
+    let goal = briefing.map(|briefing| Task {
+        goal: briefing.goal.clone(),
+        offset: briefing.offset,
+    });
     let mission = sim::mission::Mission::from_start(start, &scenario, "", simulated.seed);
     let record = mission.record();
     let thinned = |points: &Vec<planner::nalgebra::Vector2<f64>>| {
@@ -70,6 +75,7 @@ fn of_simulated(simulated: &Simulated) -> Option<Scene> {
         seed: Some(simulated.seed),
         controller: Some(simulated.controller),
         information: Some(information(&scenario, simulated)),
+        goal,
         auvs: record.auv_ids.clone(),
         keep_outs: bounds.keep_outs.clone(),
         area: bounds.area.iter().map(|corner| [corner.x, corner.y]).collect(),

@@ -71,7 +71,14 @@ impl Check {
     pub(super) fn schedule(&mut self, schedule: &Schedule) {
         let field = "previous_plan/schedule";
         for (i, visit) in schedule.visits.iter().enumerate() {
-            let values = [visit.arrive_s, visit.leave_s, visit.cost_before, visit.cost_after];
+            let values = [
+                visit.arrive_s,
+                visit.leave_s,
+                visit.north_m,
+                visit.east_m,
+                visit.cost_before,
+                visit.cost_after,
+            ];
             self.numbers(&format!("{field}/visits/{i}"), &VISIT, values);
         }
         for (i, vehicle) in schedule.costs.iter().enumerate() {
