@@ -77,7 +77,7 @@ const FORMS: &[Form] = &[
     },
     Form {
         place: "surface_craft.goal",
-        shape: Shape::OneOf(&["track", "intermittent", "midpoint", "weighted", "range"]),
+        shape: Shape::OneOf(&["track", "intermittent", "midpoint", "weighted", "range", "visit"]),
         example: "goal = {track = {auv = \"auv-1\"}}",
     },
     Form {
