@@ -207,7 +207,7 @@ struct TaskMembers {
     /// `visit`: horizontal distance within which a vehicle counts as served, m, from 1 to 5000. Default: 20.
     #[serde(default)]
     within_m: Option<f64>,
-    /// `visit`: least time with a vehicle, s, from 10 to 3600. Default: 30.
+    /// `visit`: least time with a vehicle, s, from 0 to 3600. Default: 0 where the cost is `age`, else 30.
     #[serde(default)]
     dwell_min_s: Option<f64>,
     /// `visit`: until when each vehicle must have been served, by name, s on the request's clock. Default: no deadline.
@@ -254,11 +254,12 @@ impl TaskMembers {
     /// The members of a goal of the kind `visit`, with their defaults.
     fn visits(&mut self, auvs: Vec<VehicleId>) -> Visits {
         let default = Visits::new(auvs);
+        let cost = self.cost.take().unwrap_or(default.cost);
         Visits {
-            cost: self.cost.take().unwrap_or(default.cost),
+            cost,
             weights: self.weights.take().unwrap_or_default(),
             within_m: self.within_m.take().unwrap_or(default.within_m),
-            dwell_min_s: self.dwell_min_s.take().unwrap_or(default.dwell_min_s),
+            dwell_min_s: self.dwell_min_s.take().unwrap_or(cost.dwell_min()),
             serve_by_s: self.serve_by_s.take().unwrap_or_default(),
             reduce: self.reduce.take().unwrap_or_default(),
             costs_now: self.costs_now.take().unwrap_or_default(),

@@ -148,8 +148,8 @@ pub(crate) const GOAL_IN_TURN: [Range; 2] = [("dwell_s", 1.0..=1.0e6), ("epoch_s
 /// Slant range to stay within: what an acoustic modem may be asked for.
 pub(crate) const GOAL_RANGE: [Range; 1] = [("range_m", 1.0..=2.0e4)];
 
-/// A goal that visits vehicles. No visit is shorter than a slot of an acoustic network.
-pub(crate) const GOAL_VISIT: [Range; 2] = [("within_m", 1.0..=5.0e3), ("dwell_min_s", 10.0..=3600.0)];
+/// A goal that visits vehicles.
+pub(crate) const GOAL_VISIT: [Range; 2] = [("within_m", 1.0..=5.0e3), ("dwell_min_s", 0.0..=3600.0)];
 
 /// The cost of a vehicle that is not served. Every number is so small that no cost that grows for years overflows.
 pub(crate) const VISIT_UNCERTAINTY: [Range; 4] = [

@@ -15,7 +15,7 @@ use crate::facts::{
 /// Assumption: a craft that accompanies an AUV stays within this; far less than what a modem reaches.
 const WITHIN: f64 = 20.0;
 
-/// Least time with an AUV, s, where none is given: three slots of an acoustic network that hears of each every 10 s.
+/// Least time with an AUV that fixes or data take, s, where none is given: three slots of an acoustic network that hears of each every 10 s.
 const DWELL_MIN: f64 = 30.0;
 
 /// Standard deviation of an acoustic fix at no distance, m, where none is given.
@@ -63,7 +63,7 @@ impl Visits {
             cost: VisitCost::Age,
             weights: BTreeMap::new(),
             within_m: WITHIN,
-            dwell_min_s: DWELL_MIN,
+            dwell_min_s: VisitCost::Age.dwell_min(),
             serve_by_s: BTreeMap::new(),
             reduce: Reduce::Mean,
             costs_now: BTreeMap::new(),
@@ -104,6 +104,17 @@ pub enum VisitCost {
         /// Slant range at which nothing is uploaded any more, m.
         range_max_m: f64,
     },
+}
+
+impl VisitCost {
+    /// Least time with an AUV, s, where none is given: an age is 0 at once.
+    #[must_use]
+    pub fn dwell_min(&self) -> f64 {
+        match self {
+            Self::Age => 0.0,
+            Self::Uncertainty { .. } | Self::Data { .. } => DWELL_MIN,
+        }
+    }
 }
 
 /// What counts of the costs of several AUVs.

@@ -129,14 +129,20 @@ impl Answer<'_> {
         others.into_iter().map(alternative).collect()
     }
 
-    /// Whom the goal follows: the AUV of the first visit, for the whole horizon. A program that sees the next goal sets off before the visit
-    /// is over, or stays between both where visits are short, and serves neither. Without a visit, the nearest that was heard.
+    /// Whom the goal follows: the AUV of the first visit. A program that sees the next goal sets off before the visit is over. Only where visits
+    /// have no least time does it see it, from when the craft would be there: it turns in time. Without a visit, the nearest that was heard.
     fn turns(&self, stays: &[Stay], forecasts: &[AuvForecast]) -> Vec<Turn> {
-        let first = stays.first().map(|stay| Turn {
-            until: stay.leave,
+        let of = |stay: &Stay, until| Turn {
+            until,
             auv: self.fleet.candidates[stay.candidate].auv,
-        });
-        let mut turns: Vec<_> = first.into_iter().collect();
+        };
+        let mut turns: Vec<_> = match stays {
+            [first, second, ..] if self.fleet.dwell_min <= 0.0 => {
+                vec![of(first, second.arrive), of(second, second.leave)]
+            }
+            [first, ..] => vec![of(first, first.leave)],
+            [] => Vec::new(),
+        };
         if turns.is_empty() {
             let here = self.snapshot.asc.position();
             let key = |vehicle: &Vehicle| {

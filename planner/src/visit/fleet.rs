@@ -65,6 +65,8 @@ pub(crate) struct Candidate {
 #[derive(Clone, Debug)]
 pub(crate) struct Fleet {
     pub(crate) craft: Craft,
+    /// Its speed through the water now, m/s.
+    pub(crate) speed_now: f64,
     /// From starboard to port, so that no name and no order of the request decides anything, and ties go to starboard.
     pub(crate) candidates: Vec<Candidate>,
     pub(crate) law: VisitCost,
@@ -130,6 +132,7 @@ impl Fleet {
         };
         let mut fleet = Self {
             craft,
+            speed_now: snapshot.asc.speed_mps.clamp(0.0, speed),
             candidates: members.iter().map(candidate).collect(),
             law: visits.cost,
             within: visits.within_m,

@@ -24,7 +24,7 @@ pub(crate) struct Track {
     positions: Vec<Vector2<f64>>,
     depths: Vec<f64>,
     /// The fastest that it moves through the water, m/s.
-    fastest: f64,
+    pub(crate) fastest: f64,
 }
 
 impl Track {
@@ -110,6 +110,8 @@ pub(crate) struct Arrival {
     pub(crate) time: f64,
     /// rad, of the craft's frame now.
     pub(crate) heading: f64,
+    /// How long it turned before it set off, s.
+    pub(crate) turning: f64,
 }
 
 impl Craft {
@@ -132,12 +134,17 @@ impl Craft {
             return Some(Arrival {
                 time: from.time,
                 heading: from.heading,
+                turning: 0.0,
             });
         }
         let turning = wrap(bearing(direct) - from.heading).abs() / self.turn_rate;
         let time = self.reach_after(track, from, (direct, turning), within, end)?;
         let heading = bearing(time);
-        Some(Arrival { time, heading })
+        Some(Arrival {
+            time,
+            heading,
+            turning,
+        })
     }
 
     /// What the craft must go through the water to be where the AUV is at `time`, m.

@@ -48,7 +48,7 @@ impl Scheduler<'_> {
         let found = self.of_each_first(&fleet, &ids, present, visits.next.as_ref());
         let before = memory.next_if_still_so(&vehicles);
         let before = before.and_then(|id| ids.iter().position(|known| *known == id));
-        let chosen = chosen(&found, before, self.parameters.keep_margin);
+        let chosen = chosen(&fleet, &found, before, self.parameters.keep_margin);
         Some(
             Answer {
                 snapshot,
@@ -93,20 +93,28 @@ impl Scheduler<'_> {
         pinned: Option<&VehicleId>,
     ) -> Vec<(usize, Found)> {
         let pinned = pinned.and_then(|pinned| ids.iter().position(|id| *id == pinned));
-        // No visit is cut short.
+        // No visit is shorter than asked for.
         let begun = present.filter(|present| 0.0 < present.since + fleet.dwell_min);
         let only = pinned.or(begun.map(|present| present.candidate));
         let firsts = (0..ids.len()).filter(|first| only.is_none_or(|only| only == *first));
-        let best = |first| {
-            let found = fleet.best_first(first, present, self.parameters.visits_tried, self.due);
-            found.map(|found| (first, found))
-        };
-        firsts.filter_map(best).collect()
+        let best = |first| fleet.best_first(first, present, self.parameters.visits_tried, self.due);
+        // After a visit that is over, another one is first.
+        let mut found: Vec<(usize, Found)> = Vec::new();
+        for best in firsts.filter_map(best) {
+            let first = best.stays[0].candidate;
+            match found.iter_mut().find(|(known, _)| *known == first) {
+                Some((_, known)) if known.value <= best.value => {}
+                Some((_, known)) => *known = best,
+                None => found.push((first, best)),
+            }
+        }
+        found
     }
 }
 
-/// The place in `found` of the schedule that answers: the best, unless the one that begins as `before` is about as good.
-fn chosen(found: &[(usize, Found)], before: Option<usize>, keep_margin: f64) -> Option<usize> {
+/// The place in `found` of the schedule that answers: the best, unless the one that begins as `before` is about as good. Who is passed
+/// as the craft turns to the next needs no visit.
+fn chosen(fleet: &Fleet, found: &[(usize, Found)], before: Option<usize>, keep_margin: f64) -> Option<usize> {
     let value = |place: usize| found[place].1.value;
     let best = (0..found.len()).reduce(|best, next| {
         if value(next) < value(best) - TIE * value(best).abs() {
@@ -115,6 +123,7 @@ fn chosen(found: &[(usize, Found)], before: Option<usize>, keep_margin: f64) -> 
             best
         }
     })?;
+    let before = before.filter(|before| 0.0 < fleet.dwell_min || !fleet.turns_past(*before, found[best].0));
     let kept = found.iter().position(|(first, _)| Some(*first) == before);
     kept.filter(|kept| value(*kept) <= value(best) * (1.0 + keep_margin))
         .or(Some(best))

@@ -21,8 +21,14 @@ const BOUNDED_MAX: usize = 4;
 /// Most candidates of which all orders of a tour are tried: 24 that begin with one of five.
 const ALL_TOURS_MAX: usize = 5;
 
-/// Times of service that a tour is tried with, as multiples of the least one: from half a minute to four minutes by default.
-const TOUR_DWELLS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+/// Times of service that a tour is tried with, s more than the least one.
+const TOUR_DWELLS: [f64; 4] = [0.0, 30.0, 90.0, 210.0];
+
+/// Most visits of a tour: of AUVs that are served side by side, one would have thousands.
+const TOUR_VISITS_MAX: usize = 500;
+
+/// Shortest visit that is planned, s.
+const STAY_MIN: f64 = 1.0;
 
 /// Relative differences of cost that are none: what sums in another order leave.
 pub(crate) const TIE: f64 = 1e-9;
@@ -91,7 +97,7 @@ impl Fleet {
         };
         for order in self.tours(first) {
             for dwell in TOUR_DWELLS {
-                search.sail(&order, dwell * self.dwell_min, present);
+                search.sail(&order, (self.dwell_min + dwell).max(STAY_MIN), present);
             }
         }
         search.visit(None, &self.start(), first, present);
@@ -155,7 +161,7 @@ impl Search<'_> {
     /// Visits in `order` again and again, each for `dwell` seconds: what a schedule by the clock does.
     fn sail(&mut self, order: &[usize], dwell: f64, mut present: Option<Present>) {
         let (mut before, mut state) = (None, self.fleet.start());
-        for to in order.iter().cycle() {
+        for to in order.iter().cycle().take(TOUR_VISITS_MAX) {
             let Some((arrive, there)) = self.arrival(&state, *to) else {
                 break;
             };
@@ -184,9 +190,9 @@ impl Search<'_> {
         let dwells = self.dwells(&there, to);
         let mut leaves: SmallVec<[f64; 6]> = dwells.iter().map(|dwell| arrive + dwell).collect();
         if let Some(present) = present {
-            // A visit that has begun: its rest.
+            // A visit that has begun: its rest, which may be none.
             let rests = [present.since + self.fleet.dwell_min, present.leave];
-            leaves.extend(rests.into_iter().filter(|leave| arrive < *leave));
+            leaves.extend(rests.map(|leave| leave.max(arrive)));
         }
         let earliest = before.map_or(0, |before| self.slot(self.nodes[before].state.time) + 1);
         for leave in leaves {
@@ -214,7 +220,7 @@ impl Search<'_> {
         let range = self.fleet.candidates[to].track.depth_at(there.time);
         self.fleet
             .law
-            .dwells(there.costs[to], range, self.fleet.dwell_min)
+            .dwells(there.costs[to], range, self.fleet.dwell_min.max(STAY_MIN))
     }
 
     /// The visit to `to` that arrives with the costs `there` and ends when it should leave, or at the end of the horizon.
@@ -299,6 +305,10 @@ impl Search<'_> {
             at = self.nodes[node].before;
         }
         stays.reverse();
+        // A visit that has begun and need not go on is over.
+        if 1 < stays.len() && stays[0].leave <= 0.0 {
+            stays.remove(0);
+        }
         Some(Found {
             stays,
             cost: self.fleet.cost(&end),

@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::{
-    facts::{ranges::AUVS_MAX, visit::Reduce},
+    facts::{angle::wrap, ranges::AUVS_MAX, visit::Reduce},
     visit::{
         cost::Later,
         fleet::{Candidate, Fleet},
@@ -14,6 +14,14 @@ use crate::{
 /// What the mean of the costs counts where the largest counts first.
 const MEAN_BESIDE_MAX: f64 = 0.01;
 
+/// What of its speed a craft keeps over a turn: a MEDUSA that turns back at 1.5 m/s and 0.17 rad/s goes on for 7 m, not for 8.8 m.
+/// Half of that is
+/// claimed: with more, some who were said to be passed were not, see `docs/visits.md#in-closed-loop`.
+const KEPT_IN_TURN: f64 = 0.4;
+
+/// Pieces of a turn, straight.
+const TURN_PIECES: u8 = 6;
+
 /// The costs of all candidates after some visits.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct State {
@@ -21,7 +29,8 @@ pub(crate) struct State {
     pub(crate) time: f64,
     /// The candidate that the craft is with; none where it is now.
     pub(crate) with: Option<usize>,
-    /// Heading of the craft, rad, of its frame now.
+    /// Where it is relative to that, m, and its heading, rad, of its frame now.
+    offset: Vector2<f64>,
     heading: f64,
     pub(crate) costs: [f64; AUVS_MAX],
     /// Of the weighted sum of the costs, times s.
@@ -58,6 +67,7 @@ impl Fleet {
         State {
             time: 0.0,
             with: None,
+            offset: Vector2::zeros(),
             heading: 0.0,
             costs,
             integral: 0.0,
@@ -73,7 +83,7 @@ impl Fleet {
         let with = state.with.map(|with| self.candidates[with].track.at(state.time));
         Departure {
             time: state.time,
-            position: with.unwrap_or_else(Vector2::zeros),
+            position: with.unwrap_or_else(Vector2::zeros) + state.offset,
             heading: state.heading,
         }
     }
@@ -81,26 +91,64 @@ impl Fleet {
     /// After the leg to `to`, where the craft arrives so.
     pub(crate) fn travelled(&self, state: &State, to: usize, arrival: Arrival) -> State {
         let mut later = *state;
-        if state.time < arrival.time {
-            let (from, auv) = (
-                self.departure(state).position,
-                self.candidates[to].track.at(arrival.time),
-            );
-            let left = (auv - from).norm();
-            let near = auv + (from - auv) * (self.within / left.max(self.within));
-            self.pass(&mut later, arrival.time, None, (from, near));
+        let (start, auv) = (
+            self.departure(state).position,
+            self.candidates[to].track.at(arrival.time),
+        );
+        let from = start + self.craft.current * arrival.turning;
+        if state.with.is_none() {
+            self.turn(&mut later, arrival);
         }
+        later.offset = (from - auv) * (self.within / (from - auv).norm().max(self.within));
+        if later.time < arrival.time {
+            let way = (from, auv + later.offset);
+            self.pass(&mut later, arrival.time, None, way);
+        }
+        later.with = Some(to);
         later.heading = arrival.heading;
         later
     }
 
-    /// After a stay with `with` until `leave`, s after now.
+    /// Whether the craft surely passes `who` in the turn in which it sets off to `to`.
+    pub(crate) fn turns_past(&self, who: usize, to: usize) -> bool {
+        let mut state = self.start();
+        let (track, from) = (&self.candidates[to].track, self.departure(&state));
+        let arrival = self.craft.arrive(track, &from, self.within, self.horizon);
+        arrival.is_some_and(|arrival| {
+            self.turn(&mut state, arrival);
+            let unserved = self.law.unserved(self.candidates[who].cost, state.time);
+            state.costs[who] < unserved.cost
+        })
+    }
+
+    /// The turn before the leg that ends with `arrival`, from now on, over which the craft goes on: it may pass someone.
+    fn turn(&self, state: &mut State, arrival: Arrival) {
+        let angle = wrap(arrival.heading - state.heading);
+        let radius = KEPT_IN_TURN * self.speed_now / self.craft.turn_rate;
+        let at = |share: f64| {
+            let turned = share * angle;
+            let aside = (1.0 - turned.cos()) * angle.signum();
+            Vector2::new(turned.abs().sin(), aside) * radius + self.craft.current * (share * arrival.turning)
+        };
+        let share = |piece: u8| f64::from(piece) / f64::from(TURN_PIECES);
+        for piece in (0..TURN_PIECES).filter(|_| 0.0 < arrival.turning) {
+            let (before, after) = (share(piece), share(piece + 1));
+            self.pass(state, after * arrival.turning, None, (at(before), at(after)));
+        }
+    }
+
+    /// After a stay with `with` until `leave`, s after now, in which the craft comes nearer.
     pub(crate) fn stayed(&self, state: &State, with: usize, leave: f64) -> State {
         let mut later = *state;
         let track = &self.candidates[with].track;
-        let way = (track.at(state.time), track.at(leave));
+        let nearer = (self.craft.speed - track.fastest).max(0.0) * (leave - state.time);
+        let distance = state.offset.norm();
+        later.offset *= (distance - nearer).max(0.0) / distance.max(f64::MIN_POSITIVE);
+        let way = (
+            track.at(state.time) + state.offset,
+            track.at(leave) + later.offset,
+        );
         self.pass(&mut later, leave, Some(with), way);
-        later.with = Some(with);
         later
     }
 

@@ -62,6 +62,7 @@ fn random(seed: u64, n: usize, far: f64) -> PlanRequest {
     let auvs: Vec<_> = (0..n).map(|i| auv(i, &mut rng)).collect();
     let mut visits = Visits::new(auvs.iter().map(|auv| auv.id.clone()).collect());
     visits.cost = costs()[rng.random_range(0..3)];
+    visits.dwell_min_s = 30.0;
     visits.costs_now = auvs
         .iter()
         .map(|auv| (auv.id.clone(), rng.random_range(0.0..400.0)))
@@ -393,6 +394,8 @@ fn of_two_alike_auvs_the_one_to_starboard_is_next() {
 /// A craft that goes straight to whom its schedule says, planned for every `step` seconds. Returns how often the next AUV changed
 /// although that before had not been visited to its end.
 fn changes_of_mind(mut request: PlanRequest, step: f64, n_plans: usize) -> usize {
+    // It turns on the spot.
+    request.asc.speed_mps = 0.0;
     let mut schedule = scheduled(&request);
     let mut changes = 0;
     for _ in 0..n_plans {
@@ -556,6 +559,33 @@ fn a_deadline_that_the_craft_can_keep_is_kept_whatever_else_that_costs() {
 }
 
 #[test]
+fn whose_age_counts_is_left_when_the_craft_is_near_or_passes_it_as_it_turns() {
+    // The other one lies behind; the craft goes at full speed towards the first.
+    let next = |distance: f64, speed: f64| {
+        let at = |north: f64| AuvState::new(Vector2::new(north, 0.0), 5.0, Course::new(0.0), 0.0);
+        let auvs = vec![
+            Auv::new("ahead", at(distance)),
+            Auv::new("behind", at(distance - 60.0)),
+        ];
+        let mut goal = Visits::new(auvs.iter().map(|auv| auv.id.clone()).collect());
+        goal.costs_now = [("ahead".into(), 60.0), ("behind".into(), 20.0)].into();
+        let craft = Asc::new(Vector2::zeros(), Heading::new(0.0), speed);
+        let mut request = PlanRequest::new(1000.0, craft, auvs, Goal::Visit(goal));
+        visits(&mut request).next = Some("ahead".into());
+        let before = scheduled(&request);
+        visits(&mut request).next = None;
+        let mut request = later(&request, &before, 0.0);
+        visits(&mut request).costs_now = [("ahead".into(), 60.0), ("behind".into(), 20.0)].into();
+        scheduled(&request).visits[0].auv.0.clone()
+    };
+    assert_eq!(next(30.0, SPEED), "ahead");
+    // In its turn it comes 0.4 · 1.5 / 0.17 = 3.5 m nearer; one that turns on the spot does not.
+    assert_eq!(next(22.5, SPEED), "behind");
+    assert_eq!(next(22.5, 0.0), "ahead");
+    assert_eq!(next(19.0, 0.0), "behind");
+}
+
+#[test]
 fn a_pinned_auv_is_next_whatever_it_costs() {
     for seed in 0..20 {
         let mut request = random(7000 + seed, 4, 800.0);
@@ -581,7 +611,7 @@ fn a_goal_comes_back_from_json_as_it_went_and_defaults_are_spelled_out() {
     let spelled = serde_json::to_value(&short).expect("is JSON");
     assert_eq!(
         spelled,
-        json!({ "kind": "visit", "auvs": ["a", "b"], "cost": { "kind": "age" }, "within_m": 20.0, "dwell_min_s": 30.0,
+        json!({ "kind": "visit", "auvs": ["a", "b"], "cost": { "kind": "age" }, "within_m": 20.0, "dwell_min_s": 0.0,
             "reduce": "mean" })
     );
     let long = json!({
@@ -649,7 +679,7 @@ fn what_cannot_be_visited_is_refused_by_field_and_value() {
         ),
         (
             &|visits| visits.dwell_min_s = f64::NAN,
-            "goal/dwell_min_s: NaN is not in [10, 3600]",
+            "goal/dwell_min_s: NaN is not in [0, 3600]",
         ),
         (
             &|visits| visits.weights = visits.auvs.iter().map(|id| (id.clone(), 0.0)).collect(),

@@ -145,7 +145,7 @@ pub enum GoalFile {
         weights: BTreeMap<String, Quantity<Weight>>,
         /// Horizontal distance within which one counts as served, m; 20 if left out.
         within_m: Option<Quantity<ServedWithin>>,
-        /// Least time with one, s; 30 if left out.
+        /// Least time with one, s; 0 where the cost is `age`, else 30 if left out.
         dwell_min_s: Option<Quantity<Dwell>>,
         /// Until when each must have been served, by name, s on the surface craft's clock; none if left out.
         #[serde(default)]

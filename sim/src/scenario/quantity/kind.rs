@@ -44,7 +44,7 @@ kinds! {
     /// Distance within which a vehicle is served; the range of a snapshot, like those of the next eight.
     ServedWithin: 1.0, 5.0e3, "m";
     /// Least time with a vehicle.
-    Dwell: 10.0, 3600.0, "s";
+    Dwell: 0.0, 3600.0, "s";
     /// Growth of a variance.
     VarianceGrowth: 1.0e-6, 1.0e6, "m²/s";
     /// Standard deviation of a fix.

@@ -88,11 +88,12 @@ impl Scenario {
                 for (id, deadline) in serve_by_s {
                     deadlines.insert(is_visited("serve_by_s", id)?, draw.take(deadline));
                 }
+                let cost = visit_cost(cost, draw);
                 let visits = Visits {
-                    cost: visit_cost(cost, draw),
+                    cost,
                     weights: weighted,
                     within_m: draw.take_or(within_m.as_ref(), default.within_m),
-                    dwell_min_s: draw.take_or(dwell_min_s.as_ref(), default.dwell_min_s),
+                    dwell_min_s: draw.take_or(dwell_min_s.as_ref(), cost.dwell_min()),
                     serve_by_s: deadlines,
                     reduce: match reduce {
                         ReduceFile::Mean => Reduce::Mean,
