@@ -243,7 +243,8 @@ fn the_answer_on_earth_is_the_same_wherever_the_origin_is() {
         answers
     };
     let near = answers(craft.0, craft.1);
-    for (far, metres) in [(answers(69.4, 18.3), 0.001), (answers(68.0, 4.0), 0.02)] {
+    // The vehicle goes 55 m along its path, whose metres are the frame's: 0.15 % off where the datum is 600 km away.
+    for (far, metres) in [(answers(69.4, 18.3), 0.001), (answers(68.0, 4.0), 0.1)] {
         for (far, near) in far.iter().zip(&near) {
             assert!(
                 (far.reference.heading_rad - near.reference.heading_rad).abs() < 1e-4,

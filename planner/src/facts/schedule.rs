@@ -19,7 +19,7 @@ pub struct Schedule {
     pub cost: f64,
     /// No schedule costs less, even if the craft were with each vehicle as soon as it could reach it, and stayed with all at once.
     pub bound: f64,
-    /// What the schedule may cost too much: 1 − `bound` / `cost`, from 0 to 1.
+    /// What the schedule may cost too much: 1 − `bound` / `cost`.
     pub gap: f64,
     /// Whether all sequences of visits were compared; with many vehicles, only the most promising are.
     pub exact: bool,
