@@ -454,7 +454,7 @@ class Goal(TypedDict):
     # that counts what was uploaded. Default: that of `previous_plan`, carried on, else that of a vehicle that was
     # just served.
     costs_now: NotRequired[dict[str, float] | None]
-    # `visit`: least time with a vehicle, s, from 10 to 3600. Default: 30.
+    # `visit`: least time with a vehicle, s, from 0 to 3600. Default: 0 where the cost is `age`, else 30.
     dwell_min_s: NotRequired[float | None]
     # `intermittent`: time spent with each, s.
     dwell_s: NotRequired[float | None]
@@ -1105,6 +1105,8 @@ class Prediction(TypedDict):
     line_of_sight_rms_m: float
     # Distance to the goal that the plan predicts over its horizon, root mean square, m.
     rms_m: float
+    # When each underwater vehicle is visited, of a goal of the kind `visit`.
+    schedule: NotRequired[Schedule | None]
     # Soft limits that the plan does not keep.
     violations: NotRequired[list[Violation]]
     # What the answer warns of.
@@ -1398,6 +1400,8 @@ class Scene(TypedDict):
     controller: NotRequired[Controller | None]
     # Duration of a simulated mission, s.
     duration_s: NotRequired[float | None]
+    # The goal of a simulated mission; that of a live one is in its setting.
+    goal: NotRequired[Goal | None]
     # What the controller knows, in words.
     information: NotRequired[str | None]
     # Discs to keep out of.
@@ -1438,7 +1442,7 @@ class Schedule(TypedDict):
     deadlines_missed: NotRequired[list[str]]
     # Whether all sequences of visits were compared; with many vehicles, only the most promising are.
     exact: bool
-    # What the schedule may cost too much: 1 − `bound` / `cost`, from 0 to 1.
+    # What the schedule may cost too much: 1 − `bound` / `cost`.
     gap: float
     # Whether the next visit is that of the schedule before.
     kept: bool
@@ -1776,8 +1780,12 @@ class Visit(TypedDict):
     cost_after: float
     # The vehicle's cost when the craft arrives, in `unit`.
     cost_before: float
+    # East of the datum, m.
+    east_m: float
     # When it leaves, s.
     leave_s: float
+    # Where the vehicle is expected when the craft arrives, or is if it is there: north of the datum, m.
+    north_m: float
 
 
 class VisitCost(TypedDict):
