@@ -120,10 +120,19 @@ fn whatever_fleet_is_visited_the_schedule_is_finite_in_order_and_the_same_again(
         let later = plan(&snapshot, &parameters, &mut workspace);
         let later = later.schedule.as_ref().expect("as before");
         check(later, &request, seed);
-        planned += 1;
-        changed += u64::from(schedule.next() != later.next());
+        // A visit that is on may be over.
+        if schedule
+            .visits
+            .first()
+            .is_some_and(|visit| request.t_s < visit.arrive_s)
+        {
+            planned += 1;
+            changed += u64::from(schedule.next() != later.next());
+        }
     }
-    println!("{planned} fleets planned twice, {changed} next visits changed, {refused} refused");
+    println!(
+        "{planned} schedules with the craft on its way, {changed} with another next visit a second later, {refused} refused"
+    );
     assert!(
         10 * refused < n_fleets(),
         "{refused} refused: the generator is off"
