@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 
 use super::tests::Random;
 use crate::{
-    estimate::from_reports::Estimate,
+    estimate::from_reports::{Estimate, Route},
     facts::{auv::Auv, evidence::Report, path::curve::Path},
 };
 
@@ -32,7 +32,7 @@ fn a_minute_ahead(surge: f64) -> (f64, f64) {
             let auv = Auv::reported("a", newest);
             let found = Estimate::new(&auv, None, t, &Vector2::zeros(), None, Some(&track));
             track.clone_from(&found.track);
-            let followed = found.route.filter(|route| route.is_followed());
+            let followed = found.route.filter(Route::is_followed);
             let (Some(route), Some(known), true) = (followed, found.path, 800.0 <= t && k % 3 == 0) else {
                 continue;
             };
