@@ -137,7 +137,7 @@ struct CostMembers {
     /// `uncertainty`: growth of the variance without aid, m²/s, from 10⁻⁶ to 10⁶.
     #[serde(default)]
     growth_m2ps: Option<f64>,
-    /// `uncertainty`: standard deviation of a fix at no distance, m, from 0.001 to 10⁵. Default: 1.5.
+    /// `uncertainty`: standard deviation of a fix at no distance, m, from 0.001 to 100,000. Default: 1.5.
     #[serde(default)]
     sigma_m: Option<f64>,
     /// `uncertainty`: growth of that with the slant range, rad, from 0 to 1. Default: 0.02.

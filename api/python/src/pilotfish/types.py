@@ -1801,7 +1801,7 @@ class VisitCost(TypedDict):
     kind: CostKind
     # `data`: slant range at which nothing is uploaded any more, m, from 1 to 20 000.
     range_max_m: NotRequired[float | None]
-    # `uncertainty`: standard deviation of a fix at no distance, m, from 0.001 to 10⁵. Default: 1.5.
+    # `uncertainty`: standard deviation of a fix at no distance, m, from 0.001 to 100,000. Default: 1.5.
     sigma_m: NotRequired[float | None]
     # `uncertainty`: growth of that with the slant range, rad, from 0 to 1. Default: 0.02.
     sigma_rad: NotRequired[float | None]
