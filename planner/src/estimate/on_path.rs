@@ -168,11 +168,11 @@ impl NextTurn {
 /// How what is known of a vehicle on its path becomes less certain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
-    /// Of the place along the path beside what the speed's error does to it, m²/s.
+    /// Growth of the variance of the place along the path, apart from what the error of the speed adds, m²/s.
     pub along_density: f64,
-    /// Of the speed along the path, (m/s)²/s.
+    /// Growth of the variance of the speed along the path, (m/s)²/s.
     pub speed_density: f64,
-    /// Of the path's offset along either axis, m²/s.
+    /// Growth of the variance of the path's offset along either axis, m²/s.
     pub offset_density: f64,
     /// Variance of the path's places along either axis, m².
     pub path_variance: f64,

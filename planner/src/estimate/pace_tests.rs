@@ -14,7 +14,7 @@ const SIGMA: f64 = 1.5;
 const SPEED: f64 = 0.9;
 const AHEAD: f64 = 60.0;
 
-/// Of a vehicle on lanes whose place along them swings by `surge`, m, about that of a steady one: median normalised square of the error
+/// A vehicle sails lanes, and its place swings by `surge`, m, about that of a steady one. Returns the median normalised square of the error
 /// of the forecast a minute ahead, 1.4 if the covariance is true, and median variance of that forecast, m².
 fn a_minute_ahead(surge: f64) -> (f64, f64) {
     let path = Path::lawn_mower(Vector2::new(7.0, -3.0), 0.4, 200.0, 30.0, 12);

@@ -98,7 +98,7 @@ impl GoalForecast {
         Self::scheduled(snapshot, forecast_all(snapshot), held, &[])
     }
 
-    /// The goal of `snapshot`, of whose AUVs `auvs` are the forecasts, `turns` being whom a goal that visits follows when: in order
+    /// The goal of `snapshot`, with the forecasts `auvs`. `turns` are the AUVs that a goal that visits follows, and until when: in order
     /// of time, the last for ever. Without turns it follows the nearest.
     pub(crate) fn scheduled(
         snapshot: &Snapshot,

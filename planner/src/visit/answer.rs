@@ -1,4 +1,4 @@
-//! From the schedule that was chosen to what an answer says of it, and to whom the goal follows.
+//! From the chosen schedule to what an answer says of it, and to the AUVs that the goal follows.
 
 use crate::{
     facts::{
@@ -18,7 +18,7 @@ use crate::{
     },
 };
 
-/// A schedule, and whom the goal follows by it.
+/// A schedule, and the AUVs that the goal follows by it.
 #[derive(Clone, Debug)]
 pub(crate) struct Scheduled {
     pub(crate) schedule: Schedule,

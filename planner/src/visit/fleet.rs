@@ -26,7 +26,7 @@ pub struct SchedulingParameters {
     pub visits_tried: usize,
     /// By what share of its cost another next visit must be better than that of the schedule before.
     pub keep_margin: f64,
-    /// What a missed deadline costs, as a multiple of what it costs to serve nobody at all.
+    /// What a missed deadline costs, as a multiple of what it costs to serve no AUV at all.
     pub deadline_price: f64,
 }
 
@@ -166,7 +166,7 @@ impl Fleet {
         }
     }
 
-    /// What it costs to serve nobody.
+    /// What it costs to serve no AUV.
     fn without_visits(&self) -> f64 {
         let mut state = self.start();
         self.pass(

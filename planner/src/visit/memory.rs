@@ -30,7 +30,7 @@ pub(crate) struct Memory<'a> {
 }
 
 impl<'a> Memory<'a> {
-    /// Of a schedule for another kind of cost, nothing is remembered.
+    /// What the previous plan's schedule says; nothing if its costs are of another kind.
     pub(crate) fn of(snapshot: &'a Snapshot, visits: &Visits) -> Self {
         let previous = snapshot.previous_plan.as_ref();
         let before = previous.and_then(|plan| Some((plan.made_at()?, plan.schedule.as_ref()?)));

@@ -101,7 +101,7 @@ impl Fleet {
             }
         }
         search.visit(None, &self.start(), first, present);
-        search.go_on(width, due);
+        search.extend_all(width, due);
         search.found()
     }
 
@@ -136,8 +136,8 @@ impl Fleet {
 }
 
 impl Search<'_> {
-    /// Goes on from all nodes, with at most `width` sequences from each slot.
-    fn go_on(&mut self, width: usize, due: &dyn Fn() -> bool) {
+    /// Extends all sequences by further visits, slot by slot, at most `width` from each slot.
+    fn extend_all(&mut self, width: usize, due: &dyn Fn() -> bool) {
         for slot in 0..SLOTS {
             // Visits that begin and end in the last slot follow each other there.
             while !self.slots[slot].is_empty() {

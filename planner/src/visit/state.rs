@@ -33,7 +33,7 @@ pub(crate) struct State {
     offset: Vector2<f64>,
     heading: f64,
     pub(crate) costs: [f64; AUVS_MAX],
-    /// Of the weighted sum of the costs, times s.
+    /// Integral over time of the weighted sum of the costs, in units of the cost times s.
     integral: f64,
     /// Largest weighted cost until now, relative to the mean weight.
     peak: f64,
@@ -152,7 +152,7 @@ impl Fleet {
         later
     }
 
-    /// Until `end`, s after now, on a straight way with `with` or with nobody. Who is passed on the way is served on the way.
+    /// Until `end`, s after now, on a straight way, with the candidate `with` or alone. A candidate that is passed on the way is served on the way.
     pub(crate) fn pass(
         &self,
         state: &mut State,

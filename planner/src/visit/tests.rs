@@ -391,7 +391,7 @@ fn of_two_alike_auvs_the_one_to_starboard_is_next() {
     }
 }
 
-/// A craft that goes straight to whom its schedule says, planned for every `step` seconds. Returns how often the next AUV changed
+/// A craft that goes straight to the AUV of its schedule, planned for every `step` seconds. Returns how often the next AUV changed
 /// although that before had not been visited to its end.
 fn changes_of_mind(mut request: PlanRequest, step: f64, n_plans: usize) -> usize {
     // It turns on the spot.

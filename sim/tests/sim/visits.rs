@@ -1,4 +1,4 @@
-//! Missions whose craft chooses whom to visit.
+//! Missions whose craft chooses which AUV to visit.
 
 use pilotfish_sim::{
     guide::Guide,
