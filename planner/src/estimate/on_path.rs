@@ -24,7 +24,7 @@ use crate::{
 const ALONG_DENSITY: f64 = 0.002;
 
 /// The same as a time, s, times the square of the vehicle's speed: a survey AUV on lanes was 1.7 m off the place that its mean speed of
-/// 1.8 m/s gives after 30 s, see `docs/evidence.md#routes`.
+/// 1.8 m/s gives after 30 s, see `docs/rationale.md#estimating-the-auvs`.
 const PACE_TIME: f64 = 0.03;
 
 /// Standard deviation of the speed along the path from the one that is declared, m/s: a current that is not known, or known

@@ -187,7 +187,7 @@ impl Default for Parameters {
             converged_cosine: 0.94,
             // Just under 10°/s: what a small twin-thruster craft follows without a jerk; `docs/rationale.md#references`.
             heading_rate_max: 0.17,
-            // A quick boat that goes about at 10°/s is 16 m behind an AUV that sets off the other way; `docs/evidence.md#with-ardupilot`.
+            // A quick boat that goes about at 10°/s is 16 m behind an AUV that sets off the other way; `docs/rationale.md#references`.
             quick_craft_share: 0.2,
             // The surge loop overshoots, and thrusters at their limits cannot hold a heading; `docs/rationale.md#references`.
             speed_share: 0.98,

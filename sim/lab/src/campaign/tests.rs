@@ -469,7 +469,7 @@ variation = { breakdown = { what = "port_thruster_lost", at_s = 150.0 } }
         assert_eq!(of("saturated_los", "alarms"), None);
         assert_eq!(of("mpc auto", "noticed_after_s"), None);
         let noticed = of("thruster lost", "noticed_after_s").expect("a lost thruster is noticed");
-        // Of 12 craft in two missions the slowest took 32 s (docs/evidence.md#random-craft).
+        // Of 12 craft in two missions the slowest took 32 s.
         assert!((0.0..60.0).contains(&noticed), "{noticed}");
         // The craft is another one for one of them, so that there is no bound for all.
         assert_eq!(of("mpc auto", "bound_rms_m"), None);
