@@ -14,6 +14,7 @@
 //! - [`world`]: the truth and its steps. From the bottom up: hulls, inner loops, surface craft and AUVs, water, faults.
 //! - [`observe`]: the only path from truth to knowledge.
 //! - [`guide`]: guidance laws, which answer an observation with a reference.
+//! - [`visits`]: what it costs not to serve an AUV, as it truly is.
 //! - [`mission`]: the closed loop from start to end.
 //! - [`record`] and [`metrics`]: the rows of a run, and its measures; `geodesy` places them on Earth.
 
@@ -23,6 +24,7 @@ pub mod mission;
 pub mod observe;
 pub mod record;
 pub mod scenario;
+pub mod visits;
 pub mod world;
 
 pub use world::{

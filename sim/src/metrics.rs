@@ -46,6 +46,24 @@ pub struct SurfaceCraftMetrics {
     pub solve_ms_p99: Option<f64>,
     /// Number of references by method.
     pub answers_by_method: AnswersByMethod,
+    /// How AUVs were served, if the goal visits them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub visits: Option<VisitMetrics>,
+}
+
+/// How AUVs were served, by the true positions. Costs are in the unit of the goal's cost, each times its weight over the mean weight.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct VisitMetrics {
+    /// Mean cost over time and the AUVs that were alive.
+    pub mean_cost: f64,
+    /// Largest cost of any AUV at any time.
+    pub max_cost: f64,
+    /// How often an AUV began to be served.
+    pub visits: usize,
+    /// How often the guide went to another AUV than the second before.
+    pub changes: usize,
+    /// AUVs whose deadline passed before they were served.
+    pub deadlines_missed: usize,
 }
 
 /// Violations of the craft's limits and of its scenario's bounds, judged by the true state. The unit in a name is that of the worst
@@ -157,6 +175,41 @@ impl SurfaceCraftMetrics {
             solve_ms_p50: quantile(&times, 50),
             solve_ms_p99: quantile(&times, 99),
             answers_by_method: AnswersByMethod::of(&rows),
+            visits: VisitMetrics::of(record),
+        })
+    }
+}
+
+impl VisitMetrics {
+    fn of(record: &Record) -> Option<Self> {
+        let means: Vec<f64> = record.rows.iter().filter_map(Row::mean_cost).collect();
+        let services = record
+            .rows
+            .iter()
+            .flat_map(|row| row.auvs.iter().filter_map(|auv| auv.service));
+        let most = services.map(|service| service.cost).reduce(f64::max)?;
+        let every = || 0..record.auv_ids.len();
+        let served = |row: &Row, auv: usize| row.auvs[auv].service.is_some_and(|service| service.served);
+        let begun = |pair: &[Row]| {
+            every()
+                .filter(|&auv| !served(&pair[0], auv) && served(&pair[1], auv))
+                .count()
+        };
+        let at_once = every().filter(|&auv| served(&record.rows[0], auv)).count();
+        let serves = |row: &Row| row.surface_craft.as_ref().and_then(|craft| craft.serves);
+        let chosen: Vec<usize> = record.rows.iter().filter_map(serves).collect();
+        let late = |auv: &usize| {
+            record
+                .rows
+                .iter()
+                .any(|row| row.auvs[*auv].service.is_some_and(|service| service.late))
+        };
+        Some(Self {
+            mean_cost: mean(&means),
+            max_cost: most,
+            visits: at_once + record.rows.windows(2).map(begun).sum::<usize>(),
+            changes: chosen.windows(2).filter(|pair| pair[0] != pair[1]).count(),
+            deadlines_missed: every().filter(late).count(),
         })
     }
 }

@@ -9,6 +9,7 @@ use crate::{
     guide::{Guidance, Guide, GuideError},
     record::{AuvReference, AuvRow, KnownAuv, KnownSurfaceCraft, Record, Row, SurfaceCraftRow},
     scenario::{CurrentFile, Scenario, Start},
+    visits::TrueCosts,
     world::{SurfaceCraft, World, auv::SimulatedAuv, inner_loop::PERIOD, plant::Plant},
 };
 
@@ -64,6 +65,7 @@ pub fn run_from(
 pub struct Mission {
     start: Start,
     goal: Option<TrueGoal>,
+    costs: Option<TrueCosts>,
     record: Record,
     ticks: u32,
     ticks_max: u32,
@@ -86,6 +88,10 @@ impl Mission {
                 .observer
                 .as_ref()
                 .map(|observer| TrueGoal::new(&observer.briefing)),
+            costs: start
+                .observer
+                .as_ref()
+                .and_then(|observer| TrueCosts::new(&observer.briefing.goal)),
             start,
             record,
             ticks: 0,
@@ -124,7 +130,7 @@ impl Mission {
     pub fn step(&mut self, guided: Option<(&Snapshot, Guidance)>) {
         let world = &self.start.world;
         let time = world.time();
-        let row = match (guided, &world.surface_craft, &mut self.goal) {
+        let mut row = match (guided, &world.surface_craft, &mut self.goal) {
             (Some((snapshot, guidance)), Some(craft), Some(goal)) => Row {
                 time,
                 auvs: known_auvs(world, snapshot),
@@ -142,6 +148,12 @@ impl Mission {
                 auvs: world.auvs.iter().map(|auv| auv_row(world, auv)).collect(),
             },
         };
+        if let (Some(costs), Some(craft)) = (&mut self.costs, &world.surface_craft) {
+            for (place, auv) in row.auvs.iter_mut().enumerate() {
+                auv.service = costs.look(world, craft, place);
+            }
+            costs.looked(world);
+        }
         for _ in 0..PERIODS_PER_PLAN {
             self.start
                 .world
@@ -271,6 +283,7 @@ fn surface_craft_row(
         },
         reference: guidance.reference,
         method: guidance.method,
+        serves: guidance.serves,
         predicted_rms: guidance.predicted_rms,
         solve_ms: guidance
             .solve_time
@@ -301,6 +314,7 @@ fn auv_row(world: &World, auv: &SimulatedAuv) -> AuvRow {
         along_track: error.s_1,
         cross_track: error.y_1,
         known: None,
+        service: None,
     }
 }
 

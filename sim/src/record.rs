@@ -71,6 +71,16 @@ pub struct Row {
     pub auvs: Vec<AuvRow>,
 }
 
+impl Row {
+    /// Mean cost of the underwater vehicles that a goal visits; none without one that is alive.
+    #[must_use]
+    pub fn mean_cost(&self) -> Option<f64> {
+        let costs = self.auvs.iter().filter_map(|auv| Some(auv.service?.cost));
+        let (sum, n) = costs.fold((0.0, 0.0), |(sum, n), cost| (sum + cost, n + 1.0));
+        (0.0 < n).then(|| sum / n)
+    }
+}
+
 /// The surface craft at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceCraftRow {
@@ -102,6 +112,8 @@ pub struct SurfaceCraftRow {
     pub reference: Reference,
     /// The method that gave it.
     pub method: Method,
+    /// The underwater vehicle that the guide goes to, by its place, if it chooses one.
+    pub serves: Option<usize>,
     /// Predicted root mean square distance to the goal over the horizon, m, if the guide predicts.
     pub predicted_rms: Option<f64>,
     /// Computing time of the guide, ms, if measured.
@@ -156,6 +168,19 @@ pub struct AuvRow {
     pub cross_track: f64,
     /// The surface craft's knowledge of it; none without a surface craft.
     pub known: Option<KnownAuv>,
+    /// How it is served; none if the goal does not visit it, or it is dead.
+    pub service: Option<Service>,
+}
+
+/// How an underwater vehicle is served that a goal visits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Service {
+    /// What it costs not to serve it, times its weight over the mean weight, in the unit of the goal's cost.
+    pub cost: f64,
+    /// Whether it is served.
+    pub served: bool,
+    /// Whether its deadline passed before it was served.
+    pub late: bool,
 }
 
 /// References of an underwater vehicle.

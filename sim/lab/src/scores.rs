@@ -66,7 +66,16 @@ impl Scores {
             ("violations.range_m", violation(&violations.range_m)),
             ("violations.energy_j", violation(&violations.energy_j)),
         ];
-        let lines = lines.into_iter().map(|(name, value)| (name.to_owned(), value));
+        let visits = metrics.visits.iter().flat_map(|visits| {
+            [
+                ("visits.mean_cost", number(visits.mean_cost, 2)),
+                ("visits.max_cost", number(visits.max_cost, 1)),
+                ("visits.visits", visits.visits.to_string()),
+                ("visits.changes", visits.changes.to_string()),
+                ("visits.deadlines_missed", visits.deadlines_missed.to_string()),
+            ]
+        });
+        let lines = visits.chain(lines).map(|(name, value)| (name.to_owned(), value));
         let in_range = metrics.time_in_range_s.iter();
         let in_range = in_range.map(|(id, seconds)| (format!("time_in_range_s.{id}"), number(*seconds, 0)));
         lines.chain(in_range).collect()

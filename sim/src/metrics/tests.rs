@@ -1,7 +1,7 @@
 use planner::{angle::Heading, snapshot::Limits};
 
 use super::*;
-use crate::record::{AuvReference, Bounds, KnownSurfaceCraft};
+use crate::record::{AuvReference, Bounds, KnownSurfaceCraft, Service};
 
 /// A craft `north` metres ahead of a goal at the datum, once a second; one AUV 3 m below the datum.
 fn record(north: &[f64]) -> Record {
@@ -23,6 +23,7 @@ fn record(north: &[f64]) -> Record {
                 surge: 0.5,
                 current: None,
             },
+            serves: None,
             predicted_rms: None,
             solve_ms: None,
             reference: Reference {
@@ -48,6 +49,7 @@ fn record(north: &[f64]) -> Record {
             },
             path_point: Vector2::zeros(),
             known: None,
+            service: None,
             along_track: 3.0,
             cross_track: -4.0,
         }],
@@ -196,4 +198,56 @@ fn an_auv_is_measured_against_its_path() {
     assert_eq!(metrics.auvs[0].cross_track_max_m, 4.0);
     assert_eq!(metrics.auvs[0].position_error_max_m, 5.0);
     assert_eq!(metrics.auvs[0].pitch_max_rad, -0.1);
+}
+
+#[test]
+fn visits_are_counted_as_they_begin_and_costs_only_while_a_vehicle_is_alive() {
+    let mut record = record(&[0.0; 6]);
+    assert_eq!(Metrics::of(&record).surface_craft.expect("has one").visits, None);
+    record.auv_ids.push("auv-2".into());
+    let service = |cost: f64, served: bool| {
+        Some(Service {
+            cost,
+            served,
+            late: cost == 9.0,
+        })
+    };
+    // The first is served, left, and served again; the second is served late, once, and dies.
+    let [one, two] = [
+        [
+            (0.0, true),
+            (1.0, false),
+            (2.0, false),
+            (0.0, true),
+            (0.0, true),
+            (1.0, false),
+        ]
+        .map(Some),
+        [
+            Some((7.0, false)),
+            Some((8.0, false)),
+            Some((9.0, false)),
+            Some((0.0, true)),
+            None,
+            None,
+        ],
+    ];
+    for (k, row) in record.rows.iter_mut().enumerate() {
+        row.auvs.push(row.auvs[0]);
+        for (auv, is) in row.auvs.iter_mut().zip([one[k], two[k]]) {
+            auv.service = is.and_then(|(cost, served)| service(cost, served));
+        }
+        row.surface_craft.as_mut().expect("has one").serves =
+            [None, Some(1), Some(1), Some(1), Some(0), Some(0)][k];
+    }
+    let visits = Metrics::of(&record).surface_craft.expect("has one").visits;
+    // Row by row: 3.5, 4.5, 5.5, 0 of two, 0 and 1 of one.
+    let expected = VisitMetrics {
+        mean_cost: 14.5 / 6.0,
+        max_cost: 9.0,
+        visits: 3,
+        changes: 1,
+        deadlines_missed: 1,
+    };
+    assert_eq!(visits, Some(expected));
 }

@@ -2,6 +2,7 @@
 
 use pilotfish_sim::{
     guide::Guide,
+    metrics::Metrics,
     mission::run,
     record::Record,
     scenario::{Files, Scenario},
@@ -97,4 +98,29 @@ fn a_scenario_says_what_a_visit_costs_and_who_is_not_visited_is_refused() {
         error.contains("surface_craft.goal.visit.serve_by_s.auv-9"),
         "{error}"
     );
+}
+
+#[test]
+fn the_true_costs_of_a_mission_are_those_counted_from_its_positions() {
+    let scenario = with_goal("[surface_craft.goal.visit]\nauvs = [\"auv-1\", \"auv-2\"]").lasting(400.0);
+    let record = run(&scenario, &mut los(), 1, &mut |_| {}).expect("runs");
+    let mut ages = [0.0; 2];
+    let (mut sum, mut largest, mut visits) = (0.0, 0.0_f64, 0);
+    for row in &record.rows {
+        let craft = row.surface_craft.as_ref().expect("there is one").position;
+        for (age, auv) in ages.iter_mut().zip(&row.auvs) {
+            let near = (auv.position - craft).norm() <= WITHIN;
+            visits += usize::from(near && (*age > 0.0 || row.time == 0.0));
+            *age = if near || row.time == 0.0 { 0.0 } else { *age + 1.0 };
+            (sum, largest) = (sum + *age, largest.max(*age));
+        }
+    }
+    let metrics = Metrics::of(&record).surface_craft.expect("there is one");
+    let known = metrics.visits.expect("the goal visits");
+    assert!(
+        4 < visits && known.visits == visits,
+        "{known:?}, counted {visits}"
+    );
+    assert!((known.mean_cost - sum / 800.0).abs() < 1e-9 && (known.max_cost - largest).abs() < 1e-9);
+    assert!(3 < known.changes, "{known:?}");
 }

@@ -110,8 +110,8 @@ fn count(n: usize) -> Option<f64> {
     Some(n as f64)
 }
 
-/// The columns. Less is better in each, but for `duration_s` and the counts of answers.
-pub(super) const SCORES: [Number; 28] = [
+/// The columns. Less is better in each, but for `duration_s`, `visits` and the counts of answers.
+pub(super) const SCORES: [Number; 33] = [
     ("rms_m", |_, m| Some(m.rms_m)),
     ("mean_m", |_, m| Some(m.mean_m)),
     ("p95_m", |_, m| Some(m.p95_m)),
@@ -150,6 +150,11 @@ pub(super) const SCORES: [Number; 28] = [
         count(m.answers_by_method.saturated_los)
     }),
     ("answers_hold", |_, m| count(m.answers_by_method.hold)),
+    ("visit_mean_cost", |_, m| Some(m.visits?.mean_cost)),
+    ("visit_max_cost", |_, m| Some(m.visits?.max_cost)),
+    ("visits", |_, m| count(m.visits?.visits)),
+    ("visit_changes", |_, m| count(m.visits?.changes)),
+    ("visit_deadlines_missed", |_, m| count(m.visits?.deadlines_missed)),
 ];
 
 /// By how much a speed reference is outside its limits, m/s; 0 where that is rounding.

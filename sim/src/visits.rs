@@ -1,0 +1,215 @@
+//! What it costs not to serve an AUV, kept from one second to the next: the truth that visits are judged by, and what rules that are
+//! compared with the planner count by.
+//!
+//! The planner has closed forms, for whole visits; here every step is one.
+
+use planner::snapshot::{Goal, VehicleId, VisitCost, Visits};
+
+use crate::{fault::Behaviour, record::Service, surface_craft::SurfaceCraft, world::World};
+
+/// The costs of the AUVs of a goal, in its order; those of weight 0 left out.
+#[derive(Clone, Debug)]
+pub struct Costs {
+    /// The goal.
+    pub visits: Visits,
+    /// The AUVs.
+    pub auvs: Vec<VehicleId>,
+    /// The cost of each, in the unit of the goal's cost.
+    pub costs: Vec<f64>,
+    /// Time since each was served, s.
+    pub ages: Vec<f64>,
+}
+
+impl Costs {
+    /// Every AUV as one that has been served for long and rises to the surface for it.
+    #[must_use]
+    pub fn new(visits: &Visits) -> Self {
+        let goal = Goal::Visit(visits.clone());
+        let auvs: Vec<_> = goal.vehicles().cloned().collect();
+        let fresh = match visits.cost {
+            VisitCost::Age | VisitCost::Data { .. } => 0.0,
+            VisitCost::Uncertainty { growth_m2ps, .. } => (growth_m2ps * fix_noise(&visits.cost, 0.0)).sqrt(),
+        };
+        Self {
+            visits: visits.clone(),
+            costs: vec![fresh; auvs.len()],
+            ages: vec![0.0; auvs.len()],
+            auvs,
+        }
+    }
+
+    /// Whether an AUV is served at this horizontal distance and depth, m.
+    #[must_use]
+    pub fn serves(&self, distance: f64, depth: f64) -> bool {
+        let reached = match self.visits.cost {
+            VisitCost::Age | VisitCost::Uncertainty { .. } => true,
+            VisitCost::Data { range_max_m, .. } => depth < range_max_m,
+        };
+        reached && distance <= self.visits.within_m
+    }
+
+    /// The cost of the AUV at `place` after another `elapsed` s, served at this slant range, m, or not.
+    ///
+    /// ```text
+    /// variance: P⁻ = P + q Δt,  1/P = 1/P⁻ + Δt/(R T) where served: a Kalman filter with one fix a step
+    /// backlog:  b + (g − u max(0, 1 − r/r_max)) Δt, at least 0
+    /// ```
+    pub fn advance(&mut self, place: usize, elapsed: f64, served: Option<f64>) {
+        self.ages[place] = served.map_or(self.ages[place] + elapsed, |_| 0.0);
+        let cost = &mut self.costs[place];
+        *cost = match self.visits.cost {
+            VisitCost::Age => self.ages[place],
+            VisitCost::Uncertainty { growth_m2ps, .. } => {
+                let grown = *cost + growth_m2ps * elapsed;
+                served.map_or(grown, |range| {
+                    grown / (1.0 + grown * elapsed / fix_noise(&self.visits.cost, range))
+                })
+            }
+            VisitCost::Data {
+                growth_kbps,
+                upload_kbps,
+                range_max_m,
+            } => {
+                let upload = served.map_or(0.0, |range| upload_kbps * (1.0 - range / range_max_m).max(0.0));
+                (*cost + (growth_kbps - upload) * elapsed).max(0.0)
+            }
+        };
+    }
+}
+
+/// R T: variance of fixes at that slant range, m, as of one that is measured all the time, m² s.
+fn fix_noise(cost: &VisitCost, range: f64) -> f64 {
+    match *cost {
+        VisitCost::Uncertainty {
+            sigma_m,
+            sigma_rad,
+            interval_s,
+            ..
+        } => (sigma_m.powi(2) + (sigma_rad * range).powi(2)) * interval_s,
+        VisitCost::Age | VisitCost::Data { .. } => 0.0,
+    }
+}
+
+/// The true costs of a mission whose goal visits.
+#[derive(Clone, Debug)]
+pub(crate) struct TrueCosts {
+    costs: Costs,
+    /// Weight of each over the mean weight.
+    relative: Vec<f64>,
+    /// Whether each was served in time, or late; none before.
+    in_time: Vec<Option<bool>>,
+    /// Time of the last look, s.
+    then: f64,
+}
+
+impl TrueCosts {
+    /// None where the goal does not visit.
+    pub(crate) fn new(goal: &Goal) -> Option<Self> {
+        let Goal::Visit(visits) = goal else { return None };
+        let costs = Costs::new(visits);
+        let weights: Vec<f64> = costs.auvs.iter().map(|id| visits.weight(id)).collect();
+        #[expect(clippy::cast_precision_loss, reason = "at most 16 vehicles")]
+        let mean = weights.iter().sum::<f64>() / weights.len() as f64;
+        Some(Self {
+            relative: weights.iter().map(|weight| weight / mean).collect(),
+            in_time: vec![None; costs.auvs.len()],
+            costs,
+            then: 0.0,
+        })
+    }
+
+    /// What is true of the world's AUV number `auv` now; none if the goal does not depend on it, or it is dead. Call it for each AUV
+    /// before [`TrueCosts::looked`].
+    pub(crate) fn look(&mut self, world: &World, craft: &SurfaceCraft, auv: usize) -> Option<Service> {
+        let (now, is) = (world.time(), &world.auvs[auv]);
+        let place = self.costs.auvs.iter().position(|id| *id == is.id)?;
+        if world.faults.behaviour(auv, now) == Behaviour::Drifts {
+            return None;
+        }
+        let distance = (is.position() - craft.position()).norm();
+        let served = self.costs.serves(distance, is.depth());
+        let range = served.then(|| distance.hypot(is.depth()));
+        self.costs.advance(place, now - self.then, range);
+        let due = self.costs.visits.serve_by_s.get(&is.id);
+        let in_time = &mut self.in_time[place];
+        let late = due.is_some_and(|due| *due < now);
+        if in_time.is_none() && (served || late) {
+            *in_time = Some(!late);
+        }
+        Some(Service {
+            cost: self.relative[place] * self.costs.costs[place],
+            served,
+            late: *in_time == Some(false),
+        })
+    }
+
+    /// All AUVs were looked at.
+    pub(crate) fn looked(&mut self, world: &World) {
+        self.then = world.time();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn costs(cost: VisitCost) -> Costs {
+        Costs::new(&Visits {
+            cost,
+            ..Visits::new(vec![VehicleId("a".to_owned())])
+        })
+    }
+
+    /// 1000 s away, then 400 s at a slant range of 30 m, a second each.
+    fn visited(cost: VisitCost) -> [f64; 2] {
+        let mut costs = costs(cost);
+        [(1000, None), (400, Some(30.0))].map(|(seconds, served)| {
+            for _ in 0..seconds {
+                costs.advance(0, 1.0, served);
+            }
+            costs.costs[0]
+        })
+    }
+
+    #[test]
+    fn costs_are_those_of_the_equations_integrated_finely() {
+        let uncertainty = VisitCost::Uncertainty {
+            growth_m2ps: 0.03,
+            sigma_m: 1.5,
+            sigma_rad: 0.02,
+            interval_s: 10.0,
+        };
+        let [before, after] = visited(uncertainty);
+        let fresh = (0.03_f64 * 22.5).sqrt();
+        assert!((before - (fresh + 30.0)).abs() < 1e-9);
+        // dP/dt = q − P²/(R T) with R = 1.5² + (0.02 · 30)², by Euler's rule with steps of a millisecond.
+        let noise = (2.25 + 0.36) * 10.0;
+        let mut expected = before;
+        for _ in 0..400_000 {
+            expected += 1e-3 * (0.03 - expected * expected / noise);
+        }
+        // A fix each second instead of all the time is worth half a second's growth at most.
+        assert!((after - expected).abs() < 0.03, "{after}, expected {expected}");
+
+        let data = VisitCost::Data {
+            growth_kbps: 0.5,
+            upload_kbps: 3.0,
+            range_max_m: 300.0,
+        };
+        // 500 kbit fall at 3 · 0.9 − 0.5 = 2.2 kbit/s and are gone after 228 s.
+        assert_eq!(visited(data), [500.0, 0.0]);
+        assert_eq!(visited(VisitCost::Age), [1000.0, 0.0]);
+    }
+
+    #[test]
+    fn data_of_a_vehicle_that_is_too_deep_are_not_uploaded() {
+        let costs = costs(VisitCost::Data {
+            growth_kbps: 0.5,
+            upload_kbps: 3.0,
+            range_max_m: 100.0,
+        });
+        assert!(costs.serves(20.0, 99.0));
+        assert!(!costs.serves(20.0, 100.0));
+        assert!(!costs.serves(20.1, 5.0));
+    }
+}
