@@ -1,4 +1,5 @@
-//! The planner and every tuned line-of-sight law on the same mission: same scenario, same seed, same snapshots.
+//! The planner and every tuned line-of-sight law on the same mission: same scenario, same seed, same snapshots. Where the goal visits,
+//! every rule instead, followed by the planner and by line of sight.
 
 use planner::{los::LosLaw, parameters::Parameters, snapshot::ForecastModel};
 use serde::{Serialize, Serializer};
@@ -6,13 +7,14 @@ use sim::{
     guide::{Guide, LosGuide, MpcGuide},
     mission,
     record::Record,
-    scenario::Scenario,
+    scenario::{GoalFile, Scenario},
 };
 
 use crate::{
+    rules::{Rule, Ruled},
     scores::Scores,
     stopwatch::Stopwatch,
-    tuning::{ComparisonError, LawGains, tune},
+    tuning::{ComparisonError, LawGains, Setting, grid, tune},
 };
 
 mod table;
@@ -36,9 +38,20 @@ fn by_name<S: Serializer>(all: &[Controller], serializer: S) -> Result<S::Ok, S:
     serializer.collect_map(all.iter().map(|controller| (controller.name, controller)))
 }
 
-/// Names of the controllers: the planner, then the laws in the order of [`LosLaw::ALL`].
-pub fn names() -> impl Iterator<Item = &'static str> {
-    std::iter::once(PLANNER).chain(LosLaw::ALL.map(LosLaw::name))
+/// Names of the controllers: the planner, then the laws in the order of [`LosLaw::ALL`] or the rules in that of [`Rule::ALL`].
+#[must_use]
+pub fn names(scenario: &Scenario) -> Vec<&'static str> {
+    let others = if visits(scenario) {
+        Rule::ALL.into_iter().flat_map(Rule::names).collect()
+    } else {
+        LosLaw::ALL.map(LosLaw::name).to_vec()
+    };
+    [vec![PLANNER], others].concat()
+}
+
+fn visits(scenario: &Scenario) -> bool {
+    let craft = scenario.surface_craft.as_ref();
+    craft.is_some_and(|craft| matches!(craft.goal, GoalFile::Visit { .. }))
 }
 
 /// What one controller knew and achieved.
@@ -52,12 +65,23 @@ pub struct Controller {
     pub scores: Scores,
     /// What it knew.
     pub information: Information,
-    /// A law's gains: the best of its grid for this scenario and seed.
+    /// Gains of a law: the best of its grid for this scenario and seed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gains: Option<LawGains>,
+    /// A rule's time of a turn, or of a stay beyond the goal's least time, s: the best of its grid for this scenario and seed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dwell_s: Option<f64>,
     /// The record.
     #[serde(skip)]
     pub record: Record,
+}
+
+impl Controller {
+    /// What it is compared by: less is better.
+    fn value(&self) -> f64 {
+        let metrics = &self.scores.metrics;
+        metrics.visits.map_or(metrics.rms_m, |visits| visits.mean_cost)
+    }
 }
 
 /// What a controller knew.
@@ -76,41 +100,90 @@ impl Comparison {
         seed: u64,
         progress: &mut dyn FnMut(&str, f64),
     ) -> Result<Self, ComparisonError> {
-        let mut laws = vec![];
-        for law in LosLaw::ALL {
-            let stage = format!("tuning {}", law.name());
-            let (tuning, _) = tune(law, scenario, seed, &mut |done| progress(&stage, done))?;
-            let guide = &mut LosGuide::tuned(tuning);
-            laws.push(Controller {
-                gains: Some(LawGains::from(tuning)),
-                ..fly(law.name(), scenario, guide, seed, progress)?
-            });
-        }
-        let mpc = fly(
-            PLANNER,
-            scenario,
-            &mut MpcGuide::new(Parameters::default()),
-            seed,
-            progress,
-        )?;
+        let others = if visits(scenario) {
+            all_rules(scenario, seed, progress)?
+        } else {
+            all_laws(scenario, seed, progress)?
+        };
+        let mpc = &mut MpcGuide::new(Parameters::default());
+        let mpc = fly((PLANNER, true), scenario, mpc, seed, progress)?;
         Ok(Self {
             scenario: scenario.name.clone(),
             seed,
-            controllers: std::iter::once(mpc).chain(laws).collect(),
+            controllers: [vec![mpc], others].concat(),
         })
     }
 
-    /// The controller with the least root mean square distance.
+    /// What is compared: mean cost of AUVs that are visited, or root mean square distance; and the controller with the least.
     #[must_use]
-    pub fn nearest(&self) -> &Controller {
+    pub fn best(&self) -> (&'static str, &Controller) {
         let all = self.controllers.iter();
-        all.min_by(|a, b| a.scores.metrics.rms_m.total_cmp(&b.scores.metrics.rms_m))
-            .expect("the planner is one of them")
+        let best = all
+            .min_by(|a, b| a.value().total_cmp(&b.value()))
+            .expect("the planner is one of them");
+        let visits = best.scores.metrics.visits.is_some();
+        (if visits { "visits.mean_cost" } else { "rms_m" }, best)
     }
 }
 
+type Progress<'a> = &'a mut dyn FnMut(&str, f64);
+
+fn all_laws(
+    scenario: &Scenario,
+    seed: u64,
+    progress: Progress<'_>,
+) -> Result<Vec<Controller>, ComparisonError> {
+    let mut laws = vec![];
+    for law in LosLaw::ALL {
+        let stage = format!("tuning {}", law.name());
+        let (tuning, _) = tune(law, scenario, seed, &mut |done| progress(&stage, done))?;
+        let guide = &mut LosGuide::tuned(tuning);
+        laws.push(Controller {
+            gains: Some(LawGains::from(tuning)),
+            ..fly((law.name(), false), scenario, guide, seed, progress)?
+        });
+    }
+    Ok(laws)
+}
+
+fn all_rules(
+    scenario: &Scenario,
+    seed: u64,
+    progress: Progress<'_>,
+) -> Result<Vec<Controller>, ComparisonError> {
+    let mut all = vec![];
+    for rule in Rule::ALL {
+        for (name, foresees) in rule.names().into_iter().zip([true, false]) {
+            let laws = if foresees {
+                vec![]
+            } else {
+                grid(LosLaw::SaturatedLos)
+            };
+            let mut best: Option<Controller> = None;
+            for setting in Setting::grid(&laws, rule.dwells()) {
+                let guide: Box<dyn Guide> = match setting.gains {
+                    None => Box::new(MpcGuide::new(Parameters::default())),
+                    Some(gains) => Box::new(LosGuide::tuned(gains.tuning(LosLaw::SaturatedLos))),
+                };
+                let mut guide = Ruled::new(guide, rule, setting.dwell_s.unwrap_or(0.0));
+                let flown = Controller {
+                    gains: setting.gains,
+                    dwell_s: setting.dwell_s,
+                    ..fly((name, foresees), scenario, &mut guide, seed, progress)?
+                };
+                if best.as_ref().is_none_or(|best| flown.value() < best.value()) {
+                    best = Some(flown);
+                }
+            }
+            all.extend(best);
+        }
+    }
+    Ok(all)
+}
+
+/// Flies the controller of that name, and whether it foresees.
 fn fly(
-    name: &'static str,
+    (name, foresees): (&'static str, bool),
     scenario: &Scenario,
     guide: &mut dyn Guide,
     seed: u64,
@@ -121,11 +194,7 @@ fn fly(
     let record = record.map_err(ComparisonError::mission(scenario))?;
     let received = stopwatch.received;
     // A law looks at the present only, whatever the snapshots call for.
-    let forecasts = if name == PLANNER {
-        &received.forecasts[..]
-    } else {
-        &[]
-    };
+    let forecasts = if foresees { &received.forecasts[..] } else { &[] };
     Ok(Controller {
         name,
         scores: Scores::of(&record).ok_or_else(|| ComparisonError::no_surface_craft(scenario))?,
@@ -134,6 +203,7 @@ fn fly(
             current_known: received.with_current == received.snapshots,
         },
         gains: None,
+        dwell_s: None,
         record,
     })
 }

@@ -33,6 +33,36 @@ pub struct LawGains {
     pub integral_gain_mps: Option<f64>,
 }
 
+/// A point of a grid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Setting {
+    /// Gains of a law.
+    pub gains: Option<LawGains>,
+    /// Time of a rule's turn, or of its stay beyond the goal's least time, s.
+    pub dwell_s: Option<f64>,
+}
+
+impl Setting {
+    /// All gains with all times; of either one none is one.
+    #[must_use]
+    pub fn grid(laws: &[LosTuning], dwells: &[f64]) -> Vec<Self> {
+        fn some_or_none<T>(all: impl Iterator<Item = T>) -> Vec<Option<T>> {
+            let all: Vec<_> = all.map(Some).collect();
+            if all.is_empty() { vec![None] } else { all }
+        }
+        let laws = some_or_none(laws.iter().copied().map(LawGains::from));
+        let dwells = some_or_none(dwells.iter().copied());
+        let with = |gains: &Option<LawGains>| {
+            let gains = *gains;
+            dwells.iter().map(move |dwell_s| Self {
+                gains,
+                dwell_s: *dwell_s,
+            })
+        };
+        laws.iter().flat_map(with).collect()
+    }
+}
+
 impl From<LosTuning> for LawGains {
     fn from(tuning: LosTuning) -> Self {
         Self {

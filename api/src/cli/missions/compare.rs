@@ -40,11 +40,12 @@ enum Format {
     Json,
 }
 
-/// Tunes the line-of-sight laws, runs the missions and prints the scores.
+/// Tunes the line-of-sight laws or the rules, runs the missions and prints the scores.
 pub(crate) fn compare(arguments: &Compare) -> Result<(), Box<dyn Error>> {
     let scenario = arguments.run.scenario(&arguments.scenario)?;
     let page = arguments.report.as_deref().map(OutFile::new).transpose()?;
-    let files = arguments.out.as_deref().map(record_files).transpose()?;
+    let files = arguments.out.as_deref();
+    let files = files.map(|out| record_files(out, &scenario)).transpose()?;
     let bar = bar();
     let comparison = Comparison::run(&scenario, arguments.run.seed, &mut |stage, done| {
         show(&bar, stage, done);
@@ -74,7 +75,7 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Box<dyn Error>> {
 fn reported(comparison: &Comparison) -> Vec<ReportedRun<'_>> {
     let runs = comparison.controllers.iter().map(|controller| {
         let used = if controller.information.forecasts.is_empty() {
-            "the present alone, at gains tuned for this scenario and seed".to_owned()
+            "the present alone, tuned for this scenario and seed".to_owned()
         } else {
             format!("forecasts by {}", controller.information.forecasts.join(" and "))
         };

@@ -31,7 +31,7 @@ pub(super) fn record_file(path: &Path, scenario: &Scenario) -> Result<RecordFile
 }
 
 /// Files in `directory` for the records of a comparison, in the order of [`comparison::names`].
-pub(super) fn record_files(path: &Path) -> Result<Vec<RecordFile>, NotWritten> {
+pub(super) fn record_files(path: &Path, scenario: &Scenario) -> Result<Vec<RecordFile>, NotWritten> {
     directory(path)?;
     let file = |name: &str| {
         Ok(RecordFile {
@@ -39,7 +39,7 @@ pub(super) fn record_files(path: &Path) -> Result<Vec<RecordFile>, NotWritten> {
             format: RecordFormat::Parquet,
         })
     };
-    comparison::names().map(file).collect()
+    comparison::names(scenario).into_iter().map(file).collect()
 }
 
 impl RecordFile {

@@ -10,10 +10,13 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use sim::{
     guide::{Guidance, Guide, GuideError, LosGuide, MpcGuide},
-    scenario::{Scenario, Start},
+    scenario::{GoalFile, Scenario, Start},
 };
 
-use crate::tuning::grid;
+use crate::{
+    rules::{Rule, Ruled},
+    tuning::{Setting, grid},
+};
 
 mod variation;
 
@@ -32,6 +35,8 @@ pub struct Controller {
     pub craft: CraftKnowledge,
     /// The law that steers.
     pub law: ControlLaw,
+    /// The rule that visits AUVs instead of a schedule, and its time, s, if that is not tuned.
+    pub rule: Option<(Rule, Option<f64>)>,
     /// What differs from the scenario.
     pub variation: Option<Variation>,
 }
@@ -86,6 +91,7 @@ impl Controller {
             paths: Paths::AsScenario,
             craft: CraftKnowledge::Declared,
             law: ControlLaw::Tuned(law),
+            rule: None,
             variation: None,
         }
     }
@@ -98,6 +104,10 @@ impl Controller {
             .variation
             .is_some_and(|variation| !variation.applies(scenario))
         {
+            return false;
+        }
+        let goal = scenario.surface_craft.as_ref().map(|craft| &craft.goal);
+        if self.rule.is_some() && !matches!(goal, Some(GoalFile::Visit { .. })) {
             return false;
         }
         match self.law {
@@ -132,13 +142,25 @@ impl Controller {
         }
     }
 
-    /// The gains of the campaign file; none if they are tuned, or for the planner.
+    /// The settings among which the best is found; a single one if nothing is tuned.
     #[must_use]
-    pub(super) fn fixed_tuning(&self) -> Option<LosTuning> {
-        match self.law {
-            ControlLaw::Fixed(tuning) => Some(tuning),
-            ControlLaw::Tuned(_) | ControlLaw::Planner { .. } => None,
+    pub(super) fn grid(&self) -> Vec<Setting> {
+        let laws = match self.law {
+            ControlLaw::Tuned(law) => grid(law),
+            ControlLaw::Fixed(tuning) => vec![tuning],
+            ControlLaw::Planner { .. } => vec![],
+        };
+        match self.rule {
+            None => Setting::grid(&laws, &[]),
+            Some((rule, None)) => Setting::grid(&laws, rule.dwells()),
+            Some((_, Some(dwell))) => Setting::grid(&laws, &[dwell]),
         }
+    }
+
+    /// Whether anything of it is tuned.
+    #[must_use]
+    pub(super) fn is_tuned(&self) -> bool {
+        1 < self.grid().len()
     }
 
     /// When its craft breaks, s.
@@ -179,7 +201,11 @@ impl Controller {
             CraftKnowledge::Declared => "",
             CraftKnowledge::Speeds => "; of its craft the speeds alone",
         };
-        format!("{of_paths}{of_craft}; {uses}")
+        let visits = match self.rule {
+            Some((rule, _)) => format!("; visits by the rule {}", rule.names()[0]),
+            None => String::new(),
+        };
+        format!("{of_paths}{of_craft}; {uses}{visits}")
     }
 
     /// The scenario with what it knows and with its variation.
@@ -211,25 +237,30 @@ impl Controller {
         }
     }
 
-    /// The guide, without memory. `tuning` is the gains of a tuned law.
-    pub(super) fn guide(&self, tuning: Option<LosTuning>) -> Box<dyn Guide> {
+    /// The guide, without memory, at a point of its grid.
+    pub(super) fn guide(&self, setting: Setting) -> Box<dyn Guide> {
         let without_paths = self.paths == Paths::Unknown;
-        let los = |tuning| -> Box<dyn Guide> {
-            Box::new(Adapted {
-                guide: LosGuide::tuned(tuning),
-                without_paths,
-                forecast: None,
-            })
+        let gains = |law| -> LosTuning {
+            setting
+                .gains
+                .map_or_else(|| grid(law)[0], |gains| gains.tuning(law))
         };
-        let guide = match &self.law {
-            ControlLaw::Fixed(tuning) => los(*tuning),
-            ControlLaw::Tuned(law) => los(tuning.unwrap_or_else(|| grid(*law)[0])),
-            ControlLaw::Planner { parameters, forecast } => Box::new(Adapted {
-                guide: MpcGuide::new(Parameters::clone(parameters)),
-                without_paths,
-                forecast: *forecast,
-            }),
+        let (guide, forecast): (Box<dyn Guide>, _) = match &self.law {
+            ControlLaw::Fixed(tuning) => (Box::new(LosGuide::tuned(*tuning)), None),
+            ControlLaw::Tuned(law) => (Box::new(LosGuide::tuned(gains(*law))), None),
+            ControlLaw::Planner { parameters, forecast } => {
+                (Box::new(MpcGuide::new(Parameters::clone(parameters))), *forecast)
+            }
         };
+        let guide = match (self.rule, setting.dwell_s) {
+            (Some((rule, _)), dwell) => Box::new(Ruled::new(guide, rule, dwell.unwrap_or(0.0))),
+            (None, _) => guide,
+        };
+        let guide: Box<dyn Guide> = Box::new(Adapted {
+            guide,
+            without_paths,
+            forecast,
+        });
         match self.variation {
             Some(variation) => variation.around(guide),
             None => guide,
@@ -245,13 +276,13 @@ fn leaves_the_present_unsure(scenario: &Scenario) -> bool {
 }
 
 /// A guide that gets snapshots without paths, or with a given forecast model.
-struct Adapted<G> {
-    guide: G,
+struct Adapted {
+    guide: Box<dyn Guide>,
     without_paths: bool,
     forecast: Option<ForecastModel>,
 }
 
-impl<G: Guide> Guide for Adapted<G> {
+impl Guide for Adapted {
     fn name(&self) -> &'static str {
         self.guide.name()
     }

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use sim::scenario::{InvalidScenario, Scenario};
 
 use super::{
-    controller::{ControlLaw, Controller},
+    controller::Controller,
     file::{CampaignError, CampaignFile, CraftEntry, Objective, SEED_MAX},
 };
 
@@ -307,9 +307,10 @@ impl Campaign {
     }
 
     fn n_objectives(&self, controller: usize) -> usize {
-        match self.controllers[controller].law {
-            ControlLaw::Tuned(_) => self.objectives().len(),
-            ControlLaw::Fixed(_) | ControlLaw::Planner { .. } => 1,
+        if self.controllers[controller].is_tuned() {
+            self.objectives().len()
+        } else {
+            1
         }
     }
 

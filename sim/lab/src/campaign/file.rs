@@ -12,7 +12,7 @@ use super::{
     controller::{CraftKnowledge, Paths, Variation},
     score::Score,
 };
-use crate::tuning::LawGains;
+use crate::{rules::Rule, tuning::LawGains};
 
 mod check;
 mod controllers;
@@ -139,6 +139,8 @@ pub enum Objective {
     EnergyJ,
     /// Heading travel, rad.
     HeadingTravelRad,
+    /// Mean cost of AUVs that are visited.
+    VisitMeanCost,
 }
 
 impl Objective {
@@ -149,6 +151,7 @@ impl Objective {
             Self::RmsM => "rms_m",
             Self::EnergyJ => "energy_j",
             Self::HeadingTravelRad => "heading_travel_rad",
+            Self::VisitMeanCost => "visit_mean_cost",
         }
     }
 
@@ -158,6 +161,7 @@ impl Objective {
             Self::RmsM => score.metrics.rms_m,
             Self::EnergyJ => score.metrics.energy_j,
             Self::HeadingTravelRad => score.metrics.heading_travel_rad,
+            Self::VisitMeanCost => score.metrics.visits.map_or(0.0, |visits| visits.mean_cost),
         }
     }
 }
@@ -181,6 +185,19 @@ pub struct ControllerFile {
     pub planner: Option<PlannerFile>,
     /// or a line-of-sight law.
     pub law: Option<LawFile>,
+    /// A rule that visits AUVs instead of the planner's schedule, where the goal visits.
+    pub rule: Option<RuleFile>,
+}
+
+/// A rule that visits AUVs.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RuleFile {
+    /// Its name.
+    pub name: Rule,
+    /// Time of a turn by the clock, or of a stay beyond the goal's least time, s; tuned for each scenario and craft if left out.
+    #[schemars(range(min = 0, max = 100_000))]
+    pub dwell_s: Option<f64>,
 }
 
 /// The planner.

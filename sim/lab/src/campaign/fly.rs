@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use planner::los::{LosLaw, LosTuning};
+use planner::{los::LosLaw, snapshot::Goal};
 use sim::{
     guide::{Guide, GuideError},
     mission::Mission,
@@ -16,7 +16,11 @@ use super::{
     rows::{Outcome, RunResult},
     score::{Score, steps_above},
 };
-use crate::{bound::bound_rms_m, stopwatch::timed};
+use crate::{
+    bound::bound_rms_m,
+    stopwatch::timed,
+    tuning::{Setting, grid},
+};
 
 /// Tolerance of the turn limit: the planner's references may turn exactly as fast as the craft, up to rounding.
 const ROUNDING: f64 = 1.0 + 1e-6;
@@ -29,14 +33,14 @@ pub(super) struct FlownMission {
     pub(super) learnt: Option<Learnt>,
 }
 
-/// A mission of `controller` in `condition`, timed. `tuning` is a law's.
+/// A mission of `controller` in `condition`, timed, at a point of its grid.
 pub(super) fn fly(
     campaign: &Campaign,
     condition: Condition,
     controller: &Controller,
-    tuning: Option<LosTuning>,
+    setting: Setting,
 ) -> Result<FlownMission, GuideError> {
-    let flown = fly_while(campaign, condition, controller, tuning, &mut |_| true)?;
+    let flown = fly_while(campaign, condition, controller, setting, &mut |_| true)?;
     Ok(flown.expect("nothing stops it"))
 }
 
@@ -45,14 +49,14 @@ pub(super) fn fly_while(
     campaign: &Campaign,
     condition: Condition,
     controller: &Controller,
-    tuning: Option<LosTuning>,
+    setting: Setting,
     goes_on: &mut dyn FnMut(&Mission) -> bool,
 ) -> Result<Option<FlownMission>, GuideError> {
     let scenario = controller.scenario(&campaign.scenario(condition)?);
     let seed = campaign.seed(condition);
     let mut start = scenario.start(seed)?;
     controller.vary_start(&mut start);
-    let mut guide: Box<dyn Guide> = controller.guide(tuning);
+    let mut guide: Box<dyn Guide> = controller.guide(setting);
     let mut mission = Mission::from_start(start, &scenario, guide.name(), seed);
     let mut learnt: Option<Learnt> = None;
     while !mission.is_over() {
@@ -80,7 +84,7 @@ pub(super) fn fly_while(
 pub(super) fn result(campaign: &Campaign, run: Run, gains: &RunGains) -> RunResult {
     let controller = &campaign.controllers[run.controller];
     let begun = Instant::now();
-    let flown = fly(campaign, run.condition, controller, gains.tuning);
+    let flown = fly(campaign, run.condition, controller, gains.setting);
     let took = begun.elapsed().as_secs_f64();
     let case = &campaign.cases[run.condition.case];
     let response = case.response();
@@ -106,7 +110,11 @@ pub(super) fn result(campaign: &Campaign, run: Run, gains: &RunGains) -> RunResu
         objectives: gains.objectives.clone(),
         replicate: run.condition.replicate,
         seed: campaign.seed(run.condition),
-        tuning: gains.tuning.or(controller.fixed_tuning()),
+        tuning: controller
+            .los_law()
+            .zip(gains.setting.gains)
+            .map(|(law, gains)| gains.tuning(law)),
+        dwell_s: gains.setting.dwell_s,
         parameters: campaign
             .parameters(run.condition)
             .into_iter()
@@ -123,8 +131,8 @@ pub(super) fn result(campaign: &Campaign, run: Run, gains: &RunGains) -> RunResu
 /// The gains of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct RunGains {
-    /// A tuned law's gains.
-    pub(super) tuning: Option<LosTuning>,
+    /// Gains of a law, time of a rule.
+    pub(super) setting: Setting,
     /// Names of the objectives that they are best for.
     pub(super) objectives: String,
 }
@@ -140,11 +148,24 @@ pub(super) fn bound(campaign: &Campaign, condition: Condition) -> Option<f64> {
     if variations.any(|variation| variation != first) {
         return None;
     }
+    let briefed = campaign
+        .scenario(condition)
+        .ok()?
+        .start(campaign.seed(condition))
+        .ok()?;
+    // A goal that visits is where its controller goes.
+    if matches!(briefed.observer?.briefing.goal, Goal::Visit(_)) {
+        return None;
+    }
     // Goal, current and plant are the same under every controller.
     let controller = Controller {
         variation: first,
         ..Controller::law(LosLaw::SaturatedLos)
     };
-    let flown = fly(campaign, condition, &controller, None).ok()?;
+    let setting = Setting {
+        gains: Some(grid(LosLaw::SaturatedLos)[0].into()),
+        dwell_s: None,
+    };
+    let flown = fly(campaign, condition, &controller, setting).ok()?;
     bound_rms_m(&flown.record)
 }

@@ -8,7 +8,7 @@ use super::{
     fly::{RunGains, bound, fly, result},
     rows::{Rows, RunResult},
 };
-use crate::tuning::LawGains;
+use crate::tuning::{LawGains, Setting};
 
 /// A replayed run.
 #[derive(Clone, Debug)]
@@ -47,23 +47,23 @@ pub fn replay(campaign: &Campaign, rows: &Rows, number: u64) -> Result<Replay, R
             .numbers(name)
             .and_then(|cells| cells.first().copied().flatten())
     };
-    let tuning = match controller.law {
-        ControlLaw::Tuned(law) => {
-            let gains = LawGains {
+    let setting = Setting {
+        gains: match controller.law {
+            ControlLaw::Tuned(_) | ControlLaw::Fixed(_) => Some(LawGains {
                 look_ahead_m: cell("look_ahead_m").ok_or_else(no_run)?,
                 along_track_gain_per_s: cell("along_track_gain_per_s").ok_or_else(no_run)?,
                 integral_gain_mps: cell("integral_gain_mps"),
-            };
-            Some(gains.tuning(law))
-        }
-        ControlLaw::Fixed(_) | ControlLaw::Planner { .. } => None,
+            }),
+            ControlLaw::Planner { .. } => None,
+        },
+        dwell_s: cell("dwell_s"),
     };
     let words = before.words("objectives").and_then(|words| words.first());
     let gains = RunGains {
-        tuning,
+        setting,
         objectives: words.map(ToString::to_string).unwrap_or_default(),
     };
-    let flown = fly(campaign, run.condition, controller, tuning);
+    let flown = fly(campaign, run.condition, controller, setting);
     let record = flown.map_err(ReplayError::Mission)?.record;
     let again = RunResult {
         bound_rms_m: bound(campaign, run.condition),

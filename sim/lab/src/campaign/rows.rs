@@ -20,7 +20,7 @@ use super::{
 };
 
 /// Version of the table's columns.
-pub const SCHEMA_VERSION: &str = "2";
+pub const SCHEMA_VERSION: &str = "3";
 /// Columns with measured times, which differ each time.
 pub const MEASURED: [&str; 3] = ["solve_ms_p50", "solve_ms_p99", "run_s"];
 /// Prefix of the columns that hold parameters.
@@ -38,6 +38,8 @@ pub(super) struct RunResult {
     pub(super) replicate: u64,
     pub(super) seed: u64,
     pub(super) tuning: Option<LosTuning>,
+    /// Time of a rule, s.
+    pub(super) dwell_s: Option<f64>,
     /// Values, in the campaign's order.
     pub(super) parameters: Vec<f64>,
     /// Its outcome, or why it failed.
@@ -122,6 +124,7 @@ impl Rows {
                 Some(row.tuning?.gains.along_track_gain)
             }),
             numbers("integral_gain_mps", &|row| Some(row.tuning?.integral_gain)),
+            numbers("dwell_s", &|row| row.dwell_s),
         ];
         for (k, key) in parameters.iter().enumerate() {
             let name = format!("{PARAMETER}{key}");

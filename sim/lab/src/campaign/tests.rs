@@ -4,10 +4,7 @@ use std::{fs, num::NonZeroUsize, path::Path, sync::OnceLock};
 
 use tempfile::TempDir;
 
-use planner::{
-    los::{LosGains, LosLaw},
-    parameters::Parameters,
-};
+use planner::{los::LosGains, parameters::Parameters};
 use sim::{
     guide::{Guide, LosGuide, MpcGuide},
     metrics::Metrics,
@@ -25,7 +22,6 @@ use super::{
     score::Score,
     tune::tune,
 };
-use crate::tuning::grid;
 
 /// Two scenarios, two craft, three controllers, a drawn parameter, gains for two objectives; a minute each.
 const SMALL: &str = r#"
@@ -414,10 +410,10 @@ planner = {}
         assert_eq!(found.best.len(), 2);
         for (objective, best) in campaign.objectives().iter().zip(&found.best) {
             // Every mission flown to its end, where the search breaks off those that are beaten.
-            let values = grid(LosLaw::SaturatedLos).into_iter().map(|tuning| {
-                let flown = fly(&campaign, condition, law, Some(tuning)).expect("flies");
+            let values = law.grid().into_iter().map(|setting| {
+                let flown = fly(&campaign, condition, law, setting).expect("flies");
                 (
-                    tuning,
+                    setting,
                     objective.of(&Score::of(&flown.record).expect("has a craft")),
                 )
             });
@@ -425,8 +421,7 @@ planner = {}
                 .reduce(|least, other| if other.1 < least.1 { other } else { least })
                 .expect("a grid has points");
             assert_eq!(best.mean, least, "{objective:?}");
-            let gains = (best.gains.look_ahead_m, best.gains.along_track_gain_per_s);
-            assert_eq!(gains, (first.gains.look_ahead, first.gains.along_track_gain));
+            assert_eq!(best.setting, first);
         }
     }
 

@@ -1,16 +1,15 @@
 //! Tuning: for each case and law the best gains of its grid, under conditions that are not scored.
 
-use planner::los::LosTuning;
 use serde::{Deserialize, Serialize};
-use sim::mission::Mission;
+use sim::{mission::Mission, record::Row};
 
-use super::{controller::ControlLaw, score::Score};
+use super::score::Score;
 use super::{
     design::{Campaign, Condition},
     file::Objective,
     fly::{RunGains, fly_while},
 };
-use crate::tuning::{LawGains, grid};
+use crate::tuning::Setting;
 
 /// The best gains of the laws that are tuned in one case.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -25,10 +24,10 @@ pub(super) struct Tuned {
     pub(super) best: Vec<Best>,
 }
 
-/// The best gains for one objective, and its mean.
+/// The best setting for one objective, and its mean.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Best {
-    pub(super) gains: LawGains,
+    pub(super) setting: Setting,
     pub(super) mean: f64,
 }
 
@@ -42,23 +41,26 @@ impl Gains {
         objective: usize,
     ) -> Option<RunGains> {
         let controller = &campaign.controllers[controller];
-        let ControlLaw::Tuned(law) = controller.law else {
-            return Some(RunGains::default());
-        };
+        if !controller.is_tuned() {
+            return Some(RunGains {
+                setting: controller.grid()[0],
+                ..RunGains::default()
+            });
+        }
         let tuned = self.0.iter().find(|tuned| tuned.controller == controller.name)?;
-        let gains = |k: usize| tuned.best.get(k).map(|best| best.gains.tuning(law));
-        let tuning = gains(objective)?;
-        if (0..objective).any(|earlier| gains(earlier) == Some(tuning)) {
+        let gains = |k: usize| tuned.best.get(k).map(|best| best.setting);
+        let setting = gains(objective)?;
+        if (0..objective).any(|earlier| gains(earlier) == Some(setting)) {
             return None;
         }
         let shared = campaign
             .objectives()
             .iter()
             .enumerate()
-            .filter(|(k, _)| gains(*k) == Some(tuning));
+            .filter(|(k, _)| gains(*k) == Some(setting));
         let names: Vec<&str> = shared.map(|(_, objective)| objective.name()).collect();
         Some(RunGains {
-            tuning: Some(tuning),
+            setting,
             objectives: names.join(" "),
         })
     }
@@ -67,29 +69,25 @@ impl Gains {
 /// Controllers of a case that are tuned.
 pub(super) fn tuned_in(campaign: &Campaign, case: usize) -> Vec<usize> {
     let all = campaign.cases[case].controllers.iter().copied();
-    all.filter(|&controller| matches!(campaign.controllers[controller].law, ControlLaw::Tuned(_)))
+    all.filter(|&controller| campaign.controllers[controller].is_tuned())
         .collect()
 }
 
-/// The best gains of one law in one case; of equals the first of the grid. Points at which a mission fails are left out.
+/// The best settings of one controller in one case; of equals the first of the grid. Points at which a mission fails are left out.
 pub(super) fn tune(campaign: &Campaign, case: usize, number: usize) -> Tuned {
     let controller = &campaign.controllers[number];
-    let ControlLaw::Tuned(law) = controller.law else {
-        unreachable!("only laws are tuned");
-    };
     let mut best: Vec<Best> = vec![];
-    for tuning in grid(law) {
+    for setting in controller.grid() {
         let beaten: Vec<f64> = best.iter().map(|best| best.mean).collect();
-        let Some(means) = means(campaign, (case, number), tuning, &beaten) else {
+        let Some(means) = means(campaign, (case, number), setting, &beaten) else {
             continue;
         };
-        let gains = LawGains::from(tuning);
         if best.is_empty() {
-            best.extend(means.iter().map(|&mean| Best { gains, mean }));
+            best.extend(means.iter().map(|&mean| Best { setting, mean }));
         }
         for (best, mean) in best.iter_mut().zip(means) {
             if mean < best.mean {
-                *best = Best { gains, mean };
+                *best = Best { setting, mean };
             }
         }
     }
@@ -99,12 +97,12 @@ pub(super) fn tune(campaign: &Campaign, case: usize, number: usize) -> Tuned {
     }
 }
 
-/// Means of the objectives at `tuning`; none if a mission failed, or as soon as all are certain to exceed `beaten`, as objectives only
+/// Means of the objectives at `setting`; none if a mission failed, or as soon as all are certain to exceed `beaten`, as objectives only
 /// grow during a mission.
 fn means(
     campaign: &Campaign,
     (case, controller): (usize, usize),
-    tuning: LosTuning,
+    setting: Setting,
     beaten: &[f64],
 ) -> Option<Vec<f64>> {
     let controller = &campaign.controllers[controller];
@@ -115,7 +113,7 @@ fn means(
     let mut sums = vec![0.0; objectives.len()];
     for condition in conditions {
         let mut so_far = SoFar::default();
-        let flown = fly_while(campaign, condition, controller, Some(tuning), &mut |mission| {
+        let flown = fly_while(campaign, condition, controller, setting, &mut |mission| {
             so_far.look(mission);
             let above = |k: usize| {
                 let least = so_far.least(objectives[k], mission.n_rows());
@@ -143,6 +141,8 @@ struct SoFar {
     energy: f64,
     /// Heading travel, rad.
     heading_travel: f64,
+    /// Sum of the mean costs of AUVs that are visited, in the unit of the goal's cost.
+    costs: f64,
 }
 
 impl SoFar {
@@ -154,6 +154,7 @@ impl SoFar {
             self.energy = craft.energy;
             self.heading_travel = craft.heading_travel;
         }
+        self.costs += last.and_then(Row::mean_cost).unwrap_or(0.0);
     }
 
     fn least(&self, objective: Objective, n_rows: u32) -> f64 {
@@ -161,6 +162,7 @@ impl SoFar {
             Objective::RmsM => (self.squares / f64::from(n_rows)).sqrt(),
             Objective::EnergyJ => self.energy,
             Objective::HeadingTravelRad => self.heading_travel,
+            Objective::VisitMeanCost => self.costs / f64::from(n_rows),
         }
     }
 }

@@ -14,17 +14,23 @@ impl fmt::Display for Comparison {
         for block in self.controllers.chunks(COLUMNS) {
             write_block(f, block)?;
         }
-        writeln!(
-            f,
-            "{PLANNER} forecasts with {}; the laws use the present motion of the goal, at the best gains of their grids.",
-            self.controllers[0].information.forecasts.join(" and ")
-        )?;
+        let (compared, best) = self.best();
+        let others = if best.scores.metrics.visits.is_some() {
+            "the rules are followed by the planner or by line of sight, at the best times of their grids"
+        } else {
+            "the laws use the present motion of the goal, at the best gains of their grids"
+        };
+        let forecasts = self.controllers[0].information.forecasts.join(" and ");
+        writeln!(f, "{PLANNER} forecasts with {forecasts}; {others}.")?;
         for controller in &self.controllers {
             if let Some(gains) = &controller.gains {
                 writeln!(f, "{}: {gains}.", controller.name)?;
             }
+            if let Some(dwell) = controller.dwell_s {
+                writeln!(f, "{}: {dwell} s.", controller.name)?;
+            }
         }
-        writeln!(f, "Least rms_m: {}.", self.nearest().name)
+        writeln!(f, "Least {compared}: {}.", best.name)
     }
 }
 

@@ -273,7 +273,14 @@ mod tests {
         let scenario = controller.scenario(scenario);
         let mut start = scenario.start(1).expect("starts");
         controller.vary_start(&mut start);
-        run_from(start, &scenario, controller.guide(None).as_mut(), 1, &mut |_| {}).expect("runs")
+        run_from(
+            start,
+            &scenario,
+            controller.guide(controller.grid()[0]).as_mut(),
+            1,
+            &mut |_| {},
+        )
+        .expect("runs")
     }
 
     #[test]

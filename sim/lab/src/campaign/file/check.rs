@@ -1,7 +1,7 @@
 //! Ranges and rules of a campaign file, beyond its shape.
 
 use super::{CampaignFile, Claimed, CraftEntry, Parameter, REPLICATES_MAX, SEED_MAX};
-use crate::campaign::{controller::ControlLaw, rows::MORE, score::SCORES};
+use crate::campaign::{controller::Controller, rows::MORE, score::SCORES};
 
 /// Most controllers, craft entries, scenarios, parameters or claims.
 const ITEMS_MAX: usize = 200;
@@ -166,9 +166,7 @@ impl CampaignFile {
             let controllers = entry
                 .controllers()
                 .map_err(|(member, reason)| (field(&member), reason))?;
-            let is_tuned = controllers
-                .iter()
-                .any(|controller| matches!(controller.law, ControlLaw::Tuned(_)));
+            let is_tuned = controllers.iter().any(Controller::is_tuned);
             ensure(
                 !is_tuned || self.tuning.is_some(),
                 field("law.gains"),

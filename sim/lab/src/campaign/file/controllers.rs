@@ -6,11 +6,15 @@ use planner::{
     snapshot::ForecastModel,
 };
 
-use super::{ControllerFile, ForecastFile, LawFile, PlannerFile};
+use super::{ControllerFile, ForecastFile, LawFile, PlannerFile, RuleFile};
 use crate::{
     campaign::controller::{ControlLaw, Controller},
+    rules::Rule,
     tuning::{LawGains, grid},
 };
+
+/// Longest turn or stay of a rule, s: beyond a day, whatever is asked for is never over.
+const TURN_MAX: f64 = 1.0e5;
 
 impl ControllerFile {
     /// Its controllers: one, or one for each point of a grid. Otherwise the member that is wrong, and why.
@@ -22,12 +26,24 @@ impl ControllerFile {
                 return Err(("planner".to_owned(), "give either planner or law".to_owned()));
             }
         };
+        if let Some(RuleFile {
+            name,
+            dwell_s: Some(dwell),
+        }) = self.rule
+        {
+            let least = if name == Rule::Clock { 1.0 } else { 0.0 };
+            if !(least..=TURN_MAX).contains(&dwell) {
+                let reason = format!("{dwell} is outside {least} to {TURN_MAX} s");
+                return Err(("rule.dwell_s".to_owned(), reason));
+            }
+        }
         let controller = |(name, law)| Controller {
             name,
             entry: self.name.clone(),
             paths: self.paths,
             craft: self.craft,
             law,
+            rule: self.rule.map(|rule| (rule.name, rule.dwell_s)),
             variation: self.variation,
         };
         Ok(laws.into_iter().map(controller).collect())

@@ -1,0 +1,337 @@
+//! Rules by which a craft visits AUVs without a schedule, for comparison: the clock, and what operators do by hand.
+//!
+//! A rule sees what the planner sees: the same snapshots, estimates and forecasts, and costs that it counts from them. It replaces the
+//! goal `visit` by one that the planner or a line-of-sight law then follows.
+
+use nalgebra::Vector2;
+use planner::{
+    goal::GoalForecast,
+    parameters::Parameters,
+    snapshot::{Goal, PlanRequest, Snapshot, Task, VehicleId, VisitCost, Visits},
+};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use sim::{
+    guide::{Guidance, Guide, GuideError},
+    visits::Costs,
+};
+
+/// Turns by the clock that are tried, s: at 1.5 m/s the shortest is 60 m, the longest more than a kilometre.
+const TURNS: [f64; 8] = [40.0, 60.0, 80.0, 120.0, 240.0, 360.0, 540.0, 810.0];
+
+/// Stays beyond the goal's least time that are tried, s: fixes and data take time, an age none.
+const STAYS: [f64; 3] = [0.0, 60.0, 180.0];
+
+/// Steps towards where a moving AUV is met: each leaves the ratio of the speeds of what was missing, a fifth for most.
+const MEETING_STEPS: usize = 4;
+
+/// Slant range that a goal asks to stay within where data set none, m: the largest there may be.
+const RANGE: f64 = 2.0e4;
+
+/// A rule that says which AUV is next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Rule {
+    /// Each for the same time, in the order of a short tour.
+    Clock,
+    /// The one that was not served for longest.
+    OldestFirst,
+    /// The nearest that was not served since all others were.
+    NearestFirst,
+    /// The one with the greatest cost for the time until it has been served.
+    CostPerTime,
+    /// None: the craft stays at the mean of all.
+    Midpoint,
+    /// None: the craft stays where the farthest is nearest.
+    MinimaxRange,
+}
+
+impl Rule {
+    /// All rules.
+    pub const ALL: [Self; 6] = [
+        Self::Clock,
+        Self::OldestFirst,
+        Self::NearestFirst,
+        Self::CostPerTime,
+        Self::Midpoint,
+        Self::MinimaxRange,
+    ];
+
+    /// Its name, that of its planner's controller and that of its line-of-sight law's.
+    #[must_use]
+    pub fn names(self) -> [&'static str; 2] {
+        match self {
+            Self::Clock => ["clock", "clock_los"],
+            Self::OldestFirst => ["oldest_first", "oldest_first_los"],
+            Self::NearestFirst => ["nearest_first", "nearest_first_los"],
+            Self::CostPerTime => ["cost_per_time", "cost_per_time_los"],
+            Self::Midpoint => ["midpoint", "midpoint_los"],
+            Self::MinimaxRange => ["minimax_range", "minimax_range_los"],
+        }
+    }
+
+    /// Times to try, s: of a turn by the clock, or of a stay beyond the goal's least time.
+    #[must_use]
+    pub fn dwells(self) -> &'static [f64] {
+        match self {
+            Self::Clock => &TURNS,
+            Self::OldestFirst | Self::NearestFirst | Self::CostPerTime => &STAYS,
+            Self::Midpoint | Self::MinimaxRange => &[],
+        }
+    }
+}
+
+/// A guide whose goal `visit` a rule replaces; another goal is left as it is.
+pub struct Ruled {
+    guide: Box<dyn Guide>,
+    rule: Rule,
+    /// One of [`Rule::dwells`], or another.
+    dwell: f64,
+    memory: Option<Memory>,
+}
+
+struct Memory {
+    costs: Costs,
+    /// Time of the first call and of the last one, s.
+    began: f64,
+    then: f64,
+    /// Places in the order of a short tour.
+    tour: Vec<usize>,
+    /// Those that were served since all others were.
+    served: Vec<bool>,
+    /// The place that is next, and when the craft came near it.
+    next: Option<(usize, Option<f64>)>,
+}
+
+/// An AUV now.
+struct Seen {
+    /// Time until the craft can be near it, s.
+    travel: f64,
+    /// Slant range at which it is served, m, if it is.
+    served: Option<f64>,
+    silent: bool,
+}
+
+impl Ruled {
+    /// `guide` by `rule`; `dwell` is the time of a turn or of a stay beyond the least, s.
+    #[must_use]
+    pub fn new(guide: Box<dyn Guide>, rule: Rule, dwell: f64) -> Self {
+        Self {
+            guide,
+            rule,
+            dwell,
+            memory: None,
+        }
+    }
+
+    /// The goal instead of `visits`, and the place among the snapshot's AUVs of the one that is followed.
+    fn goal(&mut self, snapshot: &Snapshot, visits: &Visits) -> (Goal, Option<usize>) {
+        let now = snapshot.t_s;
+        let forecast = GoalForecast::holding(snapshot, None);
+        let memory = self
+            .memory
+            .get_or_insert_with(|| Memory::new(snapshot, visits, &forecast));
+        let seen = memory.look(snapshot, &forecast);
+        let heard: Vec<usize> = (0..seen.len()).filter(|place| !seen[*place].silent).collect();
+        let heard = if heard.is_empty() {
+            (0..seen.len()).collect()
+        } else {
+            heard
+        };
+        let ids = |places: &[usize]| -> Vec<VehicleId> {
+            places
+                .iter()
+                .map(|place| memory.costs.auvs[*place].clone())
+                .collect()
+        };
+        match self.rule {
+            Rule::Clock => {
+                let tour: Vec<usize> = memory
+                    .tour
+                    .iter()
+                    .copied()
+                    .filter(|place| heard.contains(place))
+                    .collect();
+                let turn = ((now - memory.began) / self.dwell).floor();
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "a mission's turns"
+                )]
+                let followed = tour[turn as usize % tour.len()];
+                let goal = Goal::Intermittent {
+                    auvs: ids(&tour),
+                    dwell_s: self.dwell,
+                    epoch_s: memory.began,
+                };
+                (goal, memory.in_snapshot(snapshot, followed))
+            }
+            Rule::OldestFirst | Rule::NearestFirst | Rule::CostPerTime => {
+                let next = memory.next(self.rule, now, visits.dwell_min_s + self.dwell, (&seen, &heard));
+                let auv = memory.costs.auvs[next].clone();
+                (Goal::Track { auv }, memory.in_snapshot(snapshot, next))
+            }
+            Rule::Midpoint => (Goal::Midpoint { auvs: ids(&heard) }, None),
+            Rule::MinimaxRange => {
+                let range_m = match visits.cost {
+                    VisitCost::Data { range_max_m, .. } => range_max_m,
+                    VisitCost::Age | VisitCost::Uncertainty { .. } => RANGE,
+                };
+                let auvs = ids(&heard);
+                (Goal::Range { auvs, range_m }, None)
+            }
+        }
+    }
+}
+
+impl Memory {
+    fn new(snapshot: &Snapshot, visits: &Visits, forecast: &GoalForecast) -> Self {
+        let costs = Costs::new(visits);
+        let places: Vec<Vector2<f64>> = forecast.members().map(|auv| auv.at(0.0).position).collect();
+        Self {
+            began: snapshot.t_s,
+            then: snapshot.t_s,
+            tour: short_tour(&snapshot.asc.position(), &places),
+            served: vec![false; costs.auvs.len()],
+            next: None,
+            costs,
+        }
+    }
+
+    /// What is seen of each AUV, with the costs carried on until now.
+    fn look(&mut self, snapshot: &Snapshot, forecast: &GoalForecast) -> Vec<Seen> {
+        let (here, elapsed) = (snapshot.asc.position(), snapshot.t_s - self.then);
+        self.then = snapshot.t_s;
+        let within = self.costs.visits.within_m;
+        let mut all = vec![];
+        for (place, auv) in forecast.members().enumerate() {
+            let distance = |ahead: f64| (auv.at(ahead).position - here).norm();
+            let depth = auv.depth_at(0.0).max(0.0);
+            let known = self
+                .in_snapshot(snapshot, place)
+                .map(|known| &snapshot.estimates()[known]);
+            let silent = known.is_none_or(|known| Parameters::default().report_age_max < known.state.age_s);
+            let served = !silent && self.costs.serves(distance(0.0), depth);
+            let served = served.then(|| distance(0.0).hypot(depth));
+            self.costs.advance(place, elapsed, served);
+            self.served[place] |= served.is_some();
+            let speed = snapshot.limits().speed_max;
+            let travel = (0..MEETING_STEPS).fold(0.0, |time, _| (distance(time) - within).max(0.0) / speed);
+            all.push(Seen {
+                travel,
+                served,
+                silent,
+            });
+        }
+        all
+    }
+
+    /// The place that is next: the same until the craft was there for `stay` s, then the one that the rule says.
+    fn next(&mut self, rule: Rule, now: f64, stay: f64, (seen, heard): (&[Seen], &[usize])) -> usize {
+        if let Some((place, arrived)) = &mut self.next
+            && heard.contains(place)
+        {
+            if seen[*place].served.is_some() {
+                arrived.get_or_insert(now);
+            }
+            if arrived.is_none_or(|arrived| now - arrived < stay) {
+                return *place;
+            }
+        }
+        let over = self.next.map(|(place, _)| place);
+        let mut others: Vec<usize> = heard
+            .iter()
+            .copied()
+            .filter(|place| Some(*place) != over)
+            .collect();
+        if others.is_empty() {
+            others.extend(heard);
+        }
+        if others.iter().all(|place| self.served[*place]) {
+            self.served.fill(false);
+        }
+        let key = |place: usize| match rule {
+            Rule::OldestFirst => -self.costs.ages[place],
+            Rule::CostPerTime => {
+                let weight = self.costs.visits.weight(&self.costs.auvs[place]);
+                -weight * self.costs.costs[place] / (seen[place].travel + stay).max(1.0)
+            }
+            Rule::NearestFirst => f64::from(u8::from(self.served[place])),
+            Rule::Clock | Rule::Midpoint | Rule::MinimaxRange => 0.0,
+        };
+        let order = |a: &usize, b: &usize| {
+            let nearer = seen[*a].travel.total_cmp(&seen[*b].travel);
+            key(*a).total_cmp(&key(*b)).then(nearer)
+        };
+        let next = others.into_iter().min_by(order).expect("a goal names a vehicle");
+        self.next = Some((next, seen[next].served.map(|_| now)));
+        next
+    }
+
+    fn in_snapshot(&self, snapshot: &Snapshot, place: usize) -> Option<usize> {
+        snapshot
+            .auvs
+            .iter()
+            .position(|auv| auv.id == self.costs.auvs[place])
+    }
+}
+
+/// A closed tour that no exchange of two of its legs shortens, from the place that is nearest to `here`.
+fn short_tour(here: &Vector2<f64>, places: &[Vector2<f64>]) -> Vec<usize> {
+    let mut tour: Vec<usize> = (0..places.len()).collect();
+    let length = |tour: &[usize]| -> f64 {
+        let next = tour.iter().cycle().skip(1);
+        tour.iter()
+            .zip(next)
+            .map(|(from, to)| (places[*to] - places[*from]).norm())
+            .sum()
+    };
+    let mut shortest = length(&tour);
+    let mut shorter = true;
+    while shorter {
+        shorter = false;
+        for first in 0..tour.len() {
+            for last in first + 1..tour.len() {
+                tour[first..=last].reverse();
+                let new = length(&tour);
+                // A millimetre: rounding is no improvement.
+                if new < shortest - 1e-3 {
+                    (shortest, shorter) = (new, true);
+                } else {
+                    tour[first..=last].reverse();
+                }
+            }
+        }
+    }
+    let distance = |place: &usize| (places[tour[*place]] - here).norm();
+    let nearest = (0..tour.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    tour.rotate_left(nearest.unwrap_or(0));
+    tour
+}
+
+impl Guide for Ruled {
+    fn name(&self) -> &'static str {
+        self.guide.name()
+    }
+
+    fn craft_estimate(&self) -> Option<&planner::craft::CraftEstimate> {
+        self.guide.craft_estimate()
+    }
+
+    fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
+        let Goal::Visit(visits) = &snapshot.goal.goal else {
+            return self.guide.guide(snapshot);
+        };
+        let (goal, serves) = self.goal(snapshot, visits);
+        let offset = snapshot.goal.offset;
+        let request = PlanRequest {
+            goal: Task { goal, offset },
+            ..PlanRequest::clone(snapshot)
+        };
+        let guidance = self.guide.guide(&Snapshot::try_from(request)?)?;
+        Ok(Guidance { serves, ..guidance })
+    }
+}
+
+#[cfg(test)]
+mod tests;
