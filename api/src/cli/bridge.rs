@@ -164,6 +164,8 @@ enum Goal {
     Intermittent,
     /// Stay above their midpoint.
     Midpoint,
+    /// Serve one after the other, so that none waits long.
+    Visit,
 }
 
 /// Why the bridge does not start.
@@ -173,7 +175,7 @@ enum NoBridge {
         "no AUV: name one with --auv N=NAME or in a modem's settings, or give --setup FILE or --mission ID"
     )]
     NoAuv,
-    #[error("several AUVs need a --goal: intermittent, midpoint, or track (the first AUV)")]
+    #[error("several AUVs need a --goal: visit, intermittent, midpoint, or track (the first AUV)")]
     NoGoal,
     #[error("{} cannot be read", .0.display())]
     Unreadable(PathBuf, #[source] io::Error),
@@ -316,6 +318,7 @@ impl MissionFlags {
                 json!({ "kind": "intermittent", "auvs": auvs, "dwell_s": self.dwell, "epoch_s": 0.0 })
             }
             (Some(Goal::Midpoint), _) => json!({ "kind": "midpoint", "auvs": auvs }),
+            (Some(Goal::Visit), _) => json!({ "kind": "visit", "auvs": auvs }),
             (None, _) => return Err(NoBridge::NoGoal),
         };
         let auvs: Vec<Value> = auvs.iter().map(|id| json!({ "id": id })).collect();
