@@ -58,6 +58,15 @@ const BUILT_IN: &[(&str, &str)] = built_in![
     "faults",
     "otter",
     "slocum",
+    "visit-near",
+    "visit-far",
+    "visit-five",
+    "visit-gliders",
+    "visit-relay",
+    "visit-dies",
+    "visit-unknown",
+    "visit-noisy",
+    "visit-current",
 ];
 
 /// Largest size of a scenario file, bytes: hundreds of times the largest built-in one.
