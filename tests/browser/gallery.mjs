@@ -1,4 +1,5 @@
-// Flies every scenario with a surface craft, seed 1, under the planner and under line of sight, and writes what the first page draws of them:
+// Flies every scenario with a surface craft, seed 1, under the planner and, where the goal is the same for both, under line of sight, and writes
+// what the first page draws of them:
 //   node gallery.mjs FILE          writes it
 //   node gallery.mjs --check FILE  says whether it is still what is flown
 
@@ -9,7 +10,7 @@ import { SIZE } from "../../api/page/web/thumbnail.js";
 import { flown, PROGRAM, startService } from "./service.mjs";
 
 /** A point is left out if the line without it misses it by less than this share of the extent. */
-const MISS_MAX = 0.01;
+const MISS_MAX = 0.02;
 const MARGIN = 10;
 /** Another processor may round another way, which a long run amplifies: distances differ by no more than this share. */
 const DIFFERENCE_MAX = 0.05;
@@ -25,11 +26,11 @@ try {
   for (const [name, title] of listed) {
     scenarios.push({ name, title, ...await drawn(name) });
     const made = scenarios.at(-1), old = before.find((scenario) => scenario.name === name);
-    for (const whose of check ? ["planner", "line_of_sight"] : []) {
-      const [now, then] = [made[whose].rms_m, old[whose].rms_m];
-      if (Math.abs(now - then) > DIFFERENCE_MAX * then + 0.01) throw new Error(`${name}: the ${whose} is now ${now} m from the goal and was ${then} m: .ci/page-test --draw`);
+    for (const [k, now] of (check && made.rms_m || []).entries()) {
+      const then = old.rms_m[k];
+      if (Math.abs(now - then) > DIFFERENCE_MAX * then + 0.01) throw new Error(`${name}: the ${["planner", "line of sight"][k]} is now ${now} m from the goal and was ${then} m: .ci/page-test --draw`);
     }
-    console.log(`${name}: planner ${made.planner.rms_m} m, line of sight ${made.line_of_sight.rms_m} m`);
+    console.log(`${name}: planner, line of sight: ${made.rms_m ?? "goes where it chooses"} m`);
   }
   if (!check) await writeFile(file, `{"scenarios":[\n${scenarios.map((scenario) => JSON.stringify(scenario)).join(",\n")}\n]}\n`);
 } finally {
@@ -37,7 +38,7 @@ try {
 }
 
 async function drawn(scenario) {
-  const [planner, los] = await Promise.all(["mpc", "saturated_los"].map(async (controller) => {
+  const [planner, los] = await Promise.all((scenario.startsWith("visit-") ? ["mpc"] : ["mpc", "saturated_los"]).map(async (controller) => {
     const id = await flown(service, { scenario, seed: 1, controller }, `${scenario}: ${controller}`);
     const recording = new Recording({ ...await service.get(`/v1/missions/${id}`), scene: await service.get(`/v1/missions/${id}/scene`) });
     recording.takeLines((await (await fetch(`${service.url}/v1/missions/${id}/record?format=csv`)).text()).split("\n"));
@@ -51,8 +52,8 @@ async function drawn(scenario) {
   const [x, y, scale] = fitted(all), path = (...lines) => lines.map((line) => drawnPath(thinned(line, miss).map(([north, east]) => [x(east), y(north)]))).join("");
   const rms_m = (recording) => Math.round(1000 * scores(recording).rms_m) / 1000;
   return {
-    duration_s, planner: { rms_m: rms_m(planner) }, line_of_sight: { rms_m: rms_m(los) },
-    paths: { ...area.length && { area: `${path(area)}z` }, auv: path(...auvs), los: path(points(los.craft)), plan: path(craft) },
+    duration_s, ...los && { rms_m: [planner, los].map(rms_m) },
+    paths: { ...area.length && { area: `${path(area)}z` }, auv: path(...auvs), ...los && { los: path(points(los.craft)) }, plan: path(craft) },
     ...keep_outs.length && { keep_outs: keep_outs.map((disc) => [x(disc.east_m), y(disc.north_m), Math.round(disc.radius_m * scale)]) },
   };
 }

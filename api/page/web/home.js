@@ -61,7 +61,7 @@ async function showGallery(gallery, context, signal) {
 
 /** @param {any} scenario @param {Context} context */
 function card(scenario, context) {
-  const said = el("p", { class: "said", role: "status" }), forbidden = context.role === "read-only";
+  const { rms_m } = scenario, said = el("p", { class: "said", role: "status" }), forbidden = context.role === "read-only";
   const run = el("button", {
     type: "button", class: "primary", disabled: forbidden, "aria-label": `Run ${scenario.name}`, onclick: async () => {
       fill(said, "Starting…");
@@ -77,7 +77,7 @@ function card(scenario, context) {
   }, "Run");
   const compare = el("button", { type: "button", disabled: forbidden, "aria-label": `Compare ${scenario.name}`, onclick: () => context.go(`#/compare?${new URLSearchParams({ scenario: scenario.name, seed: String(seedOf()) })}`) }, "Compare");
   return el("li", { class: "panel gallery-card" }, thumbnail(scenario), el("h3", {}, scenario.name), el("p", {}, scenario.title),
-    el("p", { class: "about" }, `${duration(scenario.duration_s)}; RMS distance to the goal: planner ${number(scenario.planner.rms_m, 2, "m")}, line of sight ${number(scenario.line_of_sight.rms_m, 2, "m")}`),
+    el("p", { class: "about" }, duration(scenario.duration_s) + (rms_m ? `; RMS distance to the goal: planner ${number(rms_m[0], 2, "m")}, line of sight ${number(rms_m[1], 2, "m")}` : "")),
     el("div", { class: "row" }, run, compare), said);
 }
 
