@@ -207,3 +207,49 @@ fn fly(
         record,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sim::metrics::Metrics;
+
+    #[test]
+    fn where_the_goal_visits_every_rule_flies_at_its_best_time() {
+        let scenario = Scenario::named("visit-near").expect("exists").lasting(70.0);
+        let comparison = Comparison::run(&scenario, 1, &mut |_, _| {}).expect("flies");
+        let found: Vec<_> = comparison
+            .controllers
+            .iter()
+            .map(|controller| controller.name)
+            .collect();
+        assert_eq!(found, names(&scenario));
+        assert_eq!(found.len(), 13);
+        let clock = &comparison.controllers[1];
+        let turn = clock.dwell_s.expect("was tuned");
+        for &dwell in Rule::Clock.dwells() {
+            let mut guide = Ruled::new(Box::new(MpcGuide::new(Parameters::default())), Rule::Clock, dwell);
+            let record = mission::run(&scenario, &mut guide, 1, &mut |_| {}).expect("flies");
+            let metrics = Metrics::of(&record).surface_craft.expect("has one");
+            let cost = metrics.visits.expect("visits").mean_cost;
+            assert!(
+                clock.value() <= cost && (dwell != turn || clock.value() == cost),
+                "{dwell} s: {cost}"
+            );
+        }
+        let (compared, best) = comparison.best();
+        assert!(
+            comparison
+                .controllers
+                .iter()
+                .all(|other| best.value() <= other.value())
+        );
+        let table = comparison.to_string();
+        for line in [
+            format!("Least {compared}: {}.", best.name),
+            format!("clock: {turn} s."),
+            "visits.mean_cost".to_owned(),
+        ] {
+            assert!(table.contains(&line), "{line}");
+        }
+    }
+}

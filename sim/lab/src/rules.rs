@@ -22,6 +22,9 @@ const TURNS: [f64; 8] = [40.0, 60.0, 80.0, 120.0, 240.0, 360.0, 540.0, 810.0];
 /// Stays beyond the goal's least time that are tried, s: fixes and data take time, an age none.
 const STAYS: [f64; 3] = [0.0, 60.0, 180.0];
 
+/// Name of the guide that plans.
+const PLANNER: &str = "mpc";
+
 /// Steps towards where a moving AUV is met: each leaves the ratio of the speeds of what was missing, a fifth for most.
 const MEETING_STEPS: usize = 4;
 
@@ -311,7 +314,12 @@ fn short_tour(here: &Vector2<f64>, places: &[Vector2<f64>]) -> Vec<usize> {
 
 impl Guide for Ruled {
     fn name(&self) -> &'static str {
-        self.guide.name()
+        let [by_planner, by_law] = self.rule.names();
+        if self.guide.name() == PLANNER {
+            by_planner
+        } else {
+            by_law
+        }
     }
 
     fn craft_estimate(&self) -> Option<&planner::craft::CraftEstimate> {

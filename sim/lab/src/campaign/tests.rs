@@ -197,6 +197,101 @@ fn a_mistake_is_named_with_its_line_its_member_and_what_would_do() {
     }
 }
 
+/// A scenario whose goal visits and one whose goal does not; the clock by both that may follow it, and the planner.
+const VISITS: &str = r#"
+schema_version = "1"
+name = "visits"
+title = "whether a rule is tuned and flown"
+scenarios = ["visit-near", "paper-tracking"]
+duration_s = 200
+replicates = 1
+first_seed = 1
+
+[tuning]
+replicates = 1
+first_seed = 2
+objectives = ["visit_mean_cost"]
+
+[[controllers]]
+name = "mpc"
+planner = {}
+
+[[controllers]]
+name = "clock"
+planner = {}
+rule = { name = "clock", dwell_s = 40 }
+
+[[controllers]]
+name = "clock_los"
+law = { name = "saturated_los", gains = { look_ahead_m = 5, along_track_gain_per_s = 0.3 } }
+rule = { name = "clock" }
+"#;
+
+#[test]
+fn a_clock_flies_at_its_best_turn_where_the_goal_visits_and_nowhere_else() {
+    let campaign = campaign(VISITS);
+    let law = &campaign.controllers[2];
+    let condition = campaign.tuning_conditions(0).next().expect("is one");
+    let costs = law.grid().into_iter().map(|setting| {
+        let flown = fly(&campaign, condition, law, setting).expect("flies");
+        let score = Score::of(&flown.record).expect("has a craft");
+        (setting, score.metrics.visits.expect("visits").mean_cost)
+    });
+    let costs: Vec<_> = costs.collect();
+    let best = costs
+        .iter()
+        .copied()
+        .reduce(|least, other| if other.1 < least.1 { other } else { least });
+    let (best, least) = best.expect("a grid has points");
+    let found = tune(&campaign, 0, 2);
+    assert_eq!((found.best[0].setting, found.best[0].mean), (best, least));
+    assert!(costs.iter().any(|(_, cost)| least + 1.0 < *cost), "{costs:?}");
+
+    let folder = TempDir::new().expect("is a folder");
+    let (_, rows) = flown(&campaign, folder.path(), 1, Shard::WHOLE);
+    let controllers = rows.words("controller").expect("a column");
+    assert_eq!(controllers, ["mpc", "clock", "clock_los", "mpc"]);
+    let numbers = |name: &str| rows.numbers(name).expect("a column").to_vec();
+    assert_eq!(numbers("dwell_s"), [None, Some(40.0), best.dwell_s, None]);
+    let costs = numbers("visit_mean_cost");
+    assert!(costs[..3].iter().all(|cost| cost.is_some_and(|cost| 5.0 < cost)) && costs[3].is_none());
+    // The bound is of a goal that is the same for all.
+    assert_eq!(
+        numbers("bound_rms_m")
+            .iter()
+            .map(Option::is_some)
+            .collect::<Vec<_>>(),
+        [false, false, false, true]
+    );
+    for run in 0..4 {
+        assert!(replay(&campaign, &rows, run).expect("flies").same, "{run}");
+    }
+}
+
+#[test]
+fn rules_that_are_none_and_turns_that_no_goal_takes_are_refused() {
+    for (right, wrong, says) in [
+        (
+            "dwell_s = 40",
+            "dwell_s = 0.5",
+            "controllers[1].rule.dwell_s: 0.5 is outside 1 to 100000 s",
+        ),
+        (
+            "dwell_s = 40",
+            "dwell_s = nan",
+            "controllers[1].rule.dwell_s: NaN is outside",
+        ),
+        (
+            "{ name = \"clock\", ",
+            "{ name = \"watch\", ",
+            "unknown variant `watch`",
+        ),
+    ] {
+        let message = refused(&VISITS.replacen(right, wrong, 1));
+        assert!(message.contains(says), "{message}\nshould say {says}");
+    }
+}
+
 #[test]
 fn a_report_of_unknown_metrics_and_seeds_that_overlap_are_refused() {
     let unknown = format!("{SMALL}\n[report]\nmetrics = [\"rms_m\", \"rms\"]\n");
