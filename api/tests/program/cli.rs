@@ -577,45 +577,6 @@ fn a_tuned_law_has_the_gains_of_the_comparison() {
 }
 
 #[test]
-fn the_paper_s_figures_are_nine_pictures_with_axes_on_one_page() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("figures.html");
-    let file = path.to_str().expect("is text");
-    let output = run(&["figures", "--out", file, "--duration-s", "4", "--seed", "3"]);
-    assert!(output.status.success(), "{}", stderr(&output));
-
-    let page = fs::read_to_string(&path).expect("is written");
-    let (_, data) = page.split_once("id=\"data\">").expect("has data");
-    let (data, _) = data.split_once("</script>").expect("ends");
-    let data: Value = serde_json::from_str(data).expect("is JSON");
-    let blocks = data["blocks"].as_array().expect("a list");
-    let sheets: Vec<&Value> = blocks.iter().filter_map(|block| block.get("sheet")).collect();
-    let axes = [
-        (3, ["north, m", "east, m"]),
-        (4, ["depth, m", "time, s"]),
-        (5, ["distance, m", "time, s"]),
-        (6, ["surge, m/s", "pitch, °"]),
-        (8, ["north, m", "surface craft"]),
-        (9, ["along-track, m", "cross-track, m"]),
-        (10, ["surge, m/s", "heading, °"]),
-        (14, ["auv-2", "surface craft"]),
-        (15, ["midpoint", "line of sight, tuned"]),
-    ];
-    assert_eq!(sheets.len(), axes.len());
-    for ((number, labels), sheet) in axes.into_iter().zip(sheets) {
-        let text = sheet.to_string();
-        for said in labels.into_iter().chain([&*format!("Fig. {number}: "), "seed 3"]) {
-            assert!(text.contains(said), "figure {number} does not say {said}");
-        }
-    }
-    assert!(
-        stdout(&output).contains("| 14 | settled distance to the goal (root mean square) | not stated |"),
-        "{}",
-        stdout(&output)
-    );
-}
-
-#[test]
 fn a_report_loads_no_other_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("report.html");
