@@ -3,37 +3,19 @@
 use std::{
     fs,
     path::Path,
-    process::{Command, Output},
+    process::Command,
     thread::sleep,
     time::{Duration, Instant},
 };
 
 use rcgen::{CertifiedKey, generate_simple_self_signed};
-use tempfile::{TempDir, tempdir};
+use tempfile::tempdir;
 use tests::server::Server;
+
+use crate::command::{path, pilotfish, run, said};
 
 /// Longer than the service needs to notice a changed token file.
 const REREAD: Duration = Duration::from_secs(10);
-
-fn pilotfish() -> Command {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
-    for (variable, _) in std::env::vars_os() {
-        if variable.to_string_lossy().starts_with("PILOTFISH_") {
-            program.env_remove(variable);
-        }
-    }
-    program.env_remove("RUST_LOG");
-    program
-}
-
-fn run(arguments: &[&str]) -> Output {
-    pilotfish().args(arguments).output().expect("the program starts")
-}
-
-fn said(output: &Output) -> String {
-    let (out, err) = (&output.stdout, &output.stderr);
-    format!("{}{}", String::from_utf8_lossy(out), String::from_utf8_lossy(err))
-}
 
 /// Makes a token in `file`.
 fn add(file: &str, name: &str, role: &str) -> String {
@@ -69,10 +51,6 @@ fn call(server: &Server, method: &str, path: &str, token: Option<&str>) -> u16 {
         arguments.extend(["-H", authorization]);
     }
     curl(&arguments).0
-}
-
-fn path(directory: &TempDir, name: &str) -> String {
-    directory.path().join(name).to_string_lossy().into_owned()
 }
 
 #[test]

@@ -10,6 +10,8 @@ use std::{
 
 use tempfile::TempDir;
 
+use crate::command::{path, pilotfish, stderr, stdout};
+
 const FILE: &str = r#"
 schema_version = "1"
 name = "small"
@@ -28,7 +30,7 @@ law = { name = "saturated_los" }
 "#;
 
 fn campaign(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
+    let mut command = pilotfish();
     command.arg("campaign").args(arguments);
     command
 }
@@ -38,16 +40,8 @@ fn run(arguments: &[&str]) -> Output {
 }
 
 fn printed(output: &Output) -> String {
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    String::from_utf8(output.stdout.clone()).expect("is text")
-}
-
-fn path(folder: &TempDir, name: &str) -> String {
-    folder.path().join(name).display().to_string()
+    assert!(output.status.success(), "{}", stderr(output));
+    stdout(output).to_owned()
 }
 
 #[test]

@@ -15,57 +15,12 @@ use record::Format;
 use serde_json::Value;
 use tests::server::Server;
 
-fn pilotfish() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
-    command
-        .env_remove("RUST_LOG")
-        .env_remove("PILOTFISH_INSECURE")
-        .env_remove("PILOTFISH_DEADLINE_MS")
-        .env_remove("PILOTFISH_PORT")
-        .env_remove("PILOTFISH_HOST")
-        .env_remove("PILOTFISH_SHUTDOWN_DELAY_S");
-    command
-}
-
-fn run(arguments: &[&str]) -> Output {
-    pilotfish().args(arguments).output().expect("the program starts")
-}
-
-fn stdout(output: &Output) -> &str {
-    std::str::from_utf8(&output.stdout).expect("is text")
-}
-
-fn stderr(output: &Output) -> &str {
-    std::str::from_utf8(&output.stderr).expect("is text")
-}
+use crate::command::{ask, pilotfish, run, stderr, stdout};
 
 fn serving(arguments: &[&str]) -> Server {
     let mut program = pilotfish();
     program.args(arguments);
     Server::start(program)
-}
-
-fn ask(server: &Server, request: &str) -> String {
-    let mut socket = TcpStream::connect(&server.address).expect("listens");
-    socket
-        .set_read_timeout(Some(Duration::from_secs(20)))
-        .expect("is a socket");
-    socket.write_all(request.as_bytes()).expect("takes a request");
-    let mut answer = String::new();
-    socket.read_to_string(&mut answer).expect("answers");
-    answer
-}
-
-fn get(path: &str) -> String {
-    format!("GET {path} HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n\r\n")
-}
-
-fn post(snapshot: &str) -> String {
-    format!(
-        "POST /v1/plan HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n\
-         content-type: application/json\r\ncontent-length: {}\r\n\r\n{snapshot}",
-        snapshot.len()
-    )
 }
 
 fn body(answer: &str) -> &str {
@@ -115,7 +70,7 @@ fn a_server_runs_without_a_reader_of_its_output() {
         std::thread::sleep(Duration::from_millis(25));
         TcpStream::connect(&server.address).is_ok()
     });
-    assert!(up && ask(&server, &get("/livez")).ends_with(r#"{"status":"live"}"#));
+    assert!(up && ask(&server, "GET", "/livez", "").ends_with(r#"{"status":"live"}"#));
 }
 
 #[test]
@@ -163,15 +118,15 @@ fn send_stop(server: &Server) {
 #[test]
 fn with_a_shutdown_delay_the_server_answers_but_is_not_ready() {
     let mut server = serving(&["--shutdown-delay-s", "30"]);
-    assert!(ask(&server, &get("/readyz")).starts_with("HTTP/1.1 200"));
+    assert!(ask(&server, "GET", "/readyz", "").starts_with("HTTP/1.1 200"));
     send_stop(&server);
     let not_ready = (0..100).any(|_| {
         std::thread::sleep(Duration::from_millis(50));
-        let answer = ask(&server, &get("/readyz"));
+        let answer = ask(&server, "GET", "/readyz", "");
         answer.starts_with("HTTP/1.1 503") && answer.contains("about to stop")
     });
     assert!(not_ready);
-    assert!(ask(&server, &get("/livez")).starts_with("HTTP/1.1 200"));
+    assert!(ask(&server, "GET", "/livez", "").starts_with("HTTP/1.1 200"));
     // A second signal ends the delay.
     send_stop(&server);
     assert!(server.process.wait().expect("ends").success());
@@ -635,7 +590,7 @@ fn a_plan_without_a_server_equals_the_server_s_answer() {
     let folder = tempfile::tempdir().expect("a folder");
     for name in ["track", "crowded"] {
         let body_text = example_body(name);
-        let answer = ask(&server, &post(body_text));
+        let answer = ask(&server, "POST", "/v1/plan", body_text);
         let served = untimed(body(&answer));
         let file = folder.path().join("snapshot.json");
         fs::write(&file, body_text).expect("written");

@@ -1,19 +1,17 @@
 //! Files of planning tools on the command line.
 
-use std::{fs, process::Command};
+use std::fs;
 
 use serde_json::{Value, json};
 
+use crate::command::{self, stderr, stdout};
+
 fn run(arguments: &[&str]) -> Result<String, String> {
-    let output = Command::new(env!("CARGO_BIN_EXE_pilotfish"))
-        .args(arguments)
-        .output()
-        .expect("the program starts");
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let output = command::run(arguments);
     if output.status.success() {
-        Ok(text(&output.stdout))
+        Ok(stdout(&output).to_owned())
     } else {
-        Err(text(&output.stderr))
+        Err(stderr(&output).to_owned())
     }
 }
 

@@ -25,6 +25,8 @@ use tempfile::TempDir;
 use tests::server::Server;
 use ureq::Agent;
 
+use crate::command;
+
 /// Kills in one run, unless `PILOTFISH_KILLS` says otherwise.
 const KILLS: usize = 5;
 /// Orders to stop among them, unless `PILOTFISH_STOPS` says otherwise.
@@ -161,10 +163,7 @@ pub(crate) fn live_mission() -> String {
 }
 
 pub(crate) fn pilotfish() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
-    for (name, _) in env::vars().filter(|(name, _)| name.starts_with("PILOTFISH_")) {
-        command.env_remove(name);
-    }
+    let mut command = command::pilotfish();
     // Every start and stop would be logged.
     command.env("RUST_LOG", "error");
     command
