@@ -10,7 +10,7 @@ use std::{
 
 use tempfile::TempDir;
 
-use crate::command::{path, pilotfish, stderr, stdout};
+use crate::command::{path, pilotfish, printed};
 
 const FILE: &str = r#"
 schema_version = "1"
@@ -37,11 +37,6 @@ fn campaign(arguments: &[&str]) -> Command {
 
 fn run(arguments: &[&str]) -> Output {
     campaign(arguments).output().expect("the program starts")
-}
-
-fn printed(output: &Output) -> String {
-    assert!(output.status.success(), "{}", stderr(output));
-    stdout(output).to_owned()
 }
 
 #[test]

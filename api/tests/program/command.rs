@@ -8,6 +8,7 @@ use std::{
     time::Duration,
 };
 
+use serde_json::Value;
 use tempfile::TempDir;
 use tests::server::Server;
 
@@ -25,6 +26,21 @@ pub(crate) fn pilotfish() -> Command {
 
 pub(crate) fn run(arguments: &[&str]) -> Output {
     pilotfish().args(arguments).output().expect("the program starts")
+}
+
+/// A command with no space in its arguments.
+pub(crate) fn line(command: &str) -> Output {
+    run(&command.split(' ').collect::<Vec<_>>())
+}
+
+/// What a run that must succeed printed.
+pub(crate) fn printed(output: &Output) -> String {
+    assert!(output.status.success(), "{}", said(output));
+    stdout(output).to_owned()
+}
+
+pub(crate) fn json(text: &str) -> Value {
+    serde_json::from_str(text).expect("is JSON")
 }
 
 pub(crate) fn stdout(output: &Output) -> &str {

@@ -15,7 +15,7 @@ use rustix::net::{AddressFamily, SocketType, bind, connect, socket};
 use serde_json::{Value, json};
 use tests::server::Server;
 
-use crate::command::{ask, pilotfish};
+use crate::command::{ask, pilotfish, printed};
 
 /// Longest wait for what must happen, on a busy machine.
 const PATIENCE: Duration = Duration::from_mins(1);
@@ -165,11 +165,7 @@ fn the_stream_and_the_waiting_request_of_a_revoked_token_end() {
         let mut made = pilotfish();
         made.arg("token").args(arguments).arg("--tokens").arg(&file);
         let output = made.output().expect("starts");
-        assert!(output.status.success(), "{output:?}");
-        String::from_utf8(output.stdout)
-            .expect("is text")
-            .trim()
-            .to_owned()
+        printed(&output).trim().to_owned()
     };
     let [bridge, page] = ["bridge", "page"].map(|name| token(&["add", name, "--role", "operator"]));
     let mut with_tokens = pilotfish();

@@ -26,7 +26,10 @@ use super::kill::{
     CLIENTS, Home, Journal, Lives, PATIENCE, StopAtLast, agent, answered, check_numbers, check_posts,
     check_replay, ended, pilotfish, post, terminate, unix_now,
 };
-use crate::{command::said, markdown::blocks};
+use crate::{
+    command::{printed, said},
+    markdown::blocks,
+};
 
 /// Power cuts in one run, unless `PILOTFISH_CUTS` says otherwise.
 const CUTS: usize = 6;
@@ -324,11 +327,7 @@ fn a_clock_that_jumps_a_year_ahead_deletes_no_mission() {
 /// Runs the program, which must succeed. What it printed.
 fn run(program: &mut Command) -> String {
     let output = program.output().expect("the program starts");
-    assert!(output.status.success(), "{}", said(&output));
-    String::from_utf8(output.stdout)
-        .expect("is text")
-        .trim()
-        .to_owned()
+    printed(&output).trim().to_owned()
 }
 
 fn token(home: &Home, arguments: &[&str], faults: Option<&Faults>) -> String {

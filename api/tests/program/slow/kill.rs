@@ -369,11 +369,7 @@ fn back_up_and_restore(
         let mut back_up = pilotfish();
         back_up.arg("backup").arg(&copy).arg("--data").arg(home.data());
         let output = back_up.output().expect("the program starts");
-        assert!(
-            output.status.success(),
-            "{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
+        command::printed(&output);
         let mut restored = Server::start_on(serve_in(&copy), 0);
         let events = record_at(&format!("{}/v1/missions/{mission}", restored.url()));
         check_numbers(&events);
@@ -588,11 +584,9 @@ pub(crate) fn check_replay(data: &Path, mission: &str) -> String {
     let mut replay = pilotfish();
     replay.args(["replay", mission, "--data"]).arg(data);
     let output = replay.output().expect("the program starts");
-    let said = String::from_utf8(output.stdout).expect("is text");
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}{errors}");
-    assert!(!said.trim().is_empty(), "it does not say what it found");
-    said.trim().to_owned()
+    let found = command::printed(&output);
+    assert!(!found.trim().is_empty(), "it does not say what it found");
+    found.trim().to_owned()
 }
 
 #[test]
