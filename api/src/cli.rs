@@ -34,7 +34,7 @@ use self::{
     crafts::{Crafts, crafts},
     identify::{Identify, identify},
     manual::{Completions, ManualPages, completions, manual_pages},
-    missions::{Compare, Figures, Simulate, compare, figures, simulate},
+    missions::{Compare, Simulate, compare, simulate},
     plan::{Plan, plan},
     replay::{Replay, replay},
     route::{Route, route},
@@ -81,8 +81,6 @@ enum Command {
     Identify(Identify),
     /// List the built-in craft; print a craft file.
     Crafts(Crafts),
-    /// Draw the source paper's figures from simulated missions.
-    Figures(Figures),
     /// Connect a craft's autopilot to a live mission.
     #[command(subcommand)]
     Bridge(Bridge),
@@ -155,7 +153,6 @@ impl Arguments {
             Some(Command::Scenarios(arguments)) => scenarios(&arguments)?,
             Some(Command::Identify(arguments)) => identify(&arguments)?,
             Some(Command::Crafts(arguments)) => crafts(&arguments)?,
-            Some(Command::Figures(arguments)) => figures(&arguments)?,
             Some(Command::Bridge(arguments)) => bridge(arguments, config)?,
             Some(Command::Preflight(arguments)) => preflight(&arguments, config)?,
             Some(Command::Replay(arguments)) => replay(&arguments, &config.data)?,

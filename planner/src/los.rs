@@ -5,7 +5,7 @@
 //! to the next, so that its owner (a simulated mission, a rollout) owns the memory.
 
 #[cfg(test)]
-mod flight;
+mod flight_for_tests;
 pub(crate) mod geometry;
 pub(crate) mod integral;
 pub(crate) mod law;

@@ -18,7 +18,7 @@ use planner::{
     },
     solve::{SHAPES_MAX, Solvers, TOLERANCE},
 };
-use tests::{auv, goals, observation, offsets, place, snapshot, state};
+use tests::{goals, observation, offsets, place, snapshot, state};
 
 fn planned(observation: PlanRequest) -> Plan {
     plan(
@@ -497,36 +497,6 @@ fn a_wall_between_the_craft_and_a_goal_astern_is_gone_around() {
     }
 }
 
-/// Asserts that an answer is finite and its reference inside the limits.
-fn assert_usable(scene: &Snapshot, answer: &Plan) {
-    let (limits, speed) = (scene.limits(), answer.reference.speed);
-    assert!(
-        limits.speed_min <= speed && speed <= limits.speed_max || speed == 0.0,
-        "speed {speed}"
-    );
-    let heading = answer.reference.heading.radians();
-    assert!(
-        -std::f64::consts::PI < heading && heading <= std::f64::consts::PI,
-        "heading {heading}"
-    );
-    for point in &answer.trajectory {
-        let numbers = [
-            point.t_s,
-            point.position().x,
-            point.position().y,
-            point.speed_mps,
-            point.heading().radians(),
-        ];
-        assert!(numbers.iter().all(|number| number.is_finite()), "{point:?}");
-    }
-    let predicted = [answer.predicted, answer.baseline.predicted];
-    assert!(
-        predicted
-            .iter()
-            .all(|p| p.cost.is_finite() && p.rms_error_m.is_finite() && p.energy_j.is_finite())
-    );
-}
-
 #[test]
 fn a_craft_that_holds_speed_over_ground_is_asked_for_no_more_than_the_largest_speed() {
     // Far ahead and with the current, at full speed through the water it would go 1.9 m/s over ground.
@@ -543,42 +513,12 @@ fn a_craft_that_holds_speed_over_ground_is_asked_for_no_more_than_the_largest_sp
             });
             let scene = snapshot(scene);
             let answer = plan(&scene, &Parameters::default(), &mut Workspace::default());
-            assert_usable(&scene, &answer);
+            assert!(answer.reference.speed <= scene.limits().speed_max);
             let along = scene.current().dot(&answer.reference.heading.unit());
             let through_water = answer.reference_through_water.speed;
             assert!((answer.reference.speed - through_water - along).abs() < 1e-9);
             assert!(answer.baseline.reference.speed <= scene.limits().speed_max);
         }
-    }
-}
-
-#[test]
-fn degenerate_scenes_get_usable_answers() {
-    let base = observation(goals()[0].clone());
-    let mut on_target = base.clone();
-    [on_target.asc.north_m, on_target.asc.east_m] = (state(&mut on_target, 0).position()).into();
-    let mut at_rest = base.clone();
-    state(&mut at_rest, 0).speed_mps = 0.0;
-    let mut reversed = base.clone();
-    reversed.asc.speed_mps = -0.5;
-    let mut too_fast = base.clone();
-    too_fast.asc.speed_mps = 4.0;
-    too_fast.asc.heading_rad = (Heading::new(3.0)).radians();
-    let mut coincident = observation(goals()[2].clone());
-    coincident.auvs = vec![auv("auv-1", 0.0, 0.0, 0.0), auv("auv-2", 0.0, 0.0, 3.1)];
-    let mut far = base.clone();
-    place(&mut far, 0, Vector2::new(9.0e5, -9.0e5));
-    let mut dead_craft = base.clone();
-    dead_craft.asc.speed_mps = 0.0;
-    dead_craft.asc.sway_mps = 0.0;
-    for scene in [
-        on_target, at_rest, reversed, too_fast, coincident, far, dead_craft,
-    ] {
-        let scene = snapshot(scene);
-        assert_usable(
-            &scene,
-            &plan(&scene, &Parameters::default(), &mut Workspace::default()),
-        );
     }
 }
 

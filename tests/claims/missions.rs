@@ -1,7 +1,6 @@
 //! Missions, simulated and live, through the API: what is stored is what the clients saw, and a restart changes nothing.
 
 use std::{
-    path::Path,
     sync::Arc,
     time::{Duration, SystemTime, UNIX_EPOCH},
 };
@@ -30,6 +29,7 @@ use sim::{
     mission,
     scenario::Scenario,
 };
+use tempfile::TempDir;
 use tests::client::{Answer, get, post, send_to};
 use tokio::time::{Instant, sleep, timeout};
 use tower::ServiceExt as _;
@@ -43,34 +43,45 @@ mod parts;
 struct Service {
     router: Router,
     missions: Missions,
+    data: TempDir,
 }
 
 impl Service {
-    /// On the store in `data`, as soon as no other service has it.
-    async fn start(data: &Path) -> Self {
-        // A plan that is cut short cannot be made again: not on a machine that does much else.
-        let settings = Settings {
-            deadline: Duration::from_secs(5),
-            ..Settings::default()
-        };
-        Self::start_with(settings, data).await
+    /// With no missions yet.
+    async fn start() -> Self {
+        Self::start_with(patient()).await
     }
 
-    async fn start_with(settings: Settings, data: &Path) -> Self {
+    async fn start_with(settings: Settings) -> Self {
+        let data = tempfile::tempdir().expect("is made");
+        Self::start_in(settings, data).await
+    }
+
+    /// On the store in `data`, as soon as no other service has it.
+    async fn start_in(settings: Settings, data: TempDir) -> Self {
         let store = loop {
-            match EventStore::open(data) {
+            match EventStore::open(data.path()) {
                 Err(StoreError::InUse { .. }) => sleep(Duration::from_millis(5)).await,
                 opened => break opened.expect("opens"),
             }
         };
         let (router, missions) = service::service(settings, store).await.expect("starts");
-        Self { router, missions }
+        Self {
+            router,
+            missions,
+            data,
+        }
     }
 
-    async fn restart(self, data: &Path) -> Self {
-        self.missions.close();
-        drop(self);
-        Self::start(data).await
+    async fn restart(self) -> Self {
+        let Self {
+            router,
+            missions,
+            data,
+        } = self;
+        missions.close();
+        drop((router, missions));
+        Self::start_in(patient(), data).await
     }
 
     async fn get(&self, path: &str) -> Answer {
@@ -142,6 +153,18 @@ impl Service {
         planned
     }
 
+    /// How many plans of a mission are made again. All that no deadline cut short are equal: on a busy machine some are cut.
+    fn n_replayed(&self, mission: &str) -> u64 {
+        let id = mission.rsplit('/').next().expect("has a name");
+        let reader = EventReader::of(self.data.path()).expect("opens");
+        let replayed = replay(&reader, id, &mut |_, _| {})
+            .expect("is whole")
+            .expect("is there");
+        assert_eq!(replayed.different, [] as [u64; 0]);
+        assert!(0 < replayed.equal);
+        replayed.equal + replayed.cut_short
+    }
+
     /// Every event of the mission.
     async fn record(&self, mission: &str) -> Vec<Value> {
         let answer = self.get(&format!("{mission}/record?format=events_ndjson")).await;
@@ -151,6 +174,14 @@ impl Service {
             .lines()
             .map(|line| serde_json::from_str(line).expect("is JSON"));
         lines.collect()
+    }
+}
+
+/// A plan that is cut short cannot be made again: not on a machine that does much else.
+fn patient() -> Settings {
+    Settings {
+        deadline: Duration::from_secs(5),
+        ..Settings::default()
     }
 }
 
@@ -207,26 +238,9 @@ fn heard(now: f64) -> Value {
     }, "asc": asc(now) })
 }
 
-/// How many plans of a mission are made again. All that no deadline cut short are equal: on a busy machine some are cut.
-fn n_replayed(data: &Path, mission: &str) -> u64 {
-    let id = mission.rsplit('/').next().expect("has a name");
-    let reader = EventReader::of(data).expect("opens");
-    let replayed = replay(&reader, id, &mut |_, _| {})
-        .expect("is whole")
-        .expect("is there");
-    assert_eq!(replayed.different, [] as [u64; 0]);
-    assert!(0 < replayed.equal);
-    replayed.equal + replayed.cut_short
-}
-
-fn directory() -> tempfile::TempDir {
-    tempfile::tempdir().expect("is made")
-}
-
 #[tokio::test]
 async fn a_simulated_mission_is_the_one_that_the_simulator_flies_by_itself() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.create(&simulated("paper-intermittent")).await;
     assert_eq!(service.ask(&mission).await["status"], "created");
     let stepped = service.order(&mission, "step", json!({ "ticks": 5 })).await;
@@ -247,7 +261,7 @@ async fn a_simulated_mission_is_the_one_that_the_simulator_flies_by_itself() {
     assert_eq!(service.ask(&mission).await["t_s"], paused["t_s"]);
 
     // A restart in the middle.
-    let service = service.restart(data.path()).await;
+    let service = service.restart().await;
     service.order(&mission, "run", json!({})).await;
     let finished = service.until(&mission, "finished").await;
     for time in ["created_s", "started_s", "finished_s"] {
@@ -262,13 +276,12 @@ async fn a_simulated_mission_is_the_one_that_the_simulator_flies_by_itself() {
         &mut |_| {},
     );
     service.assert_is(&mission, &flown.expect("flies")).await;
-    assert_eq!(n_replayed(data.path(), &mission), 1920);
+    assert_eq!(service.n_replayed(&mission), 1920);
 }
 
 #[tokio::test]
 async fn every_plan_says_what_it_predicts_and_a_part_of_a_record_is_that_part() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.create(&simulated("noisy-fixes")).await;
     service.order(&mission, "step", json!({ "ticks": 30 })).await;
     let part = async |query: &str| {
@@ -341,8 +354,7 @@ async fn every_plan_says_what_it_predicts_and_a_part_of_a_record_is_that_part() 
 
 #[tokio::test]
 async fn a_scene_says_what_a_map_shows_and_what_the_controller_is_told() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mut new = simulated("crowded");
     new["simulated"]["controller"] = json!("saturated_los");
     let mission = service.create(&new).await;
@@ -400,8 +412,7 @@ async fn a_scene_says_what_a_map_shows_and_what_the_controller_is_told() {
 
 #[tokio::test]
 async fn a_whole_scenario_may_be_sent_and_what_is_wrong_with_one_is_named() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.create(&short_scenario()).await;
     service.order(&mission, "run", json!({})).await;
     let finished = service.until(&mission, "finished").await;
@@ -455,8 +466,7 @@ async fn a_whole_scenario_may_be_sent_and_what_is_wrong_with_one_is_named() {
 
 #[tokio::test]
 async fn a_live_mission_plans_every_period_degrades_with_age_and_says_whom_it_waits_for() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.create(&live()).await;
     let made = service.ask(&mission).await;
     assert_eq!(
@@ -520,14 +530,13 @@ async fn a_live_mission_plans_every_period_degrades_with_age_and_says_whom_it_wa
     assert_eq!(silent["heard_s"]["auv-1"], now - 1.0);
 
     assert_eq!(silent["missed"], 0);
-    let plans = n_replayed(data.path(), &mission);
+    let plans = service.n_replayed(&mission);
     assert!((8..=12).contains(&plans), "{plans}");
 }
 
 #[tokio::test]
 async fn who_was_heard_too_long_ago_is_not_followed_and_the_answer_says_so() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.create(&live()).await;
     let made = service.ask(&mission).await;
     let now = mission_now(&made);
@@ -549,8 +558,7 @@ async fn who_was_heard_too_long_ago_is_not_followed_and_the_answer_says_so() {
 
 #[tokio::test]
 async fn a_restart_goes_on_with_what_was_known_and_plans_as_if_nothing_had_been() {
-    let data = directory();
-    let mut service = Service::start(data.path()).await;
+    let mut service = Service::start().await;
     let mission = service.create(&live()).await;
     let made = service.ask(&mission).await;
     service.order(&mission, "run", json!({})).await;
@@ -562,7 +570,7 @@ async fn a_restart_goes_on_with_what_was_known_and_plans_as_if_nothing_had_been(
         let more = json!({ "auvs": { "auv-2": [fix(now - 1.0, 11.0, 20.0)] } });
         let heard = service.order(&mission, "reports", more).await;
         let after = heard["sequence"].as_u64().expect("is a number");
-        service = service.restart(data.path()).await;
+        service = service.restart().await;
         // The plan from before is there until the next, which comes by itself.
         let kept = service.ask(&format!("{mission}/reference")).await;
         assert_eq!(kept["plan"]["outcome"], "ok");
@@ -576,7 +584,7 @@ async fn a_restart_goes_on_with_what_was_known_and_plans_as_if_nothing_had_been(
         assert_eq!(finished["status"], "finished");
     }
     // The last plan is there, and a client does not wait for the next one, which never comes.
-    let service = service.restart(data.path()).await;
+    let service = service.restart().await;
     let waiting = format!("{mission}/reference?wait_s=60");
     let kept = timeout(Duration::from_secs(5), service.ask(&waiting));
     let kept = kept.await.expect("does not wait");
@@ -585,7 +593,7 @@ async fn a_restart_goes_on_with_what_was_known_and_plans_as_if_nothing_had_been(
         (&kept["status"], &kept["plan"]["schema_version"]),
         (&json!("finished"), &json!("1.0"))
     );
-    assert!(3 < n_replayed(data.path(), &mission));
+    assert!(3 < service.n_replayed(&mission));
     let record = service.record(&mission).await;
     let sequences: Vec<u64> = record
         .iter()
@@ -600,8 +608,7 @@ async fn a_restart_goes_on_with_what_was_known_and_plans_as_if_nothing_had_been(
 
 #[tokio::test]
 async fn a_request_sent_again_with_its_key_is_carried_out_once() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let made = service.post_keyed("/v1/missions", &live(), "make").await;
     assert_eq!(made.status, StatusCode::CREATED);
     let again = service.post_keyed("/v1/missions", &live(), "make").await;
@@ -620,7 +627,7 @@ async fn a_request_sent_again_with_its_key_is_carried_out_once() {
     service
         .post_keyed(&format!("{mission}/finish"), &json!({}), "end")
         .await;
-    let service = service.restart(data.path()).await;
+    let service = service.restart().await;
     // A client that lost the answer gets it, though the mission is over and takes nothing new.
     assert_eq!(
         service.post_keyed(&reports, &body, "first").await.json(),
@@ -640,8 +647,7 @@ async fn a_request_sent_again_with_its_key_is_carried_out_once() {
 
 #[tokio::test]
 async fn reports_of_which_none_is_acceptable_are_refused_with_the_place_of_each_fault() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.create(&live()).await;
     let now = mission_now(&service.ask(&mission).await);
     let mut body = heard(now);
@@ -702,8 +708,7 @@ async fn reports_of_which_none_is_acceptable_are_refused_with_the_place_of_each_
 
 #[tokio::test]
 async fn a_report_that_is_rejected_takes_nothing_with_it() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.create(&live()).await;
     let now = mission_now(&service.ask(&mission).await);
     let mut body = heard(now);
@@ -748,8 +753,7 @@ async fn a_report_that_is_rejected_takes_nothing_with_it() {
 
 #[tokio::test]
 async fn a_clock_that_is_wrong_is_told_by_how_many_seconds() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.create(&live()).await;
     for (off, told) in [(1000.0, "ahead of"), (-90_000.0, "behind")] {
         let now = mission_now(&service.ask(&mission).await);
@@ -789,8 +793,7 @@ async fn a_clock_that_is_wrong_is_told_by_how_many_seconds() {
 
 #[tokio::test]
 async fn a_wrong_parameter_is_named_of_every_call() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.create(&live()).await;
     let faults = async |request: Request<Body>| {
         let refused = send_to(service.router.clone(), request).await;
@@ -869,8 +872,7 @@ async fn a_wrong_parameter_is_named_of_every_call() {
 
 #[tokio::test]
 async fn what_a_mission_is_not_made_for_is_a_conflict() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let real = service.create(&live()).await;
     let unreal = service.create(&simulated("paper-tracking")).await;
     let now = unix_now();
@@ -911,8 +913,7 @@ async fn what_a_mission_is_not_made_for_is_a_conflict() {
 
 #[tokio::test]
 async fn missions_are_listed_in_order_page_by_page_and_a_deleted_one_is_gone() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mut made = vec![];
     for _ in 0..5 {
         made.push(service.create(&simulated("paper-tracking")).await);
@@ -946,8 +947,7 @@ async fn missions_are_listed_in_order_page_by_page_and_a_deleted_one_is_gone() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_list_of_long_missions_comes_in_short_pages() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mut long = simulated("paper-tracking");
     long["metadata"] = json!({ "text": "x".repeat(4_000) });
     for _ in 0..100 {
@@ -973,8 +973,7 @@ async fn a_list_of_long_missions_comes_in_short_pages() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn what_is_deleted_under_its_readers_is_gone_and_not_damaged() {
-    let data = directory();
-    let service = Arc::new(Service::start(data.path()).await);
+    let service = Arc::new(Service::start().await);
     for _ in 0..4 {
         let mission = service.create(&live()).await;
         service.order(&mission, "run", json!({})).await;
@@ -1036,13 +1035,12 @@ fn slow_for_requests(
 
 #[tokio::test(flavor = "multi_thread")]
 async fn requests_that_hold_every_planner_keep_no_mission_waiting() {
-    let data = directory();
     let settings = Settings {
         plan: slow_for_requests,
         planners: 1,
         ..Settings::default()
     };
-    let service = Arc::new(Service::start_with(settings, data.path()).await);
+    let service = Arc::new(Service::start_with(settings).await);
     let mission = service.create(&live()).await;
     let now = mission_now(&service.ask(&mission).await);
     service.order(&mission, "reports", heard(now)).await;
@@ -1095,8 +1093,7 @@ fn ids(text: &str) -> Vec<u64> {
 
 #[tokio::test]
 async fn a_stream_tells_every_event_once_from_where_the_reader_was_to_the_end() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.create(&short_scenario()).await;
     service.order(&mission, "step", json!({ "ticks": 20 })).await;
     let events = format!("{mission}/events");
@@ -1126,8 +1123,7 @@ async fn a_stream_tells_every_event_once_from_where_the_reader_was_to_the_end() 
 
 #[tokio::test]
 async fn a_reader_that_is_too_slow_learns_which_events_it_missed() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.create(&live()).await;
     let answer = service
         .router
@@ -1168,8 +1164,7 @@ async fn a_reader_that_is_too_slow_learns_which_events_it_missed() {
 
 #[tokio::test]
 async fn a_mission_with_too_much_to_do_says_when_to_come_again_and_its_neighbour_feels_nothing() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let flooded = service.create(&live()).await;
     let neighbour = service.create(&live()).await;
     let made = service.ask(&neighbour).await;
@@ -1220,14 +1215,13 @@ mod slow {
             ("integral_los", LosLaw::Integral),
             ("waypoint_box", LosLaw::WaypointBox),
         ] {
-            let data = directory();
-            let service = Service::start(data.path()).await;
+            let service = Service::start().await;
             let mut new = simulated("paper-intermittent");
             new["simulated"]["controller"] = json!(name);
             let mission = service.create(&new).await;
             service.order(&mission, "step", json!({ "ticks": 40 })).await;
             // A law's memory is made again by flying again what is stored.
-            let service = service.restart(data.path()).await;
+            let service = service.restart().await;
             service.order(&mission, "run", json!({})).await;
             service.until(&mission, "finished").await;
 
@@ -1242,11 +1236,7 @@ mod slow {
             for event in service.assert_is(&mission, &flown).await {
                 assert_eq!(event["method"], name);
             }
-            assert_eq!(
-                n_replayed(data.path(), &mission),
-                flown.rows.len() as u64,
-                "{name}"
-            );
+            assert_eq!(service.n_replayed(&mission), flown.rows.len() as u64, "{name}");
         }
     }
 }

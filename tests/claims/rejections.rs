@@ -416,6 +416,7 @@ async fn every_number_of_a_craft_has_limits() {
     let table = r#"
         /craft/preset        "titanic"        unknown_preset
         /craft/heading_loop  {"damping":0.8}  missing         /craft/heading_loop/natural_frequency_radps
+        /craft/heading_loop  {"natural_frequency_radps":1}  missing  /craft/heading_loop/damping
         /craft/heading_loop  {"time_constant_s":1,"damping":1}  unexpected  /craft/heading_loop/time_constant_s
         /craft/heading_loop  {"lag_s":1}          unknown_field   /craft/heading_loop/lag_s
         /craft/surge_loop    {"integrates":true}  missing     /craft/surge_loop/integral_time_s

@@ -1,11 +1,16 @@
-//! HTTP/1.1 over a connection that is kept: as much of it as the service answers with.
-//! Source: RFC 9112, sections 6 and 7.
+//! A client of the service over a connection that is kept.
 
-use std::{io, net::SocketAddr, time::Duration};
+use std::{io, mem, net::SocketAddr, time::Duration};
 
+use axum::{
+    body::{Body, BodyDataStream, Bytes, to_bytes},
+    http::{HeaderName, HeaderValue, Request as HttpRequest, Response, header},
+};
+use futures_util::StreamExt as _;
+use hyper::client::conn::http1::{Builder, SendRequest};
+use hyper_util::rt::TokioIo;
 use tokio::{
-    io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader},
-    net::{TcpSocket, TcpStream},
+    net::TcpSocket,
     time::{Instant, timeout},
 };
 
@@ -15,33 +20,29 @@ const PATIENCE: Duration = Duration::from_secs(30);
 /// A connection that was not used for so long is made anew: the service closes them after 10 s.
 const IDLE_MAX: Duration = Duration::from_secs(5);
 
-/// A request, of which the rest is always the same.
+/// The least that hyper takes for its own buffer, bytes.
+const BUFFER: usize = 8 << 10;
+
+/// A request.
 #[derive(Clone, Debug)]
-pub(crate) struct Request {
-    head: String,
-    body: String,
-}
+pub(crate) struct Request(HttpRequest<String>);
 
 impl Request {
     pub(crate) fn get(path: &str) -> Self {
-        Self {
-            head: format!("GET {path} HTTP/1.1\r\nhost: localhost\r\n"),
-            body: String::new(),
-        }
+        let request = HttpRequest::get(path).header(header::HOST, "localhost");
+        Self(request.body(String::new()).expect("is a path"))
     }
 
     pub(crate) fn post(path: &str, body: String) -> Self {
-        let length = body.len();
-        let about =
-            format!("host: localhost\r\ncontent-type: application/json\r\ncontent-length: {length}\r\n");
-        Self {
-            head: format!("POST {path} HTTP/1.1\r\n{about}"),
-            body,
-        }
+        let request = HttpRequest::post(path)
+            .header(header::HOST, "localhost")
+            .header(header::CONTENT_TYPE, "application/json");
+        Self(request.body(body).expect("is a path"))
     }
 
-    pub(crate) fn header(mut self, name: &str, value: &str) -> Self {
-        self.head.extend([name, ": ", value, "\r\n"]);
+    pub(crate) fn header(mut self, name: &'static str, value: &str) -> Self {
+        let value = HeaderValue::from_str(value).expect("is a value");
+        self.0.headers_mut().insert(HeaderName::from_static(name), value);
         self
     }
 }
@@ -55,26 +56,11 @@ pub(crate) struct Answer {
     pub(crate) body: Vec<u8>,
 }
 
-/// How the end of a body is known, and what of it is still to come.
-#[derive(Clone, Copy, Debug)]
-enum Framing {
-    Left(usize),
-    Chunked,
-    Over,
-}
-
-#[derive(Debug)]
-struct Head {
-    status: u16,
-    retry_after: Option<String>,
-    framing: Framing,
-}
-
 /// A connection that is made when it is needed, and made again after it failed.
 #[derive(Debug)]
 pub(crate) struct Connection {
     address: SocketAddr,
-    socket: Option<BufReader<TcpStream>>,
+    sender: Option<SendRequest<Body>>,
     /// When the newest answer ended.
     used: Instant,
 }
@@ -83,7 +69,7 @@ impl Connection {
     pub(crate) fn new(address: SocketAddr) -> Self {
         Self {
             address,
-            socket: None,
+            sender: None,
             used: Instant::now(),
         }
     }
@@ -91,32 +77,27 @@ impl Connection {
     /// The answer to `request`.
     pub(crate) async fn ask(&mut self, request: &Request) -> io::Result<Answer> {
         if IDLE_MAX < self.used.elapsed() {
-            self.socket = None;
+            self.sender = None;
         }
         let answer = timeout(PATIENCE, self.exchange(request)).await;
-        let answer = answer.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()));
         self.used = Instant::now();
-        if answer.is_err() {
-            self.socket = None;
-        }
-        answer
+        answer.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
     }
 
     async fn exchange(&mut self, request: &Request) -> io::Result<Answer> {
-        if self.socket.is_none() {
-            self.socket = Some(open(self.address, None).await?);
-        }
-        let socket = self.socket.as_mut().expect("is open");
-        let mut head = begin(socket, request).await?;
-        let mut body = vec![];
-        while let Some(piece) = next_piece(socket, &mut head.framing).await? {
-            body.extend(piece);
-        }
-        Ok(Answer {
-            status: head.status,
-            retry_after: head.retry_after,
-            body,
-        })
+        let mut sender = match self.sender.take() {
+            Some(sender) => sender,
+            None => open(self.address, None).await?,
+        };
+        let (head, body) = send(&mut sender, request).await?.into_parts();
+        let retry_after = head.headers.get(header::RETRY_AFTER);
+        let answer = Answer {
+            status: head.status.as_u16(),
+            retry_after: retry_after.and_then(|value| Some(value.to_str().ok()?.to_owned())),
+            body: to_bytes(body, usize::MAX).await.map_err(io::Error::other)?.into(),
+        };
+        self.sender = Some(sender);
+        Ok(answer)
     }
 }
 
@@ -124,31 +105,22 @@ impl Connection {
 #[derive(Debug)]
 pub(crate) struct Lines {
     pub(crate) status: u16,
-    socket: BufReader<TcpStream>,
-    framing: Framing,
-    piece: Vec<u8>,
-    /// Where in the piece the next line begins.
-    at: usize,
+    pieces: BodyDataStream,
+    /// What of the last piece is not read.
+    piece: Bytes,
 }
 
 impl Lines {
     /// The answer to `request`, on a connection of its own, which keeps about `buffer` bytes that are not read.
     pub(crate) async fn of(address: SocketAddr, request: &Request, buffer: Option<u32>) -> io::Result<Self> {
         let begun = timeout(PATIENCE, async {
-            let mut socket = open(address, buffer).await?;
-            let head = begin(&mut socket, request).await?;
-            Ok((socket, head))
+            send(&mut open(address, buffer).await?, request).await
         });
-        let begun: io::Result<_> = begun
-            .await
-            .unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()));
-        let (socket, head) = begun?;
+        let begun = begun.await.map_err(|_| io::ErrorKind::TimedOut)??;
         Ok(Self {
-            status: head.status,
-            socket,
-            framing: head.framing,
-            piece: vec![],
-            at: 0,
+            status: begun.status().as_u16(),
+            pieces: begun.into_body().into_data_stream(),
+            piece: Bytes::new(),
         })
     }
 
@@ -156,29 +128,22 @@ impl Lines {
     pub(crate) async fn next(&mut self) -> io::Result<Option<String>> {
         let mut line = vec![];
         loop {
-            let rest = &self.piece[self.at..];
-            if let Some(length) = rest.iter().position(|byte| *byte == b'\n') {
-                line.extend_from_slice(&rest[..length]);
-                self.at += length + 1;
+            if let Some(length) = self.piece.iter().position(|byte| *byte == b'\n') {
+                line.extend_from_slice(&self.piece.split_to(length + 1)[..length]);
                 break;
             }
-            line.extend_from_slice(rest);
-            self.at = 0;
-            match next_piece(&mut self.socket, &mut self.framing).await? {
+            line.extend_from_slice(&mem::take(&mut self.piece));
+            match self.pieces.next().await.transpose().map_err(io::Error::other)? {
                 Some(piece) => self.piece = piece,
                 None if line.is_empty() => return Ok(None),
-                None => {
-                    self.piece.clear();
-                    break;
-                }
+                None => break,
             }
         }
-        let text = String::from_utf8(line).map_err(|_| malformed("a line that is not UTF-8"))?;
-        Ok(Some(text))
+        String::from_utf8(line).map(Some).map_err(io::Error::other)
     }
 }
 
-async fn open(address: SocketAddr, buffer: Option<u32>) -> io::Result<BufReader<TcpStream>> {
+async fn open(address: SocketAddr, buffer: Option<u32>) -> io::Result<SendRequest<Body>> {
     let socket = if address.is_ipv4() {
         TcpSocket::new_v4()?
     } else {
@@ -189,73 +154,16 @@ async fn open(address: SocketAddr, buffer: Option<u32>) -> io::Result<BufReader<
     }
     let socket = socket.connect(address).await?;
     socket.set_nodelay(true)?;
-    Ok(BufReader::new(socket))
+    let begun = Builder::new()
+        .max_buf_size(BUFFER)
+        .handshake(TokioIo::new(socket));
+    let (sender, connection) = begun.await.map_err(io::Error::other)?;
+    tokio::spawn(connection);
+    Ok(sender)
 }
 
-async fn begin(socket: &mut BufReader<TcpStream>, request: &Request) -> io::Result<Head> {
-    let Request { head, body } = request;
-    socket.write_all(format!("{head}\r\n{body}").as_bytes()).await?;
-    let first = head_line(socket).await?;
-    let status = first.split(' ').nth(1).and_then(|status| status.parse().ok());
-    let mut read = Head {
-        status: status.ok_or_else(|| malformed("no status"))?,
-        retry_after: None,
-        framing: Framing::Over,
-    };
-    loop {
-        let line = head_line(socket).await?;
-        let Some((name, value)) = line.split_once(':') else {
-            return Ok(read);
-        };
-        let value = value.trim();
-        match name.to_ascii_lowercase().as_str() {
-            "content-length" => {
-                let length = value
-                    .parse()
-                    .map_err(|_| malformed("a length that is no number"))?;
-                read.framing = Framing::Left(length);
-            }
-            "transfer-encoding" => read.framing = Framing::Chunked,
-            "retry-after" => read.retry_after = Some(value.to_owned()),
-            _ => {}
-        }
-    }
-}
-
-async fn head_line(socket: &mut BufReader<TcpStream>) -> io::Result<String> {
-    let mut line = String::new();
-    match socket.read_line(&mut line).await? {
-        0 => Err(io::ErrorKind::UnexpectedEof.into()),
-        _ => Ok(line.trim_end().to_owned()),
-    }
-}
-
-/// What of the body came together; none at its end.
-async fn next_piece(socket: &mut BufReader<TcpStream>, framing: &mut Framing) -> io::Result<Option<Vec<u8>>> {
-    let length = match *framing {
-        Framing::Over | Framing::Left(0) => return Ok(None),
-        Framing::Left(length) => length,
-        Framing::Chunked => {
-            let line = head_line(socket).await?;
-            usize::from_str_radix(&line, 16).map_err(|_| malformed("a chunk without a length"))?
-        }
-    };
-    let mut piece = vec![0; length];
-    socket.read_exact(&mut piece).await?;
-    if let Framing::Left(_) = framing {
-        *framing = Framing::Over;
-        return Ok(Some(piece));
-    }
-    if !head_line(socket).await?.is_empty() {
-        return Err(malformed("a chunk longer than it says"));
-    }
-    if length == 0 {
-        *framing = Framing::Over;
-        return Ok(None);
-    }
-    Ok(Some(piece))
-}
-
-fn malformed(what: &str) -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidData, what)
+async fn send(sender: &mut SendRequest<Body>, request: &Request) -> io::Result<Response<Body>> {
+    sender.ready().await.map_err(io::Error::other)?;
+    let answer = sender.send_request(request.0.clone().map(Body::from));
+    Ok(answer.await.map_err(io::Error::other)?.map(Body::new))
 }

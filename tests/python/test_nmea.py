@@ -1,6 +1,6 @@
 """The NMEA 0183 adapter of the bridge against pynmea2: 4,000 sentences in, and what an autopilot is sent.
 
-Builds the example `nmea_echo` of the bridge, or takes the one that NMEA_ECHO names.
+Builds the example `nmea_for_tests` of the bridge, or takes the one that NMEA_ECHO names.
 """
 
 import json
@@ -71,10 +71,10 @@ def nmea_echo():
     """Path of the example."""
     if named := os.environ.get("NMEA_ECHO"):
         return File(named)
-    build = ["cargo", "build", "--quiet", "-p", "pilotfish-bridge", "--example", "nmea_echo"]
+    build = ["cargo", "build", "--quiet", "-p", "pilotfish-bridge", "--example", "nmea_for_tests"]
     subprocess.run(build, cwd=ROOT, check=True)
     target = ROOT / os.environ.get("CARGO_TARGET_DIR", "target")
-    return target / "debug" / "examples" / "nmea_echo"
+    return target / "debug" / "examples" / "nmea_for_tests"
 
 
 def run(nmea_echo, arguments, text):

@@ -1,19 +1,18 @@
-// Static figures: panels of lines, dots and areas with axes, under a legend.
+// Static figures: panels of lines and dots with axes, under a legend.
 
 import { el, fill } from "./dom.js";
 import { number } from "./format.js";
 import { roundStep } from "./drawing.js";
 
 /**
- * @typedef {{ name: string, colour: string, stroke: "wide" | "solid" | "dashed" | "track" | "dots" | "filled", points: [number, number][] }} SheetLine
- * @typedef {{ heading: string, x_label: string, y_label: string, axes: "map" | "up" | "down", lines: SheetLine[] }} SheetPanel
+ * @typedef {{ name: string, colour: string, stroke: "solid" | "dashed" | "dots", points: [number, number][] }} SheetLine
+ * @typedef {{ heading: string, x_label: string, y_label: string, lines: SheetLine[] }} SheetPanel
  * @typedef {{ title: string, columns: number, panels: SheetPanel[] }} Sheet
  * @typedef {{ x: (value: number) => number, y: (value: number) => number, left: number, right: number, top: number, bottom: number, limits: [number, number, number, number] }} SheetScales
  */
 
 const SHEET_MARGIN = { left: 66, right: 14, top: 12, bottom: 44 };
 const SHEET_HEIGHT_PX = 330, SHEET_RATIO = 2;
-const STROKES = { wide: 7, solid: 2, dashed: 2, track: 2, dots: 0, filled: 1.5 };
 
 /**
  * Draws a figure into `host`.
@@ -73,7 +72,7 @@ function drawPanel(canvas, panel) {
 }
 
 /** @param {SheetPanel} panel @param {number} width @param {number} height @returns {SheetScales} */
-function sheetScales({ axes, lines }, width, height) {
+function sheetScales({ lines }, width, height) {
   const left = SHEET_MARGIN.left, right = width - SHEET_MARGIN.right, top = SHEET_MARGIN.top, bottom = height - SHEET_MARGIN.bottom;
   let [x0, x1, y0, y1] = [Infinity, -Infinity, Infinity, -Infinity];
   for (const { points } of lines) {
@@ -84,18 +83,11 @@ function sheetScales({ axes, lines }, width, height) {
   }
   if (!(x0 <= x1)) [x0, x1, y0, y1] = [0, 1, 0, 1];
   const roomX = 0.03 * (x1 - x0) || 0.5, roomY = 0.06 * (y1 - y0) || 0.5;
-  [x0, x1, y0, y1] = [x0 - (axes === "map" ? roomX : 0), x1 + roomX, y0 - roomY, y1 + roomY];
-  if (axes === "map") {
-    // The same scale on both axes.
-    const scale = Math.min((right - left) / (x1 - x0), (bottom - top) / (y1 - y0)), [xm, ym] = [(x0 + x1) / 2, (y0 + y1) / 2];
-    [x0, x1] = [xm - (right - left) / scale / 2, xm + (right - left) / scale / 2];
-    [y0, y1] = [ym - (bottom - top) / scale / 2, ym + (bottom - top) / scale / 2];
-  }
-  const share = (/** @type {number} */ y) => (y - y0) / (y1 - y0);
+  [x1, y0, y1] = [x1 + roomX, y0 - roomY, y1 + roomY];
   return {
     left, right, top, bottom, limits: [x0, x1, y0, y1],
     x: (x) => left + ((x - x0) / (x1 - x0)) * (right - left),
-    y: (y) => (axes === "down" ? top + share(y) * (bottom - top) : bottom - share(y) * (bottom - top)),
+    y: (y) => bottom - ((y - y0) / (y1 - y0)) * (bottom - top),
   };
 }
 
@@ -135,24 +127,19 @@ function drawSheetAxes(context, { x_label, y_label }, { x, y, left, right, top, 
 /** @param {CanvasRenderingContext2D} context @param {SheetLine} line @param {SheetScales} scales */
 function drawSheetLine(context, { colour, stroke, points }, { x, y }) {
   context.strokeStyle = context.fillStyle = colour;
-  context.lineWidth = STROKES[stroke];
+  context.lineWidth = 2;
   context.lineJoin = "round";
   const finite = points.filter(([across, up]) => Number.isFinite(across) && Number.isFinite(up));
-  const dot = (/** @type {[number, number]} */ [across, up], r = 4) => {
-    context.beginPath();
-    context.arc(x(across), y(up), r, 0, 2 * Math.PI);
-    context.fill();
-  };
-  if (stroke === "dots") return finite.forEach((point) => dot(point));
+  if (stroke === "dots") {
+    return finite.forEach(([across, up]) => {
+      context.beginPath();
+      context.arc(x(across), y(up), 4, 0, 2 * Math.PI);
+      context.fill();
+    });
+  }
   context.setLineDash(stroke === "dashed" ? [9, 6] : []);
   context.beginPath();
   finite.forEach(([across, up], i) => (i ? context.lineTo(x(across), y(up)) : context.moveTo(x(across), y(up))));
   context.stroke();
   context.setLineDash([]);
-  if (stroke === "filled") {
-    context.globalAlpha = 0.2;
-    context.fill();
-    context.globalAlpha = 1;
-  }
-  if (stroke === "track" && finite.length) dot(finite[0]);
 }

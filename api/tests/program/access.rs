@@ -3,37 +3,19 @@
 use std::{
     fs,
     path::Path,
-    process::{Command, Output},
+    process::Command,
     thread::sleep,
     time::{Duration, Instant},
 };
 
 use rcgen::{CertifiedKey, generate_simple_self_signed};
-use tempfile::{TempDir, tempdir};
+use tempfile::tempdir;
 use tests::server::Server;
+
+use crate::command::{line, path, pilotfish, printed, run, said};
 
 /// Longer than the service needs to notice a changed token file.
 const REREAD: Duration = Duration::from_secs(10);
-
-fn pilotfish() -> Command {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
-    for (variable, _) in std::env::vars_os() {
-        if variable.to_string_lossy().starts_with("PILOTFISH_") {
-            program.env_remove(variable);
-        }
-    }
-    program.env_remove("RUST_LOG");
-    program
-}
-
-fn run(arguments: &[&str]) -> Output {
-    pilotfish().args(arguments).output().expect("the program starts")
-}
-
-fn said(output: &Output) -> String {
-    let (out, err) = (&output.stdout, &output.stderr);
-    format!("{}{}", String::from_utf8_lossy(out), String::from_utf8_lossy(err))
-}
 
 /// Makes a token in `file`.
 fn add(file: &str, name: &str, role: &str) -> String {
@@ -44,8 +26,7 @@ fn add(file: &str, name: &str, role: &str) -> String {
 fn add_limited(file: &str, name: &str, role: &str, limits: &[&str]) -> String {
     let arguments = ["token", "add", name, "--role", role, "--tokens", file];
     let made = run(&[&arguments, limits].concat());
-    assert!(made.status.success(), "{}", said(&made));
-    String::from_utf8(made.stdout).expect("is text").trim().to_owned()
+    printed(&made).trim().to_owned()
 }
 
 /// The status that curl gets, and the answer's body.
@@ -69,10 +50,6 @@ fn call(server: &Server, method: &str, path: &str, token: Option<&str>) -> u16 {
         arguments.extend(["-H", authorization]);
     }
     curl(&arguments).0
-}
-
-fn path(directory: &TempDir, name: &str) -> String {
-    directory.path().join(name).to_string_lossy().into_owned()
 }
 
 #[test]
@@ -293,14 +270,7 @@ fn half_a_certificate_is_refused() {
         "{}",
         said(&refused)
     );
-    let refused = run(&[
-        "--port",
-        "0",
-        "--tls-certificate",
-        "/nowhere.pem",
-        "--tls-key",
-        "/nowhere.key",
-    ]);
+    let refused = line("--port 0 --tls-certificate /nowhere.pem --tls-key /nowhere.key");
     assert!(said(&refused).contains("/nowhere.pem"), "{}", said(&refused));
 }
 
@@ -314,22 +284,14 @@ fn every_setting_is_a_flag_a_variable_and_a_key_and_shows_its_source() {
     )
     .expect("is written");
     let output = pilotfish()
-        .args([
-            "--config",
-            &file,
-            "config",
-            "--port",
-            "9003",
-            "--log-format",
-            "json",
-        ])
+        .args(["--config", &file, "config"])
+        .args(["--port", "9003", "--log-format", "json"])
         .env("PILOTFISH_PORT", "9002")
         .env("PILOTFISH_INSECURE", "yes")
         .env("PILOTFISH_ALLOW_HOST", "a.example, b.example")
         .output()
         .expect("starts");
-    assert!(output.status.success(), "{}", said(&output));
-    let printed = String::from_utf8(output.stdout).expect("is text");
+    let printed = printed(&output);
     for (line, source) in [
         ("port = 9003", "--port"),
         ("deadline_ms = 50", file.as_str()),

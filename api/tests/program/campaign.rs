@@ -10,6 +10,8 @@ use std::{
 
 use tempfile::TempDir;
 
+use crate::command::{path, pilotfish, printed};
+
 const FILE: &str = r#"
 schema_version = "1"
 name = "small"
@@ -28,26 +30,13 @@ law = { name = "saturated_los" }
 "#;
 
 fn campaign(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
+    let mut command = pilotfish();
     command.arg("campaign").args(arguments);
     command
 }
 
 fn run(arguments: &[&str]) -> Output {
     campaign(arguments).output().expect("the program starts")
-}
-
-fn printed(output: &Output) -> String {
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    String::from_utf8(output.stdout.clone()).expect("is text")
-}
-
-fn path(folder: &TempDir, name: &str) -> String {
-    folder.path().join(name).display().to_string()
 }
 
 #[test]

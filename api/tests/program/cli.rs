@@ -15,57 +15,12 @@ use record::Format;
 use serde_json::Value;
 use tests::server::Server;
 
-fn pilotfish() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
-    command
-        .env_remove("RUST_LOG")
-        .env_remove("PILOTFISH_INSECURE")
-        .env_remove("PILOTFISH_DEADLINE_MS")
-        .env_remove("PILOTFISH_PORT")
-        .env_remove("PILOTFISH_HOST")
-        .env_remove("PILOTFISH_SHUTDOWN_DELAY_S");
-    command
-}
-
-fn run(arguments: &[&str]) -> Output {
-    pilotfish().args(arguments).output().expect("the program starts")
-}
-
-fn stdout(output: &Output) -> &str {
-    std::str::from_utf8(&output.stdout).expect("is text")
-}
-
-fn stderr(output: &Output) -> &str {
-    std::str::from_utf8(&output.stderr).expect("is text")
-}
+use crate::command::{ask, json, line, path, pilotfish, printed, run, stderr, stdout};
 
 fn serving(arguments: &[&str]) -> Server {
     let mut program = pilotfish();
     program.args(arguments);
     Server::start(program)
-}
-
-fn ask(server: &Server, request: &str) -> String {
-    let mut socket = TcpStream::connect(&server.address).expect("listens");
-    socket
-        .set_read_timeout(Some(Duration::from_secs(20)))
-        .expect("is a socket");
-    socket.write_all(request.as_bytes()).expect("takes a request");
-    let mut answer = String::new();
-    socket.read_to_string(&mut answer).expect("answers");
-    answer
-}
-
-fn get(path: &str) -> String {
-    format!("GET {path} HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n\r\n")
-}
-
-fn post(snapshot: &str) -> String {
-    format!(
-        "POST /v1/plan HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n\
-         content-type: application/json\r\ncontent-length: {}\r\n\r\n{snapshot}",
-        snapshot.len()
-    )
 }
 
 fn body(answer: &str) -> &str {
@@ -115,7 +70,7 @@ fn a_server_runs_without_a_reader_of_its_output() {
         std::thread::sleep(Duration::from_millis(25));
         TcpStream::connect(&server.address).is_ok()
     });
-    assert!(up && ask(&server, &get("/livez")).ends_with(r#"{"status":"live"}"#));
+    assert!(up && ask(&server, "GET", "/livez", "").ends_with(r#"{"status":"live"}"#));
 }
 
 #[test]
@@ -163,15 +118,15 @@ fn send_stop(server: &Server) {
 #[test]
 fn with_a_shutdown_delay_the_server_answers_but_is_not_ready() {
     let mut server = serving(&["--shutdown-delay-s", "30"]);
-    assert!(ask(&server, &get("/readyz")).starts_with("HTTP/1.1 200"));
+    assert!(ask(&server, "GET", "/readyz", "").starts_with("HTTP/1.1 200"));
     send_stop(&server);
     let not_ready = (0..100).any(|_| {
         std::thread::sleep(Duration::from_millis(50));
-        let answer = ask(&server, &get("/readyz"));
+        let answer = ask(&server, "GET", "/readyz", "");
         answer.starts_with("HTTP/1.1 503") && answer.contains("about to stop")
     });
     assert!(not_ready);
-    assert!(ask(&server, &get("/livez")).starts_with("HTTP/1.1 200"));
+    assert!(ask(&server, "GET", "/livez", "").starts_with("HTTP/1.1 200"));
     // A second signal ends the delay.
     send_stop(&server);
     assert!(server.process.wait().expect("ends").success());
@@ -192,22 +147,21 @@ fn a_printed_scenario_can_be_changed_and_run() {
     for name in sim::scenario::Scenario::names() {
         assert!(stdout(&listed).contains(name), "{name}");
     }
-    let printed = run(&["scenarios", "paper-tracking"]);
+    let scenario = printed(&run(&["scenarios", "paper-tracking"]));
     let directory = tempfile::tempdir().expect("a folder");
     let path = directory.path().join("my.toml");
     let schema = "pilotfish scenarios --schema > scenario.schema.json";
-    let (first, second) = stdout(&printed).split_once('\n').expect("has lines");
+    let (first, second) = scenario.split_once('\n').expect("has lines");
     assert_eq!(first, "#:schema scenario.schema.json");
     assert!(second.starts_with('#') && second.contains(schema), "{second}");
-    let schema: Value = serde_json::from_str(stdout(&run(&["scenarios", "--schema"]))).expect("JSON");
+    let schema = json(stdout(&run(&["scenarios", "--schema"])));
     assert_eq!(schema["title"], "Scenario");
     assert!(schema["properties"]["auvs"].is_object());
-    let mine = stdout(&printed).replace("name = \"paper-tracking\"", "name = \"mine\"");
+    let mine = scenario.replace("name = \"paper-tracking\"", "name = \"mine\"");
     fs::write(&path, &mine).expect("written");
     let fly = |file: &str| run(&["simulate", file, "--duration-s", "20"]);
     let flown = fly(path.to_str().expect("is text"));
-    assert!(flown.status.success(), "{}", stderr(&flown));
-    assert!(stdout(&flown).starts_with("mine, seed 1"), "{}", stdout(&flown));
+    assert!(printed(&flown).starts_with("mine, seed 1"), "{}", stdout(&flown));
 
     let line = 1 + mine
         .lines()
@@ -230,30 +184,19 @@ fn a_printed_scenario_can_be_changed_and_run() {
 #[test]
 fn a_record_is_the_same_file_for_the_same_seed() {
     let folder = tempfile::tempdir().expect("a folder");
-    let directory = folder.path();
-    let record = |name: &str, seed: &str| {
-        let path = directory.join(name);
-        let path = path.to_str().expect("is text");
-        let output = run(&[
-            "simulate",
-            "paper-tracking",
-            "--controller",
-            "saturated_los",
-            "--seed",
-            seed,
-            "--untimed",
-            "--out",
-            path,
-        ]);
-        assert!(output.status.success(), "{}", stderr(&output));
+    let record = |name: &str, seed: u32| {
+        let path = path(&folder, name);
+        let mission = "simulate paper-tracking --controller saturated_los --untimed";
+        let output = line(&format!("{mission} --seed {seed} --out {path}"));
+        printed(&output);
         assert_eq!(stderr(&output), "", "no progress bar without a terminal");
         fs::read_to_string(path).expect("was written")
     };
-    let first = record("a.csv", "3");
+    let first = record("a.csv", 3);
     assert!(first.starts_with("sequence,kind,t_s,"));
     assert!(first.lines().count() > 1_000);
-    assert_eq!(record("b.csv", "3"), first);
-    assert_ne!(record("c.csv", "4"), first);
+    assert_eq!(record("b.csv", 3), first);
+    assert_ne!(record("c.csv", 4), first);
 }
 
 #[test]
@@ -291,8 +234,7 @@ fn one_mission_is_written_in_every_format() {
             .arg("--out")
             .arg(directory.join(format!("record.{format}")));
     }
-    let output = mission.output().expect("starts");
-    assert!(output.status.success(), "{}", stderr(&output));
+    printed(&mission.output().expect("starts"));
     let read = |format: Format| fs::read(directory.join(format!("record.{format}"))).expect("was written");
     assert!(read(Format::Csv).starts_with(b"sequence,"));
     // The marks by which the formats are known, first and last.
@@ -335,16 +277,8 @@ fn an_older_record_stays_until_the_mission_ends() {
 
 #[test]
 fn a_record_can_be_written_to_a_device() {
-    let output = run(&[
-        "simulate",
-        "paper-tracking",
-        "--controller",
-        "saturated_los",
-        "--out",
-        "/dev/stdout",
-    ]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    assert!(stdout(&output).starts_with("sequence,"), "{}", stdout(&output));
+    let output = line("simulate paper-tracking --controller saturated_los --out /dev/stdout");
+    assert!(printed(&output).starts_with("sequence,"), "{}", stdout(&output));
 }
 
 #[test]
@@ -515,8 +449,7 @@ fn a_comparison_writes_the_record_of_every_controller() {
         let out = out.to_str().expect("is text");
         run(&["compare", "calm", "--duration-s", "5", "--out", out])
     };
-    let output = compare(&out);
-    assert!(output.status.success(), "{}", stderr(&output));
+    printed(&compare(&out));
     let mut names: Vec<_> = fs::read_dir(&out)
         .expect("is made")
         .map(|entry| {
@@ -548,21 +481,9 @@ fn a_comparison_writes_the_record_of_every_controller() {
 
 #[test]
 fn a_tuned_law_has_the_gains_of_the_comparison() {
-    let flown = run(&["compare", "calm", "--duration-s", "20", "--format", "json"]);
-    let compared: Value = serde_json::from_str(stdout(&flown)).expect("is JSON");
+    let compared = json(&printed(&line("compare calm --duration-s 20 --format json")));
     let law = &compared["controllers"]["saturated_los"];
-    let tuned = |controller: &str| {
-        run(&[
-            "simulate",
-            "calm",
-            "--duration-s",
-            "20",
-            "--controller",
-            controller,
-            "--tuned",
-        ])
-    };
-    let output = tuned("saturated_los");
+    let output = line("simulate calm --duration-s 20 --controller saturated_los --tuned");
     let text = stdout(&output);
     let line = |name: &str| {
         text.lines()
@@ -577,51 +498,10 @@ fn a_tuned_law_has_the_gains_of_the_comparison() {
 }
 
 #[test]
-fn the_paper_s_figures_are_nine_pictures_with_axes_on_one_page() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("figures.html");
-    let file = path.to_str().expect("is text");
-    let output = run(&["figures", "--out", file, "--duration-s", "4", "--seed", "3"]);
-    assert!(output.status.success(), "{}", stderr(&output));
-
-    let page = fs::read_to_string(&path).expect("is written");
-    let (_, data) = page.split_once("id=\"data\">").expect("has data");
-    let (data, _) = data.split_once("</script>").expect("ends");
-    let data: Value = serde_json::from_str(data).expect("is JSON");
-    let blocks = data["blocks"].as_array().expect("a list");
-    let sheets: Vec<&Value> = blocks.iter().filter_map(|block| block.get("sheet")).collect();
-    let axes = [
-        (3, ["north, m", "east, m"]),
-        (4, ["depth, m", "time, s"]),
-        (5, ["distance, m", "time, s"]),
-        (6, ["surge, m/s", "pitch, °"]),
-        (8, ["north, m", "surface craft"]),
-        (9, ["along-track, m", "cross-track, m"]),
-        (10, ["surge, m/s", "heading, °"]),
-        (14, ["auv-2", "surface craft"]),
-        (15, ["midpoint", "line of sight, tuned"]),
-    ];
-    assert_eq!(sheets.len(), axes.len());
-    for ((number, labels), sheet) in axes.into_iter().zip(sheets) {
-        let text = sheet.to_string();
-        for said in labels.into_iter().chain([&*format!("Fig. {number}: "), "seed 3"]) {
-            assert!(text.contains(said), "figure {number} does not say {said}");
-        }
-    }
-    assert!(
-        stdout(&output).contains("| 14 | settled distance to the goal (root mean square) | not stated |"),
-        "{}",
-        stdout(&output)
-    );
-}
-
-#[test]
 fn a_report_loads_no_other_file() {
     let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("report.html");
-    let file = path.to_str().expect("is text");
-    let output = run(&["simulate", "paper-path-following", "--report", file]);
-    assert!(output.status.success(), "{}", stderr(&output));
+    let path = path(&folder, "report.html");
+    printed(&run(&["simulate", "paper-path-following", "--report", &path]));
     let page = fs::read_to_string(&path).expect("is written");
     for loads in ["src=", "href=", "<link", "@import", "url(", "fetch("] {
         assert!(!page.contains(loads), "{loads} in {page}");
@@ -674,18 +554,16 @@ fn a_plan_without_a_server_equals_the_server_s_answer() {
     let folder = tempfile::tempdir().expect("a folder");
     for name in ["track", "crowded"] {
         let body_text = example_body(name);
-        let answer = ask(&server, &post(body_text));
+        let answer = ask(&server, "POST", "/v1/plan", body_text);
         let served = untimed(body(&answer));
-        let file = folder.path().join("snapshot.json");
-        fs::write(&file, body_text).expect("written");
-        let path = file.to_str().expect("is text");
+        let path = path(&folder, "snapshot.json");
+        fs::write(&path, body_text).expect("written");
         for output in [
             plan_of(body_text, &[]),
             plan_of(body_text, &["-", "--compact"]),
-            run(&["plan", path]),
+            run(&["plan", &path]),
         ] {
-            assert!(output.status.success(), "{}", stderr(&output));
-            assert_eq!(untimed(stdout(&output)), served);
+            assert_eq!(untimed(&printed(&output)), served);
         }
     }
     let lines = |arguments: &[&str]| stdout(&plan_of(example_body("track"), arguments)).lines().count();
@@ -706,7 +584,7 @@ fn an_invalid_snapshot_gets_the_problem_document_and_a_failure() {
     ] {
         let output = plan_of(text, &[]);
         assert_eq!(output.status.code(), Some(1), "{text}");
-        let problem: Value = serde_json::from_str(stdout(&output)).expect("is JSON");
+        let problem = json(stdout(&output));
         assert_eq!(problem["code"], code);
         let found = problem["errors"][0]["pointer"].as_str();
         assert_eq!(found, pointer, "{problem}");
@@ -718,11 +596,8 @@ fn an_invalid_snapshot_gets_the_problem_document_and_a_failure() {
 #[test]
 fn a_dumped_program_is_that_of_the_answer() {
     let folder = tempfile::tempdir().expect("a folder");
-    let file = folder.path().join("program.json");
-    let path = file.to_str().expect("is text");
-    let output = plan_of(example_body("track"), &["--dump", path]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    let answer: Value = serde_json::from_str(stdout(&output)).expect("is JSON");
+    let file = path(&folder, "program.json");
+    let answer = json(&printed(&plan_of(example_body("track"), &["--dump", &file])));
     let dump: Value = serde_json::from_slice(&fs::read(&file).expect("written")).expect("is JSON");
     assert_eq!(dump["status"], "solved");
     let numbers = |list: &Value| -> Vec<f64> { serde_json::from_value(list.clone()).expect("are numbers") };
@@ -767,27 +642,15 @@ fn a_dumped_program_is_that_of_the_answer() {
 #[test]
 fn written_snapshots_lead_to_the_same_plans() {
     let folder = tempfile::tempdir().expect("a folder");
-    let file = folder.path().join("asked.ndjson");
-    let path = file.to_str().expect("is text");
-    let record = folder.path().join("record.csv");
-    let mission = |every: &str| {
-        let output = run(&[
-            "simulate",
-            "crowded",
-            "--duration-s",
-            "10",
-            "--untimed",
-            "--out",
-            record.to_str().expect("is text"),
-            "--snapshots",
-            path,
-            "--every",
-            every,
-        ]);
-        assert!(output.status.success(), "{}", stderr(&output));
-        fs::read_to_string(&file).expect("written")
+    let [asked, record] = ["asked.ndjson", "record.csv"].map(|name| path(&folder, name));
+    let mission = |every: u32| {
+        let files = format!("--out {record} --snapshots {asked} --every {every}");
+        printed(&line(&format!(
+            "simulate crowded --duration-s 10 --untimed {files}"
+        )));
+        fs::read_to_string(&asked).expect("written")
     };
-    let asked = mission("1");
+    let asked = mission(1);
     assert_eq!(asked.lines().count(), 10);
     let mut table = csv::Reader::from_path(&record).expect("written");
     let rows = table.deserialize().map(|row| row.expect("is a row"));
@@ -796,16 +659,15 @@ fn written_snapshots_lead_to_the_same_plans() {
         .map(|row| row["reference_speed_mps"].parse().expect("a number"))
         .collect();
     let planned = asked.lines().map(|line| {
-        let output = plan_of(line, &["--compact"]);
-        let answer: Value = serde_json::from_str(stdout(&output)).expect("is JSON");
+        let answer = json(&printed(&plan_of(line, &["--compact"])));
         answer["reference"]["speed_mps"].as_f64().expect("a number")
     });
     assert_eq!(planned.collect::<Vec<_>>(), flown);
-    let request: Value = serde_json::from_str(asked.lines().nth(1).expect("is there")).expect("is JSON");
+    let request = json(asked.lines().nth(1).expect("is there"));
     assert!(request["previous_plan"]["trajectory"].is_array());
     assert_eq!(request["acoustics"]["range_max_m"], 60.0);
 
-    let fourth: Vec<_> = mission("4").lines().map(str::to_owned).collect();
+    let fourth: Vec<_> = mission(4).lines().map(str::to_owned).collect();
     let expected: Vec<_> = asked.lines().step_by(4).collect();
     assert_eq!(fourth, expected);
 }
@@ -861,9 +723,9 @@ mod slow {
 
     #[test]
     fn a_comparison_has_all_metrics_of_all_controllers_and_their_information() {
-        let output = run(&["compare", "paper-intermittent", "--format", "json", "--seed", "2"]);
-        assert!(output.status.success(), "{}", stderr(&output));
-        let comparison: Value = serde_json::from_str(stdout(&output)).expect("is JSON");
+        let comparison = json(&printed(&line(
+            "compare paper-intermittent --format json --seed 2",
+        )));
         assert_eq!(
             (&comparison["scenario"], &comparison["seed"]),
             (&"paper-intermittent".into(), &2.into())
@@ -930,18 +792,11 @@ mod slow {
     #[test]
     fn a_trial_is_logged_and_identified_and_requests_accept_its_craft_file() {
         let folder = tempfile::tempdir().expect("a folder");
-        let file = |name: &str| folder.path().join(name).to_str().expect("is text").to_owned();
+        let file = |name: &str| path(&folder, name);
         let (log, craft, page) = (file("trial.csv"), file("craft.json"), file("trial.html"));
-        let flown = run(&["simulate", "--trial", "otter", "--seed", "3", "--out", &log]);
-        assert!(flown.status.success(), "{}", stderr(&flown));
-
-        let found = run(&["identify", &log, "--craft", &craft, "--report", &page]);
-        assert!(found.status.success(), "{}", stderr(&found));
-        assert!(
-            stdout(&found).contains("surge_loop/acceleration_max_mps2"),
-            "{}",
-            stdout(&found)
-        );
+        printed(&line(&format!("simulate --trial otter --seed 3 --out {log}")));
+        let found = printed(&run(&["identify", &log, "--craft", &craft, "--report", &page]));
+        assert!(found.contains("surge_loop/acceleration_max_mps2"), "{found}");
         let craft: CraftDescription =
             serde_json::from_str(&fs::read_to_string(&craft).expect("written")).expect("is a craft");
         assert_eq!(craft.faults(), []);
@@ -960,9 +815,10 @@ mod slow {
         assert!(page.ends_with("</html>\n") && page.contains("heading_loop"));
 
         let surge_lag = |craft: &str| {
-            let answer = plan_of(example_body("track"), &["-", "--craft", craft]);
-            assert!(answer.status.success(), "{}", stderr(&answer));
-            let answer: Value = serde_json::from_str(stdout(&answer)).expect("is JSON");
+            let answer = json(&printed(&plan_of(
+                example_body("track"),
+                &["-", "--craft", craft],
+            )));
             answer["craft_estimate"]["surge_lag_s"]["value"]
                 .as_f64()
                 .expect("a lag")
@@ -976,10 +832,11 @@ mod slow {
             "{}",
             stderr(&unknown)
         );
-        let mission = ["simulate", "calm", "--duration-s", "30", "--untimed", "--craft"];
-        let flown = |craft: &str| run(&[mission.as_slice(), &[craft]].concat());
-        assert!(flown("otter").status.success());
-        assert_ne!(stdout(&flown("otter")), stdout(&flown("generic")));
+        let flown = |craft: &str| {
+            let mission = "simulate calm --duration-s 30 --untimed";
+            printed(&line(&format!("{mission} --craft {craft}")))
+        };
+        assert_ne!(flown("otter"), flown("generic"));
 
         // In degrees, and without what a small craft has not.
         let text = fs::read_to_string(&log).expect("written");
@@ -1006,37 +863,20 @@ mod slow {
         }
         let log = file("plain.csv");
         fs::write(&log, plain).expect("writes");
-        let found = run(&["identify", &log]);
-        assert!(found.status.success(), "{}", stderr(&found));
-        assert!(stdout(&found).contains("heading_loop/rate_max_radps"));
-        assert!(
-            !stdout(&found).contains("power"),
-            "no column, no power: {}",
-            stdout(&found)
-        );
+        let found = printed(&run(&["identify", &log]));
+        assert!(found.contains("heading_loop/rate_max_radps"), "{found}");
+        assert!(!found.contains("power"), "no column, no power: {found}");
     }
 
     #[test]
     fn a_record_is_identified_from_every_format_that_is_a_table() {
         let folder = tempfile::tempdir().expect("a folder");
-        let files = ["csv", "parquet", "mcap"].map(|ending| folder.path().join(format!("record.{ending}")));
-        let mut arguments = vec![
-            "simulate",
-            "switching",
-            "--controller",
-            "saturated_los",
-            "--untimed",
-        ];
-        for file in &files {
-            arguments.extend(["--out", file.to_str().expect("is text")]);
-        }
-        let flown = run(&arguments);
-        assert!(flown.status.success(), "{}", stderr(&flown));
-        let [csv, parquet, mcap] = files.map(|file| {
-            let found = run(&["identify", file.to_str().expect("is text")]);
-            assert!(found.status.success(), "{}", stderr(&found));
-            stdout(&found).to_owned()
-        });
+        let files = ["csv", "parquet", "mcap"].map(|ending| path(&folder, &format!("record.{ending}")));
+        let [csv, parquet, mcap] = &files;
+        let written = format!("--out {csv} --out {parquet} --out {mcap}");
+        let mission = "simulate switching --controller saturated_los --untimed";
+        printed(&line(&format!("{mission} {written}")));
+        let [csv, parquet, mcap] = files.map(|file| printed(&run(&["identify", &file])));
         assert_eq!(parquet, mcap);
         assert_eq!(parquet, csv);
     }

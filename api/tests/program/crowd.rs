@@ -15,6 +15,8 @@ use rustix::net::{AddressFamily, SocketType, bind, connect, socket};
 use serde_json::{Value, json};
 use tests::server::Server;
 
+use crate::command::{ask, pilotfish, printed};
+
 /// Longest wait for what must happen, on a busy machine.
 const PATIENCE: Duration = Duration::from_mins(1);
 
@@ -24,10 +26,6 @@ const PLACES: u32 = 40;
 /// The rest of its files, which it keeps for itself.
 const OTHER_FILES: u32 = 256;
 
-fn program() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_pilotfish"))
-}
-
 /// A connection from another address of this machine.
 fn connected(from: [u8; 4], to: &Server) -> TcpStream {
     let new = socket(AddressFamily::INET, SocketType::STREAM, None).expect("is free");
@@ -36,20 +34,6 @@ fn connected(from: [u8; 4], to: &Server) -> TcpStream {
     let stream = TcpStream::from(new);
     stream.set_read_timeout(Some(PATIENCE)).expect("is a socket");
     stream
-}
-
-/// The answer to one request on a connection of its own.
-fn ask(server: &Server, method: &str, path: &str, body: &str) -> String {
-    let mut socket = connected([127, 0, 0, 1], server);
-    let request = format!(
-        "{method} {path} HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\ncontent-type: application/json\r\n\
-         content-length: {}\r\n\r\n{body}",
-        body.len()
-    );
-    socket.write_all(request.as_bytes()).expect("takes a request");
-    let mut answer = String::new();
-    socket.read_to_string(&mut answer).expect("answers and closes");
-    answer
 }
 
 fn metric(server: &Server, name: &str) -> f64 {
@@ -71,7 +55,7 @@ fn until(what: &str, so: impl Fn() -> bool) {
 
 #[test]
 fn a_connection_that_takes_no_answer_is_closed() {
-    let server = Server::start(program());
+    let server = Server::start(pilotfish());
     let mut unread: Vec<_> = (0..4).map(|_| connected([127, 0, 0, 1], &server)).collect();
     for socket in &mut unread {
         let request = "GET /openapi.json HTTP/1.1\r\nhost: localhost\r\n\r\n".repeat(30);
@@ -115,7 +99,7 @@ fn two_addresses_that_take_every_place_keep_no_third_out() {
 
 #[test]
 fn a_head_over_16_kib_is_refused() {
-    let server = Server::start(program());
+    let server = Server::start(pilotfish());
     for (name_bytes, status) in [(8 << 10, 200), (17 << 10, 431)] {
         let mut socket = connected([127, 0, 0, 1], &server);
         let long = "x".repeat(name_bytes);
@@ -131,7 +115,7 @@ fn a_head_over_16_kib_is_refused() {
 
 #[test]
 fn a_log_that_no_one_reads_delays_no_plan_and_its_lines_are_counted() {
-    let mut silent = program();
+    let mut silent = pilotfish();
     silent.args(["--log", "debug"]).stderr(Stdio::piped());
     let server = Server::start(silent);
     let mut socket = connected([127, 0, 0, 1], &server);
@@ -157,7 +141,7 @@ fn the_service_notifies_systemd_that_it_listens_and_that_its_planners_work() {
     let path = directory.path().join("notify");
     let notes = UnixDatagram::bind(&path).expect("is free");
     notes.set_read_timeout(Some(PATIENCE)).expect("is a socket");
-    let mut watched = program();
+    let mut watched = pilotfish();
     watched
         .env("NOTIFY_SOCKET", &path)
         .env("WATCHDOG_USEC", "20000000")
@@ -178,17 +162,13 @@ fn the_stream_and_the_waiting_request_of_a_revoked_token_end() {
     let directory = tempfile::tempdir().expect("there is room");
     let file = directory.path().join("tokens.json");
     let token = |arguments: &[&str]| {
-        let mut made = program();
+        let mut made = pilotfish();
         made.arg("token").args(arguments).arg("--tokens").arg(&file);
         let output = made.output().expect("starts");
-        assert!(output.status.success(), "{output:?}");
-        String::from_utf8(output.stdout)
-            .expect("is text")
-            .trim()
-            .to_owned()
+        printed(&output).trim().to_owned()
     };
     let [bridge, page] = ["bridge", "page"].map(|name| token(&["add", name, "--role", "operator"]));
-    let mut with_tokens = program();
+    let mut with_tokens = pilotfish();
     with_tokens.arg("--tokens").arg(&file);
     let server = Server::start(with_tokens);
 

@@ -3,7 +3,6 @@
 use std::{
     collections::BTreeMap,
     io::{BufRead as _, BufReader},
-    process::Command,
 };
 
 use ::examples::remote_missions::RemoteMissions;
@@ -11,6 +10,8 @@ use clap::Parser as _;
 use service::missions::event::Event;
 use tests::server::Server;
 use wire::mission::Reports;
+
+use crate::command::pilotfish;
 
 #[path = "../../../examples/post_snapshot.rs"]
 #[expect(dead_code, reason = "its main is not called here")]
@@ -21,7 +22,7 @@ mod post_snapshot;
 mod live_mission;
 
 fn server() -> Server {
-    Server::start(Command::new(env!("CARGO_BIN_EXE_pilotfish")))
+    Server::start(pilotfish())
 }
 
 fn post(server: &Server, snapshot: &str) -> Result<String, String> {
@@ -96,7 +97,7 @@ mod slow {
         const UNGUIDED_MAX_S: u32 = 45;
         let folder = tempfile::tempdir().expect("there is room");
         let start_on = |port| {
-            let mut program = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
+            let mut program = pilotfish();
             program.args(["serve", "--data"]).arg(folder.path());
             Server::start_on(program, port)
         };

@@ -3,6 +3,7 @@
 mod access;
 mod campaign;
 mod cli;
+mod command;
 mod crowd;
 mod docs;
 mod examples;

@@ -1,19 +1,17 @@
 //! Files of planning tools on the command line.
 
-use std::{fs, process::Command};
+use std::fs;
 
 use serde_json::{Value, json};
 
+use crate::command::{self, stderr, stdout};
+
 fn run(arguments: &[&str]) -> Result<String, String> {
-    let output = Command::new(env!("CARGO_BIN_EXE_pilotfish"))
-        .args(arguments)
-        .output()
-        .expect("the program starts");
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let output = command::run(arguments);
     if output.status.success() {
-        Ok(text(&output.stdout))
+        Ok(stdout(&output).to_owned())
     } else {
-        Err(text(&output.stderr))
+        Err(stderr(&output).to_owned())
     }
 }
 
@@ -22,22 +20,10 @@ fn lanes_over_a_rectangle_are_a_file_that_is_read_again() {
     let folder = tempfile::tempdir().expect("there is room");
     let (file, svg) = (folder.path().join("s.geojson"), folder.path().join("s.svg"));
     let (file, svg) = (file.to_str().expect("is text"), svg.to_str().expect("is text"));
-    let lanes = run(&[
-        "route",
-        "--rectangle",
-        "38.41,-9.12,200,100",
-        "--lanes",
-        "25",
-        "--heading",
-        "90",
-        "--speed",
-        "1.5",
-        "--out",
-        file,
-        "--svg",
-        svg,
-    ]);
-    let lanes = lanes.expect("are laid");
+    let lanes = format!(
+        "route --rectangle 38.41,-9.12,200,100 --lanes 25 --heading 90 --speed 1.5 --out {file} --svg {svg}"
+    );
+    let lanes = run(&lanes.split(' ').collect::<Vec<_>>()).expect("are laid");
     assert!(
         lanes.contains("8 way-points") && lanes.contains("at 1.5 m/s"),
         "{lanes}"
@@ -118,17 +104,8 @@ fn an_auv_with_a_route_file_has_its_path() {
         write("n.csv", "north_m,east_m\n500,700\n500,900\n530,900\n"),
     );
     let lanes = format!("auv-1={lanes}");
-    run(&[
-        "simulate",
-        "calm",
-        "--duration-s",
-        "2",
-        "--route",
-        &lanes,
-        "--out",
-        &record,
-    ])
-    .expect("is simulated");
+    let mission = format!("simulate calm --duration-s 2 --route {lanes} --out {record}");
+    run(&mission.split(' ').collect::<Vec<_>>()).expect("is simulated");
     let record = fs::read_to_string(record).expect("is written");
     let cells = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
     let head = cells(record.lines().next().expect("has a head"));

@@ -48,10 +48,10 @@ impl From<&InvalidField> for FieldError {
                     .given(given.as_str())
                     .limit(json!(known))
             }
-            InvalidReason::NoPath { given: Some(given) } => {
+            InvalidReason::NoPath { given } => {
                 Self::new(pointer, "no_path", "this vehicle has no `path`").given(given.as_str())
             }
-            InvalidReason::NoPath { given: None } => of("no_path"),
+            InvalidReason::NoCommonPath => of("no_path"),
             InvalidReason::Incomplete { .. } => of("missing"),
             InvalidReason::Unexpected { .. } => of("unexpected"),
             InvalidReason::AllZero => of("all_zero"),

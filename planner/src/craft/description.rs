@@ -360,25 +360,8 @@ impl<N> SurgeLoop<N> {
 mod tests {
     use super::*;
 
-    fn faults(craft: &CraftDescription) -> Vec<(String, InvalidReason)> {
-        let faults = craft.faults().into_iter();
-        faults.map(|fault| (fault.field, fault.reason)).collect()
-    }
-
-    fn heading_loop(
-        time_constant_s: Option<f64>,
-        natural_frequency_radps: Option<f64>,
-        damping: Option<f64>,
-    ) -> CraftDescription {
-        CraftDescription {
-            heading_loop: HeadingLoop {
-                time_constant_s,
-                natural_frequency_radps,
-                damping,
-                ..HeadingLoop::default()
-            },
-            ..CraftDescription::default()
-        }
+    fn faults(craft: &CraftDescription) -> Vec<String> {
+        craft.faults().into_iter().map(|fault| fault.field).collect()
     }
 
     #[test]
@@ -397,46 +380,6 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_preset_is_answered_with_the_names_there_are() {
-        let faults = faults(&CraftDescription::of_preset("titanic"));
-        let [(field, InvalidReason::UnknownPreset { given, known })] = &faults[..] else {
-            panic!("{faults:?}");
-        };
-        assert_eq!((field.as_str(), given.as_str()), ("craft/preset", "titanic"));
-        assert!(known.contains(&"medusa"));
-    }
-
-    #[test]
-    fn a_heading_loop_has_a_time_constant_or_a_natural_frequency_with_its_damping() {
-        for right in [
-            heading_loop(Some(1.0), None, None),
-            heading_loop(None, Some(1.0), Some(1.0)),
-        ] {
-            assert_eq!(right.faults(), []);
-        }
-        for (wrong, member, is_missing) in [
-            (
-                heading_loop(Some(1.0), Some(1.0), Some(1.0)),
-                "time_constant_s",
-                false,
-            ),
-            (heading_loop(Some(1.0), None, Some(1.0)), "time_constant_s", false),
-            (
-                heading_loop(None, None, Some(1.0)),
-                "natural_frequency_radps",
-                true,
-            ),
-            (heading_loop(None, Some(1.0), None), "damping", true),
-        ] {
-            let [(field, reason)] = &faults(&wrong)[..] else {
-                panic!("{wrong:?}");
-            };
-            assert_eq!(*field, format!("craft/heading_loop/{member}"));
-            assert_eq!(matches!(reason, InvalidReason::Incomplete { .. }), is_missing);
-        }
-    }
-
-    #[test]
     fn that_a_loop_does_not_integrate_is_said_and_not_left_out() {
         let said = |integrates, integral_time_s| CraftDescription {
             surge_loop: SurgeLoop {
@@ -451,46 +394,14 @@ mod tests {
         assert_eq!(time(&said(None, None)), Craft::MEDUSA.surge.integral_time);
         assert_eq!(time(&said(Some(true), Some(9.0))), Some(9.0));
         for contradiction in [said(Some(false), Some(9.0)), said(Some(true), None)] {
-            assert_eq!(faults(&contradiction)[0].0, "craft/surge_loop/integral_time_s");
+            assert_eq!(faults(&contradiction)[0], "craft/surge_loop/integral_time_s");
         }
     }
 
     #[test]
-    fn every_number_beyond_its_range_is_named_with_the_range() {
-        let wrong = CraftDescription {
-            heading_loop: HeadingLoop {
-                time_constant_s: Some(-0.1),
-                delay_s: Some(10.5),
-                ..HeadingLoop::default()
-            },
-            surge_loop: SurgeLoop {
-                time_constant_s: Some(f64::NAN),
-                integral_time_s: Some(0.4),
-                ..SurgeLoop::default()
-            },
-            power: Some(Power {
-                linear_w_per_mps: -1.0,
-                cubic_w_per_mps3: 30.0,
-            }),
-            ..CraftDescription::default()
-        };
-        let faults = faults(&wrong);
-        let fields: Vec<_> = faults.iter().map(|(field, _)| field.as_str()).collect();
-        let expected = [
-            "craft/heading_loop/time_constant_s",
-            "craft/heading_loop/delay_s",
-            "craft/surge_loop/time_constant_s",
-            "craft/surge_loop/integral_time_s",
-            "craft/power/linear_w_per_mps",
-        ];
-        assert_eq!(fields, expected);
-        assert_eq!(
-            faults[0].1,
-            InvalidReason::OutOfRange {
-                given: -0.1,
-                least: 0.0,
-                most: 60.0
-            }
-        );
+    fn a_number_that_is_not_finite_is_named() {
+        let mut craft = CraftDescription::default();
+        craft.surge_loop.time_constant_s = Some(f64::NAN);
+        assert_eq!(faults(&craft)[0], "craft/surge_loop/time_constant_s");
     }
 }

@@ -9,7 +9,7 @@ use utoipa::ToSchema;
 use crate::facts::{
     angle::direction,
     auv::VehicleId,
-    members::{needed, none_left, schema_of},
+    members::{members, needed},
     visit::{Reduce, VisitCost, Visits},
 };
 
@@ -172,62 +172,47 @@ impl From<Goal> for Task {
     }
 }
 
-/// What the surface craft is to do. Which members are needed depends on `kind`.
-#[derive(Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-struct TaskMembers {
+members! {
+    /// What the surface craft is to do. Which members are needed depends on `kind`.
+    TaskMembers of Task as "Goal",
     /// Which goal.
     kind: GoalKind,
     /// `track`: the vehicle to follow.
-    #[serde(default)]
     #[schema(value_type = Option<String>)]
     auv: Option<VehicleId>,
     /// `intermittent`: the vehicles to follow, in order. `midpoint`: those whose mean to follow. `range`: those to stay near.
     /// `visit`: those to serve, in any order.
-    #[serde(default)]
     #[schema(value_type = Option<Vec<String>>)]
     auvs: Option<Vec<VehicleId>>,
     /// `intermittent`: time spent with each, s.
-    #[serde(default)]
     dwell_s: Option<f64>,
     /// `intermittent`: when the first dwell of the first vehicle began, s on the request's clock.
-    #[serde(default)]
     epoch_s: Option<f64>,
     /// `weighted`: how much each vehicle counts in the mean, by name, relative to the others: from 0 to 10⁶,
     /// at least one above 0. `visit`: how much the cost of each counts; 1 of those that are not named.
-    #[serde(default)]
     #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-1": 0.7, "auv-2": 0.3 }))]
     weights: Option<BTreeMap<VehicleId, f64>>,
     /// `range`: slant range to stay within of each, m, from 1 to 20,000.
-    #[serde(default)]
     range_m: Option<f64>,
     /// `visit`: what it costs not to serve a vehicle. Default: its age.
-    #[serde(default)]
     cost: Option<VisitCost>,
     /// `visit`: horizontal distance within which a vehicle counts as served, m, from 1 to 5000. Default: 20.
-    #[serde(default)]
     within_m: Option<f64>,
     /// `visit`: least time with a vehicle, s, from 0 to 3600. Default: 0 where the cost is `age`, else 30.
-    #[serde(default)]
     dwell_min_s: Option<f64>,
     /// `visit`: until when each vehicle must have been served, by name, s on the request's clock. Default: no deadline.
-    #[serde(default)]
     #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-2": 1800.0 }))]
     serve_by_s: Option<BTreeMap<VehicleId, f64>>,
     /// `visit`: whether the mean of the costs counts or the largest. Default: `mean`.
-    #[serde(default)]
     reduce: Option<Reduce>,
     /// `visit`: costs now, by name, in the unit of the cost, from 0 to 10¹²: where they are known, as from a modem that counts what
     /// was uploaded. Default: that of `previous_plan`, carried on, else that of a vehicle that was just served.
-    #[serde(default)]
     #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-2": 340.0 }))]
     costs_now: Option<BTreeMap<VehicleId, f64>>,
     /// `visit`: the vehicle to visit next, and to stay with until this is left out. Default: the one that costs least.
-    #[serde(default)]
     #[schema(value_type = Option<String>)]
     next: Option<VehicleId>,
     /// Any kind: where to be, seen from what the goal follows. Default: right above it.
-    #[serde(default)]
     offset: Option<Offset>,
 }
 
@@ -296,50 +281,29 @@ impl<'de> Deserialize<'de> for Task {
                 Goal::Visit(given.visits(auvs))
             }
         };
-        none_left(&[
-            ("auv", given.auv.is_some()),
-            ("auvs", given.auvs.is_some()),
-            ("dwell_s", given.dwell_s.is_some()),
-            ("epoch_s", given.epoch_s.is_some()),
-            ("weights", given.weights.is_some()),
-            ("range_m", given.range_m.is_some()),
-            ("cost", given.cost.is_some()),
-            ("within_m", given.within_m.is_some()),
-            ("dwell_min_s", given.dwell_min_s.is_some()),
-            ("serve_by_s", given.serve_by_s.is_some()),
-            ("reduce", given.reduce.is_some()),
-            ("costs_now", given.costs_now.is_some()),
-            ("next", given.next.is_some()),
-        ])?;
-        let offset = given.offset;
+        let offset = given.offset.take();
+        given.none_left()?;
         Ok(Self { goal, offset })
     }
 }
 
-/// Where to be, seen from what the goal follows: a vehicle or, of several, their mean or the place nearest to all.
-/// Which members are needed depends on `frame`.
-#[derive(Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-struct OffsetMembers {
+members! {
+    /// Where to be, seen from what the goal follows: a vehicle or, of several, their mean or the place nearest to all.
+    /// Which members are needed depends on `frame`.
+    OffsetMembers of Offset as "Offset",
     /// Along which axes.
     frame: OffsetFrame,
     /// `ned`: how far north, m, within ±1000.
-    #[serde(default)]
     north_m: Option<f64>,
     /// `ned`: how far east, m, within ±1000.
-    #[serde(default)]
     east_m: Option<f64>,
     /// `target`, `path`: how far ahead, m, within ±1000.
-    #[serde(default)]
     ahead_m: Option<f64>,
     /// `target`, `path`: how far to starboard, m, within ±1000.
-    #[serde(default)]
     starboard_m: Option<f64>,
     /// `polar`: how far, m, from 0 to 1000.
-    #[serde(default)]
     range_m: Option<f64>,
     /// `polar`: in which direction, rad, clockwise from north, within ±2π.
-    #[serde(default)]
     bearing_rad: Option<f64>,
 }
 
@@ -380,17 +344,7 @@ impl<'de> Deserialize<'de> for Offset {
                 bearing_rad: needed(&mut given.bearing_rad, "bearing_rad")?,
             },
         };
-        none_left(&[
-            ("north_m", given.north_m.is_some()),
-            ("east_m", given.east_m.is_some()),
-            ("ahead_m", given.ahead_m.is_some()),
-            ("starboard_m", given.starboard_m.is_some()),
-            ("range_m", given.range_m.is_some()),
-            ("bearing_rad", given.bearing_rad.is_some()),
-        ])?;
+        given.none_left()?;
         Ok(offset)
     }
 }
-
-schema_of!(Task: TaskMembers, "Goal");
-schema_of!(Offset: OffsetMembers, "Offset");

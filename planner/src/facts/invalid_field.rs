@@ -1,7 +1,5 @@
 //! What is wrong with a field that came from outside.
 
-use std::fmt;
-
 /// `name` as a token of a JSON pointer. Source: RFC 6901, section 3.
 #[must_use]
 pub fn pointer_token(name: &str) -> String {
@@ -9,7 +7,8 @@ pub fn pointer_token(name: &str) -> String {
 }
 
 /// One reason why what was given cannot be used.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{field}: {reason}")]
 pub struct InvalidField {
     /// Where, as slash-separated names that carry units: `auvs/0/state/speed_mps`.
     pub field: String,
@@ -18,9 +17,10 @@ pub struct InvalidField {
 }
 
 /// What is wrong with a field.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidReason {
     /// Not finite, or outside its range.
+    #[error("{given} is not in [{least}, {most}]")]
     OutOfRange {
         /// The value.
         given: f64,
@@ -30,6 +30,7 @@ pub enum InvalidReason {
         most: f64,
     },
     /// A time that is too far from now, s.
+    #[error("{given} is {} s from now and not in [{least}, {most}]", (.given - .now).abs())]
     OffTheClock {
         /// The time.
         given: f64,
@@ -41,6 +42,7 @@ pub enum InvalidReason {
         most: f64,
     },
     /// Too few or too many items or bytes.
+    #[error("has {given} items or bytes, {least} to {most} are accepted")]
     Length {
         /// How many there are.
         given: usize,
@@ -50,31 +52,37 @@ pub enum InvalidReason {
         most: usize,
     },
     /// A name stands twice.
+    #[error("the name {given:?} stands twice")]
     Duplicate {
         /// The name.
         given: String,
     },
     /// A name with a character that no screen shows.
+    #[error("the name {given:?} has a control character")]
     ControlCharacter {
         /// The name.
         given: String,
     },
     /// A name that no vehicle has.
+    #[error("no vehicle is called {given:?}")]
     UnknownVehicle {
         /// The name.
         given: String,
     },
     /// Left out, although a member that belongs with it is given.
+    #[error("{detail}")]
     Incomplete {
         /// Which members come together.
         detail: &'static str,
     },
     /// A member that another one excludes.
+    #[error("{detail}")]
     Unexpected {
         /// Which members exclude each other.
         detail: &'static str,
     },
     /// A name that no preset has.
+    #[error("unknown preset {given:?}; the presets are {}", .known.join(", "))]
     UnknownPreset {
         /// The name.
         given: String,
@@ -82,13 +90,19 @@ pub enum InvalidReason {
         known: Vec<&'static str>,
     },
     /// Weights of which none is positive.
+    #[error("at least one weight must be above 0")]
     AllZero,
-    /// A path is needed, and none is known.
+    /// A path is needed, and a vehicle has none.
+    #[error("no path is known of {given:?}")]
     NoPath {
-        /// Of which vehicle; none where several are followed together, which have no path in common.
-        given: Option<String>,
+        /// Of which vehicle.
+        given: String,
     },
+    /// A path is needed, and several vehicles that are followed together have none in common.
+    #[error("only a goal that follows one vehicle at a time has a path")]
+    NoCommonPath,
     /// Times that do not increase, s, or arc lengths, m.
+    #[error("{given} is not above {before}, the one before it")]
     NotIncreasing {
         /// The one that is not after the one before it.
         given: f64,
@@ -96,11 +110,13 @@ pub enum InvalidReason {
         before: f64,
     },
     /// A covariance by which something would be known better than exactly.
+    #[error("no covariance has the eigenvalue {given}")]
     NegativeVariance {
         /// Its least eigenvalue.
         given: f64,
     },
     /// A segment that does not begin where the one before it ends.
+    #[error("begins {given} m from where the path is, which is more than {most} m")]
     Gap {
         /// How far away it begins, m.
         given: f64,
@@ -108,6 +124,9 @@ pub enum InvalidReason {
         most: f64,
     },
     /// A path that changes its direction at a point.
+    #[error(
+        "the path turns by {given} rad at a point, which is more than {most} rad: put an arc there, or way-points"
+    )]
     Kink {
         /// By how much, rad, never negative.
         given: f64,
@@ -115,6 +134,7 @@ pub enum InvalidReason {
         most: f64,
     },
     /// A fillet that its legs have no room for.
+    #[error("the legs that meet here have no room for a fillet of {given} m, only for {most} m")]
     Fillet {
         /// Its radius, m.
         given: f64,
@@ -122,17 +142,20 @@ pub enum InvalidReason {
         most: f64,
     },
     /// Way-points that are all at one place.
+    #[error("all points are within {within} m; give at least two places")]
     OnePlace {
         /// How near to the first they all are, m.
         within: f64,
     },
     /// A corner that no convex area has: it turns to the other side than the area does, or the corners before it
     /// have gone round once already.
+    #[error("turns by {given} rad: the corners, in order, must go once round a convex area")]
     NotConvex {
         /// By how much it turns, rad, positive to the side to which the area turns.
         given: f64,
     },
     /// A corner on the corner before it, or almost.
+    #[error("is {given} m from the corner before it, less than {least} m: give every corner once")]
     TooNear {
         /// How far from it, m.
         given: f64,
@@ -140,95 +163,11 @@ pub enum InvalidReason {
         least: f64,
     },
     /// An area that is hardly more than a line.
+    #[error("the area is only {given} m wide, less than {least} m")]
     TooNarrow {
         /// How wide it is, m.
         given: f64,
         /// Least width accepted, m.
         least: f64,
     },
-}
-
-impl fmt::Display for InvalidField {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.field, self.reason)
-    }
-}
-
-impl fmt::Display for InvalidReason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            InvalidReason::OutOfRange { given, least, most } => {
-                write!(f, "{given} is not in [{least}, {most}]")
-            }
-            InvalidReason::OffTheClock {
-                given,
-                now,
-                least,
-                most,
-            } => {
-                write!(
-                    f,
-                    "{given} is {} s from now and not in [{least}, {most}]",
-                    (given - now).abs()
-                )
-            }
-            InvalidReason::Length { given, least, most } => {
-                write!(f, "has {given} items or bytes, {least} to {most} are accepted")
-            }
-            InvalidReason::Duplicate { given } => write!(f, "the name {given:?} stands twice"),
-            InvalidReason::ControlCharacter { given } => {
-                write!(f, "the name {given:?} has a control character")
-            }
-            InvalidReason::UnknownVehicle { given } => write!(f, "no vehicle is called {given:?}"),
-            InvalidReason::Incomplete { detail } | InvalidReason::Unexpected { detail } => {
-                f.write_str(detail)
-            }
-            InvalidReason::UnknownPreset { given, known } => {
-                write!(
-                    f,
-                    "unknown preset {given:?}; the presets are {}",
-                    known.join(", ")
-                )
-            }
-            InvalidReason::AllZero => f.write_str("at least one weight must be above 0"),
-            InvalidReason::NoPath { given: Some(given) } => write!(f, "no path is known of {given:?}"),
-            InvalidReason::NoPath { given: None } => {
-                f.write_str("only a goal that follows one vehicle at a time has a path")
-            }
-            InvalidReason::NotIncreasing { given, before } => {
-                write!(f, "{given} is not above {before}, the one before it")
-            }
-            InvalidReason::NegativeVariance { given } => {
-                write!(f, "no covariance has the eigenvalue {given}")
-            }
-            InvalidReason::Gap { given, most } => {
-                write!(
-                    f,
-                    "begins {given} m from where the path is, which is more than {most} m"
-                )
-            }
-            InvalidReason::Kink { given, most } => write!(
-                f,
-                "the path turns by {given} rad at a point, which is more than {most} rad: put an arc there, or way-points"
-            ),
-            InvalidReason::Fillet { given, most } => write!(
-                f,
-                "the legs that meet here have no room for a fillet of {given} m, only for {most} m"
-            ),
-            InvalidReason::OnePlace { within } => {
-                write!(f, "all points are within {within} m; give at least two places")
-            }
-            InvalidReason::NotConvex { given } => write!(
-                f,
-                "turns by {given} rad: the corners, in order, must go once round a convex area"
-            ),
-            InvalidReason::TooNear { given, least } => write!(
-                f,
-                "is {given} m from the corner before it, less than {least} m: give every corner once"
-            ),
-            InvalidReason::TooNarrow { given, least } => {
-                write!(f, "the area is only {given} m wide, less than {least} m")
-            }
-        }
-    }
 }

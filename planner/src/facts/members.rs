@@ -10,18 +10,52 @@ pub(crate) fn needed<T, E: de::Error>(member: &mut Option<T>, name: &'static str
     member.take().ok_or_else(|| E::missing_field(name))
 }
 
-/// Fails with the first of these members that is there: this kind has none of them. No known member is listed, which tells
-/// readers that another kind has it.
-pub(crate) fn none_left<E: de::Error>(members: &[(&str, bool)]) -> Result<(), E> {
-    match members.iter().find(|(_, is_left)| *is_left) {
-        Some((name, _)) => Err(E::unknown_field(name, &[])),
-        None => Ok(()),
+/// A member that may be left out.
+pub(crate) trait Given {
+    fn is_given(&self) -> bool;
+}
+
+impl<T> Given for Option<T> {
+    fn is_given(&self) -> bool {
+        self.is_some()
     }
 }
 
-/// The schema of `$members`, the object with the members of every kind, for the enum that is read from it.
-macro_rules! schema_of {
-    ($choice:ty: $members:ty, $name:literal) => {
+impl<T> Given for Vec<T> {
+    fn is_given(&self) -> bool {
+        !self.is_empty()
+    }
+}
+
+/// Defines the members of every kind of `$choice`, which stands in the schema as `$name`: each may be left out but the tag, and
+/// `none_left` fails with the first that no kind took.
+macro_rules! members {
+    (
+        $(#[$about:meta])*
+        $members:ident of $choice:ident as $name:literal,
+        $(#[$tag_about:meta])* $tag:ident: $kind:ident,
+        $($(#[$member_about:meta])* $member:ident: $of:ty,)*
+    ) => {
+        $(#[$about])*
+        #[derive(serde::Deserialize, utoipa::ToSchema)]
+        #[serde(deny_unknown_fields)]
+        struct $members {
+            $(#[$tag_about])*
+            $tag: $kind,
+            $($(#[$member_about])* #[serde(default)] $member: $of,)*
+        }
+
+        impl $members {
+            fn none_left<E: serde::de::Error>(&self) -> Result<(), E> {
+                use crate::facts::members::Given as _;
+                // No known member is listed, which tells readers that another kind has it.
+                $(if self.$member.is_given() {
+                    return Err(E::unknown_field(stringify!($member), &[]));
+                })*
+                Ok(())
+            }
+        }
+
         impl utoipa::PartialSchema for $choice {
             fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::schema::Schema> {
                 <$members as utoipa::PartialSchema>::schema()
@@ -44,4 +78,4 @@ macro_rules! schema_of {
         }
     };
 }
-pub(crate) use schema_of;
+pub(crate) use members;

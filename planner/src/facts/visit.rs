@@ -7,7 +7,7 @@ use utoipa::ToSchema;
 
 use crate::facts::{
     auv::VehicleId,
-    members::{needed, none_left, schema_of},
+    members::{members, needed},
 };
 
 /// Horizontal distance within which an AUV counts as served, m, where none is given.
@@ -128,32 +128,24 @@ pub enum Reduce {
     Max,
 }
 
-/// What it costs not to serve an underwater vehicle. Which members are needed depends on `kind`.
-#[derive(Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-struct CostMembers {
+members! {
+    /// What it costs not to serve an underwater vehicle. Which members are needed depends on `kind`.
+    CostMembers of VisitCost as "VisitCost",
     /// Which cost.
     kind: CostKind,
     /// `uncertainty`: growth of the variance without aid, m²/s, from 10⁻⁶ to 10⁶.
-    #[serde(default)]
     growth_m2ps: Option<f64>,
     /// `uncertainty`: standard deviation of a fix at no distance, m, from 0.001 to 100,000. Default: 1.5.
-    #[serde(default)]
     sigma_m: Option<f64>,
     /// `uncertainty`: growth of that with the slant range, rad, from 0 to 1. Default: 0.02.
-    #[serde(default)]
     sigma_rad: Option<f64>,
     /// `uncertainty`: time between two fixes, s, from 0.1 to 3600. Default: 10.
-    #[serde(default)]
     interval_s: Option<f64>,
     /// `data`: what the vehicle gathers, kbit/s, from 0 to 10⁶.
-    #[serde(default)]
     growth_kbps: Option<f64>,
     /// `data`: what it uploads at no distance, kbit/s, from 0.001 to 10⁶. It falls linearly with the slant range.
-    #[serde(default)]
     upload_kbps: Option<f64>,
     /// `data`: slant range at which nothing is uploaded any more, m, from 1 to 20 000.
-    #[serde(default)]
     range_max_m: Option<f64>,
 }
 
@@ -186,17 +178,7 @@ impl<'de> Deserialize<'de> for VisitCost {
                 range_max_m: needed(&mut given.range_max_m, "range_max_m")?,
             },
         };
-        none_left(&[
-            ("growth_m2ps", given.growth_m2ps.is_some()),
-            ("sigma_m", given.sigma_m.is_some()),
-            ("sigma_rad", given.sigma_rad.is_some()),
-            ("interval_s", given.interval_s.is_some()),
-            ("growth_kbps", given.growth_kbps.is_some()),
-            ("upload_kbps", given.upload_kbps.is_some()),
-            ("range_max_m", given.range_max_m.is_some()),
-        ])?;
+        given.none_left()?;
         Ok(cost)
     }
 }
-
-schema_of!(VisitCost: CostMembers, "VisitCost");

@@ -72,9 +72,9 @@ pub fn integral_los(
 mod tests {
     use nalgebra::Vector2;
 
-    use crate::los::flight::Flight;
-    use crate::los::flight::miss_after;
-    use crate::los::flight::tuning;
+    use crate::los::flight_for_tests::Flight;
+    use crate::los::flight_for_tests::miss_after;
+    use crate::los::flight_for_tests::tuning;
     use crate::los::law::LosLaw;
 
     #[test]

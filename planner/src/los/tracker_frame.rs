@@ -90,7 +90,7 @@ mod tests {
     use nalgebra::Vector2;
 
     use super::*;
-    use crate::los::flight::tuning;
+    use crate::los::flight_for_tests::tuning;
     use crate::los::law::LosLaw;
 
     const POINTS: [(f64, f64); 8] = [

@@ -71,11 +71,11 @@ impl TrackingLaw {
 mod tests {
     use nalgebra::Vector2;
 
-    use super::super::flight;
+    use super::super::flight_for_tests as flight;
     use super::*;
     use crate::facts::angle::ned_from_body;
-    use crate::los::flight::Flight;
-    use crate::los::flight::miss_after;
+    use crate::los::flight_for_tests::Flight;
+    use crate::los::flight_for_tests::miss_after;
 
     #[test]
     fn every_name_is_its_own() {

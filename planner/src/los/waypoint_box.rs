@@ -178,9 +178,9 @@ impl Lap {
 mod tests {
     use super::*;
     use crate::facts::angle::Heading;
-    use crate::los::flight::Flight;
-    use crate::los::flight::miss_after;
-    use crate::los::flight::tuning;
+    use crate::los::flight_for_tests::Flight;
+    use crate::los::flight_for_tests::miss_after;
+    use crate::los::flight_for_tests::tuning;
     use crate::los::law::LosLaw;
 
     fn asc(north: f64, east: f64) -> AscNow {

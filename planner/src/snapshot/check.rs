@@ -351,13 +351,13 @@ impl Check {
                 let named = |id: &VehicleId| auvs.iter().find(|auv| auv.id == *id);
                 for auv in goal.vehicles().filter_map(named) {
                     if auv.path.is_none() {
-                        let given = Some(auv.id.0.clone());
+                        let given = auv.id.0.clone();
                         self.fail(field, InvalidReason::NoPath { given });
                     }
                 }
             }
             Goal::Midpoint { .. } | Goal::Weighted { .. } | Goal::Range { .. } => {
-                self.fail(field, InvalidReason::NoPath { given: None });
+                self.fail(field, InvalidReason::NoCommonPath);
             }
         }
     }

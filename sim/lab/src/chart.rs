@@ -13,7 +13,7 @@ pub(crate) const BLUE: Colour = "#0072B2";
 pub(crate) const GREEN: Colour = "#009E73";
 pub(crate) const VERMILION: Colour = "#D55E00";
 pub(crate) const PURPLE: Colour = "#CC79A7";
-/// For paths, which lie under the tracks.
+/// For references, which lie under the measurements.
 pub(crate) const GREY: Colour = "#A5ACB4";
 
 /// A figure.
@@ -30,33 +30,19 @@ pub(crate) struct Panel {
     pub(crate) heading: String,
     pub(crate) x_label: Cow<'static, str>,
     pub(crate) y_label: Cow<'static, str>,
-    pub(crate) axes: Axes,
     pub(crate) lines: Vec<Line>,
 }
 
 impl Panel {
     /// Over time in seconds.
-    pub(crate) fn over_time(heading: &str, y_label: &'static str, axes: Axes, lines: Vec<Line>) -> Self {
+    pub(crate) fn over_time(y_label: &'static str, lines: Vec<Line>) -> Self {
         Self {
-            heading: heading.to_owned(),
+            heading: String::new(),
             x_label: "time, s".into(),
             y_label: y_label.into(),
-            axes,
             lines,
         }
     }
-}
-
-/// How the axes run.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum Axes {
-    /// Equal scales on both axes.
-    Map,
-    /// Larger values are higher.
-    Up,
-    /// Larger values are lower.
-    Down,
 }
 
 /// A line and its name in the legend. Equal names share an entry.
@@ -88,12 +74,8 @@ impl Line {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Stroke {
-    /// Thick, below other lines.
-    Wide,
     Solid,
     Dashed,
-    /// Solid, with a dot at its start.
-    Track,
     /// A dot at each point, no line.
     Dots,
 }

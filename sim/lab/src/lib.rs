@@ -3,7 +3,7 @@
 //! In reading order: [`rules`] visit AUVs without a schedule; [`tuning`] finds the best gains of the compared laws; [`comparison`] flies the planner and every law on one
 //! mission, with [`scores`] of each; a [`campaign`] flies many controllers under many conditions and on many craft, beside a lower
 //! bound (`clairvoyant`, `bound`), and reports the results. [`trial`] simulates a sea trial, and [`mod@identify`] fits a craft to
-//! its log ([`log_file`]). [`figures`] are charts; [`report`] is a mission as one page, drawn as the service's page draws it.
+//! its log ([`log_file`]). [`report`] is a mission as one page, drawn as the service's page draws it.
 //!
 //! Neither the planner nor the simulator depends on this crate.
 
@@ -13,7 +13,6 @@ mod chart;
 mod clairvoyant;
 pub mod comparison;
 mod document;
-pub mod figures;
 pub mod identify;
 pub mod log_file;
 pub mod report;
@@ -22,4 +21,3 @@ pub mod scores;
 pub mod stopwatch;
 pub mod trial;
 pub mod tuning;
-mod unwrap;

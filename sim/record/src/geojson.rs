@@ -268,7 +268,7 @@ fn rounded(value: f64, decimals: i32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sample::{self, Sample};
+    use crate::sample_for_tests::{self, Sample};
 
     fn written(record: &Sample) -> Vec<Value> {
         let mut bytes = vec![];
@@ -303,7 +303,7 @@ mod tests {
 
     #[test]
     fn every_kind_has_its_geometry_and_names_its_run() {
-        let features = written(&sample::record());
+        let features = written(&sample_for_tests::record());
         for (kind, id, geometry) in [
             ("asc", "asc", "LineString"),
             ("auv", "auv-1", "LineString"),
@@ -324,7 +324,7 @@ mod tests {
 
     #[test]
     fn tracks_are_longitude_latitude_and_minus_depth_with_a_time_each() {
-        let features = written(&sample::record());
+        let features = written(&sample_for_tests::record());
         let auv = of_kind(&features, "auv");
         let line = points(&auv["geometry"]["coordinates"]);
         assert_eq!(auv["properties"]["t_s"], json!([0.0, 0.5, 1.0]));
@@ -344,7 +344,7 @@ mod tests {
 
     #[test]
     fn rings_are_closed_and_counter_clockwise_whatever_way_the_corners_were_given() {
-        let mut record = sample::record();
+        let mut record = sample_for_tests::record();
         for _ in 0..2 {
             record.area.reverse();
             let features = written(&record);
@@ -375,7 +375,7 @@ mod tests {
                 latitude: 0.3,
                 longitude: (-179.999_95_f64).to_radians(),
             }),
-            ..sample::record()
+            ..sample_for_tests::record()
         };
         for feature in written(&record) {
             let coordinates = &feature["geometry"]["coordinates"];

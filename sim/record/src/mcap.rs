@@ -189,7 +189,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::sample::{self, Sample};
+    use crate::sample_for_tests::{self, Sample};
 
     fn written(record: &Sample) -> Vec<u8> {
         let mut bytes = vec![];
@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn the_summary_counts_the_messages_of_every_topic() {
-        let file = written(&sample::record());
+        let file = written(&sample_for_tests::record());
         let summary = Summary::read(&file).expect("is MCAP").expect("has a summary");
         let counts = summary.stats.expect("has statistics").channel_message_counts;
         let counted: BTreeMap<&str, (&str, u64)> = summary
@@ -246,7 +246,7 @@ mod tests {
 
     #[test]
     fn time_starts_at_nought_and_agrees_within_a_message() {
-        let file = written(&sample::record());
+        let file = written(&sample_for_tests::record());
         let poses = messages(&file, "/auv-1/pose");
         let times: Vec<u64> = poses.iter().map(|(time, _)| *time).collect();
         assert_eq!(times, [0, 500_000_000, 1_000_000_000]);
@@ -256,7 +256,7 @@ mod tests {
 
     #[test]
     fn the_rows_are_those_of_the_table_and_events_are_as_they_are() {
-        let mut record = sample::record();
+        let mut record = sample_for_tests::record();
         record.events = vec![
             r#"{"sequence":1,"kind":"ran"}"#,
             r#"{"sequence":2,"kind":"finished"}"#,

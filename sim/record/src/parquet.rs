@@ -246,17 +246,17 @@ mod tests {
     };
 
     use super::*;
-    use crate::sample;
+    use crate::sample_for_tests;
 
     fn read(group: usize) -> SerializedFileReader<Bytes> {
         let mut bytes = vec![];
-        in_groups(&sample::record(), group, &mut bytes).expect("can be written");
+        in_groups(&sample_for_tests::record(), group, &mut bytes).expect("can be written");
         SerializedFileReader::new(Bytes::from(bytes)).expect("is a Parquet file")
     }
 
     #[test]
     fn every_cell_comes_back_bit_for_bit_however_the_rows_are_grouped() {
-        let expected = sample::record().rows();
+        let expected = sample_for_tests::record().rows();
         for (group, groups) in [(1_000, 1), (10, 2), (1, expected.len())] {
             let file = read(group);
             assert_eq!(file.num_row_groups(), groups);

@@ -7,9 +7,7 @@ use pilotfish_sim::{
     dive::Leg,
     inner_loop::{DragFeedForward, PERIOD, SurgeLoop, UnderwaterReference},
     integrate::rk4,
-    underwater_vehicle::{
-        PITCH_MAX, UnderwaterClass, UnderwaterHull, UnderwaterInput, UnderwaterState, heading_rate,
-    },
+    underwater_vehicle::{PITCH_MAX, UnderwaterClass, UnderwaterHull, UnderwaterInput, UnderwaterState},
 };
 use planner::path::SpeedProfile;
 
@@ -175,18 +173,6 @@ fn no_pitch_reference_leads_to_the_pole() {
                 "{steepest}"
             );
         }
-    }
-}
-
-#[test]
-fn the_heading_turns_by_the_body_rate_over_the_cosine_of_pitch() {
-    let hull = UnderwaterHull::MEDUSA;
-    for degrees in [-80.0_f64, -50.0, 0.0, 26.0, 84.0] {
-        let (pitch, yaw_rate) = (degrees.to_radians(), 0.2);
-        let state = UnderwaterState::from([0.0, 0.0, 5.0, pitch, 1.0, 0.3, 0.0, yaw_rate]);
-        let slope = hull.derivative(&state, UnderwaterInput::default(), &Vector2::zeros());
-        assert!((slope[4] * pitch.cos() - yaw_rate).abs() < 1e-12, "{degrees}");
-        assert_eq!(slope[4], heading_rate(pitch, yaw_rate));
     }
 }
 

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use tests::client::{Answer, get, post, send_to};
 use tower::ServiceExt as _;
 
-use super::{Service, directory, heard, live, mission_now, n_replayed, read, simulated};
+use super::{Service, heard, live, mission_now, read, simulated};
 
 impl Service {
     async fn patch_keyed(&self, mission: &str, body: &Value, key: Option<&'static str>) -> Answer {
@@ -74,8 +74,7 @@ fn route(points: &[[f64; 2]]) -> Value {
 
 #[tokio::test]
 async fn every_plan_after_a_change_is_made_by_it_and_all_are_made_again_equal() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.run_live().await;
     let made = service.ask(&mission).await;
     assert_eq!(
@@ -137,13 +136,12 @@ async fn every_plan_after_a_change_is_made_by_it_and_all_are_made_again_equal() 
     let last = service.next_plan(&mission).await;
     assert!(goal_of(&last)[1] < -19.0, "{last}");
     service.order(&mission, "finish", json!({})).await;
-    assert!(5 <= n_replayed(data.path(), &mission));
+    assert!(5 <= service.n_replayed(&mission));
 }
 
 #[tokio::test]
 async fn with_another_craft_what_was_learnt_of_the_one_before_is_learnt_anew() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.run_live().await;
     let lag = |plan: &Value| plan["craft_estimate"]["heading_lag_s"].clone();
     let first = service.next_plan(&mission).await;
@@ -167,13 +165,12 @@ async fn with_another_craft_what_was_learnt_of_the_one_before_is_learnt_anew() {
         "nothing that the other one was said to be is left"
     );
     service.order(&mission, "finish", json!({})).await;
-    assert!(3 <= n_replayed(data.path(), &mission));
+    assert!(3 <= service.n_replayed(&mission));
 }
 
 #[tokio::test]
 async fn a_change_is_an_event_that_streams_and_records_tell() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.create(&live()).await;
     let goal = json!({ "goal": track("auv-1"), "keep_outs": null });
     assert_eq!(service.change(&mission, goal).await["sequence"], 2);
@@ -224,8 +221,7 @@ async fn a_change_is_an_event_that_streams_and_records_tell() {
 
 #[tokio::test]
 async fn a_patch_that_cannot_be_is_refused_with_the_place_of_its_fault_and_changes_nothing() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.create(&live()).await;
     let before = service.ask(&mission).await;
     let disc = json!({ "north_m": 0.0, "east_m": 0.0, "radius_m": 4.0 });
@@ -295,8 +291,7 @@ async fn a_patch_that_cannot_be_is_refused_with_the_place_of_its_fault_and_chang
 
 #[tokio::test]
 async fn a_mission_that_is_simulated_over_or_unknown_is_not_changed() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let change = json!({ "keep_outs": [] });
     let unreal = service.create(&simulated("paper-tracking")).await;
     let refused = service.patch(&unreal, &change).await;
@@ -315,8 +310,7 @@ async fn a_mission_that_is_simulated_over_or_unknown_is_not_changed() {
 
 #[tokio::test]
 async fn a_patch_sent_again_with_its_key_is_carried_out_once() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.create(&live()).await;
     let (one, other) = (
         json!({ "goal": track("auv-1") }),
@@ -325,7 +319,7 @@ async fn a_patch_sent_again_with_its_key_is_carried_out_once() {
     let first = service.patch_keyed(&mission, &one, Some("to 1")).await;
     assert_eq!(first.json()["sequence"], 2);
     service.change(&mission, other.clone()).await;
-    let service = service.restart(data.path()).await;
+    let service = service.restart().await;
     let again = service.patch_keyed(&mission, &one, Some("to 1")).await;
     assert_eq!((again.status, again.json()), (StatusCode::OK, first.json()));
     let taken = service.patch_keyed(&mission, &other, Some("to 1")).await;
@@ -339,8 +333,7 @@ async fn a_patch_sent_again_with_its_key_is_carried_out_once() {
 
 #[tokio::test]
 async fn a_restart_goes_on_by_the_changed_setting_whether_a_plan_was_made_by_it_or_not() {
-    let data = directory();
-    let mut service = Service::start(data.path()).await;
+    let mut service = Service::start().await;
     let mission = service.run_live().await;
     service.next_plan(&mission).await;
     for (auv, east, waits) in [("auv-2", 20.0, false), ("auv-1", -20.0, true)] {
@@ -348,7 +341,7 @@ async fn a_restart_goes_on_by_the_changed_setting_whether_a_plan_was_made_by_it_
         if waits {
             service.next_plan(&mission).await;
         }
-        service = service.restart(data.path()).await;
+        service = service.restart().await;
         assert_eq!(service.ask(&mission).await["setting"], changed["setting"]);
         let plan = service.next_plan(&mission).await;
         assert!(
@@ -358,13 +351,12 @@ async fn a_restart_goes_on_by_the_changed_setting_whether_a_plan_was_made_by_it_
         );
     }
     service.order(&mission, "finish", json!({})).await;
-    assert!(4 <= n_replayed(data.path(), &mission));
+    assert!(4 <= service.n_replayed(&mission));
 }
 
 #[tokio::test]
 async fn the_route_of_an_auv_is_replaced_stored_and_there_after_a_restart() {
-    let data = directory();
-    let mut service = Service::start(data.path()).await;
+    let mut service = Service::start().await;
     // Its fixes do not move: by itself the planner would hold it.
     let mut along_paths = live();
     along_paths["live"]["forecast"] = json!("path");
@@ -389,7 +381,7 @@ async fn the_route_of_an_auv_is_replaced_stored_and_there_after_a_restart() {
         if k == 0 {
             service.next_plan(&mission).await;
         }
-        service = service.restart(data.path()).await;
+        service = service.restart().await;
         let scene = service.ask(&format!("{mission}/scene")).await;
         let paths = scene["paths"].as_object().expect("is one");
         let last = paths["auv-1"]
@@ -420,12 +412,12 @@ async fn the_route_of_an_auv_is_replaced_stored_and_there_after_a_restart() {
         [&replaced[1], &replaced[2]].map(stored),
         [&first, &second].map(stored)
     );
-    assert!(5 <= n_replayed(data.path(), &mission));
+    assert!(5 <= service.n_replayed(&mission));
 }
 
 #[tokio::test]
 async fn a_route_file_is_read_or_refused_by_line() {
-    let service = Service::start(directory().path()).await;
+    let service = Service::start().await;
     let read = async |query: &str, file: &str| {
         send_to(
             service.router.clone(),

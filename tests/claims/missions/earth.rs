@@ -4,7 +4,7 @@ use axum::http::{Method, StatusCode};
 use serde_json::{Value, json};
 use tests::client::{post, send_to};
 
-use super::{Service, directory, live, mission_now, n_replayed};
+use super::{Service, live, mission_now};
 
 /// Metres of a degree of latitude at 38.41° (WGS 84).
 const DEGREE_M: f64 = 111_005.0;
@@ -24,8 +24,7 @@ fn is_near(value: &Value, expected: f64, tolerance: f64) {
 
 #[tokio::test]
 async fn the_first_fix_becomes_the_origin_and_everything_has_both_positions() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.create(&live()).await;
     assert_eq!(service.ask(&mission).await["origin"], Value::Null);
     service.order(&mission, "run", json!({})).await;
@@ -80,16 +79,15 @@ async fn the_first_fix_becomes_the_origin_and_everything_has_both_positions() {
     assert_eq!(map.status, StatusCode::OK, "{}", map.text);
 
     // All of it, by a service that was started again.
-    let service = service.restart(data.path()).await;
+    let service = service.restart().await;
     assert_eq!(service.ask(&mission).await["origin"], origin);
     service.order(&mission, "finish", json!({})).await;
-    assert!(0 < n_replayed(data.path(), &mission));
+    assert!(0 < service.n_replayed(&mission));
 }
 
 #[tokio::test]
 async fn metres_of_a_mission_with_an_origin_get_their_degrees() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mut body = live();
     body["live"]["origin"] = json!({ "lat_deg": 38.41, "lon_deg": -9.12 });
     body["live"]["keep_outs"] = json!([{ "lat_deg": 38.411, "lon_deg": -9.12, "radius_m": 5.0 }]);
@@ -112,8 +110,7 @@ async fn metres_of_a_mission_with_an_origin_get_their_degrees() {
 
 #[tokio::test]
 async fn degrees_are_refused_where_metres_count_from_an_unknown_place() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mut body = live();
     body["live"]["keep_outs"] = json!([{ "north_m": 30.0, "east_m": 0.0, "radius_m": 5.0 }]);
     let fenced = service.create(&body).await;
@@ -155,8 +152,7 @@ const FAR: [f64; 2] = [38.11, -9.12];
 
 #[tokio::test]
 async fn another_origin_moves_no_position_on_earth_and_ends_the_warning() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mut body = live();
     body["live"]["origin"] = json!({ "lat_deg": FAR[0], "lon_deg": FAR[1] });
     body["live"]["keep_outs"] = json!([{ "lat_deg": 38.411, "lon_deg": -9.12, "radius_m": 5.0 }]);
@@ -234,8 +230,8 @@ async fn another_origin_moves_no_position_on_earth_and_ends_the_warning() {
         is_near(&state["north_m"], north_deg * DEGREE_M, 0.01);
         is_near(&state["lat_deg"], 38.41 + north_deg, 1e-9);
     }
-    let service = service.restart(data.path()).await;
+    let service = service.restart().await;
     assert_eq!(service.ask(&mission).await["origin"], near);
     service.order(&mission, "finish", json!({})).await;
-    assert!(3 <= n_replayed(data.path(), &mission));
+    assert!(3 <= service.n_replayed(&mission));
 }

@@ -68,8 +68,7 @@ mod slow {
 
     #[tokio::test]
     async fn a_mission_that_a_law_steers_predicts_where_that_law_leads() {
-        let data = directory();
-        let service = Service::start(data.path()).await;
+        let service = Service::start().await;
         for scenario in ["calm", "paper-intermittent"] {
             let mut first = BTreeMap::new();
             for law in LAWS {

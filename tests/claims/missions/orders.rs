@@ -14,7 +14,7 @@ use tests::client::{Answer, get, post, send_to};
 use tokio::time::{Instant, sleep};
 use tower::ServiceExt as _;
 
-use super::{Service, directory, heard, live, mission_now, unix_now};
+use super::{Service, heard, live, mission_now, unix_now};
 
 /// Event streams of one client at most.
 const STREAM_SHARE: usize = 128;
@@ -54,8 +54,7 @@ fn id(mission: &str) -> &str {
 
 #[tokio::test]
 async fn every_order_is_kept_with_who_gave_it_also_of_a_mission_that_is_gone() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.create(&live()).await;
     let mut run = post(&format!("{mission}/run"), "{}".to_owned());
     run.headers_mut()
@@ -89,14 +88,13 @@ async fn every_order_is_kept_with_who_gave_it_also_of_a_mission_that_is_gone() {
     let rest = service.orders(&format!("?after={}", page["next"])).await;
     assert_eq!(actions(&rest), ["delete", "create"]);
 
-    let service = service.restart(data.path()).await;
+    let service = service.restart().await;
     assert_eq!(service.orders("").await.len(), 6);
 }
 
 #[tokio::test]
 async fn missions_that_are_over_or_abandoned_go_when_they_are_due() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let [over, silent, heard_of] = [
         service.create(&live()).await,
         service.create(&live()).await,
@@ -115,7 +113,7 @@ async fn missions_that_are_over_or_abandoned_go_when_they_are_due() {
     assert_eq!(service.ask(&over).await["status"], "finished");
     assert_eq!(service.ask(&silent).await["status"], "running");
 
-    let reader = EventReader::of(data.path()).expect("opens");
+    let reader = EventReader::of(service.data.path()).expect("opens");
     let over_for = |hours: f64| {
         let before_s = unix_now() - 3_600.0 * hours;
         reader.over_before(before_s).expect("is read")
@@ -151,8 +149,7 @@ async fn missions_that_are_over_or_abandoned_go_when_they_are_due() {
 
 #[tokio::test]
 async fn one_client_leaves_the_others_half_of_the_streams() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.create(&live()).await;
     let stream_of = |last: u8| {
         let mut request = get(&format!("{mission}/events"));
@@ -177,12 +174,16 @@ async fn one_client_leaves_the_others_half_of_the_streams() {
 
 #[tokio::test]
 async fn a_client_that_has_its_share_of_the_disk_reports_no_more_and_what_was_heard_is_planned_for() {
-    let data = directory();
+    let data = tempfile::tempdir().expect("is made");
     let store = EventStore::open_with(data.path(), 6_000).expect("opens");
     let (router, missions) = service::service(Settings::default(), store)
         .await
         .expect("starts");
-    let service = Service { router, missions };
+    let service = Service {
+        router,
+        missions,
+        data,
+    };
     let mission = service.create(&live()).await;
     service.order(&mission, "run", json!({})).await;
     let reports = format!("{mission}/reports");
@@ -213,8 +214,7 @@ async fn a_client_that_has_its_share_of_the_disk_reports_no_more_and_what_was_he
 /// Two operators saw the same mission. The second order rests on a stale view: it is refused with what changed.
 #[tokio::test]
 async fn an_order_by_a_stale_view_of_the_mission_is_refused_with_what_changed() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.create(&live()).await;
     let tag = |answer: &Answer| answer.headers["etag"].to_str().expect("is text").to_owned();
     let seen = tag(&service.get(&mission).await);

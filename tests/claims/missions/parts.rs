@@ -11,8 +11,7 @@ async fn csv(service: &Service, mission: &str, query: &str) -> Vec<String> {
 
 #[tokio::test]
 async fn the_record_of_a_live_mission_in_two_parts_is_the_whole_on_its_own_clock() {
-    let data = directory();
-    let service = Service::start(data.path()).await;
+    let service = Service::start().await;
     let mission = service.create(&live()).await;
     service.order(&mission, "run", json!({})).await;
     let mut after = 0;

@@ -18,7 +18,10 @@ pub(super) fn write(document: &mut Value) {
     let schemas = &mut document["components"]["schemas"];
     for (shape, variants) in one_of() {
         let schema = &mut schemas[shape];
-        let rule: Vec<Value> = variants.iter().map(|variant| variant.rule(schema)).collect();
+        let rule: Vec<Value> = variants
+            .iter()
+            .map(|variant| variant.rule(&variants, schema))
+            .collect();
         schema["allOf"] = json!([{ "oneOf": rule }]);
     }
     schemas["Reports"]["allOf"] = json!([{ "anyOf": [
@@ -78,34 +81,24 @@ fn or_on_earth(point: &mut Value) {
     *point = json!({ "anyOf": [metres, { "$ref": "#/components/schemas/Origin" }] });
 }
 
-/// Members of a goal that not every kind has.
-const GOAL_MEMBERS: [&str; 13] = [
-    "auv",
-    "auvs",
-    "dwell_s",
-    "epoch_s",
-    "weights",
-    "range_m",
-    "cost",
-    "within_m",
-    "dwell_min_s",
-    "serve_by_s",
-    "reduce",
-    "costs_now",
-    "next",
-];
-
 /// Of a shape, which of some members are given together.
 #[derive(Clone)]
 struct Variant {
     /// A member that chooses, and its values that choose this.
     choice: Option<(&'static str, &'static [&'static str])>,
     given: &'static [&'static str],
-    absent: Vec<&'static str>,
+    /// Members that may be given as well. Those of other variants may not.
+    optional: &'static [&'static str],
 }
 
 impl Variant {
-    fn rule(&self, schema: &Value) -> Value {
+    /// Its members.
+    fn members(&self) -> impl Iterator<Item = &'static str> + use<> {
+        self.given.iter().chain(self.optional).copied()
+    }
+
+    /// The rule of this one of `all` variants.
+    fn rule(&self, all: &[Self], schema: &Value) -> Value {
         let given = self.given.iter();
         let given = given.map(|name| {
             let kind = if POINTS.contains(name) {
@@ -115,7 +108,10 @@ impl Variant {
             };
             (*name, json!({ "type": kind }))
         });
-        let absent = self.absent.iter().map(|name| (*name, json!({ "type": "null" })));
+        let others = all.iter().flat_map(Self::members);
+        let absent = others
+            .filter(|name| !self.members().any(|own| own == *name))
+            .map(|name| (name, json!({ "type": "null" })));
         let choice = self
             .choice
             .iter()
@@ -149,10 +145,10 @@ pub(super) fn kind(kinds: &Value) -> Value {
 
 /// Shapes of whose variants exactly one is given.
 fn one_of() -> Vec<(&'static str, Vec<Variant>)> {
-    let either = |a, b| [variant(a, b), variant(b, a)].to_vec();
-    let together = |both| [variant(both, &[]), variant(&[], both)].to_vec();
-    let by_kind: fn(_, _, _) -> _ = |kind, given, absent| chosen("kind", kind, given, absent);
-    let offset: fn(_, _, _) -> _ = |frame, given, absent| chosen("frame", frame, given, absent);
+    let either = |a, b| vec![given(a), given(b)];
+    let together = |both| vec![given(both), given(&[])];
+    let kind = |kind, members| chosen("kind", kind, members, &[]);
+    let frame = |frames, members| chosen("frame", frames, members, &[]);
     vec![
         ("Auv", either(&["state"], &["reports"])),
         ("NewMission", either(&["live"], &["simulated"])),
@@ -162,130 +158,76 @@ fn one_of() -> Vec<(&'static str, Vec<Variant>)> {
         (
             "HeadingLoop",
             vec![
-                variant(&["time_constant_s"], &["natural_frequency_radps", "damping"]),
-                variant(&["natural_frequency_radps", "damping"], &["time_constant_s"]),
-                variant(&[], &["time_constant_s", "natural_frequency_radps", "damping"]),
+                given(&["time_constant_s"]),
+                given(&["natural_frequency_radps", "damping"]),
+                given(&[]),
             ],
         ),
-        ("Goal", goals()),
-        ("VisitCost", visit_costs()),
+        (
+            "Goal",
+            vec![
+                kind(&["track"], &["auv"]),
+                kind(&["intermittent"], &["auvs", "dwell_s", "epoch_s"]),
+                kind(&["midpoint"], &["auvs"]),
+                kind(&["weighted"], &["weights"]),
+                kind(&["range"], &["auvs", "range_m"]),
+                chosen("kind", &["visit"], &["auvs"], &VISIT_OPTIONAL),
+            ],
+        ),
+        (
+            "VisitCost",
+            vec![
+                kind(&["age"], &[]),
+                chosen(
+                    "kind",
+                    &["uncertainty"],
+                    &["growth_m2ps"],
+                    &["sigma_m", "sigma_rad", "interval_s"],
+                ),
+                kind(&["data"], &["growth_kbps", "upload_kbps", "range_max_m"]),
+            ],
+        ),
         (
             "Offset",
             vec![
-                offset(
-                    &["ned"],
-                    &["north_m", "east_m"],
-                    &["ahead_m", "starboard_m", "range_m", "bearing_rad"],
-                ),
-                offset(
-                    &["target", "path"],
-                    &["ahead_m", "starboard_m"],
-                    &["north_m", "east_m", "range_m", "bearing_rad"],
-                ),
-                offset(
-                    &["polar"],
-                    &["range_m", "bearing_rad"],
-                    &["north_m", "east_m", "ahead_m", "starboard_m"],
-                ),
+                frame(&["ned"], &["north_m", "east_m"]),
+                frame(&["target", "path"], &["ahead_m", "starboard_m"]),
+                frame(&["polar"], &["range_m", "bearing_rad"]),
             ],
         ),
         (
             "Segment",
             vec![
-                by_kind(
-                    &["line"],
-                    &["from", "to"],
-                    &["centre", "angle_rad", "points", "fillet_m", "turn_radius_m"],
-                ),
-                by_kind(
-                    &["arc"],
-                    &["from", "centre", "angle_rad"],
-                    &["to", "points", "fillet_m", "turn_radius_m"],
-                ),
-                by_kind(
+                kind(&["line"], &["from", "to"]),
+                kind(&["arc"], &["from", "centre", "angle_rad"]),
+                chosen(
+                    "kind",
                     &["waypoints"],
                     &["points"],
-                    &["from", "to", "centre", "angle_rad"],
+                    &["fillet_m", "turn_radius_m"],
                 ),
             ],
         ),
     ]
 }
 
-fn goals() -> Vec<Variant> {
-    vec![
-        goal(&["track"], &["auv"], &[]),
-        goal(&["intermittent"], &["auvs", "dwell_s", "epoch_s"], &[]),
-        goal(&["midpoint"], &["auvs"], &[]),
-        goal(&["weighted"], &["weights"], &[]),
-        goal(&["range"], &["auvs", "range_m"], &[]),
-        goal(
-            &["visit"],
-            &["auvs"],
-            &[
-                "cost",
-                "weights",
-                "within_m",
-                "dwell_min_s",
-                "serve_by_s",
-                "reduce",
-                "costs_now",
-                "next",
-            ],
-        ),
-    ]
-}
+/// What a goal of the kind `visit` may say.
+const VISIT_OPTIONAL: [&str; 8] = [
+    "cost",
+    "weights",
+    "within_m",
+    "dwell_min_s",
+    "serve_by_s",
+    "reduce",
+    "costs_now",
+    "next",
+];
 
-fn visit_costs() -> Vec<Variant> {
-    let by_kind: fn(_, _, _) -> _ = |kind, given, absent| chosen("kind", kind, given, absent);
-    vec![
-        by_kind(
-            &["age"],
-            &[],
-            &[
-                "growth_m2ps",
-                "sigma_m",
-                "sigma_rad",
-                "interval_s",
-                "growth_kbps",
-                "upload_kbps",
-                "range_max_m",
-            ],
-        ),
-        by_kind(
-            &["uncertainty"],
-            &["growth_m2ps"],
-            &["growth_kbps", "upload_kbps", "range_max_m"],
-        ),
-        by_kind(
-            &["data"],
-            &["growth_kbps", "upload_kbps", "range_max_m"],
-            &["growth_m2ps", "sigma_m", "sigma_rad", "interval_s"],
-        ),
-    ]
-}
-
-/// A kind of goals: it has `given`, may have `optional`, and has no other member that not every kind has.
-fn goal(
-    kinds: &'static [&'static str],
-    given: &'static [&'static str],
-    optional: &[&'static str],
-) -> Variant {
-    let others = GOAL_MEMBERS.into_iter();
-    Variant {
-        choice: Some(("kind", kinds)),
-        given,
-        absent: others
-            .filter(|name| !given.contains(name) && !optional.contains(name))
-            .collect(),
-    }
-}
-
-fn variant(given: &'static [&'static str], absent: &'static [&'static str]) -> Variant {
+fn given(given: &'static [&'static str]) -> Variant {
     Variant {
         choice: None,
         given,
-        absent: absent.to_vec(),
+        optional: &[],
     }
 }
 
@@ -293,11 +235,12 @@ fn chosen(
     by: &'static str,
     values: &'static [&'static str],
     given: &'static [&'static str],
-    absent: &'static [&'static str],
+    optional: &'static [&'static str],
 ) -> Variant {
     Variant {
         choice: Some((by, values)),
-        ..variant(given, absent)
+        given,
+        optional,
     }
 }
 

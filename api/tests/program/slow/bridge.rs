@@ -30,6 +30,8 @@ use tests::{
     server::Server,
 };
 
+use crate::command::pilotfish;
+
 /// The AUV's speed to the north, m/s, and where it starts (north, east), m.
 const AUV_SPEED: f64 = 0.6;
 const AUV_START: [f64; 2] = [20.0, 5.0];
@@ -95,13 +97,6 @@ impl Drop for Bridge {
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
-}
-
-fn pilotfish() -> Command {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
-    // It is this test's, and none of the program's settings.
-    program.env_remove(ARDUROVER);
-    program
 }
 
 fn bridge(endpoint: &str, address: &str, flags: &[&str]) -> Bridge {

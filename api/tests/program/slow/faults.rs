@@ -7,7 +7,7 @@ use std::{
     collections::BTreeSet,
     env, fs,
     path::{Path, PathBuf},
-    process::{Command, Output},
+    process::Command,
     sync::{
         LazyLock,
         atomic::{AtomicBool, AtomicU32},
@@ -26,7 +26,10 @@ use super::kill::{
     CLIENTS, Home, Journal, Lives, PATIENCE, StopAtLast, agent, answered, check_numbers, check_posts,
     check_replay, ended, pilotfish, post, terminate, unix_now,
 };
-use crate::markdown::blocks;
+use crate::{
+    command::{printed, said},
+    markdown::blocks,
+};
 
 /// Power cuts in one run, unless `PILOTFISH_CUTS` says otherwise.
 const CUTS: usize = 6;
@@ -321,19 +324,10 @@ fn a_clock_that_jumps_a_year_ahead_deletes_no_mission() {
     assert!(deleted.contains("1 missions deleted"), "{deleted}");
 }
 
-fn said(output: &Output) -> String {
-    let (out, err) = (&output.stdout, &output.stderr);
-    format!("{}{}", String::from_utf8_lossy(out), String::from_utf8_lossy(err))
-}
-
 /// Runs the program, which must succeed. What it printed.
 fn run(program: &mut Command) -> String {
     let output = program.output().expect("the program starts");
-    assert!(output.status.success(), "{}", said(&output));
-    String::from_utf8(output.stdout)
-        .expect("is text")
-        .trim()
-        .to_owned()
+    printed(&output).trim().to_owned()
 }
 
 fn token(home: &Home, arguments: &[&str], faults: Option<&Faults>) -> String {

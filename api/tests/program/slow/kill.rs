@@ -25,6 +25,8 @@ use tempfile::TempDir;
 use tests::server::Server;
 use ureq::Agent;
 
+use crate::command;
+
 /// Kills in one run, unless `PILOTFISH_KILLS` says otherwise.
 const KILLS: usize = 5;
 /// Orders to stop among them, unless `PILOTFISH_STOPS` says otherwise.
@@ -161,10 +163,7 @@ pub(crate) fn live_mission() -> String {
 }
 
 pub(crate) fn pilotfish() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_pilotfish"));
-    for (name, _) in env::vars().filter(|(name, _)| name.starts_with("PILOTFISH_")) {
-        command.env_remove(name);
-    }
+    let mut command = command::pilotfish();
     // Every start and stop would be logged.
     command.env("RUST_LOG", "error");
     command
@@ -370,11 +369,7 @@ fn back_up_and_restore(
         let mut back_up = pilotfish();
         back_up.arg("backup").arg(&copy).arg("--data").arg(home.data());
         let output = back_up.output().expect("the program starts");
-        assert!(
-            output.status.success(),
-            "{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
+        command::printed(&output);
         let mut restored = Server::start_on(serve_in(&copy), 0);
         let events = record_at(&format!("{}/v1/missions/{mission}", restored.url()));
         check_numbers(&events);
@@ -589,11 +584,9 @@ pub(crate) fn check_replay(data: &Path, mission: &str) -> String {
     let mut replay = pilotfish();
     replay.args(["replay", mission, "--data"]).arg(data);
     let output = replay.output().expect("the program starts");
-    let said = String::from_utf8(output.stdout).expect("is text");
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}{errors}");
-    assert!(!said.trim().is_empty(), "it does not say what it found");
-    said.trim().to_owned()
+    let found = command::printed(&output);
+    assert!(!found.trim().is_empty(), "it does not say what it found");
+    found.trim().to_owned()
 }
 
 #[test]

@@ -9,7 +9,7 @@ use utoipa::ToSchema;
 use crate::facts::{
     angle::angle_of,
     invalid_field::InvalidReason,
-    members::{needed, none_left, schema_of},
+    members::{members, needed},
     path::{
         limits::{
             ARC_ANGLE_MAX, InvalidPath, LENGTH_MAX, LENGTH_MIN, TURN_RADIUS, invalid, require_point,
@@ -56,38 +56,29 @@ pub enum Segment {
     },
 }
 
-/// A segment of a path. Which members are needed depends on `kind`. Points are (north, east), m.
-#[derive(Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-struct SegmentMembers {
+members! {
+    /// A segment of a path. Which members are needed depends on `kind`. Points are (north, east), m.
+    SegmentMembers of Segment as "Segment",
     /// Which segment.
     kind: SegmentKind,
     /// `line`, `arc`: where it begins.
-    #[serde(default)]
     from: Option<[f64; 2]>,
     /// `line`: where it ends.
-    #[serde(default)]
     to: Option<[f64; 2]>,
     /// `arc`: centre of its circle.
-    #[serde(default)]
     centre: Option<[f64; 2]>,
     /// `arc`: how far it turns, rad, positive to starboard, up to a full circle.
-    #[serde(default)]
     angle_rad: Option<f64>,
     /// `waypoints`: where its straight legs would meet.
-    #[serde(default)]
     points: Option<Vec<[f64; 2]>>,
     /// `waypoints`: radius by which every corner is rounded, m, for which all legs must have room; 0 only where no leg
     /// turns. Without it, corners have the `turn_radius_m`, or as much of it as their legs have room for.
-    #[serde(default)]
     fillet_m: Option<f64>,
     /// `waypoints` without `fillet_m`: radius at which the vehicle turns, m. Default: that of its speed at 0.15 rad/s; with
     /// `reports` also at 0.09 and 0.055 rad/s, whichever fits them best.
-    #[serde(default)]
     turn_radius_m: Option<f64>,
     /// `waypoints`: speed and depth of every leg, the first from the first point to the second; of a closed path also of the leg back.
     /// Empty where they do not differ.
-    #[serde(default)]
     legs: Vec<Leg>,
 }
 
@@ -123,21 +114,10 @@ impl<'de> Deserialize<'de> for Segment {
                 legs: std::mem::take(&mut given.legs),
             },
         };
-        none_left(&[
-            ("from", given.from.is_some()),
-            ("to", given.to.is_some()),
-            ("centre", given.centre.is_some()),
-            ("angle_rad", given.angle_rad.is_some()),
-            ("points", given.points.is_some()),
-            ("fillet_m", given.fillet_m.is_some()),
-            ("turn_radius_m", given.turn_radius_m.is_some()),
-            ("legs", !given.legs.is_empty()),
-        ])?;
+        given.none_left()?;
         Ok(segment)
     }
 }
-
-schema_of!(Segment: SegmentMembers, "Segment");
 
 impl Segment {
     /// How many segments it counts as: every way-point as one.

@@ -3,8 +3,7 @@
 use std::f64::consts::TAU;
 
 use nalgebra::Vector2;
-
-use crate::unwrap::continuous;
+use planner::angle::wrap;
 
 /// Shortest log, s: less shows no loop.
 const DURATION_MIN: f64 = 60.0;
@@ -119,6 +118,18 @@ impl Log {
     pub fn headings(&self) -> &[f64] {
         &self.headings
     }
+}
+
+/// Angles without jumps: each within half a turn of the one before it.
+pub(super) fn continuous(angles: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut last = None;
+    angles
+        .map(|angle| {
+            let next = last.map_or(angle, |last: f64| last + wrap(angle - last));
+            last = Some(next);
+            next
+        })
+        .collect()
 }
 
 /// Fails if headings look like degrees. A heading in rad is wrapped, or counted on over several turns from a wrapped one without jumps.

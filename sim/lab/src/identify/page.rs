@@ -2,7 +2,7 @@
 
 use super::{Identification, Parameter, Traces};
 use crate::{
-    chart::{Axes, BLUE, Colour, GREY, Line, Panel, Sheet, Stroke, VERMILION},
+    chart::{BLUE, Colour, GREY, Line, Panel, Sheet, Stroke, VERMILION},
     document::{Block, Document, Table},
 };
 
@@ -168,7 +168,7 @@ fn panels(traces: &Traces) -> Vec<Panel> {
         lines.extend(reference.map(|values| line("reference", REFERENCE, Stroke::Dashed, values)));
         let residual = line("measured less simulated", MEASURED, Stroke::Solid, residual);
         [(y_label, lines), (residual_label, vec![residual])]
-            .map(|(y_label, lines)| Panel::over_time("", y_label, Axes::Up, lines))
+            .map(|(y_label, lines)| Panel::over_time(y_label, lines))
     })
     .collect()
 }

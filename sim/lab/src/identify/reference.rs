@@ -1,7 +1,6 @@
 //! A reference that holds from one row to the next, read with a delay.
 
-use super::log::Log;
-use crate::unwrap::continuous;
+use super::log::{Log, continuous};
 
 /// A piecewise constant reference.
 ///

@@ -73,11 +73,11 @@ fn line(kind: u8, points: &[Vector2<f64>], [r, g, b, a]: [f64; 4]) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Source as _, sample};
+    use crate::{Source as _, sample_for_tests};
 
     #[test]
     fn the_scene_has_a_line_for_each_path_disc_and_area() {
-        let update = update(&sample::record().scene(), Time::of_seconds(0.0));
+        let update = update(&sample_for_tests::record().scene(), Time::of_seconds(0.0));
         let entities = update["entities"].as_array().expect("is a list");
         let ids: Vec<_> = entities.iter().map(|entity| &entity["id"]).collect();
         assert_eq!(ids, ["auv-1/path", "keep-out-1", "area"]);

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::{claims::dominates, data::Data};
 use crate::{
     campaign::{controller::Controller, statistics::unit},
-    chart::{Axes, BLACK_INK, BLUE, Colour, GREEN, Line, PURPLE, Panel, Sheet, Stroke, VERMILION},
+    chart::{BLACK_INK, BLUE, Colour, GREEN, Line, PURPLE, Panel, Sheet, Stroke, VERMILION},
 };
 
 const COLUMNS: usize = 2;
@@ -116,7 +116,6 @@ fn panel(scenario: &str, points: &[&Point], metrics: &[String; 2]) -> Panel {
         heading: scenario.to_owned(),
         x_label: label(&metrics[0]).into(),
         y_label: label(&metrics[1]).into(),
-        axes: Axes::Up,
         lines,
     }
 }

@@ -1,8 +1,8 @@
 //! What the NMEA 0183 adapter makes of lines on standard input, for tests in other languages.
 //!
 //! ```text
-//! nmea_echo read RECEIVED_S   sentences in, one JSON line out a measurement, and at last the counts of rejected lines
-//! nmea_echo write             "heading_rad speed_mps" a line in, sentences out
+//! nmea_for_tests read RECEIVED_S   sentences in, one JSON line out a measurement, and at last the counts of rejected lines
+//! nmea_for_tests write             "heading_rad speed_mps" a line in, sentences out
 //! ```
 
 use std::{
@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["read", received_s] => read(received_s.parse()?),
         ["write"] => write(),
-        _ => Err("usage: nmea_echo read RECEIVED_S | nmea_echo write".into()),
+        _ => Err("usage: nmea_for_tests read RECEIVED_S | nmea_for_tests write".into()),
     }
 }
 
