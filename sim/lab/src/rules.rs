@@ -16,6 +16,10 @@ use sim::{
     visits::Costs,
 };
 
+mod tour;
+
+use tour::short_tour;
+
 /// Turns by the clock that are tried, s: at 1.5 m/s the shortest is 60 m, the longest more than a kilometre.
 const TURNS: [f64; 8] = [40.0, 60.0, 80.0, 120.0, 240.0, 360.0, 540.0, 810.0];
 
@@ -95,6 +99,8 @@ pub struct Ruled {
 
 struct Memory {
     costs: Costs,
+    /// The place of each among the snapshot's AUVs.
+    places: Vec<usize>,
     /// Time of the first call and of the last one, s.
     began: f64,
     then: f64,
@@ -135,52 +141,41 @@ impl Ruled {
             .memory
             .get_or_insert_with(|| Memory::new(snapshot, visits, &forecast));
         let seen = memory.look(snapshot, &forecast);
-        let heard: Vec<usize> = (0..seen.len()).filter(|place| !seen[*place].silent).collect();
-        let heard = if heard.is_empty() {
-            (0..seen.len()).collect()
-        } else {
-            heard
-        };
-        let ids = |places: &[usize]| -> Vec<VehicleId> {
-            places
-                .iter()
-                .map(|place| memory.costs.auvs[*place].clone())
-                .collect()
-        };
+        let none = seen.iter().all(|seen| seen.silent);
+        // Where no one was heard, all may still be there.
+        let tour = memory.tour.iter().copied();
+        let heard: Vec<usize> = tour.filter(|place| none || !seen[*place].silent).collect();
+        let auvs: Vec<_> = heard
+            .iter()
+            .map(|place| memory.costs.auvs[*place].clone())
+            .collect();
         match self.rule {
             Rule::Clock => {
-                let tour: Vec<usize> = memory
-                    .tour
-                    .iter()
-                    .copied()
-                    .filter(|place| heard.contains(place))
-                    .collect();
                 let turn = ((now - memory.began) / self.dwell).floor();
                 #[expect(
                     clippy::cast_possible_truncation,
                     clippy::cast_sign_loss,
                     reason = "a mission's turns"
                 )]
-                let followed = tour[turn as usize % tour.len()];
+                let followed = heard[turn as usize % heard.len()];
                 let goal = Goal::Intermittent {
-                    auvs: ids(&tour),
+                    auvs,
                     dwell_s: self.dwell,
                     epoch_s: memory.began,
                 };
-                (goal, memory.in_snapshot(snapshot, followed))
+                (goal, Some(memory.places[followed]))
             }
             Rule::OldestFirst | Rule::NearestFirst | Rule::CostPerTime => {
                 let next = memory.next(self.rule, now, visits.dwell_min_s + self.dwell, (&seen, &heard));
                 let auv = memory.costs.auvs[next].clone();
-                (Goal::Track { auv }, memory.in_snapshot(snapshot, next))
+                (Goal::Track { auv }, Some(memory.places[next]))
             }
-            Rule::Midpoint => (Goal::Midpoint { auvs: ids(&heard) }, None),
+            Rule::Midpoint => (Goal::Midpoint { auvs }, None),
             Rule::MinimaxRange => {
                 let range_m = match visits.cost {
                     VisitCost::Data { range_max_m, .. } => range_max_m,
                     VisitCost::Age | VisitCost::Uncertainty { .. } => RANGE,
                 };
-                let auvs = ids(&heard);
                 (Goal::Range { auvs, range_m }, None)
             }
         }
@@ -190,11 +185,18 @@ impl Ruled {
 impl Memory {
     fn new(snapshot: &Snapshot, visits: &Visits, forecast: &GoalForecast) -> Self {
         let costs = Costs::new(visits);
-        let places: Vec<Vector2<f64>> = forecast.members().map(|auv| auv.at(0.0).position).collect();
+        let positions: Vec<Vector2<f64>> = forecast.members().map(|auv| auv.at(0.0).position).collect();
+        let ids: Vec<&VehicleId> = snapshot.auvs.iter().map(|auv| &auv.id).collect();
+        let place = |id: &VehicleId| ids.iter().position(|known| *known == id);
+        let places = costs
+            .auvs
+            .iter()
+            .map(|id| place(id).expect("a goal names vehicles of its snapshot"));
         Self {
+            places: places.collect(),
             began: snapshot.t_s,
             then: snapshot.t_s,
-            tour: short_tour(&snapshot.asc.position(), &places),
+            tour: short_tour(&snapshot.asc.position(), &positions),
             served: vec![false; costs.auvs.len()],
             next: None,
             costs,
@@ -210,10 +212,8 @@ impl Memory {
         for (place, auv) in forecast.members().enumerate() {
             let distance = |ahead: f64| (auv.at(ahead).position - here).norm();
             let depth = auv.depth_at(0.0).max(0.0);
-            let known = self
-                .in_snapshot(snapshot, place)
-                .map(|known| &snapshot.estimates()[known]);
-            let silent = known.is_none_or(|known| Parameters::default().report_age_max < known.state.age_s);
+            let age = snapshot.estimates()[self.places[place]].state.age_s;
+            let silent = Parameters::default().report_age_max < age;
             let served = !silent && self.costs.serves(distance(0.0), depth);
             let served = served.then(|| distance(0.0).hypot(depth));
             self.costs.advance(place, elapsed, served);
@@ -242,15 +242,9 @@ impl Memory {
             }
         }
         let over = self.next.map(|(place, _)| place);
-        let mut others: Vec<usize> = heard
-            .iter()
-            .copied()
-            .filter(|place| Some(*place) != over)
-            .collect();
-        if others.is_empty() {
-            others.extend(heard);
-        }
-        if others.iter().all(|place| self.served[*place]) {
+        let one = heard.len() < 2;
+        let others = heard.iter().copied().filter(|place| one || Some(*place) != over);
+        if others.clone().all(|place| self.served[place]) {
             self.served.fill(false);
         }
         let key = |place: usize| match rule {
@@ -266,50 +260,10 @@ impl Memory {
             let nearer = seen[*a].travel.total_cmp(&seen[*b].travel);
             key(*a).total_cmp(&key(*b)).then(nearer)
         };
-        let next = others.into_iter().min_by(order).expect("a goal names a vehicle");
+        let next = others.min_by(order).expect("a goal names a vehicle");
         self.next = Some((next, seen[next].served.map(|_| now)));
         next
     }
-
-    fn in_snapshot(&self, snapshot: &Snapshot, place: usize) -> Option<usize> {
-        snapshot
-            .auvs
-            .iter()
-            .position(|auv| auv.id == self.costs.auvs[place])
-    }
-}
-
-/// A closed tour that no exchange of two of its legs shortens, from the place that is nearest to `here`.
-fn short_tour(here: &Vector2<f64>, places: &[Vector2<f64>]) -> Vec<usize> {
-    let mut tour: Vec<usize> = (0..places.len()).collect();
-    let length = |tour: &[usize]| -> f64 {
-        let next = tour.iter().cycle().skip(1);
-        tour.iter()
-            .zip(next)
-            .map(|(from, to)| (places[*to] - places[*from]).norm())
-            .sum()
-    };
-    let mut shortest = length(&tour);
-    let mut shorter = true;
-    while shorter {
-        shorter = false;
-        for first in 0..tour.len() {
-            for last in first + 1..tour.len() {
-                tour[first..=last].reverse();
-                let new = length(&tour);
-                // A millimetre: rounding is no improvement.
-                if new < shortest - 1e-3 {
-                    (shortest, shorter) = (new, true);
-                } else {
-                    tour[first..=last].reverse();
-                }
-            }
-        }
-    }
-    let distance = |place: &usize| (places[tour[*place]] - here).norm();
-    let nearest = (0..tour.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
-    tour.rotate_left(nearest.unwrap_or(0));
-    tour
 }
 
 impl Guide for Ruled {

@@ -1,6 +1,6 @@
 //! Snapshots made by hand, and what a guide is asked that a rule stands before.
 
-use std::{cell::RefCell, rc::Rc};
+use std::{cell::RefCell, collections::BTreeSet, rc::Rc};
 
 use planner::{
     angle::{Course, Heading},
@@ -191,9 +191,13 @@ fn goals_are_what_the_planner_and_the_laws_know() {
     assert_eq!((auvs.len(), *dwell_s, *epoch_s), (4, 40.0, 7.0));
     let nearest = Goal::Track { auv: "auv-1".into() };
     assert!(asked[1..4].iter().all(|goal| *goal == nearest));
-    let auvs = visits.auvs.clone();
-    assert_eq!(asked[4], Goal::Midpoint { auvs: auvs.clone() });
-    assert_eq!(asked[5], Goal::Range { auvs, range_m: RANGE });
+    let Goal::Midpoint { auvs } = &asked[4] else {
+        panic!("{:?}", asked[4]);
+    };
+    let names: BTreeSet<_> = auvs.iter().collect();
+    assert_eq!(names, visits.auvs.iter().collect());
+    let (auvs, range_m) = (auvs.clone(), RANGE);
+    assert_eq!(asked[5], Goal::Range { auvs, range_m });
 }
 
 /// All orders of `left` after `tour`.
