@@ -8,7 +8,8 @@ use crate::{
         answer::{Answer, Scheduled},
         fleet::{Fleet, Member, SchedulingParameters},
         memory::{Memory, Vehicle},
-        search::{Found, Present, TIE},
+        search::{Found, Present},
+        state::TIE,
     },
 };
 
@@ -57,6 +58,7 @@ impl Scheduler<'_> {
                 ids: &ids,
                 vehicles,
                 present,
+                previous: memory.schedule(),
             }
             .of(&found, chosen, before, forecasts),
         )
