@@ -159,6 +159,10 @@ impl DeclaredRoutes {
             if let Some(radius) = route.turn_radius_m() {
                 waypoints["turn_radius_m"] = json!(radius);
             }
+            let legs: Vec<Leg> = route.ends_of_legs().into_iter().map(leg).collect();
+            if !legs.is_empty() {
+                waypoints["legs"] = json!(legs);
+            }
             let auvs = body.get_mut("auvs").and_then(Value::as_array_mut);
             let mut auvs = auvs.into_iter().flatten().filter_map(Value::as_object_mut);
             let auv = auvs.find(|auv| auv.get("id").is_some_and(|name| name == id));

@@ -73,9 +73,10 @@ fn an_auv_with_a_route_file_has_its_path() {
     let points = json!([[0.0, 0.0], [200.0, 0.0], [200.0, 30.0], [0.0, 30.0]]);
     let route = write(
         "r.csv",
-        "north_m,east_m,speed_mps\n0,0,1.5\n200,0,1.5\n200,30,1.5\n0,30,1.5\n",
+        "north_m,east_m,speed_mps\n0,0,1.5\n200,0,1.5\n200,30,1\n0,30,1.2\n",
     );
-    let state = json!({ "north_m": 0.0, "east_m": 0.0, "depth_m": 5.0, "course_rad": 0.0, "speed_mps": 1.5 });
+    // Near the end of its first leg, so that the slower second one is within the horizon.
+    let state = json!({ "north_m": 170.0, "east_m": 0.0, "depth_m": 5.0, "course_rad": 0.0, "speed_mps": 1.5 });
     let mut snapshot = json!({ "schema_version": "1.0", "t_s": 0.0,
         "asc": { "north_m": 0.0, "east_m": 5.0, "heading_rad": 0.0, "speed_mps": 1.0 },
         "auvs": [{ "id": "auv-1", "state": state }], "goal": { "kind": "track", "auv": "auv-1" } });
@@ -87,8 +88,11 @@ fn an_auv_with_a_route_file_has_its_path() {
         answer
     };
     let declared = plan(&snapshot, &["--route", &format!("auv-1={route}")]);
-    snapshot["auvs"][0]["path"] =
-        json!({ "segments": [{ "kind": "waypoints", "points": points }], "closed": false, "speed_mps": 1.5 });
+    let legs = json!([{ "speed_mps": 1.5 }, { "speed_mps": 1.0 }, { "speed_mps": 1.2 }]);
+    let path = |waypoints: Value| json!({ "segments": [waypoints], "closed": false, "speed_mps": 1.5 });
+    snapshot["auvs"][0]["path"] = path(json!({ "kind": "waypoints", "points": points }));
+    assert_ne!(declared, plan(&snapshot, &[]));
+    snapshot["auvs"][0]["path"] = path(json!({ "kind": "waypoints", "points": points, "legs": legs }));
     assert_eq!(declared, plan(&snapshot, &[]));
     let unknown = run(&[
         "plan",
