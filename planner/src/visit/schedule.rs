@@ -8,7 +8,8 @@ use crate::{
         answer::{Answer, Scheduled},
         fleet::{Fleet, Member, SchedulingParameters},
         memory::{Memory, Vehicle},
-        search::{Found, Present, TIE},
+        search::{Found, Present},
+        state::TIE,
     },
 };
 

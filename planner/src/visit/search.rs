@@ -9,7 +9,7 @@ use smallvec::SmallVec;
 use crate::visit::{
     cost::Dwells,
     fleet::Fleet,
-    state::{State, Stay},
+    state::{State, Stay, TIE},
 };
 
 /// Slots of time in which schedules are compared with each other.
@@ -29,9 +29,6 @@ const TOUR_VISITS_MAX: usize = 500;
 
 /// Shortest visit that is planned, s.
 const STAY_MIN: f64 = 1.0;
-
-/// Relative differences of cost that are none: what sums in another order leave.
-pub(crate) const TIE: f64 = 1e-9;
 
 /// The craft with an AUV already, in the visit of the schedule before.
 #[derive(Clone, Copy, Debug)]

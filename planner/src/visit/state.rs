@@ -19,6 +19,9 @@ const MEAN_BESIDE_MAX: f64 = 0.01;
 /// claimed: with more, some who were said to be passed were not, see `docs/visits.md#in-closed-loop`.
 const KEPT_IN_TURN: f64 = 0.4;
 
+/// Relative differences of cost that are none: what sums in another order leave.
+pub(crate) const TIE: f64 = 1e-9;
+
 /// Pieces of a turn, straight.
 const TURN_PIECES: u8 = 6;
 
@@ -117,7 +120,7 @@ impl Fleet {
         arrival.is_some_and(|arrival| {
             self.turn(&mut state, arrival);
             let unserved = self.law.unserved(self.candidates[who].cost, state.time);
-            state.costs[who] < unserved.cost
+            state.costs[who] < unserved.cost * (1.0 - TIE)
         })
     }
 
