@@ -5,10 +5,11 @@
 //! over sequences of (AUV, arrival, departure), every arrival the earliest at which the craft can be there
 //! ```
 //! `cost` is how a cost goes on, `fleet` the AUVs and the craft as this needs them, `intercept` the earliest arrival,
-//! `state` what a leg or a stay does to all costs, `search` the sequences, `memory` what the schedule before left, `schedule` the one that
+//! `state` what a leg or a stay does to all costs, `search` the sequences, `bound` what no schedule costs less than, `memory` what the schedule before left, `schedule` the one that
 //! is chosen, `answer` what is said of it.
 
 pub(crate) mod answer;
+pub(crate) mod bound;
 pub(crate) mod cost;
 pub(crate) mod fleet;
 pub(crate) mod intercept;

@@ -50,7 +50,7 @@ impl Answer<'_> {
         let stays = best.map_or(&[][..], |best| &best.stays);
         let cost = best.map_or(0.0, |best| best.cost);
         let bound = if best.is_some() {
-            self.fleet.bound(&self.fleet.start()).min(cost)
+            self.fleet.least_cost().min(cost)
         } else {
             0.0
         };

@@ -42,9 +42,14 @@ impl VisitCost {
 
     /// The cost of an AUV that has been served for long, and rises to the surface for it.
     pub(crate) fn fresh(&self) -> f64 {
+        self.steady(0.0)
+    }
+
+    /// What service for long at the slant range `range`, m, leads to at best.
+    pub(crate) fn steady(&self, range: f64) -> f64 {
         match *self {
             Age | Data { .. } => 0.0,
-            Uncertainty { growth_m2ps, .. } => (growth_m2ps * self.fix_noise(0.0)).sqrt(),
+            Uncertainty { growth_m2ps, .. } => (growth_m2ps * self.fix_noise(range)).sqrt(),
         }
     }
 

@@ -69,6 +69,18 @@ impl Track {
         self.depths.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
+    /// Least distance from `other`, a track of as many samples, m: between samples both go straight.
+    pub(crate) fn nearest(&self, other: &Self) -> f64 {
+        let apart = self.positions.iter().zip(&other.positions).map(|(a, b)| a - b);
+        let apart: Vec<_> = apart.collect();
+        let nearest = |pair: &[Vector2<f64>]| {
+            let along = pair[1] - pair[0];
+            let share = -pair[0].dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE);
+            (pair[0] + along * share.clamp(0.0, 1.0)).norm()
+        };
+        apart.windows(2).map(nearest).fold(f64::INFINITY, f64::min)
+    }
+
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

@@ -17,7 +17,7 @@ const MEAN_BESIDE_MAX: f64 = 0.01;
 /// What of its speed a craft keeps over a turn: a MEDUSA that turns back at 1.5 m/s and 0.17 rad/s goes on for 7 m, not for 8.8 m.
 /// Half of that is
 /// claimed: with more, some who were said to be passed were not, see `docs/visits.md#in-closed-loop`.
-const KEPT_IN_TURN: f64 = 0.4;
+pub(crate) const KEPT_IN_TURN: f64 = 0.4;
 
 /// Relative differences of cost that are none: what sums in another order leave.
 pub(crate) const TIE: f64 = 1e-9;
@@ -284,7 +284,14 @@ impl Fleet {
     }
 
     fn reduced(&self, integral: f64, peak: f64, sum: f64, time: f64) -> f64 {
-        let mean = (integral + self.afterwards * sum) / (time + self.afterwards);
+        self.reduced_by(
+            peak,
+            (integral + self.afterwards * sum) / (time + self.afterwards),
+        )
+    }
+
+    /// What is minimised, of the largest relative cost and the mean.
+    pub(crate) fn reduced_by(&self, peak: f64, mean: f64) -> f64 {
         match self.reduce {
             Reduce::Mean => mean,
             Reduce::Max => peak + MEAN_BESIDE_MAX * mean,

@@ -1,0 +1,46 @@
+//! The bound against the enumeration of all sequences, and how close it is.
+
+use super::*;
+
+#[test]
+fn no_sequence_of_visits_costs_less_than_the_bound() {
+    let mut tighter = 0;
+    for seed in 0..90 {
+        let n = 1 + usize::try_from(seed % 3).expect("small");
+        let far = if seed % 2 == 0 { 150.0 } else { 500.0 };
+        let mut request = random(9000 + seed, n, far);
+        if seed % 5 == 0 {
+            visits(&mut request).dwell_min_s = 15.0;
+        }
+        let fleet = fleet(&request, horizon(&request, if n == 3 { 500.0 } else { 900.0 }));
+        let least = enumerated(&fleet, &fleet.start(), None, Fleet::cost);
+        let bound = fleet.least_cost();
+        assert!(
+            bound <= least * (1.0 + 1e-9),
+            "seed {seed}: {bound} above {least}"
+        );
+        tighter += u32::from(fleet.bound(&fleet.start()) < 0.99 * bound);
+    }
+    assert!(
+        20 < tighter,
+        "{tighter} bounds know that the craft's time is shared"
+    );
+}
+
+#[test]
+fn of_auvs_that_stand_far_apart_the_gap_is_less_than_a_half() {
+    let mut gaps = Vec::new();
+    for seed in 0..40 {
+        let n = 2 + usize::try_from(seed % 3).expect("small");
+        let mut request = random(9500 + seed, n, 900.0);
+        request.current = None;
+        for state in request.auvs.iter_mut().filter_map(|auv| auv.state.as_mut()) {
+            state.speed_mps = 0.0;
+        }
+        let goal = visits(&mut request);
+        (goal.cost, goal.reduce, goal.dwell_min_s) = (VisitCost::Age, Reduce::Mean, 0.0);
+        gaps.push(scheduled(&request).gap);
+    }
+    gaps.sort_by(f64::total_cmp);
+    assert!(gaps[gaps.len() / 2] < 0.5, "{gaps:?}");
+}
