@@ -35,6 +35,8 @@ pub(crate) struct Answer<'a> {
     pub(crate) ids: &'a [&'a VehicleId],
     pub(crate) vehicles: Vec<Vehicle>,
     pub(crate) present: Option<Present>,
+    /// The schedule before.
+    pub(crate) previous: Option<&'a Schedule>,
 }
 
 impl Answer<'_> {
@@ -74,7 +76,7 @@ impl Answer<'_> {
         };
         let turns = self.turns(stays, forecasts);
         schedule.costs = self.vehicles.into_iter().map(|vehicle| vehicle.served).collect();
-        schedule.sentence = sentence(&schedule, &self.visits.cost, self.snapshot.t_s);
+        schedule.sentence = sentence(&schedule, &self.visits.cost, self.snapshot.t_s, self.previous);
         Scheduled { schedule, turns }
     }
 

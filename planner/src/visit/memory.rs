@@ -99,6 +99,10 @@ impl<'a> Memory<'a> {
         Some((elapsed, known))
     }
 
+    pub(crate) fn schedule(&self) -> Option<&'a Schedule> {
+        self.before.map(|(_, schedule)| schedule)
+    }
+
     /// The visit that is on, or else the next one.
     fn next(&self) -> Option<&'a Visit> {
         let (_, schedule) = self.before?;

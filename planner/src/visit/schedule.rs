@@ -58,6 +58,7 @@ impl Scheduler<'_> {
                 ids: &ids,
                 vehicles,
                 present,
+                previous: memory.schedule(),
             }
             .of(&found, chosen, before, forecasts),
         )

@@ -3,15 +3,17 @@
 use std::fmt::Write;
 
 use crate::facts::{
+    auv::VehicleId,
     schedule::{CostUnit, LeftOut, Schedule},
     visit::VisitCost,
 };
 
-/// `auv-3 next: 41 m², growing 2 m²/min; auv-1 first would cost 180 m² more`, at the time `now`, s.
-pub(crate) fn sentence(schedule: &Schedule, law: &VisitCost, now: f64) -> String {
+/// `auv-3 next: 41 m², growing 2 m²/min; auv-1 first would cost 180 m² more`, at the time `now`, s, and why it is not as the schedule `before`.
+pub(crate) fn sentence(schedule: &Schedule, law: &VisitCost, now: f64, before: Option<&Schedule>) -> String {
     let mut said = next(schedule, law, now);
+    let changed = before.map_or_else(String::new, |before| changed(schedule, before, now));
     // Writing to a string does not fail.
-    let _ = write!(said, "{}", against_the_best_alternative(schedule));
+    let _ = write!(said, "{}{changed}", against_the_best_alternative(schedule));
     for vehicle in &schedule.costs {
         let because = match vehicle.left_out {
             Some(LeftOut::Silent) => "is not heard any more",
@@ -47,6 +49,53 @@ fn next(schedule: &Schedule, law: &VisitCost, now: f64) -> String {
             short(growth)
         ),
     };
+    said
+}
+
+/// Who can be visited now and could not be before, who left, and what it would cost to visit first who was to be next. That an AUV
+/// cannot be visited any more is said of all that cannot.
+fn changed(schedule: &Schedule, before: &Schedule, now: f64) -> String {
+    let mut said = String::new();
+    let of =
+        |schedule: &Schedule, auv: &VehicleId| schedule.costs.iter().find(|known| known.auv == *auv).cloned();
+    for vehicle in schedule.costs.iter().filter(|vehicle| vehicle.left_out.is_none()) {
+        let news = match of(before, &vehicle.auv).map(|known| known.left_out) {
+            None => "is new",
+            Some(Some(LeftOut::Silent)) => "is heard again",
+            Some(Some(LeftOut::OutOfReach | LeftOut::TooDeep)) => "can be visited again",
+            Some(None) => continue,
+        };
+        let _ = write!(said, "; {} {news}", vehicle.auv);
+    }
+    for gone in before
+        .costs
+        .iter()
+        .filter(|known| of(schedule, &known.auv).is_none())
+    {
+        let _ = write!(said, "; {} is not in the goal any more", gone.auv);
+    }
+    let was = before
+        .visits
+        .iter()
+        .find(|visit| now < visit.leave_s && !schedule.kept);
+    // One that has been served since then needs no visit.
+    let unserved = |auv: &VehicleId| {
+        let costs = of(before, auv).zip(of(schedule, auv));
+        costs.is_some_and(|(then, now)| then.cost <= now.cost)
+    };
+    let mut others = schedule.alternatives.iter();
+    let was = was.filter(|was| unserved(&was.auv));
+    if let Some(was) = was.and_then(|was| others.find(|other| other.next == was.auv)) {
+        let more = 100.0 * (was.cost / schedule.cost - 1.0);
+        if 0.0 <= more {
+            let _ = write!(
+                said,
+                "; {}, next until now, would cost {} % more",
+                was.next,
+                short(more)
+            );
+        }
+    }
     said
 }
 
@@ -134,7 +183,7 @@ mod tests {
     #[test]
     fn a_schedule_says_who_is_next_why_and_what_it_would_cost_to_begin_otherwise() {
         let mut schedule = schedule();
-        let said = |schedule: &Schedule| sentence(schedule, &VARIANCE, 100.0);
+        let said = |schedule: &Schedule| sentence(schedule, &VARIANCE, 100.0, None);
         assert_eq!(
             said(&schedule),
             "auv-3 next: 41 m², growing 2.0 m²/min; auv-1 first would cost 180 m² more"
@@ -156,5 +205,28 @@ mod tests {
         );
         schedule.visits.clear();
         assert!(said(&schedule).starts_with("no vehicle can be visited"));
+    }
+    #[test]
+    fn a_schedule_that_changes_says_why() {
+        let (before, mut after) = (schedule(), schedule());
+        let said = |after: &Schedule| sentence(after, &VARIANCE, 100.0, Some(&before));
+        assert_eq!(said(&after), sentence(&after, &VARIANCE, 100.0, None));
+        // Another one is better by a tenth.
+        after.visits[0].auv = "auv-1".into();
+        after.alternatives[0] = Alternative {
+            next: "auv-3".into(),
+            cost: 22.0,
+            deadlines_missed: 0,
+        };
+        assert!(said(&after).ends_with("; auv-3, next until now, would cost 10 % more"));
+        // It was served on the way.
+        after.costs[0].cost = 3.0;
+        assert!(!said(&after).contains("next until now"));
+        after.costs[0].auv = "auv-4".into();
+        assert!(said(&after).ends_with("; auv-4 is new; auv-3 is not in the goal any more"));
+        let mut silent = schedule();
+        silent.costs[0].left_out = Some(LeftOut::Silent);
+        let again = sentence(&schedule(), &VARIANCE, 100.0, Some(&silent));
+        assert!(again.ends_with("; auv-3 is heard again"));
     }
 }
