@@ -5,8 +5,8 @@
 //! over sequences of (AUV, arrival, departure), every arrival the earliest at which the craft can be there
 //! ```
 //! `cost` is how a cost goes on, `fleet` the AUVs and the craft as this needs them, `intercept` the earliest arrival,
-//! `state` what a leg or a stay does to all costs, `search` the sequences, `bound` what no schedule costs less than, `memory` what the schedule before left, `schedule` the one that
-//! is chosen, `answer` what is said of it.
+//! `state` what a leg or a stay does to all costs, `search` the sequences, `orders` those of a clock, `bound` what no schedule
+//! costs less than, `memory` what the schedule before left, `schedule` the one that is chosen, `answer` what is said of it.
 
 pub(crate) mod answer;
 pub(crate) mod bound;
@@ -14,6 +14,7 @@ pub(crate) mod cost;
 pub(crate) mod fleet;
 pub(crate) mod intercept;
 pub(crate) mod memory;
+pub(crate) mod orders;
 pub(crate) mod schedule;
 pub(crate) mod search;
 pub(crate) mod sentence;

@@ -18,6 +18,10 @@ use crate::{
     },
 };
 
+/// By how long a program that sees the next goal may leave the AUV before, s: what it takes a craft in its midst, at 1.5 m/s, to be 20 m away
+/// is 13 s, and it goes on being near as it turns.
+const SETS_OFF_BEFORE: f64 = 10.0;
+
 /// A schedule, and the AUVs that the goal follows by it.
 #[derive(Clone, Debug)]
 pub(crate) struct Scheduled {
@@ -82,10 +86,7 @@ impl Answer<'_> {
 
     fn visit(&self, stay: &Stay, forecasts: &[AuvForecast]) -> Visit {
         let now = self.snapshot.t_s;
-        // One that is on began when it did.
-        let begun = self
-            .present
-            .filter(|present| stay.arrive <= 0.0 && present.candidate == stay.candidate);
+        let begun = self.begun(stay);
         let forecast = &forecasts[self.fleet.candidates[stay.candidate].auv];
         let place = forecast.at(stay.arrive.max(0.0)).position;
         Visit {
@@ -97,6 +98,17 @@ impl Answer<'_> {
             cost_before: stay.cost_before,
             cost_after: stay.cost_after,
         }
+    }
+
+    /// How long a visit is in all, s.
+    fn stays_for(&self, stay: &Stay) -> f64 {
+        stay.leave - self.begun(stay).map_or(stay.arrive, |present| present.since)
+    }
+
+    /// A visit that is on began when it did.
+    fn begun(&self, stay: &Stay) -> Option<Present> {
+        self.present
+            .filter(|present| stay.arrive <= 0.0 && present.candidate == stay.candidate)
     }
 
     /// Who is not served by a deadline within the horizon.
@@ -131,8 +143,9 @@ impl Answer<'_> {
         others.into_iter().map(alternative).collect()
     }
 
-    /// Whom the goal follows: the AUV of the first visit. A program that sees the next goal sets off before the visit is over. Only where visits
-    /// have no least time does it see it, from when the craft would be there: it turns in time. Without a visit, the nearest that was heard.
+    /// Whom the goal follows: the AUV of the first visit. A program that sees the next goal sets off before the visit is over. Where visits
+    /// have no least time it sees it from when the craft would be there: it turns in time. Where they have one, it sees it from the end of a visit that
+    /// is long enough even so. Without a visit, the nearest that was heard.
     fn turns(&self, stays: &[Stay], forecasts: &[AuvForecast]) -> Vec<Turn> {
         let of = |stay: &Stay, until| Turn {
             until,
@@ -141,6 +154,9 @@ impl Answer<'_> {
         let mut turns: Vec<_> = match stays {
             [first, second, ..] if self.fleet.dwell_min <= 0.0 => {
                 vec![of(first, second.arrive), of(second, second.leave)]
+            }
+            [first, second, ..] if self.fleet.dwell_min + SETS_OFF_BEFORE <= self.stays_for(first) => {
+                vec![of(first, first.leave), of(second, second.leave)]
             }
             [first, ..] => vec![of(first, first.leave)],
             [] => Vec::new(),

@@ -56,8 +56,8 @@ impl VisitCost {
     /// Times of service that may be worth choosing between, s, each once and in ascending order, of an AUV whose cost is
     /// `cost` when it begins, at the slant range `range`, m: no shorter than `least`.
     ///
-    /// An age is 0 at once. A variance is nearly as small as it gets after √(S/q). A backlog is gone when all of it is
-    /// uploaded.
+    /// An age is 0 at once. A variance is nearly as small as it gets after √(S/q); where the way is long, longer visits are worth it. A
+    /// backlog is gone when all of it is uploaded.
     pub(crate) fn dwells(&self, cost: f64, range: f64, least: f64) -> Dwells {
         let whole = match *self {
             Age => 0.0,
@@ -67,9 +67,13 @@ impl VisitCost {
                 if falls > 0.0 { cost / falls } else { DWELL_MOST }
             }
         };
-        let shares = [0.0, 0.5, 1.0].map(|share| (share * whole).min(DWELL_MOST).max(least));
+        let shares: &[f64] = match self {
+            Uncertainty { .. } => &[0.0, 0.5, 1.0, 1.75, 3.0],
+            Age | Data { .. } => &[0.0, 0.5, 1.0],
+        };
         let mut dwells = Dwells::new();
-        for dwell in shares {
+        for share in shares {
+            let dwell = (share * whole).min(DWELL_MOST).max(least);
             if dwells
                 .last()
                 .is_none_or(|before: &f64| before * DWELL_RATIO < dwell)
@@ -165,145 +169,4 @@ fn uploaded(backlog: f64, elapsed: f64, rate: f64) -> Later {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const ALL: [VisitCost; 3] = [
-        Age,
-        Uncertainty {
-            growth_m2ps: 0.05,
-            sigma_m: 1.5,
-            sigma_rad: 0.02,
-            interval_s: 10.0,
-        },
-        Data {
-            growth_kbps: 0.4,
-            upload_kbps: 3.0,
-            range_max_m: 250.0,
-        },
-    ];
-
-    /// The right-hand side that each closed form solves.
-    fn rate(law: &VisitCost, cost: f64, range: f64) -> f64 {
-        match *law {
-            Age => 0.0,
-            Uncertainty {
-                growth_m2ps,
-                sigma_m,
-                sigma_rad,
-                interval_s,
-            } => growth_m2ps - cost * cost / ((sigma_m.powi(2) + (sigma_rad * range).powi(2)) * interval_s),
-            Data {
-                growth_kbps,
-                upload_kbps,
-                range_max_m,
-            } => {
-                let rate = growth_kbps - upload_kbps * (1.0 - range / range_max_m).max(0.0);
-                if cost <= 0.0 { rate.max(0.0) } else { rate }
-            }
-        }
-    }
-
-    /// The cost and its integral by the midpoint rule, `n` steps.
-    fn integrated(law: &VisitCost, from: f64, elapsed: f64, range: f64, n: u32) -> Later {
-        let dt = elapsed / f64::from(n);
-        let (mut cost, mut integral) = (from, 0.0);
-        for _ in 0..n {
-            let half = (cost + 0.5 * dt * rate(law, cost, range)).max(0.0);
-            integral += half * dt;
-            cost = (cost + dt * rate(law, half, range)).max(0.0);
-        }
-        Later { cost, integral }
-    }
-
-    #[test]
-    fn served_costs_are_what_numerical_integration_of_their_equations_gives() {
-        for law in &ALL[1..] {
-            for (from, elapsed, range) in [
-                (0.0, 300.0, 40.0),
-                (90.0, 35.0, 0.0),
-                (400.0, 500.0, 120.0),
-                (3.0, 2000.0, 249.0),
-                (30.0, 60.0, 1000.0),
-            ] {
-                let exact = law.served(from, elapsed, range);
-                let expected = integrated(law, from, elapsed, range, 400_000);
-                // The midpoint rule errs where a backlog becomes empty, by a step of 5 ms at the fastest rate.
-                let tolerance = |value: f64| 1e-5 * (1.0 + value.abs());
-                assert!(
-                    (exact.cost - expected.cost).abs() < 0.03
-                        && (exact.integral - expected.integral).abs() < tolerance(expected.integral) + 0.05,
-                    "{law:?} {from} {elapsed} {range}: {exact:?}, expected {expected:?}"
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn unserved_costs_grow_at_their_rates_and_their_integral_is_a_trapezium() {
-        for (law, growth) in ALL.iter().zip([1.0, 0.05, 0.4]) {
-            let later = law.unserved(7.0, 90.0);
-            assert!((later.cost - (7.0 + growth * 90.0)).abs() < 1e-12);
-            assert!((later.integral - 0.5 * (7.0 + later.cost) * 90.0).abs() < 1e-9);
-        }
-    }
-
-    #[test]
-    fn time_may_be_cut_in_two_anywhere_while_served_and_unserved() {
-        for law in &ALL {
-            for (first, second) in [(0.0, 50.0), (12.0, 200.0), (700.0, 0.5)] {
-                for served in [false, true] {
-                    let step = |cost, elapsed| {
-                        if served {
-                            law.served(cost, elapsed, 60.0)
-                        } else {
-                            law.unserved(cost, elapsed)
-                        }
-                    };
-                    let half = step(25.0, first);
-                    let (whole, rest) = (step(25.0, first + second), step(half.cost, second));
-                    assert!((whole.cost - rest.cost).abs() < 1e-9);
-                    let integral = half.integral + rest.integral;
-                    assert!((whole.integral - integral).abs() < 1e-9 * (1.0 + whole.integral));
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn variances_go_to_the_steady_state_of_the_filter_however_large_they_were_and_for_however_long() {
-        let law = &ALL[1];
-        // √(q R T) with R = 1.5² + (0.02 · 100)².
-        let steady = (0.05_f64 * (2.25 + 4.0) * 10.0).sqrt();
-        for from in [0.0, steady, 1e12] {
-            let later = law.served(from, 1e9, 100.0);
-            assert!((later.cost - steady).abs() < 1e-9 * steady);
-            assert!(later.integral.is_finite());
-        }
-        assert!((law.fresh() - (0.05_f64 * 22.5).sqrt()).abs() < 1e-12);
-    }
-
-    #[test]
-    fn nothing_is_uploaded_beyond_the_range() {
-        let law = &ALL[2];
-        for range in [250.0, 4000.0] {
-            assert!(!law.reaches(range));
-            assert_eq!(law.served(5.0, 70.0, range), law.unserved(5.0, 70.0));
-        }
-        assert!(law.reaches(249.9));
-    }
-
-    #[test]
-    fn times_of_service_are_no_shorter_than_asked_for_and_empty_a_backlog() {
-        for law in &ALL {
-            for (cost, range, least) in [(0.0, 0.0, 30.0), (900.0, 50.0, 30.0), (1e9, 240.0, 600.0)] {
-                let dwells = law.dwells(cost, range, least);
-                assert!((dwells[0] - least).abs() < 1e-12 && dwells.is_sorted());
-                assert!(dwells.iter().all(|dwell| *dwell <= DWELL_MOST.max(least)));
-            }
-        }
-        let longest = ALL[2].dwells(100.0, 0.0, 10.0);
-        let longest = longest.last().expect("there is one");
-        assert!(ALL[2].served(100.0, *longest, 0.0).cost < 1e-9);
-    }
-}
+mod tests;

@@ -18,8 +18,8 @@ const SLOTS: usize = 60;
 /// Most candidates with which bounds are worth their time: each costs an arrival for every candidate.
 const BOUNDED_MAX: usize = 4;
 
-/// Most candidates of which all orders of a tour are tried: 24 that begin with one of five.
-const ALL_TOURS_MAX: usize = 5;
+/// Times of service that are tried with more candidates than that.
+const DWELLS_OF_MANY: usize = 3;
 
 /// Times of service that a tour is tried with, s more than the least one.
 const TOUR_DWELLS: [f64; 4] = [0.0, 30.0, 90.0, 210.0];
@@ -100,35 +100,6 @@ impl Fleet {
         search.visit(None, &self.start(), first, present);
         search.extend_all(width, due);
         search.found()
-    }
-
-    /// Orders in which all candidates may be visited again and again, beginning with `first`: all there are of few, of many the one
-    /// that goes to the nearest each time.
-    fn tours(&self, first: usize) -> Vec<Vec<usize>> {
-        let others: Vec<_> = (0..self.candidates.len())
-            .filter(|other| *other != first)
-            .collect();
-        if self.candidates.len() <= ALL_TOURS_MAX {
-            let mut tours = vec![vec![first]];
-            for other in &others {
-                let places = |tour: &Vec<usize>| 1..=tour.len();
-                let with =
-                    |tour: &Vec<usize>, place: usize| [&tour[..place], &[*other], &tour[place..]].concat();
-                tours = tours
-                    .iter()
-                    .flat_map(|tour| places(tour).map(|place| with(tour, place)).collect::<Vec<_>>())
-                    .collect();
-            }
-            return tours;
-        }
-        let (mut tour, mut left) = (vec![first], others);
-        while !left.is_empty() {
-            let from = self.candidates[tour[tour.len() - 1]].track.at(0.0);
-            let distance = |to: &usize| (self.candidates[*to].track.at(0.0) - from).norm();
-            let nearest = (0..left.len()).min_by(|a, b| distance(&left[*a]).total_cmp(&distance(&left[*b])));
-            tour.push(left.remove(nearest.unwrap_or(0)));
-        }
-        vec![tour]
     }
 }
 
@@ -215,9 +186,12 @@ impl Search<'_> {
 
     fn dwells(&self, there: &State, to: usize) -> Dwells {
         let range = self.fleet.candidates[to].track.depth_at(there.time);
-        self.fleet
-            .law
-            .dwells(there.costs[to], range, self.fleet.dwell_min.max(STAY_MIN))
+        let least = self.fleet.dwell_min.max(STAY_MIN);
+        let mut dwells = self.fleet.law.dwells(there.costs[to], range, least);
+        if !self.bounded() {
+            dwells.truncate(DWELLS_OF_MANY);
+        }
+        dwells
     }
 
     /// The visit to `to` that arrives with the costs `there` and ends when it should leave, or at the end of the horizon.
