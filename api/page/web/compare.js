@@ -10,7 +10,7 @@ import { ComparisonView, runOf } from "./comparison.js";
 
 /**
  * @typedef {import("./app.js").Context} Context
- * @typedef {import("./recording.js").MissionJson} MissionJson
+ * @typedef {import("./types.js").MissionJson} MissionJson
  * @typedef {import("./picture.js").Run} Run
  */
 

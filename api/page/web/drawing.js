@@ -5,9 +5,9 @@ import { colour } from "./dom.js";
 import { bearing, number } from "./format.js";
 
 /**
- * @typedef {import("./map.js").Picture} Picture
- * @typedef {import("./map.js").Frame} Frame
- * @typedef {import("./map.js").Stroke} Stroke
+ * @typedef {import("./types.js").Picture} Picture
+ * @typedef {import("./types.js").Frame} Frame
+ * @typedef {import("./types.js").Stroke} Stroke
  * @typedef {CanvasRenderingContext2D} Context2d
  */
 
@@ -163,7 +163,7 @@ function drawGrid(pen) {
   }
 }
 
-/** @param {Pen} pen @param {import("./map.js").Disc} disc */
+/** @param {Pen} pen @param {import("./types.js").Disc} disc */
 function drawDisc(pen, { north, east, radius, colour: name, style }) {
   const { context, frame } = pen;
   context.beginPath();
@@ -177,7 +177,7 @@ function drawDisc(pen, { north, east, radius, colour: name, style }) {
   pen.stroke(name, "solid", 2);
 }
 
-/** @param {Pen} pen @param {import("./map.js").Line} line */
+/** @param {Pen} pen @param {import("./types.js").Line} line */
 function drawLine(pen, { points, colour: name, style, closed }) {
   const { context } = pen;
   if (points.length < 2) return;
@@ -188,7 +188,7 @@ function drawLine(pen, { points, colour: name, style, closed }) {
   else pen.stroke(name, style, name === "plan" ? 3.5 : undefined);
 }
 
-/** @param {Pen} pen @param {import("./map.js").TrackLayer} layer */
+/** @param {Pen} pen @param {import("./types.js").TrackLayer} layer */
 function drawTrack(pen, { track, from, to, colour: name, style, byDepth }) {
   const { depth } = track, { context } = pen;
   let deepest = 0;
@@ -208,7 +208,7 @@ function drawTrack(pen, { track, from, to, colour: name, style, byDepth }) {
 
 /**
  * The stretches of a track at each depth level, as one path for each level.
- * @param {Pen} pen @param {import("./map.js").Track} track @param {number} from @param {number} to
+ * @param {Pen} pen @param {import("./types.js").Track} track @param {number} from @param {number} to
  * @param {(i: number) => number} levelOf
  */
 function trackPaths(pen, { north, east }, from, to, levelOf) {
@@ -233,7 +233,7 @@ function trackPaths(pen, { north, east }, from, to, levelOf) {
   return paths;
 }
 
-/** @param {Pen} pen @param {import("./map.js").Ellipse} ellipse */
+/** @param {Pen} pen @param {import("./types.js").Ellipse} ellipse */
 function drawEllipse(pen, { north, east, covariance: [nn, ne, ee], colour: name }) {
   const mean = (nn + ee) / 2, spread = Math.hypot((nn - ee) / 2, ne);
   const [major, minor] = [mean + spread, mean - spread].map((variance) => Math.sqrt(CHI_SQUARED_95 * Math.max(variance, 0)) * pen.frame.scale);
@@ -245,7 +245,7 @@ function drawEllipse(pen, { north, east, covariance: [nn, ne, ee], colour: name 
   pen.stroke(name, "dotted", 1.5);
 }
 
-/** @param {Pen} pen @param {import("./map.js").Mark} mark */
+/** @param {Pen} pen @param {import("./types.js").Mark} mark */
 function drawMark(pen, { north, east, kind, colour: name, text = "" }) {
   const { context } = pen, x = pen.x(east), y = pen.y(north);
   context.beginPath();
@@ -279,7 +279,7 @@ function drawMark(pen, { north, east, kind, colour: name, text = "" }) {
   }
 }
 
-/** Fixes, upright, and refused ones, turned: hundreds, so that each kind is one stroke. @param {Pen} pen @param {import("./map.js").Mark[]} marks */
+/** Fixes, upright, and refused ones, turned: hundreds, so that each kind is one stroke. @param {Pen} pen @param {import("./types.js").Mark[]} marks */
 function drawCrosses(pen, marks) {
   for (const [kind, r, turned, width] of /** @type {["fix" | "refused", number, number, number][]} */ ([["fix", 3.5, 0, 1.5], ["refused", 5, Math.PI / 4, 2.5]])) {
     const path = new Path2D(), crosses = marks.filter((mark) => mark.kind === kind), [dx, dy] = [r * Math.cos(turned), r * Math.sin(turned)];
@@ -294,7 +294,7 @@ function drawCrosses(pen, marks) {
   }
 }
 
-/** @param {Pen} pen @param {import("./map.js").Arrow} arrow */
+/** @param {Pen} pen @param {import("./types.js").Arrow} arrow */
 function drawArrow(pen, { north, east, heading, length_m, colour: name }) {
   const { context, frame } = pen;
   if (!Number.isFinite(north + east + heading)) return;
@@ -312,7 +312,7 @@ function drawArrow(pen, { north, east, heading, length_m, colour: name }) {
   context.restore();
 }
 
-/** @param {Pen} pen @param {import("./map.js").Vehicle} vehicle */
+/** @param {Pen} pen @param {import("./types.js").Vehicle} vehicle */
 function drawVehicle(pen, { kind, north, east, heading, colour: name }) {
   const { context } = pen;
   if (!Number.isFinite(north + east)) return;

@@ -10,7 +10,7 @@ import { ordersOf } from "./orders.js";
 
 /**
  * @typedef {import("./app.js").Context} Context
- * @typedef {import("./recording.js").MissionJson} MissionJson
+ * @typedef {import("./types.js").MissionJson} MissionJson
  */
 
 /** Time between two requests for the mission's state, ms. Its events tell what is urgent. */

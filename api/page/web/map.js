@@ -5,23 +5,7 @@ import { number } from "./format.js";
 import { drawPicture, pictureBounds } from "./drawing.js";
 import { placeOnEarth } from "./background.js";
 
-/**
- * Columns of a track, of which the first `length` rows are valid.
- * @typedef {{ t: ArrayLike<number>, north: ArrayLike<number>, east: ArrayLike<number>, depth?: ArrayLike<number>, length: number }} Track
- * @typedef {"solid" | "dashed" | "dotted" | "wide" | "thin"} Stroke
- * @typedef {{ track: Track, from: number, to: number, colour: string, style: Stroke, byDepth?: boolean, name: string }} TrackLayer
- * @typedef {{ kind: "craft" | "auv", north: number, east: number, heading: number, colour: string, name?: string, note?: string }} Vehicle
- * @typedef {{ points: [number, number][], colour: string, style: Stroke | "area", closed?: boolean, name?: string }} Line
- * @typedef {{ north: number, east: number, radius: number, colour: string, style: "keep-out" | "acoustic" }} Disc
- * @typedef {{ north: number, east: number, covariance: [number, number, number], colour: string }} Ellipse
- * @typedef {{ north: number, east: number, kind: "fix" | "refused" | "violation" | "dot" | "stop", colour: string, title?: string, text?: string }} Mark
- * @typedef {{ north: number, east: number, heading: number, length_m: number, colour: string }} Arrow
- * @typedef {{ tracks: TrackLayer[], lines: Line[], discs: Disc[], ellipses: Ellipse[], marks: Mark[], arrows: Arrow[], vehicles: Vehicle[],
- *   current: { north_mps: number, east_mps: number, estimated: boolean } | null, origin: { lat_deg: number, lon_deg: number } | null, label: string }} Picture
- * @typedef {{ lines: (origin: Picture["origin"]) => Line[], place: (north: number, east: number) => void, takeFile: (file: File) => void }} Draft
- *   a route that is made on the map
- * @typedef {{ width: number, height: number, scale: number, north: number, east: number }} Frame `scale` is pixels a metre; `north`, `east` are in the middle
- */
+/** @import { Picture, Draft, Frame } from "./types.js" */
 
 /** Margin around the fitted content, pixels. */
 const MARGIN_PX = 56;

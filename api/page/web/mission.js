@@ -15,7 +15,7 @@ import { ChartStack } from "./chart.js";
  * @typedef {import("./picture.js").Run} Run
  * @typedef {import("./picture.js").Layers} Layers
  * `age` is the age of the last plan, s; `before` is the view that this one replaces, whose moment and layers it keeps.
- * @typedef {{ needed?: (t: number, playing: boolean) => void, age?: () => number, before?: MissionView, side?: Node | null, below?: Node | null, signal?: AbortSignal, sideBySide?: boolean, draft?: import("./map.js").Draft }} ViewOptions
+ * @typedef {{ needed?: (t: number, playing: boolean) => void, age?: () => number, before?: MissionView, side?: Node | null, below?: Node | null, signal?: AbortSignal, sideBySide?: boolean, draft?: import("./types.js").Draft }} ViewOptions
  */
 
 /** Log entries shown, newest first. */
@@ -266,7 +266,7 @@ export class MissionView {
   }
 }
 
-/** @param {import("./recording.js").Prediction} believed @returns {string[][]} */
+/** @param {import("./types.js").Prediction} believed @returns {string[][]} */
 function beliefsOf({ current, craft, auvs, schedule }) {
   const speed = current ? Math.hypot(...current) : NaN;
   return [
@@ -283,7 +283,7 @@ function beliefsOf({ current, craft, auvs, schedule }) {
   ];
 }
 
-/** @param {import("./recording.js").RouteFit} route */
+/** @param {import("./types.js").RouteFit} route */
 function routeWords({ probability, north_m, east_m, next_turn, repeats }) {
   const percent = number(100 * probability, 0, "%");
   const kind = repeats && { lanes: `lanes of ${number(repeats.leg_m, 0, "m")}, ${number(repeats.spacing_m, 0, "m")} apart`, laps: `laps of ${number(repeats.period_m, 0, "m")}`, other: `a pattern of ${number(repeats.period_m, 0, "m")}` }[repeats.pattern];

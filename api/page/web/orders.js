@@ -6,7 +6,7 @@ import { freshKey, Refusal, send } from "./service.js";
 
 /**
  * @typedef {import("./app.js").Context} Context
- * @typedef {import("./recording.js").MissionJson} MissionJson
+ * @typedef {import("./types.js").MissionJson} MissionJson
  */
 
 /** Speed factors of a simulated mission. Without one it runs as fast as possible. */

@@ -6,10 +6,10 @@ import { addTour, visitsAt } from "./visits.js";
 /**
  * @typedef {import("./recording.js").Recording} Recording
  * @typedef {import("./recording.js").Series} Series
- * @typedef {import("./map.js").Picture} Picture
+ * @typedef {import("./types.js").Picture} Picture
  * @typedef {{ name: string, colour: string, recording: Recording }} Run
  * @typedef {{ forecasts: boolean, goal: boolean, fixes: boolean, ghost: boolean, acoustic: boolean, bounds: boolean, paths: boolean, chart: boolean, tour: boolean }} Layers
- * @typedef {{ lines: import("./map.js").Line[], marks: import("./map.js").Mark[] }} Background
+ * @typedef {{ lines: import("./types.js").Line[], marks: import("./types.js").Mark[] }} Background
  */
 
 /** Time that the length of an arrow stands for, s. */
@@ -79,7 +79,7 @@ function addTrack(picture, series, t, colour, style, name, byDepth = false) {
   picture.tracks.push({ track, from: 0, to, colour, style, byDepth, name });
 }
 
-/** @param {Picture} picture @param {Run} run @param {{ t_s: number, prediction: import("./recording.js").Prediction }} believed @param {Layers} layers */
+/** @param {Picture} picture @param {Run} run @param {{ t_s: number, prediction: import("./types.js").Prediction }} believed @param {Layers} layers */
 function beliefs(picture, { recording, colour }, { t_s, prediction }, layers) {
   if (layers.ghost) picture.lines.push({ points: prediction.line_of_sight, colour: "los", style: "dashed", name: "line of sight" });
   if (layers.goal) picture.lines.push({ points: prediction.goal, colour: "goal", style: "dotted", name: "goal, forecast" });
@@ -105,14 +105,14 @@ function beliefs(picture, { recording, colour }, { t_s, prediction }, layers) {
   }
 }
 
-/** @param {import("./recording.js").Violation} violation */
+/** @param {import("./types.js").Violation} violation */
 export function violationWords(violation) {
   return `${violation.limit.replaceAll("_", " ")}${violation.pointer ? ` (${violation.pointer})` : ""}: ${number(violation.amount, 2, violation.unit)} beyond`;
 }
 
 /**
  * The position of the plan `after` seconds from its start.
- * @param {import("./recording.js").Prediction} prediction
+ * @param {import("./types.js").Prediction} prediction
  * @param {number} after
  * @returns {[number, number] | undefined}
  */
@@ -146,7 +146,7 @@ function craftAt(picture, { name, colour, recording }, t, several) {
   picture.vehicles.push({ kind: "craft", north, east, heading, colour: several ? colour : "hull", name: several ? name : "ASC" });
 }
 
-/** @param {Picture} picture @param {Recording} recording @param {number} t @param {import("./recording.js").Prediction} [prediction] */
+/** @param {Picture} picture @param {Recording} recording @param {number} t @param {import("./types.js").Prediction} [prediction] */
 function auvsAt(picture, recording, t, prediction) {
   const range = recording.scene.range_max_m;
   for (const [id, series] of recording.places) {
@@ -178,7 +178,7 @@ function headingOf(series, i) {
   return before < i ? Math.atan2(series.column("east")[i] - series.column("east")[before], series.column("north")[i] - series.column("north")[before]) : 0;
 }
 
-/** @param {Picture} picture @param {Run} run @param {number} t @param {import("./recording.js").Prediction | undefined} prediction @param {Layers} layers */
+/** @param {Picture} picture @param {Run} run @param {number} t @param {import("./types.js").Prediction | undefined} prediction @param {Layers} layers */
 function references(picture, { recording, colour }, t, prediction, layers) {
   const craft = recording.craft.indexAt(t), plan = recording.plans.indexAt(t);
   if (craft < 0 || plan < 0) return;

@@ -9,7 +9,7 @@ import { tangentPlane } from "./background.js";
 import { addTour, VisitStrip } from "./visits.js";
 
 /**
- * @typedef {import("./map.js").Picture} Picture
+ * @typedef {import("./types.js").Picture} Picture
  * @typedef {{ t_s: number, north_m: number, east_m: number, heading_rad: number }} TrajectoryPoint
  */
 
@@ -74,7 +74,7 @@ export class PlanPicture {
     this.charts.draw();
   }
 
-  /** @returns {import("./visits.js").Visits} */
+  /** @returns {import("./types.js").Visits} */
   schedule() {
     const { request, plans: { mpc }, after } = this, begin = mpc.trajectory[0].t_s;
     return { schedule: mpc.schedule, goal: request.goal, now: begin + after, begin, clock: (t) => (Math.abs(t - begin) < 1 ? "now" : `+${number((t - begin) / 60, 0, "min")}`), order: mpc.targets.map((/** @type {any} */ target) => target.id) };

@@ -29,7 +29,7 @@ export function planTables({ plans, explanation }) {
   const { solver, schedule } = mpc;
   if (schedule) {
     const { unit, visits } = schedule, minutes = (/** @type {number} */ t) => ({ text: `+${number((t - mpc.trajectory[0].t_s) / 60, 1, "min")}` });
-    sections.push(section("Visits", table(["", "arrival", "departure", "cost before", "cost after"], visits.map((/** @type {import("./visits.js").Visit} */ visit) => [visit.auv, minutes(visit.arrive_s), minutes(visit.leave_s), { text: costWords(visit.cost_before, unit) }, { text: costWords(visit.cost_after, unit) }])),
+    sections.push(section("Visits", table(["", "arrival", "departure", "cost before", "cost after"], visits.map((/** @type {import("./types.js").Visit} */ visit) => [visit.auv, minutes(visit.arrive_s), minutes(visit.leave_s), { text: costWords(visit.cost_before, unit) }, { text: costWords(visit.cost_after, unit) }])),
       table([], scheduleWords(schedule).map(([name, text]) => [name, { text }]))));
   }
   if (solver) {

@@ -93,25 +93,7 @@ export class Series {
   }
 }
 
-/**
- * @typedef {{ pointer?: string, limit: string, t_s: number, amount: number, unit: string }} Violation
- * @typedef {{ id: string, positions: [number, number][], depths_m: number[], covariances_m2: [number, number, number][], age_s: number,
- *   heard?: { t_s: number, north_m: number, east_m: number }, refused_t_s?: number[], drift: [number, number], route?: RouteFit,
- *   dive?: { depth_min_m: number, depth_max_m: number } }} PredictedAuv
- * @typedef {{ probability: number, north_m: number, east_m: number, next_turn?: { in_s: number, sigma_s: number, by_rad: number },
- *   repeats?: { pattern: "lanes" | "laps" | "other", times: number, period_m: number, leg_m: number, spacing_m: number } }} RouteFit
- * @typedef {{ after_s: number[], asc: [number, number][], goal: [number, number][], line_of_sight: [number, number][], auvs: PredictedAuv[],
- *   line_of_sight_reference: { speed_mps: number, heading_rad: number }, rms_m: number, line_of_sight_rms_m: number,
- *   current?: [number, number], craft: { [name: string]: number | boolean }, violations: Violation[],
- *   warnings: { code: string, pointer: string, detail: string }[], schedule?: import("./visits.js").Schedule }} Prediction
- * @typedef {{ t: number, north: number, east: number, limit: string, beyond: number }} Breach
- * @typedef {{ duration_s?: number, settled_after_s?: number, period_s?: number, scenario?: string, seed?: number, controller?: string, information?: string, clock_rate?: number, auvs?: string[], origin?: { lat_deg: number, lon_deg: number },
- *   keep_outs?: { north_m: number, east_m: number, radius_m: number }[], area?: [number, number][], range_max_m?: number,
- *   paths?: { [id: string]: [number, number][] }, goal?: import("./visits.js").VisitGoal }} Scene
- * @typedef {{ id: string, title: string, kind: string, status: string, t_s: number, plan?: { waits_for: string[], age_s: number }, created_s?: number, sequence?: number, revision?: number, speed_factor?: number,
- *   origin?: { lat_deg: number, lon_deg: number }, setting?: any, scene?: Scene }} MissionJson
- * @typedef {{ t_s: number, kind: string, text: string }} LogEntry
- */
+/** @import { Prediction, Breach, Scene, MissionJson, LogEntry } from "./types.js" */
 
 const GOAL = ["t", "north", "east", "distance", "along", "cross", "energy"];
 const CRAFT = ["t", "north", "east", "heading", "speed", "sway"];

@@ -11,7 +11,7 @@ import { themeChoice } from "./theme.js";
 /**
  * @typedef {{ words: number, columns: string[], rows: string[][] }} BlockTable
  * @typedef {{ heading?: [number, string], paragraph?: string, table?: BlockTable, code?: [string, string], sheet?: import("./sheet.js").Sheet }} Block
- * @typedef {{ mission: import("./recording.js").MissionJson, csv: string, predictions?: [number, import("./recording.js").Prediction][] }} RecordedRun
+ * @typedef {{ mission: import("./types.js").MissionJson, csv: string, predictions?: [number, import("./types.js").Prediction][] }} RecordedRun
  * @typedef {{ guide: string, lines: [string, string][] }} RecordedScores
  */
 

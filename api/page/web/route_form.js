@@ -65,7 +65,7 @@ export class RouteDraft {
     return { segments: [{ kind: "waypoints", points, turn_radius_m, legs }], closed, speed_mps: Number(this.speed.value) };
   }
 
-  /** The route on the map. @param {{ lat_deg: number, lon_deg: number } | null | undefined} origin @returns {import("./map.js").Line[]} */
+  /** The route on the map. @param {{ lat_deg: number, lon_deg: number } | null | undefined} origin @returns {import("./types.js").Line[]} */
   lines(origin) {
     const plane = origin && tangentPlane(origin);
     const points = this.route.points.flatMap((point) => {

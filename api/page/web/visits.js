@@ -3,16 +3,7 @@
 import { el, fill, named, shape } from "./dom.js";
 import { duration, moment, number } from "./format.js";
 
-/**
- * @typedef {{ auv: string, arrive_s: number, leave_s: number, north_m: number, east_m: number, cost_before: number, cost_after: number }} Visit
- * @typedef {{ auv: string, cost: number, served_by_s?: number, left_out?: "silent" | "out_of_reach" | "too_deep" }} ServedAuv
- * @typedef {{ unit: "s" | "m2" | "kbit", visits: Visit[], costs: ServedAuv[], cost: number, bound: number, exact: boolean, sentence: string, deadlines_missed?: string[],
- *   alternatives: { next: string, cost: number, deadlines_missed: number }[] }} Schedule
- * @typedef {{ kind?: string, auvs?: string[], within_m?: number, serve_by_s?: { [auv: string]: number }, next?: string }} VisitGoal
- * @typedef {{ auv: string, from: number, to: number }} Service
- * `schedule` is none while it is loading; `past` has what was served until `now`; `clock` writes a time on the axis.
- * @typedef {{ schedule?: Schedule | null, goal?: VisitGoal, now: number, past?: Service[], begin: number, clock: (t: number) => string, order: string[] }} Visits
- */
+/** @import { Visit, ServedAuv, Schedule, Service, Visits } from "./types.js" */
 
 /** An AUV within this horizontal distance is served, unless the goal says another, m. */
 const WITHIN_M = 20;
@@ -72,7 +63,7 @@ function tourOf({ visits }) {
 
 /**
  * Puts the tour from the craft (north, east) on a map.
- * @param {import("./map.js").Picture} picture @param {[number, number]} craft @param {number} now @param {Visits} shown
+ * @param {import("./types.js").Picture} picture @param {[number, number]} craft @param {number} now @param {Visits} shown
  */
 export function addTour(picture, craft, now, { schedule, order, clock }) {
   if (!schedule) return;

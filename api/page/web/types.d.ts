@@ -1,0 +1,68 @@
+// The page's data: what the service sends, and what the map and the strip of visits draw. Not served.
+
+export type Violation = { pointer?: string, limit: string, t_s: number, amount: number, unit: string };
+
+export type PredictedAuv = { id: string, positions: [number, number][], depths_m: number[], covariances_m2: [number, number, number][], age_s: number,
+  heard?: { t_s: number, north_m: number, east_m: number }, refused_t_s?: number[], drift: [number, number], route?: RouteFit,
+  dive?: { depth_min_m: number, depth_max_m: number } };
+
+export type RouteFit = { probability: number, north_m: number, east_m: number, next_turn?: { in_s: number, sigma_s: number, by_rad: number },
+  repeats?: { pattern: "lanes" | "laps" | "other", times: number, period_m: number, leg_m: number, spacing_m: number } };
+
+export type Prediction = { after_s: number[], asc: [number, number][], goal: [number, number][], line_of_sight: [number, number][], auvs: PredictedAuv[],
+  line_of_sight_reference: { speed_mps: number, heading_rad: number }, rms_m: number, line_of_sight_rms_m: number,
+  current?: [number, number], craft: { [name: string]: number | boolean }, violations: Violation[],
+  warnings: { code: string, pointer: string, detail: string }[], schedule?: Schedule };
+
+export type Breach = { t: number, north: number, east: number, limit: string, beyond: number };
+
+export type Scene = { duration_s?: number, settled_after_s?: number, period_s?: number, scenario?: string, seed?: number, controller?: string, information?: string, clock_rate?: number, auvs?: string[], origin?: { lat_deg: number, lon_deg: number },
+  keep_outs?: { north_m: number, east_m: number, radius_m: number }[], area?: [number, number][], range_max_m?: number,
+  paths?: { [id: string]: [number, number][] }, goal?: VisitGoal };
+
+export type MissionJson = { id: string, title: string, kind: string, status: string, t_s: number, plan?: { waits_for: string[], age_s: number }, created_s?: number, sequence?: number, revision?: number, speed_factor?: number,
+  origin?: { lat_deg: number, lon_deg: number }, setting?: any, scene?: Scene };
+
+export type LogEntry = { t_s: number, kind: string, text: string };
+
+/** Columns of a track, of which the first `length` rows are valid. */
+export type Track = { t: ArrayLike<number>, north: ArrayLike<number>, east: ArrayLike<number>, depth?: ArrayLike<number>, length: number };
+
+export type Stroke = "solid" | "dashed" | "dotted" | "wide" | "thin";
+
+export type TrackLayer = { track: Track, from: number, to: number, colour: string, style: Stroke, byDepth?: boolean, name: string };
+
+export type Vehicle = { kind: "craft" | "auv", north: number, east: number, heading: number, colour: string, name?: string, note?: string };
+
+export type Line = { points: [number, number][], colour: string, style: Stroke | "area", closed?: boolean, name?: string };
+
+export type Disc = { north: number, east: number, radius: number, colour: string, style: "keep-out" | "acoustic" };
+
+export type Ellipse = { north: number, east: number, covariance: [number, number, number], colour: string };
+
+export type Mark = { north: number, east: number, kind: "fix" | "refused" | "violation" | "dot" | "stop", colour: string, title?: string, text?: string };
+
+export type Arrow = { north: number, east: number, heading: number, length_m: number, colour: string };
+
+export type Picture = { tracks: TrackLayer[], lines: Line[], discs: Disc[], ellipses: Ellipse[], marks: Mark[], arrows: Arrow[], vehicles: Vehicle[],
+  current: { north_mps: number, east_mps: number, estimated: boolean } | null, origin: { lat_deg: number, lon_deg: number } | null, label: string };
+
+/** A route that is made on the map. */
+export type Draft = { lines: (origin: Picture["origin"]) => Line[], place: (north: number, east: number) => void, takeFile: (file: File) => void };
+
+/** `scale` is pixels a metre; `north`, `east` are in the middle. */
+export type Frame = { width: number, height: number, scale: number, north: number, east: number };
+
+export type Visit = { auv: string, arrive_s: number, leave_s: number, north_m: number, east_m: number, cost_before: number, cost_after: number };
+
+export type ServedAuv = { auv: string, cost: number, served_by_s?: number, left_out?: "silent" | "out_of_reach" | "too_deep" };
+
+export type Schedule = { unit: "s" | "m2" | "kbit", visits: Visit[], costs: ServedAuv[], cost: number, bound: number, exact: boolean, sentence: string, deadlines_missed?: string[],
+  alternatives: { next: string, cost: number, deadlines_missed: number }[] };
+
+export type VisitGoal = { kind?: string, auvs?: string[], within_m?: number, serve_by_s?: { [auv: string]: number }, next?: string };
+
+export type Service = { auv: string, from: number, to: number };
+
+/** `schedule` is none while it is loading; `past` has what was served until `now`; `clock` writes a time on the axis. */
+export type Visits = { schedule?: Schedule | null, goal?: VisitGoal, now: number, past?: Service[], begin: number, clock: (t: number) => string, order: string[] };
