@@ -1,4 +1,4 @@
-// The README's pictures are what the program draws: with PILOTFISH_DRAW they are drawn anew, else compared.
+// The pictures of README and docs/routes.md are what the program draws: with PILOTFISH_DRAW they are drawn anew, else compared.
 
 import { execFileSync } from "node:child_process";
 import { mkdtemp, readFile, rm } from "node:fs/promises";
@@ -33,6 +33,14 @@ test("the README's pictures are what is drawn today", async ({ page, service, co
   await expect(page.locator(".chart canvas").first()).toBeVisible();
   await unchanging(page);
   await picture(page, folder, "report.png");
+
+  for (const [name, scenario, time] of [["route-found.png", "survey-lanes", 1100], ["route-left.png", "survey-resumed", 1300]]) {
+    execFileSync(PROGRAM, ["simulate", scenario, "--untimed", "--report", join(folder, "mission.html")], { stdio: "ignore" });
+    await page.goto(pathToFileURL(join(folder, "mission.html")).href);
+    await page.getByLabel("Time shown").fill(String(Math.round((1000 * time) / 1500)));
+    await unchanging(page);
+    await picture(page, folder, name);
+  }
 
   await go(page, service, "#/compare?scenario=switching&seed=1");
   await expect(page.locator(".notice")).toContainText("Flown", { timeout: 60_000 });

@@ -76,7 +76,8 @@ fn an_auv_with_a_route_file_has_its_path() {
         "north_m,east_m,speed_mps\n0,0,1.5\n200,0,1.5\n200,30,1\n0,30,1.2\n",
     );
     // Near the end of its first leg, so that the slower second one is within the horizon.
-    let state = json!({ "north_m": 170.0, "east_m": 0.0, "depth_m": 5.0, "course_rad": 0.0, "speed_mps": 1.5 });
+    let state =
+        json!({ "north_m": 170.0, "east_m": 0.0, "depth_m": 5.0, "course_rad": 0.0, "speed_mps": 1.5 });
     let mut snapshot = json!({ "schema_version": "1.0", "t_s": 0.0,
         "asc": { "north_m": 0.0, "east_m": 5.0, "heading_rad": 0.0, "speed_mps": 1.0 },
         "auvs": [{ "id": "auv-1", "state": state }], "goal": { "kind": "track", "auv": "auv-1" } });

@@ -17,7 +17,7 @@ pub struct Schedule {
     pub costs: Vec<ServedVehicle>,
     /// Cost of the schedule: the mean or the largest, as the goal asks. Missed deadlines are not in it.
     pub cost: f64,
-    /// No schedule costs less, even if the craft were with each vehicle as soon as it could reach it, and stayed with all at once.
+    /// No schedule costs less: one craft cannot be with all vehicles at once, and needs time from each to the next.
     pub bound: f64,
     /// What the schedule may cost too much: 1 − `bound` / `cost`.
     pub gap: f64,

@@ -37,6 +37,9 @@ const TRAVEL_MIN: f64 = 1.0;
 const PRICES: usize = 32;
 const PRICE_RATIO: f64 = 1e-4;
 
+/// More periods than of a second's travel fit in the longest horizon.
+const PERIODS_MAX: u32 = 1 << 14;
+
 /// Steps of the search for a largest cost.
 const HALVINGS: usize = 40;
 
@@ -185,16 +188,22 @@ impl Relaxation {
     fn of_periods(&self, auv: &Relaxed, travel: f64, price: f64) -> f64 {
         let never =
             (auv.age + 0.5 * self.horizon) * self.horizon + self.afterwards * (auv.age + self.horizon);
-        let mut best = f64::INFINITY;
-        let mut n = 1.0;
-        loop {
-            let cost = self.of_n_periods(auv, n, price) + price * n * travel;
-            if best <= cost {
-                return best.min(never);
-            }
-            best = cost;
-            n += 1.0;
+        let cost = |n: u32| self.of_n_periods(auv, f64::from(n), price) + price * f64::from(n) * travel;
+        let rises = |n: u32| cost(n) <= cost(n + 1);
+        // Doubled until it rises, then halved: that is the first number from which on it rises.
+        let (mut below, mut above) = (0, 1);
+        while !rises(above) && above < PERIODS_MAX {
+            (below, above) = (above, 2 * above);
         }
+        while below + 1 < above {
+            let between = u32::midpoint(below, above);
+            if rises(between) {
+                above = between;
+            } else {
+                below = between;
+            }
+        }
+        never.min(cost(above))
     }
 
     /// The same for n periods, the time on the way apart. The sum of the times between is convex and piecewise linear in their marginal
