@@ -5,7 +5,11 @@ import { number } from "./format.js";
 import { drawPicture, pictureBounds } from "./drawing.js";
 import { placeOnEarth } from "./background.js";
 
-/** @import { Picture, Draft, Frame } from "./types.js" */
+/**
+ * @typedef {import("./types.js").Picture} Picture
+ * @typedef {import("./types.js").Draft} Draft
+ * @typedef {import("./types.js").Frame} Frame
+ */
 
 /** Margin around the fitted content, pixels. */
 const MARGIN_PX = 56;

@@ -93,7 +93,13 @@ export class Series {
   }
 }
 
-/** @import { Prediction, Breach, Scene, MissionJson, LogEntry } from "./types.js" */
+/**
+ * @typedef {import("./types.js").Prediction} Prediction
+ * @typedef {import("./types.js").Breach} Breach
+ * @typedef {import("./types.js").Scene} Scene
+ * @typedef {import("./types.js").MissionJson} MissionJson
+ * @typedef {import("./types.js").LogEntry} LogEntry
+ */
 
 const GOAL = ["t", "north", "east", "distance", "along", "cross", "energy"];
 const CRAFT = ["t", "north", "east", "heading", "speed", "sway"];

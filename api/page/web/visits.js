@@ -3,7 +3,13 @@
 import { el, fill, named, shape } from "./dom.js";
 import { duration, moment, number } from "./format.js";
 
-/** @import { Visit, ServedAuv, Schedule, Service, Visits } from "./types.js" */
+/**
+ * @typedef {import("./types.js").Visit} Visit
+ * @typedef {import("./types.js").ServedAuv} ServedAuv
+ * @typedef {import("./types.js").Schedule} Schedule
+ * @typedef {import("./types.js").Service} Service
+ * @typedef {import("./types.js").Visits} Visits
+ */
 
 /** An AUV within this horizontal distance is served, unless the goal says another, m. */
 const WITHIN_M = 20;
