@@ -1431,8 +1431,7 @@ class Schedule(TypedDict):
 
     # Every other vehicle that could be visited first, the cheapest first.
     alternatives: list[Alternative]
-    # No schedule costs less, even if the craft were with each vehicle as soon as it could reach it, and stayed with
-    # all at once.
+    # No schedule costs less: one craft cannot be with all vehicles at once, and needs time from each to the next.
     bound: float
     # Cost of the schedule: the mean or the largest, as the goal asks. Missed deadlines are not in it.
     cost: float
