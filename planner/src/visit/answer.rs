@@ -18,7 +18,7 @@ use crate::{
     },
 };
 
-/// By how long a program that sees the next goal may leave the AUV before, s: what it takes a craft in its midst, at 1.5 m/s, to be 20 m away
+/// By how long a program that sees the next goal may leave the AUV before, s: what it takes a craft right above it, at 1.5 m/s, to be 20 m away
 /// is 13 s, and it goes on being near as it turns.
 const SETS_OFF_BEFORE: f64 = 10.0;
 

@@ -18,7 +18,7 @@
 //! ```text
 //! Σᵢ min over nᵢ, Tᵢ of (costᵢ(nᵢ, Tᵢ) + μ (nᵢ τᵢ + Tᵢ)) − μ R
 //! ```
-//! is a bound. With n periods the times between, s₀ … sₙ, cost a s₀ + Σ sₖ²/2 + θ sₙ and sum to H − T: all of them have the same marginal cost, at
+//! is a bound of schedules whose AUVs go straight between two visits: costs are served along straight ways, distances are those of the tracks. With n periods the times between, s₀ … sₙ, cost a s₀ + Σ sₖ²/2 + θ sₙ and sum to H − T: all of them have the same marginal cost, at
 //! most μ. The bound is concave in μ; the best μ is found by golden section.
 
 use crate::{
@@ -97,7 +97,7 @@ impl Relaxation {
         let sharing = sharing(fleet, &craft);
         let auv = |(place, candidate): (usize, &Candidate)| {
             let reach = craft.reach(&candidate.track, &from, fleet.within, fleet.horizon);
-            let reach = reach.unwrap_or(fleet.horizon);
+            let reach = reach.unwrap_or_else(|none_before| none_before);
             let (growth, floor) = (
                 fleet.law.unserved(0.0, 1.0).cost,
                 candidate.cost.min(fleet.law.steady(candidate.shallowest)),

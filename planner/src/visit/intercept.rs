@@ -133,14 +133,14 @@ impl Craft {
     /// f(t) = ‖p(t) − p₀ − v_c (t − t₀)‖ − within − u max(0, t − t₀ − τ) ≤ 0
     /// ```
     /// with τ the time that it turns. f changes no faster than u and the AUV's speed through the water together: a step of f over
-    /// that passes no root, and they shorten to the first one.
-    pub(crate) fn reach(&self, track: &Track, from: &Departure, within: f64, end: f64) -> Option<f64> {
+    /// that passes no root, and they shorten to the first one. Else a time before which it cannot, no later than `end`.
+    pub(crate) fn reach(&self, track: &Track, from: &Departure, within: f64, end: f64) -> Result<f64, f64> {
         self.reach_after(track, from, (from.time, 0.0), within, end)
     }
 
     /// The same for a craft that must turn first, at its full rate on the spot, to where it meets the AUV.
     pub(crate) fn arrive(&self, track: &Track, from: &Departure, within: f64, end: f64) -> Option<Arrival> {
-        let direct = self.reach(track, from, within, end)?;
+        let direct = self.reach(track, from, within, end).ok()?;
         let bearing = |time: f64| angle_of(&self.way(track, from, time));
         if direct <= from.time {
             return Some(Arrival {
@@ -150,7 +150,9 @@ impl Craft {
             });
         }
         let turning = wrap(bearing(direct) - from.heading).abs() / self.turn_rate;
-        let time = self.reach_after(track, from, (direct, turning), within, end)?;
+        let time = self
+            .reach_after(track, from, (direct, turning), within, end)
+            .ok()?;
         let heading = bearing(time);
         Some(Arrival {
             time,
@@ -172,21 +174,21 @@ impl Craft {
         (start, turning): (f64, f64),
         within: f64,
         end: f64,
-    ) -> Option<f64> {
+    ) -> Result<f64, f64> {
         let closing = self.speed + track.fastest;
         let mut time = start;
         for _ in 0..STEPS_MAX {
             if end < time {
-                return None;
+                return Err(end);
             }
             let sailed = self.speed * (time - from.time - turning).max(0.0);
             let missing = self.way(track, from, time).norm() - within - sailed;
             if missing <= self.speed * ARRIVED {
-                return Some(time);
+                return Ok(time);
             }
             time += missing / closing;
         }
-        None
+        Err(time.min(end))
     }
 }
 
@@ -254,7 +256,7 @@ mod tests {
                 let auv = forecast(place.x, place.y, 2.0 - angle, 0.1 * f64::from(k % 7), 0.0);
                 let track = Track::new(&auv, HORIZON, &current, |motion| motion.position);
                 let craft = craft(current);
-                let found = craft.reach(&track, &HERE, WITHIN, HORIZON);
+                let found = craft.reach(&track, &HERE, WITHIN, HORIZON).ok();
                 let expected = scanned(&craft, &auv, false);
                 assert_eq!(found.is_some(), expected.is_some(), "{current} {k}");
                 let turned = craft.arrive(&track, &HERE, WITHIN, HORIZON);
@@ -286,6 +288,28 @@ mod tests {
             // 10 s at 0.4 m/s along a circle of 20 m: the chord is 0.1 m inside.
             assert!((found - expected).abs() < 0.15, "{found}, expected {expected}");
         }
+    }
+
+    #[test]
+    fn a_vehicle_that_flees_as_fast_as_the_craft_is_met_no_earlier_than_is_said() {
+        let mut given_up = 0;
+        for turn_rate in [0.0, 0.0005, 0.001, 0.002, 0.004] {
+            let auv = forecast(25.0, 0.0, 0.0, 1.5, turn_rate);
+            let track = Track::new(&auv, HORIZON, &Vector2::zeros(), |motion| motion.position);
+            let craft = craft(Vector2::zeros());
+            let expected = scanned(&craft, &auv, false).unwrap_or(HORIZON);
+            match craft.reach(&track, &HERE, WITHIN, HORIZON) {
+                Ok(found) => assert!((found - expected).abs() < 1.0, "{found}, expected {expected}"),
+                Err(none_before) => {
+                    assert!(
+                        none_before <= expected,
+                        "none before {none_before}, met at {expected}"
+                    );
+                    given_up += usize::from(none_before < HORIZON);
+                }
+            }
+        }
+        assert!(0 < given_up, "none of these takes more steps than there are");
     }
 
     #[test]

@@ -87,7 +87,7 @@ fn changed(schedule: &Schedule, before: &Schedule, now: f64) -> String {
     let was = was.filter(|was| unserved(&was.auv));
     if let Some(was) = was.and_then(|was| others.find(|other| other.next == was.auv)) {
         let more = 100.0 * (was.cost / schedule.cost - 1.0);
-        if 0.0 <= more {
+        if 0.0 <= more && more.is_finite() {
             let _ = write!(
                 said,
                 "; {}, next until now, would cost {} % more",
