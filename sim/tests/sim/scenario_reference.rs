@@ -321,8 +321,7 @@ fn every_key_of_the_built_in_scenarios_is_in_the_reference() {
                         .iter()
                         .any(|end| row.ends_with(end))
             };
-            let chosen =
-                ["uniform", "normal", "choice"].contains(&last) || known.iter().any(|row| by_auv(&row));
+            let chosen = ["uniform", "normal", "choice"].contains(&last) || known.iter().any(by_auv);
             assert!(chosen || known.contains(&key.as_str()), "{name}: {key}");
         }
     }
