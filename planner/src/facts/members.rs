@@ -11,18 +11,18 @@ pub(crate) fn needed<T, E: de::Error>(member: &mut Option<T>, name: &'static str
 }
 
 /// A member that may be left out.
-pub(crate) trait Given {
-    fn is_given(&self) -> bool;
+pub(crate) trait Present {
+    fn is_present(&self) -> bool;
 }
 
-impl<T> Given for Option<T> {
-    fn is_given(&self) -> bool {
+impl<T> Present for Option<T> {
+    fn is_present(&self) -> bool {
         self.is_some()
     }
 }
 
-impl<T> Given for Vec<T> {
-    fn is_given(&self) -> bool {
+impl<T> Present for Vec<T> {
+    fn is_present(&self) -> bool {
         !self.is_empty()
     }
 }
@@ -47,9 +47,9 @@ macro_rules! members {
 
         impl $members {
             fn none_left<E: serde::de::Error>(&self) -> Result<(), E> {
-                use crate::facts::members::Given as _;
+                use crate::facts::members::Present as _;
                 // No known member is listed, which tells readers that another kind has it.
-                $(if self.$member.is_given() {
+                $(if self.$member.is_present() {
                     return Err(E::unknown_field(stringify!($member), &[]));
                 })*
                 Ok(())
