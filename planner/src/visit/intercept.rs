@@ -16,6 +16,9 @@ const ARRIVED: f64 = 1e-3;
 /// Most steps towards an arrival. An AUV that is caught up with so slowly counts as out of reach.
 const STEPS_MAX: usize = 200;
 
+/// Least step towards an arrival while the craft turns, as a share of that time.
+const TURN_STEPS: f64 = 50.0;
+
 /// Where an AUV will be, sampled. Positions are relative to the craft now, (ahead, starboard), m.
 #[derive(Clone, Debug)]
 pub(crate) struct Track {
@@ -186,7 +189,13 @@ impl Craft {
             if missing <= self.speed * ARRIVED {
                 return Ok(time);
             }
-            time += missing / closing;
+            // Until the craft has turned it comes no nearer, and an AUV just outside would take any number of steps.
+            let least = if time - from.time < turning {
+                turning / TURN_STEPS
+            } else {
+                0.0
+            };
+            time += (missing / closing).max(least);
         }
         Err(time.min(end))
     }
@@ -326,5 +335,21 @@ mod tests {
         // Astern, at rest: half a turn at 0.17 rad/s, then 280 m at 1.5 m/s.
         let astern = of(&forecast(-300.0, 0.0, 0.0, 0.0, 0.0)).expect("is reached");
         assert!((astern - (std::f64::consts::PI / 0.17 + 280.0 / 1.5)).abs() < 0.01);
+    }
+
+    #[test]
+    fn an_auv_that_the_craft_has_just_left_is_reached_again_after_a_turn() {
+        let craft = craft(Vector2::zeros());
+        for outside in [0.002, 0.01, 0.1, 0.5] {
+            let auv = forecast(-WITHIN - outside, 0.0, 0.0, 0.0, 0.0);
+            let track = Track::new(&auv, HORIZON, &Vector2::zeros(), |motion| motion.position);
+            let again = craft.arrive(&track, &HERE, WITHIN, HORIZON).expect("is reached");
+            let expected = std::f64::consts::PI / 0.17 + outside / 1.5;
+            let late = again.time - expected;
+            assert!(
+                (-2.0 * ARRIVED..0.4).contains(&late),
+                "{outside} m outside: {late} s late"
+            );
+        }
     }
 }
