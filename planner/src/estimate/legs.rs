@@ -108,6 +108,20 @@ pub(crate) fn legs(reports: &[(usize, Report)]) -> Vec<Leg> {
     legs
 }
 
+/// A bend that counts as a turn, rad: fixes bend a straight leg by less.
+const TURN: f64 = std::f64::consts::FRAC_PI_4;
+
+/// Mean time between the turns of a `track`, s; none where it has not turned.
+pub(crate) fn between_turns(track: &[TrackPoint]) -> Option<f64> {
+    let ways = track.windows(2).map(|pair| place(&pair[1]) - place(&pair[0]));
+    let ways: Vec<_> = ways.filter(|way| 0.0 < way.norm()).collect();
+    let turned = |pair: &&[Vector2<f64>]| TURN < pair[0].angle(&pair[1]);
+    let turns = ways.windows(2).filter(turned).count();
+    let (first, last) = (track.first()?, track.last()?);
+    #[expect(clippy::cast_precision_loss, reason = "a hundred places at most")]
+    (0 < turns).then(|| (last[0] - first[0]) / turns as f64)
+}
+
 /// The fewest of `points` that leave none farther than `tolerance`, m, from the line (Ramer, Douglas and Peucker).
 pub(crate) fn simplified(points: &[TrackPoint], tolerance: f64) -> Vec<TrackPoint> {
     let Some(last) = points.len().checked_sub(1) else {
@@ -134,4 +148,39 @@ pub(crate) fn simplified(points: &[TrackPoint], tolerance: f64) -> Vec<TrackPoin
     }
     let kept = points.iter().zip(kept).filter(|(_, kept)| *kept);
     kept.map(|(point, _)| *point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Places at 0.5 m/s from one to the next.
+    fn sailed(places: &[[f64; 2]]) -> Vec<TrackPoint> {
+        let mut track: Vec<TrackPoint> = Vec::new();
+        for [north, east] in places {
+            let before = track.last().copied().unwrap_or([0.0, *north, *east]);
+            let way = (Vector2::new(*north, *east) - place(&before)).norm();
+            track.push([before[0] + way / 0.5, *north, *east]);
+        }
+        track
+    }
+
+    #[test]
+    fn the_time_between_turns_is_that_of_the_sharp_bends_alone() {
+        // Lanes of 100 m, 20 m apart: each takes 240 s and ends in two turns. A lane is bent by 10° where a fix was off.
+        let lanes = sailed(&[
+            [0.0, 0.0],
+            [50.0, 4.0],
+            [100.0, 0.0],
+            [100.0, 20.0],
+            [0.0, 20.0],
+            [0.0, 40.0],
+            [100.0, 40.0],
+        ]);
+        let between = between_turns(&lanes).expect("turns four times");
+        assert!((between - 680.0 / 4.0).abs() < 1.0, "{between}");
+        assert_eq!(between_turns(&lanes[..3]), None);
+        assert_eq!(between_turns(&lanes[..1]), None);
+        assert_eq!(between_turns(&[]), None);
+    }
 }

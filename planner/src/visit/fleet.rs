@@ -3,6 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::{
+    estimate::legs::between_turns,
     facts::{
         angle::ned_from_body,
         visit::{Reduce, VisitCost, Visits},
@@ -120,7 +121,14 @@ impl Fleet {
         let tour = tour(&places, &craft, visits.dwell_min_s);
         let horizon = (parameters.horizon_tours * tour).clamp(parameters.horizon_min, parameters.horizon_max);
         let candidate = |member: &Member| {
-            let track = Track::new(&forecasts[member.auv], horizon, &craft.current, frame);
+            let between_turns = between_turns(&snapshot.estimates()[member.auv].track);
+            let track = Track::new(
+                &forecasts[member.auv],
+                between_turns,
+                horizon,
+                &craft.current,
+                frame,
+            );
             Candidate {
                 auv: member.auv,
                 share: member.weight,

@@ -3,7 +3,10 @@
 use nalgebra::Vector2;
 
 use crate::{
-    facts::angle::{angle_of, wrap},
+    facts::{
+        angle::{angle_of, wrap},
+        options::ForecastModel,
+    },
     predict::{forecast::AuvForecast, motion::Motion},
 };
 
@@ -31,9 +34,11 @@ pub(crate) struct Track {
 }
 
 impl Track {
-    /// The forecast of an AUV until `horizon`, s, its motions seen by the craft through `frame`, in `current`, of that frame, m/s.
+    /// The forecast of an AUV until `horizon`, s, its motions seen by the craft through `frame`, in `current`, of that frame, m/s. One
+    /// without a path that turned every `between_turns`, s, until now is expected to turn anywhere as often.
     pub(crate) fn new(
         forecast: &AuvForecast,
+        between_turns: Option<f64>,
         horizon: f64,
         current: &Vector2<f64>,
         frame: impl Fn(&Motion) -> Vector2<f64>,
@@ -42,7 +47,15 @@ impl Track {
         let step = horizon / SAMPLES as f64;
         #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
         let times = || (0..=SAMPLES).map(|i| i as f64 * step);
-        let positions: Vec<_> = times().map(|time| frame(&forecast.at(time))).collect();
+        // Of a velocity that is forgotten at a constant rate, the expected displacement is v τ (1 − e^(−t/τ)).
+        let foreseen = |time: f64| match between_turns {
+            Some(tau) if 0.0 < time && forecast.model != ForecastModel::Path => {
+                let here = frame(&forecast.at(0.0));
+                here + (frame(&forecast.at(time)) - here) * (tau / time * -(-time / tau).exp_m1())
+            }
+            _ => frame(&forecast.at(time)),
+        };
+        let positions: Vec<_> = times().map(foreseen).collect();
         let velocities = positions.windows(2).map(|pair| (pair[1] - pair[0]) / step);
         let fastest = velocities.map(|velocity| (velocity - current).norm());
         Self {
@@ -263,7 +276,7 @@ mod tests {
                 let angle = 0.26 * f64::from(k) + 0.3 * current.x;
                 let place = direction(angle) * (15.0 + 60.0 * f64::from(k));
                 let auv = forecast(place.x, place.y, 2.0 - angle, 0.1 * f64::from(k % 7), 0.0);
-                let track = Track::new(&auv, HORIZON, &current, |motion| motion.position);
+                let track = Track::new(&auv, None, HORIZON, &current, |motion| motion.position);
                 let craft = craft(current);
                 let found = craft.reach(&track, &HERE, WITHIN, HORIZON).ok();
                 let expected = scanned(&craft, &auv, false);
@@ -289,7 +302,7 @@ mod tests {
     fn a_vehicle_that_turns_is_met_as_if_its_track_were_not_sampled() {
         for turn_rate in [-0.02, 0.004, 0.01] {
             let auv = forecast(400.0, -250.0, 1.0, 0.4, turn_rate);
-            let track = Track::new(&auv, HORIZON, &Vector2::zeros(), |motion| motion.position);
+            let track = Track::new(&auv, None, HORIZON, &Vector2::zeros(), |motion| motion.position);
             let found = craft(Vector2::zeros())
                 .reach(&track, &HERE, WITHIN, HORIZON)
                 .expect("is met");
@@ -304,7 +317,7 @@ mod tests {
         let mut given_up = 0;
         for turn_rate in [0.0, 0.0005, 0.001, 0.002, 0.004] {
             let auv = forecast(25.0, 0.0, 0.0, 1.5, turn_rate);
-            let track = Track::new(&auv, HORIZON, &Vector2::zeros(), |motion| motion.position);
+            let track = Track::new(&auv, None, HORIZON, &Vector2::zeros(), |motion| motion.position);
             let craft = craft(Vector2::zeros());
             let expected = scanned(&craft, &auv, false).unwrap_or(HORIZON);
             match craft.reach(&track, &HERE, WITHIN, HORIZON) {
@@ -325,7 +338,7 @@ mod tests {
     fn nobody_who_flees_faster_is_reached_and_who_is_near_is_reached_now() {
         let craft = craft(Vector2::zeros());
         let of = |auv: &AuvForecast| {
-            let track = Track::new(auv, HORIZON, &Vector2::zeros(), |motion| motion.position);
+            let track = Track::new(auv, None, HORIZON, &Vector2::zeros(), |motion| motion.position);
             craft
                 .arrive(&track, &HERE, WITHIN, HORIZON)
                 .map(|arrival| arrival.time)
@@ -342,7 +355,7 @@ mod tests {
         let craft = craft(Vector2::zeros());
         for outside in [0.002, 0.01, 0.1, 0.5] {
             let auv = forecast(-WITHIN - outside, 0.0, 0.0, 0.0, 0.0);
-            let track = Track::new(&auv, HORIZON, &Vector2::zeros(), |motion| motion.position);
+            let track = Track::new(&auv, None, HORIZON, &Vector2::zeros(), |motion| motion.position);
             let again = craft.arrive(&track, &HERE, WITHIN, HORIZON).expect("is reached");
             let expected = std::f64::consts::PI / 0.17 + outside / 1.5;
             let late = again.time - expected;
@@ -351,5 +364,30 @@ mod tests {
                 "{outside} m outside: {late} s late"
             );
         }
+    }
+
+    #[test]
+    fn an_auv_that_turns_is_met_near_where_it_was_seen_to_turn() {
+        let auv = forecast(0.0, 0.0, 0.0, 0.5, 0.0);
+        let track = |between| {
+            Track::new(&auv, between, HORIZON, &Vector2::zeros(), |motion| {
+                motion.position
+            })
+        };
+        let (straight, turning) = (track(None), track(Some(120.0)));
+        // The mean of flights whose legs end at random, each second with a probability of 1/120, in any new direction.
+        let mean = |until: u32| {
+            (0..until)
+                .map(|t| 0.5 * (1.0_f64 - 1.0 / 120.0).powf(f64::from(t)))
+                .sum::<f64>()
+        };
+        for until in [10, 120, 1700] {
+            let place = turning.at(f64::from(until));
+            assert!(
+                (place.x - mean(until)).abs() < 0.5 && place.y.abs() < 1e-9,
+                "{until}: {place}"
+            );
+        }
+        assert!((straight.at(1700.0).x - 850.0).abs() < 1e-6);
     }
 }
