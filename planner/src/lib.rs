@@ -87,4 +87,4 @@ pub use solve::{
     certificate,
     stop::{self, Stop},
 };
-pub use visit::{fleet::SchedulingParameters, hearing::Hearing};
+pub use visit::fleet::SchedulingParameters;

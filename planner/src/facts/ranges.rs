@@ -186,11 +186,7 @@ pub(crate) const VISIT: [Range; 6] = [
 ];
 
 /// A vehicle in the schedule of an earlier answer.
-pub(crate) const SERVED_VEHICLE: [Range; 2] = [
-    ("cost", SCHEDULED_COST),
-    // The diagonal between the farthest places.
-    ("heard_within_m", 0.0..=5.0 * COORDINATE_MAX),
-];
+pub(crate) const SERVED_VEHICLE: [Range; 1] = [("cost", SCHEDULED_COST)];
 
 /// Weight of an AUV in a mean: only ratios count, and the sum must not overflow.
 pub const WEIGHT: RangeInclusive<f64> = 0.0..=1.0e6;

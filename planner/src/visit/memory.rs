@@ -10,7 +10,7 @@ use crate::{
     },
     predict::forecast::AuvForecast,
     snapshot::build::Snapshot,
-    visit::{fleet::Fleet, hearing::Hearing, search::Present},
+    visit::{fleet::Fleet, search::Present},
 };
 
 /// An AUV that the goal depends on.
@@ -20,16 +20,6 @@ pub(crate) struct Vehicle {
     pub(crate) served: ServedVehicle,
     /// A deadline that is not met yet, s after now.
     pub(crate) deadline: Option<f64>,
-}
-
-impl ServedVehicle {
-    /// How it was heard.
-    fn hearing(&self) -> Hearing {
-        Hearing {
-            within: self.heard_within_m,
-            silent: self.left_out == Some(LeftOut::Silent),
-        }
-    }
 }
 
 /// What the schedule before says.
@@ -64,14 +54,12 @@ impl<'a> Memory<'a> {
         let vehicle = |id: &VehicleId| {
             let auv = snapshot.auvs.iter().position(|auv| auv.id == *id);
             let auv = auv.expect("a snapshot's goal names only vehicles that are in it");
-            let (forecast, known) = (&forecasts[auv], self.known(id));
+            let (forecast, age) = (&forecasts[auv], snapshot.estimates()[auv].state.age_s);
+            let silent = report_age_max < age;
             let distance = (forecast.at(0.0).position - snapshot.asc.position()).norm();
             let depth = forecast.depth_at(0.0).max(0.0);
-            let reports = snapshot.auvs[auv].reports.as_deref().unwrap_or_default();
-            let state = &snapshot.estimates()[auv].state;
-            let hearing = known.map_or_else(Hearing::default, |(_, known)| known.hearing());
-            let hearing = hearing.later(reports, state, distance, report_age_max);
-            let near = !hearing.silent && distance <= visits.within_m && law.reaches(depth);
+            let near = !silent && distance <= visits.within_m && law.reaches(depth);
+            let known = self.known(id);
             let carried = known.map_or_else(
                 || law.fresh(),
                 |(elapsed, known)| {
@@ -86,7 +74,7 @@ impl<'a> Memory<'a> {
             let asked = visits.serve_by_s.get(id).copied();
             let met = known.and_then(|(_, known)| known.served_by_s);
             let met = asked.filter(|asked| near || met == Some(*asked));
-            let left_out = if hearing.silent {
+            let left_out = if silent {
                 Some(LeftOut::Silent)
             } else {
                 (!can_be_served(visits, forecast)).then_some(LeftOut::TooDeep)
@@ -98,7 +86,6 @@ impl<'a> Memory<'a> {
                     auv: id.clone(),
                     cost: visits.costs_now.get(id).copied().unwrap_or(carried),
                     served_by_s: met,
-                    heard_within_m: hearing.within,
                     left_out,
                 },
             }

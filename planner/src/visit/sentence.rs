@@ -163,7 +163,6 @@ mod tests {
                 auv: "auv-3".into(),
                 cost: 41.0,
                 served_by_s: None,
-                heard_within_m: 0.0,
                 left_out: None,
             }],
             cost: 20.0,

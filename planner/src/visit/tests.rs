@@ -20,7 +20,7 @@ use crate::{
         angle::{Course, Heading, direction, ned_from_body},
         asc::Asc,
         auv::{Auv, VehicleId},
-        evidence::{AuvState, Report},
+        evidence::AuvState,
         goal::{Goal, Task},
         schedule::{CostUnit, LeftOut, Schedule, ServedVehicle},
         visit::{Reduce, VisitCost, Visits},
@@ -523,45 +523,6 @@ fn an_auv_that_falls_silent_is_no_longer_visited_from_the_next_plan_on_and_who_c
         let schedule = scheduled(&again);
         assert!(schedule.visits.iter().any(|visit| visit.auv == next) && !schedule.kept);
     }
-}
-
-#[test]
-fn an_auv_whose_reports_cease_is_left_out_after_eight_of_their_intervals_until_it_is_heard() {
-    let mut request = random(31, 3, 200.0);
-    let here = request.auvs[1].state.as_ref().expect("has a state").position();
-    let lost = request.auvs[1].id.clone();
-    let heard = |until: f64| {
-        let times = (0..).map(|k| until - 50.0 + 10.0 * f64::from(k));
-        let reports = times.take_while(|t| *t <= until);
-        let at = |t| Report {
-            depth_m: Some(8.0),
-            ..Report::new(t, here, 1.5)
-        };
-        Auv::reported(lost.clone(), reports.map(at).collect())
-    };
-    request.auvs[1] = heard(request.t_s);
-    let last_heard = request.t_s;
-    let mut schedule = scheduled(&request);
-    let left_out = |schedule: &Schedule| {
-        let known = schedule.costs.iter().find(|known| known.auv == lost);
-        known.expect("is listed").left_out
-    };
-    for age in [40.0, 80.0, 81.0, 82.0] {
-        request = later(&request, &schedule, last_heard + age - request.t_s);
-        // The craft goes away at last: silence out of hearing takes nothing back.
-        request.asc.north_m += if age == 82.0 { 900.0 } else { 0.0 };
-        schedule = scheduled(&request);
-        assert_eq!(
-            left_out(&schedule),
-            (80.0 < age).then_some(LeftOut::Silent),
-            "{age}"
-        );
-    }
-    request = later(&request, &schedule, 5.0);
-    request.auvs[1] = heard(request.t_s);
-    let again = scheduled(&request);
-    assert_eq!(left_out(&again), None);
-    assert!(again.sentence.contains("is heard again"), "{}", again.sentence);
 }
 
 #[test]

@@ -5,7 +5,6 @@
 
 use nalgebra::Vector2;
 use planner::{
-    Hearing,
     goal::GoalForecast,
     parameters::Parameters,
     snapshot::{Goal, PlanRequest, Snapshot, Task, VehicleId, VisitCost, Visits},
@@ -107,8 +106,6 @@ struct Memory {
     then: f64,
     /// Places in the order of a short tour.
     tour: Vec<usize>,
-    /// How each is heard.
-    hearing: Vec<Hearing>,
     /// Those that were served since all others were.
     served: Vec<bool>,
     /// The place that is next, and when the craft came near it.
@@ -200,7 +197,6 @@ impl Memory {
             began: snapshot.t_s,
             then: snapshot.t_s,
             tour: short_tour(&snapshot.asc.position(), &positions),
-            hearing: vec![Hearing::default(); costs.auvs.len()],
             served: vec![false; costs.auvs.len()],
             next: None,
             costs,
@@ -216,16 +212,8 @@ impl Memory {
         for (place, auv) in forecast.members().enumerate() {
             let distance = |ahead: f64| (auv.at(ahead).position - here).norm();
             let depth = auv.depth_at(0.0).max(0.0);
-            let at = self.places[place];
-            let (reports, state) = (
-                snapshot.auvs[at].reports.as_deref(),
-                &snapshot.estimates()[at].state,
-            );
-            let age_max = Parameters::default().report_age_max;
-            let hearing =
-                self.hearing[place].later(reports.unwrap_or_default(), state, distance(0.0), age_max);
-            self.hearing[place] = hearing;
-            let silent = hearing.silent;
+            let age = snapshot.estimates()[self.places[place]].state.age_s;
+            let silent = Parameters::default().report_age_max < age;
             let served = !silent && self.costs.serves(distance(0.0), depth);
             let served = served.then(|| distance(0.0).hypot(depth));
             self.costs.advance(place, elapsed, served);
