@@ -2,6 +2,7 @@
 
 use crate::{
     facts::{
+        angle::ned_from_body,
         auv::VehicleId,
         ranges::VISITS_MAX,
         schedule::{Alternative, LeftOut, Schedule, Visit},
@@ -66,7 +67,7 @@ impl Answer<'_> {
             visits: stays
                 .iter()
                 .take(VISITS_MAX)
-                .map(|stay| self.visit(stay, forecasts))
+                .map(|stay| self.visit(stay))
                 .collect(),
             cost,
             bound,
@@ -84,11 +85,14 @@ impl Answer<'_> {
         Scheduled { schedule, turns }
     }
 
-    fn visit(&self, stay: &Stay, forecasts: &[AuvForecast]) -> Visit {
+    fn visit(&self, stay: &Stay) -> Visit {
         let now = self.snapshot.t_s;
         let begun = self.begun(stay);
-        let forecast = &forecasts[self.fleet.candidates[stay.candidate].auv];
-        let place = forecast.at(stay.arrive.max(0.0)).position;
+        let asc = &self.snapshot.asc;
+        let ahead = self.fleet.candidates[stay.candidate]
+            .track
+            .at(stay.arrive.max(0.0));
+        let place = asc.position() + ned_from_body(asc.heading().radians()) * ahead;
         Visit {
             auv: self.ids[stay.candidate].clone(),
             arrive_s: now + begun.map_or(stay.arrive, |present| present.since),

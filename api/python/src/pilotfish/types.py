@@ -1505,8 +1505,6 @@ class ServedVehicle(TypedDict):
     auv: str
     # Its cost now, in `unit`.
     cost: float
-    # The farthest that it was from the craft when it was heard, horizontal, m. Silence counts no farther away.
-    heard_within_m: NotRequired[float]
     # Why no visit is planned to it, if it can have none.
     left_out: NotRequired[LeftOut | None]
     # The deadline by which it was last served, or late, s on the request's clock; none if it has no deadline, or is
