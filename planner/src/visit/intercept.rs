@@ -47,7 +47,7 @@ impl Track {
         let step = horizon / SAMPLES as f64;
         #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
         let times = || (0..=SAMPLES).map(|i| i as f64 * step);
-        // Of a velocity that is forgotten at a constant rate, the expected displacement is v τ (1 − e^(−t/τ)).
+        // A velocity that is forgotten at the rate 1/τ moves the AUV by v τ (1 − e^(−t/τ)) on average.
         let foreseen = |time: f64| match between_turns {
             Some(tau) if 0.0 < time && forecast.model != ForecastModel::Path => {
                 let here = frame(&forecast.at(0.0));
@@ -367,7 +367,7 @@ mod tests {
     }
 
     #[test]
-    fn an_auv_that_turns_is_met_near_where_it_was_seen_to_turn() {
+    fn an_auv_that_turns_now_and_then_is_expected_where_the_mean_of_random_turns_takes_it() {
         let auv = forecast(0.0, 0.0, 0.0, 0.5, 0.0);
         let track = |between| {
             Track::new(&auv, between, HORIZON, &Vector2::zeros(), |motion| {
