@@ -40,13 +40,45 @@ pub struct GoalForecast {
     course: Course,
 }
 
-/// Whom a goal that visits AUVs follows for some time.
+/// The AUV that a goal that visits follows for some time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Turn {
     /// Until when, s after the snapshot, half-open.
     pub(crate) until: f64,
     /// Its place among the snapshot's AUVs.
     pub(crate) auv: usize,
+    /// The way to it, if the goal is on that instead of at the AUV.
+    pub(crate) leg: Option<Leg>,
+}
+
+impl Turn {
+    /// The only turn, with the AUV at this place among the snapshot's.
+    pub(crate) fn for_ever(auv: usize) -> Self {
+        Self {
+            until: f64::INFINITY,
+            auv,
+            leg: None,
+        }
+    }
+}
+
+/// A straight way at an even speed: times in s after the snapshot, positions in m (north, east).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Leg {
+    pub(crate) depart: f64,
+    pub(crate) arrive: f64,
+    pub(crate) from: Vector2<f64>,
+    pub(crate) to: Vector2<f64>,
+}
+
+impl Leg {
+    fn at(&self, ahead: f64) -> Motion {
+        let velocity = (self.to - self.from) / (self.arrive - self.depart);
+        Motion {
+            position: self.from + velocity * (ahead - self.depart),
+            velocity,
+        }
+    }
 }
 
 /// An AUV that the goal depends on.
@@ -67,8 +99,8 @@ enum Rule {
         since_epoch: f64,
         dwell: f64,
     },
-    /// Turns in order of time, the last for ever; each as its end, s after the snapshot, and the member.
-    Scheduled(Vec<(f64, usize)>),
+    /// Turns in order of time, the last for ever; each with its member.
+    Scheduled(Vec<(Turn, usize)>),
     NearestToAll,
 }
 
@@ -180,6 +212,11 @@ impl GoalForecast {
 
     /// Motion `ahead` seconds after the snapshot of what the goal follows at the time `turn`.
     fn followed_in_turn(&self, turn: f64, ahead: f64) -> Motion {
+        if let Rule::Scheduled(turns) = &self.rule
+            && let Some(leg) = scheduled(turns, turn).and_then(|(turn, _)| turn.leg)
+        {
+            return leg.at(ahead);
+        }
         match &self.rule {
             Rule::InTurn { .. } | Rule::Scheduled(_) => {
                 let member = self.member_in_turn(turn).unwrap_or(0);
@@ -211,10 +248,7 @@ impl GoalForecast {
             Rule::InTurn { since_epoch, dwell } => {
                 Some(in_turn(since_epoch + ahead, *dwell, self.members.len()))
             }
-            Rule::Scheduled(turns) => {
-                let now = turns.iter().find(|(until, _)| ahead < *until);
-                now.or(turns.last()).map(|(_, member)| *member)
-            }
+            Rule::Scheduled(turns) => scheduled(turns, ahead).map(|(_, member)| *member),
             Rule::Mean | Rule::NearestToAll => None,
         }
     }
@@ -324,15 +358,23 @@ impl Rule {
                 let member = |auv: usize| members.iter().position(|member| member.auv == auv);
                 let turns = turns.iter();
                 let mut turns: Vec<_> = turns
-                    .filter_map(|turn| Some((turn.until, member(turn.auv)?)))
+                    .filter_map(|turn| Some((*turn, member(turn.auv)?)))
                     .collect();
                 if turns.is_empty() {
-                    turns.push((f64::INFINITY, nearest(snapshot, members, auvs)));
+                    let member = nearest(snapshot, members, auvs);
+                    let auv = members[member].auv;
+                    turns.push((Turn::for_ever(auv), member));
                 }
                 Self::Scheduled(turns)
             }
         }
     }
+}
+
+/// The turn of the time `ahead`.
+fn scheduled(turns: &[(Turn, usize)], ahead: f64) -> Option<&(Turn, usize)> {
+    let now = turns.iter().find(|(turn, _)| ahead < turn.until);
+    now.or(turns.last())
 }
 
 /// The member that is nearest to the craft now.

@@ -1,5 +1,7 @@
 //! From the chosen schedule to what an answer says of it, and to the AUVs that the goal follows.
 
+use nalgebra::Vector2;
+
 use crate::{
     facts::{
         angle::ned_from_body,
@@ -8,7 +10,10 @@ use crate::{
         schedule::{Alternative, LeftOut, Schedule, Visit},
         visit::Visits,
     },
-    predict::{forecast::AuvForecast, goal::Turn},
+    predict::{
+        forecast::AuvForecast,
+        goal::{Leg, Turn},
+    },
     snapshot::build::Snapshot,
     visit::{
         fleet::Fleet,
@@ -18,10 +23,6 @@ use crate::{
         state::Stay,
     },
 };
-
-/// By how long a program that sees the next goal may leave the AUV before, s: what it takes a craft right above it, at 1.5 m/s, to be 20 m away
-/// is 13 s, and it goes on being near as it turns.
-const SETS_OFF_BEFORE: f64 = 10.0;
 
 /// A schedule, and the AUVs that the goal follows by it.
 #[derive(Clone, Debug)]
@@ -85,14 +86,17 @@ impl Answer<'_> {
         Scheduled { schedule, turns }
     }
 
+    /// Where the AUV of a visit is expected at a time, s after now: m, (north, east).
+    fn place(&self, stay: &Stay, time: f64) -> Vector2<f64> {
+        let asc = &self.snapshot.asc;
+        let ahead = self.fleet.candidates[stay.candidate].track.at(time.max(0.0));
+        asc.position() + ned_from_body(asc.heading().radians()) * ahead
+    }
+
     fn visit(&self, stay: &Stay) -> Visit {
         let now = self.snapshot.t_s;
         let begun = self.begun(stay);
-        let asc = &self.snapshot.asc;
-        let ahead = self.fleet.candidates[stay.candidate]
-            .track
-            .at(stay.arrive.max(0.0));
-        let place = asc.position() + ned_from_body(asc.heading().radians()) * ahead;
+        let place = self.place(stay, stay.arrive);
         Visit {
             auv: self.ids[stay.candidate].clone(),
             arrive_s: now + begun.map_or(stay.arrive, |present| present.since),
@@ -102,11 +106,6 @@ impl Answer<'_> {
             cost_before: stay.cost_before,
             cost_after: stay.cost_after,
         }
-    }
-
-    /// How long a visit is in all, s.
-    fn stays_for(&self, stay: &Stay) -> f64 {
-        stay.leave - self.begun(stay).map_or(stay.arrive, |present| present.since)
     }
 
     /// A visit that is on began when it did.
@@ -147,22 +146,36 @@ impl Answer<'_> {
         others.into_iter().map(alternative).collect()
     }
 
-    /// Whom the goal follows: the AUV of the first visit. A program that sees the next goal sets off before the visit is over. Where visits
-    /// have no least time it sees it from when the craft would be there: it turns in time. Where they have one, it sees it from the end of a visit that
-    /// is long enough even so. Without a visit, the nearest that was heard.
+    /// What the goal follows: the AUV of the first visit until it is left, then the way to the next one as the schedule goes it. A goal
+    /// that jumps to the next AUV, hundreds of metres away, would draw the craft away from this one as soon as the program sees it.
+    /// Where visits have no least time, the first one is over when the craft arrives: the goal goes on to the next when the craft would
+    /// be there, so that the craft turns in time. Without a visit, the goal is the nearest AUV that was heard.
     fn turns(&self, stays: &[Stay], forecasts: &[AuvForecast]) -> Vec<Turn> {
         let of = |stay: &Stay, until| Turn {
             until,
             auv: self.fleet.candidates[stay.candidate].auv,
+            leg: None,
+        };
+        let leg = |first: &Stay, second: &Stay| Turn {
+            leg: Some(Leg {
+                depart: first.leave,
+                arrive: second.arrive,
+                from: self.place(first, first.leave),
+                to: self.place(second, second.arrive),
+            }),
+            ..of(second, second.arrive)
         };
         let mut turns: Vec<_> = match stays {
             [first, second, ..] if self.fleet.dwell_min <= 0.0 => {
                 vec![of(first, second.arrive), of(second, second.leave)]
             }
-            [first, second, ..] if self.fleet.dwell_min + SETS_OFF_BEFORE <= self.stays_for(first) => {
-                vec![of(first, first.leave), of(second, second.leave)]
+            [first, second, ..] => {
+                let mut turns = vec![of(first, first.leave)];
+                turns.extend((first.leave < second.arrive).then(|| leg(first, second)));
+                turns.push(of(second, second.leave));
+                turns
             }
-            [first, ..] => vec![of(first, first.leave)],
+            [first] => vec![of(first, first.leave)],
             [] => Vec::new(),
         };
         if turns.is_empty() {
@@ -175,10 +188,7 @@ impl Answer<'_> {
                 let (a, b) = (key(a), key(b));
                 a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
             });
-            turns.extend(nearest.map(|vehicle| Turn {
-                until: f64::INFINITY,
-                auv: vehicle.auv,
-            }));
+            turns.extend(nearest.map(|vehicle| Turn::for_ever(vehicle.auv)));
         }
         turns
     }

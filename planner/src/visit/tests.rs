@@ -767,9 +767,14 @@ fn a_plan_follows_its_schedule_and_brings_it_back() {
     let plan = crate::plan(&snapshot, &parameters, &mut workspace);
     let schedule = plan.schedule.clone().expect("the goal visits");
     assert!(!schedule.kept);
-    // Whom the schedule serves now or next, to the end of the horizon.
-    let next = &schedule.visits[0].auv;
-    for (at, place) in plan.goal.iter().enumerate() {
+    // The AUV that the schedule serves now or next, until it is left.
+    let (next, leave) = (&schedule.visits[0].auv, schedule.visits[0].leave_s);
+    for (at, place) in plan
+        .goal
+        .iter()
+        .enumerate()
+        .filter(|(_, place)| place.t_s < leave)
+    {
         let target = plan
             .targets
             .iter()
@@ -787,4 +792,46 @@ fn a_plan_follows_its_schedule_and_brings_it_back() {
     );
     let after = after.schedule.expect("the goal visits");
     assert!(after.kept && after.visits[0].auv == schedule.visits[0].auv);
+}
+
+#[test]
+fn a_visit_is_not_cut_short_by_the_far_away_auv_that_is_next() {
+    // 40 m before the first AUV, at full speed; the next one lies 600 m behind it.
+    let at = |north: f64| AuvState::new(Vector2::new(north, 0.0), 5.0, Course::new(0.0), 0.0);
+    let auvs = vec![Auv::new("here", at(40.0)), Auv::new("far", at(-560.0))];
+    let mut goal = Visits::new(auvs.iter().map(|auv| auv.id.clone()).collect());
+    (goal.cost, goal.dwell_min_s) = (costs()[1], 30.0);
+    goal.costs_now = [("here".into(), 1.0), ("far".into(), 20.0)].into();
+    goal.next = Some("here".into());
+    let craft = Asc::new(Vector2::zeros(), Heading::new(0.0), SPEED);
+    let request = PlanRequest::new(1000.0, craft, auvs, Goal::Visit(goal));
+    let snapshot = Snapshot::try_from(request).expect("valid");
+    let plan = crate::plan(
+        &snapshot,
+        &crate::Parameters::default(),
+        &mut crate::Workspace::default(),
+    );
+    let schedule = plan.schedule.expect("the goal visits");
+    let (first, second) = (&schedule.visits[0], &schedule.visits[1]);
+    let last = plan.goal.last().expect("has points");
+    assert!(
+        first.leave_s + 5.0 < last.t_s,
+        "the program sees the end of the visit"
+    );
+    let mut during = 0;
+    for (goal, planned) in plan.goal.iter().zip(&plan.trajectory) {
+        let from_here = (goal.motion().position - Vector2::new(40.0, 0.0)).norm();
+        let leg = 600.0 / (second.arrive_s - first.leave_s);
+        let expected = leg * (goal.t_s - first.leave_s).max(0.0);
+        assert!(
+            (from_here - expected).abs() < 0.1,
+            "{from_here} m, expected {expected}"
+        );
+        if first.arrive_s + 5.0 < goal.t_s && goal.t_s < first.leave_s {
+            during += 1;
+            let distance = (planned.position() - Vector2::new(40.0, 0.0)).norm();
+            assert!(distance < 20.0, "{distance} m at {} s", goal.t_s);
+        }
+    }
+    assert!(3 < during, "{during} points during the visit");
 }
