@@ -87,4 +87,7 @@ pub use solve::{
     certificate,
     stop::{self, Stop},
 };
-pub use visit::fleet::SchedulingParameters;
+pub use visit::{
+    fleet::SchedulingParameters,
+    hearing::{Heard, Hearing},
+};

@@ -55,7 +55,7 @@ export type Frame = { width: number, height: number, scale: number, north: numbe
 
 export type Visit = { auv: string, arrive_s: number, leave_s: number, north_m: number, east_m: number, cost_before: number, cost_after: number };
 
-export type ServedAuv = { auv: string, cost: number, served_by_s?: number, left_out?: "silent" | "out_of_reach" | "too_deep" };
+export type ServedAuv = { auv: string, cost: number, served_by_s?: number, heard_within_m?: number, unheard_s?: number, left_out?: "silent" | "out_of_reach" | "too_deep" };
 
 export type Schedule = { unit: "s" | "m2" | "kbit", visits: Visit[], costs: ServedAuv[], cost: number, bound: number, exact: boolean, sentence: string, deadlines_missed?: string[],
   alternatives: { next: string, cost: number, deadlines_missed: number }[] };

@@ -262,7 +262,13 @@ fn few_digits(mut schedule: Schedule) -> Schedule {
         }
     }
     for vehicle in &mut schedule.costs {
-        vehicle.cost = rounded(vehicle.cost, CENTI);
+        for value in [
+            &mut vehicle.cost,
+            &mut vehicle.heard_within_m,
+            &mut vehicle.unheard_s,
+        ] {
+            *value = rounded(*value, CENTI);
+        }
     }
     schedule
 }

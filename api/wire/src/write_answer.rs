@@ -297,7 +297,7 @@ fn about_visits(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
     for (i, id) in visits.auvs.iter().enumerate() {
         let known = schedule.costs.iter().find(|known| known.auv == *id);
         let because = match known.and_then(|known| known.left_out) {
-            Some(LeftOut::Silent) => "its last report is too old",
+            Some(LeftOut::Silent) => "it is not heard any more",
             Some(LeftOut::OutOfReach) => "the craft does not reach it in the time that is planned",
             Some(LeftOut::TooDeep) => "it is deeper than the range within which data are uploaded",
             None => continue,

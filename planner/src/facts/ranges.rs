@@ -186,7 +186,12 @@ pub(crate) const VISIT: [Range; 6] = [
 ];
 
 /// A vehicle in the schedule of an earlier answer.
-pub(crate) const SERVED_VEHICLE: [Range; 1] = [("cost", SCHEDULED_COST)];
+pub(crate) const SERVED_VEHICLE: [Range; 3] = [
+    ("cost", SCHEDULED_COST),
+    // The diagonal between the farthest places.
+    ("heard_within_m", 0.0..=5.0 * COORDINATE_MAX),
+    ("unheard_s", 0.0..=REPORT_AGE_MAX),
+];
 
 /// Weight of an AUV in a mean: only ratios count, and the sum must not overflow.
 pub const WEIGHT: RangeInclusive<f64> = 0.0..=1.0e6;

@@ -88,6 +88,12 @@ pub struct ServedVehicle {
     /// The deadline by which it was last served, or late, s on the request's clock; none if it has no deadline, or is yet to be served.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub served_by_s: Option<f64>,
+    /// The farthest that it was from the craft while its reports came, horizontal, m. Default: 0.
+    #[serde(default)]
+    pub heard_within_m: f64,
+    /// Time that the craft was no farther from it since its newest report, s. Default: 0.
+    #[serde(default)]
+    pub unheard_s: f64,
     /// Why no visit is planned to it, if it can have none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left_out: Option<LeftOut>,
@@ -97,7 +103,7 @@ pub struct ServedVehicle {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LeftOut {
-    /// Its last report is too old.
+    /// It is not heard any more where it was heard, or its last report is too old.
     Silent,
     /// The craft does not reach it in the time that is planned.
     OutOfReach,

@@ -37,7 +37,7 @@ pub const SURFACED_DEPTH: f64 = 2.0;
 const BETWEEN_MAX: f64 = 60.0;
 
 /// Reports nearer in time than this are one, s: their times come about by different sums.
-const BETWEEN_MIN: f64 = 1e-3;
+pub(crate) const BETWEEN_MIN: f64 = 1e-3;
 
 /// A vehicle farther than this from where it was expected has jumped, m, unless the time between the reports explains
 /// it: it surfaced and found out where it is, or was mistaken for another. That says nothing of how it goes on.

@@ -10,7 +10,11 @@ use crate::{
     },
     predict::forecast::AuvForecast,
     snapshot::build::Snapshot,
-    visit::{fleet::Fleet, search::Present},
+    visit::{
+        fleet::Fleet,
+        hearing::{Heard, Hearing},
+        search::Present,
+    },
 };
 
 /// An AUV that the goal depends on.
@@ -22,22 +26,37 @@ pub(crate) struct Vehicle {
     pub(crate) deadline: Option<f64>,
 }
 
+impl ServedVehicle {
+    /// How it was heard.
+    fn hearing(&self) -> Hearing {
+        Hearing {
+            within: self.heard_within_m,
+            unheard: self.unheard_s,
+        }
+    }
+}
+
 /// What the schedule before says.
 pub(crate) struct Memory<'a> {
     now: f64,
-    /// Time since it was made, s, and the schedule.
+    /// Time since it was made, s, and the schedule, if its costs are of the goal's kind.
     before: Option<(f64, &'a Schedule)>,
+    /// The same whatever its costs are: how each AUV was heard does not depend on them.
+    heard: Option<(f64, &'a Schedule)>,
 }
 
 impl<'a> Memory<'a> {
-    /// What the previous plan's schedule says; nothing if its costs are of another kind.
+    /// What the previous plan's schedule says; only how AUVs were heard if its costs are of another kind.
     pub(crate) fn of(snapshot: &'a Snapshot, visits: &Visits) -> Self {
         let previous = snapshot.previous_plan.as_ref();
-        let before = previous.and_then(|plan| Some((plan.made_at()?, plan.schedule.as_ref()?)));
-        let same = before.filter(|(_, schedule)| schedule.unit == visits.cost.unit());
+        let heard = previous.and_then(|plan| {
+            let elapsed = (snapshot.t_s - plan.made_at()?).max(0.0);
+            Some((elapsed, plan.schedule.as_ref()?))
+        });
         Self {
             now: snapshot.t_s,
-            before: same.map(|(then, schedule)| ((snapshot.t_s - then).max(0.0), schedule)),
+            before: heard.filter(|(_, schedule)| schedule.unit == visits.cost.unit()),
+            heard,
         }
     }
 
@@ -54,12 +73,15 @@ impl<'a> Memory<'a> {
         let vehicle = |id: &VehicleId| {
             let auv = snapshot.auvs.iter().position(|auv| auv.id == *id);
             let auv = auv.expect("a snapshot's goal names only vehicles that are in it");
-            let (forecast, age) = (&forecasts[auv], snapshot.estimates()[auv].state.age_s);
-            let silent = report_age_max < age;
+            let (forecast, known) = (&forecasts[auv], served(self.before, id));
             let distance = (forecast.at(0.0).position - snapshot.asc.position()).norm();
             let depth = forecast.depth_at(0.0).max(0.0);
+            let heard = Heard::of(snapshot, auv, distance);
+            let (elapsed, before): (f64, Hearing) = served(self.heard, id)
+                .map_or_else(Default::default, |(elapsed, before)| (elapsed, before.hearing()));
+            let hearing = before.later(elapsed, &heard);
+            let silent = hearing.is_silent(&heard, report_age_max);
             let near = !silent && distance <= visits.within_m && law.reaches(depth);
-            let known = self.known(id);
             let carried = known.map_or_else(
                 || law.fresh(),
                 |(elapsed, known)| {
@@ -86,17 +108,13 @@ impl<'a> Memory<'a> {
                     auv: id.clone(),
                     cost: visits.costs_now.get(id).copied().unwrap_or(carried),
                     served_by_s: met,
+                    heard_within_m: hearing.within,
+                    unheard_s: hearing.unheard,
                     left_out,
                 },
             }
         };
         snapshot.goal.goal.vehicles().map(vehicle).collect()
-    }
-
-    fn known(&self, id: &VehicleId) -> Option<(f64, &'a ServedVehicle)> {
-        let (elapsed, schedule) = self.before?;
-        let known = schedule.costs.iter().find(|known| known.auv == *id)?;
-        Some((elapsed, known))
     }
 
     pub(crate) fn schedule(&self) -> Option<&'a Schedule> {
@@ -135,6 +153,13 @@ impl<'a> Memory<'a> {
             leave: visit.leave_s - self.now,
         })
     }
+}
+
+/// What a schedule said of an AUV, and how long ago, s.
+fn served<'a>(before: Option<(f64, &'a Schedule)>, id: &VehicleId) -> Option<(f64, &'a ServedVehicle)> {
+    let (elapsed, schedule) = before?;
+    let known = schedule.costs.iter().find(|known| known.auv == *id)?;
+    Some((elapsed, known))
 }
 
 /// Whether an AUV is ever shallow enough to be served, in the next half hour.

@@ -163,6 +163,8 @@ mod tests {
                 auv: "auv-3".into(),
                 cost: 41.0,
                 served_by_s: None,
+                heard_within_m: 0.0,
+                unheard_s: 0.0,
                 left_out: None,
             }],
             cost: 20.0,

@@ -5,6 +5,7 @@
 
 use nalgebra::Vector2;
 use planner::{
+    Heard, Hearing,
     goal::GoalForecast,
     parameters::Parameters,
     snapshot::{Goal, PlanRequest, Snapshot, Task, VehicleId, VisitCost, Visits},
@@ -106,6 +107,8 @@ struct Memory {
     then: f64,
     /// Places in the order of a short tour.
     tour: Vec<usize>,
+    /// How each is heard.
+    hearing: Vec<Hearing>,
     /// Those that were served since all others were.
     served: Vec<bool>,
     /// The place that is next, and when the craft came near it.
@@ -197,6 +200,7 @@ impl Memory {
             began: snapshot.t_s,
             then: snapshot.t_s,
             tour: short_tour(&snapshot.asc.position(), &positions),
+            hearing: vec![Hearing::default(); costs.auvs.len()],
             served: vec![false; costs.auvs.len()],
             next: None,
             costs,
@@ -212,8 +216,10 @@ impl Memory {
         for (place, auv) in forecast.members().enumerate() {
             let distance = |ahead: f64| (auv.at(ahead).position - here).norm();
             let depth = auv.depth_at(0.0).max(0.0);
-            let age = snapshot.estimates()[self.places[place]].state.age_s;
-            let silent = Parameters::default().report_age_max < age;
+            let heard = Heard::of(snapshot, self.places[place], distance(0.0));
+            let hearing = self.hearing[place].later(elapsed, &heard);
+            self.hearing[place] = hearing;
+            let silent = hearing.is_silent(&heard, Parameters::default().report_age_max);
             let served = !silent && self.costs.serves(distance(0.0), depth);
             let served = served.then(|| distance(0.0).hypot(depth));
             self.costs.advance(place, elapsed, served);

@@ -1505,11 +1505,15 @@ class ServedVehicle(TypedDict):
     auv: str
     # Its cost now, in `unit`.
     cost: float
+    # The farthest that it was from the craft while its reports came, horizontal, m. Default: 0.
+    heard_within_m: NotRequired[float]
     # Why no visit is planned to it, if it can have none.
     left_out: NotRequired[LeftOut | None]
     # The deadline by which it was last served, or late, s on the request's clock; none if it has no deadline, or is
     # yet to be served.
     served_by_s: NotRequired[float | None]
+    # Time that the craft was no farther from it since its newest report, s. Default: 0.
+    unheard_s: NotRequired[float]
 
 
 class ServiceLimits(TypedDict):

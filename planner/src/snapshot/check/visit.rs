@@ -82,7 +82,11 @@ impl Check {
             self.numbers(&format!("{field}/visits/{i}"), &VISIT, values);
         }
         for (i, vehicle) in schedule.costs.iter().enumerate() {
-            self.numbers(&format!("{field}/costs/{i}"), &SERVED_VEHICLE, [vehicle.cost]);
+            self.numbers(
+                &format!("{field}/costs/{i}"),
+                &SERVED_VEHICLE,
+                [vehicle.cost, vehicle.heard_within_m, vehicle.unheard_s],
+            );
             if let Some(served_by) = vehicle.served_by_s {
                 self.within(format_args!("{field}/costs/{i}/served_by_s"), served_by, TIME);
             }

@@ -1,0 +1,198 @@
+//! Whether an AUV is still heard: its silence counts while the craft is where it was heard before.
+
+use crate::{
+    facts::evidence::Report,
+    predict::forecast::{BETWEEN_MIN, SURFACED_DEPTH},
+    snapshot::build::Snapshot,
+};
+
+/// Mean intervals between reports after which an AUV is silent: with every second report lost, one silence in 65,000 is by chance.
+const INTERVALS: f64 = 8.0;
+
+/// Longest gaps between reports after which it is: one that reports in bursts, as at the surface, pauses as long again.
+const GAPS: f64 = 2.0;
+
+/// The shortest silence that counts, s.
+const SILENCE_MIN: f64 = 60.0;
+
+/// Fewest reports that show at which intervals they come.
+const REPORTS_MIN: usize = 5;
+
+/// How an AUV was heard, from plan to plan.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Hearing {
+    /// The farthest that it was from the craft while its reports came, horizontal, m.
+    pub within: f64,
+    /// Time that the craft was no farther from it since its newest report, s.
+    pub unheard: f64,
+}
+
+/// What is heard of an AUV now.
+#[derive(Clone, Copy, Debug)]
+pub struct Heard<'a> {
+    reports: &'a [Report],
+    /// Age of its newest report, s, and how far it is from the craft, horizontal, m.
+    age: f64,
+    distance: f64,
+}
+
+impl<'a> Heard<'a> {
+    /// What is heard of the snapshot's AUV at the place `auv`, which is taken to be at a `distance` from the craft, horizontal, m.
+    #[must_use]
+    pub fn of(snapshot: &'a Snapshot, auv: usize, distance: f64) -> Self {
+        Self {
+            reports: snapshot.auvs[auv].reports.as_deref().unwrap_or_default(),
+            age: snapshot.estimates()[auv].state.age_s,
+            distance,
+        }
+    }
+
+    /// Mean interval between its reports and the longest one, s, if they are enough to show it. Those of one time are one.
+    fn intervals(&self) -> Option<[f64; 2]> {
+        let mut times: Vec<_> = self.reports.iter().map(|report| report.t_s).collect();
+        times.sort_by(f64::total_cmp);
+        times.dedup_by(|later, earlier| *later - *earlier < BETWEEN_MIN);
+        if times.len() < REPORTS_MIN {
+            return None;
+        }
+        let gaps = times.windows(2).map(|pair| pair[1] - pair[0]);
+        #[expect(clippy::cast_precision_loss, reason = "64 reports at most")]
+        let mean = gaps.clone().sum::<f64>() / (times.len() - 1) as f64;
+        Some([mean, gaps.fold(0.0, f64::max)])
+    }
+
+    /// Whether its newest report says that it is at the surface.
+    fn surfaced(&self) -> bool {
+        let times = self.reports.iter().map(|report| report.t_s);
+        let newest = times.fold(f64::NEG_INFINITY, f64::max);
+        let at_surface = |report: &Report| report.depth_m.is_some_and(|depth| depth <= SURFACED_DEPTH);
+        let mut reports = self.reports.iter();
+        reports.any(|report| newest - report.t_s < BETWEEN_MIN && at_surface(report))
+    }
+
+    /// Time without a report, s, after which it is not heard any more. One that was at the surface has dived: no time says it.
+    fn silence(&self) -> f64 {
+        match self.intervals() {
+            Some([mean, longest]) if !self.surfaced() => {
+                (INTERVALS * mean).max(GAPS * longest).max(SILENCE_MIN)
+            }
+            _ => f64::INFINITY,
+        }
+    }
+}
+
+impl Hearing {
+    /// The same after `elapsed`, s. A distance at which no reports come is not one at which it is heard.
+    #[must_use]
+    pub fn later(mut self, elapsed: f64, heard: &Heard) -> Self {
+        if heard.distance <= self.within {
+            self.unheard += elapsed;
+        }
+        self.unheard = self.unheard.min(heard.age);
+        if heard.intervals().is_some_and(|[mean, _]| heard.age <= mean) {
+            self.within = self.within.max(heard.distance);
+        }
+        self
+    }
+
+    /// Whether the AUV is not heard any more: where it was heard before, or anywhere for longer than `age_max`, s.
+    #[must_use]
+    pub fn is_silent(&self, heard: &Heard, age_max: f64) -> bool {
+        heard.silence() < self.unheard || age_max < heard.age
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector2;
+
+    use super::*;
+
+    const AGE_MAX: f64 = 900.0;
+    /// Between plans, s.
+    const STEP: f64 = 1.0;
+
+    /// A report each 10 s until 0 s, but for those of which `lost` says that they were lost; the newest is number 0.
+    fn reports(depth_m: Option<f64>, lost: impl Fn(u32) -> bool) -> Vec<Report> {
+        let kept = (0..40).filter(|k| !lost(*k));
+        let at = |k| Report {
+            depth_m,
+            ..Report::new(-10.0 * f64::from(k), Vector2::zeros(), 1.5)
+        };
+        kept.map(at).collect()
+    }
+
+    fn heard(reports: &[Report], age: f64, distance: f64) -> Heard<'_> {
+        Heard {
+            reports,
+            age,
+            distance,
+        }
+    }
+
+    /// The first age, s, at which an AUV is silent, if the craft is at `distance` at each age.
+    fn silent_at(reports: &[Report], distance: impl Fn(f64) -> f64) -> f64 {
+        let (mut hearing, mut age) = (Hearing::default(), 0.0);
+        loop {
+            let heard = heard(reports, age, distance(age));
+            hearing = hearing.later(STEP, &heard);
+            if hearing.is_silent(&heard, AGE_MAX) {
+                return age;
+            }
+            age += STEP;
+        }
+    }
+
+    #[test]
+    fn an_auv_is_silent_after_eight_intervals_where_it_was_heard_and_after_the_largest_age_anywhere() {
+        let all = reports(Some(8.0), |_| false);
+        assert_eq!(silent_at(&all, |_| 300.0), 81.0);
+        // While reports still come, it is heard as far away as the craft is.
+        assert_eq!(silent_at(&all, |age| 300.0 + age.min(11.0)), AGE_MAX + STEP);
+        assert_eq!(silent_at(&[], |_| 0.0), AGE_MAX + STEP);
+    }
+
+    #[test]
+    fn time_out_of_hearing_does_not_count() {
+        let all = reports(Some(8.0), |_| false);
+        // Away from an age of 21 s for ten minutes, then back: 61 s more make 81.
+        let away = |age: f64| f64::from(u8::from((20.5..620.5).contains(&age)));
+        assert_eq!(silent_at(&all, |age| 250.0 + 900.0 * away(age)), 681.0);
+    }
+
+    #[test]
+    fn one_that_is_silent_is_so_wherever_the_craft_goes_until_a_report_comes() {
+        let all = reports(Some(8.0), |_| false);
+        let (within, unheard) = (300.0, 81.0);
+        let look = |age| {
+            let heard = heard(&all, age, 5000.0);
+            let hearing = Hearing { within, unheard }.later(STEP, &heard);
+            hearing.is_silent(&heard, AGE_MAX)
+        };
+        assert!(look(700.0) && !look(3.0));
+    }
+
+    #[test]
+    fn lost_reports_pauses_and_dives_are_no_silence() {
+        let silent_at = |reports: &[Report]| silent_at(reports, |_| 10.0);
+        assert_eq!(silent_at(&reports(Some(8.0), |k| k % 2 == 1)), 161.0);
+        // 200 s without a report are followed by as many without surprise.
+        assert_eq!(silent_at(&reports(Some(8.0), |k| (10..29).contains(&k))), 401.0);
+        let dived = silent_at(&reports(Some(1.0), |_| false));
+        assert_eq!(dived, AGE_MAX + STEP);
+        let no_depth = silent_at(&reports(None, |_| false));
+        assert_eq!(no_depth, 81.0);
+    }
+
+    #[test]
+    fn reports_of_one_time_are_one() {
+        let silent_at = |lost: fn(u32) -> bool| {
+            let once = reports(Some(8.0), lost).into_iter();
+            let twice: Vec<_> = once.flat_map(|report| [report; 2]).collect();
+            silent_at(&twice, |_| 10.0)
+        };
+        assert_eq!(silent_at(|_| false), 81.0);
+        // Four show no interval.
+        assert_eq!(silent_at(|k| 3 < k), AGE_MAX + STEP);
+    }
+}
