@@ -1,7 +1,10 @@
 """Missions that the service keeps."""
 
+import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -140,6 +143,26 @@ def test_a_killed_service_costs_no_event_and_no_report(own_service: Service):
     assert [event.sequence for event in seen if event.kind == "reported"] == accepted
     assert len(accepted) == 30
     assert sum(event.kind == "planned" for event in seen) >= 2
+
+
+def test_five_auvs_are_served_by_the_same_schedule_after_a_kill(own_service: Service):
+    example = Path(__file__).parents[3] / "examples" / "visits.py"
+    assert len(example.read_text(encoding="utf-8").splitlines()) < 30
+    command = [sys.executable, str(example), own_service.url, "20"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as flight:
+        time.sleep(10)
+        own_service.kill()
+        time.sleep(OUTAGE_S)
+        own_service.start()
+        lines = flight.communicate(timeout=60)[0].splitlines()
+    assert flight.returncode == 0
+    assert len(lines) > 12
+    # The first is reached after 27 s: until then another one is next only if the schedule was forgotten.
+    served = {line.split("s: ")[1].split(" next")[0] for line in lines}
+    assert len(served) == 1, lines
+    ages = [float(line.split("next: ")[1].split(" s ")[0]) for line in lines]
+    assert ages == sorted(ages), lines
+    assert ages[-1] > 15, lines
 
 
 def test_patience_with_a_service_that_stays_away_is_bounded(own_service: Service):
