@@ -121,18 +121,15 @@ impl Parameters {
 
     /// The weights for a plan on `snapshot` with `goal`: [`Parameters::weights`], reduced by the uncertainty of the goal.
     ///
-    /// The uncertainty is that of the least known of the AUVs that the goal follows; one whose state brings no covariance is
-    /// taken for known.
+    /// The uncertainty is that of the least known of the AUVs that the goal follows now: of AUVs in turn, the present one. An AUV whose
+    /// state brings no covariance is taken for known.
     #[must_use]
     pub fn weights_for(&self, snapshot: &Snapshot, goal: &GoalForecast) -> Weights {
-        let sigma = snapshot
-            .goal
-            .goal
-            .vehicles()
-            .filter_map(|id| snapshot.known_auv(id))
-            // Of one in turn that is not heard of any more, there is no estimate that could be uncertain.
-            .filter(|known| !self.is_stale(known.estimate))
-            .filter_map(|known| known.estimate.position_sigma())
+        let estimates = goal.needs_now().map(|auv| &snapshot.estimates()[auv]);
+        // Of one that is not heard of any more, there is no estimate that could be uncertain.
+        let sigma = estimates
+            .filter(|estimate| !self.is_stale(estimate))
+            .filter_map(|estimate| estimate.position_sigma())
             .fold(0.0, f64::max);
         let distance = (goal.at(0.0).position - snapshot.asc.position()).norm();
         self.weights

@@ -918,3 +918,27 @@ fn a_visit_is_not_cut_short_by_the_far_away_auv_that_is_next() {
     }
     assert!(3 < during, "{during} points during the visit");
 }
+
+#[test]
+fn how_well_the_others_are_known_takes_nothing_from_the_way_to_the_auv_that_is_next() {
+    let weights = |sigma: f64| {
+        let mut request = random(12, 3, 300.0);
+        let next = scheduled(&request).visits[0].auv.clone();
+        for auv in request.auvs.iter_mut().filter(|auv| auv.id != next) {
+            let state = auv.state.as_mut().expect("has a state");
+            let variance = sigma * sigma;
+            state.covariance = Some([
+                [variance, 0.0, 0.0, 0.0],
+                [0.0, variance, 0.0, 0.0],
+                [0.0, 0.0, 0.01, 0.0],
+                [0.0, 0.0, 0.0, 0.01],
+            ]);
+        }
+        visits(&mut request).next = Some(next);
+        let snapshot = Snapshot::try_from(request).expect("valid");
+        let parameters = crate::Parameters::default();
+        let (goal, _) = crate::plan::scheduled_goal(&snapshot, &parameters, None, &crate::Stop::never());
+        parameters.weights_for(&snapshot, &goal)
+    };
+    assert_eq!(weights(1.0), weights(80.0));
+}
