@@ -129,7 +129,7 @@ impl Parameters {
         // Of one that is not heard of any more, there is no estimate that could be uncertain.
         let sigma = estimates
             .filter(|estimate| !self.is_stale(estimate))
-            .filter_map(|estimate| estimate.position_sigma())
+            .filter_map(Estimate::position_sigma)
             .fold(0.0, f64::max);
         let distance = (goal.at(0.0).position - snapshot.asc.position()).norm();
         self.weights

@@ -15,7 +15,7 @@ use crate::{
     facts::{
         angle::{Heading, wrap},
         asc::{AscNow, Limits},
-        auv::{Auv, VehicleId},
+        auv::Auv,
         bounds::clockwise,
         known_path::KnownPath,
         reference::Reference,
@@ -156,12 +156,6 @@ impl Snapshot {
     #[must_use]
     pub fn estimates(&self) -> &[Estimate] {
         &self.estimates
-    }
-
-    /// The AUV called `id`, its path, and where it is taken to be.
-    #[must_use]
-    pub(crate) fn known_auv(&self, id: &VehicleId) -> Option<KnownAuv<'_>> {
-        self.known_auvs().find(|known| known.auv.id == *id)
     }
 
     /// Every AUV in the request's order.

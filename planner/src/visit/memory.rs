@@ -13,7 +13,7 @@ use crate::{
     visit::{
         fleet::Fleet,
         hearing::{Heard, Hearing},
-        search::Present,
+        search::{Planned, Present},
     },
 };
 
@@ -125,6 +125,18 @@ impl<'a> Memory<'a> {
     fn next(&self) -> Option<&'a Visit> {
         let (_, schedule) = self.before?;
         schedule.visits.iter().find(|visit| self.now < visit.leave_s)
+    }
+
+    /// The visits that are not over, to those of `ids` that can be visited.
+    pub(crate) fn visits_left(&self, ids: &[&VehicleId]) -> Vec<Planned> {
+        let schedule = self.schedule();
+        let visits = schedule.iter().flat_map(|schedule| &schedule.visits);
+        let left = visits.filter(|visit| self.now < visit.leave_s);
+        let planned = left.filter_map(|visit| {
+            let candidate = ids.iter().position(|id| **id == visit.auv)?;
+            Some((candidate, visit.leave_s - visit.arrive_s))
+        });
+        planned.collect()
     }
 
     /// The AUV of [`Memory::next`], if the same AUVs can be visited as then: else everything is scheduled anew.

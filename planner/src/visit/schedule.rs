@@ -8,7 +8,7 @@ use crate::{
         answer::{Answer, Scheduled},
         fleet::{Fleet, Member, SchedulingParameters},
         memory::{Memory, Vehicle},
-        search::{Found, Present},
+        search::{Found, Planned, Present},
         state::TIE,
     },
 };
@@ -46,7 +46,8 @@ impl Scheduler<'_> {
             .map(|candidate| &snapshot.auvs[candidate.auv].id)
             .collect();
         let present = memory.present(&fleet, &ids);
-        let found = self.of_each_first(&fleet, &ids, present, visits.next.as_ref());
+        let left = memory.visits_left(&ids);
+        let found = self.of_each_first(&fleet, &ids, (present, &left), visits.next.as_ref());
         let before = memory.next_if_still_so(&vehicles);
         let before = before.and_then(|id| ids.iter().position(|known| *known == id));
         let chosen = chosen(&fleet, &found, before, self.parameters.keep_margin);
@@ -91,7 +92,7 @@ impl Scheduler<'_> {
         &self,
         fleet: &Fleet,
         ids: &[&VehicleId],
-        present: Option<Present>,
+        (present, left): (Option<Present>, &[Planned]),
         pinned: Option<&VehicleId>,
     ) -> Vec<(usize, Found)> {
         let pinned = pinned.and_then(|pinned| ids.iter().position(|id| *id == pinned));
@@ -99,7 +100,7 @@ impl Scheduler<'_> {
         let begun = present.filter(|present| 0.0 < present.since + fleet.dwell_min);
         let only = pinned.or(begun.map(|present| present.candidate));
         let firsts = (0..ids.len()).filter(|first| only.is_none_or(|only| only == *first));
-        let best = |first| fleet.best_first(first, present, self.parameters.visits_tried, self.due);
+        let best = |first| fleet.best_first(first, (present, left), self.parameters.visits_tried, self.due);
         // After a visit that is over, another one is first.
         let mut found: Vec<(usize, Found)> = Vec::new();
         for best in firsts.filter_map(best) {

@@ -1,6 +1,6 @@
 //! The search over sequences of visits.
 //!
-//! Tours by the clock come first: no schedule is worse than they are. Then visits are tried in order of time, slot by slot. What cannot
+//! Tours by the clock and the visits of the schedule before come first: no schedule is worse than they are. Then visits are tried in order of time, slot by slot. What cannot
 //! become better than the best schedule known is left out (branch and bound, of few AUVs); of what remains in a slot, the most promising go on (beam). While none is left out for that, the result is the best
 //! of all sequences. The work is bounded by counts, never by a clock, so that equal problems have equal results.
 
@@ -40,6 +40,9 @@ pub(crate) struct Present {
     pub(crate) leave: f64,
 }
 
+/// A visit to be tried: the candidate, and for how long, s.
+pub(crate) type Planned = (usize, f64);
+
 /// A schedule that was found.
 #[derive(Clone, Debug)]
 pub(crate) struct Found {
@@ -73,11 +76,12 @@ struct Search<'a> {
 }
 
 impl Fleet {
-    /// The best schedule whose first visit is to `first`; none if the craft cannot reach it.
+    /// The best schedule whose first visit is to `first`; none if the craft cannot reach it. `before` is what is left of the schedule
+    /// before: it is no worse than to go on with that.
     pub(crate) fn best_first(
         &self,
         first: usize,
-        present: Option<Present>,
+        (present, before): (Option<Present>, &[Planned]),
         tried_max: usize,
         due: &dyn Fn() -> bool,
     ) -> Option<Found> {
@@ -92,11 +96,20 @@ impl Fleet {
             best: None,
             exact: true,
         };
+        let least = self.dwell_min.max(STAY_MIN);
         for order in self.tours(first) {
             for dwell in TOUR_DWELLS {
-                search.sail(&order, (self.dwell_min + dwell).max(STAY_MIN), present);
+                let times = if order.len() < 2 { 1 } else { TOUR_VISITS_MAX };
+                let again = order.iter().cycle().take(times);
+                search.sail(
+                    again.map(|to| (*to, (self.dwell_min + dwell).max(STAY_MIN))),
+                    present,
+                );
             }
         }
+        let inserted = before.first().filter(|(to, _)| *to != first);
+        let rest = before.iter().map(|(to, dwell)| (*to, dwell.max(least)));
+        search.sail(inserted.map(|_| (first, least)).into_iter().chain(rest), present);
         search.visit(None, &self.start(), first, present);
         search.extend_all(width, due);
         search.found()
@@ -126,20 +139,20 @@ impl Search<'_> {
         }
     }
 
-    /// Visits in `order` again and again, each for `dwell` seconds: what a schedule by the clock does.
-    fn sail(&mut self, order: &[usize], dwell: f64, mut present: Option<Present>) {
+    /// These visits one after the other, and the last to the end.
+    fn sail(&mut self, visits: impl Iterator<Item = Planned>, mut present: Option<Present>) {
         let (mut before, mut state) = (None, self.fleet.start());
-        for to in order.iter().cycle().take(TOUR_VISITS_MAX) {
-            let Some((arrive, there)) = self.arrival(&state, *to) else {
+        for (to, dwell) in visits {
+            let Some((arrive, there)) = self.arrival(&state, to) else {
                 break;
             };
             let leave = present
                 .take()
                 .map_or(arrive + dwell, |present| present.leave.max(arrive));
-            let node = self.node(before, *to, arrive, (&there, leave));
+            let node = self.node(before, to, arrive, (&there, leave));
             (before, state) = (Some(self.nodes.len()), node.state);
             self.nodes.push(node);
-            if self.fleet.horizon <= state.time || order.len() < 2 {
+            if self.fleet.horizon <= state.time {
                 break;
             }
         }

@@ -203,7 +203,7 @@ fn of_up_to_three_auvs_the_search_finds_the_best_of_all_sequences() {
                 f64::min,
             );
             let found = fleet
-                .best_first(first, None, 2_000_000, &|| false)
+                .best_first(first, (None, &[]), 2_000_000, &|| false)
                 .expect("every candidate is in reach");
             assert!(found.exact, "seed {seed}");
             assert!(
@@ -269,7 +269,7 @@ fn of_five_auvs_no_order_by_the_clock_at_its_best_dwell_is_better_and_a_quarter_
         let tried = SchedulingParameters::default().visits_tried;
         let found = candidates
             .iter()
-            .filter_map(|first| fleet.best_first(*first, None, tried, &|| false));
+            .filter_map(|first| fleet.best_first(*first, (None, &[]), tried, &|| false));
         let found = found.map(|found| found.value).fold(f64::INFINITY, f64::min);
         ratios.push(found / clock);
     }
@@ -490,6 +490,41 @@ fn of_random_fleets_the_next_visit_hardly_ever_changes_before_it_was_made() {
         plans += 20;
     }
     assert!(changes * 100 <= plans, "{changes} changes in {plans} plans");
+}
+
+#[test]
+fn a_search_with_no_time_goes_on_with_the_schedule_before() {
+    let hurried = SchedulingParameters {
+        visits_tried: 1,
+        ..SchedulingParameters::default()
+    };
+    let mut worse_without = 0;
+    for seed in 0..12 {
+        let mut request = random(9000 + seed, 8, 1000.0);
+        (request.current, request.asc.speed_mps) = (None, 0.0);
+        let schedule = scheduled(&request);
+        let request = sailed(&request, &schedule, 1.0);
+        let after = scheduled_with(&request, &hurried);
+        assert!(after.kept || after.visits[0].arrive_s <= request.t_s, "{seed}");
+        assert!(
+            after.cost <= 1.01 * schedule.cost,
+            "{seed}: {} after {}",
+            after.cost,
+            schedule.cost
+        );
+        let mut forgotten = request.clone();
+        visits(&mut forgotten).costs_now = after
+            .costs
+            .iter()
+            .map(|known| (known.auv.clone(), known.cost))
+            .collect();
+        forgotten.previous_plan = None;
+        worse_without += usize::from(after.cost * 1.01 < scheduled_with(&forgotten, &hurried).cost);
+    }
+    assert!(
+        3 < worse_without,
+        "the schedule before helps {worse_without} of 12 times"
+    );
 }
 
 #[test]
