@@ -6,7 +6,7 @@
 //! ```
 //! `cost` is how a cost goes on, `fleet` the AUVs and the craft as this needs them, `intercept` the earliest arrival,
 //! `state` what a leg or a stay does to all costs, `search` the sequences, `orders` those of a clock, `bound` what no schedule
-//! costs less than, `memory` what the schedule before left, `hearing` who is silent, `schedule` the one that is chosen, `answer` what is said of it.
+//! costs less than, `memory` what the schedule before left, `hearing` which AUV is not heard any more, `schedule` the one that is chosen, `answer` what is said of it.
 
 pub(crate) mod answer;
 pub(crate) mod bound;

@@ -157,7 +157,7 @@ def test_five_auvs_are_served_by_the_same_schedule_after_a_kill(own_service: Ser
         lines = flight.communicate(timeout=60)[0].splitlines()
     assert flight.returncode == 0
     assert len(lines) > 12
-    # The first is reached after 27 s: until then another one is next only if the schedule was forgotten.
+    # The first is reached after 27 s. A schedule that was forgotten would start anew, with ages of 0.
     served = {line.split("s: ")[1].split(" next")[0] for line in lines}
     assert len(served) == 1, lines
     ages = [float(line.split("next: ")[1].split(" s ")[0]) for line in lines]

@@ -156,14 +156,24 @@ impl Answer<'_> {
             auv: self.fleet.candidates[stay.candidate].auv,
             leg: None,
         };
-        let leg = |first: &Stay, second: &Stay| Turn {
-            leg: Some(Leg {
-                depart: first.leave,
-                arrive: second.arrive,
-                from: self.place(first, first.leave),
-                to: self.place(second, second.arrive),
-            }),
-            ..of(second, second.arrive)
+        // No faster than the craft, which need not go from one AUV's place to the other's, only from near the one to near the other.
+        let leg = |first: &Stay, second: &Stay| {
+            let from = forecasts[self.fleet.candidates[first.candidate].auv]
+                .at(first.leave)
+                .position;
+            let to = self.place(second, second.arrive);
+            let arrive = second
+                .arrive
+                .max(first.leave + (to - from).norm() / self.fleet.craft.speed);
+            Turn {
+                leg: Some(Leg {
+                    depart: first.leave,
+                    arrive,
+                    from,
+                    to,
+                }),
+                ..of(second, arrive)
+            }
         };
         let mut turns: Vec<_> = match stays {
             [first, second, ..] if self.fleet.dwell_min <= 0.0 => {
@@ -172,7 +182,7 @@ impl Answer<'_> {
             [first, second, ..] => {
                 let mut turns = vec![of(first, first.leave)];
                 turns.extend((first.leave < second.arrive).then(|| leg(first, second)));
-                turns.push(of(second, second.leave));
+                turns.push(of(second, f64::INFINITY));
                 turns
             }
             [first] => vec![of(first, first.leave)],

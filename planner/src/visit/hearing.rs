@@ -18,6 +18,9 @@ const SILENCE_MIN: f64 = 60.0;
 /// Fewest reports that show at which intervals they come.
 const REPORTS_MIN: usize = 5;
 
+/// The longest time between two plans that counts as listening, s: after an outage of the planner, no report has come yet.
+const LISTENED_MAX: f64 = 10.0;
+
 /// How an AUV was heard, from plan to plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hearing {
@@ -70,7 +73,7 @@ impl<'a> Heard<'a> {
         reports.any(|report| newest - report.t_s < BETWEEN_MIN && at_surface(report))
     }
 
-    /// Time without a report, s, after which it is not heard any more. One that was at the surface has dived: no time says it.
+    /// Time without a report, s, after which it is not heard any more. One that was at the surface has dived: however long it is silent, it may come back.
     fn silence(&self) -> f64 {
         match self.intervals() {
             Some([mean, longest]) if !self.surfaced() => {
@@ -86,7 +89,7 @@ impl Hearing {
     #[must_use]
     pub fn later(mut self, elapsed: f64, heard: &Heard) -> Self {
         if heard.distance <= self.within {
-            self.unheard += elapsed;
+            self.unheard += elapsed.min(LISTENED_MAX);
         }
         self.unheard = self.unheard.min(heard.age);
         if heard.intervals().is_some_and(|[mean, _]| heard.age <= mean) {
