@@ -97,7 +97,7 @@ impl Relaxation {
         let sharing = sharing(fleet, &craft);
         let auv = |(place, candidate): (usize, &Candidate)| {
             let reach = craft.reach(&candidate.track, &from, fleet.within, fleet.horizon);
-            let reach = reach.unwrap_or_else(|none_before| none_before);
+            let reach = reach.unwrap_or(fleet.horizon);
             let (growth, floor) = (
                 fleet.law.unserved(0.0, 1.0).cost,
                 candidate.cost.min(fleet.law.steady(candidate.shallowest)),

@@ -146,9 +146,10 @@ const DWELL_RATIO: f64 = 1.2;
 fn aided(cost: f64, elapsed: f64, q: f64, s: f64) -> Later {
     let (steady, rate) = ((q * s).sqrt(), (q / s).sqrt());
     let (y, x) = (cost / steady, rate * elapsed);
-    let tanh = x.tanh();
+    let less = (-2.0 * x).exp_m1();
+    let tanh = -less / (2.0 + less);
     // ln(cosh x + y sinh x) without an overflow for long times.
-    let growth = x + (-0.5 * (y - 1.0) * (-2.0 * x).exp_m1()).ln_1p();
+    let growth = x + (-0.5 * (y - 1.0) * less).ln_1p();
     Later {
         cost: steady * (y + tanh) / (1.0 + y * tanh),
         integral: s * growth,

@@ -16,12 +16,6 @@ const SAMPLES: usize = 180;
 /// How far from the place where it counts as near the craft may be when it is said to have arrived, as time, s.
 const ARRIVED: f64 = 1e-3;
 
-/// Most steps towards an arrival. An AUV that is caught up with so slowly counts as out of reach.
-const STEPS_MAX: usize = 200;
-
-/// Least step towards an arrival while the craft turns, as a share of that time.
-const TURN_STEPS: f64 = 50.0;
-
 /// Where an AUV will be, sampled. Positions are relative to the craft now, (ahead, starboard), m.
 #[derive(Clone, Debug)]
 pub(crate) struct Track {
@@ -73,6 +67,18 @@ impl Track {
         from + (self.positions[before + 1] - from) * share
     }
 
+    /// The straight piece that it goes on with at that time.
+    fn piece(&self, time: f64) -> Piece {
+        let (before, _) = self.place(time);
+        let last = before + 2 == self.positions.len();
+        #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
+        let end = (before + 1) as f64 * self.step;
+        Piece {
+            end: if last { f64::INFINITY } else { end },
+            velocity: (self.positions[before + 1] - self.positions[before]) / self.step,
+        }
+    }
+
     /// Depth at that time, m.
     pub(crate) fn depth_at(&self, time: f64) -> f64 {
         let (before, share) = self.place(time);
@@ -108,6 +114,14 @@ impl Track {
         let before = (along as usize).min(self.positions.len() - 2);
         (before, (along - before as f64).min(1.0))
     }
+}
+
+/// A straight piece of a track.
+struct Piece {
+    /// s after now.
+    end: f64,
+    /// m/s.
+    velocity: Vector2<f64>,
 }
 
 /// How the craft goes.
@@ -149,14 +163,14 @@ impl Craft {
     /// f(t) = ‖p(t) − p₀ − v_c (t − t₀)‖ − within − u max(0, t − t₀ − τ) ≤ 0
     /// ```
     /// with τ the time that it turns. f changes no faster than u and the AUV's speed through the water together: a step of f over
-    /// that passes no root, and they shorten to the first one. Else a time before which it cannot, no later than `end`.
-    pub(crate) fn reach(&self, track: &Track, from: &Departure, within: f64, end: f64) -> Result<f64, f64> {
+    /// that passes no root. Between two samples of the track, f = 0 is quadratic.
+    pub(crate) fn reach(&self, track: &Track, from: &Departure, within: f64, end: f64) -> Option<f64> {
         self.reach_after(track, from, (from.time, 0.0), within, end)
     }
 
     /// The same for a craft that must turn first, at its full rate on the spot, to where it meets the AUV.
     pub(crate) fn arrive(&self, track: &Track, from: &Departure, within: f64, end: f64) -> Option<Arrival> {
-        let direct = self.reach(track, from, within, end).ok()?;
+        let direct = self.reach(track, from, within, end)?;
         let bearing = |time: f64| angle_of(&self.way(track, from, time));
         if direct <= from.time {
             return Some(Arrival {
@@ -166,9 +180,7 @@ impl Craft {
             });
         }
         let turning = wrap(bearing(direct) - from.heading).abs() / self.turn_rate;
-        let time = self
-            .reach_after(track, from, (direct, turning), within, end)
-            .ok()?;
+        let time = self.reach_after(track, from, (direct, turning), within, end)?;
         let heading = bearing(time);
         Some(Arrival {
             time,
@@ -182,7 +194,7 @@ impl Craft {
         track.at(time) - from.position - self.current * (time - from.time)
     }
 
-    /// The earliest time from `start` on, at which there is no root before, for a craft that turns for `turning` seconds.
+    /// The earliest time from `start` on, before which there is no root, for a craft that turns for `turning` seconds.
     fn reach_after(
         &self,
         track: &Track,
@@ -190,27 +202,35 @@ impl Craft {
         (start, turning): (f64, f64),
         within: f64,
         end: f64,
-    ) -> Result<f64, f64> {
+    ) -> Option<f64> {
         let closing = self.speed + track.fastest;
+        let turned = from.time + turning;
         let mut time = start;
-        for _ in 0..STEPS_MAX {
-            if end < time {
-                return Err(end);
-            }
-            let sailed = self.speed * (time - from.time - turning).max(0.0);
-            let missing = self.way(track, from, time).norm() - within - sailed;
+        while time <= end {
+            let speed = if time < turned { 0.0 } else { self.speed };
+            let near = within + speed * (time - turned);
+            let (way, piece) = (self.way(track, from, time), track.piece(time));
+            let missing = way.norm() - near;
             if missing <= self.speed * ARRIVED {
-                return Ok(time);
+                return Some(time);
             }
-            // Until the craft has turned it comes no nearer, and an AUV just outside would take any number of steps.
-            let least = if time - from.time < turning {
-                turning / TURN_STEPS
+            // ‖way + v s‖ = near + speed s, for the least s > 0.
+            let velocity = piece.velocity - self.current;
+            let a = velocity.norm_squared() - speed * speed;
+            let b = way.dot(&velocity) - near * speed;
+            let c = way.norm_squared() - near * near;
+            let root = time + c / ((b * b - a * c).sqrt() - b);
+            let straight = if speed > 0.0 {
+                piece.end
             } else {
-                0.0
+                piece.end.min(turned)
             };
-            time += (missing / closing).max(least);
+            if time <= root && root <= straight.min(end) {
+                return Some(root);
+            }
+            time = straight.max(time + missing / closing);
         }
-        Err(time.min(end))
+        None
     }
 }
 
@@ -278,7 +298,7 @@ mod tests {
                 let auv = forecast(place.x, place.y, 2.0 - angle, 0.1 * f64::from(k % 7), 0.0);
                 let track = Track::new(&auv, None, HORIZON, &current, |motion| motion.position);
                 let craft = craft(current);
-                let found = craft.reach(&track, &HERE, WITHIN, HORIZON).ok();
+                let found = craft.reach(&track, &HERE, WITHIN, HORIZON);
                 let expected = scanned(&craft, &auv, false);
                 assert_eq!(found.is_some(), expected.is_some(), "{current} {k}");
                 let turned = craft.arrive(&track, &HERE, WITHIN, HORIZON);
@@ -313,29 +333,29 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_that_flees_as_fast_as_the_craft_is_met_no_earlier_than_is_said() {
-        let mut given_up = 0;
+    fn a_vehicle_that_flees_as_fast_as_the_craft_is_met_when_a_scan_meets_it_or_not_at_all() {
+        let (mut met, mut lost) = (0, 0);
         for turn_rate in [0.0, 0.0005, 0.001, 0.002, 0.004] {
             let auv = forecast(25.0, 0.0, 0.0, 1.5, turn_rate);
             let track = Track::new(&auv, None, HORIZON, &Vector2::zeros(), |motion| motion.position);
             let craft = craft(Vector2::zeros());
-            let expected = scanned(&craft, &auv, false).unwrap_or(HORIZON);
-            match craft.reach(&track, &HERE, WITHIN, HORIZON) {
-                Ok(found) => assert!((found - expected).abs() < 1.0, "{found}, expected {expected}"),
-                Err(none_before) => {
-                    assert!(
-                        none_before <= expected,
-                        "none before {none_before}, met at {expected}"
-                    );
-                    given_up += usize::from(none_before < HORIZON);
+            match (
+                craft.reach(&track, &HERE, WITHIN, HORIZON),
+                scanned(&craft, &auv, false),
+            ) {
+                (Some(found), Some(expected)) => {
+                    assert!((found - expected).abs() < 1.0, "{found}, expected {expected}");
+                    met += 1;
                 }
+                (None, None) => lost += 1,
+                other => panic!("{turn_rate} rad/s: {other:?}"),
             }
         }
-        assert!(0 < given_up, "none of these takes more steps than there are");
+        assert!(0 < met && 0 < lost, "{met} met, {lost} not");
     }
 
     #[test]
-    fn nobody_who_flees_faster_is_reached_and_who_is_near_is_reached_now() {
+    fn an_auv_that_flees_faster_is_not_reached_and_one_that_is_near_is_reached_now() {
         let craft = craft(Vector2::zeros());
         let of = |auv: &AuvForecast| {
             let track = Track::new(auv, None, HORIZON, &Vector2::zeros(), |motion| motion.position);

@@ -317,7 +317,7 @@ impl Fleet {
                 let reached = self
                     .craft
                     .reach(&candidate.track, &from, self.within, self.horizon);
-                reached.unwrap_or_else(|none_before| none_before)
+                reached.unwrap_or(self.horizon)
             };
             let before = self.law.unserved(costs[i], reached - state.time);
             let after = self
