@@ -25,7 +25,8 @@ pub struct SchedulingParameters {
     /// Visits that the search may try in all. With so few AUVs that this is enough for all sequences the schedule is the best
     /// there is.
     pub visits_tried: usize,
-    /// By what share of its cost another next visit must be better than that of the schedule before.
+    /// By what share of its cost another next visit must be better than that of the schedule before; twice that where not all
+    /// sequences were compared.
     pub keep_margin: f64,
     /// What a missed deadline costs, as a multiple of what it costs to serve no AUV at all.
     pub deadline_price: f64,

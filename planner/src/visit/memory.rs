@@ -1,7 +1,5 @@
 //! What the schedule before says: costs that are carried on, deadlines that are met, the visit that is on.
 
-use std::collections::BTreeSet;
-
 use crate::{
     facts::{
         auv::VehicleId,
@@ -122,7 +120,7 @@ impl<'a> Memory<'a> {
     }
 
     /// The visit that is on, or else the next one.
-    fn next(&self) -> Option<&'a Visit> {
+    pub(crate) fn next(&self) -> Option<&'a Visit> {
         let (_, schedule) = self.before?;
         schedule.visits.iter().find(|visit| self.now < visit.leave_s)
     }
@@ -137,21 +135,6 @@ impl<'a> Memory<'a> {
             Some((candidate, visit.leave_s - visit.arrive_s))
         });
         planned.collect()
-    }
-
-    /// The AUV of [`Memory::next`], if the same AUVs can be visited as then: else everything is scheduled anew.
-    pub(crate) fn next_if_still_so(&self, vehicles: &[Vehicle]) -> Option<&'a VehicleId> {
-        let (_, schedule) = self.before?;
-        let then = schedule.costs.iter();
-        let then: BTreeSet<_> = then
-            .filter(|known| known.left_out.is_none())
-            .map(|known| &known.auv)
-            .collect();
-        let now = vehicles
-            .iter()
-            .filter(|vehicle| vehicle.served.left_out.is_none());
-        let now: BTreeSet<_> = now.map(|vehicle| &vehicle.served.auv).collect();
-        self.next().filter(|_| then == now).map(|visit| &visit.auv)
     }
 
     /// The visit that is on, or that begins now because the craft is there.

@@ -48,8 +48,8 @@ impl Scheduler<'_> {
         let present = memory.present(&fleet, &ids);
         let left = memory.visits_left(&ids);
         let found = self.of_each_first(&fleet, &ids, (present, &left), visits.next.as_ref());
-        let before = memory.next_if_still_so(&vehicles);
-        let before = before.and_then(|id| ids.iter().position(|known| *known == id));
+        let before = memory.next();
+        let before = before.and_then(|visit| ids.iter().position(|id| **id == visit.auv));
         let chosen = chosen(&fleet, &found, before, self.parameters.keep_margin);
         Some(
             Answer {
@@ -127,7 +127,9 @@ fn chosen(fleet: &Fleet, found: &[(usize, Found)], before: Option<usize>, keep_m
         }
     })?;
     let before = before.filter(|before| 0.0 < fleet.dwell_min || !fleet.turns_past(*before, found[best].0));
+    let exact = found.iter().all(|(_, found)| found.exact);
+    let margin = if exact { keep_margin } else { 2.0 * keep_margin };
     let kept = found.iter().position(|(first, _)| Some(*first) == before);
-    kept.filter(|kept| value(*kept) <= value(best) * (1.0 + keep_margin))
+    kept.filter(|kept| value(*kept) <= value(best) * (1.0 + margin))
         .or(Some(best))
 }

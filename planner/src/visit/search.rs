@@ -122,11 +122,11 @@ impl Search<'_> {
         for slot in 0..SLOTS {
             // Visits that begin and end in the last slot follow each other there.
             while !self.slots[slot].is_empty() {
-                if due() {
-                    self.exact = false;
-                    return;
-                }
                 for node in self.promising(slot, width) {
+                    if due() {
+                        self.exact = false;
+                        return;
+                    }
                     let Node { before, stay, state } = self.nodes[node];
                     if !self.bounded() {
                         self.complete(before, &stay, &state);

@@ -1,0 +1,146 @@
+//! What is carried from plan to plan: costs, and how each AUV was heard.
+
+use super::*;
+
+#[test]
+fn an_auv_that_falls_silent_is_no_longer_visited_from_the_next_plan_on_and_who_comes_is() {
+    for seed in 0..30 {
+        let request = random(5000 + seed, 4, 500.0);
+        let schedule = scheduled(&request);
+        let next = schedule.visits[0].auv.clone();
+        let mut after = later(&request, &schedule, 1.0);
+        assert_eq!(scheduled(&after).visits[0].auv, next);
+        let lost = after
+            .auvs
+            .iter_mut()
+            .find(|auv| auv.id == next)
+            .expect("is there");
+        lost.state.as_mut().expect("has a state").age_s = AGE_MAX + 1.0;
+        let without = scheduled(&after);
+        assert!(without.visits.iter().all(|visit| visit.auv != next) && !without.kept);
+        let known = without
+            .costs
+            .iter()
+            .find(|known| known.auv == next)
+            .expect("is listed");
+        assert_eq!(known.left_out, Some(LeftOut::Silent));
+        assert!(
+            without
+                .sentence
+                .contains(&format!("{next} is not heard any more"))
+        );
+        let again = later(&request, &without, 1.0);
+        let schedule = scheduled(&again);
+        assert!(schedule.visits.iter().any(|visit| visit.auv == next));
+        assert!(schedule.sentence.contains(&format!("{next} is heard again")));
+    }
+}
+
+/// Reports of the AUV `id` each 10 s until `until`, s, from one place at a depth of 8 m.
+fn heard(id: &VehicleId, place: Vector2<f64>, until: f64) -> Auv {
+    let at = |k: u32| Report {
+        depth_m: Some(8.0),
+        ..Report::new(until - 10.0 * f64::from(k), place, 1.5)
+    };
+    Auv::reported(id.clone(), (0..6).map(at).collect())
+}
+
+#[test]
+fn an_auv_whose_reports_cease_is_left_out_after_eight_of_their_intervals_until_it_is_heard() {
+    // The kind of cost changes in between, or not: what is known of reports stays.
+    for kinds in [[0, 0, 0, 0], [0, 1, 2, 1]] {
+        let mut request = random(31, 3, 200.0);
+        let lost = request.auvs[1].id.clone();
+        let place = request.auvs[1].state.as_ref().expect("has a state").position();
+        let last_heard = request.t_s;
+        request.auvs[1] = heard(&lost, place, last_heard);
+        visits(&mut request).cost = costs()[0];
+        let mut schedule = scheduled(&request);
+        let left_out = |schedule: &Schedule| {
+            let known = schedule.costs.iter().find(|known| known.auv == lost);
+            known.expect("is listed").left_out
+        };
+        let ages = (1..=8).map(|k| 10.0 * f64::from(k)).chain([81.0, 82.0]);
+        for (plan, age) in ages.enumerate() {
+            request = later(&request, &schedule, last_heard + age - request.t_s);
+            visits(&mut request).cost = costs()[kinds[plan.saturating_sub(6)]];
+            // The craft goes away at last: what was silent stays so.
+            request.asc.north_m += if age == 82.0 { 900.0 } else { 0.0 };
+            schedule = scheduled(&request);
+            let silent = (80.0 < age).then_some(LeftOut::Silent);
+            assert_eq!(left_out(&schedule), silent, "{age}");
+        }
+        // An older report that arrives now says nothing new.
+        request = later(&request, &schedule, 1.0);
+        let reports = request.auvs[1].reports.as_mut().expect("is known by reports");
+        reports.push(Report::new(last_heard - 5.0, place, 1.5));
+        schedule = scheduled(&request);
+        assert_eq!(left_out(&schedule), Some(LeftOut::Silent));
+        request = later(&request, &schedule, 5.0);
+        request.auvs[1] = heard(&lost, place, request.t_s);
+        let again = scheduled(&request);
+        assert_eq!(left_out(&again), None);
+        assert!(again.visits.iter().any(|visit| visit.auv == lost));
+        assert!(again.sentence.contains("is heard again"), "{}", again.sentence);
+    }
+}
+
+#[test]
+fn costs_are_carried_from_plan_to_plan_by_whom_the_craft_is_near() {
+    let mut request = random(7, 2, 1.0);
+    for (auv, north) in request.auvs.iter_mut().zip([5.0, 400.0]) {
+        auv.state = Some(AuvState::new(
+            Vector2::new(north, 0.0),
+            5.0,
+            Course::new(0.0),
+            0.0,
+        ));
+    }
+    visits(&mut request).cost = VisitCost::Age;
+    let schedule = scheduled(&request);
+    let before: Vec<_> = schedule.costs.iter().map(|known| known.cost).collect();
+    let after = scheduled(&later(&request, &schedule, 12.0));
+    assert!((after.costs[0].cost).abs() < 1e-12);
+    assert!((after.costs[1].cost - before[1] - 12.0).abs() < 1e-9);
+    // Of another kind of cost, nothing is known.
+    let mut other = later(&request, &schedule, 12.0);
+    visits(&mut other).cost = costs()[2];
+    let anew = scheduled(&other);
+    assert_eq!(anew.unit, CostUnit::Kilobits);
+    assert!(anew.costs.iter().all(|known: &ServedVehicle| known.cost == 0.0));
+}
+
+#[test]
+fn a_schedule_from_before_hearing_was_known_is_taken_and_an_impossible_one_is_refused() {
+    type Change<'a> = &'a dyn Fn(&mut ServedVehicle);
+    let request = random(0, 3, 100.0);
+    let mut before = serde_json::to_value(scheduled(&request)).expect("is JSON");
+    for known in before["costs"].as_array_mut().expect("is a list") {
+        let known = known.as_object_mut().expect("is an object");
+        assert!(known.remove("heard_within_m").is_some() && known.remove("unheard_s").is_some());
+    }
+    let older: Schedule = serde_json::from_value(before).expect("both are optional");
+    let costs = scheduled(&later(&request, &older, 1.0)).costs;
+    assert!(costs.iter().all(|known| known.left_out.is_none()));
+    let changes: [(Change<'_>, &str); 2] = [
+        (
+            &|known| known.heard_within_m = -1.0,
+            "heard_within_m: -1 is not in [0, 5000000]",
+        ),
+        (
+            &|known| known.unheard_s = 3e11,
+            "unheard_s: 300000000000 is not in [0, 200000000000]",
+        ),
+    ];
+    for (change, fault) in changes {
+        let mut schedule = older.clone();
+        change(&mut schedule.costs[0]);
+        let error = Snapshot::try_from(later(&request, &schedule, 1.0)).expect_err("is refused");
+        assert!(
+            error
+                .to_string()
+                .contains(&format!("previous_plan/schedule/costs/0/{fault}")),
+            "{error}"
+        );
+    }
+}

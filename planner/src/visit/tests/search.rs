@@ -1,0 +1,231 @@
+//! The search against the enumeration of all sequences and tours by the clock; deadlines, pins and turns.
+
+use super::*;
+
+/// Times with each AUV, s, that a clock is tuned over.
+const DWELLS: [f64; 4] = [30.0, 60.0, 120.0, 240.0];
+
+#[test]
+fn of_up_to_three_auvs_the_search_finds_the_best_of_all_sequences() {
+    let mut n_compared = 0;
+    for seed in 0..60 {
+        let n = 1 + usize::try_from(seed % 3).expect("small");
+        let request = random(seed, n, 400.0);
+        let fleet = fleet(&request, horizon(&request, 900.0));
+        for first in 0..fleet.candidates.len() {
+            // The search knows tours by the clock too, whose times of service are others.
+            let candidates: Vec<_> = (0..fleet.candidates.len()).collect();
+            let orders = orders(&candidates).into_iter().filter(|order| order[0] == first);
+            let tours = orders.flat_map(|order| DWELLS.map(|dwell| by_the_clock(&fleet, &order, dwell)));
+            let expected = tours.fold(
+                enumerated(&fleet, &fleet.start(), Some(first), Fleet::value),
+                f64::min,
+            );
+            let found = fleet
+                .best_first(first, (None, &[]), 2_000_000, &|| false)
+                .expect("every candidate is in reach");
+            assert!(found.exact, "seed {seed}");
+            assert!(
+                (found.value - expected).abs() <= 1e-8 * expected,
+                "seed {seed}, first {first}: {} instead of {expected}",
+                found.value
+            );
+            n_compared += 1;
+        }
+    }
+    assert!(100 < n_compared);
+}
+
+/// What it costs to visit by the clock: the candidates in this order, again and again, each for `dwell` seconds.
+fn by_the_clock(fleet: &Fleet, order: &[usize], dwell: f64) -> f64 {
+    let mut state = fleet.start();
+    for to in order.iter().cycle() {
+        let track = &fleet.candidates[*to].track;
+        let arrival = fleet
+            .craft
+            .arrive(track, &fleet.departure(&state), fleet.within, fleet.horizon);
+        let Some(arrival) = arrival else { break };
+        let there = fleet.travelled(&state, *to, arrival);
+        state = fleet.stayed(&there, *to, fleet.horizon.min(arrival.time + dwell));
+        if fleet.horizon <= state.time {
+            break;
+        }
+    }
+    let end = state
+        .with
+        .map_or(state, |with| fleet.stayed(&state, with, fleet.horizon));
+    fleet.value(&end)
+}
+
+/// All orders of `items`.
+fn orders(items: &[usize]) -> Vec<Vec<usize>> {
+    if items.len() < 2 {
+        return vec![items.to_vec()];
+    }
+    let with_first = |first: usize| {
+        let others: Vec<_> = items.iter().copied().filter(|item| *item != first).collect();
+        let rest = orders(&others);
+        rest.into_iter().map(move |rest| [vec![first], rest].concat())
+    };
+    items.iter().copied().flat_map(with_first).collect()
+}
+
+#[test]
+fn of_five_auvs_no_order_by_the_clock_at_its_best_dwell_is_better_and_a_quarter_of_them_cost_five_percent_more()
+ {
+    let mut ratios = Vec::new();
+    for seed in 0..48 {
+        let fleet = fleet(&random(8000 + seed, 5, 600.0), 1800.0);
+        let candidates: Vec<_> = (0..fleet.candidates.len()).collect();
+        let clocks = orders(&candidates);
+        let clocks = clocks
+            .iter()
+            .flat_map(|order| DWELLS.map(|dwell| by_the_clock(&fleet, order, dwell)));
+        let clock = clocks.fold(f64::INFINITY, f64::min);
+        let tried = SchedulingParameters::default().visits_tried;
+        let found = candidates
+            .iter()
+            .filter_map(|first| fleet.best_first(*first, (None, &[]), tried, &|| false));
+        let found = found.map(|found| found.value).fold(f64::INFINITY, f64::min);
+        ratios.push(found / clock);
+    }
+    ratios.sort_by(f64::total_cmp);
+    assert!(ratios.iter().all(|ratio| *ratio <= 1.0 + 1e-9));
+    // Even though each clock has the best of 120 orders and four dwells for its own fleet.
+    assert!(ratios[ratios.len() / 4] < 0.955, "{ratios:?}");
+}
+
+#[test]
+fn no_schedule_costs_less_than_its_bound_and_its_visits_are_in_order_and_long_enough() {
+    for seed in 0..120 {
+        let n = 1 + usize::try_from(seed % 6).expect("small");
+        let request = random(1000 + seed, n, 900.0);
+        let schedule = scheduled(&request);
+        assert!(
+            (0.0..=1.0).contains(&schedule.gap),
+            "seed {seed}: {}",
+            schedule.gap
+        );
+        assert!(0.0 <= schedule.bound && schedule.bound <= schedule.cost);
+        assert!(
+            schedule
+                .alternatives
+                .iter()
+                .all(|other| schedule.bound <= other.cost + 1e-6)
+        );
+        assert!(
+            schedule
+                .visits
+                .is_sorted_by(|a, b| a.leave_s <= b.arrive_s && a.auv != b.auv)
+        );
+        for visit in &schedule.visits[..schedule.visits.len() - 1] {
+            assert!(30.0 - 1e-9 <= visit.leave_s - visit.arrive_s);
+        }
+    }
+}
+
+#[test]
+fn a_visit_is_where_its_auv_goes_until_the_craft_arrives() {
+    for seed in 0..30 {
+        let mut request = random(seed, 3, 900.0);
+        // Faster than what counts as at rest.
+        for state in request.auvs.iter_mut().filter_map(|auv| auv.state.as_mut()) {
+            state.speed_mps += 0.1;
+        }
+        for visit in scheduled(&request).visits {
+            let mut auvs = request.auvs.iter();
+            let auv = auvs.find(|auv| auv.id == visit.auv).expect("it is visited");
+            let state = auv.state.as_ref().expect("it is given so");
+            let ahead = visit.arrive_s - request.t_s;
+            let way = state.speed_mps * ahead;
+            let (sin, cos) = state.course_rad.sin_cos();
+            let off = Vector2::new(
+                state.north_m + way * cos - visit.north_m,
+                state.east_m + way * sin - visit.east_m,
+            );
+            assert!(
+                off.norm() < 1e-6,
+                "seed {seed}, {} in {ahead} s: {} m off",
+                visit.auv,
+                off.norm()
+            );
+        }
+    }
+}
+
+#[test]
+fn a_deadline_that_the_craft_can_keep_is_kept_whatever_else_that_costs() {
+    let mut n_decided = 0;
+    for seed in 0..40 {
+        let mut request = random(6000 + seed, 3, 300.0);
+        let arrival = |schedule: &Schedule, id: &VehicleId| {
+            let visit = schedule.visits.iter().find(|visit| visit.auv == *id);
+            visit.map_or(f64::INFINITY, |visit| visit.arrive_s)
+        };
+        let free = scheduled(&request);
+        let last = free.costs.iter().map(|known| known.auv.clone());
+        let last = last.max_by(|a, b| arrival(&free, a).total_cmp(&arrival(&free, b)));
+        let last = last.expect("there are three");
+        visits(&mut request).next = Some(last.clone());
+        let deadline = arrival(&scheduled(&request), &last) + 1.0;
+        visits(&mut request).next = None;
+        n_decided += u32::from(deadline < arrival(&free, &last));
+        visits(&mut request).serve_by_s.insert(last.clone(), deadline);
+        let schedule = scheduled(&request);
+        assert!(schedule.deadlines_missed.is_empty(), "seed {seed}");
+        // One that has passed is kept no more, and is served as soon as that can be.
+        let passed = request.t_s - 5.0;
+        visits(&mut request).serve_by_s.insert(last.clone(), passed);
+        let late = scheduled(&request);
+        let known = late
+            .costs
+            .iter()
+            .find(|known| known.auv == last)
+            .expect("is listed");
+        // Whom the craft is near already has been served.
+        assert!((late.deadlines_missed == [last.clone()]) != (known.served_by_s == Some(passed)));
+    }
+    assert!(20 < n_decided, "{n_decided} deadlines decide something");
+}
+
+#[test]
+fn whose_age_counts_is_left_when_the_craft_is_near_or_passes_it_as_it_turns() {
+    // The other one lies behind; the craft goes at full speed towards the first.
+    let next = |distance: f64, speed: f64| {
+        let at = |north: f64| AuvState::new(Vector2::new(north, 0.0), 5.0, Course::new(0.0), 0.0);
+        let auvs = vec![
+            Auv::new("ahead", at(distance)),
+            Auv::new("behind", at(distance - 60.0)),
+        ];
+        let mut goal = Visits::new(auvs.iter().map(|auv| auv.id.clone()).collect());
+        goal.costs_now = [("ahead".into(), 60.0), ("behind".into(), 20.0)].into();
+        let craft = Asc::new(Vector2::zeros(), Heading::new(0.0), speed);
+        let mut request = PlanRequest::new(1000.0, craft, auvs, Goal::Visit(goal));
+        visits(&mut request).next = Some("ahead".into());
+        let before = scheduled(&request);
+        visits(&mut request).next = None;
+        let mut request = later(&request, &before, 0.0);
+        visits(&mut request).costs_now = [("ahead".into(), 60.0), ("behind".into(), 20.0)].into();
+        scheduled(&request).visits[0].auv.0.clone()
+    };
+    assert_eq!(next(30.0, SPEED), "ahead");
+    // In its turn it comes 0.4 · 1.5 / 0.17 = 3.5 m nearer; one that turns on the spot does not.
+    assert_eq!(next(22.5, SPEED), "behind");
+    assert_eq!(next(22.5, 0.0), "ahead");
+    assert_eq!(next(19.0, 0.0), "behind");
+}
+
+#[test]
+fn a_pinned_auv_is_next_whatever_it_costs() {
+    for seed in 0..20 {
+        let mut request = random(7000 + seed, 4, 800.0);
+        let free = scheduled(&request);
+        let Some(other) = free.alternatives.last().map(|other| other.next.clone()) else {
+            continue;
+        };
+        visits(&mut request).next = Some(other.clone());
+        let pinned = scheduled(&request);
+        assert_eq!(pinned.visits[0].auv, other);
+        assert!(pinned.alternatives.is_empty() && free.cost <= pinned.cost + 1e-9);
+    }
+}

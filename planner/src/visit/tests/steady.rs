@@ -1,0 +1,198 @@
+//! What must not change a schedule: names, order, north, the datum, a second more.
+
+use super::*;
+
+/// That two schedules visit the same AUVs, `b` calling them `names[i]` where `a` has `auv-i`, at the same times within `tolerance`, s.
+fn assert_same(a: &Schedule, b: &Schedule, names: impl Fn(&VehicleId) -> VehicleId, tolerance: f64) {
+    assert_eq!(a.visits.len(), b.visits.len());
+    for (a, b) in a.visits.iter().zip(&b.visits) {
+        assert_eq!(names(&a.auv), b.auv);
+        assert!((a.arrive_s - b.arrive_s).abs() <= tolerance && (a.leave_s - b.leave_s).abs() <= tolerance);
+    }
+    assert!((a.cost - b.cost).abs() <= tolerance * (1.0 + a.cost));
+}
+
+#[test]
+fn the_same_request_has_the_same_schedule_whatever_its_auvs_are_called_and_however_they_are_ordered() {
+    for seed in 0..80 {
+        let n = 2 + usize::try_from(seed % 5).expect("small");
+        let request = random(2000 + seed, n, 700.0);
+        let schedule = scheduled(&request);
+        assert_eq!(schedule, scheduled(&request));
+        // auv-0 becomes z-n, and so on: both orders are turned round.
+        let renamed = |id: &VehicleId| {
+            let number: usize = id.0["auv-".len()..].parse().expect("a number");
+            VehicleId(format!("z-{}", 100 - number))
+        };
+        let mut other = request.clone();
+        other.auvs.reverse();
+        for auv in &mut other.auvs {
+            auv.id = renamed(&auv.id);
+        }
+        let named = visits(&mut other);
+        named.auvs = named.auvs.iter().map(renamed).collect();
+        named.costs_now = named
+            .costs_now
+            .iter()
+            .map(|(id, cost)| (renamed(id), *cost))
+            .collect();
+        assert_same(&schedule, &scheduled(&other), renamed, 0.0);
+    }
+}
+
+#[test]
+fn a_schedule_depends_neither_on_where_north_is_nor_on_the_datum() {
+    for seed in 0..40_u32 {
+        let request = random(3000 + u64::from(seed), 3, 600.0);
+        let schedule = scheduled(&request);
+        let (turn, by) = (1.1 + TAU / 7.0 * f64::from(seed), Vector2::new(3000.0, -500.0));
+        let rotation = ned_from_body(turn);
+        let mut other = request.clone();
+        for auv in &mut other.auvs {
+            let state = auv.state.as_mut().expect("has a state");
+            let place = rotation * state.position() + by;
+            (state.north_m, state.east_m) = (place.x, place.y);
+            state.course_rad = Course::new(state.course_rad + turn).radians();
+        }
+        (other.asc.north_m, other.asc.east_m) = (by.x, by.y);
+        other.asc.heading_rad = Heading::new(other.asc.heading_rad + turn).radians();
+        other.current = Some((rotation * request.current()).into());
+        // Arrivals are found to a millisecond.
+        assert_same(&schedule, &scheduled(&other), VehicleId::clone, 0.05);
+    }
+}
+
+#[test]
+fn of_two_alike_auvs_the_one_to_starboard_is_next() {
+    for heading in [0.0, 0.9, -2.5] {
+        let at =
+            |bearing: f64| AuvState::new(direction(heading + bearing) * 150.0, 10.0, Course::new(0.0), 0.0);
+        let auvs = vec![Auv::new("a-port", at(-0.8)), Auv::new("b-starboard", at(0.8))];
+        let goal = Visits::new(auvs.iter().map(|auv| auv.id.clone()).collect());
+        let craft = Asc::new(Vector2::zeros(), Heading::new(heading), 1.0);
+        let request = PlanRequest::new(0.0, craft, auvs, Goal::Visit(goal));
+        assert_eq!(scheduled(&request).visits[0].auv.0, "b-starboard");
+    }
+}
+
+/// How often the next AUV of a craft that follows its schedule, planned for every `step` seconds, changes although that before had not been
+/// visited for the least time.
+fn changes_of_mind(mut request: PlanRequest, step: f64, n_plans: usize) -> usize {
+    // It turns on the spot.
+    request.asc.speed_mps = 0.0;
+    let mut schedule = scheduled(&request);
+    let mut changes = 0;
+    for _ in 0..n_plans {
+        let next = schedule.visits[0].clone();
+        let dwells = 0.0 < visits(&mut request).dwell_min_s;
+        let over = if dwells { next.leave_s } else { next.arrive_s };
+        request = sailed(&request, &schedule, step);
+        schedule = scheduled(&request);
+        if next.auv != schedule.visits[0].auv && request.t_s < over {
+            changes += 1;
+        }
+    }
+    changes
+}
+
+#[test]
+fn between_auvs_of_equal_cost_the_craft_does_not_change_its_mind() {
+    for seed in 0..200 {
+        let mut rng = ChaCha8Rng::seed_from_u64(4000 + seed);
+        let mut request = random(4000 + seed, 2, 1.0);
+        request.current = None;
+        let (bearing, apart) = (rng.random_range(-PI..PI), rng.random_range(0.3..1.5));
+        // Farther apart than what is served on the way.
+        let distance = rng.random_range(100.0..500.0);
+        for (auv, side) in request.auvs.iter_mut().zip([-apart, apart]) {
+            let state = auv.state.as_mut().expect("has a state");
+            let place = direction(bearing + side) * distance;
+            (state.north_m, state.east_m) = (place.x, place.y);
+            state.depth_m = 10.0;
+            state.speed_mps = 0.0;
+        }
+        let goal = visits(&mut request);
+        goal.reduce = Reduce::Mean;
+        for cost in goal.costs_now.values_mut() {
+            *cost = 100.0;
+        }
+        goal.dwell_min_s = if seed % 2 == 0 { 0.0 } else { 30.0 };
+        assert_eq!(changes_of_mind(request, 4.0, 25), 0, "seed {seed}");
+    }
+}
+
+#[test]
+fn of_random_fleets_the_next_visit_hardly_ever_changes_before_it_was_made() {
+    let (mut changes, mut plans) = (0, 0);
+    for seed in 0..60 {
+        let n = 2 + usize::try_from(seed % 3).expect("small");
+        let mut request = random(4500 + seed, n, 500.0);
+        request.current = None;
+        changes += changes_of_mind(request, 5.0, 20);
+        plans += 20;
+    }
+    assert!(changes * 100 <= plans, "{changes} changes in {plans} plans");
+}
+
+#[test]
+fn noise_hardly_ever_changes_the_next_visit_of_more_auvs_than_are_searched_exactly() {
+    let (mut changes, mut plans) = (0, 0);
+    for seed in 0..6 {
+        let mut rng = ChaCha8Rng::seed_from_u64(8000 + seed);
+        let mut request = random(8000 + seed, 5, 1000.0);
+        (request.current, request.asc.speed_mps) = (None, 0.0);
+        let goal = visits(&mut request);
+        (goal.cost, goal.reduce, goal.dwell_min_s) = (VisitCost::Age, Reduce::Mean, 0.0);
+        let mut schedule = scheduled(&request);
+        for _ in 0..30 {
+            let next = schedule.visits[0].clone();
+            request = sailed(&request, &schedule, 1.0);
+            let mut measured = request.clone();
+            for state in measured.auvs.iter_mut().filter_map(|auv| auv.state.as_mut()) {
+                state.north_m += rng.random_range(-3.0..3.0);
+                state.east_m += rng.random_range(-3.0..3.0);
+                state.speed_mps = (state.speed_mps + rng.random_range(-0.1..0.1)).max(0.0);
+                state.course_rad = Course::new(state.course_rad + rng.random_range(-0.2..0.2)).radians();
+            }
+            schedule = scheduled(&measured);
+            changes += usize::from(next.auv != schedule.visits[0].auv && request.t_s < next.arrive_s);
+            plans += 1;
+        }
+    }
+    assert!(changes * 25 <= plans, "{changes} changes in {plans} plans");
+}
+
+#[test]
+fn a_search_with_no_time_goes_on_with_the_schedule_before() {
+    let hurried = SchedulingParameters {
+        visits_tried: 1,
+        ..SchedulingParameters::default()
+    };
+    let mut worse_without = 0;
+    for seed in 0..12 {
+        let mut request = random(9000 + seed, 8, 1000.0);
+        (request.current, request.asc.speed_mps) = (None, 0.0);
+        let schedule = scheduled(&request);
+        let request = sailed(&request, &schedule, 1.0);
+        let after = scheduled_with(&request, &hurried);
+        assert!(after.kept || after.visits[0].arrive_s <= request.t_s, "{seed}");
+        assert!(
+            after.cost <= 1.01 * schedule.cost,
+            "{seed}: {} after {}",
+            after.cost,
+            schedule.cost
+        );
+        let mut forgotten = request.clone();
+        visits(&mut forgotten).costs_now = after
+            .costs
+            .iter()
+            .map(|known| (known.auv.clone(), known.cost))
+            .collect();
+        forgotten.previous_plan = None;
+        worse_without += usize::from(after.cost * 1.01 < scheduled_with(&forgotten, &hurried).cost);
+    }
+    assert!(
+        1 < worse_without,
+        "the schedule before helps {worse_without} of 12 times"
+    );
+}
