@@ -312,7 +312,12 @@ fn about_visits(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
             || "no visit is planned".to_owned(),
             |visit| format!("the craft arrives {:.0} s late", visit.arrive_s - deadline),
         );
-        let detail = format!("{id} is not served by {deadline} s: {when}");
+        let left = deadline - snapshot.t_s;
+        let detail = if left < 0.0 {
+            format!("{id} was not served by its deadline, {:.0} s ago: {when}", -left)
+        } else {
+            format!("{id} is not served by its deadline in {left:.0} s: {when}")
+        };
         let pointer = format!("/goal/serve_by_s/{}", pointer_token(&id.0));
         warnings.push(warning("visit_deadline_missed", &pointer, detail));
     }

@@ -22,6 +22,9 @@ pub(crate) const KEPT_IN_TURN: f64 = 0.4;
 /// Relative differences of cost that are none: what sums in another order leave.
 pub(crate) const TIE: f64 = 1e-9;
 
+/// Time in which none is served on the way, s: that between a leg's end and the distance within which its AUV is served, which rounding leaves.
+const PASSED_MIN: f64 = 1e-6;
+
 /// Pieces of a turn, straight.
 const TURN_PIECES: u8 = 6;
 
@@ -217,7 +220,7 @@ impl Fleet {
             return None;
         };
         let at = |share: f64| start + (end - start) * share.clamp(0.0, 1.0);
-        (at(first) < at(last)).then(|| (at(first), at(last)))
+        (at(first) + PASSED_MIN < at(last)).then(|| (at(first), at(last)))
     }
 
     /// That the candidate is served from `time` on, s after now.

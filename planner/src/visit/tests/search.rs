@@ -154,6 +154,28 @@ fn a_visit_is_where_its_auv_goes_until_the_craft_arrives() {
 }
 
 #[test]
+fn the_cost_before_a_visit_has_grown_until_the_arrival() {
+    let mut on_the_way = 0;
+    for seed in 0..60 {
+        let mut request = random(2200 + seed, 3, 900.0);
+        (request.current, request.asc.speed_mps) = (None, 0.0);
+        let goal = visits(&mut request);
+        (goal.cost, goal.dwell_min_s) = (VisitCost::Age, 0.0);
+        let schedule = scheduled(&request);
+        let first = &schedule.visits[0];
+        let now = schedule.costs.iter().find(|known| known.auv == first.auv);
+        let grown = now.expect("is listed").cost + first.arrive_s - request.t_s;
+        assert!(
+            first.arrive_s == request.t_s || (first.cost_before - grown).abs() < 1e-6,
+            "seed {seed}: {} s, expected {grown}",
+            first.cost_before
+        );
+        on_the_way += usize::from(request.t_s < first.arrive_s);
+    }
+    assert!(50 < on_the_way, "{on_the_way} of 60 are not there yet");
+}
+
+#[test]
 fn a_deadline_that_the_craft_can_keep_is_kept_whatever_else_that_costs() {
     let mut n_decided = 0;
     for seed in 0..40 {
