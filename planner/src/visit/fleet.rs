@@ -10,7 +10,10 @@ use crate::{
     },
     predict::{forecast::AuvForecast, motion::Motion},
     snapshot::build::Snapshot,
-    visit::intercept::{Craft, Track},
+    visit::{
+        depth::depth_ahead,
+        intercept::{Craft, Track},
+    },
 };
 
 /// How schedules are made.
@@ -129,6 +132,7 @@ impl Fleet {
                 horizon,
                 &craft.current,
                 frame,
+                depth_ahead(snapshot, member.auv, &forecasts[member.auv], horizon),
             );
             Candidate {
                 auv: member.auv,

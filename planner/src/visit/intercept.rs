@@ -28,7 +28,7 @@ pub(crate) struct Track {
 }
 
 impl Track {
-    /// The forecast of an AUV until `horizon`, s, its motions seen by the craft through `frame`, in `current`, of that frame, m/s. One
+    /// The forecast of an AUV until `horizon`, s, its motions seen by the craft through `frame`, in `current`, of that frame, m/s, at its `depth`, m. One
     /// without a path that turned every `between_turns`, s, until now is expected to turn anywhere as often.
     pub(crate) fn new(
         forecast: &AuvForecast,
@@ -36,6 +36,7 @@ impl Track {
         horizon: f64,
         current: &Vector2<f64>,
         frame: impl Fn(&Motion) -> Vector2<f64>,
+        depth: impl Fn(f64) -> f64,
     ) -> Self {
         #[expect(clippy::cast_precision_loss, reason = "a few hundred samples")]
         let step = horizon / SAMPLES as f64;
@@ -55,7 +56,7 @@ impl Track {
         Self {
             step,
             fastest: fastest.fold(0.0, f64::max),
-            depths: times().map(|time| forecast.depth_at(time).max(0.0)).collect(),
+            depths: times().map(depth).collect(),
             positions,
         }
     }
@@ -296,7 +297,7 @@ mod tests {
                 let angle = 0.26 * f64::from(k) + 0.3 * current.x;
                 let place = direction(angle) * (15.0 + 60.0 * f64::from(k));
                 let auv = forecast(place.x, place.y, 2.0 - angle, 0.1 * f64::from(k % 7), 0.0);
-                let track = Track::new(&auv, None, HORIZON, &current, |motion| motion.position);
+                let track = Track::new(&auv, None, HORIZON, &current, |motion| motion.position, |_| 8.0);
                 let craft = craft(current);
                 let found = craft.reach(&track, &HERE, WITHIN, HORIZON);
                 let expected = scanned(&craft, &auv, false);
@@ -322,7 +323,14 @@ mod tests {
     fn a_vehicle_that_turns_is_met_as_if_its_track_were_not_sampled() {
         for turn_rate in [-0.02, 0.004, 0.01] {
             let auv = forecast(400.0, -250.0, 1.0, 0.4, turn_rate);
-            let track = Track::new(&auv, None, HORIZON, &Vector2::zeros(), |motion| motion.position);
+            let track = Track::new(
+                &auv,
+                None,
+                HORIZON,
+                &Vector2::zeros(),
+                |motion| motion.position,
+                |_| 8.0,
+            );
             let found = craft(Vector2::zeros())
                 .reach(&track, &HERE, WITHIN, HORIZON)
                 .expect("is met");
@@ -337,7 +345,14 @@ mod tests {
         let (mut met, mut lost) = (0, 0);
         for turn_rate in [0.0, 0.0005, 0.001, 0.002, 0.004] {
             let auv = forecast(25.0, 0.0, 0.0, 1.5, turn_rate);
-            let track = Track::new(&auv, None, HORIZON, &Vector2::zeros(), |motion| motion.position);
+            let track = Track::new(
+                &auv,
+                None,
+                HORIZON,
+                &Vector2::zeros(),
+                |motion| motion.position,
+                |_| 8.0,
+            );
             let craft = craft(Vector2::zeros());
             match (
                 craft.reach(&track, &HERE, WITHIN, HORIZON),
@@ -358,7 +373,14 @@ mod tests {
     fn an_auv_that_flees_faster_is_not_reached_and_one_that_is_near_is_reached_now() {
         let craft = craft(Vector2::zeros());
         let of = |auv: &AuvForecast| {
-            let track = Track::new(auv, None, HORIZON, &Vector2::zeros(), |motion| motion.position);
+            let track = Track::new(
+                auv,
+                None,
+                HORIZON,
+                &Vector2::zeros(),
+                |motion| motion.position,
+                |_| 8.0,
+            );
             craft
                 .arrive(&track, &HERE, WITHIN, HORIZON)
                 .map(|arrival| arrival.time)
@@ -375,7 +397,14 @@ mod tests {
         let craft = craft(Vector2::zeros());
         for outside in [0.002, 0.01, 0.1, 0.5] {
             let auv = forecast(-WITHIN - outside, 0.0, 0.0, 0.0, 0.0);
-            let track = Track::new(&auv, None, HORIZON, &Vector2::zeros(), |motion| motion.position);
+            let track = Track::new(
+                &auv,
+                None,
+                HORIZON,
+                &Vector2::zeros(),
+                |motion| motion.position,
+                |_| 8.0,
+            );
             let again = craft.arrive(&track, &HERE, WITHIN, HORIZON).expect("is reached");
             let expected = std::f64::consts::PI / 0.17 + outside / 1.5;
             let late = again.time - expected;
@@ -390,9 +419,14 @@ mod tests {
     fn an_auv_that_turns_now_and_then_is_expected_where_the_mean_of_random_turns_takes_it() {
         let auv = forecast(0.0, 0.0, 0.0, 0.5, 0.0);
         let track = |between| {
-            Track::new(&auv, between, HORIZON, &Vector2::zeros(), |motion| {
-                motion.position
-            })
+            Track::new(
+                &auv,
+                between,
+                HORIZON,
+                &Vector2::zeros(),
+                |motion| motion.position,
+                |_| 8.0,
+            )
         };
         let (straight, turning) = (track(None), track(Some(120.0)));
         // The mean of flights whose legs end at random, each second with a probability of 1/120, in any new direction.

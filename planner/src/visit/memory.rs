@@ -9,6 +9,7 @@ use crate::{
     predict::forecast::AuvForecast,
     snapshot::build::Snapshot,
     visit::{
+        depth::depth_ahead,
         fleet::Fleet,
         hearing::{Heard, Hearing},
         search::{Planned, Present},
@@ -97,7 +98,8 @@ impl<'a> Memory<'a> {
             let left_out = if silent {
                 Some(LeftOut::Silent)
             } else {
-                (!can_be_served(visits, forecast)).then_some(LeftOut::TooDeep)
+                (!can_be_served(visits, depth_ahead(snapshot, auv, forecast, HALF_AN_HOUR)))
+                    .then_some(LeftOut::TooDeep)
             };
             Vehicle {
                 auv,
@@ -157,14 +159,12 @@ fn served<'a>(before: Option<(f64, &'a Schedule)>, id: &VehicleId) -> Option<(f6
     Some((elapsed, known))
 }
 
-/// Whether an AUV is ever shallow enough to be served, in the next half hour.
-fn can_be_served(visits: &Visits, forecast: &AuvForecast) -> bool {
-    let times = (0..=SAMPLES_OF_DEPTH).map(|i| f64::from(i) * DEPTH_SAMPLED_EVERY);
-    times
-        .map(|time| forecast.depth_at(time).max(0.0))
-        .any(|depth| visits.cost.reaches(depth))
+/// Whether an AUV of this `depth`, m, s after now, is ever shallow enough to be served, in the next half hour.
+fn can_be_served(visits: &Visits, depth: impl Fn(f64) -> f64) -> bool {
+    let times = (0..=SAMPLES_OF_DEPTH).map(|i| HALF_AN_HOUR * f64::from(i) / f64::from(SAMPLES_OF_DEPTH));
+    times.map(depth).any(|depth| visits.cost.reaches(depth))
 }
 
-/// Samples of half an hour, and the time between them, s: a fraction of the period of a sawtooth.
+/// s; samples of it are a fraction of the period of a sawtooth apart.
+const HALF_AN_HOUR: f64 = 1800.0;
 const SAMPLES_OF_DEPTH: u8 = 90;
-const DEPTH_SAMPLED_EVERY: f64 = 20.0;

@@ -144,3 +144,32 @@ fn a_schedule_from_before_hearing_was_known_is_taken_and_an_impossible_one_is_re
         );
     }
 }
+
+#[test]
+fn an_auv_that_comes_up_now_and_then_is_not_too_deep_while_it_is_down() {
+    let left_out = |swings: bool| {
+        let mut request = random(31, 2, 200.0);
+        visits(&mut request).cost = VisitCost::Data {
+            growth_kbps: 0.2,
+            upload_kbps: 10.0,
+            range_max_m: 25.0,
+        };
+        let now = request.t_s;
+        let at = |k: u32| {
+            let t_s = now - 12.0 * f64::from(k);
+            let depth = if swings {
+                15.0 + 14.0 * (0.015 * (t_s - now)).cos()
+            } else {
+                29.0
+            };
+            Report {
+                depth_m: Some(depth),
+                ..Report::new(t_s, Vector2::new(100.0, 0.0), 1.5)
+            }
+        };
+        request.auvs[0] = Auv::reported(request.auvs[0].id.clone(), (0..50).map(at).collect());
+        scheduled(&request).costs[0].left_out
+    };
+    assert_eq!(left_out(true), None);
+    assert_eq!(left_out(false), Some(LeftOut::TooDeep));
+}
