@@ -260,7 +260,7 @@ class Sea:
         found, counts = [], {}
         for now, who, line in self.said:
             text = re.sub(r"^\S+Z +(INFO|WARN|ERROR) \S+: ", "", line).removeprefix("warning: ")
-            if re.search(r" heard \d| from the goal", text):
+            if re.search(r"^steering|^not steering|^NOT STEERING|^DEGRADED|^dry run| heard \d", text):
                 rejected = text.partition("rejected: ")[2].partition("references limited")[0]
                 for name, count in re.findall(r"([A-Za-z0-9 ']+): (\d+)", rejected):
                     found += [(now, f"counts {name.strip()}")] * (int(count) > counts.get(name, 0) + 4)

@@ -2,6 +2,8 @@
 
 use std::{collections::BTreeMap, sync::mpsc::SyncSender};
 
+use ::mavlink::dialects::ardupilotmega::MavSeverity;
+
 use crate::{
     Measurement, Rejects,
     mavlink::{Autopilot, AutopilotEvent, Control, Heartbeat, MavlinkReader, MavlinkWriter, Parameters},
@@ -123,6 +125,11 @@ impl AutopilotLink {
                 writer.reference(heartbeat.autopilot, reference, boot_ms(now))
             }),
         }
+    }
+
+    /// Sends a text for the ground station. NMEA 0183 has none.
+    pub(crate) fn send_text(&mut self, severity: MavSeverity, text: &str) {
+        self.send_frames(|writer, _| writer.text(severity, text));
     }
 
     /// Orders the mode in which references are followed.

@@ -32,6 +32,8 @@ use crate::{
 
 mod status_line;
 
+use status_line::Steering;
+
 /// Settings of a bridge.
 #[derive(Debug)]
 pub struct Settings {
@@ -126,6 +128,9 @@ pub struct Bridge {
     reported_s: f64,
     /// What was logged last about references; none before the first.
     logged: Option<Sending>,
+    /// Whether the craft is steered: a second ago, and as the ground station was told.
+    steering: Option<Steering>,
+    steering_told: Option<Steering>,
     is_steering: bool,
     trouble: Option<String>,
     last_second: u64,
@@ -190,6 +195,8 @@ impl Bridge {
             met_s: None,
             reported_s: f64::NEG_INFINITY,
             logged: None,
+            steering: None,
+            steering_told: None,
             is_steering: false,
             trouble: None,
             last_second: 0,
@@ -550,6 +557,7 @@ impl Bridge {
 
     fn each_second(&mut self, second: u64, link: &LinkStatus) {
         self.autopilot.send_heartbeat();
+        self.tell_ground_station(link);
         if second.is_multiple_of(LINE_INTERVAL_S) {
             // An autopilot that restarted has forgotten the requests.
             self.autopilot.request(&self.telemetry.parameters);
@@ -587,7 +595,8 @@ impl Bridge {
         }
         self.logged = Some(sending);
         match sending {
-            Sending::Stopped(silence) => self.log(&silence.to_string()),
+            Sending::Stopped(silence) if silence.is_meant() => self.log(&silence.to_string()),
+            Sending::Stopped(silence) => self.warn(&silence.to_string()),
             Sending::Active if self.settings.dry_run => {
                 self.log("references would be sent: this is a dry run");
             }

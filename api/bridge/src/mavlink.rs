@@ -10,6 +10,7 @@ mod reader;
 mod tests;
 mod writer;
 
+pub(crate) use self::authority::HEARTBEAT_AGE_MAX_S;
 pub use self::{
     authority::{Action, Authority, Conditions, Control, Silence},
     autopilot::{Autopilot, Contradiction, Heartbeat, PARAMETERS, Parameters},

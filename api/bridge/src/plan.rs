@@ -16,6 +16,8 @@ pub struct Plan {
     pub line_of_sight: Reference,
     /// Method and outcome, such as `mpc ok`.
     pub method: String,
+    /// Whether the outcome is `degraded`.
+    pub is_degraded: bool,
     /// From the craft to the goal, m.
     pub distance_m: f64,
     /// Estimated lags of the craft, and the current, as text.
@@ -70,6 +72,7 @@ impl Plan {
                 plan["method"].as_str().unwrap_or("?"),
                 plan["outcome"].as_str().unwrap_or("?")
             ),
+            is_degraded: plan["outcome"] == "degraded",
             distance_m,
             estimate: estimate(craft, &current),
             waits_for: texts(&answer["waits_for"], |name| name),

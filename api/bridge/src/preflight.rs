@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::{
     follow::{Bridge, CLOCK_ERROR_MAX_S},
-    mavlink::{Control, Silence},
+    mavlink::{Control, HEARTBEAT_AGE_MAX_S, Silence},
     reference::wrapped,
 };
 
@@ -41,8 +41,6 @@ impl fmt::Display for Check {
     }
 }
 
-/// Largest age of a heartbeat, s.
-const HEARTBEAT_AGE_MAX_S: f64 = 3.0;
 /// Below this speed the course says nothing about the heading, m/s.
 const SPEED_FOR_COURSE: f64 = 0.5;
 /// A larger angle between heading and course means a compass that is wrong or mounted wrongly, rad.

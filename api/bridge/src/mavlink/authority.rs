@@ -7,7 +7,7 @@ use super::autopilot::{Autopilot, Heartbeat};
 use crate::{Alarm, reference::Reference};
 
 /// Three missed heartbeats, one per second, s: the autopilot is out of reach.
-const HEARTBEAT_AGE_MAX_S: f64 = 3.0;
+pub(crate) const HEARTBEAT_AGE_MAX_S: f64 = 3.0;
 /// Largest age of the craft's state, s.
 const STATE_AGE_MAX_S: f64 = 3.0;
 /// Between two attempts at taking control.
@@ -77,6 +77,17 @@ pub enum Silence {
     PlanStale,
     /// The mission is paused.
     MissionPaused,
+}
+
+impl Silence {
+    /// Whether a person brought it about or is about to end it; anything else is an alarm.
+    #[must_use]
+    pub fn is_meant(self) -> bool {
+        match self {
+            Self::TakenOver | Self::NotGuided | Self::NotArmed | Self::NoPlan | Self::MissionPaused => true,
+            Self::NoHeartbeat | Self::Distrust(_) | Self::NoPosition | Self::PlanStale => false,
+        }
+    }
 }
 
 impl fmt::Display for Silence {

@@ -7,7 +7,7 @@ use ::mavlink::{
     dialects::ardupilotmega::{
         ATTITUDE_DATA, EKF_STATUS_REPORT_DATA, ESTIMATOR_STATUS_DATA, EkfStatusFlags, EstimatorStatusFlags,
         FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, HEARTBEAT_DATA, MavAutopilot, MavFrame, MavMessage,
-        MavModeFlag,
+        MavModeFlag, MavSeverity,
     },
 };
 use nalgebra::Vector2;
@@ -263,6 +263,22 @@ fn ardupilot_is_sent_a_speed_ahead_and_a_heading() {
     assert_eq!(target.type_mask.bits(), 0x9C7);
     assert_eq!(target.coordinate_frame, MavFrame::MAV_FRAME_LOCAL_NED);
     assert_eq!([target.vx, target.vy, target.yaw], [1.25, 0.0, -2.0]);
+}
+
+#[test]
+fn a_text_for_the_ground_station_is_cut_between_characters() {
+    for (text, arrives) in [
+        ("Pilotfish steering", 18),
+        (&*"ä".repeat(40), 50),
+        (&*"aä".repeat(20), 49),
+    ] {
+        let (_, message) = read(&MavlinkWriter::new(1).text(MavSeverity::MAV_SEVERITY_WARNING, text));
+        let MavMessage::STATUSTEXT(said) = message else {
+            panic!("{message:?}");
+        };
+        assert_eq!(said.text.to_str(), Ok(&text[..arrives]));
+        assert_eq!(said.severity, MavSeverity::MAV_SEVERITY_WARNING);
+    }
 }
 
 #[test]

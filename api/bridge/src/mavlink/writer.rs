@@ -3,8 +3,9 @@
 use ::mavlink::{
     MAVLinkV2MessageRaw, MavHeader,
     dialects::ardupilotmega::{
-        COMMAND_LONG_DATA, HEARTBEAT_DATA, MavAutopilot, MavCmd, MavFrame, MavMessage, MavModeFlag, MavState,
-        MavType, PARAM_REQUEST_READ_DATA, PositionTargetTypemask, SET_POSITION_TARGET_LOCAL_NED_DATA,
+        COMMAND_LONG_DATA, HEARTBEAT_DATA, MavAutopilot, MavCmd, MavFrame, MavMessage, MavModeFlag,
+        MavSeverity, MavState, MavType, PARAM_REQUEST_READ_DATA, PositionTargetTypemask,
+        SET_POSITION_TARGET_LOCAL_NED_DATA, STATUSTEXT_DATA,
     },
     types::CharArray,
 };
@@ -58,6 +59,15 @@ impl MavlinkWriter {
             system_status: MavState::MAV_STATE_ACTIVE,
             mavlink_version: 3,
         }))
+    }
+
+    /// A text for the ground station, to which the autopilot passes it on: its first 50 bytes.
+    pub fn text(&mut self, severity: MavSeverity, text: &str) -> Vec<u8> {
+        let mut bytes = [0; 50];
+        let kept = text.floor_char_boundary(bytes.len());
+        bytes[..kept].copy_from_slice(&text.as_bytes()[..kept]);
+        let text = CharArray::new(bytes);
+        self.frame(&MavMessage::STATUSTEXT(STATUSTEXT_DATA { severity, text }))
     }
 
     /// Speed ahead and heading, at `boot_ms` of this computer.
