@@ -183,6 +183,14 @@ impl AuvForecast {
         self.depth.at(elapsed) + self.descent(elapsed)
     }
 
+    /// Whether it is expected to stay as deep as it was, for want of a dive and of legs with depths.
+    pub(crate) fn holds_depth(&self) -> bool {
+        let has_depth = |along_path: &AlongPath| along_path.leg_depth(0.0).is_some();
+        let on_legs =
+            matches!(&self.propagation, Propagation::AlongPath(along_path) if has_depth(along_path));
+        matches!(self.depth, DepthForecast::Held(_)) && !on_legs
+    }
+
     /// How much deeper than at its report the legs of its path lead it, m.
     fn descent(&self, elapsed: f64) -> f64 {
         match (&self.propagation, &self.depth) {

@@ -3,26 +3,33 @@
 use std::f64::consts::PI;
 
 use crate::{
-    facts::evidence::Report,
+    facts::{auv::Auv, evidence::Report},
     predict::forecast::{AuvForecast, BETWEEN_MIN},
     snapshot::build::Snapshot,
 };
 
-/// Least difference of the reported depths that counts, m. Assumption: swell and gauges make less.
+/// Least height of a rise and of a fall that count, m. Assumption: swell and gauges make less.
 const HEIGHT_MIN: f64 = 4.0;
 
 /// Fewest reported depths.
-const DEPTHS_MIN: usize = 5;
+const DEPTHS_MIN: usize = 6;
 
-/// A depth that swings about its mean, known less and less: its expectation is a damped oscillation.
+/// Time over which the present rate is taken, s.
+const RATE_TIME: f64 = 10.0;
+
+/// A depth that has risen and fallen again, and swings about its mean as a damped oscillation: where in a swing the AUV is is known for
+/// about one period.
 #[derive(Clone, Copy, Debug)]
 struct Swing {
-    /// Of the depths reported, m.
+    /// Of the reported depths but the least and the greatest, which may be a gauge's error, m.
+    least: f64,
+    most: f64,
     mean: f64,
-    /// How far the newest one is below that, m, at this age, s; and how fast it grows, m/s.
+    /// How far the newest depth is below the mean, m, at this age, s.
     below: f64,
     age: f64,
-    rate: f64,
+    /// Amplitude in quadrature, m: the rate now over the frequency.
+    ahead: f64,
     /// rad/s.
     frequency: f64,
 }
@@ -34,61 +41,88 @@ impl Swing {
         let mut depths: Vec<[f64; 2]> = reports.iter().filter_map(depth).collect();
         depths.sort_by(|a, b| a[0].total_cmp(&b[0]));
         depths.dedup_by(|later, earlier| later[0] - earlier[0] < BETWEEN_MIN);
-        let [.., before, newest] = depths[..] else {
-            return None;
-        };
-        let (least, most) = depths
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), [_, depth]| {
-                (least.min(*depth), most.max(*depth))
-            });
-        let height = most - least;
-        if depths.len() < DEPTHS_MIN || height < HEIGHT_MIN {
+        if depths.len() < DEPTHS_MIN {
             return None;
         }
+        let mut sorted: Vec<f64> = depths.iter().map(|[_, depth]| *depth).collect();
+        sorted.sort_by(f64::total_cmp);
+        let (least, most) = (sorted[1], sorted[sorted.len() - 2]);
+        let kept = |depth: f64| depth.clamp(least, most);
+        // The largest rise and the largest fall.
+        let (mut low, mut high, mut rise, mut fall) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64, 0.0_f64);
+        for [_, depth] in &depths {
+            let depth = kept(*depth);
+            (low, high) = (low.min(depth), high.max(depth));
+            (rise, fall) = (rise.max(depth - low), fall.max(high - depth));
+        }
+        if rise.min(fall) < HEIGHT_MIN {
+            return None;
+        }
+        let [newest, depth_now] = depths[depths.len() - 1];
+        let before = depths.iter().rev().find(|[time, _]| RATE_TIME <= newest - time)?;
         // Up and down once takes as long as twice the height at the mean rate, rests included.
-        let gone: f64 = depths
-            .windows(2)
-            .map(|pair| (pair[1][1] - pair[0][1]).abs())
+        let steps = depths.windows(2);
+        let gone: f64 = steps
+            .map(|pair| (kept(pair[1][1]) - kept(pair[0][1])).abs())
             .sum();
-        let mean_rate = gone / (newest[0] - depths[0][0]);
-        let mean = 0.5 * (least + most);
+        let height = most - least;
+        let frequency = PI * gone / ((newest - depths[0][0]) * height);
+        #[expect(clippy::cast_precision_loss, reason = "64 reports at most")]
+        let mean = depths.iter().map(|[_, depth]| kept(*depth)).sum::<f64>() / depths.len() as f64;
+        let rate = (kept(depth_now) - kept(before[1])) / (newest - before[0]);
         Some(Self {
+            least,
+            most,
             mean,
-            below: newest[1] - mean,
-            age: (now - newest[0]).max(0.0),
-            rate: (newest[1] - before[1]) / (newest[0] - before[0]),
-            frequency: PI * mean_rate / height,
+            below: kept(depth_now) - mean,
+            age: (now - newest).max(0.0),
+            ahead: (rate / frequency).clamp(-0.5 * height, 0.5 * height),
+            frequency,
         })
     }
 
-    /// Expected depth `ahead` seconds from now, m. A swing is forgotten over one period.
+    /// Expected depth `ahead` seconds from now, m.
     fn at(&self, ahead: f64) -> f64 {
-        let elapsed = self.age + ahead;
-        let phase = self.frequency * elapsed;
-        let swung = self.below * phase.cos() + self.rate / self.frequency * phase.sin();
-        (self.mean + swung * (-phase / (2.0 * PI)).exp()).max(0.0)
+        let phase = self.frequency * (self.age + ahead);
+        let swung = self.below * phase.cos() + self.ahead * phase.sin();
+        (self.mean + swung * (-phase / (2.0 * PI)).exp()).clamp(self.least, self.most)
     }
 }
 
-/// Expected depth of the AUV at the place `auv` of the snapshot, m, as a function of the time from now, s: that of its `forecast`, or of
-/// the swing of its reported depths where the forecast is of one depth, until `horizon`, s.
-pub(crate) fn depth_ahead<'a>(
-    snapshot: &Snapshot,
-    auv: usize,
+/// How deep an AUV will be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DepthAhead<'a> {
     forecast: &'a AuvForecast,
-    horizon: f64,
-) -> impl Fn(f64) -> f64 + 'a {
-    let now = forecast.depth_at(0.0);
-    #[expect(clippy::float_cmp, reason = "a depth that is held is the same number")]
-    let held = (1..=4).all(|k| forecast.depth_at(0.25 * horizon * f64::from(k)) == now);
-    let reports = snapshot.auvs[auv].reports.as_deref().unwrap_or_default();
-    let swing = if held {
-        Swing::seen(reports, snapshot.t_s)
-    } else {
-        None
+    swing: Option<Swing>,
+}
+
+impl DepthAhead<'_> {
+    /// Expected depth `ahead` seconds from now, m.
+    pub(crate) fn at(&self, ahead: f64) -> f64 {
+        let forecast = || self.forecast.depth_at(ahead).max(0.0);
+        self.swing.map_or_else(forecast, |swing| swing.at(ahead))
+    }
+
+    /// The least depth that it is seen to come to, m, at `times` from now on, s.
+    pub(crate) fn shallowest(&self, times: impl Iterator<Item = f64>) -> f64 {
+        match self.swing {
+            Some(swing) => swing.least,
+            None => times.map(|time| self.at(time)).fold(f64::INFINITY, f64::min),
+        }
+    }
+}
+
+/// The depths of all AUVs of the snapshot: as in their `forecasts`, or where their reported depths swing if no dive is declared or found.
+pub(crate) fn depths_ahead<'a>(snapshot: &Snapshot, forecasts: &'a [AuvForecast]) -> Vec<DepthAhead<'a>> {
+    let depth = |(auv, forecast): (&Auv, &'a AuvForecast)| {
+        let undeclared = auv.dive.is_none() && forecast.holds_depth();
+        let reports = auv.reports.as_deref().filter(|_| undeclared);
+        DepthAhead {
+            forecast,
+            swing: reports.and_then(|reports| Swing::seen(reports, snapshot.t_s)),
+        }
     };
-    move |ahead| swing.map_or_else(|| forecast.depth_at(ahead).max(0.0), |swing| swing.at(ahead))
+    snapshot.auvs.iter().zip(forecasts).map(depth).collect()
 }
 
 #[cfg(test)]
@@ -122,18 +156,23 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(35);
         // Mean square errors of the swing and of the depth now, by the time ahead.
         let aheads = [30.0, 60.0, 120.0, 240.0, 600.0, 1500.0];
-        let mut errors = [[0.0; 2]; 6];
+        let (mut errors, mut n_seen) = ([[0.0; 2]; 6], 0);
         for _ in 0..400 {
             let (deepest, rate) = (rng.random_range(20.0..60.0), rng.random_range(0.08..0.25));
             let (rest, now) = (rng.random_range(0.0..200.0), rng.random_range(0.0..2000.0));
             let depth = |time: f64| glider(time, deepest, rate, rest);
-            let swing = Swing::seen(&reports(depth, now, 64), now).expect("swings");
+            // 64 reports are half a swing of the slowest.
+            let Some(swing) = Swing::seen(&reports(depth, now, 64), now) else {
+                continue;
+            };
+            n_seen += 1;
             for (ahead, errors) in aheads.iter().zip(&mut errors) {
                 let then = depth(now + ahead);
                 errors[0] += (swing.at(*ahead) - then).powi(2);
                 errors[1] += (depth(now) - then).powi(2);
             }
         }
+        assert!(300 < n_seen, "{n_seen} of 400 swing");
         for (ahead, [swing, held]) in aheads.iter().zip(errors) {
             let ratio = (swing / held).sqrt();
             assert!(ratio < 0.85, "{ahead} s ahead: {ratio}");
@@ -141,16 +180,47 @@ mod tests {
     }
 
     #[test]
-    fn a_depth_that_hardly_changes_or_is_hardly_known_does_not_swing() {
-        let level = |time: f64| 20.0 + 1.5 * (0.3 * time).sin();
-        assert!(Swing::seen(&reports(level, 900.0, 64), 900.0).is_none());
+    fn a_depth_that_does_not_go_up_and_down_does_not_swing() {
+        let seen = |depth: &dyn Fn(f64) -> f64, n| Swing::seen(&reports(depth, 900.0, n), 900.0);
         let deep = |time: f64| glider(time, 30.0, 0.15, 60.0);
-        assert!(Swing::seen(&reports(deep, 900.0, 4), 900.0).is_none());
-        assert!(Swing::seen(&[], 0.0).is_none());
+        assert!(seen(&deep, 64).is_some() && seen(&deep, 5).is_none() && seen(&deep, 0).is_none());
+        let level = |time: f64| 20.0 + 1.5 * (0.3 * time).sin();
+        assert!(seen(&level, 64).is_none());
+        let launched = |time: f64| (0.5 * (time - 180.0)).clamp(0.0, 60.0);
+        assert!(seen(&launched, 64).is_none());
+        let dropout = |time: f64| if (500.0..510.0).contains(&time) { 0.0 } else { 60.0 };
+        assert!(seen(&dropout, 64).is_none());
         let mut unknown = reports(deep, 900.0, 64);
         for report in &mut unknown {
             report.depth_m = None;
         }
         assert!(Swing::seen(&unknown, 900.0).is_none());
+    }
+
+    #[test]
+    fn a_swing_stays_between_the_depths_that_were_reported() {
+        let mut rng = ChaCha8Rng::seed_from_u64(36);
+        let mut n_seen = 0;
+        for _ in 0..300 {
+            let (step, n) = (rng.random_range(0.0..30.0), rng.random_range(6..64));
+            let mut reports = reports(|_| 0.0, 900.0, n);
+            for report in &mut reports {
+                report.depth_m =
+                    Some(40.0 + rng.random_range(-0.5..0.5) + if rng.random_bool(0.3) { step } else { 0.0 });
+                report.t_s += rng.random_range(-12.0..12.0);
+            }
+            let depths = || reports.iter().filter_map(|report| report.depth_m);
+            let (least, most) = (depths().fold(f64::MAX, f64::min), depths().fold(0.0, f64::max));
+            if let Some(swing) = Swing::seen(&reports, 900.0) {
+                n_seen += 1;
+                let times = (0..400).map(|k| 10.0 * f64::from(k));
+                assert!(
+                    times
+                        .map(|time| swing.at(time))
+                        .all(|depth| (least..=most).contains(&depth))
+                );
+            }
+        }
+        assert!(100 < n_seen, "{n_seen} swing");
     }
 }

@@ -11,7 +11,7 @@ use crate::{
     predict::{forecast::AuvForecast, motion::Motion},
     snapshot::build::Snapshot,
     visit::{
-        depth::depth_ahead,
+        depth::DepthAhead,
         intercept::{Craft, Track},
     },
 };
@@ -106,7 +106,7 @@ impl Fleet {
         snapshot: &Snapshot,
         visits: &Visits,
         members: &[Member],
-        forecasts: &[AuvForecast],
+        (forecasts, depths): (&[AuvForecast], &[DepthAhead]),
         (speed, turn_rate): (f64, f64),
         parameters: &SchedulingParameters,
     ) -> Self {
@@ -132,7 +132,7 @@ impl Fleet {
                 horizon,
                 &craft.current,
                 frame,
-                depth_ahead(snapshot, member.auv, &forecasts[member.auv], horizon),
+                |time| depths[member.auv].at(time),
             );
             Candidate {
                 auv: member.auv,

@@ -186,7 +186,7 @@ impl Craft {
         Some(Arrival {
             time,
             heading,
-            turning,
+            turning: turning.min(time - from.time),
         })
     }
 

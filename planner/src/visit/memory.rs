@@ -9,7 +9,7 @@ use crate::{
     predict::forecast::AuvForecast,
     snapshot::build::Snapshot,
     visit::{
-        depth::depth_ahead,
+        depth::DepthAhead,
         fleet::Fleet,
         hearing::{Heard, Hearing},
         search::{Planned, Present},
@@ -65,6 +65,7 @@ impl<'a> Memory<'a> {
         &self,
         snapshot: &Snapshot,
         visits: &Visits,
+        depths: &[DepthAhead],
         forecasts: &[AuvForecast],
         report_age_max: f64,
     ) -> Vec<Vehicle> {
@@ -74,7 +75,7 @@ impl<'a> Memory<'a> {
             let auv = auv.expect("a snapshot's goal names only vehicles that are in it");
             let (forecast, known) = (&forecasts[auv], served(self.before, id));
             let distance = (forecast.at(0.0).position - snapshot.asc.position()).norm();
-            let depth = forecast.depth_at(0.0).max(0.0);
+            let depth = depths[auv].at(0.0);
             let heard = Heard::of(snapshot, auv, distance);
             let (elapsed, before): (f64, Hearing) = served(self.heard, id)
                 .map_or_else(Default::default, |(elapsed, before)| (elapsed, before.hearing()));
@@ -98,8 +99,7 @@ impl<'a> Memory<'a> {
             let left_out = if silent {
                 Some(LeftOut::Silent)
             } else {
-                (!can_be_served(visits, depth_ahead(snapshot, auv, forecast, HALF_AN_HOUR)))
-                    .then_some(LeftOut::TooDeep)
+                (!law.reaches(depths[auv].shallowest(half_an_hour()))).then_some(LeftOut::TooDeep)
             };
             Vehicle {
                 auv,
@@ -159,12 +159,7 @@ fn served<'a>(before: Option<(f64, &'a Schedule)>, id: &VehicleId) -> Option<(f6
     Some((elapsed, known))
 }
 
-/// Whether an AUV of this `depth`, m, s after now, is ever shallow enough to be served, in the next half hour.
-fn can_be_served(visits: &Visits, depth: impl Fn(f64) -> f64) -> bool {
-    let times = (0..=SAMPLES_OF_DEPTH).map(|i| HALF_AN_HOUR * f64::from(i) / f64::from(SAMPLES_OF_DEPTH));
-    times.map(depth).any(|depth| visits.cost.reaches(depth))
+/// Times of the next half hour at which an AUV may be shallow enough to be served, s: a fraction of the period of a sawtooth apart.
+fn half_an_hour() -> impl Iterator<Item = f64> {
+    (0..=90_u8).map(|i| 20.0 * f64::from(i))
 }
-
-/// s; samples of it are a fraction of the period of a sawtooth apart.
-const HALF_AN_HOUR: f64 = 1800.0;
-const SAMPLES_OF_DEPTH: u8 = 90;

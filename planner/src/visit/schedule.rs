@@ -6,6 +6,7 @@ use crate::{
     snapshot::build::Snapshot,
     visit::{
         answer::{Answer, Scheduled},
+        depth::{DepthAhead, depths_ahead},
         fleet::{Fleet, Member, SchedulingParameters},
         memory::{Memory, Vehicle},
         search::{Found, Planned, Present},
@@ -33,8 +34,9 @@ impl Scheduler<'_> {
             return None;
         };
         let memory = Memory::of(snapshot, visits);
-        let mut vehicles = memory.vehicles(snapshot, visits, forecasts, self.report_age_max);
-        let fleet = self.fleet(snapshot, visits, &vehicles, forecasts);
+        let depths = depths_ahead(snapshot, forecasts);
+        let mut vehicles = memory.vehicles(snapshot, visits, &depths, forecasts, self.report_age_max);
+        let fleet = self.fleet(snapshot, visits, &vehicles, (forecasts, &depths));
         for vehicle in &mut vehicles {
             if fleet.out_of_reach.contains(&vehicle.auv) {
                 vehicle.served.left_out = Some(LeftOut::OutOfReach);
@@ -70,7 +72,7 @@ impl Scheduler<'_> {
         snapshot: &Snapshot,
         visits: &Visits,
         vehicles: &[Vehicle],
-        forecasts: &[AuvForecast],
+        forecasts: (&[AuvForecast], &[DepthAhead]),
     ) -> Fleet {
         let visited = vehicles
             .iter()
@@ -115,8 +117,8 @@ impl Scheduler<'_> {
     }
 }
 
-/// The place in `found` of the schedule that answers: the best, unless the one that begins as `before` is about as good. Who is passed
-/// as the craft turns to the next needs no visit.
+/// The place in `found` of the schedule that answers: the best, unless the one that begins as `before` is about as good. An AUV that is
+/// passed as the craft turns to the next needs no visit.
 fn chosen(fleet: &Fleet, found: &[(usize, Found)], before: Option<usize>, keep_margin: f64) -> Option<usize> {
     let value = |place: usize| found[place].1.value;
     let best = (0..found.len()).reduce(|best, next| {
@@ -130,6 +132,7 @@ fn chosen(fleet: &Fleet, found: &[(usize, Found)], before: Option<usize>, keep_m
     let exact = found.iter().all(|(_, found)| found.exact);
     let margin = if exact { keep_margin } else { 2.0 * keep_margin };
     let kept = found.iter().position(|(first, _)| Some(*first) == before);
-    kept.filter(|kept| value(*kept) <= value(best) * (1.0 + margin))
+    // Of the cost alone: what a missed deadline adds would hide it.
+    kept.filter(|kept| value(*kept) <= value(best) + margin * found[best].1.cost)
         .or(Some(best))
 }

@@ -22,7 +22,7 @@ pub(crate) const KEPT_IN_TURN: f64 = 0.4;
 /// Relative differences of cost that are none: what sums in another order leave.
 pub(crate) const TIE: f64 = 1e-9;
 
-/// Time in which none is served on the way, s: that between a leg's end and the distance within which its AUV is served, which rounding leaves.
+/// Shorter passages are rounding, and no service, s.
 const PASSED_MIN: f64 = 1e-6;
 
 /// Pieces of a turn, straight.

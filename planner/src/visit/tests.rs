@@ -16,6 +16,7 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
 use super::{
+    depth::depths_ahead,
     fleet::{Fleet, SchedulingParameters},
     schedule::Scheduler,
     state::State,
@@ -147,7 +148,7 @@ fn fleet(request: &PlanRequest, horizon: f64) -> Fleet {
         &snapshot,
         visits,
         &members,
-        &forecasts,
+        (&forecasts, &depths_ahead(&snapshot, &forecasts)),
         (SPEED, TURN_RATE),
         &parameters,
     )

@@ -152,7 +152,7 @@ fn an_auv_that_comes_up_now_and_then_is_not_too_deep_while_it_is_down() {
         visits(&mut request).cost = VisitCost::Data {
             growth_kbps: 0.2,
             upload_kbps: 10.0,
-            range_max_m: 25.0,
+            range_max_m: 10.0,
         };
         let now = request.t_s;
         let at = |k: u32| {
@@ -172,4 +172,41 @@ fn an_auv_that_comes_up_now_and_then_is_not_too_deep_while_it_is_down() {
     };
     assert_eq!(left_out(true), None);
     assert_eq!(left_out(false), Some(LeftOut::TooDeep));
+}
+
+#[test]
+fn an_auv_that_is_added_changes_the_next_visit_in_one_plan_if_that_is_better_by_the_margin() {
+    let next = |far: f64, cost: f64| {
+        let at = |north: f64, east: f64| AuvState::new(Vector2::new(north, east), 5.0, Course::new(0.0), 0.0);
+        let mut request = random(7, 3, 1.0);
+        request.current = None;
+        for (auv, state) in request
+            .auvs
+            .iter_mut()
+            .zip([at(300.0, 0.0), at(-300.0, 0.0), at(0.0, far)])
+        {
+            auv.state = Some(state);
+        }
+        let craft = Asc::new(Vector2::zeros(), Heading::new(0.0), 0.0);
+        request.asc = craft;
+        let goal = visits(&mut request);
+        (goal.cost, goal.reduce, goal.dwell_min_s) = (VisitCost::Age, Reduce::Mean, 0.0);
+        let costs: Vec<_> = goal.auvs.iter().cloned().zip([300.0, 100.0, cost]).collect();
+        goal.costs_now = costs.into_iter().collect();
+        let mut two = request.clone();
+        let added = two.auvs.pop().expect("there are three").id;
+        let goal = visits(&mut two);
+        goal.auvs.pop();
+        goal.costs_now.remove(&added);
+        let before = scheduled(&two);
+        assert_eq!(before.visits[0].auv, request.auvs[0].id);
+        let costs = visits(&mut request).costs_now.clone();
+        let mut after = later(&request, &before, 0.0);
+        visits(&mut after).costs_now = costs;
+        let schedule = scheduled(&after);
+        assert!(schedule.sentence.contains(&format!("{added} is new")));
+        schedule.visits[0].auv.clone()
+    };
+    assert_eq!(next(100.0, 2000.0).0, "auv-2");
+    assert_eq!(next(900.0, 100.0).0, "auv-0");
 }
