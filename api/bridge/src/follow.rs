@@ -14,6 +14,8 @@ use std::{
     time::{Duration, Instant},
 };
 
+use ::mavlink::dialects::ardupilotmega::MavSeverity;
+
 use crate::{
     Alarm, AuvFix, CraftState, Geographic, MeasuredState, Measurement, Rejects, Source,
     acoustics::{CraftPose, KnownDepth, Modem, PoseHistory},
@@ -128,9 +130,11 @@ pub struct Bridge {
     reported_s: f64,
     /// What was logged last about references; none before the first.
     logged: Option<Sending>,
-    /// Whether the craft is steered: a second ago, and as the ground station was told.
+    /// Whether the craft was steered a second ago; and as the ground station was told, and when, s.
     steering: Option<Steering>,
-    steering_told: Option<Steering>,
+    told: Option<(Steering, f64)>,
+    /// Whether there was a plan yet.
+    has_planned: bool,
     is_steering: bool,
     trouble: Option<String>,
     last_second: u64,
@@ -196,7 +200,8 @@ impl Bridge {
             reported_s: f64::NEG_INFINITY,
             logged: None,
             steering: None,
-            steering_told: None,
+            told: None,
+            has_planned: false,
             is_steering: false,
             trouble: None,
             last_second: 0,
@@ -347,12 +352,15 @@ impl Bridge {
             self.tick(&link);
             if link.is_over {
                 tracing::info!("the mission is over");
+                self.tell_end(MavSeverity::MAV_SEVERITY_NOTICE, "the mission is over");
                 return Ok(());
             }
             if let (true, Some(trouble)) = (link.has_failed, link.trouble) {
+                self.tell_end(MavSeverity::MAV_SEVERITY_CRITICAL, &trouble);
                 return Err(MissionError(trouble));
             }
         }
+        self.tell_end(MavSeverity::MAV_SEVERITY_NOTICE, "the bridge ends");
         Ok(())
     }
 
@@ -484,12 +492,13 @@ impl Bridge {
             self.reported_s = state.t_s;
             mission.report_craft(state, self.is_steering);
         }
+        self.has_planned |= link.plan.is_some();
         let known = Conditions {
             control: self.autopilot.control(now),
             distrust: self.telemetry.craft.distrusted(),
             state_age: state.map(|state| now - state.t_s),
             reference: link.plan.as_ref().and_then(|plan| self.reference(plan, now)),
-            has_planned: link.plan.is_some(),
+            has_planned: self.has_planned,
             is_paused: link.is_paused,
         };
         let action = self.authority.decide(now, &known);

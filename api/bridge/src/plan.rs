@@ -16,8 +16,8 @@ pub struct Plan {
     pub line_of_sight: Reference,
     /// Method and outcome, such as `mpc ok`.
     pub method: String,
-    /// Whether the outcome is `degraded`.
-    pub is_degraded: bool,
+    /// Why the outcome is `degraded`, if it is.
+    pub reason: Option<String>,
     /// From the craft to the goal, m.
     pub distance_m: f64,
     /// Estimated lags of the craft, and the current, as text.
@@ -72,7 +72,7 @@ impl Plan {
                 plan["method"].as_str().unwrap_or("?"),
                 plan["outcome"].as_str().unwrap_or("?")
             ),
-            is_degraded: plan["outcome"] == "degraded",
+            reason: plan["reason"].as_str().map(str::to_owned),
             distance_m,
             estimate: estimate(craft, &current),
             waits_for: texts(&answer["waits_for"], |name| name),

@@ -7,7 +7,7 @@ use ::mavlink::dialects::ardupilotmega::MavSeverity;
 use super::{Bridge, Sending};
 use crate::{
     Plan,
-    mavlink::{Control, HEARTBEAT_AGE_MAX_S, Silence},
+    mavlink::{Control, HEARTBEAT_AGE_MAX_S},
     mission_link::LinkStatus,
 };
 
@@ -18,84 +18,122 @@ const NOT_FOLLOWED: [&str; 3] = [
     "speed_does_not_respond",
 ];
 
+/// Between two texts to the ground station, s: of a lasting alarm, and of a cause that changes.
+const ALARM_INTERVAL_S: f64 = 30.0;
+const CAUSE_INTERVAL_S: f64 = 10.0;
+
 /// Whether the craft is steered, for those who watch.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Steering {
-    /// References are sent.
-    On,
-    /// The same, but not as it should be, and why.
-    Degraded(String),
-    /// Nothing is sent.
-    Off(Silence),
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Steering {
+    severity: MavSeverity,
+    /// Why it is not, or not as it should be.
+    cause: String,
 }
 
 impl Steering {
-    fn severity(&self) -> MavSeverity {
-        match self {
-            Self::On => MavSeverity::MAV_SEVERITY_INFO,
-            Self::Degraded(_) => MavSeverity::MAV_SEVERITY_WARNING,
-            Self::Off(silence) if silence.is_meant() => MavSeverity::MAV_SEVERITY_NOTICE,
-            Self::Off(_) => MavSeverity::MAV_SEVERITY_CRITICAL,
+    /// For the ground station, which shows 50 bytes.
+    fn text(&self) -> String {
+        match self.severity {
+            MavSeverity::MAV_SEVERITY_INFO => "Pilotfish steering".to_owned(),
+            MavSeverity::MAV_SEVERITY_WARNING => format!("Pilotfish degraded: {}", self.cause),
+            _ => format!("Pilotfish off: {}", self.cause),
         }
     }
 }
 
 impl fmt::Display for Steering {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::On => f.write_str("steering"),
-            Self::Degraded(why) => write!(f, "DEGRADED: {why}"),
-            Self::Off(silence) => {
-                let state = if silence.is_meant() {
-                    "not steering"
-                } else {
-                    "NOT STEERING"
-                };
-                // What follows from it stands in the log.
-                let text = silence.to_string();
-                let cause = text.split([':', ';']).next().unwrap_or_default();
-                write!(f, "{state}: {cause}")
-            }
+        match self.severity {
+            MavSeverity::MAV_SEVERITY_INFO => f.write_str("steering"),
+            MavSeverity::MAV_SEVERITY_WARNING => write!(f, "DEGRADED: {}", self.cause),
+            MavSeverity::MAV_SEVERITY_CRITICAL => write!(f, "NOT STEERING: {}", self.cause),
+            _ => write!(f, "not steering: {}", self.cause),
         }
     }
 }
 
+/// What `text` says before what follows from it.
+fn cause(text: &str) -> String {
+    text.split([':', ';']).next().unwrap_or_default().to_owned()
+}
+
 impl Bridge {
-    /// Whether the craft is steered; none before the first tick and in a dry run.
+    /// Whether the craft is steered; none in a dry run. Silence is an alarm only while nothing but the bridge has the craft: armed, in
+    /// its guided mode.
     fn steering(&self, link: &LinkStatus) -> Option<Steering> {
+        use MavSeverity::{
+            MAV_SEVERITY_CRITICAL, MAV_SEVERITY_INFO, MAV_SEVERITY_NOTICE, MAV_SEVERITY_WARNING,
+        };
         if self.settings.dry_run {
             return None;
         }
-        if let Sending::Stopped(silence) = self.logged? {
-            return Some(Steering::Off(silence));
-        }
-        let alarms = self.telemetry.craft.alarms().map(|alarm| alarm.to_string());
-        let mut why: Vec<_> = alarms.collect();
+        let (severity, cause) = match self.logged {
+            None => (MAV_SEVERITY_NOTICE, "waiting for the craft".to_owned()),
+            Some(Sending::Stopped(silence)) => {
+                let is_ours = match self.autopilot.control(self.now_s()) {
+                    Control::Reported(heard) => {
+                        heard.is_some_and(|(heartbeat, _)| heartbeat.is_guided() && heartbeat.is_armed)
+                    }
+                    Control::Unreported => true,
+                };
+                let is_alarm = is_ours && !silence.is_meant();
+                let severity = if is_alarm {
+                    MAV_SEVERITY_CRITICAL
+                } else {
+                    MAV_SEVERITY_NOTICE
+                };
+                (severity, cause(&silence.to_string()))
+            }
+            Some(Sending::Active) => match self.causes(link) {
+                causes if causes.is_empty() => (MAV_SEVERITY_INFO, String::new()),
+                causes => (MAV_SEVERITY_WARNING, causes.join("; ")),
+            },
+        };
+        Some(Steering { severity, cause })
+    }
+
+    /// Why references that are sent are not followed, or are not as good as they should be.
+    fn causes(&self, link: &LinkStatus) -> Vec<String> {
+        let alarms = self.telemetry.craft.alarms();
+        let mut causes: Vec<_> = alarms.map(|alarm| cause(&alarm.to_string())).collect();
         if let Some(plan) = &link.plan {
             let codes = plan.warnings.iter().map(String::as_str);
             let not_followed = codes.filter(|code| NOT_FOLLOWED.contains(code));
-            why.extend(not_followed.map(|code| code.replace('_', " ")));
-            why.extend(plan.is_degraded.then(|| plan.method.clone()));
+            let reason = plan.reason.as_deref().filter(|_| !self.settings.line_of_sight);
+            causes.extend(not_followed.chain(reason).map(|code| code.replace('_', " ")));
         }
-        Some(if why.is_empty() {
-            Steering::On
-        } else {
-            Steering::Degraded(why.join("; "))
-        })
+        causes
     }
 
-    /// Tells the ground station whether the craft is steered, once that has changed for a second.
+    /// Tells the ground station whether the craft is steered once that has changed for a second, and again while it is an alarm.
     pub(super) fn tell_ground_station(&mut self, link: &LinkStatus) {
-        let steering = self.steering(link);
-        if let Some(steering) = &steering
-            && self.steering.as_ref() == Some(steering)
-            && self.steering_told.as_ref() != Some(steering)
-        {
-            let text = format!("Pilotfish {steering}");
-            self.autopilot.send_text(steering.severity(), &text);
-            self.steering_told = Some(steering.clone());
+        let (now, steering) = (self.now_s(), self.steering(link));
+        let before = self.steering.take();
+        self.steering.clone_from(&steering);
+        let Some(steering) =
+            steering.filter(|now| before.is_some_and(|before| before.severity == now.severity))
+        else {
+            return;
+        };
+        let is_due = self.told.as_ref().is_none_or(|(told, at)| {
+            let is_alarm = steering.severity == MavSeverity::MAV_SEVERITY_CRITICAL;
+            told.severity != steering.severity
+                || *told != steering && CAUSE_INTERVAL_S <= now - at
+                || is_alarm && ALARM_INTERVAL_S <= now - at
+        });
+        if is_due {
+            self.autopilot.send_text(steering.severity, &steering.text());
+            self.told = Some((steering, now));
         }
-        self.steering = steering;
+    }
+
+    /// Tells the ground station that the bridge ends, and why.
+    pub(super) fn tell_end(&mut self, severity: MavSeverity, cause: &str) {
+        if !self.settings.dry_run {
+            let cause = cause.to_owned();
+            self.autopilot
+                .send_text(severity, &Steering { severity, cause }.text());
+        }
     }
 
     /// Whether the craft is steered, mode, plan, reference, fixes and rejected input in one line.
@@ -136,8 +174,8 @@ impl Bridge {
         parts.join(", ")
     }
 
-    /// The plan, with its reference at a speed of `speed_max` at most, m/s: a faster one is not sent. What one says that is too old to
-    /// follow is not true any more.
+    /// The plan, with its reference at a speed of `speed_max` at most, m/s: a faster one is not sent. One that is too old to follow shows only
+    /// its age.
     fn plan_status(&self, plan: &Plan, now: f64, speed_max: f64) -> Vec<String> {
         let age = now - plan.planned.planned_s;
         let mut parts = Vec::new();
@@ -167,7 +205,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::{autopilot_link::AutopilotSettings, follow::Settings, wire::Endpoint};
+    use crate::{autopilot_link::AutopilotSettings, follow::Settings, mavlink::Silence, wire::Endpoint};
 
     /// A bridge without a wire, and a plan made now, whose answer is changed.
     fn bridge_and_link(change: impl Fn(&mut serde_json::Value)) -> (Bridge, LinkStatus) {
@@ -189,25 +227,34 @@ mod tests {
     fn the_line_begins_with_whether_the_craft_is_steered_and_why_not() {
         let begins = |sending, change: &dyn Fn(&mut serde_json::Value), with: &str| {
             let (mut bridge, link) = bridge_and_link(change);
-            bridge.logged = Some(sending);
+            bridge.logged = sending;
             let line = bridge.status_line(&link);
             assert!(line.starts_with(with), "{line}");
         };
         begins(
-            Sending::Active,
+            Some(Sending::Active),
             &|_| {},
             "steering, mode unknown, mpc ok, 0.0 m from",
         );
         let lost = Sending::Stopped(Silence::NoHeartbeat);
-        begins(lost, &|_| {}, "NOT STEERING: no heartbeat of the autopilot, ");
+        begins(
+            Some(lost),
+            &|_| {},
+            "NOT STEERING: no heartbeat of the autopilot, ",
+        );
         let paused = Sending::Stopped(Silence::MissionPaused);
-        begins(paused, &|_| {}, "not steering: the mission is paused, ");
+        begins(Some(paused), &|_| {}, "not steering: the mission is paused, ");
         let deaf = |answer: &mut serde_json::Value| {
             answer["plan"]["warnings"] = json!([{ "code": "heading_does_not_respond" }]);
         };
-        begins(Sending::Active, &deaf, "DEGRADED: heading does not respond, ");
-        let degraded = |answer: &mut serde_json::Value| answer["plan"]["outcome"] = json!("degraded");
-        begins(Sending::Active, &degraded, "DEGRADED: mpc degraded, ");
+        begins(
+            Some(Sending::Active),
+            &deaf,
+            "DEGRADED: heading does not respond, ",
+        );
+        let degraded = |answer: &mut serde_json::Value| answer["plan"]["reason"] = json!("deadline");
+        begins(Some(Sending::Active), &degraded, "DEGRADED: deadline, ");
+        begins(None, &|_| {}, "not steering: waiting for the craft, ");
     }
 
     #[test]
@@ -224,18 +271,20 @@ mod tests {
     #[test]
     fn the_ground_station_is_told_once_a_state_has_lasted_a_second() {
         let (mut bridge, link) = bridge_and_link(|_| {});
-        bridge.logged = Some(Sending::Active);
-        bridge.tell_ground_station(&link);
-        assert_eq!(bridge.steering_told, None);
-        bridge.tell_ground_station(&link);
-        assert_eq!(bridge.steering_told, Some(Steering::On));
+        let mut told = |sending| {
+            bridge.logged = Some(sending);
+            bridge.tell_ground_station(&link);
+            bridge.told.as_ref().map(|(steering, _)| steering.text())
+        };
+        assert_eq!(told(Sending::Active), None);
+        let steering = Some("Pilotfish steering".to_owned());
+        assert_eq!(told(Sending::Active), steering);
         // One second of silence is not told.
-        bridge.logged = Some(Sending::Stopped(Silence::PlanStale));
-        bridge.tell_ground_station(&link);
-        bridge.logged = Some(Sending::Active);
-        bridge.tell_ground_station(&link);
-        bridge.tell_ground_station(&link);
-        assert_eq!(bridge.steering_told, Some(Steering::On));
+        let stale = Sending::Stopped(Silence::PlanStale);
+        assert_eq!(told(stale), steering);
+        assert_eq!(told(Sending::Active), steering);
+        assert_eq!(told(stale), steering);
+        assert_eq!(told(stale), Some("Pilotfish off: the plan is too old".to_owned()));
     }
 
     #[test]
