@@ -5,7 +5,7 @@
 
 use geodesy::Datum;
 use nalgebra::Vector2;
-use planner::snapshot::Origin;
+use planner::snapshot::{COORDINATE_MAX, Origin};
 use serde::Deserialize;
 use serde_json::Number;
 
@@ -128,6 +128,16 @@ impl Positions {
         let local = datum
             .to_local(&place.into())
             .map_err(|error| refused("out_of_range", &error.to_string()))?;
+        if COORDINATE_MAX < local.amax() {
+            let detail = format!(
+                "this position is {:.0} km from the origin, and at most {:.0} km north and east are accepted: are latitude \
+                 and longitude exchanged here, or in the origin?",
+                1e-3 * local.norm(),
+                1e-3 * COORDINATE_MAX
+            );
+            let wrong = FieldError::new("/lat_deg", "out_of_range", detail).given(place.lat_deg);
+            return Err(Misfit(Box::new(wrong)));
+        }
         // What the service wrote has both.
         let differs =
             |(given, metres): (Option<f64>, f64)| given.is_some_and(|m| SAME_M < (m - metres).abs());
@@ -242,6 +252,31 @@ mod tests {
         assert_eq!(request.asc.lat_deg, Some(38.411));
         assert_eq!(request.area[0], [0.0, 0.0]);
         assert_eq!(request.metadata, *body["metadata"].as_object().expect("is one"));
+    }
+
+    #[test]
+    fn exchanged_latitude_and_longitude_are_asked_about_where_they_stand() {
+        // The spherical law of cosines with the mean radius 6371 km; the ellipsoid differs by up to 0.6 %.
+        const APART_KM: f64 = 7218.6;
+        let exchanged = json!({ "lat_deg": -9.12, "lon_deg": 38.41 });
+        let mut of_the_origin = snapshot(&json!({ "lat_deg": 38.41, "lon_deg": -9.12 }));
+        of_the_origin["origin"] = exchanged.clone();
+        for (body, pointer, given) in [
+            (snapshot(&exchanged), "/asc/lat_deg", -9.12),
+            (of_the_origin, "/area/0/lat_deg", 38.41),
+        ] {
+            let wrong = read_value(&body).expect_err("is refused");
+            assert_eq!((&*wrong.pointer, &*wrong.code), (pointer, "out_of_range"));
+            assert_eq!(wrong.given, Some(json!(given)));
+            let km: f64 = wrong
+                .detail
+                .split(' ')
+                .nth(3)
+                .and_then(|km| km.parse().ok())
+                .expect("is a distance");
+            assert!((km - APART_KM).abs() < 0.006 * APART_KM, "{}", wrong.detail);
+            assert!(wrong.detail.contains("longitude exchanged"), "{}", wrong.detail);
+        }
     }
 
     #[test]
