@@ -65,6 +65,8 @@ class NoReply:
     error: Exception
     connected: bool
     """Whether there was a connection, so that the service may have received the request."""
+    url: str = ""
+    """What was asked for."""
 
 
 def get(path: str, read: Callable[[bytes], Any] = json.loads, **query: str | int | float | None) -> Call[Any]:
@@ -131,6 +133,7 @@ def error_of(got: Reply | NoReply | None) -> PilotfishError | None:
     if isinstance(got, Reply):
         return None if 200 <= got.status < 300 else Refused.of(got.status, got.headers, got.body)
     cause = got.error if got is not None else EOFError("the answer broke off")
-    error = Unreachable(f"no answer: {str(cause) or type(cause).__name__}")
+    place = f" from {got.url}" if isinstance(got, NoReply) and got.url else ""
+    error = Unreachable(f"no answer{place}: {str(cause) or type(cause).__name__}")
     error.__cause__ = cause
     return error

@@ -45,4 +45,5 @@ def request(call: Call[Any], timeout_s: float) -> dict[str, Any]:
 
 def no_reply(error: httpx.RequestError) -> NoReply:
     """A call without an answer."""
-    return NoReply(error, connected=not isinstance(error, httpx.ConnectError | httpx.ConnectTimeout))
+    connected = not isinstance(error, httpx.ConnectError | httpx.ConnectTimeout)
+    return NoReply(error, connected, url=str(error.request.url))
