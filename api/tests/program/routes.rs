@@ -60,6 +60,9 @@ fn repairs_of_a_route_are_named_and_a_file_without_one_is_refused_by_line() {
     fs::write(&file, "lat,lon\n38,-9\n91,-9\n").expect("is written");
     let refused = run(&["route", name]).expect_err("91°");
     assert!(refused.contains("line 3: latitude 91"), "{refused}");
+    fs::write(&file, "north_m,east_m\n0,0\n").expect("is written");
+    let refused = run(&["route", name]).expect_err("is one point");
+    assert!(refused.contains("must have 2 to 10000 items, has 1"), "{refused}");
 }
 
 #[test]

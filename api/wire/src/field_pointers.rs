@@ -22,15 +22,12 @@ impl From<&InvalidField> for FieldError {
                 least,
                 most,
             } => Self::off_the_clock(pointer, *given, "the request's `t_s`", *now, &(*least..=*most)),
-            InvalidReason::Length { given, least, most } => {
-                // Names are measured in bytes, lists in items.
-                let unit = if pointer.ends_with("/id") {
-                    "bytes"
-                } else {
-                    "items"
-                };
-                length(pointer, *given, *least..=*most, unit)
-            }
+            InvalidReason::Length {
+                unit,
+                given,
+                least,
+                most,
+            } => length(pointer, *given, *least..=*most, unit),
             InvalidReason::Duplicate { given } => {
                 Self::new(pointer, "duplicate", "this name stands twice").given(given.as_str())
             }

@@ -186,7 +186,12 @@ fn wrong_length(field: &str, given: usize, range: RangeInclusive<usize>) -> Inva
     let (least, most) = range.into_inner();
     InvalidField {
         field: field.to_owned(),
-        reason: InvalidReason::Length { given, least, most },
+        reason: InvalidReason::Length {
+            unit: "items",
+            given,
+            least,
+            most,
+        },
     }
 }
 

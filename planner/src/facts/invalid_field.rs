@@ -42,8 +42,10 @@ pub enum InvalidReason {
         most: f64,
     },
     /// Too few or too many items or bytes.
-    #[error("has {given} items or bytes, {least} to {most} are accepted")]
+    #[error("must have {least} to {most} {unit}, has {given}")]
     Length {
+        /// What is counted: `items` or `bytes`.
+        unit: &'static str,
         /// How many there are.
         given: usize,
         /// Fewest accepted.
@@ -141,9 +143,11 @@ pub enum InvalidReason {
         /// Largest radius for which all legs have room, m.
         most: f64,
     },
-    /// Way-points that are all at one place.
-    #[error("all points are within {within} m; give at least two places")]
+    /// Way-points that are all at one place, or both ends of a line.
+    #[error("{points} are within {within} m; give at least two places")]
     OnePlace {
+        /// Which points: `all points` or `both ends`.
+        points: &'static str,
         /// How near to the first they all are, m.
         within: f64,
     },

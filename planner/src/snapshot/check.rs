@@ -119,9 +119,27 @@ impl Check {
     }
 
     pub(crate) fn length(&mut self, field: fmt::Arguments<'_>, given: usize, range: RangeInclusive<usize>) {
+        self.count(field, given, range, "items");
+    }
+
+    fn count(
+        &mut self,
+        field: fmt::Arguments<'_>,
+        given: usize,
+        range: RangeInclusive<usize>,
+        unit: &'static str,
+    ) {
         if !range.contains(&given) {
             let (least, most) = range.into_inner();
-            self.fail(field, InvalidReason::Length { given, least, most });
+            self.fail(
+                field,
+                InvalidReason::Length {
+                    unit,
+                    given,
+                    least,
+                    most,
+                },
+            );
         }
     }
 
@@ -247,7 +265,12 @@ impl Check {
         let mut paths = Vec::with_capacity(auvs.len());
         let mut seen = HashSet::new();
         for (i, auv) in auvs.iter().enumerate() {
-            self.length(format_args!("auvs/{i}/id"), auv.id.0.len(), 1..=ID_LENGTH_MAX);
+            self.count(
+                format_args!("auvs/{i}/id"),
+                auv.id.0.len(),
+                1..=ID_LENGTH_MAX,
+                "bytes",
+            );
             if auv.id.0.chars().any(char::is_control) {
                 let given = auv.id.0.clone();
                 self.fail(

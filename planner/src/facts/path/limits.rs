@@ -59,7 +59,15 @@ pub(super) fn require_count(
         return Ok(());
     }
     let (least, most) = range.into_inner();
-    Err(invalid(field, InvalidReason::Length { given, least, most }))
+    Err(invalid(
+        field,
+        InvalidReason::Length {
+            unit: "items",
+            given,
+            least,
+            most,
+        },
+    ))
 }
 
 pub(crate) fn require_within(

@@ -173,6 +173,13 @@ impl Segment {
                 require_point(format_args!("{field}/from"), from)?;
                 require_point(format_args!("{field}/to"), to)?;
                 let length = between(from, to).norm();
+                if length < LENGTH_MIN {
+                    let (points, within) = ("both ends", LENGTH_MIN);
+                    return Err(invalid(
+                        format_args!("{field}/to"),
+                        InvalidReason::OnePlace { points, within },
+                    ));
+                }
                 require_within(format_args!("{field}/to"), length, LENGTH_MIN, LENGTH_MAX)?;
             }
             Self::Arc {

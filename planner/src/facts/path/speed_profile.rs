@@ -32,7 +32,12 @@ impl SpeedProfile {
             let (given, least, most) = (0, 1, usize::MAX);
             return Err(invalid(
                 format_args!("knots"),
-                InvalidReason::Length { given, least, most },
+                InvalidReason::Length {
+                    unit: "items",
+                    given,
+                    least,
+                    most,
+                },
             ));
         }
         for (k, (gamma, speed)) in knots.iter().enumerate() {

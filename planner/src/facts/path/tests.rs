@@ -345,7 +345,12 @@ fn strange_numbers_are_refused_by_name() {
         from: origin.into(),
         to: origin.into(),
     };
-    assert_eq!(refused(Path::from_segments(&[point], false)).0, "segments/0/to");
+    let (field, reason) = refused(Path::from_segments(&[point], false));
+    assert_eq!(field, "segments/0/to");
+    assert!(
+        reason.to_string().starts_with("both ends are within 0.001 m"),
+        "{reason}"
+    );
     assert_eq!(refused(Path::from_segments(&[], false)).0, "segments");
 }
 

@@ -142,10 +142,10 @@ impl Legs {
             legs.given_at.pop();
         }
         if legs.points.len() < n_least {
-            let within = repeated_within;
+            let (points, within) = ("all points", repeated_within);
             return Err(invalid(
                 format_args!("{field}/points"),
-                InvalidReason::OnePlace { within },
+                InvalidReason::OnePlace { points, within },
             ));
         }
         for leg in 0..legs.n() {
