@@ -2,7 +2,10 @@
 
 use std::{error::Error, path::PathBuf};
 
-use clap::{CommandFactory as _, Parser, Subcommand};
+use clap::{
+    CommandFactory as _, FromArgMatches as _, Parser, Subcommand,
+    error::{ContextKind, ContextValue},
+};
 
 mod backup;
 mod bridge;
@@ -30,7 +33,7 @@ use self::{
     backup::{Backup, back_up},
     bridge::{Bridge, Preflight, bridge, preflight},
     campaign::{CampaignCommand, campaign},
-    config::{CommonFlags, ConfigError, Layers, ServeFlags, show},
+    config::{CommonFlags, ConfigError, Layers, ServeFlags, hidden_places, show},
     crafts::{Crafts, crafts},
     identify::{Identify, identify},
     manual::{Completions, ManualPages, completions, manual_pages},
@@ -101,10 +104,9 @@ enum Command {
     #[cfg(feature = "nats")]
     Worker(campaign::WorkerFlags),
     /// Print the completion script of a shell.
-    #[command(hide = true)]
     Completions(Completions),
     /// Write the manual pages.
-    #[command(hide = true, name = "man")]
+    #[command(name = "man")]
     ManualPages(ManualPages),
 }
 
@@ -117,7 +119,60 @@ pub(crate) enum UsageError {
     NotOfService(String),
 }
 
+/// Commands that read or write missions or tokens. The help of the others is without `--data` and `--tokens`.
+const WITH_DATA: [&str; 9] = [
+    "serve",
+    "config",
+    "token",
+    "bridge",
+    "preflight",
+    "replay",
+    "backup",
+    "retention",
+    "vacuum",
+];
+
+/// The command line as clap has it.
+fn command_line() -> clap::Command {
+    Arguments::command().mut_subcommands(|command| {
+        if WITH_DATA.contains(&command.get_name()) {
+            command
+        } else {
+            command.args(hidden_places())
+        }
+    })
+}
+
+/// What brings a command that this program does not have.
+fn brought_by(command: &str) -> Option<&'static str> {
+    match command {
+        "worker" | "submit" | "watch" | "collect" if !cfg!(feature = "nats") => Some(
+            "this build is without the feature `nats`, which brings it: cargo build --release --features nats",
+        ),
+        "ros2" => Some("the ROS 2 package brings it: ros2 launch pilotfish_ros2 pilotfish.launch.py"),
+        _ => None,
+    }
+}
+
 impl Arguments {
+    /// The arguments of this process. Exits if they are wrong.
+    pub(crate) fn of_process() -> Self {
+        let given = command_line()
+            .try_get_matches()
+            .and_then(|matches| Self::from_arg_matches(&matches));
+        given.unwrap_or_else(|mut wrong| {
+            let unknown = match wrong.get(ContextKind::InvalidSubcommand) {
+                Some(ContextValue::String(command)) => brought_by(command),
+                _ => None,
+            };
+            if let Some(tip) = unknown {
+                wrong.remove(ContextKind::SuggestedSubcommand);
+                wrong.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+            }
+            wrong.exit()
+        })
+    }
+
     /// The layers of the configuration.
     pub(crate) fn layers(&self) -> Result<Layers, UsageError> {
         let flags = match &self.command {
@@ -162,8 +217,8 @@ impl Arguments {
             Some(Command::Campaign(command)) => campaign(&command)?,
             #[cfg(feature = "nats")]
             Some(Command::Worker(arguments)) => campaign::work(&arguments)?,
-            Some(Command::Completions(arguments)) => completions(&arguments, Self::command())?,
-            Some(Command::ManualPages(arguments)) => manual_pages(&arguments, Self::command())?,
+            Some(Command::Completions(arguments)) => completions(&arguments, command_line())?,
+            Some(Command::ManualPages(arguments)) => manual_pages(&arguments, command_line())?,
         }
         Ok(())
     }

@@ -2,7 +2,6 @@
 
 use std::{error::Error, process::ExitCode};
 
-use clap::Parser;
 #[cfg(feature = "otlp")]
 use tracing_subscriber::Layer as _;
 
@@ -17,7 +16,7 @@ mod otlp;
 const USAGE: u8 = 2;
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = Arguments::of_process();
     let layers = match arguments.layers() {
         Ok(layers) => layers,
         Err(error) => {

@@ -15,7 +15,7 @@ use toml::{Table, Value};
 mod flags;
 mod setting;
 
-pub(crate) use flags::{CommonFlags, ServeFlags};
+pub(crate) use flags::{CommonFlags, ServeFlags, hidden_places};
 use setting::{COMMON, PREFIX, SERVE, Setting, all};
 
 use super::out_file::{NotPrinted, print};

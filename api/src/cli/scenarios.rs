@@ -1,8 +1,11 @@
 //! `pilotfish scenarios`: the built-in scenarios and the schema of scenario files.
 
-use std::{error::Error, path::Path};
+use std::{error::Error, ffi::OsStr, path::Path};
 
-use clap::Args;
+use clap::{
+    Arg, Args, Command,
+    builder::{PossibleValue, StringValueParser, TypedValueParser},
+};
 use sim::scenario::{Scenario, ScenarioError};
 
 use crate::cli::out_file::{print, print_json};
@@ -10,6 +13,7 @@ use crate::cli::out_file::{print, print_json};
 #[derive(Debug, Args)]
 pub(crate) struct Scenarios {
     /// Print the file of this scenario, as a start for your own.
+    #[arg(value_parser = NameOrFile, hide_possible_values = true)]
     scenario: Option<String>,
     /// Print the JSON Schema of scenario files.
     #[arg(long, conflicts_with = "scenario")]
@@ -20,12 +24,44 @@ pub(crate) struct Scenarios {
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum NoScenario {
     #[error(
-        "unknown scenario {0:?}; the built-in scenarios are {list}; name your own file by its path, such as ./my.toml",
+        "unknown scenario {0:?}{nearest}; the built-in scenarios are {list}; name your own file by its path, such as ./my.toml",
+        nearest = nearest(.0).map_or_else(String::new, |name| format!(" (did you mean {name:?}?)")),
         list = Scenario::names().join(", ")
     )]
     Unknown(String),
     #[error(transparent)]
     File(#[from] ScenarioError),
+}
+
+/// The built-in name that `argument` may be a slip of.
+fn nearest(argument: &str) -> Option<&'static str> {
+    /// Least similarity of a slip, from 0 to 1: as in clap's own suggestions.
+    const SIMILAR: f64 = 0.7;
+    let similarity = |name: &&'static str| strsim::jaro(argument, name);
+    let names = Scenario::names().into_iter();
+    let best = names.max_by(|a, b| similarity(a).total_cmp(&similarity(b)));
+    best.filter(|name| SIMILAR < similarity(name))
+}
+
+/// Parser of an argument that takes any text. Shells complete the names of the built-in scenarios.
+#[derive(Clone)]
+pub(crate) struct NameOrFile;
+
+impl TypedValueParser for NameOrFile {
+    type Value = String;
+
+    fn parse_ref(
+        &self,
+        command: &Command,
+        argument: Option<&Arg>,
+        value: &OsStr,
+    ) -> Result<String, clap::Error> {
+        StringValueParser::new().parse_ref(command, argument, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(Scenario::names().into_iter().map(PossibleValue::new)))
+    }
 }
 
 /// The built-in scenario of that name, or the scenario file at that path.

@@ -294,7 +294,7 @@ fn every_shell_gets_completions_and_every_command_a_manual_page() {
         .filter(|command| *command != "help")
         .collect();
     assert!(
-        commands.contains(&"serve") && !commands.contains(&"man"),
+        commands.contains(&"serve") && commands.contains(&"man"),
         "{commands:?}"
     );
 
@@ -318,7 +318,6 @@ fn every_shell_gets_completions_and_every_command_a_manual_page() {
     }
     let serve = fs::read_to_string(directory.join("pilotfish-serve.1")).expect("was written");
     assert!(serve.contains("PILOTFISH_PORT"));
-    assert!(!directory.join("pilotfish-man.1").exists());
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod crowd;
 mod docs;
 mod examples;
 mod markdown;
+mod mistakes;
 mod readme;
 mod routes;
 

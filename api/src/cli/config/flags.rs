@@ -49,6 +49,14 @@ fn flag(setting: &'static Setting) -> Arg {
     }
 }
 
+/// The flags that say where missions and tokens are kept, hidden: for commands that use neither.
+pub(crate) fn hidden_places() -> impl Iterator<Item = Arg> {
+    let places = COMMON
+        .iter()
+        .filter(|setting| ["data", "tokens"].contains(&setting.name));
+    places.map(|setting| flag(setting).global(true).hide(true))
+}
+
 impl<const OF_SERVICE: bool> FromArgMatches for Flags<OF_SERVICE> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
         let mut flags = Self::default();

@@ -13,11 +13,13 @@ use super::{
 use crate::cli::{
     out_file::{OutFile, print, print_json},
     progress::{bar, show},
+    scenarios::NameOrFile,
 };
 
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
     /// A built-in scenario (`pilotfish scenarios` lists them), or the path of a scenario file, such as ./my.toml.
+    #[arg(value_parser = NameOrFile, hide_possible_values = true)]
     scenario: String,
     #[command(flatten)]
     run: RunArguments,

@@ -32,6 +32,7 @@ use super::{
 use crate::cli::{
     out_file::{OutFile, print},
     progress::{bar, show},
+    scenarios::NameOrFile,
     trial::trial,
 };
 
@@ -42,7 +43,7 @@ const ALONG_TRACK_GAIN: &str = "along-track-gain-per-s";
 pub(crate) struct Simulate {
     /// A built-in scenario (`pilotfish scenarios` lists them), or the path of a scenario file, such as ./my.toml. With
     /// --trial also medusa (the default) or otter.
-    #[arg(required_unless_present = "trial")]
+    #[arg(required_unless_present = "trial", value_parser = NameOrFile, hide_possible_values = true)]
     scenario: Option<String>,
     /// Simulate a sea trial (docs/commissioning.md) of the scenario's craft and write its log for `pilotfish identify`.
     #[arg(

@@ -1,0 +1,73 @@
+//! What the program says to a slip of its user's.
+
+use crate::command::{line, printed, stderr, stdout};
+
+#[test]
+fn a_misspelt_scenario_is_answered_with_the_nearest_name() {
+    let words = stderr(&line("simulate noisy-fixs")).to_owned();
+    assert!(
+        words.contains("unknown scenario \"noisy-fixs\" (did you mean \"noisy-fixes\"?); the built-in"),
+        "{words}"
+    );
+    let words = stderr(&line("scenarios zzz")).to_owned();
+    assert!(
+        words.contains("unknown scenario \"zzz\"; the built-in scenarios are"),
+        "{words}"
+    );
+}
+
+#[test]
+fn shells_complete_scenario_names_and_files_are_still_taken() {
+    let script = printed(&line("completions bash"));
+    let mut lines = script.lines();
+    lines
+        .find(|line| line.trim() == "pilotfish__subcmd__simulate)")
+        .expect("has simulate");
+    let options = lines.next().expect("are on a line");
+    assert!(options.contains(" noisy-fixes "), "{options}");
+    // No help names all of them.
+    assert!(!stdout(&line("simulate --help")).contains("noisy-fixes"));
+    let words = stderr(&line("simulate ./none.toml")).to_owned();
+    assert!(
+        words.contains("none.toml") && !words.contains("unknown"),
+        "{words}"
+    );
+}
+
+#[test]
+fn a_command_that_this_build_lacks_is_said_to_come_from_elsewhere() {
+    for (command, brings, is_left_out) in [
+        ("worker", "--features nats", !cfg!(feature = "nats")),
+        ("campaign watch", "--features nats", !cfg!(feature = "nats")),
+        ("ros2", "pilotfish_ros2", true),
+    ] {
+        let output = line(command);
+        assert_eq!(output.status.code(), Some(2), "{command}");
+        let words = stderr(&output);
+        assert_eq!(words.contains(brings), is_left_out, "{words}");
+        assert!(!is_left_out || !words.contains("similar"), "{words}");
+    }
+    assert!(!stderr(&line("sail")).contains("brings it"));
+}
+
+#[test]
+fn help_shows_the_flags_of_stored_missions_where_they_mean_something() {
+    for command in ["plan", "simulate", "campaign", "campaign run", "man"] {
+        let output = line(&format!("{command} --help"));
+        let help = printed(&output);
+        assert!(
+            !help.contains("--data") && !help.contains("--tokens") && help.contains("--log"),
+            "{command}: {help}"
+        );
+    }
+    for command in ["serve", "replay", "token add", "bridge nmea"] {
+        let help = printed(&line(&format!("{command} --help")));
+        assert!(
+            help.contains("--data") && help.contains("--tokens"),
+            "{command}: {help}"
+        );
+    }
+    // Scripts that give them to every command go on.
+    printed(&line("scenarios --data elsewhere"));
+    printed(&line("--data elsewhere scenarios"));
+}
