@@ -71,3 +71,14 @@ fn help_shows_the_flags_of_stored_missions_where_they_mean_something() {
     printed(&line("scenarios --data elsewhere"));
     printed(&line("--data elsewhere scenarios"));
 }
+
+#[test]
+fn a_log_level_that_is_none_is_refused() {
+    let refused = line("scenarios --log loud");
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        stderr(&refused).contains("must be a level (error, warn, info, debug, trace, off)"),
+        "{}",
+        stderr(&refused)
+    );
+}

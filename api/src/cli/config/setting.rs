@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use toml::Value;
-use tracing_subscriber::filter::Targets;
+use tracing_subscriber::filter::{LevelFilter, Targets};
 use wire::DEADLINE_MS;
 
 /// Prefix of the environment variables.
@@ -203,7 +203,7 @@ impl Kind {
             Self::List => value
                 .as_array()
                 .is_some_and(|items| items.iter().all(Value::is_str)),
-            Self::Filter => value.as_str().is_some_and(|text| text.parse::<Targets>().is_ok()),
+            Self::Filter => value.as_str().is_some_and(is_filter),
             Self::OneOf(names) => value.as_str().is_some_and(|text| names.contains(&text)),
         };
         if fits { Ok(()) } else { Err(self.wanted()) }
@@ -228,6 +228,13 @@ impl Kind {
     }
 }
 
+/// Whether `text` is a filter of log lines. `Targets` takes a word that is no level for a target.
+fn is_filter(text: &str) -> bool {
+    let mut directives = text.split(',').filter(|directive| !directive.is_empty());
+    text.parse::<Targets>().is_ok()
+        && directives.all(|directive| directive.contains('=') || directive.parse::<LevelFilter>().is_ok())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -248,6 +255,20 @@ mod tests {
                 setting.help
             );
             assert!(documentation.contains(&row), "docs/operation.md lacks\n{row}");
+        }
+    }
+
+    #[test]
+    fn a_word_that_is_no_level_is_no_log_filter() {
+        for (filter, is_one) in [
+            ("debug", true),
+            ("WARN,pilotfish=trace", true),
+            ("off,", true),
+            ("loud", false),
+            ("warn,pilotfish", false),
+            ("pilotfish=loud", false),
+        ] {
+            assert_eq!(Kind::Filter.read(filter).is_ok(), is_one, "{filter}");
         }
     }
 
